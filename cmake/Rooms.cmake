@@ -1,0 +1,36 @@
+# A room is a folder of src/; its library takes every *.cpp but *_test.cpp. Tests beside the code are gathered by
+# kinora_tests(), so that adding a file to a room needs no edit here.
+function(kinora_room name)
+  cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  if(sources)
+    add_library(kinora_${name} STATIC ${sources})
+    target_include_directories(kinora_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
+    target_link_libraries(kinora_${name} PUBLIC ${R_DEPENDS} PkgConfig::HWY Threads::Threads)
+  else()
+    add_library(kinora_${name} INTERFACE)
+    target_include_directories(kinora_${name} INTERFACE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
+    target_link_libraries(kinora_${name} INTERFACE ${R_DEPENDS} PkgConfig::HWY Threads::Threads)
+  endif()
+endfunction()
+
+function(kinora_stock_plugins)
+endfunction()
+
+function(kinora_app)
+endfunction()
+
+# One test program per room (src/<room>/*_test.cpp) and one per folder of tests/.
+function(kinora_tests)
+  include(GoogleTest)
+  file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
+  foreach(room ${rooms})
+    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${room}/*_test.cpp)
+    if(sources)
+      add_executable(test_${room} ${sources})
+      target_link_libraries(test_${room} PRIVATE kinora_${room} GTest::gtest_main GTest::gtest)
+      gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    endif()
+  endforeach()
+endfunction()

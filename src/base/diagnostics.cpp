@@ -1,0 +1,79 @@
+#include "base/diagnostics.h"
+
+#include <cstdio>
+
+namespace kinora {
+
+std::string SourcePos::str() const {
+  if (!file) return {};
+  return line ? *file + ":" + std::to_string(line) : *file;
+}
+
+std::string Message::str() const {
+  static const char* const kNames[] = {"info", "warning", "error"};
+  std::string s = pos.str();
+  s += s.empty() ? "kinora: " : ": ";
+  s += kNames[int(severity)];
+  s += ' ';
+  s += code;
+  s += ": ";
+  s += what;
+  if (!done.empty()) s += "; " + done;
+  if (!advice.empty()) s += "; " + advice;
+  // a message is one line, whatever a scene's strings hold
+  for (char& c : s)
+    if (static_cast<unsigned char>(c) < 32) c = ' ';
+  return s;
+}
+
+Diagnostics::Diagnostics(Sink sink) : sink_(std::move(sink)) {
+  if (!sink_) sink_ = [](const std::string& line, Severity) { std::fprintf(stderr, "%s\n", line.c_str()); };
+}
+
+void Diagnostics::report(Message m) {
+  constexpr uint64_t kShown = 1;
+  std::lock_guard lock(mutex_);
+  const uint64_t n = ++counts_[m.code];
+  if (m.severity == Severity::Error) ++errors_;
+  if (m.severity == Severity::Warning) ++warnings_;
+  if (m.code.starts_with("ASSET-") || m.code.starts_with("PLUGIN-")) ++asset_;
+  const bool silent = int(m.severity) < quiet_;
+  if (n <= kShown || m.severity == Severity::Error) {
+    if (!silent && n <= 20) sink_(m.str(), m.severity);
+    else if (!silent) ++hidden_[m.code];
+  } else if (!silent) {
+    ++hidden_[m.code];
+  }
+  if (kept_.size() < 1000) kept_.push_back(std::move(m));
+}
+
+void Diagnostics::error(std::string code, const SourcePos& pos, std::string what, std::string done,
+                        std::string advice) {
+  report({Severity::Error, std::move(code), pos, std::move(what), std::move(done), std::move(advice)});
+}
+void Diagnostics::warning(std::string code, const SourcePos& pos, std::string what, std::string done,
+                          std::string advice) {
+  report({Severity::Warning, std::move(code), pos, std::move(what), std::move(done), std::move(advice)});
+}
+void Diagnostics::info(std::string code, const SourcePos& pos, std::string what) {
+  report({Severity::Info, std::move(code), pos, std::move(what), {}, {}});
+}
+
+uint64_t Diagnostics::count(std::string_view code) const {
+  std::lock_guard lock(mutex_);
+  const auto it = counts_.find(code);
+  return it == counts_.end() ? 0 : it->second;
+}
+uint64_t Diagnostics::errors() const { std::lock_guard lock(mutex_); return errors_; }
+uint64_t Diagnostics::warnings() const { std::lock_guard lock(mutex_); return warnings_; }
+uint64_t Diagnostics::assetProblems() const { std::lock_guard lock(mutex_); return asset_; }
+std::vector<Message> Diagnostics::messages() const { std::lock_guard lock(mutex_); return kept_; }
+
+void Diagnostics::summary() {
+  std::lock_guard lock(mutex_);
+  for (const auto& [code, n] : hidden_)
+    sink_("kinora: " + std::to_string(n) + " more of " + code + " (kinora explain " + code + ")", Severity::Info);
+  hidden_.clear();
+}
+
+}  // namespace kinora

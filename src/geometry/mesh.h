@@ -1,0 +1,47 @@
+// What every surface primitive becomes before it is traced: an indexed triangle mesh with primvars, plus the way back
+// from a triangle to the patch (face, u, v) that the user said. Made by geometry/, held by trace/, read by shade/.
+#pragma once
+#include <ImathBox.h>
+#include <ImathVec.h>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "scene/parameters.h"
+
+namespace kinora::geometry {
+
+// One primvar, ready for lookup at (triangle, barycentric b1, b2).
+struct Primvar {
+  enum class Rate : uint8_t { Constant, PerFace, PerVertex, PerCorner };  // PerCorner: 3 values a triangle
+  std::string name;
+  scene::ValueType type = scene::ValueType::Float;
+  int width = 1;                // floats (or strings) an element: components x array length
+  Rate rate = Rate::Constant;
+  std::vector<float> data;      // PerVertex: keys x vertices x width only for "N" of a deforming mesh; else one key
+  std::vector<std::string> strings;  // string primvars are Constant or PerFace
+};
+
+struct Mesh {
+  // keys x vertexCount points; object space minus `origin` (so that float keeps precision at coordinates around 1e6)
+  std::vector<Imath::V3f> points;
+  Imath::V3d origin{0, 0, 0};
+  uint32_t vertexCount = 0;
+  std::vector<double> times;             // deformation key times; empty: one key
+  std::vector<uint32_t> indices;         // 3 a triangle; counter-clockwise about dPdu x dPdv of the patch
+  std::vector<uint32_t> faceOfTriangle;  // empty: triangle t belongs to face t
+  // Patch parameters: per corner (3 x 2 floats a triangle). Empty: corners are (0,0), (1,0), (0,1), i.e. u = b1, v = b2.
+  std::vector<Imath::V2f> cornerUV;
+  std::vector<Imath::V2f> vertexUV;      // instead of cornerUV where no seam splits vertices (quadrics, patches)
+  std::vector<Primvar> primvars;         // "N" (unit, PerVertex or PerCorner; object space) and "st" (width 2) among them if present or derived
+  bool flipNormals = false;              // orientation: geometric normal is -(e1 x e2)
+  bool doubleSided = true;               // Sides 2
+  Imath::Box3d bounds;                   // over all keys, object space
+
+  uint32_t triangleCount() const { return uint32_t(indices.size() / 3); }
+  int keyCount() const { return times.empty() ? 1 : int(times.size()); }
+  const Primvar* find(std::string_view name) const;
+  size_t bytes() const;
+};
+
+}  // namespace kinora::geometry

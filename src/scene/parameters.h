@@ -1,0 +1,63 @@
+// Typed parameter lists: what a scene says as "[class] type[n] name" value. Used by every request that takes parameters.
+// They hold values only; what a parameter means is the business of the plug-in or primitive that reads it.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/diagnostics.h"
+
+namespace kinora::scene {
+
+enum class StorageClass : uint8_t { Constant, Uniform, Varying, Vertex, FaceVarying, FaceVertex };
+enum class ValueType : uint8_t {
+  Float, Int, String, Color, Point, Vector, Normal, HPoint, Matrix, MPoint,
+  Bxdf, LightFilter, SampleFilter, DisplayFilter, Struct  // references to nodes only
+};
+
+int componentsOf(ValueType t);            // floats an element takes: Color 3, Matrix 16, String/Int 1 ...
+const char* nameOf(ValueType t);          // "color"
+const char* nameOf(StorageClass c);       // "facevarying"
+bool isFloatBased(ValueType t);           // true when the values are in `floats`
+
+struct Parameter {
+  std::string name;
+  StorageClass storage = StorageClass::Uniform;
+  ValueType type = ValueType::Float;
+  bool isReference = false;      // "reference TYPE name": `strings` holds "handle:output" (or "handle")
+  bool isArray = false;          // declared with [n]
+  int arrayLength = 1;           // n of type[n]
+  // Exactly one of the three is used, by type; flattened: elements x arrayLength x components.
+  std::vector<float> floats;
+  std::vector<int> ints;
+  std::vector<std::string> strings;
+  SourcePos pos;
+
+  size_t elementFloats() const { return size_t(arrayLength) * componentsOf(type); }  // values an element takes
+  size_t size() const;  // values in the vector in use
+};
+
+class ParameterList {
+ public:
+  void set(Parameter p);  // replaces one of the same name
+  const Parameter* find(std::string_view name) const;
+  Parameter* find(std::string_view name);
+  bool erase(std::string_view name);
+  // First value, or the fallback when missing or of another type (an int is taken for a float and vice versa).
+  float getFloat(std::string_view name, float fallback) const;
+  int getInt(std::string_view name, int fallback) const;
+  std::string getString(std::string_view name, std::string_view fallback) const;
+  std::vector<float> getFloats(std::string_view name) const;  // empty when missing; ints converted
+  bool empty() const { return list_.empty(); }
+  size_t size() const { return list_.size(); }
+  auto begin() const { return list_.begin(); }
+  auto end() const { return list_.end(); }
+  auto begin() { return list_.begin(); }
+  auto end() { return list_.end(); }
+  size_t bytes() const;
+
+ private:
+  std::vector<Parameter> list_;  // in order of appearance
+};
+
+}  // namespace kinora::scene

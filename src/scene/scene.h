@@ -1,0 +1,206 @@
+// The scene description: what a scene *says*, typed, editable, with source positions. Written by rib/ (and by tests and
+// later by bindings), read by render/. It holds no BVH, no loaded plug-in and no opinion on what can be rendered.
+// Space convention: row vectors, p' = p * M (RIB's and Imath's); transforms are double precision.
+#pragma once
+#include <ImathMatrix.h>
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "scene/parameters.h"
+
+namespace kinora::scene {
+
+using Matrix = Imath::M44d;
+
+// A transform over shutter time: one matrix when static, else matrices at increasing times, linear in between, held
+// outside. Rotations are cut into enough keys by the writer that linear interpolation is good to 1e-4 of the radius.
+struct Transform {
+  std::vector<double> times{0.0};
+  std::vector<Matrix> matrices{Matrix()};
+  bool isStatic() const { return matrices.size() == 1; }
+  Matrix at(double time) const;
+  Transform inverse() const;                      // key by key
+  static Transform fixed(const Matrix& m);
+};
+// x -> x * a(t) * b(t), at the union of both key times.
+Transform concat(const Transform& a, const Transform& b);
+
+// A use of a plug-in: Bxdf, Pattern, Light, LightFilter, Integrator, Projection, SampleFilter, DisplayFilter, Displace.
+struct Node {
+  std::string kind;    // the request's name: "Bxdf", "Pattern", "Light", "Displace", ...
+  std::string plugin;  // as written; matched without case
+  std::string handle;
+  ParameterList params;
+  SourcePos pos;
+};
+using NodePtr = std::shared_ptr<const Node>;
+
+// A terminal and the patterns reachable from it, in an order in which each node follows those it reads.
+struct Network {
+  NodePtr terminal;
+  std::vector<NodePtr> patterns;
+};
+using NetworkPtr = std::shared_ptr<const Network>;
+
+// Attributes "group:name" plus the classic state. Shared by all objects between two changes (copy on write).
+struct Attributes {
+  ParameterList named;                     // "identifier:name", "visibility:camera", "user:x", ...
+  std::optional<std::array<float, 3>> color, opacity;  // Color, Opacity requests
+  std::array<float, 8> textureCoordinates{0, 0, 1, 0, 0, 1, 1, 1};
+  bool reverseOrientation = false;         // ReverseOrientation toggles
+  enum class Orientation : uint8_t { Outside, Inside, LeftHanded, RightHanded } orientation = Orientation::Outside;
+  int sides = 2;
+  bool matte = false;
+  bool smoothShading = true;               // ShadingInterpolation
+  float shadingRate = 1;
+  std::array<float, 16> uBasis, vBasis;    // RIB row-major, see rib.md 7.3; default bezier
+  int uStep = 3, vStep = 3;
+  NetworkPtr bxdf, displacement;           // null: none bound
+  std::vector<NodePtr> classicShaders;     // Surface, Displacement, Atmosphere, Interior, Exterior as written, kept
+  Attributes();
+  int getInt(std::string_view name, int fallback) const { return named.getInt(name, fallback); }
+};
+using AttributesPtr = std::shared_ptr<const Attributes>;
+
+struct Quadric {
+  enum class Kind : uint8_t { Sphere, Cone, Cylinder, Hyperboloid, Paraboloid, Disk, Torus } kind;
+  std::array<float, 7> args;  // in the order of the request
+};
+// All four polygon requests: face f has loopsPerFace[f] loops (empty vector: one each), the first the outer one.
+struct PolygonMesh {
+  std::vector<int> loopsPerFace;
+  std::vector<int> verticesPerLoop;
+  std::vector<int> vertices;   // empty: 0, 1, 2 ... (Polygon, GeneralPolygon)
+};
+struct SubdivisionMesh {
+  std::string scheme;          // "catmull-clark", "loop", "bilinear"
+  std::vector<int> verticesPerFace, vertices;
+  struct Tag { std::string name; std::vector<int> ints; std::vector<float> floats; std::vector<std::string> strings; };
+  std::vector<Tag> tags;
+};
+struct Curves { bool cubic = false, periodic = false; std::vector<int> verticesPerCurve; };
+struct Points { int count = 0; };
+struct Patch { bool bicubic = false; };
+struct PatchMesh { bool bicubic = false, uPeriodic = false, vPeriodic = false; int nu = 0, nv = 0; };
+struct NuPatch {
+  int nu = 0, uOrder = 0, nv = 0, vOrder = 0;
+  std::vector<float> uKnots, vKnots;
+  float uMin = 0, uMax = 1, vMin = 0, vMax = 1;
+  ParameterList trim;          // TrimCurve arrays by their names in rib.md, empty when untrimmed
+};
+// Everything that later issues render (Blobby, Volume, Procedural, Geometry ...), kept as its request and arguments.
+struct OtherPrimitive { std::string request; ParameterList args; };
+
+using Shape = std::variant<Quadric, PolygonMesh, SubdivisionMesh, Curves, Points, Patch, PatchMesh, NuPatch, OtherPrimitive>;
+
+// One primitive. `primvars` are those of the first motion key; `motion` those of the further keys at times[1..].
+struct Primitive {
+  uint32_t id = 0;                      // stable over edits, unique in the scene, from 1
+  uint64_t revision = 0;                // scene revision at its last edit
+  Shape shape;
+  ParameterList primvars;
+  std::vector<double> times;            // empty: no deformation
+  std::vector<ParameterList> motion;    // times.size() - 1 of them
+  Transform toWorld;                    // object -> world (inside a prototype: object -> prototype space)
+  AttributesPtr attributes;
+  SourcePos pos;
+  std::string name() const;             // identifier:name, else "Sphere at file.rib:12"
+};
+using PrimitivePtr = std::shared_ptr<const Primitive>;
+
+struct Light {
+  uint32_t id = 0;
+  uint64_t revision = 0;
+  NodePtr node;
+  std::vector<NodePtr> filters;
+  std::vector<NodePtr> patterns;        // network feeding connectable parameters, in order
+  Transform toWorld;
+  AttributesPtr attributes;
+  std::optional<Primitive> geometry;    // PxrMeshLight's
+};
+
+struct Instance {
+  uint32_t id = 0;
+  uint64_t revision = 0;
+  uint32_t prototype = 0;               // index into Scene::prototypes
+  Transform toWorld;                    // (inside a prototype: to that prototype's space)
+  AttributesPtr attributes;             // those at the ObjectInstance request
+  SourcePos pos;
+};
+// ObjectBegin ... ObjectEnd. Nested instances are kept as said; flattening is the renderer's business.
+struct Prototype {
+  std::string name;
+  std::vector<PrimitivePtr> primitives;
+  std::vector<Instance> instances;
+  std::vector<Light> lights;
+  SourcePos pos;
+};
+
+struct Camera {
+  std::string name;
+  Transform worldToCamera;
+  NodePtr projection;                   // null: orthographic; plug-in "perspective"/"orthographic"/"PxrCamera" ...
+  ParameterList params;                 // Camera request: shutteropening, apertureNSides ...
+  std::array<float, 4> screenWindow{0, 0, 0, 0};  // left right bottom top; all 0: default
+  std::array<double, 2> shutter{0, 0};
+  std::array<float, 3> depthOfField{0, 0, 0};     // fstop, focallength, focaldistance; fstop 0: pinhole
+  std::array<float, 2> clipping{0, 0};            // 0 0: default
+  SourcePos pos;
+};
+
+struct DisplayChannel { std::string name; ValueType type = ValueType::Color; int arrayLength = 1; ParameterList params; SourcePos pos; };
+struct Display {
+  std::string file, driver, mode;       // mode as written: "rgba", "Ci,a,diffuse"
+  ParameterList params;
+  SourcePos pos;
+};
+
+// A request that was read but that nothing renders yet; reported once by its name.
+struct KeptRequest { std::string request; std::vector<std::string> args; ParameterList params; SourcePos pos; };
+
+struct Scene {
+  uint64_t revision = 1;                // raised by every edit
+  int frame = 0;                        // FrameBegin's number; 0: none
+  ParameterList options;                // "group:name"
+  std::array<int, 2> resolution{0, 0};  // Format; 0: default
+  float pixelAspect = 1, frameAspect = -1;
+  std::array<float, 4> cropWindow{0, 1, 0, 1};    // xmin xmax ymin ymax
+  std::string pixelFilter = "gaussian";
+  std::array<float, 2> pixelFilterWidth{2, 2};
+  float pixelVariance = -1;
+  std::array<int, 2> pixelSamples{0, 0};          // PixelSamples; 0: unset
+  std::array<float, 2> exposure{1, 1};            // gain, gamma
+  NodePtr hider, integrator;
+  std::vector<NodePtr> sampleFilters, displayFilters;
+  std::vector<Display> displays;
+  std::vector<DisplayChannel> channels;
+  std::vector<Camera> cameras;          // the first is the primary one
+  std::vector<PrimitivePtr> primitives;
+  std::vector<Instance> instances;
+  std::vector<Prototype> prototypes;
+  std::vector<Light> lights;
+  std::map<std::string, Transform> coordinateSystems;   // name -> (that space to world)
+  std::vector<KeptRequest> kept;
+  SourcePos pos;                        // of WorldBegin
+  uint32_t nextId = 1;
+
+  // Edits. Each raises `revision` and stamps what it touched; unknown ids are reported by false.
+  bool setPrimitiveTransform(uint32_t id, const Transform& t);
+  bool setPrimitiveAttributes(uint32_t id, AttributesPtr a);
+  bool replacePrimitive(uint32_t id, Primitive p);
+  bool removePrimitive(uint32_t id);
+  bool setInstanceTransform(uint32_t id, const Transform& t);
+  bool setLight(uint32_t id, Light l);
+  bool setCamera(size_t index, Camera c);
+  uint32_t add(Primitive p);            // returns the id given
+  uint32_t add(Light l);
+  uint32_t add(Instance i);
+  size_t bytes() const;                 // memory held, for the statistics
+};
+
+}  // namespace kinora::scene
