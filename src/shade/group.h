@@ -5,6 +5,7 @@
 #include <kinora/integrator.h>
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct GeometryInfo {
   float side = 1;                      // -1: the mesh's normals are flipped
   int priority = 0;                    // trace:intersectpriority
   uint32_t objectId = 0;
+  const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;   // found once
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMatte = 4 };
@@ -32,6 +34,7 @@ struct PlacementInfo {
   uint32_t linkSet = 0;
   int priority = 0;
   uint32_t objectId = 0;
+  trace::Affine renderToObject;        // at the middle of the shutter
   std::string name;
 };
 
