@@ -4,33 +4,12 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <tuple>
+
+#include "film/round_block.h"
 
 namespace kinora::film {
 namespace {
-
-// Samples that are rounded together before they are added; their rounded values stay in L1.
-constexpr int kBlock = 16;
-// Slots rounded before the block's pixels are touched: kBlock x kChunk x 8 bytes = 4 KiB.
-constexpr int kChunk = 32;
-
-// Two lanes are what every x86-64 has; the compiler's vector types keep this free of intrinsics and of dispatch, and
-// the bits do not depend on the width because each lane is rounded on its own.
-using V2d = double __attribute__((vector_size(16)));
-using V2i = int64_t __attribute__((vector_size(16), may_alias));
-using V2f = float __attribute__((vector_size(8)));
-using V4f = float __attribute__((vector_size(16)));
-using V4i = int32_t __attribute__((vector_size(16)));
-
-// 1.5 x 2^52: adding it leaves the integer nearest (ties to even) in the low bits, for |t| < 2^51.
-constexpr double kRounder = 6755399441055744.0;
-constexpr int64_t kRounderBits = std::bit_cast<int64_t>(kRounder);
-
-int64_t roundToInt(double t) { return std::bit_cast<int64_t>(t + kRounder) - kRounderBits; }
-
-V2i roundToInt(V2d t) {
-  const V2d shifted = t + kRounder;
-  return std::bit_cast<V2i>(shifted) - kRounderBits;
-}
 
 // Order-preserving integer of a float: a < b exactly when ordered(a) < ordered(b). -0 is taken for +0.
 uint32_t ordered(float f) {
@@ -206,28 +185,12 @@ void Film::reportBad(const BadSample& bad) {
 uint32_t Film::inspect(const SampleSpan& span, int first, int n) {
   uint32_t good = 0;
   for (int i = 0; i < n; ++i) good |= uint32_t(window_.contains(span.x[first + i], span.y[first + i])) << i;
-  V4i bad[kBlock / 4] = {}, negative[kBlock / 4] = {};
-  const V4i exponent = V4i{} + 0x7f800000, magnitude = V4i{} + 0x7fffffff;
-  alignas(16) float padded[kBlock];
-  for (size_t f = 0; f < infinityAllowed_.size(); ++f) {
-    const float* v = blockOf(span.values[f], first, n, padded);
-    const V4i isColor = V4i{} - int32_t(countNegative_[f]);
-    const V4i bound = infinityAllowed_[f] ? exponent : exponent - 1;
-    for (int q = 0; q < kBlock / 4; ++q) {
-      V4f x;
-      std::memcpy(&x, v + 4 * q, sizeof x);
-      bad[q] |= (std::bit_cast<V4i>(x) & magnitude) > bound;
-      negative[q] |= (x < 0.0f) & isColor;
-    }
-  }
-  uint32_t badBits = 0, negativeBits = 0;
-  V4i any = bad[0] | negative[0];
-  for (int q = 1; q < kBlock / 4; ++q) any |= bad[q] | negative[q];
-  if (any[0] | any[1] | any[2] | any[3])
-    for (int i = 0; i < kBlock; ++i) {
-      badBits |= uint32_t(bad[i / 4][i % 4] & 1) << i;
-      negativeBits |= uint32_t(negative[i / 4][i % 4] & 1) << i;
-    }
+  BlockCheck check;
+  alignas(32) float padded[kBlock];
+  for (size_t f = 0; f < infinityAllowed_.size(); ++f)
+    check.look(blockOf(span.values[f], first, n, padded), infinityAllowed_[f] != 0, countNegative_[f] != 0);
+  uint32_t badBits = check.bad();
+  const uint32_t negativeBits = check.negative();
   for (int i = 0; i < n; ++i)
     // a weight of this size is no filter's; it would overflow the sum of weights
     if (!(std::fabs(span.weight[first + i]) <= 4096.0f)) badBits |= 1u << i;
@@ -277,48 +240,22 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
     }
   }
 
-  alignas(16) int64_t rounded[kBlock][kChunk];
-  alignas(16) float paddedA[kBlock], paddedB[kBlock];
-  V2i saturated{};
+  alignas(32) int64_t rounded[kBlock][kChunk];
+  alignas(32) float padded[kChunk][kBlock];
+  RoundInput inputs[kChunk];
+  bool isClamped = false;
   const int sums = int(sums_.size());
   for (int begin = 0; begin < sums; begin += kChunk) {
-    const int end = std::min(begin + kChunk, sums);
-    for (int s = begin; s < end; s += 2) {
-      const SumSlot &a = sums_[size_t(s)], &b = sums_[size_t(s) + 1];
-      const float* va = blockOf(span.values[a.record], first, n, paddedA);
-      const float* vb = blockOf(span.values[b.record], first, n, paddedB);
-      const double *wa = weights[a.weight], *wb = weights[b.weight];
-      const V2d limitA = V2d{} + a.limit, limitB = V2d{} + b.limit;
-      for (int i = 0; i < kBlock; i += 2) {
-        V2f fa, fb;
-        V2d da, db;
-        std::memcpy(&fa, va + i, sizeof fa);
-        std::memcpy(&fb, vb + i, sizeof fb);
-        std::memcpy(&da, wa + i, sizeof da);
-        std::memcpy(&db, wb + i, sizeof db);
-        // float x float is exact in double, and the scale is a power of two: the rounding below is the only one
-        V2d ta = __builtin_convertvector(fa, V2d) * da * a.scale;
-        V2d tb = __builtin_convertvector(fb, V2d) * db * b.scale;
-        saturated |= std::bit_cast<V2i>((ta > limitA) | (ta < -limitA) | (tb > limitB) | (tb < -limitB));
-        ta = ta < limitA ? ta : limitA;
-        tb = tb < limitB ? tb : limitB;
-        ta = ta > -limitA ? ta : -limitA;
-        tb = tb > -limitB ? tb : -limitB;
-        const V2i qa = roundToInt(ta), qb = roundToInt(tb);
-        // 2 x 2 transpose: from an array a float to the pixel's order
-        *reinterpret_cast<V2i*>(&rounded[i][s - begin]) = V2i{qa[0], qb[0]};
-        *reinterpret_cast<V2i*>(&rounded[i + 1][s - begin]) = V2i{qa[1], qb[1]};
-      }
+    const int count = std::min(kChunk, sums - begin);
+    for (int k = 0; k < count; ++k) {
+      const SumSlot& s = sums_[size_t(begin + k)];
+      inputs[k] = {blockOf(span.values[s.record], first, n, padded[k]), weights[s.weight], s.scale, s.limit};
     }
-    const int count = end - begin;
-    for (int i = 0; i < n; ++i) {
-      if (!pixels[i]) continue;
-      int64_t* sum = pixels[i] + kHeaderSlots + begin;
-      for (int k = 0; k < count; k += 2)
-        *reinterpret_cast<V2i*>(sum + k) += *reinterpret_cast<const V2i*>(&rounded[i][k]);
-    }
+    isClamped |= roundBlock(inputs, count, rounded);
+    for (int i = 0; i < n; ++i)
+      if (pixels[i]) addRounded(pixels[i] + kHeaderSlots + begin, rounded[i], count);
   }
-  if (saturated[0] | saturated[1]) countSaturated(span, first, n, pixels, weights);
+  if (isClamped) countSaturated(span, first, n, pixels, weights);
   if (!extremes_.empty() || !nearest_.empty()) addExtremes(span, first, n, pixels);
 }
 
