@@ -109,7 +109,8 @@ class Film {
   uint64_t bytes() const;
 
   // Raw state, for shards, checkpoints and adaptivity.
-  int slots() const { return slots_; }  // integers a pixel, without padding
+  int slots() const { return slots_; }    // integers a pixel
+  int stride() const { return stride_; }  // from pixel to pixel, in integers
   SlotRule slotRule(int slot) const { return rules_[size_t(slot)]; }
   int firstSlot(int channel) const { return firstSlot_[size_t(channel)]; }
   int firstSplatSlot(int channel) const { return firstSplatSlot_[size_t(channel)]; }  // -1: takes no splats
