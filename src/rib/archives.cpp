@@ -37,16 +37,18 @@ std::vector<std::string> Interpreter::searchPath() const {
   for (size_t at = 0; at < own.size();) {
     const size_t colon = std::min(own.find(':', at), own.size());
     const std::string part = own.substr(at, colon - at);
-    if (part == "@") path.insert(path.end(), read_.archivePath.begin(), read_.archivePath.end());
-    else if (!part.empty()) path.push_back(part);
+    if (part == "@")
+      path.insert(path.end(), read_.archivePath.begin(), read_.archivePath.end());
+    else if (!part.empty())
+      path.push_back(part);
     at = colon + 1;
   }
   path.insert(path.end(), read_.archivePath.begin(), read_.archivePath.end());
   return path;
 }
 
-// As named; beside the file that names it; beside the main file; along the search path; then its base name in the same places,
-// for paths of another machine. "" when it is nowhere.
+// As named; beside the file that names it; beside the main file; along the search path; then its base name in the
+// same places, for paths of another machine. "" when it is nowhere.
 std::string Interpreter::findArchive(const std::string& asNamed, const std::string& including) const {
   std::string name = asNamed;
   for (const auto& [from, to] : read_.dirmap)
@@ -55,7 +57,8 @@ std::string Interpreter::findArchive(const std::string& asNamed, const std::stri
       break;
     }
   std::vector<std::string> directories{""};
-  if (const size_t slash = including.rfind('/'); slash != std::string::npos) directories.push_back(including.substr(0, slash + 1));
+  if (const size_t slash = including.rfind('/'); slash != std::string::npos)
+    directories.push_back(including.substr(0, slash + 1));
   directories.push_back(mainDirectory_);
   for (const std::string& d : searchPath()) {
     directories.push_back(d.ends_with('/') ? d : d + "/");
@@ -81,14 +84,15 @@ std::string Interpreter::findArchive(const std::string& asNamed, const std::stri
 void Interpreter::readNamedArchive(const std::string& name, const Request& r, bool isProcedural) {
   if (int(sources_.size()) > read_.maxArchiveDepth) {
     report(Severity::Error, "RIB-DEPTH", r.pos,
-           "archives are nested more than " + std::to_string(read_.maxArchiveDepth) + " deep at '" + name.substr(0, 200) + "'",
+           "archives are nested more than " + std::to_string(read_.maxArchiveDepth) + " deep at '" +
+               name.substr(0, 200) + "'",
            "it is not read");
     return;
   }
   if (++archiveReads_ > read_.maxArchiveReads) {
     if (archiveReads_ == read_.maxArchiveReads + 1)
-      report(Severity::Error, "RIB-DEPTH", r.pos, "more than " + std::to_string(read_.maxArchiveReads) + " archives are read",
-             "no more are");
+      report(Severity::Error, "RIB-DEPTH", r.pos,
+             "more than " + std::to_string(read_.maxArchiveReads) + " archives are read", "no more are");
     return;
   }
   Source s;
@@ -99,8 +103,9 @@ void Interpreter::readNamedArchive(const std::string& name, const Request& r, bo
   } else {
     file = findArchive(name, r.pos.file ? *r.pos.file : std::string());
     if (file.empty()) {
-      report(Severity::Warning, "ASSET-MISSING-ARCHIVE", r.pos, "the archive '" + name.substr(0, 200) + "' is not found",
-             "it is left out", "give its folder by --search-path archive=DIR or Option \"searchpath\" \"archive\"");
+      report(Severity::Warning, "ASSET-MISSING-ARCHIVE", r.pos,
+             "the archive '" + name.substr(0, 200) + "' is not found", "it is left out",
+             "give its folder by --search-path archive=DIR or Option \"searchpath\" \"archive\"");
       return;
     }
     std::error_code failed;

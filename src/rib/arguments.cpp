@@ -131,21 +131,28 @@ bool Interpreter::numbers(Cursor& c, size_t count, double* out, const char* want
 
 // The type of a name that nobody declared, from how its value is written. For options and attributes this is the rule
 // (their bare names are older than inline declarations); elsewhere it is a repair.
-std::optional<Declaration> Interpreter::guess(const Request& r, const std::string& token, const Argument& a, Use use) {
+std::optional<Declaration> Interpreter::guess(const Request& r, const std::string& token, const Argument& a,
+                                              Use use) {
   if (use == Use::Primitive || token.find(' ') != std::string::npos || token.empty()) {
-    report(Severity::Error, token.find(' ') == std::string::npos ? "RIB-UNDECLARED" : "RIB-DECLARATION", {r.pos.file, a.line},
-           token.find(' ') == std::string::npos ? "nothing declares the parameter \"" + token + "\" of " + r.name
-                                                : "\"" + token.substr(0, 60) + "\" in " + r.name + " is not a declaration",
+    report(Severity::Error, token.find(' ') == std::string::npos ? "RIB-UNDECLARED" : "RIB-DECLARATION",
+           {r.pos.file, a.line},
+           token.find(' ') == std::string::npos
+               ? "nothing declares the parameter \"" + token + "\" of " + r.name
+               : "\"" + token.substr(0, 60) + "\" in " + r.name + " is not a declaration",
            "the parameter is ignored", "write its type before its name, as in \"uniform float x\"");
     return std::nullopt;
   }
   Declaration d;
   d.name = token;
   const size_t n = a.size();
-  if (a.kind == Argument::Kind::Strings) d.type = ValueType::String;
-  else if (a.isInteger && n != 3 && n != 16) d.type = ValueType::Int;
-  else if (n == 3 && use == Use::Node) d.type = ValueType::Color;
-  else if (n == 16) d.type = ValueType::Matrix;
+  if (a.kind == Argument::Kind::Strings)
+    d.type = ValueType::String;
+  else if (a.isInteger && n != 3 && n != 16)
+    d.type = ValueType::Int;
+  else if (n == 3 && use == Use::Node)
+    d.type = ValueType::Color;
+  else if (n == 16)
+    d.type = ValueType::Matrix;
   if (d.type != ValueType::Color && d.type != ValueType::Matrix && n > 1) {
     d.isArray = true;
     d.arrayLength = int(std::min<size_t>(n, INT_MAX));
@@ -166,7 +173,8 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
   const bool isStrings = a.kind == Argument::Kind::Strings;
   if (a.size() == 0) return drop("RIB-ARRAY-LENGTH", "has no value");
   if (wantsStrings != isStrings)
-    return drop("RIB-TYPE", std::string("is declared ") + nameOf(d.type) + " and given " + (isStrings ? "strings" : "numbers"));
+    return drop("RIB-TYPE",
+                std::string("is declared ") + nameOf(d.type) + " and given " + (isStrings ? "strings" : "numbers"));
   const size_t components = wantsStrings ? 1 : size_t(componentsOf(d.type));
   const size_t element = components * size_t(d.arrayLength), given = a.size();
   if (given % element != 0)
@@ -197,8 +205,8 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
       p.ints.push_back(toInt(f));
     }
     if (!whole)
-      report(Severity::Warning, "RIB-TYPE", p.pos, "\"" + d.name + "\" of " + r.name + " is an integer and given fractions",
-             "the fractions are cut off");
+      report(Severity::Warning, "RIB-TYPE", p.pos,
+             "\"" + d.name + "\" of " + r.name + " is an integer and given fractions", "the fractions are cut off");
     return true;
   }
   if (a.isInteger) {
@@ -209,8 +217,8 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
     const bool isPosition = use == Use::Primitive && (d.name == "P" || d.name == "Pw" || d.name == "Pz");
     if (isPosition) return drop("RIB-NUMBER", "holds nan or numbers beyond 3.4e38");
     for (float& f : a.floats) f = std::isnan(f) ? 0.f : std::min(FLT_MAX, std::max(-FLT_MAX, f));
-    report(Severity::Error, "RIB-NUMBER", p.pos, "\"" + d.name + "\" of " + r.name + " holds nan or numbers beyond 3.4e38",
-           "0 and 3.4e38 are used");
+    report(Severity::Error, "RIB-NUMBER", p.pos,
+           "\"" + d.name + "\" of " + r.name + " holds nan or numbers beyond 3.4e38", "0 and 3.4e38 are used");
   }
   p.floats = takeValues(a.floats);
   return true;
@@ -223,7 +231,8 @@ ParameterList Interpreter::parameters(Request& r, size_t first, Use use) {
     if (!token.isString()) {
       report(Severity::Error, "RIB-PARAMETER", {r.pos.file, token.line},
              "a value in the parameter list of " + r.name + " follows no name", "it is ignored");
-      for (++i; i < r.count && !r.args[i].isString(); ++i) {}
+      for (++i; i < r.count && !r.args[i].isString(); ++i) {
+      }
       continue;
     }
     if (i + 1 == r.count) {
@@ -237,8 +246,10 @@ ParameterList Interpreter::parameters(Request& r, size_t first, Use use) {
     if (value.kind == Argument::Kind::Numbers && !value.isArray)
       for (; next < r.count && r.args[next].kind == Argument::Kind::Numbers && !r.args[next].isArray; ++next) {
         const Argument& more = r.args[next];
-        if (more.isInteger) value.addInteger(more.ints[0]);
-        else value.addReal(more.exact[0]);
+        if (more.isInteger)
+          value.addInteger(more.ints[0]);
+        else
+          value.addReal(more.exact[0]);
       }
     const std::string& name = token.strings[0];
     std::optional<Declaration> guessed;

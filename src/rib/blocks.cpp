@@ -33,7 +33,9 @@ void Interpreter::leave() {
   Block b = std::move(blocks_.back());
   blocks_.pop_back();
   switch (b.kind) {
-    case BlockKind::World: finishWorld(); break;
+    case BlockKind::World:
+      finishWorld();
+      break;
     case BlockKind::Object:
       if (!openObjects_.empty()) openObjects_.pop_back();
       break;
@@ -42,14 +44,17 @@ void Interpreter::leave() {
       frame_ = std::move(*b.frame);
       break;
     }
-    default: break;
+    default:
+      break;
   }
-  if (b.state) state_ = std::move(*b.state);
-  else if (b.kind == BlockKind::Transform) state_.ctm = b.ctm;
+  if (b.state)
+    state_ = std::move(*b.state);
+  else if (b.kind == BlockKind::Transform)
+    state_.ctm = b.ctm;
 }
 
-// A block end closes its own block and, with a message, those that were left open inside; attribute and transform ends do not
-// reach out of the world, frame or object they stand in.
+// A block end closes its own block and, with a message, those that were left open inside; attribute and transform
+// ends do not reach out of the world, frame or object they stand in.
 void Interpreter::close(BlockKind kind, const Request& r) {
   if (tooDeep_ > 0) {
     --tooDeep_;
@@ -59,8 +64,10 @@ void Interpreter::close(BlockKind kind, const Request& r) {
   while (at > 0 && blocks_[at - 1].kind != kind) {
     const BlockKind between = blocks_[at - 1].kind;
     const bool wall = between == BlockKind::World || between == BlockKind::Frame || between == BlockKind::Object;
-    if (wall && kind != BlockKind::Frame && kind != BlockKind::World) at = 0;
-    else --at;
+    if (wall && kind != BlockKind::Frame && kind != BlockKind::World)
+      at = 0;
+    else
+      --at;
   }
   if (at == 0) {
     report(Severity::Error, "RIB-NESTING", r.pos, r.name + " closes nothing", "it is ignored");
@@ -68,8 +75,8 @@ void Interpreter::close(BlockKind kind, const Request& r) {
   }
   if (at < blocks_.size())
     report(Severity::Error, "RIB-NESTING", r.pos,
-           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of line " + std::to_string(blocks_.back().pos.line) +
-               " is still open at " + r.name,
+           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of line " +
+               std::to_string(blocks_.back().pos.line) + " is still open at " + r.name,
            "it is closed here");
   while (blocks_.size() >= at) leave();
 }
@@ -86,7 +93,8 @@ void Interpreter::declareRequest(Request& r) {
   if (!c.string(name) || !c.string(text)) return badArguments(r, "a name and a declaration");
   if (!declarations_.declare(name, text))
     report(Severity::Error, "RIB-DECLARATION", r.pos, "\"" + text.substr(0, 60) + "\" is not a declaration",
-           "\"" + name.substr(0, 60) + "\" stays undeclared", "it reads \"[class] type[n]\", as in \"uniform float[2]\"");
+           "\"" + name.substr(0, 60) + "\" stays undeclared",
+           "it reads \"[class] type[n]\", as in \"uniform float[2]\"");
 }
 
 void Interpreter::frameBegin(Request& r) {
@@ -95,7 +103,8 @@ void Interpreter::frameBegin(Request& r) {
   if (!c.number(number) || !std::isfinite(number)) badArguments(r, "a frame number"), number = 0;
   for (const Block& b : blocks_)
     if (b.kind == BlockKind::Frame || b.kind == BlockKind::World) {
-      report(Severity::Error, "RIB-NESTING", r.pos, "FrameBegin inside a frame or world", "the one before is closed first");
+      report(Severity::Error, "RIB-NESTING", r.pos, "FrameBegin inside a frame or world",
+             "the one before is closed first");
       close(b.kind == BlockKind::Frame ? BlockKind::Frame : BlockKind::World, r);
       break;
     }
@@ -128,8 +137,10 @@ void Interpreter::worldBegin(Request& r) {
   if (chosen == cameras.size() && !cameras.empty() &&
       (sameMatrices(scene::Transform()) || sameMatrices(cameras[0].worldToCamera)))
     chosen = 0;
-  if (chosen == cameras.size()) cameras.insert(cameras.begin(), std::move(primary));
-  else std::rotate(cameras.begin(), cameras.begin() + long(chosen), cameras.begin() + long(chosen) + 1);
+  if (chosen == cameras.size())
+    cameras.insert(cameras.begin(), std::move(primary));
+  else
+    std::rotate(cameras.begin(), cameras.begin() + long(chosen), cameras.begin() + long(chosen) + 1);
   const scene::Transform cameraToWorld = cameras[0].worldToCamera.inverse();
   auto& spaces = world_->coordinateSystems;
   spaces["world"] = scene::Transform();
@@ -194,8 +205,8 @@ void Interpreter::objectInstance(Request& r) {
   }
   for (const uint32_t open : openObjects_)
     if (open == it->second) {
-      report(Severity::Error, "RIB-RECURSION", r.pos, "the object '" + handle.substr(0, 60) + "' holds an instance of itself",
-             "the instance is ignored");
+      report(Severity::Error, "RIB-RECURSION", r.pos,
+             "the object '" + handle.substr(0, 60) + "' holds an instance of itself", "the instance is ignored");
       return;
     }
   if (!inWorldOrObject()) {
@@ -211,7 +222,8 @@ void Interpreter::objectInstance(Request& r) {
   (openObjects_.empty() ? world_->instances : prototypes_[openObjects_.back()].instances).push_back(std::move(i));
 }
 
-// Resource "handle" "attributes" "string operation" "save" | "restore" "string subset" "all" | "shading" | "transform" ...
+// Resource "handle" "attributes" "string operation" "save" | "restore" "string subset" "all" | "shading" |
+// "transform" ...
 void Interpreter::resource(Request& r) {
   Cursor c(r);
   std::string handle, type;
@@ -225,7 +237,8 @@ void Interpreter::resource(Request& r) {
   }
   const auto it = resources_.find(handle);
   if (it == resources_.end()) {
-    report(Severity::Error, "RIB-HANDLE", r.pos, "no resource is called '" + handle.substr(0, 60) + "'", "nothing is restored");
+    report(Severity::Error, "RIB-HANDLE", r.pos, "no resource is called '" + handle.substr(0, 60) + "'",
+           "nothing is restored");
     return;
   }
   const State& saved = it->second;
@@ -241,7 +254,8 @@ void Interpreter::resource(Request& r) {
     a.color = saved.attributes->color;
     a.opacity = saved.attributes->opacity;
   } else {
-    report(Severity::Warning, "RIB-RESOURCE", r.pos, "the resource subset '" + subset.substr(0, 40) + "' is not known",
+    report(Severity::Warning, "RIB-RESOURCE", r.pos,
+           "the resource subset '" + subset.substr(0, 40) + "' is not known",
            "all attributes but the transform are restored");
     const scene::Transform ctm = state_.ctm;
     state_ = saved;
@@ -263,7 +277,9 @@ void Interpreter::motionBegin(Request& r) {
     const Argument& a = r.args[i];
     if (a.kind == Argument::Kind::Strings) break;
     for (size_t k = 0; k < a.size(); ++k)
-      motionTimes_.push_back(offset + (k < a.exact.size() ? a.exact[k] : a.isInteger ? double(a.ints[k]) : double(a.floats[k])));
+      motionTimes_.push_back(offset + (k < a.exact.size() ? a.exact[k]
+                                       : a.isInteger      ? double(a.ints[k])
+                                                          : double(a.floats[k])));
   }
   for (size_t k = 0; k < motionTimes_.size(); ++k)
     if (!std::isfinite(motionTimes_[k]) || (k > 0 && !(motionTimes_[k] > motionTimes_[k - 1]))) {
@@ -284,7 +300,8 @@ void Interpreter::motionEnd(Request& r) {
   std::swap(keys, motionRequests_);
   std::vector<double> times = motionTimes_;
   if (keys.empty()) {
-    report(Severity::Warning, "RIB-MOTION", motionPos_, "MotionBegin ... MotionEnd holds no request", "it is ignored");
+    report(Severity::Warning, "RIB-MOTION", motionPos_, "MotionBegin ... MotionEnd holds no request",
+           "it is ignored");
     return;
   }
   const Family family = [&] {
@@ -293,16 +310,17 @@ void Interpreter::motionEnd(Request& r) {
   }();
   for (size_t k = 1; k < keys.size(); ++k)
     if (keys[k].name != keys[0].name) {
-      report(Severity::Error, "RIB-MOTION", keys[k].pos, keys[k].name + " stands in a motion block of " + keys[0].name,
-             "it and those after it are ignored");
+      report(Severity::Error, "RIB-MOTION", keys[k].pos,
+             keys[k].name + " stands in a motion block of " + keys[0].name, "it and those after it are ignored");
       keys.resize(k);
       break;
     }
   if (keys.size() != times.size()) {
     const size_t n = std::min(keys.size(), times.size());
-    report(Severity::Error, "RIB-MOTION", motionPos_,
-           "MotionBegin has " + std::to_string(times.size()) + " times and " + std::to_string(keys.size()) + " requests",
-           "the first " + std::to_string(n) + " are used");
+    report(
+        Severity::Error, "RIB-MOTION", motionPos_,
+        "MotionBegin has " + std::to_string(times.size()) + " times and " + std::to_string(keys.size()) + " requests",
+        "the first " + std::to_string(n) + " are used");
     if (n == 0) times.assign(1, 0.0);
     keys.resize(std::max<size_t>(n, 1));
     times.resize(keys.size());
@@ -310,7 +328,8 @@ void Interpreter::motionEnd(Request& r) {
   if (keys.size() > 1 && family == Family::Transform) return applyTransforms(keys, times);
   if (keys.size() > 1 && family == Family::Geometry) return applyGeometry(keys, times);
   if (keys.size() > 1)
-    report(Severity::Warning, "RIB-MOTION-STATIC", keys[0].pos, keys[0].name + " does not move", "its first value is used");
+    report(Severity::Warning, "RIB-MOTION-STATIC", keys[0].pos, keys[0].name + " does not move",
+           "its first value is used");
   execute(keys[0]);
 }
 
@@ -318,10 +337,12 @@ bool Interpreter::condition(Request& r) {
   Cursor c(r);
   std::string expression, problem;
   if (!c.string(expression)) return badArguments(r, "an expression"), false;
-  const bool v = evaluateCondition(expression, [this](std::string_view n) { return lookUp(n); }, problem);
+  const bool v = evaluateCondition(
+      expression, [this](std::string_view n) { return lookUp(n); }, problem);
   if (!problem.empty())
     report(Severity::Warning, "RIB-CONDITION", r.pos,
-           "the condition \"" + expression.substr(0, 80) + "\" cannot be evaluated: " + problem, "it counts as false");
+           "the condition \"" + expression.substr(0, 80) + "\" cannot be evaluated: " + problem,
+           "it counts as false");
   return v;
 }
 
@@ -339,7 +360,8 @@ void Interpreter::ifBegin(Request& r) {
 }
 
 void Interpreter::elseIf(Request& r) {
-  if (conditions_.empty()) return report(Severity::Error, "RIB-NESTING", r.pos, "ElseIf without IfBegin", "it is ignored");
+  if (conditions_.empty())
+    return report(Severity::Error, "RIB-NESTING", r.pos, "ElseIf without IfBegin", "it is ignored");
   Condition& c = conditions_.back();
   inactive_ -= !c.active;
   c.active = inactive_ == 0 && !c.taken && !c.sawElse && condition(r);
@@ -348,7 +370,8 @@ void Interpreter::elseIf(Request& r) {
 }
 
 void Interpreter::elseRequest(Request& r) {
-  if (conditions_.empty()) return report(Severity::Error, "RIB-NESTING", r.pos, "Else without IfBegin", "it is ignored");
+  if (conditions_.empty())
+    return report(Severity::Error, "RIB-NESTING", r.pos, "Else without IfBegin", "it is ignored");
   Condition& c = conditions_.back();
   inactive_ -= !c.active;
   c.active = inactive_ == 0 && !c.taken && !c.sawElse;
@@ -357,7 +380,8 @@ void Interpreter::elseRequest(Request& r) {
 }
 
 void Interpreter::ifEnd(Request& r) {
-  if (conditions_.empty()) return report(Severity::Error, "RIB-NESTING", r.pos, "IfEnd without IfBegin", "it is ignored");
+  if (conditions_.empty())
+    return report(Severity::Error, "RIB-NESTING", r.pos, "IfEnd without IfBegin", "it is ignored");
   inactive_ -= !conditions_.back().active;
   conditions_.pop_back();
 }

@@ -25,8 +25,10 @@ class GzipOrPlain : public ByteSource {
     if (n > 0) return size_t(n);
     int code = Z_OK;
     const char* text = gzerror(file_, &code);
-    if (code == Z_ERRNO) failure_ = std::strerror(errno);
-    else if (code != Z_OK && code != Z_STREAM_END) failure_ = text && *text ? text : "broken gzip data";
+    if (code == Z_ERRNO)
+      failure_ = std::strerror(errno);
+    else if (code != Z_OK && code != Z_STREAM_END)
+      failure_ = text && *text ? text : "broken gzip data";
     return 0;
   }
   std::string failure() const override { return failure_; }
@@ -59,7 +61,8 @@ using File = std::unique_ptr<FILE, CloseFile>;
 // A member of a zip archive, stored or deflated, read as it is asked for.
 class ZipMember : public ByteSource {
  public:
-  ZipMember(File file, uint64_t compressedSize, bool deflated) : file_(std::move(file)), left_(compressedSize), deflated_(deflated) {
+  ZipMember(File file, uint64_t compressedSize, bool deflated)
+      : file_(std::move(file)), left_(compressedSize), deflated_(deflated) {
     if (deflated_ && inflateInit2(&stream_, -MAX_WBITS) != Z_OK) failure_ = "cannot start decompression";
   }
   ~ZipMember() override {
@@ -153,7 +156,8 @@ std::unique_ptr<ByteSource> openZipMember(const std::string& path, const std::st
     const uint64_t compressed = little(h + 20, 4);
     const long local = long(little(h + 42, 4));
     unsigned char l[30];
-    if (std::fseek(file.get(), local, SEEK_SET) != 0 || std::fread(l, 1, sizeof l, file.get()) != sizeof l) return nullptr;
+    if (std::fseek(file.get(), local, SEEK_SET) != 0 || std::fread(l, 1, sizeof l, file.get()) != sizeof l)
+      return nullptr;
     std::fseek(file.get(), long(little(l + 26, 2) + little(l + 28, 2)), SEEK_CUR);
     return std::make_unique<ZipMember>(std::move(file), compressed, method == Z_DEFLATED);
   }
@@ -172,7 +176,7 @@ bool splitZip(const std::string& path, std::string& archive, std::string& member
 }  // namespace
 
 bool isReadable(const std::string& path) {
-  struct stat s{};
+  struct stat s {};
   if (stat(path.c_str(), &s) == 0) return !S_ISDIR(s.st_mode);
   std::string archive, member, why;
   if (!splitZip(path, archive, member) || stat(archive.c_str(), &s) != 0 || S_ISDIR(s.st_mode)) return false;
@@ -188,7 +192,7 @@ std::unique_ptr<ByteSource> openFile(const std::string& path, std::string& why) 
     why = "standard input is closed";
     return nullptr;
   }
-  struct stat s{};
+  struct stat s {};
   if (stat(path.c_str(), &s) != 0) {
     why = std::strerror(errno);
     std::string archive, member;

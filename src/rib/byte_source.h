@@ -1,5 +1,5 @@
-// Where RIB bytes come from: a file or standard input (gzip found by its magic), a member of a zip archive, or memory.
-// Used by the lexer alone. It knows nothing of RIB.
+// Where RIB bytes come from: a file or standard input (gzip found by its magic), a member of a zip archive, or
+// memory. Used by the lexer alone. It knows nothing of RIB.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -16,8 +16,8 @@ class ByteSource {
   virtual std::string failure() const { return {}; }
 };
 
-// Null and a reason when `path` cannot be read ("is a directory", "No such file or directory"). "-" is standard input;
-// "archive.zip!member" is a member of a zip archive.
+// Null and a reason when `path` cannot be read ("is a directory", "No such file or directory"). "-" is standard
+// input; "archive.zip!member" is a member of a zip archive.
 std::unique_ptr<ByteSource> openFile(const std::string& path, std::string& why);
 std::unique_ptr<ByteSource> openText(std::string text);
 // True for anything that openFile would try to read: a file, or a zip archive with a member part.

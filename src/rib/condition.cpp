@@ -9,7 +9,8 @@ namespace kinora::rib {
 namespace {
 
 bool isNameChar(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':' || c == '.';
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':' ||
+         c == '.';
 }
 
 std::optional<double> asNumber(std::string_view s) {
@@ -31,7 +32,8 @@ class Parser {
   bool run(std::string& problem) {
     const std::string v = either();
     space();
-    if (problem_.empty() && at_ < text_.size()) fail("'" + std::string(text_.substr(at_, 20)) + "' is not understood");
+    if (problem_.empty() && at_ < text_.size())
+      fail("'" + std::string(text_.substr(at_, 20)) + "' is not understood");
     problem = problem_;
     return problem_.empty() && truth(v);
   }
@@ -44,7 +46,9 @@ class Parser {
     at_ = text_.size();
   }
   void space() {
-    while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\n' || text_[at_] == '\r')) ++at_;
+    while (at_ < text_.size() &&
+           (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\n' || text_[at_] == '\r'))
+      ++at_;
   }
   bool take(std::string_view op) {
     space();
@@ -76,7 +80,8 @@ class Parser {
     if (pattern.size() > 256 || subject.size() > 4096) return fail("a pattern is too long"), false;
     try {
       // matching in polynomial time: a pattern from a file must not be able to stop the reader
-      return std::regex_search(subject, std::regex(pattern, std::regex::ECMAScript | std::regex_constants::__polynomial));
+      return std::regex_search(subject,
+                               std::regex(pattern, std::regex::ECMAScript | std::regex_constants::__polynomial));
     } catch (const std::regex_error&) {
       fail("'" + pattern + "' is not a pattern");
       return false;
@@ -102,39 +107,55 @@ class Parser {
   std::string equality() {
     std::string v = order();
     for (;;) {
-      if (take("==")) v = text(compare(v, order()) == 0);
-      else if (take("!=")) v = text(compare(v, order()) != 0);
-      else if (take("=~")) v = text(matches(v, order()));
-      else return v;
+      if (take("=="))
+        v = text(compare(v, order()) == 0);
+      else if (take("!="))
+        v = text(compare(v, order()) != 0);
+      else if (take("=~"))
+        v = text(matches(v, order()));
+      else
+        return v;
     }
   }
   std::string order() {
     std::string v = sum();
     for (;;) {
-      if (take("<=")) v = text(compare(v, sum()) <= 0);
-      else if (take(">=")) v = text(compare(v, sum()) >= 0);
-      else if (take("<")) v = text(compare(v, sum()) < 0);
-      else if (take(">")) v = text(compare(v, sum()) > 0);
-      else return v;
+      if (take("<="))
+        v = text(compare(v, sum()) <= 0);
+      else if (take(">="))
+        v = text(compare(v, sum()) >= 0);
+      else if (take("<"))
+        v = text(compare(v, sum()) < 0);
+      else if (take(">"))
+        v = text(compare(v, sum()) > 0);
+      else
+        return v;
     }
   }
   std::string sum() {
     std::string v = product();
     for (;;) {
-      if (take("+")) v = text(numeric(v) + numeric(product()));
-      else if (take("-")) v = text(numeric(v) - numeric(product()));
-      else return v;
+      if (take("+"))
+        v = text(numeric(v) + numeric(product()));
+      else if (take("-"))
+        v = text(numeric(v) - numeric(product()));
+      else
+        return v;
     }
   }
   std::string product() {
     std::string v = power();
     for (;;) {
-      if (take("*")) v = text(numeric(v) * numeric(power()));
+      if (take("*"))
+        v = text(numeric(v) * numeric(power()));
       else if (take("/")) {
         const double by = numeric(power());
-        if (by == 0) fail("division by zero");
-        else v = text(numeric(v) / by);
-      } else return v;
+        if (by == 0)
+          fail("division by zero");
+        else
+          v = text(numeric(v) / by);
+      } else
+        return v;
     }
   }
   std::string power() {
@@ -149,9 +170,12 @@ class Parser {
     if (++depth_ > kMostDepth) return fail("it is nested too deeply"), std::string();
     std::string v;
     space();
-    if (text_.substr(at_, 2) != "!=" && take("!")) v = text(!truth(unary()));
-    else if (take("-")) v = text(-numeric(unary()));
-    else v = primary();
+    if (text_.substr(at_, 2) != "!=" && take("!"))
+      v = text(!truth(unary()));
+    else if (take("-"))
+      v = text(-numeric(unary()));
+    else
+      v = primary();
     --depth_;
     return v;
   }
@@ -239,8 +263,10 @@ std::string substitute(std::string_view text, char marker, bool bare, const Look
     size_t from = found + 1, to = from, after = from;
     if (from < text.size() && text[from] == '{') {
       to = text.find('}', ++from);
-      if (to == std::string_view::npos) to = from;
-      else after = to + 1;
+      if (to == std::string_view::npos)
+        to = from;
+      else
+        after = to + 1;
     } else if (bare) {
       while (to < text.size() && isNameChar(text[to])) ++to;
       while (to > from && (text[to - 1] == ':' || text[to - 1] == '.')) --to;

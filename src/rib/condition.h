@@ -1,5 +1,5 @@
-// The expressions of IfBegin and ElseIf, and "$name" inside strings. Used by the interpreter, which answers for the values of
-// names. It runs nothing and knows no request.
+// The expressions of IfBegin and ElseIf, and "$name" inside strings. Used by the interpreter, which answers for the
+// values of names. It runs nothing and knows no request.
 #pragma once
 #include <functional>
 #include <optional>

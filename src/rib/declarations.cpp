@@ -11,8 +11,9 @@ using scene::ValueType;
 namespace {
 
 constexpr std::pair<std::string_view, StorageClass> kClasses[] = {
-    {"constant", StorageClass::Constant}, {"uniform", StorageClass::Uniform},         {"varying", StorageClass::Varying},
-    {"vertex", StorageClass::Vertex},     {"facevarying", StorageClass::FaceVarying}, {"facevertex", StorageClass::FaceVertex}};
+    {"constant", StorageClass::Constant},       {"uniform", StorageClass::Uniform},
+    {"varying", StorageClass::Varying},         {"vertex", StorageClass::Vertex},
+    {"facevarying", StorageClass::FaceVarying}, {"facevertex", StorageClass::FaceVertex}};
 
 constexpr std::pair<std::string_view, ValueType> kTypes[] = {
     {"float", ValueType::Float},
@@ -36,24 +37,42 @@ constexpr std::pair<std::string_view, ValueType> kTypes[] = {
 
 // Section 2 of the RIB reference.
 constexpr std::pair<const char*, const char*> kPredeclared[] = {
-    {"P", "vertex point"},           {"Pz", "vertex float"},
-    {"Pw", "vertex hpoint"},         {"N", "varying normal"},
-    {"Np", "uniform normal"},        {"Cs", "varying color"},
-    {"Os", "varying color"},         {"s", "varying float"},
-    {"t", "varying float"},          {"st", "varying float[2]"},
-    {"width", "varying float"},      {"constantwidth", "constant float"},
-    {"height", "varying float"},     {"fov", "uniform float"},
-    {"origin", "uniform int[2]"},    {"intensity", "uniform float"},
-    {"lightcolor", "uniform color"}, {"from", "uniform point"},
-    {"to", "uniform point"},         {"coneangle", "uniform float"},
-    {"conedeltaangle", "uniform float"}, {"beamdistribution", "uniform float"},
-    {"amplitude", "uniform float"},  {"background", "uniform color"},
-    {"distance", "uniform float"},   {"mindistance", "uniform float"},
-    {"maxdistance", "uniform float"}, {"Ka", "uniform float"},
-    {"Kd", "uniform float"},         {"Ks", "uniform float"},
-    {"Kr", "uniform float"},         {"roughness", "uniform float"},
-    {"specularcolor", "uniform color"}, {"texturename", "uniform string"},
-    {"__instanceid", "uniform string"}, {"__materialid", "uniform string"},
+    {"P", "vertex point"},
+    {"Pz", "vertex float"},
+    {"Pw", "vertex hpoint"},
+    {"N", "varying normal"},
+    {"Np", "uniform normal"},
+    {"Cs", "varying color"},
+    {"Os", "varying color"},
+    {"s", "varying float"},
+    {"t", "varying float"},
+    {"st", "varying float[2]"},
+    {"width", "varying float"},
+    {"constantwidth", "constant float"},
+    {"height", "varying float"},
+    {"fov", "uniform float"},
+    {"origin", "uniform int[2]"},
+    {"intensity", "uniform float"},
+    {"lightcolor", "uniform color"},
+    {"from", "uniform point"},
+    {"to", "uniform point"},
+    {"coneangle", "uniform float"},
+    {"conedeltaangle", "uniform float"},
+    {"beamdistribution", "uniform float"},
+    {"amplitude", "uniform float"},
+    {"background", "uniform color"},
+    {"distance", "uniform float"},
+    {"mindistance", "uniform float"},
+    {"maxdistance", "uniform float"},
+    {"Ka", "uniform float"},
+    {"Kd", "uniform float"},
+    {"Ks", "uniform float"},
+    {"Kr", "uniform float"},
+    {"roughness", "uniform float"},
+    {"specularcolor", "uniform color"},
+    {"texturename", "uniform string"},
+    {"__instanceid", "uniform string"},
+    {"__materialid", "uniform string"},
 };
 
 bool isSpace(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }

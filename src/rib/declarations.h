@@ -1,5 +1,5 @@
-// What a parameter token means: predeclared names, Declare, and inline declarations ("uniform color[3] x"). Used by the
-// interpreter. It holds types, never values.
+// What a parameter token means: predeclared names, Declare, and inline declarations ("uniform color[3] x"). Used by
+// the interpreter. It holds types, never values.
 #pragma once
 #include <optional>
 #include <string>

@@ -15,9 +15,9 @@ struct QuadricForm {
   size_t args;
 };
 constexpr QuadricForm kQuadrics[] = {
-    {"Sphere", Quadric::Kind::Sphere, 4},           {"Cone", Quadric::Kind::Cone, 3},
-    {"Cylinder", Quadric::Kind::Cylinder, 4},       {"Hyperboloid", Quadric::Kind::Hyperboloid, 7},
-    {"Paraboloid", Quadric::Kind::Paraboloid, 4},   {"Disk", Quadric::Kind::Disk, 3},
+    {"Sphere", Quadric::Kind::Sphere, 4},         {"Cone", Quadric::Kind::Cone, 3},
+    {"Cylinder", Quadric::Kind::Cylinder, 4},     {"Hyperboloid", Quadric::Kind::Hyperboloid, 7},
+    {"Paraboloid", Quadric::Kind::Paraboloid, 4}, {"Disk", Quadric::Kind::Disk, 3},
     {"Torus", Quadric::Kind::Torus, 5},
 };
 
@@ -68,12 +68,14 @@ bool sameTopology(const Shape& a, const Shape& b) {
   }
   if (const auto* m = std::get_if<PatchMesh>(&a)) {
     const auto& n = std::get<PatchMesh>(b);
-    return m->bicubic == n.bicubic && m->nu == n.nu && m->nv == n.nv && m->uPeriodic == n.uPeriodic && m->vPeriodic == n.vPeriodic;
+    return m->bicubic == n.bicubic && m->nu == n.nu && m->nv == n.nv && m->uPeriodic == n.uPeriodic &&
+           m->vPeriodic == n.vPeriodic;
   }
   if (const auto* m = std::get_if<Patch>(&a)) return m->bicubic == std::get<Patch>(b).bicubic;
   if (const auto* m = std::get_if<NuPatch>(&a)) {
     const auto& n = std::get<NuPatch>(b);
-    return m->nu == n.nu && m->nv == n.nv && m->uOrder == n.uOrder && m->vOrder == n.vOrder && m->uKnots == n.uKnots && m->vKnots == n.vKnots;
+    return m->nu == n.nu && m->nv == n.nv && m->uOrder == n.uOrder && m->vOrder == n.vOrder &&
+           m->uKnots == n.uKnots && m->vKnots == n.vKnots;
   }
   if (const auto* m = std::get_if<Points>(&a)) return m->count == std::get<Points>(b).count;
   if (const auto* m = std::get_if<Quadric>(&a)) return m->kind == std::get<Quadric>(b).kind;
@@ -85,9 +87,12 @@ void heightsToPoints(ParameterList& primvars, const Shape& shape) {
   const Parameter* z = std::as_const(primvars).find("Pz");
   if (!z || primvars.find("P")) return;
   size_t nu = 2, nv = 2;
-  if (const auto* p = std::get_if<Patch>(&shape)) nu = nv = p->bicubic ? 4 : 2;
-  else if (const auto* m = std::get_if<PatchMesh>(&shape)) nu = size_t(std::max(1, m->nu)), nv = size_t(std::max(1, m->nv));
-  else return;
+  if (const auto* p = std::get_if<Patch>(&shape))
+    nu = nv = p->bicubic ? 4 : 2;
+  else if (const auto* m = std::get_if<PatchMesh>(&shape))
+    nu = size_t(std::max(1, m->nu)), nv = size_t(std::max(1, m->nv));
+  else
+    return;
   Parameter p = *z;
   p.name = "P";
   p.type = ValueType::Point;
@@ -104,7 +109,8 @@ void heightsToPoints(ParameterList& primvars, const Shape& shape) {
 
 // Tags of both forms of subdivision mesh: counts per tag are 2 (ints, floats) or 3 (and strings).
 std::string readTags(SubdivisionMesh& m, const std::vector<std::string>& names, const std::vector<int>& counts,
-                     const std::vector<int>& ints, const std::vector<float>& floats, const std::vector<std::string>& strings) {
+                     const std::vector<int>& ints, const std::vector<float>& floats,
+                     const std::vector<std::string>& strings) {
   if (names.empty()) return {};
   const size_t per = counts.size() == 3 * names.size() ? 3 : 2;
   if (counts.size() != per * names.size())
@@ -112,8 +118,8 @@ std::string readTags(SubdivisionMesh& m, const std::vector<std::string>& names, 
   size_t atInt = 0, atFloat = 0, atString = 0;
   for (size_t i = 0; i < names.size(); ++i) {
     const int n[3] = {counts[per * i], counts[per * i + 1], per == 3 ? counts[per * i + 2] : 0};
-    if (n[0] < 0 || n[1] < 0 || n[2] < 0 || size_t(n[0]) > ints.size() - atInt || size_t(n[1]) > floats.size() - atFloat ||
-        size_t(n[2]) > strings.size() - atString)
+    if (n[0] < 0 || n[1] < 0 || n[2] < 0 || size_t(n[0]) > ints.size() - atInt ||
+        size_t(n[1]) > floats.size() - atFloat || size_t(n[2]) > strings.size() - atString)
       return "the tag '" + names[i].substr(0, 40) + "' with more arguments than there are";
     SubdivisionMesh::Tag t;
     t.name = names[i];
@@ -168,7 +174,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
   } else if (r.name == "PointsPolygons" || r.name == "PointsGeneralPolygons") {
     PolygonMesh m;
     if (r.name == "PointsGeneralPolygons" && !c.integers(m.loopsPerFace)) return bad("three arrays of whole numbers");
-    if (!c.integers(m.verticesPerLoop) || !c.integers(m.vertices)) return bad("arrays of whole numbers: vertex counts and indices");
+    if (!c.integers(m.verticesPerLoop) || !c.integers(m.vertices))
+      return bad("arrays of whole numbers: vertex counts and indices");
     // the general form with one loop a face is the plain form
     if (std::all_of(m.loopsPerFace.begin(), m.loopsPerFace.end(), [](int n) { return n == 1; }) &&
         m.loopsPerFace.size() == m.verticesPerLoop.size())
@@ -181,8 +188,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
       return bad("a scheme and two arrays of whole numbers");
     if (m.scheme == "catmark") m.scheme = "catmull-clark";
     if (m.scheme != "catmull-clark" && m.scheme != "loop" && m.scheme != "bilinear") {
-      report(Severity::Warning, "RIB-SCHEME", r.pos, "no subdivision scheme is called '" + m.scheme.substr(0, 40) + "'",
-             "catmull-clark is used");
+      report(Severity::Warning, "RIB-SCHEME", r.pos,
+             "no subdivision scheme is called '" + m.scheme.substr(0, 40) + "'", "catmull-clark is used");
       m.scheme = "catmull-clark";
     }
     // tags are there when an array follows; a parameter list begins with a bare string
@@ -200,7 +207,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     std::string wrap;
     if (!c.string(text) || (text != "linear" && text != "cubic")) return bad("\"linear\" or \"cubic\"");
     if (!c.integers(k.verticesPerCurve)) return bad("an array of vertex counts");
-    if (!c.string(wrap) || (wrap != "periodic" && wrap != "nonperiodic")) return bad("\"periodic\" or \"nonperiodic\"");
+    if (!c.string(wrap) || (wrap != "periodic" && wrap != "nonperiodic"))
+      return bad("\"periodic\" or \"nonperiodic\"");
     k.cubic = text == "cubic";
     k.periodic = wrap == "periodic";
     p.shape = std::move(k);
@@ -217,7 +225,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     double n[2];
     const auto isWrap = [](const std::string& w) { return w == "periodic" || w == "nonperiodic"; };
     if (!c.string(text) || (text != "bilinear" && text != "bicubic")) return bad("\"bilinear\" or \"bicubic\"");
-    if (!c.number(n[0]) || !c.string(wrap[0]) || !c.number(n[1]) || !c.string(wrap[1]) || !isWrap(wrap[0]) || !isWrap(wrap[1]))
+    if (!c.number(n[0]) || !c.string(wrap[0]) || !c.number(n[1]) || !c.string(wrap[1]) || !isWrap(wrap[0]) ||
+        !isWrap(wrap[1]))
       return bad("a count and \"periodic\" or \"nonperiodic\" for u and for v");
     for (const double v : n)
       if (!(v >= 1 && v <= 1e9)) return bad("counts of at least 1");
@@ -228,7 +237,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     for (int i = 0; i < 2; ++i) {
       double n[2], range[2];
       std::vector<float>& knots = i ? m.vKnots : m.uKnots;
-      if (!c.numbers(2, n) || !c.floats(knots) || !c.numbers(2, range)) return bad("count, order, knots and range for u and for v");
+      if (!c.numbers(2, n) || !c.floats(knots) || !c.numbers(2, range))
+        return bad("count, order, knots and range for u and for v");
       for (const double v : n)
         if (!(v >= 1 && v <= 1e9)) return bad("counts of at least 1");
       (i ? m.nv : m.nu) = int(n[0]);
@@ -275,7 +285,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     if (c.nextIsString() && (r.name == "Procedural" || !r.args[c.at].isArray) && c.strings(data))
       o.args.set(arrayOf("data", std::move(data), r.pos));
     double bound[6];
-    if (r.name == "Procedural" && c.numbers(6, bound)) o.args.set(arrayOf("bound", std::vector<float>(bound, bound + 6), r.pos));
+    if (r.name == "Procedural" && c.numbers(6, bound))
+      o.args.set(arrayOf("bound", std::vector<float>(bound, bound + 6), r.pos));
     other(std::move(o));
   }
 
@@ -285,14 +296,16 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
   if (auto* m = std::get_if<PolygonMesh>(&p.shape); m && r.name == "Polygon")
     m->verticesPerLoop = {int(std::min<size_t>(positions, INT32_MAX))};
   if (auto* points = std::get_if<Points>(&p.shape)) points->count = int(std::min<size_t>(positions, INT32_MAX));
-  const bool needsPositions = !std::holds_alternative<Quadric>(p.shape) && !std::holds_alternative<OtherPrimitive>(p.shape);
+  const bool needsPositions =
+      !std::holds_alternative<Quadric>(p.shape) && !std::holds_alternative<OtherPrimitive>(p.shape);
   if (needsPositions && positions == 0) {
     report(Severity::Error, "RIB-MISSING-P", r.pos, r.name + " has no usable \"P\"", "the primitive is left out");
     return std::nullopt;
   }
   if (const std::string why = checkShape(p.shape, positions); !why.empty()) {
     const bool index = why.find("vertex index") != std::string::npos;
-    report(Severity::Error, index ? "RIB-INDEX" : "RIB-SHAPE", r.pos, r.name + " " + why, "the primitive is left out");
+    report(Severity::Error, index ? "RIB-INDEX" : "RIB-SHAPE", r.pos, r.name + " " + why,
+           "the primitive is left out");
     return std::nullopt;
   }
   if (std::holds_alternative<OtherPrimitive>(p.shape)) return p;
@@ -342,7 +355,8 @@ void Interpreter::applyGeometry(std::vector<Request>& keys, const std::vector<do
   first->times.push_back(times[0]);
   for (size_t k = 1; k < keys.size(); ++k) {
     auto next = primitive(keys[k]);
-    if (!next || !sameTopology(first->shape, next->shape) || positionsIn(next->primvars) != positionsIn(first->primvars)) {
+    if (!next || !sameTopology(first->shape, next->shape) ||
+        positionsIn(next->primvars) != positionsIn(first->primvars)) {
       report(Severity::Error, "RIB-MOTION", keys[k].pos,
              keys[k].name + " of a motion block does not match the first in faces, counts or points",
              "this and later times are ignored");
@@ -373,8 +387,10 @@ void Interpreter::emit(Primitive p) {
   }
   if (isLamp) return;
   auto shared = std::make_shared<const Primitive>(std::move(p));
-  if (openObjects_.empty()) world_->primitives.push_back(std::move(shared));
-  else prototypes_[openObjects_.back()].primitives.push_back(std::move(shared));
+  if (openObjects_.empty())
+    world_->primitives.push_back(std::move(shared));
+  else
+    prototypes_[openObjects_.back()].primitives.push_back(std::move(shared));
 }
 
 }  // namespace kinora::rib

@@ -205,8 +205,8 @@ bool Interpreter::push(Source s) {
   return true;
 }
 
-// Archives are sources on a stack of our own, so that their nesting never nests the C++ stack. The outermost source stays
-// on it when it ends, for its caller to look at.
+// Archives are sources on a stack of our own, so that their nesting never nests the C++ stack. The outermost source
+// stays on it when it ends, for its caller to look at.
 void Interpreter::run() {
   for (;;) {
     Source& s = sources_.back();
@@ -293,7 +293,8 @@ void Interpreter::substituteStrings(Request& r) {
       if (s.find(marker_) != std::string::npos) s = substitute(s, marker_, bareMarker_, look);
 }
 
-// "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust: attribute, option.
+// "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust:
+// attribute, option.
 std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
   const auto text = [](const scene::Parameter& p) -> std::string {
     if (!p.strings.empty()) return p.strings[0];
@@ -359,7 +360,7 @@ scene::Attributes& Interpreter::edit() {
 }
 
 void Interpreter::finish() {
-  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin", "WorldBegin",
+  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
                                        "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
   if (recording_) {
     report(Severity::Error, "RIB-NESTING", recordingPos_, "ArchiveBegin \"" + recordingName_ + "\" is not closed",
@@ -384,8 +385,8 @@ void Interpreter::finish() {
   }
   if (outsideWorld_ > 0)
     report(Severity::Warning, "RIB-OUTSIDE-WORLD", {},
-           std::to_string(outsideWorld_) + " primitives and lights stand outside WorldBegin ... WorldEnd", "they are ignored",
-           "read the file by ReadArchive from a scene that has a world");
+           std::to_string(outsideWorld_) + " primitives and lights stand outside WorldBegin ... WorldEnd",
+           "they are ignored", "read the file by ReadArchive from a scene that has a world");
   if (worlds_ == 0)
     report(Severity::Error, "RIB-NO-WORLD", {}, "no WorldBegin ... WorldEnd was read", "there is nothing to render");
 }

@@ -1,5 +1,5 @@
-// What the requests mean: the graphics state, its blocks, and a handler for each request. Used by reader.cpp alone. The
-// handlers stand in files named after their families: blocks, options, transforms, shading, geometry, archives.
+// What the requests mean: the graphics state, its blocks, and a handler for each request. Used by reader.cpp alone.
+// The handlers stand in files named after their families: blocks, options, transforms, shading, geometry, archives.
 #pragma once
 #include <map>
 #include <memory>
@@ -53,20 +53,20 @@ class Interpreter {
     std::shared_ptr<scene::Attributes> attributes;
     scene::Transform ctm;  // world to camera before WorldBegin, object to world after it
     std::vector<LightFilter> lightFilters;
-    std::shared_ptr<const scene::Light> emitter;      // PxrMeshLight or AreaLightSource that waits for geometry
+    std::shared_ptr<const scene::Light> emitter;       // PxrMeshLight or AreaLightSource that waits for geometry
     std::shared_ptr<const scene::ParameterList> trim;  // TrimCurve
   };
   using NodeMap = std::unordered_map<std::string, scene::NodePtr>;
   enum class BlockKind : uint8_t { Attribute, Transform, Frame, World, Solid, Object, Resource };
   struct FrameState {
-    scene::Scene options;  // a scene without objects
-    scene::Camera camera;  // what the camera requests said so far
+    scene::Scene options;                                  // a scene without objects
+    scene::Camera camera;                                  // what the camera requests said so far
     std::map<std::string, scene::Transform> cameraSpaces;  // named before WorldBegin: that space to camera
   };
   struct Block {
     BlockKind kind;
     SourcePos pos;
-    std::unique_ptr<State> state;       // null: only the transform comes back
+    std::unique_ptr<State> state;  // null: only the transform comes back
     scene::Transform ctm;
     std::unique_ptr<FrameState> frame;  // FrameBegin's
     std::unique_ptr<NodeMap> nodes;     // declared in this block, by handle
@@ -98,9 +98,9 @@ class Interpreter {
               std::string advice = {}) {
     messages_.report({s, std::move(code), pos, std::move(what), std::move(done), std::move(advice)});
   }
-  void keep(Request& r);         // into Scene::kept, reported once per name
+  void keep(Request& r);  // into Scene::kept, reported once per name
   void reportKept(const Request& r);
-  scene::Attributes& edit();     // the current attributes, no longer shared
+  scene::Attributes& edit();  // the current attributes, no longer shared
   bool inWorldOrObject() const { return world_ || !openObjects_.empty(); }
 
   // ---- arguments.cpp: values out of requests
@@ -269,14 +269,14 @@ class Interpreter {
   std::set<std::string> keptNames_, unknownNames_;
 };
 
-// Takes the positional arguments of a request one after the other; a scalar may stand in brackets and a row of scalars
-// may be one array, as real files have both.
+// Takes the positional arguments of a request one after the other; a scalar may stand in brackets and a row of
+// scalars may be one array, as real files have both.
 class Interpreter::Cursor {
  public:
   explicit Cursor(Request& r) : request(r) {}
   bool number(double& v) { return numbers(1, &v); }
   bool numbers(size_t count, double* out);
-  bool string(std::string& v);         // a number is taken as its digits: handles
+  bool string(std::string& v);  // a number is taken as its digits: handles
   bool nextIsString() const { return at < request.count && request.args[at].kind == Argument::Kind::Strings; }
   Argument* array(Argument::Kind kind);  // null when the next argument is not of this kind
   bool integers(std::vector<int>& v);

@@ -136,8 +136,10 @@ Lexer::Token Lexer::next() {
       case kSign:
         if (const Token t = number(); t != Token::End) return t;
         continue;
-      case kLetter: return word();
-      default: break;
+      case kLetter:
+        return word();
+      default:
+        break;
     }
     if (c == '[') return ++cursor_, Token::ArrayBegin;
     if (c == ']') return ++cursor_, Token::ArrayEnd;
@@ -161,8 +163,8 @@ void Lexer::junk() {
   while (cursor_ != end_ && !isDelimiter(*cursor_)) ++cursor_;
   if (syntaxMessages_++ == 0)
     complain(Severity::Error, "RIB-SYNTAX",
-             "'" + std::string(begin, std::min<size_t>(size_t(cursor_ - begin), 40)) + "' is not RIB", "it is skipped",
-             "a quote or '#' may be missing before it");
+             "'" + std::string(begin, std::min<size_t>(size_t(cursor_ - begin), 40)) + "' is not RIB",
+             "it is skipped", "a quote or '#' may be missing before it");
 }
 
 bool Lexer::parseNumber(double& value, bool& isInteger) {
@@ -198,8 +200,10 @@ bool Lexer::parseNumber(double& value, bool& isInteger) {
   // 15 digits and 22 powers of ten are exact in a double, so that one rounding gives the right answer (Clinger 1990)
   if (count <= 15 && exponent >= -22 && exponent <= 22) {
     value = double(mantissa);
-    if (exponent < 0) value /= kPowersOfTen[-exponent];
-    else if (exponent > 0) value *= kPowersOfTen[exponent];
+    if (exponent < 0)
+      value /= kPowersOfTen[-exponent];
+    else if (exponent > 0)
+      value *= kPowersOfTen[exponent];
     if (negative) value = -value;
   } else {
     const char* begin = *cursor_ == '+' ? cursor_ + 1 : cursor_;
@@ -210,7 +214,8 @@ bool Lexer::parseNumber(double& value, bool& isInteger) {
       if (negative) value = -value;
     }
   }
-  if (p == end_ && !sourceEnded_ && size_t(end_ - cursor_) < kBuffer && refill()) return parseNumber(value, isInteger);
+  if (p == end_ && !sourceEnded_ && size_t(end_ - cursor_) < kBuffer && refill())
+    return parseNumber(value, isInteger);
   if (isInteger && (value > 2147483647.0 || value < -2147483648.0)) isInteger = false;
   cursor_ = p;
   return true;
@@ -255,9 +260,12 @@ bool Lexer::wordToNumber() {
   if (text_.size() > 8) return false;
   std::string lower = text_;
   for (char& c : lower) c = char(std::tolower(static_cast<unsigned char>(c)));
-  if (lower == "nan") value_ = std::numeric_limits<double>::quiet_NaN();
-  else if (lower == "inf" || lower == "infinity") value_ = std::numeric_limits<double>::infinity();
-  else return false;
+  if (lower == "nan")
+    value_ = std::numeric_limits<double>::quiet_NaN();
+  else if (lower == "inf" || lower == "infinity")
+    value_ = std::numeric_limits<double>::infinity();
+  else
+    return false;
   isInteger_ = false;
   return true;
 }
@@ -273,8 +281,12 @@ Lexer::Token Lexer::asciiString(char quote) {
   text_.clear();
   const uint32_t openedAt = line_;
   const auto unclosed = [&](const char* done) {
-    messages_.report({Severity::Error, "RIB-STRING", {file_, openedAt},
-                      "the string \"" + text_.substr(0, 40) + "\" has no closing quote", done, {}});
+    messages_.report({Severity::Error,
+                      "RIB-STRING",
+                      {file_, openedAt},
+                      "the string \"" + text_.substr(0, 40) + "\" has no closing quote",
+                      done,
+                      {}});
     if (const size_t eol = text_.find_first_of("\r\n"); eol != std::string::npos) text_.resize(eol);
     return Token::String;
   };
@@ -301,19 +313,32 @@ Lexer::Token Lexer::asciiString(char quote) {
     if (cursor_ == end_) continue;
     const char e = *cursor_++;
     switch (e) {
-      case 'n': text_ += '\n'; break;
-      case 'r': text_ += '\r'; break;
-      case 't': text_ += '\t'; break;
-      case 'b': text_ += '\b'; break;
-      case 'f': text_ += '\f'; break;
+      case 'n':
+        text_ += '\n';
+        break;
+      case 'r':
+        text_ += '\r';
+        break;
+      case 't':
+        text_ += '\t';
+        break;
+      case 'b':
+        text_ += '\b';
+        break;
+      case 'f':
+        text_ += '\f';
+        break;
       case '\r':
         if (cursor_ != end_ && *cursor_ == '\n') ++cursor_, ++line_;
         break;
-      case '\n': ++line_; break;
+      case '\n':
+        ++line_;
+        break;
       default:
         if (e >= '0' && e <= '7') {
           int v = e - '0';
-          for (int i = 0; i < 2 && cursor_ != end_ && *cursor_ >= '0' && *cursor_ <= '7'; ++i) v = v * 8 + (*cursor_++ - '0');
+          for (int i = 0; i < 2 && cursor_ != end_ && *cursor_ >= '0' && *cursor_ <= '7'; ++i)
+            v = v * 8 + (*cursor_++ - '0');
           text_ += char(v);
         } else {
           text_ += e;
@@ -409,8 +434,8 @@ Lexer::Token Lexer::binary(unsigned char lead) {
     return Token::End;
   }
   if (syntaxMessages_++ == 0)
-    complain(Severity::Error, "RIB-BINARY", "the byte " + std::to_string(lead) + " has no meaning in RIB", "it is skipped",
-             "the file may be in another encoding or not be RIB at all");
+    complain(Severity::Error, "RIB-BINARY", "the byte " + std::to_string(lead) + " has no meaning in RIB",
+             "it is skipped", "the file may be in another encoding or not be RIB at all");
   return Token::End;
 }
 
@@ -432,8 +457,10 @@ void Lexer::readNumberRun(Argument& a) {
       cursor_ = begin;
       return;
     }
-    if (isInteger) a.addInteger(int(v));
-    else a.addReal(v);
+    if (isInteger)
+      a.addInteger(int(v));
+    else
+      a.addReal(v);
   }
 }
 
@@ -452,10 +479,14 @@ void Lexer::readArray(Request& r, bool& ended) {
     switch (t) {
       case Token::End:
         ended = true;
-        complain(Severity::Error, "RIB-BRACKET", "the array of " + r.name + " has no closing ']'", "it ends with the file");
+        complain(Severity::Error, "RIB-BRACKET", "the array of " + r.name + " has no closing ']'",
+                 "it ends with the file");
         return;
-      case Token::ArrayEnd: return;
-      case Token::ArrayBegin: report(nested, "brackets inside brackets", "the inner ones are ignored"); break;
+      case Token::ArrayEnd:
+        return;
+      case Token::ArrayBegin:
+        report(nested, "brackets inside brackets", "the inner ones are ignored");
+        break;
       case Token::Word:
         if (!wordIsRequest_ && wordToNumber()) {
           a.addReal(value_);
@@ -472,13 +503,18 @@ void Lexer::readArray(Request& r, bool& ended) {
         [[fallthrough]];
       case Token::String:
         if (first) a.kind = Argument::Kind::Strings;
-        if (a.kind == Argument::Kind::Strings) a.strings.push_back(text_);
-        else report(mixed, "numbers and strings in one array", "the strings are ignored");
+        if (a.kind == Argument::Kind::Strings)
+          a.strings.push_back(text_);
+        else
+          report(mixed, "numbers and strings in one array", "the strings are ignored");
         break;
       case Token::Number:
-        if (a.kind == Argument::Kind::Strings) report(mixed, "numbers and strings in one array", "the numbers are ignored");
-        else if (isInteger_) a.addInteger(int(value_));
-        else a.addReal(value_);
+        if (a.kind == Argument::Kind::Strings)
+          report(mixed, "numbers and strings in one array", "the numbers are ignored");
+        else if (isInteger_)
+          a.addInteger(int(value_));
+        else
+          a.addReal(value_);
         break;
       case Token::FloatArray:
         for (float f : encoded_.floats) a.addReal(f);
@@ -510,20 +546,23 @@ bool Lexer::readRequest(Request& r) {
   while (!hasPending_ && !ended) {
     const Token t = next();
     if (r.count >= kMostArguments && t != Token::Word && t != Token::End) {
-      if (!full) complain(Severity::Error, "RIB-ARGUMENTS", r.name + " has more than 65536 arguments", "the rest is ignored");
+      if (!full)
+        complain(Severity::Error, "RIB-ARGUMENTS", r.name + " has more than 65536 arguments", "the rest is ignored");
       full = true;
       continue;
     }
     switch (t) {
-      case Token::End: ended = true; break;
+      case Token::End:
+        ended = true;
+        break;
       case Token::Word:
         if (!wordIsRequest_ && !isRequest_(text_)) {
           if (wordToNumber()) {
             r.add(tokenLine_).addReal(value_);
             break;
           }
-          // A word that is no request, on the line of what precedes it, is a string that lacks its quotes; at the start of
-          // a line it is a request that nobody knows.
+          // A word that is no request, on the line of what precedes it, is a string that lacks its quotes; at the
+          // start of a line it is a request that nobody knows.
           if (tokenLine_ == lastTokenLine_ && r.count < kMostArguments) {
             complain(Severity::Warning, "RIB-QUOTES", "'" + text_.substr(0, 40) + "' in " + r.name + " has no quotes",
                      "it is read as a string");
@@ -539,8 +578,10 @@ bool Lexer::readRequest(Request& r) {
         break;
       case Token::Number: {
         Argument& a = r.add(tokenLine_);
-        if (isInteger_) a.addInteger(int(value_));
-        else a.addReal(value_);
+        if (isInteger_)
+          a.addInteger(int(value_));
+        else
+          a.addReal(value_);
         break;
       }
       case Token::String: {
@@ -549,7 +590,9 @@ bool Lexer::readRequest(Request& r) {
         a.strings.push_back(text_);
         break;
       }
-      case Token::ArrayBegin: readArray(r, ended); break;
+      case Token::ArrayBegin:
+        readArray(r, ended);
+        break;
       case Token::ArrayEnd:
         complain(Severity::Error, "RIB-BRACKET", "a ']' in " + r.name + " closes nothing", "it is ignored");
         break;

@@ -1,5 +1,6 @@
-// RIB's lexical rules, ASCII and binary in any mixture: cuts a byte source into requests with their arguments. Used by the
-// interpreter, one lexer a file. It knows which words are request names (by the function given) and nothing of their meaning.
+// RIB's lexical rules, ASCII and binary in any mixture: cuts a byte source into requests with their arguments. Used
+// by the interpreter, one lexer a file. It knows which words are request names (by the function given) and nothing of
+// their meaning.
 #pragma once
 #include <memory>
 #include <string>
@@ -37,9 +38,10 @@ class Lexer {
   bool wordToNumber();                               // nan, inf, infinity
   bool looksLikeNewRequest(const char* at) const;    // after a line break inside quotes
 
-  bool refill();                // more bytes behind those not yet used; false when there are none
-  void ensure(size_t bytes) {   // at least so many ahead, unless the stream ends before
-    while (size_t(end_ - cursor_) < bytes && refill()) {}
+  bool refill();               // more bytes behind those not yet used; false when there are none
+  void ensure(size_t bytes) {  // at least so many ahead, unless the stream ends before
+    while (size_t(end_ - cursor_) < bytes && refill()) {
+    }
   }
   bool byte(unsigned char& b);
   bool bytes(uint64_t count, std::string& to);

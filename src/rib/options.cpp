@@ -55,12 +55,14 @@ void Interpreter::option(Request& r) {
 void Interpreter::applyRiOptions(const ParameterList& p) {
   scene::Scene& s = frame_.options;
   const auto two = [&](const char* name, auto& a, auto& b) {
-    if (const auto v = p.getFloats(name); v.size() >= 2) a = std::decay_t<decltype(a)>(v[0]), b = std::decay_t<decltype(b)>(v[1]);
+    if (const auto v = p.getFloats(name); v.size() >= 2)
+      a = std::decay_t<decltype(a)>(v[0]), b = std::decay_t<decltype(b)>(v[1]);
   };
   const auto four = [&](const char* name, std::array<float, 4>& to) {
     if (const auto v = p.getFloats(name); v.size() >= 4) std::copy_n(v.begin(), 4, to.begin());
   };
-  if (const Parameter* v = p.find("FormatResolution"); v && v->ints.size() >= 2) s.resolution = {v->ints[0], v->ints[1]};
+  if (const Parameter* v = p.find("FormatResolution"); v && v->ints.size() >= 2)
+    s.resolution = {v->ints[0], v->ints[1]};
   s.pixelAspect = p.getFloat("FormatPixelAspectRatio", s.pixelAspect);
   s.frameAspect = p.getFloat("FrameAspectRatio", s.frameAspect);
   s.pixelVariance = p.getFloat("PixelVariance", s.pixelVariance);
@@ -83,14 +85,17 @@ void Interpreter::attribute(Request& r) {
   for (Parameter p : list) {
     if (group == "Ri") {
       const std::string orientation = p.strings.empty() ? "" : p.strings[0];
-      const int value = p.ints.empty() ? (p.floats.empty() ? 0 : int(std::max(-1e9f, std::min(1e9f, p.floats[0])))) : p.ints[0];
+      const int value =
+          p.ints.empty() ? (p.floats.empty() ? 0 : int(std::max(-1e9f, std::min(1e9f, p.floats[0])))) : p.ints[0];
       using O = scene::Attributes::Orientation;
       if (p.name == "Sides") a.sides = value == 1 ? 1 : 2;
       if (p.name == "Matte") a.matte = value != 0;
       if (p.name == "ReverseOrientation") a.reverseOrientation = value != 0;
       if (p.name == "Orientation")
-        a.orientation = orientation == "inside" ? O::Inside : orientation == "lh" ? O::LeftHanded
-                      : orientation == "rh" ? O::RightHanded : O::Outside;
+        a.orientation = orientation == "inside" ? O::Inside
+                        : orientation == "lh"   ? O::LeftHanded
+                        : orientation == "rh"   ? O::RightHanded
+                                                : O::Outside;
     }
     p.name = group + ":" + p.name;
     if (p.name == "grouping:membership" && !p.strings.empty() && p.strings[0].starts_with("+")) {
@@ -244,12 +249,15 @@ void Interpreter::display(Request& r) {
   if (!optionsAllowed(r)) return;
   Cursor c(r);
   scene::Display d;
-  if (!c.string(d.file) || !c.string(d.driver) || !c.string(d.mode)) return badArguments(r, "a name, a driver and a mode");
+  if (!c.string(d.file) || !c.string(d.driver) || !c.string(d.mode))
+    return badArguments(r, "a name, a driver and a mode");
   d.params = parameters(r, c.at, Use::Node);
   d.pos = r.pos;
   // a name with '+' adds a display, one without replaces all before
-  if (d.file.starts_with("+")) d.file.erase(0, 1);
-  else frame_.options.displays.clear();
+  if (d.file.starts_with("+"))
+    d.file.erase(0, 1);
+  else
+    frame_.options.displays.clear();
   frame_.options.displays.push_back(std::move(d));
 }
 
@@ -270,8 +278,9 @@ void Interpreter::displayChannel(Request& r) {
     report(Severity::Warning, "RIB-UNDECLARED", r.pos, "nothing declares the channel \"" + text.substr(0, 60) + "\"",
            "it is read as color");
   } else {
-    report(Severity::Error, "RIB-DECLARATION", r.pos, "\"" + text.substr(0, 60) + "\" in DisplayChannel is not a declaration",
-           "the channel is ignored", "it reads \"type name\", as in \"color Ci\"");
+    report(Severity::Error, "RIB-DECLARATION", r.pos,
+           "\"" + text.substr(0, 60) + "\" in DisplayChannel is not a declaration", "the channel is ignored",
+           "it reads \"type name\", as in \"color Ci\"");
     return;
   }
   channel.params = parameters(r, c.at, Use::Node);

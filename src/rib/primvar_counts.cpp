@@ -10,11 +10,16 @@ using namespace scene;
 
 size_t PrimvarCounts::of(StorageClass c) const {
   switch (c) {
-    case StorageClass::Constant: return 1;
-    case StorageClass::Uniform: return uniform;
-    case StorageClass::Varying: return varying;
-    case StorageClass::Vertex: return vertex;
-    default: return faceVarying;
+    case StorageClass::Constant:
+      return 1;
+    case StorageClass::Uniform:
+      return uniform;
+    case StorageClass::Varying:
+      return varying;
+    case StorageClass::Vertex:
+      return vertex;
+    default:
+      return faceVarying;
   }
 }
 
@@ -68,11 +73,13 @@ struct Check {
         return "names " + std::to_string(loops) + " loops and gives " + std::to_string(m.verticesPerLoop.size());
     }
     if (m.vertices.empty()) {
-      if (size_t(corners) > positions) return "needs " + std::to_string(corners) + " points and has " + std::to_string(positions);
+      if (size_t(corners) > positions)
+        return "needs " + std::to_string(corners) + " points and has " + std::to_string(positions);
       return {};
     }
     if (size_t(corners) != m.vertices.size())
-      return "names " + std::to_string(corners) + " corners and gives " + std::to_string(m.vertices.size()) + " indices";
+      return "names " + std::to_string(corners) + " corners and gives " + std::to_string(m.vertices.size()) +
+             " indices";
     return checkIndices(m.vertices, positions);
   }
   std::string operator()(const SubdivisionMesh& m) const {
@@ -80,8 +87,10 @@ struct Check {
     const int64_t corners = sum(m.verticesPerFace, 3);
     if (corners < 0) return "has a face of fewer than 3 vertices";
     if (size_t(corners) != m.vertices.size())
-      return "names " + std::to_string(corners) + " corners and gives " + std::to_string(m.vertices.size()) + " indices";
-    if (m.scheme == "loop" && size_t(corners) != 3 * m.verticesPerFace.size()) return "has the scheme loop and a face that is no triangle";
+      return "names " + std::to_string(corners) + " corners and gives " + std::to_string(m.vertices.size()) +
+             " indices";
+    if (m.scheme == "loop" && size_t(corners) != 3 * m.verticesPerFace.size())
+      return "has the scheme loop and a face that is no triangle";
     return checkIndices(m.vertices, positions);
   }
   std::string operator()(const scene::Curves& c) const {
@@ -95,13 +104,15 @@ struct Check {
   std::string operator()(const Points&) const { return positions == 0 ? "has no point" : std::string(); }
   std::string operator()(const Patch& p) const {
     const size_t wanted = p.bicubic ? 16 : 4;
-    if (positions != wanted) return "needs " + std::to_string(wanted) + " points and has " + std::to_string(positions);
+    if (positions != wanted)
+      return "needs " + std::to_string(wanted) + " points and has " + std::to_string(positions);
     return {};
   }
   std::string operator()(const PatchMesh& p) const {
     if (p.nu < 1 || p.nv < 1) return "has a size below 1";
     if (uint64_t(p.nu) * uint64_t(p.nv) != positions)
-      return "needs " + std::to_string(uint64_t(p.nu) * uint64_t(p.nv)) + " points and has " + std::to_string(positions);
+      return "needs " + std::to_string(uint64_t(p.nu) * uint64_t(p.nv)) + " points and has " +
+             std::to_string(positions);
     return {};
   }
   std::string operator()(const NuPatch& p) const {
@@ -112,13 +123,15 @@ struct Check {
       return true;
     };
     constexpr int kMostOrder = 64;
-    if (p.uOrder < 2 || p.vOrder < 2 || p.uOrder > kMostOrder || p.vOrder > kMostOrder) return "has an order outside 2 to 64";
+    if (p.uOrder < 2 || p.vOrder < 2 || p.uOrder > kMostOrder || p.vOrder > kMostOrder)
+      return "has an order outside 2 to 64";
     if (p.nu < p.uOrder || p.nv < p.vOrder) return "has fewer points than its order";
     if (!knots(p.uKnots, p.nu, p.uOrder) || !knots(p.vKnots, p.nv, p.vOrder))
       return "has knots that are not n + order increasing numbers";
     if (!(p.uMin < p.uMax) || !(p.vMin < p.vMax)) return "has an empty parameter range";
     if (uint64_t(p.nu) * uint64_t(p.nv) != positions)
-      return "needs " + std::to_string(uint64_t(p.nu) * uint64_t(p.nv)) + " points and has " + std::to_string(positions);
+      return "needs " + std::to_string(uint64_t(p.nu) * uint64_t(p.nv)) + " points and has " +
+             std::to_string(positions);
     return {};
   }
   std::string operator()(const OtherPrimitive&) const { return {}; }

@@ -1,6 +1,7 @@
-// Reads RIB (ASCII, binary, gzip) into scene descriptions. Called by app/ (render, info, rib) and by tests. Several files are
-// one stream: graphics state carries over. A mistake in a file is reported and repaired as the message says; reading goes on.
-// It runs no program that a scene names, loads no plug-in, and has no opinion on what can be rendered.
+// Reads RIB (ASCII, binary, gzip) into scene descriptions. Called by app/ (render, info, rib) and by tests. Several
+// files are one stream: graphics state carries over. A mistake in a file is reported and repaired as the message
+// says; reading goes on. It runs no program that a scene names, loads no plug-in, and has no opinion on what can be
+// rendered.
 #pragma once
 #include <functional>
 #include <memory>
@@ -17,10 +18,10 @@ namespace kinora::rib {
 struct ReadOptions {
   std::vector<std::string> archivePath;  // asked after the scene's own search path; also what '@' stands for there
   std::vector<std::pair<std::string, std::string>> dirmap;  // FROM, TO: replaced at the start of archive paths
-  bool checkOnly = false;          // primitives are checked and let go: a file larger than memory can be checked
-  int maxArchiveDepth = 64;        // archives in archives
-  int maxArchiveReads = 1000000;   // in all: archives that multiply end here
-  int maxBlockDepth = 10000;       // open blocks
+  bool checkOnly = false;         // primitives are checked and let go: a file larger than memory can be checked
+  int maxArchiveDepth = 64;       // archives in archives
+  int maxArchiveReads = 1000000;  // in all: archives that multiply end here
+  int maxBlockDepth = 10000;      // open blocks
 };
 
 class RibReader {

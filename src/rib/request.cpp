@@ -9,8 +9,10 @@ constexpr size_t kKeep = 1 << 16;
 
 template <class T>
 void reset(std::vector<T>& v) {
-  if (v.capacity() > kKeep) std::vector<T>().swap(v);
-  else v.clear();
+  if (v.capacity() > kKeep)
+    std::vector<T>().swap(v);
+  else
+    v.clear();
 }
 
 }  // namespace

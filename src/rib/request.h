@@ -1,5 +1,6 @@
-// One request with its arguments as they stand in the stream, before anything is known of their meaning. Filled by the
-// lexer, kept by inline archives and motion blocks, consumed by the interpreter. Buffers are reused from request to request.
+// One request with its arguments as they stand in the stream, before anything is known of their meaning. Filled by
+// the lexer, kept by inline archives and motion blocks, consumed by the interpreter. Buffers are reused from request
+// to request.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -22,14 +23,14 @@ struct Argument {
   std::vector<std::string> strings;
   static constexpr size_t kExact = 32;
 
-  size_t size() const {
-    return kind == Kind::Strings ? strings.size() : isInteger ? ints.size() : floats.size();
-  }
+  size_t size() const { return kind == Kind::Strings ? strings.size() : isInteger ? ints.size() : floats.size(); }
   bool isString() const { return kind == Kind::Strings && strings.size() == 1; }
   void clear();
   void addInteger(int v) {
-    if (!isInteger) floats.push_back(float(v));
-    else ints.push_back(v);
+    if (!isInteger)
+      floats.push_back(float(v));
+    else
+      ints.push_back(v);
     if (exact.size() < kExact) exact.push_back(v);
   }
   void addReal(double v) {

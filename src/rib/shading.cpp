@@ -47,8 +47,9 @@ void Interpreter::remember(const NodePtr& n) {
   outermostNodes_[n->handle] = n;
 }
 
-// Depth first over the references, with a stack of our own: each node lands behind all it reads. A reference to nothing and one
-// that closes a circle are taken out of the copy of the node that this network holds, so that its default is used.
+// Depth first over the references, with a stack of our own: each node lands behind all it reads. A reference to
+// nothing and one that closes a circle are taken out of the copy of the node that this network holds, so that its
+// default is used.
 void Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream) {
   struct Visit {
     NodePtr node;
@@ -80,8 +81,8 @@ void Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream) {
       }
       const bool circle = active.contains(handle) || found;
       report(Severity::Error, circle ? "RIB-CYCLE" : "RIB-REFERENCE", top.node->pos,
-             "\"" + parameter + "\" of " + top.node->kind + " '" + top.node->handle + "' reads '" + handle.substr(0, 60) +
-                 (circle ? "', which reads it in turn" : "', which is declared nowhere above"),
+             "\"" + parameter + "\" of " + top.node->kind + " '" + top.node->handle + "' reads '" +
+                 handle.substr(0, 60) + (circle ? "', which reads it in turn" : "', which is declared nowhere above"),
              "the parameter's default is used");
       top.broken.push_back(parameter);
       continue;
@@ -175,7 +176,8 @@ void Interpreter::light(Request& r) {
   std::string plugin = n->plugin;
   for (char& c : plugin) c = char(std::tolower(static_cast<unsigned char>(c)));
   if (plugin == "pxrmeshlight") {
-    state_.emitter = std::make_shared<const scene::Light>(std::move(l));  // becomes a light with each geometry of this block
+    state_.emitter =
+        std::make_shared<const scene::Light>(std::move(l));  // becomes a light with each geometry of this block
     return;
   }
   state_.emitter = nullptr;
@@ -240,13 +242,17 @@ void Interpreter::illuminate(Request& r) {
   p.name = "illuminate:off";
   p.type = scene::ValueType::String;
   p.isArray = true;
-  if (on == 0) p.strings.push_back(handle);
-  else std::erase(p.strings, handle);
+  if (on == 0)
+    p.strings.push_back(handle);
+  else
+    std::erase(p.strings, handle);
   p.arrayLength = int(p.strings.size());
   p.pos = r.pos;
   if (on == 0) reportKept(r);
-  if (p.strings.empty()) edit().named.erase("illuminate:off");
-  else edit().named.set(std::move(p));
+  if (p.strings.empty())
+    edit().named.erase("illuminate:off");
+  else
+    edit().named.set(std::move(p));
 }
 
 void Interpreter::color(Request& r) {
@@ -305,11 +311,16 @@ void Interpreter::orientation(Request& r) {
   std::string v;
   c.string(v);
   using O = scene::Attributes::Orientation;
-  if (v == "outside") edit().orientation = O::Outside;
-  else if (v == "inside") edit().orientation = O::Inside;
-  else if (v == "lh") edit().orientation = O::LeftHanded;
-  else if (v == "rh") edit().orientation = O::RightHanded;
-  else badArguments(r, "\"outside\", \"inside\", \"lh\" or \"rh\"");
+  if (v == "outside")
+    edit().orientation = O::Outside;
+  else if (v == "inside")
+    edit().orientation = O::Inside;
+  else if (v == "lh")
+    edit().orientation = O::LeftHanded;
+  else if (v == "rh")
+    edit().orientation = O::RightHanded;
+  else
+    badArguments(r, "\"outside\", \"inside\", \"lh\" or \"rh\"");
 }
 
 void Interpreter::reverseOrientation(Request&) {
@@ -347,7 +358,8 @@ void Interpreter::basis(Request& r) {
       const NamedBasis* found = nullptr;
       if (c.string(name))
         for (const NamedBasis& b : kBases)
-          if (name == b.name || (name == "bspline" && b.step == 1 && std::string_view(b.name) == "b-spline")) found = &b;
+          if (name == b.name || (name == "bspline" && b.step == 1 && std::string_view(b.name) == "b-spline"))
+            found = &b;
       if (!found) return badArguments(r, "a basis: bezier, b-spline, catmull-rom, hermite, power or 16 numbers");
       matrices[i] = found->matrix;
       usual = found->step;
@@ -401,7 +413,8 @@ void Interpreter::trimCurve(Request& r) {
     knots += int64_t(n[k]) + order[k];
   }
   const auto has = [&](int i, int64_t wanted) { return lengths[i] == size_t(wanted); };
-  if (!sane || !has(2, knots) || !has(3, curves) || !has(4, curves) || !has(6, points) || !has(7, points) || !has(8, points))
+  if (!sane || !has(2, knots) || !has(3, curves) || !has(4, curves) || !has(6, points) || !has(7, points) ||
+      !has(8, points))
     return badArguments(r, "arrays that fit together (loops, orders, knots, ranges, counts, u, v, w)");
   state_.trim = ncurves.empty() ? nullptr : list;
 }

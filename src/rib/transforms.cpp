@@ -7,8 +7,8 @@
 
 namespace kinora::rib {
 
-using scene::Matrix;
 using Imath::V3d;
+using scene::Matrix;
 
 namespace {
 
@@ -37,8 +37,8 @@ Matrix rotation(double radians, const V3d& axis) {
   return m;
 }
 
-// M = S * Q * T: a stretch, a rotation and a translation (polar decomposition by Newton's iteration, Higham 1986). False where
-// the matrix has no rotation of its own: singular, mirrored or projective.
+// M = S * Q * T: a stretch, a rotation and a translation (polar decomposition by Newton's iteration, Higham 1986).
+// False where the matrix has no rotation of its own: singular, mirrored or projective.
 struct Parts {
   Matrix stretch;
   Imath::Quatd rotation;
@@ -64,7 +64,8 @@ bool decompose(const Matrix& m, Parts& out) {
   return isFinite(out.stretch);
 }
 
-// Keys between two rotations `angle` apart: a chord misses its arc by angle^2 / 8 of the radius, 1e-4 is what Transform promises.
+// Keys between two rotations `angle` apart: a chord misses its arc by angle^2 / 8 of the radius, 1e-4 is what
+// Transform promises.
 int piecesFor(double angle) {
   constexpr double kLargestStep = 0.028;
   constexpr double kMost = 4096;
@@ -126,7 +127,8 @@ bool Interpreter::matrixOf(const Request& request, Matrix& m, bool& replaces) {
   }
   if (!isFinite(m) || isSingular(m)) {
     report(Severity::Error, "RIB-TRANSFORM", r.pos,
-           r.name + (isFinite(m) ? " cannot be inverted (a scale of 0, or rows that depend on each other)" : " holds nan or infinity"),
+           r.name + (isFinite(m) ? " cannot be inverted (a scale of 0, or rows that depend on each other)"
+                                 : " holds nan or infinity"),
            "the identity is used");
     m = Matrix();
   }
@@ -138,12 +140,14 @@ void Interpreter::transformRequest(Request& r) {
   bool replaces;
   if (!matrixOf(r, m, replaces)) return;
   const scene::Transform before = state_.ctm;
-  if (replaces) state_.ctm = scene::Transform::fixed(m);
-  else state_.ctm = concat(scene::Transform::fixed(m), state_.ctm);
+  if (replaces)
+    state_.ctm = scene::Transform::fixed(m);
+  else
+    state_.ctm = concat(scene::Transform::fixed(m), state_.ctm);
   for (const Matrix& k : state_.ctm.matrices)
     if (!isFinite(k)) {
-      report(Severity::Error, "RIB-TRANSFORM", r.pos, "the transforms up to this " + r.name + " multiply beyond all numbers",
-             "it is ignored");
+      report(Severity::Error, "RIB-TRANSFORM", r.pos,
+             "the transforms up to this " + r.name + " multiply beyond all numbers", "it is ignored");
       state_.ctm = before;
       return;
     }
@@ -177,7 +181,8 @@ void Interpreter::applyTransforms(std::vector<Request>& keys, const std::vector<
       const V3d shared = axis.length() > 0 ? axis : other;
       const bool same = (axis.length() == 0 || axis.normalized().equalWithAbsError(shared.normalized(), 1e-9)) &&
                         (other.length() == 0 || other.normalized().equalWithAbsError(shared.normalized(), 1e-9));
-      if (same && shared.length() > 0 && std::isfinite(a[0]) && std::isfinite(b[0])) {  // turns as often as it says, not the short way
+      if (same && shared.length() > 0 && std::isfinite(a[0]) &&
+          std::isfinite(b[0])) {  // turns as often as it says, not the short way
         insert(piecesFor((b[0] - a[0]) * kRadians),
                [&](double f) { return rotation((a[0] + (b[0] - a[0]) * f) * kRadians, shared); });
         continue;
@@ -208,8 +213,10 @@ void Interpreter::coordinateSystem(Request& r) {
   Cursor c(r);
   std::string name;
   if (!c.string(name)) return badArguments(r, "a name");
-  if (world_) world_->coordinateSystems[name] = state_.ctm;
-  else if (openObjects_.empty()) frame_.cameraSpaces[name] = state_.ctm;
+  if (world_)
+    world_->coordinateSystems[name] = state_.ctm;
+  else if (openObjects_.empty())
+    frame_.cameraSpaces[name] = state_.ctm;
 }
 
 void Interpreter::scopedCoordinateSystem(Request& r) {
@@ -250,7 +257,8 @@ void Interpreter::coordSysTransform(Request& r) {
     return;
   }
   report(Severity::Error, "RIB-COORDSYS", r.pos, "no coordinate system is called '" + name.substr(0, 60) + "'",
-         "the transform stays as it is", "name it with CoordinateSystem first; raster, NDC and screen cannot be entered");
+         "the transform stays as it is",
+         "name it with CoordinateSystem first; raster, NDC and screen cannot be entered");
 }
 
 }  // namespace kinora::rib
