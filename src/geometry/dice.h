@@ -2,6 +2,7 @@
 // leaves the arc) governs surfaces that carry exact normals; the edge length itself governs surfaces that will be
 // displaced.
 #pragma once
+#include <ImathVec.h>
 #include <algorithm>
 #include <cmath>
 
@@ -29,6 +30,24 @@ inline int arcSegments(double angle, double radius, double edge, bool byLength) 
     if (byLength) step = std::min(step, 1 / edges);
   }
   return int(std::clamp(std::ceil(angle / step - 1e-9), 1.0, 1e6));
+}
+
+// A full turn has so many segments on surfaces of unknown shape when no size on screen is known, and a segment may
+// turn the normal by so much (radians; coarser shading shows).
+inline constexpr double kSegmentsOfUnknown = 64, kTurnPerSegment = 0.35;
+
+inline double turnBetween(const Imath::V3d& a, const Imath::V3d& b) {
+  return std::atan2(a.cross(b).length(), a.dot(b));
+}
+
+// Segments for a piece of surface of this length over which the normal turns by `turn`. Never finer than the
+// micropolygon edge: control cages say nothing about what lies below it.
+inline double segmentsFor(double length, double turn, double edge, bool displaced) {
+  if (!std::isfinite(edge)) return turn * kSegmentsOfUnknown / 6.283185307179586;
+  if (displaced) return length / edge;
+  if (!(turn > 1e-4) || !(length > 0)) return 1;
+  const double bySagitta = turn / std::sqrt(8 * kSagittaLarge * edge * turn / length);
+  return std::min(std::max(bySagitta, turn / kTurnPerSegment), length / edge);
 }
 
 // Scales a grid down to at most `most` triangles.

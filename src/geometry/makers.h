@@ -8,5 +8,6 @@ namespace kinora::geometry {
 bool makeQuadric(const scene::Primitive&, const scene::Quadric&, const DiceRate&, Diagnostics&, Mesh&);
 bool makePolygons(const scene::Primitive&, const scene::PolygonMesh&, Diagnostics&, Mesh&);
 bool makeSubdivision(const scene::Primitive&, const scene::SubdivisionMesh&, const DiceRate&, Diagnostics&, Mesh&);
+bool makePatches(const scene::Primitive&, const DiceRate&, Diagnostics&, Mesh&);  // Patch, PatchMesh, NuPatch
 
 }  // namespace kinora::geometry

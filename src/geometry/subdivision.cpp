@@ -26,21 +26,8 @@ namespace {
 
 using Surface = Bfr::Surface<double>;
 
-constexpr int kMostSegments = 1024;        // an edge
-constexpr double kSegmentsOfUnknown = 64;  // a full turn, when no size on screen is known
-constexpr double kTurnPerSegment = 0.35;   // radians; coarser normals show
-constexpr double kSameNormal = 0.9995;     // cosine (1.8 degrees): more is a crease
-
-double turnBetween(const V3d& a, const V3d& b) { return std::atan2(a.cross(b).length(), a.dot(b)); }
-
-// Segments for a piece of surface of this length over which the normal turns by `turn`.
-double segmentsFor(double length, double turn, double edge, bool displaced) {
-  if (!std::isfinite(edge)) return turn * kSegmentsOfUnknown / 6.283185307179586;
-  if (displaced) return length / edge;
-  if (!(turn > 1e-4) || !(length > 0)) return 1;
-  const double bySagitta = turn / std::sqrt(8 * kSagittaLarge * edge * turn / length);
-  return std::min(std::max(bySagitta, turn / kTurnPerSegment), length / edge);
-}
+constexpr int kMostSegments = 1024;     // an edge
+constexpr double kSameNormal = 0.9995;  // cosine (1.8 degrees): more is a crease
 
 // Interpolated data of one kind, with the surface of the current face.
 struct Channel {

@@ -53,6 +53,9 @@ bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh&
   if (const auto* q = std::get_if<scene::Quadric>(&p.shape)) return makeQuadric(p, *q, rate, d, mesh);
   if (const auto* q = std::get_if<scene::PolygonMesh>(&p.shape)) return makePolygons(p, *q, d, mesh);
   if (const auto* q = std::get_if<scene::SubdivisionMesh>(&p.shape)) return makeSubdivision(p, *q, rate, d, mesh);
+  if (std::holds_alternative<scene::Patch>(p.shape) || std::holds_alternative<scene::PatchMesh>(p.shape) ||
+      std::holds_alternative<scene::NuPatch>(p.shape))
+    return makePatches(p, rate, d, mesh);
   // The code holds the kind, so that each kind is reported once and not once for all of them.
   const std::string kind = laterKind(p.shape);
   d.warning("GEOM-NOT-RENDERED-YET", p.pos, kind + " is not rendered yet (" + subject(p) + ")",
