@@ -15,7 +15,41 @@ function(kinora_room name)
   endif()
 endfunction()
 
+# Stock plug-ins: one folder each, plugins/<kind>/<Name>/<Name>.cpp. They see the public headers only. The table that
+# lists them is generated, so a new folder is all a new plug-in needs.
 function(kinora_stock_plugins)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plugins/*/*/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  set(declarations "")
+  set(entries "")
+  set(own_sources "")
+  foreach(source ${sources})
+    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(name ${folder} NAME)
+    get_filename_component(file ${source} NAME_WE)
+    if(file STREQUAL name)
+      string(APPEND declarations "const Descriptor* kinoraStock_${name}();\n")
+      string(APPEND entries "  list.push_back(kinoraStock_${name}());\n")
+    endif()
+  endforeach()
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp CONTENT
+"// Generated from the folders of plugins/; see cmake/Rooms.cmake.
+#include \"plugin/registry.h\"
+namespace kinora {
+@declarations@
+std::vector<const Descriptor*> stockPlugins() {
+  std::vector<const Descriptor*> list;
+@entries@  return list;
+}
+}  // namespace kinora
+" @ONLY)
+  # objects, not an archive: every plug-in is linked although only the table names it
+  add_library(kinora_stock_objects OBJECT ${sources})
+  target_compile_definitions(kinora_stock_objects PRIVATE KINORA_STOCK_PLUGIN)
+  target_include_directories(kinora_stock_objects PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR})
+  target_link_libraries(kinora_stock_objects PRIVATE PkgConfig::HWY PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
+  add_library(kinora_stock STATIC ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp $<TARGET_OBJECTS:kinora_stock_objects>)
+  target_link_libraries(kinora_stock PUBLIC kinora_plugin PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
 endfunction()
 
 function(kinora_app)
