@@ -181,6 +181,12 @@ TEST(Patch, NurbsSphereAndItsPoles) {
   EXPECT_EQ(d.count("GEOM-TRIM"), 1u);
 }
 
+TEST(Patch, PeriodicStripOfTwoPointsGoesThereAndBack) {
+  scene::Primitive p = primitive(patchMesh(false, 2, true, 2, false));
+  p.primvars.set(points({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}));
+  EXPECT_NEAR(area(made(p)), 2, 1e-6);
+}
+
 TEST(Patch, BadInputTable) {
   const std::vector<float> four{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   std::vector<float> bad = four;
