@@ -57,6 +57,11 @@ struct BxdfFunctions {
   void (*thinShadow)(const Context*, float* const rgb[3]);
 };
 
+// Descriptor::flags of a bxdf.
+enum BxdfDescriptorFlags : uint32_t {
+  kBxdfNotReciprocal = 1   // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
+};
+
 struct BxdfTraits {
   const LobeDecl* lobes;
   uint32_t lobeCount;
