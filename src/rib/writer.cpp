@@ -1,7 +1,7 @@
 #include "rib/writer.h"
 
 #include <charconv>
-#include <cmath>
+#include <map>
 #include <set>
 
 namespace kinora::rib {
@@ -24,16 +24,20 @@ class Writer {
     char buffer[40];
     const auto r = std::to_chars(buffer, buffer + sizeof buffer, v);  // the shortest that reads back to the same bits
     text_.append(buffer, r.ptr);
+    if (v == 0 && std::string_view(buffer, r.ptr) == "-0") text_ += '.';  // as an integer it would lose its sign
   }
   void string(std::string_view s) {
     text_ += '"';
     for (const char c : s) {
-      if (c == '"' || c == '\\') text_ += '\\', text_ += c;
-      else if (c == '\n') text_ += "\\n";
+      if (c == '"' || c == '\\')
+        text_ += '\\', text_ += c;
+      else if (c == '\n')
+        text_ += "\\n";
       else if (static_cast<unsigned char>(c) < 32) {
         const char octal[] = {'\\', char('0' + (c >> 6)), char('0' + ((c >> 3) & 7)), char('0' + (c & 7)), 0};
         text_ += octal;
-      } else text_ += c;
+      } else
+        text_ += c;
     }
     text_ += '"';
   }
@@ -44,8 +48,10 @@ class Writer {
     for (const auto& v : values) {
       if (!first) text_ += ' ';
       first = false;
-      if constexpr (std::is_convertible_v<decltype(v), std::string_view>) string(v);
-      else number(v);
+      if constexpr (std::is_convertible_v<decltype(v), std::string_view>)
+        string(v);
+      else
+        number(v);
       if (text_.size() > kFlush) flush();
     }
     text_ += ']';
@@ -73,15 +79,19 @@ class Writer {
   void argument(const std::string& s) { word(s); }
   void argument(const char* s) { word(s); }
   template <class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void argument(T v) {
     text_ += ' ';
     number(v);
   }
   template <class T, size_t N>
-  void argument(const std::array<T, N>& v) { array(v); }
+  void argument(const std::array<T, N>& v) {
+    array(v);
+  }
   template <class T>
-  void argument(const std::vector<T>& v) { array(v); }
+  void argument(const std::vector<T>& v) {
+    array(v);
+  }
 
   // ---- parts
   void parameter(const Parameter& p, std::string_view name) {
@@ -90,9 +100,12 @@ class Writer {
     token += nameOf(p.type);
     if (p.isArray) token += "[" + std::to_string(p.arrayLength) + "]";
     word(token + " " + std::string(name));
-    if (!p.strings.empty()) array(p.strings);
-    else if (!p.ints.empty()) array(p.ints);
-    else array(p.floats);
+    if (!p.strings.empty())
+      array(p.strings);
+    else if (!p.ints.empty())
+      array(p.ints);
+    else
+      array(p.floats);
   }
   void parameters(const ParameterList& list) {
     for (const Parameter& p : list) parameter(p, p.name);
@@ -146,7 +159,8 @@ class Writer {
   void primitive(const Primitive& p);
   void light(const Light& l);
   void camera(const Camera& c, bool primary);
-  void contents(const std::vector<PrimitivePtr>& primitives, const std::vector<Instance>& instances, const std::vector<Light>& lights) {
+  void contents(const std::vector<PrimitivePtr>& primitives, const std::vector<Instance>& instances,
+                const std::vector<Light>& lights) {
     for (const Light& l : lights) light(l);
     for (const PrimitivePtr& p : primitives) primitive(*p);
     for (const Instance& i : instances) {
@@ -163,7 +177,8 @@ class Writer {
   static constexpr size_t kFlush = 1 << 16;
   const TextSink& sink_;
   std::string text_;
-  std::vector<std::string> names_;  // of prototypes, made unique
+  std::vector<std::string> names_;     // of prototypes, made unique
+  std::map<uint32_t, NodePtr> lamps_;  // primitives that are area lights as well, by id
 };
 
 void Writer::attributes(const AttributesPtr& shared) {
@@ -202,8 +217,9 @@ void Writer::shape(const Primitive& p, const ParameterList& primvars, const Para
     Writer& w;
     const ParameterList* moved;
     void operator()(const Quadric& q) const {
-      static const std::pair<const char*, size_t> kForms[] = {{"Sphere", 4}, {"Cone", 3}, {"Cylinder", 4}, {"Hyperboloid", 7},
-                                                              {"Paraboloid", 4}, {"Disk", 3}, {"Torus", 5}};
+      static const std::pair<const char*, size_t> kForms[] = {{"Sphere", 4},      {"Cone", 3},       {"Cylinder", 4},
+                                                              {"Hyperboloid", 7}, {"Paraboloid", 4}, {"Disk", 3},
+                                                              {"Torus", 5}};
       const auto& [name, count] = kForms[int(q.kind)];
       std::vector<float> args(q.args.begin(), q.args.end());
       if (moved)
@@ -281,9 +297,12 @@ void Writer::shape(const Primitive& p, const ParameterList& primvars, const Para
       w.begin(o.request);
       for (const Parameter& a : o.args) {
         const bool scalar = a.name == "type" || a.name == "nleaf" || (a.name == "data" && o.request == "Procedural2");
-        if (!a.strings.empty()) scalar ? w.argument(a.strings[0]) : w.argument(a.strings);
-        else if (!a.ints.empty()) scalar ? w.argument(a.ints[0]) : w.argument(a.ints);
-        else w.argument(a.floats);
+        if (!a.strings.empty())
+          scalar ? w.argument(a.strings[0]) : w.argument(a.strings);
+        else if (!a.ints.empty())
+          scalar ? w.argument(a.ints[0]) : w.argument(a.ints);
+        else
+          w.argument(a.floats);
       }
     }
   };
@@ -296,6 +315,7 @@ void Writer::shape(const Primitive& p, const ParameterList& primvars, const Para
 void Writer::primitive(const Primitive& p) {
   request("AttributeBegin");
   attributes(p.attributes);
+  if (const auto it = lamps_.find(p.id); it != lamps_.end()) node(*it->second, true);
   transform(p.toWorld);
   if (const auto* n = std::get_if<NuPatch>(&p.shape); n && !n->trim.empty()) {
     begin("TrimCurve");
@@ -335,12 +355,16 @@ void Writer::light(const Light& l) {
 
 void Writer::camera(const Camera& c, bool primary) {
   if (!primary) request("TransformBegin");
-  if (c.projection) node(*c.projection, false);
-  else request("Projection");
+  if (c.projection)
+    node(*c.projection, false);
+  else
+    request("Projection");
   if (c.screenWindow != std::array<float, 4>{}) request("ScreenWindow", c.screenWindow);
   request("Shutter", c.shutter);
-  if (c.depthOfField[0] > 0) request("DepthOfField", c.depthOfField);
-  else request("DepthOfField");
+  if (c.depthOfField[0] > 0)
+    request("DepthOfField", c.depthOfField);
+  else
+    request("DepthOfField");
   if (c.clipping != std::array<float, 2>{}) request("Clipping", c.clipping);
   request("Identity");
   transform(c.worldToCamera);
@@ -388,7 +412,8 @@ void Writer::scene(const Scene& s) {
   ParameterList options = s.options;
   options.erase("ribparse:varsubst");
   grouped("Option", options);
-  if (s.resolution[0] > 0 || s.resolution[1] > 0 || s.pixelAspect != 1) request("Format", s.resolution[0], s.resolution[1], s.pixelAspect);
+  if (s.resolution[0] > 0 || s.resolution[1] > 0 || s.pixelAspect != 1)
+    request("Format", s.resolution[0], s.resolution[1], s.pixelAspect);
   if (s.frameAspect > 0) request("FrameAspectRatio", s.frameAspect);
   request("CropWindow", s.cropWindow);
   request("PixelFilter", s.pixelFilter, s.pixelFilterWidth[0], s.pixelFilterWidth[1]);
@@ -401,7 +426,8 @@ void Writer::scene(const Scene& s) {
   for (const NodePtr& f : s.displayFilters) node(*f, true);
   for (const DisplayChannel& c : s.channels) {
     begin("DisplayChannel");
-    word(std::string(nameOf(c.type)) + (c.arrayLength > 1 ? "[" + std::to_string(c.arrayLength) + "] " : " ") + c.name);
+    word(std::string(nameOf(c.type)) + (c.arrayLength > 1 ? "[" + std::to_string(c.arrayLength) + "] " : " ") +
+         c.name);
     parameters(c.params);
     end();
   }
@@ -419,8 +445,10 @@ void Writer::scene(const Scene& s) {
     for (const std::string& a : k.args) {
       double v;
       const auto r = std::from_chars(a.data(), a.data() + a.size(), v);
-      if (r.ec == std::errc() && r.ptr == a.data() + a.size()) text_ += " " + a;
-      else word(a);
+      if (r.ec == std::errc() && r.ptr == a.data() + a.size())
+        text_ += " " + a;
+      else
+        word(a);
     }
     parameters(k.params);
     end();
@@ -434,8 +462,12 @@ void Writer::scene(const Scene& s) {
     request("CoordinateSystem", name);
     request("TransformEnd");
   }
+  for (const Light& l : s.classicLights)
+    if (l.geometry)
+      lamps_[l.geometry->id] = l.node;
+    else
+      light(l);
   prototypes(s.prototypes);
-  for (const Light& l : s.classicLights) light(l);
   contents(s.primitives, s.instances, s.lights);
   request("WorldEnd");
   if (s.hasFrame) request("FrameEnd");

@@ -1,5 +1,5 @@
-// Writes a scene description as ASCII RIB that reads back to the same description (ids, source positions and comments aside).
-// Called by app/ (`kinora rib`) and by the round-trip test. It writes no binary RIB and opens no file.
+// Writes a scene description as ASCII RIB that reads back to the same description (ids, source positions and comments
+// aside). Called by app/ (`kinora rib`) and by the round-trip test. It writes no binary RIB and opens no file.
 #pragma once
 #include <functional>
 #include <string>

@@ -1,5 +1,5 @@
-// What is written reads back: the second description, written again, is the same text as the first. Proves that nothing is lost
-// on the way that the writer knows of; requests_test.cpp proves that the reader finds all there is.
+// What is written reads back: the second description, written again, is the same text as the first. Proves that
+// nothing is lost on the way that the writer knows of; requests_test.cpp proves that the reader finds all there is.
 #include "rib/writer.h"
 
 #include <cstdlib>
