@@ -1,9 +1,9 @@
-# A room is a folder of src/; its library takes every *.cpp but *_test.cpp. Tests beside the code are gathered by
+# A room is a folder of src/; its library takes every *.cpp but *_test.cpp and *_main.cpp. Tests beside the code are gathered by
 # kinora_tests(), so that adding a file to a room needs no edit here.
 function(kinora_room name)
   cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "_(test|main)\\.cpp$")
   if(sources)
     add_library(kinora_${name} STATIC ${sources})
     target_include_directories(kinora_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
@@ -15,13 +15,62 @@ function(kinora_room name)
   endif()
 endfunction()
 
+# Stock plug-ins: one folder each, plugins/<kind>/<Name>/<Name>.cpp. They see the public headers only. The table that
+# lists them is generated, so a new folder is all a new plug-in needs.
 function(kinora_stock_plugins)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plugins/*/*/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  set(declarations "")
+  set(entries "")
+  set(own_sources "")
+  foreach(source ${sources})
+    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(name ${folder} NAME)
+    get_filename_component(file ${source} NAME_WE)
+    if(file STREQUAL name)
+      string(APPEND declarations "const Descriptor* kinoraStock_${name}();\n")
+      string(APPEND entries "  list.push_back(kinoraStock_${name}());\n")
+    endif()
+  endforeach()
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp CONTENT
+"// Generated from the folders of plugins/; see cmake/Rooms.cmake.
+#include \"plugin/registry.h\"
+namespace kinora {
+@declarations@
+std::vector<const Descriptor*> stockPlugins() {
+  std::vector<const Descriptor*> list;
+@entries@  return list;
+}
+}  // namespace kinora
+" @ONLY)
+  # objects, not an archive: every plug-in is linked although only the table names it
+  add_library(kinora_stock_objects OBJECT ${sources})
+  target_compile_definitions(kinora_stock_objects PRIVATE KINORA_STOCK_PLUGIN)
+  target_include_directories(kinora_stock_objects PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR})
+  target_link_libraries(kinora_stock_objects PRIVATE PkgConfig::HWY PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
+  add_library(kinora_stock STATIC ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp $<TARGET_OBJECTS:kinora_stock_objects>)
+  target_link_libraries(kinora_stock PUBLIC kinora_plugin PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
 endfunction()
 
 function(kinora_app)
 endfunction()
 
-# One test program per room (src/<room>/*_test.cpp) and one per folder of tests/.
+# The testing kit's program, for authors of plug-ins.
+function(kinora_check_plugin)
+  add_executable(kinora-check-plugin ${PROJECT_SOURCE_DIR}/src/testing/check_plugin_main.cpp)
+  target_link_libraries(kinora-check-plugin PRIVATE kinora_testing kinora_stock kinora_plugin)
+  install(TARGETS kinora-check-plugin RUNTIME DESTINATION bin)
+endfunction()
+
+# A test program that sees the testing kit and all stock plug-ins.
+function(kinora_test_program name)
+  add_executable(test_${name} ${ARGN})
+  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# One test program per room (src/<room>/*_test.cpp), per folder of tests/, and per plug-in that has tests of its own.
 function(kinora_tests)
   include(GoogleTest)
   file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
@@ -30,7 +79,28 @@ function(kinora_tests)
     if(sources)
       add_executable(test_${room} ${sources})
       target_link_libraries(test_${room} PRIVATE kinora_${room} GTest::gtest_main GTest::gtest)
+      if(room STREQUAL "film")
+        # the stock display drivers alone: film/ is tested with them, and needs no other plug-in
+        file(GLOB drivers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plugins/display/*/*.cpp)
+        target_sources(test_film PRIVATE ${drivers})
+        target_compile_definitions(test_film PRIVATE KINORA_STOCK_PLUGIN)
+      endif()
       gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    endif()
+  endforeach()
+  file(GLOB folders RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*)
+  foreach(folder ${folders})
+    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*_test.cpp)
+    if(sources)
+      kinora_test_program(${folder} ${sources})
+    endif()
+  endforeach()
+  file(GLOB folders ${PROJECT_SOURCE_DIR}/plugins/*/*)
+  foreach(folder ${folders})
+    file(GLOB sources CONFIGURE_DEPENDS ${folder}/*_test.cpp)
+    get_filename_component(name ${folder} NAME)
+    if(sources)
+      kinora_test_program(plugin_${name} ${sources})
     endif()
   endforeach()
 endfunction()

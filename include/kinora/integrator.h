@@ -1,0 +1,162 @@
+// The interface of an integrator: it owns everything inside the loop; the renderer gives it a group of samples and
+// services. The stock integrators use exactly this. Groups belong to one thread; nothing here locks or allocates.
+// All spans have `capacity` elements rounded up to kPad, in the group's arena. Render space.
+#pragma once
+#include <kinora/bxdf.h>
+#include <kinora/light.h>
+#include <kinora/sample_table.h>
+
+namespace kinora {
+
+enum class RayKind : uint32_t { Camera, Indirect, Transmission };
+
+// Rays by slot. A ray's slot never changes while its sample lives; live slots are listed, not moved.
+struct Rays {
+  float* o[3];
+  float* d[3];             // unit
+  float* tMax;             // in: farthest distance
+  float* time;
+  float* radius;           // footprint radius at o
+  float* spread;           // its growth per unit distance
+};
+
+struct Hits {              // by slot, like Rays
+  float* t;                // distance; infinity: the ray escaped
+  float* u;                // barycentric b1, b2 (triangles) or the geometry's own parameters
+  float* v;
+  float* ng[3];            // geometric normal in the geometry's own space, unnormalised
+  uint32_t* instance;      // index of the instance in the world
+  uint32_t* geometry;      // index of the geometry in the world
+  uint32_t* primitive;     // patch
+  uint32_t* level;         // of resolution
+};
+
+enum class StageKind : uint32_t { CameraPaths, LightPaths, Barrier };
+struct Stage { StageKind kind; uint32_t pathsPerSample; };   // LightPaths: how many a pixel sample; Barrier: 0
+
+// One group of samples. For camera stages rays hold the camera rays; for light stages emitted rays are made by
+// Services::emitLight.
+struct Group {
+  uint32_t count;          // samples (slots) in use
+  uint32_t padded;
+  uint32_t width;          // SIMD width
+  StageKind stage;
+  Rays rays;
+  Hits hits;
+  const uint32_t* sampleSeed;     // address of random numbers
+  const uint32_t* sampleIndex;
+  const int32_t* pixel[2];        // raster pixel of the sample
+  const float* rayWeight;         // camera's weight of the sample
+  void* host;
+};
+
+// Lights' answer at the points of a context: one light sample a point.
+struct LightSamples {
+  const float* wi[3];
+  const float* distance;
+  const float* radiance[3];       // unshadowed
+  const float* pdf;               // choice of the light included; 0: none
+  const float* diffuse;           // factors on diffuse and specular slots
+  const float* specular;
+  const uint32_t* flags;          // LightSampleFlags
+  const uint32_t* light;          // index, for light path events
+};
+
+// Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit. Entries are sorted by
+// slot order of the list given, and by light.
+struct LightHits {
+  uint32_t count;
+  const uint32_t* slot;
+  const float* radiance[3];
+  const float* pdf;               // with which lightSamples() at the previous vertex would have made this direction
+  const float* t;
+  const float* diffuse;
+  const float* specular;
+  const uint32_t* light;
+  const uint32_t* blocks;         // 1: camera ray that ends here (a light seen by the camera); hits.t was set to infinity
+};
+
+// A contribution to the picture: value times throughput, with the state of its light path (see PathStates).
+struct Contributions {
+  uint32_t count;
+  const uint32_t* slot;           // each slot at most once a call
+  const float* value[3];
+  const uint16_t* state;          // after all events but the light's
+  const uint32_t* light;          // index of the light, or kNoLight for emission of surfaces
+};
+inline constexpr uint32_t kNoLight = 0xffffffffu;
+
+// Shadow rays: any number, each with the slot of its path.
+struct ShadowRays {
+  uint32_t count;
+  const float* o[3];
+  const float* d[3];
+  const float* tMax;
+  const float* time;
+  const uint32_t* slot;
+  uint32_t thin;                  // 1: straight tinted shadows through glass (stock default where caustics are off)
+  float* transmittance[3];        // out
+};
+
+// The automaton over light path expressions: an integrator keeps a state for each path and steps it at each event.
+struct PathStates {
+  const uint16_t* next;           // [state * eventCount + event]
+  uint32_t eventCount;
+  uint16_t start;                 // after "C"
+};
+
+// A connection of a light path's vertex to the camera, by point of a context.
+struct CameraConnection {
+  const float* wi[3];             // towards the lens, unit, render space
+  const float* distance;
+  const float* importance;        // 0: not seen
+  const float* pdf;               // of the camera making this direction, per solid angle at the lens
+  const float* raster[2];
+};
+
+struct Services {
+  void* host;
+  SampleTable samples;
+  PathStates paths;
+  float worldCenter[3], worldRadius;
+  uint32_t lightCount;
+
+  // Memory until the group ends, aligned to 64 bytes.
+  void* (*alloc)(Group*, size_t bytes);
+  // Nearest accepted hit of each listed ray: presence is decided, surfaces inside a medium of higher priority are passed.
+  // Writes group->hits. `transmittance` gets what the media passed let through (1 in empty space). `depth` addresses the
+  // random numbers of presence.
+  void (*trace)(Group*, RayKind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
+  // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends unless
+  // releaseShading is called. Returns their number. Rays that escaped must not be listed. `traits`: eye or light path.
+  uint32_t (*shade)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
+  void (*releaseShading)(Group*);
+  // One light sample for each point; u: kDimLightChoice and kDimLight of the vertex, sub-sample `part` of `parts`.
+  void (*lightSamples)(Group*, const Context*, uint32_t part, uint32_t parts, LightSamples*);
+  // Light met by the listed rays (after trace). Camera rays stop at lights seen by the camera.
+  void (*lightHits)(Group*, RayKind, uint32_t n, const uint32_t* slots, LightHits*);
+  void (*shadow)(Group*, uint32_t depth, const ShadowRays*);
+  void (*contribute)(Group*, const Contributions*);
+  // Marks the listed slots as covering their pixel: alpha.
+  void (*cover)(Group*, uint32_t n, const uint32_t* slots, const float* alpha);
+  // Tells the media stack of each listed point's path that it went through the surface (transmitted samples).
+  void (*cross)(Group*, const Context*, uint32_t n, const uint32_t* points);
+  // Light paths: fills rays of the first n slots with emitted rays; throughput = radiance * cos / pdfs.
+  void (*emitLight)(Group*, uint32_t n, float* const throughput[3], uint32_t* light);
+  void (*connectCamera)(Group*, const Context*, CameraConnection*);
+  // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer.
+  void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state);
+  // Event codes of the automaton for what integrators add themselves.
+  uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
+};
+
+struct IntegratorFunctions {
+  void (*integrate)(const void* integrator, uint32_t stage, Group*, const Services*);
+};
+
+struct IntegratorTraits {
+  // Stages of a pass, in order; null: one stage of camera paths.
+  uint32_t (*stages)(const void* integrator, Stage* out, uint32_t capacity);
+};
+
+}  // namespace kinora

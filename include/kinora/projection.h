@@ -1,0 +1,51 @@
+// The interface of a projection: the ray of a sample, and the way back from a point to the raster (for light paths).
+// Camera space: left-handed, +x right, +y up, +z into the scene, eye at the origin; units of the scene.
+#pragma once
+#include <kinora/plugin.h>
+
+namespace kinora {
+
+struct ProjectionInfo {               // CreateInfo::extra
+  float screenWindow[4];              // left right bottom top, on the plane at distance 1 for perspective with fov 90
+  int screenWindowGiven;              // 0: the default for the frame's aspect ratio
+  float frameAspect;                  // width / height of the picture, pixel aspect included
+  uint32_t resolution[2];
+  float fStop, focalLength, focalDistance;   // DepthOfField request; fStop 0: pinhole
+  float clipping[2];                  // near, far along z; 0 0: none
+};
+
+struct CameraSampleArgs {
+  uint32_t count;
+  const float* raster[2];             // pixels, origin at the top left corner, y down
+  const float* lens[2];               // in [0, 1)
+  const float* time;                  // 0..1 over the shutter
+  float* o[3];                        // out, camera space
+  float* d[3];                        // out, unit
+  float* weight;                      // out: importance over pdf; 1 for plain cameras
+  float* radius;                      // out: footprint radius at the origin
+  float* spread;                      // out: growth of the radius per unit distance: half a pixel's angle
+};
+
+struct CameraConnectArgs {
+  uint32_t count;
+  const float* P[3];                  // camera space
+  const float* lens[2];
+  const float* time;
+  float* o[3];                        // out: point on the lens
+  float* raster[2];                   // out: pixels
+  float* importance;                  // out: of the pixel-normalised sensor: We such that the mean over a pixel's
+                                      // samples of L * (path of the camera) equals the sum of splats; 0: not seen
+  float* pdf;                         // out: per solid angle at the lens point, of rays() making this direction
+};
+
+struct ProjectionFunctions {
+  void (*rays)(const void* projection, const CameraSampleArgs*);
+  void (*connect)(const void* projection, const CameraConnectArgs*);
+};
+
+struct ProjectionTraits {
+  // cameraToNdc-like matrix for metadata (row-vector, row-major); may be null.
+  void (*screenMatrix)(const void* projection, double out[16]);
+};
+
+}  // namespace kinora

@@ -1,0 +1,53 @@
+// Random numbers by address: (seed of the pixel, sample index, dimension) -> two numbers in [0, 1). Nothing is drawn from
+// a stream, so a sample's numbers do not depend on what else was rendered. The table holds PMJ02 sequences (Christensen,
+// Kensler, Kilpatrick, EGSR 2018); a hash picks the sequence, exclusive-ors the index (which keeps every aligned block of
+// 2^k samples a block) and the digits (random digit scrambling keeps all base-2 strata). Included per target.
+#include <kinora/sample_table.h>
+#include <kinora/simd/wide.h>
+
+
+#if defined(KINORA_RANDOM_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_RANDOM_H_TARGET
+#undef KINORA_RANDOM_H_TARGET
+#else
+#define KINORA_RANDOM_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+template <int W> KN_INLINE Int<W> hashWords(Int<W> a, Int<W> b) {
+  Int<W> x = a ^ (b * Int<W>(0x9E3779B9u) + Int<W>(0x85EBCA6Bu));
+  x = x ^ x.template shr<16>();
+  x = x * Int<W>(0x7feb352du);
+  x = x ^ x.template shr<15>();
+  x = x * Int<W>(0x846ca68bu);
+  return x ^ x.template shr<16>();
+}
+
+// Two numbers in [0, 1) for each lane.
+template <int W>
+KN_INLINE void draw2(const SampleTable& t, Int<W> seed, Int<W> sample, uint32_t dimension, Float<W>& u, Float<W>& v) {
+  const Int<W> mask(uint32_t((1u << t.logSamples) - 1));
+  // samples beyond the table's length go on with other sequences
+  Int<W> h = hashWords(seed, Int<W>(dimension));
+  Int<W> high = Int<W>(hn::BitCast(typename Int<W>::D(), hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), sample.v), int(t.logSamples))));
+  h = h ^ (high * Int<W>(0xC2B2AE35u));
+  const Int<W> set = h & Int<W>(uint32_t((1u << t.logSets) - 1));
+  const Int<W> h2 = h * Int<W>(0x2C1B3C6Du);
+  const Int<W> h3 = (h ^ h.template shr<13>()) * Int<W>(0x297A2D39u);
+  const Int<W> index = ((sample ^ h2.template shr<7>()) & mask) + set * Int<W>(uint32_t(1u << t.logSamples));
+  u = toUnitFloat(gather(t.xs, index) ^ h3);
+  v = toUnitFloat(gather(t.ys, index) ^ (h3 * Int<W>(0x165667B1u) + h2));
+}
+// For unbounded loops (tracking, rejection): plain hashes of an event counter.
+template <int W>
+KN_INLINE Float<W> drawHashed(Int<W> seed, Int<W> sample, uint32_t dimension, Int<W> event) {
+  return toUnitFloat(hashWords(hashWords(hashWords(seed, sample), Int<W>(dimension ^ 0xA511E9B3u)), event));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif
