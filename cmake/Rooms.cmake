@@ -1,9 +1,9 @@
-# A room is a folder of src/; its library takes every *.cpp but *_test.cpp. Tests beside the code are gathered by
+# A room is a folder of src/; its library takes every *.cpp but *_test.cpp and *_main.cpp. Tests beside the code are gathered by
 # kinora_tests(), so that adding a file to a room needs no edit here.
 function(kinora_room name)
   cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "_(test|main)\\.cpp$")
   if(sources)
     add_library(kinora_${name} STATIC ${sources})
     target_include_directories(kinora_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
@@ -55,7 +55,22 @@ endfunction()
 function(kinora_app)
 endfunction()
 
-# One test program per room (src/<room>/*_test.cpp) and one per folder of tests/.
+# The testing kit's program, for authors of plug-ins.
+function(kinora_check_plugin)
+  add_executable(kinora-check-plugin ${PROJECT_SOURCE_DIR}/src/testing/check_plugin_main.cpp)
+  target_link_libraries(kinora-check-plugin PRIVATE kinora_testing kinora_stock kinora_plugin)
+  install(TARGETS kinora-check-plugin RUNTIME DESTINATION bin)
+endfunction()
+
+# A test program that sees the testing kit and all stock plug-ins.
+function(kinora_test_program name)
+  add_executable(test_${name} ${ARGN})
+  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# One test program per room (src/<room>/*_test.cpp), per folder of tests/, and per plug-in that has tests of its own.
 function(kinora_tests)
   include(GoogleTest)
   file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
@@ -71,6 +86,21 @@ function(kinora_tests)
         target_compile_definitions(test_film PRIVATE KINORA_STOCK_PLUGIN)
       endif()
       gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    endif()
+  endforeach()
+  file(GLOB folders RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*)
+  foreach(folder ${folders})
+    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*_test.cpp)
+    if(sources)
+      kinora_test_program(${folder} ${sources})
+    endif()
+  endforeach()
+  file(GLOB folders ${PROJECT_SOURCE_DIR}/plugins/*/*)
+  foreach(folder ${folders})
+    file(GLOB sources CONFIGURE_DEPENDS ${folder}/*_test.cpp)
+    get_filename_component(name ${folder} NAME)
+    if(sources)
+      kinora_test_program(plugin_${name} ${sources})
     endif()
   endforeach()
 endfunction()

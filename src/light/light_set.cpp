@@ -172,6 +172,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
   float* specular = arena.make<float>(most);
   uint32_t* light = arena.make<uint32_t>(most);
   uint32_t* blocks = arena.make<uint32_t>(most);
+  uint32_t* rayOf = arena.make<uint32_t>(most);
   uint32_t m = 0;
 
   float* o[3];
@@ -261,6 +262,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
         nearest[ray] = e;
       }
       slot[e] = s;
+      rayOf[e] = ray;
       for (int c = 0; c < 3; ++c) radiance[c][e] = answer[c][i];
       tOut[e] = t[i];
       const float choice = sets_[list.linkSet ? list.linkSet[s] : 0].pdfOfLight[l];
@@ -278,10 +280,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
       if (nearest[i] != kNoLight) list.tHit[list.slots[i]] = INFINITY;
     uint32_t kept = 0;
     for (uint32_t e = 0; e < m; ++e) {
-      bool hidden = false;
-      if (!blocks[e])
-        for (uint32_t i = 0; i < n && !hidden; ++i) hidden = list.slots[i] == slot[e] && nearest[i] != kNoLight;
-      if (hidden) continue;
+      if (!blocks[e] && nearest[rayOf[e]] != kNoLight) continue;
       if (kept != e) {
         slot[kept] = slot[e];
         for (int c = 0; c < 3; ++c) radiance[c][kept] = radiance[c][e];

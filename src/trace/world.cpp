@@ -197,6 +197,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   const auto addInstance = [&](const PlacementInput& place, uint32_t user, const Imath::V3d& origin, bool baked) {
     Instance inst;
     inst.user = user;
+    inst.baked = baked;
     inst.firstKey = uint32_t(w.keys_.size());
     const int n = baked ? 1 : keyCountFor(place.toRender, options.shutterOpen, options.shutterClose);
     inst.keyCount = uint32_t(n);

@@ -57,6 +57,7 @@ struct PlacementInput {
 struct Instance {
   uint32_t firstKey = 0, keyCount = 1;   // Affine keys, uniform over the shutter
   uint32_t user = 0;                     // the caller's index (placement)
+  bool baked = false;                    // object space is render space
 };
 
 struct BuildOptions {
