@@ -17,19 +17,22 @@
 #include "film/tools.h"
 #include "image/compare.h"
 #include "image/read_write.h"
+#include "plugin/registry.h"
 
 namespace kinora {
 const Descriptor* kinoraStock_openexr();
 const Descriptor* kinoraStock_png();
+// the table that the build generates from plugins/, cut down to the drivers
+std::vector<const Descriptor*> stockPlugins() { return {kinoraStock_openexr(), kinoraStock_png()}; }
 }  // namespace kinora
 
 namespace kinora::film {
 namespace {
 
 const Descriptor* stockDriver(const std::string& name) {
-  if (name == "openexr") return kinoraStock_openexr();
-  if (name == "png") return kinoraStock_png();
-  return nullptr;
+  static Registry registry;
+  static Diagnostics diagnostics([](const std::string&, Severity) {});
+  return registry.find(Kind::Display, name, diagnostics, {});
 }
 
 scene::Parameter text(const char* name, const char* value) {
