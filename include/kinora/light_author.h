@@ -156,7 +156,8 @@ struct LightRunner {
     for (uint32_t i = 0; i < a->count; i += W) {
       const F limit = F::load(a->t + i);
       F t = limit;
-      const Mask<W> hit = L::template intersect<W>(k, Vec3<W>::load(a->o, i), Vec3<W>::load(a->d, i), t) & (t > F(0.f)) & (t < limit);
+      Mask<W> hit = L::template intersect<W>(k, Vec3<W>::load(a->o, i), Vec3<W>::load(a->d, i), t);
+      hit &= (t > F(0.f)) & (t < limit);
       select(hit, t, limit).store(a->t + i);
       select(hit, Int<W>(1), Int<W>(0)).store(a->hit + i);
     }

@@ -167,7 +167,7 @@ struct ProjectionRunner {
       CameraLink<W> l;
       P::template connect<W>(k, in, l);
       const Mask<W> good = isFinite(in.P) & isFinite(l.importance) & isFinite(l.pdf) & (l.importance > F(0.f));
-      l.o.store(a->o, i);
+      zeroUnless(isFinite(l.o), l.o).store(a->o, i);
       zeroUnless(good, l.x).store(a->raster[0] + i);
       zeroUnless(good, l.y).store(a->raster[1] + i);
       zeroUnless(good, l.importance).store(a->importance + i);

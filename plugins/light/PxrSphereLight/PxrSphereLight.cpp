@@ -23,6 +23,7 @@ struct Data {
   Float3 inverse[3];                // render to local: rows of the inverse
   Float3 normalRows[3];             // local normal to render: rows of the inverse transpose
   float determinant = 1;            // absolute
+  float rounding = 0;               // of a local direction that went to render space and back, generously
   double area = 0, boundingRadius = 0, sphereRadius = 0;   // sphereRadius: 0 for ellipsoids
   bool isBlack = true;
 };
@@ -119,8 +120,8 @@ struct PxrSphereLight {
     const F along = -dot(view.fromCenter, unit);
     const Vec3<W> nearest = fma(unit, along, view.fromCenter);
     // directions made by sample() may miss the rim by rounding, which grows with the distance
-    const F slack = fma(view.d2, F(1e-12f), F(kRadius * kRadius * (1 + 1e-4f)));
-    const Mask<W> hit = view.outside & (along > F(0.f)) & (dot(nearest, nearest) <= slack);
+    const F rim = fma(sqrt(view.d2), F(k.rounding), F(kRadius * (1 + 5e-5f)));
+    const Mask<W> hit = view.outside & (along > F(0.f)) & (dot(nearest, nearest) <= rim * rim);
     l = zeroUnless(hit, radiance<W>(k, ray.d));
     pdf = zeroUnless(hit, view.density(k, F(1.f) / max(inverseStretch, F(1e-37f))));
   }
@@ -188,6 +189,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
       }
       light->determinant = float(std::fabs(determinant));
       light->axis = Float3(normalized(f.z));
+      const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
+      light->rounding = float(4e-7 * std::fmin(longest * shrink, 100));
       // surface: the integral of |det M| |n M^-T| over the local sphere
       constexpr int kRings = 512, kSteps = 128;
       double sum = 0;
