@@ -1,6 +1,6 @@
-// For the tests beside the projections: makes one from named values, traces rays and connects points at a chosen width,
-// and holds the checks that every projection passes: the way back is the inverse, light paths weigh like camera paths,
-// all widths agree.
+// For the tests beside the projections: makes one from named values, traces rays and connects points at a chosen
+// width, and holds the checks that every projection passes: the way back is the inverse, light paths weigh like
+// camera paths, all widths agree.
 #pragma once
 #include <gtest/gtest.h>
 #include <kinora/projection.h>
@@ -30,8 +30,8 @@ inline ProjectionInfo frame(uint32_t width, uint32_t height) {
   return i;
 }
 
-struct Columns {   // 0 1 raster, 2 3 lens, 4 time, 5..7 o, 8..10 d, 11 weight, 12 radius, 13 spread
-  uint32_t n;      // connect: 14..16 P, 17..19 o, 20 21 raster, 22 importance, 23 pdf
+struct Columns {  // 0 1 raster, 2 3 lens, 4 time, 5..7 o, 8..10 d, 11 weight, 12 radius, 13 spread
+  uint32_t n;     // connect: 14..16 P, 17..19 o, 20 21 raster, 22 importance, 23 pdf
   std::vector<float> a[24];
   explicit Columns(uint32_t count) : n(count) {
     for (auto& v : a) v.assign(padded(count), 0.f);
@@ -57,9 +57,11 @@ class TestProjection {
           values[i].given = 1;
         }
     }
-    Host host{this, [](void* self, const char* code, const char* what, const char*) {
+    Host host{this,
+              [](void* self, const char* code, const char* what, const char*) {
                 static_cast<TestProjection*>(self)->warnings.push_back(std::string(code) + ": " + what);
-              }, nullptr};
+              },
+              nullptr};
     const CreateInfo create{&host, "test", values.data(), d_->paramCount, nullptr, &this->info};
     ErrorText text{};
     data_ = d_->create(&create, &text);
@@ -158,10 +160,11 @@ inline void expectRoundTrip(const TestProjection& projection) {
   }
 }
 
-// A wall at the given depth, tilted, with a radiance that varies: the mean of the camera's samples of the picture equals
-// the sum of splats from points chosen evenly over the wall. `pdf` is held against the wall's part that the picture sees.
+// A wall at the given depth, tilted, with a radiance that varies: the mean of the camera's samples of the picture
+// equals the sum of splats from points chosen evenly over the wall. `pdf` is held against the wall's part that the
+// picture sees.
 inline void expectLightPathsAgree(const TestProjection& projection, double depth, double halfSize) {
-  const double tilt = 0.2;   // the wall: z = depth + tilt * x
+  const double tilt = 0.2;  // the wall: z = depth + tilt * x
   const auto radiance = [](double x, double y) { return 1 + 0.5 * std::sin(3 * x) * std::cos(2 * y); };
   const uint32_t side = 512, n = side * side;
   const double pixels = double(projection.info.resolution[0]) * projection.info.resolution[1];
@@ -183,7 +186,8 @@ inline void expectLightPathsAgree(const TestProjection& projection, double depth
   }
   const double slope = std::sqrt(1 + tilt * tilt), area = 4 * halfSize * halfSize * slope;
   for (uint32_t i = 0; i < n; ++i) {
-    const double x = ((i % side + u(random)) / side * 2 - 1) * halfSize, y = ((i / side + u(random)) / side * 2 - 1) * halfSize;
+    const double x = ((i % side + u(random)) / side * 2 - 1) * halfSize,
+                 y = ((i / side + u(random)) / side * 2 - 1) * halfSize;
     c.a[14][i] = float(x);
     c.a[15][i] = float(y);
     c.a[16][i] = float(depth + tilt * x);
@@ -227,7 +231,8 @@ inline void expectWidthsAgree(TestProjection& projection) {
 // Points behind, at the eye, beside the picture or not finite are not seen, and give numbers.
 inline void expectOddPointsUnseen(const TestProjection& projection) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-  const float points[][3] = {{0, 0, -1}, {0, 0, 0}, {1e6f, 0, 1}, {nan, 0, 1}, {0, 0, nan}, {0, inf, 1}, {inf, 0, inf}, {0, 0, -inf}, {3e38f, 3e38f, 1e-38f}};
+  const float points[][3] = {{0, 0, -1},  {0, 0, 0},     {1e6f, 0, 1}, {nan, 0, 1},           {0, 0, nan},
+                             {0, inf, 1}, {inf, 0, inf}, {0, 0, -inf}, {3e38f, 3e38f, 1e-38f}};
   Columns c(uint32_t(std::size(points)));
   for (uint32_t i = 0; i < c.n; ++i)
     for (int k = 0; k < 3; ++k) c.a[14 + k][i] = points[i][k];
@@ -246,7 +251,7 @@ inline void expectBadFramesRefused(const char* name) {
   bad[0].resolution[0] = 0;
   bad[1].frameAspect = nan;
   bad[2].frameAspect = -1;
-  bad[3].screenWindowGiven = 1;   // all zero
+  bad[3].screenWindowGiven = 1;  // all zero
   bad[4].screenWindowGiven = 1;
   bad[4].screenWindow[0] = nan;
   for (const ProjectionInfo& info : bad) {

@@ -3,18 +3,18 @@
 // Orientation. The native frame is Z-up. A direction (x, y, z) of the light's local space looks up the map at
 //   u = -atan2(y, x) / (2 pi)  mod 1,   from the left edge,
 //   v = acos(z) / pi,                   from the top edge:
-// the top row is local +Z; the left edge is +X, a quarter in is -Y, the middle -X. Why: OpenEXR's latitude-longitude maps
-// (which UsdLux follows) have the middle of the picture at +Z, the top at +Y, and at u = 1/4 the direction +X, that is
-// u = 1/2 - atan2(X, Z) / (2 pi); and the host of UsdLux scenes turns a dome's axes x, y, z to (0,0,-1), (-1,0,0),
-// (0,1,0). So X = -y, Y = z, Z = -x, and 1/2 - atan2(-y, -x) / (2 pi) is the formula above. Handedness: seen from the
-// centre with +Z up, the right of the picture is clockwise from its left when looked at from above in a right-handed
-// space, as a photograph has it; that host's turn has determinant +1, so a right-handed scene shows maps unmirrored. A
-// left-handed scene shows them mirrored unless the placement mirrors too (Scale -1 1 1), which it may: rotation and
-// mirroring of the placement count, scale and shear do not.
+// the top row is local +Z; the left edge is +X, a quarter in is -Y, the middle -X. Why: OpenEXR's latitude-longitude
+// maps (which UsdLux follows) have the middle of the picture at +Z, the top at +Y, and at u = 1/4 the direction +X,
+// that is u = 1/2 - atan2(X, Z) / (2 pi); and the host of UsdLux scenes turns a dome's axes x, y, z to (0,0,-1),
+// (-1,0,0), (0,1,0). So X = -y, Y = z, Z = -x, and 1/2 - atan2(-y, -x) / (2 pi) is the formula above. Handedness:
+// seen from the centre with +Z up, the right of the picture is clockwise from its left when looked at from above in a
+// right-handed space, as a photograph has it; that host's turn has determinant +1, so a right-handed scene shows maps
+// unmirrored. A left-handed scene shows them mirrored unless the placement mirrors too (Scale -1 1 1), which it may:
+// rotation and mirroring of the placement count, scale and shear do not.
 //
-// Sampling: one cell a texel (or, in large maps, a block of texels), chosen by inversion of the rows' and then the row's
-// distribution (binary search: strata of the random numbers survive), evenly in solid angle within the cell. A cell's
-// weight is the exact mean of the bilinear lookup over it, so no direction has value without density.
+// Sampling: one cell a texel (or, in large maps, a block of texels), chosen by inversion of the rows' and then the
+// row's distribution (binary search: strata of the random numbers survive), evenly in solid angle within the cell. A
+// cell's weight is the exact mean of the bilinear lookup over it, so no direction has value without density.
 #define KINORA_KERNEL_FILE "plugins/light/PxrDomeLight/PxrDomeLight.cpp"
 #include <kinora/light_setup.h>
 #include <algorithm>
@@ -32,15 +32,17 @@ constexpr int32_t kMostColumns = 2048, kMostRows = 1024;
 struct Data {
   LightCommon common;
   LightMap map;
-  Float3 axis[3];                       // local axes in render space: orthonormal, perhaps left-handed
+  Float3 axis[3];  // local axes in render space: orthonormal, perhaps left-handed
   int32_t columns = 0, rows = 0;
-  int32_t rowSteps = 0, columnSteps = 0;   // of the binary searches
-  std::vector<float> rowCdf;            // rows + 1 numbers
-  std::vector<float> cellCdf;           // rows times (columns + 1)
-  std::vector<float> density;           // per solid angle, rows times columns
-  std::vector<float> rowTop;            // 1 - cos of the polar angle at the rows' edges (rows + 1); see rowCos
-  std::vector<float> rowCos;            // cos at the rows' edges
-  double meanRadiance = 0;              // over directions and RGB, absolute
+  int32_t rowSteps = 0, columnSteps = 0;  // of the binary searches
+  std::vector<float> rowCdf;              // rows + 1 numbers
+  std::vector<float> cellCdf;             // rows times (columns + 1)
+  std::vector<float> density;             // per solid angle, rows times columns
+  // 1 - |cos| of the polar angle at each row's upper and lower edge, from the pole of the row's own hemisphere: sines
+  // near both poles keep their digits so. The row across the equator belongs to the north and may go beyond 1.
+  std::vector<float> rowFrom, rowTo;
+  int32_t northRows = 0;
+  double meanRadiance = 0;  // over directions and RGB, absolute
   bool isBlack = true;
 };
 }  // namespace kinora::pxrDomeLight
@@ -53,9 +55,10 @@ namespace {
 using namespace pxrDomeLight;
 
 // Largest i in [0, n) with cdf[offset + i] <= u; steps = ceil(log2 n).
-template <int W> KN_INLINE Int<W> find(const float* cdf, Int<W> offset, int32_t n, int32_t steps, Float<W> u) {
+template <int W>
+KN_INLINE Int<W> find(const float* cdf, Int<W> offset, int32_t n, int32_t steps, Float<W> u) {
   using I = Int<W>;
-  I low(0), high(n);   // the answer lies in [low, high)
+  I low(0), high(n);  // the answer lies in [low, high)
   for (int32_t s = 0; s < steps; ++s) {
     const I middle = (low + high).template shr<1>();
     const Mask<W> above = gather(cdf, offset + middle) <= u;
@@ -113,10 +116,10 @@ struct PxrDomeLight {
     const I column = find<W>(k.cellCdf.data(), start, k.columns, k.columnSteps, u);
     const F c0 = gather(k.cellCdf.data(), start + column), c1 = gather(k.cellCdf.data(), start + column + I(1));
     const F across = clamp((u - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
-    // evenly in the cosine; the sine comes from 1 - |cos| of the nearer pole, which keeps its digits there
-    const F top = lerp(gather(k.rowTop.data(), row), gather(k.rowTop.data(), row + I(1)), down);
-    const F z = lerp(gather(k.rowCos.data(), row), gather(k.rowCos.data(), row + I(1)), down);
-    const F s = safeSqrt(top * (F(2.f) - top));
+    // evenly in the cosine
+    const F fromPole = lerp(gather(k.rowFrom.data(), row), gather(k.rowTo.data(), row), down);
+    const F z = select(toFloat(row) < F(float(k.northRows)), F(1.f) - fromPole, fromPole - F(1.f));
+    const F s = safeSqrt(fromPole * (F(2.f) - fromPole));
     F sine, cosine;
     sincos((toFloat(column) + across) * F(-kTwoPi / float(k.columns)), sine, cosine);
     return normalize(toRender<W>(k, Vec3<W>(s * cosine, s * sine, z)));
@@ -130,7 +133,9 @@ struct PxrDomeLight {
     at<W>(k, out.wi, out.radiance, out.pdf);
   }
   template <int W>
-  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) { return Mask<W>(false); }
+  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
+    return Mask<W>(false);
+  }
   template <int W>
   static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
     if (k.isBlack) return;
@@ -164,11 +169,13 @@ int32_t stepsFor(int32_t n) {
   return s;
 }
 
-// Mean over each cell of the bilinear lookup's absolute value, averaged over RGB with the light's colour. Cells are texels or blocks
-// of them; over a texel's own square the lookup is a mix of the 3 x 3 texels around it with weights 1/8, 6/8, 1/8 each way.
+// Mean over each cell of the bilinear lookup's absolute value, averaged over RGB with the light's colour. Cells are
+// texels or blocks of them; over a texel's own square the lookup is a mix of the 3 x 3 texels around it with weights
+// 1/8, 6/8, 1/8 each way.
 std::vector<double> cellMeans(const Data& k) {
   const int32_t w = k.map.width, h = k.map.height;
-  std::vector<double> cells(size_t(k.columns) * k.rows, 0.0), row(static_cast<size_t>(w)), smooth(static_cast<size_t>(w));
+  std::vector<double> cells(size_t(k.columns) * k.rows, 0.0), row(static_cast<size_t>(w)),
+      smooth(static_cast<size_t>(w));
   std::vector<double> three[3];
   const auto load = [&](int32_t y, std::vector<double>& out) {
     y = std::clamp(y, 0, h - 1);
@@ -179,12 +186,13 @@ std::vector<double> cellMeans(const Data& k) {
     }
     out.resize(static_cast<size_t>(w));
     for (int32_t x = 0; x < w; ++x)
-      out[size_t(x)] = 0.125 * row[size_t((x + w - 1) % w)] + 0.75 * row[size_t(x)] + 0.125 * row[size_t((x + 1) % w)];
+      out[size_t(x)] =
+          0.125 * row[size_t((x + w - 1) % w)] + 0.75 * row[size_t(x)] + 0.125 * row[size_t((x + 1) % w)];
   };
   load(0, three[0]);
   load(0, three[1]);
-  // A block's cell runs over [i * w / columns, (i + 1) * w / columns); texels that it shares with a neighbour count for
-  // both in proportion.
+  // A block's cell runs over [i * w / columns, (i + 1) * w / columns); texels that it shares with a neighbour count
+  // for both in proportion.
   for (int32_t y = 0; y < h; ++y) {
     load(y + 1, three[2]);
     for (int32_t x = 0; x < w; ++x)
@@ -195,7 +203,8 @@ std::vector<double> cellMeans(const Data& k) {
       for (int32_t x = 0; x < w; ++x) {
         const double x0 = double(x) * k.columns / w, x1 = double(x + 1) * k.columns / w;
         for (int32_t i = int32_t(x0); i < k.columns && double(i) < x1 - 1e-9; ++i)
-          cells[size_t(j) * k.columns + i] += smooth[size_t(x)] * shareY * (std::fmin(x1, i + 1.0) - std::fmax(x0, double(i)));
+          cells[size_t(j) * k.columns + i] +=
+              smooth[size_t(x)] * shareY * (std::fmin(x1, i + 1.0) - std::fmax(x0, double(i)));
       }
     }
     std::swap(three[0], three[1]);
@@ -213,16 +222,17 @@ bool buildDistribution(Data& k) {
   std::vector<double> cells = cellMeans(k);
   std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
   double total = 0;
-  k.rowTop.resize(size_t(k.rows) + 1);
-  k.rowCos.resize(size_t(k.rows) + 1);
-  for (int32_t j = 0; j <= k.rows; ++j) {
-    const double theta = kPi * j / k.rows;
-    k.rowCos[size_t(j)] = float(std::cos(theta));
-    k.rowTop[size_t(j)] = float(2 * std::pow(std::sin(theta / 2), 2));
+  k.northRows = (k.rows + 1) / 2;
+  for (int32_t j = 0; j < k.rows; ++j) {
+    const bool north = j < k.northRows;
+    const double from = kPi * (north ? j : k.rows - j) / k.rows, to = kPi * (north ? j + 1 : k.rows - j - 1) / k.rows;
+    k.rowFrom.push_back(float(2 * std::pow(std::sin(from / 2), 2)));
+    k.rowTo.push_back(float(2 * std::pow(std::sin(to / 2), 2)));
   }
   for (int32_t j = 0; j < k.rows; ++j) {
     solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
-    for (int32_t i = 0; i < k.columns; ++i) rowWeight[size_t(j)] += cells[size_t(j) * k.columns + i] * solid[size_t(j)];
+    for (int32_t i = 0; i < k.columns; ++i)
+      rowWeight[size_t(j)] += cells[size_t(j) * k.columns + i] * solid[size_t(j)];
     total += rowWeight[size_t(j)];
   }
   k.meanRadiance = total / (4 * kPi);
@@ -238,7 +248,8 @@ bool buildDistribution(Data& k) {
     double left = 0;
     for (int32_t i = 0; i < k.columns; ++i) {
       const double cell = cells[size_t(j) * k.columns + i];
-      cdf[i] = rowWeight[size_t(j)] > 0 ? float(left * solid[size_t(j)] / rowWeight[size_t(j)]) : float(i) / float(k.columns);
+      cdf[i] = rowWeight[size_t(j)] > 0 ? float(left * solid[size_t(j)] / rowWeight[size_t(j)])
+                                        : float(i) / float(k.columns);
       left += cell;
       k.density[size_t(j) * k.columns + i] = float(cell / total);
     }
@@ -300,12 +311,22 @@ double irradiance(const void* data, const double*, const double*) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrDomeLight",
-                             "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
-                             "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
-                             "placement count.",
-                             pxrDomeLight::kParams.data(), uint32_t(pxrDomeLight::kParams.size()), kTables, 4, &kTraits,
-                             create, [](void* d) { delete static_cast<Data*>(d); }};
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Light,
+    0,
+    "PxrDomeLight",
+    "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
+    "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
+    "placement count.",
+    pxrDomeLight::kParams.data(),
+    uint32_t(pxrDomeLight::kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrDomeLight, kDescriptor)
 }  // namespace kinora

@@ -1,5 +1,6 @@
-// Proves: irradiance against the closed form from touching to a hundred thousand radii away, ellipsoids against looking,
-// densities, power, intersections of far rays, darkness inside, widths, degenerate placements. Misses: motion.
+// Proves: irradiance against the closed form from touching to a hundred thousand radii away, ellipsoids against
+// looking, densities, power, intersections of far rays, darkness inside, widths, degenerate placements. Misses:
+// motion.
 #include "plugins/light/light_testing.h"
 
 namespace kinora {
@@ -68,7 +69,8 @@ TEST(PxrSphereLight, ShapingFollowsItsZAxis) {
   EXPECT_GT(irradianceBySampling(light, {0, 0, 5}, {0, 0, -1}, 32), 0);
   EXPECT_EQ(irradianceBySampling(light, {0, 0, -5}, {0, 0, 1}, 32), 0);
   TestLight open(kName, {});
-  EXPECT_NEAR(irradianceBySampling(open, {0, 0, -5}, {0, 0, 1}, 128), kPi * 0.01, 1e-4) << "the default cone cuts nothing";
+  EXPECT_NEAR(irradianceBySampling(open, {0, 0, -5}, {0, 0, 1}, 128), kPi * 0.01, 1e-4)
+      << "the default cone cuts nothing";
 }
 
 TEST(PxrSphereLight, IntersectionsFarAwayHitWhereTheyShould) {
@@ -76,7 +78,7 @@ TEST(PxrSphereLight, IntersectionsFarAwayHitWhereTheyShould) {
   for (double d : {0.6, 10.0, 1e4}) {
     Rays r(201);
     for (uint32_t i = 0; i < r.n; ++i) {
-      r.a[0][i] = float((double(i) - 100) / 100 * 0.6);   // offset across, beyond the rim on both sides
+      r.a[0][i] = float((double(i) - 100) / 100 * 0.6);  // offset across, beyond the rim on both sides
       r.a[2][i] = float(-d);
       r.a[7][i] = 1;
       r.a[8][i] = 1e30f;

@@ -1,5 +1,5 @@
-// Proves: shift, roll, depth of field from its own parameters, the shared checks, and the message about parameters that
-// change nothing yet. Lens and raster in general: PxrPerspective's test.
+// Proves: shift, roll, depth of field from its own parameters, the shared checks, and the message about parameters
+// that change nothing yet. Lens and raster in general: PxrPerspective's test.
 #include "plugins/projection/projection_testing.h"
 
 namespace kinora {
@@ -13,14 +13,14 @@ TEST(PxrCamera, ShiftAndRoll) {
   EXPECT_NEAR(r[3] / r[5], 0.5, 1e-6);
   EXPECT_NEAR(r[4] / r[5], -0.25, 1e-6);
   TestProjection rolled(kName, {{"roll", 90}}, frame(100, 100));
-  r = rolled.ray(100, 50);   // what is at the right edge lies above
+  r = rolled.ray(100, 50);  // what is at the right edge lies above
   EXPECT_NEAR(r[3] / r[5], 0, 1e-6);
   EXPECT_NEAR(r[4] / r[5], 1, 1e-6);
 }
 
 TEST(PxrCamera, SharedChecks) {
-  const std::vector<Setting> settings = {{"fov", 50}, {"shiftX", 0.2f}, {"roll", 30}, {"fStop", 1},
-                                         {"focalLength", 0.3f}, {"focalDistance", 4}};
+  const std::vector<Setting> settings = {{"fov", 50},  {"shiftX", 0.2f},      {"roll", 30},
+                                         {"fStop", 1}, {"focalLength", 0.3f}, {"focalDistance", 4}};
   TestProjection p(kName, settings, frame(64, 48));
   EXPECT_TRUE(p.warnings.empty());
   expectRoundTrip(p);

@@ -1,5 +1,5 @@
-// Proves: rays at known raster positions, screen windows, the circle of confusion, zoom, footprints, and with the shared
-// checks that connect() undoes rays() and weighs as they do. Misses: what the renderer does with footprints.
+// Proves: rays at known raster positions, screen windows, the circle of confusion, zoom, footprints, and with the
+// shared checks that connect() undoes rays() and weighs as they do. Misses: what the renderer does with footprints.
 #include "plugins/projection/projection_testing.h"
 
 namespace kinora {
@@ -14,9 +14,9 @@ TEST(PxrPerspective, FovCoversTheShorterSide) {
   EXPECT_NEAR(r[3], 0, 1e-6);
   EXPECT_NEAR(r[4], 0, 1e-6);
   EXPECT_NEAR(r[5], 1, 1e-6);
-  r = p.ray(100, 0);                       // top: +y
+  r = p.ray(100, 0);  // top: +y
   EXPECT_NEAR(r[4] / r[5], s, 1e-5);
-  r = p.ray(0, 100);                       // left bottom
+  r = p.ray(0, 100);  // left bottom
   EXPECT_NEAR(r[3] / r[5], -2 * s, 1e-5);
   EXPECT_NEAR(r[4] / r[5], -s, 1e-5);
   TestProjection tall(kName, {{"fov", 60}}, frame(100, 200));
@@ -52,7 +52,7 @@ TEST(PxrPerspective, CircleOfConfusion) {
     std::fill(c.a[0].begin(), c.a[0].end(), 30.f);
     std::fill(c.a[1].begin(), c.a[1].end(), 80.f);
     p.rays(c);
-    const double sx = -0.4, sy = -0.6;   // of the pinhole's ray at unit z, fov 90
+    const double sx = -0.4, sy = -0.6;  // of the pinhole's ray at unit z, fov 90
     double most = 0, sum2 = 0, widest = 0;
     for (uint32_t i = 0; i < c.n; ++i) {
       const double t = z / c.a[10][i];
@@ -81,7 +81,7 @@ TEST(PxrPerspective, FootprintIsHalfAPixel) {
   Columns c(1);
   c.a[0][0] = c.a[1][0] = 50;
   p.rays(c);
-  EXPECT_NEAR(c.a[13][0], 0.5 * 2 / 100, 1e-6);   // a pixel is 2/100 wide at unit distance
+  EXPECT_NEAR(c.a[13][0], 0.5 * 2 / 100, 1e-6);  // a pixel is 2/100 wide at unit distance
   EXPECT_EQ(c.a[12][0], 0);
   // the solid angles of all pixels together are that of the picture: 4 atan(1 / sqrt 3) * ... = 2 pi / 3 for fov 90
   Columns all(10000);
