@@ -106,6 +106,42 @@ struct PatternRunner {
   template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&B::template compute<W>}; }
 };
 
+// For nodes that make one colour (kComponents 3) or number (1) of inputs at the same point. `B` has
+//   struct Setup { explicit Setup(const Context&); bool uniform() const; };   // values, modes, ...: read once a context
+//   static constexpr uint32_t kComponents;
+//   template <int W> static KN_INLINE Vec3<W> at(const Setup&, At);          // x alone counts for numbers
+// The first output is the result; further ones are a colour's parts, or a number's repetition as a colour and its parts.
+template <class B>
+struct PointwiseRunner {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* a) {
+    const typename B::Setup setup(*c);
+    const bool one = setup.uniform();
+    float* out[3];
+    makeOutput(*c, a->outputs[0], B::kComponents, one, out);
+    for (uint32_t i = 0; i < extent(*c, one); i += W) {
+      const Vec3<W> v = B::template at<W>(setup, At{i, false});
+      if constexpr (B::kComponents == 3) {
+        v.store(out, i);
+      } else {
+        v.x.store(out[0] + i);
+      }
+    }
+    if (B::kComponents == 3 && a->outputCount >= 4) shareComponents(*a, 0);
+    if (B::kComponents == 1 && a->outputCount >= 5) {
+      a->outputs[1] = a->outputs[0];
+      a->outputs[1].components = 3;
+      a->outputs[1].data[1] = a->outputs[1].data[2] = a->outputs[0].data[0];
+      shareComponents(*a, 1);
+    }
+  }
+  template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&compute<W>}; }
+};
+#undef KINORA_POINTWISE_TABLES
+#define KINORA_POINTWISE_TABLES(Node) \
+  using Runner = PointwiseRunner<Node>; \
+  KINORA_WIDTH_TABLES(Runner, PatternFunctions)
+
 // Inside the per-target namespace, after the node's struct; then KINORA_REGISTER_PATTERN after all of it.
 #undef KINORA_PATTERN_TABLES
 #define KINORA_PATTERN_TABLES(Node) \

@@ -56,10 +56,10 @@ KN_INLINE Float<W> quinticFade(Float<W> t) {
   return t * t * t * fma(t, fma(t, Float<W>(6.f), Float<W>(-15.f)), Float<W>(10.f));
 }
 
-// Noise in [-1, 1], mean 0, zero at lattice points (integers); features about one unit wide. Positions beyond 2^31
-// repeat.
+// Noise in [-1, 1] (unbounded: in [-1.3, 1.3]), mean 0, zero at lattice points (integers); features about one unit
+// wide. Positions beyond 2^31 repeat.
 template <int W>
-KN_INLINE Float<W> gradientNoise(Vec3<W> p, uint32_t seed) {
+KN_INLINE Float<W> unboundedNoise(Vec3<W> p, uint32_t seed) {
   using F = Float<W>;
   using I = Int<W>;
   const F fx = floor(p.x), fy = floor(p.y), fz = floor(p.z);
@@ -75,8 +75,11 @@ KN_INLINE Float<W> gradientNoise(Vec3<W> p, uint32_t seed) {
   const F b = lerp(gradientDot((m01 ^ hz0) * k, x0, y1, z0), gradientDot((m11 ^ hz0) * k, x1, y1, z0), u);
   const F c = lerp(gradientDot((m00 ^ hz1) * k, x0, y0, z1), gradientDot((m10 ^ hz1) * k, x1, y0, z1), u);
   const F d = lerp(gradientDot((m01 ^ hz1) * k, x0, y1, z1), gradientDot((m11 ^ hz1) * k, x1, y1, z1), u);
-  const F n = lerp(lerp(a, b, v), lerp(c, d, v), w) * F(kNoiseScale);
-  return clamp(n, F(-1.f), F(1.f));
+  return lerp(lerp(a, b, v), lerp(c, d, v), w) * F(kNoiseScale);
+}
+template <int W>
+KN_INLINE Float<W> gradientNoise(Vec3<W> p, uint32_t seed) {
+  return clamp(unboundedNoise(p, seed), Float<W>(-1.f), Float<W>(1.f));
 }
 
 // How much of a layer of `frequency` a footprint of radius r can show: all while a feature spans two diameters,
@@ -121,7 +124,7 @@ KN_INLINE Float<W> fractalNoise(const FractalShape<W>& shape, Vec3<W> p, Float<W
       const Vec3<W> q(fma(p.x, frequency, fma(v, F(i & 1 ? -0.731f : 0.731f), F(o * 17.317f))),
                       fma(p.y, frequency, fma(v, F(i & 2 ? -0.683f : 0.683f), F(o * 31.719f))),
                       fma(p.z, frequency, fma(v, F(1.f), F(o * 23.541f))));
-      n = gradientNoise(q, seed + uint32_t(i) * 0x632be5abu);
+      n = unboundedNoise(q, seed + uint32_t(i) * 0x632be5abu);
       if (shape.turbulent) n = abs(n);
       n = lerp(mean, n, visible);
     }
@@ -134,7 +137,7 @@ KN_INLINE Float<W> fractalNoise(const FractalShape<W>& shape, Vec3<W> p, Float<W
     amplitude *= gain;
     frequency *= shape.lacunarity;
   }
-  return sum / total;
+  return clamp(sum / total, F(shape.turbulent ? 0.f : -1.f), F(1.f));
 }
 
 }  // namespace HWY_NAMESPACE

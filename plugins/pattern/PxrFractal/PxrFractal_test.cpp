@@ -8,7 +8,7 @@
 
 namespace kinora::patternTest {
 namespace {
-constexpr double kMeanAbs = 0.1995;   // of the noise, kNoiseMeanAbs
+constexpr double kMeanAbs = 0.1995;  // of the noise, kNoiseMeanAbs
 void place(TestContext& t, uint32_t n, float size, float radius) {
   t.c.host = &t;
   t.setBuiltin(Builtin::Po, {spread(n, -size, size, 7), spread(n, -size, size, 11), spread(n, -size, size, 13)});
