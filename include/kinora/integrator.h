@@ -3,7 +3,8 @@
 // All spans have `capacity` elements rounded up to kPad, in the group's arena. Render space.
 #pragma once
 #include <kinora/bxdf.h>
-#include <kinora/random.h>
+#include <kinora/light.h>
+#include <kinora/sample_table.h>
 
 namespace kinora {
 
@@ -93,6 +94,7 @@ struct ShadowRays {
   const float* tMax;
   const float* time;
   const uint32_t* slot;
+  uint32_t thin;                  // 1: straight tinted shadows through glass (stock default where caustics are off)
   float* transmittance[3];        // out
 };
 

@@ -1,0 +1,95 @@
+#include "film/channel.h"
+
+namespace kinora::film {
+namespace {
+
+Channel make(std::string name, std::string source, ChannelType type, int width) {
+  Channel c;
+  c.source = source.empty() ? name : std::move(source);
+  c.name = std::move(name);
+  c.type = type;
+  c.width = width;
+  return c;
+}
+
+}  // namespace
+
+Channel colorChannel(std::string name, std::string source) {
+  return make(std::move(name), std::move(source), ChannelType::Color, 3);
+}
+Channel floatChannel(std::string name, std::string source) {
+  return make(std::move(name), std::move(source), ChannelType::Float, 1);
+}
+Channel positionChannel(std::string name, std::string source) {
+  Channel c = make(std::move(name), std::move(source), ChannelType::Point, 3);
+  c.stepLog2 = -16;
+  c.limit = 1073741824.0f;
+  c.isData = true;
+  return c;
+}
+Channel normalChannel(std::string name, std::string source) {
+  Channel c = make(std::move(name), std::move(source), ChannelType::Normal, 3);
+  c.isData = true;
+  return c;
+}
+Channel depthChannel(std::string name, std::string source) {
+  Channel c = make(std::move(name), std::move(source), ChannelType::Float, 1);
+  c.stepLog2 = -16;
+  c.limit = 1073741824.0f;
+  c.isData = true;
+  c.reducer = Reducer::Min;
+  return c;
+}
+
+int ChannelLayout::entryOf(const std::string& source, int width, std::string* error) {
+  for (const RecordEntry& e : record_) {
+    if (e.source != source) continue;
+    if (e.width == width) return e.offset;
+    if (error)
+      *error = "source \"" + source + "\" is asked for with " + std::to_string(width) + " floats and with " +
+               std::to_string(e.width);
+    return -1;
+  }
+  record_.push_back({source, width, recordFloats_});
+  recordFloats_ += width;
+  if (source == "z") depthOffset_ = record_.back().offset;
+  return record_.back().offset;
+}
+
+int ChannelLayout::add(const Channel& channel, std::string* error) {
+  const auto refuse = [&](std::string why) {
+    if (error) *error = "channel \"" + channel.name + "\": " + why;
+    return -1;
+  };
+  if (channel.name.empty()) return refuse("it has no name");
+  if (find(channel.name) >= 0) return refuse("the name is taken");
+  if (size() >= kMaxChannels) return refuse("more than " + std::to_string(kMaxChannels) + " channels");
+  if (channel.width < 1 || channel.width > 4) return refuse("its width is not 1 to 4 floats");
+  if (channel.stepLog2 < -60 || channel.stepLog2 > 30) return refuse("its step is not between 2^-60 and 2^30");
+  // the rounding in film.cpp is exact below 2^51, and 2^17 samples at the limit must fit 63 bits
+  if (!(channel.limit > 0) || !(double(channel.limit) / channel.step() <= 70368744177664.0))
+    return refuse("its limit is not between 0 and 2^46 steps");
+  Channel c = channel;
+  if (c.source.empty()) c.source = c.name;
+  if (c.source == "z" && c.width != 1) return refuse("source \"z\" is one float");
+  // a miss is infinitely far: an average over it is none ("zfiltered" is the finite variant)
+  if (c.source == "z" && (c.reducer == Reducer::Sum || c.reducer == Reducer::Average || c.reducer == Reducer::Total))
+    return refuse("source \"z\" cannot be averaged; use \"zfiltered\"");
+  // a refused channel must leave no entry behind
+  for (const RecordEntry& e : record_)
+    if (e.source == c.source && e.width != c.width)
+      return refuse("source \"" + c.source + "\" has " + std::to_string(e.width) + " floats elsewhere");
+  const int offset = entryOf(c.source, c.width, error);
+  if (c.reducer == Reducer::ZMin || c.reducer == Reducer::ZMax) entryOf("z", 1, error);
+  channels_.push_back(std::move(c));
+  offsets_.push_back(offset);
+  return size() - 1;
+}
+
+int ChannelLayout::find(std::string_view name) const {
+  for (size_t i = 0; i < channels_.size(); ++i)
+    if (channels_[i].name == name) return int(i);
+  return -1;
+}
+
+}  // namespace kinora::film

@@ -1,0 +1,30 @@
+// A file that appears whole or not at all: written under a temporary name beside its target and renamed at the end.
+// Used by whatever writes pictures and shards (image/, film/). It does not make folders, and it does not write: the
+// caller hands path() to a library or writes there itself.
+#pragma once
+#include <string>
+
+#include "image/status.h"
+
+namespace kinora::image {
+
+class AtomicFile {
+ public:
+  // The temporary keeps the target's extension, by which libraries choose a format. Nothing is created yet.
+  explicit AtomicFile(std::string target);
+  ~AtomicFile();  // removes the temporary unless it was committed
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  const std::string& path() const { return temporary_; }
+  const std::string& target() const { return target_; }
+  // Tells early, before an hour of rendering, whether the target could be written: creates and removes the temporary.
+  Status probe() const;
+  // Flushes to the disk and renames. On failure the target is what it was before.
+  Status commit();
+
+ private:
+  std::string target_, temporary_;
+  bool isCommitted_ = false;
+};
+
+}  // namespace kinora::image

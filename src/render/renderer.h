@@ -1,0 +1,80 @@
+// Renders one scene: world snapshot, passes, film. The one door of render/ for app/, tests and bench/. It prints nothing
+// (messages go through Diagnostics, progress through a callback) and writes files only through film/'s displays.
+#pragma once
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "render/statistics.h"
+#include "scene/scene.h"
+
+namespace kinora {
+class Registry;
+namespace film { class Film; }
+namespace render {
+
+// What the command line (or a test) sets on top of the scene.
+struct Settings {
+  int threads = 0;                                   // 0: all; -n: all but n
+  int samplesPerPixel = 0;                           // 0: what the scene says
+  int firstSample = -1, lastSample = -1;             // --samples A:B (B exclusive); -1: not given
+  std::array<int, 2> resolution{0, 0};               // 0: the scene's
+  std::array<float, 4> crop{-1, -1, -1, -1};         // xmin xmax ymin ymax; -1: the scene's
+  std::string integrator;                            // "": the scene's
+  std::vector<std::pair<std::string, std::string>> sets;  // --set KIND.NAME=VALUE, unparsed
+  uint32_t seed = 0;
+  uint32_t width = 0;                                // SIMD width 1, 4, 8, 16; 0: best
+  uint32_t groupSize = 0;                            // rays a group; 0: default
+  std::string bucketOrder;                           // "": the scene's, else horizontal, vertical, spiral, random ...
+  std::string output;                                // -o
+  bool strict = false;
+  std::vector<std::string> texturePath;              // directories, beside those of the scene
+  uint64_t textureCacheBytes = 0;                    // 0: default
+  double snapshotSeconds = 60;                       // 0: never
+  std::atomic<bool>* stop = nullptr;                 // set by a signal: finish running buckets, then return
+};
+
+struct Progress {
+  double fraction = 0;        // of the samples wanted
+  double secondsLeft = -1;    // -1: not known yet
+  double seconds = 0;
+  uint64_t memoryBytes = 0;
+  int samplesDone = 0, samplesWanted = 0;   // whole passes, a pixel
+};
+
+enum class Outcome { Complete, Interrupted, BadScene, OutOfMemory, CannotWrite, Internal };
+
+class Renderer {
+ public:
+  Renderer(Registry& registry, Diagnostics& diagnostics, Settings settings);
+  ~Renderer();
+  // Builds the world: plug-ins, textures, BVHs. False when nothing can be rendered (messages say why).
+  bool load(scene::Scene scene);
+  // The scene may be edited between renders; update() rebuilds only what the edits touched (Statistics counts it).
+  scene::Scene& scene();
+  bool update();
+  // Renders and writes displays. May be called again after update().
+  Outcome render(const std::function<void(const Progress&)>& progress = {});
+  // Renders into the film without writing displays (tests, bench, shards).
+  Outcome renderFilm(const std::function<void(const Progress&)>& progress = {});
+  film::Film& film();
+  // Replays one sample at width 1; `print` gets one line for each event of its path. False: no such pixel.
+  bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
+  const Statistics& statistics() const;
+  // Writes the film's integers as a mergeable shard (--samples).
+  bool writeShard(const std::string& file);
+  // A short text on the scene: counts, memory, lights (kinora info, --check).
+  std::string summary() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace render
+}  // namespace kinora

@@ -1,0 +1,38 @@
+// Where time and memory went. Filled by render/ from per-thread counters at barriers; written by app/ as .json and .txt.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kinora::render {
+
+// Stages of the group loop; time is taken once a group and stage, never per ray.
+enum class StageTime : uint32_t { CameraRays, TraceCamera, TraceIndirect, TraceShadow, Grouping, Patterns, Bxdf, Lights,
+                                  Integrator, Film, Count };
+const char* nameOf(StageTime s);
+
+struct LaneUse { uint64_t active = 0, possible = 0; };
+
+struct Statistics {
+  // world
+  double loadSeconds = 0, buildSeconds = 0, renderSeconds = 0, firstPixelSeconds = -1;
+  uint64_t primitives = 0, instances = 0, triangles = 0, lights = 0, materials = 0, programs = 0;
+  uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;       // over all load() and update() calls
+  // memory by owner, bytes
+  struct Owner { std::string name; uint64_t bytes; };
+  std::vector<Owner> memory;
+  // loop
+  std::array<uint64_t, size_t(StageTime::Count)> stageNanoseconds{};
+  uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0;
+  uint64_t cameraHits = 0, indirectHits = 0;
+  uint64_t shadingPoints = 0, shadingGroups = 0;
+  LaneUse lanesFirstHit, lanesDeeper, lanesLights;
+  uint64_t groups = 0, samples = 0;
+  // film
+  uint64_t nonFiniteSamples = 0, saturatedSamples = 0, negativeSamples = 0;
+  // textures
+  uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
+};
+
+}  // namespace kinora::render
