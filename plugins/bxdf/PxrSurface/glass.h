@@ -98,7 +98,7 @@ struct GlassLobe {
 
   // Fresnel reflectance on wo's side, or of the sheet.
   KN_INLINE F fresnel(F cosine) const {
-    const F f = fresnelDielectric(min(cosine, F(1.f)), eta);
+    const F f = fresnelDielectric(clamp(cosine, F(0.f), F(1.f)), eta);
     return thin ? bothFaces(f) : f;
   }
   // mu: cosine; behind: the direction is on the other side of the surface than wo
@@ -145,7 +145,7 @@ struct GlassLobe {
     const F both = d * oh * -ih * inverse, forward = both * m * m / wo.z;
     pdf = forward / (F(1.f) + lambdaTransmit_);
     pdfReverse = both / (max(-wi.z, F(1e-7f)) * (F(1.f) + lambdaI));
-    return (F(1.f) - fresnelDielectric(oh, eta)) * forward / (F(1.f) + lambdaTransmit_ + lambdaI);
+    return (F(1.f) - fresnel(oh)) * forward / (F(1.f) + lambdaTransmit_ + lambdaI);
   }
   // Light returned after several scatterings, over the cosine: reflected and transmitted.
   KN_INLINE F multipleReflected(F lostO, F lostI) const { return returning_[0] * lostO * lostI * F(kInvPi); }
