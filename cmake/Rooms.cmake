@@ -1,9 +1,9 @@
-# A room is a folder of src/; its library takes every *.cpp but *_test.cpp. Tests beside the code are gathered by
+# A room is a folder of src/; its library takes every *.cpp but *_test.cpp and main.cpp. Tests beside the code are gathered by
 # kinora_tests(), so that adding a file to a room needs no edit here.
 function(kinora_room name)
   cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "(_test|/main)\\.cpp$")
   if(sources)
     add_library(kinora_${name} STATIC ${sources})
     target_include_directories(kinora_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
@@ -50,12 +50,22 @@ std::vector<const Descriptor*> stockPlugins() {
   target_link_libraries(kinora_stock_objects PRIVATE PkgConfig::HWY PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
   add_library(kinora_stock STATIC ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp $<TARGET_OBJECTS:kinora_stock_objects>)
   target_link_libraries(kinora_stock PUBLIC kinora_plugin PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
+  # the registry calls the generated table and the table's file includes the registry: each archive names the other
+  target_link_libraries(kinora_plugin INTERFACE kinora_stock)
 endfunction()
 
+# The program. Everything but main.cpp is the library kinora_app, so that tests link it.
 function(kinora_app)
+  kinora_room(app DEPENDS kinora_render kinora_rib kinora_film kinora_stock CLI11::CLI11 fmt::fmt
+                          nlohmann_json::nlohmann_json)
+  target_compile_definitions(kinora_app PUBLIC KINORA_VERSION="${PROJECT_VERSION}")
+  add_executable(kinora ${PROJECT_SOURCE_DIR}/src/app/main.cpp)
+  target_link_libraries(kinora PRIVATE kinora_app)
+  set_target_properties(kinora PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 endfunction()
 
-# One test program per room (src/<room>/*_test.cpp) and one per folder of tests/.
+# Tests: one program per room (src/<room>/*_test.cpp), and the folders of tests/: a folder with a CMakeLists.txt says
+# itself what it needs, any other is one program of its *_test.cpp over the whole renderer.
 function(kinora_tests)
   include(GoogleTest)
   file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
@@ -67,4 +77,19 @@ function(kinora_tests)
       gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
     endif()
   endforeach()
+  file(GLOB folders LIST_DIRECTORIES true RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*)
+  foreach(folder ${folders})
+    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*_test.cpp)
+    if(EXISTS ${PROJECT_SOURCE_DIR}/tests/${folder}/CMakeLists.txt)
+      add_subdirectory(${PROJECT_SOURCE_DIR}/tests/${folder} ${PROJECT_BINARY_DIR}/tests/${folder})
+    elseif(sources)
+      add_executable(test_${folder} ${sources})
+      target_link_libraries(test_${folder} PRIVATE kinora_app GTest::gtest_main GTest::gtest)
+      if(TARGET kinora_testing)
+        target_link_libraries(test_${folder} PRIVATE kinora_testing)
+      endif()
+      gtest_discover_tests(test_${folder} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    endif()
+  endforeach()
+  add_test(NAME check_floors COMMAND ${PROJECT_SOURCE_DIR}/tools/check_floors)
 endfunction()
