@@ -1,5 +1,5 @@
-// The scene description: what a scene *says*, typed, editable, with source positions. Written by rib/ (and by tests and
-// later by bindings), read by render/. It holds no BVH, no loaded plug-in and no opinion on what can be rendered.
+// The scene description: what a scene *says*, typed, editable, with source positions. Written by rib/ (and by tests
+// and later by bindings), read by render/. It holds no BVH, no loaded plug-in and no opinion on what can be rendered.
 // Space convention: row vectors, p' = p * M (RIB's and Imath's); transforms are double precision.
 #pragma once
 #include <ImathMatrix.h>
@@ -24,13 +24,14 @@ struct Transform {
   std::vector<Matrix> matrices{Matrix()};
   bool isStatic() const { return matrices.size() == 1; }
   Matrix at(double time) const;
-  Transform inverse() const;                      // key by key
+  Transform inverse() const;  // key by key
   static Transform fixed(const Matrix& m);
 };
 // x -> x * a(t) * b(t), at the union of both key times.
 Transform concat(const Transform& a, const Transform& b);
 
-// A use of a plug-in: Bxdf, Pattern, Light, LightFilter, Integrator, Projection, SampleFilter, DisplayFilter, Displace.
+// A use of a plug-in: Bxdf, Pattern, Light, LightFilter, Integrator, Projection, SampleFilter, DisplayFilter,
+// Displace.
 struct Node {
   std::string kind;    // the request's name: "Bxdf", "Pattern", "Light", "Displace", ...
   std::string plugin;  // as written; matched without case
@@ -49,24 +50,28 @@ using NetworkPtr = std::shared_ptr<const Network>;
 
 // Attributes "group:name" plus the classic state. Shared by all objects between two changes (copy on write).
 struct Attributes {
-  ParameterList named;                     // "identifier:name", "visibility:camera", "user:x", ...
+  ParameterList named;                                 // "identifier:name", "visibility:camera", "user:x", ...
   std::optional<std::array<float, 3>> color, opacity;  // Color, Opacity requests
   std::array<float, 8> textureCoordinates{0, 0, 1, 0, 0, 1, 1, 1};
-  bool reverseOrientation = false;         // ReverseOrientation toggles
+  bool reverseOrientation = false;  // ReverseOrientation toggles
   enum class Orientation : uint8_t { Outside, Inside, LeftHanded, RightHanded } orientation = Orientation::Outside;
   int sides = 2;
   bool matte = false;
-  bool smoothShading = true;               // ShadingInterpolation
+  bool smoothShading = true;  // ShadingInterpolation
   float shadingRate = 1;
-  std::array<float, 16> uBasis, vBasis;    // RIB row-major, see rib.md 7.3; default bezier
+  std::array<float, 16> uBasis, vBasis;  // RIB row-major, see rib.md 7.3; default bezier
   int uStep = 3, vStep = 3;
-  NetworkPtr bxdf, displacement;           // null: none bound
-  std::vector<NodePtr> classicShaders;     // Surface, Displacement, Atmosphere, Interior, Exterior as written, kept
+  NetworkPtr bxdf, displacement;        // null: none bound
+  std::vector<NodePtr> classicShaders;  // Surface, Displacement, Atmosphere, Interior, Exterior as written, kept
+  // ScopedCoordinateSystem: name -> (that space to world) for nodes in this scope; asked before Scene's. Null: none.
+  std::shared_ptr<const std::map<std::string, Transform>> coordinateSystems;
   Attributes();
   int getInt(std::string_view name, int fallback) const { return named.getInt(name, fallback); }
 };
 using AttributesPtr = std::shared_ptr<const Attributes>;
 
+// Under MotionBegin a quadric whose arguments move has them as "constant float[n] __quadric" in each list of
+// `motion`.
 struct Quadric {
   enum class Kind : uint8_t { Sphere, Cone, Cylinder, Hyperboloid, Paraboloid, Disk, Torus } kind;
   std::array<float, 7> args;  // in the order of the request
@@ -75,41 +80,60 @@ struct Quadric {
 struct PolygonMesh {
   std::vector<int> loopsPerFace;
   std::vector<int> verticesPerLoop;
-  std::vector<int> vertices;   // empty: 0, 1, 2 ... (Polygon, GeneralPolygon)
+  std::vector<int> vertices;  // empty: 0, 1, 2 ... (Polygon, GeneralPolygon)
 };
 struct SubdivisionMesh {
-  std::string scheme;          // "catmull-clark", "loop", "bilinear"
+  std::string scheme;  // "catmull-clark", "loop", "bilinear"
   std::vector<int> verticesPerFace, vertices;
-  struct Tag { std::string name; std::vector<int> ints; std::vector<float> floats; std::vector<std::string> strings; };
+  struct Tag {
+    std::string name;
+    std::vector<int> ints;
+    std::vector<float> floats;
+    std::vector<std::string> strings;
+  };
   std::vector<Tag> tags;
 };
-struct Curves { bool cubic = false, periodic = false; std::vector<int> verticesPerCurve; };
-struct Points { int count = 0; };
-struct Patch { bool bicubic = false; };
-struct PatchMesh { bool bicubic = false, uPeriodic = false, vPeriodic = false; int nu = 0, nv = 0; };
+struct Curves {
+  bool cubic = false, periodic = false;
+  std::vector<int> verticesPerCurve;
+};
+struct Points {
+  int count = 0;
+};
+struct Patch {
+  bool bicubic = false;
+};
+struct PatchMesh {
+  bool bicubic = false, uPeriodic = false, vPeriodic = false;
+  int nu = 0, nv = 0;
+};
 struct NuPatch {
   int nu = 0, uOrder = 0, nv = 0, vOrder = 0;
   std::vector<float> uKnots, vKnots;
   float uMin = 0, uMax = 1, vMin = 0, vMax = 1;
-  ParameterList trim;          // TrimCurve arrays by their names in rib.md, empty when untrimmed
+  ParameterList trim;  // TrimCurve arrays by their names in rib.md, empty when untrimmed
 };
 // Everything that later issues render (Blobby, Volume, Procedural, Geometry ...), kept as its request and arguments.
-struct OtherPrimitive { std::string request; ParameterList args; };
+struct OtherPrimitive {
+  std::string request;
+  ParameterList args;
+};
 
-using Shape = std::variant<Quadric, PolygonMesh, SubdivisionMesh, Curves, Points, Patch, PatchMesh, NuPatch, OtherPrimitive>;
+using Shape =
+    std::variant<Quadric, PolygonMesh, SubdivisionMesh, Curves, Points, Patch, PatchMesh, NuPatch, OtherPrimitive>;
 
 // One primitive. `primvars` are those of the first motion key; `motion` those of the further keys at times[1..].
 struct Primitive {
-  uint32_t id = 0;                      // stable over edits, unique in the scene, from 1
-  uint64_t revision = 0;                // scene revision at its last edit
+  uint32_t id = 0;        // stable over edits, unique in the scene, from 1
+  uint64_t revision = 0;  // scene revision at its last edit
   Shape shape;
   ParameterList primvars;
-  std::vector<double> times;            // empty: no deformation
-  std::vector<ParameterList> motion;    // times.size() - 1 of them
-  Transform toWorld;                    // object -> world (inside a prototype: object -> prototype space)
+  std::vector<double> times;          // empty: no deformation
+  std::vector<ParameterList> motion;  // times.size() - 1 of them
+  Transform toWorld;                  // object -> world (inside a prototype: object -> prototype space)
   AttributesPtr attributes;
   SourcePos pos;
-  std::string name() const;             // identifier:name, else "Sphere at file.rib:12"
+  std::string name() const;  // identifier:name, else "Sphere at file.rib:12"
 };
 using PrimitivePtr = std::shared_ptr<const Primitive>;
 
@@ -118,18 +142,19 @@ struct Light {
   uint64_t revision = 0;
   NodePtr node;
   std::vector<NodePtr> filters;
-  std::vector<NodePtr> patterns;        // network feeding connectable parameters, in order
+  std::vector<Transform> filterToWorld;  // one a filter: the space it was declared in
+  std::vector<NodePtr> patterns;         // network feeding connectable parameters, in order
   Transform toWorld;
   AttributesPtr attributes;
-  std::optional<Primitive> geometry;    // PxrMeshLight's
+  std::optional<Primitive> geometry;  // the geometry that emits: PxrMeshLight's, AreaLightSource's
 };
 
 struct Instance {
   uint32_t id = 0;
   uint64_t revision = 0;
-  uint32_t prototype = 0;               // index into Scene::prototypes
-  Transform toWorld;                    // (inside a prototype: to that prototype's space)
-  AttributesPtr attributes;             // those at the ObjectInstance request
+  uint32_t prototype = 0;    // index into Scene::prototypes
+  Transform toWorld;         // (inside a prototype: to that prototype's space)
+  AttributesPtr attributes;  // those at the ObjectInstance request
   SourcePos pos;
 };
 // ObjectBegin ... ObjectEnd. Nested instances are kept as said; flattening is the renderer's business.
@@ -144,49 +169,70 @@ struct Prototype {
 struct Camera {
   std::string name;
   Transform worldToCamera;
-  NodePtr projection;                   // null: orthographic; plug-in "perspective"/"orthographic"/"PxrCamera" ...
-  ParameterList params;                 // Camera request: shutteropening, apertureNSides ...
+  NodePtr projection;    // null: orthographic; plug-in "perspective"/"orthographic"/"PxrCamera" ...
+  ParameterList params;  // Camera request: shutteropening, apertureNSides ...
   std::array<float, 4> screenWindow{0, 0, 0, 0};  // left right bottom top; all 0: default
   std::array<double, 2> shutter{0, 0};
-  std::array<float, 3> depthOfField{0, 0, 0};     // fstop, focallength, focaldistance; fstop 0: pinhole
-  std::array<float, 2> clipping{0, 0};            // 0 0: default
+  std::array<float, 3> depthOfField{0, 0, 0};  // fstop, focallength, focaldistance; fstop 0: pinhole
+  std::array<float, 2> clipping{0, 0};         // 0 0: default
   SourcePos pos;
 };
 
-struct DisplayChannel { std::string name; ValueType type = ValueType::Color; int arrayLength = 1; ParameterList params; SourcePos pos; };
+struct DisplayChannel {
+  std::string name;
+  ValueType type = ValueType::Color;
+  int arrayLength = 1;
+  ParameterList params;
+  SourcePos pos;
+};
 struct Display {
-  std::string file, driver, mode;       // mode as written: "rgba", "Ci,a,diffuse"
+  std::string file, driver, mode;  // mode as written: "rgba", "Ci,a,diffuse"
   ParameterList params;
   SourcePos pos;
 };
 
 // A request that was read but that nothing renders yet; reported once by its name.
-struct KeptRequest { std::string request; std::vector<std::string> args; ParameterList params; SourcePos pos; };
+struct KeptRequest {
+  std::string request;
+  std::vector<std::string> args;
+  ParameterList params;
+  SourcePos pos;
+};
+
+// What the description holds, for --stats and `kinora info`.
+struct SceneStatistics {
+  size_t primitives = 0;  // outside and inside prototypes
+  size_t instances = 0, prototypes = 0, lights = 0, kept = 0;
+  size_t faces = 0;  // of polygon and subdivision meshes
+  size_t bytes = 0;  // memory held
+};
 
 struct Scene {
   uint64_t revision = 1;                // raised by every edit
-  int frame = 0;                        // FrameBegin's number; 0: none
+  int frame = 0;                        // FrameBegin's number; see hasFrame
+  bool hasFrame = false;                // inside FrameBegin ... FrameEnd
   ParameterList options;                // "group:name"
   std::array<int, 2> resolution{0, 0};  // Format; 0: default
   float pixelAspect = 1, frameAspect = -1;
-  std::array<float, 4> cropWindow{0, 1, 0, 1};    // xmin xmax ymin ymax
+  std::array<float, 4> cropWindow{0, 1, 0, 1};  // xmin xmax ymin ymax
   std::string pixelFilter = "gaussian";
   std::array<float, 2> pixelFilterWidth{2, 2};
   float pixelVariance = -1;
-  std::array<int, 2> pixelSamples{0, 0};          // PixelSamples; 0: unset
-  std::array<float, 2> exposure{1, 1};            // gain, gamma
+  std::array<int, 2> pixelSamples{0, 0};  // PixelSamples; 0: unset
+  std::array<float, 2> exposure{1, 1};    // gain, gamma
   NodePtr hider, integrator;
   std::vector<NodePtr> sampleFilters, displayFilters;
   std::vector<Display> displays;
   std::vector<DisplayChannel> channels;
-  std::vector<Camera> cameras;          // the first is the primary one
+  std::vector<Camera> cameras;  // the first is the primary one
   std::vector<PrimitivePtr> primitives;
   std::vector<Instance> instances;
   std::vector<Prototype> prototypes;
   std::vector<Light> lights;
-  std::map<std::string, Transform> coordinateSystems;   // name -> (that space to world)
+  std::vector<Light> classicLights;  // LightSource and AreaLightSource as said; `node->kind` tells which
+  std::map<std::string, Transform> coordinateSystems;  // name -> (that space to world)
   std::vector<KeptRequest> kept;
-  SourcePos pos;                        // of WorldBegin
+  SourcePos pos;  // of WorldBegin
   uint32_t nextId = 1;
 
   // Edits. Each raises `revision` and stamps what it touched; unknown ids are reported by false.
@@ -197,10 +243,11 @@ struct Scene {
   bool setInstanceTransform(uint32_t id, const Transform& t);
   bool setLight(uint32_t id, Light l);
   bool setCamera(size_t index, Camera c);
-  uint32_t add(Primitive p);            // returns the id given
+  uint32_t add(Primitive p);  // returns the id given
   uint32_t add(Light l);
   uint32_t add(Instance i);
-  size_t bytes() const;                 // memory held, for the statistics
+  size_t bytes() const;  // memory held, for the statistics
+  SceneStatistics statistics() const;
 };
 
 }  // namespace kinora::scene

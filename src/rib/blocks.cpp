@@ -1,0 +1,399 @@
+#include <cmath>
+
+#include "rib/condition.h"
+#include "rib/interpreter.h"
+
+namespace kinora::rib {
+
+namespace {
+
+const char* const kBlockNames[] = {"Attribute", "Transform", "Frame", "World", "Solid", "Object", "Resource"};
+
+}  // namespace
+
+void Interpreter::open(BlockKind kind, const Request& r) {
+  if (blocks_.size() >= size_t(read_.maxBlockDepth)) {
+    if (tooDeep_++ == 0)
+      report(Severity::Error, "RIB-DEPTH", r.pos,
+             r.name + " is nested more than " + std::to_string(read_.maxBlockDepth) + " blocks deep",
+             "this block and those inside it are not opened");
+    return;
+  }
+  Block b;
+  b.kind = kind;
+  b.pos = r.pos;
+  b.ctm = state_.ctm;
+  if (kind != BlockKind::Transform && kind != BlockKind::Resource && kind != BlockKind::Solid)
+    b.state = std::make_unique<State>(state_);
+  if (kind == BlockKind::Frame) b.frame = std::make_unique<FrameState>(frame_);
+  blocks_.push_back(std::move(b));
+}
+
+void Interpreter::leave() {
+  Block b = std::move(blocks_.back());
+  blocks_.pop_back();
+  switch (b.kind) {
+    case BlockKind::World:
+      finishWorld();
+      break;
+    case BlockKind::Object:
+      if (!openObjects_.empty()) openObjects_.pop_back();
+      break;
+    case BlockKind::Frame: {
+      // coordinate systems and objects of the frame go with it
+      frame_ = std::move(*b.frame);
+      break;
+    }
+    default:
+      break;
+  }
+  if (b.state)
+    state_ = std::move(*b.state);
+  else if (b.kind == BlockKind::Transform)
+    state_.ctm = b.ctm;
+}
+
+// A block end closes its own block and, with a message, those that were left open inside; attribute and transform
+// ends do not reach out of the world, frame or object they stand in.
+void Interpreter::close(BlockKind kind, const Request& r) {
+  if (tooDeep_ > 0) {
+    --tooDeep_;
+    return;
+  }
+  size_t at = blocks_.size();
+  while (at > 0 && blocks_[at - 1].kind != kind) {
+    const BlockKind between = blocks_[at - 1].kind;
+    const bool wall = between == BlockKind::World || between == BlockKind::Frame || between == BlockKind::Object;
+    if (wall && kind != BlockKind::Frame && kind != BlockKind::World)
+      at = 0;
+    else
+      --at;
+  }
+  if (at == 0) {
+    report(Severity::Error, "RIB-NESTING", r.pos, r.name + " closes nothing", "it is ignored");
+    return;
+  }
+  if (at < blocks_.size())
+    report(Severity::Error, "RIB-NESTING", r.pos,
+           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of line " +
+               std::to_string(blocks_.back().pos.line) + " is still open at " + r.name,
+           "it is closed here");
+  while (blocks_.size() >= at) leave();
+}
+
+void Interpreter::versionRequest(Request& r) {
+  Cursor c(r);
+  double v;
+  if (!c.number(v)) badArguments(r, "a number");
+}
+
+void Interpreter::declareRequest(Request& r) {
+  Cursor c(r);
+  std::string name, text;
+  if (!c.string(name) || !c.string(text)) return badArguments(r, "a name and a declaration");
+  if (!declarations_.declare(name, text))
+    report(Severity::Error, "RIB-DECLARATION", r.pos, "\"" + text.substr(0, 60) + "\" is not a declaration",
+           "\"" + name.substr(0, 60) + "\" stays undeclared",
+           "it reads \"[class] type[n]\", as in \"uniform float[2]\"");
+}
+
+void Interpreter::frameBegin(Request& r) {
+  Cursor c(r);
+  double number = 0;
+  if (!c.number(number) || !std::isfinite(number)) badArguments(r, "a frame number"), number = 0;
+  for (const Block& b : blocks_)
+    if (b.kind == BlockKind::Frame || b.kind == BlockKind::World) {
+      report(Severity::Error, "RIB-NESTING", r.pos, "FrameBegin inside a frame or world",
+             "the one before is closed first");
+      close(b.kind == BlockKind::Frame ? BlockKind::Frame : BlockKind::World, r);
+      break;
+    }
+  open(BlockKind::Frame, r);
+  frame_.options.frame = int(std::max(-2e9, std::min(2e9, number)));
+  frame_.options.hasFrame = true;
+}
+void Interpreter::frameEnd(Request& r) { close(BlockKind::Frame, r); }
+
+void Interpreter::worldBegin(Request& r) {
+  if (world_) {
+    report(Severity::Error, "RIB-NESTING", r.pos, "WorldBegin inside a world", "the world before is ended first");
+    close(BlockKind::World, r);
+  }
+  const size_t depth = blocks_.size();
+  open(BlockKind::World, r);
+  if (blocks_.size() == depth) return;
+  world_ = frame_.options;
+  world_->pos = r.pos;
+  // The primary camera is the one named "world"; else the first Camera request that placed it; else what stands here.
+  scene::Camera primary = frame_.camera;
+  primary.name = "world";
+  primary.worldToCamera = state_.ctm;
+  primary.pos = r.pos;
+  auto& cameras = world_->cameras;
+  size_t chosen = cameras.size();
+  for (size_t i = 0; i < cameras.size() && chosen == cameras.size(); ++i)
+    if (cameras[i].name == "world") chosen = i;
+  const auto sameMatrices = [&](const scene::Transform& t) { return t.matrices == state_.ctm.matrices; };
+  if (chosen == cameras.size() && !cameras.empty() &&
+      (sameMatrices(scene::Transform()) || sameMatrices(cameras[0].worldToCamera)))
+    chosen = 0;
+  if (chosen == cameras.size())
+    cameras.insert(cameras.begin(), std::move(primary));
+  else
+    std::rotate(cameras.begin(), cameras.begin() + long(chosen), cameras.begin() + long(chosen) + 1);
+  const scene::Transform cameraToWorld = cameras[0].worldToCamera.inverse();
+  auto& spaces = world_->coordinateSystems;
+  spaces["world"] = scene::Transform();
+  spaces["camera"] = cameraToWorld;
+  for (const auto& [name, toCamera] : frame_.cameraSpaces) spaces[name] = concat(toCamera, cameraToWorld);
+  state_.ctm = scene::Transform();
+}
+
+void Interpreter::worldEnd(Request& r) { close(BlockKind::World, r); }
+
+void Interpreter::finishWorld() {
+  if (!world_) return;
+  world_->prototypes = prototypes_;
+  world_->nextId = nextId_;
+  scene::Scene done = std::move(*world_);
+  world_.reset();
+  ++worlds_;
+  if (onWorld_) onWorld_(std::move(done));
+}
+
+void Interpreter::attributeBegin(Request& r) { open(BlockKind::Attribute, r); }
+void Interpreter::attributeEnd(Request& r) { close(BlockKind::Attribute, r); }
+void Interpreter::transformBegin(Request& r) { open(BlockKind::Transform, r); }
+void Interpreter::transformEnd(Request& r) { close(BlockKind::Transform, r); }
+void Interpreter::resourceBegin(Request& r) { open(BlockKind::Resource, r); }
+void Interpreter::resourceEnd(Request& r) { close(BlockKind::Resource, r); }
+
+void Interpreter::solidBegin(Request& r) {
+  keep(r);
+  open(BlockKind::Solid, r);
+}
+void Interpreter::solidEnd(Request& r) { close(BlockKind::Solid, r); }
+
+void Interpreter::objectBegin(Request& r) {
+  Cursor c(r);
+  std::string handle;
+  if (!c.string(handle)) badArguments(r, "a handle: the object cannot be used");
+  const size_t depth = blocks_.size();
+  open(BlockKind::Object, r);
+  if (blocks_.size() == depth) return;
+  state_.ctm = scene::Transform();
+  state_.emitter = nullptr;
+  const auto index = uint32_t(prototypes_.size());
+  scene::Prototype p;
+  p.name = handle;
+  p.pos = r.pos;
+  prototypes_.push_back(std::move(p));
+  openObjects_.push_back(index);
+  if (!handle.empty()) prototypeByHandle_[handle] = index;
+}
+void Interpreter::objectEnd(Request& r) { close(BlockKind::Object, r); }
+
+void Interpreter::objectInstance(Request& r) {
+  Cursor c(r);
+  std::string handle;
+  if (!c.string(handle)) return badArguments(r, "a handle");
+  const auto it = prototypeByHandle_.find(handle);
+  if (it == prototypeByHandle_.end()) {
+    report(Severity::Error, "RIB-HANDLE", r.pos, "no object is called '" + handle.substr(0, 60) + "'",
+           "the instance is ignored", "ObjectBegin must stand before ObjectInstance");
+    return;
+  }
+  for (const uint32_t open : openObjects_)
+    if (open == it->second) {
+      report(Severity::Error, "RIB-RECURSION", r.pos,
+             "the object '" + handle.substr(0, 60) + "' holds an instance of itself", "the instance is ignored");
+      return;
+    }
+  if (!inWorldOrObject()) {
+    ++outsideWorld_;
+    return;
+  }
+  scene::Instance i;
+  i.id = nextId_++;
+  i.prototype = it->second;
+  i.toWorld = state_.ctm;
+  i.attributes = state_.attributes;
+  i.pos = r.pos;
+  (openObjects_.empty() ? world_->instances : prototypes_[openObjects_.back()].instances).push_back(std::move(i));
+}
+
+// Resource "handle" "attributes" "string operation" "save" | "restore" "string subset" "all" | "shading" |
+// "transform" ...
+void Interpreter::resource(Request& r) {
+  Cursor c(r);
+  std::string handle, type;
+  if (!c.string(handle) || !c.string(type)) return badArguments(r, "a handle and a type");
+  if (type != "attributes") return keep(r);
+  const scene::ParameterList p = parameters(r, c.at, Use::Node);
+  const std::string operation = p.getString("operation", "restore"), subset = p.getString("subset", "all");
+  if (operation == "save") {
+    resources_[handle] = state_;
+    return;
+  }
+  const auto it = resources_.find(handle);
+  if (it == resources_.end()) {
+    report(Severity::Error, "RIB-HANDLE", r.pos, "no resource is called '" + handle.substr(0, 60) + "'",
+           "nothing is restored");
+    return;
+  }
+  const State& saved = it->second;
+  if (subset == "all") {
+    state_ = saved;
+  } else if (subset == "transform") {
+    state_.ctm = saved.ctm;
+  } else if (subset == "shading") {
+    scene::Attributes& a = edit();
+    a.bxdf = saved.attributes->bxdf;
+    a.displacement = saved.attributes->displacement;
+    a.classicShaders = saved.attributes->classicShaders;
+    a.color = saved.attributes->color;
+    a.opacity = saved.attributes->opacity;
+  } else {
+    report(Severity::Warning, "RIB-RESOURCE", r.pos,
+           "the resource subset '" + subset.substr(0, 40) + "' is not known",
+           "all attributes but the transform are restored");
+    const scene::Transform ctm = state_.ctm;
+    state_ = saved;
+    state_.ctm = ctm;
+  }
+}
+
+void Interpreter::motionBegin(Request& r) {
+  if (inMotion_) {
+    report(Severity::Error, "RIB-MOTION", r.pos, "MotionBegin inside MotionBegin", "the inner one is ignored");
+    return;
+  }
+  inMotion_ = true;
+  motionPos_ = r.pos;
+  motionTimes_.clear();
+  motionRequests_.clear();
+  const double offset = (world_ ? *world_ : frame_.options).options.getFloat("shutter:offset", 0);
+  for (size_t i = 0; i < r.count; ++i) {
+    const Argument& a = r.args[i];
+    if (a.kind == Argument::Kind::Strings) break;
+    for (size_t k = 0; k < a.size(); ++k)
+      motionTimes_.push_back(offset + (k < a.exact.size() ? a.exact[k]
+                                       : a.isInteger      ? double(a.ints[k])
+                                                          : double(a.floats[k])));
+  }
+  for (size_t k = 0; k < motionTimes_.size(); ++k)
+    if (!std::isfinite(motionTimes_[k]) || (k > 0 && !(motionTimes_[k] > motionTimes_[k - 1]))) {
+      report(Severity::Error, "RIB-MOTION", r.pos, "the times of MotionBegin do not increase",
+             "only the first " + std::to_string(k) + " are used");
+      motionTimes_.resize(k);
+      break;
+    }
+}
+
+void Interpreter::motionEnd(Request& r) {
+  if (!inMotion_) {
+    report(Severity::Error, "RIB-NESTING", r.pos, "MotionEnd closes nothing", "it is ignored");
+    return;
+  }
+  inMotion_ = false;
+  std::vector<Request> keys;
+  std::swap(keys, motionRequests_);
+  std::vector<double> times = motionTimes_;
+  if (keys.empty()) {
+    report(Severity::Warning, "RIB-MOTION", motionPos_, "MotionBegin ... MotionEnd holds no request",
+           "it is ignored");
+    return;
+  }
+  const Family family = [&] {
+    const auto it = table().find(keys[0].name);
+    return it == table().end() ? Family::Other : it->second.family;
+  }();
+  for (size_t k = 1; k < keys.size(); ++k)
+    if (keys[k].name != keys[0].name) {
+      report(Severity::Error, "RIB-MOTION", keys[k].pos,
+             keys[k].name + " stands in a motion block of " + keys[0].name, "it and those after it are ignored");
+      keys.resize(k);
+      break;
+    }
+  if (keys.size() != times.size()) {
+    const size_t n = std::min(keys.size(), times.size());
+    report(
+        Severity::Error, "RIB-MOTION", motionPos_,
+        "MotionBegin has " + std::to_string(times.size()) + " times and " + std::to_string(keys.size()) + " requests",
+        "the first " + std::to_string(n) + " are used");
+    if (n == 0) times.assign(1, 0.0);
+    keys.resize(std::max<size_t>(n, 1));
+    times.resize(keys.size());
+  }
+  if (keys.size() > 1 && family == Family::Transform) return applyTransforms(keys, times);
+  if (keys.size() > 1 && family == Family::Geometry) return applyGeometry(keys, times);
+  if (keys.size() > 1)
+    report(Severity::Warning, "RIB-MOTION-STATIC", keys[0].pos, keys[0].name + " does not move",
+           "its first value is used");
+  execute(keys[0]);
+}
+
+bool Interpreter::condition(Request& r) {
+  Cursor c(r);
+  std::string expression, problem;
+  if (!c.string(expression)) return badArguments(r, "an expression"), false;
+  const bool v = evaluateCondition(
+      expression, [this](std::string_view n) { return lookUp(n); }, problem);
+  if (!problem.empty())
+    report(Severity::Warning, "RIB-CONDITION", r.pos,
+           "the condition \"" + expression.substr(0, 80) + "\" cannot be evaluated: " + problem,
+           "it counts as false");
+  return v;
+}
+
+void Interpreter::ifBegin(Request& r) {
+  constexpr size_t kMostConditions = 100000;
+  if (conditions_.size() >= kMostConditions) {
+    report(Severity::Error, "RIB-DEPTH", r.pos, "IfBegin is nested more than 100000 deep", "it is ignored");
+    return;
+  }
+  Condition c;
+  c.pos = r.pos;
+  c.active = c.taken = inactive_ == 0 && condition(r);
+  inactive_ += !c.active;
+  conditions_.push_back(c);
+}
+
+void Interpreter::elseIf(Request& r) {
+  if (conditions_.empty())
+    return report(Severity::Error, "RIB-NESTING", r.pos, "ElseIf without IfBegin", "it is ignored");
+  Condition& c = conditions_.back();
+  inactive_ -= !c.active;
+  c.active = inactive_ == 0 && !c.taken && !c.sawElse && condition(r);
+  c.taken |= c.active;
+  inactive_ += !c.active;
+}
+
+void Interpreter::elseRequest(Request& r) {
+  if (conditions_.empty())
+    return report(Severity::Error, "RIB-NESTING", r.pos, "Else without IfBegin", "it is ignored");
+  Condition& c = conditions_.back();
+  inactive_ -= !c.active;
+  c.active = inactive_ == 0 && !c.taken && !c.sawElse;
+  c.taken = c.sawElse = true;
+  inactive_ += !c.active;
+}
+
+void Interpreter::ifEnd(Request& r) {
+  if (conditions_.empty())
+    return report(Severity::Error, "RIB-NESTING", r.pos, "IfEnd without IfBegin", "it is ignored");
+  inactive_ -= !conditions_.back().active;
+  conditions_.pop_back();
+}
+
+// Edit blocks speak to a running interactive render; in a file they would change a picture that is already made.
+void Interpreter::editBegin(Request& r) {
+  keep(r);
+  inEdit_ = true;
+}
+void Interpreter::editEnd(Request& r) {
+  if (!inEdit_) report(Severity::Warning, "RIB-NESTING", r.pos, "EditEnd closes nothing", "it is ignored");
+  inEdit_ = false;
+}
+
+}  // namespace kinora::rib

@@ -1,0 +1,216 @@
+#include "rib/byte_source.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+namespace kinora::rib {
+
+namespace {
+
+// zlib passes bytes through unchanged when they do not begin with gzip's magic.
+class GzipOrPlain : public ByteSource {
+ public:
+  explicit GzipOrPlain(gzFile file) : file_(file) { gzbuffer(file_, 1u << 18); }
+  ~GzipOrPlain() override { gzclose_r(file_); }
+  size_t read(char* to, size_t size) override {
+    const int n = gzread(file_, to, unsigned(std::min<size_t>(size, 1u << 30)));
+    if (n > 0) return size_t(n);
+    int code = Z_OK;
+    const char* text = gzerror(file_, &code);
+    if (code == Z_ERRNO)
+      failure_ = std::strerror(errno);
+    else if (code != Z_OK && code != Z_STREAM_END)
+      failure_ = text && *text ? text : "broken gzip data";
+    return 0;
+  }
+  std::string failure() const override { return failure_; }
+
+ private:
+  gzFile file_;
+  std::string failure_;
+};
+
+class Text : public ByteSource {
+ public:
+  explicit Text(std::string text) : text_(std::move(text)) {}
+  size_t read(char* to, size_t size) override {
+    const size_t n = std::min(size, text_.size() - at_);
+    std::memcpy(to, text_.data() + at_, n);
+    at_ += n;
+    return n;
+  }
+
+ private:
+  std::string text_;
+  size_t at_ = 0;
+};
+
+struct CloseFile {
+  void operator()(FILE* f) const { std::fclose(f); }
+};
+using File = std::unique_ptr<FILE, CloseFile>;
+
+// A member of a zip archive, stored or deflated, read as it is asked for.
+class ZipMember : public ByteSource {
+ public:
+  ZipMember(File file, uint64_t compressedSize, bool deflated)
+      : file_(std::move(file)), left_(compressedSize), deflated_(deflated) {
+    if (deflated_ && inflateInit2(&stream_, -MAX_WBITS) != Z_OK) failure_ = "cannot start decompression";
+  }
+  ~ZipMember() override {
+    if (deflated_) inflateEnd(&stream_);
+  }
+  size_t read(char* to, size_t size) override {
+    if (!failure_.empty() || ended_) return 0;
+    if (!deflated_) {
+      const size_t n = std::fread(to, 1, size_t(std::min<uint64_t>(size, left_)), file_.get());
+      left_ -= n;
+      if (n == 0 && left_ > 0) failure_ = "zip member ends early";
+      return n;
+    }
+    stream_.next_out = reinterpret_cast<Bytef*>(to);
+    stream_.avail_out = unsigned(std::min<size_t>(size, 1u << 30));
+    const unsigned wanted = stream_.avail_out;
+    while (stream_.avail_out == wanted) {
+      if (stream_.avail_in == 0) {
+        const size_t n = std::fread(in_, 1, size_t(std::min<uint64_t>(sizeof in_, left_)), file_.get());
+        left_ -= n;
+        if (n == 0) {
+          failure_ = "zip member ends early";
+          return 0;
+        }
+        stream_.next_in = in_;
+        stream_.avail_in = unsigned(n);
+      }
+      const int result = inflate(&stream_, Z_NO_FLUSH);
+      if (result == Z_STREAM_END) {
+        ended_ = true;
+        break;
+      }
+      if (result != Z_OK) {
+        failure_ = "broken zip data";
+        break;
+      }
+    }
+    return wanted - stream_.avail_out;
+  }
+  std::string failure() const override { return failure_; }
+
+ private:
+  File file_;
+  uint64_t left_;
+  bool deflated_, ended_ = false;
+  z_stream stream_{};
+  unsigned char in_[1 << 16];
+  std::string failure_;
+};
+
+uint32_t little(const unsigned char* p, int bytes) {
+  uint32_t v = 0;
+  for (int i = 0; i < bytes; ++i) v |= uint32_t(p[i]) << (8 * i);
+  return v;
+}
+
+// Finds a member through the central directory (APPNOTE 4.3.12). Zip64 and encrypted members are not understood.
+std::unique_ptr<ByteSource> openZipMember(const std::string& path, const std::string& member, std::string& why) {
+  File file(std::fopen(path.c_str(), "rb"));
+  if (!file) {
+    why = std::strerror(errno);
+    return nullptr;
+  }
+  why = "is not a zip archive";
+  std::fseek(file.get(), 0, SEEK_END);
+  const long size = std::ftell(file.get());
+  constexpr long kEndRecord = 22, kMostComment = 65535;
+  if (size < kEndRecord) return nullptr;
+  std::vector<unsigned char> tail(size_t(std::min(size, kEndRecord + kMostComment)));
+  std::fseek(file.get(), size - long(tail.size()), SEEK_SET);
+  if (std::fread(tail.data(), 1, tail.size(), file.get()) != tail.size()) return nullptr;
+  long end = long(tail.size()) - kEndRecord;
+  while (end >= 0 && std::memcmp(&tail[size_t(end)], "PK\5\6", 4) != 0) --end;
+  if (end < 0) return nullptr;
+  const unsigned entries = little(&tail[size_t(end) + 10], 2);
+  if (std::fseek(file.get(), long(little(&tail[size_t(end) + 16], 4)), SEEK_SET) != 0) return nullptr;
+  for (unsigned i = 0; i < entries; ++i) {
+    unsigned char h[46];
+    if (std::fread(h, 1, sizeof h, file.get()) != sizeof h || std::memcmp(h, "PK\1\2", 4) != 0) return nullptr;
+    std::string name(little(h + 28, 2), '\0');
+    if (std::fread(name.data(), 1, name.size(), file.get()) != name.size()) return nullptr;
+    if (name != member) {
+      std::fseek(file.get(), long(little(h + 30, 2) + little(h + 32, 2)), SEEK_CUR);
+      continue;
+    }
+    const unsigned method = little(h + 10, 2), flags = little(h + 8, 2);
+    if ((flags & 1) || (method != 0 && method != Z_DEFLATED)) {
+      why = "holds '" + member + "' in a form that is not understood (encrypted, or not deflate)";
+      return nullptr;
+    }
+    const uint64_t compressed = little(h + 20, 4);
+    const long local = long(little(h + 42, 4));
+    unsigned char l[30];
+    if (std::fseek(file.get(), local, SEEK_SET) != 0 || std::fread(l, 1, sizeof l, file.get()) != sizeof l)
+      return nullptr;
+    std::fseek(file.get(), long(little(l + 26, 2) + little(l + 28, 2)), SEEK_CUR);
+    return std::make_unique<ZipMember>(std::move(file), compressed, method == Z_DEFLATED);
+  }
+  why = "has no member '" + member + "'";
+  return nullptr;
+}
+
+bool splitZip(const std::string& path, std::string& archive, std::string& member) {
+  const size_t bang = path.find('!');
+  if (bang == std::string::npos || bang == 0 || bang + 1 == path.size()) return false;
+  archive = path.substr(0, bang);
+  member = path.substr(bang + 1);
+  return true;
+}
+
+}  // namespace
+
+bool isReadable(const std::string& path) {
+  struct stat s {};
+  if (stat(path.c_str(), &s) == 0) return !S_ISDIR(s.st_mode);
+  std::string archive, member, why;
+  if (!splitZip(path, archive, member) || stat(archive.c_str(), &s) != 0 || S_ISDIR(s.st_mode)) return false;
+  return openZipMember(archive, member, why) != nullptr;
+}
+
+std::unique_ptr<ByteSource> openFile(const std::string& path, std::string& why) {
+  if (path == "-") {
+    const int fd = dup(0);
+    gzFile in = fd >= 0 ? gzdopen(fd, "rb") : nullptr;
+    if (in) return std::make_unique<GzipOrPlain>(in);
+    if (fd >= 0) close(fd);
+    why = "standard input is closed";
+    return nullptr;
+  }
+  struct stat s {};
+  if (stat(path.c_str(), &s) != 0) {
+    why = std::strerror(errno);
+    std::string archive, member;
+    if (splitZip(path, archive, member) && stat(archive.c_str(), &s) == 0) return openZipMember(archive, member, why);
+    return nullptr;
+  }
+  if (S_ISDIR(s.st_mode)) {
+    why = "is a directory";
+    return nullptr;
+  }
+  gzFile file = gzopen(path.c_str(), "rb");
+  if (!file) {
+    why = errno ? std::strerror(errno) : "cannot be opened";
+    return nullptr;
+  }
+  return std::make_unique<GzipOrPlain>(file);
+}
+
+std::unique_ptr<ByteSource> openText(std::string text) { return std::make_unique<Text>(std::move(text)); }
+
+}  // namespace kinora::rib

@@ -1,0 +1,20 @@
+// The expressions of IfBegin and ElseIf, and "$name" inside strings. Used by the interpreter, which answers for the
+// values of names. It runs nothing and knows no request.
+#pragma once
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kinora::rib {
+
+// The value of "user:pass", "Frame", ... as text; empty when nobody defined it.
+using Lookup = std::function<std::optional<std::string>(std::string_view name)>;
+
+// `problem` is set to what is wrong when the expression cannot be understood; it then counts as false.
+bool evaluateCondition(std::string_view expression, const Lookup& lookup, std::string& problem);
+
+// Replaces "${name}" (and "$name" when `bare`) by its value; what is not defined stays as it is.
+std::string substitute(std::string_view text, char marker, bool bare, const Lookup& lookup);
+
+}  // namespace kinora::rib

@@ -1,0 +1,394 @@
+#include "rib/interpreter.h"
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "rib/condition.h"
+
+namespace kinora::rib {
+
+const Interpreter::Table& Interpreter::table() {
+  using I = Interpreter;
+  using enum Family;
+  static const Table kTable = {
+      {"version", {&I::versionRequest, Other}},
+      {"Declare", {&I::declareRequest, Control}},
+      // blocks
+      {"FrameBegin", {&I::frameBegin, Other}},
+      {"FrameEnd", {&I::frameEnd, Other}},
+      {"WorldBegin", {&I::worldBegin, Other}},
+      {"WorldEnd", {&I::worldEnd, Other}},
+      {"AttributeBegin", {&I::attributeBegin, Other}},
+      {"AttributeEnd", {&I::attributeEnd, Other}},
+      {"TransformBegin", {&I::transformBegin, Other}},
+      {"TransformEnd", {&I::transformEnd, Other}},
+      {"SolidBegin", {&I::solidBegin, Other}},
+      {"SolidEnd", {&I::solidEnd, Other}},
+      {"ObjectBegin", {&I::objectBegin, Other}},
+      {"ObjectEnd", {&I::objectEnd, Other}},
+      {"ObjectInstance", {&I::objectInstance, Other}},
+      {"ResourceBegin", {&I::resourceBegin, Other}},
+      {"ResourceEnd", {&I::resourceEnd, Other}},
+      {"Resource", {&I::resource, Other}},
+      {"MotionBegin", {&I::motionBegin, Control}},
+      {"MotionEnd", {&I::motionEnd, Control}},
+      {"IfBegin", {&I::ifBegin, Control}},
+      {"ElseIf", {&I::elseIf, Control}},
+      {"Else", {&I::elseRequest, Control}},
+      {"IfEnd", {&I::ifEnd, Control}},
+      {"EditBegin", {&I::editBegin, Control}},
+      {"EditEnd", {&I::editEnd, Control}},
+      // options and cameras
+      {"Option", {&I::option, Other}},
+      {"Attribute", {&I::attribute, Other}},
+      {"Format", {&I::format, Other}},
+      {"FrameAspectRatio", {&I::frameAspectRatio, Other}},
+      {"ScreenWindow", {&I::screenWindow, Other}},
+      {"CropWindow", {&I::cropWindow, Other}},
+      {"Projection", {&I::projection, Other}},
+      {"Clipping", {&I::clipping, Other}},
+      {"DepthOfField", {&I::depthOfField, Other}},
+      {"Shutter", {&I::shutter, Other}},
+      {"Camera", {&I::camera, Other}},
+      {"PixelFilter", {&I::pixelFilter, Other}},
+      {"PixelSamples", {&I::pixelSamples, Other}},
+      {"PixelVariance", {&I::pixelVariance, Other}},
+      {"Exposure", {&I::exposure, Other}},
+      {"Display", {&I::display, Other}},
+      {"DisplayChannel", {&I::displayChannel, Other}},
+      {"Hider", {&I::hider, Other}},
+      {"Integrator", {&I::integrator, Other}},
+      {"SampleFilter", {&I::sampleFilter, Other}},
+      {"DisplayFilter", {&I::displayFilter, Other}},
+      // shading and the attributes that have their own request
+      {"Bxdf", {&I::bxdf, Other}},
+      {"Pattern", {&I::pattern, Other}},
+      {"Displace", {&I::displace, Other}},
+      {"Light", {&I::light, Other}},
+      {"LightFilter", {&I::lightFilter, Other}},
+      {"Surface", {&I::classicShader, Other}},
+      {"Displacement", {&I::classicShader, Other}},
+      {"Deformation", {&I::classicShader, Other}},
+      {"Atmosphere", {&I::classicShader, Other}},
+      {"Interior", {&I::classicShader, Other}},
+      {"Exterior", {&I::classicShader, Other}},
+      {"VPSurface", {&I::classicShader, Other}},
+      {"VPAtmosphere", {&I::classicShader, Other}},
+      {"VPInterior", {&I::classicShader, Other}},
+      {"VPExterior", {&I::classicShader, Other}},
+      {"LightSource", {&I::lightSource, Other}},
+      {"AreaLightSource", {&I::areaLightSource, Other}},
+      {"Illuminate", {&I::illuminate, Other}},
+      {"Color", {&I::color, Other}},
+      {"Opacity", {&I::opacity, Other}},
+      {"TextureCoordinates", {&I::textureCoordinates, Other}},
+      {"ShadingRate", {&I::shadingRate, Other}},
+      {"ShadingInterpolation", {&I::shadingInterpolation, Other}},
+      {"Matte", {&I::matte, Other}},
+      {"Sides", {&I::sides, Other}},
+      {"Orientation", {&I::orientation, Other}},
+      {"ReverseOrientation", {&I::reverseOrientation, Other}},
+      {"Basis", {&I::basis, Other}},
+      {"TrimCurve", {&I::trimCurve, Other}},
+      // transforms
+      {"Identity", {&I::transformRequest, Transform}},
+      {"Transform", {&I::transformRequest, Transform}},
+      {"ConcatTransform", {&I::transformRequest, Transform}},
+      {"Translate", {&I::transformRequest, Transform}},
+      {"Rotate", {&I::transformRequest, Transform}},
+      {"Scale", {&I::transformRequest, Transform}},
+      {"Skew", {&I::transformRequest, Transform}},
+      {"Perspective", {&I::transformRequest, Transform}},
+      {"CoordinateSystem", {&I::coordinateSystem, Other}},
+      {"ScopedCoordinateSystem", {&I::scopedCoordinateSystem, Other}},
+      {"CoordSysTransform", {&I::coordSysTransform, Other}},
+      // geometry
+      {"Sphere", {&I::geometryRequest, Geometry}},
+      {"Cone", {&I::geometryRequest, Geometry}},
+      {"Cylinder", {&I::geometryRequest, Geometry}},
+      {"Hyperboloid", {&I::geometryRequest, Geometry}},
+      {"Paraboloid", {&I::geometryRequest, Geometry}},
+      {"Disk", {&I::geometryRequest, Geometry}},
+      {"Torus", {&I::geometryRequest, Geometry}},
+      {"Polygon", {&I::geometryRequest, Geometry}},
+      {"GeneralPolygon", {&I::geometryRequest, Geometry}},
+      {"PointsPolygons", {&I::geometryRequest, Geometry}},
+      {"PointsGeneralPolygons", {&I::geometryRequest, Geometry}},
+      {"Patch", {&I::geometryRequest, Geometry}},
+      {"PatchMesh", {&I::geometryRequest, Geometry}},
+      {"NuPatch", {&I::geometryRequest, Geometry}},
+      {"SubdivisionMesh", {&I::geometryRequest, Geometry}},
+      {"HierarchicalSubdivisionMesh", {&I::geometryRequest, Geometry}},
+      {"Curves", {&I::geometryRequest, Geometry}},
+      {"Points", {&I::geometryRequest, Geometry}},
+      {"Blobby", {&I::geometryRequest, Geometry}},
+      {"Volume", {&I::geometryRequest, Geometry}},
+      {"Geometry", {&I::geometryRequest, Geometry}},
+      // archives
+      {"ReadArchive", {&I::readArchive, Other}},
+      {"ArchiveBegin", {&I::archiveBegin, Control}},
+      {"ArchiveEnd", {&I::archiveEnd, Control}},
+      {"Procedural", {&I::procedural, Other}},
+      {"Procedural2", {&I::procedural2, Other}},
+      // read, kept and reported: nothing renders them
+      {"Bound", {&I::keep, Other}},
+      {"ClippingPlane", {&I::keep, Other}},
+      {"ColorSamples", {&I::keep, Other}},
+      {"ConnectShaderLayers", {&I::keep, Other}},
+      {"Detail", {&I::keep, Other}},
+      {"DetailRange", {&I::keep, Other}},
+      {"EnableLightFilter", {&I::keep, Other}},
+      {"ErrorHandler", {&I::keep, Other}},
+      {"GeometricApproximation", {&I::keep, Other}},
+      {"GeometricRepresentation", {&I::keep, Other}},
+      {"Imager", {&I::keep, Other}},
+      {"MakeBrickMap", {&I::keep, Other}},
+      {"MakeBump", {&I::keep, Other}},
+      {"MakeCubeFaceEnvironment", {&I::keep, Other}},
+      {"MakeLatLongEnvironment", {&I::keep, Other}},
+      {"MakeShadow", {&I::keep, Other}},
+      {"MakeTexture", {&I::keep, Other}},
+      {"Quantize", {&I::keep, Other}},
+      {"RelativeDetail", {&I::keep, Other}},
+      {"ShaderLayer", {&I::keep, Other}},
+      {"System", {&I::keep, Other}},
+      {"VolumePixelSamples", {&I::keep, Other}},
+  };
+  return kTable;
+}
+
+bool Interpreter::isRequest(std::string_view word) { return table().contains(word); }
+
+Interpreter::Interpreter(Diagnostics& messages, ReadOptions options, RibReader::OnWorld onWorld)
+    : messages_(messages), read_(std::move(options)), onWorld_(std::move(onWorld)) {
+  state_.attributes = std::make_shared<scene::Attributes>();
+}
+
+bool Interpreter::readFile(const std::string& path) {
+  std::string why;
+  auto source = openFile(path, why);
+  if (!source) {
+    const bool isDirectory = why == "is a directory";
+    report(Severity::Error, isDirectory ? "RIB-DIRECTORY" : "RIB-OPEN", {},
+           "'" + path + "' cannot be read: it " + (isDirectory ? why : "gives \"" + why + "\""), "it is skipped",
+           isDirectory ? "name a RIB file" : "check the name and the permissions");
+    return false;
+  }
+  const size_t slash = path.rfind('/');
+  mainDirectory_ = slash == std::string::npos ? "" : path.substr(0, slash + 1);
+  Source s;
+  s.lexer = std::make_unique<Lexer>(std::move(source), path == "-" ? "stdin" : path, messages_, &isRequest);
+  std::error_code failed;
+  const auto canonical = std::filesystem::weakly_canonical(path, failed);
+  s.identity = failed ? path : canonical.string();
+  push(std::move(s));
+  const bool any = sources_.front().anyRequest;
+  sources_.clear();
+  return any;
+}
+
+bool Interpreter::readText(const std::string& name, std::string text) {
+  Source s;
+  s.lexer = std::make_unique<Lexer>(openText(std::move(text)), name, messages_, &isRequest);
+  s.identity = name;
+  push(std::move(s));
+  const bool any = sources_.front().anyRequest;
+  sources_.clear();
+  return any;
+}
+
+bool Interpreter::push(Source s) {
+  const bool outermost = sources_.empty();
+  s.conditions = conditions_.size();
+  sources_.push_back(std::move(s));
+  if (outermost) run();
+  return true;
+}
+
+// Archives are sources on a stack of our own, so that their nesting never nests the C++ stack. The outermost source
+// stays on it when it ends, for its caller to look at.
+void Interpreter::run() {
+  for (;;) {
+    Source& s = sources_.back();
+    bool more = false;
+    if (s.lexer) {
+      more = s.lexer->readRequest(request_);
+    } else if (s.at < s.recorded->size()) {
+      const Request& r = (*s.recorded)[s.at++];
+      request_.clear();
+      request_.name = r.name;
+      request_.pos = r.pos;
+      for (size_t i = 0; i < r.count; ++i) request_.add(r.args[i].line) = r.args[i];
+      more = true;
+    }
+    if (more) {
+      s.anyRequest = true;
+      dispatch(request_);
+      continue;
+    }
+    if (s.lexer) bytes_ += s.lexer->bytesRead();
+    if (!s.anyRequest && s.lexer)
+      report(sources_.size() == 1 ? Severity::Error : Severity::Warning, "RIB-EMPTY", {s.lexer->pos().file, 0},
+             "the file holds no request", "nothing is read from it");
+    if (sources_.size() == 1) return;
+    while (conditions_.size() > s.conditions) {
+      report(Severity::Error, "RIB-NESTING", conditions_.back().pos, "IfBegin is not closed in its archive",
+             "it ends with the archive");
+      inactive_ -= !conditions_.back().active;
+      conditions_.pop_back();
+    }
+    if (s.restore) state_ = std::move(*s.restore);
+    sources_.pop_back();
+  }
+}
+
+void Interpreter::dispatch(Request& r) {
+  if (recording_) {
+    if (r.name == "ArchiveBegin") ++recordingDepth_;
+    if (r.name != "ArchiveEnd" || --recordingDepth_ > 0) {
+      Request copy = r;
+      copy.args.resize(copy.count);
+      recording_->push_back(std::move(copy));
+      return;
+    }
+  }
+  const auto it = table().find(r.name);
+  const bool isCondition = r.name == "IfBegin" || r.name == "ElseIf" || r.name == "Else" || r.name == "IfEnd";
+  if (inactive_ > 0 && !isCondition) return;
+  if (inEdit_ && r.name != "EditEnd") {
+    // an edit that is never closed must not swallow a world
+    if (r.name != "WorldBegin" && r.name != "WorldEnd" && r.name != "EditBegin") return;
+    inEdit_ = false;
+  }
+  if (it == table().end()) {
+    if (unknownNames_.insert(r.name).second && unknownNames_.size() < 1000)
+      report(Severity::Warning, "RIB-UNKNOWN-REQUEST", r.pos, "no request is called '" + r.name.substr(0, 60) + "'",
+             "it is skipped with its arguments", "names are case-sensitive; a quote or '#' may be missing before it");
+    return;
+  }
+  if (marker_) substituteStrings(r);
+  if (inMotion_ && it->second.family != Family::Control) {
+    if (r.name == "FrameEnd" || r.name == "WorldEnd") {
+      motionEnd(r);
+    } else {
+      Request key = std::move(r);
+      key.args.resize(key.count);
+      motionRequests_.push_back(std::move(key));
+      r = Request();
+      return;
+    }
+  }
+  (this->*it->second.handler)(r);
+}
+
+void Interpreter::execute(Request& r) {
+  const auto it = table().find(r.name);
+  if (it != table().end()) (this->*it->second.handler)(r);
+}
+
+void Interpreter::substituteStrings(Request& r) {
+  const auto look = [this](std::string_view n) { return lookUp(n); };
+  for (size_t i = 0; i < r.count; ++i)
+    for (std::string& s : r.args[i].strings)
+      if (s.find(marker_) != std::string::npos) s = substitute(s, marker_, bareMarker_, look);
+}
+
+// "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust:
+// attribute, option.
+std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
+  const auto text = [](const scene::Parameter& p) -> std::string {
+    if (!p.strings.empty()) return p.strings[0];
+    std::string s;
+    for (size_t i = 0; i < p.size() && i < 16; ++i) {
+      char buffer[32];
+      std::snprintf(buffer, sizeof buffer, "%.9g", p.ints.empty() ? double(p.floats[i]) : double(p.ints[i]));
+      s += (i ? " " : "") + std::string(buffer);
+    }
+    return s;
+  };
+  const bool optionOnly = name.starts_with("Option:"), attributeOnly = name.starts_with("Attribute:");
+  if (optionOnly) name.remove_prefix(7);
+  if (attributeOnly) name.remove_prefix(10);
+  const std::string asUser = "user:" + std::string(name);
+  for (const std::string_view n : {name, std::string_view(asUser)}) {
+    if (!optionOnly)
+      if (const auto* p = state_.attributes->named.find(n)) return text(*p);
+    if (!attributeOnly)
+      if (const auto* p = (world_ ? *world_ : frame_.options).options.find(n)) return text(*p);
+  }
+  if ((name == "Frame" || name == "Ri:Frame") && frame_.options.hasFrame) return std::to_string(frame_.options.frame);
+  if (name.find(':') == std::string_view::npos && !optionOnly && !attributeOnly)
+    if (const char* v = std::getenv(std::string(name).c_str())) return std::string(v);
+  return std::nullopt;
+}
+
+void Interpreter::reportKept(const Request& r) {
+  if (!keptNames_.insert(r.name).second) return;
+  std::string code = "RIB-KEPT-" + r.name;
+  for (char& c : code) c = char(std::toupper(static_cast<unsigned char>(c)));
+  report(Severity::Warning, std::move(code), r.pos, r.name + " is not rendered yet",
+         "it is kept in the scene description without effect");
+}
+
+void Interpreter::keep(Request& r) {
+  reportKept(r);
+  scene::KeptRequest k;
+  k.request = r.name;
+  k.pos = r.pos;
+  size_t i = 0;
+  // positional arguments as text; what looks like a parameter list as one
+  const auto isToken = [&](const Argument& a) {
+    return a.isString() && !a.isArray && declarations_.find(a.strings[0]) != nullptr;
+  };
+  for (; i < r.count && !(i + 1 < r.count && isToken(r.args[i])); ++i) {
+    const Argument& a = r.args[i];
+    for (const std::string& s : a.strings) k.args.push_back(s);
+    if (a.kind == Argument::Kind::Strings) continue;
+    for (size_t n = 0; n < a.size(); ++n) {
+      char buffer[32];
+      std::snprintf(buffer, sizeof buffer, "%.9g", a.isInteger ? double(a.ints[n]) : double(a.floats[n]));
+      k.args.push_back(buffer);
+    }
+  }
+  if (i < r.count) k.params = parameters(r, i, Use::Node);
+  (world_ ? *world_ : frame_.options).kept.push_back(std::move(k));
+}
+
+scene::Attributes& Interpreter::edit() {
+  if (state_.attributes.use_count() > 1) state_.attributes = std::make_shared<scene::Attributes>(*state_.attributes);
+  return *state_.attributes;
+}
+
+void Interpreter::finish() {
+  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
+                                       "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
+  if (recording_) {
+    report(Severity::Error, "RIB-NESTING", recordingPos_, "ArchiveBegin \"" + recordingName_ + "\" is not closed",
+           "it ends with the file");
+    inlineArchives_[recordingName_] = std::move(recording_);
+    recording_.reset();
+  }
+  if (inMotion_) {
+    report(Severity::Error, "RIB-NESTING", motionPos_, "MotionBegin is not closed", "it ends with the file");
+    Request end;
+    end.name = "MotionEnd";
+    motionEnd(end);
+  }
+  for (const Condition& c : conditions_)
+    report(Severity::Error, "RIB-NESTING", c.pos, "IfBegin is not closed", "it ends with the file");
+  conditions_.clear();
+  inactive_ = 0;
+  while (!blocks_.empty()) {
+    report(Severity::Error, "RIB-NESTING", blocks_.back().pos,
+           std::string(kNames[int(blocks_.back().kind)]) + " is not closed", "it ends with the file");
+    leave();
+  }
+  if (outsideWorld_ > 0)
+    report(Severity::Warning, "RIB-OUTSIDE-WORLD", {},
+           std::to_string(outsideWorld_) + " primitives and lights stand outside WorldBegin ... WorldEnd",
+           "they are ignored", "read the file by ReadArchive from a scene that has a world");
+  if (worlds_ == 0)
+    report(Severity::Error, "RIB-NO-WORLD", {}, "no WorldBegin ... WorldEnd was read", "there is nothing to render");
+}
+
+}  // namespace kinora::rib

@@ -1,0 +1,289 @@
+// What the requests mean: the graphics state, its blocks, and a handler for each request. Used by reader.cpp alone.
+// The handlers stand in files named after their families: blocks, options, transforms, shading, geometry, archives.
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "rib/declarations.h"
+#include "rib/lexer.h"
+#include "rib/reader.h"
+#include "rib/request.h"
+#include "scene/scene.h"
+
+namespace kinora::rib {
+
+using Recorded = std::vector<Request>;
+
+// Requests inside MotionBegin: transforms and geometry have one key each; of all others the first counts.
+enum class Family : uint8_t { Other, Transform, Geometry, Control };
+
+class Interpreter {
+ public:
+  Interpreter(Diagnostics& messages, ReadOptions options, RibReader::OnWorld onWorld);
+
+  bool readFile(const std::string& path);
+  bool readText(const std::string& name, std::string text);
+  void finish();
+  uint64_t bytesRead() const { return bytes_; }
+  size_t worlds() const { return worlds_; }
+
+ private:
+  using Handler = void (Interpreter::*)(Request&);
+  struct Entry {
+    Handler handler;
+    Family family;
+  };
+  using Table = std::unordered_map<std::string_view, Entry>;
+  static const Table& table();
+  static bool isRequest(std::string_view word);
+
+  // ---- state
+  struct LightFilter {
+    scene::NodePtr node;
+    scene::Transform toWorld;
+  };
+  struct State {
+    std::shared_ptr<scene::Attributes> attributes;
+    scene::Transform ctm;  // world to camera before WorldBegin, object to world after it
+    std::vector<LightFilter> lightFilters;
+    std::shared_ptr<const scene::Light> emitter;       // PxrMeshLight or AreaLightSource that waits for geometry
+    std::shared_ptr<const scene::ParameterList> trim;  // TrimCurve
+  };
+  using NodeMap = std::unordered_map<std::string, scene::NodePtr>;
+  enum class BlockKind : uint8_t { Attribute, Transform, Frame, World, Solid, Object, Resource };
+  struct FrameState {
+    scene::Scene options;                                  // a scene without objects
+    scene::Camera camera;                                  // what the camera requests said so far
+    std::map<std::string, scene::Transform> cameraSpaces;  // named before WorldBegin: that space to camera
+  };
+  struct Block {
+    BlockKind kind;
+    SourcePos pos;
+    std::unique_ptr<State> state;  // null: only the transform comes back
+    scene::Transform ctm;
+    std::unique_ptr<FrameState> frame;  // FrameBegin's
+    std::unique_ptr<NodeMap> nodes;     // declared in this block, by handle
+  };
+  struct Source {
+    std::unique_ptr<Lexer> lexer;              // a file, or
+    std::shared_ptr<const Recorded> recorded;  // an inline archive
+    size_t at = 0;
+    std::string identity;  // to find archives that read themselves
+    size_t conditions = 0;
+    std::unique_ptr<State> restore;  // a procedural leaves the attributes and the transform as they were
+    bool anyRequest = false;
+  };
+  struct Condition {
+    bool taken = false;   // one of the branches was true
+    bool active = false;  // this branch is
+    bool sawElse = false;
+    SourcePos pos;
+  };
+
+  // ---- interpreter.cpp: the loop
+  bool push(Source s);
+  void run();
+  void dispatch(Request& r);
+  void execute(Request& r);
+  void substituteStrings(Request& r);
+  std::optional<std::string> lookUp(std::string_view name) const;
+  void report(Severity s, std::string code, const SourcePos& pos, std::string what, std::string done = {},
+              std::string advice = {}) {
+    messages_.report({s, std::move(code), pos, std::move(what), std::move(done), std::move(advice)});
+  }
+  void keep(Request& r);  // into Scene::kept, reported once per name
+  void reportKept(const Request& r);
+  scene::Attributes& edit();  // the current attributes, no longer shared
+  bool inWorldOrObject() const { return world_ || !openObjects_.empty(); }
+
+  // ---- arguments.cpp: values out of requests
+  class Cursor;
+  enum class Use : uint8_t { Node, Option, Attribute, Primitive };
+  scene::ParameterList parameters(Request& r, size_t first, Use use);
+  bool convert(Request& r, Argument& a, const Declaration& d, scene::Parameter& p, Use use);
+  std::optional<Declaration> guess(const Request& r, const std::string& token, const Argument& a, Use use);
+  void badArguments(const Request& r, const std::string& wanted);
+  // `count` finite numbers, or a message and false.
+  bool numbers(Cursor& c, size_t count, double* out, const char* wanted);
+
+  // ---- blocks.cpp
+  void open(BlockKind kind, const Request& r);
+  void close(BlockKind kind, const Request& r);
+  void leave();  // the innermost block
+  void versionRequest(Request&);
+  void declareRequest(Request&);
+  void frameBegin(Request&);
+  void frameEnd(Request&);
+  void worldBegin(Request&);
+  void worldEnd(Request&);
+  void attributeBegin(Request&);
+  void attributeEnd(Request&);
+  void transformBegin(Request&);
+  void transformEnd(Request&);
+  void solidBegin(Request&);
+  void solidEnd(Request&);
+  void objectBegin(Request&);
+  void objectEnd(Request&);
+  void objectInstance(Request&);
+  void resourceBegin(Request&);
+  void resourceEnd(Request&);
+  void resource(Request&);
+  void motionBegin(Request&);
+  void motionEnd(Request&);
+  void ifBegin(Request&);
+  void elseIf(Request&);
+  void elseRequest(Request&);
+  void ifEnd(Request&);
+  void editBegin(Request&);
+  void editEnd(Request&);
+  void finishWorld();
+  bool condition(Request& r);
+
+  // ---- options.cpp
+  bool optionsAllowed(const Request& r);
+  void option(Request&);
+  void attribute(Request&);
+  void format(Request&);
+  void frameAspectRatio(Request&);
+  void screenWindow(Request&);
+  void cropWindow(Request&);
+  void projection(Request&);
+  void clipping(Request&);
+  void depthOfField(Request&);
+  void shutter(Request&);
+  void camera(Request&);
+  void pixelFilter(Request&);
+  void pixelSamples(Request&);
+  void pixelVariance(Request&);
+  void exposure(Request&);
+  void display(Request&);
+  void displayChannel(Request&);
+  void hider(Request&);
+  void integrator(Request&);
+  void sampleFilter(Request&);
+  void displayFilter(Request&);
+  void applyRiOptions(const scene::ParameterList& p);
+
+  // ---- shading.cpp
+  scene::NodePtr node(Request& r, bool hasHandle);
+  const scene::NodePtr* findNode(const std::string& handle) const;
+  void remember(const scene::NodePtr& n);
+  void gather(scene::NodePtr& terminal, std::vector<scene::NodePtr>& upstream);
+  void bxdf(Request&);
+  void pattern(Request&);
+  void displace(Request&);
+  void light(Request&);
+  void lightFilter(Request&);
+  void classicShader(Request&);
+  void lightSource(Request&);
+  void areaLightSource(Request&);
+  void illuminate(Request&);
+  void color(Request&);
+  void opacity(Request&);
+  void textureCoordinates(Request&);
+  void shadingRate(Request&);
+  void shadingInterpolation(Request&);
+  void matte(Request&);
+  void sides(Request&);
+  void orientation(Request&);
+  void reverseOrientation(Request&);
+  void basis(Request&);
+  void trimCurve(Request&);
+  void addLight(scene::Light l);
+
+  // ---- transforms.cpp
+  void transformRequest(Request&);
+  void applyTransforms(std::vector<Request>& keys, const std::vector<double>& times);
+  bool matrixOf(const Request& r, scene::Matrix& m, bool& replaces);
+  void coordinateSystem(Request&);
+  void scopedCoordinateSystem(Request&);
+  void coordSysTransform(Request&);
+
+  // ---- geometry.cpp
+  void geometryRequest(Request&);
+  void applyGeometry(std::vector<Request>& keys, const std::vector<double>& times);
+  std::optional<scene::Primitive> primitive(Request& r);
+  void emit(scene::Primitive p);
+
+  // ---- archives.cpp
+  void readArchive(Request&);
+  void archiveBegin(Request&);
+  void archiveEnd(Request&);
+  void procedural(Request&);
+  void procedural2(Request&);
+  void readNamedArchive(const std::string& name, const Request& r, bool isProcedural = false);
+  std::string findArchive(const std::string& name, const std::string& including) const;
+  std::vector<std::string> searchPath() const;
+
+  Diagnostics& messages_;
+  ReadOptions read_;
+  RibReader::OnWorld onWorld_;
+  Declarations declarations_;
+  uint64_t bytes_ = 0;
+  size_t worlds_ = 0;
+
+  std::vector<Source> sources_;
+  Request request_;
+
+  State state_;
+  NodeMap outermostNodes_;
+  std::vector<Block> blocks_;
+  size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
+  FrameState frame_;
+  std::optional<scene::Scene> world_;
+  uint32_t nextId_ = 1;
+  size_t outsideWorld_ = 0;
+  std::map<std::string, State> resources_;
+
+  std::vector<scene::Prototype> prototypes_;
+  std::unordered_map<std::string, uint32_t> prototypeByHandle_;
+  std::vector<uint32_t> openObjects_;
+
+  bool inMotion_ = false;
+  std::vector<double> motionTimes_;
+  std::vector<Request> motionRequests_;
+  SourcePos motionPos_;
+
+  std::vector<Condition> conditions_;
+  size_t inactive_ = 0;  // conditions that are not active
+  bool inEdit_ = false;
+  char marker_ = '$';        // Option "ribparse" "varsubst"
+  bool bareMarker_ = false;  // asked for by the scene: "$name" besides "${name}"
+
+  std::shared_ptr<Recorded> recording_;
+  std::string recordingName_;
+  SourcePos recordingPos_;
+  size_t recordingDepth_ = 0;
+  std::unordered_map<std::string, std::shared_ptr<const Recorded>> inlineArchives_;
+  std::vector<std::string> archivePath_;  // the scene's search path, expanded
+  std::string mainDirectory_;
+  int archiveReads_ = 0;
+
+  std::set<std::string> keptNames_, unknownNames_;
+};
+
+// Takes the positional arguments of a request one after the other; a scalar may stand in brackets and a row of
+// scalars may be one array, as real files have both.
+class Interpreter::Cursor {
+ public:
+  explicit Cursor(Request& r) : request(r) {}
+  bool number(double& v) { return numbers(1, &v); }
+  bool numbers(size_t count, double* out);
+  bool string(std::string& v);  // a number is taken as its digits: handles
+  bool nextIsString() const { return at < request.count && request.args[at].kind == Argument::Kind::Strings; }
+  Argument* array(Argument::Kind kind);  // null when the next argument is not of this kind
+  bool integers(std::vector<int>& v);
+  bool floats(std::vector<float>& v);
+  bool strings(std::vector<std::string>& v);
+  Request& request;
+  size_t at = 0;
+};
+
+}  // namespace kinora::rib

@@ -1,0 +1,325 @@
+#include <cfloat>
+#include <cmath>
+
+#include "rib/interpreter.h"
+
+namespace kinora::rib {
+
+using scene::Parameter;
+using scene::ParameterList;
+
+// Options are frozen at WorldBegin; what comes later had no effect where the scene was made either.
+bool Interpreter::optionsAllowed(const Request& r) {
+  if (!world_) return true;
+  report(Severity::Warning, "RIB-OPTION-IN-WORLD", r.pos, r.name + " stands inside the world", "it is ignored",
+         "options must stand before WorldBegin");
+  return false;
+}
+
+void Interpreter::option(Request& r) {
+  Cursor c(r);
+  std::string group;
+  if (!c.string(group)) return badArguments(r, "a group name");
+  const bool always = group == "user" || group == "searchpath" || group == "ribparse" || group == "rib";
+  if (!always && !optionsAllowed(r)) return;
+  const ParameterList p = parameters(r, c.at, Use::Option);
+  auto& options = (world_ ? *world_ : frame_.options).options;
+  for (Parameter parameter : p) {
+    const std::string name = parameter.name;
+    if (group == "searchpath" && !parameter.strings.empty()) {
+      // '&' is what stood there before
+      const std::string before = options.getString("searchpath:" + name, "");
+      for (std::string& s : parameter.strings) {
+        std::string joined;
+        for (size_t at = 0; at <= s.size();) {
+          const size_t colon = std::min(s.find(':', at), s.size());
+          const std::string part = s.substr(at, colon - at);
+          const std::string& add = part == "&" ? before : part;
+          if (!add.empty()) joined += (joined.empty() ? "" : ":") + add;
+          at = colon + 1;
+        }
+        s = joined;
+      }
+    }
+    parameter.name = group + ":" + name;
+    options.set(std::move(parameter));
+  }
+  if (group == "Ri") applyRiOptions(p);
+  if (group == "ribparse" || group == "rib")
+    if (const Parameter* v = p.find("varsubst"); v && !v->strings.empty()) {
+      marker_ = v->strings[0].empty() ? '\0' : v->strings[0][0];
+      bareMarker_ = true;
+    }
+}
+
+void Interpreter::applyRiOptions(const ParameterList& p) {
+  scene::Scene& s = frame_.options;
+  const auto two = [&](const char* name, auto& a, auto& b) {
+    if (const auto v = p.getFloats(name); v.size() >= 2)
+      a = std::decay_t<decltype(a)>(v[0]), b = std::decay_t<decltype(b)>(v[1]);
+  };
+  const auto four = [&](const char* name, std::array<float, 4>& to) {
+    if (const auto v = p.getFloats(name); v.size() >= 4) std::copy_n(v.begin(), 4, to.begin());
+  };
+  if (const Parameter* v = p.find("FormatResolution"); v && v->ints.size() >= 2)
+    s.resolution = {v->ints[0], v->ints[1]};
+  s.pixelAspect = p.getFloat("FormatPixelAspectRatio", s.pixelAspect);
+  s.frameAspect = p.getFloat("FrameAspectRatio", s.frameAspect);
+  s.pixelVariance = p.getFloat("PixelVariance", s.pixelVariance);
+  s.pixelFilter = p.getString("PixelFilterName", s.pixelFilter);
+  two("PixelFilterWidth", s.pixelFilterWidth[0], s.pixelFilterWidth[1]);
+  two("Shutter", frame_.camera.shutter[0], frame_.camera.shutter[1]);
+  two("Clipping", frame_.camera.clipping[0], frame_.camera.clipping[1]);
+  four("ScreenWindow", frame_.camera.screenWindow);
+  four("CropWindow", s.cropWindow);
+  if (p.find("Frame")) s.frame = p.getInt("Frame", s.frame);
+}
+
+void Interpreter::attribute(Request& r) {
+  Cursor c(r);
+  std::string group;
+  if (!c.string(group)) return badArguments(r, "a group name");
+  const ParameterList list = parameters(r, c.at, Use::Attribute);
+  if (list.empty()) return;
+  scene::Attributes& a = edit();
+  for (Parameter p : list) {
+    if (group == "Ri") {
+      const std::string orientation = p.strings.empty() ? "" : p.strings[0];
+      const int value =
+          p.ints.empty() ? (p.floats.empty() ? 0 : int(std::max(-1e9f, std::min(1e9f, p.floats[0])))) : p.ints[0];
+      using O = scene::Attributes::Orientation;
+      if (p.name == "Sides") a.sides = value == 1 ? 1 : 2;
+      if (p.name == "Matte") a.matte = value != 0;
+      if (p.name == "ReverseOrientation") a.reverseOrientation = value != 0;
+      if (p.name == "Orientation")
+        a.orientation = orientation == "inside" ? O::Inside
+                        : orientation == "lh"   ? O::LeftHanded
+                        : orientation == "rh"   ? O::RightHanded
+                                                : O::Outside;
+    }
+    p.name = group + ":" + p.name;
+    if (p.name == "grouping:membership" && !p.strings.empty() && p.strings[0].starts_with("+")) {
+      const std::string before = a.named.getString(p.name, "");
+      p.strings[0] = before + (before.empty() ? "" : " ") + p.strings[0].substr(1);
+    }
+    a.named.set(std::move(p));
+  }
+}
+
+void Interpreter::format(Request& r) {
+  if (!optionsAllowed(r)) return;
+  Cursor c(r);
+  double v[2], aspect = -1;
+  if (!numbers(c, 2, v, "width, height and pixel aspect ratio")) return;
+  if (c.at < r.count && !numbers(c, 1, &aspect, "width, height and pixel aspect ratio")) return;
+  if (r.count == 1 && r.args[0].exact.size() >= 3) aspect = r.args[0].exact[2];
+  for (int i = 0; i < 2; ++i)
+    if (v[i] > 0) frame_.options.resolution[size_t(i)] = int(std::max(1.0, std::min(v[i], 2147483647.0)));
+  if (aspect > 0 && aspect < FLT_MAX) frame_.options.pixelAspect = float(aspect);
+}
+
+void Interpreter::frameAspectRatio(Request& r) {
+  Cursor c(r);
+  double v;
+  if (!optionsAllowed(r) || !numbers(c, 1, &v, "a ratio")) return;
+  if (!(v > 0)) return badArguments(r, "a ratio above 0");
+  frame_.options.frameAspect = float(v);
+}
+
+void Interpreter::screenWindow(Request& r) {
+  Cursor c(r);
+  double v[4];
+  if (!optionsAllowed(r) || !numbers(c, 4, v, "left, right, bottom and top")) return;
+  if (v[0] == v[1] || v[2] == v[3]) return badArguments(r, "a window that is not empty");
+  std::copy_n(v, 4, frame_.camera.screenWindow.begin());
+}
+
+void Interpreter::cropWindow(Request& r) {
+  Cursor c(r);
+  double v[4];
+  if (!optionsAllowed(r) || !numbers(c, 4, v, "xmin, xmax, ymin and ymax")) return;
+  for (double& x : v) x = std::max(0.0, std::min(1.0, x));
+  if (!(v[0] < v[1]) || !(v[2] < v[3])) return badArguments(r, "a window that is not empty");
+  std::copy_n(v, 4, frame_.options.cropWindow.begin());
+}
+
+void Interpreter::projection(Request& r) {
+  if (!optionsAllowed(r)) return;
+  if (r.count == 0) {  // the null projection of the oldest files: what stands in the transform
+    frame_.camera.projection = nullptr;
+    return;
+  }
+  frame_.camera.projection = node(r, false);
+}
+
+void Interpreter::clipping(Request& r) {
+  Cursor c(r);
+  double v[2];
+  if (!optionsAllowed(r) || !numbers(c, 2, v, "near and far")) return;
+  if (!(v[0] < v[1])) return badArguments(r, "near below far");
+  frame_.camera.clipping = {float(v[0]), float(v[1])};
+}
+
+void Interpreter::depthOfField(Request& r) {
+  if (!optionsAllowed(r)) return;
+  if (r.count == 0) {
+    frame_.camera.depthOfField = {0, 0, 0};
+    return;
+  }
+  Cursor c(r);
+  double v[3];
+  if (r.count == 1 && r.args[0].size() == 1) {  // an f-number alone: infinity, i.e. a pinhole
+    frame_.camera.depthOfField = {0, 0, 0};
+    return;
+  }
+  if (!c.numbers(3, v)) return badArguments(r, "f-number, focal length and focal distance");
+  if (std::isinf(v[0]) || v[0] >= FLT_MAX) {
+    frame_.camera.depthOfField = {0, 0, 0};
+    return;
+  }
+  Cursor again(r);
+  if (!numbers(again, 3, v, "f-number, focal length and focal distance")) return;
+  if (!(v[0] > 0) || !(v[1] > 0) || !(v[2] > 0)) return badArguments(r, "values above 0");
+  frame_.camera.depthOfField = {float(v[0]), float(v[1]), float(v[2])};
+}
+
+void Interpreter::shutter(Request& r) {
+  Cursor c(r);
+  double v[2];
+  if (!optionsAllowed(r) || !numbers(c, 2, v, "opening and closing time")) return;
+  if (v[1] < v[0]) return badArguments(r, "an opening time before the closing time");
+  frame_.camera.shutter = {v[0], v[1]};
+}
+
+void Interpreter::camera(Request& r) {
+  if (!optionsAllowed(r)) return;
+  Cursor c(r);
+  std::string name;
+  if (!c.string(name)) return badArguments(r, "a name");
+  scene::Camera camera = frame_.camera;
+  camera.name = name;
+  camera.worldToCamera = state_.ctm;
+  camera.params = parameters(r, c.at, Use::Node);
+  camera.pos = r.pos;
+  for (scene::Camera& held : frame_.options.cameras)
+    if (held.name == name) {
+      held = std::move(camera);
+      return;
+    }
+  frame_.options.cameras.push_back(std::move(camera));
+}
+
+void Interpreter::pixelFilter(Request& r) {
+  Cursor c(r);
+  std::string name;
+  double w[2];
+  if (!optionsAllowed(r)) return;
+  if (!c.string(name)) return badArguments(r, "a filter name and two widths");
+  if (!numbers(c, 2, w, "a filter name and two widths")) return;
+  if (!(w[0] > 0) || !(w[1] > 0)) return badArguments(r, "widths above 0");
+  frame_.options.pixelFilter = name;
+  frame_.options.pixelFilterWidth = {float(w[0]), float(w[1])};
+}
+
+void Interpreter::pixelSamples(Request& r) {
+  Cursor c(r);
+  double v[2];
+  if (!optionsAllowed(r) || !numbers(c, 2, v, "two counts")) return;
+  if (!(v[0] >= 1) || !(v[1] >= 1)) return badArguments(r, "counts of at least 1");
+  frame_.options.pixelSamples = {int(std::min(v[0], 1e6)), int(std::min(v[1], 1e6))};
+}
+
+void Interpreter::pixelVariance(Request& r) {
+  Cursor c(r);
+  double v;
+  if (!optionsAllowed(r) || !numbers(c, 1, &v, "a variance")) return;
+  if (v < 0) return badArguments(r, "a variance of at least 0");
+  frame_.options.pixelVariance = float(v);
+}
+
+void Interpreter::exposure(Request& r) {
+  Cursor c(r);
+  double v[2];
+  if (!optionsAllowed(r) || !numbers(c, 2, v, "gain and gamma")) return;
+  if (!(v[1] > 0)) return badArguments(r, "a gamma above 0");
+  frame_.options.exposure = {float(v[0]), float(v[1])};
+}
+
+void Interpreter::display(Request& r) {
+  if (!optionsAllowed(r)) return;
+  Cursor c(r);
+  scene::Display d;
+  if (!c.string(d.file) || !c.string(d.driver) || !c.string(d.mode))
+    return badArguments(r, "a name, a driver and a mode");
+  d.params = parameters(r, c.at, Use::Node);
+  d.pos = r.pos;
+  // a name with '+' adds a display, one without replaces all before
+  if (d.file.starts_with("+"))
+    d.file.erase(0, 1);
+  else
+    frame_.options.displays.clear();
+  frame_.options.displays.push_back(std::move(d));
+}
+
+void Interpreter::displayChannel(Request& r) {
+  if (!optionsAllowed(r)) return;
+  Cursor c(r);
+  std::string text;
+  if (!c.string(text)) return badArguments(r, "\"type name\"");
+  const Declaration* d = declarations_.find(text);
+  scene::DisplayChannel channel;
+  channel.pos = r.pos;
+  if (d) {
+    channel.name = d->name;
+    channel.type = d->type;
+    channel.arrayLength = d->arrayLength;
+  } else if (text.find(' ') == std::string::npos && !text.empty()) {
+    channel.name = text;
+    report(Severity::Warning, "RIB-UNDECLARED", r.pos, "nothing declares the channel \"" + text.substr(0, 60) + "\"",
+           "it is read as color");
+  } else {
+    report(Severity::Error, "RIB-DECLARATION", r.pos,
+           "\"" + text.substr(0, 60) + "\" in DisplayChannel is not a declaration", "the channel is ignored",
+           "it reads \"type name\", as in \"color Ci\"");
+    return;
+  }
+  channel.params = parameters(r, c.at, Use::Node);
+  for (scene::DisplayChannel& held : frame_.options.channels)
+    if (held.name == channel.name) {
+      held = std::move(channel);
+      return;
+    }
+  frame_.options.channels.push_back(std::move(channel));
+}
+
+void Interpreter::hider(Request& r) {
+  if (optionsAllowed(r))
+    if (auto n = node(r, false)) frame_.options.hider = n;
+}
+
+void Interpreter::integrator(Request& r) {
+  if (optionsAllowed(r))
+    if (auto n = node(r, true)) frame_.options.integrator = n;
+}
+
+namespace {
+
+// Each follows those it refers to; the last one said is the one in force.
+void addFilter(std::vector<scene::NodePtr>& filters, const scene::NodePtr& n) {
+  std::erase_if(filters, [&](const scene::NodePtr& f) { return f->handle == n->handle; });
+  filters.push_back(n);
+}
+
+}  // namespace
+
+void Interpreter::sampleFilter(Request& r) {
+  if (optionsAllowed(r))
+    if (auto n = node(r, true)) addFilter(frame_.options.sampleFilters, n);
+}
+
+void Interpreter::displayFilter(Request& r) {
+  if (optionsAllowed(r))
+    if (auto n = node(r, true)) addFilter(frame_.options.displayFilters, n);
+}
+
+}  // namespace kinora::rib

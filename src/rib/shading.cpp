@@ -1,0 +1,422 @@
+#include <cfloat>
+#include <cmath>
+#include <unordered_set>
+
+#include "rib/interpreter.h"
+
+namespace kinora::rib {
+
+using scene::NodePtr;
+using scene::Parameter;
+
+// "plug-in" ["handle"] params. Real files leave the handle out, or give a number.
+NodePtr Interpreter::node(Request& r, bool hasHandle) {
+  Cursor c(r);
+  auto n = std::make_shared<scene::Node>();
+  n->kind = r.name;
+  n->pos = r.pos;
+  if (!c.string(n->plugin)) {
+    badArguments(r, hasHandle ? "the name of a plug-in and a handle" : "the name of a plug-in");
+    return nullptr;
+  }
+  // with a handle the parameter list behind it has even length
+  if (hasHandle && c.at < r.count) {
+    const bool declared = r.args[c.at].isString() && declarations_.find(r.args[c.at].strings[0]) != nullptr;
+    if ((r.count - c.at) % 2 == 1 || !declared) c.string(n->handle);
+  }
+  if (hasHandle && n->handle.empty()) n->handle = n->plugin;
+  n->params = parameters(r, c.at, Use::Node);
+  return n;
+}
+
+const NodePtr* Interpreter::findNode(const std::string& handle) const {
+  for (size_t i = blocks_.size(); i-- > 0;)
+    if (const auto& nodes = blocks_[i].nodes)
+      if (const auto it = nodes->find(handle); it != nodes->end()) return &it->second;
+  const auto it = outermostNodes_.find(handle);
+  return it == outermostNodes_.end() ? nullptr : &it->second;
+}
+
+void Interpreter::remember(const NodePtr& n) {
+  for (size_t i = blocks_.size(); i-- > 0;) {
+    if (!blocks_[i].state) continue;  // transforms, solids and resources are no scope for nodes
+    if (!blocks_[i].nodes) blocks_[i].nodes = std::make_unique<NodeMap>();
+    (*blocks_[i].nodes)[n->handle] = n;
+    return;
+  }
+  outermostNodes_[n->handle] = n;
+}
+
+// Depth first over the references, with a stack of our own: each node lands behind all it reads. A reference to
+// nothing and one that closes a circle are taken out of the copy of the node that this network holds, so that its
+// default is used.
+void Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream) {
+  struct Visit {
+    NodePtr node;
+    std::vector<std::pair<std::string, std::string>> inputs;  // parameter, handle
+    size_t next = 0;
+    std::vector<std::string> broken;
+  };
+  const auto visit = [](const NodePtr& n) {
+    Visit v;
+    v.node = n;
+    for (const Parameter& p : n->params)
+      if (p.isReference || p.type >= scene::ValueType::Bxdf)
+        for (const std::string& s : p.strings)
+          if (!s.empty()) v.inputs.emplace_back(p.name, s.substr(0, s.find(':')));
+    return v;
+  };
+  std::unordered_set<std::string> done, active;
+  std::vector<Visit> stack{visit(terminal)};
+  while (!stack.empty()) {
+    Visit& top = stack.back();
+    if (top.next < top.inputs.size()) {
+      const auto [parameter, handle] = top.inputs[top.next++];
+      if (done.contains(handle)) continue;
+      const NodePtr* found = active.contains(handle) ? nullptr : findNode(handle);
+      if (found && *found != terminal) {
+        active.insert(handle);
+        stack.push_back(visit(*found));
+        continue;
+      }
+      const bool circle = active.contains(handle) || found;
+      report(Severity::Error, circle ? "RIB-CYCLE" : "RIB-REFERENCE", top.node->pos,
+             "\"" + parameter + "\" of " + top.node->kind + " '" + top.node->handle + "' reads '" +
+                 handle.substr(0, 60) + (circle ? "', which reads it in turn" : "', which is declared nowhere above"),
+             "the parameter's default is used");
+      top.broken.push_back(parameter);
+      continue;
+    }
+    NodePtr n = top.node;
+    if (!top.broken.empty()) {
+      auto repaired = std::make_shared<scene::Node>(*n);
+      for (const std::string& name : top.broken) repaired->params.erase(name);
+      n = repaired;
+    }
+    if (stack.size() == 1) {
+      terminal = n;
+    } else {
+      active.erase(n->handle);
+      done.insert(n->handle);
+      upstream.push_back(n);
+    }
+    stack.pop_back();
+  }
+}
+
+void Interpreter::pattern(Request& r) {
+  if (auto n = node(r, true)) remember(n);
+}
+
+void Interpreter::bxdf(Request& r) {
+  auto n = node(r, true);
+  if (!n) return;
+  remember(n);  // layered materials refer to other bxdfs
+  auto network = std::make_shared<scene::Network>();
+  network->terminal = n;
+  gather(network->terminal, network->patterns);
+  edit().bxdf = std::move(network);
+}
+
+void Interpreter::displace(Request& r) {
+  auto n = node(r, true);
+  if (!n) return;
+  remember(n);
+  auto network = std::make_shared<scene::Network>();
+  network->terminal = n;
+  gather(network->terminal, network->patterns);
+  edit().displacement = std::move(network);
+}
+
+void Interpreter::lightFilter(Request& r) {
+  auto n = node(r, true);
+  if (!n) return;
+  remember(n);
+  std::erase_if(state_.lightFilters, [&](const LightFilter& f) { return f.node->handle == n->handle; });
+  state_.lightFilters.push_back({n, state_.ctm});
+}
+
+void Interpreter::addLight(scene::Light l) {
+  if (!inWorldOrObject()) {
+    ++outsideWorld_;
+    return;
+  }
+  l.id = nextId_++;
+  const bool classic = l.node->kind != "Light";
+  if (classic) {
+    if (world_) world_->classicLights.push_back(std::move(l));
+  } else if (openObjects_.empty()) {
+    world_->lights.push_back(std::move(l));
+  } else {
+    prototypes_[openObjects_.back()].lights.push_back(std::move(l));
+  }
+}
+
+void Interpreter::light(Request& r) {
+  auto n = node(r, true);
+  if (!n) return;
+  remember(n);
+  scene::Light l;
+  l.node = n;
+  l.toWorld = state_.ctm;
+  l.attributes = state_.attributes;
+  gather(l.node, l.patterns);
+  // Filters: those in force here, then those the light names and that came from an outer scope.
+  for (const LightFilter& f : state_.lightFilters) {
+    l.filters.push_back(f.node);
+    l.filterToWorld.push_back(f.toWorld);
+    std::erase_if(l.patterns, [&](const NodePtr& p) { return p->handle == f.node->handle; });
+  }
+  for (const NodePtr& p : l.patterns)
+    if (p->kind == "LightFilter") {
+      l.filters.push_back(p);
+      l.filterToWorld.push_back(state_.ctm);
+    }
+  std::erase_if(l.patterns, [](const NodePtr& p) { return p->kind == "LightFilter"; });
+  std::string plugin = n->plugin;
+  for (char& c : plugin) c = char(std::tolower(static_cast<unsigned char>(c)));
+  if (plugin == "pxrmeshlight") {
+    state_.emitter =
+        std::make_shared<const scene::Light>(std::move(l));  // becomes a light with each geometry of this block
+    return;
+  }
+  state_.emitter = nullptr;
+  addLight(std::move(l));
+}
+
+void Interpreter::classicShader(Request& r) {
+  auto n = node(r, false);
+  if (!n) return;
+  reportKept(r);
+  auto& shaders = edit().classicShaders;
+  std::erase_if(shaders, [&](const NodePtr& s) { return s->kind == n->kind; });
+  shaders.push_back(std::move(n));
+}
+
+void Interpreter::lightSource(Request& r) {
+  auto n = node(r, true);
+  if (!n) return;
+  reportKept(r);
+  remember(n);
+  scene::Light l;
+  l.node = std::move(n);
+  l.toWorld = state_.ctm;
+  l.attributes = state_.attributes;
+  if (!world_ && openObjects_.empty()) {  // lights before WorldBegin stand in camera space; legal in classic files
+    keep(r);
+    return;
+  }
+  addLight(std::move(l));
+}
+
+void Interpreter::areaLightSource(Request& r) {
+  auto n = node(r, true);
+  if (!n) return;
+  reportKept(r);
+  remember(n);
+  auto l = std::make_shared<scene::Light>();
+  l->node = std::move(n);
+  l->toWorld = state_.ctm;
+  l->attributes = state_.attributes;
+  state_.emitter = l->node->plugin.empty() ? nullptr : std::shared_ptr<const scene::Light>(std::move(l));
+}
+
+// Handles that are switched off are kept as the attribute "illuminate:off".
+void Interpreter::illuminate(Request& r) {
+  Cursor c(r);
+  std::string handle;
+  double on = 1;
+  if (!c.string(handle)) return badArguments(r, "a handle and 0 or 1");
+  if (c.nextIsString()) {
+    std::string word;
+    c.string(word);
+    on = word == "off" || word == "0" ? 0 : 1;
+  } else if (!c.number(on)) {
+    return badArguments(r, "a handle and 0 or 1");
+  }
+  const Parameter* held = std::as_const(*state_.attributes).named.find("illuminate:off");
+  const bool isOff = held && std::find(held->strings.begin(), held->strings.end(), handle) != held->strings.end();
+  if (isOff == (on == 0)) return;
+  Parameter p;
+  if (held) p = *held;
+  p.name = "illuminate:off";
+  p.type = scene::ValueType::String;
+  p.isArray = true;
+  if (on == 0)
+    p.strings.push_back(handle);
+  else
+    std::erase(p.strings, handle);
+  p.arrayLength = int(p.strings.size());
+  p.pos = r.pos;
+  if (on == 0) reportKept(r);
+  if (p.strings.empty())
+    edit().named.erase("illuminate:off");
+  else
+    edit().named.set(std::move(p));
+}
+
+void Interpreter::color(Request& r) {
+  Cursor c(r);
+  double v[3];
+  if (numbers(c, 3, v, "3 numbers")) edit().color = {float(v[0]), float(v[1]), float(v[2])};
+}
+
+void Interpreter::opacity(Request& r) {
+  Cursor c(r);
+  double v[3];
+  if (r.count == 1 && r.args[0].size() == 1) {  // one number for all three
+    if (numbers(c, 1, v, "3 numbers")) edit().opacity = {float(v[0]), float(v[0]), float(v[0])};
+    return;
+  }
+  if (numbers(c, 3, v, "3 numbers")) edit().opacity = {float(v[0]), float(v[1]), float(v[2])};
+}
+
+void Interpreter::textureCoordinates(Request& r) {
+  Cursor c(r);
+  double v[8];
+  if (numbers(c, 8, v, "8 numbers")) std::copy_n(v, 8, edit().textureCoordinates.begin());
+}
+
+void Interpreter::shadingRate(Request& r) {
+  Cursor c(r);
+  double v;
+  if (!numbers(c, 1, &v, "a rate")) return;
+  if (!(v > 0)) return badArguments(r, "a rate above 0");
+  edit().shadingRate = float(v);
+}
+
+void Interpreter::shadingInterpolation(Request& r) {
+  Cursor c(r);
+  std::string v;
+  if (!c.string(v) || (v != "smooth" && v != "constant")) return badArguments(r, "\"smooth\" or \"constant\"");
+  edit().smoothShading = v == "smooth";
+}
+
+void Interpreter::matte(Request& r) {
+  Cursor c(r);
+  double v;
+  if (numbers(c, 1, &v, "0 or 1")) edit().matte = v != 0;
+}
+
+void Interpreter::sides(Request& r) {
+  Cursor c(r);
+  double v;
+  if (!numbers(c, 1, &v, "1 or 2")) return;
+  if (v != 1 && v != 2) return badArguments(r, "1 or 2");
+  edit().sides = int(v);
+}
+
+void Interpreter::orientation(Request& r) {
+  Cursor c(r);
+  std::string v;
+  c.string(v);
+  using O = scene::Attributes::Orientation;
+  if (v == "outside")
+    edit().orientation = O::Outside;
+  else if (v == "inside")
+    edit().orientation = O::Inside;
+  else if (v == "lh")
+    edit().orientation = O::LeftHanded;
+  else if (v == "rh")
+    edit().orientation = O::RightHanded;
+  else
+    badArguments(r, "\"outside\", \"inside\", \"lh\" or \"rh\"");
+}
+
+void Interpreter::reverseOrientation(Request&) {
+  scene::Attributes& a = edit();
+  a.reverseOrientation = !a.reverseOrientation;
+}
+
+namespace {
+
+struct NamedBasis {
+  const char* name;
+  int step;
+  std::array<float, 16> matrix;
+};
+// Section 7.3 of the RIB reference: rows for [t^3 t^2 t 1].
+constexpr float kSixth = 1.f / 6;
+const NamedBasis kBases[] = {
+    {"bezier", 3, {-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0}},
+    {"b-spline", 1, {-kSixth, .5f, -.5f, kSixth, .5f, -1, .5f, 0, -.5f, 0, .5f, 0, kSixth, 4 * kSixth, kSixth, 0}},
+    {"catmull-rom", 1, {-.5f, 1.5f, -1.5f, .5f, 1, -2.5f, 2, -.5f, -.5f, 0, .5f, 0, 0, 1, 0, 0}},
+    {"hermite", 2, {2, 1, -2, 1, -3, -2, 3, -1, 0, 1, 0, 0, 1, 0, 0, 0}},
+    {"power", 4, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}},
+};
+
+}  // namespace
+
+void Interpreter::basis(Request& r) {
+  Cursor c(r);
+  std::array<float, 16> matrices[2];
+  int steps[2];
+  for (int i = 0; i < 2; ++i) {
+    int usual = 3;
+    if (c.nextIsString()) {
+      std::string name;
+      const NamedBasis* found = nullptr;
+      if (c.string(name))
+        for (const NamedBasis& b : kBases)
+          if (name == b.name || (name == "bspline" && b.step == 1 && std::string_view(b.name) == "b-spline"))
+            found = &b;
+      if (!found) return badArguments(r, "a basis: bezier, b-spline, catmull-rom, hermite, power or 16 numbers");
+      matrices[i] = found->matrix;
+      usual = found->step;
+    } else {
+      double v[16];
+      if (!numbers(c, 16, v, "two bases, each with its step")) return;
+      std::copy_n(v, 16, matrices[i].begin());
+    }
+    double step = usual;
+    if (c.at < r.count && !c.nextIsString() && !numbers(c, 1, &step, "two bases, each with its step")) return;
+    if (!(step >= 1 && step <= 16)) return badArguments(r, "steps from 1 to 16");
+    steps[i] = int(step);
+  }
+  scene::Attributes& a = edit();
+  a.uBasis = matrices[0];
+  a.vBasis = matrices[1];
+  a.uStep = steps[0];
+  a.vStep = steps[1];
+}
+
+void Interpreter::trimCurve(Request& r) {
+  static const char* const kNames[] = {"ncurves", "order", "knot", "min", "max", "n", "u", "v", "w"};
+  Cursor c(r);
+  auto list = std::make_shared<scene::ParameterList>();
+  std::vector<int> ncurves, order, n;
+  size_t lengths[9] = {};
+  for (int i = 0; i < 9; ++i) {
+    const bool isInt = i == 0 || i == 1 || i == 5;
+    Parameter p;
+    p.name = kNames[i];
+    p.isArray = true;
+    p.pos = r.pos;
+    p.type = isInt ? scene::ValueType::Int : scene::ValueType::Float;
+    if (isInt ? !c.integers(p.ints) : !c.floats(p.floats)) return badArguments(r, "nine arrays");
+    for (float f : p.floats)
+      if (!std::isfinite(f)) return badArguments(r, "finite numbers");
+    lengths[i] = p.size();
+    p.arrayLength = int(std::min<size_t>(lengths[i], INT32_MAX));
+    if (i == 0) ncurves = p.ints;
+    if (i == 1) order = p.ints;
+    if (i == 5) n = p.ints;
+    list->set(std::move(p));
+  }
+  int64_t curves = 0, points = 0, knots = 0;
+  bool sane = true;
+  for (int k : ncurves) sane &= k >= 1, curves += k;
+  sane &= size_t(curves) == order.size() && size_t(curves) == n.size();
+  for (size_t k = 0; sane && k < n.size(); ++k) {
+    sane &= order[k] >= 2 && order[k] <= 64 && n[k] >= order[k];
+    points += n[k];
+    knots += int64_t(n[k]) + order[k];
+  }
+  const auto has = [&](int i, int64_t wanted) { return lengths[i] == size_t(wanted); };
+  if (!sane || !has(2, knots) || !has(3, curves) || !has(4, curves) || !has(6, points) || !has(7, points) ||
+      !has(8, points))
+    return badArguments(r, "arrays that fit together (loops, orders, knots, ranges, counts, u, v, w)");
+  state_.trim = ncurves.empty() ? nullptr : list;
+}
+
+}  // namespace kinora::rib

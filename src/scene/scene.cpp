@@ -1,0 +1,230 @@
+#include "scene/scene.h"
+
+#include <algorithm>
+
+namespace kinora::scene {
+
+namespace {
+
+constexpr std::array<float, 16> kBezier{-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0};
+
+template <class T>
+T* byId(std::vector<T>& v, uint32_t id) {
+  const auto it = std::find_if(v.begin(), v.end(), [id](const T& t) { return t.id == id; });
+  return it == v.end() ? nullptr : &*it;
+}
+
+template <class T>
+size_t bytesOf(const std::vector<T>& v) {
+  return v.capacity() * sizeof(T);
+}
+
+size_t bytesOf(const Transform& t) { return bytesOf(t.times) + bytesOf(t.matrices); }
+
+size_t bytesOf(const Shape& s) {
+  struct Count {
+    size_t operator()(const PolygonMesh& m) const {
+      return bytesOf(m.loopsPerFace) + bytesOf(m.verticesPerLoop) + bytesOf(m.vertices);
+    }
+    size_t operator()(const SubdivisionMesh& m) const {
+      size_t n = bytesOf(m.verticesPerFace) + bytesOf(m.vertices) + bytesOf(m.tags);
+      for (const auto& t : m.tags) n += bytesOf(t.ints) + bytesOf(t.floats);
+      return n;
+    }
+    size_t operator()(const Curves& c) const { return bytesOf(c.verticesPerCurve); }
+    size_t operator()(const NuPatch& p) const { return bytesOf(p.uKnots) + bytesOf(p.vKnots) + p.trim.bytes(); }
+    size_t operator()(const OtherPrimitive& p) const { return p.args.bytes(); }
+    size_t operator()(const Quadric&) const { return 0; }
+    size_t operator()(const Points&) const { return 0; }
+    size_t operator()(const Patch&) const { return 0; }
+    size_t operator()(const PatchMesh&) const { return 0; }
+  };
+  return std::visit(Count{}, s);
+}
+
+size_t bytesOf(const Primitive& p) {
+  size_t n =
+      sizeof p + bytesOf(p.shape) + p.primvars.bytes() + bytesOf(p.times) + bytesOf(p.motion) + bytesOf(p.toWorld);
+  for (const ParameterList& m : p.motion) n += m.bytes();
+  return n;
+}
+
+size_t facesOf(const Primitive& p) {
+  if (const auto* m = std::get_if<PolygonMesh>(&p.shape))
+    return m->loopsPerFace.empty() ? m->verticesPerLoop.size() : m->loopsPerFace.size();
+  if (const auto* m = std::get_if<SubdivisionMesh>(&p.shape)) return m->verticesPerFace.size();
+  return 0;
+}
+
+const char* requestName(const Shape& s) {
+  struct Name {
+    const char* operator()(const Quadric& q) const {
+      static const char* const kNames[] = {"Sphere",     "Cone", "Cylinder", "Hyperboloid",
+                                           "Paraboloid", "Disk", "Torus"};
+      return kNames[int(q.kind)];
+    }
+    const char* operator()(const PolygonMesh& m) const {
+      if (m.vertices.empty()) return m.loopsPerFace.empty() ? "Polygon" : "GeneralPolygon";
+      return m.loopsPerFace.empty() ? "PointsPolygons" : "PointsGeneralPolygons";
+    }
+    const char* operator()(const SubdivisionMesh&) const { return "SubdivisionMesh"; }
+    const char* operator()(const Curves&) const { return "Curves"; }
+    const char* operator()(const Points&) const { return "Points"; }
+    const char* operator()(const Patch&) const { return "Patch"; }
+    const char* operator()(const PatchMesh&) const { return "PatchMesh"; }
+    const char* operator()(const NuPatch&) const { return "NuPatch"; }
+    const char* operator()(const OtherPrimitive& p) const { return p.request.c_str(); }
+  };
+  return std::visit(Name{}, s);
+}
+
+}  // namespace
+
+Attributes::Attributes() : uBasis(kBezier), vBasis(kBezier) {}
+
+std::string Primitive::name() const {
+  if (attributes) {
+    std::string n = attributes->named.getString("identifier:name", "");
+    if (n.empty()) n = attributes->named.getString("identifier:object", "");
+    if (!n.empty()) return n;
+  }
+  std::string n = requestName(shape);
+  if (pos.file) n += " at " + pos.str();
+  return n;
+}
+
+bool Scene::setPrimitiveTransform(uint32_t id, const Transform& t) {
+  for (PrimitivePtr& p : primitives)
+    if (p->id == id) {
+      auto edited = std::make_shared<Primitive>(*p);
+      edited->toWorld = t;
+      edited->revision = ++revision;
+      p = std::move(edited);
+      return true;
+    }
+  return false;
+}
+
+bool Scene::setPrimitiveAttributes(uint32_t id, AttributesPtr a) {
+  for (PrimitivePtr& p : primitives)
+    if (p->id == id) {
+      auto edited = std::make_shared<Primitive>(*p);
+      edited->attributes = std::move(a);
+      edited->revision = ++revision;
+      p = std::move(edited);
+      return true;
+    }
+  return false;
+}
+
+bool Scene::replacePrimitive(uint32_t id, Primitive replacement) {
+  for (PrimitivePtr& p : primitives)
+    if (p->id == id) {
+      replacement.id = id;
+      replacement.revision = ++revision;
+      p = std::make_shared<Primitive>(std::move(replacement));
+      return true;
+    }
+  return false;
+}
+
+bool Scene::removePrimitive(uint32_t id) {
+  const auto it =
+      std::find_if(primitives.begin(), primitives.end(), [id](const PrimitivePtr& p) { return p->id == id; });
+  if (it == primitives.end()) return false;
+  primitives.erase(it);
+  ++revision;
+  return true;
+}
+
+bool Scene::setInstanceTransform(uint32_t id, const Transform& t) {
+  Instance* i = byId(instances, id);
+  if (!i) return false;
+  i->toWorld = t;
+  i->revision = ++revision;
+  return true;
+}
+
+bool Scene::setLight(uint32_t id, Light l) {
+  Light* held = byId(lights, id);
+  if (!held) return false;
+  l.id = id;
+  l.revision = ++revision;
+  *held = std::move(l);
+  return true;
+}
+
+bool Scene::setCamera(size_t index, Camera c) {
+  if (index >= cameras.size()) return false;
+  cameras[index] = std::move(c);
+  ++revision;
+  return true;
+}
+
+uint32_t Scene::add(Primitive p) {
+  p.id = nextId++;
+  p.revision = ++revision;
+  primitives.push_back(std::make_shared<Primitive>(std::move(p)));
+  return primitives.back()->id;
+}
+
+uint32_t Scene::add(Light l) {
+  l.id = nextId++;
+  l.revision = ++revision;
+  lights.push_back(std::move(l));
+  return lights.back().id;
+}
+
+uint32_t Scene::add(Instance i) {
+  i.id = nextId++;
+  i.revision = ++revision;
+  instances.push_back(std::move(i));
+  return instances.back().id;
+}
+
+size_t Scene::bytes() const { return statistics().bytes; }
+
+SceneStatistics Scene::statistics() const {
+  SceneStatistics s;
+  const Attributes* last = nullptr;  // objects that share attributes mostly follow each other
+  size_t n = sizeof *this + options.bytes() + bytesOf(primitives) + bytesOf(instances) + bytesOf(prototypes) +
+             bytesOf(lights) + bytesOf(classicLights) + bytesOf(kept);
+  const auto addAttributes = [&](const AttributesPtr& a) {
+    if (a && a.get() != last) n += sizeof(Attributes) + a->named.size() * sizeof(std::shared_ptr<Parameter>);
+    last = a.get();
+  };
+  const auto addPrimitive = [&](const Primitive& p) {
+    n += bytesOf(p);
+    addAttributes(p.attributes);
+    s.faces += facesOf(p);
+    ++s.primitives;
+  };
+  const auto addInstances = [&](const std::vector<Instance>& list) {
+    for (const Instance& i : list) {
+      n += bytesOf(i.toWorld);
+      addAttributes(i.attributes);
+    }
+    s.instances += list.size();
+  };
+  for (const auto& p : primitives) addPrimitive(*p);
+  addInstances(instances);
+  for (const Prototype& o : prototypes) {
+    n += bytesOf(o.primitives) + bytesOf(o.instances) + bytesOf(o.lights);
+    for (const auto& p : o.primitives) addPrimitive(*p);
+    addInstances(o.instances);
+    s.lights += o.lights.size();
+  }
+  for (const auto* list : {&lights, &classicLights})
+    for (const Light& l : *list) {
+      n += bytesOf(l.toWorld) + (l.node ? sizeof(Node) + l.node->params.bytes() : 0);
+      if (l.geometry) n += bytesOf(*l.geometry);
+    }
+  for (const KeptRequest& k : kept) n += k.params.bytes();
+  s.lights += lights.size() + classicLights.size();
+  s.prototypes = prototypes.size();
+  s.kept = kept.size();
+  s.bytes = n;
+  return s;
+}
+
+}  // namespace kinora::scene
