@@ -390,8 +390,9 @@ void Film::resolvePixel(int channel, int x, int y, float* out) const {
   switch (ch.reducer) {
     case Reducer::Sum: {
       const double weight = std::ldexp(double(ofHalf(kWeight, kWeightEven)), kWeightStepLog2);
-      // Filters with negative lobes: with few samples the weights can cancel. Their expected sum is the count.
-      const double divisor = std::fabs(weight) >= 0.25 * count ? weight : count;
+      // Filters with negative lobes: the weights of few samples can cancel. Their expected sum is the count, which is
+      // the better divisor below half of it (measured: docs/performance.md, "Pixel filters").
+      const double divisor = std::fabs(weight) >= 0.5 * count ? weight : count;
       scale = divisor != 0 ? ch.step() / divisor : 0;
       break;
     }
