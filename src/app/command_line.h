@@ -1,5 +1,5 @@
-// What the commands' option parsers share. Called by each command; it prints help and version itself and turns a mistake
-// into one message with exit code 2. It knows no option of any command.
+// What the commands' option parsers share. Called by each command; it prints help and version itself and turns a
+// mistake into one message with exit code 2. It knows no option of any command.
 #pragma once
 #include <memory>
 #include <optional>

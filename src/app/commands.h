@@ -1,5 +1,5 @@
-// The commands of the program, one source file each. Called by main.cpp with the arguments after the command's name; each
-// returns an exit code (exit_codes.h). They print results on standard output and messages on standard error.
+// The commands of the program, one source file each. Called by main.cpp with the arguments after the command's name;
+// each returns an exit code (exit_codes.h). They print results on standard output and messages on standard error.
 #pragma once
 #include <string>
 #include <vector>

@@ -6,13 +6,13 @@ namespace kinora::app {
 
 enum ExitCode : int {
   kComplete = 0,
-  kDiffers = 1,         // `diff` only: over a threshold
+  kDiffers = 1,  // `diff` only: over a threshold
   kBadCommandLine = 2,
-  kBadScene = 3,        // cannot be read, or holds nothing to render
-  kMissingAsset = 4,    // under --strict
+  kBadScene = 3,      // cannot be read, or holds nothing to render
+  kMissingAsset = 4,  // under --strict
   kOutOfMemory = 5,
   kCannotWrite = 6,
-  kInterrupted = 7,     // what was asked to be kept was kept
+  kInterrupted = 7,  // what was asked to be kept was kept
   kInternal = 8,
   kUnsupportedCpu = 9
 };

@@ -1,5 +1,5 @@
-// Names of files of several frames: `####` stands for the padded frame number. Used by the render command; it touches no
-// file.
+// Names of files of several frames: `####` stands for the padded frame number. Used by the render command; it touches
+// no file.
 #pragma once
 #include <string>
 

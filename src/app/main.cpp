@@ -7,9 +7,10 @@
 
 int main(int count, char** values) {
   if (!kinora::cpuHasAvx2()) {
-    std::fputs("kinora: error APP-CPU: this CPU lacks AVX2, FMA, BMI2 or F16C; stopped; Kinora needs an x86-64 CPU of "
-               "2013 or later\n",
-               stderr);
+    std::fputs(
+        "kinora: error APP-CPU: this CPU lacks AVX2, FMA, BMI2 or F16C; stopped; Kinora needs an x86-64 CPU of "
+        "2013 or later\n",
+        stderr);
     return kinora::app::kUnsupportedCpu;
   }
   return kinora::app::runProgram({values + 1, values + count});

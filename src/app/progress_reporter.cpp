@@ -26,12 +26,12 @@ std::string asBytes(uint64_t bytes) {
   double value = double(bytes) / 1000;
   size_t unit = 0;
   while (value >= 999.5 && unit + 1 < std::size(kUnits)) value /= 1000, ++unit;
-  return fmt::format(value < 9.95 ? "{:.1f} {}" : "{:.0f} {}", value, kUnits[unit]);
+  return fmt::format("{:.{}f} {}", value, value < 9.95 ? 1 : 0, kUnits[unit]);
 }
 
 std::string progressLine(const render::Progress& p, const std::string& label) {
-  return fmt::format("{}{:3} %  {}/{} samples  {} so far  {} left  {}", label.empty() ? "" : label + "  ", percentOf(p),
-                     p.samplesDone, p.samplesWanted, asClock(p.seconds), asClock(p.secondsLeft),
+  return fmt::format("{}{:3} %  {}/{} samples  {} so far  {} left  {}", label.empty() ? "" : label + "  ",
+                     percentOf(p), p.samplesDone, p.samplesWanted, asClock(p.seconds), asClock(p.secondsLeft),
                      asBytes(p.memoryBytes));
 }
 
@@ -40,8 +40,10 @@ std::string progressJson(const render::Progress& p, const std::string& label) {
   if (!label.empty()) j["frame"] = label;
   j["fraction"] = std::clamp(p.fraction, 0.0, 1.0);
   j["seconds"] = p.seconds;
-  if (p.secondsLeft >= 0) j["seconds_left"] = p.secondsLeft;
-  else j["seconds_left"] = nullptr;
+  if (p.secondsLeft >= 0)
+    j["seconds_left"] = p.secondsLeft;
+  else
+    j["seconds_left"] = nullptr;
   j["memory_bytes"] = p.memoryBytes;
   j["samples_done"] = p.samplesDone;
   j["samples_wanted"] = p.samplesWanted;

@@ -26,8 +26,8 @@ class ProgressReporter {
   ProgressMode mode_;
   std::FILE* to_;
   std::string label_;
-  int percent_ = -1;           // last one shown
-  double shownAt_ = -1;        // seconds of the frame
+  int percent_ = -1;     // last one shown
+  double shownAt_ = -1;  // seconds of the frame
   bool isLineOpen_ = false;
 };
 

@@ -74,11 +74,15 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     if (equals == std::string::npos || !isOneOf(kind, {"texture", "archive", "plugin"}))
       return "--search-path '" + path + "' is not KIND=DIRS with texture, archive or plugin as KIND";
     for (std::string& directory : splitPath(path.substr(equals + 1)))
-      (kind == "texture" ? s.texturePath : kind == "archive" ? out.archivePath : out.pluginPath)
+      (kind == "texture"   ? s.texturePath
+       : kind == "archive" ? out.archivePath
+                           : out.pluginPath)
           .push_back(std::move(directory));
   }
-  static const std::map<std::string, ProgressMode> kModes{{"auto", ProgressMode::Auto},   {"bar", ProgressMode::Bar},
-                                                          {"lines", ProgressMode::Lines}, {"json", ProgressMode::Json},
+  static const std::map<std::string, ProgressMode> kModes{{"auto", ProgressMode::Auto},
+                                                          {"bar", ProgressMode::Bar},
+                                                          {"lines", ProgressMode::Lines},
+                                                          {"json", ProgressMode::Json},
                                                           {"none", ProgressMode::None}};
   const auto mode = kModes.find(texts.progress);
   if (mode == kModes.end()) return "--progress '" + texts.progress + "' is not auto, bar, lines, json or none";
@@ -108,17 +112,22 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   render::Settings& s = out.settings;
   Texts texts;
   // each use takes one value, so that a file may follow
-  const auto list = [](CLI::Option* option) { option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll); };
+  const auto list = [](CLI::Option* option) {
+    option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  };
 
   app.add_option("FILE", out.files, "RIB files; - is standard input")->required();
   app.add_option("-o,--output", s.output, "write the primary display here; .exr .png .tif .jpg")->type_name("FILE");
   app.add_option("-t,--threads", s.threads, "worker threads; 0: all, -N: all but N")
-      ->type_name("N")->check(CLI::Range(-4096, 4096));
+      ->type_name("N")
+      ->check(CLI::Range(-4096, 4096));
   app.add_option("--spp", s.samplesPerPixel, "samples a pixel; overrides the scene's")
-      ->type_name("N")->check(CLI::Range(1, 1 << 24));
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 24));
   app.add_option("--res", texts.resolution, "resolution; overrides the scene's Format")->type_name("WxH");
   app.add_option("--crop", texts.crop, "part of the picture in 0..1, as CropWindow")
-      ->type_name("XMIN XMAX YMIN YMAX")->expected(4);
+      ->type_name("XMIN XMAX YMIN YMAX")
+      ->expected(4);
   app.add_option("--integrator", s.integrator, "integrator plug-in; overrides the scene's")->type_name("NAME");
   list(app.add_option("--set", texts.sets, "override a parameter or option: integrator.maxIndirectBounces=4")
            ->type_name("KIND.NAME=VALUE"));
@@ -127,16 +136,19 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("A:B");
   app.add_option("--only-sample", texts.onlySample, "replay one sample and print the events of its path")
       ->type_name("X,Y,S");
-  app.add_option("--progress", texts.progress, "auto, bar, lines, json (on standard output) or none")->type_name("MODE");
+  app.add_option("--progress", texts.progress, "auto, bar, lines, json (on standard output) or none")
+      ->type_name("MODE");
   app.add_option("--stats", out.statsFile, "write where time and memory went; .json or .txt")->type_name("FILE");
   list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
            ->type_name("DIR"));
   list(app.add_option("--search-path", texts.searchPaths, "look for texture, archive or plugin files here too")
            ->type_name("KIND=DIRS"));
   app.add_option("--width", s.width, "SIMD width: 1, 4, 8, 16; changes no pixel")
-      ->type_name("N")->check(CLI::IsMember({1, 4, 8, 16}));
+      ->type_name("N")
+      ->check(CLI::IsMember({1, 4, 8, 16}));
   app.add_option("--group-size", s.groupSize, "rays a group; changes no pixel")
-      ->type_name("N")->check(CLI::Range(1, 1 << 16));
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 16));
   app.add_option("--bucket-order", s.bucketOrder, "order of buckets; changes no pixel")->type_name("NAME");
   app.add_flag("--strict", s.strict, "a missing asset or unknown plug-in is an error (exit code 4)");
   app.add_flag("--check", out.check, "read, load and resolve everything; render nothing");

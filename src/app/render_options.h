@@ -1,5 +1,5 @@
-// The command line of `kinora render` as values. Made by render_options.cpp, used by the render command; nothing is read
-// or opened while parsing.
+// The command line of `kinora render` as values. Made by render_options.cpp, used by the render command; nothing is
+// read or opened while parsing.
 #pragma once
 #include <array>
 #include <optional>
@@ -13,13 +13,13 @@
 namespace kinora::app {
 
 struct RenderOptions {
-  std::vector<std::string> files;      // "-": standard input
-  render::Settings settings;           // `stop` is not set here
+  std::vector<std::string> files;  // "-": standard input
+  render::Settings settings;       // `stop` is not set here
   ProgressMode progress = ProgressMode::Auto;
-  std::string statsFile;               // "": none
+  std::string statsFile;                         // "": none
   std::optional<std::array<int, 3>> onlySample;  // x, y, sample
   bool check = false;
-  int quiet = 0, verbose = 0;          // how often -q and -v were given
+  int quiet = 0, verbose = 0;  // how often -q and -v were given
   std::vector<std::string> pluginPath, archivePath;
 };
 

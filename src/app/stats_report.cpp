@@ -28,10 +28,14 @@ double share(const LaneUse& l) { return ratio(double(l.active), double(l.possibl
 uint64_t raysOf(const Statistics& s, StageTime stage) {
   switch (stage) {
     case StageTime::CameraRays:
-    case StageTime::TraceCamera: return s.cameraRays;
-    case StageTime::TraceIndirect: return s.indirectRays;
-    case StageTime::TraceShadow: return s.shadowRays;
-    default: return 0;
+    case StageTime::TraceCamera:
+      return s.cameraRays;
+    case StageTime::TraceIndirect:
+      return s.indirectRays;
+    case StageTime::TraceShadow:
+      return s.shadowRays;
+    default:
+      return 0;
   }
 }
 
@@ -62,8 +66,8 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   j["outcome"] = heading.outcome;
   j["seconds"] = {{"load", s.loadSeconds}, {"build", s.buildSeconds}, {"render", s.renderSeconds}};
   if (s.firstPixelSeconds >= 0) j["seconds"]["first_pixel"] = s.firstPixelSeconds;
-  j["world"] = {{"primitives", s.primitives}, {"instances", s.instances},   {"triangles", s.triangles},
-                {"lights", s.lights},         {"materials", s.materials},   {"programs", s.programs},
+  j["world"] = {{"primitives", s.primitives}, {"instances", s.instances},          {"triangles", s.triangles},
+                {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
                 {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
   Json memory = Json::object();
   uint64_t sum = 0;
@@ -87,14 +91,14 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   for (size_t i = 0; i < size_t(StageTime::Count); ++i) {
     const double time = double(s.stageNanoseconds[i]);
     Json& stage = stages[render::nameOf(StageTime(i))];
-    stage = {{"seconds", time * 1e-9}, {"share", ratio(time, double(loop))},
+    stage = {{"seconds", time * 1e-9},
+             {"share", ratio(time, double(loop))},
              {"nanoseconds_per_ray", ratio(time, double(rays))}};
     if (const uint64_t own = raysOf(s, StageTime(i))) stage["nanoseconds_per_own_ray"] = time / double(own);
   }
   j["stages"] = stages;
-  j["lane_use"] = {{"first_hit", asJson(s.lanesFirstHit)},
-                   {"deeper", asJson(s.lanesDeeper)},
-                   {"lights", asJson(s.lanesLights)}};
+  j["lane_use"] = {
+      {"first_hit", asJson(s.lanesFirstHit)}, {"deeper", asJson(s.lanesDeeper)}, {"lights", asJson(s.lanesLights)}};
   j["shading"] = {{"points", s.shadingPoints},
                   {"groups", s.shadingGroups},
                   {"points_per_group", ratio(double(s.shadingPoints), double(s.shadingGroups))},
@@ -109,8 +113,8 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
 
 std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   std::string out;
-  const auto line = [&](auto&&... arguments) {
-    fmt::format_to(std::back_inserter(out), std::forward<decltype(arguments)>(arguments)...);
+  const auto line = [&]<class... A>(fmt::format_string<A...> form, A&&... arguments) {
+    fmt::format_to(std::back_inserter(out), form, std::forward<A>(arguments)...);
     out += '\n';
   };
   line("Kinora {}: {}, frame {}, {}", KINORA_VERSION, heading.scene, heading.frame, heading.outcome);
@@ -131,8 +135,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("  {:<34}{:>9.3f}{:>8}{:>11.1f}", "sum", double(loop) * 1e-9, "", ratio(double(loop), double(rays)));
   line("");
   line("Rays");
-  line("  camera {}, indirect {}, shadow {}, light {}; {:.2f} a sample, {:.3g} a second", s.cameraRays, s.indirectRays,
-       s.shadowRays, s.lightRays, ratio(double(rays), double(s.samples)), ratio(double(rays), s.renderSeconds));
+  line("  camera {}, indirect {}, shadow {}, light {}; {:.2f} a sample, {:.3g} a second", s.cameraRays,
+       s.indirectRays, s.shadowRays, s.lightRays, ratio(double(rays), double(s.samples)),
+       ratio(double(rays), s.renderSeconds));
   line("  hits: camera {}, indirect {}", s.cameraHits, s.indirectHits);
   line("");
   line("Lane use (active of possible lanes)");
@@ -142,8 +147,8 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        ratio(double(s.shadingPoints), double(s.shadingGroups)), s.groups);
   line("");
   line("World");
-  line("  {} primitives, {} instances, {} triangles, {} lights, {} materials of {} programs", s.primitives, s.instances,
-       s.triangles, s.lights, s.materials, s.programs);
+  line("  {} primitives, {} instances, {} triangles, {} lights, {} materials of {} programs", s.primitives,
+       s.instances, s.triangles, s.lights, s.materials, s.programs);
   line("  {} hierarchy builds, {} parts built", s.bvhBuilds, s.bvhPartsBuilt);
   line("");
   line("Memory");
@@ -161,7 +166,8 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
 
 bool writeStats(const std::string& file, const Statistics& statistics, const StatsHeading& heading,
                 Diagnostics& diagnostics) {
-  const std::string text = file.ends_with(".json") ? statsAsJson(statistics, heading) : statsAsText(statistics, heading);
+  const std::string text =
+      file.ends_with(".json") ? statsAsJson(statistics, heading) : statsAsText(statistics, heading);
   image::AtomicFile target(file);
   bool isWritten = false;
   {

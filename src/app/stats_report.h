@@ -9,16 +9,17 @@
 namespace kinora::app {
 
 struct StatsHeading {
-  std::string scene;    // files of the scene as given
+  std::string scene;  // files of the scene as given
   int frame = 0;
-  std::string outcome;  // "complete", "interrupted" ...
+  std::string outcome;             // "complete", "interrupted" ...
   uint64_t residentPeakBytes = 0;  // of the process; 0: not known
 };
 
 std::string statsAsJson(const render::Statistics& statistics, const StatsHeading& heading);
 std::string statsAsText(const render::Statistics& statistics, const StatsHeading& heading);
 
-// By the extension, .json or .txt; the file appears whole or not at all. False with a message when it cannot be written.
+// By the extension, .json or .txt; the file appears whole or not at all. False with a message when it cannot be
+// written.
 bool writeStats(const std::string& file, const render::Statistics& statistics, const StatsHeading& heading,
                 Diagnostics& diagnostics);
 
