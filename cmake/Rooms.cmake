@@ -1,9 +1,9 @@
-# A room is a folder of src/; its library takes every *.cpp but *_test.cpp and main.cpp. Tests beside the code are gathered by
-# kinora_tests(), so that adding a file to a room needs no edit here.
+# A room is a folder of src/; its library takes every *.cpp but *_test.cpp, *_main.cpp and main.cpp. Tests beside the
+# code are gathered by kinora_tests(), so that adding a file to a room needs no edit here.
 function(kinora_room name)
   cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "(_test|/main)\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "(_test|_main|/main)\\.cpp$")
   if(sources)
     add_library(kinora_${name} STATIC ${sources})
     target_include_directories(kinora_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
@@ -64,8 +64,23 @@ function(kinora_app)
   set_target_properties(kinora PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 endfunction()
 
-# Tests: one program per room (src/<room>/*_test.cpp), and the folders of tests/: a folder with a CMakeLists.txt says
-# itself what it needs, any other is one program of its *_test.cpp over the whole renderer.
+# The testing kit's program, for authors of plug-ins.
+function(kinora_check_plugin)
+  add_executable(kinora-check-plugin ${PROJECT_SOURCE_DIR}/src/testing/check_plugin_main.cpp)
+  target_link_libraries(kinora-check-plugin PRIVATE kinora_testing kinora_stock kinora_plugin)
+  install(TARGETS kinora-check-plugin RUNTIME DESTINATION bin)
+endfunction()
+
+# A test program that sees the testing kit and all stock plug-ins.
+function(kinora_test_program name)
+  add_executable(test_${name} ${ARGN})
+  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# Tests: one program per room (src/<room>/*_test.cpp), one per plug-in that has tests of its own, and the folders of
+# tests/: a folder with a CMakeLists.txt says itself what it needs, any other is one program over the whole renderer.
 function(kinora_tests)
   include(GoogleTest)
   file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
@@ -77,18 +92,22 @@ function(kinora_tests)
       gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
     endif()
   endforeach()
-  file(GLOB folders LIST_DIRECTORIES true RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*)
+  file(GLOB folders RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*)
   foreach(folder ${folders})
     file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*_test.cpp)
     if(EXISTS ${PROJECT_SOURCE_DIR}/tests/${folder}/CMakeLists.txt)
       add_subdirectory(${PROJECT_SOURCE_DIR}/tests/${folder} ${PROJECT_BINARY_DIR}/tests/${folder})
     elseif(sources)
-      add_executable(test_${folder} ${sources})
-      target_link_libraries(test_${folder} PRIVATE kinora_app GTest::gtest_main GTest::gtest)
-      if(TARGET kinora_testing)
-        target_link_libraries(test_${folder} PRIVATE kinora_testing)
-      endif()
-      gtest_discover_tests(test_${folder} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+      kinora_test_program(${folder} ${sources})
+      target_link_libraries(test_${folder} PRIVATE kinora_render kinora_rib)
+    endif()
+  endforeach()
+  file(GLOB folders ${PROJECT_SOURCE_DIR}/plugins/*/*)
+  foreach(folder ${folders})
+    file(GLOB sources CONFIGURE_DEPENDS ${folder}/*_test.cpp)
+    get_filename_component(name ${folder} NAME)
+    if(sources)
+      kinora_test_program(plugin_${name} ${sources})
     endif()
   endforeach()
   add_test(NAME check_floors COMMAND ${PROJECT_SOURCE_DIR}/tools/check_floors)

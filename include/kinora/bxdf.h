@@ -55,6 +55,11 @@ struct BxdfFunctions {
   void (*interior)(const Context*, const InteriorArgs*);                           // null: no medium behind it
 };
 
+// Descriptor::flags of a bxdf.
+enum BxdfDescriptorFlags : uint32_t {
+  kBxdfNotReciprocal = 1   // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
+};
+
 struct BxdfTraits {
   const LobeDecl* lobes;
   uint32_t lobeCount;
