@@ -53,6 +53,8 @@ struct BxdfFunctions {
   void (*albedo)(const Context*, const void* closure, float* const rgb[3]);         // for the albedo channel; null: black
   void (*presence)(const Context*, float* presence);                               // 0..1; null: always 1
   void (*interior)(const Context*, const InteriorArgs*);                           // null: no medium behind it
+  // What a straight "thin" shadow ray keeps where the surface is present (tinted glass); null: nothing.
+  void (*thinShadow)(const Context*, float* const rgb[3]);
 };
 
 // Descriptor::flags of a bxdf.

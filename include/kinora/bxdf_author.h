@@ -247,6 +247,7 @@ struct BxdfRunner {
     if constexpr (requires { typename B::template HasEmission<W>; }) f.emission = &emission<W>;
     if constexpr (requires { &B::presence; }) f.presence = &B::presence;
     if constexpr (requires { &B::interior; }) f.interior = &B::interior;
+    if constexpr (requires { &B::template thinShadow<W>; }) f.thinShadow = &B::template thinShadow<W>;
     return f;
   }
 };

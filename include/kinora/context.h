@@ -87,7 +87,7 @@ struct Context {
   const float* wo[3];             // unit, towards where the path came from
   const float* radius;            // path footprint at the hit: radius, render units
   const float* spread;            // growth of the radius per unit distance
-  const float* time;              // shutter time, scene units
+  const float* time;              // 0..1 over the shutter
   const float* bias;              // distance by which rays leaving the surface start off it, render units
   const uint32_t* entering;       // ~0: wo is outside the object (the side its outward normal points to), 0: inside
   const float* outerIor;          // index of refraction around the object (1 in empty space)
@@ -97,7 +97,7 @@ struct Context {
   // Lobes. The host maps each declared lobe of the bxdf to a slot that active outputs tell apart.
   uint32_t lobeCount, slotCount;
   const uint8_t* slotOfLobe;      // lobeCount
-  const uint16_t* eventOfSlot;    // slotCount: event code of the light path automaton
+  const uint16_t* eventOfSlot;    // slotCount: event code of the light path automaton; bit 0: the slot is specular
   const struct BxdfFunctions* bxdf;
   void* closure;                  // bound by the host before the integrator sees the context
   const ContextFunctions* fn;

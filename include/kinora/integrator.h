@@ -3,7 +3,7 @@
 // All spans have `capacity` elements rounded up to kPad, in the group's arena. Render space.
 #pragma once
 #include <kinora/bxdf.h>
-#include <kinora/random.h>
+#include <kinora/sample_table.h>
 
 namespace kinora {
 
@@ -93,6 +93,7 @@ struct ShadowRays {
   const float* tMax;
   const float* time;
   const uint32_t* slot;
+  uint32_t thin;                  // 1: straight tinted shadows through glass (stock default where caustics are off)
   float* transmittance[3];        // out
 };
 

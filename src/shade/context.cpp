@@ -1,0 +1,466 @@
+// What a Context answers: parameters (constants, gathered blocks, networks), built-ins, primvars, textures, matrices.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shade/context_host.h"
+#include "texture/texture_system.h"
+
+namespace kinora::shade {
+
+namespace {
+
+void* alloc(const Context* c, size_t bytes) { return ContextHost::of(c).group->arena().allocate(bytes); }
+
+float* floats(const Context* c) { return static_cast<float*>(alloc(c, c->padded * sizeof(float))); }
+
+Value constantValue(const float* v, uint32_t components) {
+  Value r;
+  r.components = components;
+  for (uint32_t k = 0; k < components; ++k) r.data[k] = v + k;
+  return r;
+}
+
+Value param(const Context* c, uint32_t index) {
+  ContextHost& h = ContextHost::of(c);
+  const ParamSource& s = h.program->nodes[h.node].params[index];
+  switch (s.from) {
+    case ParamSource::From::Constant: return constantValue(s.constant, s.components);
+    case ParamSource::From::Gathered: {
+      Value r;
+      r.components = s.components;
+      r.stride = 1;
+      const float* blocks = h.program->blocks.data();
+      const size_t width = h.program->blockFloats;
+      for (uint32_t k = 0; k < s.components; ++k) {
+        float* out = floats(c);
+        const float* base = blocks + s.offset + k;
+        for (uint32_t i = 0; i < c->padded; ++i) out[i] = base[h.block[i] * width];
+        r.data[k] = out;
+      }
+      return r;
+    }
+    case ParamSource::From::Connected: break;
+  }
+  h.evaluate(c, s.node);
+  Value v = h.outputs[h.firstOutput[s.node] + s.output];
+  if (!v.data[0]) return constantValue(s.constant, s.components);
+  if (v.components == s.components) return v;
+  if (v.components == 1) {           // a float feeds all components
+    v.components = s.components;
+    for (uint32_t k = 1; k < s.components; ++k) v.data[k] = v.data[0];
+    return v;
+  }
+  // a colour feeds a float by its luminance-free average
+  Value r;
+  r.components = 1;
+  r.stride = v.stride;
+  const uint32_t n = v.stride ? c->padded : 1;
+  float* out = floats(c);
+  for (uint32_t i = 0; i < n; ++i) out[i] = (v.data[0][i] + v.data[1][i] + v.data[2][i]) * (1.f / 3.f);
+  r.data[0] = out;
+  return r;
+}
+
+const Manifold* manifold(const Context* c, uint32_t index) {
+  ContextHost& h = ContextHost::of(c);
+  const ParamSource& s = h.program->nodes[h.node].params[index];
+  if (s.from != ParamSource::From::Connected) return nullptr;
+  h.evaluate(c, s.node);
+  const Manifold* m = &h.manifolds[h.firstOutput[s.node] + s.output];
+  return m->q.data[0] ? m : nullptr;
+}
+
+const char* text(const Context* c, uint32_t index) {
+  ContextHost& h = ContextHost::of(c);
+  return h.program->nodes[h.node].params[index].text;
+}
+
+uint32_t list(const Context* c, uint32_t index, const float** numbers) {
+  ContextHost& h = ContextHost::of(c);
+  const std::vector<float>& l = h.program->nodes[h.node].params[index].list;
+  *numbers = l.data();
+  return uint32_t(l.size());
+}
+
+// The triangle under a point, with its corners in render space.
+struct Corner {
+  const geometry::Mesh* mesh;
+  const GeometryInfo* info;
+  uint32_t triangle, face, v[3];
+  float b[3];
+  trace::Affine toRender;
+  bool identity;
+};
+
+Corner cornerOf(const ContextHost& h, const Context* c, uint32_t point) {
+  const Group& g = h.group->group();
+  const uint32_t s = h.slot[point];
+  const trace::World& w = *h.group->world().world;
+  Corner k;
+  k.mesh = &w.mesh(g.hits.geometry[s]);
+  k.info = &h.group->world().geometries[g.hits.geometry[s]];
+  k.triangle = g.hits.primitive[s];
+  k.face = k.mesh->faceOfTriangle.empty() ? k.triangle : k.mesh->faceOfTriangle[k.triangle];
+  for (int i = 0; i < 3; ++i) k.v[i] = k.mesh->indices[3 * size_t(k.triangle) + i];
+  k.b[1] = g.hits.u[s];
+  k.b[2] = g.hits.v[s];
+  k.b[0] = 1.f - k.b[1] - k.b[2];
+  const trace::Instance& inst = w.instance(g.hits.instance[s]);
+  k.identity = inst.baked;
+  if (!k.identity) k.toRender = w.objectToRender(g.hits.instance[s], c->time[point]);
+  return k;
+}
+
+void edges(const Corner& k, float e1[3], float e2[3]) {
+  const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
+  const float a[3] = {p1->x - p0->x, p1->y - p0->y, p1->z - p0->z}, b[3] = {p2->x - p0->x, p2->y - p0->y, p2->z - p0->z};
+  if (k.identity) {
+    std::memcpy(e1, a, 12);
+    std::memcpy(e2, b, 12);
+    return;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const float* m = k.toRender.m[i];
+    e1[i] = m[0] * a[0] + m[1] * a[1] + m[2] * a[2];
+    e2[i] = m[0] * b[0] + m[1] * b[1] + m[2] * b[2];
+  }
+}
+
+void patchUV(const Corner& k, float uv[3][2]) {
+  static constexpr float kDefault[3][2] = {{0, 0}, {1, 0}, {0, 1}};
+  for (int i = 0; i < 3; ++i) {
+    if (!k.mesh->cornerUV.empty()) {
+      const Imath::V2f& p = k.mesh->cornerUV[3 * size_t(k.triangle) + i];
+      uv[i][0] = p.x; uv[i][1] = p.y;
+    } else if (!k.mesh->vertexUV.empty()) {
+      const Imath::V2f& p = k.mesh->vertexUV[k.v[i]];
+      uv[i][0] = p.x; uv[i][1] = p.y;
+    } else {
+      uv[i][0] = kDefault[i][0]; uv[i][1] = kDefault[i][1];
+    }
+  }
+}
+
+const float* primvarAt(const geometry::Primvar& p, const Corner& k, int corner) {
+  switch (p.rate) {
+    case geometry::Primvar::Rate::Constant: return p.data.data();
+    case geometry::Primvar::Rate::PerFace: return p.data.data() + size_t(k.face) * p.width;
+    case geometry::Primvar::Rate::PerVertex: return p.data.data() + size_t(k.v[corner]) * p.width;
+    case geometry::Primvar::Rate::PerCorner: return p.data.data() + (3 * size_t(k.triangle) + corner) * p.width;
+  }
+  return p.data.data();
+}
+
+// Footprint in units of a parameter that changes by f1, f2 along the triangle's edges: ratio of areas.
+float scaleOf(const float e1[3], const float e2[3], float f1x, float f1y, float f2x, float f2y) {
+  const float cx = e1[1] * e2[2] - e1[2] * e2[1], cy = e1[2] * e2[0] - e1[0] * e2[2], cz = e1[0] * e2[1] - e1[1] * e2[0];
+  const float area = std::sqrt(cx * cx + cy * cy + cz * cz);
+  return area > 0 ? std::sqrt(std::fabs(f1x * f2y - f1y * f2x) / area) : 0.f;
+}
+
+// Texture coordinates of the three corners: primvar st, else s and t, else the patch parameters.
+void textureCoordinates(const Corner& k, float st[3][2]) {
+  if (const geometry::Primvar* p = k.info->st) {
+    for (int i = 0; i < 3; ++i) {
+      const float* v = primvarAt(*p, k, i);
+      st[i][0] = v[0]; st[i][1] = v[1];
+    }
+    return;
+  }
+  if (const geometry::Primvar *s = k.info->s, *t = k.info->t; s && t) {
+    for (int i = 0; i < 3; ++i) { st[i][0] = *primvarAt(*s, k, i); st[i][1] = *primvarAt(*t, k, i); }
+    return;
+  }
+  patchUV(k, st);
+}
+
+float mix(const Corner& k, float a, float b, float c) { return k.b[0] * a + k.b[1] * b + k.b[2] * c; }
+
+// dP along the first and second of two parameters given at the corners.
+void derivatives(const float e1[3], const float e2[3], const float uv[3][2], float du[3], float dv[3]) {
+  const float a = uv[1][0] - uv[0][0], b = uv[1][1] - uv[0][1], c = uv[2][0] - uv[0][0], d = uv[2][1] - uv[0][1];
+  const float det = a * d - b * c;
+  const float inv = std::fabs(det) > 1e-20f ? 1.f / det : 0.f;
+  for (int i = 0; i < 3; ++i) {
+    du[i] = inv ? (d * e1[i] - b * e2[i]) * inv : e1[i];
+    dv[i] = inv ? (a * e2[i] - c * e1[i]) * inv : e2[i];
+  }
+}
+
+Value builtin(const Context* c, Builtin id) {
+  ContextHost& h = ContextHost::of(c);
+  if (h.haveBuiltin[size_t(id)]) return h.builtins[size_t(id)];
+  const auto keep = [&](Builtin b, std::initializer_list<float*> arrays) {
+    Value v;
+    for (float* a : arrays) v.data[v.components++] = a;
+    v.stride = 1;
+    h.builtins[size_t(b)] = v;
+    h.haveBuiltin[size_t(b)] = true;
+  };
+  const uint32_t n = c->padded;
+  switch (id) {
+    case Builtin::U: case Builtin::V: {
+      float *u = floats(c), *v = floats(c);
+      for (uint32_t i = 0; i < n; ++i) {
+        const Corner k = cornerOf(h, c, i);
+        float uv[3][2];
+        patchUV(k, uv);
+        u[i] = mix(k, uv[0][0], uv[1][0], uv[2][0]);
+        v[i] = mix(k, uv[0][1], uv[1][1], uv[2][1]);
+      }
+      keep(Builtin::U, {u});
+      keep(Builtin::V, {v});
+      break;
+    }
+    case Builtin::St: case Builtin::StRadius: {
+      float *s = floats(c), *t = floats(c), *r = floats(c);
+      for (uint32_t i = 0; i < n; ++i) {
+        const Corner k = cornerOf(h, c, i);
+        float st[3][2], e1[3], e2[3];
+        textureCoordinates(k, st);
+        edges(k, e1, e2);
+        s[i] = mix(k, st[0][0], st[1][0], st[2][0]);
+        t[i] = mix(k, st[0][1], st[1][1], st[2][1]);
+        r[i] = c->radius[i] * scaleOf(e1, e2, st[1][0] - st[0][0], st[1][1] - st[0][1], st[2][0] - st[0][0], st[2][1] - st[0][1]);
+      }
+      keep(Builtin::St, {s, t});
+      keep(Builtin::StRadius, {r});
+      break;
+    }
+    case Builtin::DPdu: case Builtin::DPdv: {
+      float* a[6];
+      for (float*& x : a) x = floats(c);
+      for (uint32_t i = 0; i < n; ++i) {
+        const Corner k = cornerOf(h, c, i);
+        float uv[3][2], e1[3], e2[3], du[3], dv[3];
+        patchUV(k, uv);
+        edges(k, e1, e2);
+        derivatives(e1, e2, uv, du, dv);
+        for (int j = 0; j < 3; ++j) { a[j][i] = du[j]; a[3 + j][i] = dv[j]; }
+      }
+      keep(Builtin::DPdu, {a[0], a[1], a[2]});
+      keep(Builtin::DPdv, {a[3], a[4], a[5]});
+      break;
+    }
+    case Builtin::Tangent: {
+      float* a[3];
+      for (float*& x : a) x = floats(c);
+      for (uint32_t i = 0; i < n; ++i) {
+        const Corner k = cornerOf(h, c, i);
+        float st[3][2], e1[3], e2[3], du[3], dv[3];
+        textureCoordinates(k, st);
+        edges(k, e1, e2);
+        derivatives(e1, e2, st, du, dv);
+        const float N[3] = {c->N[0][i], c->N[1][i], c->N[2][i]};
+        const float along = du[0] * N[0] + du[1] * N[1] + du[2] * N[2];
+        float l2 = 0;
+        for (int j = 0; j < 3; ++j) { du[j] -= along * N[j]; l2 += du[j] * du[j]; }
+        if (!(l2 > 0)) {   // any direction perpendicular to N
+          const int axis = std::fabs(N[0]) < 0.9f ? 0 : 1;
+          float e[3] = {0, 0, 0};
+          e[axis] = 1;
+          l2 = 0;
+          for (int j = 0; j < 3; ++j) { du[j] = e[j] - N[axis] * N[j]; l2 += du[j] * du[j]; }
+        }
+        const float inv = 1.f / std::sqrt(l2);
+        for (int j = 0; j < 3; ++j) a[j][i] = du[j] * inv;
+      }
+      keep(Builtin::Tangent, {a[0], a[1], a[2]});
+      break;
+    }
+    case Builtin::Po: case Builtin::PoRadius: {
+      float* a[4];
+      for (float*& x : a) x = floats(c);
+      const trace::World& w = *h.group->world().world;
+      const Group& g = h.group->group();
+      for (uint32_t i = 0; i < n; ++i) {
+        const Corner k = cornerOf(h, c, i);
+        float p[3];
+        float scale = 1;
+        if (k.identity) {
+          const trace::Affine& back = h.group->world().placements[w.instance(g.hits.instance[h.slot[i]]).user].renderToObject;
+          const float q[3] = {c->P[0][i], c->P[1][i], c->P[2][i]};
+          back.point(q, p);
+          const float det = back.m[0][0] * (back.m[1][1] * back.m[2][2] - back.m[1][2] * back.m[2][1]) -
+                            back.m[0][1] * (back.m[1][0] * back.m[2][2] - back.m[1][2] * back.m[2][0]) +
+                            back.m[0][2] * (back.m[1][0] * back.m[2][1] - back.m[1][1] * back.m[2][0]);
+          scale = std::cbrt(std::fabs(det));
+        } else {
+          const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
+          for (int j = 0; j < 3; ++j) p[j] = mix(k, (*p0)[j], (*p1)[j], (*p2)[j]) + float(k.mesh->origin[j]);
+          float e1[3], e2[3];
+          edges(k, e1, e2);
+          const Imath::V3f o1 = *p1 - *p0, o2 = *p2 - *p0;
+          const float ox = o1.y * o2.z - o1.z * o2.y, oy = o1.z * o2.x - o1.x * o2.z, oz = o1.x * o2.y - o1.y * o2.x;
+          const float rx = e1[1] * e2[2] - e1[2] * e2[1], ry = e1[2] * e2[0] - e1[0] * e2[2], rz = e1[0] * e2[1] - e1[1] * e2[0];
+          const float render = ox * ox + oy * oy + oz * oz, object = rx * rx + ry * ry + rz * rz;
+          scale = object > 0 ? std::sqrt(std::sqrt(render / object)) : 1.f;
+        }
+        for (int j = 0; j < 3; ++j) a[j][i] = p[j];
+        a[3][i] = c->radius[i] * scale;
+      }
+      keep(Builtin::Po, {a[0], a[1], a[2]});
+      keep(Builtin::PoRadius, {a[3]});
+      break;
+    }
+    case Builtin::Pworld: {
+      float* a[3];
+      for (int j = 0; j < 3; ++j) {
+        a[j] = floats(c);
+        const double o = h.group->world().worldOrigin[j];
+        for (uint32_t i = 0; i < n; ++i) a[j][i] = float(c->P[j][i] + o);
+      }
+      keep(Builtin::Pworld, {a[0], a[1], a[2]});
+      break;
+    }
+    case Builtin::ObjectId: case Builtin::Count: {
+      float* a = floats(c);
+      const ShadingWorld& w = h.group->world();
+      const Group& g = h.group->group();
+      for (uint32_t i = 0; i < n; ++i) {
+        const uint32_t s = h.slot[i];
+        const uint32_t own = w.geometries[g.hits.geometry[s]].objectId;
+        a[i] = float(own ? own : w.placements[w.world->instance(g.hits.instance[s]).user].objectId);
+      }
+      keep(Builtin::ObjectId, {a});
+      break;
+    }
+  }
+  return h.builtins[size_t(id)];
+}
+
+Value primvar(const Context* c, const char* name, Value* radius) {
+  ContextHost& h = ContextHost::of(c);
+  const uint32_t n = c->padded;
+  Value out;
+  // the width of the first point's primvar holds for all; objects without it give 0
+  uint32_t width = 0;
+  scene::ValueType type = scene::ValueType::Float;
+  const geometry::Mesh* last = nullptr;
+  const geometry::Primvar* p = nullptr;
+  float* a[3] = {nullptr, nullptr, nullptr};
+  float* r = nullptr;
+  for (uint32_t i = 0; i < n; ++i) {
+    const Corner k = cornerOf(h, c, i);
+    if (k.mesh != last) {
+      last = k.mesh;
+      p = k.mesh->find(name);
+      if (p && (p->data.empty() || p->width < 1)) p = nullptr;
+    }
+    if (!p) {
+      for (uint32_t j = 0; j < width; ++j) a[j][i] = 0;
+      if (r) r[i] = 0;
+      continue;
+    }
+    if (!width) {
+      width = uint32_t(std::min(p->width, 3));
+      type = p->type;
+      for (uint32_t j = 0; j < width; ++j) {
+        a[j] = floats(c);
+        std::fill_n(a[j], n, 0.f);
+      }
+      if (radius) {
+        r = floats(c);
+        std::fill_n(r, n, 0.f);
+      }
+    }
+    const float *v0 = primvarAt(*p, k, 0), *v1 = primvarAt(*p, k, 1), *v2 = primvarAt(*p, k, 2);
+    float f[3] = {0, 0, 0};
+    const uint32_t w = std::min<uint32_t>(width, uint32_t(p->width));
+    for (uint32_t j = 0; j < w; ++j) f[j] = mix(k, v0[j], v1[j], v2[j]);
+    if (width == 3 && !k.identity && (type == scene::ValueType::Point || type == scene::ValueType::Vector || type == scene::ValueType::Normal)) {
+      float q[3];
+      if (type == scene::ValueType::Normal) {
+        const trace::Affine inv = k.toRender.inverse();
+        for (int j = 0; j < 3; ++j) q[j] = inv.m[0][j] * f[0] + inv.m[1][j] * f[1] + inv.m[2][j] * f[2];
+      } else {
+        for (int j = 0; j < 3; ++j)
+          q[j] = k.toRender.m[j][0] * f[0] + k.toRender.m[j][1] * f[1] + k.toRender.m[j][2] * f[2] +
+                 (type == scene::ValueType::Point ? k.toRender.t[j] : 0.f);
+      }
+      std::memcpy(f, q, 12);
+    }
+    for (uint32_t j = 0; j < width; ++j) a[j][i] = f[j];
+    if (r) {
+      float e1[3], e2[3];
+      edges(k, e1, e2);
+      if (w >= 2) {
+        r[i] = c->radius[i] * scaleOf(e1, e2, v1[0] - v0[0], v1[1] - v0[1], v2[0] - v0[0], v2[1] - v0[1]);
+      } else {
+        const float l = std::sqrt(e1[0] * e1[0] + e1[1] * e1[1] + e1[2] * e1[2]);
+        r[i] = l > 0 ? c->radius[i] * std::fabs(v1[0] - v0[0]) / l : 0.f;
+      }
+    }
+  }
+  out.components = width;
+  out.stride = 1;
+  for (uint32_t j = 0; j < width; ++j) out.data[j] = a[j];
+  if (radius) {
+    *radius = Value();
+    if (r) {
+      radius->data[0] = r;
+      radius->stride = 1;
+      radius->components = 1;
+    }
+  }
+  return out;
+}
+
+void texture(const Context* c, const Value* handles, const float* s, const float* t, const float* radius,
+             const TextureOptions* options, float* const rgba[4]) {
+  ContextHost& h = ContextHost::of(c);
+  h.group->world().textures->lookup(reinterpret_cast<const int32_t*>(handles->data[0]), handles->stride != 0, c->padded, s,
+                                    t, radius, *options, rgba);
+}
+
+int matrix(const Context* c, const char* from, const char* to, float out[16]) {
+  ContextHost& h = ContextHost::of(c);
+  const ShadingWorld& w = h.group->world();
+  bool known = true;
+  const auto toRender = [&](const char* space) {
+    scene::Matrix m;
+    if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return m;
+    if (!std::strcmp(space, "object")) {
+      const uint32_t s = h.slot[0];
+      const trace::Affine& b = w.placements[w.world->instance(h.group->group().hits.instance[s]).user].renderToObject;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) m[j][i] = b.m[i][j];
+        m[3][i] = b.t[i];
+      }
+      return m.inverse();
+    }
+    const auto it = w.spaces.find(space);
+    if (it == w.spaces.end()) {
+      known = false;
+      return m;
+    }
+    return it->second;
+  };
+  const scene::Matrix m = toRender(from) * toRender(to).inverse();
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) out[4 * i + j] = known ? float(m[i][j]) : float(i == j);
+  return known;
+}
+
+}  // namespace
+
+void ContextHost::evaluate(const Context* c, uint32_t n) {
+  if (done[n]) return;
+  done[n] = 1;
+  const ProgramNode& p = program->nodes[n];
+  if (n >= program->patterns.size() || !program->patterns[n]) return;
+  const uint32_t before = node;
+  node = n;
+  PatternArgs a;
+  a.outputCount = uint32_t(p.outputParam.size());
+  a.wanted = p.wanted.data();
+  a.outputs = outputs + firstOutput[n];
+  a.manifolds = manifolds + firstOutput[n];
+  program->patterns[n]->compute(c, &a);
+  node = before;
+}
+
+const ContextFunctions kContextFunctions{&alloc, &param, &manifold, &text, &list, &builtin, &primvar, &texture, &matrix};
+
+}  // namespace kinora::shade

@@ -1,0 +1,129 @@
+// One group of samples with all that its thread keeps for it: rays, hits, contexts, media, counters. The services that
+// integrators call (kinora/integrator.h) end here: trace with presence and media, grouping and shading, lights, shadows.
+// Used by render/, one object a thread; nothing in it is shared while it runs, but the world that it reads.
+#pragma once
+#include <kinora/integrator.h>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/arena.h"
+#include "light/light_set.h"
+#include "sampling/draw.h"
+#include "shade/material.h"
+#include "trace/world.h"
+
+namespace kinora::shade {
+
+// What shading knows of a tessellated primitive, by geometry index of the world.
+struct GeometryInfo {
+  uint32_t material = 0xffffffffu;     // none: the placement's
+  uint32_t flags = 0;
+  float side = 1;                      // -1: the mesh's normals are flipped
+  int priority = 0;                    // trace:intersectpriority
+  uint32_t objectId = 0;
+  const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;   // found once
+  std::string name;
+};
+enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMatte = 4 };
+// By placement (Instance::user).
+struct PlacementInfo {
+  uint32_t material = 0;
+  uint32_t linkSet = 0;
+  int priority = 0;
+  uint32_t objectId = 0;
+  trace::Affine renderToObject;        // at the middle of the shutter
+  std::string name;
+};
+
+// Everything shading reads of a scene; immutable while passes run.
+struct ShadingWorld {
+  std::shared_ptr<const trace::World> world;
+  std::shared_ptr<const MaterialSet> materials;
+  std::shared_ptr<const light::LightSet> lights;
+  std::vector<GeometryInfo> geometries;
+  std::vector<float> geometrySide;            // side of each geometry, for wide gathers
+  std::vector<PlacementInfo> placements;
+  std::map<std::string, scene::Matrix> spaces;   // name -> (that space to render)
+  TextureSystem* textures = nullptr;
+  double worldOrigin[3] = {0, 0, 0};
+  SampleTable samples{};
+  const film::LightPaths* paths = nullptr;
+  bool hasMedia = false, hasPresence = false;
+  uint32_t width = 8;
+  uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
+    const uint32_t m = geometries[geometry].material;
+    return m != 0xffffffffu ? m : placements[world->instance(instance).user].material;
+  }
+};
+
+// A path's media, innermost last. Small: glass in water in glass is four.
+struct MediaStack {
+  static constexpr uint32_t kDepth = 4;
+  struct Entry { uint32_t object; int priority; float ior; float absorption[3]; };
+  uint32_t count = 0;
+  Entry entries[kDepth];
+};
+
+struct GroupCounters {
+  uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
+  uint64_t points = 0, contexts = 0;
+  uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};   // active, possible
+  uint64_t mediaOverflow = 0, passThroughLimit = 0;
+  uint64_t nanoseconds[16] = {};
+};
+
+// Takes the time between marks, once a stage and group.
+struct StageClock { virtual void enter(int stage) = 0; };
+
+class GroupState {
+ public:
+  explicit GroupState(const ShadingWorld& world);
+  // Readies rays for `count` samples (multiple of 16 not required); all arrays have padded length.
+  void begin(uint32_t count, StageKind stage);
+  Group& group() { return group_; }
+  Arena& arena() { return arena_; }
+  uint32_t* seeds() { return seed_; }
+  uint32_t* indices() { return index_; }
+  int32_t* pixelX() { return px_; }
+  int32_t* pixelY() { return py_; }
+  float* weights() { return weight_; }
+  const ShadingWorld& world() const { return world_; }
+
+  // The services, see kinora/integrator.h.
+  void trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
+  uint32_t shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
+  void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
+  void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
+  void shadow(uint32_t depth, const ShadowRays* rays);
+  void cross(const Context* c, uint32_t n, const uint32_t* points);
+
+  GroupCounters counters;
+  std::function<void(const std::string&)> print;   // set while one sample is replayed: events go here
+  // Called with each first-hit context, so that render/ can write surface channels.
+  std::function<void(const Context*)> onPrimary;
+
+ private:
+  friend struct ContextHost;
+  struct Grouped;
+  void groupByProgram(uint32_t n, const uint32_t* slots, std::vector<uint32_t>& programs);
+  Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
+  bool insideHigherPriority(uint32_t slot) const;
+  void passThrough(uint32_t n, const uint32_t* slots);
+  void media(uint32_t n, const uint32_t* slots, float* const transmittance[3]);
+
+  const ShadingWorld& world_;
+  Arena arena_;
+  Group group_{};
+  uint32_t *seed_ = nullptr, *index_ = nullptr;
+  int32_t *px_ = nullptr, *py_ = nullptr;
+  float* weight_ = nullptr;
+  MediaStack* media_ = nullptr;
+  uint32_t* linkSet_ = nullptr;                // by slot, of the vertex last shaded
+  // scratch of grouping
+  std::vector<uint32_t> countOfProgram_, touched_;
+};
+
+}  // namespace kinora::shade

@@ -1,0 +1,386 @@
+#include "shade/material.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <set>
+
+#include "texture/texture_system.h"
+
+namespace kinora::shade {
+
+namespace {
+
+bool sameName(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+           return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
+         });
+}
+
+uint32_t componentsOf(Type t) {
+  switch (t) {
+    case Type::Color: case Type::Point: case Type::Vector: case Type::Normal: return 3;
+    case Type::Matrix: return 16;
+    default: return 1;
+  }
+}
+
+bool isNumeric(Type t) { return t != Type::String && t != Type::Struct; }
+
+}  // namespace
+
+ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Diagnostics& diagnostics) {
+  values_.resize(d.paramCount);
+  floats_.resize(d.paramCount);
+  strings_.resize(d.paramCount);
+  pointers_.resize(d.paramCount);
+  std::set<std::string> used;
+  for (uint32_t i = 0; i < d.paramCount; ++i) {
+    const Param& p = d.params[i];
+    const scene::Parameter* given = nullptr;
+    if (node && !(p.flags & kParamOutput))
+      for (const scene::Parameter& q : node->params)
+        if (sameName(q.name, p.name)) given = &q;
+    if (given) used.insert(given->name);
+    ParamValue& v = values_[i];
+    const uint32_t width = componentsOf(p.type);
+    bool ok = false;
+    if (given && given->isReference) {
+      if (p.flags & (kParamNotConnectable | kParamOutput)) {
+        diagnostics.warning("PARAM-NOT-CONNECTABLE", given->pos,
+                            std::string(d.name) + "." + p.name + " of '" + node->handle + "' cannot be connected",
+                            "its default is used");
+      } else {
+        v.connected = 1;
+        v.given = 1;
+        strings_[i] = given->strings;
+      }
+    } else if (given && p.type == Type::String) {
+      if (!given->strings.empty()) {
+        strings_[i] = given->strings;
+        ok = true;
+      }
+    } else if (given && isNumeric(p.type)) {
+      floats_[i] = given->floats;
+      if (floats_[i].empty()) floats_[i].assign(given->ints.begin(), given->ints.end());
+      bool finite = true;
+      for (float f : floats_[i]) finite &= (f - f) == 0.f;
+      if (!finite) {
+        diagnostics.warning("PARAM-NOT-FINITE", given->pos,
+                            std::string(d.name) + "." + p.name + " of '" + node->handle + "' is not a finite number",
+                            "its default is used");
+        floats_[i].clear();
+      } else if (p.flags & kParamArray) {
+        ok = true;
+      } else if (floats_[i].size() >= width) {
+        floats_[i].resize(width);
+        ok = true;
+      } else if (floats_[i].size() == 1 && width == 3) {
+        floats_[i].assign(3, floats_[i][0]);
+        ok = true;
+      }
+      if (!ok && finite)
+        diagnostics.warning("PARAM-TYPE", given->pos,
+                            std::string(d.name) + "." + p.name + " of '" + node->handle + "' has the wrong type or length",
+                            "its default is used");
+    } else if (given && p.type != Type::Struct) {
+      diagnostics.warning("PARAM-TYPE", given->pos,
+                          std::string(d.name) + "." + p.name + " of '" + node->handle + "' has the wrong type",
+                          "its default is used");
+    }
+    if (ok) v.given = 1;
+    if (p.type == Type::String) {
+      if (strings_[i].empty()) strings_[i] = {p.text};
+      for (const std::string& s : strings_[i]) pointers_[i].push_back(s.c_str());
+      v.strings = pointers_[i].data();
+      v.count = uint32_t(pointers_[i].size());
+    } else {
+      if (floats_[i].empty()) {
+        if (p.flags & kParamArray) floats_[i].assign(p.list, p.list + p.listCount);
+        else floats_[i].assign(p.value, p.value + std::min(width, 3u));
+      }
+      if (v.connected)
+        for (const std::string& s : strings_[i]) pointers_[i].push_back(s.c_str());
+      v.strings = pointers_[i].data();
+      v.floats = floats_[i].data();
+      v.count = uint32_t(floats_[i].size());
+    }
+  }
+  if (!node) return;
+  for (const scene::Parameter& q : node->params) {
+    if (used.count(q.name) || q.name.starts_with("__")) continue;
+    diagnostics.warning("PARAM-UNKNOWN", q.pos,
+                        std::string(d.name) + " '" + node->handle + "' has no parameter '" + q.name + "'", "ignored",
+                        std::string("kinora plugins ") + d.name + " lists what it takes");
+  }
+}
+
+struct MaterialSet::Resolved {
+  const Descriptor* plugin;
+  const scene::Node* node;
+  std::unique_ptr<ResolvedParams> values;
+  struct Link { int node = -1; uint32_t output = 0; };
+  std::vector<Link> links;     // by parameter
+};
+
+MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width)
+    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width) {}
+
+bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
+  out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
+  out.node = &node;
+  if (!out.plugin) return false;
+  out.values = std::make_unique<ResolvedParams>(*out.plugin, &node, diagnostics_);
+  out.links.resize(out.plugin->paramCount);
+  return true;
+}
+
+uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos) {
+  // objects without a bxdf differ by their Color
+  std::string variant;
+  scene::Node plain;
+  plain.kind = "Bxdf";
+  plain.plugin = "PxrDiffuse";
+  plain.handle = "default";
+  plain.pos = pos;
+  if (!network && attributes && attributes->color) {
+    scene::Parameter p;
+    p.name = "diffuseColor";
+    p.type = scene::ValueType::Color;
+    p.floats.assign(attributes->color->begin(), attributes->color->end());
+    for (float f : p.floats) variant += std::to_string(f) + ",";
+    plain.params.set(p);
+  }
+  const std::pair<const void*, std::string> id(network.get(), variant);
+  if (const auto it = known_.find(id); it != known_.end()) return it->second;
+  keepAlive_[network.get()] = network;
+
+  std::vector<Resolved> nodes;
+  std::map<std::string, int> byHandle;
+  if (network) {
+    for (const scene::NodePtr& p : network->patterns) {
+      Resolved r;
+      if (!resolve(*p, Kind::Pattern, r)) {
+        diagnostics_.warning("PLUGIN-MISSING", p->pos, "no pattern '" + p->plugin + "' (node '" + p->handle + "')",
+                             "what it feeds uses its defaults", "is its library on the plug-in path?");
+        continue;
+      }
+      nodes.push_back(std::move(r));
+      byHandle[p->handle] = int(nodes.size() - 1);
+    }
+  }
+  Resolved terminal;
+  scene::Node fallback = plain;
+  const scene::Node* node = network && network->terminal ? network->terminal.get() : &plain;
+  if (!resolve(*node, Kind::Bxdf, terminal)) {
+    diagnostics_.warning("PLUGIN-MISSING", node->pos, "no bxdf '" + node->plugin + "' (node '" + node->handle + "')",
+                         "a magenta diffuse material stands in", "is its library on the plug-in path?");
+    scene::Parameter p;
+    p.name = "diffuseColor";
+    p.type = scene::ValueType::Color;
+    p.floats = {0.8f, 0.f, 0.8f};
+    fallback.params.set(p);
+    nodes.clear();
+    byHandle.clear();
+    resolve(fallback, Kind::Bxdf, terminal);
+  }
+  nodes.push_back(std::move(terminal));
+
+  // connections
+  for (size_t n = 0; n < nodes.size(); ++n) {
+    Resolved& r = nodes[n];
+    for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
+      const ParamValue& v = r.values->values()[i];
+      if (!v.connected || !v.strings) continue;
+      const std::string ref = v.strings[0];
+      const size_t colon = ref.rfind(':');
+      const std::string handle = ref.substr(0, colon);
+      const std::string output = colon == std::string::npos ? "result" : ref.substr(colon + 1);
+      const auto it = byHandle.find(handle);
+      const auto warn = [&](const std::string& what) {
+        diagnostics_.warning("PARAM-CONNECTION", r.node->pos,
+                             std::string(r.plugin->name) + "." + r.plugin->params[i].name + " of '" + r.node->handle +
+                                 "' is connected to '" + ref + "': " + what, "its default is used");
+      };
+      if (it == byHandle.end() || size_t(it->second) >= n) {
+        warn("there is no such node before it");
+        continue;
+      }
+      const Resolved& from = nodes[size_t(it->second)];
+      uint32_t index = 0;
+      bool found = false;
+      for (uint32_t k = 0; k < from.plugin->paramCount && !found; ++k) {
+        if (!(from.plugin->params[k].flags & kParamOutput)) continue;
+        found = sameName(from.plugin->params[k].name, output);
+        if (found && (from.plugin->params[k].type == Type::Struct) != (r.plugin->params[i].type == Type::Struct)) {
+          warn("the types do not fit");
+          found = false;
+          index = ~0u;
+          break;
+        }
+        if (!found) ++index;
+      }
+      if (!found) {
+        if (index != ~0u) warn(std::string(from.plugin->name) + " has no output '" + output + "'");
+        continue;
+      }
+      r.links[i] = {it->second, index};
+    }
+  }
+  const uint32_t m = addResolved(nodes);
+  known_[id] = m;
+  return m;
+}
+
+uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
+  // The key names all that materials of one program have in common.
+  std::string key;
+  const auto put = [&](const void* p, size_t n) { key.append(static_cast<const char*>(p), n); };
+  const Resolved& last = nodes.back();
+  const auto* traits = static_cast<const BxdfTraits*>(last.plugin->traits);
+  const bool encloses = traits && traits->enclosesMedium &&
+                        traits->enclosesMedium(last.values->values(), last.values->count());
+  bool opaque = true;
+  if (traits && traits->presenceParam >= 0) {
+    const ParamValue& v = last.values->values()[traits->presenceParam];
+    opaque = last.links[size_t(traits->presenceParam)].node < 0 && v.count && v.floats[0] >= 1.f;
+  }
+  for (const Resolved& r : nodes) {
+    put(&r.plugin, sizeof r.plugin);
+    for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
+      const Param& p = r.plugin->params[i];
+      if (p.flags & kParamOutput) continue;
+      const ParamValue& v = r.values->values()[i];
+      if (r.links[i].node >= 0) {
+        put("c", 1);
+        put(&r.links[i], sizeof r.links[i]);
+      } else if (p.type == Type::String && !(p.flags & kParamFile)) {
+        for (uint32_t k = 0; k < v.count; ++k) { key += v.strings[k]; key += '\1'; }
+      } else if (p.flags & kParamFixed) {
+        put(v.floats, v.count * sizeof(float));
+        key += '\2';
+      } else {
+        key += 'v';
+      }
+    }
+  }
+  if (traits && traits->programKey) {
+    const uint64_t k = traits->programKey(last.values->values(), last.values->count());
+    put(&k, sizeof k);
+  }
+  key += opaque ? 'o' : 'p';
+  key += encloses ? 'e' : '-';
+
+  uint32_t program;
+  if (const auto it = programOfKey_.find(key); it != programOfKey_.end()) {
+    program = it->second;
+  } else {
+    program = uint32_t(programs_.size());
+    programOfKey_[key] = program;
+    auto made = std::make_unique<Program>();
+    Program& p = *made;
+    p.traits = traits;
+    p.opaque = opaque;
+    p.encloses = encloses;
+    p.bxdf = static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_));
+    for (const Resolved& r : nodes) {
+      ProgramNode n;
+      n.plugin = r.plugin;
+      n.handle = r.node->handle;
+      n.params.resize(r.plugin->paramCount);
+      for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
+        const Param& q = r.plugin->params[i];
+        ParamSource& s = n.params[i];
+        s.components = uint8_t(std::min(componentsOf(q.type), 3u));
+        if (q.flags & kParamOutput) {
+          n.outputParam.push_back(i);
+          continue;
+        }
+        const ParamValue& v = r.values->values()[i];
+        s.given = v.given;
+        if (r.links[i].node >= 0) {
+          s.from = ParamSource::From::Connected;
+          s.node = uint32_t(r.links[i].node);
+          s.output = r.links[i].output;
+          p.nodes[s.node].wanted[s.output] = 1;
+        } else if (q.type == Type::Struct) {
+          s.from = ParamSource::From::Constant;
+        } else if (q.type == Type::String && !(q.flags & kParamFile)) {
+          p.texts.push_back(v.count ? v.strings[0] : "");
+          s.offset = uint32_t(p.texts.size() - 1);
+        } else if (q.flags & kParamArray) {
+          s.list.assign(v.floats, v.floats + v.count);
+        } else {
+          s.from = ParamSource::From::Gathered;
+          s.offset = p.blockFloats;
+          p.blockFloats += s.components;
+        }
+      }
+      n.wanted.assign(n.outputParam.size(), 0);
+      p.nodes.push_back(std::move(n));
+      if (&r != &nodes.back())
+        p.patterns.push_back(static_cast<const PatternFunctions*>(functionsFor(*r.plugin, width_)));
+    }
+    for (ProgramNode& n : p.nodes)
+      for (uint32_t i = 0; i < n.plugin->paramCount; ++i)
+        if (n.plugin->params[i].type == Type::String && !(n.plugin->params[i].flags & kParamFile))
+          n.params[i].text = p.texts[n.params[i].offset].c_str();
+    programs_.push_back(std::move(made));
+  }
+  Program& p = *programs_[program];
+  // this material's numbers
+  const size_t base = p.blocks.size();
+  p.blocks.resize(base + p.blockFloats, 0.f);
+  for (size_t n = 0; n < nodes.size(); ++n)
+    for (uint32_t i = 0; i < nodes[n].plugin->paramCount; ++i) {
+      const ParamSource& s = p.nodes[n].params[i];
+      const Param& q = nodes[n].plugin->params[i];
+      if (s.from != ParamSource::From::Gathered || (q.flags & kParamOutput)) continue;
+      const ParamValue& v = nodes[n].values->values()[i];
+      if (q.flags & kParamFile) {
+        const std::string file = v.count ? v.strings[0] : "";
+        const int32_t handle = file.empty() ? TextureSystem::kNoTexture
+                                            : textures_.handle(file, {nodes[n].node->pos, std::string(q.name) + " of '" + nodes[n].node->handle + "'"});
+        std::memcpy(&p.blocks[base + s.offset], &handle, 4);
+      } else {
+        for (uint32_t c = 0; c < s.components && c < v.count; ++c) p.blocks[base + s.offset + c] = v.floats[c];
+      }
+    }
+  materials_.push_back({program, p.materials++});
+  return uint32_t(materials_.size() - 1);
+}
+
+void MaterialSet::finish(const film::LightPaths& paths) {
+  for (const auto& owned : programs_) {
+    Program& p = *owned;
+    for (ProgramNode& n : p.nodes)
+      for (ParamSource& s : n.params) {
+        if (s.from != ParamSource::From::Gathered) continue;
+        bool same = true;
+        for (uint32_t m = 1; m < p.materials && same; ++m)
+          same = !std::memcmp(&p.blocks[s.offset], &p.blocks[size_t(m) * p.blockFloats + s.offset], s.components * 4);
+        if (!same) continue;
+        s.from = ParamSource::From::Constant;
+        std::memcpy(s.constant, &p.blocks[s.offset], s.components * 4);
+      }
+    const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
+    p.slotOfLobe.assign(std::max(lobes, 1u), 0);
+    p.eventOfSlot.clear();
+    for (uint32_t l = 0; l < lobes; ++l) {
+      const uint16_t e = paths.event(p.traits->lobes[l].flags);
+      size_t slot = std::find(p.eventOfSlot.begin(), p.eventOfSlot.end(), e) - p.eventOfSlot.begin();
+      if (slot == p.eventOfSlot.size()) p.eventOfSlot.push_back(e);
+      p.slotOfLobe[l] = uint8_t(slot);
+    }
+    if (p.eventOfSlot.empty()) p.eventOfSlot.push_back(0);
+    p.slotCount = uint32_t(p.eventOfSlot.size());
+  }
+}
+
+uint64_t MaterialSet::bytes() const {
+  uint64_t n = materials_.size() * sizeof(Material);
+  for (const auto& p : programs_) n += sizeof(Program) + p->blocks.size() * 4 + p->nodes.size() * sizeof(ProgramNode);
+  return n;
+}
+
+}  // namespace kinora::shade

@@ -1,0 +1,109 @@
+// Materials and the shading programs they share. A program is a bxdf and the structure of the pattern network that feeds
+// it; materials that differ only in parameter values are instances of one program, with their numbers in a block each.
+// Built by render/ from the scene's networks; read by contexts.
+#pragma once
+#include <kinora/bxdf.h>
+#include <kinora/pattern.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "film/light_paths.h"
+#include "plugin/registry.h"
+#include "scene/scene.h"
+
+namespace kinora {
+class TextureSystem;
+namespace shade {
+
+// Where a node's parameter comes from.
+struct ParamSource {
+  enum class From : uint8_t { Constant, Gathered, Connected } from = From::Constant;
+  uint8_t components = 1;
+  bool given = false;               // the scene sets it (all materials of the program alike)
+  uint32_t offset = 0;              // Gathered: floats into the material's block
+  uint32_t node = 0, output = 0;    // Connected: producer and its output (index among the outputs)
+  float constant[3] = {0, 0, 0};
+  const char* text = "";            // strings
+  std::vector<float> list;          // arrays
+};
+
+struct ProgramNode {
+  const Descriptor* plugin = nullptr;
+  std::string handle;
+  std::vector<ParamSource> params;            // by declared parameter
+  std::vector<uint32_t> outputParam;          // output index -> parameter index
+  std::vector<uint8_t> wanted;                // outputs that somebody reads
+};
+
+struct Program {
+  std::vector<ProgramNode> nodes;             // producers first; the last one is the bxdf
+  const BxdfFunctions* bxdf = nullptr;        // for the width in use
+  std::vector<const PatternFunctions*> patterns;
+  const BxdfTraits* traits = nullptr;
+  std::vector<std::string> texts;             // owns the strings
+  uint32_t blockFloats = 0;
+  std::vector<float> blocks;                  // materials' blocks, one after the other
+  uint32_t materials = 0;
+  bool opaque = true;                         // presence is 1 everywhere
+  bool encloses = false;                      // paths that go in keep a medium
+  uint32_t slotCount = 1;
+  std::vector<uint8_t> slotOfLobe;
+  std::vector<uint16_t> eventOfSlot;
+};
+
+struct Material { uint32_t program = 0, block = 0; };
+
+class MaterialSet {
+ public:
+  MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width);
+  // Index of the material of a network with its attributes; null network: a plain diffuse of the Color attribute.
+  uint32_t add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos);
+  // After the last add: finds what is uniform, and the slots that `paths` tells apart.
+  void finish(const film::LightPaths& paths);
+
+  const Material& operator[](uint32_t i) const { return materials_[i]; }
+  const Program& program(uint32_t i) const { return *programs_[i]; }
+  uint32_t programCount() const { return uint32_t(programs_.size()); }
+  uint32_t size() const { return uint32_t(materials_.size()); }
+  bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
+  bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
+  uint64_t bytes() const;
+  uint32_t width() const { return width_; }
+
+ private:
+  struct Resolved;   // a node with its values
+  bool resolve(const scene::Node& node, Kind kind, Resolved& out);
+  uint32_t addResolved(std::vector<Resolved>& nodes);
+  Registry& registry_;
+  Diagnostics& diagnostics_;
+  TextureSystem& textures_;
+  uint32_t width_;
+  std::vector<Material> materials_;
+  std::vector<std::unique_ptr<Program>> programs_;
+  std::map<std::string, uint32_t> programOfKey_;
+  std::map<std::pair<const void*, std::string>, uint32_t> known_;
+  std::map<const void*, scene::NetworkPtr> keepAlive_;
+};
+
+// Values of a node for Descriptor::create (lights, integrators, projections, displays): defaults filled in, unknown
+// parameters reported. The storage lives as long as this object.
+class ResolvedParams {
+ public:
+  ResolvedParams(const Descriptor& plugin, const scene::Node* node, Diagnostics& diagnostics);
+  const ParamValue* values() const { return values_.data(); }
+  uint32_t count() const { return uint32_t(values_.size()); }
+  bool given(uint32_t i) const { return values_[i].given; }
+
+ private:
+  std::vector<ParamValue> values_;
+  std::vector<std::vector<float>> floats_;
+  std::vector<std::vector<std::string>> strings_;
+  std::vector<std::vector<const char*>> pointers_;
+};
+
+}  // namespace shade
+}  // namespace kinora

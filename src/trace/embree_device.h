@@ -1,0 +1,12 @@
+// The one Embree device of a process. isa=avx2: hits have the same bits on every CPU that Kinora runs on.
+#pragma once
+#include <embree3/rtcore.h>
+#include <cstdint>
+
+namespace kinora::trace {
+
+inline constexpr const char* kDeviceConfig = "isa=avx2,threads=0,set_affinity=0";
+RTCDevice device();
+uint64_t deviceBytes();   // memory Embree holds now
+
+}  // namespace kinora::trace

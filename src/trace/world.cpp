@@ -1,0 +1,484 @@
+#include "trace/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+
+#include "trace/embree_device.h"
+
+namespace kinora::trace {
+
+namespace {
+
+constexpr uint32_t kNone = 0xffffffffu;
+constexpr uint32_t kMergeBelow = 256;       // triangles: smaller shapes of a batch share one Embree geometry
+constexpr uint32_t kBatchTriangles = 200000;
+
+int keyCountFor(const scene::Transform& t, double open, double close) {
+  if (t.isStatic() || close <= open) return 1;
+  // uniform keys as dense as the scene's own inside the shutter
+  size_t inside = 0;
+  for (double time : t.times) inside += time > open && time < close;
+  return int(std::min<size_t>(inside + 2, 33));
+}
+
+}  // namespace
+
+Affine Affine::from(const scene::Matrix& a) {
+  Affine r;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) r.m[i][j] = float(a[j][i]);
+    r.t[i] = float(a[3][i]);
+  }
+  return r;
+}
+
+void Affine::point(const float p[3], float out[3]) const {
+  for (int i = 0; i < 3; ++i) out[i] = m[i][0] * p[0] + m[i][1] * p[1] + m[i][2] * p[2] + t[i];
+}
+
+Affine Affine::inverse() const {
+  Imath::M44d a;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) a[j][i] = m[i][j];
+    a[3][i] = t[i];
+  }
+  return from(a.inverse());
+}
+
+// A BVH over shapes, with the tables that lead from Embree's ids to ours.
+struct World::Part {
+  uint64_t key = 0;
+  std::vector<std::pair<uint64_t, uint64_t>> identity;   // (shape key, revision) of all it holds, for reuse
+  RTCScene scene = nullptr;
+  std::vector<std::shared_ptr<geometry::Mesh>> meshes;   // in part order
+  std::vector<uint32_t> visibility;
+  // Embree geometry -> first of its merged shapes; a shape alone has one entry with start 0
+  struct Slice { uint32_t start, shape; };               // first triangle, index into meshes
+  std::vector<uint32_t> firstSlice;                      // by Embree geometry id, one more at the end
+  std::vector<Slice> slices;
+  std::vector<std::vector<float>> mergedPoints;
+  std::vector<std::vector<uint32_t>> mergedIndices;
+  bool batch = false;
+  float lower[3], upper[3];
+
+  ~Part() {
+    if (scene) rtcReleaseScene(scene);
+  }
+  void build();
+};
+
+void World::Part::build() {
+  scene = rtcNewScene(device());
+  std::map<uint32_t, std::vector<uint32_t>> small;       // visibility -> shapes to merge
+  const auto attach = [&](RTCGeometry g, uint32_t mask) {
+    rtcSetGeometryMask(g, mask);
+    rtcCommitGeometry(g);
+    rtcAttachGeometryByID(scene, g, uint32_t(firstSlice.size()));
+    rtcReleaseGeometry(g);
+    firstSlice.push_back(uint32_t(slices.size()));
+  };
+  for (uint32_t i = 0; i < meshes.size(); ++i) {
+    geometry::Mesh& mesh = *meshes[i];
+    if (!mesh.triangleCount()) continue;
+    if (mesh.triangleCount() < kMergeBelow && mesh.keyCount() == 1 && meshes.size() > 1) {
+      small[visibility[i]].push_back(i);
+      continue;
+    }
+    const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    // Embree reads 16 bytes at each vertex: one float beyond the last must be there
+    mesh.points.reserve(mesh.points.size() + 2);
+    rtcSetGeometryTimeStepCount(g, unsigned(mesh.keyCount()));
+    for (int k = 0; k < mesh.keyCount(); ++k)
+      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3, mesh.points.data(),
+                                 size_t(k) * mesh.vertexCount * sizeof(Imath::V3f), sizeof(Imath::V3f), mesh.vertexCount);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
+                               3 * sizeof(uint32_t), mesh.triangleCount());
+    attach(g, visibility[i]);
+    slices.push_back({0, i});
+  }
+  for (const auto& [mask, shapes] : small) {
+    auto& points = mergedPoints.emplace_back();
+    auto& indices = mergedIndices.emplace_back();
+    const uint32_t first = uint32_t(slices.size());
+    for (uint32_t s : shapes) {
+      const geometry::Mesh& mesh = *meshes[s];
+      const uint32_t base = uint32_t(points.size() / 3);
+      slices.push_back({uint32_t(indices.size() / 3), s});
+      for (uint32_t v = 0; v < mesh.vertexCount; ++v)
+        points.insert(points.end(), {mesh.points[v].x, mesh.points[v].y, mesh.points[v].z});
+      for (uint32_t id : mesh.indices) indices.push_back(base + id);
+    }
+    points.push_back(0);
+    const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points.data(), 0, 12, points.size() / 3);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0, 12, indices.size() / 3);
+    attach(g, mask);
+    firstSlice.back() = first;
+  }
+  firstSlice.push_back(uint32_t(slices.size()));
+  rtcCommitScene(scene);
+  RTCBounds b;
+  rtcGetSceneBounds(scene, &b);
+  lower[0] = b.lower_x; lower[1] = b.lower_y; lower[2] = b.lower_z;
+  upper[0] = b.upper_x; upper[1] = b.upper_y; upper[2] = b.upper_z;
+}
+
+namespace {
+
+// Moves a mesh's points and normals into render space for good: the object is static and placed once.
+void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
+  const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
+  for (Imath::V3f& p : mesh.points) {
+    const Imath::V3d q = Imath::V3d(p) * local;
+    p = Imath::V3f(q);
+  }
+  mesh.origin = {0, 0, 0};
+  for (geometry::Primvar& v : mesh.primvars) {
+    if (v.name != "N" || v.width != 3) continue;
+    const scene::Matrix it = toRender.inverse().transposed();
+    for (size_t i = 0; i + 2 < v.data.size(); i += 3) {
+      Imath::V3d n;
+      it.multDirMatrix(Imath::V3d(v.data[i], v.data[i + 1], v.data[i + 2]), n);
+      n.normalize();
+      v.data[i] = float(n.x); v.data[i + 1] = float(n.y); v.data[i + 2] = float(n.z);
+    }
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::vector<PartInput> partInputs,
+                                          std::vector<PlacementInput> placements, const BuildOptions& options,
+                                          const World* previous, BuildCounters& counters) {
+  auto world = std::shared_ptr<World>(new World());
+  World& w = *world;
+  std::vector<uint32_t> uses(partInputs.size(), 0);
+  for (const PlacementInput& p : placements) ++uses[p.part];
+
+  // Which parts are baked into batches: static, placed once, not a prototype.
+  struct Plan { std::vector<uint32_t> placements; std::vector<uint32_t> shapes; bool batch = false; uint32_t triangles = 0; };
+  std::vector<Plan> plans;
+  std::vector<uint32_t> planOfPart(partInputs.size(), kNone);
+  uint32_t openBatch = kNone;
+  for (uint32_t i = 0; i < placements.size(); ++i) {
+    const PlacementInput& place = placements[i];
+    const PartInput& in = partInputs[place.part];
+    uint32_t triangles = 0;
+    for (uint32_t s : in.shapes) triangles += shapes[s].mesh->triangleCount();
+    const bool bakes = !in.instanced && uses[place.part] == 1 &&
+                       keyCountFor(place.toRender, options.shutterOpen, options.shutterClose) == 1;
+    if (bakes) {
+      const bool small = triangles < options.smallShape;
+      if (!small || openBatch == kNone || plans[openBatch].triangles + triangles > kBatchTriangles) {
+        plans.push_back({});
+        plans.back().batch = true;
+        if (small) openBatch = uint32_t(plans.size() - 1);
+      }
+      Plan& plan = small ? plans[openBatch] : plans.back();
+      plan.triangles += triangles;
+      for (uint32_t s : in.shapes) {
+        plan.placements.push_back(i);   // one entry a shape
+        plan.shapes.push_back(s);
+      }
+    } else {
+      if (planOfPart[place.part] == kNone) {
+        planOfPart[place.part] = uint32_t(plans.size());
+        plans.push_back({});
+        plans.back().shapes = in.shapes;
+        plans.back().triangles = triangles;
+      }
+      plans[planOfPart[place.part]].placements.push_back(i);
+    }
+  }
+
+  const auto addInstance = [&](const PlacementInput& place, uint32_t user, const Imath::V3d& origin, bool baked) {
+    Instance inst;
+    inst.user = user;
+    inst.baked = baked;
+    inst.firstKey = uint32_t(w.keys_.size());
+    const int n = baked ? 1 : keyCountFor(place.toRender, options.shutterOpen, options.shutterClose);
+    inst.keyCount = uint32_t(n);
+    for (int k = 0; k < n; ++k) {
+      if (baked) {
+        w.keys_.push_back(Affine());
+        continue;
+      }
+      const double t = n == 1 ? 0.5 * (options.shutterOpen + options.shutterClose)
+                              : options.shutterOpen + (options.shutterClose - options.shutterOpen) * k / (n - 1);
+      w.keys_.push_back(Affine::from(scene::Matrix().setTranslation(origin) * place.toRender.at(t)));
+    }
+    w.instances_.push_back(inst);
+    return uint32_t(w.instances_.size() - 1);
+  };
+
+  // Parts: kept from the previous world when all they hold is unchanged.
+  std::map<uint64_t, std::shared_ptr<const Part>> old;
+  std::set<const geometry::Mesh*> baked;   // already in render space
+  if (previous)
+    for (const auto& p : previous->parts_) {
+      old.emplace(p->key, p);
+      if (p->batch)
+        for (const auto& m : p->meshes) baked.insert(m.get());
+    }
+  struct Top { uint32_t part, instance; uint32_t visibility; };
+  std::vector<Top> tops;
+  float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
+  const auto grow = [&](const Part& p, const Affine& a) {
+    for (int c = 0; c < 8; ++c) {
+      const float q[3] = {c & 1 ? p.upper[0] : p.lower[0], c & 2 ? p.upper[1] : p.lower[1], c & 4 ? p.upper[2] : p.lower[2]};
+      float r[3];
+      a.point(q, r);
+      for (int k = 0; k < 3; ++k) {
+        if (!std::isfinite(r[k])) continue;
+        lower[k] = std::min(lower[k], r[k]);
+        upper[k] = std::max(upper[k], r[k]);
+      }
+    }
+  };
+  for (const Plan& plan : plans) {
+    if (plan.shapes.empty()) continue;
+    const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
+    std::vector<std::pair<uint64_t, uint64_t>> identity;
+    for (size_t i = 0; i < plan.shapes.size(); ++i) {
+      const ShapeInput& s = shapes[plan.shapes[i]];
+      identity.emplace_back(s.key, s.revision);
+      if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, placements[plan.placements[i]].visibility);
+    }
+    std::shared_ptr<const Part> part;
+    if (const auto it = old.find(key); it != old.end() && it->second->identity == identity) {
+      part = it->second;
+      ++counters.partsKept;
+    } else {
+      const auto made = std::make_shared<Part>();
+      made->key = key;
+      made->identity = identity;
+      made->batch = plan.batch;
+      for (size_t i = 0; i < plan.shapes.size(); ++i) {
+        ShapeInput& s = shapes[plan.shapes[i]];
+        uint32_t visibility = s.visibility;
+        if (plan.batch) {
+          const PlacementInput& place = placements[plan.placements[i]];
+          if (!baked.count(s.mesh.get())) bake(*s.mesh, place.toRender.at(0.5 * (options.shutterOpen + options.shutterClose)));
+          visibility &= place.visibility;
+        }
+        made->meshes.push_back(s.mesh);
+        made->visibility.push_back(visibility);
+      }
+      made->build();
+      part = made;
+      ++counters.partsBuilt;
+    }
+    PartPlace placeInTables;
+    placeInTables.firstGeometry = uint32_t(w.meshes_.size());
+    for (const auto& m : part->meshes) {
+      w.meshes_.push_back(m);
+      w.moving_ |= m->keyCount() > 1;
+    }
+    for (uint32_t v : part->visibility) w.clearShadows_ |= (v & kSeenByClearShadow) && !(v & kSeenByOpaqueShadow);
+    const uint32_t partIndex = uint32_t(w.parts_.size());
+    w.parts_.push_back(part);
+    if (plan.batch) {
+      placeInTables.firstInstance = uint32_t(w.instances_.size());
+      for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
+      tops.push_back({partIndex, kNone, 15});
+      grow(*part, Affine());
+      for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
+    } else {
+      const Imath::V3d origin = part->meshes.empty() ? Imath::V3d(0) : part->meshes[0]->origin;
+      for (uint32_t i : plan.placements) {
+        const uint32_t instance = addInstance(placements[i], i, origin, false);
+        tops.push_back({partIndex, instance, placements[i].visibility});
+        w.moving_ |= w.instances_[instance].keyCount > 1;
+        for (uint32_t k = 0; k < w.instances_[instance].keyCount; ++k)
+          grow(*part, w.keys_[w.instances_[instance].firstKey + k]);
+        for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
+      }
+    }
+    w.places_.push_back(placeInTables);
+  }
+
+  w.single_ = tops.size() == 1 && tops[0].instance == kNone;
+  if (w.single_) {
+    w.top_ = w.parts_[0]->scene;
+    rtcRetainScene(w.top_);
+  } else {
+    w.top_ = rtcNewScene(device());
+    for (uint32_t i = 0; i < tops.size(); ++i) {
+      const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(g, w.parts_[tops[i].part]->scene);
+      const uint32_t keys = tops[i].instance == kNone ? 1 : w.instances_[tops[i].instance].keyCount;
+      rtcSetGeometryTimeStepCount(g, keys);
+      for (uint32_t k = 0; k < keys; ++k) {
+        const Affine a = tops[i].instance == kNone ? Affine() : w.keys_[w.instances_[tops[i].instance].firstKey + k];
+        const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
+                             a.m[0][2], a.m[1][2], a.m[2][2], a.t[0], a.t[1], a.t[2]};
+        rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
+      }
+      rtcSetGeometryMask(g, tops[i].visibility);
+      rtcCommitGeometry(g);
+      rtcAttachGeometryByID(w.top_, g, i);
+      rtcReleaseGeometry(g);
+      w.partOfTop_.push_back(tops[i].part);
+      w.instanceOfTop_.push_back(tops[i].instance);
+    }
+    rtcCommitScene(w.top_);
+    ++counters.topLevelBuilds;
+  }
+  if (lower[0] <= upper[0]) {
+    float r2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      w.center_[k] = 0.5f * (lower[k] + upper[k]);
+      r2 += 0.25f * (upper[k] - lower[k]) * (upper[k] - lower[k]);
+    }
+    w.radius_ = std::sqrt(r2);
+  }
+  return world;
+}
+
+World::~World() {
+  if (top_) rtcReleaseScene(top_);
+}
+
+uint64_t World::embreeBytes() { return deviceBytes(); }
+uint64_t World::meshBytes() const {
+  uint64_t n = 0;
+  for (const auto& p : parts_)
+    for (const auto& m : p->meshes) n += m->bytes();
+  return n;
+}
+
+Affine World::objectToRender(uint32_t index, float time) const {
+  const Instance& i = instances_[index];
+  const Affine* k = keys(i);
+  if (i.keyCount == 1) return *k;
+  const float x = std::clamp(time, 0.f, 1.f) * float(i.keyCount - 1);
+  const uint32_t a = std::min(uint32_t(x), i.keyCount - 2);
+  const float f = x - float(a);
+  Affine r;
+  for (int c = 0; c < 3; ++c) {
+    for (int d = 0; d < 3; ++d) r.m[c][d] = (1 - f) * k[a].m[c][d] + f * k[a + 1].m[c][d];
+    r.t[c] = (1 - f) * k[a].t[c] + f * k[a + 1].t[c];
+  }
+  return r;
+}
+
+inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const {
+  uint32_t instance = kNone;
+  uint32_t index = 0;
+  if (!single_) {
+    index = partOfTop_[instId];
+    instance = instanceOfTop_[instId];
+  }
+  const Part* part = parts_[index].get();
+  const uint32_t first = part->firstSlice[geomId], last = part->firstSlice[geomId + 1];
+  uint32_t slice = first;
+  if (last - first > 1) {
+    const auto it = std::upper_bound(part->slices.begin() + first, part->slices.begin() + last, primId,
+                                     [](uint32_t p, const Part::Slice& s) { return p < s.start; });
+    slice = uint32_t(it - part->slices.begin()) - 1;
+  }
+  const Part::Slice& s = part->slices[slice];
+  hits.geometry[slot] = places_[index].firstGeometry + s.shape;
+  hits.primitive[slot] = primId - s.start;
+  hits.instance[slot] = instance == kNone ? places_[index].firstInstance + s.shape : instance;
+  hits.level[slot] = 0;
+}
+
+namespace {
+struct CallContext {
+  RTCIntersectContext c;
+  explicit CallContext(bool coherent) {
+    rtcInitIntersectContext(&c);
+    c.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  }
+};
+}  // namespace
+
+void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
+  CallContext context(true);
+  alignas(64) RTCRayHit16 r;
+  alignas(64) int valid[16];
+  for (uint32_t b = 0; b < slots; b += 16) {
+    for (int i = 0; i < 16; ++i) valid[i] = -1;
+    for (int i = 0; i < 3; ++i) {
+      std::memcpy((&r.ray.org_x)[0] + 16 * i, rays.o[i] + b, 64);
+      std::memcpy((&r.ray.dir_x)[0] + 16 * i, rays.d[i] + b, 64);
+    }
+    std::memcpy(r.ray.tfar, rays.tMax + b, 64);
+    std::memcpy(r.ray.time, rays.time + b, 64);
+    for (int i = 0; i < 16; ++i) {
+      r.ray.tnear[i] = 0;
+      r.ray.mask[i] = kSeenByCamera;
+      r.ray.id[i] = 0;
+      r.ray.flags[i] = 0;
+      r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect16(valid, top_, &context.c, &r);
+    std::memcpy(hits.ng[0] + b, r.hit.Ng_x, 64);
+    std::memcpy(hits.ng[1] + b, r.hit.Ng_y, 64);
+    std::memcpy(hits.ng[2] + b, r.hit.Ng_z, 64);
+    std::memcpy(hits.u + b, r.hit.u, 64);
+    std::memcpy(hits.v + b, r.hit.v, 64);
+    for (int i = 0; i < 16; ++i) {
+      const uint32_t slot = b + i;
+      if (r.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+        hits.t[slot] = INFINITY;
+        continue;
+      }
+      hits.t[slot] = r.ray.tfar[i];
+      resolve(hits, slot, r.hit.geomID[i], r.hit.primID[i], r.hit.instID[0][i]);
+    }
+  }
+}
+
+void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
+  CallContext context(false);
+  alignas(64) RTCRayHit r;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slots[i];
+    r.ray.org_x = rays.o[0][s]; r.ray.org_y = rays.o[1][s]; r.ray.org_z = rays.o[2][s];
+    r.ray.dir_x = rays.d[0][s]; r.ray.dir_y = rays.d[1][s]; r.ray.dir_z = rays.d[2][s];
+    r.ray.tnear = 0;
+    r.ray.tfar = rays.tMax[s];
+    r.ray.time = rays.time[s];
+    r.ray.mask = mask;
+    r.ray.flags = 0;
+    r.ray.id = 0;
+    r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(top_, &context.c, &r);
+    if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+      hits.t[s] = INFINITY;
+      continue;
+    }
+    hits.t[s] = r.ray.tfar;
+    hits.u[s] = r.hit.u;
+    hits.v[s] = r.hit.v;
+    hits.ng[0][s] = r.hit.Ng_x; hits.ng[1][s] = r.hit.Ng_y; hits.ng[2][s] = r.hit.Ng_z;
+    resolve(hits, s, r.hit.geomID, r.hit.primID, r.hit.instID[0]);
+  }
+}
+
+void World::occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
+                     uint32_t mask, uint32_t* blocked) const {
+  CallContext context(false);
+  alignas(64) RTCRay r;
+  for (uint32_t i = 0; i < n; ++i) {
+    r.org_x = o[0][i]; r.org_y = o[1][i]; r.org_z = o[2][i];
+    r.dir_x = d[0][i]; r.dir_y = d[1][i]; r.dir_z = d[2][i];
+    r.tnear = 0;
+    r.tfar = tMax[i];
+    r.time = time[i];
+    r.mask = mask;
+    r.flags = 0;
+    r.id = 0;
+    rtcOccluded1(top_, &context.c, &r);
+    blocked[i] = r.tfar < 0;
+  }
+}
+
+}  // namespace kinora::trace
