@@ -72,6 +72,9 @@ int ChannelLayout::add(const Channel& channel, std::string* error) {
   Channel c = channel;
   if (c.source.empty()) c.source = c.name;
   if (c.source == "z" && c.width != 1) return refuse("source \"z\" is one float");
+  // a miss is infinitely far: an average over it is none ("zfiltered" is the finite variant)
+  if (c.source == "z" && (c.reducer == Reducer::Sum || c.reducer == Reducer::Average || c.reducer == Reducer::Total))
+    return refuse("source \"z\" cannot be averaged; use \"zfiltered\"");
   // a refused channel must leave no entry behind
   for (const RecordEntry& e : record_)
     if (e.source == c.source && e.width != c.width)

@@ -1,0 +1,61 @@
+// The interface of a display driver: it is given a finished picture as floats and writes it. One instance writes one
+// picture: Descriptor::create opens (CreateInfo::extra is a DisplayInfo), then write once, then close or abort, then
+// destroy. A snapshot during the render is a whole new instance. Called by one thread at a time.
+// A driver that makes a file writes to DisplayInfo::writePath, a temporary name beside the target; the host renames
+// it when close() says that all is written, and removes it otherwise, so a target is always whole. The driver must
+// report what the disk refuses (check the last flush too). Drivers that show or send the picture leave writePath
+// alone.
+#pragma once
+#include <kinora/plugin.h>
+
+namespace kinora {
+
+enum class DisplayPixelType : uint32_t { Half, Float };
+
+struct DisplayChannelInfo {
+  const char* name;       // as the file should call it: "R", "A", "Z", "diffuse.G", "id"
+  DisplayPixelType type;  // what the data needs: colours Half, depths, positions and ids Float
+  uint32_t isColor;       // 1: scene-linear colour (8-bit formats encode it); 0: alpha or data
+};
+
+enum class DisplayMetadataType : uint32_t { Int, Float, String, Matrix };
+
+struct DisplayMetadata {
+  const char* key;
+  DisplayMetadataType type;
+  int32_t integer;
+  float number;
+  const char* text;
+  const float* matrix;  // 16 floats, row-major, row vectors
+};
+
+// CreateInfo::extra. Valid until create() returns.
+struct DisplayInfo {
+  const char* file;        // what the user asked for; for messages
+  const char* writePath;   // where to write
+  uint32_t resolution[2];  // the full picture
+  int32_t window[4];       // x0 y0 x1 y1: the pixels that are given, x1 and y1 excluded
+  float pixelAspect;
+  const DisplayChannelInfo* channels;
+  uint32_t channelCount;
+  const DisplayMetadata* metadata;
+  uint32_t metadataCount;
+};
+
+// All pixels of the window. Value of channel c at window-relative (x, y): channels[c][y * rowStride + x *
+// pixelStride].
+struct DisplayPixels {
+  const float* const* channels;
+  size_t pixelStride, rowStride;  // in floats
+};
+
+// Functions return 1 when all went well, else 0 with a text.
+struct DisplayFunctions {
+  int (*write)(void* display, const DisplayPixels* pixels, ErrorText* error);
+  int (*close)(void* display, ErrorText* error);  // everything is on its way to the disk
+  void (*abort)(void* display);                   // instead of close: forget the picture
+};
+
+// A driver has one function table, of width 1: const WidthTable kTables[] = {{1, &kFunctions}}.
+
+}  // namespace kinora

@@ -1,0 +1,16 @@
+// What a channel name of a display means: a DisplayChannel declaration of the scene, or one of the built-in names.
+// Called by display_plan.cpp. It does not judge whether the integrator can fill the channel.
+#pragma once
+#include <string>
+
+#include "base/diagnostics.h"
+#include "film/channel.h"
+#include "scene/scene.h"
+
+namespace kinora::film {
+
+// A channel for any name: what is unknown becomes a colour of that source, with a warning.
+Channel describeChannel(const scene::Scene& scene, const std::string& name, const SourcePos& usedAt,
+                        Diagnostics& diagnostics);
+
+}  // namespace kinora::film

@@ -1,0 +1,312 @@
+#include "film/display_output.h"
+
+#include <kinora/display.h>
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+
+#include "image/atomic_file.h"
+#include "image/read_write.h"
+
+namespace kinora::film {
+namespace {
+
+// Parameters that any display may carry; those that Kinora has no use for are accepted in silence.
+bool isCommon(const std::string& name) {
+  static const std::set<std::string> names{"quantize",
+                                           "dither",
+                                           "exposure",
+                                           "filter",
+                                           "filterwidth",
+                                           "merge",
+                                           "camera",
+                                           "origin",
+                                           "mode",
+                                           "remap",
+                                           "resolution",
+                                           "asrgba",
+                                           "asrgbacolorchannel",
+                                           "asrgbaalphachannel",
+                                           "dspyParams",
+                                           "connection",
+                                           "resolutionunit",
+                                           "format",
+                                           "compression",
+                                           "exrcompression"};
+  return names.contains(name) || name.starts_with("exrheader_") || name.starts_with("dspy");
+}
+
+const char* aliasOf(const std::string& declared) {
+  if (declared == "compression") return "exrcompression";
+  if (declared == "compressionlevel") return "exrcompressionlevel";
+  if (declared == "exrpixeltype") return "type";
+  return nullptr;
+}
+
+// The values of a driver's parameters: the scene's where it gives them in the right type, else the declared defaults.
+class DriverValues {
+ public:
+  DriverValues(const Descriptor& driver, const Output& output, Diagnostics& diagnostics) {
+    numbers_.resize(driver.paramCount);
+    strings_.resize(driver.paramCount);
+    pointers_.resize(driver.paramCount);
+    values_.resize(driver.paramCount);
+    for (uint32_t i = 0; i < driver.paramCount; ++i) {
+      const Param& p = driver.params[i];
+      const scene::Parameter* given = output.params.find(p.name);
+      if (!given && aliasOf(p.name)) given = output.params.find(aliasOf(p.name));
+      if (given && !take(p, *given, i)) {
+        diagnostics.warning("DISPLAY-PARAMETER", given->pos,
+                            "parameter \"" + given->name + "\" of display \"" + output.file + "\" has the wrong type",
+                            "its default is used");
+        given = nullptr;
+      }
+      if (!given) {
+        numbers_[i] = {p.value[0], p.value[1], p.value[2]};
+        strings_[i] = {p.text};
+      }
+      finish(p, given != nullptr, i);
+    }
+    for (const scene::Parameter& given : output.params) {
+      const bool isKnown = std::any_of(driver.params, driver.params + driver.paramCount, [&](const Param& p) {
+        return given.name == p.name || (aliasOf(p.name) && given.name == aliasOf(p.name));
+      });
+      if (!isKnown && !isCommon(given.name))
+        diagnostics.warning(
+            "DISPLAY-PARAMETER", given.pos,
+            "display driver \"" + std::string(driver.name) + "\" has no parameter \"" + given.name + "\"", "ignored");
+    }
+  }
+  const ParamValue* values() const { return values_.data(); }
+  uint32_t count() const { return uint32_t(values_.size()); }
+
+ private:
+  bool take(const Param& p, const scene::Parameter& given, uint32_t i) {
+    if (p.type == Type::String) {
+      if (given.strings.empty()) return false;
+      strings_[i] = given.strings;
+      return true;
+    }
+    std::vector<float> numbers = given.floats;
+    if (numbers.empty()) numbers.assign(given.ints.begin(), given.ints.end());
+    if (numbers.empty()) return false;
+    // RIB's "int[4] quantize" [zero one min max] for a switch: up to 255 means 8 bits
+    if (given.name == "quantize" && numbers.size() == 4)
+      numbers = {numbers[1] > 0 && numbers[1] <= 255 ? 1.0f : 0.0f};
+    numbers_[i] = std::move(numbers);
+    return true;
+  }
+  void finish(const Param& p, bool isGiven, uint32_t i) {
+    ParamValue& v = values_[i];
+    v.given = isGiven;
+    if (p.type == Type::String) {
+      for (const std::string& s : strings_[i]) pointers_[i].push_back(s.c_str());
+      v.strings = pointers_[i].data();
+      v.count = uint32_t(pointers_[i].size());
+    } else {
+      v.floats = numbers_[i].data();
+      v.count = uint32_t(numbers_[i].size());
+    }
+  }
+  std::vector<std::vector<float>> numbers_;
+  std::vector<std::vector<std::string>> strings_;
+  std::vector<std::vector<const char*>> pointers_;
+  std::vector<ParamValue> values_;
+};
+
+std::string rangesText(const std::vector<SampleRange>& ranges) {
+  std::string s;
+  for (const SampleRange& r : ranges)
+    s += (s.empty() ? "" : ",") + std::to_string(r.begin) + ":" + std::to_string(r.end);
+  return s;
+}
+
+}  // namespace
+
+std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
+  std::map<std::string, image::MetaValue> m = frame.more;
+  m["worldToCamera"] = frame.worldToCamera;
+  m["worldToNDC"] = frame.worldToNdc;
+  m["frame"] = frame.frame;
+  m["seed"] = std::to_string(frame.seed);  // 64 bits: no numeric attribute holds them
+  m["sampleRange"] = rangesText(frame.samples);
+  m["samplesPerPixel"] = float(frame.samplesPerPixel);
+  m["renderSeconds"] = float(frame.renderSeconds);
+  m["Software"] = "Kinora " + frame.kinoraVersion;
+  m["kinoraVersion"] = frame.kinoraVersion;
+  m["sceneHash"] = frame.sceneHash;
+  m["pixelFilter"] = frame.pixelFilter;
+  m["colorSpace"] = std::string("linear Rec.709 (sRGB primaries)");
+  m["complete"] = int(frame.isComplete);
+  return m;
+}
+
+image::Image pictureOf(const Film& film, const Output& output,
+                       const std::map<std::string, image::MetaValue>& metadata) {
+  std::vector<image::ChannelInfo> infos;
+  for (const OutputChannel& c : output.channels)
+    for (const std::string& name : c.names)
+      infos.push_back({name, film.layout()[c.channel].isData ? image::StoredType::Float : image::StoredType::Half});
+  image::Image picture(film.window(), std::move(infos));
+  picture.display = {0, 0, film.width(), film.height()};
+  picture.metadata = metadata;
+  for (int y = film.window().y0; y < film.window().y1; ++y)
+    for (int x = film.window().x0; x < film.window().x1; ++x) {
+      float* out = picture.at(x, y);
+      for (const OutputChannel& c : output.channels) {
+        film.resolvePixel(c.channel, x, y, out);
+        out += film.layout()[c.channel].width;
+      }
+    }
+  return picture;
+}
+
+DisplayOutput::DisplayOutput(DisplayPlan plan, DriverLookup lookup, Diagnostics& diagnostics)
+    : plan_(std::move(plan)), lookup_(std::move(lookup)), diagnostics_(diagnostics) {}
+
+bool DisplayOutput::fail(const Output& output, const std::string& why) {
+  diagnostics_.error("DISPLAY-WRITE", output.pos, "picture \"" + output.file + "\" cannot be written: " + why,
+                     "what was there before is kept", "check the folder, its permissions and the free space");
+  return false;
+}
+
+bool DisplayOutput::probe() {
+  bool ok = true;
+  for (const Output& o : plan_.outputs)
+    if (const image::Status s = image::AtomicFile(o.file).probe(); !s.ok()) ok = fail(o, s.what);
+  return ok;
+}
+
+bool DisplayOutput::write(const Film& film, const FrameMetadata& frame) {
+  written_.clear();
+  if (!(film.layout() == plan_.layout)) {
+    // render/ may sum channels of its own beside those of the plan
+    for (int c = 0; c < plan_.layout.size(); ++c)
+      if (c >= film.layout().size() || !(film.layout()[c] == plan_.layout[c])) {
+        diagnostics_.error("DISPLAY-INTERNAL", {},
+                           "the film lacks channel \"" + plan_.layout[c].name + "\" of the plan",
+                           "nothing is written");
+        return false;
+      }
+  }
+  const auto metadata = metadataOf(frame);
+  bool ok = true;
+  for (const Output& o : plan_.outputs) {
+    bool isWritten = false;
+    try {
+      isWritten = writeOne(o, film, metadata);
+    } catch (const std::exception& e) {  // memory for a picture's floats
+      fail(o, e.what());
+    }
+    if (isWritten) written_.push_back(o.file);
+    ok &= isWritten;
+  }
+  return ok;
+}
+
+bool DisplayOutput::writeOne(const Output& output, const Film& film,
+                             const std::map<std::string, image::MetaValue>& metadata) {
+  image::Image picture = pictureOf(film, output, metadata);
+  for (const scene::Parameter& p : output.params)
+    if (p.name.starts_with("exrheader_") && p.name.size() > 10) {
+      const std::string key = p.name.substr(10);
+      if (!p.strings.empty())
+        picture.metadata[key] = p.strings[0];
+      else if (p.ints.size() == 1)
+        picture.metadata[key] = p.ints[0];
+      else if (p.floats.size() == 1)
+        picture.metadata[key] = p.floats[0];
+    }
+  const Descriptor* driver = output.driver != kImageWriter && lookup_ ? lookup_(output.driver) : nullptr;
+  if (driver && driver->kind == Kind::Display && driver->create && driver->destroy && driver->tableCount == 1 &&
+      driver->tables[0].functions)
+    return writeByPlugin(output, *driver, picture);
+  return writeByImage(output, std::move(picture));
+}
+
+bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver, const image::Image& picture) {
+  image::AtomicFile file(output.file);
+  if (const image::Status s = file.probe(); !s.ok()) return fail(output, s.what);
+
+  std::vector<DisplayChannelInfo> channels;
+  std::vector<const float*> pointers;
+  size_t k = 0;
+  for (const OutputChannel& c : output.channels)
+    for (size_t i = 0; i < c.names.size(); ++i, ++k) {
+      const bool isHalf = picture.channels[k].type == image::StoredType::Half;
+      channels.push_back({c.names[i].c_str(), isHalf ? DisplayPixelType::Half : DisplayPixelType::Float, c.isColor});
+      pointers.push_back(picture.pixels.data() + k);
+    }
+  std::vector<DisplayMetadata> metadata;
+  for (const auto& [key, value] : picture.metadata) {
+    DisplayMetadata m{key.c_str(), DisplayMetadataType::Int, 0, 0, "", nullptr};
+    if (const int* i = std::get_if<int>(&value)) m.integer = *i;
+    if (const float* f = std::get_if<float>(&value)) m.type = DisplayMetadataType::Float, m.number = *f;
+    if (const auto* s = std::get_if<std::string>(&value)) m.type = DisplayMetadataType::String, m.text = s->c_str();
+    if (const auto* x = std::get_if<image::Matrix44>(&value))
+      m.type = DisplayMetadataType::Matrix, m.matrix = x->data();
+    metadata.push_back(m);
+  }
+  const image::Window& w = picture.data;
+  const DisplayInfo info{output.file.c_str(),
+                         file.path().c_str(),
+                         {uint32_t(picture.display.width()), uint32_t(picture.display.height())},
+                         {w.x0, w.y0, w.x1, w.y1},
+                         plan_.pixelAspect,
+                         channels.data(),
+                         uint32_t(channels.size()),
+                         metadata.data(),
+                         uint32_t(metadata.size())};
+  const DriverValues values(driver, output, diagnostics_);
+  const Host host{this,
+                  [](void* self, const char* code, const char* what, const char* done) {
+                    static_cast<DisplayOutput*>(self)->diagnostics_.warning(code, {}, what, done);
+                  },
+                  [](void*, const char*, int) -> const HostImage* { return nullptr; }};
+  const CreateInfo create{&host, output.file.c_str(), values.values(), values.count(), nullptr, &info};
+  ErrorText error{};
+  void* display = driver.create(&create, &error);
+  error.text[sizeof error.text - 1] = 0;
+  if (!display) return fail(output, error.text[0] ? error.text : "the driver refused it");
+  const auto* functions = static_cast<const DisplayFunctions*>(driver.tables[0].functions);
+  const DisplayPixels pixels{pointers.data(), picture.channels.size(), picture.channels.size() * size_t(w.width())};
+  const bool isWritten = functions->write(display, &pixels, &error) != 0;
+  bool ok = isWritten && functions->close(display, &error) != 0;
+  if (!isWritten) functions->abort(display);
+  driver.destroy(display);
+  error.text[sizeof error.text - 1] = 0;
+  if (!ok) return fail(output, error.text[0] ? error.text : "the driver gave up");
+  const image::Status s = file.commit();
+  return s.ok() || fail(output, s.what);
+}
+
+bool DisplayOutput::writeByImage(const Output& output, image::Image picture) {
+  const std::string::size_type dot = output.file.rfind('.');
+  std::string extension = dot == std::string::npos ? "" : output.file.substr(dot + 1);
+  for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const bool isTiff = extension == "tif" || extension == "tiff";
+  if (extension != "exr" && extension != "hdr") {
+    // pictures to look at: 8 bits unless the display says otherwise
+    image::StoredType type = image::StoredType::UInt8;
+    const std::string format = output.params.getString("format", "");
+    const std::vector<float> quantize = output.params.getFloats("quantize");
+    const float one = quantize.size() == 4 ? quantize[1] : 255;
+    if (format == "uint16" || one > 255) type = image::StoredType::UInt16;
+    if (isTiff && (format == "float32" || (quantize.size() == 4 && one == 0))) type = image::StoredType::Float;
+    for (image::ChannelInfo& c : picture.channels) c.type = type;
+    if (type != image::StoredType::Float && picture.channels.size() > 4) {
+      // integer formats hold a colour and alpha; layers belong into EXR
+      image::Image first(picture.data, {picture.channels.begin(), picture.channels.begin() + 4});
+      first.display = picture.display;
+      first.metadata = picture.metadata;
+      for (size_t i = 0; i < size_t(picture.data.pixels()); ++i)
+        std::copy_n(&picture.pixels[i * picture.channels.size()], 4, &first.pixels[i * 4]);
+      picture = std::move(first);
+    }
+  }
+  const image::Status s = image::write(output.file, picture);
+  return s.ok() || fail(output, s.what);
+}
+
+}  // namespace kinora::film

@@ -1,0 +1,66 @@
+// Writes the pictures of a plan from a film: through display driver plug-ins, or through image/ for formats without
+// one. Called by render/ at snapshots and at the end, and by `kinora merge`, while no thread adds to the film. Files
+// appear whole or not at all; what cannot be written is a message and `false`, for exit code 6.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "film/display_plan.h"
+#include "film/film.h"
+#include "film/shard.h"
+#include "image/image.h"
+
+namespace kinora::film {
+
+// What pictures carry besides pixels.
+struct FrameMetadata {
+  image::Matrix44 worldToCamera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  image::Matrix44 worldToNdc = worldToCamera;
+  int frame = 0;
+  uint64_t seed = 0;
+  std::vector<SampleRange> samples;
+  double samplesPerPixel = 0;  // mean, where adaptive
+  double renderSeconds = 0;
+  std::string kinoraVersion, sceneHash, pixelFilter;
+  bool isComplete = true;  // false in snapshots and interrupted renders
+  std::map<std::string, image::MetaValue> more;
+};
+
+// All of it as a file's keys.
+std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame);
+
+// The plan's outputs and the camera's matrices as text for shards (ShardInfo::outputs), and back. What a shard states
+// itself (frame, seed, samples ...) is not repeated. On reading, `layout` is the shard's.
+std::string outputsToJson(const DisplayPlan& plan, const FrameMetadata& frame);
+image::Status outputsFromJson(const std::string& text, const ChannelLayout& layout, DisplayPlan& plan,
+                              FrameMetadata& frame);
+
+class DisplayOutput {
+ public:
+  DisplayOutput(DisplayPlan plan, DriverLookup lookup, Diagnostics& diagnostics);
+  const DisplayPlan& plan() const { return plan_; }
+  // Could all targets be written? Asked before rendering, so that no hour is lost. Errors are reported.
+  bool probe();
+  // Writes every picture; tries all of them even when one fails.
+  bool write(const Film& film, const FrameMetadata& frame);
+  // Names of the files written by the last write().
+  const std::vector<std::string>& written() const { return written_; }
+
+ private:
+  bool writeOne(const Output& output, const Film& film, const std::map<std::string, image::MetaValue>& metadata);
+  bool writeByPlugin(const Output& output, const Descriptor& driver, const image::Image& picture);
+  bool writeByImage(const Output& output, image::Image picture);
+  bool fail(const Output& output, const std::string& why);
+  DisplayPlan plan_;
+  DriverLookup lookup_;
+  Diagnostics& diagnostics_;
+  std::vector<std::string> written_;
+};
+
+// The picture of one output: channels with their names and types, windows, metadata. Also for tests and for viewers.
+image::Image pictureOf(const Film& film, const Output& output,
+                       const std::map<std::string, image::MetaValue>& metadata);
+
+}  // namespace kinora::film

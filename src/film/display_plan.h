@@ -1,0 +1,64 @@
+// From what a scene says (displays, display channels, -o) to what a film must sum and which pictures come out of it.
+// Made by render/ before the first sample and by `kinora merge` from a shard; display_output.h writes the pictures.
+// It opens no file and creates no driver.
+#pragma once
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "film/channel.h"
+#include "image/status.h"
+#include "scene/scene.h"
+
+namespace kinora {
+struct Descriptor;
+}
+
+namespace kinora::film {
+
+// Finds a display driver by name (Registry::find of Kind::Display); null when there is none.
+using DriverLookup = std::function<const Descriptor*(const std::string& name)>;
+
+// A channel of the film inside one picture.
+struct OutputChannel {
+  int channel = 0;                 // index in the layout
+  std::vector<std::string> names;  // in the file, one a float: "R" "G" "B", "diffuse.R" ..., "id"
+  bool isColor = false;            // a colour, as opposed to alpha or data
+};
+
+// One picture file.
+struct Output {
+  std::string file;    // with its extension, frame number filled in
+  std::string driver;  // of a plug-in ("openexr", "png"), or kImageWriter
+  scene::ParameterList params;
+  std::vector<OutputChannel> channels;
+  SourcePos pos;
+};
+// Formats without a driver (.tif, .jpg ...): written by image/ itself.
+inline constexpr const char* kImageWriter = "image";
+
+struct DisplayPlan {
+  ChannelLayout layout;
+  std::vector<Output> outputs;
+  float pixelAspect = 1;
+};
+
+struct PlanOptions {
+  std::string output;      // -o: file of the primary display, format by extension; "": as the scene says
+  bool splats = false;     // the integrator splats light paths: colours take them
+  bool noOutputs = false;  // only the channels are wanted (tests, bench)
+};
+
+// Problems become messages (DISPLAY-*), each with what was done instead; the plan always has channels to sum.
+DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, const DriverLookup& lookup,
+                         Diagnostics& diagnostics);
+
+// "####" in a name becomes the frame number padded to as many digits (a minus counts as one).
+std::string fillFrame(std::string file, int frame);
+
+// -o for a plan that is already made (kinora merge): the primary picture goes to `file`, format by its extension.
+void redirectPrimary(DisplayPlan& plan, const std::string& file, Diagnostics& diagnostics);
+
+}  // namespace kinora::film

@@ -1,0 +1,42 @@
+// The work behind `kinora diff`, `kinora merge` and `kinora info IMAGE`. Called by app/, which parses the command
+// line, prints the text on standard output and ends with the exit code. Problems go through Diagnostics (IMAGE-*,
+// FILM-*, DISPLAY-*); nothing is printed here.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "film/display_plan.h"
+
+namespace kinora::film {
+
+// Exit codes of CLI.md that these commands end with.
+enum ToolExit : int { kToolOk = 0, kToolDiffers = 1, kToolUnreadable = 3, kToolUnwritable = 6 };
+
+struct ToolResult {
+  int exitCode = kToolOk;
+  std::string text;  // lines, each ended
+};
+
+// Each limit that is given must hold; with none given, any differing value is a difference.
+struct DiffLimits {
+  std::optional<double> rmse, relativeMse, maximum;
+  std::optional<double> differingPixels;  // a share of all pixels, 0..1
+  double valueThreshold = 0;              // values this close are equal
+  std::vector<std::string> channels;      // empty: all in common
+};
+
+// `picture`: where to write |a - b| x gain ("" for no picture).
+ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimits& limits,
+                      const std::string& picture, float gain, Diagnostics& diagnostics);
+
+// Parts of one frame become its pictures: the primary one in `output` ("": all by the scene's names). `keepShard`:
+// the merged integers are written to `output` instead, as a larger shard.
+ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& output, bool keepShard,
+                      const DriverLookup& lookup, Diagnostics& diagnostics);
+
+// Format, sizes, channels, value ranges and metadata of a picture; of a shard what it holds.
+ToolResult imageInfo(const std::string& path, Diagnostics& diagnostics);
+
+}  // namespace kinora::film
