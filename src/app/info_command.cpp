@@ -14,7 +14,7 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/plugin_path.h"
-#include "image/read_write.h"
+#include "film/tools.h"
 #include "rib/reader.h"
 
 namespace kinora::app {
@@ -34,11 +34,6 @@ const char* nameOf(const scene::Shape& shape) {
                                        "patch meshes", "NURBS patches",  "other primitives"};
   static_assert(std::size(kNames) == std::variant_size_v<scene::Shape>);
   return kNames[shape.index()];
-}
-
-const char* nameOf(image::StoredType type) {
-  static const char* const kNames[] = {"uint8", "uint16", "half", "float"};
-  return kNames[size_t(type)];
 }
 
 void printNames(const char* what, const std::map<std::string, size_t>& names) {
@@ -96,30 +91,6 @@ int printScene(const std::vector<std::string>& files, const std::vector<std::str
   return reader.worlds() > 0 && diagnostics.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
 }
 
-int printImage(const std::string& file, Diagnostics& diagnostics) {
-  image::Image picture;
-  if (const image::Status status = image::readHeader(file, picture); !status.ok()) {
-    diagnostics.error(status.code, {}, status.what);
-    return kBadScene;
-  }
-  fmt::print("{}: {} x {}, {} channels\n", file, picture.width(), picture.height(), picture.channelCount());
-  const auto print = [](const char* what, const image::Window& w) {
-    fmt::print("  {:<16}{},{} to {},{}\n", what, w.x0, w.y0, w.x1, w.y1);
-  };
-  print("data window", picture.data);
-  if (!(picture.data == picture.display)) print("display window", picture.display);
-  for (const image::ChannelInfo& c : picture.channels) fmt::print("  {:<16}{}\n", c.name, nameOf(c.type));
-  constexpr size_t kLongest = 200;
-  for (const auto& [name, value] : picture.metadata) {
-    if (const auto* i = std::get_if<int>(&value)) fmt::print("  {} = {}\n", name, *i);
-    if (const auto* f = std::get_if<float>(&value)) fmt::print("  {} = {}\n", name, *f);
-    if (const auto* m = std::get_if<image::Matrix44>(&value)) fmt::print("  {} = {}\n", name, fmt::join(*m, " "));
-    if (const auto* s = std::get_if<std::string>(&value))
-      fmt::print("  {} = \"{}{}\"\n", name, s->substr(0, kLongest), s->size() > kLongest ? "..." : "");
-  }
-  return kComplete;
-}
-
 }  // namespace
 
 int runInfo(const Arguments& arguments) {
@@ -139,7 +110,11 @@ int runInfo(const Arguments& arguments) {
       for (std::string& part : splitPath(path)) directories.push_back(std::move(part));
     code = printScene(files, directories, diagnostics);
   } else {
-    for (const std::string& file : files) code = std::max(code, printImage(file, diagnostics));
+    for (const std::string& file : files) {
+      const film::ToolResult result = film::imageInfo(file, diagnostics);
+      fmt::print("{}", result.text);
+      code = std::max(code, result.exitCode);
+    }
   }
   diagnostics.summary();
   return code;

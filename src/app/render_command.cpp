@@ -7,11 +7,11 @@
 #include "app/command_line.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
-#include "app/frame_names.h"
 #include "app/plugin_path.h"
 #include "app/render_options.h"
 #include "app/signals.h"
 #include "app/stats_report.h"
+#include "film/display_plan.h"
 #include "image/atomic_file.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
@@ -93,7 +93,7 @@ class RenderRun {
     if (isOver()) return;
     if (waiting_) {
       for (const std::string& name : {options_.settings.output, options_.statsFile})
-        if (!name.empty() && !hasFrameField(name)) {
+        if (!name.empty() && name.find('#') == std::string::npos) {
           code_ = badCommandLine(diagnostics_,
                                  "the scene has several frames, which would all be written to '" + name + "'",
                                  "put #### where the frame's number goes, as in 'name.####.exr'");
@@ -114,7 +114,7 @@ class RenderRun {
       if (const auto kind = std::filesystem::status(name, ignored); exists(kind) && !is_regular_file(kind))
         status = image::Status::fail("APP-WRITE", "'" + name + "' is not a regular file");
       else
-        status = image::AtomicFile(withFrame(name, 0)).probe();
+        status = image::AtomicFile(film::fillFrame(name, 0)).probe();
       if (!status.ok()) {
         diagnostics_.error(status.code, {}, status.what, "nothing was rendered",
                            "name a file in a folder that exists");
@@ -128,18 +128,18 @@ class RenderRun {
     scene::Scene scene = std::move(*waiting_);
     waiting_.reset();
     ++frames_;
-    const int frame = scene.frame > 0 ? scene.frame : frames_;
-    for (scene::Display& display : scene.displays) display.file = withFrame(display.file, frame);
+    // worlds outside FrameBegin are numbered in order
+    if (scene.frame == 0) scene.frame = frames_ - 1;
+    const int frame = scene.frame;
     const int code = renderFrame(std::move(scene), frame);
     if (code != kComplete) code_ = code;
   }
 
   int renderFrame(scene::Scene scene, int frame) {
     render::Settings settings = options_.settings;
-    settings.output = withFrame(settings.output, frame);
-    std::vector<std::string> written;
-    if (!settings.output.empty()) written.push_back(settings.output);
-    for (size_t i = written.size(); i < scene.displays.size(); ++i) written.push_back(scene.displays[i].file);
+    settings.output = film::fillFrame(settings.output, frame);
+    // written early: loading takes the scene
+    std::vector<std::string> written = picturesOf(scene, settings.output);
 
     render::Renderer renderer(registry_, diagnostics_, settings);
     const bool isLoaded = renderer.load(std::move(scene));
@@ -157,7 +157,8 @@ class RenderRun {
     const Outcome outcome = renderWithProgress(renderer, label);
     int code = exitCodeOf(outcome);
     if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {
-      written = {settings.output.empty() ? written.at(0) : settings.output};
+      if (written.empty()) written.push_back("kinora.exr");
+      written.resize(1);
       // an incomplete part would be merged as if it were whole
       if (code == kInterrupted)
         written.clear();
@@ -167,6 +168,18 @@ class RenderRun {
     if (settings.strict && code == kComplete && diagnostics_.assetProblems() > 0) code = kMissingAsset;
     report(renderer, frame, code, written);
     return code;
+  }
+
+  // The files that a render of the scene writes. Messages about displays are the renderer's to give.
+  std::vector<std::string> picturesOf(const scene::Scene& scene, const std::string& output) {
+    Diagnostics silent([](const std::string&, Severity) {});
+    const auto driver = [&](const std::string& name) { return registry_.find(Kind::Display, name, silent, {}); };
+    std::vector<std::string> files;
+    film::PlanOptions planning;
+    planning.output = output;
+    for (const film::Output& picture : film::planDisplays(scene, planning, driver, silent).outputs)
+      files.push_back(picture.file);
+    return files;
   }
 
   Outcome renderWithProgress(render::Renderer& renderer, const std::string& label) {
@@ -189,7 +202,7 @@ class RenderRun {
     for (const std::string& file : options_.files) files += (files.empty() ? "" : " ") + file;
     const StatsHeading heading{files, frame, nameOf(code), residentPeakBytes()};
     if (!options_.statsFile.empty() &&
-        !writeStats(withFrame(options_.statsFile, frame), renderer.statistics(), heading, diagnostics_) &&
+        !writeStats(film::fillFrame(options_.statsFile, frame), renderer.statistics(), heading, diagnostics_) &&
         code == kComplete)
       code = kCannotWrite;
     if (options_.verbose > 0) fmt::print("{}", statsAsText(renderer.statistics(), heading));
