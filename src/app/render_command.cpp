@@ -157,8 +157,9 @@ class RenderRun {
     const Outcome outcome = renderWithProgress(renderer, label);
     int code = exitCodeOf(outcome);
     if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {
-      if (written.empty()) written.push_back("kinora.exr");
       written.resize(1);
+      if (!written[0].ends_with(".exr")) written[0] = std::filesystem::path(written[0]).replace_extension(".exr").string();
+      if (written[0] == ".exr") written[0] = "kinora.exr";
       // an incomplete part would be merged as if it were whole
       if (code == kInterrupted)
         written.clear();
