@@ -3,6 +3,7 @@
 // All spans have `capacity` elements rounded up to kPad, in the group's arena. Render space.
 #pragma once
 #include <kinora/bxdf.h>
+#include <kinora/light.h>
 #include <kinora/sample_table.h>
 
 namespace kinora {

@@ -5,6 +5,7 @@
 #include <ImathVec.h>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/parameters.h"
@@ -16,12 +17,18 @@ struct Primvar {
   enum class Rate : uint8_t { Constant, PerFace, PerVertex, PerCorner };  // PerCorner: 3 values a triangle
   std::string name;
   scene::ValueType type = scene::ValueType::Float;
-  int width = 1;                // floats (or strings) an element: components x array length
+  int width = 1;  // floats (or strings) an element: components x array length
   Rate rate = Rate::Constant;
-  std::vector<float> data;      // PerVertex: keys x vertices x width only for "N" of a deforming mesh; else one key
+  std::vector<float> data;  // PerVertex: keys x vertices x width only for "N" of a deforming mesh; else one key
   std::vector<std::string> strings;  // string primvars are Constant or PerFace
 };
 
+// Which way it faces. The geometric normal of triangle t is e1 x e2 in object space (e1 = P1 - P0, e2 = P2 - P0),
+// negated when `flipNormals`; it goes to world space as a normal does (inverse transpose), so that a mirroring
+// transform leaves the outside of an object outside. Who multiplies the *points* by a mirroring matrix first and
+// crosses then must negate. "N" already carries the orientation: derived normals point to the side of the geometric
+// normal, and normals from the user are turned as a whole when most of them point to the other side. Single ones may
+// still disagree.
 struct Mesh {
   // keys x vertexCount points; object space minus `origin` (so that float keeps precision at coordinates around 1e6)
   std::vector<Imath::V3f> points;
@@ -29,16 +36,28 @@ struct Mesh {
   uint32_t vertexCount = 0;
   std::vector<double> times;             // deformation key times; empty: one key
   std::vector<uint32_t> indices;         // 3 a triangle; counter-clockwise about dPdu x dPdv of the patch
-  std::vector<uint32_t> faceOfTriangle;  // empty: triangle t belongs to face t
-  // Patch parameters: per corner (3 x 2 floats a triangle). Empty: corners are (0,0), (1,0), (0,1), i.e. u = b1, v = b2.
+  std::vector<uint32_t> faceOfTriangle;  // empty: triangle t belongs to face t (t / 2 with `quadPairs`); ask faceOf()
+  // Every face is a quad cut into triangles 2f and 2f + 1, whose parameters then need no memory: the corners of the
+  // even one are at (u, v) = (0,0), (1,0), (1,1), those of the odd one at (0,0), (1,1), (0,1). In a mesh of mixed
+  // polygons the quads have triangle parameters like the other faces. faceOfTriangle is still filled when PerFace
+  // primvars exist.
+  bool quadPairs = false;
+  // Patch parameters: per corner (3 x 2 floats a triangle). Empty, and no vertexUV and no quadPairs: corners are
+  // (0,0), (1,0), (0,1), i.e. u = b1, v = b2.
   std::vector<Imath::V2f> cornerUV;
-  std::vector<Imath::V2f> vertexUV;      // instead of cornerUV where no seam splits vertices (quadrics, patches)
-  std::vector<Primvar> primvars;         // "N" (unit, PerVertex or PerCorner; object space) and "st" (width 2) among them if present or derived
-  bool flipNormals = false;              // orientation: geometric normal is -(e1 x e2)
-  bool doubleSided = true;               // Sides 2
-  Imath::Box3d bounds;                   // over all keys, object space
+  std::vector<Imath::V2f> vertexUV;  // instead of cornerUV where no seam splits vertices (quadrics, patches)
+  std::vector<Primvar>
+      primvars;              // "N" (unit; object space) and "st" (width 2; else u, v are meant) if present or derived
+  bool flipNormals = false;  // orientation: geometric normal is -(e1 x e2)
+  bool doubleSided = true;   // Sides 2
+  Imath::Box3d bounds;       // over all keys, object space
 
   uint32_t triangleCount() const { return uint32_t(indices.size() / 3); }
+  uint32_t faceOf(uint32_t triangle) const {
+    return !faceOfTriangle.empty() ? faceOfTriangle[triangle] : quadPairs ? triangle / 2 : triangle;
+  }
+  Imath::V2f uvOf(uint32_t triangle,
+                  int corner) const;  // patch parameters of a corner (0, 1, 2), whatever their store
   int keyCount() const { return times.empty() ? 1 : int(times.size()); }
   const Primvar* find(std::string_view name) const;
   size_t bytes() const;

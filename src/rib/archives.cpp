@@ -47,8 +47,9 @@ std::vector<std::string> Interpreter::searchPath() const {
   return path;
 }
 
-// As named; beside the file that names it; beside the main file; along the search path; then its base name in the
-// same places, for paths of another machine. "" when it is nowhere.
+// As named; beside the file that names it; beside the main file; along the search path; in the folders above the main
+// file; then its base name beside these files and along the path, for paths of another machine. "" when it is
+// nowhere.
 std::string Interpreter::findArchive(const std::string& asNamed, const std::string& including) const {
   std::string name = asNamed;
   for (const auto& [from, to] : read_.dirmap)
@@ -71,12 +72,18 @@ std::string Interpreter::findArchive(const std::string& asNamed, const std::stri
     const size_t slash = name.rfind('/', bang);
     zipBase = slash == std::string::npos ? name : name.substr(slash + 1);
   }
-  for (const std::string& candidate : {name, zipBase, base}) {
+  for (const std::string* form : {&name, &zipBase, &base}) {
+    const std::string& candidate = *form;
     if (candidate.empty()) continue;
     for (const std::string& d : directories) {
       if (candidate.starts_with('/') && !d.empty()) continue;
       if (isReadable(d + candidate)) return d + candidate;
     }
+    // exporters write names from the project's folder, which holds the scene some folders further down
+    constexpr int kMostUp = 8;
+    std::string up = mainDirectory_.empty() ? "./" : mainDirectory_;
+    for (int i = 0; i < kMostUp && form != &base && !candidate.starts_with('/'); ++i)
+      if (isReadable((up += "../") + candidate)) return up + candidate;
   }
   return {};
 }

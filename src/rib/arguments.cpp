@@ -34,21 +34,16 @@ int toInt(double v) {
 }  // namespace
 
 bool Interpreter::Cursor::numbers(size_t count, double* out) {
-  if (at >= request.count) return false;
-  const Argument& first = request.args[at];
-  if (first.kind == Argument::Kind::Numbers && first.isArray) {
-    if (first.exact.size() < count) return false;
-    std::copy_n(first.exact.begin(), count, out);
-    ++at;
-    return true;
+  size_t have = 0, next = at;
+  while (have < count) {
+    if (next >= request.count) return false;
+    const Argument& a = request.args[next++];
+    if (a.kind != Argument::Kind::Numbers || a.exact.empty()) return false;
+    const size_t n = std::min(a.exact.size(), count - have);
+    std::copy_n(a.exact.begin(), n, out + have);
+    have += n;
   }
-  if (at + count > request.count) return false;
-  for (size_t i = 0; i < count; ++i) {
-    const Argument& a = request.args[at + i];
-    if (a.kind != Argument::Kind::Numbers || a.size() != 1) return false;
-    out[i] = a.exact[0];
-  }
-  at += count;
+  at = next;
   return true;
 }
 
@@ -149,7 +144,7 @@ std::optional<Declaration> Interpreter::guess(const Request& r, const std::strin
     d.type = ValueType::String;
   else if (a.isInteger && n != 3 && n != 16)
     d.type = ValueType::Int;
-  else if (n == 3 && use == Use::Node)
+  else if (n == 3 && (use == Use::Node || use == Use::Classic))
     d.type = ValueType::Color;
   else if (n == 16)
     d.type = ValueType::Matrix;
@@ -171,7 +166,10 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
   };
   const bool wantsStrings = d.isReference || d.type == ValueType::String || d.type >= ValueType::Bxdf;
   const bool isStrings = a.kind == Argument::Kind::Strings;
-  if (a.size() == 0) return drop("RIB-ARRAY-LENGTH", "has no value");
+  if (a.size() == 0) {
+    if (r.name == "Volume") return true;  // a field that the volume's own file holds is declared without values
+    return drop("RIB-ARRAY-LENGTH", "has no value");
+  }
   if (wantsStrings != isStrings)
     return drop("RIB-TYPE",
                 std::string("is declared ") + nameOf(d.type) + " and given " + (isStrings ? "strings" : "numbers"));

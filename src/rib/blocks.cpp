@@ -39,11 +39,9 @@ void Interpreter::leave() {
     case BlockKind::Object:
       if (!openObjects_.empty()) openObjects_.pop_back();
       break;
-    case BlockKind::Frame: {
-      // coordinate systems and objects of the frame go with it
+    case BlockKind::Frame:
       frame_ = std::move(*b.frame);
       break;
-    }
     default:
       break;
   }
@@ -217,7 +215,7 @@ void Interpreter::objectInstance(Request& r) {
   i.id = nextId_++;
   i.prototype = it->second;
   i.toWorld = state_.ctm;
-  i.attributes = state_.attributes;
+  i.attributes = attributesInUse();
   i.pos = r.pos;
   (openObjects_.empty() ? world_->instances : prototypes_[openObjects_.back()].instances).push_back(std::move(i));
 }

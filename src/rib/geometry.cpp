@@ -223,7 +223,12 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     PatchMesh m;
     std::string wrap[2];
     double n[2];
-    const auto isWrap = [](const std::string& w) { return w == "periodic" || w == "nonperiodic"; };
+    // "wrap" and "nowrap" are the words of the oldest files
+    const auto isWrap = [](std::string& w) {
+      if (w == "wrap") w = "periodic";
+      if (w == "nowrap") w = "nonperiodic";
+      return w == "periodic" || w == "nonperiodic";
+    };
     if (!c.string(text) || (text != "bilinear" && text != "bicubic")) return bad("\"bilinear\" or \"bicubic\"");
     if (!c.number(n[0]) || !c.string(wrap[0]) || !c.number(n[1]) || !c.string(wrap[1]) || !isWrap(wrap[0]) ||
         !isWrap(wrap[1]))
@@ -375,7 +380,7 @@ void Interpreter::emit(Primitive p) {
   if (read_.checkOnly) return;
   p.id = nextId_++;
   p.toWorld = state_.ctm;
-  p.attributes = state_.attributes;
+  p.attributes = attributesInUse();
   bool isLamp = false;
   if (state_.emitter) {
     scene::Light l = *state_.emitter;

@@ -338,7 +338,7 @@ void Interpreter::keep(Request& r) {
   size_t i = 0;
   // positional arguments as text; what looks like a parameter list as one
   const auto isToken = [&](const Argument& a) {
-    return a.isString() && !a.isArray && declarations_.find(a.strings[0]) != nullptr;
+    return i > 0 && a.isString() && !a.isArray && declarations_.find(a.strings[0]) != nullptr;
   };
   for (; i < r.count && !(i + 1 < r.count && isToken(r.args[i])); ++i) {
     const Argument& a = r.args[i];
@@ -350,7 +350,7 @@ void Interpreter::keep(Request& r) {
       k.args.push_back(buffer);
     }
   }
-  if (i < r.count) k.params = parameters(r, i, Use::Node);
+  if (i < r.count) k.params = parameters(r, i, Use::Classic);
   (world_ ? *world_ : frame_.options).kept.push_back(std::move(k));
 }
 

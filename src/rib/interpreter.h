@@ -55,6 +55,8 @@ class Interpreter {
     std::vector<LightFilter> lightFilters;
     std::shared_ptr<const scene::Light> emitter;       // PxrMeshLight or AreaLightSource that waits for geometry
     std::shared_ptr<const scene::ParameterList> trim;  // TrimCurve
+    // Terminals that read patterns not declared yet: resolved when the first object uses them.
+    scene::NodePtr lateBxdf, lateDisplacement;
   };
   using NodeMap = std::unordered_map<std::string, scene::NodePtr>;
   enum class BlockKind : uint8_t { Attribute, Transform, Frame, World, Solid, Object, Resource };
@@ -105,7 +107,8 @@ class Interpreter {
 
   // ---- arguments.cpp: values out of requests
   class Cursor;
-  enum class Use : uint8_t { Node, Option, Attribute, Primitive };
+  // Classic: shaders and displays whose bare names are theirs to know, so that guessing a type is no repair.
+  enum class Use : uint8_t { Node, Classic, Option, Attribute, Primitive };
   scene::ParameterList parameters(Request& r, size_t first, Use use);
   bool convert(Request& r, Argument& a, const Declaration& d, scene::Parameter& p, Use use);
   std::optional<Declaration> guess(const Request& r, const std::string& token, const Argument& a, Use use);
@@ -172,10 +175,14 @@ class Interpreter {
   void applyRiOptions(const scene::ParameterList& p);
 
   // ---- shading.cpp
-  scene::NodePtr node(Request& r, bool hasHandle);
+  scene::NodePtr node(Request& r, bool hasHandle, Use use = Use::Node);
   const scene::NodePtr* findNode(const std::string& handle) const;
   void remember(const scene::NodePtr& n);
-  void gather(scene::NodePtr& terminal, std::vector<scene::NodePtr>& upstream);
+  enum class Missing : uint8_t { Stop, Drop, Report };  // at a reference that leads nowhere
+  // False when it stopped; the network is then not usable.
+  bool gather(scene::NodePtr& terminal, std::vector<scene::NodePtr>& upstream, Missing missing);
+  scene::NetworkPtr bind(const scene::NodePtr& terminal, scene::NodePtr& late);
+  std::shared_ptr<const scene::Attributes> attributesInUse();
   void bxdf(Request&);
   void pattern(Request&);
   void displace(Request&);
@@ -267,6 +274,7 @@ class Interpreter {
   int archiveReads_ = 0;
 
   std::set<std::string> keptNames_, unknownNames_;
+  std::set<scene::NodePtr> lateReported_;
 };
 
 // Takes the positional arguments of a request one after the other; a scalar may stand in brackets and a row of

@@ -251,7 +251,7 @@ void Interpreter::display(Request& r) {
   scene::Display d;
   if (!c.string(d.file) || !c.string(d.driver) || !c.string(d.mode))
     return badArguments(r, "a name, a driver and a mode");
-  d.params = parameters(r, c.at, Use::Node);
+  d.params = parameters(r, c.at, Use::Classic);
   d.pos = r.pos;
   // a name with '+' adds a display, one without replaces all before
   if (d.file.starts_with("+"))
@@ -294,7 +294,7 @@ void Interpreter::displayChannel(Request& r) {
 
 void Interpreter::hider(Request& r) {
   if (optionsAllowed(r))
-    if (auto n = node(r, false)) frame_.options.hider = n;
+    if (auto n = node(r, false, Use::Classic)) frame_.options.hider = n;
 }
 
 void Interpreter::integrator(Request& r) {

@@ -10,7 +10,7 @@ using scene::NodePtr;
 using scene::Parameter;
 
 // "plug-in" ["handle"] params. Real files leave the handle out, or give a number.
-NodePtr Interpreter::node(Request& r, bool hasHandle) {
+NodePtr Interpreter::node(Request& r, bool hasHandle, Use use) {
   Cursor c(r);
   auto n = std::make_shared<scene::Node>();
   n->kind = r.name;
@@ -25,7 +25,7 @@ NodePtr Interpreter::node(Request& r, bool hasHandle) {
     if ((r.count - c.at) % 2 == 1 || !declared) c.string(n->handle);
   }
   if (hasHandle && n->handle.empty()) n->handle = n->plugin;
-  n->params = parameters(r, c.at, Use::Node);
+  n->params = parameters(r, c.at, use);
   return n;
 }
 
@@ -50,7 +50,7 @@ void Interpreter::remember(const NodePtr& n) {
 // Depth first over the references, with a stack of our own: each node lands behind all it reads. A reference to
 // nothing and one that closes a circle are taken out of the copy of the node that this network holds, so that its
 // default is used.
-void Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream) {
+bool Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream, Missing missing) {
   struct Visit {
     NodePtr node;
     std::vector<std::pair<std::string, std::string>> inputs;  // parameter, handle
@@ -80,10 +80,13 @@ void Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream) {
         continue;
       }
       const bool circle = active.contains(handle) || found;
-      report(Severity::Error, circle ? "RIB-CYCLE" : "RIB-REFERENCE", top.node->pos,
-             "\"" + parameter + "\" of " + top.node->kind + " '" + top.node->handle + "' reads '" +
-                 handle.substr(0, 60) + (circle ? "', which reads it in turn" : "', which is declared nowhere above"),
-             "the parameter's default is used");
+      if (!circle && missing == Missing::Stop) return false;
+      if (circle || missing == Missing::Report)
+        report(Severity::Error, circle ? "RIB-CYCLE" : "RIB-REFERENCE", top.node->pos,
+               "\"" + parameter + "\" of " + top.node->kind + " '" + top.node->handle + "' reads '" +
+                   handle.substr(0, 60) +
+                   (circle ? "', which reads it in turn" : "', which is declared nowhere above"),
+               "the parameter's default is used");
       top.broken.push_back(parameter);
       continue;
     }
@@ -102,30 +105,58 @@ void Interpreter::gather(NodePtr& terminal, std::vector<NodePtr>& upstream) {
     }
     stack.pop_back();
   }
+  return true;
 }
 
 void Interpreter::pattern(Request& r) {
   if (auto n = node(r, true)) remember(n);
 }
 
+// The network as it stands now, so that a pattern declared again later leaves it alone. Where a reference leads
+// nowhere yet, `late` keeps the terminal: real files declare patterns behind what reads them.
+scene::NetworkPtr Interpreter::bind(const NodePtr& terminal, NodePtr& late) {
+  auto network = std::make_shared<scene::Network>();
+  network->terminal = terminal;
+  late = nullptr;
+  if (gather(network->terminal, network->patterns, Missing::Stop)) return network;
+  late = terminal;
+  network->patterns.clear();
+  network->terminal = terminal;
+  return network;
+}
+
 void Interpreter::bxdf(Request& r) {
   auto n = node(r, true);
   if (!n) return;
   remember(n);  // layered materials refer to other bxdfs
-  auto network = std::make_shared<scene::Network>();
-  network->terminal = n;
-  gather(network->terminal, network->patterns);
-  edit().bxdf = std::move(network);
+  edit().bxdf = bind(n, state_.lateBxdf);
 }
 
 void Interpreter::displace(Request& r) {
   auto n = node(r, true);
   if (!n) return;
   remember(n);
-  auto network = std::make_shared<scene::Network>();
-  network->terminal = n;
-  gather(network->terminal, network->patterns);
-  edit().displacement = std::move(network);
+  edit().displacement = bind(n, state_.lateDisplacement);
+}
+
+std::shared_ptr<const scene::Attributes> Interpreter::attributesInUse() {
+  const auto resolve = [&](NodePtr& late, scene::NetworkPtr scene::Attributes::*member) {
+    if (!late) return;
+    auto network = std::make_shared<scene::Network>();
+    network->terminal = late;
+    if (!gather(network->terminal, network->patterns, Missing::Stop)) {
+      network->patterns.clear();
+      network->terminal = late;
+      // a terminal used by many objects is worth one message
+      gather(network->terminal, network->patterns,
+             lateReported_.insert(late).second ? Missing::Report : Missing::Drop);
+    }
+    edit().*member = std::move(network);
+    late = nullptr;
+  };
+  resolve(state_.lateBxdf, &scene::Attributes::bxdf);
+  resolve(state_.lateDisplacement, &scene::Attributes::displacement);
+  return state_.attributes;
 }
 
 void Interpreter::lightFilter(Request& r) {
@@ -159,8 +190,8 @@ void Interpreter::light(Request& r) {
   scene::Light l;
   l.node = n;
   l.toWorld = state_.ctm;
-  l.attributes = state_.attributes;
-  gather(l.node, l.patterns);
+  l.attributes = attributesInUse();
+  gather(l.node, l.patterns, Missing::Report);
   // Filters: those in force here, then those the light names and that came from an outer scope.
   for (const LightFilter& f : state_.lightFilters) {
     l.filters.push_back(f.node);
@@ -185,7 +216,7 @@ void Interpreter::light(Request& r) {
 }
 
 void Interpreter::classicShader(Request& r) {
-  auto n = node(r, false);
+  auto n = node(r, false, Use::Classic);
   if (!n) return;
   reportKept(r);
   auto& shaders = edit().classicShaders;
@@ -194,7 +225,7 @@ void Interpreter::classicShader(Request& r) {
 }
 
 void Interpreter::lightSource(Request& r) {
-  auto n = node(r, true);
+  auto n = node(r, true, Use::Classic);
   if (!n) return;
   reportKept(r);
   remember(n);
@@ -210,7 +241,7 @@ void Interpreter::lightSource(Request& r) {
 }
 
 void Interpreter::areaLightSource(Request& r) {
-  auto n = node(r, true);
+  auto n = node(r, true, Use::Classic);
   if (!n) return;
   reportKept(r);
   remember(n);

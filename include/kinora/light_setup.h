@@ -1,0 +1,298 @@
+// What the create() functions of lights share: the common parameters, the radiance formula, shaping, placement and light
+// maps. Plain code in double precision that runs once a light, before rendering; stock lights and authors' lights include
+// it before <kinora/simd/foreach_target.h>. It samples nothing (light_author.h does) and knows nothing of shadows,
+// linking or groups, which belong to the host.
+#pragma once
+#include <kinora/light.h>
+#include <kinora/named_values.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kinora {
+
+// ---- common parameters (names and defaults of the RIS lights) ----
+namespace lightParams {
+inline constexpr std::array kRadiance = {
+    param::number("intensity", 1.f).range(0, 100).help("Factor on the radiance."),
+    param::number("exposure", 0.f).range(-8, 8).help("Stops: the radiance is multiplied by 2 to this power."),
+    param::color("lightColor", 1.f).help("Colour, a factor on the radiance; scene-linear Rec. 709."),
+    param::integer("enableTemperature", 0).range(0, 1).options("0 off, 1 on").help("Multiply by the colour of a black body."),
+    param::number("temperature", 6500.f).range(1000, 10000)
+        .help("Kelvin, used where enableTemperature is 1; its colour has luminance 1 and is kept within 1000 to 10000."),
+    param::number("specular", 1.f).range(0, 1).help("Factor on this light's contribution to specular lobes."),
+    param::number("diffuse", 1.f).range(0, 1).help("Factor on this light's contribution to diffuse lobes."),
+};
+inline constexpr std::array kNormalize = {
+    param::integer("areaNormalize", 0).range(0, 1).options("0 off, 1 on")
+        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle), so that the power "
+              "does not grow with it."),
+};
+inline constexpr std::array kMap = {
+    param::string("lightColorMap", "").file().help("Image that multiplies the colour; see the light's own text for its orientation."),
+    param::vector("colorMapGamma", 1, 1, 1).range(0.2f, 4)
+        .help("Each channel c of the map becomes c to the power 1 / gamma."),
+    param::number("colorMapSaturation", 1.f).range(0, 2).help("0 makes the map grey (Rec. 709 luminance), 1 leaves it."),
+};
+inline constexpr std::array kShaping = {
+    param::number("emissionFocus", 0.f).range(0, 50)
+        .help("Exponent of the cosine to the light's axis that multiplies the radiance; 0 emits alike to all sides."),
+    param::color("emissionFocusTint", 0.f).help("Radiance factor towards which the focus falls off."),
+    param::integer("emissionFocusNormalize", 0).range(0, 1).options("0 off, 1 on").help("Keep the power whatever emissionFocus is."),
+    param::number("coneAngle", 90.f).range(0, 180).help("Degrees off the axis beyond which nothing is emitted."),
+    param::number("coneSoftness", 0.f).range(0, 2)
+        .help("Part of coneAngle over which the edge fades; above 1 the axis is dimmed too."),
+    param::string("iesProfile", "").help("No effect yet: measured light distribution."),
+    param::number("iesProfileScale", 0.f).range(-1, 1).help("No effect yet: rescales the angles of iesProfile."),
+    param::integer("iesProfileNormalize", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: keep the power under iesProfile."),
+    param::number("intensityNearDist", 0.f).range(0, 10).help("No effect yet: distance below which brightness stops rising."),
+};
+inline constexpr std::array kControl = {
+    param::integer("enableShadows", 1).range(0, 1).options("0 off, 1 on").help("No effect yet: whether this light casts shadows."),
+    param::color("shadowColor", 0.f).help("No effect yet: light that is left in shadow."),
+    param::number("shadowDistance", -1.f).range(-1, 100).help("No effect yet: farthest occluder; -1 is no limit."),
+    param::number("shadowFalloff", -1.f).range(-1, 100).help("No effect yet: distance over which shadows fade; -1 is off."),
+    param::number("shadowFalloffGamma", 1.f).range(0.1f, 4).help("No effect yet: curve of shadowFalloff."),
+    param::string("shadowSubset", "").help("No effect yet: trace groups that cast shadows."),
+    param::string("shadowExcludeSubset", "").help("No effect yet: trace groups that cast none."),
+    param::integer("traceLightPaths", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: light paths start here."),
+    param::integer("thinShadow", 1).range(0, 1).options("0 off, 1 on")
+        .help("No effect yet: shadows through glass are straight and coloured."),
+    param::integer("visibleInRefractionPath", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: seen through refraction."),
+    param::integer("cheapCaustics", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: approximate caustics."),
+    param::string("cheapCausticsExcludeGroup", "").help("No effect yet: trace group without cheap caustics."),
+    param::integer("fixedSampleCount", 0).range(0, 64).help("No effect yet: light samples a point; 0 leaves it to the integrator."),
+    param::string("lightGroup", "").help("No effect yet: name in light path expressions."),
+    param::number("importanceMultiplier", 1.f).range(0.01f, 10)
+        .help("Factor on how often the light is chosen; noise moves, the picture's mean does not."),
+    param::number("msApprox", 0.f).range(0, 1).help("No effect yet: approximate multiple scattering in volumes."),
+    param::color("msApproxBleed", 0.5f).help("No effect yet: see msApprox."),
+    param::color("msApproxContribution", 0.5f).help("No effect yet: see msApprox."),
+    param::string("notes", "").help("Free text; read by nobody."),
+};
+}  // namespace lightParams
+
+// ---- three doubles ----
+struct Double3 {
+  double x = 0, y = 0, z = 0;
+  friend Double3 operator+(Double3 a, Double3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Double3 operator-(Double3 a, Double3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend Double3 operator*(Double3 a, double s) { return {a.x * s, a.y * s, a.z * s}; }
+};
+inline double dot(Double3 a, Double3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Double3 cross(Double3 a, Double3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline double length(Double3 a) { return std::sqrt(dot(a, a)); }
+// Zero stays zero.
+inline Double3 normalized(Double3 a) {
+  const double l = length(a);
+  return l > 0 ? a * (1 / l) : Double3{};
+}
+struct Float3 {
+  float x = 0, y = 0, z = 0;
+  Float3() = default;
+  Float3(double a, double b, double c) : x(float(a)), y(float(b)), z(float(c)) {}
+  explicit Float3(Double3 d) : x(float(d.x)), y(float(d.y)), z(float(d.z)) {}
+};
+
+// The placement as three axes and an origin: local (a, b, c) stands at a x + b y + c z + origin.
+struct LocalFrame {
+  Double3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin;
+  // Throws (for guardedCreate) on numbers that are not finite: nothing sensible can be drawn then.
+  static LocalFrame of(const CreateInfo& info) {
+    LocalFrame f;
+    if (!info.placement) return f;
+    const double* m = info.placement->localToRender;
+    for (int i = 0; i < 16; ++i)
+      if (!std::isfinite(m[i]) || std::fabs(m[i]) > 1e18) throw "the light's transformation holds numbers that are not finite";
+    f.x = {m[0], m[1], m[2]};
+    f.y = {m[4], m[5], m[6]};
+    f.z = {m[8], m[9], m[10]};
+    f.origin = {m[12], m[13], m[14]};
+    return f;
+  }
+  double determinant() const { return dot(cross(x, y), z); }
+};
+
+// Colour of a black body in Rec. 709, scaled to luminance 1, negative components cut. Planck's law times the CIE 1931
+// observer in the fit of Wyman, Sloan and Shirley (JCGT 2013), in steps of 5 nm.
+inline std::array<double, 3> blackbody(double kelvin) {
+  const double T = std::fmin(10000, std::fmax(1000, kelvin));
+  const auto lobe = [](double l, double mean, double below, double above) {
+    const double t = (l - mean) * (l < mean ? below : above);
+    return std::exp(-0.5 * t * t);
+  };
+  double X = 0, Y = 0, Z = 0;
+  for (double nm = 360; nm <= 830; nm += 5) {
+    const double l = nm * 1e-9;
+    const double power = 1 / (std::pow(nm / 560, 5) * std::expm1(1.4387769e-2 / (l * T)));
+    X += power * (0.362 * lobe(nm, 442.0, 0.0624, 0.0374) + 1.056 * lobe(nm, 599.8, 0.0264, 0.0323) -
+                  0.065 * lobe(nm, 501.1, 0.0490, 0.0382));
+    Y += power * (0.821 * lobe(nm, 568.8, 0.0213, 0.0247) + 0.286 * lobe(nm, 530.9, 0.0613, 0.0322));
+    Z += power * (1.217 * lobe(nm, 437.0, 0.0845, 0.0278) + 0.681 * lobe(nm, 459.0, 0.0385, 0.0725));
+  }
+  const double r = std::fmax(0, 3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z);
+  const double g = std::fmax(0, -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z);
+  const double b = std::fmax(0, 0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z);
+  const double luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  return {r / luminance, g / luminance, b / luminance};
+}
+
+// How radiance depends on the angle to the light's axis: L(theta) = lerp(tint, 1, cos^focus) * scale * cone.
+struct Shaping {
+  float focus = 0, tint[3] = {1, 1, 1}, scale[3] = {1, 1, 1};
+  float coneEnd = 4, coneStart = 4;     // radians
+  float sinCone = 1;                    // of the widest direction emitted, 1 from 90 degrees
+  bool focused = false, coned = false;
+  float power[3] = {1, 1, 1};           // integral of shape over that without shaping
+
+  // closed: the emitter shows the same area to every direction (sphere); else it is flat and its axis is its normal.
+  static Shaping of(const NamedValues& v, bool closed) {
+    Shaping s;
+    const double focus = std::fmax(0, v.number("emissionFocus"));
+    s.focused = focus > 0;
+    s.focus = float(focus);
+    double tint[3];
+    for (int c = 0; c < 3; ++c) s.tint[c] = float(tint[c] = v.number("emissionFocusTint", c));
+    const double angle = std::fmin(180, std::fmax(0, v.number("coneAngle"))) * kRadians;
+    const double softness = std::fmin(10, std::fmax(0, v.number("coneSoftness")));
+    // At 90 degrees and no softness a flat light is not cut; a closed one takes the default 90 as "no cone" too, since
+    // its default emission is to all sides.
+    s.coned = angle < 90 * kRadians - 1e-6 || (!closed && softness > 0) || (closed && angle > 90 * kRadians + 1e-6 && angle < 180 * kRadians - 1e-6);
+    s.coneEnd = float(angle);
+    s.coneStart = float(angle * (1 - softness));
+    s.sinCone = s.coned && angle < 90 * kRadians ? float(std::sin(angle)) : 1.f;
+    if (s.focused && v.integer("emissionFocusNormalize"))
+      for (int c = 0; c < 3; ++c) {
+        const double kept = tint[c] + (1 - tint[c]) * (closed ? 0.5 / (focus + 1) : 2 / (focus + 2));
+        s.scale[c] = kept > 1e-9 ? float(1 / kept) : 1.f;
+      }
+    if (!s.focused) s.tint[0] = s.tint[1] = s.tint[2] = 1;
+    constexpr int kSteps = 4096;
+    double whole = 0, shaped[3] = {0, 0, 0};
+    for (int i = 0; i < kSteps; ++i) {
+      const double theta = (i + 0.5) / kSteps * (closed ? 180 : 90) * kRadians, cosine = std::cos(theta);
+      const double weight = std::sin(theta) * (closed ? 1 : cosine);
+      whole += weight;
+      double cone = 1;
+      if (s.coned) {
+        const double a = s.coneStart, b = s.coneEnd;
+        const double t = b > a ? std::fmin(1, std::fmax(0, (theta - a) / (b - a))) : (theta > b ? 1 : 0);
+        cone = 1 - t * t * (3 - 2 * t);
+      }
+      const double fall = s.focused ? std::pow(std::fmax(0, cosine), focus) : 1;
+      for (int c = 0; c < 3; ++c) shaped[c] += weight * cone * s.scale[c] * (s.tint[c] + (1 - s.tint[c]) * fall);
+    }
+    for (int c = 0; c < 3; ++c) s.power[c] = float(shaped[c] / whole);
+    return s;
+  }
+  static constexpr double kRadians = 3.14159265358979323846 / 180;
+};
+
+// Everything of a light that does not depend on its shape.
+struct LightCommon {
+  float radiance[3] = {0, 0, 0};   // intensity * 2^exposure * lightColor * blackbody / size
+  float diffuse = 1, specular = 1, importance = 1;
+
+  // size: what areaNormalize divides by; negative: the light has no such parameter.
+  static LightCommon of(const NamedValues& v, double size) {
+    LightCommon c;
+    double scale = v.number("intensity") * std::exp2(std::fmin(100, std::fmax(-100, v.number("exposure"))));
+    if (size >= 0 && v.integer("areaNormalize")) scale = size > 0 ? scale / size : 0;
+    std::array<double, 3> body = {1, 1, 1};
+    if (v.integer("enableTemperature")) body = blackbody(v.number("temperature"));
+    for (int i = 0; i < 3; ++i) {
+      const double l = scale * v.number("lightColor", i) * body[i];
+      if (!(std::fabs(l) < 1e30)) throw "the light's radiance is beyond what numbers hold";
+      c.radiance[i] = float(l);
+    }
+    c.diffuse = float(v.number("diffuse"));
+    c.specular = float(v.number("specular"));
+    c.importance = float(std::fmax(1e-3, v.number("importanceMultiplier")));
+    return c;
+  }
+  bool isBlack() const { return radiance[0] == 0 && radiance[1] == 0 && radiance[2] == 0; }
+};
+
+// A light map ready for lookups: interleaved texels, top row first. Points at the host's pixels when nothing is to be
+// changed in them (the host keeps them for the world's life), else at its own copy.
+struct LightMap {
+  const float* texels = nullptr;
+  int32_t width = 0, height = 0, stride = 0;
+  int32_t green = 0, blue = 0;     // offsets within a texel: 0 0 for grey maps
+  std::vector<float> own;
+  double mean[3] = {1, 1, 1};      // plain average of the texels
+
+  bool valid() const { return texels != nullptr; }
+  // Never fails: a map that is missing or beyond bounds leaves the light without one (the colour alone), with a message.
+  void load(const NamedValues& v) {
+    const std::string file = v.string("lightColorMap");
+    const Host* host = v.info().host;
+    if (file.empty() || !host || !host->image) return;
+    const HostImage* image = host->image(host->self, file.c_str(), -1);
+    if (!image || !image->pixels) return;  // the host has said so
+    const uint64_t count = uint64_t(image->width) * image->height * image->channels;
+    if (image->width == 0 || image->height == 0 || image->channels == 0 || image->width > 1u << 20 ||
+        image->height > 1u << 20 || image->channels > 64 || count > 0x7fffffffu) {
+      v.warn("LIGHT-MAP", "lightColorMap '" + file + "' is empty or has more than 2^31 numbers", "the light has no map");
+      return;
+    }
+    width = int32_t(image->width);
+    height = int32_t(image->height);
+    const bool grey = image->channels < 3;
+    double gamma[3];
+    bool changes = false;
+    for (int c = 0; c < 3; ++c) {
+      gamma[c] = v.number("colorMapGamma", c);
+      if (!(gamma[c] > 1e-3)) gamma[c] = 1;
+      changes = changes || gamma[c] != 1;
+    }
+    const double saturation = v.number("colorMapSaturation");
+    changes = changes || saturation != 1;
+    const size_t texelCount = size_t(width) * size_t(height);
+    size_t bad = 0;
+    for (size_t i = 0; i < texelCount * image->channels; ++i) bad += !std::isfinite(image->pixels[i]);
+    if (bad)
+      v.warn("LIGHT-MAP", "lightColorMap '" + file + "' holds " + std::to_string(bad) + " numbers that are not finite",
+             "they count as black");
+    if (!changes && !bad) {
+      texels = image->pixels;
+      stride = int32_t(image->channels);
+      green = grey ? 0 : 1;
+      blue = grey ? 0 : 2;
+    } else {
+      if (uint64_t(texelCount) * 3 > 0x7fffffffu) {
+        v.warn("LIGHT-MAP", "lightColorMap '" + file + "' is too large to be changed", "the light has no map");
+        width = height = 0;
+        return;
+      }
+      own.resize(texelCount * 3);
+      for (size_t i = 0; i < texelCount; ++i) {
+        double rgb[3];
+        for (int c = 0; c < 3; ++c) {
+          const double x = image->pixels[i * image->channels + (grey ? 0 : c)];
+          rgb[c] = std::isfinite(x) ? (gamma[c] == 1 ? x : std::copysign(std::pow(std::fabs(x), 1 / gamma[c]), x)) : 0;
+        }
+        const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+        for (int c = 0; c < 3; ++c) own[3 * i + c] = float(luminance + (rgb[c] - luminance) * saturation);
+      }
+      texels = own.data();
+      stride = 3;
+      green = 1;
+      blue = 2;
+    }
+    double sum[3] = {0, 0, 0};
+    for (size_t i = 0; i < texelCount; ++i)
+      for (int c = 0; c < 3; ++c) sum[c] += texel(i, c);
+    for (int c = 0; c < 3; ++c) mean[c] = sum[c] / double(texelCount);
+  }
+  double texel(size_t i, int channel) const {
+    return texels[i * size_t(stride) + size_t(channel == 0 ? 0 : channel == 1 ? green : blue)];
+  }
+};
+
+}  // namespace kinora

@@ -1,0 +1,445 @@
+// The forward path loop: next-event estimation and bxdf sampling with multiple importance sampling, over one group of
+// camera samples. Stock integrators are thin settings over it; authors may use it, or copy the way it calls the services.
+// Included per target.
+#include <kinora/integrator.h>
+#include <kinora/math/sampling.h>
+#include <kinora/random.h>
+
+#ifndef KINORA_PATH_LOOP_ONCE
+#define KINORA_PATH_LOOP_ONCE
+namespace kinora {
+struct PathLoopOptions {
+  uint32_t maxIndirectBounces = 8;      // 0: direct light only
+  uint32_t lightSamples = 1;            // at camera hits; deeper vertices take one
+  uint32_t indirectSamples = 1;         // directions followed from each camera hit
+  uint32_t clampDepth = 2;              // ray depth (camera ray: 1) from which contributions are clamped
+  float clampLuminance = 10;            // largest luminance of one contribution there
+  uint32_t rouletteDepth = 4;           // vertex from which Russian roulette is played
+  float rouletteThreshold = 0.2f;       // on paths whose throughput is below
+  bool allowCaustics = false;           // light found through a mirror or lens after a diffuse bounce counts
+};
+}  // namespace kinora
+#endif
+
+#if defined(KINORA_PATH_LOOP_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_PATH_LOOP_H_TARGET
+#undef KINORA_PATH_LOOP_H_TARGET
+#else
+#define KINORA_PATH_LOOP_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+// Where a ray that leaves a surface starts: off the plane by the bias, on the side it goes to.
+template <int W>
+KN_INLINE Vec3<W> leave(Vec3<W> P, Vec3<W> Ng, Float<W> bias, Vec3<W> direction) {
+  return fma(Ng, copySign(bias, dot(Ng, direction)), P);
+}
+
+// Footprint growth after a bounce: a direction of density pdf stands for the solid angle 1 / pdf; a quarter of that
+// cone's radius keeps neighbouring paths' footprints overlapping (path differentials collapsed to a radius).
+template <int W>
+KN_INLINE Float<W> spreadAfter(Float<W> spread, Float<W> pdf) {
+  const Float<W> cone = Float<W>(0.25f) / sqrt(max(pdf * Float<W>(kPi), Float<W>(0.25f)));
+  return max(spread, cone);
+}
+
+template <int W>
+class PathLoop {
+ public:
+  PathLoop(Group* group, const Services* services, const PathLoopOptions& options)
+      : g_(group), sv_(services), o_(options) {
+    const uint32_t n = g_->padded + kPad;
+    for (int c = 0; c < 3; ++c) {
+      throughput_[c] = floats(n);
+      medium_[c] = floats(n);
+      firstThroughput_[c] = nullptr;
+    }
+    pdf_ = floats(n);
+    state_ = static_cast<uint16_t*>(sv_->alloc(g_, n * sizeof(uint16_t)));
+    flags_ = words(n);
+  }
+
+  void run() {
+    const uint32_t n = g_->count;
+    uint32_t* live = words(g_->padded + kPad);
+    for (uint32_t i = 0; i < g_->padded; ++i) {
+      live[i] = i < n ? i : n - 1;
+      throughput_[0][i] = throughput_[1][i] = throughput_[2][i] = g_->rayWeight[i < n ? i : n - 1];
+      pdf_[i] = 0;
+      state_[i] = sv_->paths.start;
+      flags_[i] = kDiscrete;
+    }
+    // camera vertex
+    sv_->trace(g_, RayKind::Camera, 0, n, live, medium_);
+    applyMedium(n, live);
+    collectLights(RayKind::Camera, 0, 1, 1, n, live);
+    uint32_t hits = keepHits(n, live);
+    Context* const* contexts;
+    const uint32_t count = sv_->shade(g_, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
+    const uint32_t parts = o_.indirectSamples < 1 ? 1 : o_.indirectSamples;
+    for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
+    for (uint32_t part = 0; part < o_.lightSamples; ++part)
+      directLight(count, contexts, 0, part, o_.lightSamples, parts);
+    if (parts > 1) keepFirst(hits, live);
+    for (uint32_t part = 0; part < parts; ++part) {
+      if (part) restoreFirst(hits, live);
+      follow(count, contexts, part, parts, hits);
+    }
+  }
+
+ private:
+  enum Flags : uint32_t { kDiscrete = 1, kHadDiffuse = 2, kCaustic = 4, kLastSpecular = 8 };
+
+  float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
+  uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
+
+  void applyMedium(uint32_t n, const uint32_t* live) {
+    for (uint32_t i = 0; i < n; i += W) {
+      const Mask<W> m = Mask<W>::firstN(int(n - i < W ? n - i : W));
+      const Int<W> s = Int<W>::load(live + i);
+      for (int c = 0; c < 3; ++c) scatter(m, gather(throughput_[c], s) * gather(medium_[c], s), throughput_[c], s);
+    }
+  }
+
+  // Lights met by the rays of `live`; the previous vertex took lightParts light samples and bxdfParts directions.
+  void collectLights(RayKind kind, uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n,
+                     const uint32_t* live) {
+    LightHits h;
+    sv_->lightHits(g_, kind, n, live, &h);
+    if (!h.count) return;
+    float* value[3];
+    for (float*& v : value) v = floats(padded(h.count));
+    uint32_t* slot = words(padded(h.count));
+    uint32_t* light = words(padded(h.count));
+    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, padded(h.count) * sizeof(uint16_t)));
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i];
+      if (!o_.allowCaustics && (flags_[s] & kCaustic)) continue;
+      float w = 1;
+      if (!(flags_[s] & kDiscrete)) {
+        // power heuristic over all samples of both techniques
+        const float r = h.pdf[i] * float(lightParts) / (pdf_[s] * float(bxdfParts));
+        w = 1.f / (1.f + r * r);
+      }
+      w *= depth == 0 ? 1.f : (flags_[s] & kLastSpecular) ? h.specular[i] : h.diffuse[i];
+      w /= float(bxdfParts);
+      float v[3];
+      for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
+      clampOne(depth, v);
+      for (int c = 0; c < 3; ++c) value[c][m] = v[c];
+      slot[m] = s;
+      light[m] = h.light[i];
+      state[m] = state_[s];
+      ++m;
+    }
+    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light};
+    sv_->contribute(g_, &out);
+    if (kind == RayKind::Camera) {
+      float* alpha = floats(padded(h.count));
+      uint32_t k = 0;
+      for (uint32_t i = 0; i < h.count; ++i)
+        if (h.blocks[i]) { slot[k] = h.slot[i]; alpha[k++] = 1.f; }
+      if (k) sv_->cover(g_, k, slot, alpha);
+    }
+  }
+
+  // depth: of the ray that found the light, camera rays 0.
+  void clampOne(uint32_t depth, float v[3]) const {
+    if (depth < o_.clampDepth) return;
+    const float l = 0.2126f * v[0] + 0.7152f * v[1] + 0.0722f * v[2];
+    if (l > o_.clampLuminance) {
+      const float k = o_.clampLuminance / l;
+      for (int c = 0; c < 3; ++c) v[c] *= k;
+    }
+  }
+
+  // Drops escaped rays from the list; returns how many stay.
+  uint32_t keepHits(uint32_t n, uint32_t* live) {
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      live[m] = live[i];
+      m += g_->hits.t[live[i]] < 3e38f;
+    }
+    padList(m, live);
+    return m;
+  }
+  void padList(uint32_t m, uint32_t* live) {
+    for (uint32_t i = m; i < padded(m); ++i) live[i] = m ? live[m - 1] : 0;
+  }
+
+  void emission(const Context& c) {
+    if (!c.bxdf->emission) return;
+    float* e[3];
+    for (float*& x : e) x = floats(c.padded);
+    c.bxdf->emission(&c, c.closure, e);
+    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, c.padded * sizeof(uint16_t)));
+    uint32_t* slot = words(c.padded);
+    uint32_t* light = words(c.padded);
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const uint32_t s = c.path[i];
+      float v[3];
+      for (int k = 0; k < 3; ++k) v[k] = e[k][i] * throughput_[k][s];
+      if (!(v[0] != 0 || v[1] != 0 || v[2] != 0)) continue;
+      clampOne(c.depth, v);
+      for (int k = 0; k < 3; ++k) e[k][m] = v[k];
+      slot[m] = s;
+      light[m] = kNoLight;
+      state[m] = state_[s];
+      ++m;
+    }
+    if (!m) return;
+    const Contributions out{m, slot, {e[0], e[1], e[2]}, state, light};
+    sv_->contribute(g_, &out);
+  }
+
+  // One light sample for each point of the contexts; bxdfParts directions will be followed from them.
+  void directLight(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
+                   uint32_t bxdfParts) {
+    using F = Float<W>;
+    if (!sv_->lightCount) return;
+    uint32_t points = 0, mostSlots = 1;
+    for (uint32_t k = 0; k < count; ++k) {
+      points += contexts[k]->count;
+      mostSlots = contexts[k]->slotCount > mostSlots ? contexts[k]->slotCount : mostSlots;
+    }
+    const uint32_t room = padded(points) + kPad;
+    float *o[3], *d[3], *T[3], *value[3];
+    for (int c = 0; c < 3; ++c) {
+      o[c] = floats(room); d[c] = floats(room); T[c] = floats(room);
+      value[c] = floats(room * mostSlots);
+    }
+    float *tMax = floats(room), *time = floats(room);
+    uint32_t* slot = words(room);
+    uint32_t* ray = words(room * mostSlots);      // of each contribution
+    uint32_t* owner = words(room * mostSlots);
+    uint32_t* light = words(room * mostSlots);
+    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, room * mostSlots * sizeof(uint16_t)));
+    uint32_t rays = 0, entries = 0;
+
+    for (uint32_t k = 0; k < count; ++k) {
+      const Context& c = *contexts[k];
+      LightSamples ls;
+      sv_->lightSamples(g_, &c, part, parts, &ls);
+      EvaluateArgs e{};
+      for (int x = 0; x < 3; ++x) e.wi[x] = ls.wi[x];
+      for (uint32_t l = 0; l < c.slotCount; ++l)
+        for (int x = 0; x < 3; ++x) e.weight[l][x] = floats(c.padded);
+      e.pdf = floats(c.padded);
+      c.bxdf->evaluate(&c, c.closure, &e);
+      // what arrives unshadowed: throughput * L / pdf * mis, by slot; rays where any slot is not black
+      for (uint32_t i = 0; i < c.count; i += W) {
+        const Mask<W> in = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
+        const Int<W> s = Int<W>::load(c.path + i);
+        const F pdf = F::load(ls.pdf + i);
+        const Mask<W> delta = (Int<W>::load(ls.flags + i) & Int<W>(uint32_t(kSampleDelta))) != Int<W>(0);
+        F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * F(float(bxdfParts)));
+        mis = select(delta, F(1.f), mis);
+        const Mask<W> some = in & (pdf > F(0.f));
+        const F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
+        Vec3<W> base = Vec3<W>::gather(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
+        const F fd = F::load(ls.diffuse + i), fs = F::load(ls.specular + i);
+        Mask<W> lit(false);
+        for (uint32_t l = 0; l < c.slotCount; ++l) {
+          const F factor = c.eventOfSlot[l] & 1 ? fs : fd;
+          Vec3<W> v = base * Vec3<W>::load(e.weight[l], i) * factor;
+          v = zeroUnless(some, v);
+          if (depth + 1 >= o_.clampDepth) {
+            const F lum = luminance(v);
+            v = select(lum > F(o_.clampLuminance), v * (F(o_.clampLuminance) / max(lum, F(1e-30f))), v);
+          }
+          v.store(e.weight[l], i);   // reused: contribution of the slot
+          lit = lit | (some & (abs(v.x) + abs(v.y) + abs(v.z) > F(0.f)));
+        }
+        const uint32_t bits = lit.bits();
+        if (!bits) continue;
+        const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
+        const F bias = F::load(c.bias + i);
+        const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), bias, wi);
+        compressStore(lit, from.x, o[0] + rays);
+        compressStore(lit, from.y, o[1] + rays);
+        compressStore(lit, from.z, o[2] + rays);
+        compressStore(lit, wi.x, d[0] + rays);
+        compressStore(lit, wi.y, d[1] + rays);
+        compressStore(lit, wi.z, d[2] + rays);
+        const F far = F::load(ls.distance + i);
+        compressStore(lit, fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
+        compressStore(lit, F::load(c.time + i), time + rays);
+        compressStore(lit, s, slot + rays);
+        for (uint32_t b = bits; b; b &= b - 1) {
+          const uint32_t lane = uint32_t(__builtin_ctz(b)), p = i + lane;
+          const uint32_t sl = c.path[p];
+          for (uint32_t l = 0; l < c.slotCount; ++l) {
+            const float x = e.weight[l][0][p], y = e.weight[l][1][p], z = e.weight[l][2][p];
+            if (!(x != 0 || y != 0 || z != 0)) continue;
+            value[0][entries] = x; value[1][entries] = y; value[2][entries] = z;
+            ray[entries] = rays;
+            owner[entries] = sl;
+            light[entries] = ls.light[p];
+            state[entries] = sv_->paths.next[state_[sl] * sv_->paths.eventCount + c.eventOfSlot[l]];
+            ++entries;
+          }
+          ++rays;
+        }
+      }
+    }
+    if (!rays) return;
+    const ShadowRays shadow{rays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, o_.allowCaustics ? 0u : 1u, {T[0], T[1], T[2]}};
+    sv_->shadow(g_, depth, &shadow);
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < entries; ++i) {
+      const uint32_t r = ray[i];
+      const float x = value[0][i] * T[0][r], y = value[1][i] * T[1][r], z = value[2][i] * T[2][r];
+      if (!(x != 0 || y != 0 || z != 0)) continue;
+      value[0][m] = x; value[1][m] = y; value[2][m] = z;
+      owner[m] = owner[i];
+      light[m] = light[i];
+      state[m] = state[i];
+      ++m;
+    }
+    const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light};
+    sv_->contribute(g_, &out);
+  }
+
+  // New directions from the contexts' points; returns the slots that go on.
+  uint32_t scatterPaths(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
+                        uint32_t* live) {
+    using F = Float<W>;
+    uint32_t m = 0;
+    for (uint32_t k = 0; k < count; ++k) {
+      const Context& c = *contexts[k];
+      float *u[4], *wi[3], *weight[3];
+      for (float*& x : u) x = floats(c.padded);
+      for (int x = 0; x < 3; ++x) { wi[x] = floats(c.padded); weight[x] = floats(c.padded); }
+      float* pdf = floats(c.padded);
+      uint32_t *slot = words(c.padded), *flags = words(c.padded);
+      const uint32_t dim = dimensionAt(depth);
+      for (uint32_t i = 0; i < c.padded; i += W) {
+        const Int<W> seed = Int<W>::load(c.sampleSeed + i);
+        const Int<W> sample = Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part);
+        F a, b;
+        draw2(sv_->samples, seed, sample, dim + kDimBxdf, a, b);
+        a.store(u[0] + i);
+        b.store(u[1] + i);
+        draw2(sv_->samples, seed, sample, dim + kDimLobe, a, b);
+        a.store(u[2] + i);
+        b.store(u[3] + i);
+      }
+      const GenerateArgs ga{{u[0], u[1], u[2], u[3]}, {wi[0], wi[1], wi[2]}, {weight[0], weight[1], weight[2]}, pdf, nullptr, slot, flags};
+      c.bxdf->generate(&c, c.closure, &ga);
+      uint32_t* through = words(c.padded);
+      uint32_t throughCount = 0;
+      for (uint32_t i = 0; i < c.count; i += W) {
+        Mask<W> on = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
+        const Int<W> s = Int<W>::load(c.path + i);
+        const Int<W> lobe = Int<W>::load(slot + i);
+        on = on & (lobe != Int<W>(kNoLobe));
+        const F p = F::load(pdf + i);
+        on = on & (p > F(0.f));
+        Vec3<W> t = Vec3<W>::gather(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
+        // Russian roulette on weak paths
+        if (depth >= o_.rouletteDepth) {
+          F r, unused;
+          draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i), dim + kDimRoulette, r, unused);
+          const F q = clamp(maxComponent(t) * F(1.f / o_.rouletteThreshold), F(0.05f), F(1.f));
+          on = on & (r < q);
+          t = t * (F(1.f) / q);
+        }
+        on = on & (maxComponent(t) > F(0.f));
+        const uint32_t bits = on.bits();
+        if (!bits) continue;
+        const Vec3<W> w = Vec3<W>::load(wi, i);
+        const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
+        const Int<W> fl = Int<W>::load(flags + i);
+        const Mask<W> discrete = (fl & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
+        const Rays& r = g_->rays;
+        scatter(on, from.x, r.o[0], s);
+        scatter(on, from.y, r.o[1], s);
+        scatter(on, from.z, r.o[2], s);
+        scatter(on, w.x, r.d[0], s);
+        scatter(on, w.y, r.d[1], s);
+        scatter(on, w.z, r.d[2], s);
+        scatter(on, t.x, throughput_[0], s);
+        scatter(on, t.y, throughput_[1], s);
+        scatter(on, t.z, throughput_[2], s);
+        scatter(on, p, pdf_, s);
+        scatter(on, F(1e30f), r.tMax, s);
+        scatter(on, F::load(c.radius + i), r.radius, s);
+        const F spread = F::load(c.spread + i);
+        scatter(on, select(discrete, spread, spreadAfter(spread, p)), r.spread, s);
+        for (uint32_t b = bits; b; b &= b - 1) {
+          const uint32_t j = i + uint32_t(__builtin_ctz(b)), sl = c.path[j];
+          const uint16_t event = c.eventOfSlot[slot[j]];
+          state_[sl] = sv_->paths.next[state_[sl] * sv_->paths.eventCount + event];
+          uint32_t f = flags_[sl] & kHadDiffuse;
+          if (flags[j] & kSampleDiscrete) f |= kDiscrete | ((f & kHadDiffuse) ? kCaustic : 0u);
+          else f |= kHadDiffuse;
+          if (event & 1) f |= kLastSpecular;
+          flags_[sl] = f;
+          if (flags[j] & kSampleTransmit) through[throughCount++] = j;
+          live[m++] = sl;
+        }
+      }
+      if (throughCount) sv_->cross(g_, &c, throughCount, through);
+    }
+    padList(m, live);
+    return m;
+  }
+
+  void follow(uint32_t count, Context* const* contexts, uint32_t part, uint32_t parts, uint32_t most) {
+    uint32_t* live = words(padded(most) + kPad);
+    for (uint32_t depth = 0;; ++depth) {
+      const bool first = depth == 0;
+      const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
+      if (!n) return;
+      sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium_);
+      applyMedium(n, live);
+      collectLights(RayKind::Indirect, depth + 1, first ? o_.lightSamples : 1, first ? parts : 1, n, live);
+      if (depth >= o_.maxIndirectBounces) return;   // the last directions only looked for light
+      const uint32_t hits = keepHits(n, live);
+      if (!hits) return;
+      if (first && parts > 1)
+        for (uint32_t i = 0; i < hits; ++i)
+          for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
+      count = sv_->shade(g_, kTraitEyePath, depth + 1, hits, live, &contexts);
+      for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
+      directLight(count, contexts, depth + 1, 0, 1, 1);
+    }
+  }
+
+  void keepFirst(uint32_t n, const uint32_t* live) {
+    for (int c = 0; c < 3; ++c) firstThroughput_[c] = floats(g_->padded + kPad);
+    firstState_ = static_cast<uint16_t*>(sv_->alloc(g_, (g_->padded + kPad) * sizeof(uint16_t)));
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      for (int c = 0; c < 3; ++c) firstThroughput_[c][s] = throughput_[c][s];
+      firstState_[s] = state_[s];
+    }
+  }
+  void restoreFirst(uint32_t n, const uint32_t* live) {
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      for (int c = 0; c < 3; ++c) throughput_[c][s] = firstThroughput_[c][s];
+      state_[s] = firstState_[s];
+      flags_[s] = kDiscrete;
+    }
+  }
+
+  Group* g_;
+  const Services* sv_;
+  const PathLoopOptions o_;
+  float *throughput_[3], *medium_[3], *firstThroughput_[3], *pdf_;
+  uint16_t *state_, *firstState_ = nullptr;
+  uint32_t* flags_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif
+
+#include <kinora/simd/tables.h>

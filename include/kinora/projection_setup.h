@@ -1,0 +1,116 @@
+// Set-up shared by the projections with a lens: fov, depth of field, shift and roll from their parameters. Plain code that
+// runs once, before rendering; included before <kinora/simd/foreach_target.h>. It makes no rays (projection_author.h does).
+#pragma once
+#include <kinora/named_values.h>
+#include <kinora/projection.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+
+namespace kinora {
+
+// The raster's place on the screen plane.
+struct ScreenMap {
+  float left = -1, top = 1, stepX = 0, stepY = 0;    // x = left + stepX * raster x, y = top - stepY * raster y
+  float width = 1, height = 1;                       // of the raster, pixels
+  float cosRoll = 1, sinRoll = 0;                    // the screen, turned about the view axis
+
+  // Throws for guardedCreate where no picture is possible.
+  static ScreenMap of(const ProjectionInfo* info) {
+    if (!info) throw "a projection needs to know the picture's resolution";
+    ScreenMap m;
+    if (info->resolution[0] == 0 || info->resolution[1] == 0) throw "the picture has no pixels";
+    m.width = float(info->resolution[0]);
+    m.height = float(info->resolution[1]);
+    double l = info->screenWindow[0], r = info->screenWindow[1], b = info->screenWindow[2], t = info->screenWindow[3];
+    if (!info->screenWindowGiven) {
+      // the shorter side spans -1 to 1
+      const double aspect = info->frameAspect;
+      if (!(aspect > 0) || !(aspect < 1e9)) throw "the frame's aspect ratio is not a positive number";
+      r = aspect > 1 ? aspect : 1;
+      t = aspect > 1 ? 1 : 1 / aspect;
+      l = -r;
+      b = -t;
+    }
+    if (!(l != r) || !(b != t) || !(l - l == 0) || !(r - r == 0) || !(b - b == 0) || !(t - t == 0))
+      throw "the screen window has no area";
+    m.left = float(l);
+    m.top = float(t);
+    m.stepX = float((r - l) / m.width);
+    m.stepY = float((t - b) / m.height);
+    return m;
+  }
+  // Screen area of a pixel.
+  float pixelArea() const { return stepX * stepY < 0 ? -stepX * stepY : stepX * stepY; }
+};
+
+struct ThinLens {
+  ScreenMap screen;
+  float halfFov[2] = {0.7853981634f, 0.7853981634f};   // radians, at shutter open and close
+  float scale = 1;                  // screen units at unit distance: tan(halfFov[0])
+  bool zooms = false;
+  float lensRadius = 0, focus = 1;
+  float nearClip = 0, farClip = 0;  // z; 0 0: none
+};
+
+// 4 by 4 of the perspective, for metadata: camera to screen (row vectors).
+inline void perspectiveMatrix(const ThinLens& k, double out[16]) {
+  for (int i = 0; i < 16; ++i) out[i] = 0;
+  const double s = 1 / double(k.scale);
+  out[0] = s * k.screen.cosRoll;
+  out[1] = -s * k.screen.sinRoll;
+  out[4] = s * k.screen.sinRoll;
+  out[5] = s * k.screen.cosRoll;
+  out[10] = 1;
+  out[11] = 1;
+  out[14] = k.nearClip > 0 ? -double(k.nearClip) : -1e-3;   // depth 1 - near / z: no far plane
+}
+
+// The lens of PxrPerspective and PxrCamera; values by the names of projectionParams::kLens.
+inline void setLens(ThinLens& k, const NamedValues& v, const ProjectionInfo& info) {
+  constexpr double kRadians = 3.14159265358979323846 / 180;
+  const auto fovOf = [&](const char* name, double otherwise) {
+    const double fov = v.number(name);
+    if (fov > 0 && fov < 179.9) return fov;
+    v.warn("PROJECTION-FOV", std::string(name) + " lies outside 0 to 180 degrees", "another value is used");
+    return otherwise;
+  };
+  const double fov = fovOf("fov", 90), end = v.number("fovEnd") == 0 ? fov : fovOf("fovEnd", fov);
+  k.halfFov[0] = float(fov * kRadians / 2);
+  k.halfFov[1] = float(end * kRadians / 2);
+  k.scale = float(std::tan(fov * kRadians / 2));
+  k.zooms = end != fov;
+  // each value given here replaces that of the DepthOfField request; without a request the defaults fill the others
+  const bool requested = info.fStop > 0;
+  const auto value = [&](const char* name, float fromRequest) {
+    return v.given(name) || !requested ? v.number(name) : double(fromRequest);
+  };
+  const double fStop = value("fStop", info.fStop), length = value("focalLength", info.focalLength);
+  const double distance = value("focalDistance", info.focalDistance);
+  const double radius = fStop > 0 ? length / (2 * fStop) : 0;   // an infinite fStop is a pinhole
+  if (radius > 0 && std::isfinite(radius) && distance > 1e-9 && distance < 1e30) {
+    k.lensRadius = float(radius);
+    k.focus = float(distance);
+  } else if (!(radius >= 0 && std::isfinite(radius)) || (radius > 0 && !(distance > 1e-9))) {
+    v.warn("PROJECTION-LENS", "depth of field needs positive numbers for fStop, focalLength and focalDistance",
+           "everything is sharp");
+  }
+  k.nearClip = info.clipping[0];
+  k.farClip = info.clipping[1];
+}
+
+}  // namespace kinora
+
+namespace kinora::projectionParams {
+inline constexpr std::array kLens = {
+    param::number("fov", 90.f).range(1, 170).help("Degrees over the shorter side of the default screen window."),
+    param::number("fovEnd", 0.f).range(0, 170).help("fov when the shutter closes, degrees; 0 is no zoom."),
+    param::number("fStop", 16.f).range(0.5f, 64)
+        .help("Focal length over the diameter of the lens. Given here, it replaces that of DepthOfField."),
+    param::number("focalLength", 0.f).range(0, 1)
+        .help("Of the lens, in units of camera space; 0 is a pinhole. Given here, it replaces that of DepthOfField."),
+    param::number("focalDistance", 1.f).range(0.1f, 100)
+        .help("Distance of the plane of focus along the view axis. Given here, it replaces that of DepthOfField."),
+};
+}  // namespace kinora::projectionParams

@@ -1,0 +1,166 @@
+// PxrDistantLight: light from infinitely far away that travels along local +Z (UsdLux has it along -Z in a right-handed
+// space, which is +Z in this left-handed light space), from all directions within angleExtent / 2 of that. Of the
+// placement only the direction of the Z axis counts. Irradiance facing it is L pi sin^2(angleExtent / 2); with
+// areaNormalize, or where angleExtent is 0 (one direction, a delta light), it is L itself.
+#define KINORA_KERNEL_FILE "plugins/light/PxrDistantLight/PxrDistantLight.cpp"
+#include <kinora/light_setup.h>
+#include <memory>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/light_author.h>
+
+#ifndef PXRDISTANTLIGHT_ONCE
+#define PXRDISTANTLIGHT_ONCE
+namespace kinora::pxrDistantLight {
+constexpr std::array kOwn = {
+    param::number("angleExtent", 0.53f).range(0, 180).help("Degrees across the light as seen from the scene; 0 is one direction."),
+};
+// The common default intensity of 1 is that of a lamp nearby; this light stands for the sun.
+constexpr auto withSunIntensity(std::remove_const_t<decltype(lightParams::kRadiance)> list) {
+  for (Param& p : list)
+    if (std::string_view(p.name) == "intensity") p = param::number("intensity", 50000.f).range(0, 100000).help(p.doc);
+  return list;
+}
+constexpr auto kParams = joinParams(withSunIntensity(lightParams::kRadiance), lightParams::kNormalize, kOwn, lightParams::kControl);
+
+struct Data {
+  LightCommon common;
+  Float3 axis;                      // unit, towards the light
+  Double3 axis64;
+  float oneMinusCos = 0;            // of the half angle
+  double sin2 = 0;                  // of the half angle, squared
+  bool isDelta = false, isBlack = true;
+};
+}  // namespace kinora::pxrDistantLight
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrDistantLight;
+
+struct PxrDistantLight {
+  using Data = pxrDistantLight::Data;
+  static constexpr bool kIntersects = false;
+
+  template <int W>
+  static KN_INLINE Vec3<W> direction(const Data& k, Float<W> u, Float<W> v) {
+    if (k.isDelta) return wide<W>(k.axis);
+    return normalize(Frame<W>(wide<W>(k.axis)).toWorld(uniformCone(u, v, Float<W>(k.oneMinusCos))));
+  }
+  static float density(const Data& k) { return k.isDelta ? 1.f : kInvTwoPi / k.oneMinusCos; }
+
+  template <int W>
+  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    out.wi = direction<W>(k, in.u, in.v);
+    out.distance = F(__builtin_inff());
+    out.pdf = F(density(k));
+    out.radiance = wideRgb<W>(k.common.radiance);
+    out.delta = Mask<W>(k.isDelta);
+  }
+
+  template <int W>
+  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) { return Mask<W>(false); }
+
+  template <int W>
+  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+    using F = Float<W>;
+    if (k.isBlack || k.isDelta) return;
+    // |d - axis|^2 = 2 (1 - cos): keeps its digits for narrow cones; the slack is the rounding of a direction on the rim
+    const Vec3<W> off = ray.d - wide<W>(k.axis);
+    const float rim = 2 * k.oneMinusCos;
+    const Mask<W> hit = dot(off, off) <= F(rim * (1 + 1e-5f) + 4e-7f * __builtin_sqrtf(rim) + 1e-13f);
+    l = zeroUnless(hit, wideRgb<W>(k.common.radiance));
+    pdf = zeroUnless(hit, F(density(k)));
+  }
+
+  // For a delta light pdfDirection is 1 and radiance is the irradiance facing it.
+  template <int W>
+  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    emitFromDisk<W>(in, -direction<W>(k, in.u2, in.u3), out);
+    out.pdfDirection = F(density(k));
+    out.radiance = wideRgb<W>(k.common.radiance);
+  }
+};
+
+using Runner = LightRunner<PxrDistantLight>;
+KINORA_WIDTH_TABLES(Runner, LightFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+using pxrDistantLight::Data;
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&]() -> void* {
+    const NamedValues values(*info, pxrDistantLight::kParams.data(), pxrDistantLight::kParams.size());
+    const LocalFrame frame = LocalFrame::of(*info);
+    auto light = std::make_unique<Data>();
+    double angle = values.number("angleExtent");
+    if (angle < 0 || angle > 180) {
+      values.warn("LIGHT-ANGLE", "angleExtent lies outside 0 to 180 degrees", "the nearest of the two is used");
+      angle = angle < 0 ? 0 : 180;
+    }
+    const double half = angle * Shaping::kRadians / 2;
+    // narrower than this, single-precision directions do not differ
+    light->isDelta = half < 2e-6;
+    light->sin2 = light->isDelta ? 0 : std::sin(half) * std::sin(half);
+    light->oneMinusCos = light->isDelta ? 0.f : float(2 * std::sin(half / 2) * std::sin(half / 2));
+    light->common = LightCommon::of(values, light->isDelta ? 1 : 3.14159265358979 * light->sin2);
+    values.warnNoEffect();
+    light->axis64 = normalized(frame.z) * -1;
+    light->axis = Float3(light->axis64);
+    if (!(length(frame.z) > 1e-30))
+      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no direction", "the light is black");
+    else
+      light->isBlack = light->common.isBlack();
+    return light.release();
+  });
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = {};
+  d->radius = -1;
+  d->isInfinite = 1;
+  d->isDelta = k.isDelta;
+  // the integral of radiance over directions; the host multiplies by pi R^2 of the world
+  double sum = 0;
+  for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
+  d->power = k.isBlack ? 0.f : float(sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos)) * k.common.importance;
+  d->visibleToCamera = 1;
+  d->diffuse = k.common.diffuse;
+  d->specular = k.common.specular;
+}
+
+// L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.
+double irradiance(const void* data, const double*, const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  const double cosine = dot(normalized({N[0], N[1], N[2]}), k.axis64);
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  if (k.isDelta) return cosine > 0 ? mean * cosine : 0;
+  const double sine = std::sqrt(k.sin2);
+  if (cosine <= -sine) return 0;
+  if (cosine < sine) return -1;
+  return mean * 3.14159265358979 * k.sin2 * cosine;
+}
+
+constexpr LightTraits kTraits{describe, irradiance};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrDistantLight",
+                             "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
+                             pxrDistantLight::kParams.data(), uint32_t(pxrDistantLight::kParams.size()), kTables, 4, &kTraits,
+                             create, [](void* d) { delete static_cast<Data*>(d); }};
+}  // namespace
+KINORA_REGISTER(PxrDistantLight, kDescriptor)
+}  // namespace kinora
+#endif

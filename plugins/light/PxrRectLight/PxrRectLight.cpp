@@ -1,0 +1,287 @@
+// PxrRectLight: the unit square of the local XY plane, emitting to the side of local +Z. Sampled by solid angle with the
+// spherical rectangle of Urena, Fajardo and King, "An Area-Preserving Parametrization for Spherical Rectangles" (EGSR
+// 2013); by area where the placement shears it, and where it appears so small that the four angles of the spherical
+// rectangle cancel in single precision.
+#define KINORA_KERNEL_FILE "plugins/light/PxrRectLight/PxrRectLight.cpp"
+#include <kinora/light_setup.h>
+#include <memory>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/light_author.h>
+
+#ifndef PXRRECTLIGHT_ONCE
+#define PXRRECTLIGHT_ONCE
+namespace kinora::pxrRectLight {
+constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kMap,
+                                           lightParams::kShaping, lightParams::kControl);
+// Below this solid angle (steradians) sampling goes by area: the angles carry errors of 1e-6 in all, so that the density
+// by solid angle stays within 2e-5 above it, while the area density of so small a light hardly varies.
+constexpr float kLeastSolidAngle = 0.05f;
+
+struct Data {
+  LightCommon common;
+  Shaping shaping;
+  LightMap map;
+  Float3 center, edgeX, edgeY;      // whole edges
+  Float3 unitX, unitY, normal;      // unit; the three are orthogonal where isRectangle
+  Float3 dualX, dualY;              // dot(hit - center, dual) = local x, y in [-.5, .5]
+  float halfX = 0, halfY = 0;       // lengths of half the edges
+  float area = 0;
+  bool isRectangle = false, isBlack = true;
+  Double3 corner[4], normal64;
+};
+}  // namespace kinora::pxrRectLight
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrRectLight;
+
+// The spherical rectangle seen from a point: names follow the paper, z0 < 0.
+template <int W>
+struct SphericalRectangle {
+  Float<W> x0, x1, y0, y1, z0, b0, b1, k, solidAngle;
+  Mask<W> front, byArea;
+  KN_INLINE SphericalRectangle(const Data& light, Vec3<W> P) {
+    using F = Float<W>;
+    const Vec3<W> toPoint = P - wide<W>(light.center);
+    const F px = dot(toPoint, wide<W>(light.unitX)), py = dot(toPoint, wide<W>(light.unitY));
+    z0 = -dot(toPoint, wide<W>(light.normal));
+    front = z0 < F(0.f);
+    x0 = -px - F(light.halfX);
+    x1 = -px + F(light.halfX);
+    y0 = -py - F(light.halfY);
+    y1 = -py + F(light.halfY);
+    byArea = Mask<W>(true);
+    if (!light.isRectangle) return;
+    const F z2 = max(z0 * z0, F(1e-30f));
+    const F n0 = -y0 / sqrt(fma(y0, y0, z2)), n1 = x1 / sqrt(fma(x1, x1, z2));
+    const F n2 = y1 / sqrt(fma(y1, y1, z2)), n3 = -x0 / sqrt(fma(x0, x0, z2));
+    const F g0 = acos(-(n0 * n1)), g1 = acos(-(n1 * n2)), g2 = acos(-(n2 * n3)), g3 = acos(-(n3 * n0));
+    b0 = n0;
+    b1 = n2;
+    k = F(kTwoPi) - g2 - g3;
+    solidAngle = g0 + g1 - k;
+    byArea = !(solidAngle >= F(kLeastSolidAngle));
+  }
+  // Point of the rectangle's plane, relative to P in the rectangle's frame (z is z0).
+  KN_INLINE void sample(Float<W> u, Float<W> v, Float<W>& x, Float<W>& y) const {
+    using F = Float<W>;
+    F sine, cosine;
+    sincos(fma(u, solidAngle, k), sine, cosine);
+    const F tiny(1e-12f);
+    sine = select(abs(sine) > tiny, sine, copySign(tiny, sine));
+    const F fu = fms(cosine, b0, b1) / sine;
+    F cu = copySign(F(1.f), fu) / sqrt(max(fma(fu, fu, b0 * b0), F(1e-30f)));
+    cu = clamp(cu, F(-1.f), F(1.f));
+    x = clamp(-(cu * z0) / sqrt(max(fnma(cu, cu, F(1.f)), F(1e-14f))), x0, x1);
+    const F d2 = fma(x, x, z0 * z0);
+    const F h0 = y0 / sqrt(max(fma(y0, y0, d2), F(1e-30f))), h1 = y1 / sqrt(max(fma(y1, y1, d2), F(1e-30f)));
+    const F h = lerp(h0, h1, v), h2 = h * h;
+    y = clamp(h * sqrt(d2) / sqrt(max(F(1.f) - h2, F(1e-14f))), y0, y1);
+  }
+};
+
+struct PxrRectLight {
+  using Data = pxrRectLight::Data;
+  static constexpr bool kIntersects = true;
+
+  // x, y: local position in [-.5, .5]. A viewer in front sees the map upright and not mirrored when the scene's space is
+  // left-handed: u runs along -x, v (down) along -y.
+  template <int W>
+  static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> x, Float<W> y, Float<W> cosine) {
+    Rgb<W> l = wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine);
+    if (k.map.valid()) l = l * lookUp<W, false>(k.map, Float<W>(0.5f) - x, Float<W>(0.5f) - y);
+    return l;
+  }
+
+  template <int W>
+  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const SphericalRectangle<W> r(k, in.P);
+    F x = in.u - F(0.5f), y = in.v - F(0.5f);  // local position
+    const Vec3<W> toCenter = wide<W>(k.center) - in.P;
+    Vec3<W> to = fma(wide<W>(k.edgeX), x, fma(wide<W>(k.edgeY), y, toCenter));
+    if (k.isRectangle && !r.byArea.all()) {
+      F sx, sy;
+      r.sample(in.u, in.v, sx, sy);
+      const Vec3<W> onSphere = fma(wide<W>(k.unitX), sx, fma(wide<W>(k.unitY), sy, wide<W>(k.normal) * r.z0));
+      to = select(r.byArea, to, onSphere);
+      x = select(r.byArea, x, (sx - r.x0) / F(2 * k.halfX) - F(0.5f));
+      y = select(r.byArea, y, (sy - r.y0) / F(2 * k.halfY) - F(0.5f));
+    }
+    const F d2 = dot(to, to), distance = sqrt(d2);
+    out.wi = to * (F(1.f) / max(distance, F(1e-30f)));
+    out.distance = distance;
+    const F cosine = -dot(out.wi, wide<W>(k.normal));
+    out.pdf = density(k, r, d2, cosine);
+    out.radiance = radiance<W>(k, x, y, cosine);
+  }
+  // Behind the light and in its plane there is none.
+  template <int W>
+  static KN_INLINE Float<W> density(const Data& k, const SphericalRectangle<W>& r, Float<W> d2, Float<W> cosine) {
+    using F = Float<W>;
+    const F byArea = d2 / (max(cosine, F(1e-30f)) * F(k.area));
+    return zeroUnless(r.front & (cosine > F(0.f)), select(r.byArea, byArea, F(1.f) / r.solidAngle));
+  }
+
+  template <int W>
+  static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+    using F = Float<W>;
+    if (k.isBlack) return Mask<W>(false);
+    const Vec3<W> n = wide<W>(k.normal), rel = o - wide<W>(k.center);
+    const F falling = -dot(d, n), height = dot(rel, n);
+    const F at = height / max(falling, F(1e-30f));
+    const Vec3<W> p = fma(d, at, rel);
+    const F x = dot(p, wide<W>(k.dualX)), y = dot(p, wide<W>(k.dualY));
+    const Mask<W> hit = (falling > F(0.f)) & (height > F(0.f)) & (abs(x) <= F(0.5f)) & (abs(y) <= F(0.5f)) & (at < t);
+    t = select(hit, at, t);
+    return hit;
+  }
+
+  template <int W>
+  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const SphericalRectangle<W> r(k, ray.o);
+    const F cosine = -dot(ray.d, wide<W>(k.normal));
+    // the plane's distance, not the caller's: t may have been shortened by a ray offset
+    const F t = -r.z0 / max(cosine, F(1e-30f));
+    const Vec3<W> p = fma(ray.d, t, ray.o - wide<W>(k.center));
+    const F x = dot(p, wide<W>(k.dualX)), y = dot(p, wide<W>(k.dualY));
+    // directions made by sample() may miss the edge by rounding, which grows with the distance
+    const F slack = fma(t, F(2e-6f) / F(2 * (k.halfX < k.halfY ? k.halfX : k.halfY)), F(0.5f + 1e-5f));
+    const Mask<W> hit = r.front & (cosine > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack);
+    l = zeroUnless(hit, radiance<W>(k, x, y, cosine));
+    pdf = zeroUnless(hit, density(k, r, t * t, cosine));
+  }
+
+  template <int W>
+  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const F x = in.u0 - F(0.5f), y = in.u1 - F(0.5f);
+    const Vec3<W> n = wide<W>(k.normal);
+    out.o = fma(wide<W>(k.edgeX), x, fma(wide<W>(k.edgeY), y, wide<W>(k.center)));
+    out.N = n;
+    // cosine-weighted within the cone
+    F a, b;
+    concentricDisk(in.u2, in.u3, a, b);
+    a *= F(k.shaping.sinCone);
+    b *= F(k.shaping.sinCone);
+    const F cosine = safeSqrt(fnma(a, a, fnma(b, b, F(1.f))));
+    out.d = Frame<W>(n).toWorld({a, b, cosine});
+    out.pdfPosition = F(1.f / k.area);
+    out.pdfDirection = cosine * F(kInvPi / (k.shaping.sinCone * k.shaping.sinCone));
+    out.radiance = radiance<W>(k, x, y, cosine);
+  }
+};
+
+using Runner = LightRunner<PxrRectLight>;
+KINORA_WIDTH_TABLES(Runner, LightFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+using pxrRectLight::Data;
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&]() -> void* {
+    const NamedValues values(*info, pxrRectLight::kParams.data(), pxrRectLight::kParams.size());
+    const LocalFrame frame = LocalFrame::of(*info);
+    auto light = std::make_unique<Data>();
+    const Double3 across = cross(frame.x, frame.y);
+    const double area = length(across);
+    light->common = LightCommon::of(values, area);
+    light->shaping = Shaping::of(values, false);
+    light->map.load(values);
+    values.warnNoEffect();
+    const double lx = length(frame.x), ly = length(frame.y);
+    light->center = Float3(frame.origin);
+    if (!(area > 1e-30) || !(area > 1e-7 * lx * ly)) {
+      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no area", "the light is black");
+      return light.release();
+    }
+    // the side of local +Z; where Z is lost in the plane, that of X cross Y
+    light->normal64 = normalized(across) * (dot(across, frame.z) < 0 ? -1.0 : 1.0);
+    light->normal = Float3(light->normal64);
+    light->edgeX = Float3(frame.x);
+    light->edgeY = Float3(frame.y);
+    light->unitX = Float3(frame.x * (1 / lx));
+    light->unitY = Float3(frame.y * (1 / ly));
+    const Double3 n = across * (1 / area);
+    light->dualX = Float3(cross(frame.y, n) * (1 / area));
+    light->dualY = Float3(cross(n, frame.x) * (1 / area));
+    light->halfX = float(lx / 2);
+    light->halfY = float(ly / 2);
+    light->area = float(area);
+    light->isRectangle = std::fabs(dot(frame.x, frame.y)) <= 1e-6 * lx * ly;
+    light->isBlack = light->common.isBlack();
+    const double sx[4] = {-0.5, 0.5, 0.5, -0.5}, sy[4] = {-0.5, -0.5, 0.5, 0.5};
+    for (int i = 0; i < 4; ++i) light->corner[i] = frame.origin + frame.x * sx[i] + frame.y * sy[i];
+    return light.release();
+  });
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = {};
+  d->center[0] = k.center.x;
+  d->center[1] = k.center.y;
+  d->center[2] = k.center.z;
+  double radius = 0;
+  for (const Double3& c : k.corner)
+    if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
+  d->radius = float(radius);
+  double power = 0;
+  for (int c = 0; c < 3; ++c)
+    power += std::fabs(k.common.radiance[c] * k.map.mean[c]) * k.shaping.power[c] * k.area * 3.14159265358979 / 3;
+  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
+  d->visibleToCamera = 1;
+  d->diffuse = k.common.diffuse;
+  d->specular = k.common.specular;
+}
+
+// Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1 where
+// a map or shaping makes the radiance vary.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.map.valid() || k.shaping.focused || k.shaping.coned) return -1;
+  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
+  if (dot(p - k.corner[0], k.normal64) <= 0) return 0;
+  Double3 clipped[8];
+  int count = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Double3 a = k.corner[i] - p, b = k.corner[(i + 1) % 4] - p;
+    const double ha = dot(a, n), hb = dot(b, n);
+    if (ha >= 0) clipped[count++] = a;
+    if ((ha < 0) != (hb < 0)) clipped[count++] = a + (b - a) * (ha / (ha - hb));
+  }
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    const Double3 a = normalized(clipped[i]), b = normalized(clipped[(i + 1) % count]), c = cross(a, b);
+    const double s = length(c);
+    if (s > 1e-15) sum += std::atan2(s, dot(a, b)) * dot(c, n) / s;
+  }
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return mean * std::fabs(sum) / 2;
+}
+
+constexpr LightTraits kTraits{describe, irradiance};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrRectLight",
+                             "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
+                             "front with local +Y up, a map stands upright with its left edge at local +X.",
+                             pxrRectLight::kParams.data(), uint32_t(pxrRectLight::kParams.size()), kTables, 4, &kTraits,
+                             create, [](void* d) { delete static_cast<Data*>(d); }};
+}  // namespace
+KINORA_REGISTER(PxrRectLight, kDescriptor)
+}  // namespace kinora
+#endif

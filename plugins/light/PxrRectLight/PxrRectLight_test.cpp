@@ -1,0 +1,157 @@
+// Proves: irradiance by samples, by looking and by Lambert's closed form agree, near, far, behind, tilted and sheared;
+// densities agree and integrate to 1; emitted power; maps, shaping and normalisation; widths; placements that leave no
+// light. Misses: motion, IES profiles and near distances, which have no effect yet.
+#include "plugins/light/light_testing.h"
+
+namespace kinora {
+namespace {
+using namespace lightTesting;
+constexpr const char* kName = "PxrRectLight";
+
+// Coaxial parallel squares' closed form: a point on the axis at distance h of a square of side 2a.
+double onAxis(double a, double h) {
+  const double q = std::sqrt(a * a + h * h);
+  return 4 * (a / q) * std::atan(a / q);   // times L / 1: E = 2 L [2 a/q atan(a/q)]
+}
+
+TEST(PxrRectLight, IrradianceOnItsAxis) {
+  TestLight light(kName, {set("intensity", 3)});
+  for (double h : {0.02, 0.3, 1.0, 3.0, 5.0, 40.0}) {
+    const double expected = 3 * onAxis(0.5, h);
+    EXPECT_NEAR(light.closedForm({0, 0, h}, {0, 0, -1}), expected, 1e-6 * expected) << h;
+    EXPECT_NEAR(irradianceBySampling(light, {0, 0, h}, {0, 0, -1}), expected, 5e-4 * expected) << h;
+  }
+  EXPECT_EQ(irradianceBySampling(light, {0, 0, -1}, {0, 0, 1}), 0) << "emits to the side of +Z only";
+  EXPECT_EQ(irradianceBySampling(light, {3, 0, 0}, {-1, 0, 0}), 0) << "dark in its own plane";
+}
+
+TEST(PxrRectLight, SamplesAgreeWithLookingAndTheClosedForm) {
+  const Matrix sheared = {2, 0.1, 0, 0, 0.7, 1, 0.4, 0, 0, 0, 1, 0, 0.5, 0, 0, 1};
+  for (const Matrix& m : {identity(), turned(2, 0.3, 1, {1, 2, 3}), turned(-1, 3, -2, {0, 1, 0}), sheared}) {
+    TestLight light(kName, {}, m);
+    int compared = 0;
+    for (Vec p : pointsAround(light, 40, 0.2, 8)) {
+      for (int c = 0; c < 3; ++c) p[size_t(c)] = float(p[size_t(c)]);
+      const Vec center{light.description.center[0], light.description.center[1], light.description.center[2]};
+      const Vec n = unit(unit(center - p) + Vec{0.4, -0.2, 0.1});
+      const double expected = light.closedForm(p, n), got = irradianceBySampling(light, p, n, 256);
+      EXPECT_NEAR(got, expected, 3e-3 * expected + 1e-7) << p[0] << ' ' << p[1] << ' ' << p[2];
+      if (expected > 0.05) {
+        ++compared;
+        const double distance = std::sqrt(dot(center - p, center - p));
+        const double half = distance > light.description.radius ? std::asin(light.description.radius / distance) : 3.14159265;
+        const Looked looked = lookAround(light, p, n, unit(center - p), half);
+        EXPECT_NEAR(looked.irradiance, expected, 3e-3 * expected);
+        EXPECT_NEAR(looked.pdf, 1, 3e-3);
+      }
+    }
+    EXPECT_GT(compared, 3);
+  }
+}
+
+TEST(PxrRectLight, DensitiesAgree) {
+  for (const Matrix& m : {identity(), turned(10, 0.01, 1, {1, 2, 3}), turned(1, 1, 1, {1000, 0, 0})}) {
+    TestLight light(kName, {}, m);
+    expectDensitiesAgree(light, pointsAround(light, 200));
+  }
+  const Matrix sheared = {2, 0.1, 0, 0, 0.7, 1, 0.4, 0, 0, 0, 1, 0, 0.5, 0, 0, 1};
+  TestLight light(kName, {set("emissionFocus", 3), set("coneAngle", 60), set("coneSoftness", 0.5f)}, sheared);
+  expectDensitiesAgree(light, pointsAround(light, 200));
+}
+
+TEST(PxrRectLight, EmittedPower) {
+  const double pi = 3.14159265358979;
+  {
+    TestLight light(kName, {set("intensity", 2), set("lightColor", 1, 0.5f, 0)}, turned(2, 3, 1, {0, 0, 5}));
+    EXPECT_NEAR(emittedPower(light), pi * 6 * 2 * 0.5, 1e-3 * pi * 6);
+    EXPECT_NEAR(light.description.power, pi * 6, 1e-4 * pi * 6);
+    EXPECT_NEAR(light.description.radius, std::sqrt(13.0) / 2, 1e-5);
+  }
+  {
+    TestLight light(kName, {set("areaNormalize", 1)}, turned(2, 3, 1, {0, 0, 5}));
+    EXPECT_NEAR(emittedPower(light), pi, 1e-3 * pi);
+  }
+  for (auto& settings : std::vector<std::vector<Setting>>{
+           {set("emissionFocus", 4)},
+           {set("emissionFocus", 4), set("emissionFocusTint", 0.2f, 0.5f, 0.8f)},
+           {set("coneAngle", 20), set("coneSoftness", 0.3f)},
+           {set("coneAngle", 90), set("coneSoftness", 1.5f)}}) {
+    TestLight light(kName, settings);
+    const double power = emittedPower(light);
+    EXPECT_NEAR(power, light.description.power, 3e-3 * power);
+  }
+  TestLight kept(kName, {set("emissionFocus", 4), set("emissionFocusNormalize", 1)});
+  EXPECT_NEAR(emittedPower(kept), pi, 3e-3 * pi);
+}
+
+TEST(PxrRectLight, ShapingFollowsTheAngle) {
+  TestLight light(kName, {set("coneAngle", 30)}, scaleMove(0.01, 0.01, 1, {0, 0, 0}));
+  const auto at = [&](double degrees) {
+    const double a = degrees * 3.14159265 / 180;
+    return irradianceBySampling(light, {std::sin(a), 0, std::cos(a)}, {-std::sin(a), 0, -std::cos(a)}, 16);
+  };
+  EXPECT_GT(at(29), 0.8 * at(0) * std::cos(29 * 3.14159265 / 180));
+  EXPECT_EQ(at(31), 0);
+}
+
+TEST(PxrRectLight, TemperatureAndExposure) {
+  // 6500 K is nearly white: R:G:B about 1 : 0.943 : 0.992, of luminance 1
+  TestLight light(kName, {set("enableTemperature", 1), set("exposure", 1)});
+  Rays r(1);
+  r.a[2][0] = 2;
+  r.a[3][0] = r.a[4][0] = 0.5f;
+  light.sample(r);
+  const double red = r.a[9][0], green = r.a[10][0], blue = r.a[11][0];
+  EXPECT_NEAR(green / red, 0.943, 0.01);
+  EXPECT_NEAR(blue / red, 0.992, 0.02);
+  EXPECT_NEAR(0.2126 * red + 0.7152 * green + 0.0722 * blue, 2, 1e-4);
+}
+
+TEST(PxrRectLight, MapStandsUprightSeenFromTheFront) {
+  // red | green over blue | white
+  const float texels[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+  const HostImage image{texels, 2, 2, 3};
+  TestLight light(kName, {setText("lightColorMap", "map")}, identity(), &image);
+  const auto seen = [&](double x, double y) {   // straight from the front
+    Rays r(1);
+    r.a[0][0] = float(x);
+    r.a[1][0] = float(y);
+    r.a[2][0] = 1;
+    r.a[7][0] = -1;
+    r.a[8][0] = 100;
+    light.look(r);
+    return Vec{r.a[13][0], r.a[14][0], r.a[15][0]};
+  };
+  EXPECT_EQ(seen(0.45, 0.45), (Vec{1, 0, 0}));     // left edge of the map at +X, top at +Y
+  EXPECT_EQ(seen(-0.45, 0.45), (Vec{0, 1, 0}));
+  EXPECT_EQ(seen(0.45, -0.45), (Vec{0, 0, 1}));
+  EXPECT_EQ(seen(-0.45, -0.45), (Vec{1, 1, 1}));
+  expectDensitiesAgree(light, pointsAround(light, 100));
+  EXPECT_NEAR(emittedPower(light), light.description.power, 2e-3 * light.description.power);
+  TestLight grey(kName, {setText("lightColorMap", "map"), set("colorMapSaturation", 0)}, identity(), &image);
+  EXPECT_NEAR(irradianceBySampling(grey, {0, 0, 1}, {0, 0, -1}), irradianceBySampling(TestLight(kName, {}), {0, 0, 1}, {0, 0, -1}) / 2, 1e-3);
+}
+
+TEST(PxrRectLight, WidthsGiveTheSameBits) {
+  TestLight light(kName, {set("emissionFocus", 2), set("coneAngle", 70), set("coneSoftness", 0.2f)}, turned(2, 1, 1, {0, 1, 0}));
+  expectWidthsAgree(light, pointsAround(light, 301));
+}
+
+TEST(PxrRectLight, DegeneratePlacements) {
+  expectDegenerateIsSafe(kName, true);
+  TestLight flat(kName, {}, scaleMove(1, 1, 0, {0, 0, 0}));   // no Z: still a rectangle
+  EXPECT_NEAR(irradianceBySampling(flat, {0, 0, 1}, {0, 0, -1}), onAxis(0.5, 1), 2e-3);
+  TestLight nan(kName, {set("intensity", std::numeric_limits<float>::quiet_NaN())});
+  EXPECT_FALSE(nan.warnings.empty());
+  expectNoNaN(nan);
+}
+
+TEST(PxrRectLight, NamesParametersWithoutEffectOnce) {
+  TestLight light(kName, {set("shadowColor", 1, 0, 0), set("thinShadow", 1), setText("lightGroup", "key")});
+  ASSERT_EQ(light.warnings.size(), 1u);
+  EXPECT_NE(light.warnings[0].find("shadowColor"), std::string::npos);
+  EXPECT_NE(light.warnings[0].find("lightGroup"), std::string::npos);
+  EXPECT_EQ(light.warnings[0].find("thinShadow"), std::string::npos) << "given, but at its default";
+}
+}  // namespace
+}  // namespace kinora

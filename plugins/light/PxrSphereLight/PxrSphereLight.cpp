@@ -1,0 +1,259 @@
+// PxrSphereLight: the local sphere of radius 0.5, emitting outwards. Any affine placement: everything happens in local
+// space, where the light is round; a direction's density is carried over by the Jacobian of the normalised linear map,
+// |det M| / |l M|^3 for a unit local direction l. So ellipsoids are sampled within exactly the cone they fill, too.
+// Inside it is dark: its surface emits outwards only, as its power and its light paths have it.
+#define KINORA_KERNEL_FILE "plugins/light/PxrSphereLight/PxrSphereLight.cpp"
+#include <kinora/light_setup.h>
+#include <memory>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/light_author.h>
+
+#ifndef PXRSPHERELIGHT_ONCE
+#define PXRSPHERELIGHT_ONCE
+namespace kinora::pxrSphereLight {
+constexpr auto kParams =
+    joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
+constexpr float kRadius = 0.5f;  // local
+
+struct Data {
+  LightCommon common;
+  Shaping shaping;
+  Float3 center, axis;              // axis: unit, local +Z
+  Float3 rows[3];                   // local to render, linear part
+  Float3 inverse[3];                // render to local: rows of the inverse
+  Float3 normalRows[3];             // local normal to render: rows of the inverse transpose
+  float determinant = 1;            // absolute
+  double area = 0, boundingRadius = 0, sphereRadius = 0;   // sphereRadius: 0 for ellipsoids
+  bool isBlack = true;
+};
+}  // namespace kinora::pxrSphereLight
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrSphereLight;
+
+template <int W> KN_INLINE Vec3<W> times(Vec3<W> v, const Float3 m[3]) {
+  return fma(wide<W>(m[0]), v.x, fma(wide<W>(m[1]), v.y, wide<W>(m[2]) * v.z));
+}
+
+// The sphere from a point, in local space.
+template <int W>
+struct View {
+  Vec3<W> fromCenter;          // the point
+  Float<W> d2;
+  Float<W> oneMinusCos;        // of the cone's half angle
+  Mask<W> outside;
+  KN_INLINE View(const Data& k, Vec3<W> P) {
+    using F = Float<W>;
+    fromCenter = times<W>(P - wide<W>(k.center), k.inverse);
+    d2 = dot(fromCenter, fromCenter);
+    const F r2(kRadius * kRadius);
+    outside = d2 > r2;
+    const F sin2 = r2 / max(d2, r2);
+    oneMinusCos = sin2 / (F(1.f) + safeSqrt(F(1.f) - sin2));
+  }
+  // Density over directions of render space; stretch = |l M| of the unit local direction.
+  KN_INLINE Float<W> density(const Data& k, Float<W> stretch) const {
+    using F = Float<W>;
+    return zeroUnless(outside, stretch * stretch * stretch / (F(kTwoPi * k.determinant) * oneMinusCos));
+  }
+};
+
+struct PxrSphereLight {
+  using Data = pxrSphereLight::Data;
+  static constexpr bool kIntersects = true;
+
+  template <int W>
+  static KN_INLINE Rgb<W> radiance(const Data& k, Vec3<W> towardsLight) {
+    return wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, -dot(towardsLight, wide<W>(k.axis)));
+  }
+
+  template <int W>
+  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const View<W> view(k, in.P);
+    const F d = sqrt(view.d2);
+    const Frame<W> cone(view.fromCenter * (F(-1.f) / max(d, F(1e-30f))));
+    const Vec3<W> inCone = uniformCone(in.u, in.v, view.oneMinusCos);
+    const Vec3<W> local = cone.toWorld(inCone);
+    const Vec3<W> w = times<W>(local, k.rows);
+    const F stretch = length(w);
+    // first hit: d cos - sqrt(r^2 - d^2 sin^2), with the sine from the cone's own coordinates
+    const F sin2 = fma(inCone.x, inCone.x, inCone.y * inCone.y);
+    const F tLocal = fms(d, inCone.z, safeSqrt(fnma(view.d2, sin2, F(kRadius * kRadius))));
+    out.wi = w * (F(1.f) / max(stretch, F(1e-30f)));
+    out.distance = max(tLocal, F(1e-20f)) * stretch;
+    out.pdf = view.density(k, stretch);
+    out.radiance = radiance<W>(k, out.wi);
+  }
+
+  // Stable form of the quadratic: discriminant from the ray's distance to the centre (Haines et al., Ray Tracing Gems 7).
+  template <int W>
+  static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+    using F = Float<W>;
+    if (k.isBlack) return Mask<W>(false);
+    const Vec3<W> f = times<W>(o - wide<W>(k.center), k.inverse), l = times<W>(d, k.inverse);
+    const F a = dot(l, l), b = -dot(f, l);
+    const Vec3<W> nearest = fma(l, b / max(a, F(1e-37f)), f);
+    const F room = F(kRadius * kRadius) - dot(nearest, nearest);
+    const F c = dot(f, f) - F(kRadius * kRadius);
+    const F q = fma(sqrt(max(a * room, F(0.f))), F(1.f), b);   // b > 0 for a sphere ahead
+    const F at = c / max(q, F(1e-37f));
+    const Mask<W> hit = (room >= F(0.f)) & (c > F(0.f)) & (b > F(0.f)) & (at < t);
+    t = select(hit, at, t);
+    return hit;
+  }
+
+  template <int W>
+  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const View<W> view(k, ray.o);
+    const Vec3<W> local = times<W>(ray.d, k.inverse);
+    const F inverseStretch = length(local);   // |d M^-1| = 1 / |l M|
+    const Vec3<W> unit = local * (F(1.f) / max(inverseStretch, F(1e-37f)));
+    const F along = -dot(view.fromCenter, unit);
+    const Vec3<W> nearest = fma(unit, along, view.fromCenter);
+    // directions made by sample() may miss the rim by rounding, which grows with the distance
+    const F slack = fma(view.d2, F(1e-12f), F(kRadius * kRadius * (1 + 1e-4f)));
+    const Mask<W> hit = view.outside & (along > F(0.f)) & (dot(nearest, nearest) <= slack);
+    l = zeroUnless(hit, radiance<W>(k, ray.d));
+    pdf = zeroUnless(hit, view.density(k, F(1.f) / max(inverseStretch, F(1e-37f))));
+  }
+
+  template <int W>
+  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const Vec3<W> n = uniformSphere(in.u0, in.u1);
+    out.o = times<W>(n * F(kRadius), k.rows) + wide<W>(k.center);
+    const Vec3<W> normal = times<W>(n, k.normalRows);
+    const F stretch = length(normal);
+    out.N = normal * (F(1.f) / max(stretch, F(1e-30f)));
+    const Vec3<W> c = cosineHemisphere(in.u2, in.u3);
+    out.d = Frame<W>(out.N).toWorld(c);
+    // an element of local area grows by |det M| |n M^-T|
+    out.pdfPosition = F(1.f / (4 * kPi * kRadius * kRadius)) / (F(k.determinant) * stretch);
+    out.pdfDirection = c.z * F(kInvPi);
+    out.radiance = radiance<W>(k, -out.d);
+  }
+};
+
+using Runner = LightRunner<PxrSphereLight>;
+KINORA_WIDTH_TABLES(Runner, LightFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+using pxrSphereLight::Data;
+
+// Rows of the inverse of the matrix with rows x, y, z. The determinant is not zero.
+void invert(const LocalFrame& f, double determinant, Double3 rows[3]) {
+  const Double3 yz = cross(f.y, f.z) * (1 / determinant), zx = cross(f.z, f.x) * (1 / determinant),
+                xy = cross(f.x, f.y) * (1 / determinant);
+  rows[0] = {yz.x, zx.x, xy.x};
+  rows[1] = {yz.y, zx.y, xy.y};
+  rows[2] = {yz.z, zx.z, xy.z};
+}
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&]() -> void* {
+    const NamedValues values(*info, pxrSphereLight::kParams.data(), pxrSphereLight::kParams.size());
+    const LocalFrame f = LocalFrame::of(*info);
+    auto light = std::make_unique<Data>();
+    const double lx = length(f.x), ly = length(f.y), lz = length(f.z);
+    const double determinant = f.determinant();
+    light->center = Float3(f.origin);
+    // thinner than a millionth of its size, single precision no longer tells its sides apart
+    const double longest = std::fmax(lx, std::fmax(ly, lz));
+    const bool degenerate = !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
+    if (!degenerate) {
+      Double3 inverse[3];
+      invert(f, determinant, inverse);
+      const Double3 rows[3] = {f.x, f.y, f.z};
+      const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
+                                  cross(f.x, f.y) * (1 / determinant)};
+      for (int i = 0; i < 3; ++i) {
+        light->rows[i] = Float3(rows[i]);
+        light->inverse[i] = Float3(inverse[i]);
+        light->normalRows[i] = Float3(normals[i]);
+      }
+      light->determinant = float(std::fabs(determinant));
+      light->axis = Float3(normalized(f.z));
+      // surface: the integral of |det M| |n M^-T| over the local sphere
+      constexpr int kRings = 512, kSteps = 128;
+      double sum = 0;
+      for (int i = 0; i < kRings; ++i)
+        for (int j = 0; j < kSteps; ++j) {
+          const double z = (2.0 * i + 1) / kRings - 1, s = std::sqrt(1 - z * z);
+          const double phi = 6.283185307179586 * (j + 0.5) / kSteps;
+          sum += length(normals[0] * (s * std::cos(phi)) + normals[1] * (s * std::sin(phi)) + normals[2] * z);
+        }
+      light->area = 3.14159265358979 * std::fabs(determinant) * sum / (kRings * kSteps);
+      light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
+      const bool round = std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
+                         std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+      if (round) {
+        light->sphereRadius = light->boundingRadius = 0.5 * lx;
+        light->area = 3.14159265358979 * lx * lx;
+      }
+    }
+    light->common = LightCommon::of(values, light->area);
+    light->shaping = Shaping::of(values, true);
+    values.warnNoEffect();
+    if (degenerate)
+      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
+    else
+      light->isBlack = light->common.isBlack();
+    return light.release();
+  });
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = {};
+  d->center[0] = k.center.x;
+  d->center[1] = k.center.y;
+  d->center[2] = k.center.z;
+  d->radius = float(k.boundingRadius * (1 + 1e-6));
+  double power = 0;
+  for (int c = 0; c < 3; ++c)
+    power += std::fabs(k.common.radiance[c]) * k.shaping.power[c] * k.area * 3.14159265358979 / 3;
+  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
+  d->visibleToCamera = 1;
+  d->diffuse = k.common.diffuse;
+  d->specular = k.common.specular;
+}
+
+// pi L (r / d)^2 cos for a sphere wholly above the receiver's horizon; -1 for other cases.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.shaping.focused || k.shaping.coned || k.sphereRadius == 0) return -1;
+  const Double3 to = Double3{k.center.x, k.center.y, k.center.z} - Double3{P[0], P[1], P[2]};
+  const double d = length(to), height = dot(to, normalized({N[0], N[1], N[2]}));
+  if (d <= k.sphereRadius || height <= -k.sphereRadius) return 0;
+  if (height < k.sphereRadius) return -1;
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return 3.14159265358979 * mean * k.sphereRadius * k.sphereRadius * height / (d * d * d);
+}
+
+constexpr LightTraits kTraits{describe, irradiance};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrSphereLight",
+                             "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
+                             "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
+                             pxrSphereLight::kParams.data(), uint32_t(pxrSphereLight::kParams.size()), kTables, 4, &kTraits,
+                             create, [](void* d) { delete static_cast<Data*>(d); }};
+}  // namespace
+KINORA_REGISTER(PxrSphereLight, kDescriptor)
+}  // namespace kinora
+#endif

@@ -1,0 +1,105 @@
+// PxrCamera: the thin-lens camera with shift and roll. Its models of lens defects, rolling shutter and the like are declared
+// so that scenes which name them are read, and say in their help that they change nothing yet.
+#define KINORA_KERNEL_FILE "plugins/projection/PxrCamera/PxrCamera.cpp"
+#include <kinora/projection_setup.h>
+#include <memory>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/projection_author.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using Runner = ProjectionRunner<ThinLensProjection>;
+KINORA_WIDTH_TABLES(Runner, ProjectionFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+using namespace param;
+constexpr float kZeros[3] = {0, 0, 0}, kEnhance[3] = {0, 0, 1};
+constexpr Param list(const char* name, const float* values, uint32_t count, const char* text) {
+  return array(Type::Float, name, values, count).help(text);
+}
+constexpr std::array kOwn = {
+    number("shiftX", 0.f).range(-1, 1).help("Lens shift, in units of the screen window: positive shows more of the right."),
+    number("shiftY", 0.f).range(-1, 1).help("Lens shift, in units of the screen window: positive shows more of what is above."),
+    number("roll", 0.f).range(-180, 180)
+        .help("Degrees about the view axis. Positive turns the camera's up towards its left, so the picture turns clockwise."),
+    number("tilt", 0.f).range(-45, 45).help("No effect yet: tilt of the lens in degrees."),
+    point("focus1", 0, 0, 0).help("No effect yet: three world points that the plane of focus passes through."),
+    point("focus2", 0, 0, 0).help("No effect yet: see focus1."),
+    point("focus3", 0, 0, 0).help("No effect yet: see focus1."),
+    integer("lensType", 2).range(0, 2).help("No effect yet: model of lens distortion."),
+    number("radial1", 0.f).range(-1, 1).help("No effect yet: distortion with the square of the radius."),
+    number("radial2", 0.f).range(-1, 1).help("No effect yet: distortion with the fourth power of the radius."),
+    number("assymX", 0.f).range(-1, 1).help("No effect yet: asymmetric distortion."),
+    number("assymY", 0.f).range(-1, 1).help("No effect yet: asymmetric distortion."),
+    number("lensAsymmetryX", 0.f).range(-1, 1).help("No effect yet: asymmetric distortion."),
+    number("lensAsymmetryY", 0.f).range(-1, 1).help("No effect yet: asymmetric distortion."),
+    list("distortionCtr", kZeros, 2, "No effect yet: centre of the distortion."),
+    number("lensScale", 1.f).range(0.1f, 10).help("No effect yet: size of the distorted picture."),
+    number("squeeze", 1.f).range(0.5f, 2).help("No effect yet: anamorphic squeeze."),
+    color("axial", 0.f).help("No effect yet: shift of focus by channel."),
+    color("transverse", 1.f).help("No effect yet: magnification by channel."),
+    number("natural", 0.f).range(0, 1).help("No effect yet: natural vignetting."),
+    number("optical", 0.f).range(0, 1).help("No effect yet: vignetting by the lens hood."),
+    string("sweep", "down").options("down|right|up|left").help("No effect yet: direction of the rolling shutter."),
+    number("duration", 1.f).range(0, 1).help("No effect yet: part of the shutter time that a line is exposed for."),
+    number("detail", 0.f).range(-4, 4).help("No effect yet: bias of texture detail."),
+    list("enhance", kEnhance, 3, "No effect yet: centre and zoom of a magnifier."),
+    integer("enhanceDiffAdjust", 0).range(0, 1).help("No effect yet: see enhance."),
+    integer("enhanceDisableDOF", 0).range(0, 1).help("No effect yet: see enhance."),
+    integer("enhanceDisableMoBlur", 0).range(0, 1).help("No effect yet: see enhance."),
+    string("matte", "").help("No effect yet: image that holds parts of the picture out."),
+    string("cocTexture", "").help("No effect yet: image of circles of confusion."),
+    number("dofMult", 1.f).range(0, 4).help("No effect yet: factor on depth of field."),
+    list("dofPivotCenter", kZeros, 3, "No effect yet: pivot of depth of field."),
+    number("dofRadiusStrength", 0.f).range(0, 1).help("No effect yet: depth of field by radius."),
+    number("dofRadiusFalloff", 1.f).range(0, 4).help("No effect yet: depth of field by radius."),
+    number("dofSqAnamorph", 1.f).range(0.5f, 2).help("No effect yet: squeezed depth of field."),
+    list("dofSqCtr", kZeros, 3, "No effect yet: squeezed depth of field."),
+    number("dofSqStrength", 0.f).range(0, 1).help("No effect yet: squeezed depth of field."),
+    number("dofSqFalloff", 1.f).range(0, 4).help("No effect yet: squeezed depth of field."),
+    integer("numSplitDiopters", 0).range(0, 2).help("No effect yet: split dioptres."),
+    number("splitDiopterAngle", 0.f).range(-180, 180).help("No effect yet: split dioptres."),
+    number("splitDiopterFocusDistance1", 0.f).range(0, 100).help("No effect yet: split dioptres."),
+    number("splitDiopterFocusDistance2", 0.f).range(0, 100).help("No effect yet: split dioptres."),
+    number("splitDiopterOffset1", 0.f).range(-1, 1).help("No effect yet: split dioptres."),
+    number("splitDiopterOffset2", 0.f).range(-1, 1).help("No effect yet: split dioptres."),
+    number("splitDiopterWidth1", 0.f).range(0, 1).help("No effect yet: split dioptres."),
+    number("splitDiopterWidth2", 0.f).range(0, 1).help("No effect yet: split dioptres."),
+};
+constexpr auto kParams = joinParams(projectionParams::kLens, kOwn);
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&]() -> void* {
+    const NamedValues values(*info, kParams.data(), kParams.size());
+    const auto* projection = static_cast<const ProjectionInfo*>(info->extra);
+    auto lens = std::make_unique<ThinLens>();
+    lens->screen = ScreenMap::of(projection);
+    setLens(*lens, values, *projection);
+    lens->screen.left += float(values.number("shiftX"));
+    lens->screen.top += float(values.number("shiftY"));
+    const double roll = values.number("roll") * 3.14159265358979323846 / 180;
+    lens->screen.cosRoll = float(std::cos(roll));
+    lens->screen.sinRoll = float(std::sin(roll));
+    values.warnNoEffect();
+    return lens.release();
+  });
+}
+constexpr ProjectionTraits kTraits{[](const void* data, double out[16]) {
+  perspectiveMatrix(*static_cast<const ThinLens*>(data), out);
+}};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Projection, 0, "PxrCamera",
+                             "Perspective with a thin lens, lens shift and roll.", kParams.data(), uint32_t(kParams.size()),
+                             kTables, 4, &kTraits, create, [](void* d) { delete static_cast<ThinLens*>(d); }};
+}  // namespace
+KINORA_REGISTER(PxrCamera, kDescriptor)
+}  // namespace kinora
+#endif

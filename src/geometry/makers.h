@@ -1,0 +1,13 @@
+// The makers of meshes, one for each family of primitives. Called by tessellate() alone, with flipNormals and
+// doubleSided of the mesh already set; false (after a message) when nothing can be made.
+#pragma once
+#include "geometry/tessellate.h"
+
+namespace kinora::geometry {
+
+bool makeQuadric(const scene::Primitive&, const scene::Quadric&, const DiceRate&, Diagnostics&, Mesh&);
+bool makePolygons(const scene::Primitive&, const scene::PolygonMesh&, Diagnostics&, Mesh&);
+bool makeSubdivision(const scene::Primitive&, const scene::SubdivisionMesh&, const DiceRate&, Diagnostics&, Mesh&);
+bool makePatches(const scene::Primitive&, const DiceRate&, Diagnostics&, Mesh&);  // Patch, PatchMesh, NuPatch
+
+}  // namespace kinora::geometry

@@ -1,0 +1,31 @@
+#include "geometry/mesh.h"
+
+namespace kinora::geometry {
+
+const Primvar* Mesh::find(std::string_view name) const {
+  for (const Primvar& p : primvars)
+    if (p.name == name) return &p;
+  return nullptr;
+}
+
+Imath::V2f Mesh::uvOf(uint32_t triangle, int corner) const {
+  static const Imath::V2f kTriangle[3] = {{0, 0}, {1, 0}, {0, 1}};
+  static const Imath::V2f kEven[3] = {{0, 0}, {1, 0}, {1, 1}}, kOdd[3] = {{0, 0}, {1, 1}, {0, 1}};
+  if (!cornerUV.empty()) return cornerUV[size_t(triangle) * 3 + corner];
+  if (!vertexUV.empty()) return vertexUV[indices[size_t(triangle) * 3 + corner]];
+  if (quadPairs) return (triangle & 1 ? kOdd : kEven)[corner];
+  return kTriangle[corner];
+}
+
+size_t Mesh::bytes() const {
+  size_t n = sizeof(Mesh) + points.capacity() * sizeof(Imath::V3f) + times.capacity() * sizeof(double) +
+             (indices.capacity() + faceOfTriangle.capacity()) * sizeof(uint32_t) +
+             (cornerUV.capacity() + vertexUV.capacity()) * sizeof(Imath::V2f) + primvars.capacity() * sizeof(Primvar);
+  for (const Primvar& p : primvars) {
+    n += p.name.capacity() + p.data.capacity() * sizeof(float) + p.strings.capacity() * sizeof(std::string);
+    for (const std::string& s : p.strings) n += s.capacity();
+  }
+  return n;
+}
+
+}  // namespace kinora::geometry

@@ -1,0 +1,408 @@
+// All four polygon requests. Meshes of triangles are copied straight through (18 bytes a triangle); quads are cut
+// along the diagonal that suits them; everything else goes through the Triangulator. A deforming mesh is cut by its
+// first key.
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <numeric>
+
+#include "geometry/build.h"
+#include "geometry/makers.h"
+#include "geometry/polygon.h"
+#include "geometry/triangulate.h"
+
+namespace kinora::geometry {
+
+using Imath::V3d;
+using Imath::V3f;
+
+namespace {
+
+// What went wrong with faces, told in one message for each kind.
+struct Faults {
+  size_t index = 0, corners = 0, notFinite = 0, noArea = 0, tangled = 0;
+  size_t dropped() const { return index + corners + notFinite + noArea; }
+};
+
+// Faces -> mesh.indices, faceOfTriangle, and for each triangle corner the corner of the face list it comes from.
+class Cutter {
+ public:
+  Cutter(const PointKeys& points, const PolygonFaces& faces, Mesh& mesh)
+      : points_(points), faces_(faces), mesh_(mesh) {}
+
+  // All faces single loops of `arity` corners: false when some face needs the general way.
+  bool cutTriangles();
+  bool cutQuads();
+  void cutAny();
+
+  std::vector<uint32_t> corners;  // empty: triangle corner i is face corner i
+  Faults faults;
+
+ private:
+  V3d at(int vertex) const { return points_.point(0, size_t(vertex)); }
+  bool usable(int vertex) const { return vertex >= 0 && size_t(vertex) < points_.count; }
+  int vertexOf(size_t corner) const { return faces_.vertices.empty() ? int(corner) : faces_.vertices[corner]; }
+  void emitTriangle(uint32_t face, size_t a, size_t b, size_t c);
+  void cutFace(uint32_t face, size_t firstCorner, std::span<const int> loops);
+
+  const PointKeys& points_;
+  const PolygonFaces& faces_;
+  Mesh& mesh_;
+  Triangulator triangulator_;
+  std::vector<V3d> scratch_;
+  std::vector<uint32_t> cut_;
+};
+
+bool Cutter::cutTriangles() {
+  if (points_.nonFinite) return false;
+  const size_t n = faces_.cornerCount;
+  if (faces_.vertices.empty()) {
+    mesh_.indices.resize(n);
+    std::iota(mesh_.indices.begin(), mesh_.indices.end(), 0u);
+    return n <= points_.count;
+  }
+  mesh_.indices.assign(faces_.vertices.begin(), faces_.vertices.begin() + std::ptrdiff_t(n));
+  uint32_t highest = 0;
+  for (uint32_t i : mesh_.indices) highest = std::max(highest, i);  // negative ones are huge here
+  if (highest < points_.count) return true;
+  mesh_.indices.clear();
+  return false;
+}
+
+// The better diagonal of a quad: true for 0-2, false for 1-3. The first wherever it gives two triangles that face
+// alike.
+bool firstDiagonal(const V3d& a, const V3d& b, const V3d& c, const V3d& d) {
+  const V3d ac = c - a, abc = (b - a).cross(ac), acd = ac.cross(d - a);
+  if (abc.dot(acd) > 0) return true;
+  const V3d normal = ac.cross(d - b), bd = d - b, bcd = (c - b).cross(bd), abd = (b - a).cross(d - a);
+  return std::min(abc.dot(normal), acd.dot(normal)) >= std::min(bcd.dot(normal), abd.dot(normal));
+}
+
+bool Cutter::cutQuads() {
+  if (points_.nonFinite) return false;
+  const size_t n = faces_.cornerCount / 4;
+  mesh_.indices.resize(n * 6);
+  if (faces_.needCorners) corners.resize(n * 6);
+  uint32_t* out = mesh_.indices.data();
+  for (size_t f = 0; f < n; ++f, out += 6) {
+    int v[4];
+    for (int k = 0; k < 4; ++k) v[k] = vertexOf(4 * f + k);
+    if (!usable(v[0]) || !usable(v[1]) || !usable(v[2]) || !usable(v[3])) {
+      mesh_.indices.clear();
+      corners.clear();
+      return false;
+    }
+    // The triangles begin at the diagonal: with the other one the face's parameters are turned by one corner.
+    const int s = firstDiagonal(at(v[0]), at(v[1]), at(v[2]), at(v[3])) ? 0 : 1;
+    const int order[6] = {s, s + 1, s + 2, s, s + 2, (s + 3) % 4};
+    for (int k = 0; k < 6; ++k) out[k] = uint32_t(v[order[k] % 4]);
+    if (faces_.needCorners)
+      for (int k = 0; k < 6; ++k) corners[6 * f + k] = uint32_t(4 * f + order[k] % 4);
+  }
+  mesh_.quadPairs = true;
+  return true;
+}
+
+void Cutter::emitTriangle(uint32_t face, size_t a, size_t b, size_t c) {
+  for (size_t k : {a, b, c}) mesh_.indices.push_back(uint32_t(vertexOf(k)));
+  mesh_.faceOfTriangle.push_back(face);
+  if (faces_.needCorners)
+    for (size_t k : {a, b, c}) corners.push_back(uint32_t(k));
+}
+
+void Cutter::cutFace(uint32_t face, size_t first, std::span<const int> loops) {
+  size_t n = 0;
+  for (int l : loops) n += size_t(l);
+  for (size_t k = first; k < first + n; ++k) {
+    if (!usable(vertexOf(k))) {
+      ++faults.index;
+      return;
+    }
+    if (points_.nonFinite && !points_.finite(size_t(vertexOf(k)))) {
+      ++faults.notFinite;
+      return;
+    }
+  }
+  if (loops.empty() || loops[0] < 3) {
+    ++faults.corners;
+    return;
+  }
+  if (loops.size() == 1 && n == 3) {
+    emitTriangle(face, first, first + 1, first + 2);
+    return;
+  }
+  scratch_.resize(n);
+  for (size_t k = 0; k < n; ++k) scratch_[k] = at(vertexOf(first + k));
+  if (loops.size() == 1 && n == 4) {
+    const size_t s = firstDiagonal(scratch_[0], scratch_[1], scratch_[2], scratch_[3]) ? 0 : 1;
+    emitTriangle(face, first + s, first + s + 1, first + s + 2);
+    emitTriangle(face, first + s, first + s + 2, first + (s + 3) % 4);
+    return;
+  }
+  cut_.clear();
+  switch (triangulator_.run(scratch_, loops, cut_)) {
+    case Triangulator::Outcome::Good:
+      break;
+    case Triangulator::Outcome::Tangled:
+      ++faults.tangled;
+      break;
+    case Triangulator::Outcome::NoArea:
+      ++faults.noArea;
+      return;
+  }
+  for (size_t t = 0; t < cut_.size(); t += 3)
+    emitTriangle(face, first + cut_[t], first + cut_[t + 1], first + cut_[t + 2]);
+}
+
+void Cutter::cutAny() {
+  mesh_.indices.reserve(faces_.cornerCount * 3);
+  mesh_.faceOfTriangle.reserve(faces_.cornerCount);
+  size_t loop = 0, corner = 0;
+  for (size_t f = 0; f < faces_.faceCount; ++f) {
+    const size_t loops = faces_.loopsPerFace.empty() ? 1 : size_t(faces_.loopsPerFace[f]);
+    const std::span<const int> sizes = faces_.verticesPerLoop.subspan(loop, loops);
+    cutFace(uint32_t(f), corner, sizes);
+    for (int l : sizes) corner += size_t(l);
+    loop += loops;
+  }
+  mesh_.indices.shrink_to_fit();
+  bool identity = mesh_.faceOfTriangle.size() == faces_.faceCount;
+  for (size_t t = 0; identity && t < mesh_.faceOfTriangle.size(); ++t) identity = mesh_.faceOfTriangle[t] == t;
+  if (identity)
+    std::vector<uint32_t>().swap(mesh_.faceOfTriangle);
+  else
+    mesh_.faceOfTriangle.shrink_to_fit();
+}
+
+void report(const scene::Primitive& primitive, const Faults& faults, Diagnostics& diagnostics) {
+  auto tell = [&](const char* code, size_t n, const char* what, const char* done) {
+    if (n)
+      diagnostics.warning(code, primitive.pos,
+                          std::to_string(n) + (n == 1 ? " face of " : " faces of ") + subject(primitive) + what,
+                          done);
+  };
+  tell("GEOM-INDEX-RANGE", faults.index, ": a vertex number is not one of its points", "left out");
+  tell("GEOM-FACE-CORNERS", faults.corners, ": fewer than 3 corners", "left out");
+  tell("GEOM-NOT-FINITE", faults.notFinite, ": a corner is not finite", "left out");
+  tell("GEOM-FACE-AREA", faults.noArea, ": no area", "left out");
+  tell("GEOM-FACE-TANGLED", faults.tangled, ": the outline crosses itself or a hole lies outside",
+       "triangles cover it as well as possible");
+}
+
+void storeKeys(const PointKeys& points, Mesh& mesh) {
+  mesh.vertexCount = uint32_t(points.count);
+  for (size_t k = 0; k < points.keys.size(); ++k) {
+    const float* p = points.keys[k].data();
+    if (!points.nonFinite) {
+      float lo[3] = {p[0], p[1], p[2]}, hi[3] = {p[0], p[1], p[2]};
+      for (size_t i = 0; i < points.count * 3; i += 3)
+        for (int c = 0; c < 3; ++c) {
+          lo[c] = std::min(lo[c], p[i + c]);
+          hi[c] = std::max(hi[c], p[i + c]);
+        }
+      mesh.bounds.extendBy(V3d(lo[0], lo[1], lo[2]));
+      mesh.bounds.extendBy(V3d(hi[0], hi[1], hi[2]));
+    } else {
+      for (size_t i = 0; i < points.count; ++i)
+        if (points.finite(i)) mesh.bounds.extendBy(points.point(k, i));
+    }
+  }
+  mesh.origin = chooseOrigin(mesh.bounds);
+  mesh.points.resize(points.count * points.keys.size());
+  V3f* out = mesh.points.data();
+  for (size_t k = 0; k < points.keys.size(); ++k)
+    for (size_t i = 0; i < points.count; ++i, ++out) {
+      const V3f p(points.keys[k][3 * i], points.keys[k][3 * i + 1], points.keys[k][3 * i + 2]);
+      // A point that is not finite is in no triangle; it only must not poison whoever takes bounds over all points.
+      if (points.nonFinite && !points.finite(i))
+        *out = V3f(mesh.bounds.center() - mesh.origin);
+      else
+        *out = mesh.origin == V3d(0) ? p : V3f(V3d(p) - mesh.origin);
+    }
+  mesh.times = points.times;
+}
+
+}  // namespace
+
+PolygonFaces readFaces(const scene::Primitive& primitive, const std::vector<int>& loopsPerFace,
+                       const std::vector<int>& verticesPerLoop, const std::vector<int>& vertices, size_t pointCount,
+                       Diagnostics& diagnostics) {
+  PolygonFaces out;
+  const size_t available = vertices.empty() ? pointCount : vertices.size();
+  if (verticesPerLoop.empty() && loopsPerFace.empty() && vertices.empty()) {
+    out.ownSizes.push_back(int(std::min<size_t>(pointCount, INT_MAX)));  // Polygon: all points are its one loop
+    out.verticesPerLoop = out.ownSizes;
+  } else {
+    out.verticesPerLoop = verticesPerLoop;
+  }
+  out.vertices = vertices;
+  out.loopsPerFace = loopsPerFace;
+  const std::span<const int> sizes = out.verticesPerLoop;
+  const size_t faces = loopsPerFace.empty() ? sizes.size() : loopsPerFace.size();
+  std::string wrong;
+  size_t loop = 0;
+  int low = INT_MAX, high = 0;
+  for (size_t f = 0; f < faces && wrong.empty(); ++f) {
+    const int loops = loopsPerFace.empty() ? 1 : loopsPerFace[f];
+    if (loops < 0 || size_t(loops) > sizes.size() - loop) {
+      wrong = "face " + std::to_string(f) + " asks for " + std::to_string(loops) + " loops where " +
+              std::to_string(sizes.size() - loop) + " are left";
+      break;
+    }
+    size_t corners = 0;
+    for (int l = 0; l < loops; ++l) {
+      const int size = sizes[loop + l];
+      if (size < 0 || size_t(size) > available - out.cornerCount - corners) {
+        wrong = "face " + std::to_string(f) + " asks for " + std::to_string(size) + " vertices where " +
+                std::to_string(available - out.cornerCount - corners) + " are left";
+        break;
+      }
+      corners += size_t(size);
+    }
+    if (!wrong.empty()) break;
+    low = std::min(low, loops == 1 ? int(corners) : 0);
+    high = std::max(high, loops == 1 ? int(corners) : INT_MAX);
+    loop += size_t(loops);
+    out.cornerCount += corners;
+    ++out.faceCount;
+  }
+  out.arity = low == high ? low : 0;
+  if (!wrong.empty())
+    diagnostics.warning("GEOM-FACE-LIST", primitive.pos, subject(primitive) + ": " + wrong,
+                        "its first " + std::to_string(out.faceCount) + " faces are kept");
+  return out;
+}
+
+bool makePolygons(const scene::Primitive& primitive, const scene::PolygonMesh& shape, Diagnostics& diagnostics,
+                  Mesh& mesh) {
+  const std::optional<PointKeys> points = readPoints(primitive, diagnostics);
+  if (!points) return false;
+  PolygonFaces faces =
+      readFaces(primitive, shape.loopsPerFace, shape.verticesPerLoop, shape.vertices, points->count, diagnostics);
+  return makePolygons(primitive, *points, faces, diagnostics, mesh);
+}
+
+bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, PolygonFaces& faces,
+                  Diagnostics& diagnostics, Mesh& mesh) {
+  if (points.count >= UINT32_MAX || faces.cornerCount >= UINT32_MAX / 3) {
+    diagnostics.error("GEOM-TOO-LARGE", primitive.pos, subject(primitive) + " has more than 1.4 billion face corners",
+                      "the primitive is left out", "cut it into several");
+    return false;
+  }
+  size_t named = 0;  // highest vertex number + 1: the count that the RIB asks of vertex primvars
+  if (!faces.vertices.empty())
+    for (size_t i = 0; i < faces.cornerCount; ++i)
+      named = std::max(named, size_t(std::max(-1, faces.vertices[i]) + 1));
+  else
+    named = faces.cornerCount;
+  named = std::min(named, points.count);
+  ClassCounts counts{faces.faceCount, points.count, points.count, faces.cornerCount};
+  const size_t uniformFaces = faces.uniformCount ? faces.uniformCount : faces.faceCount;
+  counts.uniform = uniformFaces;
+  for (const scene::Parameter& p : primitive.primvars) {
+    // A list may carry more points than faces name; primvars may then have either count.
+    const size_t n = p.elementFloats() ? p.size() / p.elementFloats() : 0;
+    if ((p.storage == scene::StorageClass::Vertex || p.storage == scene::StorageClass::Varying) && p.name != "P" &&
+        n == named && named < points.count)
+      counts.vertex = counts.varying = named;
+  }
+  const std::vector<SourcePrimvar> sources = readPrimvars(primitive, counts, diagnostics);
+  bool perFace = false;
+  for (const SourcePrimvar& s : sources) {
+    faces.needCorners |=
+        s.storage == scene::StorageClass::FaceVarying || s.storage == scene::StorageClass::FaceVertex;
+    perFace |= s.storage == scene::StorageClass::Uniform;
+  }
+
+  Cutter cutter(points, faces, mesh);
+  const bool straight = faces.arity == 3 && cutter.cutTriangles();
+  if (!straight && !(faces.arity == 4 && cutter.cutQuads())) cutter.cutAny();
+  report(primitive, cutter.faults, diagnostics);
+  if (mesh.indices.empty()) {
+    diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, subject(primitive) + " has no face that could be used",
+                        "the primitive is left out");
+    return false;
+  }
+  storeKeys(points, mesh);
+  size_t flat = 0;
+  for (uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    const uint32_t* i = &mesh.indices[size_t(t) * 3];
+    const V3f a = mesh.points[i[0]], n = (mesh.points[i[1]] - a).cross(mesh.points[i[2]] - a);
+    flat += n.x == 0 && n.y == 0 && n.z == 0;
+  }
+  if (flat == mesh.triangleCount()) {
+    // Floats may underflow where doubles do not.
+    flat = 0;
+    for (uint32_t t = 0; t < mesh.triangleCount(); ++t) flat += geometricNormal(mesh, t) == V3d(0);
+    if (flat == mesh.triangleCount()) {
+      diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, subject(primitive) + " has no area",
+                          "the primitive is left out");
+      return false;
+    }
+  }
+  if (mesh.quadPairs && perFace) {
+    mesh.faceOfTriangle.resize(mesh.triangleCount());
+    for (uint32_t t = 0; t < mesh.triangleCount(); ++t) mesh.faceOfTriangle[t] = t / 2;
+  }
+  if (!faces.originalFace.empty()) {
+    std::vector<uint32_t> original(mesh.triangleCount());
+    for (uint32_t t = 0; t < mesh.triangleCount(); ++t) original[t] = faces.originalFace[mesh.faceOf(t)];
+    mesh.faceOfTriangle = std::move(original);
+  }
+
+  for (const SourcePrimvar& s : sources) {
+    using scene::StorageClass;
+    const bool isNormal = s.parameter->name == "N";
+    switch (s.storage) {
+      case StorageClass::Constant: {
+        Primvar p = emptyPrimvar(s, Primvar::Rate::Constant);
+        p.data = s.values;
+        mesh.primvars.push_back(std::move(p));
+        break;
+      }
+      case StorageClass::Uniform: {
+        Primvar p = emptyPrimvar(s, uniformFaces == 1 ? Primvar::Rate::Constant : Primvar::Rate::PerFace);
+        p.data = s.values;
+        mesh.primvars.push_back(std::move(p));
+        break;
+      }
+      case StorageClass::Varying:
+      case StorageClass::Vertex: {
+        Primvar p = emptyPrimvar(s, Primvar::Rate::PerVertex);
+        const size_t keys = isNormal ? size_t(mesh.keyCount()) : 1, width = size_t(p.width);
+        p.data.resize(keys * points.count * width);
+        for (size_t k = 0; k < keys; ++k) {
+          std::span<const float> v = valuesAtKey(primitive, s, k);
+          if (v.empty()) v = s.values;
+          std::copy(v.begin(), v.begin() + std::ptrdiff_t(std::min(v.size(), points.count * width)),
+                    p.data.begin() + std::ptrdiff_t(k * points.count * width));
+        }
+        mesh.primvars.push_back(std::move(p));
+        break;
+      }
+      case StorageClass::FaceVarying:
+      case StorageClass::FaceVertex: {
+        Primvar p = emptyPrimvar(s, Primvar::Rate::PerCorner);
+        if (straight) {
+          p.data = s.values;
+        } else {
+          p.data.reserve(cutter.corners.size() * p.width);
+          for (uint32_t c : cutter.corners) {
+            const size_t from = faces.originalCorner.empty() ? c : faces.originalCorner[c];
+            p.data.insert(p.data.end(), s.values.begin() + std::ptrdiff_t(from * p.width),
+                          s.values.begin() + std::ptrdiff_t((from + 1) * p.width));
+          }
+        }
+        mesh.primvars.push_back(std::move(p));
+        break;
+      }
+    }
+  }
+  repairNormals(primitive, mesh, diagnostics);
+  if (!mesh.find("N") && primitive.attributes && primitive.attributes->getInt("polygon:smoothnormals", 0) != 0)
+    addSmoothNormals(mesh);
+  joinTextureCoordinates(mesh);
+  return true;
+}
+
+}  // namespace kinora::geometry

@@ -1,0 +1,546 @@
+// Subdivision meshes on their limit surface (OpenSubdiv's Bfr). Each edge gets its rate from the surface itself, so
+// that two faces meet with the same points; a point on an edge or corner is evaluated once and its position copied
+// bit for bit where normals or facevarying values differ between the sides. Faces that are not quads are cut into the
+// quads that the first refinement would make, so that (u, v) and triangles never straddle them.
+#include <opensubdiv/bfr/refinerSurfaceFactory.h>
+#include <opensubdiv/bfr/tessellation.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/build.h"
+#include "geometry/cage.h"
+#include "geometry/dice.h"
+#include "geometry/makers.h"
+#include "geometry/polygon.h"
+
+namespace kinora::geometry {
+
+using Imath::V3d;
+using scene::StorageClass;
+namespace Far = OpenSubdiv::Far;
+namespace Bfr = OpenSubdiv::Bfr;
+namespace Sdc = OpenSubdiv::Sdc;
+
+namespace {
+
+using Surface = Bfr::Surface<double>;
+
+constexpr int kMostSegments = 1024;     // an edge
+constexpr double kSameNormal = 0.9995;  // cosine (1.8 degrees): more is a crease
+
+// Interpolated data of one kind, with the surface of the current face.
+struct Channel {
+  enum class Kind { Vertex, Varying, FaceVarying } kind = Kind::Vertex;
+  int index = 0;  // of the facevarying channel
+  int width = 0;
+  std::vector<double> data;                                 // control values
+  std::vector<std::pair<const SourcePrimvar*, int>> parts;  // which primvars, and where in the values of a vertex
+  Surface surface;
+  std::vector<double> patch;
+};
+
+class Subdivider {
+ public:
+  Subdivider(const scene::Primitive& primitive, const PointKeys& points, const Cage& cage, const DiceRate& rate,
+             Diagnostics& diagnostics, Mesh& mesh)
+      : primitive_(primitive),
+        cage_(cage),
+        level_(cage.refiner->GetLevel(0)),
+        factory_(*cage.refiner),
+        rate_(rate),
+        diagnostics_(diagnostics),
+        mesh_(mesh),
+        displaced_(primitive.attributes && primitive.attributes->displacement) {
+    for (const auto& key : points.keys) keys_.emplace_back(key.begin(), key.end());
+    keyPatch_.resize(keys_.size());
+    outPoints_.resize(keys_.size());
+    outNormals_.resize(keys_.size());
+  }
+
+  bool run(const std::vector<SourcePrimvar>& primvars);
+
+ private:
+  // A point of a cell's outline: on the cage (shared between faces) or inside the face (shared between its cells).
+  struct Site {
+    int64_t shared = -1;
+    int inFace = -1;
+  };
+  void addChannels(const std::vector<SourcePrimvar>& primvars);
+  void chooseRates();
+  void rateFace(int face, std::vector<double>& wanted);
+  double estimate() const;
+  bool isSplit(int face) const {  // into sub-faces
+    const int n = level_.GetFaceVertices(face).size();
+    return factory_.GetSchemeType() != Sdc::SCHEME_LOOP && n != 4;
+  }
+  void prepare(int face);
+  void evaluate(const double uv[2]);
+  uint32_t emit(Site site);
+  void makeFace(int face);
+  void makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,
+                const std::vector<Site>& outline, int subFace);
+  Site onEdge(int face, int k, int step) const;  // step along edge k in the face's direction
+
+  V3d position(size_t key, const double uv[2], V3d& normal) const;
+
+  const scene::Primitive& primitive_;
+  const Cage& cage_;
+  const Far::TopologyLevel& level_;
+  Bfr::RefinerSurfaceFactory<> factory_;
+  const DiceRate& rate_;
+  Diagnostics& diagnostics_;
+  Mesh& mesh_;
+  const bool displaced_;
+
+  std::vector<std::vector<double>> keys_;  // control points
+  Surface surface_;
+  std::vector<std::vector<double>> keyPatch_;
+  std::vector<Channel> channels_;
+  int valueWidth_ = 0;
+
+  std::vector<int> rates_;           // segments an edge
+  std::vector<int64_t> edgeOffset_;  // first shared id of an edge's inner points
+  std::vector<uint32_t> firstAt_;    // shared id -> mesh vertex, kNone before
+  std::vector<uint32_t> nextAt_;     // mesh vertex -> another one at the same place
+  std::vector<uint32_t> inFace_;     // of the current face
+  static constexpr uint32_t kNone = ~0u;
+
+  std::vector<V3d> samplePoint_, sampleNormal_;  // a key
+  std::vector<double> sampleValues_;
+  std::vector<std::vector<V3d>> outPoints_, outNormals_;
+  std::vector<float> outValues_;  // valueWidth_ a vertex
+  std::vector<double> coords_;
+  std::vector<int> facets_;
+  std::vector<uint32_t> cellVertex_;
+};
+
+void Subdivider::addChannels(const std::vector<SourcePrimvar>& primvars) {
+  for (Channel::Kind kind : {Channel::Kind::Vertex, Channel::Kind::Varying}) {
+    Channel c;
+    c.kind = kind;
+    const StorageClass storage = kind == Channel::Kind::Vertex ? StorageClass::Vertex : StorageClass::Varying;
+    for (const SourcePrimvar& s : primvars)
+      if (s.storage == storage) {
+        c.parts.emplace_back(&s, valueWidth_ + c.width);
+        c.width += int(s.parameter->elementFloats());
+      }
+    if (c.width == 0) continue;
+    const size_t points = keys_[0].size() / 3;
+    c.data.assign(points * c.width, 0);
+    int at = 0;
+    for (const auto& [s, unused] : c.parts) {
+      const int w = int(s->parameter->elementFloats());
+      for (size_t i = 0; i < std::min(points, s->elements); ++i)
+        for (int k = 0; k < w; ++k) c.data[i * c.width + at + k] = s->values[i * w + k];
+      at += w;
+    }
+    valueWidth_ += c.width;
+    channels_.push_back(std::move(c));
+  }
+  for (size_t i = 0; i < cage_.faceVarying.size(); ++i) {
+    Channel c;
+    c.kind = Channel::Kind::FaceVarying;
+    c.index = int(i);
+    c.width = cage_.faceVarying[i].width;
+    c.data = cage_.faceVarying[i].values;
+    c.parts.emplace_back(cage_.faceVarying[i].source, valueWidth_);
+    valueWidth_ += c.width;
+    channels_.push_back(std::move(c));
+  }
+  sampleValues_.resize(valueWidth_);
+  samplePoint_.resize(keys_.size());
+  sampleNormal_.resize(keys_.size());
+}
+
+V3d Subdivider::position(size_t key, const double uv[2], V3d& normal) const {
+  V3d p, du, dv;
+  surface_.Evaluate(uv, keyPatch_[key].data(), 3, &p.x, &du.x, &dv.x);
+  normal = du.cross(dv).normalized();
+  return p;
+}
+
+// Wishes of one face for its edges: from the limit at its corners, the middles of its edges and its centre.
+void Subdivider::rateFace(int face, std::vector<double>& wanted) {
+  const auto vertices = level_.GetFaceVertices(face);
+  const auto edges = level_.GetFaceEdges(face);
+  const int n = vertices.size();
+  if (displaced_ == false && std::isfinite(rate_.at(V3d(keys_[0][3 * vertices[0]], keys_[0][3 * vertices[0] + 1],
+                                                        keys_[0][3 * vertices[0] + 2])))) {
+    // Cages that are already finer than the picture need no look at their surface.
+    bool tiny = true;
+    for (int k = 0; k < n && tiny; ++k) {
+      const double *a = &keys_[0][3 * vertices[k]], *b = &keys_[0][3 * vertices[(k + 1) % n]];
+      const V3d p(a[0], a[1], a[2]), q(b[0], b[1], b[2]);
+      tiny = (p - q).length() < rate_.at(p);
+    }
+    if (tiny) return;
+  }
+  if (!factory_.InitVertexSurface(face, &surface_)) return;
+  const size_t patchPoints = size_t(surface_.GetNumPatchPoints());
+  const Bfr::Parameterization param = surface_.GetParameterization();
+  for (size_t key = 0; key < keys_.size(); key += std::max<size_t>(1, keys_.size() - 1)) {  // first and last
+    keyPatch_[key].resize(patchPoints * 3);
+    surface_.PreparePatchPoints(keys_[key].data(), 3, keyPatch_[key].data(), 3);
+    std::vector<V3d> corner(n), cornerN(n), middle(n), middleN(n);
+    double uv[2];
+    for (int k = 0; k < n; ++k) {
+      param.GetVertexCoord(k, uv);
+      corner[k] = position(key, uv, cornerN[k]);
+      param.GetEdgeCoord(k, 0.5, uv);
+      middle[k] = position(key, uv, middleN[k]);
+    }
+    param.GetCenterCoord(uv);
+    V3d centreN;
+    const V3d centre = position(key, uv, centreN);
+    const double edge = rate_.at(centre);
+    for (int k = 0; k < n; ++k) {
+      const int next = (k + 1) % n;
+      auto wish = [&](int at, double length, double turn, const V3d& where) {
+        double& w = wanted[edges[at]];
+        w = std::max(w, segmentsFor(length, turn, std::min(edge, rate_.at(where)), displaced_));
+      };
+      wish(k, (middle[k] - corner[k]).length() + (corner[next] - middle[k]).length(),
+           turnBetween(cornerN[k], middleN[k]) + turnBetween(middleN[k], cornerN[next]), middle[k]);
+      if (n == 4) {
+        // The line through the centre to the opposite edge governs the two edges that run with it.
+        const int opposite = (k + 2) % 4;
+        const double length = (centre - middle[k]).length() + (middle[opposite] - centre).length();
+        const double turn = turnBetween(middleN[k], centreN) + turnBetween(centreN, middleN[opposite]);
+        wish(next, length, turn, centre);
+      } else {
+        const double length = 2 * (centre - middle[k]).length(), turn = 2 * turnBetween(middleN[k], centreN);
+        for (int at = 0; at < n; ++at) wish(at, length, turn, centre);
+      }
+    }
+  }
+}
+
+double Subdivider::estimate() const {
+  double total = 0;
+  for (int f = 0; f < level_.GetNumFaces(); ++f) {
+    const auto edges = level_.GetFaceEdges(f);
+    double sum = 0, most = 0;
+    for (int k = 0; k < edges.size(); ++k) {
+      sum += rates_[edges[k]];
+      most = std::max<double>(most, rates_[edges[k]]);
+    }
+    if (isSplit(f))
+      total += sum * most / 2;
+    else
+      total += edges.size() == 3 ? sum * sum / 9 : sum * sum / 8;
+  }
+  return total;
+}
+
+void Subdivider::chooseRates() {
+  std::vector<double> wanted(size_t(level_.GetNumEdges()), 1);
+  for (int f = 0; f < level_.GetNumFaces(); ++f) rateFace(f, wanted);
+  std::vector<char> even(wanted.size(), 0);
+  for (int f = 0; f < level_.GetNumFaces(); ++f)
+    if (isSplit(f)) {
+      const auto edges = level_.GetFaceEdges(f);
+      for (int k = 0; k < edges.size(); ++k) even[edges[k]] = 1;
+    }
+  rates_.resize(wanted.size());
+  for (double scale = 1;; scale *= 0.8) {
+    bool least = true;
+    for (size_t e = 0; e < wanted.size(); ++e) {
+      int r = int(std::ceil(std::clamp(wanted[e] * scale - 1e-6, 1.0, double(kMostSegments))));
+      least &= r == 1;
+      if (even[e]) r += r & 1;
+      rates_[e] = r;
+    }
+    if (least || estimate() <= rate_.maxTriangles) break;
+  }
+  edgeOffset_.resize(rates_.size());
+  int64_t shared = level_.GetNumVertices();
+  for (size_t e = 0; e < rates_.size(); ++e) {
+    edgeOffset_[e] = shared;
+    shared += rates_[e] - 1;
+  }
+  firstAt_.assign(size_t(shared), kNone);
+}
+
+void Subdivider::prepare(int face) {
+  const size_t patchPoints = size_t(surface_.GetNumPatchPoints());
+  for (size_t k = 0; k < keys_.size(); ++k) {
+    keyPatch_[k].resize(patchPoints * 3);
+    surface_.PreparePatchPoints(keys_[k].data(), 3, keyPatch_[k].data(), 3);
+  }
+  for (Channel& c : channels_) {
+    const Surface* s = &surface_;
+    if (c.kind == Channel::Kind::Varying) {
+      factory_.InitVaryingSurface(face, &c.surface);
+      s = &c.surface;
+    } else if (c.kind == Channel::Kind::FaceVarying) {
+      factory_.InitFaceVaryingSurface(face, &c.surface, Bfr::SurfaceFactory::FVarID(c.index));
+      s = &c.surface;
+    }
+    if (!s->IsValid()) continue;
+    c.patch.resize(size_t(s->GetNumPatchPoints()) * c.width);
+    s->PreparePatchPoints(c.data.data(), c.width, c.patch.data(), c.width);
+  }
+}
+
+void Subdivider::evaluate(const double uv[2]) {
+  for (size_t k = 0; k < keys_.size(); ++k) samplePoint_[k] = position(k, uv, sampleNormal_[k]);
+  int at = 0;
+  for (const Channel& c : channels_) {
+    const Surface& s = c.kind == Channel::Kind::Vertex ? surface_ : c.surface;
+    if (s.IsValid()) s.Evaluate(uv, c.patch.data(), c.width, &sampleValues_[at]);
+    at += c.width;
+  }
+}
+
+// The mesh vertex for the sample at a site: the one that is there already if it agrees, else a new one, at the same
+// place to the bit.
+uint32_t Subdivider::emit(Site site) {
+  uint32_t* head = site.shared >= 0   ? &firstAt_[size_t(site.shared)]
+                   : site.inFace >= 0 ? &inFace_[site.inFace]
+                                      : nullptr;
+  if (head)
+    for (uint32_t v = *head; v != kNone; v = nextAt_[v]) {
+      const V3d& n = outNormals_[0][v];
+      const bool undefined = n == V3d(0) || sampleNormal_[0] == V3d(0);
+      bool same = undefined || n.dot(sampleNormal_[0]) > kSameNormal;
+      int at = 0;
+      for (const Channel& c : channels_) {
+        if (c.kind == Channel::Kind::FaceVarying)
+          for (int k = at; k < at + c.width && same; ++k) {
+            const double a = outValues_[size_t(v) * valueWidth_ + k], b = sampleValues_[k];
+            same = std::abs(a - b) <= 1e-4 * (std::abs(a) + 1e-3);
+          }
+        at += c.width;
+      }
+      if (same) return v;
+    }
+  const uint32_t v = uint32_t(outPoints_[0].size());
+  for (size_t k = 0; k < keys_.size(); ++k) {
+    outPoints_[k].push_back(head && *head != kNone ? outPoints_[k][*head] : samplePoint_[k]);
+    outNormals_[k].push_back(sampleNormal_[k]);
+  }
+  for (double x : sampleValues_) outValues_.push_back(float(x));
+  nextAt_.push_back(head ? *head : kNone);
+  if (head) *head = v;
+  return v;
+}
+
+Subdivider::Site Subdivider::onEdge(int face, int k, int step) const {
+  const auto vertices = level_.GetFaceVertices(face);
+  const int edge = level_.GetFaceEdges(face)[k], rate = rates_[edge], n = vertices.size();
+  if (step == 0) return {vertices[k]};
+  if (step == rate) return {vertices[(k + 1) % n]};
+  const bool forward = level_.GetEdgeVertices(edge)[0] == vertices[k];
+  return {edgeOffset_[edge] + (forward ? step : rate - step) - 1};
+}
+
+void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,
+                          const std::vector<Site>& outline, int subFace) {
+  const Bfr::Tessellation cell(pattern, rateCount, rates);
+  if (!cell.IsValid() || cell.GetNumBoundaryCoords() != int(outline.size())) return;
+  const int count = cell.GetNumCoords();
+  coords_.resize(size_t(count) * 2);
+  cell.GetCoords(coords_.data());
+  facets_.resize(size_t(cell.GetNumFacets()) * 3);
+  cell.GetFacets(facets_.data());
+  cellVertex_.resize(size_t(count));
+  for (int i = 0; i < count; ++i) {
+    double uv[2] = {coords_[2 * i], coords_[2 * i + 1]};
+    if (subFace >= 0) {
+      const double local[2] = {uv[0], uv[1]};
+      surface_.GetParameterization().ConvertNormalizedSubFaceToCoord(subFace, local, uv);
+    }
+    evaluate(uv);
+    cellVertex_[i] = emit(i < int(outline.size()) ? outline[i] : Site{});
+  }
+  for (size_t t = 0; t < facets_.size(); t += 3) {
+    for (int k = 0; k < 3; ++k) {
+      const int i = facets_[t + k];
+      mesh_.indices.push_back(cellVertex_[i]);
+      mesh_.cornerUV.emplace_back(float(coords_[2 * i]), float(coords_[2 * i + 1]));
+    }
+    mesh_.faceOfTriangle.push_back(uint32_t(face));
+  }
+}
+
+void Subdivider::makeFace(int face) {
+  if (!factory_.InitVertexSurface(face, &surface_)) return;  // a hole, or a boundary that is not interpolated
+  prepare(face);
+  const auto edges = level_.GetFaceEdges(face);
+  const int n = edges.size();
+  std::vector<Site> outline;
+  if (!isSplit(face)) {
+    int rates[4];
+    for (int k = 0; k < n; ++k) {
+      rates[k] = rates_[edges[k]];
+      for (int i = 0; i < rates[k]; ++i) outline.push_back(onEdge(face, k, i));
+    }
+    makeCell(face, surface_.GetParameterization(), n, rates, outline, -1);
+    return;
+  }
+  // Quad j: corner j, middle of edge j, centre, middle of the edge before. Spokes run from the middles to the centre.
+  int spoke = 1;
+  for (int k = 0; k < n; ++k) spoke = std::max(spoke, rates_[edges[k]] / 2);
+  const int centre = n * (spoke - 1);
+  inFace_.assign(size_t(centre) + 1, kNone);
+  const Bfr::Parameterization quad(Sdc::SCHEME_CATMARK, 4);
+  for (int j = 0; j < n; ++j) {
+    const int before = (j + n - 1) % n, half = rates_[edges[j]] / 2, halfBefore = rates_[edges[before]] / 2;
+    const int rates[4] = {half, spoke, spoke, halfBefore};
+    outline.clear();
+    for (int i = 0; i <= half; ++i) outline.push_back(onEdge(face, j, i));
+    for (int i = 1; i < spoke; ++i) outline.push_back({-1, j * (spoke - 1) + i - 1});
+    outline.push_back({-1, centre});
+    for (int i = spoke - 1; i >= 1; --i) outline.push_back({-1, before * (spoke - 1) + i - 1});
+    for (int i = halfBefore; i < 2 * halfBefore; ++i) outline.push_back(onEdge(face, before, i));
+    makeCell(face, quad, 4, rates, outline, j);
+  }
+}
+
+bool Subdivider::run(const std::vector<SourcePrimvar>& primvars) {
+  addChannels(primvars);
+  chooseRates();
+  const double guess = estimate();
+  mesh_.indices.reserve(size_t(guess * 3));
+  for (int f = 0; f < level_.GetNumFaces(); ++f) {
+    if (outPoints_[0].size() > 0xf0000000u) {
+      diagnostics_.error("GEOM-TOO-LARGE", primitive_.pos,
+                         subject(primitive_) + " has too many faces to be subdivided",
+                         "the faces from " + std::to_string(f) + " on are left out");
+      break;
+    }
+    makeFace(f);
+  }
+  if (mesh_.indices.empty()) {
+    diagnostics_.warning("GEOM-ZERO-AREA", primitive_.pos, subject(primitive_) + " has no limit surface",
+                         "the primitive is left out",
+                         "without the tag \"interpolateboundary\" the faces at a boundary have none");
+    return false;
+  }
+  mesh_.indices.shrink_to_fit();
+
+  std::vector<V3d> all;
+  all.reserve(outPoints_[0].size() * keys_.size());
+  for (const auto& key : outPoints_) all.insert(all.end(), key.begin(), key.end());
+  storePoints(all, keys_.size(), mesh_);
+
+  // Where the surface has no tangent plane the triangles around the vertex give the normal.
+  for (size_t k = 0; k < keys_.size(); ++k) {
+    std::vector<V3d>& n = outNormals_[k];
+    const double side = mesh_.flipNormals ? -1 : 1;
+    std::vector<uint32_t> missing;
+    for (uint32_t v = 0; v < n.size(); ++v)
+      if (n[v] == V3d(0) || !std::isfinite(n[v].length())) missing.push_back(v), n[v] = V3d(0);
+    if (!missing.empty()) {
+      std::vector<char> isMissing(n.size(), 0);
+      for (uint32_t v : missing) isMissing[v] = 1;
+      for (uint32_t t = 0; t < mesh_.triangleCount(); ++t)
+        for (int c = 0; c < 3; ++c) {
+          const uint32_t v = mesh_.indices[size_t(t) * 3 + c];
+          if (isMissing[v]) n[v] += geometricNormal(mesh_, t, k) * side;
+        }
+      for (uint32_t v : missing) n[v] = n[v].length() > 0 ? n[v].normalized() : V3d(0, 0, 1);
+    }
+  }
+  Primvar normals;
+  normals.name = "N";
+  normals.type = scene::ValueType::Normal;
+  normals.width = 3;
+  normals.rate = Primvar::Rate::PerVertex;
+  normals.data.reserve(all.size() * 3);
+  for (const auto& key : outNormals_)
+    for (const V3d& n : key)
+      for (int c = 0; c < 3; ++c) normals.data.push_back(float(mesh_.flipNormals ? -n[c] : n[c]));
+  mesh_.primvars.push_back(std::move(normals));
+
+  for (const Channel& c : channels_)
+    for (const auto& [source, at] : c.parts) {
+      Primvar p = emptyPrimvar(*source, Primvar::Rate::PerVertex);
+      p.data.reserve(size_t(mesh_.vertexCount) * p.width);
+      for (size_t v = 0; v < mesh_.vertexCount; ++v)
+        for (int k = 0; k < p.width; ++k) p.data.push_back(outValues_[v * valueWidth_ + at + k]);
+      mesh_.primvars.push_back(std::move(p));
+    }
+  for (const SourcePrimvar& s : primvars)
+    if (s.storage == StorageClass::Constant || s.storage == StorageClass::Uniform) {
+      Primvar p =
+          emptyPrimvar(s, s.storage == StorageClass::Constant ? Primvar::Rate::Constant : Primvar::Rate::PerFace);
+      p.data = s.values;
+      mesh_.primvars.push_back(std::move(p));
+    }
+  joinTextureCoordinates(mesh_);
+  return true;
+}
+
+// The cage as plain polygons, smooth unless the scheme is linear.
+bool makeCagePolygons(const scene::Primitive& primitive, const scene::SubdivisionMesh& shape, const PointKeys& points,
+                      PolygonFaces faces, Diagnostics& diagnostics, Mesh& mesh) {
+  const std::vector<int> holes = holesOf(shape);
+  std::vector<int> sizes, vertices;
+  if (!holes.empty()) {
+    faces.uniformCount = faces.faceCount;
+    size_t corner = 0, kept = 0, next = 0;
+    for (size_t f = 0; f < faces.faceCount; ++f) {
+      const size_t n = size_t(faces.verticesPerLoop[f]);
+      while (next < holes.size() && size_t(holes[next]) < f) ++next;
+      if (next == holes.size() || size_t(holes[next]) != f) {
+        faces.originalFace.push_back(uint32_t(f));
+        sizes.push_back(int(n));
+        for (size_t k = corner; k < corner + n; ++k) {
+          faces.originalCorner.push_back(uint32_t(k));
+          vertices.push_back(faces.vertices[k]);
+        }
+        ++kept;
+      }
+      corner += n;
+    }
+    faces.faceCount = kept;
+    faces.cornerCount = vertices.size();
+    faces.verticesPerLoop = sizes;
+    faces.vertices = vertices;
+    faces.arity = 0;
+  }
+  if (!makePolygons(primitive, points, faces, diagnostics, mesh)) return false;
+  if (!mesh.find("N") && shape.scheme != "bilinear") addSmoothNormals(mesh);
+  return true;
+}
+
+}  // namespace
+
+bool makeSubdivision(const scene::Primitive& primitive, const scene::SubdivisionMesh& shape, const DiceRate& rate,
+                     Diagnostics& diagnostics, Mesh& mesh) {
+  const std::optional<PointKeys> points = readPoints(primitive, diagnostics);
+  if (!points) return false;
+  if (shape.verticesPerFace.empty() || shape.vertices.empty()) {
+    diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, subject(primitive) + " has no faces",
+                        "the primitive is left out");
+    return false;
+  }
+  PolygonFaces faces = readFaces(primitive, {}, shape.verticesPerFace, shape.vertices, points->count, diagnostics);
+  std::string why;
+  if (faces.faceCount < shape.verticesPerFace.size()) why = "its face list is broken";
+  if (points->nonFinite) why = "a point is not finite";
+  if (points->count > size_t(INT32_MAX) || faces.cornerCount > size_t(INT32_MAX)) why = "it is too large";
+
+  // Limit normals take the place of normals that the user gives to the cage.
+  scene::Primitive withoutNormals;
+  const scene::Primitive* source = &primitive;
+  if (why.empty() && primitive.primvars.find("N")) {
+    withoutNormals = primitive;
+    withoutNormals.primvars.erase("N");
+    source = &withoutNormals;
+  }
+  if (why.empty()) {
+    const ClassCounts counts{faces.faceCount, points->count, points->count, faces.cornerCount};
+    const std::vector<SourcePrimvar> primvars = readPrimvars(*source, counts, diagnostics);
+    const std::unique_ptr<Cage> cage = makeCage(primitive, shape, points->count, primvars, diagnostics, why);
+    if (cage) mesh.times = points->times;
+    if (cage) return Subdivider(primitive, *points, *cage, rate, diagnostics, mesh).run(primvars);
+  }
+  diagnostics.warning("GEOM-SUBDIVISION-CAGE", primitive.pos, subject(primitive) + " cannot be subdivided: " + why,
+                      "its cage is rendered as polygons");
+  return makeCagePolygons(primitive, shape, *points, faces, diagnostics, mesh);
+}
+
+}  // namespace kinora::geometry

@@ -1,0 +1,76 @@
+#include "geometry/tessellate.h"
+
+#include <cmath>
+#include <limits>
+
+#include "geometry/build.h"
+#include "geometry/makers.h"
+
+namespace kinora::geometry {
+
+double DiceRate::at(const Imath::V3d& p) const {
+  if (edgeLength) {
+    const double e = edgeLength(p);
+    if (e > 0 && std::isfinite(e)) return e;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+bool flipsNormals(const scene::Primitive& primitive, bool worldMirrored) {
+  if (!primitive.attributes) return false;
+  using Orientation = scene::Attributes::Orientation;
+  const scene::Attributes& a = *primitive.attributes;
+  const bool mirrored =
+      (!primitive.toWorld.matrices.empty() && primitive.toWorld.matrices[0].determinant() < 0) != worldMirrored;
+  bool flip = false;
+  switch (a.orientation) {
+    case Orientation::Outside:
+      flip = false;
+      break;
+    case Orientation::Inside:
+      flip = true;
+      break;
+    case Orientation::LeftHanded:
+      flip = mirrored;
+      break;
+    case Orientation::RightHanded:
+      flip = !mirrored;
+      break;
+  }
+  return flip != a.reverseOrientation;
+}
+
+namespace {
+
+const char* laterKind(const scene::Shape& shape) {
+  if (std::holds_alternative<scene::Curves>(shape)) return "Curves";
+  if (std::holds_alternative<scene::Points>(shape)) return "Points";
+  if (const auto* other = std::get_if<scene::OtherPrimitive>(&shape)) return other->request.c_str();
+  return "This primitive";
+}
+
+bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh& mesh) {
+  if (const auto* q = std::get_if<scene::Quadric>(&p.shape)) return makeQuadric(p, *q, rate, d, mesh);
+  if (const auto* q = std::get_if<scene::PolygonMesh>(&p.shape)) return makePolygons(p, *q, d, mesh);
+  if (const auto* q = std::get_if<scene::SubdivisionMesh>(&p.shape)) return makeSubdivision(p, *q, rate, d, mesh);
+  if (std::holds_alternative<scene::Patch>(p.shape) || std::holds_alternative<scene::PatchMesh>(p.shape) ||
+      std::holds_alternative<scene::NuPatch>(p.shape))
+    return makePatches(p, rate, d, mesh);
+  // The code holds the kind, so that each kind is reported once and not once for all of them.
+  const std::string kind = laterKind(p.shape);
+  d.warning("GEOM-NOT-RENDERED-YET", p.pos, kind + " is not rendered yet (" + subject(p) + ")",
+            "the primitive is left out");
+  return false;
+}
+
+}  // namespace
+
+std::optional<Mesh> tessellate(const scene::Primitive& primitive, const DiceRate& rate, Diagnostics& diagnostics) {
+  Mesh mesh;
+  mesh.flipNormals = flipsNormals(primitive, rate.worldMirrored);
+  mesh.doubleSided = !primitive.attributes || primitive.attributes->sides != 1;
+  if (!make(primitive, rate, diagnostics, mesh)) return std::nullopt;
+  return mesh;
+}
+
+}  // namespace kinora::geometry
