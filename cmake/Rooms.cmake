@@ -89,6 +89,7 @@ function(kinora_tests)
     if(sources)
       add_executable(test_${room} ${sources})
       target_link_libraries(test_${room} PRIVATE kinora_${room} GTest::gtest_main GTest::gtest)
+      target_compile_definitions(test_${room} PRIVATE KINORA_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
       if(room STREQUAL "film")
         # the stock display drivers alone: film/ is tested with them, and needs no other plug-in
         file(GLOB drivers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plugins/display/*/*.cpp)
