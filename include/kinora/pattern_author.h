@@ -1,5 +1,7 @@
 // Helpers for pattern authors: loading values and making outputs for W points. Included per target.
 #include <kinora/pattern.h>
+#include <initializer_list>
+#include <iterator>
 #include <kinora/bxdf_author.h>
 
 #if defined(KINORA_PATTERN_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -33,13 +35,96 @@ inline void shareComponents(const PatternArgs& a, uint32_t rgb) {
   }
 }
 
+// ---- inputs ----
+// Fixed parameters (modes, switches) are the same for all points.
+inline int fixedInteger(const Context& c, uint32_t index) { return int(c.param(index).data[0][0]); }
+
+inline bool allUniform(std::initializer_list<const Value*> values) {
+  for (const Value* v : values)
+    if (!v->uniform()) return false;
+  return true;
+}
+
+// One component of a value; a component that it lacks repeats the last one it has.
+template <int W> KN_INLINE Float<W> loadComponent(const Value& v, uint32_t k, At at) {
+  const uint32_t last = v.components > 1 ? v.components - 1 : 0;
+  const float* p = v.data[k < last ? k : last];
+  return v.stride ? loadFloat<W>(p, at) : Float<W>(p[0]);
+}
+
+// What a struct parameter is connected to, else the surface's texture coordinates.
+inline Manifold surfaceManifold(const Context& c, uint32_t index) {
+  if (const Manifold* m = c.fn->manifold(&c, index)) return *m;
+  Manifold m;
+  m.q = c.builtin(Builtin::St);
+  m.radius = c.builtin(Builtin::StRadius);
+  return m;
+}
+// A manifold's position at W points; z is 0 of a 2D one.
+template <int W> KN_INLINE Vec3<W> loadPosition(const Manifold& m, At at) {
+  return {loadComponent<W>(m.q, 0, at), loadComponent<W>(m.q, 1, at),
+          m.dimensions > 2 ? loadComponent<W>(m.q, 2, at) : Float<W>(0.f)};
+}
+
+// ---- outputs ----
+// A node whose inputs are all uniform computes one chunk of lanes and hands on a uniform value:
+//   const bool one = allUniform({&a, &b});
+//   makeOutput(c, args->outputs[0], 3, one, out);
+//   for (uint32_t i = 0; i < extent(c, one); i += W) ...store(out, i);
+// The loop runs to `padded`, so that the padding of outputs holds valid numbers at every width.
+inline uint32_t extent(const Context& c, bool uniform) { return uniform ? 1 : c.padded; }
+inline void makeOutput(const Context& c, Value& out, uint32_t components, bool uniform, float* data[3]) {
+  for (uint32_t i = 0; i < 3; ++i) {
+    data[i] = i < components ? c.alloc<float>(uniform ? kPad : c.padded) : nullptr;
+    out.data[i] = data[i];
+  }
+  out.stride = uniform ? 0 : 1;
+  out.components = components;
+}
+// An output that is one of another's components.
+inline void shareComponent(const Value& from, uint32_t component, Value& out) {
+  out = Value();
+  out.data[0] = from.data[component];
+  out.stride = from.stride;
+  out.components = 1;
+}
+// `count` numbers, the same for all points.
+inline Value constantValue(const Context& c, uint32_t count, const float* numbers) {
+  Value v;
+  v.components = count;
+  for (uint32_t i = 0; i < count; ++i) {
+    float* p = c.alloc<float>(1);
+    *p = numbers[i];
+    v.data[i] = p;
+  }
+  return v;
+}
+
 // `B` has `template <int W> static void compute(const Context*, const PatternArgs*)`.
 template <class B>
 struct PatternRunner {
   template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&B::template compute<W>}; }
 };
 
+// Inside the per-target namespace, after the node's struct; then KINORA_REGISTER_PATTERN after all of it.
+#undef KINORA_PATTERN_TABLES
+#define KINORA_PATTERN_TABLES(Node) \
+  using Runner = PatternRunner<Node>; \
+  KINORA_WIDTH_TABLES(Runner, PatternFunctions)
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();
+
+// Under HWY_ONCE: the descriptor of pattern `Name` with its array of parameters.
+#undef KINORA_REGISTER_PATTERN
+#define KINORA_REGISTER_PATTERN(Name, doc, params)                                                                    \
+  namespace kinora {                                                                                                  \
+  namespace {                                                                                                         \
+  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                                                                     \
+  const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Pattern, 0, #Name, doc, params, std::size(params), \
+                               kTables, std::size(kTables), nullptr, nullptr, nullptr};                               \
+  }                                                                                                                   \
+  KINORA_REGISTER(Name, kDescriptor)                                                                                  \
+  }
 #endif

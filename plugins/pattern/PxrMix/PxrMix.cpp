@@ -1,0 +1,53 @@
+// PxrMix: color1 + mix (color2 - color1); mix is not clamped.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrMix/PxrMix.cpp"
+#include <kinora/pattern.h>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXRMIX_ONCE
+#define PXRMIX_ONCE
+namespace kinora::pxrMix {
+enum : uint32_t { kColor1, kColor2, kMix };
+constexpr Param kParams[] = {
+    param::color("color1", 0.f).help("Result where mix is 0."),
+    param::color("color2", 1.f).help("Result where mix is 1."),
+    param::number("mix", 0.f).help("Share of color2; values outside 0..1 go beyond the two colours."),
+    param::output(Type::Color, "resultRGB"),
+    param::output(Type::Float, "resultR"),
+    param::output(Type::Float, "resultG"),
+    param::output(Type::Float, "resultB"),
+};
+}  // namespace kinora::pxrMix
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrMix;
+
+struct PxrMix {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* args) {
+    const Value a = c->param(kColor1), b = c->param(kColor2), mix = c->param(kMix);
+    const bool one = allUniform({&a, &b, &mix});
+    float* out[3];
+    makeOutput(*c, args->outputs[0], 3, one, out);
+    for (uint32_t i = 0; i < extent(*c, one); i += W) {
+      const At at{i, false};
+      lerp(loadRgb<W>(a, at), loadRgb<W>(b, at), loadFloat<W>(mix, at)).store(out, i);
+    }
+    shareComponents(*args, 0);
+  }
+};
+
+KINORA_PATTERN_TABLES(PxrMix)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrMix, "Blends two colours.", pxrMix::kParams)
+#endif

@@ -1,0 +1,136 @@
+// PxrPrimvar: a primitive variable by name, or a default where the object has none. Every output is filled whatever
+// the declared type: a float stands in all components of a colour, a colour's float is its first component.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrPrimvar/PxrPrimvar.cpp"
+#include <kinora/pattern.h>
+#include <cstring>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXRPRIMVAR_ONCE
+#define PXRPRIMVAR_ONCE
+namespace kinora::pxrPrimvar {
+enum : uint32_t {
+  kVarname,
+  kType,
+  kCoordsys,
+  kDefaultFloat,
+  kDefaultFloat3,
+  kTransformDefaults,
+  kDefaultColor,
+  kVerbosity
+};
+constexpr Param kParams[] = {
+    param::string("varname", "").help("Name of the primitive variable."),
+    param::string("type", "float").options("float|float2|color|point|vector|normal").help("What the variable holds."),
+    param::string("coordsys", "object").help("Space in which points, vectors and normals are given out."),
+    param::number("defaultFloat", 0.f).help("Where there is no such variable: of type float."),
+    param::vector("defaultFloat3", 0, 0, 0).help("Where there is none: of types float2, point, vector and normal."),
+    param::integer("transformDefaultValues", 1)
+        .range(0, 1)
+        .help("0: defaultFloat3 stands as given whatever coordsys is."),
+    param::color("defaultColor", 0.f).help("Where there is none: of type color."),
+    param::integer("verbosity", 0)
+        .range(0, 2)
+        .help("Accepted; messages are given once for each file and name anyway."),
+    param::output(Type::Color, "resultRGB"),
+    param::output(Type::Float, "resultR"),
+    param::output(Type::Float, "resultG"),
+    param::output(Type::Float, "resultB"),
+    param::output(Type::Float, "resultF"),
+    param::output(Type::Point, "resultP"),
+    param::output(Type::Float, "width"),
+};
+}  // namespace kinora::pxrPrimvar
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrPrimvar;
+
+// How a type moves with a matrix: points with its translation, normals with the inverse's transpose.
+enum class Moves { No, Point, Vector, Normal };
+inline Moves movesLike(const char* type) {
+  if (!std::strcmp(type, "point")) return Moves::Point;
+  if (!std::strcmp(type, "vector")) return Moves::Vector;
+  if (!std::strcmp(type, "normal")) return Moves::Normal;
+  return Moves::No;
+}
+
+template <int W>
+inline void transform(const Context& c, const float m[16], Moves how, Value& v) {
+  using F = Float<W>;
+  const bool one = v.uniform();
+  const Value in = v;
+  float* out[3];
+  makeOutput(c, v, 3, one, out);
+  for (uint32_t i = 0; i < extent(c, one); i += W) {
+    const At at{i, false};
+    const F x = loadComponent<W>(in, 0, at), y = loadComponent<W>(in, 1, at), z = loadComponent<W>(in, 2, at);
+    for (uint32_t k = 0; k < 3; ++k) {
+      F r(how == Moves::Point ? m[12 + k] : 0.f);
+      // normals: m is the matrix of the way back, used transposed
+      const bool back = how == Moves::Normal;
+      r = fma(x, F(back ? m[4 * k] : m[k]), r);
+      r = fma(y, F(back ? m[4 * k + 1] : m[4 + k]), r);
+      r = fma(z, F(back ? m[4 * k + 2] : m[8 + k]), r);
+      r.store(out[k] + i);
+    }
+  }
+}
+
+struct PxrPrimvar {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* args) {
+    const char* type = c->fn->text(c, kType);
+    const bool isColor = !std::strcmp(type, "color"), isFloat = !std::strcmp(type, "float");
+    const char* name = c->fn->text(c, kVarname);
+    Value radius, v;
+    if (name && *name) v = c->fn->primvar(c, name, &radius);
+    const bool given = v.components > 0;
+    if (!given) {
+      v = c->param(isColor ? kDefaultColor : isFloat ? kDefaultFloat : kDefaultFloat3);
+      radius = Value();
+    }
+    // primvars arrive in render space; a default is written in the space asked for, so it is there already unless
+    // transformDefaultValues is off, when it is left alone too
+    const Moves how = movesLike(type);
+    if (given && how != Moves::No) {
+      const char* space = c->fn->text(c, kCoordsys);
+      if (!space || !*space) space = "object";
+      float m[16];
+      if (how == Moves::Normal ? c->fn->matrix(c, space, "render", m) : c->fn->matrix(c, "render", space, m))
+        transform<W>(*c, m, how, v);
+    }
+    Value& rgb = args->outputs[0];
+    rgb = v;
+    rgb.components = 3;
+    for (uint32_t k = v.components; k < 3; ++k) rgb.data[k] = v.data[v.components - 1];
+    if (v.components == 2) {  // texture coordinates have no third component
+      float* zero = c->alloc<float>(v.stride ? c->padded : 1);
+      for (uint32_t i = 0; i < (v.stride ? c->padded : 1u); ++i) zero[i] = 0.f;
+      rgb.data[2] = zero;
+    }
+    shareComponents(*args, 0);
+    shareComponent(v, 0, args->outputs[4]);
+    args->outputs[5] = rgb;
+    if (radius.components) {
+      shareComponent(radius, 0, args->outputs[6]);
+    } else {
+      const float none = 0.f;
+      args->outputs[6] = constantValue(*c, 1, &none);
+    }
+  }
+};
+
+KINORA_PATTERN_TABLES(PxrPrimvar)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrPrimvar, "Reads a primitive variable of the geometry.", pxrPrimvar::kParams)
+#endif

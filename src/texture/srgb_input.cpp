@@ -1,0 +1,103 @@
+#include "texture/srgb_input.h"
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+namespace kinora::texture {
+namespace {
+
+class SrgbInput final : public OIIO::ImageInput {
+ public:
+  ~SrgbInput() override { close(); }
+  const char* format_name() const override { return "kinora-srgb"; }
+
+  bool open(const std::string& name, OIIO::ImageSpec& spec) override { return open(name, spec, OIIO::ImageSpec()); }
+  bool open(const std::string& name, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
+    const size_t prefix = std::strlen(kSrgbPrefix);
+    const std::string path = name.compare(0, prefix, kSrgbPrefix) == 0 ? name.substr(prefix) : name;
+    inner_ = OIIO::ImageInput::open(path, &config);
+    if (!inner_) {
+      errorfmt("{}", OIIO::geterror());
+      return false;
+    }
+    take();
+    spec = m_spec;
+    return true;
+  }
+  bool close() override {
+    inner_.reset();
+    return true;
+  }
+  int current_subimage() const override { return inner_ ? inner_->current_subimage() : 0; }
+  int current_miplevel() const override { return inner_ ? inner_->current_miplevel() : 0; }
+  bool seek_subimage(int subimage, int miplevel) override {
+    lock_guard lock(*this);
+    return seek(subimage, miplevel);
+  }
+  bool read_native_scanline(int subimage, int miplevel, int y, int z, void* data) override {
+    lock_guard lock(*this);
+    if (!seek(subimage, miplevel) || !inner_->read_scanline(y, z, OIIO::TypeFloat, scratch(m_spec.width)))
+      return fail();
+    return deliver(m_spec.width, data);
+  }
+  bool read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) override {
+    lock_guard lock(*this);
+    const int n = m_spec.tile_width * m_spec.tile_height;
+    if (!seek(subimage, miplevel) || !inner_->read_tile(x, y, z, OIIO::TypeFloat, scratch(n))) return fail();
+    return deliver(n, data);
+  }
+
+ private:
+  bool seek(int subimage, int miplevel) {
+    if (!inner_ || !inner_->seek_subimage(subimage, miplevel)) return false;
+    take();
+    return true;
+  }
+  // The inner file's shape. Half floats hold 8 bits of sRGB with room to spare. Hashes and constants in the header
+  // describe the encoded values and would mislead the cache.
+  void take() {
+    m_spec = inner_->spec();
+    half_ = m_spec.format == OIIO::TypeUInt8;
+    m_spec.set_format(half_ ? OIIO::TypeHalf : OIIO::TypeFloat);
+    for (const char* name :
+         {"oiio:SHA-1", "oiio:ConstantColor", "oiio:AverageColor", "ImageDescription", "oiio:ColorSpace"})
+      m_spec.erase_attribute(name);
+  }
+  float* scratch(int pixels) {
+    scratch_.resize(size_t(pixels) * size_t(m_spec.nchannels));
+    return scratch_.data();
+  }
+  bool deliver(int pixels, void* data) {
+    decodeSrgb(scratch_.data(), size_t(pixels), m_spec.nchannels, m_spec.alpha_channel);
+    return OIIO::convert_pixel_values(OIIO::TypeFloat, scratch_.data(), m_spec.format, data, int(scratch_.size()));
+  }
+  bool fail() {
+    errorfmt("{}", inner_ ? inner_->geterror() : std::string("not open"));
+    return false;
+  }
+
+  std::unique_ptr<OIIO::ImageInput> inner_;
+  std::vector<float> scratch_;
+  bool half_ = false;
+};
+
+}  // namespace
+
+OIIO::ImageInput* createSrgbInput() { return new SrgbInput; }
+
+float decodeSrgb(float encoded) {
+  const float a = std::fabs(encoded);
+  const float linear = a <= 0.04045f ? a / 12.92f : std::pow((a + 0.055f) / 1.055f, 2.4f);
+  return std::copysign(linear, encoded);
+}
+
+void decodeSrgb(float* pixels, size_t n, int channels, int alphaChannel) {
+  for (size_t i = 0; i < n; ++i)
+    for (int c = 0; c < channels; ++c)
+      if (c != alphaChannel)
+        pixels[i * size_t(channels) + size_t(c)] = decodeSrgb(pixels[i * size_t(channels) + size_t(c)]);
+}
+
+}  // namespace kinora::texture

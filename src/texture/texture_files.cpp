@@ -1,0 +1,208 @@
+#include "texture/texture_files.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cctype>
+#include <exception>
+#include <filesystem>
+
+namespace kinora::texture {
+namespace {
+namespace fs = std::filesystem;
+
+// Most that a byte of a file can unpack to: deflate reaches 1,032, TIFF's LZW about 2,500.
+constexpr double kMaxExpansion = 4096;
+constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
+constexpr const char* kExtensions[] = {".tx",  ".tex",  ".exr", ".tif", ".tiff", ".png",
+                                       ".jpg", ".jpeg", ".hdr", ".tga", ".bmp"};
+
+bool isFile(const fs::path& p) {
+  std::error_code ec;
+  return fs::is_regular_file(p, ec);
+}
+
+std::string withSlashes(std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  return name;
+}
+
+bool isAbsolute(const std::string& name) {
+  return !name.empty() && (name[0] == '/' || (name.size() > 2 && name[1] == ':' && name[2] == '/'));
+}
+
+// The places where `name` would stand, exact ones first, then ever shorter tails of it.
+std::vector<fs::path> places(const std::string& name, const std::vector<std::string>& searchPath, size_t& exact) {
+  std::vector<fs::path> list;
+  if (isAbsolute(name)) {
+    list.push_back(name);
+  } else {
+    for (const std::string& d : searchPath) list.push_back(fs::path(d) / name);
+    list.push_back(name);
+  }
+  exact = list.size();
+  for (size_t slash = name.find('/'); slash != std::string::npos; slash = name.find('/', slash + 1)) {
+    const std::string tail = name.substr(slash + 1);
+    if (tail.empty() || tail[0] == '/') continue;
+    for (const std::string& d : searchPath) list.push_back(fs::path(d) / tail);
+    list.push_back(tail);
+  }
+  return list;
+}
+
+enum class Token { None, Udim, LowerUv, UpperUv, MapId };
+Token findToken(const std::string& name, size_t& at, size_t& length) {
+  static const struct {
+    const char* text;
+    Token token;
+  } kTokens[] = {{"<UDIM>", Token::Udim},
+                 {"<udim>", Token::Udim},
+                 {"<u>_<v>", Token::LowerUv},
+                 {"<U>_<V>", Token::UpperUv},
+                 {"_MAPID_", Token::MapId}};
+  for (const auto& t : kTokens) {
+    at = name.rfind(t.text);
+    length = std::string(t.text).size();
+    if (at != std::string::npos) return t.token;
+  }
+  return Token::None;
+}
+
+bool readNumber(const std::string& text, size_t& at, int& value) {
+  const size_t begin = at;
+  for (value = 0; at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) && at - begin < 5; ++at)
+    value = value * 10 + (text[at] - '0');
+  return at > begin;
+}
+
+// "1012" -> (1, 1)
+bool parseUdim(const std::string& text, AtlasTile& tile) {
+  size_t at = 0;
+  int number = 0;
+  if (text.size() != 4 || !readNumber(text, at, number) || at != 4 || number < 1001) return false;
+  tile.u = (number - 1001) % 10;
+  tile.v = (number - 1001) / 10;
+  return true;
+}
+// "u0_v1" counts from 0, "U1_V2" from 1
+bool parseUv(const std::string& text, bool upper, AtlasTile& tile) {
+  size_t at = 1;
+  if (text.size() < 5 || text[0] != (upper ? 'U' : 'u') || !readNumber(text, at, tile.u)) return false;
+  if (at + 2 > text.size() || text[at] != '_' || text[at + 1] != (upper ? 'V' : 'v')) return false;
+  at += 2;
+  if (!readNumber(text, at, tile.v) || at != text.size()) return false;
+  if (upper) --tile.u, --tile.v;
+  return tile.u >= 0 && tile.v >= 0 && tile.u < kMaxAtlasSide && tile.v < kMaxAtlasSide;
+}
+bool parseToken(Token token, const std::string& text, AtlasTile& tile) {
+  switch (token) {
+    case Token::Udim:
+      return parseUdim(text, tile);
+    case Token::LowerUv:
+      return parseUv(text, false, tile);
+    case Token::UpperUv:
+      return parseUv(text, true, tile);
+    case Token::MapId:
+      return parseUdim(text, tile) || parseUv(text, false, tile) || parseUv(text, true, tile);
+    case Token::None:
+      break;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string examine(const std::string& path, FileFacts& facts) {
+  try {
+    std::error_code ec;
+    const double fileBytes = double(fs::file_size(path, ec));
+    if (ec) return "it cannot be read (" + ec.message() + ")";
+    if (fileBytes == 0) return "it is empty";
+    auto input = OIIO::ImageInput::open(path);
+    if (!input) {
+      std::string why = OIIO::geterror();
+      if (const size_t line = why.find('\n'); line != std::string::npos) why.resize(line);
+      return "it is no image that can be read (" + why + ")";
+    }
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) return "it holds no pixels";
+    if (spec.deep || spec.depth > 1) return "it is a deep or volume image";
+    if (spec.width > kMaxSide || spec.height > kMaxSide || spec.nchannels > kMaxChannels ||
+        double(spec.width) * spec.height * double(spec.pixel_bytes(true)) > fileBytes * kMaxExpansion)
+      return "its header promises " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+             " pixels of " + std::to_string(spec.nchannels) + " channels, more than its size can hold";
+    facts.path = path;
+    facts.width = spec.width;
+    facts.height = spec.height;
+    facts.channels = spec.nchannels;
+    facts.alphaChannel = spec.alpha_channel;
+    facts.tiled = spec.tile_width > 0;
+    facts.wrap = spec.get_string_attribute("wrapmodes");
+    const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+    facts.srgb =
+        !spec.format.is_floating_point() && (space == "sRGB" || (space.empty() && spec.format == OIIO::TypeUInt8));
+    facts.mipMapped = input->seek_subimage(0, 1);
+    return "";
+  } catch (const std::exception& e) {
+    return std::string("it cannot be read (") + e.what() + ")";
+  }
+}
+
+std::vector<std::string> candidates(const std::string& rawName, const std::vector<std::string>& searchPath,
+                                    size_t& exact) {
+  const std::string name = withSlashes(rawName);
+  std::vector<std::string> found;
+  const auto add = [&](const fs::path& p) {
+    if (isFile(p) && std::find(found.begin(), found.end(), p.string()) == found.end()) found.push_back(p.string());
+  };
+  size_t exactPlaces = 0;
+  const std::vector<fs::path> list = places(name, searchPath, exactPlaces);
+  for (size_t i = 0; i < exactPlaces; ++i) add(list[i]);
+  exact = found.size();
+  // the same place with another extension is nearer to what was meant than the same name elsewhere
+  for (size_t i = 0; i < list.size(); ++i) {
+    add(list[i]);
+    for (const char* e : kExtensions) {
+      fs::path other = list[i];
+      add(other.replace_extension(e));
+    }
+  }
+  return found;
+}
+
+bool isAtlas(const std::string& name) {
+  size_t at, length;
+  return findToken(name, at, length) != Token::None;
+}
+
+std::vector<AtlasTile> atlasTiles(const std::string& rawName, const std::vector<std::string>& searchPath) {
+  const std::string name = withSlashes(rawName);
+  size_t exact = 0;
+  for (const fs::path& place : places(name, searchPath, exact)) {
+    const std::string pattern = place.filename().string();
+    size_t at, length;
+    const Token token = findToken(pattern, at, length);
+    if (token == Token::None) continue;  // tokens in directory names are not followed
+    const std::string head = pattern.substr(0, at), tail = pattern.substr(at + length);
+    std::vector<AtlasTile> tiles;
+    std::error_code ec;
+    const fs::path directory = place.has_parent_path() ? place.parent_path() : fs::path(".");
+    for (fs::directory_iterator it(directory, ec), end; !ec && it != end; it.increment(ec)) {
+      const std::string file = it->path().filename().string();
+      if (file.size() <= head.size() + tail.size() || file.compare(0, head.size(), head) != 0 ||
+          file.compare(file.size() - tail.size(), tail.size(), tail) != 0)
+        continue;
+      AtlasTile tile;
+      if (!parseToken(token, file.substr(head.size(), file.size() - head.size() - tail.size()), tile)) continue;
+      tile.path = it->path().string();
+      if (isFile(tile.path)) tiles.push_back(std::move(tile));
+    }
+    if (!tiles.empty()) {
+      std::sort(tiles.begin(), tiles.end(), [](const AtlasTile& a, const AtlasTile& b) { return a.path < b.path; });
+      return tiles;
+    }
+  }
+  return {};
+}
+
+}  // namespace kinora::texture

@@ -1,0 +1,419 @@
+#include "texture/texture_system.h"
+
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/texture.h>
+#include <tbb/concurrent_vector.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include "texture/srgb_input.h"
+#include "texture/texture_files.h"
+
+namespace kinora {
+namespace {
+using OIIO::TextureOpt;
+using Cache = OIIO::TextureSystem;
+using texture::FileFacts;
+
+// One image file in the cache; twice when it is also asked for decoded.
+struct Source {
+  FileFacts facts;
+  Cache::TextureHandle* plain = nullptr;
+  std::atomic<Cache::TextureHandle*> decoded{nullptr};
+  TextureOpt::Wrap wrapS = TextureOpt::WrapPeriodic, wrapT = TextureOpt::WrapPeriodic;
+  std::atomic<bool> complained{false};
+  SourcePos pos;
+  std::string object;
+};
+
+// What a handle stands for: one file, or the files of an atlas on a grid.
+struct Entry {
+  Source* single = nullptr;
+  int columns = 0, rows = 0;
+  std::vector<Source*> grid;  // columns x rows, null where there is no file
+};
+
+struct HeldImage {
+  std::vector<float> pixels;
+  HostImage image{};
+};
+
+TextureOpt::Wrap wrapOf(int code, TextureOpt::Wrap file) {
+  switch (code) {
+    case 0:
+      return TextureOpt::WrapBlack;
+    case 2:
+      return TextureOpt::WrapClamp;
+    case 3:
+      return TextureOpt::WrapPeriodic;
+    default:
+      return file;
+  }
+}
+// OpenImageIO's bicubic is the cubic B-spline; a gaussian of PxrTexture's width is within a few percent of it. The
+// box filter is the footprint's mip level itself (made by box filtering), read bilinearly.
+TextureOpt::InterpMode interpolationOf(int code) {
+  switch (code) {
+    case 0:
+      return TextureOpt::InterpClosest;
+    case 3:
+    case 6:
+      return TextureOpt::InterpBicubic;
+    case 7:
+      return TextureOpt::InterpSmartBicubic;
+    default:
+      return TextureOpt::InterpBilinear;
+  }
+}
+
+// Texture coordinates that fit OpenImageIO's integers and never are NaN. Periodic ones lose whole turns only.
+inline float safeCoordinate(float x, TextureOpt::Wrap wrap) {
+  constexpr float kLimit = 256.f;
+  if (std::fabs(x) <= kLimit) return x;
+  if (!std::isfinite(x)) return 0.f;
+  if (wrap == TextureOpt::WrapPeriodic) return x - std::floor(x);
+  if (wrap == TextureOpt::WrapMirror) return std::fmod(x, 2.f);
+  return std::clamp(x, -kLimit, kLimit);
+}
+inline float safeRadius(float r, float blur) {
+  const float x = r + blur;
+  return x > 0.f ? std::min(x, 4.f) : 0.f;  // NaN gives 0
+}
+
+}  // namespace
+
+struct TextureSystem::Impl {
+  explicit Impl(Diagnostics& d) : diagnostics(d), cache(Cache::create(false)) {
+    cache->attribute("autotile", 64);
+    cache->attribute("automip", 1);
+    cache->attribute("accept_untiled", 1);
+    cache->attribute("accept_unmipped", 1);
+    cache->attribute("gray_to_rgb", 0);
+    cache->attribute("flip_t", 0);
+    cache->attribute("failure_retries", 0);
+    cache->attribute("max_open_files", 100);
+    // colours as the file stores them; multiplying by alpha is the network's business
+    cache->attribute("unassociatedalpha", 1);
+    setCacheLimit(uint64_t(1) << 30);
+  }
+  ~Impl() { Cache::destroy(cache); }
+
+  void setCacheLimit(uint64_t bytes) { cache->attribute("max_memory_MB", float(double(bytes) / 1048576.0)); }
+
+  // The cache's entry of one file; null when it cannot be used.
+  Source* open(const std::string& path, const TextureRequest& request, std::string& why) {
+    if (const auto it = sourceOfPath.find(path); it != sourceOfPath.end()) return it->second;
+    FileFacts facts;
+    why = texture::examine(path, facts);
+    if (!why.empty()) return nullptr;
+    auto source = std::make_unique<Source>();
+    source->facts = facts;
+    source->pos = request.pos;
+    source->object = request.object;
+    source->plain = cache->get_texture_handle(OIIO::ustring(path));
+    if (!source->plain || !cache->good(source->plain)) {
+      why = "it cannot be opened (" + firstLine(cache->geterror()) + ")";
+      return nullptr;
+    }
+    TextureOpt::Wrap s = TextureOpt::WrapDefault, t = TextureOpt::WrapDefault;
+    TextureOpt::parse_wrapmodes(facts.wrap.c_str(), s, t);
+    if (s != TextureOpt::WrapDefault) source->wrapS = s;
+    if (t != TextureOpt::WrapDefault) source->wrapT = t;
+    if (!facts.mipMapped)
+      diagnostics.info("ASSET-TEXTURE-UNPREPARED", request.pos,
+                       "texture '" + path +
+                           "' is not mip-mapped; coarse levels are made while rendering; convert it with "
+                           "'maketx' to save time and memory");
+    Source* raw = source.get();
+    sources.push_back(std::move(source));
+    sourceOfPath.emplace(path, raw);
+    return raw;
+  }
+
+  static std::string firstLine(std::string text) {
+    if (const size_t line = text.find('\n'); line != std::string::npos) text.resize(line);
+    return text;
+  }
+  static std::string named(const std::string& file, const TextureRequest& r) {
+    return "texture '" + file + "'" + (r.object.empty() ? "" : " of " + r.object);
+  }
+
+  // The first usable candidate; says what was wrong with better ones.
+  std::string choose(const std::string& file, const TextureRequest& request, Source*& source) {
+    size_t exact = 0;
+    const std::vector<std::string> list = texture::candidates(file, searchPath, exact);
+    std::string code = "ASSET-TEXTURE-MISSING", what = named(file, request) + " is not there";
+    for (size_t i = 0; i < list.size(); ++i) {
+      std::string why;
+      source = open(list[i], request, why);
+      if (source) {
+        if (i > 0 || exact == 0) diagnostics.warning(code, request.pos, what, "'" + list[i] + "' is used instead");
+        return list[i];
+      }
+      if (i == 0) {
+        code = "ASSET-TEXTURE-READ";
+        what = named(file, request) + " cannot be used: '" + list[i] + "': " + why;
+      }
+    }
+    diagnostics.warning(code, request.pos, what, "lookups give the missing colour", "check the texture search path");
+    return "";
+  }
+
+  int addAtlas(const std::string& file, const TextureRequest& request) {
+    const std::vector<texture::AtlasTile> tiles = texture::atlasTiles(file, searchPath);
+    Entry entry;
+    for (const texture::AtlasTile& t : tiles) {
+      entry.columns = std::max(entry.columns, t.u + 1);
+      entry.rows = std::max(entry.rows, t.v + 1);
+    }
+    entry.grid.resize(size_t(entry.columns) * size_t(entry.rows));
+    bool any = false;
+    for (const texture::AtlasTile& t : tiles) {
+      std::string why;
+      Source* s = open(t.path, request, why);
+      any |= s != nullptr;
+      if (!s)
+        diagnostics.warning("ASSET-TEXTURE-READ", request.pos, named(t.path, request) + " cannot be used: " + why,
+                            "this part of the atlas gives the missing colour");
+      Source*& place = entry.grid[size_t(t.v) * size_t(entry.columns) + size_t(t.u)];
+      if (!place) place = s;
+    }
+    if (tiles.empty())
+      diagnostics.warning("ASSET-TEXTURE-MISSING", request.pos,
+                          named(file, request) + ": no file of the atlas is there", "lookups give the missing colour",
+                          "check the texture search path");
+    return any ? int(entries.push_back(std::move(entry)) - entries.begin()) : kNoTexture;
+  }
+
+  int handle(const std::string& file, const TextureRequest& request) {
+    if (file.empty()) return kNoTexture;
+    std::lock_guard lock(mutex);
+    if (const auto it = handleOfName.find(file); it != handleOfName.end()) return it->second;
+    int h = kNoTexture;
+    try {
+      if (texture::isAtlas(file)) {
+        h = addAtlas(file, request);
+      } else {
+        Entry entry;
+        choose(file, request, entry.single);
+        if (entry.single) h = int(entries.push_back(std::move(entry)) - entries.begin());
+      }
+    } catch (const std::exception& e) {
+      diagnostics.warning("ASSET-TEXTURE-READ", request.pos, named(file, request) + " cannot be used: " + e.what(),
+                          "lookups give the missing colour");
+    }
+    handleOfName.emplace(file, h);
+    return h;
+  }
+
+  // The decoded twin of a file, made on first use.
+  Cache::TextureHandle* decoded(Source& s) {
+    if (Cache::TextureHandle* h = s.decoded.load(std::memory_order_acquire)) return h;
+    std::lock_guard lock(mutex);
+    if (Cache::TextureHandle* h = s.decoded.load(std::memory_order_acquire)) return h;
+    const OIIO::ustring name(texture::kSrgbPrefix + s.facts.path);
+    OIIO::ImageSpec config;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    cache->imagecache()->add_file(name, texture::createSrgbInput, &config);
+    Cache::TextureHandle* h = cache->get_texture_handle(name);
+    s.decoded.store(h, std::memory_order_release);
+    return h;
+  }
+
+  // What holds for all lookups of one source with the same options.
+  struct Bound {
+    Source* source = nullptr;
+    Cache::TextureHandle* handle = nullptr;
+    int channels = 0;
+    TextureOpt opt;
+  };
+  void bind(Bound& b, Source* s, const TextureOptions& o, bool atlas) {
+    b.source = s;
+    b.handle = o.linearize ? decoded(*s) : s->plain;
+    const int available = s->facts.channels - std::max(o.firstChannel, 0);
+    b.channels = std::clamp(available, 0, 4);
+    b.opt.firstchannel = std::max(o.firstChannel, 0);
+    b.opt.swrap = atlas ? TextureOpt::WrapClamp : wrapOf(o.wrapS, s->wrapS);
+    b.opt.twrap = atlas ? TextureOpt::WrapClamp : wrapOf(o.wrapT, s->wrapT);
+    b.opt.interpmode = interpolationOf(o.filter);
+    b.opt.mipmode = o.interpolateLevels ? TextureOpt::MipModeTrilinear : TextureOpt::MipModeOneLevel;
+    b.opt.anisotropic = 1;
+    if (b.channels == 0 && !s->complained.exchange(true))
+      diagnostics.warning("ASSET-TEXTURE-CHANNEL", s->pos,
+                          "texture '" + s->facts.path + "' has " + std::to_string(s->facts.channels) +
+                              " channels, the first one asked for is " + std::to_string(o.firstChannel),
+                          "lookups give the missing colour");
+  }
+
+  void complain(Source& s) {
+    const std::string why = firstLine(cache->geterror());
+    if (s.complained.exchange(true)) return;
+    diagnostics.warning(
+        "ASSET-TEXTURE-READ", s.pos,
+        "texture '" + s.facts.path + "'" + (s.object.empty() ? "" : " of " + s.object) + " is damaged: " + why,
+        "its unreadable parts give the missing colour");
+  }
+
+  void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
+              const TextureOptions& o, float* const rgba[4]) {
+    Cache::Perthread* thread = cache->get_perthread_info();
+    Bound bound;
+    uint64_t missing = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const int32_t h = handles[varying ? i : 0];
+      const Entry* entry = h >= 0 && size_t(h) < entries.size() ? &entries[size_t(h)] : nullptr;
+      Source* source = entry ? entry->single : nullptr;
+      float si = s[i], ti = t[i];
+      const bool atlas = entry && !source;
+      if (atlas) {
+        // t counts down from the top of the first row; rows of an atlas count up
+        const float up = 1.f - ti, column = std::floor(si), row = std::floor(up);
+        if (column >= 0.f && row >= 0.f && column < float(entry->columns) && row < float(entry->rows)) {
+          source = entry->grid[size_t(row) * size_t(entry->columns) + size_t(column)];
+          si -= column;
+          ti = 1.f - (up - row);
+        }
+      }
+      float value[4] = {o.missingColor[0], o.missingColor[1], o.missingColor[2], o.missingAlpha};
+      bool found = false;
+      if (source) {
+        if (source != bound.source) bind(bound, source, o, atlas);
+        if (bound.channels > 0) {
+          const float r = safeRadius(radius[i], o.blur);
+          float texel[4];
+          found = cache->texture(bound.handle, thread, bound.opt, safeCoordinate(si, bound.opt.swrap),
+                                 safeCoordinate(ti, bound.opt.twrap), r, 0.f, 0.f, r, bound.channels, texel);
+          if (found) {
+            value[0] = texel[0];
+            value[1] = bound.channels >= 3 ? texel[1] : texel[0];
+            value[2] = bound.channels >= 3 ? texel[2] : texel[0];
+            value[3] = bound.channels == 4 ? texel[3] : bound.channels == 2 ? texel[1] : 1.f;
+          } else {
+            complain(*source);
+          }
+        }
+      }
+      missing += !found;
+      for (int c = 0; c < 4; ++c) rgba[c][i] = value[c];
+    }
+    lookups.fetch_add(n, std::memory_order_relaxed);
+    if (missing) missingLookups.fetch_add(missing, std::memory_order_relaxed);
+  }
+
+  const HostImage* image(const std::string& file, int linearize, const TextureRequest& request) {
+    std::lock_guard lock(imageMutex);
+    const auto key = std::make_pair(file, linearize);
+    if (const auto it = images.find(key); it != images.end()) return it->second ? &it->second->image : nullptr;
+    std::unique_ptr<HeldImage> held;
+    try {
+      held = load(file, linearize, request);
+    } catch (const std::exception& e) {
+      diagnostics.warning("ASSET-TEXTURE-READ", request.pos, named(file, request) + " cannot be used: " + e.what(),
+                          "no image is used");
+    }
+    const HostImage* result = held ? &held->image : nullptr;
+    images.emplace(key, std::move(held));
+    return result;
+  }
+
+  std::unique_ptr<HeldImage> load(const std::string& file, int linearize, const TextureRequest& request) {
+    size_t exact = 0;
+    const std::vector<std::string> list = texture::candidates(file, searchPath, exact);
+    std::string code = "ASSET-TEXTURE-MISSING", what = named(file, request) + " is not there";
+    for (size_t i = 0; i < list.size(); ++i) {
+      FileFacts facts;
+      std::string why = texture::examine(list[i], facts);
+      auto held = std::make_unique<HeldImage>();
+      if (why.empty()) {
+        OIIO::ImageSpec config;
+        config.attribute("oiio:UnassociatedAlpha", 1);
+        auto input = OIIO::ImageInput::open(list[i], &config);
+        const int channels = std::min(facts.channels, 4);
+        if (input) {
+          held->pixels.resize(size_t(facts.width) * size_t(facts.height) * size_t(channels));
+          if (!input->read_image(0, 0, 0, channels, OIIO::TypeFloat, held->pixels.data()))
+            why = firstLine(input->geterror());
+        } else {
+          why = firstLine(OIIO::geterror());
+        }
+        if (why.empty()) {
+          if (linearize == 1 || (linearize < 0 && facts.srgb))
+            texture::decodeSrgb(held->pixels.data(), size_t(facts.width) * size_t(facts.height), channels,
+                                facts.alphaChannel < channels ? facts.alphaChannel : -1);
+          held->image = {held->pixels.data(), uint32_t(facts.width), uint32_t(facts.height), uint32_t(channels)};
+          imageBytes.fetch_add(held->pixels.size() * sizeof(float), std::memory_order_relaxed);
+          if (i > 0 || exact == 0) diagnostics.warning(code, request.pos, what, "'" + list[i] + "' is used instead");
+          return held;
+        }
+      }
+      if (i == 0) {
+        code = "ASSET-TEXTURE-READ";
+        what = named(file, request) + " cannot be used: '" + list[i] + "': " + why;
+      }
+    }
+    diagnostics.warning(code, request.pos, what, "no image is used", "check the texture search path");
+    return nullptr;
+  }
+
+  Diagnostics& diagnostics;
+  Cache* cache;
+  std::mutex mutex;  // files, names
+  std::vector<std::string> searchPath;
+  std::map<std::string, int> handleOfName;
+  std::map<std::string, Source*> sourceOfPath;
+  std::vector<std::unique_ptr<Source>> sources;
+  tbb::concurrent_vector<Entry> entries;  // read without a lock: elements never move
+  std::mutex imageMutex;
+  std::map<std::pair<std::string, int>, std::unique_ptr<HeldImage>> images;
+  std::atomic<uint64_t> lookups{0}, missingLookups{0}, imageBytes{0};
+};
+
+TextureSystem::TextureSystem(Diagnostics& diagnostics) : impl_(std::make_unique<Impl>(diagnostics)) {}
+TextureSystem::~TextureSystem() = default;
+
+void TextureSystem::setSearchPath(std::vector<std::string> directories) {
+  std::lock_guard lock(impl_->mutex);
+  impl_->searchPath = std::move(directories);
+}
+void TextureSystem::setCacheLimit(uint64_t bytes) { impl_->setCacheLimit(bytes); }
+int TextureSystem::handle(const std::string& file, const TextureRequest& request) {
+  return impl_->handle(file, request);
+}
+void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
+                           const float* radius, const TextureOptions& options, float* const rgba[4]) {
+  impl_->lookup(handles, varying, n, s, t, radius, options, rgba);
+}
+const HostImage* TextureSystem::image(const std::string& file, int linearize, const TextureRequest& request) {
+  return impl_->image(file, linearize, request);
+}
+
+TextureStatistics TextureSystem::statistics() const {
+  TextureStatistics r;
+  const auto number = [&](const char* name) -> uint64_t {
+    int i = 0;
+    return impl_->cache->getattribute(name, i) && i > 0 ? uint64_t(i) : 0;
+  };
+  const auto bytes = [&](const char* name) -> uint64_t {
+    long long v = 0;
+    return impl_->cache->getattribute(name, OIIO::TypeDesc::INT64, &v) && v > 0 ? uint64_t(v) : 0;
+  };
+  {
+    std::lock_guard lock(impl_->mutex);
+    r.files = impl_->sources.size();
+  }
+  r.lookups = impl_->lookups;
+  r.missingLookups = impl_->missingLookups;
+  r.imageBytes = impl_->imageBytes;
+  r.tilesRead = number("stat:tiles_created");
+  r.cacheMisses = number("stat:find_tile_cache_misses");
+  r.bytesRead = bytes("stat:bytes_read");
+  r.cacheBytes = bytes("stat:cache_memory_used");
+  return r;
+}
+
+}  // namespace kinora

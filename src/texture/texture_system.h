@@ -1,0 +1,75 @@
+// Filtered texture lookups for a group of points, over OpenImageIO's texture system and tile cache (one bounded cache
+// for all files of a world). Called by shade/ for patterns (Context::texture) and by render/ for light maps
+// (Host::image). It deliberately knows no scene: files come as names, problems go to Diagnostics once for each file,
+// and nothing throws. A lookup's value depends on (file, s, t, radius, options) alone: never on threads, on the cache
+// or on other points.
+#pragma once
+#include <kinora/context.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/diagnostics.h"
+
+namespace kinora {
+
+// Who asks for a file: named in messages.
+struct TextureRequest {
+  SourcePos pos;
+  std::string object;  // "pattern 'wood'"
+};
+
+struct TextureStatistics {
+  uint64_t files = 0;  // opened for lookups
+  uint64_t lookups = 0;
+  uint64_t missingLookups = 0;  // answered with the missing colour
+  uint64_t tilesRead = 0;
+  uint64_t cacheMisses = 0;  // tile requests that were not in the cache
+  uint64_t bytesRead = 0;    // uncompressed
+  uint64_t cacheBytes = 0;   // now
+  uint64_t imageBytes = 0;   // whole images held for lights
+};
+
+// Thread-safe throughout. Handles stay valid for the life of the system.
+class TextureSystem {
+ public:
+  // What an empty or unusable file name gives: lookups answer with the missing colour.
+  static constexpr int kNoTexture = -1;
+
+  explicit TextureSystem(Diagnostics& diagnostics);
+  ~TextureSystem();
+  TextureSystem(const TextureSystem&) = delete;
+  TextureSystem& operator=(const TextureSystem&) = delete;
+
+  // Directories for relative names, in order; the working directory comes last. Set before the first handle is asked
+  // for.
+  void setSearchPath(std::vector<std::string> directories);
+  // The least is one tile of a large file for each thread; smaller limits only cost time.
+  void setCacheLimit(uint64_t bytes);
+
+  // A name along the search path; names from other machines are sought by ever shorter tails ("/a/b/c.tex":
+  // "b/c.tex", "c.tex"), then with other extensions (.tex, .tx, .exr, .tif, .png, ...). The tokens <UDIM>, <U>_<V>,
+  // <u>_<v> and _MAPID_ name an atlas: one file for each unit square of (s, 1 - t).
+  int handle(const std::string& file, const TextureRequest& request);
+
+  // n lookups. handles: one for all points, or n of them when `varying`. s, t (down) and radius in texture space,
+  // where the image is the unit square; a footprint of radius r filters about 2r. Writes colour and alpha: files of
+  // one channel are grey, files without alpha have alpha 1.
+  void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
+              const TextureOptions& options, float* const rgba[4]);
+
+  // A whole image as floats, top row first, kept for the life of the system. linearize: 1 decodes sRGB, 0 takes
+  // values as they are, -1 decodes when the file says that it is sRGB or stores 8-bit integers. Null after a message.
+  const HostImage* image(const std::string& file, int linearize, const TextureRequest& request);
+
+  TextureStatistics statistics() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kinora
