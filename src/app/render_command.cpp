@@ -64,6 +64,10 @@ class RenderRun {
       : options_(std::move(options)), diagnostics_(diagnostics) {
     registry_.setPath(pluginDirectories(options_.pluginPath));
     options_.settings.stop = stopOnSignals();
+    // textures may be named as seen from the scene's own folder
+    for (const std::string& file : options_.files)
+      if (const std::string folder = std::filesystem::path(file).parent_path().string(); !folder.empty())
+        options_.settings.texturePath.push_back(folder);
   }
 
   int run() {
@@ -158,7 +162,8 @@ class RenderRun {
     int code = exitCodeOf(outcome);
     if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {
       written.resize(1);
-      if (!written[0].ends_with(".exr")) written[0] = std::filesystem::path(written[0]).replace_extension(".exr").string();
+      if (!written[0].ends_with(".exr"))
+        written[0] = std::filesystem::path(written[0]).replace_extension(".exr").string();
       if (written[0] == ".exr") written[0] = "kinora.exr";
       // an incomplete part would be merged as if it were whole
       if (code == kInterrupted)

@@ -116,7 +116,8 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
     option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   };
 
-  app.add_option("FILE", out.files, "RIB files; - is standard input")->required();
+  // not required(): the parser would name a missing file before an unknown option
+  app.add_option("FILE", out.files, "RIB files; - is standard input");
   app.add_option("-o,--output", s.output, "write the primary display here; .exr .png .tif .jpg")->type_name("FILE");
   app.add_option("-t,--threads", s.threads, "worker threads; 0: all, -N: all but N")
       ->type_name("N")
@@ -156,6 +157,7 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_flag("-v", out.verbose, "more: what the scene holds and where time went");
 
   if (const auto done = parse(app, arguments, diagnostics)) return done;
+  if (out.files.empty()) return badCommandLine(diagnostics, "no scene is named", "see `kinora render --help`");
   if (const auto wrong = readTexts(texts, out))
     return badCommandLine(diagnostics, *wrong, "see `kinora render --help`");
   return std::nullopt;
