@@ -89,6 +89,13 @@ uint32_t SphereCells::nodeOf(Vec3 d) const {
 
 uint32_t SphereCells::find(Vec3 direction) const { return uint32_t(nodes_[nodeOf(direction)].index); }
 
+void SphereCells::split(size_t i) {
+  const Cell c = nodes_[i].cell;
+  nodes_[i].child = int32_t(nodes_.size());
+  for (uint32_t k = 0; k < 4; ++k)
+    nodes_.push_back({{c.face, uint8_t(c.level + 1), 2 * c.x + (k & 1), 2 * c.y + (k >> 1)}});
+}
+
 void SphereCells::refine(const std::vector<Vec3>& samples, uint32_t most) {
   bool again = true;
   while (again) {
@@ -97,12 +104,23 @@ void SphereCells::refine(const std::vector<Vec3>& samples, uint32_t most) {
     for (const Vec3& s : samples) ++held[nodeOf(s)];
     for (size_t i = 0; i < held.size(); ++i) {
       if (held[i] <= most || nodes_[i].cell.level >= kDeepest) continue;
-      const Cell c = nodes_[i].cell;
-      nodes_[i].child = int32_t(nodes_.size());
-      for (uint32_t k = 0; k < 4; ++k)
-        nodes_.push_back({{c.face, uint8_t(c.level + 1), 2 * c.x + (k & 1), 2 * c.y + (k >> 1)}});
+      split(i);
       again = true;
     }
+  }
+  // neighbours may differ by one level only: a large cell beside small ones would hide the lobe's rim from quadrature
+  for (size_t i = 0; i < nodes_.size(); ++i) {  // children are appended, so one pass meets them all
+    if (nodes_[i].child >= 0) continue;
+    const Cell c = nodes_[i].cell;
+    const double size = 2.0 / double(1u << c.level), u = -1 + (c.x + 0.5) * size, v = -1 + (c.y + 0.5) * size;
+    for (int b = -1; b <= 1; ++b)
+      for (int a = -1; a <= 1; ++a) {
+        if (!a && !b) continue;
+        double jacobian;
+        // just beyond the border, which may be on another face
+        const Vec3 beyond = direction(c.face, u + 0.52 * a * size, v + 0.52 * b * size, jacobian);
+        for (uint32_t n = nodeOf(beyond); nodes_[n].cell.level + 1 < c.level; n = nodeOf(beyond)) split(n);
+      }
   }
   number();
 }

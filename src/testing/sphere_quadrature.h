@@ -14,7 +14,8 @@ class SphereCells {
  public:
   // z: the frame's pole (unit); faces are cut into 4^level cells.
   SphereCells(Vec3 z, uint32_t level);
-  // Splits cells until none holds more than `most` of the samples (or is smaller than single precision resolves).
+  // Splits cells until none holds more than `most` of the samples (or is smaller than single precision resolves) and
+  // neighbours differ by one level at most.
   void refine(const std::vector<Vec3>& samples, uint32_t most);
   uint32_t count() const { return uint32_t(cells_.size()); }
   uint32_t find(Vec3 direction) const;
@@ -34,6 +35,7 @@ class SphereCells {
     int32_t index = -1;   // among cells_, for leaves
   };
   uint32_t nodeOf(Vec3 direction) const;
+  void split(size_t node);
   void number();
   double axis_[3][3];
   uint32_t level_;
