@@ -168,6 +168,7 @@ void Lexer::junk() {
 }
 
 bool Lexer::parseNumber(double& value, bool& isInteger) {
+  numberBegin_ = cursor_;
   const char* p = cursor_;
   const bool negative = *p == '-';
   if (*p == '-' || *p == '+') ++p;
@@ -209,20 +210,23 @@ bool Lexer::parseNumber(double& value, bool& isInteger) {
     const char* begin = *cursor_ == '+' ? cursor_ + 1 : cursor_;
     const auto result = std::from_chars(begin, p, value);
     if (result.ec == std::errc::result_out_of_range) {
-      // from_chars does not say which way; a number below 1 went to zero
-      value = exponent + count > 0 ? std::numeric_limits<double>::infinity() : 0.0;
+      // from_chars does not say which way: the place of the first digit that counts does
+      long zeros = 0;
+      for (const char* q = digits; q != p && (*q == '0' || *q == '.'); ++q) zeros += *q == '0';
+      value = exponent + count - zeros > 0 ? std::numeric_limits<double>::infinity() : 0.0;
       if (negative) value = -value;
     }
   }
-  if (p == end_ && !sourceEnded_ && size_t(end_ - cursor_) < kBuffer && refill())
+  if (p == end_ && !sourceEnded_ && size_t(end_ - cursor_) < kBuffer) {  // it may go on in the next bytes
+    refill();
     return parseNumber(value, isInteger);
+  }
   if (isInteger && (value > 2147483647.0 || value < -2147483648.0)) isInteger = false;
   cursor_ = p;
   return true;
 }
 
 Lexer::Token Lexer::number() {
-  const char* begin = cursor_;
   if (!parseNumber(value_, isInteger_)) {
     // "-inf" and "-nan", as C's printf writes them
     const char* p = cursor_ + 1;
@@ -237,7 +241,7 @@ Lexer::Token Lexer::number() {
     return Token::End;
   }
   if (cursor_ != end_ && !isDelimiter(*cursor_)) {
-    const std::string tail(begin, std::min<size_t>(size_t(cursor_ - begin) + 8, size_t(end_ - begin)));
+    const std::string tail(numberBegin_, std::min<size_t>(size_t(end_ - numberBegin_), 40));
     while (cursor_ != end_ && !isDelimiter(*cursor_)) ++cursor_;
     if (syntaxMessages_++ == 0)
       complain(Severity::Error, "RIB-SYNTAX", "'" + tail + "' begins as a number and goes on",
@@ -449,12 +453,11 @@ void Lexer::readNumberRun(Argument& a) {
       if (cursor_ == end_) return;
     }
     if (const uint8_t k = classOf(*cursor_); k != kDigit && k != kSign) return;
-    const char* begin = cursor_;
     double v;
     bool isInteger;
     if (!parseNumber(v, isInteger)) return;  // next() has the words for it
     if (cursor_ != end_ && !isDelimiter(*cursor_)) {
-      cursor_ = begin;
+      cursor_ = numberBegin_;
       return;
     }
     if (isInteger)

@@ -57,6 +57,7 @@ class Lexer {
   std::vector<char> buffer_;
   const char* cursor_ = nullptr;
   const char* end_ = nullptr;
+  const char* numberBegin_ = nullptr;  // of the number just parsed: reading on may have moved it
   bool sourceEnded_ = false, ended_ = false;
   uint64_t bytes_ = 0;
 
