@@ -66,6 +66,16 @@ void bindSpecular(const Context& c, Closure& k, uint32_t which, int bump) {
   bindAnisotropy(c, l.anisotropy, first + kAnisotropy, first + kAnisotropyDirection);
   l.bump = bindNormal(c, k, first + kBump, bump);
 }
+const GlassEnergy* glassTable(const Context& c, const Value& ior) {
+  float low = 1e30f, high = 1;
+  for (uint32_t i = 0; i < c.count; ++i) {
+    const float inside = ior.data[0][ior.stride ? i : 0], outside = c.outerIor[i];
+    const float m = inside > outside ? inside / outside : outside / inside;
+    low = m < low ? m : low;
+    high = m > high ? m : high;
+  }
+  return &glassEnergyTable(low, high);
+}
 void bindGlass(const Context& c, Closure& k, int bump) {
   GlassClosure& g = k.glass;
   g.reflectionGain = c.param(at("reflectionGain"));
@@ -80,7 +90,7 @@ void bindGlass(const Context& c, Closure& k, int bump) {
   g.ior = c.param(at("glassIor"));
   bindAnisotropy(c, g.anisotropy, at("glassAnisotropy"), at("glassAnisotropyDirection"));
   g.bump = bindNormal(c, k, at("glassBumpNormal"), bump);
-  k.glassEnergy = &glassEnergyTable();
+  if (!g.thin) k.glassEnergy = glassTable(c, g.ior);
 }
 void bind(const Context& c, Closure& k) {
   k.radiance = !(c.traits & kTraitLightPath);

@@ -39,7 +39,7 @@ struct Closure {
   bool coatAttenuates = false, specularAttenuates = false;
   Value coatThickness, coatTint, coatCompensation, specularCompensation;
 
-  Value normals[6];                  // bump inputs in use, each once
+  Value normals[7];                  // bump inputs in use: the general one and those of six lobes
   int normalCount = 0;
   int diffuseBump = -1, fuzzBump = -1;
 
