@@ -58,7 +58,6 @@ endfunction()
 function(kinora_app)
   kinora_room(app DEPENDS kinora_render kinora_rib kinora_film kinora_stock CLI11::CLI11 fmt::fmt
                           nlohmann_json::nlohmann_json)
-  target_compile_definitions(kinora_app PUBLIC KINORA_VERSION="${PROJECT_VERSION}")
   add_executable(kinora ${PROJECT_SOURCE_DIR}/src/app/main.cpp)
   target_link_libraries(kinora PRIVATE kinora_app)
   set_target_properties(kinora PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
