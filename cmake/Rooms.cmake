@@ -73,7 +73,7 @@ endfunction()
 # A test program that sees the testing kit and all stock plug-ins.
 function(kinora_test_program name)
   add_executable(test_${name} ${ARGN})
-  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
+  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_plugin kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()

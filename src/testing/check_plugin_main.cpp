@@ -92,7 +92,8 @@ int main(int argc, char** argv) {
           std::fprintf(stderr, "kinora-check-plugin: %s\n", error.c_str());
           return 2;
         }
-        report = d->kind == Kind::Light ? testing::checkLight(*d, s, lightOptions) : testing::checkBxdf(*d, s, options);
+        report =
+            d->kind == Kind::Light ? testing::checkLight(*d, s, lightOptions) : testing::checkBxdf(*d, s, options);
       } else {
         report = d->kind == Kind::Light ? testing::checkLight(*d, lightOptions) : testing::checkBxdf(*d, options);
       }

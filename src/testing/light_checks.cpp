@@ -66,11 +66,13 @@ void checkLightWidths(Judge& judge, const LightCase& c, uint64_t seed) {
       if (f.emit) e.run(f, c.light.data());
       judge.count(3 * n);
       const auto differ = [&](const char* what) {
-        judge.fail("width", c.where + text("width %u against %u, %u points: %s differs", table->width, c.tables[0]->width, n, what));
+        judge.fail("width", c.where + text("width %u against %u, %u points: %s differs", table->width,
+                                           c.tables[0]->width, n, what));
       };
       for (uint32_t row = LightSamples::kWi; row < LightSamples::kRows; ++row)
         if (!sameBits(s.a[row], samples[0].a[row], n)) return differ("sample");
-      if (!std::equal(s.flags.begin(), s.flags.begin() + n, samples[0].flags.begin())) return differ("sample's flags");
+      if (!std::equal(s.flags.begin(), s.flags.begin() + n, samples[0].flags.begin()))
+        return differ("sample's flags");
       for (uint32_t row = LightRays::kT; row < LightRays::kRows; ++row)
         if (!sameBits(y.a[row], rays[0].a[row], n)) return differ("intersect or evaluate");
       for (uint32_t row = LightEmissions::kO; f.emit && row < LightEmissions::kRows; ++row)
@@ -86,7 +88,8 @@ bool checkLightSamples(Judge& judge, const LightCase& c, uint64_t seed) {
   LightSamples s(n);
   for (uint32_t i = 0; i < n; ++i) {
     s.a.set(LightSamples::kP, i, pointAbout(c.says(), r));
-    for (uint32_t k = 0; k < 2; ++k) s.a[LightSamples::kU + k][i] = r.below(16) ? r.uniformFloat() : (r.below(2) ? 0.f : 0x1.fffffep-1f);
+    for (uint32_t k = 0; k < 2; ++k)
+      s.a[LightSamples::kU + k][i] = r.below(16) ? r.uniformFloat() : (r.below(2) ? 0.f : 0x1.fffffep-1f);
   }
   s.run(c.widest(), c.light.data());
   LightRays y(n);
@@ -107,15 +110,18 @@ bool checkLightSamples(Judge& judge, const LightCase& c, uint64_t seed) {
       continue;
     }
     ++valid;
-    bool good = std::abs(dot(wi, wi) - 1) < 2e-5f && distance > 0 && (c.says().isInfinite ? std::isinf(distance) : std::isfinite(distance));
+    bool good = std::abs(dot(wi, wi) - 1) < 2e-5f && distance > 0 &&
+                (c.says().isInfinite ? std::isinf(distance) : std::isfinite(distance));
     for (uint32_t k = 0; k < 3; ++k) good = good && std::isfinite(s.a[LightSamples::kRadiance + k][i]);
     if (!good) {
-      judge.fail("finite", where + "sample gives wi " + text(wi) + text(", distance %g, radiance %g %g %g", distance, s.a[LightSamples::kRadiance][i],
-                                                                        s.a[LightSamples::kRadiance + 1][i], s.a[LightSamples::kRadiance + 2][i]));
+      judge.fail("finite", where + "sample gives wi " + text(wi) +
+                               text(", distance %g, radiance %g %g %g", distance, s.a[LightSamples::kRadiance][i],
+                                    s.a[LightSamples::kRadiance + 1][i], s.a[LightSamples::kRadiance + 2][i]));
       return false;
     }
     if (bool(s.flags[i] & kSampleDelta) != bool(c.says().isDelta)) {
-      judge.fail("consistent", where + text("a light described as %s samples with delta flag %u", c.says().isDelta ? "delta" : "not delta", s.flags[i] & kSampleDelta));
+      judge.fail("consistent", where + text("a light described as %s samples with delta flag %u",
+                                            c.says().isDelta ? "delta" : "not delta", s.flags[i] & kSampleDelta));
       return false;
     }
     y.a.set(LightRays::kO, i, s.a.get(LightSamples::kP, i));
@@ -128,15 +134,19 @@ bool checkLightSamples(Judge& judge, const LightCase& c, uint64_t seed) {
   std::string first;
   for (uint32_t i = 0; i < n; ++i) {
     if (!s.valid(i)) continue;
-    const auto near = [](double a, double b) { return std::abs(a - b) <= 3e-3 * std::max(std::abs(a), std::abs(b)) + 1e-12; };
+    const auto near = [](double a, double b) {
+      return std::abs(a - b) <= 3e-3 * std::max(std::abs(a), std::abs(b)) + 1e-12;
+    };
     const double l = mean3(s.a, LightSamples::kRadiance, i), back = mean3(y.a, LightRays::kRadiance, i);
     const bool same = near(s.a[LightSamples::kPdf][i], y.a[LightRays::kPdf][i]) && near(l, back) &&
                       (!c.finite() || near(s.a[LightSamples::kDistance][i], y.a[LightRays::kT][i]));
     if (same) continue;
     if (!off++)
-      first = c.where + "P " + text(s.a.get(LightSamples::kP, i)) + " wi " + text(s.a.get(LightSamples::kWi, i)) +
-              text(": sample: pdf %.7g, radiance %.7g, distance %.7g; ray: %s, pdf %.7g, radiance %.7g, distance %.7g", s.a[LightSamples::kPdf][i], l,
-                   s.a[LightSamples::kDistance][i], y.hit[i] ? "hits" : "misses", y.a[LightRays::kPdf][i], back, y.a[LightRays::kT][i]);
+      first =
+          c.where + "P " + text(s.a.get(LightSamples::kP, i)) + " wi " + text(s.a.get(LightSamples::kWi, i)) +
+          text(": sample: pdf %.7g, radiance %.7g, distance %.7g; ray: %s, pdf %.7g, radiance %.7g, distance %.7g",
+               s.a[LightSamples::kPdf][i], l, s.a[LightSamples::kDistance][i], y.hit[i] ? "hits" : "misses",
+               y.a[LightRays::kPdf][i], back, y.a[LightRays::kT][i]);
   }
   if (off > 2 + valid / 50) judge.fail("consistent", first + text(" (%u of %u samples)", off, valid));
   return true;
@@ -212,33 +222,37 @@ void checkLightFrom(Judge& judge, const LightCase& c, Vec3 P, Vec3 N, uint32_t s
   }
   for (uint32_t i = 0; i < cells.count(); ++i) {
     expected[i] = n * std::max(0.0, integral.cell[size_t(i) * 5]);
-    const double blur = 4e-7 * double(1u << cells.cells()[i].level);  // rounding of positions moves directions across cells
+    const double blur =
+        4e-7 * double(1u << cells.cells()[i].level);  // rounding of positions moves directions across cells
     deviation[i] = n * integral.error[i] + expected[i] * (1e-3 + blur);
   }
   expected.back() = n * std::max(0.0, 1 - integral.total[0]);
   deviation.back() = n * (integral.totalError + 1e-3);
   const ChiSquare chi = chiSquareTest(counts, expected, deviation, 20);
-  judge.test("chi-square", chi.p, where + text("%.0f samples, statistic %.5g, expected %.5g", n, chi.statistic, chi.freedom));
+  judge.test("chi-square", chi.p,
+             where + text("%.0f samples, statistic %.5g, expected %.5g", n, chi.statistic, chi.freedom));
   const double fraction = valid / n;
-  judge.compare("pdf-integral", fraction, std::sqrt(std::max(fraction * (1 - fraction), 1 / n) / n), integral.total[0], quadrature + 1e-3,
-                where + "fraction of samples against the integral of pdf");
+  judge.compare("pdf-integral", fraction, std::sqrt(std::max(fraction * (1 - fraction), 1 / n) / n),
+                integral.total[0], quadrature + 1e-3, where + "fraction of samples against the integral of pdf");
   judge.count(1);
   if (integral.total[0] > 1 + quadrature + 2e-3)
     judge.fail("pdf-integral", where + text("expected at most 1, got %.6g +- %.2g", integral.total[0], quadrature));
   for (int k = 0; k < 3; ++k)
-    judge.compare("irradiance", irradiance[k].mean() * unit, irradiance[k].standardError() * unit, integral.total[2 + k] * unit,
-                  (quadrature + 2e-3 * integral.total[2 + k]) * unit, where + text("channel %d, sampling against integration", k));
+    judge.compare("irradiance", irradiance[k].mean() * unit, irradiance[k].standardError() * unit,
+                  integral.total[2 + k] * unit, (quadrature + 2e-3 * integral.total[2 + k]) * unit,
+                  where + text("channel %d, sampling against integration", k));
   const LightTraits& traits = *static_cast<const LightTraits*>(c.descriptor.traits);
   if (traits.irradiance) {
     const double p[3] = {P.x, P.y, P.z}, normal[3] = {N.x, N.y, N.z};
     const double closed = traits.irradiance(c.light.data(), p, normal);
     if (closed >= 0)
-      judge.compare("irradiance", mean.mean() * unit, mean.standardError() * unit, closed, 2e-3 * closed + 1e-12 * unit,
-                    where + "sampling against the declared closed form");
+      judge.compare("irradiance", mean.mean() * unit, mean.standardError() * unit, closed,
+                    2e-3 * closed + 1e-12 * unit, where + "sampling against the declared closed form");
   }
 }
 
-// Power by emitted rays, against what arrives on a sphere about the light (or a disk of the world, for infinite ones).
+// Power by emitted rays, against what arrives on a sphere about the light (or a disk of the world, for infinite
+// ones).
 void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_t seed) {
   const LightFunctions& f = c.widest();
   if (!f.emit) return;
@@ -263,7 +277,8 @@ void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_
     s.run(f, c.light.data());
     for (uint32_t i = 0; i < kPoints; ++i) {
       const float pp = e.a[LightEmissions::kPdfPosition][i], pd = e.a[LightEmissions::kPdfDirection][i];
-      const Vec3 o = e.a.get(LightEmissions::kO, i), w = e.a.get(LightEmissions::kD, i), normal = e.a.get(LightEmissions::kN, i);
+      const Vec3 o = e.a.get(LightEmissions::kO, i), w = e.a.get(LightEmissions::kD, i),
+                 normal = e.a.get(LightEmissions::kN, i);
       const double l = mean3(e.a, LightEmissions::kRadiance, i);
       if (!std::isfinite(pp) || !std::isfinite(pd) || pp < 0 || pd < 0 || !std::isfinite(l)) {
         judge.fail("finite", c.where + text("emit gives pdfs %g %g, radiance %g", pp, pd, l));
@@ -274,13 +289,15 @@ void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_
       const Vec3 P = s.a.get(LightSamples::kP, i), wi = s.a.get(LightSamples::kWi, i);
       const double cosine = infinite ? 1 : std::max(0.f, dot(wi, normalized(center + -P)));
       const double area = infinite ? kPi * reach * reach : 4 * kPi * double(reach) * reach;
-      arriving.add(s.valid(i) ? mean3(s.a, LightSamples::kRadiance, i) * cosine / s.a[LightSamples::kPdf][i] * area : 0);
+      arriving.add(s.valid(i) ? mean3(s.a, LightSamples::kRadiance, i) * cosine / s.a[LightSamples::kPdf][i] * area
+                              : 0);
       if (some && done == 0) {
         const bool unitVectors = std::abs(dot(w, w) - 1) < 2e-5f && std::abs(dot(normal, normal) - 1) < 2e-5f;
         const Vec3 from = o + -center;
         const bool onLight = infinite || std::sqrt(dot(from, from)) <= d.radius * 1.001f + 1e-6f;
         if (positionsGood && (!unitVectors || !onLight)) {
-          judge.fail("emission", c.where + "emit gives o " + text(o) + " d " + text(w) + " N " + text(normal) + text(", light of radius %g at ", d.radius) + text(center));
+          judge.fail("emission", c.where + "emit gives o " + text(o) + " d " + text(w) + " N " + text(normal) +
+                                     text(", light of radius %g at ", d.radius) + text(center));
           positionsGood = false;
         }
       }
@@ -298,9 +315,11 @@ void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_
         const double l = mean3(e.a, LightEmissions::kRadiance, i), seen = mean3(back.a, LightRays::kRadiance, i);
         const double t = back.a[LightRays::kT][i];
         // grazing rays lose digits of position and cosine
-        const bool same = std::abs(l - seen) <= 0.01 * std::max(std::abs(l), std::abs(seen)) + 1e-12 && (!c.finite() || std::abs(t - reach) <= 0.01 * reach);
+        const bool same = std::abs(l - seen) <= 0.01 * std::max(std::abs(l), std::abs(seen)) + 1e-12 &&
+                          (!c.finite() || std::abs(t - reach) <= 0.01 * reach);
         if (!same && !off++)
-          first = c.where + "o " + text(e.a.get(LightEmissions::kO, i)) + " d " + text(e.a.get(LightEmissions::kD, i)) +
+          first = c.where + "o " + text(e.a.get(LightEmissions::kO, i)) + " d " +
+                  text(e.a.get(LightEmissions::kD, i)) +
                   text(": emitted radiance %.7g, seen %.7g; distance %.6g, seen %.6g", l, seen, reach, t);
       }
       judge.count(all);
@@ -308,19 +327,23 @@ void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_
     }
   }
   const double error = std::hypot(emitted.standardError(), arriving.standardError());
-  judge.compare("power", emitted.mean(), error, arriving.mean(), 3e-3 * std::abs(arriving.mean()) + 1e-20, c.where + "power by emit against power by sample");
-  if (arriving.mean() > 10 * error && !(d.power > 0)) judge.fail("power", c.where + text("the light emits %g and describes its power as %g", arriving.mean(), d.power));
+  judge.compare("power", emitted.mean(), error, arriving.mean(), 3e-3 * std::abs(arriving.mean()) + 1e-20,
+                c.where + "power by emit against power by sample");
+  if (arriving.mean() > 10 * error && !(d.power > 0))
+    judge.fail("power", c.where + text("the light emits %g and describes its power as %g", arriving.mean(), d.power));
 }
 
 std::vector<Placement> placements() {
   const auto make = [](double sx, double sy, double sz, double angle, double x, double y, double z) {
     // row vectors: scale, then turn about (1, 2, 2) / 3 (Rodrigues' formula), then move
     Placement p{};
-    const double a[3] = {1.0 / 3, 2.0 / 3, 2.0 / 3}, c = std::cos(angle), s = std::sin(angle), scale[3] = {sx, sy, sz};
+    const double a[3] = {1.0 / 3, 2.0 / 3, 2.0 / 3}, c = std::cos(angle), s = std::sin(angle),
+                 scale[3] = {sx, sy, sz};
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k) {
         const int third = 3 - i - k;
-        const double turned = c * (i == k) + (1 - c) * a[i] * a[k] + (i == k ? 0 : s * a[third] * ((k - i + 3) % 3 == 1 ? 1 : -1));
+        const double turned =
+            c * (i == k) + (1 - c) * a[i] * a[k] + (i == k ? 0 : s * a[third] * ((k - i + 3) % 3 == 1 ? 1 : -1));
         p.localToRender[4 * i + k] = scale[i] * turned;
       }
     p.localToRender[12] = x;
@@ -333,7 +356,8 @@ std::vector<Placement> placements() {
   return {make(1, 1, 1, 0, 0, 0, 0), make(1, 1, 1, 0.9, 0.5, -1.5, 2), make(2, 0.5, 1.5, -2.2, -1, 0.3, 0.2)};
 }
 
-void checkCase(Judge& judge, const Descriptor& d, const Setting& s, size_t placement, uint64_t seed, const LightCheckOptions& o) {
+void checkCase(Judge& judge, const Descriptor& d, const Setting& s, size_t placement, uint64_t seed,
+               const LightCheckOptions& o) {
   const std::vector<Placement> all = placements();
   const size_t which = placement % all.size();
   const MadeLight light(d, s, all[which]);
@@ -344,7 +368,8 @@ void checkCase(Judge& judge, const Descriptor& d, const Setting& s, size_t place
   LightCase c{d, light, runnableTables(d), text("placement %zu: ", which)};
   std::sort(c.tables.begin(), c.tables.end(), [](auto* a, auto* b) { return a->width < b->width; });
   const LightDescription& says = light.description();
-  bool described = std::isfinite(says.power) && says.power >= 0 && std::isfinite(says.radius) && (says.isInfinite || says.isDelta || says.radius >= 0);
+  bool described = std::isfinite(says.power) && says.power >= 0 && std::isfinite(says.radius) &&
+                   (says.isInfinite || says.isDelta || says.radius >= 0);
   for (const float x : says.center) described = described && std::isfinite(x);
   if (!described) {
     judge.fail("finite", c.where + text("describe gives power %g, radius %g", says.power, says.radius));
@@ -397,7 +422,8 @@ CheckReport checkLight(const Descriptor& light, const Setting& setting, const Li
     return judge.finish();
   }
   judge.setSetting(setting.text);
-  for (size_t p = 0; p < placements().size(); ++p) checkCase(judge, light, setting, p, options.seed * 1000003 + 17 * p, options);
+  for (size_t p = 0; p < placements().size(); ++p)
+    checkCase(judge, light, setting, p, options.seed * 1000003 + 17 * p, options);
   return judge.finish();
 }
 

@@ -78,8 +78,10 @@ void LightRays::run(const LightFunctions& f, const void* light, bool finite) {
   s.hit = hit.data();
   s.pdf = a[kPdf];
   a.fill(kT, std::numeric_limits<float>::infinity());
-  if (finite) f.intersect(light, &s);
-  else std::fill(hit.begin(), hit.end(), 1u);
+  if (finite)
+    f.intersect(light, &s);
+  else
+    std::fill(hit.begin(), hit.end(), 1u);
   f.evaluate(light, &s);
   for (uint32_t i = 0; i < a.count(); ++i)
     if (hit[i] == 0)

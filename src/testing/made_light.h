@@ -21,7 +21,7 @@ class MadeLight {
   MadeLight(const MadeLight&) = delete;
   MadeLight& operator=(const MadeLight&) = delete;
   void* data() const { return data_; }
-  const std::string& error() const { return error_; }   // "" when made
+  const std::string& error() const { return error_; }  // "" when made
   const LightDescription& description() const { return description_; }
 
  private:
@@ -36,7 +36,8 @@ inline constexpr float kWorldRadius = 10;
 // n rows of floats, padded; outputs start as NaN.
 class Rows {
  public:
-  Rows(uint32_t n, uint32_t rows) : n_(n), padded_(padded(n)), data_(size_t(padded_) * rows, std::numeric_limits<float>::quiet_NaN()) {}
+  Rows(uint32_t n, uint32_t rows)
+      : n_(n), padded_(padded(n)), data_(size_t(padded_) * rows, std::numeric_limits<float>::quiet_NaN()) {}
   float* operator[](uint32_t r) { return data_.data() + size_t(r) * padded_; }
   const float* operator[](uint32_t r) const { return data_.data() + size_t(r) * padded_; }
   uint32_t count() const { return n_; }
@@ -72,7 +73,17 @@ struct LightRays {
   void run(const LightFunctions& f, const void* light, bool finite);
 };
 struct LightEmissions {
-  enum : uint32_t { kU = 0, kTime = 4, kO = 5, kD = 8, kN = 11, kRadiance = 14, kPdfPosition = 17, kPdfDirection = 18, kRows };
+  enum : uint32_t {
+    kU = 0,
+    kTime = 4,
+    kO = 5,
+    kD = 8,
+    kN = 11,
+    kRadiance = 14,
+    kPdfPosition = 17,
+    kPdfDirection = 18,
+    kRows
+  };
   Rows a;
   explicit LightEmissions(uint32_t n) : a(n, kRows) { a.fill(kTime, 0.5f); }
   void run(const LightFunctions& f, const void* light);

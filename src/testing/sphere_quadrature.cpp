@@ -10,8 +10,10 @@ namespace {
 // 2^-18 of a face is 8e-6 rad: narrower than any lobe whose shape single-precision directions can still express
 constexpr uint32_t kDeepest = 18;
 constexpr int kPoints = 4;
-constexpr double kNode[kPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265, 0.861136311594052575};
-constexpr double kWeight[kPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143, 0.347854845137453857};
+constexpr double kNode[kPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
+                                   0.861136311594052575};
+constexpr double kWeight[kPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
+                                     0.347854845137453857};
 }  // namespace
 
 SphereCells::SphereCells(Vec3 z, uint32_t level) : level_(level) {
@@ -155,7 +157,8 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
         for (int b = 0; b < kPoints; ++b)
           for (int a = 0; a < kPoints; ++a, ++at) {
             double jac;
-            const Vec3 d = cells.direction(c.face, u0 + 0.5 * size * (1 + kNode[a]), v0 + 0.5 * size * (1 + kNode[b]), jac);
+            const Vec3 d =
+                cells.direction(c.face, u0 + 0.5 * size * (1 + kNode[a]), v0 + 0.5 * size * (1 + kNode[b]), jac);
             wi[0][at] = d.x;
             wi[1][at] = d.y;
             wi[2][at] = d.z;
@@ -182,8 +185,9 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
     quarters.reserve(items.size() * 4);
     for (const Item& item : items)
       for (uint32_t k = 0; k < 4; ++k)
-        quarters.push_back({{item.cell.face, uint8_t(item.cell.level + 1), 2 * item.cell.x + (k & 1),
-                             2 * item.cell.y + (k >> 1)}, item.bin});
+        quarters.push_back(
+            {{item.cell.face, uint8_t(item.cell.level + 1), 2 * item.cell.x + (k & 1), 2 * item.cell.y + (k >> 1)},
+             item.bin});
     integrate(quarters, fine);
     std::vector<Item> next;
     std::vector<double> nextCoarse;
@@ -207,7 +211,8 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
       r.error[items[i].bin] += error;
       r.totalError += error;
       for (int k = 0; k < 4; ++k)
-        for (uint32_t c = 0; c < channels; ++c) r.cell[size_t(items[i].bin) * channels + c] += fine[(4 * i + k) * channels + c];
+        for (uint32_t c = 0; c < channels; ++c)
+          r.cell[size_t(items[i].bin) * channels + c] += fine[(4 * i + k) * channels + c];
     }
     items = std::move(next);
     coarse = std::move(nextCoarse);

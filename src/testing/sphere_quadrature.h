@@ -1,6 +1,6 @@
-// Integrals of functions over the sphere of directions, cell by cell. The cells are squares on the faces of a cube about
-// the sphere (no singular poles; the horizon of the frame falls on cell edges), split where pilot samples crowd, so that
-// a lobe a thousandth of a radian wide is found. Used by the checks only.
+// Integrals of functions over the sphere of directions, cell by cell. The cells are squares on the faces of a cube
+// about the sphere (no singular poles; the horizon of the frame falls on cell edges), split where pilot samples
+// crowd, so that a lobe a thousandth of a radian wide is found. Used by the checks only.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -31,8 +31,8 @@ class SphereCells {
  private:
   struct Node {
     Cell cell;
-    int32_t child = -1;   // first of four
-    int32_t index = -1;   // among cells_, for leaves
+    int32_t child = -1;  // first of four
+    int32_t index = -1;  // among cells_, for leaves
   };
   uint32_t nodeOf(Vec3 direction) const;
   void split(size_t node);
@@ -45,9 +45,9 @@ class SphereCells {
 
 struct SphereIntegral {
   uint32_t channels = 0;
-  std::vector<double> cell;    // [cell * channels + channel]
-  std::vector<double> error;   // [cell]: bound of the error of the watched channels
-  std::vector<double> total;   // [channel]
+  std::vector<double> cell;   // [cell * channels + channel]
+  std::vector<double> error;  // [cell]: bound of the error of the watched channels
+  std::vector<double> total;  // [channel]
   double totalError = 0;
   uint64_t evaluations = 0;
 };

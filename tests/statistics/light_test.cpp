@@ -1,5 +1,5 @@
-// Every light of the registry against the contract of light.h, with settings derived from its declaration: a new plug-in is
-// covered by being there. Misses shadows, linking and filters, which are the renderer's, and motion.
+// Every light of the registry against the contract of light.h, with settings derived from its declaration: a new
+// plug-in is covered by being there. Misses shadows, linking and filters, which are the renderer's, and motion.
 #include <gtest/gtest.h>
 #include <kinora/testing/light_checks.h>
 

@@ -1,5 +1,5 @@
-// Checks of a light against the contract of light.h: what sample() makes against what intersect() and evaluate() see, the
-// density's integral, irradiance, emitted power, equal bits at all widths. Called by tests over the registry, by
+// Checks of a light against the contract of light.h: what sample() makes against what intersect() and evaluate() see,
+// the density's integral, irradiance, emitted power, equal bits at all widths. Called by tests over the registry, by
 // kinora-check-plugin and by plug-in authors. It traces no scene: nothing shadows the light.
 //
 // Names of the checks, as failures begin with them:
@@ -20,9 +20,9 @@
 namespace kinora::testing {
 
 struct LightCheckOptions {
-  uint64_t seed = 1;              // of all random numbers: the same seed gives the same report
+  uint64_t seed = 1;  // of all random numbers: the same seed gives the same report
   uint32_t randomSettings = 24;
-  uint32_t samples = 1u << 16;    // of each statistical test
+  uint32_t samples = 1u << 16;  // of each statistical test
 };
 
 // The value of a file parameter for which the kit's host hands out a small image with bright and dark regions.
