@@ -108,7 +108,8 @@ struct TextureSystem::Impl {
     cache->attribute("unassociatedalpha", 1);
     setCacheLimit(uint64_t(1) << 30);
   }
-  ~Impl() { Cache::destroy(cache); }
+  // the private tile cache is only freed when asked for
+  ~Impl() { Cache::destroy(cache, true); }
 
   void setCacheLimit(uint64_t bytes) { cache->attribute("max_memory_MB", float(double(bytes) / 1048576.0)); }
 
