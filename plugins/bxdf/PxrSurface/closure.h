@@ -1,0 +1,52 @@
+// What PxrSurface binds once a context: parameter values of the lobes that are on, and uniform switches. Filled by
+// bind() in PxrSurface.cpp; plain data.
+#pragma once
+#include <kinora/math/microfacet.h>
+#include <kinora/bxdf.h>
+
+namespace kinora::pxrSurface {
+
+struct AnisotropyClosure {
+  bool on = false, directed = false;
+  Value amount, direction, tangent;  // direction only where directed; tangent where it is 0 0 0
+};
+struct SpecularClosure {
+  bool physical = false, ggx = false, doubleSided = false;
+  int bump = -1;                     // index into Closure::normals, -1: the surface's
+  Value face, edge, shape, ior, extinction, roughness;
+  AnisotropyClosure anisotropy;
+};
+struct GlassClosure {
+  bool thin = false;
+  int bump = -1;
+  Value reflectionGain, refractionGain, refractionColor, roughness, refractionRoughness, ior;
+  AnisotropyClosure anisotropy;
+};
+struct Closure {
+  uint32_t on = 0;                   // bit per Lobe
+  bool has(uint32_t lobe) const { return on >> lobe & 1; }
+
+  Value diffuseGain, diffuseColor, diffuseBackColor, diffuseRoughness, diffuseExponent, transmitGain, transmitColor;
+  bool diffuseDoubleSided = false, backHasOwnColor = false;
+  SpecularClosure specular[3];       // specular, rough specular, clear coat
+  GlassClosure glass;
+  Value fuzzGain, fuzzColor, fuzzConeAngle;
+  bool fuzzDoubleSided = false;
+  Value glowGain, glowColor;
+  bool glows = false;
+
+  // Lobes below others are attenuated by what is above: only where one of these is not zero.
+  bool coatAttenuates = false, specularAttenuates = false;
+  Value coatThickness, coatTint, coatCompensation, specularCompensation;
+
+  Value normals[7];                  // bump inputs in use: the general one and those of six lobes
+  int normalCount = 0;
+  bool bumped = false;               // normals[0] is bumpNormal
+  int diffuseBump = -1, fuzzBump = -1;
+
+  bool radiance = true;              // eta^2 on refraction
+  const ReflectionEnergy* reflectionEnergy = nullptr;
+  const GlassEnergy* glassEnergy = nullptr;
+};
+
+}  // namespace kinora::pxrSurface

@@ -1,0 +1,175 @@
+// The glass of PxrSurface: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is Walter et
+// al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007) with GGX; what it loses is returned by a
+// diffuse pair of lobes after Kulla and Conty (SIGGRAPH course 2017). All values here are shares of power, without the
+// factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
+#include "closure.h"
+#include <kinora/bxdf_author.h>
+
+#if defined(KINORA_PXRSURFACE_GLASS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_PXRSURFACE_GLASS_H_TARGET
+#undef KINORA_PXRSURFACE_GLASS_H_TARGET
+#else
+#define KINORA_PXRSURFACE_GLASS_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+
+// Shares of power that one scattering reflects, transmits and loses, for a direction.
+template <int W>
+struct GlassShares {
+  Float<W> reflect, transmit, lost;
+  KN_INLINE GlassShares() {}
+};
+
+template <int W>
+struct GlassLobe {
+  using F = Float<W>;
+  Frame<W> frame;
+  Vec3<W> wo;                          // local
+  F axReflect, ayReflect, axTransmit, ayTransmit;
+  Mask<W> smoothReflect, smoothTransmit;
+  F eta;                               // ior on wo's side / ior behind
+  F radianceScale;
+  F reflectGain, transmitMean;         // transmitMean: average of transmitColor
+  Rgb<W> transmitColor;
+  bool thin;
+
+  KN_INLINE GlassLobe() {}
+  KN_INLINE void set(const pxrSurface::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection, bool radiance,
+                     Vec3<W> normal, const Surface<W>& s) {
+    thin = k.thin;
+    glass_ = glass;
+    reflection_ = reflection;
+    const F inside = max(loadFloat<W>(k.ior, s.at), F(1e-3f)), outside = max(s.outerIor, F(1e-3f));
+    eta = thin ? outside / inside : select(s.entering, outside / inside, inside / outside);
+    const F larger = max(eta, F(1.f) / eta);
+    // so near the indices' match half vectors lose their digits, and light passes straight to a hundredth of a radian
+    const Mask<W> matched = thin ? Mask<W>(false) : larger < F(1.01f);
+    const F r = clamp(loadFloat<W>(k.roughness, s.at), F(0.f), F(1.f)), own = loadFloat<W>(k.refractionRoughness, s.at);
+    const F t = select(own < F(0.f), r, min(own, F(1.f)));
+    smoothReflect = matched | (r * r < F(kMirrorAlpha));
+    smoothTransmit = matched | (t * t < F(kMirrorAlpha));
+    frame = anisotropicFrame(k.anisotropy, normal, s.at, max(r * r, F(kMirrorAlpha)), axReflect, ayReflect);
+    anisotropicFrame(k.anisotropy, normal, s.at, max(t * t, F(kMirrorAlpha)), axTransmit, ayTransmit);
+    wo = localOut(frame, s.wo);
+    lambdaReflect_ = smithLambda(true, wo, axReflect, ayReflect);
+    lambdaTransmit_ = smithLambda(true, wo, axTransmit, ayTransmit);
+    reflectGain = loadFloat<W>(k.reflectionGain, s.at);
+    transmitColor = loadRgb<W>(k.refractionColor, s.at) * loadFloat<W>(k.refractionGain, s.at);
+    transmitMean = max(average(transmitColor), F(0.f));
+    radianceScale = radiance && !thin ? eta * eta : F(1.f);
+
+    // averages over directions, on wo's side (0) and behind (1)
+    const F mean = fresnelDielectricMean(larger);
+    F fresnelMean[2], lost[2];
+    if (thin) {
+      roughReflect_ = TableAxis<W>(r, ReflectionEnergy::kRough);
+      roughTransmit_ = TableAxis<W>(t, ReflectionEnergy::kRough);
+      fresnelMean[0] = fresnelMean[1] = bothFaces(mean);
+      const F kept = lerp(reflectionEnergyMean(*reflection, true, roughTransmit_), reflectionEnergyMean(*reflection, true, roughReflect_), fresnelMean[0]);
+      lost[0] = lost[1] = max(F(1.f) - kept, F(0.f));
+    } else {
+      roughReflect_ = TableAxis<W>(r, GlassEnergy::kRough);
+      roughTransmit_ = TableAxis<W>(t, GlassEnergy::kRough);
+      axis_ = glassAxis(larger);
+      side_ = select(eta > F(1.f), Int<W>(1), Int<W>(0));
+      // what leaves the denser side is what enters it: (1 - F) n^2 is the same from both
+      const F denser = F(1.f) - (F(1.f) - mean) / (larger * larger);
+      for (int i = 0; i < 2; ++i) {
+        const Int<W> side = i == 0 ? side_ : side_ ^ Int<W>(1);
+        fresnelMean[i] = select(side == Int<W>(0), mean, denser);
+        lost[i] = max(F(1.f) - glassEnergyMean(&glass->reflectMean[0][0][0], side, axis_, roughReflect_) -
+                          glassEnergyMean(&glass->transmitMean[0][0][0], side, axis_, roughTransmit_), F(0.f));
+      }
+    }
+    // Lost light is transmitted as the average Fresnel says on the side that loses more, and on the other as reciprocity
+    // asks; the rest is reflected. crossing_ multiplies both sides' losses: symmetric up to n^2.
+    const F most = max(max(lost[0], lost[1]), F(1e-6f));
+    for (int i = 0; i < 2; ++i) {
+      multipleTransmit[i] = (F(1.f) - fresnelMean[i]) * lost[1 - i] / most;
+      returning_[i] = (F(1.f) - multipleTransmit[i]) / max(lost[i], F(1e-6f));
+    }
+    crossing_ = (F(1.f) - fresnelMean[0]) / most;
+  }
+  F multipleTransmit[2];  // share of lost light that is transmitted, from wo's side and from behind
+
+  // Fresnel reflectance on wo's side, or of the sheet.
+  KN_INLINE F fresnel(F cosine) const {
+    const F f = fresnelDielectric(clamp(cosine, F(0.f), F(1.f)), eta);
+    return thin ? bothFaces(f) : f;
+  }
+  // mu: cosine; behind: the direction is on the other side of the surface than wo
+  KN_INLINE GlassShares<W> shares(F mu, Mask<W> behind) const {
+    GlassShares<W> g;
+    if (thin) {
+      const F f = fresnel(mu);
+      g.reflect = f * select(smoothReflect, F(1.f), reflectionEnergy(*reflection_, true, mu, roughReflect_));
+      g.transmit = (F(1.f) - f) * select(smoothTransmit, F(1.f), reflectionEnergy(*reflection_, true, mu, roughTransmit_));
+    } else {
+      const Int<W> side = side_ ^ select(behind, Int<W>(1), Int<W>(0));
+      const F f = fresnelDielectric(mu, select(behind, F(1.f) / eta, eta));
+      g.reflect = g.transmit = F(0.f);
+      if (!smoothReflect.all()) g.reflect = glassEnergy(&glass_->reflect[0][0][0][0], side, axis_, roughReflect_, mu);
+      if (!smoothTransmit.all()) g.transmit = glassEnergy(&glass_->transmit[0][0][0][0], side, axis_, roughTransmit_, mu);
+      g.reflect = select(smoothReflect, f, g.reflect);
+      g.transmit = select(smoothTransmit, F(1.f) - f, g.transmit);
+    }
+    g.lost = zeroUnless(!(smoothReflect & smoothTransmit), max(F(1.f) - g.reflect - g.transmit, F(0.f)));
+    return g;
+  }
+  // wi local and above: with cosine, gain aside; pdfs of the visible-normal part.
+  KN_INLINE F evaluateReflect(Vec3<W> wi, F& pdf, F& pdfReverse) const {
+    const Vec3<W> h = normalize(wo + wi);
+    const F d = zeroUnless(!smoothReflect, microfacetD(true, h, axReflect, ayReflect));
+    return mirrored(fresnel(dot(wo, h)), d, lambdaReflect_, smithLambda(true, wi, axReflect, ayReflect), wi.z, pdf, pdfReverse);
+  }
+  // wi local and below.
+  KN_INLINE F evaluateTransmit(Vec3<W> wi, F& pdf, F& pdfReverse) const {
+    const F lambdaI = smithLambda(true, wi, axTransmit, ayTransmit);
+    if (thin) {
+      const Vec3<W> h = normalize(Vec3<W>(wo.x + wi.x, wo.y + wi.y, wo.z - wi.z));
+      const F d = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
+      return mirrored(F(1.f) - fresnel(dot(wo, h)), d, lambdaTransmit_, lambdaI, -wi.z, pdf, pdfReverse);
+    }
+    const F m = F(1.f) / eta;
+    Vec3<W> h = fma(wi, m, wo);
+    h = h * (copySign(F(1.f), h.z) / sqrt(max(dot(h, h), F(1e-20f))));
+    const F oh = dot(wo, h), ih = dot(wi, h);
+    const Mask<W> facing = (oh > F(0.f)) & (ih < F(0.f)) & !smoothTransmit;
+    const F d = zeroUnless(facing, microfacetD(true, h, axTransmit, ayTransmit));
+    const F sum = fma(m, ih, oh), inverse = F(1.f) / max(sum * sum, F(1e-20f));
+    // |d h / d wi| = m^2 |wi.h| / sum^2, and with roles swapped |wo.h| / sum^2 (Walter et al., eq. 17)
+    const F both = d * oh * -ih * inverse, forward = both * m * m / wo.z;
+    pdf = forward / (F(1.f) + lambdaTransmit_);
+    pdfReverse = both / (max(-wi.z, F(1e-7f)) * (F(1.f) + lambdaI));
+    return (F(1.f) - fresnel(oh)) * forward / (F(1.f) + lambdaTransmit_ + lambdaI);
+  }
+  // Light returned after several scatterings, over the cosine: reflected and transmitted.
+  KN_INLINE F multipleReflected(F lostO, F lostI) const { return returning_[0] * lostO * lostI * F(kInvPi); }
+  KN_INLINE F multipleTransmitted(F lostO, F lostI) const { return crossing_ * lostO * lostI * F(kInvPi); }
+
+ private:
+  const GlassEnergy* glass_;
+  const ReflectionEnergy* reflection_;
+  TableAxis<W> axis_, roughReflect_, roughTransmit_;
+  Int<W> side_;                        // 1: wo is in the denser medium
+  F lambdaReflect_, lambdaTransmit_, returning_[2], crossing_;
+
+  // A sheet reflects at both faces, and again what the second sends back: F + (1 - F)^2 F / (1 - F^2).
+  static KN_INLINE F bothFaces(F f) { return (f + f) / (F(1.f) + f); }
+  KN_INLINE F mirrored(F share, F d, F lambdaO, F lambdaI, F cosI, F& pdf, F& pdfReverse) const {
+    const F quarter = d * F(0.25f);
+    pdf = quarter / (wo.z * (F(1.f) + lambdaO));
+    pdfReverse = quarter / (max(cosI, F(1e-7f)) * (F(1.f) + lambdaI));
+    return share * quarter / (wo.z * (F(1.f) + lambdaO + lambdaI));
+  }
+};
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif
