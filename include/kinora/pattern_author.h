@@ -67,6 +67,14 @@ template <int W> KN_INLINE Vec3<W> loadPosition(const Manifold& m, At at) {
           m.dimensions > 2 ? loadComponent<W>(m.q, 2, at) : Float<W>(0.f)};
 }
 
+// Handle of a file parameter at a point; negative: no file.
+inline int32_t handleAt(const Value& handles, uint32_t point) {
+  int32_t h;
+  std::memcpy(&h, &handles.data[0][handles.stride ? point : 0], sizeof h);
+  return h;
+}
+inline bool hasFile(const Value& handles) { return !handles.uniform() || handleAt(handles, 0) >= 0; }
+
 // ---- outputs ----
 // A node whose inputs are all uniform computes one chunk of lanes and hands on a uniform value:
 //   const bool one = allUniform({&a, &b});

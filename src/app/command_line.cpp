@@ -10,12 +10,13 @@
 #include <numeric>
 
 #include "app/exit_codes.h"
+#include "render/version.h"
 
 namespace kinora::app {
 
 std::shared_ptr<CLI::App> makeParser(const std::string& command, const std::string& help) {
   auto parser = std::make_shared<CLI::App>(help, "kinora " + command);
-  parser->set_version_flag("--version", std::string("kinora ") + KINORA_VERSION, "print the version");
+  parser->set_version_flag("--version", std::string("kinora ") + kVersion, "print the version");
   parser->get_formatter()->column_width(34);
   return parser;
 }

@@ -10,6 +10,7 @@
 #include <new>
 
 #include "app/exit_codes.h"
+#include "render/version.h"
 #include "base/diagnostics.h"
 
 namespace kinora::app {
@@ -29,7 +30,7 @@ const std::vector<Command>& commands() {
 namespace {
 
 void printHelp(std::FILE* to) {
-  fmt::print(to, "Kinora {}: a production path tracer\n\n", KINORA_VERSION);
+  fmt::print(to, "Kinora {}: a production path tracer\n\n", kVersion);
   fmt::print(to, "  kinora [render] [options] FILE.rib ...\n  kinora COMMAND [options]\n\nCommands:\n");
   for (const Command& c : commands()) fmt::print(to, "  {:<10}{}\n", c.name, c.help);
   fmt::print(to, "\n`kinora COMMAND --help` shows a command's options, `kinora --version` the version.\n");
@@ -46,7 +47,7 @@ int dispatch(const Arguments& arguments) {
     return kComplete;
   }
   if (first == "--version") {
-    fmt::print("kinora {}\n", KINORA_VERSION);
+    fmt::print("kinora {}\n", kVersion);
     return kComplete;
   }
   for (const Command& c : commands())

@@ -147,12 +147,16 @@ class RenderRun {
 
     render::Renderer renderer(registry_, diagnostics_, settings);
     const bool isLoaded = renderer.load(std::move(scene));
+    if (diagnostics_.count("CLI-SET") > 0) return kBadCommandLine;
     if (settings.strict && diagnostics_.assetProblems() > 0) {
       diagnostics_.error("APP-STRICT", {}, "assets are missing or broken and --strict was given",
                          "nothing was rendered");
       return kMissingAsset;
     }
-    if (!isLoaded) return kBadScene;
+    if (!isLoaded) {
+      const bool isMemory = diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") > 0;
+      return isMemory ? kOutOfMemory : kBadScene;
+    }
     if (options_.verbose > 0 || options_.check) fmt::print("{}\n", renderer.summary());
     if (options_.check) return kComplete;
     if (options_.onlySample) return replay(renderer);

@@ -124,7 +124,7 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->check(CLI::Range(-4096, 4096));
   app.add_option("--spp", s.samplesPerPixel, "samples a pixel; overrides the scene's")
       ->type_name("N")
-      ->check(CLI::Range(1, 1 << 24));
+      ->check(CLI::Range(1, 1 << 16));
   app.add_option("--res", texts.resolution, "resolution; overrides the scene's Format")->type_name("WxH");
   app.add_option("--crop", texts.crop, "part of the picture in 0..1, as CropWindow")
       ->type_name("XMIN XMAX YMIN YMAX")
@@ -150,7 +150,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_option("--group-size", s.groupSize, "rays a group; changes no pixel")
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 16));
-  app.add_option("--bucket-order", s.bucketOrder, "order of buckets; changes no pixel")->type_name("NAME");
+  app.add_option("--bucket-order", s.bucketOrder, "order of buckets; changes no pixel")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"horizontal", "vertical", "zigzag-x", "zigzag-y", "spiral", "circle", "spacefill", "random"})); changes no pixel")->type_name("NAME");
   app.add_flag("--strict", s.strict, "a missing asset or unknown plug-in is an error (exit code 4)");
   app.add_flag("--check", out.check, "read, load and resolve everything; render nothing");
   app.add_flag("-q", out.quiet, "quieter: no progress; twice: no warnings");

@@ -10,6 +10,7 @@
 
 #include "app/progress_reporter.h"
 #include "image/atomic_file.h"
+#include "render/version.h"
 
 namespace kinora::app {
 
@@ -60,7 +61,7 @@ nlohmann::ordered_json asJson(const LaneUse& l) {
 std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   using Json = nlohmann::ordered_json;
   Json j;
-  j["kinora"] = KINORA_VERSION;
+  j["kinora"] = kVersion;
   j["scene"] = heading.scene;
   j["frame"] = heading.frame;
   j["outcome"] = heading.outcome;
@@ -117,7 +118,7 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
     fmt::format_to(std::back_inserter(out), form, std::forward<A>(arguments)...);
     out += '\n';
   };
-  line("Kinora {}: {}, frame {}, {}", KINORA_VERSION, heading.scene, heading.frame, heading.outcome);
+  line("Kinora {}: {}, frame {}, {}", kVersion, heading.scene, heading.frame, heading.outcome);
   line("");
   line("Time");
   line("  load {:.2f} s, build {:.2f} s, render {:.2f} s", s.loadSeconds, s.buildSeconds, s.renderSeconds);

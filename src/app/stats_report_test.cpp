@@ -28,7 +28,7 @@ Statistics example() {
   s.lights = 2;
   s.memory = {{"film", 1000}, {"geometry", 5000}};
   s.stageNanoseconds[size_t(StageTime::TraceCamera)] = 4000;
-  s.stageNanoseconds[size_t(StageTime::Bxdf)] = 6000;
+  s.stageNanoseconds[size_t(StageTime::Closures)] = 6000;
   s.cameraRays = 100;
   s.indirectRays = 60;
   s.shadowRays = 40;

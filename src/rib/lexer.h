@@ -25,6 +25,8 @@ class Lexer {
   uint64_t bytesRead() const { return bytes_; }
 
  private:
+  static constexpr size_t kBuffer = 1 << 18;
+  static constexpr size_t kMostText = 64 << 20;  // longest string that is stored
   enum class Token : uint8_t { End, Word, Number, String, ArrayBegin, ArrayEnd, FloatArray };
   Token next();
   Token number();

@@ -190,7 +190,7 @@ TEST(Render, SigtermEndsSoonWithAReadablePictureAndCodeSeven) {
   RunOptions options;
   options.timeoutSeconds = 60;
   options.terminateWhen = [](const std::string& out) { return !out.empty(); };
-  const Result r = w.run({"scene.rib", "--spp", "1000000", "--progress", "json"}, options);
+  const Result r = w.run({"scene.rib", "--spp", "65536", "--progress", "json"}, options);
   EXPECT_FALSE(r.isTimedOut);
   EXPECT_EQ(r.signal, 0);
   EXPECT_EQ(r.exitCode, 7) << r.err;
@@ -204,7 +204,7 @@ TEST(Render, SigtermLeavesNoPart) {
   RunOptions options;
   options.timeoutSeconds = 60;
   options.terminateWhen = [](const std::string& out) { return !out.empty(); };
-  const Result r = w.run({"scene.rib", "--samples", "0:1000000", "-o", "part.exr", "--progress", "json"}, options);
+  const Result r = w.run({"scene.rib", "--samples", "0:65536", "-o", "part.exr", "--progress", "json"}, options);
   EXPECT_EQ(r.exitCode, 7) << r.err;
   EXPECT_FALSE(w.has("part.exr")) << "a part that lacks samples would be merged as if it were whole";
 }

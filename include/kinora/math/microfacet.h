@@ -6,6 +6,8 @@
 
 #ifndef KINORA_MICROFACET_ONCE
 #define KINORA_MICROFACET_ONCE
+#include <atomic>
+#include <mutex>
 namespace kinora {
 
 // Directional albedo of one scattering by a reflecting surface without loss, over roughness (alpha = roughness^2) and
@@ -17,9 +19,10 @@ struct ReflectionEnergy {
   float mean[2][kRough];
 };
 // The same for a rough dielectric, reflected and transmitted part apart, GGX. Side 0 looks from the thinner medium,
-// side 1 from the denser; the axis of the index is (m - 1) / (m + 1) in [0, 0.5], m the larger over the smaller.
+// side 1 from the denser. With m the larger index over the smaller, up to 3, the axis of the index is the square root of
+// 2 (m - 1) / (m + 1): the cosine of the critical angle is nearly linear in it.
 struct GlassEnergy {
-  static constexpr int kMu = 24, kRough = 16, kEta = 12;
+  static constexpr int kMu = 32, kRough = 24, kEta = 40;
   float reflect[2][kEta][kRough][kMu], transmit[2][kEta][kRough][kMu];
   float reflectMean[2][kEta][kRough], transmitMean[2][kEta][kRough];
 };
@@ -130,7 +133,7 @@ template <int W> KN_INLINE Float<W> reflectionEnergyMean(const ReflectionEnergy&
 
 // m: the larger index over the smaller.
 template <int W> KN_INLINE TableAxis<W> glassAxis(Float<W> m) {
-  return TableAxis<W>((m - Float<W>(1.f)) / (m + Float<W>(1.f)) * Float<W>(2.f), GlassEnergy::kEta);
+  return TableAxis<W>(safeSqrt((m - Float<W>(1.f)) / (m + Float<W>(1.f)) * Float<W>(2.f)), GlassEnergy::kEta);
 }
 // table: GlassEnergy::reflect or transmit; side: 0 or 1 in each lane.
 template <int W>
@@ -203,54 +206,62 @@ inline void buildReflectionEnergy(ReflectionEnergy& table) {
     }
 }
 
-inline void buildGlassEnergy(GlassEnergy& table) {
+inline void buildGlassEnergy(GlassEnergy& table, int e) {
   using F = Float<8>;
+  const float x = float(e) / float(GlassEnergy::kEta - 1), s = 0.5f * x * x, m = (1 + s) / (1 - s);
   for (int side = 0; side < 2; ++side)
-    for (int e = 0; e < GlassEnergy::kEta; ++e)
-      for (int r = 0; r < GlassEnergy::kRough; ++r) {
-        const float s = 0.5f * float(e) / float(GlassEnergy::kEta - 1), m = (1 + s) / (1 - s);
-        const F eta(side == 0 ? 1 / m : m);  // ior(wo side) / ior(other)
-        const float rough = float(r) / float(GlassEnergy::kRough - 1);
-        const F alpha(rough * rough);
-        float* reflected = table.reflect[side][e][r];
-        float* transmitted = table.transmit[side][e][r];
-        for (int i = 0; i < GlassEnergy::kMu; ++i) {
-          const Vec3<8> wo = tableDirection(i, GlassEnergy::kMu);
-          if (r == 0) {
-            reflected[i] = fresnelDielectric(wo.z, eta).lane0();
-            transmitted[i] = 1 - reflected[i];
-            continue;
-          }
-          const F lambdaO = smithLambda(true, wo, alpha, alpha);
-          F up(0.f), down(0.f);
-          for (int k = 0; k < kLatticeSize; k += 8) {
-            const LatticePoint p(k);
-            const Vec3<8> h = sampleVisibleNormal(wo, alpha, alpha, p.u, p.v), wr = reflect(wo, h);
-            const F f = fresnelDielectric(dot(wo, h), eta), one = F(1.f) + lambdaO;
-            Vec3<8> wt;
-            const Mask<8> passes = refract(wo, h, eta, wt);
-            up += zeroUnless(wr.z > F(0.f), f * one / (one + smithLambda(true, wr, alpha, alpha)));
-            down += zeroUnless(passes & (wt.z < F(0.f)), (F(1.f) - f) * one / (one + smithLambda(true, wt, alpha, alpha)));
-          }
-          reflected[i] = sumLanes(up) / float(kLatticeSize);
-          transmitted[i] = sumLanes(down) / float(kLatticeSize);
+    for (int r = 0; r < GlassEnergy::kRough; ++r) {
+      const F eta(side == 0 ? 1 / m : m);  // ior(wo side) / ior(other)
+      const float rough = float(r) / float(GlassEnergy::kRough - 1);
+      const F alpha(rough * rough);
+      float* reflected = table.reflect[side][e][r];
+      float* transmitted = table.transmit[side][e][r];
+      for (int i = 0; i < GlassEnergy::kMu; ++i) {
+        const Vec3<8> wo = tableDirection(i, GlassEnergy::kMu);
+        if (r == 0) {
+          reflected[i] = fresnelDielectric(wo.z, eta).lane0();
+          transmitted[i] = 1 - reflected[i];
+          continue;
         }
-        table.reflectMean[side][e][r] = tableMean(reflected, GlassEnergy::kMu);
-        table.transmitMean[side][e][r] = tableMean(transmitted, GlassEnergy::kMu);
+        const F one = F(1.f) + smithLambda(true, wo, alpha, alpha);
+        F up(0.f), down(0.f);
+        for (int k = 0; k < kLatticeSize; k += 8) {
+          const LatticePoint p(k);
+          const Vec3<8> h = sampleVisibleNormal(wo, alpha, alpha, p.u, p.v), wr = reflect(wo, h);
+          const F f = fresnelDielectric(dot(wo, h), eta);
+          Vec3<8> wt;
+          const Mask<8> passes = refract(wo, h, eta, wt);
+          up += zeroUnless(wr.z > F(0.f), f * one / (one + smithLambda(true, wr, alpha, alpha)));
+          down += zeroUnless(passes & (wt.z < F(0.f)), (F(1.f) - f) * one / (one + smithLambda(true, wt, alpha, alpha)));
+        }
+        reflected[i] = sumLanes(up) / float(kLatticeSize);
+        transmitted[i] = sumLanes(down) / float(kLatticeSize);
       }
+      table.reflectMean[side][e][r] = tableMean(reflected, GlassEnergy::kMu);
+      table.transmitMean[side][e][r] = tableMean(transmitted, GlassEnergy::kMu);
+    }
 }
 
-// Built at first use (some 50 ms each), by one thread while the others wait. Call them when a closure is bound.
+// Tables are built at first use, by one thread while the others wait. Call these when a closure is bound.
 inline const ReflectionEnergy& reflectionEnergyTable() {
   static ReflectionEnergy table;
   static const bool built = (buildReflectionEnergy(table), true);
   (void)built;
   return table;
 }
-inline const GlassEnergy& glassEnergyTable() {
+// Ready for relative indices from low to high (the larger index over the smaller): only the slabs around them are built.
+inline const GlassEnergy& glassEnergyTable(float low, float high) {
   static GlassEnergy table;
-  static const bool built = (buildGlassEnergy(table), true);
-  (void)built;
+  static std::atomic<bool> ready[GlassEnergy::kEta];
+  static std::mutex building;
+  const int first = glassAxis(Float<1>(low)).cell.lane0(), last = glassAxis(Float<1>(high)).cell.lane0() + 1;
+  for (int e = first; e <= last; ++e) {
+    if (ready[e].load(std::memory_order_acquire)) continue;
+    const std::lock_guard<std::mutex> lock(building);
+    if (ready[e].load(std::memory_order_relaxed)) continue;
+    buildGlassEnergy(table, e);
+    ready[e].store(true, std::memory_order_release);
+  }
   return table;
 }
 

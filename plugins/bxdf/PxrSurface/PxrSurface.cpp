@@ -32,11 +32,16 @@ bool isZero(const Value& v) {
 }
 bool flag(const Context& c, uint32_t index) { return c.param(index).data[0][0] != 0.f; }
 
-int bindNormal(const Context& c, Closure& k, uint32_t index, int fallback) {
+int bindNormal(const Context& c, Closure& k, uint32_t index, int general) {
   const Value v = c.param(index);
-  if (!isBumped(v)) return fallback;
+  if (!isBumped(v)) return general;
   k.normals[k.normalCount] = v;
   return k.normalCount++;
+}
+// A bump input where it is connected, the general normal where it is 0 0 0.
+template <int W> KN_INLINE Vec3<W> lobeNormal(const Value& v, const Surface<W>& s, Vec3<W> general) {
+  const Vec3<W> n = loadVec<W>(v, s.at);
+  return select(dot(n, n) > Float<W>(1e-12f), bumpedNormal<W>(v, s), general);
 }
 void bindAnisotropy(const Context& c, AnisotropyClosure& a, uint32_t amount, uint32_t direction) {
   a.amount = c.param(amount);
@@ -66,6 +71,16 @@ void bindSpecular(const Context& c, Closure& k, uint32_t which, int bump) {
   bindAnisotropy(c, l.anisotropy, first + kAnisotropy, first + kAnisotropyDirection);
   l.bump = bindNormal(c, k, first + kBump, bump);
 }
+const GlassEnergy* glassTable(const Context& c, const Value& ior) {
+  float low = 1e30f, high = 1;
+  for (uint32_t i = 0; i < c.count; ++i) {
+    const float inside = ior.data[0][ior.stride ? i : 0], outside = c.outerIor[i];
+    const float m = inside > outside ? inside / outside : outside / inside;
+    low = m < low ? m : low;
+    high = m > high ? m : high;
+  }
+  return &glassEnergyTable(low, high);
+}
 void bindGlass(const Context& c, Closure& k, int bump) {
   GlassClosure& g = k.glass;
   g.reflectionGain = c.param(at("reflectionGain"));
@@ -80,11 +95,12 @@ void bindGlass(const Context& c, Closure& k, int bump) {
   g.ior = c.param(at("glassIor"));
   bindAnisotropy(c, g.anisotropy, at("glassAnisotropy"), at("glassAnisotropyDirection"));
   g.bump = bindNormal(c, k, at("glassBumpNormal"), bump);
-  k.glassEnergy = &glassEnergyTable();
+  if (!g.thin) k.glassEnergy = glassTable(c, g.ior);
 }
 void bind(const Context& c, Closure& k) {
   k.radiance = !(c.traits & kTraitLightPath);
   const int bump = bindNormal(c, k, at("bumpNormal"), -1);
+  k.bumped = bump == 0;
   k.diffuseGain = c.param(at("diffuseGain"));
   k.diffuseDoubleSided = flag(c, at("diffuseDoubleSided"));
   if (!isZero(k.diffuseGain)) {
@@ -188,6 +204,7 @@ struct PxrSurface {
     F muO;
     Rgb<W> front, back, reflectance, transmittance;
     F frontMean, backMean, transmitMean, exponent;
+    F transmitShare[2];             // of diffuse transmission from wo's side and from behind
     RoughDiffuse<W> rough;
     // the rest
     SpecularLobe<W> specular[3];
@@ -204,7 +221,9 @@ struct PxrSurface {
 
     HWY_ATTR HWY_NOINLINE Lanes(const Closure& closure, const Surface<W>& s) : k(closure), Ng(s.Ng), wo(s.wo) {
       Vec3<W> normals[std::size(decltype(k.normals){})];
-      for (int i = 0; i < k.normalCount; ++i) normals[i] = bumpedNormal<W>(k.normals[i], s);
+      // the first is bumpNormal itself where that is in use
+      for (int i = 0; i < k.normalCount; ++i)
+        normals[i] = lobeNormal<W>(k.normals[i], s, i > 0 && k.bumped ? normals[0] : s.N);
       normal = k.diffuseBump < 0 ? s.N : normals[k.diffuseBump];
       seenO.outside = s.entering;
       if (k.has(kDiffuse) || k.has(kDiffuseTransmit)) muO = max(dot(normal, wo), F(0.f));
@@ -237,6 +256,16 @@ struct PxrSurface {
       if (hasGlass())
         glass.set(k.glass, k.glassEnergy, k.reflectionEnergy, k.radiance,
                   k.glass.bump < 0 ? s.N : normals[k.glass.bump], s);
+      if (k.has(kDiffuseTransmit)) {
+        transmitShare[0] = transmitShare[1] = F(1.f);
+        if (k.has(kGlassTransmit) && !k.glass.thin) {
+          // The surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the denser one.
+          const F e2 = glass.eta * glass.eta;
+          transmitShare[0] = min(F(1.f) / e2, F(1.f));
+          transmitShare[1] = min(e2, F(1.f));
+          transmittance = transmittance * (transmitShare[0] * glass.radianceScale);
+        }
+      }
       if (k.coatAttenuates) {
         coatCompensation = loadFloat<W>(k.coatCompensation, s.at);
         coatDepth = loadRgb<W>(k.coatTint, s.at) * loadFloat<W>(k.coatThickness, s.at);
@@ -261,7 +290,7 @@ struct PxrSurface {
         layer(seenI, layersI);
         attenuation(layersI, upper, lower);
       }
-      F pdf(0.f), reverse(0.f), cosines(0.f);
+      F pdf(0.f), reverse(0.f);
       const F none(0.f);
       if (k.has(kDiffuse) || k.has(kDiffuseTransmit)) {
         const F muI = dot(normal, wi);
@@ -385,7 +414,11 @@ struct PxrSurface {
         valid = good | !facets;
       }
       out.wi = normalize(frame.toWorld(d));
-      out.valid = valid & (choiceO.scale > F(0.f));
+      // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have made
+      // it: its maker's density is zero there.
+      const F side = dot(Ng, out.wi);
+      const Mask<W> through = flips | refracts;
+      out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
       out.discrete = smooth;
       if (smooth.any()) mirror(made, probability, out);
     }
@@ -439,7 +472,7 @@ struct PxrSurface {
     HWY_ATTR HWY_NOINLINE void choose(const Seen<W>& x, const Mask<W>& behind, Choice<W>& c) const {
       F sum(0.f);
       if (k.has(kDiffuse)) sum += c.weight[kMakeDiffuse] = select(x.outside, frontMean, backMean);
-      if (k.has(kDiffuseTransmit)) sum += c.weight[kMakeTransmit] = transmitMean;
+      if (k.has(kDiffuseTransmit)) sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
       for (int i = 0; i < 3; ++i) {
         if (!k.has(kSpecular + i)) continue;
         const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);
@@ -489,7 +522,6 @@ struct PxrSurface {
     }
     // Value and probability of the mirror that was chosen.
     HWY_ATTR HWY_NOINLINE void mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const {
-      const F side = dot(Ng, out.wi);
       const Mask<W> through = made == Int<W>(kMakeGlassTransmit);
       Rgb<W> upper(1.f), lower(1.f), value;
       if (attenuates()) {
@@ -516,8 +548,6 @@ struct PxrSurface {
         value = select(through, glass.transmitColor * lower * ((F(1.f) - f) * glass.radianceScale), value);
         lobe = select(reflected, Int<W>(uint32_t(kGlassReflect)), select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
       }
-      const Mask<W> right = (through & (side < F(0.f))) | ((!through) & (side > F(0.f)));
-      out.valid = out.valid & (right | !out.discrete);
       out.discreteWeight = value;
       out.discreteProbability = probability;
       out.discreteLobe = lobe;

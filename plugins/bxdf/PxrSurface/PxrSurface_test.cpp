@@ -337,6 +337,10 @@ TEST(PxrSurface, DirectionsAreDistributedAsThePdfSays) {
 
 TEST(PxrSurface, LosslessSettingsKeepAllLight) {
   double worst = 0;
+  const auto report = [&](const char* what) {
+    std::printf("lossless settings, %s: albedo within %.4f of 1\n", what, worst);
+    worst = 0;
+  };
   const auto check = [&](const std::string& settings, bool bothSides) {
     for (double cosine : {0.1, 0.5, 0.9})
       for (double side : {1., -1.}) {
@@ -355,13 +359,15 @@ TEST(PxrSurface, LosslessSettingsKeepAllLight) {
         const std::string p(lobe);
         check("diffuseGain=0; " + p + "FaceColor=1 1 1; " + p + "EdgeColor=1 1 1; " + p + "Roughness=" + roughness + "; " + p + "ModelType=" + model, false);
       }
+  report("reflection");
   for (const char* ior : {"1", "1.1", "1.33", "1.5", "2", "2.6"})
     for (const char* thin : {"0", "1"})
       for (const char* roughness : {"0", "0.05", "0.1", "0.3", "0.45", "0.6", "0.8", "1"})
         check(std::string("diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=") + roughness + "; glassIor=" + ior + "; thinGlass=" + thin, true);
+  report("glass");
   const auto* traits = static_cast<const BxdfTraits*>(surface()->traits);
   for (const char* const* l = traits->lossless; *l; ++l) check(*l, true);
-  std::printf("worst departure from albedo 1 in lossless settings: %.4f\n", worst);
+  report("declared");
 }
 
 TEST(PxrSurface, RadianceOfRefractionCarriesTheIndexSquared) {
@@ -393,7 +399,7 @@ TEST(PxrSurface, ConservingSettingsNeverGain) {
 // f(wo, wi) = f(wi, wo), of f / eta^2 where refracted, and pdfReverse is the pdf with the roles swapped.
 TEST(PxrSurface, ReciprocityAndReversePdf) {
   for (const char* settings : kRoughSettings)
-    for (double ior : {1.5, 0.8}) {
+    for (double ior : {1.0, 1.3}) {
       std::string all = std::string(settings);
       Bound a(surface(), testWidth(), kPoints, all), b(surface(), testWidth(), kPoints, all);
       for (auto* x : {&a, &b}) {
@@ -548,6 +554,13 @@ TEST(PxrConstantAndBlack, ScatterNothing) {
 
 // Prints nanoseconds a point (best of several runs); proves only that wide code is wide.
 TEST(PxrSurface, Speed) {
+  for (const char* ior : {"2.9", "2.95"}) {  // an index whose tables no other test has asked for, and again
+    const auto start = std::chrono::steady_clock::now();
+    Bound b(surface(), testWidth(), kPoints, std::string("refractionGain=1; glassIor=") + ior);
+    b.bind();
+    const std::chrono::duration<double, std::milli> t = std::chrono::steady_clock::now() - start;
+    std::printf("binding glass of index %s: %.3f ms\n", ior, t.count());
+  }
   const struct { const char* name; std::string settings; } cases[] = {
       {"diffuse", ""},
       {"metal", "diffuseGain=0; specularFresnelMode=1; specularEdgeColor=1 1 1; specularIor=0.2 0.9 1.1; specularExtinctionCoeff=3.9 2.5 2.3; specularModelType=1"},

@@ -39,8 +39,9 @@ struct Closure {
   bool coatAttenuates = false, specularAttenuates = false;
   Value coatThickness, coatTint, coatCompensation, specularCompensation;
 
-  Value normals[6];                  // bump inputs in use, each once
+  Value normals[7];                  // bump inputs in use: the general one and those of six lobes
   int normalCount = 0;
+  bool bumped = false;               // normals[0] is bumpNormal
   int diffuseBump = -1, fuzzBump = -1;
 
   bool radiance = true;              // eta^2 on refraction

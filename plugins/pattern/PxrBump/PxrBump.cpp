@@ -65,8 +65,8 @@ struct PxrBump {
     float* out[3];
     makeOutput(*c, args->outputs[0], 3, false, out);
     const bool bumped = isBumped(input);
-    const char* name = c->fn->text(c, kFilename);
-    if (!name || !*name || fixedInteger(*c, kDisable) != 0) {
+    const Value handles = c->param(kFilename);
+    if (!hasFile(handles) || fixedInteger(*c, kDisable) != 0) {
       for (uint32_t i = 0; i < c->padded; i += W) {
         const Surface<W> s(*c, At{i, false});
         (bumped ? bumpedNormal<W>(input, s) : s.N).store(out, i);
@@ -75,7 +75,7 @@ struct PxrBump {
     }
     const Manifold m = surfaceManifold(*c, kManifold);
     const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
-    const Value handles = c->param(kFilename), tangent = c->builtin(Builtin::Tangent);
+    const Value tangent = c->builtin(Builtin::Tangent);
     TextureOptions o;
     o.firstChannel = fixedInteger(*c, kFirstChannel);
     o.interpolateLevels = fixedInteger(*c, kLerp);

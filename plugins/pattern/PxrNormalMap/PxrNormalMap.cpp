@@ -102,9 +102,9 @@ struct PxrNormalMap {
   // The colour at all points: of the image where there is one.
   template <int W>
   static Value encoded(const Context& c) {
-    const char* name = c.fn->text(&c, kFilename);
-    if (!name || !*name) return c.param(kInputRGB);
-    const Value handles = c.param(kFilename), blur = c.param(kBlur);
+    const Value handles = c.param(kFilename), input = c.param(kInputRGB);
+    if (!hasFile(handles)) return input;
+    const Value blur = c.param(kBlur);
     const bool flip = !c.fn->manifold(&c, kManifold) && fixedInteger(c, kInvertT) != 0;
     const Manifold m = surfaceManifold(c, kManifold);
     TextureOptions o;
@@ -127,6 +127,9 @@ struct PxrNormalMap {
     }
     float* const rgba[4] = {color[0], color[1], color[2], a[0]};
     c.fn->texture(&c, &handles, st[0], st[1], radius[0], &o, rgba);
+    // materials of the group that have no file
+    for (uint32_t i = 0; handles.stride && i < c.count; ++i)
+      for (uint32_t k = 0; handleAt(handles, i) < 0 && k < 3; ++k) color[k][i] = input.data[k][input.stride ? i : 0];
     for (uint32_t i = c.count; i < c.padded; ++i)
       for (float* p : rgba) p[i] = p[c.count - 1];
     return rgb;
