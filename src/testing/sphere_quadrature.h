@@ -56,7 +56,8 @@ struct SphereIntegral {
 using SphereFunction = std::function<void(uint32_t n, const float* const wi[3], double* out)>;
 
 // Gauss-Legendre products of 4x4 points, refined until a cell and its four quarters agree within `tolerance` in the
-// first `watched` channels; stops refining after `most` evaluations and says so in the errors.
+// first `watched` channels and no edge of channel 0 hides at their borders; stops refining after `most` evaluations
+// and says so in the errors.
 SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f, uint32_t channels, uint32_t watched,
                                double tolerance, uint64_t most);
 
