@@ -80,7 +80,7 @@ void checkBxdfStatistics(Judge& judge, const BxdfCase& c, const StatisticsPlan& 
       out[2 * size_t(n) + i] = sum * (1.0 / 3);
     }
   };
-  const SphereIntegral integral = integrateSphere(cells, evaluate, channels, 3, 2e-6, 300000);
+  const SphereIntegral integral = integrateSphere(cells, evaluate, channels, 3, 2e-6, 300000, pilot);
   if (!std::isfinite(integral.total[0]) || !std::isfinite(integral.total[2])) {
     judge.fail("finite", where + "evaluate gives values that cannot be integrated");
     return;

@@ -135,7 +135,7 @@ void SphereCells::refine(const std::vector<Vec3>& samples, uint32_t most) {
 }
 
 SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f, uint32_t channels, uint32_t watched,
-                               double tolerance, uint64_t most) {
+                               double tolerance, uint64_t most, const std::vector<Vec3>& seen) {
   SphereIntegral r;
   r.channels = channels;
   r.cell.assign(size_t(cells.count()) * channels, 0);
@@ -204,9 +204,11 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
     }
   };
 
+  std::vector<bool> occupied(cells.count(), false);
+  for (const Vec3& d : seen) occupied[cells.find(d)] = true;
   std::vector<Item> items;
   for (uint32_t i = 0; i < cells.count(); ++i) items.push_back({cells.cells()[i], i});
-  std::vector<double> coarse, fine;
+  std::vector<double> coarse, fine, squares(cells.count(), 0);
   integrate(items, coarse);
   while (!items.empty()) {
     std::vector<Item> quarters;
@@ -228,17 +230,27 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
         difference = std::max(difference, std::abs(sum - coarse[i * channels + c]));
       }
       for (int k = 0; k < 4; ++k) difference = std::max(difference, hidden[4 * i + k]);
-      if (difference > tolerance && !stop && items[i].cell.level + 1u < kDeepest + 3) {
+      double found = coarse[i * channels];
+      for (int k = 0; k < 4; ++k) found += fine[(4 * i + k) * channels];
+      const bool missed =
+          occupied[items[i].bin] && found == 0 && items[i].cell.level < cells.cells()[items[i].bin].level + 4;
+      if ((difference > tolerance || missed) && !stop && items[i].cell.level + 1u < kDeepest + 3) {
         for (int k = 0; k < 4; ++k) {
           next.push_back(quarters[4 * i + k]);
           for (uint32_t c = 0; c < channels; ++c) nextCoarse.push_back(fine[(4 * i + k) * channels + c]);
         }
         continue;
       }
-      // the finer value of a converged cell is far nearer than the difference
-      const double error = difference > tolerance ? difference : 0.1 * difference;
-      r.error[items[i].bin] += error;
-      r.totalError += error;
+      // the finer value of a converged smooth cell is far nearer than the difference; across an edge it is no nearer,
+      // but such errors have random signs
+      bool edge = difference > tolerance;
+      for (int k = 0; k < 4; ++k) edge = edge || hidden[4 * i + k] > 0;
+      if (edge) {
+        squares[items[i].bin] += difference * difference;
+      } else {
+        r.error[items[i].bin] += 0.1 * difference;
+        r.totalError += 0.1 * difference;
+      }
       for (int k = 0; k < 4; ++k)
         for (uint32_t c = 0; c < channels; ++c)
           r.cell[size_t(items[i].bin) * channels + c] += fine[(4 * i + k) * channels + c];
@@ -246,6 +258,12 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
     items = std::move(next);
     coarse = std::move(nextCoarse);
   }
+  double allSquares = 0;
+  for (uint32_t i = 0; i < cells.count(); ++i) {
+    allSquares += squares[i];
+    r.error[i] += std::sqrt(squares[i]);
+  }
+  r.totalError += 2 * std::sqrt(allSquares);
   for (uint32_t i = 0; i < cells.count(); ++i)
     for (uint32_t c = 0; c < channels; ++c) r.total[c] += r.cell[size_t(i) * channels + c];
   return r;
