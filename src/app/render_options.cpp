@@ -152,7 +152,8 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->check(CLI::Range(1, 1 << 16));
   app.add_option("--bucket-order", s.bucketOrder, "order of buckets; changes no pixel")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"horizontal", "vertical", "zigzag-x", "zigzag-y", "spiral", "circle", "spacefill", "random"})); changes no pixel")->type_name("NAME");
+      ->check(CLI::IsMember(
+          {"horizontal", "vertical", "zigzag-x", "zigzag-y", "spiral", "circle", "spacefill", "random"}));
   app.add_flag("--strict", s.strict, "a missing asset or unknown plug-in is an error (exit code 4)");
   app.add_flag("--check", out.check, "read, load and resolve everything; render nothing");
   app.add_flag("-q", out.quiet, "quieter: no progress; twice: no warnings");

@@ -127,6 +127,14 @@ struct PxrRectLight {
     return zeroUnless(r.front & (cosine > F(0.f)), select(r.byArea, byArea, F(1.f) / r.solidAngle));
   }
 
+  // How far from the middle, in local units, a hit counts: half, and what rounding may take from a direction that
+  // sample() made towards the edge; that grows with the distance.
+  template <int W>
+  static KN_INLINE Float<W> reach(const Data& k, Float<W> t) {
+    using F = Float<W>;
+    return fma(t, F(1e-6f / (2 * (k.halfX < k.halfY ? k.halfX : k.halfY))), F(0.5f + 1e-6f));
+  }
+
   template <int W>
   static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
     using F = Float<W>;
@@ -136,7 +144,8 @@ struct PxrRectLight {
     const F at = height / max(falling, F(1e-30f));
     const Vec3<W> p = fma(d, at, rel);
     const F x = dot(p, wide<W>(k.dualX)), y = dot(p, wide<W>(k.dualY));
-    const Mask<W> hit = (falling > F(0.f)) & (height > F(0.f)) & (abs(x) <= F(0.5f)) & (abs(y) <= F(0.5f)) & (at < t);
+    const F slack = reach<W>(k, at);
+    const Mask<W> hit = (falling > F(0.f)) & (height > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack) & (at < t);
     t = select(hit, at, t);
     return hit;
   }
@@ -151,8 +160,7 @@ struct PxrRectLight {
     const F t = -r.z0 / max(cosine, F(1e-30f));
     const Vec3<W> p = fma(ray.d, t, ray.o - wide<W>(k.center));
     const F x = dot(p, wide<W>(k.dualX)), y = dot(p, wide<W>(k.dualY));
-    // directions made by sample() may miss the edge by rounding, which grows with the distance
-    const F slack = fma(t, F(2e-6f) / F(2 * (k.halfX < k.halfY ? k.halfX : k.halfY)), F(0.5f + 1e-5f));
+    const F slack = reach<W>(k, t);
     const Mask<W> hit = r.front & (cosine > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack);
     l = zeroUnless(hit, radiance<W>(k, x, y, cosine));
     pdf = zeroUnless(hit, density(k, r, t * t, cosine));
