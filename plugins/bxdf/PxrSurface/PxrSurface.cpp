@@ -259,11 +259,11 @@ struct PxrSurface {
       if (k.has(kDiffuseTransmit)) {
         transmitShare[0] = transmitShare[1] = F(1.f);
         if (k.has(kGlassTransmit) && !k.glass.thin) {
-          // The surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the denser one.
-          const F e2 = glass.eta * glass.eta;
-          transmitShare[0] = min(F(1.f) / e2, F(1.f));
-          transmitShare[1] = min(e2, F(1.f));
-          transmittance = transmittance * (transmitShare[0] * glass.radianceScale);
+          // Where the surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the denser.
+          const F e2 = glass.eta * glass.eta, one(1.f);
+          transmitShare[0] = select(glass.encloses, min(one / e2, one), one);
+          transmitShare[1] = select(glass.encloses, min(e2, one), one);
+          transmittance = transmittance * (transmitShare[0] * select(glass.encloses, glass.radianceScale, one));
         }
       }
       if (k.coatAttenuates) {
@@ -326,21 +326,23 @@ struct PxrSurface {
       }
       if (hasGlass()) {
         const Vec3<W> w = glass.frame.toLocal(wi);
-        F p, r;
         const Mask<W> up = above & (w.z > none), down = below & (w.z < none);
         const F cosine = abs(w.z);
+        GlassPdfs<W> p;
         if (k.has(kGlassReflect) && up.any()) {
-          const F one = glass.evaluateReflect(w, p, r);
+          const F one = glass.evaluateReflect(w, p);
           const F f = fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
           out.add(kGlassReflect, zeroUnless(up, lower * f));
-          add(up, choiceO, choiceI, kMakeGlassReflect, p, r, pdf, reverse);
+          add(up, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
+          add(up, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
           add(up, choiceO, choiceI, kMakeGlassMultipleReflect, cosine * F(kInvPi), glass.wo.z * F(kInvPi), pdf, reverse);
         }
         if (k.has(kGlassTransmit) && down.any()) {
-          const F one = glass.evaluateTransmit(w, p, r);
+          const F one = glass.evaluateTransmit(w, p);
           const F f = fma(glass.multipleTransmitted(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.radianceScale;
           out.add(kGlassTransmit, zeroUnless(down, glass.transmitColor * lower * f));
-          add(down, choiceO, choiceI, kMakeGlassTransmit, p, r, pdf, reverse);
+          add(down, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
+          add(down, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
           add(down, choiceO, choiceI, kMakeGlassMultipleTransmit, cosine * F(kInvPi), glass.wo.z * F(kInvPi), pdf, reverse);
         }
       }
@@ -351,21 +353,21 @@ struct PxrSurface {
     HWY_ATTR HWY_NOINLINE void sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const {
       // which technique; rounding never walks past the last that has weight
       Int<W> made(kTechniques);
-      F rest = w / max(choiceO.scale, F(1e-30f)), probability(0.f);
+      F rest = w / max(choiceO.scale, F(1e-30f)), share(0.f);
       Mask<W> open = choiceO.scale > F(0.f);
       for (uint32_t t = 0; t < kTechniques; ++t) {
-        const F share = choiceO.weight[t];
-        const Mask<W> here = open & (share > F(0.f));
+        const F weight = choiceO.weight[t];
+        const Mask<W> here = open & (weight > F(0.f));
         made = select(here, Int<W>(t), made);
-        probability = select(here, share, probability);
-        open = open & (!(here & (rest < share)));
-        rest = select(here, rest - share, rest);
+        share = select(here, weight, share);
+        const Mask<W> past = here & (rest >= weight);
+        open = past | (open & (!here));
+        rest = select(past, rest - weight, rest);
       }
-      probability = probability * choiceO.scale;
       // its frame and shape
-      const Mask<W> isFuzz = made == Int<W>(kMakeFuzz), refracts = made == Int<W>(kMakeGlassTransmit);
+      const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
       const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit));
-      Mask<W> facets = refracts, smooth(false);
+      Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
       Frame<W> frame(normal);
       F ax(1.f), ay(1.f);
       for (uint32_t i = 0; i < 3; ++i) {
@@ -380,11 +382,12 @@ struct PxrSurface {
       }
       if (k.has(kFuzz)) take(isFuzz, fuzzFrame, frame);
       if (hasGlass()) {
-        const Mask<W> reflects = made == Int<W>(kMakeGlassReflect);
+        reflects = made == Int<W>(kMakeGlassReflect);
+        refracts = made == Int<W>(kMakeGlassTransmit);
         take((made >= Int<W>(kMakeGlassReflect)) & (made < Int<W>(kTechniques)), glass.frame, frame);
         ax = select(reflects, glass.axReflect, select(refracts, glass.axTransmit, ax));
         ay = select(reflects, glass.ayReflect, select(refracts, glass.ayTransmit, ay));
-        facets = facets | reflects;
+        facets = facets | reflects | refracts;
         smooth = smooth | (reflects & glass.smoothReflect) | (refracts & glass.smoothTransmit);
       }
       // a direction in that frame
@@ -400,6 +403,13 @@ struct PxrSurface {
         const Vec3<W> h = select(smooth, Vec3<W>(F(0.f), F(0.f), F(1.f)), sampleVisibleNormal(local, ax, ay, u, v));
         Vec3<W> r = reflect(local, h);
         Mask<W> good = r.z > F(0.f);
+        // a rough glass facet reflects or refracts by its own Fresnel; what is left of w within its share decides
+        if (((reflects | refracts) & (!smooth)).any()) {
+          const Mask<W> free = (reflects | refracts) & glass.chooses();
+          F chance, other;
+          glass.chances(glass.fresnel(dot(local, h)), chance, other);
+          refracts = (refracts & (!free)) | (free & (rest >= chance * max(share, F(1e-30f))));
+        }
         if (refracts.any()) {
           Vec3<W> t(r.x, r.y, -r.z);
           Mask<W> passes = good;
@@ -420,7 +430,7 @@ struct PxrSurface {
       const Mask<W> through = flips | refracts;
       out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
       out.discrete = smooth;
-      if (smooth.any()) mirror(made, probability, out);
+      if (smooth.any()) mirror(made, share * choiceO.scale, out);
     }
 
     // For the denoiser: what the lobes return, macroscopically; layers above are taken off at wo alone.
@@ -494,7 +504,7 @@ struct PxrSurface {
     }
     HWY_ATTR HWY_NOINLINE void layer(const Seen<W>& x, Layers<W>& y) const {
       if (k.coatAttenuates) {
-        const Mask<W> here = onSide(k.specular[2].doubleSided, x.outside);
+        const Mask<W> here = onSide(k.specular[2].doubleSided, x.outside) & specular[2].present();
         const F ior = max(specular[2].ior(), F(1.f)), mu = x.mu[2];
         const F inside = sqrt(max(F(1.f) - fnma(mu, mu, F(1.f)) / (ior * ior), F(1e-4f)));
         y.depth = zeroUnless(here, coatDepth / inside);

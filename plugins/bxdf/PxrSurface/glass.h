@@ -24,6 +24,13 @@ struct GlassShares {
   KN_INLINE GlassShares() {}
 };
 
+// Densities of the two techniques that make facets, and with the directions exchanged.
+template <int W>
+struct GlassPdfs {
+  Float<W> first, second, firstReverse, secondReverse;
+  KN_INLINE GlassPdfs() {}
+};
+
 template <int W>
 struct GlassLobe {
   using F = Float<W>;
@@ -35,6 +42,7 @@ struct GlassLobe {
   F radianceScale;
   F reflectGain, transmitMean;         // transmitMean: average of transmitColor
   Rgb<W> transmitColor;
+  Mask<W> encloses;                    // there is a medium behind
   bool thin;
 
   KN_INLINE GlassLobe() {}
@@ -58,7 +66,9 @@ struct GlassLobe {
     lambdaReflect_ = smithLambda(true, wo, axReflect, ayReflect);
     lambdaTransmit_ = smithLambda(true, wo, axTransmit, ayTransmit);
     reflectGain = loadFloat<W>(k.reflectionGain, s.at);
-    transmitColor = loadRgb<W>(k.refractionColor, s.at) * loadFloat<W>(k.refractionGain, s.at);
+    const F refractionGain = loadFloat<W>(k.refractionGain, s.at);
+    encloses = thin ? Mask<W>(false) : refractionGain != F(0.f);
+    transmitColor = loadRgb<W>(k.refractionColor, s.at) * refractionGain;
     transmitMean = max(average(transmitColor), F(0.f));
     radianceScale = radiance && !thin ? eta * eta : F(1.f);
 
@@ -120,32 +130,52 @@ struct GlassLobe {
     g.lost = zeroUnless(!(smoothReflect & smoothTransmit), max(F(1.f) - g.reflect - g.transmit, F(0.f)));
     return g;
   }
-  // wi local and above: with cosine, gain aside; pdfs of the visible-normal part.
-  KN_INLINE F evaluateReflect(Vec3<W> wi, F& pdf, F& pdfReverse) const {
+  // Two techniques make facets: with the roughness of reflection, and with that of refraction. Where both are rough either
+  // one then reflects with a probability that follows Fresnel at the facet (so that total reflection loses no sample);
+  // else the first always reflects and the second always refracts. f: fresnel(wo.h)
+  KN_INLINE void chances(F f, F& reflects, F& refracts) const {
+    const F r = f * reflectGain, t = (F(1.f) - f) * transmitMean, inverse = F(1.f) / max(r + t, F(1e-30f));
+    reflects = r * inverse;
+    refracts = t * inverse;
+  }
+  KN_INLINE Mask<W> chooses() const { return !(smoothReflect | smoothTransmit); }
+
+  // wi local and above: value with cosine, gain aside.
+  KN_INLINE F evaluateReflect(Vec3<W> wi, GlassPdfs<W>& p) const {
     const Vec3<W> h = normalize(wo + wi);
-    const F d = zeroUnless(!smoothReflect, microfacetD(true, h, axReflect, ayReflect));
-    return mirrored(fresnel(dot(wo, h)), d, lambdaReflect_, smithLambda(true, wi, axReflect, ayReflect), wi.z, pdf, pdfReverse);
+    const F f = fresnel(dot(wo, h));
+    F chance, other;
+    chances(f, chance, other);
+    return mirrored(wi, wi.z, h, select(chooses(), chance, F(1.f)), zeroUnless(chooses(), chance), true, p) * f;
   }
   // wi local and below.
-  KN_INLINE F evaluateTransmit(Vec3<W> wi, F& pdf, F& pdfReverse) const {
-    const F lambdaI = smithLambda(true, wi, axTransmit, ayTransmit);
+  KN_INLINE F evaluateTransmit(Vec3<W> wi, GlassPdfs<W>& p) const {
+    F chance, other;
     if (thin) {
-      const Vec3<W> h = normalize(Vec3<W>(wo.x + wi.x, wo.y + wi.y, wo.z - wi.z));
-      const F d = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
-      return mirrored(F(1.f) - fresnel(dot(wo, h)), d, lambdaTransmit_, lambdaI, -wi.z, pdf, pdfReverse);
+      const Vec3<W> up(wi.x, wi.y, -wi.z), h = normalize(wo + up);
+      const F f = fresnel(dot(wo, h));
+      chances(f, other, chance);
+      return mirrored(up, up.z, h, zeroUnless(chooses(), chance), select(chooses(), chance, F(1.f)), false, p) * (F(1.f) - f);
     }
     const F m = F(1.f) / eta;
     Vec3<W> h = fma(wi, m, wo);
     h = h * (copySign(F(1.f), h.z) / sqrt(max(dot(h, h), F(1e-20f))));
     const F oh = dot(wo, h), ih = dot(wi, h);
-    const Mask<W> facing = (oh > F(0.f)) & (ih < F(0.f)) & !smoothTransmit;
-    const F d = zeroUnless(facing, microfacetD(true, h, axTransmit, ayTransmit));
-    const F sum = fma(m, ih, oh), inverse = F(1.f) / max(sum * sum, F(1e-20f));
+    const Mask<W> facing = (oh > F(0.f)) & (ih < F(0.f));
+    const F sum = fma(m, ih, oh), f = fresnel(oh);
+    chances(f, other, chance);
     // |d h / d wi| = m^2 |wi.h| / sum^2, and with roles swapped |wo.h| / sum^2 (Walter et al., eq. 17)
-    const F both = d * oh * -ih * inverse, forward = both * m * m / wo.z;
-    pdf = forward / (F(1.f) + lambdaTransmit_);
-    pdfReverse = both / (max(-wi.z, F(1e-7f)) * (F(1.f) + lambdaI));
-    return (F(1.f) - fresnel(oh)) * forward / (F(1.f) + lambdaTransmit_ + lambdaI);
+    const F both = zeroUnless(facing, oh * -ih / max(sum * sum, F(1e-20f)));
+    const F forward = both * m * m / wo.z, backward = both / max(-wi.z, F(1e-7f));
+    const F dt = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
+    const F dr = zeroUnless(chooses(), microfacetD(true, h, axReflect, ayReflect)) * chance;
+    const F lt = smithLambda(true, wi, axTransmit, ayTransmit), lr = smithLambda(true, wi, axReflect, ayReflect), one(1.f);
+    const F second = dt * select(chooses(), chance, one);
+    p.first = dr * forward / (one + lambdaReflect_);
+    p.firstReverse = dr * backward / (one + lr);
+    p.second = second * forward / (one + lambdaTransmit_);
+    p.secondReverse = second * backward / (one + lt);
+    return (one - f) * dt * forward / (one + lambdaTransmit_ + lt);
   }
   // Light returned after several scatterings, over the cosine: reflected and transmitted.
   KN_INLINE F multipleReflected(F lostO, F lostI) const { return returning_[0] * lostO * lostI * F(kInvPi); }
@@ -160,11 +190,17 @@ struct GlassLobe {
 
   // A sheet reflects at both faces, and again what the second sends back: F + (1 - F)^2 F / (1 - F^2).
   static KN_INLINE F bothFaces(F f) { return (f + f) / (F(1.f) + f); }
-  KN_INLINE F mirrored(F share, F d, F lambdaO, F lambdaI, F cosI, F& pdf, F& pdfReverse) const {
-    const F quarter = d * F(0.25f);
-    pdf = quarter / (wo.z * (F(1.f) + lambdaO));
-    pdfReverse = quarter / (max(cosI, F(1e-7f)) * (F(1.f) + lambdaI));
-    return share * quarter / (wo.z * (F(1.f) + lambdaO + lambdaI));
+  // Facets that reflect: D G / (4 cosO), of the roughness of reflection or, seen through a sheet, of refraction.
+  KN_INLINE F mirrored(Vec3<W> wi, F cosI, Vec3<W> h, F chanceFirst, F chanceSecond, bool reflection, GlassPdfs<W>& p) const {
+    const F one(1.f), quarterO = F(0.25f) / wo.z, quarterI = F(0.25f) / max(cosI, F(1e-7f));
+    const F dr = zeroUnless(!smoothReflect, microfacetD(true, h, axReflect, ayReflect));
+    const F dt = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
+    const F lr = smithLambda(true, wi, axReflect, ayReflect), lt = smithLambda(true, wi, axTransmit, ayTransmit);
+    p.first = dr * chanceFirst * quarterO / (one + lambdaReflect_);
+    p.firstReverse = dr * chanceFirst * quarterI / (one + lr);
+    p.second = dt * chanceSecond * quarterO / (one + lambdaTransmit_);
+    p.secondReverse = dt * chanceSecond * quarterI / (one + lt);
+    return reflection ? dr * quarterO / (one + lambdaReflect_ + lr) : dt * quarterO / (one + lambdaTransmit_ + lt);
   }
 };
 

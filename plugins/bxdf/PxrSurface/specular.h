@@ -93,6 +93,12 @@ struct SpecularLobe {
   }
   // Part of the light that one scattering returns, Fresnel aside.
   KN_INLINE F energy(F mu) const { return select(smooth, F(1.f), reflectionEnergy(*table_, k->ggx, mu, rough_)); }
+  // Where its colours are black the lobe is off, and with it what a coat absorbs.
+  KN_INLINE Mask<W> present() const {
+    Mask<W> any = (edge_.x != F(0.f)) | (edge_.y != F(0.f)) | (edge_.z != F(0.f));
+    if (!k->physical) any = any | (face_.x != F(0.f)) | (face_.y != F(0.f)) | (face_.z != F(0.f));
+    return any;
+  }
   // Index of refraction light takes below the lobe: the coat's. Artistic lobes have none and count as 1.5.
   KN_INLINE F ior() const { return k->physical ? average(face_) : F(1.5f); }
   // e: energy(mu)
