@@ -190,6 +190,18 @@ struct PxrSurface {
         a->absorption[channel][i] = absorbed > 0 ? absorbed : 0;
       }
   }
+  // Light that goes straight on through glass: its tint and what Fresnel lets pass.
+  template <int W> static void thinShadow(const Context* c, float* const rgb[3]) {
+    const Value gain = c->param(at("refractionGain")), color = c->param(at("refractionColor")), ior = c->param(at("glassIor"));
+    const bool thin = flag(*c, at("thinGlass"));
+    for (uint32_t i = 0; i < c->count; i += W) {
+      const Surface<W> s(*c, At{i, false});
+      const Float<W> one(1.f), inside = max(loadFloat<W>(ior, s.at), Float<W>(1e-3f)), outside = max(s.outerIor, Float<W>(1e-3f));
+      const Float<W> eta = thin ? outside / inside : select(s.entering, outside / inside, inside / outside);
+      const Float<W> f = fresnelDielectric(min(s.cosO, one), eta), share = thin ? (one - f) / (one + f) : one - f;
+      (loadRgb<W>(color, s.at) * (loadFloat<W>(gain, s.at) * share)).store(rgb, i);
+    }
+  }
   template <int W> static HWY_ATTR Rgb<W> emission(const Closure& k, At where) {
     return k.glows ? loadRgb<W>(k.glowColor, where) * loadFloat<W>(k.glowGain, where) : Rgb<W>();
   }
@@ -206,17 +218,17 @@ struct PxrSurface {
     F frontMean, backMean, transmitMean, exponent;
     F transmitShare[2];             // of diffuse transmission from wo's side and from behind
     RoughDiffuse<W> rough;
-    // the rest
-    SpecularLobe<W> specular[3];
-    GlassLobe<W> glass;
-    Frame<W> fuzzFrame;
-    FuzzLobe<W> fuzz;
+    Seen<W> seenO;
+    Choice<W> choiceO;
+    // Lobes that are off are not even cleared: an unnamed union runs no constructor.
+    union { SpecularLobe<W> specular[3]; };
+    union { GlassLobe<W> glass; };
+    union { Frame<W> fuzzFrame; };
+    union { FuzzLobe<W> fuzz; };
     Rgb<W> fuzzColor;
     F fuzzMean, muFuzzO;
     F coatCompensation, specularCompensation;
     Rgb<W> coatDepth;
-    Seen<W> seenO;
-    Choice<W> choiceO;
     Layers<W> layersO;
 
     HWY_ATTR HWY_NOINLINE Lanes(const Closure& closure, const Surface<W>& s) : k(closure), Ng(s.Ng), wo(s.wo) {
