@@ -328,7 +328,7 @@ struct PxrSurface {
         const Rgb<W> f = l.evaluate(w, seenO.energy[i], seenI.energy[i], p, r);
         out.add(kSpecular + i, zeroUnless(here, i == 2 ? f : f * upper));
         add(here, choiceO, choiceI, kMakeSpecular + i, p, r, pdf, reverse);
-        add(here, choiceO, choiceI, kMakeMultiple + i, w.z * F(kInvPi), l.wo.z * F(kInvPi), pdf, reverse);
+        add(here, choiceO, choiceI, kMakeMultiple + i, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
       }
       if (k.has(kFuzz)) {
         const F muI = dot(fuzzFrame.z, wi);
@@ -347,7 +347,7 @@ struct PxrSurface {
           out.add(kGlassReflect, zeroUnless(up, lower * f));
           add(up, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
           add(up, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
-          add(up, choiceO, choiceI, kMakeGlassMultipleReflect, cosine * F(kInvPi), glass.wo.z * F(kInvPi), pdf, reverse);
+          add(up, choiceO, choiceI, kMakeGlassMultipleReflect, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
         }
         if (k.has(kGlassTransmit) && down.any()) {
           const F one = glass.evaluateTransmit(w, p);
@@ -355,7 +355,7 @@ struct PxrSurface {
           out.add(kGlassTransmit, zeroUnless(down, glass.transmitColor * lower * f));
           add(down, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
           add(down, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
-          add(down, choiceO, choiceI, kMakeGlassMultipleTransmit, cosine * F(kInvPi), glass.wo.z * F(kInvPi), pdf, reverse);
+          add(down, choiceO, choiceI, kMakeGlassMultipleTransmit, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
         }
       }
       out.pdf = pdf * choiceO.scale;
@@ -407,6 +407,11 @@ struct PxrSurface {
       Mask<W> valid(true);
       if (!facets.all()) {
         d = cosineHemisphere(u, v);
+        // What single scattering loses is mostly at grazing angles, where a cosine would seldom look: uniform, by the same disk.
+        const Mask<W> uniform = (made == Int<W>(kMakeGlassMultipleReflect)) | (made == Int<W>(kMakeGlassMultipleTransmit)) |
+                                ((made >= Int<W>(kMakeMultiple)) & (made < Int<W>(kMakeFuzz)));
+        const F r2 = fma(d.x, d.x, d.y * d.y), stretch = select(uniform, sqrt(max(F(2.f) - r2, F(0.f))), F(1.f));
+        d = Vec3<W>(d.x * stretch, d.y * stretch, select(uniform, max(F(1.f) - r2, F(0.f)), d.z));
         d.z = select(flips, -d.z, d.z);
         if (isFuzz.any()) d = select(isFuzz, fuzz.sample(u, v), d);
       }
