@@ -1,9 +1,9 @@
 // PxrSurface: the general material. Lobes, top to bottom: fuzz, clear coat, specular and rough specular, then diffuse
-// (reflected and transmitted) and glass. This file binds parameters, attenuates lower lobes, and mixes the lobes into one
-// density; the lobes themselves are in diffuse.h, specular.h and glass.h. It does not render subsurface and single
-// scattering, iridescence and layers (their parameters are declared). How much what is above takes from what is below:
-// coat and specular by their directional albedo (times the compensation parameters), the greater of the two directions',
-// which is reciprocal and never gains; the coat absorbs along both refracted directions.
+// (reflected and transmitted) and glass. This file binds parameters, attenuates lower lobes, and mixes the lobes into
+// one density; the lobes themselves are in diffuse.h, specular.h and glass.h. It does not render subsurface and
+// single scattering, iridescence and layers (their parameters are declared). How much what is above takes from what
+// is below: coat and specular by their directional albedo (times the compensation parameters), the greater of the two
+// directions', which is reciprocal and never gains; the coat absorbs along both refracted directions.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -39,7 +39,8 @@ int bindNormal(const Context& c, Closure& k, uint32_t index, int general) {
   return k.normalCount++;
 }
 // A bump input where it is connected, the general normal where it is 0 0 0.
-template <int W> KN_INLINE Vec3<W> lobeNormal(const Value& v, const Surface<W>& s, Vec3<W> general) {
+template <int W>
+KN_INLINE Vec3<W> lobeNormal(const Value& v, const Surface<W>& s, Vec3<W> general) {
   const Vec3<W> n = loadVec<W>(v, s.at);
   return select(dot(n, n) > Float<W>(1e-12f), bumpedNormal<W>(v, s), general);
 }
@@ -148,15 +149,23 @@ void bind(const Context& c, Closure& k) {
 
 // Ways to make a direction. Each lobe that is rough has one for its single scattering and one for what that loses.
 enum Technique : uint32_t {
-  kMakeDiffuse, kMakeTransmit, kMakeSpecular, kMakeMultiple = kMakeSpecular + 3, kMakeFuzz = kMakeMultiple + 3,
-  kMakeGlassReflect, kMakeGlassTransmit, kMakeGlassMultipleReflect, kMakeGlassMultipleTransmit, kTechniques
+  kMakeDiffuse,
+  kMakeTransmit,
+  kMakeSpecular,
+  kMakeMultiple = kMakeSpecular + 3,
+  kMakeFuzz = kMakeMultiple + 3,
+  kMakeGlassReflect,
+  kMakeGlassTransmit,
+  kMakeGlassMultipleReflect,
+  kMakeGlassMultipleTransmit,
+  kTechniques
 };
 
 // What the lobes need to know of one direction, whichever role it has.
 template <int W>
 struct Seen {
-  Mask<W> outside;                // it is on the outer side of the surface
-  Float<W> mu[3], energy[3];      // specular lobes: cosine with their normal, directional energy
+  Mask<W> outside;            // it is on the outer side of the surface
+  Float<W> mu[3], energy[3];  // specular lobes: cosine with their normal, directional energy
   Float<W> muFuzz;
   GlassShares<W> glass;
   KN_INLINE Seen() {}
@@ -170,13 +179,14 @@ struct Choice {
 // What the upper lobes take, by direction.
 template <int W>
 struct Layers {
-  Rgb<W> depth, coat, specular;   // optical depth of the coat; albedos times their compensation
+  Rgb<W> depth, coat, specular;  // optical depth of the coat; albedos times their compensation
   KN_INLINE Layers() {}
 };
 
 struct PxrSurface {
   using Closure = pxrSurface::Closure;
-  template <int W> using HasEmission = void;
+  template <int W>
+  using HasEmission = void;
 
   static void begin(const Context& c, Closure& k) { bind(c, k); }
   static void presence(const Context* c, float* out) { copyFloat(c->param(at("presence")), c->padded, out); }
@@ -185,24 +195,29 @@ struct PxrSurface {
     const Value extinction = c->param(at("extinction")), albedo = c->param(at("ssAlbedo"));
     for (int channel = 0; channel < 3; ++channel)
       for (uint32_t i = 0; i < c->padded; ++i) {
-        const float e = extinction.data[channel][extinction.stride ? i : 0], s = albedo.data[channel][albedo.stride ? i : 0];
+        const float e = extinction.data[channel][extinction.stride ? i : 0],
+                    s = albedo.data[channel][albedo.stride ? i : 0];
         const float absorbed = e * (1 - s);
         a->absorption[channel][i] = absorbed > 0 ? absorbed : 0;
       }
   }
   // Light that goes straight on through glass: its tint and what Fresnel lets pass.
-  template <int W> static void thinShadow(const Context* c, float* const rgb[3]) {
-    const Value gain = c->param(at("refractionGain")), color = c->param(at("refractionColor")), ior = c->param(at("glassIor"));
+  template <int W>
+  static void thinShadow(const Context* c, float* const rgb[3]) {
+    const Value gain = c->param(at("refractionGain")), color = c->param(at("refractionColor")),
+                ior = c->param(at("glassIor"));
     const bool thin = flag(*c, at("thinGlass"));
     for (uint32_t i = 0; i < c->count; i += W) {
       const Surface<W> s(*c, At{i, false});
-      const Float<W> one(1.f), inside = max(loadFloat<W>(ior, s.at), Float<W>(1e-3f)), outside = max(s.outerIor, Float<W>(1e-3f));
+      const Float<W> one(1.f), inside = max(loadFloat<W>(ior, s.at), Float<W>(1e-3f)),
+                               outside = max(s.outerIor, Float<W>(1e-3f));
       const Float<W> eta = thin ? outside / inside : select(s.entering, outside / inside, inside / outside);
       const Float<W> f = fresnelDielectric(min(s.cosO, one), eta), share = thin ? (one - f) / (one + f) : one - f;
       (loadRgb<W>(color, s.at) * (loadFloat<W>(gain, s.at) * share)).store(rgb, i);
     }
   }
-  template <int W> static HWY_ATTR Rgb<W> emission(const Closure& k, At where) {
+  template <int W>
+  static HWY_ATTR Rgb<W> emission(const Closure& k, At where) {
     return k.glows ? loadRgb<W>(k.glowColor, where) * loadFloat<W>(k.glowGain, where) : Rgb<W>();
   }
 
@@ -216,15 +231,23 @@ struct PxrSurface {
     F muO;
     Rgb<W> front, back, reflectance, transmittance;
     F frontMean, backMean, transmitMean, exponent;
-    F transmitShare[2];             // of diffuse transmission from wo's side and from behind
+    F transmitShare[2];  // of diffuse transmission from wo's side and from behind
     RoughDiffuse<W> rough;
     Seen<W> seenO;
     Choice<W> choiceO;
     // Lobes that are off are not even cleared: an unnamed union runs no constructor.
-    union { SpecularLobe<W> specular[3]; };
-    union { GlassLobe<W> glass; };
-    union { Frame<W> fuzzFrame; };
-    union { FuzzLobe<W> fuzz; };
+    union {
+      SpecularLobe<W> specular[3];
+    };
+    union {
+      GlassLobe<W> glass;
+    };
+    union {
+      Frame<W> fuzzFrame;
+    };
+    union {
+      FuzzLobe<W> fuzz;
+    };
     Rgb<W> fuzzColor;
     F fuzzMean, muFuzzO;
     F coatCompensation, specularCompensation;
@@ -271,7 +294,8 @@ struct PxrSurface {
       if (k.has(kDiffuseTransmit)) {
         transmitShare[0] = transmitShare[1] = F(1.f);
         if (k.has(kGlassTransmit) && !k.glass.thin) {
-          // Where the surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the denser.
+          // Where the surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the
+          // denser.
           const F e2 = glass.eta * glass.eta, one(1.f);
           transmitShare[0] = select(glass.encloses, min(one / e2, one), one);
           transmitShare[1] = select(glass.encloses, min(e2, one), one);
@@ -343,7 +367,8 @@ struct PxrSurface {
         GlassPdfs<W> p;
         if (k.has(kGlassReflect) && up.any()) {
           const F one = glass.evaluateReflect(w, p);
-          const F f = fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
+          const F f =
+              fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
           out.add(kGlassReflect, zeroUnless(up, lower * f));
           add(up, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
           add(up, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
@@ -351,7 +376,8 @@ struct PxrSurface {
         }
         if (k.has(kGlassTransmit) && down.any()) {
           const F one = glass.evaluateTransmit(w, p);
-          const F f = fma(glass.multipleTransmitted(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.radianceScale;
+          const F f =
+              fma(glass.multipleTransmitted(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.radianceScale;
           out.add(kGlassTransmit, zeroUnless(down, glass.transmitColor * lower * f));
           add(down, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
           add(down, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
@@ -407,8 +433,10 @@ struct PxrSurface {
       Mask<W> valid(true);
       if (!facets.all()) {
         d = cosineHemisphere(u, v);
-        // What single scattering loses is mostly at grazing angles, where a cosine would seldom look: uniform, by the same disk.
-        const Mask<W> uniform = (made == Int<W>(kMakeGlassMultipleReflect)) | (made == Int<W>(kMakeGlassMultipleTransmit)) |
+        // What single scattering loses is mostly at grazing angles, where a cosine would seldom look: uniform, by the
+        // same disk.
+        const Mask<W> uniform = (made == Int<W>(kMakeGlassMultipleReflect)) |
+                                (made == Int<W>(kMakeGlassMultipleTransmit)) |
                                 ((made >= Int<W>(kMakeMultiple)) & (made < Int<W>(kMakeFuzz)));
         const F r2 = fma(d.x, d.x, d.y * d.y), stretch = select(uniform, sqrt(max(F(2.f) - r2, F(0.f))), F(1.f));
         d = Vec3<W>(d.x * stretch, d.y * stretch, select(uniform, max(F(1.f) - r2, F(0.f)), d.z));
@@ -441,8 +469,8 @@ struct PxrSurface {
         valid = good | !facets;
       }
       out.wi = normalize(frame.toWorld(d));
-      // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have made
-      // it: its maker's density is zero there.
+      // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have
+      // made it: its maker's density is zero there.
       const F side = dot(Ng, out.wi);
       const Mask<W> through = flips | refracts;
       out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
@@ -464,10 +492,12 @@ struct PxrSurface {
       sum = sum * lower;
       for (int i = 0; i < 3; ++i)
         if (k.has(kSpecular + i)) {
-          const Rgb<W> a = zeroUnless(onSide(k.specular[i].doubleSided, seenO.outside), specular[i].albedo(seenO.mu[i], seenO.energy[i]));
+          const Rgb<W> a = zeroUnless(onSide(k.specular[i].doubleSided, seenO.outside),
+                                      specular[i].albedo(seenO.mu[i], seenO.energy[i]));
           sum += i == 2 ? a : a * upper;
         }
-      if (k.has(kFuzz)) sum += zeroUnless(onSide(k.fuzzDoubleSided, seenO.outside), fuzzColor * fuzz.albedoBound(muFuzzO));
+      if (k.has(kFuzz))
+        sum += zeroUnless(onSide(k.fuzzDoubleSided, seenO.outside), fuzzColor * fuzz.albedoBound(muFuzzO));
       const F none(0.f), one(1.f);
       return {clamp(sum.x, none, one), clamp(sum.y, none, one), clamp(sum.z, none, one)};
     }
@@ -479,12 +509,17 @@ struct PxrSurface {
     static KN_INLINE void take(Mask<W> m, const Frame<W>& from, Frame<W>& to) {
       to = Frame<W>(select(m, from.x, to.x), select(m, from.y, to.y), select(m, from.z, to.z));
     }
-    static KN_INLINE void add(Mask<W> here, const Choice<W>& o, const Choice<W>& i, uint32_t technique, F pdf, F pdfReverse, F& sum, F& sumReverse) {
+    static KN_INLINE void add(Mask<W> here, const Choice<W>& o, const Choice<W>& i, uint32_t technique, F pdf,
+                              F pdfReverse, F& sum, F& sumReverse) {
       sum += zeroUnless(here, o.weight[technique] * pdf);
       sumReverse += zeroUnless(here, i.weight[technique] * pdfReverse);
     }
-    KN_INLINE F glassReflected() const { return fma(seenO.glass.lost, F(1.f) - glass.multipleTransmit[0], seenO.glass.reflect); }
-    KN_INLINE F glassTransmitted() const { return fma(seenO.glass.lost, glass.multipleTransmit[0], seenO.glass.transmit); }
+    KN_INLINE F glassReflected() const {
+      return fma(seenO.glass.lost, F(1.f) - glass.multipleTransmit[0], seenO.glass.reflect);
+    }
+    KN_INLINE F glassTransmitted() const {
+      return fma(seenO.glass.lost, glass.multipleTransmit[0], seenO.glass.transmit);
+    }
 
     // d: away from the surface; behind: not on wo's side of it.
     HWY_ATTR HWY_NOINLINE void see(const Vec3<W>& d, const Mask<W>& behind, Seen<W>& x) const {
@@ -499,7 +534,8 @@ struct PxrSurface {
     HWY_ATTR HWY_NOINLINE void choose(const Seen<W>& x, const Mask<W>& behind, Choice<W>& c) const {
       F sum(0.f);
       if (k.has(kDiffuse)) sum += c.weight[kMakeDiffuse] = select(x.outside, frontMean, backMean);
-      if (k.has(kDiffuseTransmit)) sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
+      if (k.has(kDiffuseTransmit))
+        sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
       for (int i = 0; i < 3; ++i) {
         if (!k.has(kSpecular + i)) continue;
         const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);
@@ -508,14 +544,16 @@ struct PxrSurface {
         sum += c.weight[kMakeSpecular + i] + c.weight[kMakeMultiple + i];
       }
       if (k.has(kFuzz))
-        sum += c.weight[kMakeFuzz] = zeroUnless(onSide(k.fuzzDoubleSided, x.outside), fuzzMean * fuzz.albedoBound(x.muFuzz));
+        sum += c.weight[kMakeFuzz] =
+            zeroUnless(onSide(k.fuzzDoubleSided, x.outside), fuzzMean * fuzz.albedoBound(x.muFuzz));
       if (hasGlass()) {
         const F through = select(behind, glass.multipleTransmit[1], glass.multipleTransmit[0]);
         c.weight[kMakeGlassReflect] = x.glass.reflect * glass.reflectGain;
         c.weight[kMakeGlassTransmit] = x.glass.transmit * glass.transmitMean;
         c.weight[kMakeGlassMultipleReflect] = x.glass.lost * (F(1.f) - through) * glass.reflectGain;
         c.weight[kMakeGlassMultipleTransmit] = x.glass.lost * through * glass.transmitMean;
-        sum += c.weight[kMakeGlassReflect] + c.weight[kMakeGlassTransmit] + c.weight[kMakeGlassMultipleReflect] + c.weight[kMakeGlassMultipleTransmit];
+        sum += c.weight[kMakeGlassReflect] + c.weight[kMakeGlassTransmit] + c.weight[kMakeGlassMultipleReflect] +
+               c.weight[kMakeGlassMultipleTransmit];
       }
       c.scale = zeroUnless(sum > F(0.f), F(1.f) / max(sum, F(1e-30f)));
     }
@@ -545,7 +583,8 @@ struct PxrSurface {
     }
     static KN_INLINE Rgb<W> remaining(Rgb<W> a, Rgb<W> b) {
       const F none(0.f), one(1.f);
-      return {clamp(one - max(a.x, b.x), none, one), clamp(one - max(a.y, b.y), none, one), clamp(one - max(a.z, b.z), none, one)};
+      return {clamp(one - max(a.x, b.x), none, one), clamp(one - max(a.y, b.y), none, one),
+              clamp(one - max(a.z, b.z), none, one)};
     }
     // Value and probability of the mirror that was chosen.
     HWY_ATTR HWY_NOINLINE void mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const {
@@ -573,7 +612,8 @@ struct PxrSurface {
         const F f = glass.fresnel(glass.wo.z);
         value = select(reflected, lower * (f * glass.reflectGain), value);
         value = select(through, glass.transmitColor * lower * ((F(1.f) - f) * glass.radianceScale), value);
-        lobe = select(reflected, Int<W>(uint32_t(kGlassReflect)), select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
+        lobe = select(reflected, Int<W>(uint32_t(kGlassReflect)),
+                      select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
       }
       out.discreteWeight = value;
       out.discreteProbability = probability;
@@ -602,8 +642,8 @@ bool mayBeOn(const ParamValue& v) {
 }
 bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
-// A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the same
-// branches. Modes and switches are fixed parameters and part of the program already.
+// A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
+// same branches. Modes and switches are fixed parameters and part of the program already.
 uint64_t programKey(const ParamValue* v, uint32_t) {
   uint64_t key = 0;
   if (mayBeOn(v[at("diffuseGain")])) key |= 1;
@@ -644,7 +684,8 @@ const char* const kLossless[] = {
     METAL "specularRoughness=0.4",
     METAL "specularRoughness=1",
     "diffuseGain=0; roughSpecularFaceColor=1 1 1; roughSpecularEdgeColor=1 1 1; roughSpecularDoubleSided=1",
-    "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; clearcoatRoughness=0.3",
+    "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; "
+    "clearcoatRoughness=0.3",
     GLASS "glassRoughness=0",
     GLASS "glassRoughness=0.1",
     GLASS "glassRoughness=0.3; glassIor=1.33",
@@ -658,21 +699,28 @@ const char* const kConserving[] = {
     "diffuseGain=0; fuzzGain=1; fuzzDoubleSided=1",
     "diffuseGain=0; fuzzGain=1; fuzzConeAngle=32; fuzzDoubleSided=1",
     METAL "specularFaceColor=0.9 0.6 0.3; specularRoughness=0.7; specularModelType=1",
-    METAL "specularFresnelMode=1; specularIor=0.2 0.9 1.1; specularExtinctionCoeff=3.9 2.5 2.3; specularRoughness=0.5",
-    "diffuseColor=0.9 0.9 0.9; diffuseDoubleSided=1; specularFresnelMode=1; specularEdgeColor=1 1 1; specularDoubleSided=1; "
+    METAL
+    "specularFresnelMode=1; specularIor=0.2 0.9 1.1; specularExtinctionCoeff=3.9 2.5 2.3; specularRoughness=0.5",
+    "diffuseColor=0.9 0.9 0.9; diffuseDoubleSided=1; specularFresnelMode=1; specularEdgeColor=1 1 1; "
+    "specularDoubleSided=1; "
     "specularRoughness=0.2; specularEnergyCompensation=1",
     "diffuseColor=0.9 0.9 0.9; diffuseDoubleSided=1; clearcoatFresnelMode=1; clearcoatEdgeColor=1 1 1; "
-    "clearcoatDoubleSided=1; clearcoatEnergyCompensation=1; clearcoatThickness=0.5; clearcoatAbsorptionTint=0.2 0.5 0.9",
+    "clearcoatDoubleSided=1; clearcoatEnergyCompensation=1; clearcoatThickness=0.5; clearcoatAbsorptionTint=0.2 0.5 "
+    "0.9",
     GLASS "glassRoughness=0.3; refractionColor=0.9 0.7 0.5",
     nullptr};
 #undef METAL
 #undef GLASS
 
-constexpr BxdfTraits kTraits{kLobes, kLobeCount, int(at("presence")), &programKey, &enclosesMedium, kLossless, kConserving};
+constexpr BxdfTraits kTraits{kLobes,          kLobeCount, int(at("presence")), &programKey,
+                             &enclosesMedium, kLossless,  kConserving};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, "PxrSurface",
-                             "General material: diffuse, three specular lobes, fuzz, glass and glow.", kParams,
-                             kParamCount, kTables, 4, &kTraits, nullptr, nullptr};
+const Descriptor kDescriptor{
+    kAbiVersion, sizeof(Descriptor), Kind::Bxdf,
+    0,           "PxrSurface",       "General material: diffuse, three specular lobes, fuzz, glass and glow.",
+    kParams,     kParamCount,        kTables,
+    4,           &kTraits,           nullptr,
+    nullptr};
 }  // namespace
 KINORA_REGISTER(PxrSurface, kDescriptor)
 }  // namespace kinora

@@ -1,7 +1,7 @@
-// The glass of PxrSurface: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is Walter et
-// al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007) with GGX; what it loses is returned by a
-// diffuse pair of lobes after Kulla and Conty (SIGGRAPH course 2017). All values here are shares of power, without the
-// factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
+// The glass of PxrSurface: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is
+// Walter et al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007) with GGX; what it loses is
+// returned by a diffuse pair of lobes after Kulla and Conty (SIGGRAPH course 2017). All values here are shares of
+// power, without the factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
 
@@ -35,19 +35,19 @@ template <int W>
 struct GlassLobe {
   using F = Float<W>;
   Frame<W> frame;
-  Vec3<W> wo;                          // local
+  Vec3<W> wo;  // local
   F axReflect, ayReflect, axTransmit, ayTransmit;
   Mask<W> smoothReflect, smoothTransmit;
-  F eta;                               // ior on wo's side / ior behind
+  F eta;  // ior on wo's side / ior behind
   F radianceScale;
-  F reflectGain, transmitMean;         // transmitMean: average of transmitColor
+  F reflectGain, transmitMean;  // transmitMean: average of transmitColor
   Rgb<W> transmitColor;
-  Mask<W> encloses;                    // there is a medium behind
+  Mask<W> encloses;  // there is a medium behind
   bool thin;
 
   KN_INLINE GlassLobe() {}
-  KN_INLINE void set(const pxrSurface::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection, bool radiance,
-                     Vec3<W> normal, const Surface<W>& s) {
+  KN_INLINE void set(const pxrSurface::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection,
+                     bool radiance, Vec3<W> normal, const Surface<W>& s) {
     thin = k.thin;
     glass_ = glass;
     reflection_ = reflection;
@@ -56,7 +56,8 @@ struct GlassLobe {
     const F larger = max(eta, F(1.f) / eta);
     // so near the indices' match half vectors lose their digits, and light passes straight to a hundredth of a radian
     const Mask<W> matched = thin ? Mask<W>(false) : larger < F(1.01f);
-    const F r = clamp(loadFloat<W>(k.roughness, s.at), F(0.f), F(1.f)), own = loadFloat<W>(k.refractionRoughness, s.at);
+    const F r = clamp(loadFloat<W>(k.roughness, s.at), F(0.f), F(1.f)),
+            own = loadFloat<W>(k.refractionRoughness, s.at);
     const F t = select(own < F(0.f), r, min(own, F(1.f)));
     smoothReflect = matched | (r * r < F(kMirrorAlpha));
     smoothTransmit = matched | (t * t < F(kMirrorAlpha));
@@ -79,7 +80,8 @@ struct GlassLobe {
       roughReflect_ = TableAxis<W>(r, ReflectionEnergy::kRough);
       roughTransmit_ = TableAxis<W>(t, ReflectionEnergy::kRough);
       fresnelMean[0] = fresnelMean[1] = bothFaces(mean);
-      const F kept = lerp(reflectionEnergyMean(*reflection, true, roughTransmit_), reflectionEnergyMean(*reflection, true, roughReflect_), fresnelMean[0]);
+      const F kept = lerp(reflectionEnergyMean(*reflection, true, roughTransmit_),
+                          reflectionEnergyMean(*reflection, true, roughReflect_), fresnelMean[0]);
       lost[0] = lost[1] = max(F(1.f) - kept, F(0.f));
     } else {
       roughReflect_ = TableAxis<W>(r, GlassEnergy::kRough);
@@ -92,11 +94,12 @@ struct GlassLobe {
         const Int<W> side = i == 0 ? side_ : side_ ^ Int<W>(1);
         fresnelMean[i] = select(side == Int<W>(0), mean, denser);
         lost[i] = max(F(1.f) - glassEnergyMean(&glass->reflectMean[0][0][0], side, axis_, roughReflect_) -
-                          glassEnergyMean(&glass->transmitMean[0][0][0], side, axis_, roughTransmit_), F(0.f));
+                          glassEnergyMean(&glass->transmitMean[0][0][0], side, axis_, roughTransmit_),
+                      F(0.f));
       }
     }
-    // Lost light is transmitted as the average Fresnel says on the side that loses more, and on the other as reciprocity
-    // asks; the rest is reflected. crossing_ multiplies both sides' losses: symmetric up to n^2.
+    // Lost light is transmitted as the average Fresnel says on the side that loses more, and on the other as
+    // reciprocity asks; the rest is reflected. crossing_ multiplies both sides' losses: symmetric up to n^2.
     const F most = max(max(lost[0], lost[1]), F(1e-6f));
     for (int i = 0; i < 2; ++i) {
       multipleTransmit[i] = (F(1.f) - fresnelMean[i]) * lost[1 - i] / most;
@@ -117,22 +120,24 @@ struct GlassLobe {
     if (thin) {
       const F f = fresnel(mu);
       g.reflect = f * select(smoothReflect, F(1.f), reflectionEnergy(*reflection_, true, mu, roughReflect_));
-      g.transmit = (F(1.f) - f) * select(smoothTransmit, F(1.f), reflectionEnergy(*reflection_, true, mu, roughTransmit_));
+      g.transmit =
+          (F(1.f) - f) * select(smoothTransmit, F(1.f), reflectionEnergy(*reflection_, true, mu, roughTransmit_));
     } else {
       const Int<W> side = side_ ^ select(behind, Int<W>(1), Int<W>(0));
       const F f = fresnelDielectric(mu, select(behind, F(1.f) / eta, eta));
       g.reflect = g.transmit = F(0.f);
       if (!smoothReflect.all()) g.reflect = glassEnergy(&glass_->reflect[0][0][0][0], side, axis_, roughReflect_, mu);
-      if (!smoothTransmit.all()) g.transmit = glassEnergy(&glass_->transmit[0][0][0][0], side, axis_, roughTransmit_, mu);
+      if (!smoothTransmit.all())
+        g.transmit = glassEnergy(&glass_->transmit[0][0][0][0], side, axis_, roughTransmit_, mu);
       g.reflect = select(smoothReflect, f, g.reflect);
       g.transmit = select(smoothTransmit, F(1.f) - f, g.transmit);
     }
     g.lost = zeroUnless(!(smoothReflect & smoothTransmit), max(F(1.f) - g.reflect - g.transmit, F(0.f)));
     return g;
   }
-  // Two techniques make facets: with the roughness of reflection, and with that of refraction. Where both are rough either
-  // one then reflects with a probability that follows Fresnel at the facet (so that total reflection loses no sample);
-  // else the first always reflects and the second always refracts. f: fresnel(wo.h)
+  // Two techniques make facets: with the roughness of reflection, and with that of refraction. Where both are rough
+  // either one then reflects with a probability that follows Fresnel at the facet (so that total reflection loses no
+  // sample); else the first always reflects and the second always refracts. f: fresnel(wo.h)
   KN_INLINE void chances(F f, F& reflects, F& refracts) const {
     const F r = f * reflectGain, t = (F(1.f) - f) * transmitMean, inverse = F(1.f) / max(r + t, F(1e-30f));
     reflects = r * inverse;
@@ -155,7 +160,8 @@ struct GlassLobe {
       const Vec3<W> up(wi.x, wi.y, -wi.z), h = normalize(wo + up);
       const F f = fresnel(dot(wo, h));
       chances(f, other, chance);
-      return mirrored(up, up.z, h, zeroUnless(chooses(), chance), select(chooses(), chance, F(1.f)), false, p) * (F(1.f) - f);
+      return mirrored(up, up.z, h, zeroUnless(chooses(), chance), select(chooses(), chance, F(1.f)), false, p) *
+             (F(1.f) - f);
     }
     const F m = F(1.f) / eta;
     Vec3<W> h = fma(wi, m, wo);
@@ -169,7 +175,8 @@ struct GlassLobe {
     const F forward = both * m * m / wo.z, backward = both / max(-wi.z, F(1e-7f));
     const F dt = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
     const F dr = zeroUnless(chooses(), microfacetD(true, h, axReflect, ayReflect)) * chance;
-    const F lt = smithLambda(true, wi, axTransmit, ayTransmit), lr = smithLambda(true, wi, axReflect, ayReflect), one(1.f);
+    const F lt = smithLambda(true, wi, axTransmit, ayTransmit), lr = smithLambda(true, wi, axReflect, ayReflect),
+            one(1.f);
     const F second = dt * select(chooses(), chance, one);
     p.first = dr * forward / (one + lambdaReflect_);
     p.firstReverse = dr * backward / (one + lr);
@@ -185,13 +192,14 @@ struct GlassLobe {
   const GlassEnergy* glass_;
   const ReflectionEnergy* reflection_;
   TableAxis<W> axis_, roughReflect_, roughTransmit_;
-  Int<W> side_;                        // 1: wo is in the denser medium
+  Int<W> side_;  // 1: wo is in the denser medium
   F lambdaReflect_, lambdaTransmit_, returning_[2], crossing_;
 
   // A sheet reflects at both faces, and again what the second sends back: F + (1 - F)^2 F / (1 - F^2).
   static KN_INLINE F bothFaces(F f) { return (f + f) / (F(1.f) + f); }
   // Facets that reflect: D G / (4 cosO), of the roughness of reflection or, seen through a sheet, of refraction.
-  KN_INLINE F mirrored(Vec3<W> wi, F cosI, Vec3<W> h, F chanceFirst, F chanceSecond, bool reflection, GlassPdfs<W>& p) const {
+  KN_INLINE F mirrored(Vec3<W> wi, F cosI, Vec3<W> h, F chanceFirst, F chanceSecond, bool reflection,
+                       GlassPdfs<W>& p) const {
     const F one(1.f), quarterO = F(0.25f) / wo.z, quarterI = F(0.25f) / max(cosI, F(1e-7f));
     const F dr = zeroUnless(!smoothReflect, microfacetD(true, h, axReflect, ayReflect));
     const F dt = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
