@@ -1,9 +1,9 @@
-# A room is a folder of src/; its library takes every *.cpp but *_test.cpp and *_main.cpp. Tests beside the code are gathered by
-# kinora_tests(), so that adding a file to a room needs no edit here.
+# A room is a folder of src/; its library takes every *.cpp but *_test.cpp, *_main.cpp and main.cpp. Tests beside the
+# code are gathered by kinora_tests(), so that adding a file to a room needs no edit here.
 function(kinora_room name)
   cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "_(test|main)\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "(_test|_main|/main)\\.cpp$")
   if(sources)
     add_library(kinora_${name} STATIC ${sources})
     target_include_directories(kinora_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
@@ -50,9 +50,17 @@ std::vector<const Descriptor*> stockPlugins() {
   target_link_libraries(kinora_stock_objects PRIVATE PkgConfig::HWY PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
   add_library(kinora_stock STATIC ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp $<TARGET_OBJECTS:kinora_stock_objects>)
   target_link_libraries(kinora_stock PUBLIC kinora_plugin PkgConfig::OPENEXR OpenImageIO::OpenImageIO)
+  # the registry calls the generated table and the table's file includes the registry: each archive names the other
+  target_link_libraries(kinora_plugin INTERFACE kinora_stock)
 endfunction()
 
+# The program. Everything but main.cpp is the library kinora_app, so that tests link it.
 function(kinora_app)
+  kinora_room(app DEPENDS kinora_render kinora_rib kinora_film kinora_stock CLI11::CLI11 fmt::fmt
+                          nlohmann_json::nlohmann_json)
+  add_executable(kinora ${PROJECT_SOURCE_DIR}/src/app/main.cpp)
+  target_link_libraries(kinora PRIVATE kinora_app)
+  set_target_properties(kinora PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 endfunction()
 
 # The testing kit's program, for authors of plug-ins.
@@ -65,12 +73,13 @@ endfunction()
 # A test program that sees the testing kit and all stock plug-ins.
 function(kinora_test_program name)
   add_executable(test_${name} ${ARGN})
-  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
+  target_link_libraries(test_${name} PRIVATE kinora_testing kinora_plugin kinora_stock kinora_plugin GTest::gtest_main GTest::gtest)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
 
-# One test program per room (src/<room>/*_test.cpp), per folder of tests/, and per plug-in that has tests of its own.
+# Tests: one program per room (src/<room>/*_test.cpp), one per plug-in that has tests of its own, and the folders of
+# tests/: a folder with a CMakeLists.txt says itself what it needs, any other is one program over the whole renderer.
 function(kinora_tests)
   include(GoogleTest)
   file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
@@ -79,6 +88,7 @@ function(kinora_tests)
     if(sources)
       add_executable(test_${room} ${sources})
       target_link_libraries(test_${room} PRIVATE kinora_${room} GTest::gtest_main GTest::gtest)
+      target_compile_definitions(test_${room} PRIVATE KINORA_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
       if(room STREQUAL "film")
         # the stock display drivers alone: film/ is tested with them, and needs no other plug-in
         file(GLOB drivers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plugins/display/*/*.cpp)
@@ -91,8 +101,11 @@ function(kinora_tests)
   file(GLOB folders RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*)
   foreach(folder ${folders})
     file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*_test.cpp)
-    if(sources)
+    if(EXISTS ${PROJECT_SOURCE_DIR}/tests/${folder}/CMakeLists.txt)
+      add_subdirectory(${PROJECT_SOURCE_DIR}/tests/${folder} ${PROJECT_BINARY_DIR}/tests/${folder})
+    elseif(sources)
       kinora_test_program(${folder} ${sources})
+      target_link_libraries(test_${folder} PRIVATE kinora_render kinora_rib)
     endif()
   endforeach()
   file(GLOB folders ${PROJECT_SOURCE_DIR}/plugins/*/*)
@@ -103,4 +116,5 @@ function(kinora_tests)
       kinora_test_program(plugin_${name} ${sources})
     endif()
   endforeach()
+  add_test(NAME check_floors COMMAND ${PROJECT_SOURCE_DIR}/tools/check_floors)
 endfunction()

@@ -1,13 +1,13 @@
-// The light author's layer: write one struct with functions over W points, and LightRunner turns it into the tables of
-// light.h; it masks tails and drops samples without density, so that lights need not. Included per target, after
+// The light author's layer: write one struct with functions over W points, and LightRunner turns it into the tables
+// of light.h; it masks tails and drops samples without density, so that lights need not. Included per target, after
 // light_setup.h.
 //
 //   struct MyLight {
 //     using Data = ...;                                          // made by create()
 //     static constexpr bool kIntersects = true;                  // false: infinite or delta
 //     template <int W> static void sample(const Data&, const LightPoint<W>&, LightSample<W>& out);
-//     template <int W> static Mask<W> intersect(const Data&, Vec3<W> o, Vec3<W> d, Float<W>& t);   // nearer than t only
-//     template <int W> static void evaluate(const Data&, const LightRay<W>&, Rgb<W>& radiance, Float<W>& pdf);
+//     template <int W> static Mask<W> intersect(const Data&, Vec3<W> o, Vec3<W> d, Float<W>& t);   // nearer than t
+//     only template <int W> static void evaluate(const Data&, const LightRay<W>&, Rgb<W>& radiance, Float<W>& pdf);
 //     template <int W> static void emit(const Data&, const EmitInput<W>&, LightEmission<W>& out);
 //   };
 #include <kinora/light_setup.h>
@@ -59,11 +59,18 @@ struct LightEmission {
   KN_INLINE LightEmission() {}
 };
 
-template <int W> KN_INLINE Vec3<W> wide(const Float3& a) { return {Float<W>(a.x), Float<W>(a.y), Float<W>(a.z)}; }
-template <int W> KN_INLINE Rgb<W> wideRgb(const float a[3]) { return {Float<W>(a[0]), Float<W>(a[1]), Float<W>(a[2])}; }
+template <int W>
+KN_INLINE Vec3<W> wide(const Float3& a) {
+  return {Float<W>(a.x), Float<W>(a.y), Float<W>(a.z)};
+}
+template <int W>
+KN_INLINE Rgb<W> wideRgb(const float a[3]) {
+  return {Float<W>(a[0]), Float<W>(a[1]), Float<W>(a[2])};
+}
 
 // Radiance factor of a light's shaping in a direction that makes this cosine with its axis.
-template <int W> KN_INLINE Rgb<W> shape(const Shaping& s, Float<W> cosine) {
+template <int W>
+KN_INLINE Rgb<W> shape(const Shaping& s, Float<W> cosine) {
   using F = Float<W>;
   Rgb<W> f(F(1.f), F(1.f), F(1.f));
   if (s.focused) {
@@ -80,8 +87,10 @@ template <int W> KN_INLINE Rgb<W> shape(const Shaping& s, Float<W> cosine) {
   return f;
 }
 
-// Bilinear lookup; u in [0, 1] from left, v from top; texel centres at halves. Periodic in u or clamped; clamped in v.
-template <int W, bool kPeriodic> KN_INLINE Rgb<W> lookUp(const LightMap& m, Float<W> u, Float<W> v) {
+// Bilinear lookup; u in [0, 1] from left, v from top; texel centres at halves. Periodic in u or clamped; clamped in
+// v.
+template <int W, bool kPeriodic>
+KN_INLINE Rgb<W> lookUp(const LightMap& m, Float<W> u, Float<W> v) {
   using F = Float<W>;
   using I = Int<W>;
   const F x = fma(u, F(float(m.width)), F(-0.5f)), y = fma(v, F(float(m.height)), F(-0.5f));
@@ -101,9 +110,11 @@ template <int W, bool kPeriodic> KN_INLINE Rgb<W> lookUp(const LightMap& m, Floa
   y0 = select(y0 < none, none, select(y0 > lastY, lastY, y0));
   y1 = select(y1 < none, none, select(y1 > lastY, lastY, y1));
   const I stride(m.stride), row0 = y0 * I(m.width), row1 = y1 * I(m.width);
-  const I i00 = (row0 + x0) * stride, i10 = (row0 + x1) * stride, i01 = (row1 + x0) * stride, i11 = (row1 + x1) * stride;
+  const I i00 = (row0 + x0) * stride, i10 = (row0 + x1) * stride, i01 = (row1 + x0) * stride,
+          i11 = (row1 + x1) * stride;
   Rgb<W> c;
-  c.x = lerp(lerp(gather(m.texels, i00), gather(m.texels, i10), ax), lerp(gather(m.texels, i01), gather(m.texels, i11), ax), ay);
+  c.x = lerp(lerp(gather(m.texels, i00), gather(m.texels, i10), ax),
+             lerp(gather(m.texels, i01), gather(m.texels, i11), ax), ay);
   const float* g = m.texels + m.green;
   c.y = lerp(lerp(gather(g, i00), gather(g, i10), ax), lerp(gather(g, i01), gather(g, i11), ax), ay);
   const float* b = m.texels + m.blue;
@@ -112,7 +123,8 @@ template <int W, bool kPeriodic> KN_INLINE Rgb<W> lookUp(const LightMap& m, Floa
 }
 
 // Start of a light path from an infinite light: on the disk that faces the world sphere, outside of it.
-template <int W> KN_INLINE void emitFromDisk(const EmitInput<W>& in, Vec3<W> travel, LightEmission<W>& out) {
+template <int W>
+KN_INLINE void emitFromDisk(const EmitInput<W>& in, Vec3<W> travel, LightEmission<W>& out) {
   using F = Float<W>;
   const F r = max(in.worldRadius, F(1e-6f));
   F x, y;
@@ -141,7 +153,8 @@ struct LightRunner {
       LightSample<W> s;
       L::template sample<W>(k, p, s);
       // a point that is not finite must not light others, nor a rounding accident
-      const Mask<W> good = (s.pdf > F(0.f)) & isFinite(s.pdf) & isFinite(s.wi) & isFinite(s.radiance) & (s.distance > F(0.f));
+      const Mask<W> good =
+          (s.pdf > F(0.f)) & isFinite(s.pdf) & isFinite(s.wi) & isFinite(s.radiance) & (s.distance > F(0.f));
       select(good, s.wi, Vec3<W>(F(0.f), F(0.f), F(1.f))).store(a->wi, i);
       zeroUnless(good, s.distance).store(a->distance + i);
       zeroUnless(good, s.radiance).store(a->radiance, i);
@@ -156,7 +169,8 @@ struct LightRunner {
     for (uint32_t i = 0; i < a->count; i += W) {
       const F limit = F::load(a->t + i);
       F t = limit;
-      const Mask<W> hit = L::template intersect<W>(k, Vec3<W>::load(a->o, i), Vec3<W>::load(a->d, i), t) & (t > F(0.f)) & (t < limit);
+      Mask<W> hit = L::template intersect<W>(k, Vec3<W>::load(a->o, i), Vec3<W>::load(a->d, i), t);
+      hit &= (t > F(0.f)) & (t < limit);
       select(hit, t, limit).store(a->t + i);
       select(hit, Int<W>(1), Int<W>(0)).store(a->hit + i);
     }
@@ -195,7 +209,8 @@ struct LightRunner {
       LightEmission<W> e;
       L::template emit<W>(k, in, e);
       const Mask<W> good = (e.pdfPosition > F(0.f)) & (e.pdfDirection > F(0.f)) & isFinite(e.pdfPosition) &
-                           isFinite(e.pdfDirection) & isFinite(e.radiance) & isFinite(e.o) & isFinite(e.d) & isFinite(e.N);
+                           isFinite(e.pdfDirection) & isFinite(e.radiance) & isFinite(e.o) & isFinite(e.d) &
+                           isFinite(e.N);
       const Vec3<W> up(F(0.f), F(0.f), F(1.f));
       zeroUnless(good, e.o).store(a->o, i);
       select(good, e.d, up).store(a->d, i);

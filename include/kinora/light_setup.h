@@ -1,7 +1,7 @@
-// What the create() functions of lights share: the common parameters, the radiance formula, shaping, placement and light
-// maps. Plain code in double precision that runs once a light, before rendering; stock lights and authors' lights include
-// it before <kinora/simd/foreach_target.h>. It samples nothing (light_author.h does) and knows nothing of shadows,
-// linking or groups, which belong to the host.
+// What the create() functions of lights share: the common parameters, the radiance formula, shaping, placement and
+// light maps. Plain code in double precision that runs once a light, before rendering; stock lights and authors'
+// lights include it before <kinora/simd/foreach_target.h>. It samples nothing (light_author.h does) and knows nothing
+// of shadows, linking or groups, which belong to the host.
 #pragma once
 #include <kinora/light.h>
 #include <kinora/named_values.h>
@@ -20,53 +20,95 @@ inline constexpr std::array kRadiance = {
     param::number("intensity", 1.f).range(0, 100).help("Factor on the radiance."),
     param::number("exposure", 0.f).range(-8, 8).help("Stops: the radiance is multiplied by 2 to this power."),
     param::color("lightColor", 1.f).help("Colour, a factor on the radiance; scene-linear Rec. 709."),
-    param::integer("enableTemperature", 0).range(0, 1).options("0 off, 1 on").help("Multiply by the colour of a black body."),
-    param::number("temperature", 6500.f).range(1000, 10000)
-        .help("Kelvin, used where enableTemperature is 1; its colour has luminance 1 and is kept within 1000 to 10000."),
+    param::integer("enableTemperature", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Multiply by the colour of a black body."),
+    param::number("temperature", 6500.f)
+        .range(1000, 10000)
+        .help("Kelvin, used where enableTemperature is 1; its colour has luminance 1 and is kept within 1000 to "
+              "10000."),
     param::number("specular", 1.f).range(0, 1).help("Factor on this light's contribution to specular lobes."),
     param::number("diffuse", 1.f).range(0, 1).help("Factor on this light's contribution to diffuse lobes."),
 };
 inline constexpr std::array kNormalize = {
-    param::integer("areaNormalize", 0).range(0, 1).options("0 off, 1 on")
-        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle), so that the power "
+    param::integer("areaNormalize", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle), so that the "
+              "power "
               "does not grow with it."),
 };
 inline constexpr std::array kMap = {
-    param::string("lightColorMap", "").file().help("Image that multiplies the colour; see the light's own text for its orientation."),
-    param::vector("colorMapGamma", 1, 1, 1).range(0.2f, 4)
+    param::string("lightColorMap", "")
+        .file()
+        .help("Image that multiplies the colour; see the light's own text for its orientation."),
+    param::vector("colorMapGamma", 1, 1, 1)
+        .range(0.2f, 4)
         .help("Each channel c of the map becomes c to the power 1 / gamma."),
-    param::number("colorMapSaturation", 1.f).range(0, 2).help("0 makes the map grey (Rec. 709 luminance), 1 leaves it."),
+    param::number("colorMapSaturation", 1.f)
+        .range(0, 2)
+        .help("0 makes the map grey (Rec. 709 luminance), 1 leaves it."),
 };
 inline constexpr std::array kShaping = {
-    param::number("emissionFocus", 0.f).range(0, 50)
+    param::number("emissionFocus", 0.f)
+        .range(0, 50)
         .help("Exponent of the cosine to the light's axis that multiplies the radiance; 0 emits alike to all sides."),
     param::color("emissionFocusTint", 0.f).help("Radiance factor towards which the focus falls off."),
-    param::integer("emissionFocusNormalize", 0).range(0, 1).options("0 off, 1 on").help("Keep the power whatever emissionFocus is."),
+    param::integer("emissionFocusNormalize", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Keep the power whatever emissionFocus is."),
     param::number("coneAngle", 90.f).range(0, 180).help("Degrees off the axis beyond which nothing is emitted."),
-    param::number("coneSoftness", 0.f).range(0, 2)
+    param::number("coneSoftness", 0.f)
+        .range(0, 2)
         .help("Part of coneAngle over which the edge fades; above 1 the axis is dimmed too."),
     param::string("iesProfile", "").help("No effect yet: measured light distribution."),
     param::number("iesProfileScale", 0.f).range(-1, 1).help("No effect yet: rescales the angles of iesProfile."),
-    param::integer("iesProfileNormalize", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: keep the power under iesProfile."),
-    param::number("intensityNearDist", 0.f).range(0, 10).help("No effect yet: distance below which brightness stops rising."),
+    param::integer("iesProfileNormalize", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("No effect yet: keep the power under iesProfile."),
+    param::number("intensityNearDist", 0.f)
+        .range(0, 10)
+        .help("No effect yet: distance below which brightness stops rising."),
 };
 inline constexpr std::array kControl = {
-    param::integer("enableShadows", 1).range(0, 1).options("0 off, 1 on").help("No effect yet: whether this light casts shadows."),
+    param::integer("enableShadows", 1)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("No effect yet: whether this light casts shadows."),
     param::color("shadowColor", 0.f).help("No effect yet: light that is left in shadow."),
     param::number("shadowDistance", -1.f).range(-1, 100).help("No effect yet: farthest occluder; -1 is no limit."),
-    param::number("shadowFalloff", -1.f).range(-1, 100).help("No effect yet: distance over which shadows fade; -1 is off."),
+    param::number("shadowFalloff", -1.f)
+        .range(-1, 100)
+        .help("No effect yet: distance over which shadows fade; -1 is off."),
     param::number("shadowFalloffGamma", 1.f).range(0.1f, 4).help("No effect yet: curve of shadowFalloff."),
     param::string("shadowSubset", "").help("No effect yet: trace groups that cast shadows."),
     param::string("shadowExcludeSubset", "").help("No effect yet: trace groups that cast none."),
-    param::integer("traceLightPaths", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: light paths start here."),
-    param::integer("thinShadow", 1).range(0, 1).options("0 off, 1 on")
+    param::integer("traceLightPaths", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("No effect yet: light paths start here."),
+    param::integer("thinShadow", 1)
+        .range(0, 1)
+        .options("0 off, 1 on")
         .help("No effect yet: shadows through glass are straight and coloured."),
-    param::integer("visibleInRefractionPath", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: seen through refraction."),
-    param::integer("cheapCaustics", 0).range(0, 1).options("0 off, 1 on").help("No effect yet: approximate caustics."),
+    param::integer("visibleInRefractionPath", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("No effect yet: seen through refraction."),
+    param::integer("cheapCaustics", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("No effect yet: approximate caustics."),
     param::string("cheapCausticsExcludeGroup", "").help("No effect yet: trace group without cheap caustics."),
-    param::integer("fixedSampleCount", 0).range(0, 64).help("No effect yet: light samples a point; 0 leaves it to the integrator."),
+    param::integer("fixedSampleCount", 0)
+        .range(0, 64)
+        .help("No effect yet: light samples a point; 0 leaves it to the integrator."),
     param::string("lightGroup", "").help("No effect yet: name in light path expressions."),
-    param::number("importanceMultiplier", 1.f).range(0.01f, 10)
+    param::number("importanceMultiplier", 1.f)
+        .range(0.01f, 10)
         .help("Factor on how often the light is chosen; noise moves, the picture's mean does not."),
     param::number("msApprox", 0.f).range(0, 1).help("No effect yet: approximate multiple scattering in volumes."),
     param::color("msApproxBleed", 0.5f).help("No effect yet: see msApprox."),
@@ -108,7 +150,8 @@ struct LocalFrame {
     if (!info.placement) return f;
     const double* m = info.placement->localToRender;
     for (int i = 0; i < 16; ++i)
-      if (!std::isfinite(m[i]) || std::fabs(m[i]) > 1e18) throw "the light's transformation holds numbers that are not finite";
+      if (!std::isfinite(m[i]) || std::fabs(m[i]) > 1e18)
+        throw "the light's transformation holds numbers that are not finite";
     f.x = {m[0], m[1], m[2]};
     f.y = {m[4], m[5], m[6]};
     f.z = {m[8], m[9], m[10]};
@@ -145,10 +188,10 @@ inline std::array<double, 3> blackbody(double kelvin) {
 // How radiance depends on the angle to the light's axis: L(theta) = lerp(tint, 1, cos^focus) * scale * cone.
 struct Shaping {
   float focus = 0, tint[3] = {1, 1, 1}, scale[3] = {1, 1, 1};
-  float coneEnd = 4, coneStart = 4;     // radians
-  float sinCone = 1;                    // of the widest direction emitted, 1 from 90 degrees
+  float coneEnd = 4, coneStart = 4;  // radians
+  float sinCone = 1;                 // of the widest direction emitted, 1 from 90 degrees
   bool focused = false, coned = false;
-  float power[3] = {1, 1, 1};           // integral of shape over that without shaping
+  float power[3] = {1, 1, 1};  // integral of shape over that without shaping
 
   // closed: the emitter shows the same area to every direction (sphere); else it is flat and its axis is its normal.
   static Shaping of(const NamedValues& v, bool closed) {
@@ -160,9 +203,10 @@ struct Shaping {
     for (int c = 0; c < 3; ++c) s.tint[c] = float(tint[c] = v.number("emissionFocusTint", c));
     const double angle = std::fmin(180, std::fmax(0, v.number("coneAngle"))) * kRadians;
     const double softness = std::fmin(10, std::fmax(0, v.number("coneSoftness")));
-    // At 90 degrees and no softness a flat light is not cut; a closed one takes the default 90 as "no cone" too, since
-    // its default emission is to all sides.
-    s.coned = angle < 90 * kRadians - 1e-6 || (!closed && softness > 0) || (closed && angle > 90 * kRadians + 1e-6 && angle < 180 * kRadians - 1e-6);
+    // At 90 degrees and no softness a flat light is not cut; a closed one takes the default 90 as "no cone" too,
+    // since its default emission is to all sides.
+    s.coned = angle < 90 * kRadians - 1e-6 || (!closed && softness > 0) ||
+              (closed && angle > 90 * kRadians + 1e-6 && angle < 180 * kRadians - 1e-6);
     s.coneEnd = float(angle);
     s.coneStart = float(angle * (1 - softness));
     s.sinCone = s.coned && angle < 90 * kRadians ? float(std::sin(angle)) : 1.f;
@@ -195,7 +239,7 @@ struct Shaping {
 
 // Everything of a light that does not depend on its shape.
 struct LightCommon {
-  float radiance[3] = {0, 0, 0};   // intensity * 2^exposure * lightColor * blackbody / size
+  float radiance[3] = {0, 0, 0};  // intensity * 2^exposure * lightColor * blackbody / size
   float diffuse = 1, specular = 1, importance = 1;
 
   // size: what areaNormalize divides by; negative: the light has no such parameter.
@@ -223,12 +267,13 @@ struct LightCommon {
 struct LightMap {
   const float* texels = nullptr;
   int32_t width = 0, height = 0, stride = 0;
-  int32_t green = 0, blue = 0;     // offsets within a texel: 0 0 for grey maps
+  int32_t green = 0, blue = 0;  // offsets within a texel: 0 0 for grey maps
   std::vector<float> own;
-  double mean[3] = {1, 1, 1};      // plain average of the texels
+  double mean[3] = {1, 1, 1};  // plain average of the texels
 
   bool valid() const { return texels != nullptr; }
-  // Never fails: a map that is missing or beyond bounds leaves the light without one (the colour alone), with a message.
+  // Never fails: a map that is missing or beyond bounds leaves the light without one (the colour alone), with a
+  // message.
   void load(const NamedValues& v) {
     const std::string file = v.string("lightColorMap");
     const Host* host = v.info().host;
@@ -238,7 +283,8 @@ struct LightMap {
     const uint64_t count = uint64_t(image->width) * image->height * image->channels;
     if (image->width == 0 || image->height == 0 || image->channels == 0 || image->width > 1u << 20 ||
         image->height > 1u << 20 || image->channels > 64 || count > 0x7fffffffu) {
-      v.warn("LIGHT-MAP", "lightColorMap '" + file + "' is empty or has more than 2^31 numbers", "the light has no map");
+      v.warn("LIGHT-MAP", "lightColorMap '" + file + "' is empty or has more than 2^31 numbers",
+             "the light has no map");
       return;
     }
     width = int32_t(image->width);
@@ -257,7 +303,8 @@ struct LightMap {
     size_t bad = 0;
     for (size_t i = 0; i < texelCount * image->channels; ++i) bad += !std::isfinite(image->pixels[i]);
     if (bad)
-      v.warn("LIGHT-MAP", "lightColorMap '" + file + "' holds " + std::to_string(bad) + " numbers that are not finite",
+      v.warn("LIGHT-MAP",
+             "lightColorMap '" + file + "' holds " + std::to_string(bad) + " numbers that are not finite",
              "they count as black");
     if (!changes && !bad) {
       texels = image->pixels;
@@ -275,7 +322,8 @@ struct LightMap {
         double rgb[3];
         for (int c = 0; c < 3; ++c) {
           const double x = image->pixels[i * image->channels + (grey ? 0 : c)];
-          rgb[c] = std::isfinite(x) ? (gamma[c] == 1 ? x : std::copysign(std::pow(std::fabs(x), 1 / gamma[c]), x)) : 0;
+          rgb[c] =
+              std::isfinite(x) ? (gamma[c] == 1 ? x : std::copysign(std::pow(std::fabs(x), 1 / gamma[c]), x)) : 0;
         }
         const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
         for (int c = 0; c < 3; ++c) own[3 * i + c] = float(luminance + (rgb[c] - luminance) * saturation);

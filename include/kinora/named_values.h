@@ -1,5 +1,6 @@
-// Parameter values by name for create() functions, and lists of parameters joined from shared parts. Used by light_setup.h,
-// projection_setup.h and authors' own set-up code; plain, runs once a node. It checks numbers, it does not clamp ranges.
+// Parameter values by name for create() functions, and lists of parameters joined from shared parts. Used by
+// light_setup.h, projection_setup.h and authors' own set-up code; plain, runs once a node. It checks numbers, it does
+// not clamp ranges.
 #pragma once
 #include <kinora/plugin.h>
 
@@ -29,7 +30,8 @@ constexpr auto joinParams(const std::array<Param, N>&... parts) {
 // Values by name: lists may grow without renumbering. Asking for a name that was not declared is our mistake.
 class NamedValues {
  public:
-  NamedValues(const CreateInfo& info, const Param* params, size_t count) : info_(info), params_(params), count_(count) {}
+  NamedValues(const CreateInfo& info, const Param* params, size_t count)
+      : info_(info), params_(params), count_(count) {}
   uint32_t index(std::string_view name) const {
     for (size_t i = 0; i < count_ && i < info_.valueCount; ++i)
       if (name == params_[i].name) return uint32_t(i);
@@ -53,7 +55,8 @@ class NamedValues {
   bool given(std::string_view name) const { return info_.values[index(name)].given != 0; }
   void warn(const char* code, const std::string& what, const char* done) const {
     if (info_.host && info_.host->warn)
-      info_.host->warn(info_.host->self, code, (std::string(info_.handle ? info_.handle : "") + ": " + what).c_str(), done);
+      info_.host->warn(info_.host->self, code, (std::string(info_.handle ? info_.handle : "") + ": " + what).c_str(),
+                       done);
   }
   // One message that names every parameter which the scene sets to something other than its default in vain.
   void warnNoEffect() const {

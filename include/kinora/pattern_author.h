@@ -1,5 +1,6 @@
 // Helpers for pattern authors: loading values and making outputs for W points. Included per target.
 #include <kinora/pattern.h>
+#include <cstring>
 #include <initializer_list>
 #include <iterator>
 #include <kinora/bxdf_author.h>
@@ -66,6 +67,14 @@ template <int W> KN_INLINE Vec3<W> loadPosition(const Manifold& m, At at) {
           m.dimensions > 2 ? loadComponent<W>(m.q, 2, at) : Float<W>(0.f)};
 }
 
+// Handle of a file parameter at a point; negative: no file.
+inline int32_t handleAt(const Value& handles, uint32_t point) {
+  int32_t h;
+  std::memcpy(&h, &handles.data[0][handles.stride ? point : 0], sizeof h);
+  return h;
+}
+inline bool hasFile(const Value& handles) { return !handles.uniform() || handleAt(handles, 0) >= 0; }
+
 // ---- outputs ----
 // A node whose inputs are all uniform computes one chunk of lanes and hands on a uniform value:
 //   const bool one = allUniform({&a, &b});
@@ -105,6 +114,74 @@ template <class B>
 struct PatternRunner {
   template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&B::template compute<W>}; }
 };
+
+// ---- spaces ----
+// How a value moves with a matrix: points with its translation, normals with the inverse's transpose.
+enum class Moves { No, Point, Vector, Normal };
+inline Moves movesLike(const char* type) {
+  return !std::strcmp(type, "point") ? Moves::Point : !std::strcmp(type, "vector") ? Moves::Vector
+         : !std::strcmp(type, "normal") ? Moves::Normal : Moves::No;
+}
+// Takes a value from render space to a named one; unknown spaces leave it where it is.
+template <int W>
+inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
+  using F = Float<W>;
+  float m[16];
+  const bool normal = how == Moves::Normal;
+  if (how == Moves::No || !(normal ? c.fn->matrix(&c, space, "render", m) : c.fn->matrix(&c, "render", space, m))) return;
+  const bool one = v.uniform();
+  const Value in = v;
+  float* out[3];
+  makeOutput(c, v, 3, one, out);
+  for (uint32_t i = 0; i < extent(c, one); i += W) {
+    const At at{i, false};
+    const F x = loadComponent<W>(in, 0, at), y = loadComponent<W>(in, 1, at), z = loadComponent<W>(in, 2, at);
+    for (uint32_t k = 0; k < 3; ++k) {
+      // normals: m is the way back, used transposed
+      F r(how == Moves::Point ? m[12 + k] : 0.f);
+      r = fma(x, F(normal ? m[4 * k] : m[k]), r);
+      r = fma(y, F(normal ? m[4 * k + 1] : m[4 + k]), r);
+      r = fma(z, F(normal ? m[4 * k + 2] : m[8 + k]), r);
+      r.store(out[k] + i);
+    }
+  }
+}
+
+// For nodes that make one colour (kComponents 3) or number (1) of inputs at the same point. `B` has
+//   struct Setup { explicit Setup(const Context&); bool uniform() const; };   // values, modes, ...: read once a context
+//   static constexpr uint32_t kComponents;
+//   template <int W> static KN_INLINE Vec3<W> at(const Setup&, At);          // x alone counts for numbers
+// The first output is the result; further ones are a colour's parts, or a number's repetition as a colour and its parts.
+template <class B>
+struct PointwiseRunner {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* a) {
+    const typename B::Setup setup(*c);
+    const bool one = setup.uniform();
+    float* out[3];
+    makeOutput(*c, a->outputs[0], B::kComponents, one, out);
+    for (uint32_t i = 0; i < extent(*c, one); i += W) {
+      const Vec3<W> v = B::template at<W>(setup, At{i, false});
+      if constexpr (B::kComponents == 3) {
+        v.store(out, i);
+      } else {
+        v.x.store(out[0] + i);
+      }
+    }
+    if (B::kComponents == 3 && a->outputCount >= 4) shareComponents(*a, 0);
+    if (B::kComponents == 1 && a->outputCount >= 5) {
+      a->outputs[1] = a->outputs[0];
+      a->outputs[1].components = 3;
+      a->outputs[1].data[1] = a->outputs[1].data[2] = a->outputs[0].data[0];
+      shareComponents(*a, 1);
+    }
+  }
+  template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&compute<W>}; }
+};
+#undef KINORA_POINTWISE_TABLES
+#define KINORA_POINTWISE_TABLES(Node) \
+  using Runner = PointwiseRunner<Node>; \
+  KINORA_WIDTH_TABLES(Runner, PatternFunctions)
 
 // Inside the per-target namespace, after the node's struct; then KINORA_REGISTER_PATTERN after all of it.
 #undef KINORA_PATTERN_TABLES

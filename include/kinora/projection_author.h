@@ -7,16 +7,18 @@
 //     template <int W> static void connect(const Data&, const CameraPoint<W>&, CameraLink<W>& out);
 //   };
 //
-// Importance and density, as light tracing needs them. A pixel's value is the mean over its raster square of the radiance
-// along rays(): I = integral of L dx dy over one square pixel. With a lens point fixed and theta the angle of the ray to
-// the view axis, a pixel covers A = (pixel width)(pixel height) on the screen plane at unit distance, and there
-// dx dy = dw / (A cos^3 theta). So
-//   pdf = 1 / (A cos^3 theta)           per solid angle, for one sample placed evenly in the pixel that is met; divide by
+// Importance and density, as light tracing needs them. A pixel's value is the mean over its raster square of the
+// radiance along rays(): I = integral of L dx dy over one square pixel. With a lens point fixed and theta the angle
+// of the ray to the view axis, a pixel covers A = (pixel width)(pixel height) on the screen plane at unit distance,
+// and there dx dy = dw / (A cos^3 theta). So
+//   pdf = 1 / (A cos^3 theta)           per solid angle, for one sample placed evenly in the pixel that is met;
+//   divide by
 //                                       the number of pixels for a sample placed evenly in the whole picture
-//   importance = 1 / (A cos^4 theta)    We of I = integral of We L cos theta dw; the lens point's density has cancelled.
-// A splat from a point X at distance r is then f(X) * importance * cos(theta at the lens) * cos(at X) / r^2, and the mean
-// of L * weight over a pixel's samples equals the sum of splats over the number of light paths. This holds for every lens
-// point of a thin lens: the raster maps linearly to the plane of focus, whose scale cancels.
+//   importance = 1 / (A cos^4 theta)    We of I = integral of We L cos theta dw; the lens point's density has
+//   cancelled.
+// A splat from a point X at distance r is then f(X) * importance * cos(theta at the lens) * cos(at X) / r^2, and the
+// mean of L * weight over a pixel's samples equals the sum of splats over the number of light paths. This holds for
+// every lens point of a thin lens: the raster maps linearly to the plane of focus, whose scale cancels.
 #include <kinora/projection_setup.h>
 #include <kinora/math/sampling.h>
 
@@ -56,19 +58,22 @@ struct CameraLink {
 };
 
 // Raster to screen plane and back.
-template <int W> KN_INLINE void toScreen(const ScreenMap& m, Float<W> x, Float<W> y, Float<W>& sx, Float<W>& sy) {
+template <int W>
+KN_INLINE void toScreen(const ScreenMap& m, Float<W> x, Float<W> y, Float<W>& sx, Float<W>& sy) {
   using F = Float<W>;
   const F a = fma(x, F(m.stepX), F(m.left)), b = fnma(y, F(m.stepY), F(m.top));
   sx = fms(a, F(m.cosRoll), b * F(m.sinRoll));
   sy = fma(a, F(m.sinRoll), b * F(m.cosRoll));
 }
-template <int W> KN_INLINE void toRaster(const ScreenMap& m, Float<W> sx, Float<W> sy, Float<W>& x, Float<W>& y) {
+template <int W>
+KN_INLINE void toRaster(const ScreenMap& m, Float<W> sx, Float<W> sy, Float<W>& x, Float<W>& y) {
   using F = Float<W>;
   const F a = fma(sx, F(m.cosRoll), sy * F(m.sinRoll)), b = fms(sy, F(m.cosRoll), sx * F(m.sinRoll));
   x = (a - F(m.left)) / F(m.stepX);
   y = (F(m.top) - b) / F(m.stepY);
 }
-template <int W> KN_INLINE Mask<W> insideRaster(const ScreenMap& m, Float<W> x, Float<W> y) {
+template <int W>
+KN_INLINE Mask<W> insideRaster(const ScreenMap& m, Float<W> x, Float<W> y) {
   using F = Float<W>;
   return (x >= F(0.f)) & (x < F(m.width)) & (y >= F(0.f)) & (y < F(m.height));
 }
@@ -124,7 +129,7 @@ struct ThinLensProjection {
     toRaster(k.screen, fma(out.o.x, perFocus, dx) / s, fma(out.o.y, perFocus, dy) / s, out.x, out.y);
     Mask<W> seen = (to.z > F(1e-30f)) & insideRaster(k.screen, out.x, out.y);
     if (k.farClip > 0) seen &= (in.P.z >= F(k.nearClip)) & (in.P.z <= F(k.farClip));
-    const F secant2 = fma(dx, dx, fma(dy, dy, F(1.f)));   // 1 / cos^2
+    const F secant2 = fma(dx, dx, fma(dy, dy, F(1.f)));  // 1 / cos^2
     const F perArea = F(1.f) / (s * s * F(k.screen.pixelArea()));
     out.pdf = zeroUnless(seen, perArea * secant2 * sqrt(secant2));
     out.importance = zeroUnless(seen, perArea * secant2 * secant2);
@@ -167,7 +172,7 @@ struct ProjectionRunner {
       CameraLink<W> l;
       P::template connect<W>(k, in, l);
       const Mask<W> good = isFinite(in.P) & isFinite(l.importance) & isFinite(l.pdf) & (l.importance > F(0.f));
-      l.o.store(a->o, i);
+      zeroUnless(isFinite(l.o), l.o).store(a->o, i);
       zeroUnless(good, l.x).store(a->raster[0] + i);
       zeroUnless(good, l.y).store(a->raster[1] + i);
       zeroUnless(good, l.importance).store(a->importance + i);
@@ -175,7 +180,9 @@ struct ProjectionRunner {
     }
   }
   template <int W>
-  static constexpr ProjectionFunctions table() { return {&rays<W>, &connect<W>}; }
+  static constexpr ProjectionFunctions table() {
+    return {&rays<W>, &connect<W>};
+  }
 };
 
 }  // namespace HWY_NAMESPACE

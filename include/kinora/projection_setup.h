@@ -1,5 +1,6 @@
-// Set-up shared by the projections with a lens: fov, depth of field, shift and roll from their parameters. Plain code that
-// runs once, before rendering; included before <kinora/simd/foreach_target.h>. It makes no rays (projection_author.h does).
+// Set-up shared by the projections with a lens: fov, depth of field, shift and roll from their parameters. Plain code
+// that runs once, before rendering; included before <kinora/simd/foreach_target.h>. It makes no rays
+// (projection_author.h does).
 #pragma once
 #include <kinora/named_values.h>
 #include <kinora/projection.h>
@@ -12,9 +13,9 @@ namespace kinora {
 
 // The raster's place on the screen plane.
 struct ScreenMap {
-  float left = -1, top = 1, stepX = 0, stepY = 0;    // x = left + stepX * raster x, y = top - stepY * raster y
-  float width = 1, height = 1;                       // of the raster, pixels
-  float cosRoll = 1, sinRoll = 0;                    // the screen, turned about the view axis
+  float left = -1, top = 1, stepX = 0, stepY = 0;  // x = left + stepX * raster x, y = top - stepY * raster y
+  float width = 1, height = 1;                     // of the raster, pixels
+  float cosRoll = 1, sinRoll = 0;                  // the screen, turned about the view axis
 
   // Throws for guardedCreate where no picture is possible.
   static ScreenMap of(const ProjectionInfo* info) {
@@ -47,8 +48,8 @@ struct ScreenMap {
 
 struct ThinLens {
   ScreenMap screen;
-  float halfFov[2] = {0.7853981634f, 0.7853981634f};   // radians, at shutter open and close
-  float scale = 1;                  // screen units at unit distance: tan(halfFov[0])
+  float halfFov[2] = {0.7853981634f, 0.7853981634f};  // radians, at shutter open and close
+  float scale = 1;                                    // screen units at unit distance: tan(halfFov[0])
   bool zooms = false;
   float lensRadius = 0, focus = 1;
   float nearClip = 0, farClip = 0;  // z; 0 0: none
@@ -64,7 +65,7 @@ inline void perspectiveMatrix(const ThinLens& k, double out[16]) {
   out[5] = s * k.screen.cosRoll;
   out[10] = 1;
   out[11] = 1;
-  out[14] = k.nearClip > 0 ? -double(k.nearClip) : -1e-3;   // depth 1 - near / z: no far plane
+  out[14] = k.nearClip > 0 ? -double(k.nearClip) : -1e-3;  // depth 1 - near / z: no far plane
 }
 
 // The lens of PxrPerspective and PxrCamera; values by the names of projectionParams::kLens.
@@ -88,7 +89,7 @@ inline void setLens(ThinLens& k, const NamedValues& v, const ProjectionInfo& inf
   };
   const double fStop = value("fStop", info.fStop), length = value("focalLength", info.focalLength);
   const double distance = value("focalDistance", info.focalDistance);
-  const double radius = fStop > 0 ? length / (2 * fStop) : 0;   // an infinite fStop is a pinhole
+  const double radius = fStop > 0 ? length / (2 * fStop) : 0;  // an infinite fStop is a pinhole
   if (radius > 0 && std::isfinite(radius) && distance > 1e-9 && distance < 1e30) {
     k.lensRadius = float(radius);
     k.focus = float(distance);
@@ -106,11 +107,14 @@ namespace kinora::projectionParams {
 inline constexpr std::array kLens = {
     param::number("fov", 90.f).range(1, 170).help("Degrees over the shorter side of the default screen window."),
     param::number("fovEnd", 0.f).range(0, 170).help("fov when the shutter closes, degrees; 0 is no zoom."),
-    param::number("fStop", 16.f).range(0.5f, 64)
+    param::number("fStop", 16.f)
+        .range(0.5f, 64)
         .help("Focal length over the diameter of the lens. Given here, it replaces that of DepthOfField."),
-    param::number("focalLength", 0.f).range(0, 1)
+    param::number("focalLength", 0.f)
+        .range(0, 1)
         .help("Of the lens, in units of camera space; 0 is a pinhole. Given here, it replaces that of DepthOfField."),
-    param::number("focalDistance", 1.f).range(0.1f, 100)
+    param::number("focalDistance", 1.f)
+        .range(0.1f, 100)
         .help("Distance of the plane of focus along the view axis. Given here, it replaces that of DepthOfField."),
 };
 }  // namespace kinora::projectionParams

@@ -1,7 +1,9 @@
 // Random numbers by address: (seed of the pixel, sample index, dimension) -> two numbers in [0, 1). Nothing is drawn from
 // a stream, so a sample's numbers do not depend on what else was rendered. The table holds PMJ02 sequences (Christensen,
-// Kensler, Kilpatrick, EGSR 2018); a hash picks the sequence, exclusive-ors the index (which keeps every aligned block of
-// 2^k samples a block) and the digits (random digit scrambling keeps all base-2 strata). Included per target.
+// Kensler, Kilpatrick, EGSR 2018). A hash picks the sequence, shuffles the index so that every aligned block of 2^k
+// samples stays one (a bit may change with those above it only), and exclusive-ors the digits, which keeps all base-2
+// strata. The shuffle must not be a mere exclusive or: sample 2k + 1 of all these sequences lies in the other half than
+// sample 2k, so that the leading digits of any two dimensions would agree. Included per target.
 #include <kinora/sample_table.h>
 #include <kinora/simd/wide.h>
 
@@ -26,6 +28,15 @@ template <int W> KN_INLINE Int<W> hashWords(Int<W> a, Int<W> b) {
   return x ^ x.template shr<16>();
 }
 
+// The low 16 bits in reverse.
+template <int W> KN_INLINE Int<W> reverse16(Int<W> x) {
+  using I = Int<W>;
+  x = ((x & I(0x5555)).template shl<1>()) | (x.template shr<1>() & I(0x5555));
+  x = ((x & I(0x3333)).template shl<2>()) | (x.template shr<2>() & I(0x3333));
+  x = ((x & I(0x0f0f)).template shl<4>()) | (x.template shr<4>() & I(0x0f0f));
+  return ((x & I(0x00ff)).template shl<8>()) | (x.template shr<8>() & I(0x00ff));
+}
+
 // Two numbers in [0, 1) for each lane.
 template <int W>
 KN_INLINE void draw2(const SampleTable& t, Int<W> seed, Int<W> sample, uint32_t dimension, Float<W>& u, Float<W>& v) {
@@ -37,7 +48,16 @@ KN_INLINE void draw2(const SampleTable& t, Int<W> seed, Int<W> sample, uint32_t 
   const Int<W> set = h & Int<W>(uint32_t((1u << t.logSets) - 1));
   const Int<W> h2 = h * Int<W>(0x2C1B3C6Du);
   const Int<W> h3 = (h ^ h.template shr<13>()) * Int<W>(0x297A2D39u);
-  const Int<W> index = ((sample ^ h2.template shr<7>()) & mask) + set * Int<W>(uint32_t(1u << t.logSamples));
+  // Nested shuffle in reversed bit order, where products and sums carry the right way: Laine and Karras' hash (EGSR 2011)
+  // with N. Vegdahl's constants (2021).
+  const Int<W> h4 = h ^ h.template shr<15>();
+  Int<W> x = Int<W>(hn::BitCast(typename Int<W>::D(), hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), reverse16(sample).v), int(16 - t.logSamples))));
+  x = x ^ (x * Int<W>(0x3d20adeau));
+  x = x + h4.template shr<4>();
+  x = x * (h2.template shr<16>() | Int<W>(1));
+  x = x ^ (x * Int<W>(0x05526c56u));
+  x = x ^ (x * Int<W>(0x53a22864u));
+  const Int<W> index = (x & mask) + set * Int<W>(uint32_t(1u << t.logSamples));
   u = toUnitFloat(gather(t.xs, index) ^ h3);
   v = toUnitFloat(gather(t.ys, index) ^ (h3 * Int<W>(0x165667B1u) + h2));
 }

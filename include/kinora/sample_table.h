@@ -3,7 +3,8 @@
 #include <cstdint>
 
 namespace kinora {
-// sets x samples x and y coordinates as 32-bit fractions, set-major: x of set s at xs[s * samples + i].
+// sets x samples x and y coordinates as 32-bit fractions, set-major: x of sample i of set s is at
+// xs[s * samples + i with its logSamples bits in reverse]. logSamples is at most 16.
 struct SampleTable {
   const uint32_t* xs;
   const uint32_t* ys;

@@ -1,6 +1,6 @@
-// For the tests beside the lights: makes one light from named values and a placement, calls its tables at a chosen width
-// over any number of points, and integrates what comes back. The checks that hold for every light live here, the closed
-// forms and special cases in each light's test. Statistics over all parameters are the testing kit's.
+// For the tests beside the lights: makes one light from named values and a placement, calls its tables at a chosen
+// width over any number of points, and integrates what comes back. The checks that hold for every light live here,
+// the closed forms and special cases in each light's test. Statistics over all parameters are the testing kit's.
 #pragma once
 #include <gtest/gtest.h>
 #include <kinora/light.h>
@@ -43,7 +43,8 @@ inline Matrix turned(double sx, double sy, double sz, Vec t) {
   const Vec z = unit({0.3, -0.8, 0.52});
   Vec x, y;
   frame(z, x, y);
-  return {x[0] * sx, x[1] * sx, x[2] * sx, 0, y[0] * sy, y[1] * sy, y[2] * sy, 0, z[0] * sz, z[1] * sz, z[2] * sz, 0, t[0], t[1], t[2], 1};
+  return {x[0] * sx, x[1] * sx, x[2] * sx, 0, y[0] * sy, y[1] * sy, y[2] * sy, 0,
+          z[0] * sz, z[1] * sz, z[2] * sz, 0, t[0],      t[1],      t[2],      1};
 }
 
 struct Setting {
@@ -55,7 +56,7 @@ inline Setting set(const char* name, float x) { return {name, {x}, ""}; }
 inline Setting set(const char* name, float r, float g, float b) { return {name, {r, g, b}, ""}; }
 inline Setting setText(const char* name, const char* text) { return {name, {}, text}; }
 
-struct Rays {   // structure of arrays, padded
+struct Rays {  // structure of arrays, padded
   uint32_t n = 0;
   std::vector<float> a[24];
   explicit Rays(uint32_t count) : n(count) {
@@ -80,12 +81,15 @@ class TestLight {
       values[i].count = p.type == Type::Float || p.type == Type::Int || p.type == Type::String ? 1 : 3;
       for (const Setting& s : settings)
         if (s.name == p.name) {
-          if (p.type == Type::String) texts[i] = s.text.c_str();
-          else values[i].floats = s.numbers.data();
+          if (p.type == Type::String)
+            texts[i] = s.text.c_str();
+          else
+            values[i].floats = s.numbers.data();
           values[i].given = 1;
         }
     }
-    Host host{this, [](void* self, const char* code, const char* what, const char*) {
+    Host host{this,
+              [](void* self, const char* code, const char* what, const char*) {
                 static_cast<TestLight*>(self)->warnings.push_back(std::string(code) + ": " + what);
               },
               [](void* self, const char*, int) { return static_cast<TestLight*>(self)->image_; }};
@@ -226,7 +230,9 @@ inline double irradianceBySampling(const TestLight& light, Vec P, Vec N, uint32_
 }
 
 // The same by looking into a grid of directions within `half` radians of `axis`; also the integral of the pdf.
-struct Looked { double irradiance, pdf; };
+struct Looked {
+  double irradiance, pdf;
+};
 inline Looked lookAround(const TestLight& light, Vec P, Vec N, Vec axis, double half, uint32_t side = 1024) {
   Rays r(side * side);
   std::vector<float> u(r.n), v(r.n);
@@ -255,7 +261,8 @@ inline Looked lookAround(const TestLight& light, Vec P, Vec N, Vec axis, double 
 }
 
 // Points around a light, for checks that hold everywhere.
-inline std::vector<Vec> pointsAround(const TestLight& light, uint32_t n, double nearest = 0.05, double farthest = 20) {
+inline std::vector<Vec> pointsAround(const TestLight& light, uint32_t n, double nearest = 0.05,
+                                     double farthest = 20) {
   std::mt19937 random(7);
   std::normal_distribution<double> g;
   std::uniform_real_distribution<double> u(std::log(nearest), std::log(farthest));
@@ -289,9 +296,9 @@ inline void expectDensitiesAgree(const TestLight& light, const std::vector<Vec>&
     const double norm = r.a[5][i] * double(r.a[5][i]) + r.a[6][i] * double(r.a[6][i]) + r.a[7][i] * double(r.a[7][i]);
     if (pdf && radiance && std::fabs(norm - 1) < 1e-5) continue;
     if (++wrong <= 5)
-      ADD_FAILURE() << "sample " << i << " from " << r.a[0][i] << ' ' << r.a[1][i] << ' ' << r.a[2][i] << ": pdf " << r.a[12][i]
-                    << " against " << r.a[16][i] << ", radiance " << mean3(r, 9, i) << " against " << mean3(r, 13, i)
-                    << ", u " << r.a[3][i] << ' ' << r.a[4][i] << " |d|^2 " << norm;
+      ADD_FAILURE() << "sample " << i << " from " << r.a[0][i] << ' ' << r.a[1][i] << ' ' << r.a[2][i] << ": pdf "
+                    << r.a[12][i] << " against " << r.a[16][i] << ", radiance " << mean3(r, 9, i) << " against "
+                    << mean3(r, 13, i) << ", u " << r.a[3][i] << ' ' << r.a[4][i] << " |d|^2 " << norm;
   }
   EXPECT_EQ(wrong, 0u) << "of " << sampled;
   EXPECT_GT(sampled, r.n / 20);
@@ -313,7 +320,8 @@ inline double emittedPower(const TestLight& light, uint32_t side = 512) {
   double sum = 0;
   for (uint32_t i = 0; i < r.n; ++i) {
     const double p = double(r.a[16][i]) * r.a[17][i];
-    const double cosine = double(r.a[7][i]) * r.a[10][i] + double(r.a[8][i]) * r.a[11][i] + double(r.a[9][i]) * r.a[12][i];
+    const double cosine =
+        double(r.a[7][i]) * r.a[10][i] + double(r.a[8][i]) * r.a[11][i] + double(r.a[9][i]) * r.a[12][i];
     if (p > 0) sum += mean3(r, 13, i) * cosine / p;
   }
   return sum / r.n;
@@ -372,7 +380,8 @@ inline void expectNoNaN(const TestLight& light) {
   light.look(r);
   light.emit(e);
   for (uint32_t i = 0; i < r.n; ++i) {
-    for (int c : {5, 6, 7, 9, 10, 11, 12, 13, 14, 15, 16}) ASSERT_TRUE(std::isfinite(r.a[c][i])) << "point " << i << " column " << c;
+    for (int c : {5, 6, 7, 9, 10, 11, 12, 13, 14, 15, 16})
+      ASSERT_TRUE(std::isfinite(r.a[c][i])) << "point " << i << " column " << c;
     ASSERT_FALSE(std::isnan(r.a[8][i])) << "point " << i;
     for (int c = 4; c <= 17; ++c) ASSERT_TRUE(std::isfinite(e.a[c][i])) << "emit " << i << " column " << c;
   }
@@ -390,7 +399,8 @@ inline void expectDegenerateIsSafe(const char* name, bool scaleMatters) {
     TestLight light(name, {}, scaleMove(1, 1, 1, {0, nan, 0}));
     EXPECT_FALSE(light.made());
   }
-  for (const Matrix& m : {scaleMove(0, 0, 0, {1, 2, 3}), scaleMove(0, 1, 1, {0, 0, 0}), scaleMove(1e-200, 1e-200, 1e-200, {0, 0, 0})}) {
+  for (const Matrix& m :
+       {scaleMove(0, 0, 0, {1, 2, 3}), scaleMove(0, 1, 1, {0, 0, 0}), scaleMove(1e-200, 1e-200, 1e-200, {0, 0, 0})}) {
     TestLight light(name, {}, m);
     ASSERT_TRUE(light.made());
     if (scaleMatters) {

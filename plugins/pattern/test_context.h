@@ -133,7 +133,12 @@ class TestContext {
     TestContext& t = self(c);
     if (const auto it = t.params_.find(i); it != t.params_.end()) return it->second;
     const Param& p = t.descriptor_->params[i];
-    if (p.flags & kParamFile) return t.value({{0.f}});
+    if (p.flags & kParamFile) {  // handle 7 of a named file, -1 of none
+      const int32_t handle = t.texts_.count(i) ? 7 : -1;
+      float bits;
+      std::memcpy(&bits, &handle, sizeof bits);
+      return t.value({{bits}});
+    }
     const bool three = p.type != Type::Float && p.type != Type::Int;
     return t.value(three ? Numbers{{p.value[0]}, {p.value[1]}, {p.value[2]}} : Numbers{{p.value[0]}});
   }

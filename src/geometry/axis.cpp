@@ -6,7 +6,7 @@
 namespace kinora::geometry {
 
 std::string Axis::linear(int controls, bool periodic, Axis& out) {
-  if (controls < (periodic ? 3 : 2)) return std::to_string(controls) + " points in one direction";
+  if (controls < 2) return std::to_string(controls) + " points in one direction";
   out.controls_ = controls;
   out.periodic_ = periodic;
   out.order_ = 2;

@@ -11,7 +11,13 @@ using Imath::V3f;
 using scene::Parameter;
 using scene::StorageClass;
 
-std::string subject(const scene::Primitive& primitive) { return primitive.name(); }
+std::string subject(const scene::Primitive& primitive) {
+  std::string name = primitive.name();
+  // The message begins with the position already.
+  const std::string where = " at " + primitive.pos.str();
+  if (name.size() > where.size() && name.ends_with(where)) name.resize(name.size() - where.size());
+  return name;
+}
 
 bool PointKeys::finite(size_t i) const {
   for (const auto& k : keys)

@@ -74,7 +74,7 @@ void repairNormals(const scene::Primitive& primitive, Mesh& mesh, Diagnostics& d
 // e1 x e2 with the orientation applied, not normalised.
 Imath::V3d geometricNormal(const Mesh& mesh, uint32_t triangle, size_t key = 0);
 
-// "Sphere at file.rib:12", for messages.
+// What messages about a primitive call it: its name, else its kind.
 std::string subject(const scene::Primitive& primitive);
 
 }  // namespace kinora::geometry

@@ -198,7 +198,9 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
     diagnostics.error(code, primitive.pos, subject(primitive) + " has " + what, "the primitive is left out");
     return false;
   };
-  if (points->nonFinite) return refuse("GEOM-NOT-FINITE", "points that are not finite");
+  for (size_t k = 0; k < points->keys.size(); ++k)  // a weight of 0 is legal here, unlike where points are projected
+    for (const V4d& p : homogeneousPoints(primitive, k))
+      if (!std::isfinite(p.x + p.y + p.z + p.w)) return refuse("GEOM-NOT-FINITE", "points that are not finite");
   Surface surface;
   const std::string wrong = describe(primitive, points->count, surface);
   if (!wrong.empty()) return refuse("GEOM-PATCH-SHAPE", wrong);

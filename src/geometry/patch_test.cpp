@@ -181,6 +181,12 @@ TEST(Patch, NurbsSphereAndItsPoles) {
   EXPECT_EQ(d.count("GEOM-TRIM"), 1u);
 }
 
+TEST(Patch, PeriodicStripOfTwoPointsGoesThereAndBack) {
+  scene::Primitive p = primitive(patchMesh(false, 2, true, 2, false));
+  p.primvars.set(points({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}));
+  EXPECT_NEAR(area(made(p)), 2, 1e-6);
+}
+
 TEST(Patch, BadInputTable) {
   const std::vector<float> four{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   std::vector<float> bad = four;
@@ -220,12 +226,31 @@ TEST(Patch, BadInputTable) {
   }
 }
 
-TEST(Tessellate, KindsOfLaterIssuesAreToldOnceEach) {
-  for (const scene::Shape& s : {scene::Shape(scene::Curves{}), scene::Shape(scene::Points{}),
-                                scene::Shape(scene::OtherPrimitive{"Blobby", {}})}) {
+TEST(Tessellate, KindsOfLaterIssuesAreToldByKind) {
+  const std::pair<scene::Shape, const char*> kinds[] = {
+      {scene::Curves{}, "GEOM-NOT-RENDERED-YET-CURVES"},
+      {scene::Points{}, "GEOM-NOT-RENDERED-YET-POINTS"},
+      {scene::OtherPrimitive{"Blobby", {}}, "GEOM-NOT-RENDERED-YET-BLOBBY"},
+  };
+  for (const auto& [shape, code] : kinds) {
     Quiet d;
-    EXPECT_FALSE(tessellate(primitive(s), {}, d).has_value());
-    EXPECT_EQ(d.count("GEOM-NOT-RENDERED-YET"), 1u);
+    EXPECT_FALSE(tessellate(primitive(shape), {}, d).has_value());
+    EXPECT_EQ(d.count(code), 1u);
+    EXPECT_EQ(d.warnings(), 1u);
+  }
+}
+
+TEST(Tessellate, EveryCodeIsExplained) {
+  Explanations all;
+  all.add(explanations());
+  for (const char* code :
+       {"GEOM-FACE-AREA", "GEOM-FACE-CORNERS", "GEOM-FACE-LIST", "GEOM-FACE-TANGLED", "GEOM-INDEX-RANGE",
+        "GEOM-MOTION-MISMATCH", "GEOM-NO-POINTS", "GEOM-NORMAL", "GEOM-NORMALS-TURNED", "GEOM-NOT-FINITE",
+        "GEOM-NOT-RENDERED-YET-CURVES", "GEOM-PATCH-SHAPE", "GEOM-PRIMVAR", "GEOM-PRIMVAR-COUNT",
+        "GEOM-SUBDIVISION-CAGE", "GEOM-TAG", "GEOM-TOO-LARGE", "GEOM-TRIM", "GEOM-ZERO-AREA"}) {
+    const Explanation* e = all.find(code);
+    ASSERT_NE(e, nullptr) << code;
+    EXPECT_GT(e->text.size(), 60u) << code;
   }
 }
 

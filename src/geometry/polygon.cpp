@@ -27,8 +27,9 @@ struct Faults {
 // Faces -> mesh.indices, faceOfTriangle, and for each triangle corner the corner of the face list it comes from.
 class Cutter {
  public:
-  Cutter(const PointKeys& points, const PolygonFaces& faces, Mesh& mesh)
-      : points_(points), faces_(faces), mesh_(mesh) {}
+  // Faces are cut by the points of `key`.
+  Cutter(const PointKeys& points, size_t key, const PolygonFaces& faces, Mesh& mesh)
+      : points_(points), key_(key), faces_(faces), mesh_(mesh) {}
 
   // All faces single loops of `arity` corners: false when some face needs the general way.
   bool cutTriangles();
@@ -39,13 +40,14 @@ class Cutter {
   Faults faults;
 
  private:
-  V3d at(int vertex) const { return points_.point(0, size_t(vertex)); }
+  V3d at(int vertex) const { return points_.point(key_, size_t(vertex)); }
   bool usable(int vertex) const { return vertex >= 0 && size_t(vertex) < points_.count; }
   int vertexOf(size_t corner) const { return faces_.vertices.empty() ? int(corner) : faces_.vertices[corner]; }
   void emitTriangle(uint32_t face, size_t a, size_t b, size_t c);
   void cutFace(uint32_t face, size_t firstCorner, std::span<const int> loops);
 
   const PointKeys& points_;
+  const size_t key_;
   const PolygonFaces& faces_;
   Mesh& mesh_;
   Triangulator triangulator_;
@@ -189,6 +191,22 @@ void report(const scene::Primitive& primitive, const Faults& faults, Diagnostics
        "triangles cover it as well as possible");
 }
 
+// The first key by which faces can be cut: one that has grown out of a point or a line.
+size_t keyWithArea(const PointKeys& points) {
+  for (size_t k = 0; k + 1 < points.keys.size(); ++k) {
+    const V3d a = points.point(k, 0);
+    V3d direction(0);
+    for (size_t i = 1; i < points.count; ++i) {
+      const V3d d = points.point(k, i) - a;
+      if (direction == V3d(0))
+        direction = d;
+      else if (direction.cross(d) != V3d(0))
+        return k;
+    }
+  }
+  return points.keys.size() - 1;
+}
+
 void storeKeys(const PointKeys& points, Mesh& mesh) {
   mesh.vertexCount = uint32_t(points.count);
   for (size_t k = 0; k < points.keys.size(); ++k) {
@@ -314,7 +332,7 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
     perFace |= s.storage == scene::StorageClass::Uniform;
   }
 
-  Cutter cutter(points, faces, mesh);
+  Cutter cutter(points, keyWithArea(points), faces, mesh);
   const bool straight = faces.arity == 3 && cutter.cutTriangles();
   if (!straight && !(faces.arity == 4 && cutter.cutQuads())) cutter.cutAny();
   report(primitive, cutter.faults, diagnostics);
@@ -324,21 +342,13 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
     return false;
   }
   storeKeys(points, mesh);
-  size_t flat = 0;
-  for (uint32_t t = 0; t < mesh.triangleCount(); ++t) {
-    const uint32_t* i = &mesh.indices[size_t(t) * 3];
-    const V3f a = mesh.points[i[0]], n = (mesh.points[i[1]] - a).cross(mesh.points[i[2]] - a);
-    flat += n.x == 0 && n.y == 0 && n.z == 0;
-  }
-  if (flat == mesh.triangleCount()) {
-    // Floats may underflow where doubles do not.
-    flat = 0;
-    for (uint32_t t = 0; t < mesh.triangleCount(); ++t) flat += geometricNormal(mesh, t) == V3d(0);
-    if (flat == mesh.triangleCount()) {
-      diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, subject(primitive) + " has no area",
-                          "the primitive is left out");
-      return false;
-    }
+  bool hasArea = false;  // in doubles: floats may underflow
+  for (size_t k = 0; k < size_t(mesh.keyCount()) && !hasArea; ++k)
+    for (uint32_t t = 0; t < mesh.triangleCount() && !hasArea; ++t) hasArea = geometricNormal(mesh, t, k) != V3d(0);
+  if (!hasArea) {
+    diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, subject(primitive) + " has no area",
+                        "the primitive is left out");
+    return false;
   }
   if (mesh.quadPairs && perFace) {
     mesh.faceOfTriangle.resize(mesh.triangleCount());

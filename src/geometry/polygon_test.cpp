@@ -337,6 +337,12 @@ TEST(Polygon, DeformationKeys) {
   EXPECT_EQ(m.find("N")->data[11], 1.f);      // key 1 repeats key 0
   EXPECT_EQ(m.find("N")->data[18 + 4], 1.f);  // key 2 has its own
   EXPECT_EQ(m.bounds.max.z, 3);
+  // A polygon that grows out of a point is cut by the first key that has an area.
+  scene::Primitive grows = polygons({}, std::vector<float>(15, 1.f));
+  grows.times = {0, 1};
+  grows.motion.resize(1);
+  grows.motion[0].set(points({0, 0, 0, 4, 0, 0, 4, 4, 0, 2, 1, 0, 0, 4, 0}));
+  EXPECT_NEAR(area(made(grows), 1), 10, 1e-6);
   // Keys that say the same thing are one; keys that do not fit are left out.
   scene::Primitive still = prim;
   still.motion.assign(2, still.primvars);

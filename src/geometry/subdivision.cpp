@@ -74,6 +74,10 @@ class Subdivider {
     const int n = level_.GetFaceVertices(face).size();
     return factory_.GetSchemeType() != Sdc::SCHEME_LOOP && n != 4;
   }
+  bool isWhole(int face) const {  // not cut at all
+    const auto edges = level_.GetFaceEdges(face);
+    return std::all_of(edges.begin(), edges.end(), [&](int e) { return rates_[e] == 1; });
+  }
   void prepare(int face);
   void evaluate(const double uv[2]);
   uint32_t emit(Site site);
@@ -100,6 +104,7 @@ class Subdivider {
   int valueWidth_ = 0;
 
   std::vector<int> rates_;           // segments an edge
+  bool allWhole_ = false;            // every face is a quad that is not cut
   std::vector<int64_t> edgeOffset_;  // first shared id of an edge's inner points
   std::vector<uint32_t> firstAt_;    // shared id -> mesh vertex, kNone before
   std::vector<uint32_t> nextAt_;     // mesh vertex -> another one at the same place
@@ -370,6 +375,21 @@ void Subdivider::makeFace(int face) {
   const auto edges = level_.GetFaceEdges(face);
   const int n = edges.size();
   std::vector<Site> outline;
+  if (n == 4 && !isSplit(face) && isWhole(face)) {
+    // Dense cages: two triangles a face, in the order that Mesh::quadPairs means.
+    static const double kCorner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    uint32_t v[4];
+    for (int k = 0; k < 4; ++k) {
+      evaluate(kCorner[k]);
+      v[k] = emit(onEdge(face, k, 0));
+    }
+    for (int k : {0, 1, 2, 0, 2, 3}) {
+      mesh_.indices.push_back(v[k]);
+      if (!allWhole_) mesh_.cornerUV.emplace_back(float(kCorner[k][0]), float(kCorner[k][1]));
+    }
+    mesh_.faceOfTriangle.insert(mesh_.faceOfTriangle.end(), 2, uint32_t(face));
+    return;
+  }
   if (!isSplit(face)) {
     int rates[4];
     for (int k = 0; k < n; ++k) {
@@ -401,6 +421,9 @@ void Subdivider::makeFace(int face) {
 bool Subdivider::run(const std::vector<SourcePrimvar>& primvars) {
   addChannels(primvars);
   chooseRates();
+  allWhole_ = true;
+  for (int f = 0; f < level_.GetNumFaces() && allWhole_; ++f)
+    allWhole_ = !isSplit(f) && level_.GetFaceVertices(f).size() == 4 && isWhole(f);
   const double guess = estimate();
   mesh_.indices.reserve(size_t(guess * 3));
   for (int f = 0; f < level_.GetNumFaces(); ++f) {
@@ -418,7 +441,14 @@ bool Subdivider::run(const std::vector<SourcePrimvar>& primvars) {
                          "without the tag \"interpolateboundary\" the faces at a boundary have none");
     return false;
   }
+  mesh_.quadPairs = allWhole_;
+  const bool perFace = std::any_of(primvars.begin(), primvars.end(),
+                                   [](const SourcePrimvar& s) { return s.storage == StorageClass::Uniform; });
+  if (allWhole_ && !perFace && mesh_.triangleCount() == 2 * uint32_t(level_.GetNumFaces()))
+    std::vector<uint32_t>().swap(mesh_.faceOfTriangle);
   mesh_.indices.shrink_to_fit();
+  mesh_.faceOfTriangle.shrink_to_fit();
+  mesh_.cornerUV.shrink_to_fit();
 
   std::vector<V3d> all;
   all.reserve(outPoints_[0].size() * keys_.size());

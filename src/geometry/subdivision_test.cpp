@@ -194,6 +194,8 @@ TEST(Subdivision, LimitMasks) {
   const Mesh b = made(subdivision(cube(), "bilinear"));
   EXPECT_NEAR(testing::volume(b), 8, 1e-6);
   EXPECT_EQ(b.triangleCount(), 12u);
+  EXPECT_TRUE(b.quadPairs && b.faceOfTriangle.empty() && b.cornerUV.empty());
+  for (uint32_t t = 0; t < 12; ++t) EXPECT_EQ(b.faceOf(t), t / 2);
 }
 
 TEST(Subdivision, ClosesWithoutCracks) {

@@ -46,7 +46,7 @@ const char* laterKind(const scene::Shape& shape) {
   if (std::holds_alternative<scene::Curves>(shape)) return "Curves";
   if (std::holds_alternative<scene::Points>(shape)) return "Points";
   if (const auto* other = std::get_if<scene::OtherPrimitive>(&shape)) return other->request.c_str();
-  return "This primitive";
+  return "Primitive";
 }
 
 bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh& mesh) {
@@ -56,10 +56,11 @@ bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh&
   if (std::holds_alternative<scene::Patch>(p.shape) || std::holds_alternative<scene::PatchMesh>(p.shape) ||
       std::holds_alternative<scene::NuPatch>(p.shape))
     return makePatches(p, rate, d, mesh);
-  // The code holds the kind, so that each kind is reported once and not once for all of them.
+  // The code holds the kind, so that a thousand of one do not hide the first of another.
   const std::string kind = laterKind(p.shape);
-  d.warning("GEOM-NOT-RENDERED-YET", p.pos, kind + " is not rendered yet (" + subject(p) + ")",
-            "the primitive is left out");
+  std::string code = "GEOM-NOT-RENDERED-YET-";
+  for (char c : kind) code += c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+  d.warning(code, p.pos, kind + " is not rendered yet (" + subject(p) + ")", "the primitive is left out");
   return false;
 }
 

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "base/diagnostics.h"
+#include "base/explain.h"
 #include "geometry/mesh.h"
 #include "scene/scene.h"
 
@@ -35,5 +37,8 @@ std::optional<Mesh> tessellate(const scene::Primitive& primitive, const DiceRate
 // system and so are immune to mirroring transforms; "lh" and "rh" name a handedness in camera space, which is
 // left-handed.
 bool flipsNormals(const scene::Primitive& primitive, bool worldMirrored);
+
+// What every GEOM- code means, for `kinora explain`.
+std::span<const Explanation> explanations();
 
 }  // namespace kinora::geometry

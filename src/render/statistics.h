@@ -8,7 +8,7 @@
 namespace kinora::render {
 
 // Stages of the group loop; time is taken once a group and stage, never per ray.
-enum class StageTime : uint32_t { CameraRays, TraceCamera, TraceIndirect, TraceShadow, Grouping, Patterns, Bxdf, Lights,
+enum class StageTime : uint32_t { CameraRays, TraceCamera, TraceIndirect, TraceShadow, Grouping, Closures, Lights,
                                   Integrator, Film, Count };
 const char* nameOf(StageTime s);
 

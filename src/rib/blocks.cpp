@@ -311,6 +311,7 @@ void Interpreter::motionEnd(Request& r) {
       report(Severity::Error, "RIB-MOTION", keys[k].pos,
              keys[k].name + " stands in a motion block of " + keys[0].name, "it and those after it are ignored");
       keys.resize(k);
+      times.resize(std::min(times.size(), k));
       break;
     }
   if (keys.size() != times.size()) {

@@ -9,8 +9,7 @@ namespace kinora::rib {
 namespace {
 
 bool isNameChar(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':' ||
-         c == '.';
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':';
 }
 
 std::optional<double> asNumber(std::string_view s) {
@@ -179,10 +178,10 @@ class Parser {
     --depth_;
     return v;
   }
-  std::string name() {
+  std::string name(bool dots = false) {
     space();
     const size_t from = at_;
-    while (at_ < text_.size() && isNameChar(text_[at_])) ++at_;
+    while (at_ < text_.size() && (isNameChar(text_[at_]) || (dots && text_[at_] == '.'))) ++at_;
     return std::string(text_.substr(from, at_ - from));
   }
   std::string primary() {
@@ -218,7 +217,7 @@ class Parser {
       if (!v) fail("'" + n + "' is not defined");
       return v.value_or("");
     }
-    const std::string w = name();
+    const std::string w = name(true);  // a number, or a bare word
     if (w.empty()) return fail("'" + std::string(text_.substr(at_, 20)) + "' is not understood"), std::string();
     if (w == "defined" && take("(")) {
       take("$");
@@ -269,7 +268,7 @@ std::string substitute(std::string_view text, char marker, bool bare, const Look
         after = to + 1;
     } else if (bare) {
       while (to < text.size() && isNameChar(text[to])) ++to;
-      while (to > from && (text[to - 1] == ':' || text[to - 1] == '.')) --to;
+      while (to > from && text[to - 1] == ':') --to;
       after = to;
     }
     const auto value = to > from ? lookup(text.substr(from, to - from)) : std::nullopt;

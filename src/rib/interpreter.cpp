@@ -248,6 +248,10 @@ void Interpreter::dispatch(Request& r) {
     if (r.name != "ArchiveEnd" || --recordingDepth_ > 0) {
       Request copy = r;
       copy.args.resize(copy.count);
+      if (copy.name != "MotionBegin")
+        for (Argument& a : copy.args)
+          if (a.exact.size() > Argument::kExactKept)
+            a.exact = std::vector<double>(a.exact.begin(), a.exact.begin() + Argument::kExactKept);
       recording_->push_back(std::move(copy));
       return;
     }
@@ -273,6 +277,9 @@ void Interpreter::dispatch(Request& r) {
     } else {
       Request key = std::move(r);
       key.args.resize(key.count);
+      for (Argument& a : key.args)
+        if (a.exact.size() > Argument::kExactKept)
+          std::vector<double>(a.exact.begin(), a.exact.begin() + Argument::kExactKept).swap(a.exact);
       motionRequests_.push_back(std::move(key));
       r = Request();
       return;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -12,9 +11,7 @@ namespace kinora::rib {
 
 namespace {
 
-constexpr size_t kBuffer = 1 << 18;
-constexpr size_t kAhead = 512;          // bytes that any ASCII number or word may look ahead
-constexpr size_t kMostText = 64 << 20;  // longest string that is stored
+constexpr size_t kAhead = 512;  // bytes that any ASCII number or word may look ahead
 constexpr size_t kMostArguments = 65536;
 
 enum CharClass : uint8_t { kOther, kSpace, kDigit, kSign, kLetter };
@@ -71,35 +68,6 @@ bool Lexer::byte(unsigned char& b) {
   if (cursor_ == end_ && !refill()) return false;
   b = static_cast<unsigned char>(*cursor_++);
   return true;
-}
-
-// Storage grows with what really arrives, so that a false length costs nothing.
-bool Lexer::bytes(uint64_t count, std::string& to) {
-  to.clear();
-  while (count > 0) {
-    if (cursor_ == end_ && !refill()) return false;
-    const size_t n = size_t(std::min<uint64_t>(count, uint64_t(end_ - cursor_)));
-    if (to.size() < kMostText) to.append(cursor_, n);
-    cursor_ += n;
-    count -= n;
-  }
-  return true;
-}
-
-bool Lexer::bigEndian(int count, uint64_t& value) {
-  value = 0;
-  unsigned char b;
-  for (int i = 0; i < count; ++i) {
-    if (!byte(b)) return false;
-    value = value << 8 | b;
-  }
-  return true;
-}
-
-void Lexer::truncated(const char* what) {
-  complain(Severity::Error, "RIB-TRUNCATED", std::string("the stream ends inside ") + what, "it is ignored",
-           "write the file again; it was cut short");
-  ended_ = true;
 }
 
 Lexer::Token Lexer::next() {
@@ -168,6 +136,7 @@ void Lexer::junk() {
 }
 
 bool Lexer::parseNumber(double& value, bool& isInteger) {
+  numberBegin_ = cursor_;
   const char* p = cursor_;
   const bool negative = *p == '-';
   if (*p == '-' || *p == '+') ++p;
@@ -209,20 +178,23 @@ bool Lexer::parseNumber(double& value, bool& isInteger) {
     const char* begin = *cursor_ == '+' ? cursor_ + 1 : cursor_;
     const auto result = std::from_chars(begin, p, value);
     if (result.ec == std::errc::result_out_of_range) {
-      // from_chars does not say which way; a number below 1 went to zero
-      value = exponent + count > 0 ? std::numeric_limits<double>::infinity() : 0.0;
+      // from_chars does not say which way: the place of the first digit that counts does
+      long zeros = 0;
+      for (const char* q = digits; q != p && (*q == '0' || *q == '.'); ++q) zeros += *q == '0';
+      value = exponent + count - zeros > 0 ? std::numeric_limits<double>::infinity() : 0.0;
       if (negative) value = -value;
     }
   }
-  if (p == end_ && !sourceEnded_ && size_t(end_ - cursor_) < kBuffer && refill())
+  if (p == end_ && !sourceEnded_ && size_t(end_ - cursor_) < kBuffer) {  // it may go on in the next bytes
+    refill();
     return parseNumber(value, isInteger);
+  }
   if (isInteger && (value > 2147483647.0 || value < -2147483648.0)) isInteger = false;
   cursor_ = p;
   return true;
 }
 
 Lexer::Token Lexer::number() {
-  const char* begin = cursor_;
   if (!parseNumber(value_, isInteger_)) {
     // "-inf" and "-nan", as C's printf writes them
     const char* p = cursor_ + 1;
@@ -237,7 +209,7 @@ Lexer::Token Lexer::number() {
     return Token::End;
   }
   if (cursor_ != end_ && !isDelimiter(*cursor_)) {
-    const std::string tail(begin, std::min<size_t>(size_t(cursor_ - begin) + 8, size_t(end_ - begin)));
+    const std::string tail(numberBegin_, std::min<size_t>(size_t(end_ - numberBegin_), 40));
     while (cursor_ != end_ && !isDelimiter(*cursor_)) ++cursor_;
     if (syntaxMessages_++ == 0)
       complain(Severity::Error, "RIB-SYNTAX", "'" + tail + "' begins as a number and goes on",
@@ -347,98 +319,6 @@ Lexer::Token Lexer::asciiString(char quote) {
   }
 }
 
-// The table of section 1.1 of the RIB reference; numbers are octal there and here.
-Lexer::Token Lexer::binary(unsigned char lead) {
-  uint64_t n = 0;
-  if (lead <= 0217) {
-    const int width = (lead & 3) + 1, fraction = (lead >> 2) & 3;
-    if (!bigEndian(width, n)) return truncated("an encoded integer"), Token::End;
-    const int64_t v = int64_t(n << (64 - 8 * width)) >> (64 - 8 * width);
-    isInteger_ = fraction == 0;
-    value_ = std::ldexp(double(v), -8 * fraction);
-    return Token::Number;
-  }
-  if (lead <= 0243) {
-    n = lead - 0220u;
-    if (lead >= 0240 && !bigEndian(lead - 0240 + 1, n)) return truncated("an encoded string"), Token::End;
-    if (!bytes(n, text_)) return truncated("an encoded string"), Token::End;
-    return Token::String;
-  }
-  if (lead == 0244 || lead == 0245) {
-    if (!bigEndian(lead == 0244 ? 4 : 8, n)) return truncated("an encoded number"), Token::End;
-    value_ = lead == 0244 ? double(std::bit_cast<float>(uint32_t(n))) : std::bit_cast<double>(n);
-    isInteger_ = false;
-    return Token::Number;
-  }
-  if (lead == 0246) {
-    if (!bigEndian(1, n)) return truncated("an encoded request"), Token::End;
-    if (n >= requestCodes_.size() || requestCodes_[n].empty()) {
-      complain(Severity::Error, "RIB-BINARY", "the encoded request " + std::to_string(n) + " was never defined",
-               "it is skipped with its arguments");
-      text_ = "undefined" + std::to_string(n);
-    } else {
-      text_ = requestCodes_[n];
-    }
-    wordIsRequest_ = true;
-    return Token::Word;
-  }
-  if (lead >= 0310 && lead <= 0313) {
-    if (!bigEndian(lead - 0310 + 1, n)) return truncated("an encoded array"), Token::End;
-    encoded_.clear();
-    encoded_.isInteger = false;
-    encoded_.floats.reserve(size_t(std::min<uint64_t>(n, kBuffer)));
-    while (n > 0) {
-      ensure(4);
-      const uint64_t have = std::min<uint64_t>(n, uint64_t(end_ - cursor_) / 4);
-      if (have == 0) return truncated("an encoded array"), Token::End;
-      for (uint64_t i = 0; i < have; ++i, cursor_ += 4) {
-        uint32_t bits;
-        std::memcpy(&bits, cursor_, 4);
-        encoded_.addReal(double(std::bit_cast<float>(__builtin_bswap32(bits))));
-      }
-      n -= have;
-    }
-    return Token::FloatArray;
-  }
-  if (lead >= 0314 && lead <= 0316) {
-    const bool isRequest = lead == 0314;
-    if (!bigEndian(lead == 0316 ? 2 : 1, n)) return truncated("a definition"), Token::End;
-    // the string follows directly; a definition in its place would nest without bound
-    unsigned char first;
-    if (!byte(first)) return truncated("a definition"), Token::End;
-    const bool isString = first == '"' || (first >= 0220 && first <= 0243);
-    if (!isString) {
-      complain(Severity::Error, "RIB-BINARY", "a definition is not followed by a string", "it is ignored");
-      --cursor_;
-      return Token::End;
-    }
-    if ((first == '"' ? asciiString('"') : binary(first)) != Token::String) return Token::End;
-    auto& table = isRequest ? requestCodes_ : stringTokens_;
-    if (table.size() <= n) table.resize(size_t(n) + 1);
-    table[n] = text_;
-    return Token::End;
-  }
-  if (lead == 0317 || lead == 0320) {
-    if (!bigEndian(lead == 0317 ? 1 : 2, n)) return truncated("a string token"), Token::End;
-    if (n >= stringTokens_.size()) {
-      complain(Severity::Error, "RIB-BINARY", "the string token " + std::to_string(n) + " was never defined",
-               "it is read as \"\"");
-      text_.clear();
-    } else {
-      text_ = stringTokens_[n];
-    }
-    return Token::String;
-  }
-  if (lead == 0377) {  // by convention the end of a streamed answer
-    ended_ = true;
-    return Token::End;
-  }
-  if (syntaxMessages_++ == 0)
-    complain(Severity::Error, "RIB-BINARY", "the byte " + std::to_string(lead) + " has no meaning in RIB",
-             "it is skipped", "the file may be in another encoding or not be RIB at all");
-  return Token::End;
-}
-
 // The inner loop of reading a mesh: numbers between brackets, with no token made of each.
 void Lexer::readNumberRun(Argument& a) {
   for (;;) {
@@ -449,12 +329,11 @@ void Lexer::readNumberRun(Argument& a) {
       if (cursor_ == end_) return;
     }
     if (const uint8_t k = classOf(*cursor_); k != kDigit && k != kSign) return;
-    const char* begin = cursor_;
     double v;
     bool isInteger;
     if (!parseNumber(v, isInteger)) return;  // next() has the words for it
     if (cursor_ != end_ && !isDelimiter(*cursor_)) {
-      cursor_ = begin;
+      cursor_ = numberBegin_;
       return;
     }
     if (isInteger)

@@ -25,6 +25,8 @@ class Lexer {
   uint64_t bytesRead() const { return bytes_; }
 
  private:
+  static constexpr size_t kBuffer = 1 << 18;
+  static constexpr size_t kMostText = 64 << 20;  // longest string that is stored
   enum class Token : uint8_t { End, Word, Number, String, ArrayBegin, ArrayEnd, FloatArray };
   Token next();
   Token number();
@@ -57,6 +59,7 @@ class Lexer {
   std::vector<char> buffer_;
   const char* cursor_ = nullptr;
   const char* end_ = nullptr;
+  const char* numberBegin_ = nullptr;  // of the number just parsed: reading on may have moved it
   bool sourceEnded_ = false, ended_ = false;
   uint64_t bytes_ = 0;
 

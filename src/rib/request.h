@@ -19,9 +19,10 @@ struct Argument {
   uint32_t line = 0;
   std::vector<int> ints;
   std::vector<float> floats;
-  std::vector<double> exact;  // the first kExact numbers in full precision, for transforms
+  std::vector<double> exact;  // the first kExact numbers in full precision, for transforms and times
   std::vector<std::string> strings;
-  static constexpr size_t kExact = 32;
+  static constexpr size_t kExact = 8192;
+  static constexpr size_t kExactKept = 32;  // in requests that are recorded, but for times
 
   size_t size() const { return kind == Kind::Strings ? strings.size() : isInteger ? ints.size() : floats.size(); }
   bool isString() const { return kind == Kind::Strings && strings.size() == 1; }

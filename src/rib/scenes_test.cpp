@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "rib/reader.h"
+#include "rib/writer.h"
 
 namespace kinora::rib {
 namespace {
@@ -45,6 +46,20 @@ TEST(RealScenes, AllAreReadWithoutCrashOrHang) {
       all.lights += one.lights;
       all.kept += one.kept;
       EXPECT_FALSE(s.cameras.empty());
+      // written and read again it is the same description
+      const std::string first = writeRib(s);
+      std::string second;
+      Diagnostics silent([](const std::string&, Severity) {});
+      RibReader again(silent, {}, [&](scene::Scene&& t) { second = writeRib(t); });
+      again.readString("again", first);
+      again.finish();
+      size_t at = 0;
+      while (at < first.size() && at < second.size() && first[at] == second[at]) ++at;
+      EXPECT_TRUE(first == second) << f << "\nfirst:  ..." << first.substr(at > 200 ? at - 200 : 0, 300)
+                                   << "\nsecond: ..."
+                                   << (second.empty()
+                                           ? ""
+                                           : second.substr(std::min(second.size(), at > 200 ? at - 200 : 0), 300));
     });
     const auto start = std::chrono::steady_clock::now();
     reader.readFile(f.string());

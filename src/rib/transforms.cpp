@@ -68,8 +68,11 @@ bool decompose(const Matrix& m, Parts& out) {
 // Transform promises.
 int piecesFor(double angle) {
   constexpr double kLargestStep = 0.028;
+  constexpr double kStep =
+      0.02;  // below it, so that keys that were cut once and scaled are not cut again when read back
+  if (!(std::abs(angle) > kLargestStep)) return 1;
   constexpr double kMost = 4096;
-  return int(std::max(1.0, std::min(kMost, std::ceil(std::abs(angle) / kLargestStep))));
+  return int(std::max(1.0, std::min(kMost, std::ceil(std::abs(angle) / kStep))));
 }
 
 }  // namespace

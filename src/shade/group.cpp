@@ -1,6 +1,7 @@
 #include "shade/group.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 
@@ -11,6 +12,13 @@ namespace kinora::shade {
 
 namespace {
 constexpr uint32_t kDimPresence = 12;   // offset within a vertex's dimensions: kDimUser and up are free
+// Adds the time from here to the end of a scope to a counter.
+struct Clock {
+  uint64_t& sum;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  explicit Clock(uint64_t& s) : sum(s) {}
+  ~Clock() { sum += uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count()); }
+};
 constexpr int kMostPasses = 256;        // surfaces a ray may pass for want of presence or priority
 }  // namespace
 
@@ -100,6 +108,7 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots) {
 
 void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]) {
   const trace::World& w = *world_.world;
+  const Clock clock(counters.nanoseconds[kind == RayKind::Camera ? kTimeTraceCamera : kTimeTraceIndirect]);
   const uint32_t mask = kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect;
   if (kind == RayKind::Camera && n == group_.count && n % 16 == 0) {
     w.closestCamera(group_.rays, group_.hits, n);
@@ -188,6 +197,9 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
 uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts) {
   *contexts = nullptr;
   if (!n) return 0;
+  const bool query = traits & kTraitPresenceQuery;
+  uint64_t unused = 0;   // queries happen inside the time of tracing
+  const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
   // Counting sort by program; within a program the order of the list stays.
   uint32_t* programOf = arena_.make<uint32_t>(n);
   touched_.clear();
@@ -217,7 +229,6 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
     programs[k] = touched_[k];
     countOfProgram_[touched_[k]] = 0;
   }
-  const bool query = traits & kTraitPresenceQuery;
   for (uint32_t k = 0; k < count; ++k)
     list[k] = makeContext(programs[k], traits, depth, first[k + 1] - first[k], order + first[k], !query);
   if (!query) {
@@ -302,7 +313,7 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
         for (int k = 0; k < 3; ++k)
           at[k] = p.rate == geometry::Primvar::Rate::PerVertex ? mesh.indices[3 * size_t(t) + k]
                   : p.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(t) + k
-                  : p.rate == geometry::Primvar::Rate::PerFace ? (mesh.faceOfTriangle.empty() ? t : mesh.faceOfTriangle[t])
+                  : p.rate == geometry::Primvar::Rate::PerFace ? mesh.faceOf(t)
                                                                : 0;
         // keys of a deforming mesh: nearest key pair
         size_t key0 = 0, key1 = 0;
@@ -411,11 +422,20 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
     h->manifolds[k] = Manifold();
   }
   h->node = nodes - 1;
-  c->closure = bind && program.bxdf->begin ? program.bxdf->begin(c) : nullptr;
+  if (bind && program.bxdf->begin) {
+    uint64_t time = 0;
+    {
+      const Clock clock(time);
+      c->closure = program.bxdf->begin(c);
+    }
+    counters.nanoseconds[kTimeClosures] += time;
+    counters.nanoseconds[kTimeGrouping] -= time;   // runs inside shade()'s clock
+  }
   return c;
 }
 
 void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
   float* u[3];
   for (float*& x : u) x = arena_.make<float>(c->padded);
   float* unused = arena_.make<float>(c->padded);
@@ -438,6 +458,7 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
 }
 
 void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
   light::LightSet::RayList l;
   l.count = n;
   l.slots = slots;
@@ -451,6 +472,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const uint32_t n = rays->count;
   if (!n) return;
   counters.shadowRays += n;
+  const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
   const trace::World& w = *world_.world;
   uint32_t* blocked = arena_.make<uint32_t>(padded(n));
   w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked);

@@ -75,8 +75,8 @@ struct GroupCounters {
   uint64_t nanoseconds[16] = {};
 };
 
-// Takes the time between marks, once a stage and group.
-struct StageClock { virtual void enter(int stage) = 0; };
+// Indices of GroupCounters::nanoseconds, in the order of render/statistics.h. Taken once a call for a whole group.
+enum GroupStage : uint32_t { kTimeTraceCamera = 1, kTimeTraceIndirect, kTimeTraceShadow, kTimeGrouping, kTimeClosures, kTimeLights };
 
 class GroupState {
  public:
@@ -107,8 +107,6 @@ class GroupState {
 
  private:
   friend struct ContextHost;
-  struct Grouped;
-  void groupByProgram(uint32_t n, const uint32_t* slots, std::vector<uint32_t>& programs);
   Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
   bool insideHigherPriority(uint32_t slot) const;
   void passThrough(uint32_t n, const uint32_t* slots);

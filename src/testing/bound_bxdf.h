@@ -72,7 +72,8 @@ class Evaluation {
 // Random numbers and samples of n points.
 class Generation {
  public:
-  explicit Generation(uint32_t n) : n_(n), padded_(padded(n)), data_(size_t(padded_) * 12), words_(size_t(padded_) * 2) {
+  explicit Generation(uint32_t n)
+      : n_(n), padded_(padded(n)), data_(size_t(padded_) * 12), words_(size_t(padded_) * 2) {
     for (int k = 0; k < 4; ++k) args_.u[k] = row(k);
     for (int k = 0; k < 3; ++k) args_.wi[k] = row(4 + k);
     for (int k = 0; k < 3; ++k) args_.weight[k] = row(7 + k);
@@ -108,7 +109,8 @@ class Generation {
 
 class BoundBxdf {
  public:
-  BoundBxdf(const Descriptor& d, const WidthTable& table, const Setting& s, const TestPoints& p, TestContextOptions o = {})
+  BoundBxdf(const Descriptor& d, const WidthTable& table, const Setting& s, const TestPoints& p,
+            TestContextOptions o = {})
       : functions_(static_cast<const BxdfFunctions*>(table.functions)), context_(d, s, p, withWidth(o, table.width)) {
     context_.bind(*functions_);
   }

@@ -10,22 +10,22 @@
 #include <kinora/bxdf_author.h>
 
 // name, the check meant to catch it ("" when it is right)
-#define TRIALS(X)                          \
-  X(Lambert, "")                           \
-  X(PdfTooLarge, "pdf-integral")           \
-  X(PdfTooSmall, "chi-square")             \
-  X(MissingCosine, "reciprocity")          \
-  X(WrongReversePdf, "reverse-pdf")        \
-  X(NotReciprocal, "reciprocity")          \
-  X(GainsEnergy, "conserving")             \
-  X(LosesEnergy, "lossless")               \
-  X(WidthsDisagree, "width")               \
-  X(NanAtGrazing, "finite")                \
-  X(OtherSamples, "chi-square")            \
-  X(LeaksBelow, "side")                    \
-  X(IgnoresPoint, "evaluate-at")           \
-  X(UniformOnly, "evaluate-at")            \
-  X(MirrorAndLobe, "")                     \
+#define TRIALS(X)                   \
+  X(Lambert, "")                    \
+  X(PdfTooLarge, "pdf-integral")    \
+  X(PdfTooSmall, "chi-square")      \
+  X(MissingCosine, "reciprocity")   \
+  X(WrongReversePdf, "reverse-pdf") \
+  X(NotReciprocal, "reciprocity")   \
+  X(GainsEnergy, "conserving")      \
+  X(LosesEnergy, "lossless")        \
+  X(WidthsDisagree, "width")        \
+  X(NanAtGrazing, "finite")         \
+  X(OtherSamples, "chi-square")     \
+  X(LeaksBelow, "side")             \
+  X(IgnoresPoint, "evaluate-at")    \
+  X(UniformOnly, "evaluate-at")     \
+  X(MirrorAndLobe, "")              \
   X(LobeTooNarrow, "chi-square")
 
 #ifndef BROKEN_BXDFS_ONCE
@@ -42,7 +42,9 @@ constexpr Param kParams[] = {
     param::number("exponent", 400.f).range(1, 1e6f).help("Of the glossy lobe."),
 };
 constexpr LobeDecl kLobes[] = {{"Diffuse", kLobeDiffuse}, {"Specular", kLobeSpecular}};
-struct Closure { Value albedo, exponent; };
+struct Closure {
+  Value albedo, exponent;
+};
 }  // namespace kinora::trial
 #endif
 
@@ -68,15 +70,16 @@ struct Trial {
     Vec3<W> N, Ng, wo;
     Float<W> cosO, exponent;
     Rgb<W> albedo_;
-    KN_INLINE Lanes(const Closure& k, const Surface<W>& s) : N(s.N), Ng(s.Ng), wo(s.wo), cosO(max(dot(s.N, s.wo), Float<W>(0.f))) {
+    KN_INLINE Lanes(const Closure& k, const Surface<W>& s)
+        : N(s.N), Ng(s.Ng), wo(s.wo), cosO(max(dot(s.N, s.wo), Float<W>(0.f))) {
       albedo_ = loadRgb<W>(k.albedo, s.at);
       if (D == UniformOnly && k.albedo.stride) albedo_ = albedo_ * Float<W>(0.9f);
       exponent = loadFloat<W>(k.exponent, s.at);
     }
     KN_INLINE Float<W> lobePdf(Vec3<W> wi) const {
       using F = Float<W>;
-      // density of cos^n about the mirror direction; q = 1 - cos through the chord, and ln(1 - q) as a series where q is
-      // small, keep accuracy where the lobe is narrow
+      // density of cos^n about the mirror direction; q = 1 - cos through the chord, and ln(1 - q) as a series where q
+      // is small, keep accuracy where the lobe is narrow
       const Vec3<W> d = wi - reflect(wo, N);
       const F q = F(0.5f) * dot(d, d);
       const F series = -q * fma(q, fma(q, fma(q, F(0.25f), F(1.f / 3)), F(0.5f)), F(1.f));
@@ -182,13 +185,14 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.descriptor.name; }
 
 std::vector<Case> cases() {
   std::vector<Case> r;
-#define X(name, check)                                                                                               \
-  {                                                                                                                  \
-    static const WidthTable tables[] = {                                                                             \
-        {1, &N_AVX2::k##name##1}, {4, &N_AVX2::k##name##4}, {8, &N_AVX2::k##name##8}, {16, &N_AVX3::k##name##16}};   \
-    r.push_back({{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, #name, "", trial::kParams, std::size(trial::kParams), \
-                  tables, 4, trial::name >= trial::MirrorAndLobe ? &kPlainTraits : &kWhiteTraits, nullptr, nullptr}, \
-                 check});                                                                                            \
+#define X(name, check)                                                                                             \
+  {                                                                                                                \
+    static const WidthTable tables[] = {                                                                           \
+        {1, &N_AVX2::k##name##1}, {4, &N_AVX2::k##name##4}, {8, &N_AVX2::k##name##8}, {16, &N_AVX3::k##name##16}}; \
+    r.push_back(                                                                                                   \
+        {{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, #name, "", trial::kParams, std::size(trial::kParams),    \
+          tables, 4, trial::name >= trial::MirrorAndLobe ? &kPlainTraits : &kWhiteTraits, nullptr, nullptr},       \
+         check});                                                                                                  \
   }
   TRIALS(X)
 #undef X
@@ -246,8 +250,8 @@ TEST(KitSettings, MalformedTextIsRefused) {
   EXPECT_EQ(s.numbers[0][1], 0.5f);
   EXPECT_TRUE(testing::parseSetting(d, " ; exponent = 7 ;", s, error)) << error;
   EXPECT_EQ(s.numbers[1][0], 7.f);
-  for (const char* bad : {"albedo", "albedo=1 1", "albedo=1 1 x", "nothing=1", "exponent=", "exponent=nan", "Albedo=1 1 1",
-                          "exponent=1 2"}) {
+  for (const char* bad : {"albedo", "albedo=1 1", "albedo=1 1 x", "nothing=1", "exponent=", "exponent=nan",
+                          "Albedo=1 1 1", "exponent=1 2"}) {
     error.clear();
     EXPECT_FALSE(testing::parseSetting(d, bad, s, error)) << bad;
     EXPECT_FALSE(error.empty()) << bad;
@@ -256,8 +260,9 @@ TEST(KitSettings, MalformedTextIsRefused) {
 
 // Every pair of parameters takes every pair of levels somewhere in the covering settings.
 TEST(KitSettings, PairsAreCovered) {
-  static constexpr Param kMany[] = {param::number("a", 0.5f), param::number("b", 0.5f), param::number("c", 0.5f),
-                                    param::number("d", 0.5f), param::integer("e", 0).range(0, 3), param::number("f", 0.5f)};
+  static constexpr Param kMany[] = {param::number("a", 0.5f),           param::number("b", 0.5f),
+                                    param::number("c", 0.5f),           param::number("d", 0.5f),
+                                    param::integer("e", 0).range(0, 3), param::number("f", 0.5f)};
   Descriptor d{};
   d.params = kMany;
   d.paramCount = std::size(kMany);

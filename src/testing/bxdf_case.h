@@ -14,10 +14,10 @@ struct BxdfCase {
   const Descriptor& bxdf;
   const BxdfTraits& traits;
   const Setting& setting;
-  std::vector<const WidthTable*> tables;   // those this CPU runs; not empty
-  bool encloses = false;                   // wi and wo may lie in different media
+  std::vector<const WidthTable*> tables;  // those this CPU runs; not empty
+  bool encloses = false;                  // wi and wo may lie in different media
   bool reciprocal = true;
-  bool bumped = false;                     // the cosine is not that of the context's normal
+  bool bumped = false;  // the cosine is not that of the context's normal
   const WidthTable& widest() const { return *tables.back(); }
 };
 
@@ -28,7 +28,9 @@ inline Vec3 directionAbout(Vec3 n, double cosine, double phi) {
   const double s = std::sqrt(std::max(0.0, 1 - cosine * cosine));
   return normalized(t * float(s * std::cos(phi)) + b * float(s * std::sin(phi)) + n * float(cosine));
 }
-inline Vec3 uniformDirection(Random& r) { return directionAbout({0, 0, 1}, 2 * r.uniform() - 1, 6.283185307179586 * r.uniform()); }
+inline Vec3 uniformDirection(Random& r) {
+  return directionAbout({0, 0, 1}, 2 * r.uniform() - 1, 6.283185307179586 * r.uniform());
+}
 
 // Exact and bounded comparisons at single points.
 void checkBxdfPoints(Judge& judge, const BxdfCase& c, uint64_t seed);
@@ -38,7 +40,7 @@ struct StatisticsPlan {
   double cosine = 0.7;
   bool outside = true;
   uint32_t samples = 1u << 16;
-  bool precise = false;      // sample on until the albedo's error is small enough to show 0.3 %
+  bool precise = false;  // sample on until the albedo's error is small enough to show 0.3 %
   bool lossless = false, conserving = false;
 };
 void checkBxdfStatistics(Judge& judge, const BxdfCase& c, const StatisticsPlan& plan, uint64_t seed);

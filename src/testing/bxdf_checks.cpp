@@ -13,13 +13,15 @@ std::string unusable(const Descriptor& d) {
   if (d.kind != Kind::Bxdf) return "not a bxdf";
   if (!d.traits) return "has no BxdfTraits";
   const BxdfTraits& t = *static_cast<const BxdfTraits*>(d.traits);
-  if (t.lobeCount > kMaxLobes || (t.lobeCount && !t.lobes)) return "declares more lobes than there are, or none of its list";
+  if (t.lobeCount > kMaxLobes || (t.lobeCount && !t.lobes))
+    return "declares more lobes than there are, or none of its list";
   if (t.presenceParam >= int(d.paramCount)) return "presenceParam is not a parameter";
   const auto tables = runnableTables(d);
   if (tables.empty()) return "has no function table that this CPU runs";
   for (const WidthTable* table : tables) {
     const BxdfFunctions& f = *static_cast<const BxdfFunctions*>(table->functions);
-    if (!f.begin || !f.generate || !f.evaluate || !f.evaluateAt) return "lacks begin, generate, evaluate or evaluateAt";
+    if (!f.begin || !f.generate || !f.evaluate || !f.evaluateAt)
+      return "lacks begin, generate, evaluate or evaluateAt";
   }
   return {};
 }
@@ -38,8 +40,8 @@ BxdfCase makeCase(const Descriptor& d, const Setting& s) {
 
 enum class Depth { Points, Some, Full };
 
-void checkSetting(Judge& judge, const Descriptor& d, const Setting& s, Depth depth, bool lossless, bool conserving, uint64_t seed,
-                  const BxdfCheckOptions& o) {
+void checkSetting(Judge& judge, const Descriptor& d, const Setting& s, Depth depth, bool lossless, bool conserving,
+                  uint64_t seed, const BxdfCheckOptions& o) {
   judge.setSetting(s.text);
   const BxdfCase c = makeCase(d, s);
   checkBxdfPoints(judge, c, seed);
@@ -108,7 +110,9 @@ CheckReport checkBxdf(const Descriptor& bxdf, const BxdfCheckOptions& options) {
   const std::vector<Setting> settings = coveringSettings(bxdf, options.randomSettings, options.seed);
   const uint32_t every = std::max<uint32_t>(1, uint32_t(settings.size()) / std::max(1u, options.statisticalSettings));
   for (size_t i = 0; i < settings.size(); ++i) {
-    const Depth depth = i == 0 ? Depth::Full : (i + options.seed) % every == 0 && options.statisticalSettings ? Depth::Some : Depth::Points;
+    const Depth depth = i == 0                                                           ? Depth::Full
+                        : (i + options.seed) % every == 0 && options.statisticalSettings ? Depth::Some
+                                                                                         : Depth::Points;
     checkSetting(judge, bxdf, settings[i], depth, false, false, seed += 17, options);
   }
   return judge.finish();

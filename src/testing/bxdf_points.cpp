@@ -52,8 +52,8 @@ void fillRandom(Generation& g, uint32_t n, uint64_t seed) {
 }
 
 std::string at(const Context& c, uint32_t i, Vec3 wi) {
-  return "wo " + text(Vec3{c.wo[0][i], c.wo[1][i], c.wo[2][i]}) + " N " + text(Vec3{c.N[0][i], c.N[1][i], c.N[2][i]}) +
-         " wi " + text(wi) + ": ";
+  return "wo " + text(Vec3{c.wo[0][i], c.wo[1][i], c.wo[2][i]}) + " N " +
+         text(Vec3{c.N[0][i], c.N[1][i], c.N[2][i]}) + " wi " + text(wi) + ": ";
 }
 
 // True when all of an evaluation is finite and not negative.
@@ -62,13 +62,15 @@ bool checkFinite(Judge& judge, const BoundBxdf& b, const Evaluation& e) {
   judge.count(e.count());
   for (uint32_t i = 0; i < e.count() && good; ++i) {
     if (!usable(e.pdf(i)) || !usable(e.pdfReverse(i))) {
-      judge.fail("finite", at(b.context(), i, e.wi(i)) + text("evaluate gives pdf %g, pdfReverse %g", e.pdf(i), e.pdfReverse(i)));
+      judge.fail("finite", at(b.context(), i, e.wi(i)) +
+                               text("evaluate gives pdf %g, pdfReverse %g", e.pdf(i), e.pdfReverse(i)));
       good = false;
     }
     for (uint32_t s = 0; s < b.slots() && good; ++s)
       for (int k = 0; k < 3 && good; ++k)
         if (!usable(e.weight(s, k, i))) {
-          judge.fail("finite", at(b.context(), i, e.wi(i)) + text("evaluate gives weight %g (slot %u, channel %d)", e.weight(s, k, i), s, k));
+          judge.fail("finite", at(b.context(), i, e.wi(i)) +
+                                   text("evaluate gives weight %g (slot %u, channel %d)", e.weight(s, k, i), s, k));
           good = false;
         }
   }
@@ -78,13 +80,13 @@ bool checkFinite(Judge& judge, const BoundBxdf& b, const Evaluation& e) {
 bool checkFinite(Judge& judge, const BoundBxdf& b, Generation& g, uint32_t n) {
   judge.count(n);
   for (uint32_t i = 0; i < n; ++i) {
-    const std::string where = at(b.context(), i, g.wi(i)) +
-                              text("u %.9g %.9g %.9g %.9g: ", g.u(0)[i], g.u(1)[i], g.u(2)[i], g.u(3)[i]);
-    const bool allUsable = usable(g.pdf(i)) && usable(g.pdfReverse(i)) && usable(g.weight(0, i)) && usable(g.weight(1, i)) &&
-                           usable(g.weight(2, i));
+    const std::string where =
+        at(b.context(), i, g.wi(i)) + text("u %.9g %.9g %.9g %.9g: ", g.u(0)[i], g.u(1)[i], g.u(2)[i], g.u(3)[i]);
+    const bool allUsable = usable(g.pdf(i)) && usable(g.pdfReverse(i)) && usable(g.weight(0, i)) &&
+                           usable(g.weight(1, i)) && usable(g.weight(2, i));
     if (!allUsable) {
-      judge.fail("finite", where + text("generate gives weight (%g %g %g), pdf %g, pdfReverse %g", g.weight(0, i), g.weight(1, i),
-                                        g.weight(2, i), g.pdf(i), g.pdfReverse(i)));
+      judge.fail("finite", where + text("generate gives weight (%g %g %g), pdf %g, pdfReverse %g", g.weight(0, i),
+                                        g.weight(1, i), g.weight(2, i), g.pdf(i), g.pdfReverse(i)));
       return false;
     }
     if (!g.valid(i)) continue;
@@ -189,7 +191,8 @@ void checkWidths(Judge& judge, const BxdfCase& c, uint64_t seed) {
           same("generate's wi", g0.wi(i).z, g.wi(i).z);
         }
         if (what) {
-          judge.fail(check, at(reference.context(), i, wi[i]) + who + text(", %u points: %s: expected %.9g, got %.9g", n, what, expected, got));
+          judge.fail(check, at(reference.context(), i, wi[i]) + who +
+                                text(", %u points: %s: expected %.9g, got %.9g", n, what, expected, got));
           return false;
         }
       }
@@ -220,8 +223,9 @@ void checkWidths(Judge& judge, const BxdfCase& c, uint64_t seed) {
         for (int k = 0; k < 3; ++k) equal = equal && sameBits(one.weight(s, k, 0), e0.weight(s, k, i));
       judge.count(1);
       if (!equal) {
-        judge.fail("evaluate-at", at(wide.context(), i, wi[i]) + text("evaluate gives pdf %.9g, evaluateAt %.9g (or a weight differs)",
-                                                                      e0.pdf(i), one.pdf(0)));
+        judge.fail("evaluate-at",
+                   at(wide.context(), i, wi[i]) +
+                       text("evaluate gives pdf %.9g, evaluateAt %.9g (or a weight differs)", e0.pdf(i), one.pdf(0)));
         return;
       }
     }
@@ -241,8 +245,8 @@ void checkDegenerate(Judge& judge, const BxdfCase& c) {
   std::vector<Vec3> wi;
   for (const Vec3& wo : outgoing) {
     const Vec3 mirror = normalized(n * (2 * dot(n, wo)) + -wo);
-    for (const Vec3& w : {n, -n, wo, -wo, mirror, -mirror, t, -t, b, normalized(b + n * 1e-6f), normalized(b + n * -1e-6f),
-                          normalized(-t + n * 1e-4f), normalized(-t + n * -1e-4f)})
+    for (const Vec3& w : {n, -n, wo, -wo, mirror, -mirror, t, -t, b, normalized(b + n * 1e-6f),
+                          normalized(b + n * -1e-6f), normalized(-t + n * 1e-4f), normalized(-t + n * -1e-4f)})
       for (const uint8_t entering : {1, 0}) {
         p.wo.push_back(wo);
         p.entering.push_back(entering);
@@ -299,7 +303,8 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
   p.tangent = {directionAbout(kTestNormal, 0, 0.7)};
   p.entering = {uint8_t(outside)};
   p.wo.clear();
-  for (uint32_t i = 0; i < n; ++i) p.wo.push_back(directionAbout(kTestNormal, 0.02 + 0.98 * r.uniform(), 6.283185307179586 * r.uniform()));
+  for (uint32_t i = 0; i < n; ++i)
+    p.wo.push_back(directionAbout(kTestNormal, 0.02 + 0.98 * r.uniform(), 6.283185307179586 * r.uniform()));
   const BoundBxdf bxdf(c.bxdf, c.widest(), c.setting, p);
   const uint32_t slots = bxdf.slots();
   Generation g(n);
@@ -326,7 +331,8 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
       return;
     }
     if (!(std::abs(g.pdfReverse(i) - own.e.pdfReverse(i)) <= own.reverseSlack(i))) {
-      judge.fail("consistent", where + text("evaluate's pdfReverse is %.7g, generate's %.7g", own.e.pdfReverse(i), g.pdfReverse(i)));
+      judge.fail("consistent", where + text("evaluate's pdfReverse is %.7g, generate's %.7g", own.e.pdfReverse(i),
+                                            g.pdfReverse(i)));
       return;
     }
     // the weight is that of its slot, divided by the probability with which the slot was chosen
@@ -339,10 +345,12 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
     for (int k = 0; k < 3; ++k) {
       const double expected = ratio * own.e.weight(g.slot(i), k, i);
       const double slack = own.weightSlack(slots, k, i) * std::max(1.0, ratio);
-      if (ratio < 0.999 - 2 * slack / std::max(own3, 1e-9) || (slots == 1 && std::abs(ratio - 1) * own3 > 3 * slack) ||
-          !(std::abs(g.weight(k, i) - expected) <= slack)) {
-        judge.fail("consistent", where + text("slot %u, channel %d: evaluate's weight is %.7g, generate's %.7g (ratio of sums %.7g)",
-                                              g.slot(i), k, own.e.weight(g.slot(i), k, i), g.weight(k, i), ratio));
+      if (ratio < 0.999 - 2 * slack / std::max(own3, 1e-9) ||
+          (slots == 1 && std::abs(ratio - 1) * own3 > 3 * slack) || !(std::abs(g.weight(k, i) - expected) <= slack)) {
+        judge.fail(
+            "consistent",
+            where + text("slot %u, channel %d: evaluate's weight is %.7g, generate's %.7g (ratio of sums %.7g)",
+                         g.slot(i), k, own.e.weight(g.slot(i), k, i), g.weight(k, i), ratio));
         return;
       }
     }
@@ -362,8 +370,9 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
       if (side > 0 ? reflects[s] : transmits[s]) continue;
       for (int k = 0; k < 3; ++k)
         if (all.weight(s, k, i) != 0) {
-          judge.fail("side", at(bxdf.context(), i, all.wi(i)) + text("%s the surface: slot %u: expected 0, got %g",
-                                                                     side > 0 ? "above" : "below", s, all.weight(s, k, i)));
+          judge.fail("side",
+                     at(bxdf.context(), i, all.wi(i)) + text("%s the surface: slot %u: expected 0, got %g",
+                                                             side > 0 ? "above" : "below", s, all.weight(s, k, i)));
           return;
         }
     }
@@ -405,23 +414,29 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
     const std::string where = at(bxdf.context(), i, wi[i]);
     const double reverseSlack = own.reverseSlack(i) + other.pdfSlack(i);
     if (reverseGood && !(std::abs(own.e.pdfReverse(i) - other.e.pdf(i)) <= reverseSlack)) {
-      judge.fail("reverse-pdf", where + text("pdf with the directions exchanged is %.7g, pdfReverse %.7g", other.e.pdf(i), own.e.pdfReverse(i)));
+      judge.fail("reverse-pdf", where + text("pdf with the directions exchanged is %.7g, pdfReverse %.7g",
+                                             other.e.pdf(i), own.e.pdfReverse(i)));
       reverseGood = false;
     }
     const bool across = dot(kTestNormal, wi[i]) < 0;
-    const double inner = c.encloses ? ior[i] : 1, here = outside ? 1 : inner, there = across ? (outside ? inner : 1) : here;
+    const double inner = c.encloses ? ior[i] : 1, here = outside ? 1 : inner,
+                 there = across ? (outside ? inner : 1) : here;
     for (int k = 0; k < 3; ++k) {
       const double f = own.e.total(slots, k, i) / cosI / (here * here);
       const double back = other.e.total(slots, k, i) / cosO / (there * there);
-      const double slack = own.weightSlack(slots, k, i) / cosI / (here * here) + other.weightSlack(slots, k, i) / cosO / (there * there);
+      const double slack = own.weightSlack(slots, k, i) / cosI / (here * here) +
+                           other.weightSlack(slots, k, i) / cosO / (there * there);
       if (c.reciprocal && reciprocityGood && !(std::abs(f - back) <= slack)) {
-        judge.fail("reciprocity", where + text("channel %d: f is %.7g, with the directions exchanged %.7g", k, f, back));
+        judge.fail("reciprocity",
+                   where + text("channel %d: f is %.7g, with the directions exchanged %.7g", k, f, back));
         reciprocityGood = false;
       }
       const double factor = (here * here) / (there * there);
       const double expected = light.e.total(slots, k, i) * factor, got = own.e.total(slots, k, i);
-      if (transportGood && !(std::abs(got - expected) <= own.weightSlack(slots, k, i) + factor * light.weightSlack(slots, k, i))) {
-        judge.fail("transport", where + text("channel %d: weight of importance times %.5g is %.7g, of radiance %.7g", k, factor, expected, got));
+      if (transportGood &&
+          !(std::abs(got - expected) <= own.weightSlack(slots, k, i) + factor * light.weightSlack(slots, k, i))) {
+        judge.fail("transport", where + text("channel %d: weight of importance times %.5g is %.7g, of radiance %.7g",
+                                             k, factor, expected, got));
         transportGood = false;
       }
     }

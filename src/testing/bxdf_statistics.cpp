@@ -32,7 +32,8 @@ void checkBxdfStatistics(Judge& judge, const BxdfCase& c, const StatisticsPlan& 
   options.traits = c.encloses ? kTraitLightPath : kTraitEyePath;
   const BoundBxdf bxdf(c.bxdf, c.widest(), c.setting, p, options);
   const uint32_t slots = bxdf.slots();
-  const std::string where = "wo " + text(wo) + text(" at cosine %.3g %s: ", plan.cosine, plan.outside ? "outside" : "inside");
+  const std::string where =
+      "wo " + text(wo) + text(" at cosine %.3g %s: ", plan.cosine, plan.outside ? "outside" : "inside");
   Random random(seed);
   Generation g(kPoints);
   const auto draw = [&] {
@@ -49,7 +50,8 @@ void checkBxdfStatistics(Judge& judge, const BxdfCase& c, const StatisticsPlan& 
     if (g.valid(i) && !g.discrete(i)) pilot.push_back(g.wi(i));
   cells.refine(pilot, 24);
 
-  // channels: pdf; pdf where there is weight (a sample without weight is no sample); sum of weights; weight by slot, rgb
+  // channels: pdf; pdf where there is weight (a sample without weight is no sample); sum of weights; weight by slot,
+  // rgb
   const uint32_t channels = 3 + 3 * slots;
   const auto evaluate = [&](uint32_t n, const float* const wi[3], double* out) {
     static thread_local Evaluation e(4096);
@@ -115,23 +117,27 @@ void checkBxdfStatistics(Judge& judge, const BxdfCase& c, const StatisticsPlan& 
   expected.back() = n * std::max(0.0, 1 - integral.total[1]);
   deviation.back() = n * (quadrature + 1e-4);
   const ChiSquare chi = chiSquareTest(counts, expected, deviation, 20);
-  judge.test("chi-square", chi.p, where + text("%.0f samples, statistic %.5g, expected %.5g", n, chi.statistic, chi.freedom));
+  judge.test("chi-square", chi.p,
+             where + text("%.0f samples, statistic %.5g, expected %.5g", n, chi.statistic, chi.freedom));
 
   // the pdf's integral: with the mirrors' probability never above 1, and the fraction of samples that are continuous
   const double fraction = continuous / n;
-  judge.compare("pdf-integral", fraction, std::sqrt(std::max(fraction * (1 - fraction), 1 / n) / n), integral.total[1],
-                quadrature + 3e-4, where + "fraction of continuous samples against the integral of pdf");
+  judge.compare("pdf-integral", fraction, std::sqrt(std::max(fraction * (1 - fraction), 1 / n) / n),
+                integral.total[1], quadrature + 3e-4,
+                where + "fraction of continuous samples against the integral of pdf");
   const double mirrorShare = mirrors / n;
   const double mirrorError = std::sqrt(mirrorShare * (1 - mirrorShare) / n);
   if (integral.total[0] + mirrorShare > 1 + quadrature + 1e-3 + 6 * mirrorError)
-    judge.fail("pdf-integral", where + text("expected at most 1, got %.6g (of it %.4g discrete)", integral.total[0] + mirrorShare, mirrorShare));
+    judge.fail("pdf-integral", where + text("expected at most 1, got %.6g (of it %.4g discrete)",
+                                            integral.total[0] + mirrorShare, mirrorShare));
   judge.count(1);
 
   // weights by slot
   for (uint32_t s = 0; s < slots; ++s)
     for (int k = 0; k < 3; ++k) {
       const double whole = integral.total[3 + 3 * s + k];
-      judge.compare("weight-integral", slotSums[3 * s + k].mean(n), slotSums[3 * s + k].error(n), whole, quadrature + 1e-3 * whole + 1e-6,
+      judge.compare("weight-integral", slotSums[3 * s + k].mean(n), slotSums[3 * s + k].error(n), whole,
+                    quadrature + 1e-3 * whole + 1e-6,
                     where + text("slot %u, channel %d, mean of weight / pdf against the integral of evaluate", s, k));
     }
 
@@ -150,8 +156,10 @@ void checkBxdfStatistics(Judge& judge, const BxdfCase& c, const StatisticsPlan& 
   for (int k = 0; k < 3; ++k) {
     const double got = smooth[k].mean(n), error = smooth[k].error(n);
     judge.count(1);
-    if (std::abs(got - whole[k]) > 3e-3 * whole[k] + 2 * quadrature + 1e-6 + 5 * error * (error > 7e-4 * whole[k] ? 1 : 0.25))
-      judge.fail("furnace", where + text("channel %d: albedo by quadrature %.6g, by sampling %.6g +- %.2g", k, whole[k], got, error));
+    if (std::abs(got - whole[k]) >
+        3e-3 * whole[k] + 2 * quadrature + 1e-6 + 5 * error * (error > 7e-4 * whole[k] ? 1 : 0.25))
+      judge.fail("furnace", where + text("channel %d: albedo by quadrature %.6g, by sampling %.6g +- %.2g", k,
+                                         whole[k], got, error));
     const double albedo = whole[k] + discrete[k].mean(n), spread = discrete[k].error(n);
     const double slack = 2 * quadrature + 5 * spread;
     if (plan.lossless && !(std::abs(albedo - 1) <= 0.01 + slack))

@@ -1,5 +1,6 @@
 // kinora-check-plugin: runs the testing kit on a plug-in library, or on a stock plug-in by name.
 #include <kinora/testing/bxdf_checks.h>
+#include <kinora/testing/light_checks.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -78,7 +79,9 @@ int main(int argc, char** argv) {
     }
     for (const Descriptor* d : chosen) {
       testing::CheckReport report;
-      if (d->kind != Kind::Bxdf) {
+      testing::LightCheckOptions lightOptions;
+      lightOptions.seed = options.seed;
+      if (d->kind != Kind::Bxdf && d->kind != Kind::Light) {
         std::printf("%s: no checks for plug-ins of kind %s\n", d->name, nameOf(d->kind));
         continue;
       }
@@ -89,9 +92,10 @@ int main(int argc, char** argv) {
           std::fprintf(stderr, "kinora-check-plugin: %s\n", error.c_str());
           return 2;
         }
-        report = testing::checkBxdf(*d, s, options);
+        report =
+            d->kind == Kind::Light ? testing::checkLight(*d, s, lightOptions) : testing::checkBxdf(*d, s, options);
       } else {
-        report = testing::checkBxdf(*d, options);
+        report = d->kind == Kind::Light ? testing::checkLight(*d, lightOptions) : testing::checkBxdf(*d, options);
       }
       any = true;
       passed = passed && report.passed;

@@ -29,12 +29,17 @@ void Judge::fail(const char* check, const std::string& what) {
 void Judge::test(const char* check, double p, const std::string& what) {
   ++report_.statisticalTests;
   // a test that found nothing remarkable cannot fail whatever the final level is
-  if (!(p > 0.01)) suspects_.push_back({check, report_.plugin + " {" + setting_ + "} " + what + text(", p %.3g", p), p});
+  if (!(p > 0.01))
+    suspects_.push_back({check, report_.plugin + " {" + setting_ + "} " + what + text(", p %.3g", p), p});
 }
 
-void Judge::compare(const char* check, double got, double error, double expected, double slack, const std::string& what) {
+void Judge::compare(const char* check, double got, double error, double expected, double slack,
+                    const std::string& what) {
   const double excess = std::max(0.0, std::abs(got - expected) - slack);
-  const double p = !(got - expected == got - expected) ? 0 : excess == 0 ? 1 : error > 0 ? normalTail(excess / error) : 0;
+  const double p = !(got - expected == got - expected) ? 0
+                   : excess == 0                       ? 1
+                   : error > 0                         ? normalTail(excess / error)
+                                                       : 0;
   test(check, p, what + text(": expected %.6g, got %.6g +- %.2g", expected, got, error));
 }
 

@@ -1,5 +1,5 @@
-// Collects what the checks of one plug-in find. Bounded comparisons fail at once; p-values are kept until all tests of the
-// run are known, because the level of each depends on their number. Used by the checks only.
+// Collects what the checks of one plug-in find. Bounded comparisons fail at once; p-values are kept until all tests
+// of the run are known, because the level of each depends on their number. Used by the checks only.
 #pragma once
 #include <kinora/testing/report.h>
 #include <kinora/testing/test_context.h>

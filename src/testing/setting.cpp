@@ -13,14 +13,18 @@ namespace {
 uint32_t componentsOf(Type t) {
   switch (t) {
     case Type::Float:
-    case Type::Int: return 1;
+    case Type::Int:
+      return 1;
     case Type::Color:
     case Type::Point:
     case Type::Vector:
-    case Type::Normal: return 3;
-    case Type::Matrix: return 16;
+    case Type::Normal:
+      return 3;
+    case Type::Matrix:
+      return 16;
     case Type::String:
-    case Type::Struct: return 0;
+    case Type::Struct:
+      return 0;
   }
   return 0;
 }
@@ -118,14 +122,17 @@ Levels levelsOf(const Param& p, const Setting& defaults, uint32_t i) {
       if (l.words.size() < 2) l.words.clear();
       break;
     case Type::Matrix:
-    case Type::Struct: break;
+    case Type::Struct:
+      break;
   }
   return l;
 }
 
 void assignLevel(Setting& s, const Descriptor& d, uint32_t i, const Levels& l, size_t level) {
-  if (level < l.numbers.size()) assign(s, d, i, l.numbers[level]);
-  else if (level < l.words.size()) assign(s, d, i, l.words[level]);
+  if (level < l.numbers.size())
+    assign(s, d, i, l.numbers[level]);
+  else if (level < l.words.size())
+    assign(s, d, i, l.words[level]);
 }
 
 // Rows in which each pair of columns shows each pair of levels: greedy, one row at a time, columns in random order,
@@ -135,7 +142,8 @@ std::vector<std::vector<uint8_t>> coveringArray(const std::vector<uint8_t>& leve
   constexpr size_t kMost = 16;
   std::vector<uint8_t> seen(columns * columns * kMost * kMost, 0);
   const auto pair = [&](size_t a, size_t la, size_t b, size_t lb) -> uint8_t& {
-    return a < b ? seen[((a * columns + b) * kMost + la) * kMost + lb] : seen[((b * columns + a) * kMost + lb) * kMost + la];
+    return a < b ? seen[((a * columns + b) * kMost + la) * kMost + lb]
+                 : seen[((b * columns + a) * kMost + lb) * kMost + la];
   };
   size_t open = 0;
   for (size_t a = 0; a < columns; ++a)
@@ -290,7 +298,8 @@ std::vector<Setting> coveringSettings(const Descriptor& d, uint32_t randomCount,
   return list;
 }
 
-ResolvedValues::ResolvedValues(const Descriptor& d, const Setting& s) : pointers_(d.paramCount), values_(d.paramCount) {
+ResolvedValues::ResolvedValues(const Descriptor& d, const Setting& s)
+    : pointers_(d.paramCount), values_(d.paramCount) {
   for (uint32_t i = 0; i < d.paramCount; ++i) {
     ParamValue& v = values_[i];
     for (const std::string& text : s.strings[i]) pointers_[i].push_back(text.c_str());

@@ -10,8 +10,10 @@ namespace {
 // 2^-18 of a face is 8e-6 rad: narrower than any lobe whose shape single-precision directions can still express
 constexpr uint32_t kDeepest = 18;
 constexpr int kPoints = 4;
-constexpr double kNode[kPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265, 0.861136311594052575};
-constexpr double kWeight[kPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143, 0.347854845137453857};
+constexpr double kNode[kPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
+                                   0.861136311594052575};
+constexpr double kWeight[kPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
+                                     0.347854845137453857};
 }  // namespace
 
 SphereCells::SphereCells(Vec3 z, uint32_t level) : level_(level) {
@@ -89,6 +91,13 @@ uint32_t SphereCells::nodeOf(Vec3 d) const {
 
 uint32_t SphereCells::find(Vec3 direction) const { return uint32_t(nodes_[nodeOf(direction)].index); }
 
+void SphereCells::split(size_t i) {
+  const Cell c = nodes_[i].cell;
+  nodes_[i].child = int32_t(nodes_.size());
+  for (uint32_t k = 0; k < 4; ++k)
+    nodes_.push_back({{c.face, uint8_t(c.level + 1), 2 * c.x + (k & 1), 2 * c.y + (k >> 1)}});
+}
+
 void SphereCells::refine(const std::vector<Vec3>& samples, uint32_t most) {
   bool again = true;
   while (again) {
@@ -97,12 +106,23 @@ void SphereCells::refine(const std::vector<Vec3>& samples, uint32_t most) {
     for (const Vec3& s : samples) ++held[nodeOf(s)];
     for (size_t i = 0; i < held.size(); ++i) {
       if (held[i] <= most || nodes_[i].cell.level >= kDeepest) continue;
-      const Cell c = nodes_[i].cell;
-      nodes_[i].child = int32_t(nodes_.size());
-      for (uint32_t k = 0; k < 4; ++k)
-        nodes_.push_back({{c.face, uint8_t(c.level + 1), 2 * c.x + (k & 1), 2 * c.y + (k >> 1)}});
+      split(i);
       again = true;
     }
+  }
+  // neighbours may differ by one level only: a large cell beside small ones would hide the lobe's rim from quadrature
+  for (size_t i = 0; i < nodes_.size(); ++i) {  // children are appended, so one pass meets them all
+    if (nodes_[i].child >= 0) continue;
+    const Cell c = nodes_[i].cell;
+    const double size = 2.0 / double(1u << c.level), u = -1 + (c.x + 0.5) * size, v = -1 + (c.y + 0.5) * size;
+    for (int b = -1; b <= 1; ++b)
+      for (int a = -1; a <= 1; ++a) {
+        if (!a && !b) continue;
+        double jacobian;
+        // just beyond the border, which may be on another face
+        const Vec3 beyond = direction(c.face, u + 0.52 * a * size, v + 0.52 * b * size, jacobian);
+        for (uint32_t n = nodeOf(beyond); nodes_[n].cell.level + 1 < c.level; n = nodeOf(beyond)) split(n);
+      }
   }
   number();
 }
@@ -137,7 +157,8 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
         for (int b = 0; b < kPoints; ++b)
           for (int a = 0; a < kPoints; ++a, ++at) {
             double jac;
-            const Vec3 d = cells.direction(c.face, u0 + 0.5 * size * (1 + kNode[a]), v0 + 0.5 * size * (1 + kNode[b]), jac);
+            const Vec3 d =
+                cells.direction(c.face, u0 + 0.5 * size * (1 + kNode[a]), v0 + 0.5 * size * (1 + kNode[b]), jac);
             wi[0][at] = d.x;
             wi[1][at] = d.y;
             wi[2][at] = d.z;
@@ -164,8 +185,9 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
     quarters.reserve(items.size() * 4);
     for (const Item& item : items)
       for (uint32_t k = 0; k < 4; ++k)
-        quarters.push_back({{item.cell.face, uint8_t(item.cell.level + 1), 2 * item.cell.x + (k & 1),
-                             2 * item.cell.y + (k >> 1)}, item.bin});
+        quarters.push_back(
+            {{item.cell.face, uint8_t(item.cell.level + 1), 2 * item.cell.x + (k & 1), 2 * item.cell.y + (k >> 1)},
+             item.bin});
     integrate(quarters, fine);
     std::vector<Item> next;
     std::vector<double> nextCoarse;
@@ -189,7 +211,8 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
       r.error[items[i].bin] += error;
       r.totalError += error;
       for (int k = 0; k < 4; ++k)
-        for (uint32_t c = 0; c < channels; ++c) r.cell[size_t(items[i].bin) * channels + c] += fine[(4 * i + k) * channels + c];
+        for (uint32_t c = 0; c < channels; ++c)
+          r.cell[size_t(items[i].bin) * channels + c] += fine[(4 * i + k) * channels + c];
     }
     items = std::move(next);
     coarse = std::move(nextCoarse);

@@ -1,6 +1,6 @@
-// Integrals of functions over the sphere of directions, cell by cell. The cells are squares on the faces of a cube about
-// the sphere (no singular poles; the horizon of the frame falls on cell edges), split where pilot samples crowd, so that
-// a lobe a thousandth of a radian wide is found. Used by the checks only.
+// Integrals of functions over the sphere of directions, cell by cell. The cells are squares on the faces of a cube
+// about the sphere (no singular poles; the horizon of the frame falls on cell edges), split where pilot samples
+// crowd, so that a lobe a thousandth of a radian wide is found. Used by the checks only.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -14,7 +14,8 @@ class SphereCells {
  public:
   // z: the frame's pole (unit); faces are cut into 4^level cells.
   SphereCells(Vec3 z, uint32_t level);
-  // Splits cells until none holds more than `most` of the samples (or is smaller than single precision resolves).
+  // Splits cells until none holds more than `most` of the samples (or is smaller than single precision resolves) and
+  // neighbours differ by one level at most.
   void refine(const std::vector<Vec3>& samples, uint32_t most);
   uint32_t count() const { return uint32_t(cells_.size()); }
   uint32_t find(Vec3 direction) const;
@@ -30,10 +31,11 @@ class SphereCells {
  private:
   struct Node {
     Cell cell;
-    int32_t child = -1;   // first of four
-    int32_t index = -1;   // among cells_, for leaves
+    int32_t child = -1;  // first of four
+    int32_t index = -1;  // among cells_, for leaves
   };
   uint32_t nodeOf(Vec3 direction) const;
+  void split(size_t node);
   void number();
   double axis_[3][3];
   uint32_t level_;
@@ -43,9 +45,9 @@ class SphereCells {
 
 struct SphereIntegral {
   uint32_t channels = 0;
-  std::vector<double> cell;    // [cell * channels + channel]
-  std::vector<double> error;   // [cell]: bound of the error of the watched channels
-  std::vector<double> total;   // [channel]
+  std::vector<double> cell;   // [cell * channels + channel]
+  std::vector<double> error;  // [cell]: bound of the error of the watched channels
+  std::vector<double> total;  // [channel]
   double totalError = 0;
   uint64_t evaluations = 0;
 };

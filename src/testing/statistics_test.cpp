@@ -1,4 +1,5 @@
-// The kit's statistics against known values and against their own definition: p-values of true hypotheses are uniform.
+// The kit's statistics against known values and against their own definition: p-values of true hypotheses are
+// uniform.
 #include <gtest/gtest.h>
 #include <kinora/testing/statistics.h>
 
@@ -17,7 +18,8 @@ TEST(Statistics, GammaAgreesWithClosedForms) {
     EXPECT_NEAR(gammaQ(3, x), std::exp(-x) * (1 + x + 0.5 * x * x), 1e-12);
   }
   // median of chi-square with many degrees lies near k (1 - 2 / 9k)^3
-  for (const double k : {10.0, 100.0, 1000.0}) EXPECT_NEAR(chiSquareTail(k * std::pow(1 - 2 / (9 * k), 3), k), 0.5, 2e-3);
+  for (const double k : {10.0, 100.0, 1000.0})
+    EXPECT_NEAR(chiSquareTail(k * std::pow(1 - 2 / (9 * k), 3), k), 0.5, 2e-3);
   EXPECT_EQ(gammaQ(2, 0), 1);
   EXPECT_NEAR(normalTail(1.959963984540054), 0.05, 1e-12);
   EXPECT_NEAR(sidakLevel(0.01, 1000), 1.0050e-5, 1e-8);

@@ -32,8 +32,8 @@ Vec3 anyPerpendicular(Vec3 n) {
 }  // namespace
 
 uint32_t TestPoints::count() const {
-  return uint32_t(std::max({P.size(), N.size(), Ng.size(), wo.size(), tangent.size(), uv.size(), radius.size(), time.size(),
-                            outerIor.size(), entering.size(), size_t(1)}));
+  return uint32_t(std::max({P.size(), N.size(), Ng.size(), wo.size(), tangent.size(), uv.size(), radius.size(),
+                            time.size(), outerIor.size(), entering.size(), size_t(1)}));
 }
 
 struct TestContext::Impl {
@@ -140,7 +140,7 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     uint32_t reflecting = 0, transmitting = 0;
     c.slotCount = 1;
     for (uint32_t l = 0; l < lobes && options.slots == Slots::PerLobe; ++l) {
-      const uint32_t slot = lobes <= kMaxSlots                      ? l
+      const uint32_t slot = lobes <= kMaxSlots                 ? l
                             : t.lobes[l].flags & kLobeTransmit ? 4 + transmitting++ % 4
                                                                : reflecting++ % 4;
       m.slotOfLobe[l] = uint8_t(slot);
@@ -240,7 +240,8 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     return uint32_t(s.setting.numbers[i].size());
   };
   f.builtin = [](const Context* x, Builtin which) -> Value {
-    return uint32_t(which) < uint32_t(Builtin::Count) ? static_cast<Impl*>(x->host)->builtins[uint32_t(which)] : Value();
+    return uint32_t(which) < uint32_t(Builtin::Count) ? static_cast<Impl*>(x->host)->builtins[uint32_t(which)]
+                                                      : Value();
   };
   f.primvar = [](const Context* x, const char* name, Value* radius) -> Value {
     const Impl& s = *static_cast<Impl*>(x->host);

@@ -1,5 +1,9 @@
 #include "texture/srgb_input.h"
 
+#include <kinora/math/srgb.h>
+
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -70,7 +74,7 @@ class SrgbInput final : public OIIO::ImageInput {
     return scratch_.data();
   }
   bool deliver(int pixels, void* data) {
-    decodeSrgb(scratch_.data(), size_t(pixels), m_spec.nchannels, m_spec.alpha_channel);
+    decodeSrgb(scratch_.data(), size_t(pixels), m_spec.nchannels, m_spec.alpha_channel, half_);
     return OIIO::convert_pixel_values(OIIO::TypeFloat, scratch_.data(), m_spec.format, data, int(scratch_.size()));
   }
   bool fail() {
@@ -87,17 +91,22 @@ class SrgbInput final : public OIIO::ImageInput {
 
 OIIO::ImageInput* createSrgbInput() { return new SrgbInput; }
 
-float decodeSrgb(float encoded) {
-  const float a = std::fabs(encoded);
-  const float linear = a <= 0.04045f ? a / 12.92f : std::pow((a + 0.055f) / 1.055f, 2.4f);
-  return std::copysign(linear, encoded);
-}
+// In double precision, so that rounding hides differences between math libraries.
+float decodeSrgb(float encoded) { return float(std::copysign(srgbToLinear(std::fabs(double(encoded))), encoded)); }
 
-void decodeSrgb(float* pixels, size_t n, int channels, int alphaChannel) {
+void decodeSrgb(float* pixels, size_t n, int channels, int alphaChannel, bool bytes) {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> t;
+    for (int i = 0; i < 256; ++i) t[size_t(i)] = decodeSrgb(float(i) / 255.f);
+    return t;
+  }();
+  const auto decode = [&](float v) {
+    return bytes ? table[size_t(std::clamp(v * 255.f + 0.5f, 0.f, 255.f))] : decodeSrgb(v);
+  };
   for (size_t i = 0; i < n; ++i)
     for (int c = 0; c < channels; ++c)
       if (c != alphaChannel)
-        pixels[i * size_t(channels) + size_t(c)] = decodeSrgb(pixels[i * size_t(channels) + size_t(c)]);
+        pixels[i * size_t(channels) + size_t(c)] = decode(pixels[i * size_t(channels) + size_t(c)]);
 }
 
 }  // namespace kinora::texture

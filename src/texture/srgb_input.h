@@ -13,7 +13,8 @@ OIIO::ImageInput* createSrgbInput();
 
 // IEC 61966-2-1; negative values are mirrored.
 float decodeSrgb(float encoded);
-// Decodes the colour channels of n pixels in place; the alpha channel (-1: none) stays.
-void decodeSrgb(float* pixels, size_t n, int channels, int alphaChannel);
+// Decodes the colour channels of n pixels in place; the alpha channel (-1: none) stays. bytes: the values came from 8
+// bits.
+void decodeSrgb(float* pixels, size_t n, int channels, int alphaChannel, bool bytes);
 
 }  // namespace kinora::texture

@@ -138,6 +138,7 @@ std::string examine(const std::string& path, FileFacts& facts) {
     facts.alphaChannel = spec.alpha_channel;
     facts.tiled = spec.tile_width > 0;
     facts.wrap = spec.get_string_attribute("wrapmodes");
+    facts.bytes = spec.format == OIIO::TypeUInt8;
     const std::string space = spec.get_string_attribute("oiio:ColorSpace");
     facts.srgb =
         !spec.format.is_floating_point() && (space == "sRGB" || (space.empty() && spec.format == OIIO::TypeUInt8));

@@ -13,8 +13,9 @@ struct FileFacts {
   int width = 0, height = 0, channels = 0;
   int alphaChannel = -1;
   bool tiled = false, mipMapped = false;
-  bool srgb = false;  // the file says so, or stores 8-bit integers
-  std::string wrap;   // "wrapmodes" of the file; "" when it has none
+  bool bytes = false;  // 8-bit integers
+  bool srgb = false;   // the file says so, or stores 8-bit integers
+  std::string wrap;    // "wrapmodes" of the file; "" when it has none
 };
 
 // "" when the file can be used, else what is wrong with it. Refuses images whose header promises more than a file of

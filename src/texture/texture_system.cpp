@@ -344,7 +344,7 @@ struct TextureSystem::Impl {
         if (why.empty()) {
           if (linearize == 1 || (linearize < 0 && facts.srgb))
             texture::decodeSrgb(held->pixels.data(), size_t(facts.width) * size_t(facts.height), channels,
-                                facts.alphaChannel < channels ? facts.alphaChannel : -1);
+                                facts.alphaChannel < channels ? facts.alphaChannel : -1, facts.bytes);
           held->image = {held->pixels.data(), uint32_t(facts.width), uint32_t(facts.height), uint32_t(channels)};
           imageBytes.fetch_add(held->pixels.size() * sizeof(float), std::memory_order_relaxed);
           if (i > 0 || exact == 0) diagnostics.warning(code, request.pos, what, "'" + list[i] + "' is used instead");

@@ -1,6 +1,6 @@
-// Every bxdf of the registry against the contract of bxdf.h, with settings derived from its declaration: a new plug-in is
-// covered by being there. Proves what the checks' names say for the settings tried; misses defects that need particular
-// primvars, textures or connected networks.
+// Every bxdf of the registry against the contract of bxdf.h, with settings derived from its declaration: a new
+// plug-in is covered by being there. Proves what the checks' names say for the settings tried; misses defects that
+// need particular primvars, textures or connected networks.
 #include <gtest/gtest.h>
 #include <kinora/testing/bxdf_checks.h>
 

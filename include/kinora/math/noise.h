@@ -8,7 +8,9 @@
 #define KINORA_NOISE_ONCE
 namespace kinora {
 // Mean of |gradientNoise| and standard deviation of gradientNoise over space; measured, see src/math/noise_test.cpp.
-inline constexpr float kNoiseMeanAbs = 0.2103f, kNoiseDeviation = 0.2607f;
+inline constexpr float kNoiseScale =
+    1.3f / 2147483648.f;  // to the contrast of Perlin's noise; 1 in 1e5 values are clamped
+inline constexpr float kNoiseMeanAbs = 0.1995f, kNoiseDeviation = 0.2482f;
 
 inline constexpr int kMaxNoiseLayers = 32;
 }  // namespace kinora
@@ -28,27 +30,25 @@ namespace HWY_NAMESPACE {
 // 32 random bits of a lattice point. Two rounds of xor and multiply: enough for gradients and jitter, not for
 // sampling.
 template <int W>
+KN_INLINE Int<W> foldHigh(Int<W> h) {
+  return h ^ h.template shr<15>();
+}
+template <int W>
 KN_INLINE Int<W> mixColumn(Int<W> hx, Int<W> hy) {
-  Int<W> m = hx ^ hy;
-  m = m ^ m.template shr<15>();
-  return m * Int<W>(0x8da6b343u);
+  return foldHigh(hx ^ hy) * Int<W>(0x8da6b343u);
 }
 template <int W>
 KN_INLINE Int<W> hashLattice(Int<W> x, Int<W> y, Int<W> z, uint32_t seed) {
   const Int<W> m = mixColumn(x * Int<W>(0x9e3779b1u) + Int<W>(seed), y * Int<W>(0x85ebca77u));
-  Int<W> h = (m ^ (z * Int<W>(0xc2b2ae3du))) * Int<W>(0x27d4eb2fu);
-  h = h ^ h.template shr<15>();
-  return h * Int<W>(0x165667b1u);
+  return foldHigh((m ^ foldHigh(z * Int<W>(0xc2b2ae3du))) * Int<W>(0x27d4eb2fu)) * Int<W>(0x165667b1u);
 }
 
-// Dot product of (x, y, z) with one of the 12 edge directions (+-1, +-1, 0) ...: the hash's thirds say which
-// component is left out, bits 15 and 14 are the signs.
+// Dot product of (x, y, z) with a random gradient whose components are uniform in +-2^31: three overlapping windows
+// of the hash, converted as they are (cheaper than selecting one of a few directions, and without favourite
+// directions).
 template <int W>
-KN_INLINE Float<W> edgeGradient(Int<W> h, Float<W> x, Float<W> y, Float<W> z) {
-  const Mask<W> noX = h<Int<W>(-715827883), noY = h> Int<W>(715827882);
-  const Float<W> u = select(noX, y, x), v = select(noX | noY, z, y);
-  const Int<W> sign(0x80000000u);
-  return asFloat(asInt(u) ^ (h.template shl<16>() & sign)) + asFloat(asInt(v) ^ (h.template shl<17>() & sign));
+KN_INLINE Float<W> gradientDot(Int<W> h, Float<W> x, Float<W> y, Float<W> z) {
+  return fma(toFloat(h), x, fma(toFloat(h.template shl<8>()), y, toFloat(h.template shl<16>()) * z));
 }
 
 template <int W>
@@ -56,25 +56,30 @@ KN_INLINE Float<W> quinticFade(Float<W> t) {
   return t * t * t * fma(t, fma(t, Float<W>(6.f), Float<W>(-15.f)), Float<W>(10.f));
 }
 
-// Noise in [-1, 1], mean 0, zero at lattice points (integers); features about one unit wide. Positions beyond 2^31
-// repeat.
+// Noise in [-1, 1] (unbounded: in [-1.3, 1.3]), mean 0, zero at lattice points (integers); features about one unit
+// wide. Positions beyond 2^31 repeat.
 template <int W>
-KN_INLINE Float<W> gradientNoise(Vec3<W> p, uint32_t seed) {
+KN_INLINE Float<W> unboundedNoise(Vec3<W> p, uint32_t seed) {
   using F = Float<W>;
   using I = Int<W>;
   const F fx = floor(p.x), fy = floor(p.y), fz = floor(p.z);
   const F x0 = p.x - fx, y0 = p.y - fy, z0 = p.z - fz;
   const F x1 = x0 - F(1.f), y1 = y0 - F(1.f), z1 = z0 - F(1.f);
   const I kx(0x9e3779b1u), ky(0x85ebca77u), kz(0xc2b2ae3du), k(0x27d4eb2fu);
-  const I hx0 = toInt(fx) * kx + I(seed), hy0 = toInt(fy) * ky, hz0 = toInt(fz) * kz;
-  const I hx1 = hx0 + kx, hy1 = hy0 + ky, hz1 = hz0 + kz;
+  const I hx0 = toInt(fx) * kx + I(seed), hy0 = toInt(fy) * ky, nz = toInt(fz) * kz;
+  const I hx1 = hx0 + kx, hy1 = hy0 + ky;
+  const I hz0 = foldHigh(nz), hz1 = foldHigh(nz + kz);
   const I m00 = mixColumn(hx0, hy0), m10 = mixColumn(hx1, hy0), m01 = mixColumn(hx0, hy1), m11 = mixColumn(hx1, hy1);
   const F u = quinticFade(x0), v = quinticFade(y0), w = quinticFade(z0);
-  const F a = lerp(edgeGradient((m00 ^ hz0) * k, x0, y0, z0), edgeGradient((m10 ^ hz0) * k, x1, y0, z0), u);
-  const F b = lerp(edgeGradient((m01 ^ hz0) * k, x0, y1, z0), edgeGradient((m11 ^ hz0) * k, x1, y1, z0), u);
-  const F c = lerp(edgeGradient((m00 ^ hz1) * k, x0, y0, z1), edgeGradient((m10 ^ hz1) * k, x1, y0, z1), u);
-  const F d = lerp(edgeGradient((m01 ^ hz1) * k, x0, y1, z1), edgeGradient((m11 ^ hz1) * k, x1, y1, z1), u);
-  return lerp(lerp(a, b, v), lerp(c, d, v), w);
+  const F a = lerp(gradientDot((m00 ^ hz0) * k, x0, y0, z0), gradientDot((m10 ^ hz0) * k, x1, y0, z0), u);
+  const F b = lerp(gradientDot((m01 ^ hz0) * k, x0, y1, z0), gradientDot((m11 ^ hz0) * k, x1, y1, z0), u);
+  const F c = lerp(gradientDot((m00 ^ hz1) * k, x0, y0, z1), gradientDot((m10 ^ hz1) * k, x1, y0, z1), u);
+  const F d = lerp(gradientDot((m01 ^ hz1) * k, x0, y1, z1), gradientDot((m11 ^ hz1) * k, x1, y1, z1), u);
+  return lerp(lerp(a, b, v), lerp(c, d, v), w) * F(kNoiseScale);
+}
+template <int W>
+KN_INLINE Float<W> gradientNoise(Vec3<W> p, uint32_t seed) {
+  return clamp(unboundedNoise(p, seed), Float<W>(-1.f), Float<W>(1.f));
 }
 
 // How much of a layer of `frequency` a footprint of radius r can show: all while a feature spans two diameters,
@@ -119,7 +124,7 @@ KN_INLINE Float<W> fractalNoise(const FractalShape<W>& shape, Vec3<W> p, Float<W
       const Vec3<W> q(fma(p.x, frequency, fma(v, F(i & 1 ? -0.731f : 0.731f), F(o * 17.317f))),
                       fma(p.y, frequency, fma(v, F(i & 2 ? -0.683f : 0.683f), F(o * 31.719f))),
                       fma(p.z, frequency, fma(v, F(1.f), F(o * 23.541f))));
-      n = gradientNoise(q, seed + uint32_t(i) * 0x632be5abu);
+      n = unboundedNoise(q, seed + uint32_t(i) * 0x632be5abu);
       if (shape.turbulent) n = abs(n);
       n = lerp(mean, n, visible);
     }
@@ -132,7 +137,7 @@ KN_INLINE Float<W> fractalNoise(const FractalShape<W>& shape, Vec3<W> p, Float<W
     amplitude *= gain;
     frequency *= shape.lacunarity;
   }
-  return sum / total;
+  return clamp(sum / total, F(shape.turbulent ? 0.f : -1.f), F(1.f));
 }
 
 }  // namespace HWY_NAMESPACE

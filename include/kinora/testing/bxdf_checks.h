@@ -1,6 +1,6 @@
-// Checks of a bxdf against the contract of bxdf.h: statistics of generate against evaluate, energy, reciprocity, equal bits
-// at all widths, behaviour at the edges. Called by tests over the registry, by kinora-check-plugin and by plug-in authors.
-// It knows no scene and does not judge what a material looks like.
+// Checks of a bxdf against the contract of bxdf.h: statistics of generate against evaluate, energy, reciprocity,
+// equal bits at all widths, behaviour at the edges. Called by tests over the registry, by kinora-check-plugin and by
+// plug-in authors. It knows no scene and does not judge what a material looks like.
 //
 // Names of the checks, as failures begin with them:
 //   finite          outputs are written, finite, not negative; generated directions are unit vectors
@@ -26,12 +26,12 @@
 namespace kinora::testing {
 
 struct BxdfCheckOptions {
-  uint64_t seed = 1;             // of all random numbers: the same seed gives the same report
+  uint64_t seed = 1;  // of all random numbers: the same seed gives the same report
   uint32_t randomSettings = 64;
   // Settings of the covering set that get the statistics, besides the defaults, lossless and conserving ones; which
   // ones rotates with `seed`. All settings get the exact checks.
   uint32_t statisticalSettings = 48;
-  uint32_t samples = 1u << 16;   // of each chi-square test; four times as many at the declared settings
+  uint32_t samples = 1u << 16;  // of each chi-square test; four times as many at the declared settings
 };
 
 // All settings derived from the declaration.

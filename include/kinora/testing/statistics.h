@@ -1,5 +1,6 @@
-// The statistics the kit decides by: p-values, the multiple-comparison correction, and a generator of independent numbers.
-// Called by the checks and by tests; it knows nothing of rendering. Not for code that runs per sample in a render.
+// The statistics the kit decides by: p-values, the multiple-comparison correction, and a generator of independent
+// numbers. Called by the checks and by tests; it knows nothing of rendering. Not for code that runs per sample in a
+// render.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +14,8 @@ double gammaQ(double a, double x);
 double chiSquareTail(double value, double freedom);
 // Probability that a standard normal variable is farther from 0 than z, both sides.
 double normalTail(double z);
-// Level of each of n independent tests so that all of them together reject a true hypothesis with probability `level`.
+// Level of each of n independent tests so that all of them together reject a true hypothesis with probability
+// `level`.
 double sidakLevel(double level, uint64_t n);
 
 struct ChiSquare {

@@ -21,25 +21,25 @@ struct Vec3 {
 struct TestPoints {
   std::vector<Vec3> P{{0, 0, 0}};
   std::vector<Vec3> N{{0, 0, 1}};
-  std::vector<Vec3> Ng;                    // empty: as N
+  std::vector<Vec3> Ng;  // empty: as N
   std::vector<Vec3> wo{{0, 0, 1}};
-  std::vector<Vec3> tangent;               // empty: some unit vector perpendicular to N
-  std::vector<Vec3> uv{{0.5f, 0.5f, 0}};   // u, v; texture coordinates alike
+  std::vector<Vec3> tangent;              // empty: some unit vector perpendicular to N
+  std::vector<Vec3> uv{{0.5f, 0.5f, 0}};  // u, v; texture coordinates alike
   std::vector<float> radius{0.01f}, time{0}, outerIor{1};
   std::vector<uint8_t> entering{1};
-  uint32_t count() const;                  // the longest array's length
+  uint32_t count() const;  // the longest array's length
 };
 
 enum class Slots {
-  One,      // all lobes in one slot
-  PerLobe   // each lobe its own; beyond kMaxSlots, reflecting lobes share slots 0..3 and transmitting ones 4..7
+  One,     // all lobes in one slot
+  PerLobe  // each lobe its own; beyond kMaxSlots, reflecting lobes share slots 0..3 and transmitting ones 4..7
 };
 
 struct TestContextOptions {
   uint32_t width = 1;
   Slots slots = Slots::PerLobe;
   uint32_t traits = kTraitEyePath | kTraitPrimaryHit;
-  bool varying = false;    // connectable parameters arrive as one value a point instead of a uniform one
+  bool varying = false;  // connectable parameters arrive as one value a point instead of a uniform one
 };
 
 // Textures of a test: rgba at (s, t).

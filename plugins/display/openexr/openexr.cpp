@@ -115,7 +115,7 @@ struct OpenExr {
                                            window, par > 0 ? par : 1.0f, Imath::V2f(0, 0), 1.0f, Imf::INCREASING_Y,
                                            compressionNamed(info.string(kCompression)));
     if (header->compression() == Imf::DWAA_COMPRESSION || header->compression() == Imf::DWAB_COMPRESSION)
-      Imf::addDwaCompressionLevel(*header, info.number(kLevel));
+      header->dwaCompressionLevel() = info.number(kLevel);
     autoCrop = std::strcmp(info.string(kAutoCrop), "true") == 0;
     isTiled = std::strcmp(info.string(kStorage), "tiled") == 0;
     tileSize = std::min(std::max(info.integer(kTileSize), 8), 1024);

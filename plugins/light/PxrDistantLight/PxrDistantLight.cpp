@@ -1,7 +1,7 @@
-// PxrDistantLight: light from infinitely far away that travels along local +Z (UsdLux has it along -Z in a right-handed
-// space, which is +Z in this left-handed light space), from all directions within angleExtent / 2 of that. Of the
-// placement only the direction of the Z axis counts. Irradiance facing it is L pi sin^2(angleExtent / 2); with
-// areaNormalize, or where angleExtent is 0 (one direction, a delta light), it is L itself.
+// PxrDistantLight: light from infinitely far away that travels along local +Z (UsdLux has it along -Z in a
+// right-handed space, which is +Z in this left-handed light space), from all directions within angleExtent / 2 of
+// that. Of the placement only the direction of the Z axis counts. Irradiance facing it is L pi sin^2(angleExtent /
+// 2); with areaNormalize, or where angleExtent is 0 (one direction, a delta light), it is L itself.
 #define KINORA_KERNEL_FILE "plugins/light/PxrDistantLight/PxrDistantLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
@@ -12,7 +12,9 @@
 #define PXRDISTANTLIGHT_ONCE
 namespace kinora::pxrDistantLight {
 constexpr std::array kOwn = {
-    param::number("angleExtent", 0.53f).range(0, 180).help("Degrees across the light as seen from the scene; 0 is one direction."),
+    param::number("angleExtent", 0.53f)
+        .range(0, 180)
+        .help("Degrees across the light as seen from the scene; 0 is one direction."),
 };
 // The common default intensity of 1 is that of a lamp nearby; this light stands for the sun.
 constexpr auto withSunIntensity(std::remove_const_t<decltype(lightParams::kRadiance)> list) {
@@ -20,14 +22,15 @@ constexpr auto withSunIntensity(std::remove_const_t<decltype(lightParams::kRadia
     if (std::string_view(p.name) == "intensity") p = param::number("intensity", 50000.f).range(0, 100000).help(p.doc);
   return list;
 }
-constexpr auto kParams = joinParams(withSunIntensity(lightParams::kRadiance), lightParams::kNormalize, kOwn, lightParams::kControl);
+constexpr auto kParams =
+    joinParams(withSunIntensity(lightParams::kRadiance), lightParams::kNormalize, kOwn, lightParams::kControl);
 
 struct Data {
   LightCommon common;
-  Float3 axis;                      // unit, towards the light
+  Float3 axis;  // unit, towards the light
   Double3 axis64;
-  float oneMinusCos = 0;            // of the half angle
-  double sin2 = 0;                  // of the half angle, squared
+  float oneMinusCos = 0;  // of the half angle
+  double sin2 = 0;        // of the half angle, squared
   bool isDelta = false, isBlack = true;
 };
 }  // namespace kinora::pxrDistantLight
@@ -62,13 +65,16 @@ struct PxrDistantLight {
   }
 
   template <int W>
-  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) { return Mask<W>(false); }
+  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
+    return Mask<W>(false);
+  }
 
   template <int W>
   static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
     using F = Float<W>;
     if (k.isBlack || k.isDelta) return;
-    // |d - axis|^2 = 2 (1 - cos): keeps its digits for narrow cones; the slack is the rounding of a direction on the rim
+    // |d - axis|^2 = 2 (1 - cos): keeps its digits for narrow cones; the slack is the rounding of a direction on the
+    // rim
     const Vec3<W> off = ray.d - wide<W>(k.axis);
     const float rim = 2 * k.oneMinusCos;
     const Mask<W> hit = dot(off, off) <= F(rim * (1 + 1e-5f) + 4e-7f * __builtin_sqrtf(rim) + 1e-13f);
@@ -156,10 +162,20 @@ double irradiance(const void* data, const double*, const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrDistantLight",
-                             "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
-                             pxrDistantLight::kParams.data(), uint32_t(pxrDistantLight::kParams.size()), kTables, 4, &kTraits,
-                             create, [](void* d) { delete static_cast<Data*>(d); }};
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Light,
+    0,
+    "PxrDistantLight",
+    "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
+    pxrDistantLight::kParams.data(),
+    uint32_t(pxrDistantLight::kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrDistantLight, kDescriptor)
 }  // namespace kinora

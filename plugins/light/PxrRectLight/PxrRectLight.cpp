@@ -1,7 +1,7 @@
-// PxrRectLight: the unit square of the local XY plane, emitting to the side of local +Z. Sampled by solid angle with the
-// spherical rectangle of Urena, Fajardo and King, "An Area-Preserving Parametrization for Spherical Rectangles" (EGSR
-// 2013); by area where the placement shears it, and where it appears so small that the four angles of the spherical
-// rectangle cancel in single precision.
+// PxrRectLight: the unit square of the local XY plane, emitting to the side of local +Z. Sampled by solid angle with
+// the spherical rectangle of Urena, Fajardo and King, "An Area-Preserving Parametrization for Spherical Rectangles"
+// (EGSR 2013); by area where the placement shears it, and where it appears so small that the four angles of the
+// spherical rectangle cancel in single precision.
 #define KINORA_KERNEL_FILE "plugins/light/PxrRectLight/PxrRectLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
@@ -12,19 +12,19 @@
 #define PXRRECTLIGHT_ONCE
 namespace kinora::pxrRectLight {
 constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kMap,
-                                           lightParams::kShaping, lightParams::kControl);
-// Below this solid angle (steradians) sampling goes by area: the angles carry errors of 1e-6 in all, so that the density
-// by solid angle stays within 2e-5 above it, while the area density of so small a light hardly varies.
+                                    lightParams::kShaping, lightParams::kControl);
+// Below this solid angle (steradians) sampling goes by area: the angles carry errors of 1e-6 in all, so that the
+// density by solid angle stays within 2e-5 above it, while the area density of so small a light hardly varies.
 constexpr float kLeastSolidAngle = 0.05f;
 
 struct Data {
   LightCommon common;
   Shaping shaping;
   LightMap map;
-  Float3 center, edgeX, edgeY;      // whole edges
-  Float3 unitX, unitY, normal;      // unit; the three are orthogonal where isRectangle
-  Float3 dualX, dualY;              // dot(hit - center, dual) = local x, y in [-.5, .5]
-  float halfX = 0, halfY = 0;       // lengths of half the edges
+  Float3 center, edgeX, edgeY;  // whole edges
+  Float3 unitX, unitY, normal;  // unit; the three are orthogonal where isRectangle
+  Float3 dualX, dualY;          // dot(hit - center, dual) = local x, y in [-.5, .5]
+  float halfX = 0, halfY = 0;   // lengths of half the edges
   float area = 0;
   bool isRectangle = false, isBlack = true;
   Double3 corner[4], normal64;
@@ -87,8 +87,8 @@ struct PxrRectLight {
   using Data = pxrRectLight::Data;
   static constexpr bool kIntersects = true;
 
-  // x, y: local position in [-.5, .5]. A viewer in front sees the map upright and not mirrored when the scene's space is
-  // left-handed: u runs along -x, v (down) along -y.
+  // x, y: local position in [-.5, .5]. A viewer in front sees the map upright and not mirrored when the scene's space
+  // is left-handed: u runs along -x, v (down) along -y.
   template <int W>
   static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> x, Float<W> y, Float<W> cosine) {
     Rgb<W> l = wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine);
@@ -248,8 +248,8 @@ void describe(const void* data, LightDescription* d) {
   d->specular = k.common.specular;
 }
 
-// Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1 where
-// a map or shaping makes the radiance vary.
+// Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1
+// where a map or shaping makes the radiance vary.
 double irradiance(const void* data, const double P[3], const double N[3]) {
   const Data& k = *static_cast<const Data*>(data);
   if (k.isBlack) return 0;
@@ -276,11 +276,21 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrRectLight",
-                             "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
-                             "front with local +Y up, a map stands upright with its left edge at local +X.",
-                             pxrRectLight::kParams.data(), uint32_t(pxrRectLight::kParams.size()), kTables, 4, &kTraits,
-                             create, [](void* d) { delete static_cast<Data*>(d); }};
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Light,
+    0,
+    "PxrRectLight",
+    "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
+    "front with local +Y up, a map stands upright with its left edge at local +X.",
+    pxrRectLight::kParams.data(),
+    uint32_t(pxrRectLight::kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrRectLight, kDescriptor)
 }  // namespace kinora

@@ -1,7 +1,7 @@
-// PxrSphereLight: the local sphere of radius 0.5, emitting outwards. Any affine placement: everything happens in local
-// space, where the light is round; a direction's density is carried over by the Jacobian of the normalised linear map,
-// |det M| / |l M|^3 for a unit local direction l. So ellipsoids are sampled within exactly the cone they fill, too.
-// Inside it is dark: its surface emits outwards only, as its power and its light paths have it.
+// PxrSphereLight: the local sphere of radius 0.5, emitting outwards. Any affine placement: everything happens in
+// local space, where the light is round; a direction's density is carried over by the Jacobian of the normalised
+// linear map, |det M| / |l M|^3 for a unit local direction l. So ellipsoids are sampled within exactly the cone they
+// fill, too. Inside it is dark: its surface emits outwards only, as its power and its light paths have it.
 #define KINORA_KERNEL_FILE "plugins/light/PxrSphereLight/PxrSphereLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
@@ -18,12 +18,13 @@ constexpr float kRadius = 0.5f;  // local
 struct Data {
   LightCommon common;
   Shaping shaping;
-  Float3 center, axis;              // axis: unit, local +Z
-  Float3 rows[3];                   // local to render, linear part
-  Float3 inverse[3];                // render to local: rows of the inverse
-  Float3 normalRows[3];             // local normal to render: rows of the inverse transpose
-  float determinant = 1;            // absolute
-  double area = 0, boundingRadius = 0, sphereRadius = 0;   // sphereRadius: 0 for ellipsoids
+  Float3 center, axis;    // axis: unit, local +Z
+  Float3 rows[3];         // local to render, linear part
+  Float3 inverse[3];      // render to local: rows of the inverse
+  Float3 normalRows[3];   // local normal to render: rows of the inverse transpose
+  float determinant = 1;  // absolute
+  float rounding = 0;     // of a local direction that went to render space and back, generously
+  double area = 0, boundingRadius = 0, sphereRadius = 0;  // sphereRadius: 0 for ellipsoids
   bool isBlack = true;
 };
 }  // namespace kinora::pxrSphereLight
@@ -35,16 +36,17 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrSphereLight;
 
-template <int W> KN_INLINE Vec3<W> times(Vec3<W> v, const Float3 m[3]) {
+template <int W>
+KN_INLINE Vec3<W> times(Vec3<W> v, const Float3 m[3]) {
   return fma(wide<W>(m[0]), v.x, fma(wide<W>(m[1]), v.y, wide<W>(m[2]) * v.z));
 }
 
 // The sphere from a point, in local space.
 template <int W>
 struct View {
-  Vec3<W> fromCenter;          // the point
+  Vec3<W> fromCenter;  // the point
   Float<W> d2;
-  Float<W> oneMinusCos;        // of the cone's half angle
+  Float<W> oneMinusCos;  // of the cone's half angle
   Mask<W> outside;
   KN_INLINE View(const Data& k, Vec3<W> P) {
     using F = Float<W>;
@@ -91,7 +93,8 @@ struct PxrSphereLight {
     out.radiance = radiance<W>(k, out.wi);
   }
 
-  // Stable form of the quadratic: discriminant from the ray's distance to the centre (Haines et al., Ray Tracing Gems 7).
+  // Stable form of the quadratic: discriminant from the ray's distance to the centre (Haines et al., Ray Tracing Gems
+  // 7).
   template <int W>
   static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
     using F = Float<W>;
@@ -101,7 +104,7 @@ struct PxrSphereLight {
     const Vec3<W> nearest = fma(l, b / max(a, F(1e-37f)), f);
     const F room = F(kRadius * kRadius) - dot(nearest, nearest);
     const F c = dot(f, f) - F(kRadius * kRadius);
-    const F q = fma(sqrt(max(a * room, F(0.f))), F(1.f), b);   // b > 0 for a sphere ahead
+    const F q = fma(sqrt(max(a * room, F(0.f))), F(1.f), b);  // b > 0 for a sphere ahead
     const F at = c / max(q, F(1e-37f));
     const Mask<W> hit = (room >= F(0.f)) & (c > F(0.f)) & (b > F(0.f)) & (at < t);
     t = select(hit, at, t);
@@ -114,13 +117,13 @@ struct PxrSphereLight {
     if (k.isBlack) return;
     const View<W> view(k, ray.o);
     const Vec3<W> local = times<W>(ray.d, k.inverse);
-    const F inverseStretch = length(local);   // |d M^-1| = 1 / |l M|
+    const F inverseStretch = length(local);  // |d M^-1| = 1 / |l M|
     const Vec3<W> unit = local * (F(1.f) / max(inverseStretch, F(1e-37f)));
     const F along = -dot(view.fromCenter, unit);
     const Vec3<W> nearest = fma(unit, along, view.fromCenter);
     // directions made by sample() may miss the rim by rounding, which grows with the distance
-    const F slack = fma(view.d2, F(1e-12f), F(kRadius * kRadius * (1 + 1e-4f)));
-    const Mask<W> hit = view.outside & (along > F(0.f)) & (dot(nearest, nearest) <= slack);
+    const F rim = fma(sqrt(view.d2), F(k.rounding), F(kRadius * (1 + 5e-5f)));
+    const Mask<W> hit = view.outside & (along > F(0.f)) & (dot(nearest, nearest) <= rim * rim);
     l = zeroUnless(hit, radiance<W>(k, ray.d));
     pdf = zeroUnless(hit, view.density(k, F(1.f) / max(inverseStretch, F(1e-37f))));
   }
@@ -174,7 +177,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
     light->center = Float3(f.origin);
     // thinner than a millionth of its size, single precision no longer tells its sides apart
     const double longest = std::fmax(lx, std::fmax(ly, lz));
-    const bool degenerate = !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
+    const bool degenerate =
+        !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
     if (!degenerate) {
       Double3 inverse[3];
       invert(f, determinant, inverse);
@@ -188,6 +192,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
       }
       light->determinant = float(std::fabs(determinant));
       light->axis = Float3(normalized(f.z));
+      const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
+      light->rounding = float(4e-7 * std::fmin(longest * shrink, 100));
       // surface: the integral of |det M| |n M^-T| over the local sphere
       constexpr int kRings = 512, kSteps = 128;
       double sum = 0;
@@ -199,8 +205,9 @@ void* create(const CreateInfo* info, ErrorText* error) {
         }
       light->area = 3.14159265358979 * std::fabs(determinant) * sum / (kRings * kSteps);
       light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
-      const bool round = std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-                         std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+      const bool round =
+          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
+          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
       if (round) {
         light->sphereRadius = light->boundingRadius = 0.5 * lx;
         light->area = 3.14159265358979 * lx * lx;
@@ -248,11 +255,21 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, "PxrSphereLight",
-                             "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
-                             "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
-                             pxrSphereLight::kParams.data(), uint32_t(pxrSphereLight::kParams.size()), kTables, 4, &kTraits,
-                             create, [](void* d) { delete static_cast<Data*>(d); }};
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Light,
+    0,
+    "PxrSphereLight",
+    "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
+    "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
+    pxrSphereLight::kParams.data(),
+    uint32_t(pxrSphereLight::kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrSphereLight, kDescriptor)
 }  // namespace kinora

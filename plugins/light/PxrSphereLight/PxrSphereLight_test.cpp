@@ -1,5 +1,6 @@
-// Proves: irradiance against the closed form from touching to a hundred thousand radii away, ellipsoids against looking,
-// densities, power, intersections of far rays, darkness inside, widths, degenerate placements. Misses: motion.
+// Proves: irradiance against the closed form from touching to a hundred thousand radii away, ellipsoids against
+// looking, densities, power, intersections of far rays, darkness inside, widths, degenerate placements. Misses:
+// motion.
 #include "plugins/light/light_testing.h"
 
 namespace kinora {
@@ -17,7 +18,7 @@ TEST(PxrSphereLight, Irradiance) {
       EXPECT_NEAR(light.closedForm(p, {0, -1, 0}), expected, 1e-6 * expected);
       EXPECT_NEAR(irradianceBySampling(light, p, {0, -1, 0}), expected, 1e-3 * expected) << d;
       if (d < 1000) {
-        const Looked looked = lookAround(light, p, {0, -1, 0}, {0, -1, 0}, std::asin(1 / d) * 1.05);
+        const Looked looked = lookAround(light, p, {0, -1, 0}, {0, -1, 0}, std::asin(1 / d) * 1.05, 512);
         EXPECT_NEAR(looked.irradiance, expected, 3e-3 * expected) << d;
         EXPECT_NEAR(looked.pdf, 1, 3e-3) << d;
       }
@@ -28,12 +29,12 @@ TEST(PxrSphereLight, EllipsoidsAgreeWithLooking) {
   const Matrix sheared = {2, 0.1, 0, 0, 0.7, 1, 0.4, 0, 0.2, 0, 0.5, 0, 0.5, 0, 0, 1};
   for (const Matrix& m : {turned(3, 1, 0.5, {1, 0, 0}), turned(-1, 1, 2, {0, 0, 0}), sheared}) {
     TestLight light(kName, {}, m);
-    for (Vec p : pointsAround(light, 12, 1.02, 5)) {
+    for (Vec p : pointsAround(light, 6, 1.02, 5)) {
       for (int c = 0; c < 3; ++c) p[size_t(c)] = float(p[size_t(c)]);
       const Vec center{light.description.center[0], light.description.center[1], light.description.center[2]};
       const Vec n = unit(center - p);
       const double distance = std::sqrt(dot(center - p, center - p));
-      const Looked looked = lookAround(light, p, n, n, std::asin(light.description.radius / distance));
+      const Looked looked = lookAround(light, p, n, n, std::asin(light.description.radius / distance), 512);
       EXPECT_NEAR(irradianceBySampling(light, p, n), looked.irradiance, 3e-3 * looked.irradiance);
       EXPECT_NEAR(looked.pdf, 1, 5e-3);
     }
@@ -59,7 +60,8 @@ TEST(PxrSphereLight, EmittedPower) {
   TestLight normalized(kName, {set("areaNormalize", 1)}, turned(2, 2, 1, {0, 0, 0}));
   EXPECT_NEAR(emittedPower(normalized), kPi, 2e-3 * kPi);
   TestLight shaped(kName, {set("emissionFocus", 3), set("coneAngle", 40), set("coneSoftness", 0.2f)});
-  EXPECT_NEAR(emittedPower(shaped), shaped.description.power, 1e-2 * shaped.description.power);
+  // a tenth of the emitted rays lie in the cone: the estimate's own error is about 0.5 %
+  EXPECT_NEAR(emittedPower(shaped), shaped.description.power, 2e-2 * shaped.description.power);
 }
 
 TEST(PxrSphereLight, ShapingFollowsItsZAxis) {
@@ -67,7 +69,8 @@ TEST(PxrSphereLight, ShapingFollowsItsZAxis) {
   EXPECT_GT(irradianceBySampling(light, {0, 0, 5}, {0, 0, -1}, 32), 0);
   EXPECT_EQ(irradianceBySampling(light, {0, 0, -5}, {0, 0, 1}, 32), 0);
   TestLight open(kName, {});
-  EXPECT_NEAR(irradianceBySampling(open, {0, 0, -5}, {0, 0, 1}, 128), kPi * 0.01, 1e-4) << "the default cone cuts nothing";
+  EXPECT_NEAR(irradianceBySampling(open, {0, 0, -5}, {0, 0, 1}, 128), kPi * 0.01, 1e-4)
+      << "the default cone cuts nothing";
 }
 
 TEST(PxrSphereLight, IntersectionsFarAwayHitWhereTheyShould) {
@@ -75,7 +78,7 @@ TEST(PxrSphereLight, IntersectionsFarAwayHitWhereTheyShould) {
   for (double d : {0.6, 10.0, 1e4}) {
     Rays r(201);
     for (uint32_t i = 0; i < r.n; ++i) {
-      r.a[0][i] = float((double(i) - 100) / 100 * 0.6);   // offset across, beyond the rim on both sides
+      r.a[0][i] = float((double(i) - 100) / 100 * 0.6);  // offset across, beyond the rim on both sides
       r.a[2][i] = float(-d);
       r.a[7][i] = 1;
       r.a[8][i] = 1e30f;

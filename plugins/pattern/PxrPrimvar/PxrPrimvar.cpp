@@ -50,37 +50,6 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrPrimvar;
 
-// How a type moves with a matrix: points with its translation, normals with the inverse's transpose.
-enum class Moves { No, Point, Vector, Normal };
-inline Moves movesLike(const char* type) {
-  if (!std::strcmp(type, "point")) return Moves::Point;
-  if (!std::strcmp(type, "vector")) return Moves::Vector;
-  if (!std::strcmp(type, "normal")) return Moves::Normal;
-  return Moves::No;
-}
-
-template <int W>
-inline void transform(const Context& c, const float m[16], Moves how, Value& v) {
-  using F = Float<W>;
-  const bool one = v.uniform();
-  const Value in = v;
-  float* out[3];
-  makeOutput(c, v, 3, one, out);
-  for (uint32_t i = 0; i < extent(c, one); i += W) {
-    const At at{i, false};
-    const F x = loadComponent<W>(in, 0, at), y = loadComponent<W>(in, 1, at), z = loadComponent<W>(in, 2, at);
-    for (uint32_t k = 0; k < 3; ++k) {
-      F r(how == Moves::Point ? m[12 + k] : 0.f);
-      // normals: m is the matrix of the way back, used transposed
-      const bool back = how == Moves::Normal;
-      r = fma(x, F(back ? m[4 * k] : m[k]), r);
-      r = fma(y, F(back ? m[4 * k + 1] : m[4 + k]), r);
-      r = fma(z, F(back ? m[4 * k + 2] : m[8 + k]), r);
-      r.store(out[k] + i);
-    }
-  }
-}
-
 struct PxrPrimvar {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
@@ -100,9 +69,7 @@ struct PxrPrimvar {
     if (given && how != Moves::No) {
       const char* space = c->fn->text(c, kCoordsys);
       if (!space || !*space) space = "object";
-      float m[16];
-      if (how == Moves::Normal ? c->fn->matrix(c, space, "render", m) : c->fn->matrix(c, "render", space, m))
-        transform<W>(*c, m, how, v);
+      toSpace<W>(*c, space, how, v);
     }
     Value& rgb = args->outputs[0];
     rgb = v;

@@ -1,5 +1,5 @@
-// PxrCamera: the thin-lens camera with shift and roll. Its models of lens defects, rolling shutter and the like are declared
-// so that scenes which name them are read, and say in their help that they change nothing yet.
+// PxrCamera: the thin-lens camera with shift and roll. Its models of lens defects, rolling shutter and the like are
+// declared so that scenes which name them are read, and say in their help that they change nothing yet.
 #define KINORA_KERNEL_FILE "plugins/projection/PxrCamera/PxrCamera.cpp"
 #include <kinora/projection_setup.h>
 #include <memory>
@@ -26,10 +26,16 @@ constexpr Param list(const char* name, const float* values, uint32_t count, cons
   return array(Type::Float, name, values, count).help(text);
 }
 constexpr std::array kOwn = {
-    number("shiftX", 0.f).range(-1, 1).help("Lens shift, in units of the screen window: positive shows more of the right."),
-    number("shiftY", 0.f).range(-1, 1).help("Lens shift, in units of the screen window: positive shows more of what is above."),
-    number("roll", 0.f).range(-180, 180)
-        .help("Degrees about the view axis. Positive turns the camera's up towards its left, so the picture turns clockwise."),
+    number("shiftX", 0.f)
+        .range(-1, 1)
+        .help("Lens shift, in units of the screen window: positive shows more of the right."),
+    number("shiftY", 0.f)
+        .range(-1, 1)
+        .help("Lens shift, in units of the screen window: positive shows more of what is above."),
+    number("roll", 0.f)
+        .range(-180, 180)
+        .help("Degrees about the view axis. Positive turns the camera's up towards its left, so the picture turns "
+              "clockwise."),
     number("tilt", 0.f).range(-45, 45).help("No effect yet: tilt of the lens in degrees."),
     point("focus1", 0, 0, 0).help("No effect yet: three world points that the plane of focus passes through."),
     point("focus2", 0, 0, 0).help("No effect yet: see focus1."),
@@ -92,13 +98,22 @@ void* create(const CreateInfo* info, ErrorText* error) {
     return lens.release();
   });
 }
-constexpr ProjectionTraits kTraits{[](const void* data, double out[16]) {
-  perspectiveMatrix(*static_cast<const ThinLens*>(data), out);
-}};
+constexpr ProjectionTraits kTraits{
+    [](const void* data, double out[16]) { perspectiveMatrix(*static_cast<const ThinLens*>(data), out); }};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Projection, 0, "PxrCamera",
-                             "Perspective with a thin lens, lens shift and roll.", kParams.data(), uint32_t(kParams.size()),
-                             kTables, 4, &kTraits, create, [](void* d) { delete static_cast<ThinLens*>(d); }};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Projection,
+                             0,
+                             "PxrCamera",
+                             "Perspective with a thin lens, lens shift and roll.",
+                             kParams.data(),
+                             uint32_t(kParams.size()),
+                             kTables,
+                             4,
+                             &kTraits,
+                             create,
+                             [](void* d) { delete static_cast<ThinLens*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrCamera, kDescriptor)
 }  // namespace kinora

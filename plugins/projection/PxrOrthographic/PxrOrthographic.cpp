@@ -1,10 +1,10 @@
-// PxrOrthographic: parallel rays along the view axis; the screen window is in units of camera space. No depth of field.
-// RIB's Projection "orthographic" is this one.
+// PxrOrthographic: parallel rays along the view axis; the screen window is in units of camera space. No depth of
+// field. RIB's Projection "orthographic" is this one.
 //
-// Light paths: rays have one direction, so there is no density per solid angle; what exists is one per area, 1 / A at the
-// screen with A the area of a pixel, cos(X) / A on a surface at X. connect() returns for importance and pdf alike r^2 / A,
-// r being the distance it reports (from X straight back to the eye's plane): the host's usual conversions cos / r^2 then
-// give exactly the splat f(X) cos(X) / A and the density cos(X) / A, with no case of its own.
+// Light paths: rays have one direction, so there is no density per solid angle; what exists is one per area, 1 / A at
+// the screen with A the area of a pixel, cos(X) / A on a surface at X. connect() returns for importance and pdf alike
+// r^2 / A, r being the distance it reports (from X straight back to the eye's plane): the host's usual conversions
+// cos / r^2 then give exactly the splat f(X) cos(X) / A and the density cos(X) / A, with no case of its own.
 #define KINORA_KERNEL_FILE "plugins/projection/PxrOrthographic/PxrOrthographic.cpp"
 #include <kinora/projection_setup.h>
 #include <memory>
@@ -74,8 +74,18 @@ constexpr ProjectionTraits kTraits{[](const void*, double out[16]) {
   for (int i = 0; i < 16; ++i) out[i] = i % 5 == 0;
 }};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Projection, 0, "PxrOrthographic",
-                             "Parallel rays along the view axis.", nullptr, 0, kTables, 4, &kTraits, create,
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Projection,
+                             0,
+                             "PxrOrthographic",
+                             "Parallel rays along the view axis.",
+                             nullptr,
+                             0,
+                             kTables,
+                             4,
+                             &kTraits,
+                             create,
                              [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrOrthographic, kDescriptor)

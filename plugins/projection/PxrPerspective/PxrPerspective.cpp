@@ -1,5 +1,5 @@
-// PxrPerspective: a pinhole or thin-lens camera. RIB's Projection "perspective" is this one. Importance and densities are
-// derived in projection_author.h.
+// PxrPerspective: a pinhole or thin-lens camera. RIB's Projection "perspective" is this one. Importance and densities
+// are derived in projection_author.h.
 #define KINORA_KERNEL_FILE "plugins/projection/PxrPerspective/PxrPerspective.cpp"
 #include <kinora/projection_setup.h>
 #include <memory>
@@ -32,13 +32,22 @@ void* create(const CreateInfo* info, ErrorText* error) {
     return lens.release();
   });
 }
-constexpr ProjectionTraits kTraits{[](const void* data, double out[16]) {
-  perspectiveMatrix(*static_cast<const ThinLens*>(data), out);
-}};
+constexpr ProjectionTraits kTraits{
+    [](const void* data, double out[16]) { perspectiveMatrix(*static_cast<const ThinLens*>(data), out); }};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Projection, 0, "PxrPerspective",
-                             "Perspective through a pinhole or a thin lens.", kParams.data(), uint32_t(kParams.size()),
-                             kTables, 4, &kTraits, create, [](void* d) { delete static_cast<ThinLens*>(d); }};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Projection,
+                             0,
+                             "PxrPerspective",
+                             "Perspective through a pinhole or a thin lens.",
+                             kParams.data(),
+                             uint32_t(kParams.size()),
+                             kTables,
+                             4,
+                             &kTraits,
+                             create,
+                             [](void* d) { delete static_cast<ThinLens*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrPerspective, kDescriptor)
 }  // namespace kinora

@@ -1,0 +1,139 @@
+// AmbientOcclusion: an example integrator. At each camera hit one ray is sent into the hemisphere about the normal;
+// what arrives within maxDistance darkens the pixel. Lights play no part.
+//
+// It shows the calls every integrator makes: trace the group's rays, shade the hits (which gives contexts with
+// positions and normals), send shadow rays, contribute. A group belongs to one thread; memory comes from its arena.
+#define KINORA_KERNEL_FILE "AmbientOcclusion.cpp"
+#include <kinora/bxdf.h>
+#include <iterator>
+#include <limits>
+#include <new>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator.h>
+#include <kinora/math/sampling.h>
+#include <kinora/random.h>
+#include <kinora/simd/tables.h>
+
+#ifndef AMBIENTOCCLUSION_ONCE
+#define AMBIENTOCCLUSION_ONCE
+namespace kinora::ambientOcclusion {
+enum : uint32_t { kMaxDistance };
+constexpr Param kParams[] = {
+    param::number("maxDistance", 0.f).range(0, 10).help("How far surfaces occlude, scene units; 0: any distance."),
+};
+struct Data {
+  float maxDistance;
+};
+}  // namespace kinora::ambientOcclusion
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace ambientOcclusion;
+
+struct AmbientOcclusion {
+  // One shadow ray for each point of a context, appended at `first`.
+  template <int W>
+  static void makeRays(const Services& services, const Context& c, uint32_t first, float* const o[3],
+                       float* const d[3]) {
+    for (uint32_t i = 0; i < c.count; i += W) {
+      Float<W> u, v;
+      draw2<W>(services.samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
+               dimensionAt(0) + kDimUser, u, v);
+      const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i);
+      const Vec3<W> wi = Frame<W>(N).toWorld(cosineHemisphere(u, v));
+      wi.store(d, first + i);
+      // start off the surface, so that it does not occlude itself
+      fma(Ng, Float<W>::load(c.bias + i), Vec3<W>::load(c.P, i)).store(o, first + i);
+    }
+  }
+
+  template <int W>
+  static void integrate(const void* integrator, uint32_t, Group* g, const Services* services) {
+    const float farthest = static_cast<const Data*>(integrator)->maxDistance;
+    const auto floats = [&](uint32_t n) { return static_cast<float*>(services->alloc(g, n * sizeof(float))); };
+    const auto words = [&](uint32_t n) { return static_cast<uint32_t*>(services->alloc(g, n * sizeof(uint32_t))); };
+
+    uint32_t* slots = words(g->padded);
+    for (uint32_t i = 0; i < g->count; ++i) slots[i] = i;
+    float* through[3] = {floats(g->padded), floats(g->padded), floats(g->padded)};
+    services->trace(g, RayKind::Camera, 0, g->count, slots, through);
+
+    uint32_t hits = 0;
+    float* alpha = floats(g->padded);
+    for (uint32_t i = 0; i < g->count; ++i)
+      if (g->hits.t[i] < std::numeric_limits<float>::infinity()) {
+        alpha[hits] = 1;
+        slots[hits++] = i;
+      }
+    services->cover(g, hits, slots, alpha);
+    Context* const* contexts = nullptr;
+    const uint32_t contextCount = services->shade(g, kTraitEyePath | kTraitPrimaryHit, 0, hits, slots, &contexts);
+
+    // contexts are padded each, so that rays of several need room for the padding of all
+    const uint32_t room = padded(hits) + contextCount * kPad;
+    float* o[3] = {floats(room), floats(room), floats(room)};
+    float* d[3] = {floats(room), floats(room), floats(room)};
+    float* light[3] = {floats(room), floats(room), floats(room)};
+    float *tMax = floats(room), *time = floats(room);
+    uint32_t *slot = words(room), *emitter = words(room);
+    uint16_t* state = static_cast<uint16_t*>(services->alloc(g, room * sizeof(uint16_t)));
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < contextCount; ++k) {
+      const Context& c = *contexts[k];
+      makeRays<W>(*services, c, n, o, d);
+      for (uint32_t i = 0; i < c.count; ++i, ++n) {
+        slot[n] = c.path[i];
+        time[n] = c.time[i];
+        tMax[n] = farthest > 0 ? farthest : std::numeric_limits<float>::infinity();
+        emitter[n] = kNoLight;  // to the picture this is light given off by the surface that was hit
+        state[n] = services->paths.start;
+      }
+    }
+    const ShadowRays rays{
+        n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, {light[0], light[1], light[2]}};
+    services->shadow(g, 0, &rays);
+    const Contributions value{n, slot, {light[0], light[1], light[2]}, state, emitter};
+    services->contribute(g, &value);
+  }
+
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
+};
+
+KINORA_WIDTH_TABLES(AmbientOcclusion, IntegratorFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error,
+                       [&] { return new ambientOcclusion::Data{info->number(ambientOcclusion::kMaxDistance)}; });
+}
+void destroy(void* data) { delete static_cast<ambientOcclusion::Data*>(data); }
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Integrator,
+                             0,
+                             "AmbientOcclusion",
+                             "How open to the sky each visible point is.",
+                             ambientOcclusion::kParams,
+                             std::size(ambientOcclusion::kParams),
+                             kTables,
+                             4,
+                             nullptr,
+                             &create,
+                             &destroy};
+}  // namespace
+KINORA_REGISTER(AmbientOcclusion, kDescriptor)
+}  // namespace kinora
+#endif

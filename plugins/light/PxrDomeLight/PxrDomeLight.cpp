@@ -1,0 +1,333 @@
+// PxrDomeLight: light from all directions, constant or from a latitude-longitude map.
+//
+// Orientation. The native frame is Z-up. A direction (x, y, z) of the light's local space looks up the map at
+//   u = -atan2(y, x) / (2 pi)  mod 1,   from the left edge,
+//   v = acos(z) / pi,                   from the top edge:
+// the top row is local +Z; the left edge is +X, a quarter in is -Y, the middle -X. Why: OpenEXR's latitude-longitude
+// maps (which UsdLux follows) have the middle of the picture at +Z, the top at +Y, and at u = 1/4 the direction +X,
+// that is u = 1/2 - atan2(X, Z) / (2 pi); and the host of UsdLux scenes turns a dome's axes x, y, z to (0,0,-1),
+// (-1,0,0), (0,1,0). So X = -y, Y = z, Z = -x, and 1/2 - atan2(-y, -x) / (2 pi) is the formula above. Handedness:
+// seen from the centre with +Z up, the right of the picture is clockwise from its left when looked at from above in a
+// right-handed space, as a photograph has it; that host's turn has determinant +1, so a right-handed scene shows maps
+// unmirrored. A left-handed scene shows them mirrored unless the placement mirrors too (Scale -1 1 1), which it may:
+// rotation and mirroring of the placement count, scale and shear do not.
+//
+// Sampling: one cell a texel (or, in large maps, a block of texels), chosen by inversion of the rows' and then the
+// row's distribution (binary search: strata of the random numbers survive), evenly in solid angle within the cell. A
+// cell's weight is the exact mean of the bilinear lookup over it, so no direction has value without density.
+#define KINORA_KERNEL_FILE "plugins/light/PxrDomeLight/PxrDomeLight.cpp"
+#include <kinora/light_setup.h>
+#include <algorithm>
+#include <memory>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/light_author.h>
+
+#ifndef PXRDOMELIGHT_ONCE
+#define PXRDOMELIGHT_ONCE
+namespace kinora::pxrDomeLight {
+constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kMap, lightParams::kControl);
+// Cells in the distribution; finer maps are gathered into blocks. 2048 x 1024 cells are 17 MB of tables.
+constexpr int32_t kMostColumns = 2048, kMostRows = 1024;
+
+struct Data {
+  LightCommon common;
+  LightMap map;
+  Float3 axis[3];  // local axes in render space: orthonormal, perhaps left-handed
+  int32_t columns = 0, rows = 0;
+  int32_t rowSteps = 0, columnSteps = 0;  // of the binary searches
+  std::vector<float> rowCdf;              // rows + 1 numbers
+  std::vector<float> cellCdf;             // rows times (columns + 1)
+  std::vector<float> density;             // per solid angle, rows times columns
+  // 1 - |cos| of the polar angle at each row's upper and lower edge, from the pole of the row's own hemisphere: sines
+  // near both poles keep their digits so. The row across the equator belongs to the north and may go beyond 1.
+  std::vector<float> rowFrom, rowTo;
+  int32_t northRows = 0;
+  double meanRadiance = 0;  // over directions and RGB, absolute
+  bool isBlack = true;
+};
+}  // namespace kinora::pxrDomeLight
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrDomeLight;
+
+// Largest i in [0, n) with cdf[offset + i] <= u; steps = ceil(log2 n).
+template <int W>
+KN_INLINE Int<W> find(const float* cdf, Int<W> offset, int32_t n, int32_t steps, Float<W> u) {
+  using I = Int<W>;
+  I low(0), high(n);  // the answer lies in [low, high)
+  for (int32_t s = 0; s < steps; ++s) {
+    const I middle = (low + high).template shr<1>();
+    const Mask<W> above = gather(cdf, offset + middle) <= u;
+    low = select(above, middle, low);
+    high = select(above, high, middle);
+  }
+  return low;
+}
+
+struct PxrDomeLight {
+  using Data = pxrDomeLight::Data;
+  static constexpr bool kIntersects = false;
+
+  template <int W>
+  static KN_INLINE Vec3<W> toLocal(const Data& k, Vec3<W> d) {
+    return {dot(d, wide<W>(k.axis[0])), dot(d, wide<W>(k.axis[1])), dot(d, wide<W>(k.axis[2]))};
+  }
+  template <int W>
+  static KN_INLINE Vec3<W> toRender(const Data& k, Vec3<W> l) {
+    return fma(wide<W>(k.axis[0]), l.x, fma(wide<W>(k.axis[1]), l.y, wide<W>(k.axis[2]) * l.z));
+  }
+  // Place in the map of a unit direction; the polar angle by atan2, since acos loses digits at the poles.
+  template <int W>
+  static KN_INLINE void toMap(Vec3<W> l, Float<W>& u, Float<W>& v) {
+    using F = Float<W>;
+    u = atan2(l.y, l.x) * F(-kInvTwoPi);
+    u = select(u < F(0.f), u + F(1.f), u);
+    v = atan2(sqrt(fma(l.x, l.x, l.y * l.y)), l.z) * F(kInvPi);
+  }
+  // Radiance and density in one direction: sample, evaluate and emit all come here, so that they cannot disagree.
+  template <int W>
+  static KN_INLINE void at(const Data& k, Vec3<W> d, Rgb<W>& l, Float<W>& pdf) {
+    using F = Float<W>;
+    using I = Int<W>;
+    l = wideRgb<W>(k.common.radiance);
+    pdf = F(kInvFourPi);
+    if (!k.map.valid()) return;
+    F u, v;
+    toMap(toLocal<W>(k, d), u, v);
+    l = l * lookUp<W, true>(k.map, u, v);
+    const F none(0.f);
+    const I column = toInt(clamp(u * F(float(k.columns)), none, F(float(k.columns - 1))));
+    const I row = toInt(clamp(v * F(float(k.rows)), none, F(float(k.rows - 1))));
+    pdf = gather(k.density.data(), row * I(k.columns) + column);
+  }
+  template <int W>
+  static KN_INLINE Vec3<W> direction(const Data& k, Float<W> u, Float<W> v) {
+    using F = Float<W>;
+    using I = Int<W>;
+    if (!k.map.valid()) return uniformSphere(u, v);
+    const I row = find<W>(k.rowCdf.data(), I(0), k.rows, k.rowSteps, v);
+    const F r0 = gather(k.rowCdf.data(), row), r1 = gather(k.rowCdf.data(), row + I(1));
+    const F down = clamp((v - r0) / max(r1 - r0, F(1e-30f)), F(0.f), F(1.f));
+    const I start = row * I(k.columns + 1);
+    const I column = find<W>(k.cellCdf.data(), start, k.columns, k.columnSteps, u);
+    const F c0 = gather(k.cellCdf.data(), start + column), c1 = gather(k.cellCdf.data(), start + column + I(1));
+    const F across = clamp((u - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
+    // evenly in the cosine
+    const F fromPole = lerp(gather(k.rowFrom.data(), row), gather(k.rowTo.data(), row), down);
+    const F z = select(toFloat(row) < F(float(k.northRows)), F(1.f) - fromPole, fromPole - F(1.f));
+    const F s = safeSqrt(fromPole * (F(2.f) - fromPole));
+    F sine, cosine;
+    sincos((toFloat(column) + across) * F(-kTwoPi / float(k.columns)), sine, cosine);
+    return normalize(toRender<W>(k, Vec3<W>(s * cosine, s * sine, z)));
+  }
+
+  template <int W>
+  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+    if (k.isBlack) return;
+    out.wi = direction<W>(k, in.u, in.v);
+    out.distance = Float<W>(__builtin_inff());
+    at<W>(k, out.wi, out.radiance, out.pdf);
+  }
+  template <int W>
+  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
+    return Mask<W>(false);
+  }
+  template <int W>
+  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+    if (k.isBlack) return;
+    at<W>(k, ray.d, l, pdf);
+  }
+  template <int W>
+  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+    if (k.isBlack) return;
+    const Vec3<W> d = direction<W>(k, in.u2, in.u3);
+    emitFromDisk<W>(in, -d, out);
+    at<W>(k, d, out.radiance, out.pdfDirection);
+  }
+};
+
+using Runner = LightRunner<PxrDomeLight>;
+KINORA_WIDTH_TABLES(Runner, LightFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+using pxrDomeLight::Data;
+constexpr double kPi = 3.14159265358979323846;
+
+int32_t stepsFor(int32_t n) {
+  int32_t s = 0;
+  while ((int64_t(1) << s) < n) ++s;
+  return s;
+}
+
+// Mean over each cell of the bilinear lookup's absolute value, averaged over RGB with the light's colour. Cells are
+// texels or blocks of them; over a texel's own square the lookup is a mix of the 3 x 3 texels around it with weights
+// 1/8, 6/8, 1/8 each way.
+std::vector<double> cellMeans(const Data& k) {
+  const int32_t w = k.map.width, h = k.map.height;
+  std::vector<double> cells(size_t(k.columns) * k.rows, 0.0), row(static_cast<size_t>(w)),
+      smooth(static_cast<size_t>(w));
+  std::vector<double> three[3];
+  const auto load = [&](int32_t y, std::vector<double>& out) {
+    y = std::clamp(y, 0, h - 1);
+    for (int32_t x = 0; x < w; ++x) {
+      double sum = 0;
+      for (int c = 0; c < 3; ++c) sum += std::fabs(k.common.radiance[c] * k.map.texel(size_t(y) * w + x, c)) / 3;
+      row[size_t(x)] = sum;
+    }
+    out.resize(static_cast<size_t>(w));
+    for (int32_t x = 0; x < w; ++x)
+      out[size_t(x)] =
+          0.125 * row[size_t((x + w - 1) % w)] + 0.75 * row[size_t(x)] + 0.125 * row[size_t((x + 1) % w)];
+  };
+  load(0, three[0]);
+  load(0, three[1]);
+  // A block's cell runs over [i * w / columns, (i + 1) * w / columns); texels that it shares with a neighbour count
+  // for both in proportion.
+  for (int32_t y = 0; y < h; ++y) {
+    load(y + 1, three[2]);
+    for (int32_t x = 0; x < w; ++x)
+      smooth[size_t(x)] = 0.125 * three[0][size_t(x)] + 0.75 * three[1][size_t(x)] + 0.125 * three[2][size_t(x)];
+    const double y0 = double(y) * k.rows / h, y1 = double(y + 1) * k.rows / h;
+    for (int32_t j = int32_t(y0); j < k.rows && double(j) < y1 - 1e-9; ++j) {
+      const double shareY = std::fmin(y1, j + 1.0) - std::fmax(y0, double(j));
+      for (int32_t x = 0; x < w; ++x) {
+        const double x0 = double(x) * k.columns / w, x1 = double(x + 1) * k.columns / w;
+        for (int32_t i = int32_t(x0); i < k.columns && double(i) < x1 - 1e-9; ++i)
+          cells[size_t(j) * k.columns + i] +=
+              smooth[size_t(x)] * shareY * (std::fmin(x1, i + 1.0) - std::fmax(x0, double(i)));
+      }
+    }
+    std::swap(three[0], three[1]);
+    std::swap(three[1], three[2]);
+  }
+  return cells;
+}
+
+// False where the map is black altogether.
+bool buildDistribution(Data& k) {
+  k.columns = std::min(k.map.width, pxrDomeLight::kMostColumns);
+  k.rows = std::min(k.map.height, pxrDomeLight::kMostRows);
+  k.columnSteps = stepsFor(k.columns);
+  k.rowSteps = stepsFor(k.rows);
+  std::vector<double> cells = cellMeans(k);
+  std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
+  double total = 0;
+  k.northRows = (k.rows + 1) / 2;
+  for (int32_t j = 0; j < k.rows; ++j) {
+    const bool north = j < k.northRows;
+    const double from = kPi * (north ? j : k.rows - j) / k.rows, to = kPi * (north ? j + 1 : k.rows - j - 1) / k.rows;
+    k.rowFrom.push_back(float(2 * std::pow(std::sin(from / 2), 2)));
+    k.rowTo.push_back(float(2 * std::pow(std::sin(to / 2), 2)));
+  }
+  for (int32_t j = 0; j < k.rows; ++j) {
+    solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
+    for (int32_t i = 0; i < k.columns; ++i)
+      rowWeight[size_t(j)] += cells[size_t(j) * k.columns + i] * solid[size_t(j)];
+    total += rowWeight[size_t(j)];
+  }
+  k.meanRadiance = total / (4 * kPi);
+  if (!(total > 0) || !std::isfinite(total)) return false;
+  k.rowCdf.resize(size_t(k.rows) + 1);
+  k.cellCdf.resize((size_t(k.columns) + 1) * k.rows);
+  k.density.resize(cells.size());
+  double below = 0;
+  for (int32_t j = 0; j < k.rows; ++j) {
+    k.rowCdf[size_t(j)] = float(below / total);
+    below += rowWeight[size_t(j)];
+    float* cdf = &k.cellCdf[size_t(j) * (size_t(k.columns) + 1)];
+    double left = 0;
+    for (int32_t i = 0; i < k.columns; ++i) {
+      const double cell = cells[size_t(j) * k.columns + i];
+      cdf[i] = rowWeight[size_t(j)] > 0 ? float(left * solid[size_t(j)] / rowWeight[size_t(j)])
+                                        : float(i) / float(k.columns);
+      left += cell;
+      k.density[size_t(j) * k.columns + i] = float(cell / total);
+    }
+    cdf[k.columns] = 1;
+  }
+  k.rowCdf[size_t(k.rows)] = 1;
+  return true;
+}
+
+// Rotation and mirroring of the placement alone.
+bool setAxes(const LocalFrame& f, Data& k) {
+  const Double3 z = normalized(f.z), y = normalized(normalized(f.y) - z * dot(normalized(f.y), z));
+  Double3 x = cross(y, z);
+  if (dot(x, f.x) < 0) x = x * -1;
+  k.axis[0] = Float3(x);
+  k.axis[1] = Float3(y);
+  k.axis[2] = Float3(z);
+  return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, normalized(f.x))) > 1e-6;
+}
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&]() -> void* {
+    const NamedValues values(*info, pxrDomeLight::kParams.data(), pxrDomeLight::kParams.size());
+    const LocalFrame frame = LocalFrame::of(*info);
+    auto light = std::make_unique<Data>();
+    light->common = LightCommon::of(values, -1);
+    light->map.load(values);
+    values.warnNoEffect();
+    if (!setAxes(frame, *light)) {
+      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
+      return light.release();
+    }
+    light->isBlack = light->common.isBlack();
+    for (float c : light->common.radiance) light->meanRadiance += std::fabs(double(c)) / 3;
+    if (light->map.valid() && !light->isBlack) light->isBlack = !buildDistribution(*light);
+    return light.release();
+  });
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = {};
+  d->radius = -1;
+  d->isInfinite = 1;
+  // the integral of radiance over directions; the host multiplies by pi R^2 of the world
+  d->power = k.isBlack ? 0.f : float(4 * kPi * k.meanRadiance) * k.common.importance;
+  d->visibleToCamera = 1;
+  d->diffuse = k.common.diffuse;
+  d->specular = k.common.specular;
+}
+
+// pi L for a constant dome; -1 for a map.
+double irradiance(const void* data, const double*, const double*) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.map.valid()) return -1;
+  return kPi * (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+}
+
+constexpr LightTraits kTraits{describe, irradiance};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Light,
+    0,
+    "PxrDomeLight",
+    "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
+    "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
+    "placement count.",
+    pxrDomeLight::kParams.data(),
+    uint32_t(pxrDomeLight::kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<Data*>(d); }};
+}  // namespace
+KINORA_REGISTER(PxrDomeLight, kDescriptor)
+}  // namespace kinora
+#endif

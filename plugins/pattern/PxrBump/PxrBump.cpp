@@ -1,0 +1,133 @@
+// PxrBump: the slope of an image of heights bends the normal. Slopes are differences of two lookups a footprint
+// apart, so that they fade with distance like the image. Patterns connected to inputBump have no derivatives here and
+// leave the normal as it is; displacement or PxrNormalMap serve there.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
+#include <kinora/pattern.h>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXRBUMP_ONCE
+#define PXRBUMP_ONCE
+namespace kinora::pxrBump {
+enum : uint32_t {
+  kScale,
+  kDisable,
+  kInputBump,
+  kFilename,
+  kFirstChannel,
+  kAtlasStyle,
+  kInvertT,
+  kBlur,
+  kLerp,
+  kManifold,
+  kInputN,
+  kReverse,
+  kAdjustAmount,
+  kSurfaceNormalMix
+};
+constexpr Param kParams[] = {
+    param::number("scale", 1.f).range(-2, 2).help("Height of white, render units."),
+    param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
+    param::number("inputBump", 0.f).help("Accepted; heights come from the image."),
+    param::string("filename", "").file().help("Image of heights."),
+    param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
+    param::integer("atlasStyle", 0)
+        .range(0, 3)
+        .help("Accepted; the token in the file name says which files make the atlas."),
+    param::integer("invertT", 1)
+        .range(0, 1)
+        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
+    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
+    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
+    param::structure("manifold").help("Texture coordinates; st where not connected."),
+    param::normal("inputN").help("Normal that the heights bend further."),
+    param::integer("reverse", 0).range(0, 1).help("1: white is low."),
+    param::number("adjustAmount", 1.f).help("Accepted; materials bend averted normals themselves."),
+    param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
+    param::output(Type::Normal, "resultN"),
+};
+}  // namespace kinora::pxrBump
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrBump;
+
+struct PxrBump {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* args) {
+    using F = Float<W>;
+    const Value input = c->param(kInputN), scale = c->param(kScale), mix = c->param(kSurfaceNormalMix),
+                blur = c->param(kBlur);
+    float* out[3];
+    makeOutput(*c, args->outputs[0], 3, false, out);
+    const bool bumped = isBumped(input);
+    const Value handles = c->param(kFilename);
+    if (!hasFile(handles) || fixedInteger(*c, kDisable) != 0) {
+      for (uint32_t i = 0; i < c->padded; i += W) {
+        const Surface<W> s(*c, At{i, false});
+        (bumped ? bumpedNormal<W>(input, s) : s.N).store(out, i);
+      }
+      return;
+    }
+    const Manifold m = surfaceManifold(*c, kManifold);
+    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
+    const Value tangent = c->builtin(Builtin::Tangent);
+    TextureOptions o;
+    o.firstChannel = fixedInteger(*c, kFirstChannel);
+    o.interpolateLevels = fixedInteger(*c, kLerp);
+    o.filter = 2;
+    o.missingColor[0] = o.missingColor[1] = o.missingColor[2] = 0.f;
+    // heights at the point, a step along s, a step up t
+    float *height[3], *st[3], *radius[3], *rest[3];
+    Value heights, place, size, unused;
+    makeOutput(*c, heights, 3, false, height);
+    makeOutput(*c, place, 2, false, st);
+    makeOutput(*c, size, 2, false, radius);
+    makeOutput(*c, unused, 3, false, rest);
+    for (uint32_t step = 0; step < 3; ++step) {
+      for (uint32_t i = 0; i < c->padded; i += W) {
+        const At at{i, false};
+        const F r = max(abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at), F(kLeastStep));
+        F s = loadComponent<W>(m.q, 0, at), t = loadComponent<W>(m.q, 1, at);
+        if (step == 1) s += r;
+        if (step == 2) t += r;
+        s.store(st[0] + i);
+        (flip ? F(1.f) - t : t).store(st[1] + i);
+        r.store(radius[0] + i);
+      }
+      float* const rgba[4] = {height[step], rest[0], rest[1], rest[2]};
+      c->fn->texture(c, &handles, st[0], st[1], radius[0], &o, rgba);
+      for (uint32_t i = c->count; i < c->padded; ++i) height[step][i] = height[step][c->count - 1];
+    }
+    const F sign(fixedInteger(*c, kReverse) != 0 ? -1.f : 1.f);
+    for (uint32_t i = 0; i < c->padded; i += W) {
+      const At at{i, false};
+      const Surface<W> s(*c, at);
+      const Vec3<W> n = bumped ? bumpedNormal<W>(input, s) : s.N;
+      // one unit of st is (render radius / st radius) render units long
+      const F own = abs(loadFloat<W>(m.radius, at)), step = max(own + loadFloat<W>(blur, at), F(kLeastStep));
+      const F unit = select(own > F(0.f), loadFloat<W>(c->radius, at) / max(own, F(1e-20f)), F(1.f));
+      const F k = sign * loadFloat<W>(scale, at) / max(step * unit, F(1e-20f));
+      const F h = F::load(height[0] + i);
+      const F slopeS = (F::load(height[1] + i) - h) * k, slopeT = (F::load(height[2] + i) - h) * k;
+      const Frame<W> frame = Frame<W>::fromTangent(n, loadVec<W>(tangent, at));
+      const Vec3<W> bent = normalize(frame.toWorld({-slopeS, -slopeT, F(1.f)}));
+      normalize(lerp(bent, n, loadFloat<W>(mix, at))).store(out, i);
+    }
+  }
+  static constexpr float kLeastStep = 1e-4f;  // fraction of the image: below it differences are noise
+};
+
+KINORA_PATTERN_TABLES(PxrBump)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrBump, "Shading normals from an image of heights.", pxrBump::kParams)
+#endif

@@ -1,0 +1,50 @@
+// PxrExposure: inputRGB times 2^stops.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrExposure/PxrExposure.cpp"
+#include <kinora/pattern.h>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXREXPOSURE_ONCE
+#define PXREXPOSURE_ONCE
+namespace kinora::pxrExposure {
+enum : uint32_t { kInputRGB, kStops };
+constexpr Param kParams[] = {
+    param::color("inputRGB", 0.f).help("Colour to change."),
+    param::number("stops", 0.f).range(-8, 8).help("Doublings of brightness."),
+    param::output(Type::Color, "resultRGB"),
+    param::output(Type::Float, "resultR"),
+    param::output(Type::Float, "resultG"),
+    param::output(Type::Float, "resultB"),
+};
+}  // namespace kinora::pxrExposure
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrExposure;
+
+struct PxrExposure {
+  static constexpr uint32_t kComponents = 3;
+  struct Setup {
+    Value color, stops;
+    explicit Setup(const Context& c) : color(c.param(kInputRGB)), stops(c.param(kStops)) {}
+    bool uniform() const { return allUniform({&color, &stops}); }
+  };
+  template <int W>
+  static KN_INLINE Rgb<W> at(const Setup& s, At at) {
+    return loadRgb<W>(s.color, at) * exp2(loadFloat<W>(s.stops, at));
+  }
+};
+
+KINORA_POINTWISE_TABLES(PxrExposure)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrExposure, "Brightens or darkens by stops.", pxrExposure::kParams)
+#endif

@@ -1,0 +1,66 @@
+// PxrInvert: 1 - x of chosen channels, in a chosen colour model. Hue turns by half a turn.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrInvert/PxrInvert.cpp"
+#include <kinora/pattern.h>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/math/color.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXRINVERT_ONCE
+#define PXRINVERT_ONCE
+namespace kinora::pxrInvert {
+enum : uint32_t { kInputRGB, kColorModel, kInvertChannel0, kInvertChannel1, kInvertChannel2 };
+constexpr Param kParams[] = {
+    param::color("inputRGB", 0.f).help("Colour to change."),
+    param::integer("colorModel", 0).range(0, 2).options("0 RGB, 1 HSL, 2 HSV").help("What the channels are."),
+    param::integer("invertChannel0", 1).range(0, 1).help("1: inverts red or hue."),
+    param::integer("invertChannel1", 1).range(0, 1).help("1: inverts green or saturation."),
+    param::integer("invertChannel2", 1).range(0, 1).help("1: inverts blue, lightness or value."),
+    param::output(Type::Color, "resultRGB"),
+    param::output(Type::Float, "resultR"),
+    param::output(Type::Float, "resultG"),
+    param::output(Type::Float, "resultB"),
+};
+}  // namespace kinora::pxrInvert
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrInvert;
+
+struct PxrInvert {
+  static constexpr uint32_t kComponents = 3;
+  struct Setup {
+    Value color;
+    int model;
+    bool invert[3];
+    explicit Setup(const Context& c) : color(c.param(kInputRGB)) {
+      model = fixedInteger(c, kColorModel);
+      for (uint32_t k = 0; k < 3; ++k) invert[k] = fixedInteger(c, kInvertChannel0 + k) != 0;
+    }
+    bool uniform() const { return allUniform({&color}); }
+  };
+  template <int W>
+  static KN_INLINE Rgb<W> at(const Setup& s, At at) {
+    using F = Float<W>;
+    Rgb<W> v = loadRgb<W>(s.color, at);
+    if (s.model == 1) v = rgbToHsl(v);
+    if (s.model == 2) v = rgbToHsv(v);
+    if (s.invert[0]) v.x = s.model == 0 ? F(1.f) - v.x : v.x + F(0.5f);
+    if (s.invert[1]) v.y = F(1.f) - v.y;
+    if (s.invert[2]) v.z = F(1.f) - v.z;
+    return s.model == 1 ? hslToRgb(v) : s.model == 2 ? hsvToRgb(v) : v;
+  }
+};
+
+KINORA_POINTWISE_TABLES(PxrInvert)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrInvert, "Inverts the channels of a colour.", pxrInvert::kParams)
+#endif

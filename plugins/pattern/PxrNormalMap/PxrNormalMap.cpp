@@ -1,0 +1,147 @@
+// PxrNormalMap: a normal in the frame (tangent, bitangent, normal) encoded as a colour, 0.5 standing for 0, from a
+// pattern or an image. Heights above the surface are kept positive; bumpScale stretches the slopes.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrNormalMap/PxrNormalMap.cpp"
+#include <kinora/pattern.h>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXRNORMALMAP_ONCE
+#define PXRNORMALMAP_ONCE
+namespace kinora::pxrNormalMap {
+enum : uint32_t {
+  kBumpScale,
+  kInputRGB,
+  kFilename,
+  kBumpOverlay,
+  kInvertBump,
+  kOrientation,
+  kFlipX,
+  kFlipY,
+  kFirstChannel,
+  kAtlasStyle,
+  kInvertT,
+  kBlur,
+  kLerp,
+  kManifold,
+  kReverse,
+  kAdjustAmount,
+  kSurfaceNormalMix,
+  kDisable
+};
+constexpr Param kParams[] = {
+    param::number("bumpScale", 1.f).range(0, 4).help("Factor of the slopes."),
+    param::color("inputRGB", 0.5f, 0.5f, 1).help("Encoded normal, where no image is given."),
+    param::string("filename", "").file().help("Image of encoded normals."),
+    param::normal("bumpOverlay").help("Normal that the map bends further."),
+    param::integer("invertBump", 0).range(0, 1).help("1: slopes the other way."),
+    param::integer("orientation", 2)
+        .range(0, 3)
+        .options("0 red right green up, 1 red left green up, 2 red right green down, 3 red left green down")
+        .help("Which way the colours slope in the picture."),
+    param::integer("flipX", 0).range(0, 1).help("1: red the other way."),
+    param::integer("flipY", 0).range(0, 1).help("1: green the other way."),
+    param::integer("firstChannel", 0).range(0, 3).help("Channel of the file that becomes red."),
+    param::integer("atlasStyle", 0)
+        .range(0, 3)
+        .help("Accepted; the token in the file name says which files make the atlas."),
+    param::integer("invertT", 1)
+        .range(0, 1)
+        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
+    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
+    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
+    param::structure("manifold").help("Texture coordinates; st where not connected."),
+    param::integer("reverse", 0).range(0, 1).help("1: slopes the other way, on top of invertBump."),
+    param::number("adjustAmount", 0.f).help("Accepted; materials bend averted normals themselves."),
+    param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
+    param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
+    param::output(Type::Normal, "resultN"),
+};
+}  // namespace kinora::pxrNormalMap
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrNormalMap;
+
+struct PxrNormalMap {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* args) {
+    using F = Float<W>;
+    const Value overlay = c->param(kBumpOverlay), scale = c->param(kBumpScale), mix = c->param(kSurfaceNormalMix);
+    float* out[3];
+    makeOutput(*c, args->outputs[0], 3, false, out);
+    const bool off = fixedInteger(*c, kDisable) != 0, bumped = isBumped(overlay);
+    const Value rgb = off ? Value() : encoded<W>(*c);
+    const int orientation = fixedInteger(*c, kOrientation);
+    const bool turned = (fixedInteger(*c, kInvertBump) != 0) != (fixedInteger(*c, kReverse) != 0);
+    // the bitangent cross(N, tangent) points up the picture's t
+    const bool left = (orientation & 1) != 0, down = orientation >= 2;
+    const F signX((left != (fixedInteger(*c, kFlipX) != 0)) != turned ? -2.f : 2.f);
+    const F signY((down != (fixedInteger(*c, kFlipY) != 0)) != turned ? -2.f : 2.f);
+    const Value tangent = c->builtin(Builtin::Tangent);
+    for (uint32_t i = 0; i < c->padded; i += W) {
+      const At at{i, false};
+      const Surface<W> s(*c, at);
+      const Vec3<W> n = bumped ? bumpedNormal<W>(overlay, s) : s.N;
+      if (off) {
+        n.store(out, i);
+        continue;
+      }
+      const Rgb<W> e = loadRgb<W>(rgb, at);
+      const F k = loadFloat<W>(scale, at);
+      const F x = (e.x - F(0.5f)) * signX * k, y = (e.y - F(0.5f)) * signY * k;
+      const F z = max(fma(F(2.f), e.z, F(-1.f)), F(1e-3f));
+      const Frame<W> frame = Frame<W>::fromTangent(n, loadVec<W>(tangent, at));
+      const Vec3<W> bent = normalize(frame.toWorld({x, y, z}));
+      normalize(lerp(bent, n, loadFloat<W>(mix, at))).store(out, i);
+    }
+  }
+  // The colour at all points: of the image where there is one.
+  template <int W>
+  static Value encoded(const Context& c) {
+    const Value handles = c.param(kFilename), input = c.param(kInputRGB);
+    if (!hasFile(handles)) return input;
+    const Value blur = c.param(kBlur);
+    const bool flip = !c.fn->manifold(&c, kManifold) && fixedInteger(c, kInvertT) != 0;
+    const Manifold m = surfaceManifold(c, kManifold);
+    TextureOptions o;
+    o.firstChannel = fixedInteger(c, kFirstChannel);
+    o.interpolateLevels = fixedInteger(c, kLerp);
+    // a missing map leaves the surface flat
+    o.missingColor[0] = o.missingColor[1] = 0.5f;
+    Value place, size, rgb, alpha;
+    float *st[3], *radius[3], *color[3], *a[3];
+    makeOutput(c, place, 2, false, st);
+    makeOutput(c, size, 1, false, radius);
+    makeOutput(c, rgb, 3, false, color);
+    makeOutput(c, alpha, 1, false, a);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const At at{i, false};
+      loadComponent<W>(m.q, 0, at).store(st[0] + i);
+      const Float<W> t = loadComponent<W>(m.q, 1, at);
+      (flip ? Float<W>(1.f) - t : t).store(st[1] + i);
+      (abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at)).store(radius[0] + i);
+    }
+    float* const rgba[4] = {color[0], color[1], color[2], a[0]};
+    c.fn->texture(&c, &handles, st[0], st[1], radius[0], &o, rgba);
+    // materials of the group that have no file
+    for (uint32_t i = 0; handles.stride && i < c.count; ++i)
+      for (uint32_t k = 0; handleAt(handles, i) < 0 && k < 3; ++k) color[k][i] = input.data[k][input.stride ? i : 0];
+    for (uint32_t i = c.count; i < c.padded; ++i)
+      for (float* p : rgba) p[i] = p[c.count - 1];
+    return rgb;
+  }
+};
+
+KINORA_PATTERN_TABLES(PxrNormalMap)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrNormalMap, "Shading normals from a tangent-space image.", pxrNormalMap::kParams)
+#endif

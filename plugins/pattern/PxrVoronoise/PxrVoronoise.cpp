@@ -1,0 +1,150 @@
+// PxrVoronoise: each lattice cell has a point and a value; a point in space gets the mean of the values about it,
+// weighted by distance. Steep weights give Voronoi cells, flat ones smooth noise (after I. Quilez, "Voronoise", 2014;
+// here in three dimensions with weights that end at distance 1, so that 27 cells suffice exactly). Layers below the
+// footprint fade out.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrVoronoise/PxrVoronoise.cpp"
+#include <kinora/pattern.h>
+#include <iterator>
+#include <kinora/simd/foreach_target.h>
+#include <kinora/math/noise.h>
+#include <kinora/pattern_author.h>
+
+#ifndef PXRVORONOISE_ONCE
+#define PXRVORONOISE_ONCE
+namespace kinora::pxrVoronoise {
+enum : uint32_t {
+  kFrequency,
+  kOctaves,
+  kGain,
+  kLacunarity,
+  kJitter,
+  kSmoothness,
+  kTurbulent,
+  kSurfacePosition,
+  kManifold
+};
+constexpr Param kParams[] = {
+    param::number("frequency", 1.f).range(0.1f, 32).help("Cells per unit."),
+    param::integer("octaves", 3).range(1, 8).help("Number of noises added."),
+    param::number("gain", 0.5f).help("How high each octave is beside the one before."),
+    param::number("lacunarity", 2.f).range(1, 4).help("How many times finer each octave is."),
+    param::number("jitter", 0.f).help("0: points at the middle of cells, 1: anywhere in them."),
+    param::number("smoothness", 1.f).help("0: flat cells, 1: smooth."),
+    param::integer("turbulent", 0).range(0, 1).help("1: absolute values about the middle, which leave creases."),
+    param::integer("surfacePosition", 0)
+        .range(0, 1)
+        .options("0 object, 1 world")
+        .help("Space where no manifold is connected."),
+    param::structure("manifold").help("Position; the surface's where not connected."),
+    param::output(Type::Float, "resultF"),
+    param::output(Type::Color, "resultRGB"),
+    param::output(Type::Float, "resultR"),
+    param::output(Type::Float, "resultG"),
+    param::output(Type::Float, "resultB"),
+};
+}  // namespace kinora::pxrVoronoise
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrVoronoise;
+
+struct PxrVoronoise {
+  static constexpr uint32_t kComponents = 1;
+  struct Setup {
+    Value frequency, gain, lacunarity, jitter, smoothness;
+    Manifold m;
+    int octaves;
+    bool turbulent;
+    explicit Setup(const Context& c)
+        : frequency(c.param(kFrequency)),
+          gain(c.param(kGain)),
+          lacunarity(c.param(kLacunarity)),
+          jitter(c.param(kJitter)),
+          smoothness(c.param(kSmoothness)) {
+      octaves = fixedInteger(c, kOctaves);
+      octaves = octaves < 1 ? 1 : octaves > 16 ? 16 : octaves;
+      turbulent = fixedInteger(c, kTurbulent) != 0;
+      if (const Manifold* connected = c.fn->manifold(&c, kManifold)) {
+        m = *connected;
+        return;
+      }
+      m.dimensions = 3;
+      const bool world = fixedInteger(c, kSurfacePosition) == 1;
+      m.q = c.builtin(world ? Builtin::Pworld : Builtin::Po);
+      m.radius = c.builtin(Builtin::PoRadius);
+      if (world) {
+        m.radius.data[0] = c.radius;
+        m.radius.stride = m.radius.components = 1;
+      }
+    }
+    bool uniform() const {
+      return allUniform({&frequency, &gain, &lacunarity, &jitter, &smoothness, &m.q, &m.radius});
+    }
+  };
+  // In 0..1.
+  template <int W>
+  static KN_INLINE Float<W> cells(Vec3<W> p, Float<W> jitter, Float<W> steep, uint32_t seed) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const F fx = floor(p.x), fy = floor(p.y), fz = floor(p.z);
+    const I ix = toInt(fx), iy = toInt(fy), iz = toInt(fz);
+    F sum(0.f), weights(0.f);
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) {
+          const I h = hashLattice(ix + I(x), iy + I(y), iz + I(z), seed);
+          const I g = h * I(0x2c1b3c6du);
+          const F half(0.5f);
+          const Vec3<W> d(fma(toUnitFloat(h) - half, jitter, F(float(x) + 0.5f)) - (p.x - fx),
+                          fma(toUnitFloat(h.template shl<12>()) - half, jitter, F(float(y) + 0.5f)) - (p.y - fy),
+                          fma(toUnitFloat(g) - half, jitter, F(float(z) + 0.5f)) - (p.z - fz));
+          const F t = max(F(1.f) - length(d), F(0.f));
+          const F w = pow(t * t * fnma(F(2.f), t, F(3.f)), steep);
+          sum = fma(w, toUnitFloat(foldHigh(g) * I(0x297a2d39u)), sum);
+          weights += w;
+        }
+    return select(weights > F(0.f), sum / max(weights, F(1e-30f)), F(0.5f));
+  }
+  template <int W>
+  static KN_INLINE Vec3<W> at(const Setup& s, At at) {
+    using F = Float<W>;
+    const F f = loadFloat<W>(s.frequency, at), jitter = clamp(loadFloat<W>(s.jitter, at), F(0.f), F(1.f));
+    const F rough = F(1.f) - clamp(loadFloat<W>(s.smoothness, at), F(0.f), F(1.f)), rough2 = rough * rough;
+    const F steep = fma(F(63.f), rough2 * rough2, F(1.f));
+    const F gain = loadFloat<W>(s.gain, at), lacunarity = loadFloat<W>(s.lacunarity, at);
+    Vec3<W> p = loadPosition<W>(s.m, at) * f;
+    const F radius = abs(loadFloat<W>(s.m.radius, at) * f);
+    F sum(0.f), total(0.f), amplitude(1.f), frequency(1.f);
+    for (int i = 0; i < s.octaves; ++i) {
+      const F visible = layerVisibility(radius, frequency);
+      const F mean(s.turbulent ? kMeanAbs : 0.5f);
+      F n = mean;
+      if ((visible > F(0.f)).any()) {
+        n = cells(p, jitter, steep, 0x3d4d51cbu + uint32_t(i) * 0x632be5abu);
+        if (s.turbulent) n = abs(fma(F(2.f), n, F(-1.f)));
+        n = lerp(mean, n, visible);
+      }
+      sum = fma(n, amplitude, sum);
+      total += amplitude;
+      amplitude *= gain;
+      frequency *= lacunarity;
+      p = p * lacunarity + Vec3<W>(F(17.317f), F(31.719f), F(23.541f));
+    }
+    const F r = sum / select(abs(total) > F(1e-12f), total, F(1.f));
+    return Vec3<W>(r, r, r);
+  }
+  static constexpr float kMeanAbs = 0.2f;  // of |2n - 1|, about; smoother settings have less
+};
+
+KINORA_POINTWISE_TABLES(PxrVoronoise)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+KINORA_REGISTER_PATTERN(PxrVoronoise, "Noise between cells and clouds.", pxrVoronoise::kParams)
+#endif

@@ -1,0 +1,40 @@
+// `kinora diff A B`; the comparison is film/tools.h's.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <fmt/format.h>
+
+#include "app/command_line.h"
+#include "app/commands.h"
+#include "film/tools.h"
+
+namespace kinora::app {
+
+int runDiff(const Arguments& arguments) {
+  Diagnostics diagnostics;
+  const auto parser =
+      makeParser("diff",
+                 "Compares two images. Exit code 1 when a limit is exceeded; without a limit, when any "
+                 "value differs by more than the threshold.");
+  std::string a, b, picture;
+  film::DiffLimits limits;
+  float gain = 1;
+  parser->add_option("A", a, "an image")->required();
+  parser->add_option("B", b, "the reference")->required();
+  parser->add_option("--threshold", limits.valueThreshold, "values this close are equal (0)")->type_name("V");
+  parser->add_option("--max", limits.maximum, "limit on the largest difference of a value")->type_name("V");
+  parser->add_option("--rmse", limits.rmse, "limit on the root mean squared error")->type_name("V");
+  parser->add_option("--relative-mse", limits.relativeMse, "limit on the mean relative squared error")
+      ->type_name("V");
+  parser->add_option("--pixels", limits.differingPixels, "limit on the share of differing pixels, 0..1")
+      ->type_name("SHARE");
+  parser->add_option("--channels", limits.channels, "compare only these")->type_name("A,B")->delimiter(',');
+  parser->add_option("-o,--output", picture, "write |A - B| as a picture")->type_name("FILE");
+  parser->add_option("--gain", gain, "factor on that picture (1)")->type_name("G");
+  if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
+  const film::ToolResult result = film::diffImages(a, b, limits, picture, gain, diagnostics);
+  fmt::print("{}", result.text);
+  return result.exitCode;
+}
+
+}  // namespace kinora::app

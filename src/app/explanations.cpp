@@ -1,0 +1,136 @@
+#include "app/explanations.h"
+
+#include "geometry/tessellate.h"
+#include "rib/reader.h"
+
+namespace kinora::app {
+
+namespace {
+
+constexpr Explanation kOwn[] = {
+    {"APP-OPTION",
+     "The command line does not say what to do: an option is unknown, lacks its value, or has one of the wrong form. "
+     "Nothing was done and the exit code is 2. `kinora COMMAND --help` lists the options of a command."},
+    {"APP-MEMORY",
+     "The system refused memory. Exit code 5. Fewer pixels, fewer channels or a simpler scene need less; -v and "
+     "--stats "
+     "say what takes the most in a frame that fits."},
+    {"APP-INTERNAL",
+     "Kinora met a state that its authors held to be impossible. Exit code 8. The message repeats the command; a "
+     "report "
+     "with the scene lets it be found."},
+    {"APP-WRITE",
+     "A file or standard output cannot be written: the folder is missing, permission is refused, the disk is full, "
+     "or the "
+     "name is that of something other than a file. Exit code 6. Files are written under a temporary name and "
+     "renamed, so "
+     "a file of the name that existed before is still whole."},
+    {"APP-STRICT",
+     "With --strict a missing texture, archive or plug-in is an error: the exit code is 4 and the frame is not "
+     "rendered. "
+     "The messages before this one name each asset. Without --strict a visible fallback stands in for it."},
+    {"APP-CPU", "Kinora's kernels need AVX2, FMA, BMI2 and F16C (x86-64 processors since about 2013). Exit code 9."},
+    {"CLI-SET",
+     "--set takes KIND.NAME=VALUE. KIND is integrator, hider, projection, option, light or display; NAME is a "
+     "parameter "
+     "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. Exit code "
+     "2."},
+};
+
+// Messages of rooms that have no table of their own.
+constexpr Explanation kRooms[] = {
+    {"PLUGIN-LOAD",
+     "A library on the plug-in path cannot be used. It was built for another version of the plug-in interface, does "
+     "not "
+     "export its descriptor, has no functions that this CPU runs, or failed while being asked. It is ignored; a "
+     "scene "
+     "that names it gets a visible fallback. Build it again against this Kinora's headers."},
+    {"PLUGIN-DUPLICATE",
+     "Two plug-ins have one name and kind. The first one found is used: a stock plug-in before libraries, and "
+     "directories "
+     "in the order --plugin-path, KINORA_PLUGIN_PATH, the installed folder."},
+    {"PLUGIN-MISSING",
+     "The scene names a plug-in that is neither in stock nor a library on the plug-in path. Something visible stands "
+     "in: "
+     "a plain material, PxrPathTracer for an integrator; an unknown light gives none. `kinora plugins` lists what "
+     "there "
+     "is; --plugin-path names more folders. With --strict the exit code is 4."},
+    {"PLUGIN-CREATE",
+     "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
+     "if "
+     "there were no such plug-in."},
+    {"ASSET-MISSING-ARCHIVE",
+     "ReadArchive names a file that is not found beside the scene, on the scene's archive search path, or under "
+     "--search-path archive=DIRS. What it would have held is left out."},
+    {"ASSET-TEXTURE-MISSING",
+     "A texture file is not found beside the scene, on the scene's texture search path, or under --search-path "
+     "texture=DIRS. The pattern's missingColor is shown, magenta by default."},
+    {"ASSET-TEXTURE-",
+     "A texture file was found but not all of it can be used: it cannot be read, lacks the channels asked for, or "
+     "had to "
+     "be converted on the fly. The message says what stands in for it."},
+    {"PARAM-UNKNOWN",
+     "A node is given a parameter that its plug-in does not have; it is ignored. `kinora plugins NAME` lists those "
+     "it "
+     "has. Often a misspelling, or a parameter of a newer or older version of the plug-in of that name."},
+    {"PARAM-TYPE", "A parameter's value has another type or length than its plug-in declares. The default is used."},
+    {"PARAM-",
+     "A parameter of a node, or what is connected to it, cannot be used as the scene says. The message says what was "
+     "done "
+     "instead; `kinora plugins NAME` shows types, ranges and what can be connected."},
+    {"LIGHT-",
+     "A light is set up in a way that gives no or other light than may be meant: a degenerate transform or size, a "
+     "map "
+     "that cannot be read, an angle outside its range. The message says what was done."},
+    {"RENDER-MEMORY", "There is not enough memory for the scene or the picture. Exit code 5."},
+    {"RENDER-RESOLUTION",
+     "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
+     "code 3."},
+    {"RENDER-CROP", "The crop window, rounded to pixels as RIB says, is empty. The whole picture is rendered."},
+    {"RENDER-CAMERA", "The camera's transform cannot be inverted or holds NaN. The identity stands in for it."},
+    {"RENDER-NO-CAMERA",
+     "The scene has no Projection and no Camera. What RIB says then is an orthographic view along z from the "
+     "origin."},
+    {"RENDER-NO-LIGHTS",
+     "No light of the scene is rendered: there is none, or none that is known. Glowing surfaces are still seen; all "
+     "else "
+     "is black."},
+    {"RENDER-LIGHT-FILTER", "Light filters are read and kept, but not rendered yet. The light shines unfiltered."},
+    {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
+    {"RENDER-NONFINITE",
+     "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "
+     "mean "
+     "of the others. The message names the first; --only-sample X,Y,S prints what its path met."},
+    {"DISPLAY-DRIVER",
+     "A Display names a driver that is no plug-in. The format is chosen by the file's extension, or openexr stands "
+     "in."},
+    {"DISPLAY-WRITE", "A picture could not be written; the message gives the reason. Exit code 6."},
+    {"DISPLAY-",
+     "A Display or DisplayChannel asks for something that is not known or not rendered. The message names the "
+     "display and "
+     "says what is written instead; the other channels and displays are not affected."},
+    {"FILM-MEMORY",
+     "The picture with all its channels does not fit the memory. Exit code 5. Fewer channels need less."},
+    {"FILM-FILTER", "The pixel filter is unknown or its width is not usable. gaussian 2 2 is used."},
+    {"FILM-SHARD-",
+     "A part of a frame (`kinora render --samples`) cannot be written, read or added: it is not a part, is broken, "
+     "belongs "
+     "to another scene, seed, frame or version, or holds samples that another part has too. Nothing is merged."},
+    {"FILM-", "The film refused sizes or channels that cannot be summed; the message says which."},
+    {"IMAGE-COMPARE",
+     "Two pictures cannot be compared: their sizes differ, or no channel has the same name in both."},
+    {"IMAGE-", "A picture file cannot be opened, read, understood or written; the message gives the reason."},
+};
+
+}  // namespace
+
+Explanations allExplanations() {
+  Explanations all;
+  all.add(kOwn);
+  all.add(kRooms);
+  all.add(rib::explanations());
+  all.add(geometry::explanations());
+  return all;
+}
+
+}  // namespace kinora::app

@@ -1,0 +1,123 @@
+// `kinora info FILE`: what a scene says, without building it, or what an image file holds.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+#include <set>
+
+#include "app/command_line.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/plugin_path.h"
+#include "film/tools.h"
+#include "rib/reader.h"
+
+namespace kinora::app {
+
+namespace {
+
+bool hasImageName(std::string name) {
+  for (char& c : name) c = char(std::tolower(static_cast<unsigned char>(c)));
+  static constexpr std::array kExtensions{".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg",
+                                          ".tex", ".tx",  ".hdr", ".bmp",  ".tga"};
+  return std::any_of(kExtensions.begin(), kExtensions.end(), [&](const char* e) { return name.ends_with(e); });
+}
+
+const char* nameOf(const scene::Shape& shape) {
+  static const char* const kNames[] = {"quadrics",     "polygon meshes", "subdivision meshes",
+                                       "curves",       "point sets",     "patches",
+                                       "patch meshes", "NURBS patches",  "other primitives"};
+  static_assert(std::size(kNames) == std::variant_size_v<scene::Shape>);
+  return kNames[shape.index()];
+}
+
+void printNames(const char* what, const std::map<std::string, size_t>& names) {
+  if (names.empty()) return;
+  fmt::print("  {:<12}", what);
+  const char* separator = "";
+  for (const auto& [name, count] : names) {
+    fmt::print("{}{} {}", separator, count, name);
+    separator = ", ";
+  }
+  fmt::print("\n");
+}
+
+void countPrimitives(const std::vector<scene::PrimitivePtr>& list, std::map<std::string, size_t>& shapes,
+                     std::map<std::string, size_t>& bxdfs, std::set<const scene::Network*>& networks) {
+  for (const scene::PrimitivePtr& p : list) {
+    ++shapes[nameOf(p->shape)];
+    const scene::Network* network = p->attributes ? p->attributes->bxdf.get() : nullptr;
+    if (network && network->terminal && networks.insert(network).second) ++bxdfs[network->terminal->plugin];
+  }
+}
+
+void print(const scene::Scene& s) {
+  fmt::print("frame {}\n", s.frame);
+  if (s.resolution[0] > 0) fmt::print("  {:<12}{} x {}\n", "format", s.resolution[0], s.resolution[1]);
+  for (const scene::Display& d : s.displays) fmt::print("  {:<12}{} ({}, {})\n", "display", d.file, d.driver, d.mode);
+  for (const scene::Camera& c : s.cameras)
+    fmt::print("  {:<12}{}{}\n", "camera", c.projection ? c.projection->plugin : "orthographic",
+               c.worldToCamera.isStatic() ? "" : ", moving");
+  if (s.integrator) fmt::print("  {:<12}{}\n", "integrator", s.integrator->plugin);
+  std::map<std::string, size_t> shapes, bxdfs, lights;
+  std::set<const scene::Network*> networks;
+  countPrimitives(s.primitives, shapes, bxdfs, networks);
+  for (const scene::Prototype& p : s.prototypes) countPrimitives(p.primitives, shapes, bxdfs, networks);
+  for (const scene::Light& l : s.lights)
+    if (l.node) ++lights[l.node->plugin];
+  printNames("geometry", shapes);
+  if (!s.prototypes.empty())
+    fmt::print("  {:<12}{} of {} objects\n", "instances", s.instances.size(), s.prototypes.size());
+  printNames("materials", bxdfs);
+  printNames("lights", lights);
+  std::map<std::string, size_t> kept;
+  for (const scene::KeptRequest& k : s.kept) ++kept[k.request];
+  printNames("not rendered", kept);
+}
+
+int printScene(const std::vector<std::string>& files, const std::vector<std::string>& archivePath,
+               Diagnostics& diagnostics) {
+  rib::ReadOptions options;
+  options.archivePath = archivePath;
+  rib::RibReader reader(diagnostics, std::move(options), [](scene::Scene&& s) { print(s); });
+  for (const std::string& file : files)
+    if (!reader.readFile(file)) return kBadScene;
+  reader.finish();
+  return reader.worlds() > 0 && diagnostics.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
+}
+
+}  // namespace
+
+int runInfo(const Arguments& arguments) {
+  Diagnostics diagnostics;
+  const auto parser = makeParser("info", "What a scene says, or what an image holds.");
+  std::vector<std::string> files, archivePath;
+  parser->add_option("FILE", files, "RIB files, read as one stream, or an image; - is standard input")->required();
+  parser->add_option("--archive-path", archivePath, "look for archives here; may be repeated")
+      ->type_name("DIRS")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
+  int code = kComplete;
+  if (std::none_of(files.begin(), files.end(), hasImageName)) {
+    std::vector<std::string> directories;
+    for (const std::string& path : archivePath)
+      for (std::string& part : splitPath(path)) directories.push_back(std::move(part));
+    code = printScene(files, directories, diagnostics);
+  } else {
+    for (const std::string& file : files) {
+      const film::ToolResult result = film::imageInfo(file, diagnostics);
+      fmt::print("{}", result.text);
+      code = std::max(code, result.exitCode);
+    }
+  }
+  diagnostics.summary();
+  return code;
+}
+
+}  // namespace kinora::app

@@ -1,0 +1,65 @@
+// `kinora plugins [NAME]`.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "app/command_line.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/plugin_manual.h"
+#include "app/plugin_path.h"
+#include "plugin/registry.h"
+
+namespace kinora::app {
+
+namespace {
+bool sameWithoutCase(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+}
+}  // namespace
+
+int runPlugins(const Arguments& arguments) {
+  Diagnostics diagnostics;
+  const auto parser = makeParser("plugins", "Lists plug-ins, or one's parameters with defaults, ranges and help.");
+  std::string name;
+  std::vector<std::string> path;
+  bool markdown = false;
+  parser->add_option("NAME", name, "a plug-in; case does not matter");
+  parser->add_option("--plugin-path", path, "look for plug-ins here too; may be repeated")
+      ->type_name("DIR")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  parser->add_flag("--markdown", markdown, "all stock plug-ins as a manual page");
+  if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
+
+  Registry registry;
+  if (markdown) {
+    // the page in docs/ must not depend on what a machine has installed
+    fmt::print("{}", pluginsMarkdown(registry.all()));
+    return kComplete;
+  }
+  registry.setPath(pluginDirectories(path));
+  registry.loadAll(diagnostics);
+  if (name.empty()) {
+    fmt::print("{}", pluginList(registry.all()));
+    return kComplete;
+  }
+  // one name may stand for plug-ins of several kinds
+  bool isFound = false;
+  std::vector<std::string> names;
+  for (const Descriptor* d : registry.all()) {
+    names.emplace_back(d->name);
+    if (!sameWithoutCase(d->name, name)) continue;
+    fmt::print("{}{}", isFound ? "\n" : "", pluginText(*d));
+    isFound = true;
+  }
+  if (isFound) return kComplete;
+  return badCommandLine(diagnostics, "there is no plug-in '" + name + "'", didYouMean(name, names));
+}
+
+}  // namespace kinora::app

@@ -1,0 +1,247 @@
+// `kinora render`: reads the files as one stream and renders each world as it comes. Exit codes are decided here.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "app/command_line.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/plugin_path.h"
+#include "app/render_options.h"
+#include "app/signals.h"
+#include "app/stats_report.h"
+#include "film/display_plan.h"
+#include "image/atomic_file.h"
+#include "plugin/registry.h"
+#include "render/renderer.h"
+#include "rib/reader.h"
+
+namespace kinora::app {
+
+namespace {
+
+using render::Outcome;
+
+int exitCodeOf(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::Complete:
+      return kComplete;
+    case Outcome::Interrupted:
+      return kInterrupted;
+    case Outcome::BadScene:
+      return kBadScene;
+    case Outcome::OutOfMemory:
+      return kOutOfMemory;
+    case Outcome::CannotWrite:
+      return kCannotWrite;
+    case Outcome::Internal:
+      return kInternal;
+  }
+  return kInternal;
+}
+
+const char* nameOf(int exitCode) {
+  switch (exitCode) {
+    case kComplete:
+      return "complete";
+    case kInterrupted:
+      return "interrupted";
+    case kOutOfMemory:
+      return "out of memory";
+    case kCannotWrite:
+      return "cannot write";
+    default:
+      return "failed";
+  }
+}
+
+// One run of the command. A world waits until the next one or the end of the stream is met: only then is it known
+// whether there are several frames, which -o must tell apart.
+class RenderRun {
+ public:
+  RenderRun(RenderOptions options, Diagnostics& diagnostics)
+      : options_(std::move(options)), diagnostics_(diagnostics) {
+    registry_.setPath(pluginDirectories(options_.pluginPath));
+    options_.settings.stop = stopOnSignals();
+    // textures may be named as seen from the scene's own folder
+    for (const std::string& file : options_.files)
+      if (const std::string folder = std::filesystem::path(file).parent_path().string(); !folder.empty())
+        options_.settings.texturePath.push_back(folder);
+  }
+
+  int run() {
+    if (!outputsCanBeWritten()) return kCannotWrite;
+    rib::ReadOptions reading;
+    reading.archivePath = options_.archivePath;
+    rib::RibReader reader(diagnostics_, std::move(reading), [this](scene::Scene&& scene) { take(std::move(scene)); });
+    for (const std::string& file : options_.files) {
+      if (isOver()) break;
+      if (!reader.readFile(file)) return std::max<int>(code_, kBadScene);
+    }
+    const size_t closedWorlds = reader.worlds();
+    reader.finish();
+    if (!isOver() && waiting_) renderWaiting();
+    // a file cut short gives the picture of what was there, but never the code of a complete one
+    const bool isCutShort = diagnostics_.count("RIB-TRUNCATED") > 0 || reader.worlds() > closedWorlds;
+    if (code_ == kComplete && (isCutShort || reader.worlds() == 0)) code_ = kBadScene;
+    return code_;
+  }
+
+ private:
+  bool isStopped() const { return options_.settings.stop->load(); }
+  // A scene that cannot be rendered does not end the stream: the next frame may be well.
+  bool isOver() const { return code_ != kComplete && code_ != kBadScene && code_ != kMissingAsset; }
+
+  void take(scene::Scene&& scene) {
+    if (isOver()) return;
+    if (waiting_) {
+      for (const std::string& name : {options_.settings.output, options_.statsFile})
+        if (!name.empty() && name.find('#') == std::string::npos) {
+          code_ = badCommandLine(diagnostics_,
+                                 "the scene has several frames, which would all be written to '" + name + "'",
+                                 "put #### where the frame's number goes, as in 'name.####.exr'");
+          return;
+        }
+      renderWaiting();
+      if (isOver()) return;
+    }
+    waiting_ = std::move(scene);
+  }
+
+  // Before an hour of rendering: can the files named on the command line be made at all?
+  bool outputsCanBeWritten() {
+    for (const std::string& name : {options_.settings.output, options_.statsFile}) {
+      if (name.empty()) continue;
+      std::error_code ignored;
+      image::Status status;
+      if (const auto kind = std::filesystem::status(name, ignored); exists(kind) && !is_regular_file(kind))
+        status = image::Status::fail("APP-WRITE", "'" + name + "' is not a regular file");
+      else
+        status = image::AtomicFile(film::fillFrame(name, 0)).probe();
+      if (!status.ok()) {
+        diagnostics_.error(status.code, {}, status.what, "nothing was rendered",
+                           "name a file in a folder that exists");
+        return false;
+      }
+    }
+    return true;
+  }
+
+  void renderWaiting() {
+    scene::Scene scene = std::move(*waiting_);
+    waiting_.reset();
+    ++frames_;
+    // worlds outside FrameBegin are numbered in order
+    if (scene.frame == 0) scene.frame = frames_ - 1;
+    const int frame = scene.frame;
+    const int code = renderFrame(std::move(scene), frame);
+    if (code != kComplete) code_ = code;
+  }
+
+  int renderFrame(scene::Scene scene, int frame) {
+    render::Settings settings = options_.settings;
+    settings.output = film::fillFrame(settings.output, frame);
+    // written early: loading takes the scene
+    std::vector<std::string> written = picturesOf(scene, settings.output);
+
+    render::Renderer renderer(registry_, diagnostics_, settings);
+    const bool isLoaded = renderer.load(std::move(scene));
+    if (diagnostics_.count("CLI-SET") > 0) return kBadCommandLine;
+    if (settings.strict && diagnostics_.assetProblems() > 0) {
+      diagnostics_.error("APP-STRICT", {}, "assets are missing or broken and --strict was given",
+                         "nothing was rendered");
+      return kMissingAsset;
+    }
+    if (!isLoaded) {
+      const bool isMemory = diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") > 0;
+      return isMemory ? kOutOfMemory : kBadScene;
+    }
+    if (options_.verbose > 0 || options_.check) fmt::print("{}\n", renderer.summary());
+    if (options_.check) return kComplete;
+    if (options_.onlySample) return replay(renderer);
+
+    const std::string label = frames_ > 1 || options_.files.size() > 1 ? fmt::format("frame {}", frame) : "";
+    const Outcome outcome = renderWithProgress(renderer, label);
+    int code = exitCodeOf(outcome);
+    if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {
+      written.resize(1);
+      if (!written[0].ends_with(".exr"))
+        written[0] = std::filesystem::path(written[0]).replace_extension(".exr").string();
+      if (written[0] == ".exr") written[0] = "kinora.exr";
+      // an incomplete part would be merged as if it were whole
+      if (code == kInterrupted)
+        written.clear();
+      else if (!renderer.writeShard(written[0]))
+        code = kCannotWrite;
+    }
+    if (settings.strict && code == kComplete && diagnostics_.assetProblems() > 0) code = kMissingAsset;
+    report(renderer, frame, code, written);
+    return code;
+  }
+
+  // The files that a render of the scene writes. Messages about displays are the renderer's to give.
+  std::vector<std::string> picturesOf(const scene::Scene& scene, const std::string& output) {
+    Diagnostics silent([](const std::string&, Severity) {});
+    const auto driver = [&](const std::string& name) { return registry_.find(Kind::Display, name, silent, {}); };
+    std::vector<std::string> files;
+    film::PlanOptions planning;
+    planning.output = output;
+    for (const film::Output& picture : film::planDisplays(scene, planning, driver, silent).outputs)
+      files.push_back(picture.file);
+    return files;
+  }
+
+  Outcome renderWithProgress(render::Renderer& renderer, const std::string& label) {
+    const bool isJson = options_.progress == ProgressMode::Json;
+    const ProgressMode mode =
+        options_.quiet > 0 && options_.progress == ProgressMode::Auto ? ProgressMode::None : options_.progress;
+    ProgressReporter reporter(mode, isJson ? stdout : stderr, label);
+    const auto show = [&](const render::Progress& progress) { reporter(progress); };
+    return options_.settings.firstSample >= 0 ? renderer.renderFilm(show) : renderer.render(show);
+  }
+
+  int replay(render::Renderer& renderer) {
+    const auto [x, y, sample] = *options_.onlySample;
+    if (renderer.replay(x, y, sample, [](const std::string& line) { fmt::print("{}\n", line); })) return kComplete;
+    return badCommandLine(diagnostics_, fmt::format("there is no sample {} at pixel {},{}", sample, x, y));
+  }
+
+  void report(const render::Renderer& renderer, int frame, int& code, const std::vector<std::string>& written) {
+    std::string files;
+    for (const std::string& file : options_.files) files += (files.empty() ? "" : " ") + file;
+    const StatsHeading heading{files, frame, nameOf(code), residentPeakBytes()};
+    if (!options_.statsFile.empty() &&
+        !writeStats(film::fillFrame(options_.statsFile, frame), renderer.statistics(), heading, diagnostics_) &&
+        code == kComplete)
+      code = kCannotWrite;
+    if (options_.verbose > 0) fmt::print("{}", statsAsText(renderer.statistics(), heading));
+    if (options_.quiet > 0 || (code != kComplete && code != kInterrupted)) return;
+    std::error_code ignored;
+    for (const std::string& file : written)
+      if (std::filesystem::is_regular_file(file, ignored))
+        fmt::print(stderr, "kinora: wrote {}{}\n", std::filesystem::absolute(file, ignored).string(),
+                   code == kInterrupted ? " (interrupted: fewer samples than asked for)" : "");
+  }
+
+  RenderOptions options_;
+  Diagnostics& diagnostics_;
+  Registry registry_;
+  std::optional<scene::Scene> waiting_;
+  int frames_ = 0;
+  int code_ = kComplete;
+};
+
+}  // namespace
+
+int runRender(const Arguments& arguments) {
+  Diagnostics diagnostics;
+  RenderOptions options;
+  if (const auto done = parseRenderOptions(arguments, options, diagnostics)) return *done;
+  diagnostics.setQuiet(options.quiet);
+  const int code = RenderRun(std::move(options), diagnostics).run();
+  diagnostics.summary();
+  return code;
+}
+
+}  // namespace kinora::app

@@ -1,0 +1,169 @@
+#include "app/render_options.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+#include <map>
+
+#include "app/command_line.h"
+#include "app/plugin_path.h"
+
+namespace kinora::app {
+
+namespace {
+
+std::string extensionOf(const std::string& file) {
+  const size_t dot = file.find_last_of("./");
+  if (dot == std::string::npos || file[dot] == '/') return {};
+  std::string extension = file.substr(dot);
+  for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
+  return std::any_of(list.begin(), list.end(), [&](const char* item) { return text == item; });
+}
+
+// Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
+struct Texts {
+  std::string resolution, samples, onlySample, progress = "auto";
+  std::vector<std::string> sets, searchPaths;
+  std::vector<float> crop;
+};
+
+std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
+  render::Settings& s = out.settings;
+  std::vector<int> numbers;
+  if (!texts.resolution.empty()) {
+    if (!splitInts(texts.resolution, 'x', numbers) || numbers.size() != 2 || numbers[0] < 1 || numbers[1] < 1)
+      return "--res '" + texts.resolution + "' is not WIDTHxHEIGHT";
+    s.resolution = {numbers[0], numbers[1]};
+  }
+  if (!texts.crop.empty()) {
+    const std::vector<float>& c = texts.crop;
+    // written so that NaN fails
+    if (!(c[0] >= 0 && c[0] < c[1] && c[1] <= 1 && c[2] >= 0 && c[2] < c[3] && c[3] <= 1))
+      return std::string("--crop takes XMIN XMAX YMIN YMAX within 0..1, each MIN below its MAX");
+    s.crop = {c[0], c[1], c[2], c[3]};
+  }
+  if (!texts.samples.empty()) {
+    if (!splitInts(texts.samples, ':', numbers) || numbers.size() != 2 || numbers[0] < 0 || numbers[1] <= numbers[0])
+      return "--samples '" + texts.samples + "' is not A:B with 0 <= A < B";
+    s.firstSample = numbers[0];
+    s.lastSample = numbers[1];
+  }
+  if (!texts.onlySample.empty()) {
+    if (!splitInts(texts.onlySample, ',', numbers) || numbers.size() != 3 || numbers[0] < 0 || numbers[1] < 0 ||
+        numbers[2] < 0)
+      return "--only-sample '" + texts.onlySample + "' is not X,Y,SAMPLE";
+    out.onlySample = {numbers[0], numbers[1], numbers[2]};
+  }
+  for (const std::string& set : texts.sets) {
+    const size_t equals = set.find('='), dot = set.find('.');
+    if (equals == std::string::npos || dot == std::string::npos || dot == 0 || dot + 1 >= equals)
+      return "--set '" + set + "' is not KIND.NAME=VALUE";
+    s.sets.emplace_back(set.substr(0, equals), set.substr(equals + 1));
+  }
+  for (const std::string& path : texts.searchPaths) {
+    const size_t equals = path.find('=');
+    const std::string kind = path.substr(0, equals);
+    if (equals == std::string::npos || !isOneOf(kind, {"texture", "archive", "plugin"}))
+      return "--search-path '" + path + "' is not KIND=DIRS with texture, archive or plugin as KIND";
+    for (std::string& directory : splitPath(path.substr(equals + 1)))
+      (kind == "texture"   ? s.texturePath
+       : kind == "archive" ? out.archivePath
+                           : out.pluginPath)
+          .push_back(std::move(directory));
+  }
+  static const std::map<std::string, ProgressMode> kModes{{"auto", ProgressMode::Auto},
+                                                          {"bar", ProgressMode::Bar},
+                                                          {"lines", ProgressMode::Lines},
+                                                          {"json", ProgressMode::Json},
+                                                          {"none", ProgressMode::None}};
+  const auto mode = kModes.find(texts.progress);
+  if (mode == kModes.end()) return "--progress '" + texts.progress + "' is not auto, bar, lines, json or none";
+  out.progress = mode->second;
+  if (!out.statsFile.empty() && !isOneOf(extensionOf(out.statsFile), {".json", ".txt"}))
+    return "--stats '" + out.statsFile + "' ends neither in .json nor in .txt";
+  if (!s.output.empty()) {
+    const std::string extension = extensionOf(s.output);
+    if (s.firstSample >= 0 && extension != ".exr")
+      return "--samples writes an EXR of sums: the name '" + s.output + "' must end in .exr";
+    if (!isOneOf(extension, {".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg"}))
+      return "-o '" + s.output + "' ends in none of .exr .png .tif .jpg";
+  }
+  if (out.onlySample && s.firstSample >= 0) return std::string("--only-sample and --samples exclude each other");
+  if (out.onlySample && out.check) return std::string("--only-sample and --check exclude each other");
+  if (std::count(out.files.begin(), out.files.end(), "-") > 1)
+    return std::string("standard input (-) can be read only once");
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments, RenderOptions& out,
+                                      Diagnostics& diagnostics) {
+  const auto parser = makeParser("render", "Renders RIB files, read in order as one stream.");
+  CLI::App& app = *parser;
+  render::Settings& s = out.settings;
+  Texts texts;
+  // each use takes one value, so that a file may follow
+  const auto list = [](CLI::Option* option) {
+    option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  };
+
+  // not required(): the parser would name a missing file before an unknown option
+  app.add_option("FILE", out.files, "RIB files; - is standard input");
+  app.add_option("-o,--output", s.output, "write the primary display here; .exr .png .tif .jpg")->type_name("FILE");
+  app.add_option("-t,--threads", s.threads, "worker threads; 0: all, -N: all but N")
+      ->type_name("N")
+      ->check(CLI::Range(-4096, 4096));
+  app.add_option("--spp", s.samplesPerPixel, "samples a pixel; overrides the scene's")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 16));
+  app.add_option("--res", texts.resolution, "resolution; overrides the scene's Format")->type_name("WxH");
+  app.add_option("--crop", texts.crop, "part of the picture in 0..1, as CropWindow")
+      ->type_name("XMIN XMAX YMIN YMAX")
+      ->expected(4);
+  app.add_option("--integrator", s.integrator, "integrator plug-in; overrides the scene's")->type_name("NAME");
+  list(app.add_option("--set", texts.sets, "override a parameter or option: integrator.maxIndirectBounces=4")
+           ->type_name("KIND.NAME=VALUE"));
+  app.add_option("--seed", s.seed, "the frame's seed")->type_name("N");
+  app.add_option("--samples", texts.samples, "render only samples A..B-1 of each pixel into an EXR for `merge`")
+      ->type_name("A:B");
+  app.add_option("--only-sample", texts.onlySample, "replay one sample and print the events of its path")
+      ->type_name("X,Y,S");
+  app.add_option("--progress", texts.progress, "auto, bar, lines, json (on standard output) or none")
+      ->type_name("MODE");
+  app.add_option("--stats", out.statsFile, "write where time and memory went; .json or .txt")->type_name("FILE");
+  list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
+           ->type_name("DIR"));
+  list(app.add_option("--search-path", texts.searchPaths, "look for texture, archive or plugin files here too")
+           ->type_name("KIND=DIRS"));
+  app.add_option("--width", s.width, "SIMD width: 1, 4, 8, 16; changes no pixel")
+      ->type_name("N")
+      ->check(CLI::IsMember({1, 4, 8, 16}));
+  app.add_option("--group-size", s.groupSize, "rays a group; changes no pixel")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 16));
+  app.add_option("--bucket-order", s.bucketOrder, "order of buckets; changes no pixel")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(
+          {"horizontal", "vertical", "zigzag-x", "zigzag-y", "spiral", "circle", "spacefill", "random"}));
+  app.add_flag("--strict", s.strict, "a missing asset or unknown plug-in is an error (exit code 4)");
+  app.add_flag("--check", out.check, "read, load and resolve everything; render nothing");
+  app.add_flag("-q", out.quiet, "quieter: no progress; twice: no warnings");
+  app.add_flag("-v", out.verbose, "more: what the scene holds and where time went");
+
+  if (const auto done = parse(app, arguments, diagnostics)) return done;
+  if (out.files.empty()) return badCommandLine(diagnostics, "no scene is named", "see `kinora render --help`");
+  if (const auto wrong = readTexts(texts, out))
+    return badCommandLine(diagnostics, *wrong, "see `kinora render --help`");
+  return std::nullopt;
+}
+
+}  // namespace kinora::app

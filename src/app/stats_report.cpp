@@ -1,0 +1,190 @@
+#include "app/stats_report.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "app/progress_reporter.h"
+#include "image/atomic_file.h"
+#include "render/version.h"
+
+namespace kinora::app {
+
+namespace {
+
+using render::LaneUse;
+using render::StageTime;
+using render::Statistics;
+
+uint64_t totalRays(const Statistics& s) { return s.cameraRays + s.indirectRays + s.shadowRays + s.lightRays; }
+
+double ratio(double a, double b) { return b > 0 ? a / b : 0; }
+double share(const LaneUse& l) { return ratio(double(l.active), double(l.possible)); }
+
+// Rays that a trace stage works on; 0 for stages whose work is not counted in rays of one kind.
+uint64_t raysOf(const Statistics& s, StageTime stage) {
+  switch (stage) {
+    case StageTime::CameraRays:
+    case StageTime::TraceCamera:
+      return s.cameraRays;
+    case StageTime::TraceIndirect:
+      return s.indirectRays;
+    case StageTime::TraceShadow:
+      return s.shadowRays;
+    default:
+      return 0;
+  }
+}
+
+uint64_t loopNanoseconds(const Statistics& s) {
+  uint64_t sum = 0;
+  for (uint64_t t : s.stageNanoseconds) sum += t;
+  return sum;
+}
+
+std::vector<Statistics::Owner> largestFirst(const Statistics& s) {
+  std::vector<Statistics::Owner> owners = s.memory;
+  std::stable_sort(owners.begin(), owners.end(), [](const auto& a, const auto& b) { return a.bytes > b.bytes; });
+  return owners;
+}
+
+nlohmann::ordered_json asJson(const LaneUse& l) {
+  return {{"active", l.active}, {"possible", l.possible}, {"share", share(l)}};
+}
+
+}  // namespace
+
+std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
+  using Json = nlohmann::ordered_json;
+  Json j;
+  j["kinora"] = kVersion;
+  j["scene"] = heading.scene;
+  j["frame"] = heading.frame;
+  j["outcome"] = heading.outcome;
+  j["seconds"] = {{"load", s.loadSeconds}, {"build", s.buildSeconds}, {"render", s.renderSeconds}};
+  if (s.firstPixelSeconds >= 0) j["seconds"]["first_pixel"] = s.firstPixelSeconds;
+  j["world"] = {{"primitives", s.primitives}, {"instances", s.instances},          {"triangles", s.triangles},
+                {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
+                {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
+  Json memory = Json::object();
+  uint64_t sum = 0;
+  for (const auto& owner : largestFirst(s)) {
+    memory[owner.name] = owner.bytes;
+    sum += owner.bytes;
+  }
+  j["memory_bytes"] = {{"by_owner", memory}, {"sum", sum}, {"resident_peak", heading.residentPeakBytes}};
+  const uint64_t rays = totalRays(s), loop = loopNanoseconds(s);
+  j["rays"] = {{"camera", s.cameraRays},
+               {"indirect", s.indirectRays},
+               {"shadow", s.shadowRays},
+               {"light", s.lightRays},
+               {"all", rays},
+               {"camera_hits", s.cameraHits},
+               {"indirect_hits", s.indirectHits},
+               {"per_sample", ratio(double(rays), double(s.samples))},
+               {"per_second", ratio(double(rays), s.renderSeconds)},
+               {"nanoseconds_per_ray", ratio(double(loop), double(rays))}};
+  Json stages = Json::object();
+  for (size_t i = 0; i < size_t(StageTime::Count); ++i) {
+    const double time = double(s.stageNanoseconds[i]);
+    Json& stage = stages[render::nameOf(StageTime(i))];
+    stage = {{"seconds", time * 1e-9},
+             {"share", ratio(time, double(loop))},
+             {"nanoseconds_per_ray", ratio(time, double(rays))}};
+    if (const uint64_t own = raysOf(s, StageTime(i))) stage["nanoseconds_per_own_ray"] = time / double(own);
+  }
+  j["stages"] = stages;
+  j["lane_use"] = {
+      {"first_hit", asJson(s.lanesFirstHit)}, {"deeper", asJson(s.lanesDeeper)}, {"lights", asJson(s.lanesLights)}};
+  j["shading"] = {{"points", s.shadingPoints},
+                  {"groups", s.shadingGroups},
+                  {"points_per_group", ratio(double(s.shadingPoints), double(s.shadingGroups))},
+                  {"ray_groups", s.groups}};
+  j["film"] = {{"samples", s.samples},
+               {"non_finite", s.nonFiniteSamples},
+               {"saturated", s.saturatedSamples},
+               {"negative", s.negativeSamples}};
+  j["textures"] = {{"lookups", s.textureLookups}, {"misses", s.textureMisses}, {"bytes", s.textureBytes}};
+  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
+  std::string out;
+  const auto line = [&]<class... A>(fmt::format_string<A...> form, A&&... arguments) {
+    fmt::format_to(std::back_inserter(out), form, std::forward<A>(arguments)...);
+    out += '\n';
+  };
+  line("Kinora {}: {}, frame {}, {}", kVersion, heading.scene, heading.frame, heading.outcome);
+  line("");
+  line("Time");
+  line("  load {:.2f} s, build {:.2f} s, render {:.2f} s", s.loadSeconds, s.buildSeconds, s.renderSeconds);
+  if (s.firstPixelSeconds >= 0) line("  first pixels in the file after {:.2f} s", s.firstPixelSeconds);
+  const uint64_t rays = totalRays(s), loop = loopNanoseconds(s);
+  line("");
+  line("Stages (all threads together)         seconds   share   ns a ray   ns an own ray");
+  for (size_t i = 0; i < size_t(StageTime::Count); ++i) {
+    const double time = double(s.stageNanoseconds[i]);
+    const uint64_t own = raysOf(s, StageTime(i));
+    line("  {:<34}{:>9.3f}{:>7.1f}%{:>11.1f}{:>16}", render::nameOf(StageTime(i)), time * 1e-9,
+         100 * ratio(time, double(loop)), ratio(time, double(rays)),
+         own ? fmt::format("{:.1f}", time / double(own)) : "-");
+  }
+  line("  {:<34}{:>9.3f}{:>8}{:>11.1f}", "sum", double(loop) * 1e-9, "", ratio(double(loop), double(rays)));
+  line("");
+  line("Rays");
+  line("  camera {}, indirect {}, shadow {}, light {}; {:.2f} a sample, {:.3g} a second", s.cameraRays,
+       s.indirectRays, s.shadowRays, s.lightRays, ratio(double(rays), double(s.samples)),
+       ratio(double(rays), s.renderSeconds));
+  line("  hits: camera {}, indirect {}", s.cameraHits, s.indirectHits);
+  line("");
+  line("Lane use (active of possible lanes)");
+  line("  first hit {:.3f}, deeper hits {:.3f}, lights {:.3f}", share(s.lanesFirstHit), share(s.lanesDeeper),
+       share(s.lanesLights));
+  line("  {} shading groups of {:.1f} points on average, {} ray groups", s.shadingGroups,
+       ratio(double(s.shadingPoints), double(s.shadingGroups)), s.groups);
+  line("");
+  line("World");
+  line("  {} primitives, {} instances, {} triangles, {} lights, {} materials of {} programs", s.primitives,
+       s.instances, s.triangles, s.lights, s.materials, s.programs);
+  line("  {} hierarchy builds, {} parts built", s.bvhBuilds, s.bvhPartsBuilt);
+  line("");
+  line("Memory");
+  for (const auto& owner : largestFirst(s)) line("  {:<34}{:>10}", owner.name, asBytes(owner.bytes));
+  if (heading.residentPeakBytes) line("  {:<34}{:>10}", "process, at its peak", asBytes(heading.residentPeakBytes));
+  line("");
+  line("Textures");
+  line("  {} lookups, {} misses, {} read", s.textureLookups, s.textureMisses, asBytes(s.textureBytes));
+  line("");
+  line("Film");
+  line("  {} samples; {} not finite (dropped), {} saturated, {} negative", s.samples, s.nonFiniteSamples,
+       s.saturatedSamples, s.negativeSamples);
+  return out;
+}
+
+bool writeStats(const std::string& file, const Statistics& statistics, const StatsHeading& heading,
+                Diagnostics& diagnostics) {
+  const std::string text =
+      file.ends_with(".json") ? statsAsJson(statistics, heading) : statsAsText(statistics, heading);
+  image::AtomicFile target(file);
+  bool isWritten = false;
+  {
+    std::ofstream stream(target.path(), std::ios::binary);
+    stream << text << std::flush;
+    isWritten = stream.good();
+  }
+  const image::Status status =
+      isWritten ? target.commit() : image::Status::fail("APP-WRITE", "statistics '" + file + "' cannot be written");
+  if (!status.ok()) diagnostics.error(status.code, {}, status.what, "the picture is not affected");
+  return status.ok();
+}
+
+uint64_t residentPeakBytes() {
+  rusage usage{};
+  return getrusage(RUSAGE_SELF, &usage) == 0 ? uint64_t(usage.ru_maxrss) * 1024 : 0;
+}
+
+}  // namespace kinora::app

@@ -1,0 +1,25 @@
+// The registry behind `kinora explain`.
+#include "base/explain.h"
+
+#include <gtest/gtest.h>
+
+namespace kinora {
+namespace {
+
+TEST(Explanations, ExactBeforeFamilyAndWithoutCase) {
+  static constexpr Explanation kOne[] = {{"A-ONE", "first"}, {"A-KEPT-", "family"}};
+  static constexpr Explanation kTwo[] = {{"A-KEPT-X", "special"}};
+  Explanations all;
+  all.add(kOne);
+  all.add(kTwo);
+  EXPECT_EQ(all.find("a-one")->text, "first");
+  EXPECT_EQ(all.find("A-KEPT-FOO")->text, "family");
+  EXPECT_EQ(all.find("A-KEPT-X")->text, "special");
+  EXPECT_EQ(all.find("A-ON"), nullptr);
+  EXPECT_EQ(all.find(""), nullptr);
+  EXPECT_EQ(all.codes().size(), 3u);
+  EXPECT_EQ(all.codes()[0], "A-KEPT-");
+}
+
+}  // namespace
+}  // namespace kinora

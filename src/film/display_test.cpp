@@ -1,0 +1,468 @@
+// Proves that scenes' displays become the right channels, names, files and drivers; that the stock drivers write what
+// the film holds, whole or not at all; and that the tools behind diff, merge and info say what is there. It misses
+// how other programs read the files.
+#include <gtest/gtest.h>
+#include <kinora/display.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "film/display_output.h"
+#include "film/film_test_samples.h"
+#include "film/tools.h"
+#include "image/compare.h"
+#include "image/read_write.h"
+#include "plugin/registry.h"
+
+namespace kinora {
+const Descriptor* kinoraStock_openexr();
+const Descriptor* kinoraStock_png();
+// the table that the build generates from plugins/, cut down to the drivers
+std::vector<const Descriptor*> stockPlugins() { return {kinoraStock_openexr(), kinoraStock_png()}; }
+}  // namespace kinora
+
+namespace kinora::film {
+namespace {
+
+const Descriptor* stockDriver(const std::string& name) {
+  static Registry registry;
+  static Diagnostics diagnostics([](const std::string&, Severity) {});
+  return registry.find(Kind::Display, name, diagnostics, {});
+}
+
+scene::Parameter text(const char* name, const char* value) {
+  scene::Parameter p;
+  p.name = name;
+  p.type = scene::ValueType::String;
+  p.strings = {value};
+  return p;
+}
+scene::Parameter integer(const char* name, std::vector<int> values) {
+  scene::Parameter p;
+  p.name = name;
+  p.type = scene::ValueType::Int;
+  p.arrayLength = int(values.size());
+  p.isArray = values.size() > 1;
+  p.ints = std::move(values);
+  return p;
+}
+
+class Displays : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        std::filesystem::temp_directory_path() / ("kinora-display-" + std::to_string(getpid()) + "-" +
+                                                  testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  scene::Display& display(const std::string& file, const char* driver, const char* mode) {
+    scene_.displays.push_back({file, driver, mode, {}, {}});
+    return scene_.displays.back();
+  }
+  scene::DisplayChannel& channel(const char* name, scene::ValueType type) {
+    scene_.channels.push_back({name, type, 1, {}, {}});
+    return scene_.channels.back();
+  }
+  DisplayPlan plan(const std::string& output = {}) {
+    return planDisplays(scene_, {output, false, false}, stockDriver, diagnostics_);
+  }
+  static std::vector<std::string> names(const Output& o) {
+    std::vector<std::string> list;
+    for (const OutputChannel& c : o.channels) list.insert(list.end(), c.names.begin(), c.names.end());
+    return list;
+  }
+  // A film of the plan's layout with random samples, 3 of 4 pixels of every channel filled.
+  std::unique_ptr<Film> filmFor(const ChannelLayout& layout, Window window = {}) {
+    auto film = test::makeFilm(24, 20, layout, window);
+    test::randomSamples(layout, film->window(), 4, 1).addTo(*film);
+    return film;
+  }
+  static FrameMetadata frame() {
+    FrameMetadata f;
+    f.frame = 12;
+    f.seed = 1ull << 60;
+    f.samples = {{0, 4}};
+    f.samplesPerPixel = 4;
+    f.renderSeconds = 2;
+    f.kinoraVersion = "0.1.0";
+    f.sceneHash = "cafe";
+    f.worldToCamera[12] = 5;
+    return f;
+  }
+  using Names = std::vector<std::string>;
+  std::filesystem::path folder_;
+  scene::Scene scene_;
+  std::vector<std::string> lines_;
+  Diagnostics diagnostics_{[this](const std::string& line, Severity) { lines_.push_back(line); }};
+};
+
+TEST_F(Displays, ModesAndCommaListsNameTheirChannels) {
+  channel("diffuse", scene::ValueType::Color).params.set(text("source", "color lpe:C<RD>[<L.>O]"));
+  channel("id", scene::ValueType::Int).params.set(text("filter", "zmin"));
+  display("a.exr", "openexr", "rgbaz");
+  display("+b.exr", "d_OpenEXR", "Ci, a,diffuse,P,Nn,id,z");
+  const DisplayPlan p = plan();
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(names(p.outputs[0]), (Names{"R", "G", "B", "A", "Z"}));
+  EXPECT_EQ(p.outputs[0].driver, "openexr");
+  EXPECT_EQ(names(p.outputs[1]), (Names{"R", "G", "B", "A", "diffuse.R", "diffuse.G", "diffuse.B", "P.X", "P.Y",
+                                        "P.Z", "Nn.X", "Nn.Y", "Nn.Z", "id", "Z"}));
+  EXPECT_EQ(p.layout.size(), 7) << "Ci, a and z are summed once";
+  EXPECT_EQ(p.layout[p.layout.find("diffuse")].source, "lpe:C<RD>[<L.>O]");
+  EXPECT_EQ(p.layout[p.layout.find("id")].reducer, Reducer::ZMin);
+  EXPECT_EQ(p.layout[p.layout.find("z")].reducer, Reducer::Min);
+  EXPECT_TRUE(p.layout[p.layout.find("P")].isData);
+  EXPECT_FALSE(p.layout[p.layout.find("diffuse")].isData);
+  EXPECT_TRUE(lines_.empty());
+}
+
+TEST_F(Displays, ChannelDeclarationsSetReducersAndHalves) {
+  channel("zavg", scene::ValueType::Float).params.set(text("source", "z"));
+  scene_.channels.back().params.set(text("filter", "average"));
+  channel("far", scene::ValueType::Float).params.set(text("source", "float z"));
+  scene_.channels.back().params.set(text("filter", "zmax"));
+  channel("Ci_even", scene::ValueType::Color).params.set(text("source", "Ci"));
+  scene_.channels.back().params.set(text("statistics", "even"));
+  channel("own", scene::ValueType::Color).params.set(text("filter", "box"));
+  channel("m", scene::ValueType::Matrix);
+  display("a.exr", "openexr", "zavg,far,Ci_even,own,m,unknown");
+  const DisplayPlan p = plan();
+  EXPECT_EQ(p.layout[p.layout.find("zavg")].source, "zfiltered");
+  EXPECT_EQ(p.layout[p.layout.find("zavg")].reducer, Reducer::Average);
+  EXPECT_EQ(p.layout[p.layout.find("far")].reducer, Reducer::ZMax);
+  EXPECT_EQ(p.layout[p.layout.find("far")].source, "z");
+  EXPECT_EQ(p.layout[p.layout.find("Ci_even")].half, Half::Even);
+  EXPECT_EQ(p.layout[p.layout.find("own")].reducer, Reducer::Sum);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-FILTER"), 1u);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-TYPE"), 1u);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL"), 1u) << "unknown";
+}
+
+TEST_F(Displays, AsRgbaOffKeepsNames) {
+  display("a.exr", "openexr", "rgba").params.set(integer("asrgba", {0}));
+  EXPECT_EQ(names(plan().outputs[0]), (Names{"Ci.R", "Ci.G", "Ci.B", "a"}));
+}
+
+TEST_F(Displays, DriversFollowTheirNameThenTheExtension) {
+  const std::tuple<const char*, const char*, const char*, const char*, int> table[] = {
+      // file, driver, file written, writer, warnings
+      {"a.exr", "openexr", "a.exr", "openexr", 0},      {"a", "png", "a.png", "png", 0},
+      {"a.tif", "tiff", "a.tif", kImageWriter, 0},      {"a.tiff", "file", "a.tiff", kImageWriter, 0},
+      {"a.png", "framebuffer", "a.png", "png", 1},      {"RenderMan", "framebuffer", "RenderMan.exr", "openexr", 1},
+      {"untitled", "it", "untitled.exr", "openexr", 1}, {"shad.z", "zfile", "shad.z.exr", "openexr", 1},
+      {"a.tif", "openexr", "a.tif.exr", "openexr", 0},  {"x.pic", "file", "x.pic.exr", "openexr", 0}};
+  for (const auto& [file, driver, written, writer, warnings] : table) {
+    scene_.displays.clear();
+    const uint64_t before = diagnostics_.count("DISPLAY-DRIVER");
+    display(file, driver, "rgb");
+    const DisplayPlan p = plan();
+    ASSERT_EQ(p.outputs.size(), 1u) << file;
+    EXPECT_EQ(p.outputs[0].file, written);
+    EXPECT_EQ(p.outputs[0].driver, writer) << file;
+    EXPECT_EQ(diagnostics_.count("DISPLAY-DRIVER") - before, uint64_t(warnings)) << file << driver;
+  }
+}
+
+TEST_F(Displays, ReplacingAddingAndOverriding) {
+  display("first.exr", "openexr", "rgb");
+  display("second.exr", "openexr", "rgba");
+  display("+z.exr", "openexr", "z");
+  display("+second.exr", "framebuffer", "rgba");
+  DisplayPlan p = plan();
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(p.outputs[0].file, "second.exr");
+  EXPECT_EQ(p.outputs[1].file, "z.exr");
+  p = plan("out.png");
+  EXPECT_EQ(p.outputs[0].file, "out.png");
+  EXPECT_EQ(p.outputs[0].driver, "png");
+  EXPECT_EQ(p.outputs[1].file, "z.exr");
+  p = plan("out.what");
+  EXPECT_EQ(p.outputs[0].file, "out.what.exr");
+  EXPECT_EQ(diagnostics_.count("DISPLAY-EXTENSION"), 1u);
+
+  scene_.displays.clear();
+  p = plan();
+  EXPECT_EQ(p.outputs[0].file, "untitled.exr");
+  EXPECT_EQ(names(p.outputs[0]), (Names{"R", "G", "B", "A"}));
+  display("z.exr", "openexr", "z");
+  p = plan("out.exr");
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(names(p.outputs[0]), (Names{"R", "G", "B", "A"})) << "-o makes a picture also where the scene has none";
+  scene_.displays.clear();
+  display("n", "null", "rgba");
+  p = plan();
+  EXPECT_TRUE(p.outputs.empty());
+  EXPECT_EQ(p.layout.size(), 2);
+}
+
+TEST(FillFrame, PadsToTheNumberOfMarks) {
+  EXPECT_EQ(fillFrame("a.####.exr", 12), "a.0012.exr");
+  EXPECT_EQ(fillFrame("a.#.exr", 123), "a.123.exr");
+  EXPECT_EQ(fillFrame("a.###", -5), "a.-05");
+  EXPECT_EQ(fillFrame("plain.exr", 7), "plain.exr");
+}
+
+TEST_F(Displays, ExrHoldsTheFilmsValuesAndMetadata) {
+  for (const char* storage : {"scanline", "tiled"}) {
+    scene_.displays.clear();
+    scene::Display& d = display(path("a.exr"), "openexr", "Ci,a,z,P");
+    d.params.set(text("storage", storage));
+    d.params.set(text("exrpixeltype", "float"));
+    d.params.set(text("compression", "zip"));
+    d.params.set(text("exrheader_artist", "nobody"));
+    d.params.set(integer("nonsense", {1}));
+    DisplayOutput out(plan(), stockDriver, diagnostics_);
+    const auto film = filmFor(out.plan().layout, {3, 2, 19, 17});
+    ASSERT_TRUE(out.probe());
+    ASSERT_TRUE(out.write(*film, frame())) << (lines_.empty() ? "" : lines_.back());
+    image::Image back;
+    ASSERT_TRUE(image::read(path("a.exr"), back).ok());
+    EXPECT_EQ(back.data, film->window());
+    EXPECT_EQ(back.display, (Window{0, 0, 24, 20}));
+    const image::Image want = pictureOf(*film, out.plan().outputs[0], {});
+    image::Difference diff;
+    ASSERT_TRUE(image::compare(want, back, {}, diff).ok());
+    EXPECT_TRUE(diff.isBitEqual) << storage;
+    EXPECT_EQ(std::get<int>(back.metadata.at("frame")), 12);
+    EXPECT_EQ(std::get<std::string>(back.metadata.at("seed")), "1152921504606846976");
+    EXPECT_EQ(std::get<std::string>(back.metadata.at("sampleRange")), "0:4");
+    EXPECT_EQ(std::get<std::string>(back.metadata.at("sceneHash")), "cafe");
+    EXPECT_EQ(std::get<std::string>(back.metadata.at("artist")), "nobody");
+    EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("worldToCamera"))[12], 5.0f);
+    EXPECT_EQ(out.written(), Names{path("a.exr")});
+  }
+  EXPECT_EQ(diagnostics_.count("DISPLAY-PARAMETER"), 2u) << "nonsense, both times";
+}
+
+TEST_F(Displays, HalfForColoursFloatForData) {
+  display(path("a.exr"), "openexr", "Ci,P,z");
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  auto film = test::makeFilm(4, 4, out.plan().layout);
+  test::Samples s(out.plan().layout.recordFloats());
+  s.add(1, 1, 0, 1, {60000, 0.5f, 65530, 1.00001f, 2, 3, INFINITY});
+  s.addTo(*film);
+  ASSERT_TRUE(out.write(*film, frame()));
+  image::Image back;
+  ASSERT_TRUE(image::read(path("a.exr"), back).ok());
+  const auto at = [&](const char* n) { return back.at(1, 1)[back.findChannel(n)]; };
+  EXPECT_EQ(back.channels[size_t(back.findChannel("R"))].type, image::StoredType::Half);
+  EXPECT_EQ(back.channels[size_t(back.findChannel("P.X"))].type, image::StoredType::Float);
+  EXPECT_EQ(at("R"), 60000.0f);
+  EXPECT_EQ(at("B"), 65504.0f) << "half's largest number instead of infinity";
+  EXPECT_NEAR(at("P.X"), 1.00001f, 1e-5f);
+  EXPECT_EQ(at("Z"), kNoDepth);
+}
+
+TEST_F(Displays, AutocropShrinksTheDataWindow) {
+  display(path("a.exr"), "openexr", "rgba").params.set(text("autocrop", "true"));
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  auto film = test::makeFilm(10, 10, out.plan().layout);
+  image::Image back;
+  ASSERT_TRUE(out.write(*film, frame()));
+  ASSERT_TRUE(image::read(path("a.exr"), back).ok());
+  EXPECT_EQ(back.data.pixels(), 1u) << "nothing there";
+  test::Samples s(4);
+  s.add(3, 4, 0, 1, {1, 1, 1, 1});
+  s.add(6, 5, 0, 1, {1, 1, 1, 1});
+  s.addTo(*film);
+  ASSERT_TRUE(out.write(*film, frame()));
+  ASSERT_TRUE(image::read(path("a.exr"), back).ok());
+  EXPECT_EQ(back.data, (Window{3, 4, 7, 6}));
+  EXPECT_EQ(back.at(6, 5)[3], 1.0f);
+}
+
+TEST_F(Displays, PngIsEncodedAndAgreesWithTheImageWriter) {
+  display(path("a.png"), "png", "rgba");
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  const auto film = filmFor(out.plan().layout);
+  ASSERT_TRUE(out.write(*film, frame()));
+  DisplayOutput plain(plan(), {}, diagnostics_);  // no driver: image/ writes it
+  const auto byDriver = path("driver.png");
+  std::filesystem::rename(path("a.png"), byDriver);
+  ASSERT_TRUE(plain.write(*film, frame()));
+  image::Image a, b;
+  ASSERT_TRUE(image::read(byDriver, a).ok());
+  ASSERT_TRUE(image::read(path("a.png"), b).ok());
+  image::Difference d;
+  ASSERT_TRUE(image::compare(a, b, {}, d).ok());
+  EXPECT_EQ(d.differingValues, 0u);
+  EXPECT_EQ(a.channels[0].type, image::StoredType::UInt8);
+  scene_.displays[0].params.set(integer("quantize", {0, 65535, 0, 65535}));
+  DisplayOutput deep(plan(), stockDriver, diagnostics_);
+  ASSERT_TRUE(deep.write(*film, frame()));
+  ASSERT_TRUE(image::read(path("a.png"), a).ok());
+  EXPECT_EQ(a.channels[0].type, image::StoredType::UInt16);
+}
+
+TEST_F(Displays, WhatCannotBeWrittenIsAnErrorAndTheOthersAreWritten) {
+  display(path("no/such/a.exr"), "openexr", "rgba");
+  display("+" + path("b.png"), "png", "rgba");
+  display("+" + path("c.tif"), "tiff", "rgba");
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  const auto film = filmFor(out.plan().layout);
+  EXPECT_FALSE(out.probe());
+  EXPECT_FALSE(out.write(*film, frame()));
+  EXPECT_EQ(diagnostics_.count("DISPLAY-WRITE"), 2u);
+  EXPECT_EQ(out.written(), (Names{path("b.png"), path("c.tif")}));
+}
+
+TEST_F(Displays, AFullDiskKeepsTheOldPicture) {
+  display(path("a.exr"), "openexr", "rgba").params.set(text("exrpixeltype", "float"));
+  display("+" + path("b.png"), "png", "rgba");
+  std::ofstream(path("a.exr")) << "old";
+  std::ofstream(path("b.png")) << "old";
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  const auto film = filmFor(out.plan().layout);
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit full = before;
+  full.rlim_cur = 500;
+  setrlimit(RLIMIT_FSIZE, &full);
+  const bool ok = out.write(*film, frame());
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(ok);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-WRITE"), 2u);
+  int files = 0;
+  for ([[maybe_unused]] const auto& e : std::filesystem::directory_iterator(folder_)) ++files;
+  EXPECT_EQ(files, 2) << "no temporary is left";
+  EXPECT_EQ(std::filesystem::file_size(path("a.exr")), 3u);
+  EXPECT_EQ(std::filesystem::file_size(path("b.png")), 3u);
+}
+
+TEST_F(Displays, ABadParameterOfADriverIsAnErrorOfThatPictureOnly) {
+  display(path("a.exr"), "openexr", "rgba").params.set(text("compression", "magic"));
+  display("+" + path("b.exr"), "openexr", "rgba").params.set(integer("compression", {3}));
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  EXPECT_FALSE(out.write(*filmFor(out.plan().layout), frame()));
+  EXPECT_EQ(diagnostics_.count("DISPLAY-WRITE"), 1u);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-PARAMETER"), 1u);
+  EXPECT_EQ(out.written(), Names{path("b.exr")});
+}
+
+TEST_F(Displays, MergedPartsGiveTheUnsplitPicture) {
+  display(path("beauty.exr"), "openexr", "Ci,a,z,P").params.set(text("exrpixeltype", "float"));
+  display("+" + path("look.png"), "png", "rgba");
+  const DisplayPlan p = plan();
+  const auto samples = test::randomSamples(p.layout, {0, 0, 24, 20}, 8, 4);
+  const auto part = [&](uint32_t begin, uint32_t end) {
+    auto film = test::makeFilm(24, 20, p.layout);
+    std::vector<int> order;
+    for (int i = 0; i < samples.size(); ++i)
+      if (samples.index[size_t(i)] >= begin && samples.index[size_t(i)] < end) order.push_back(i);
+    samples.addTo(*film, order, 0, order.size());
+    return film;
+  };
+  ShardInfo info;
+  info.sceneHash = "cafe";
+  info.outputs = outputsToJson(p, frame());
+  info.ranges = {{0, 3}};
+  ASSERT_TRUE(writeShard(path("1.exr"), *part(0, 3), info).ok());
+  info.ranges = {{3, 8}};
+  ASSERT_TRUE(writeShard(path("2.exr"), *part(3, 8), info).ok());
+
+  DisplayOutput direct(p, stockDriver, diagnostics_);
+  ASSERT_TRUE(direct.write(*part(0, 8), frame()));
+  const ToolResult merged =
+      mergeParts({path("2.exr"), path("1.exr")}, path("merged.exr"), false, stockDriver, diagnostics_);
+  ASSERT_EQ(merged.exitCode, 0) << lines_.back();
+  const ToolResult same = diffImages(path("beauty.exr"), path("merged.exr"), {}, {}, 1, diagnostics_);
+  EXPECT_EQ(same.exitCode, 0) << same.text;
+  EXPECT_NE(same.text.find("identical in every bit"), std::string::npos) << same.text;
+  image::Image picture;
+  ASSERT_TRUE(image::readHeader(path("merged.exr"), picture).ok());
+  EXPECT_EQ(std::get<std::string>(picture.metadata.at("sampleRange")), "0:8");
+  EXPECT_EQ(std::get<image::Matrix44>(picture.metadata.at("worldToCamera"))[12], 5.0f);
+
+  EXPECT_EQ(mergeParts({path("1.exr")}, path("kept.exr"), true, stockDriver, diagnostics_).exitCode, 0);
+  EXPECT_TRUE(isShard(path("kept.exr")));
+  EXPECT_NE(imageInfo(path("kept.exr"), diagnostics_).text.find("samples: 0:3"), std::string::npos);
+  EXPECT_EQ(mergeParts({path("1.exr"), path("1.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
+            kToolUnreadable);
+  EXPECT_EQ(mergeParts({path("merged.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
+            kToolUnreadable);
+  EXPECT_EQ(mergeParts({path("1.exr"), path("2.exr")}, path("no/x.exr"), false, stockDriver, diagnostics_).exitCode,
+            kToolUnwritable);
+  EXPECT_EQ(mergeParts({path("2.exr")}, path("gap.exr"), false, stockDriver, diagnostics_).exitCode, 0);
+  EXPECT_EQ(diagnostics_.count("FILM-SHARD-GAP"), 1u);
+  ShardInfo lying = info;
+  for (const char* outputs : {"", "{}", "{\"outputs\":[{}]}", "[1,2", "null"}) {
+    lying.outputs = outputs;
+    ASSERT_TRUE(writeShard(path("lie.exr"), *part(3, 8), lying).ok());
+    EXPECT_EQ(mergeParts({path("lie.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
+              kToolUnreadable);
+  }
+}
+
+TEST_F(Displays, DiffJudgesByTheLimitsGiven) {
+  image::Image a({0, 0, 4, 4}, {{"R", image::StoredType::Float}});
+  image::Image b = a;
+  b.pixels[5] = 0.5f;
+  ASSERT_TRUE(image::write(path("a.exr"), a).ok());
+  ASSERT_TRUE(image::write(path("b.exr"), b).ok());
+  const auto run = [&](const DiffLimits& l) {
+    return diffImages(path("a.exr"), path("b.exr"), l, {}, 1, diagnostics_).exitCode;
+  };
+  DiffLimits l;
+  EXPECT_EQ(run(l), kToolDiffers);
+  l.maximum = 0.5;
+  EXPECT_EQ(run(l), kToolOk);
+  l.rmse = 0.1;
+  EXPECT_EQ(run(l), kToolDiffers) << "RMSE is 0.125";
+  l.rmse = 0.13;
+  l.differingPixels = 0.05;
+  EXPECT_EQ(run(l), kToolDiffers);
+  l.differingPixels = 0.0625;
+  EXPECT_EQ(run(l), kToolOk);
+  const ToolResult r = diffImages(path("a.exr"), path("b.exr"), {}, path("d.exr"), 4, diagnostics_);
+  EXPECT_NE(r.text.find("maximum 0.5 at 1 1 in R"), std::string::npos) << r.text;
+  image::Image d;
+  ASSERT_TRUE(image::read(path("d.exr"), d).ok());
+  EXPECT_EQ(d.pixels[5], 2.0f);
+  EXPECT_EQ(diffImages(path("a.exr"), path("none.exr"), {}, {}, 1, diagnostics_).exitCode, kToolUnreadable);
+  EXPECT_EQ(diffImages(path("a.exr"), path("b.exr"), {}, path("no/d.exr"), 1, diagnostics_).exitCode,
+            kToolUnwritable);
+  b.pixels[5] = NAN;
+  ASSERT_TRUE(image::write(path("b.exr"), b).ok());
+  DiffLimits byRmse, byMaximum;
+  byRmse.rmse = 1;
+  byMaximum.maximum = 1;
+  for (const DiffLimits& m : {byRmse, byMaximum, DiffLimits{}}) EXPECT_EQ(run(m), kToolDiffers);
+}
+
+TEST_F(Displays, InfoTellsChannelsAndMetadata) {
+  display(path("a.exr"), "openexr", "rgbaz");
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  ASSERT_TRUE(out.write(*filmFor(out.plan().layout, {1, 1, 9, 9}), frame()));
+  const ToolResult r = imageInfo(path("a.exr"), diagnostics_);
+  EXPECT_EQ(r.exitCode, 0);
+  for (const char* part : {"openexr picture, 8 x 8, 5 channels", "data window: 1 1 to 9 9", "channel Z (float)",
+                           "sceneHash: cafe", "colorSpace: linear Rec.709"})
+    EXPECT_NE(r.text.find(part), std::string::npos) << part << "\n" << r.text;
+  EXPECT_EQ(imageInfo(path("none"), diagnostics_).exitCode, kToolUnreadable);
+}
+
+// Drivers declare what they take; the declaration is what scenes, the manual and these defaults read.
+TEST(StockDrivers, DescriptorsAreComplete) {
+  for (const char* name : {"openexr", "png"}) {
+    const Descriptor* d = stockDriver(name);
+    EXPECT_EQ(d->abiVersion, kAbiVersion);
+    EXPECT_EQ(d->descriptorBytes, sizeof(Descriptor));
+    EXPECT_EQ(d->kind, Kind::Display);
+    EXPECT_STREQ(d->name, name);
+    ASSERT_EQ(d->tableCount, 1u);
+    EXPECT_TRUE(d->tables[0].functions && d->create && d->destroy);
+    for (uint32_t i = 0; i < d->paramCount; ++i) EXPECT_GT(std::strlen(d->params[i].name), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace kinora::film

@@ -1,0 +1,81 @@
+#include "geometry/tessellate.h"
+
+namespace kinora::geometry {
+
+namespace {
+
+constexpr Explanation kExplanations[] = {
+    {"GEOM-FACE-AREA",
+     "A face with five or more corners, or with holes, has no area: its corners lie on a line or in one point. It is "
+     "left out. The rest of the mesh is rendered."},
+    {"GEOM-FACE-CORNERS",
+     "A face has fewer than three corners, or a polygon has no outer loop. It is left out; the rest is rendered."},
+    {"GEOM-FACE-LIST",
+     "The arrays that describe the faces do not fit together: a face asks for more loops or vertices than are left, "
+     "or "
+     "for a negative number of them. What follows cannot be trusted any more, so the faces before it are kept and "
+     "the "
+     "others left out. Often the file was cut or an exporter counted wrongly."},
+    {"GEOM-FACE-TANGLED",
+     "The outline of a polygon crosses itself, or one of its holes lies outside of it or touches its side. It is "
+     "covered "
+     "with triangles as well as possible, all facing the same way; what is inside is a matter of taste then."},
+    {"GEOM-INDEX-RANGE",
+     "A face names a vertex that is not among the points: its number is negative or too large. The face is left "
+     "out."},
+    {"GEOM-MOTION-MISMATCH",
+     "The keys of a MotionBegin block do not describe one moving object: they have different numbers of points, or "
+     "their "
+     "times do not increase, or one of them cannot be used by itself. The object is rendered still, as its first key "
+     "says."},
+    {"GEOM-NO-POINTS", "A primitive that is made of points has no P (nor Pw), or an empty one. It is left out."},
+    {"GEOM-NORMAL",
+     "Some normals (N) are zero or not finite. The normals of the triangles around them are used instead."},
+    {"GEOM-NORMALS-TURNED",
+     "Most of the normals (N) that a mesh carries point to the side that its orientation calls the back. Shading "
+     "with "
+     "them would darken the whole object, so they are turned to the front. If light seems to come from inside, the "
+     "orientation is wrong instead: see Orientation and ReverseOrientation."},
+    {"GEOM-NOT-FINITE",
+     "A number of a primitive is not a number or infinite. Faces of a polygon mesh with such a corner are left out, "
+     "a "
+     "subdivision mesh becomes polygons without them, any other primitive is left out as a whole."},
+    {"GEOM-NOT-RENDERED-YET-",
+     "This kind of primitive is read and kept in the scene but Kinora does not render it yet. It is left out of the "
+     "picture."},
+    {"GEOM-PATCH-SHAPE",
+     "A patch, patch mesh or NURBS surface cannot be built from its numbers: too few points for its size, a size "
+     "that "
+     "its basis step does not divide, knots that decrease or are too few, or an empty parameter range. It is left "
+     "out."},
+    {"GEOM-PRIMVAR",
+     "A primitive variable cannot be used on geometry: it has no values, refers to a pattern, or holds strings where "
+     "interpolation would be needed. It is left out; patterns that ask for it get their default."},
+    {"GEOM-PRIMVAR-COUNT",
+     "A primitive variable has another number of values than its class asks for on this primitive. Where the count "
+     "fits "
+     "another class exactly it is taken as that one, surplus values are ignored, and with too few it is left out."},
+    {"GEOM-SUBDIVISION-CAGE",
+     "A subdivision mesh cannot be subdivided: its faces are broken, a point is not finite, a Loop mesh has faces "
+     "that "
+     "are not triangles, or its topology is refused. Its cage is rendered as polygons with smooth normals, without "
+     "the "
+     "parts that are broken."},
+    {"GEOM-TAG",
+     "A tag of a subdivision mesh names vertices, edges or faces that are not there, has the wrong number of "
+     "arguments, "
+     "or is of a kind that is not supported (hierarchical edits). That part of the tag is ignored."},
+    {"GEOM-TOO-LARGE",
+     "A single primitive has more faces than its triangles could be numbered. Cut it into several primitives."},
+    {"GEOM-TRIM", "A NURBS surface has trim curves. They are not rendered yet, so the surface appears whole."},
+    {"GEOM-ZERO-AREA",
+     "Nothing of a primitive would be visible: a radius or sweep is zero, all faces are degenerate, or (for "
+     "subdivision "
+     "meshes) all faces are holes or lie at a boundary that is not interpolated. It is left out."},
+};
+
+}  // namespace
+
+std::span<const Explanation> explanations() { return kExplanations; }
+
+}  // namespace kinora::geometry

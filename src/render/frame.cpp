@@ -1,0 +1,357 @@
+#include "render/frame.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "sampling/draw.h"
+#include "simd/dispatch.h"
+
+namespace kinora::render {
+
+namespace {
+
+constexpr int kBucket = 16, kBlock = 4;
+
+uint64_t now() {
+  return uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+}
+
+}  // namespace
+
+struct Frame::Times {
+  std::vector<std::array<uint64_t, 4>> byWorker;   // camera rays, integrator, film, groups
+  uint64_t samples = 0;
+};
+
+std::vector<std::pair<int, int>> Frame::passes(int first, int last) {
+  std::vector<std::pair<int, int>> r;
+  int a = first;
+  while (a < last) {
+    // ends on powers of two while small, so that snapshots and adaptive decisions fall on the same counts however a
+    // frame is split
+    const int size = a == 0 ? 1 : a < 16 ? a : 16;
+    const int b = std::min(last, (a / size + 1) * size);
+    r.emplace_back(a, b);
+    a = b;
+  }
+  return r;
+}
+
+Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Times>()) {
+  const shade::ShadingWorld& world = in_.world->world();
+  functions_ = static_cast<const IntegratorFunctions*>(functionsFor(*in_.integrator, in_.world->width()));
+  Stage list[16];
+  uint32_t count = 0;
+  if (const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits); traits && traits->stages)
+    count = std::min(traits->stages(in_.integratorData, list, 16), 16u);
+  stages_.assign(list, list + count);
+  if (stages_.empty()) stages_.push_back({StageKind::CameraPaths, 0});
+  const CameraState& camera = in_.world->camera();
+  for (const Stage& s : stages_)
+    if (s.kind == StageKind::LightPaths)
+      lightPathsPerSample_ += uint64_t(s.pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+  in_.groupSize = std::clamp<uint32_t>(in_.groupSize / 16 * 16, 16, 8192);
+
+  const auto& win = camera.window;
+  const int x0 = win[0] / kBucket, x1 = (win[2] + kBucket - 1) / kBucket, y0 = win[1] / kBucket, y1 = (win[3] + kBucket - 1) / kBucket;
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) buckets_.push_back({x * kBucket, y * kBucket});
+  const std::string& order = in_.bucketOrder;
+  const auto center = [&](const Bucket& b) {
+    const double dx = b.x + kBucket / 2 - 0.5 * (win[0] + win[2]), dy = b.y + kBucket / 2 - 0.5 * (win[1] + win[3]);
+    return dx * dx + dy * dy;
+  };
+  if (order == "vertical") {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) { return a.x < b.x; });
+  } else if (order == "spiral" || order == "circle") {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [&](const Bucket& a, const Bucket& b) { return center(a) < center(b); });
+  } else if (order == "zigzag-x") {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
+      if (a.y != b.y) return a.y < b.y;
+      return (a.y / kBucket) & 1 ? a.x > b.x : a.x < b.x;
+    });
+  } else if (order == "zigzag-y") {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
+      if (a.x != b.x) return a.x < b.x;
+      return (a.x / kBucket) & 1 ? a.y > b.y : a.y < b.y;
+    });
+  } else if (order == "random") {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
+      return hashWords(uint32_t(a.x), uint32_t(a.y)) < hashWords(uint32_t(b.x), uint32_t(b.y));
+    });
+  } else if (order == "spacefill") {
+    const auto morton = [](const Bucket& b) {
+      uint64_t m = 0;
+      for (int i = 0; i < 16; ++i) m |= uint64_t(b.x / kBucket >> i & 1) << (2 * i) | uint64_t(b.y / kBucket >> i & 1) << (2 * i + 1);
+      return m;
+    };
+    std::stable_sort(buckets_.begin(), buckets_.end(), [&](const Bucket& a, const Bucket& b) { return morton(a) < morton(b); });
+  }
+  for (int t = 0; t < std::max(1, in_.threads); ++t)
+    workers_.push_back(std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
+  for (size_t i = 0; i < workers_.size(); ++i) workers_[i]->index = i;
+  times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
+}
+
+Frame::~Frame() = default;
+
+bool Frame::pass(int first, int last) {
+  std::atomic<bool> stopped{false};
+  const auto parallel = [&](const std::function<bool(size_t worker)>& next) {
+    // one loop a thread; each takes the next item until there is none
+    const auto body = [&](size_t t) {
+      setThreadFloatMode();
+      while (next(t)) {
+        if (in_.stop && in_.stop->load(std::memory_order_relaxed)) {
+          stopped = true;
+          break;
+        }
+      }
+    };
+    if (workers_.size() == 1) {
+      body(0);
+      return;
+    }
+    tbb::task_arena arena(int(workers_.size()));
+    arena.execute([&] { tbb::parallel_for(size_t(0), workers_.size(), body, tbb::simple_partitioner()); });
+  };
+  for (uint32_t s = 0; s < stages_.size() && !stopped; ++s) {
+    std::atomic<size_t> item{0};
+    if (stages_[s].kind == StageKind::CameraPaths) {
+      parallel([&](size_t t) {
+        const size_t i = item.fetch_add(1, std::memory_order_relaxed);
+        if (i >= buckets_.size()) return false;
+        cameraBucket(*workers_[t], buckets_[i], first, last, s);
+        return true;
+      });
+    } else if (stages_[s].kind == StageKind::LightPaths) {
+      const CameraState& camera = in_.world->camera();
+      const uint64_t paths = uint64_t(stages_[s].pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+      const uint64_t perItem = in_.groupSize;
+      const uint64_t items = (paths + perItem - 1) / perItem;
+      parallel([&](size_t t) {
+        const size_t i = item.fetch_add(1, std::memory_order_relaxed);
+        if (i >= items * uint64_t(last - first)) return false;
+        const uint64_t from = (i % items) * perItem;
+        lightPaths(*workers_[t], from, uint32_t(std::min(perItem, paths - from)), first + int(i / items), s);
+        return true;
+      });
+    }
+  }
+  if (lightPathsPerSample_ && !stopped) in_.film->addSplatPasses(last - first);
+  return !stopped;
+}
+
+void Frame::cameraBucket(Worker& w, const Bucket& b, int first, int last, uint32_t stage) {
+  const auto& win = in_.world->camera().window;
+  uint32_t n = 0;
+  shade::GroupState& s = w.state();
+  w.begin(in_.groupSize, StageKind::CameraPaths);
+  for (int sample = first; sample < last; ++sample)
+    for (int by = 0; by < kBucket; by += kBlock)
+      for (int bx = 0; bx < kBucket; bx += kBlock) {
+        const int x0 = b.x + bx, y0 = b.y + by;
+        // a block that touches the window is traced whole: its packet must not depend on the crop
+        if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
+        for (int k = 0; k < kBlock * kBlock; ++k) {
+          const int x = x0 + k % kBlock, y = y0 + k / kBlock;
+          s.pixelX()[n] = x;
+          s.pixelY()[n] = y;
+          s.indices()[n] = uint32_t(sample);
+          s.seeds()[n] = pixelSeed(x, y, in_.seed);
+          ++n;
+        }
+        if (n == in_.groupSize) {
+          runGroup(w, n, stage);
+          w.begin(in_.groupSize, StageKind::CameraPaths);
+          n = 0;
+        }
+      }
+  if (n) runGroup(w, n, stage);
+}
+
+void Frame::cameraRays(Worker& w, uint32_t n) {
+  shade::GroupState& s = w.state();
+  Arena& arena = s.arena();
+  const CameraState& camera = in_.world->camera();
+  const uint32_t m = padded(n);
+  float* x[8];
+  for (float*& y : x) y = arena.make<float>(m);
+  const DrawSpan draw = drawSpan(in_.world->width());
+  const SampleTable& table = w.services().samples;
+  for (uint32_t i = n; i < m; ++i) {
+    s.pixelX()[i] = s.pixelX()[n - 1];
+    s.pixelY()[i] = s.pixelY()[n - 1];
+    s.indices()[i] = s.indices()[n - 1];
+    s.seeds()[i] = s.seeds()[n - 1];
+  }
+  draw(table, m, s.seeds(), s.indices(), kDimFilter, x[0], x[1]);
+  draw(table, m, s.seeds(), s.indices(), kDimLens, x[2], x[3]);
+  draw(table, m, s.seeds(), s.indices(), kDimTime, x[4], x[5]);
+  for (uint32_t i = 0; i < m; ++i) {
+    film::FilterSample f{0, 0, 1};
+    if (in_.jitter) f = in_.filter->sample(x[0][i], x[1][i]);
+    x[0][i] = float(s.pixelX()[i]) + 0.5f + f.dx;
+    x[1][i] = float(s.pixelY()[i]) + 0.5f + f.dy;
+    s.weights()[i] = f.weight;
+    s.group().rays.time[i] = x[4][i];
+  }
+  Rays& r = s.group().rays;
+  float* weight = x[6];
+  const CameraSampleArgs a{n, {x[0], x[1]}, {x[2], x[3]}, r.time, {r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]}, weight, r.radius, r.spread};
+  camera.functions->rays(camera.projection.data(), &a);
+  for (uint32_t i = n; i < m; ++i) {
+    for (int c = 0; c < 3; ++c) { r.o[c][i] = r.o[c][n - 1]; r.d[c][i] = r.d[c][n - 1]; }
+    r.radius[i] = r.radius[n - 1];
+    r.spread[i] = r.spread[n - 1];
+    weight[i] = weight[n - 1];
+  }
+  const size_t keys = camera.toRender.size();
+  for (uint32_t i = 0; i < m; ++i) {
+    trace::Affine t = camera.toRender[0];
+    if (keys > 1) {
+      const float f = r.time[i] * float(keys - 1);
+      const size_t k = std::min(size_t(f), keys - 2);
+      const float u = f - float(k);
+      const trace::Affine &p = camera.toRender[k], &q = camera.toRender[k + 1];
+      for (int c = 0; c < 3; ++c) {
+        for (int d = 0; d < 3; ++d) t.m[c][d] = p.m[c][d] + u * (q.m[c][d] - p.m[c][d]);
+        t.t[c] = p.t[c] + u * (q.t[c] - p.t[c]);
+      }
+    }
+    const float o[3] = {r.o[0][i], r.o[1][i], r.o[2][i]}, d[3] = {r.d[0][i], r.d[1][i], r.d[2][i]};
+    float e[3], l2 = 0;
+    for (int c = 0; c < 3; ++c) {
+      r.o[c][i] = t.m[c][0] * o[0] + t.m[c][1] * o[1] + t.m[c][2] * o[2] + t.t[c];
+      e[c] = t.m[c][0] * d[0] + t.m[c][1] * d[1] + t.m[c][2] * d[2];
+      l2 += e[c] * e[c];
+    }
+    // cameras may scale; distances are in world units
+    const float scale = std::sqrt(l2), inv = scale > 0 ? 1.f / scale : 0.f;
+    for (int c = 0; c < 3; ++c) r.d[c][i] = e[c] * inv;
+    r.radius[i] *= scale;
+    r.tMax[i] = 1e30f;
+  }
+  // the camera's own weight multiplies the path; the filter's weighs the sample in the film
+  s.group().rayWeight = weight;
+}
+
+void Frame::runGroup(Worker& w, uint32_t count, uint32_t stage) {
+  shade::GroupState& s = w.state();
+  s.group().count = count;
+  s.group().padded = padded(count);
+  auto& times = times_->byWorker[w.index];
+  const uint64_t t0 = now();
+  cameraRays(w, count);
+  const uint64_t t1 = now();
+  functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
+  const uint64_t t2 = now();
+  film::SampleSpan span;
+  span.n = int(count);
+  span.x = s.pixelX();
+  span.y = s.pixelY();
+  span.sampleIndex = s.indices();
+  span.weight = s.weights();
+  span.values = w.records();
+  in_.film->addSamples(span);
+  const uint64_t t3 = now();
+  times[0] += t1 - t0;
+  times[1] += t2 - t1;
+  times[2] += t3 - t2;
+  ++times[3];
+}
+
+void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage) {
+  w.begin(std::max(in_.groupSize, padded(count)), StageKind::LightPaths);
+  shade::GroupState& s = w.state();
+  s.group().count = count;
+  s.group().padded = padded(count);
+  Arena& arena = s.arena();
+  const uint32_t m = padded(count);
+  float *u = arena.make<float>(m), *v = arena.make<float>(m);
+  float* weight = arena.make<float>(m);
+  for (uint32_t i = 0; i < m; ++i) {
+    const uint64_t path = firstPath + std::min(i, count - 1);
+    s.pixelX()[i] = int32_t(path & 0xffffffff);
+    s.pixelY()[i] = int32_t(path >> 32) + 0x40000000;   // no pixel's address
+    s.indices()[i] = uint32_t(sample);
+    s.seeds()[i] = pixelSeed(s.pixelX()[i], s.pixelY()[i], in_.seed);
+    weight[i] = 1;
+  }
+  drawSpan(in_.world->width())(w.services().samples, m, s.seeds(), s.indices(), kDimTime, u, v);
+  for (uint32_t i = 0; i < m; ++i) s.group().rays.time[i] = u[i];
+  s.group().rayWeight = weight;
+  functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
+}
+
+bool Frame::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
+  const auto& res = in_.world->camera().resolution;
+  if (x < 0 || y < 0 || x >= res[0] || y >= res[1] || sample < 0) return false;
+  setThreadFloatMode();
+  Worker& w = *workers_[0];
+  w.begin(16, StageKind::CameraPaths);
+  shade::GroupState& s = w.state();
+  const int x0 = x / kBlock * kBlock, y0 = y / kBlock * kBlock;
+  for (int k = 0; k < 16; ++k) {
+    s.pixelX()[k] = x0 + k % kBlock;
+    s.pixelY()[k] = y0 + k / kBlock;
+    s.indices()[k] = uint32_t(sample);
+    s.seeds()[k] = pixelSeed(s.pixelX()[k], s.pixelY()[k], in_.seed);
+  }
+  s.group().count = s.group().padded = 16;
+  cameraRays(w, 16);
+  w.printSlot = uint32_t((y - y0) * kBlock + (x - x0));
+  w.print = print;
+  functions_->integrate(in_.integratorData, 0, &s.group(), &w.services());
+  w.print = {};
+  char line[256];
+  for (size_t i = 0; i < in_.plan->sources.size(); ++i) {
+    const int offset = in_.plan->offsets[i];
+    std::string text = "sample " + in_.plan->sources[i] + ":";
+    for (int k = 0; k < in_.plan->widths[i]; ++k) {
+      std::snprintf(line, sizeof line, " %.9g", w.records()[offset + k][w.printSlot]);
+      text += line;
+    }
+    print(text);
+  }
+  return true;
+}
+
+uint64_t Frame::arenaBytes() const {
+  uint64_t n = 0;
+  for (const auto& w : workers_) n += w->state().arena().bytes();
+  return n;
+}
+
+void Frame::addTo(Statistics& st) const {
+  for (size_t i = 0; i < workers_.size(); ++i) {
+    const shade::GroupCounters& c = workers_[i]->state().counters;
+    st.cameraRays += c.cameraRays;
+    st.indirectRays += c.indirectRays;
+    st.shadowRays += c.shadowRays;
+    st.cameraHits += c.cameraHits;
+    st.indirectHits += c.indirectHits;
+    st.shadingPoints += c.points;
+    st.shadingGroups += c.contexts;
+    st.lanesFirstHit.active += c.lanesFirst[0];
+    st.lanesFirstHit.possible += c.lanesFirst[1];
+    st.lanesDeeper.active += c.lanesDeeper[0];
+    st.lanesDeeper.possible += c.lanesDeeper[1];
+    st.lightRays += workers_[i]->lightRays;
+    for (size_t k = 0; k < size_t(StageTime::Count); ++k) st.stageNanoseconds[k] += c.nanoseconds[k];
+    const auto& t = times_->byWorker[i];
+    uint64_t inside = 0;
+    for (size_t k = 0; k < size_t(StageTime::Count); ++k) inside += c.nanoseconds[k];
+    st.stageNanoseconds[size_t(StageTime::CameraRays)] += t[0];
+    st.stageNanoseconds[size_t(StageTime::Integrator)] += t[1] > inside ? t[1] - inside : 0;
+    st.stageNanoseconds[size_t(StageTime::Film)] += t[2];
+    st.groups += t[3];
+  }
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,60 @@
+// The loop over a frame: passes, stages, buckets, groups. Each pass is a range of sample indices over the whole picture;
+// between stages all threads meet. Called by Renderer; it decides nothing about files.
+#pragma once
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "film/film.h"
+#include "film/pixel_filter.h"
+#include "render/services.h"
+
+namespace kinora::render {
+
+struct FrameInput {
+  const WorldBuilder* world;
+  const Descriptor* integrator;
+  const void* integratorData;
+  const film::LightPaths* paths;
+  const RecordPlan* plan;
+  const film::PixelFilter* filter;
+  film::Film* film;
+  uint32_t seed = 0;
+  int firstSample = 0, lastSample = 64;   // half open
+  int threads = 1;
+  uint32_t groupSize = 512;
+  std::string bucketOrder = "horizontal";
+  bool jitter = true;
+  std::atomic<bool>* stop = nullptr;
+};
+
+// Workers live as long as the frame, so that arenas stay warm from pass to pass.
+class Frame {
+ public:
+  explicit Frame(const FrameInput& input);
+  ~Frame();
+  // Renders one range of sample indices; false when stopped before all of it was done.
+  bool pass(int first, int last);
+  // Ranges of the passes: 1, 1, 2, 4, 8, then 16 at a time.
+  static std::vector<std::pair<int, int>> passes(int first, int last);
+  void addTo(Statistics& s) const;
+  bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
+  uint64_t arenaBytes() const;
+
+ private:
+  struct Bucket { int x, y; };
+  void cameraBucket(Worker& w, const Bucket& b, int first, int last, uint32_t stage);
+  void runGroup(Worker& w, uint32_t count, uint32_t stage);
+  void cameraRays(Worker& w, uint32_t count);
+  void lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage);
+  FrameInput in_;
+  const IntegratorFunctions* functions_;
+  std::vector<Stage> stages_;
+  std::vector<Bucket> buckets_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  uint64_t lightPathsPerSample_ = 0;
+  struct Times;
+  std::unique_ptr<Times> times_;
+};
+
+}  // namespace kinora::render

@@ -1,0 +1,568 @@
+#include "render/world_build.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <chrono>
+#include <cstring>
+#include <set>
+#include <sstream>
+
+#include "geometry/tessellate.h"
+#include "sampling/sample_table.h"
+#include "simd/dispatch.h"
+#include "texture/texture_system.h"
+
+namespace kinora::render {
+
+namespace {
+
+constexpr double kPixelsPerEdge = 2.0;   // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
+
+void hostWarn(void* self, const char* code, const char* what, const char* done) {
+  static_cast<Diagnostics*>(static_cast<void**>(self)[0])->warning(code, {}, what, done);
+}
+const HostImage* hostImage(void* self, const char* file, int linearize) {
+  return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, {});
+}
+
+bool finite(const scene::Matrix& m) {
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      if (!std::isfinite(m[i][j])) return false;
+  return true;
+}
+
+std::string lowerCase(std::string s) {
+  for (char& c : s) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return s;
+}
+
+std::vector<std::string> words(const std::string& s) {
+  std::istringstream in(s);
+  std::vector<std::string> r;
+  for (std::string w; in >> w;)
+    if (w != "+") r.push_back(w);
+  return r;
+}
+
+// Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing moves.
+void uniformKeys(geometry::Mesh& mesh, double open, double close) {
+  if (mesh.keyCount() < 2) return;
+  const auto at = [&](double time, const float* data, size_t stride, std::vector<float>& out) {
+    const auto& t = mesh.times;
+    size_t k = 0;
+    while (k + 2 < t.size() && time > t[k + 1]) ++k;
+    const double f = t[k + 1] > t[k] ? std::clamp((time - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0) : 0.0;
+    for (size_t i = 0; i < stride; ++i)
+      out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
+  };
+  const int keys = close > open ? std::min(mesh.keyCount(), 17) : 1;
+  const auto resample = [&](const float* data, size_t stride) {
+    std::vector<float> out;
+    out.reserve(stride * size_t(keys));
+    for (int k = 0; k < keys; ++k)
+      at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
+    return out;
+  };
+  const std::vector<float> points = resample(&mesh.points[0].x, size_t(mesh.vertexCount) * 3);
+  for (geometry::Primvar& v : mesh.primvars)
+    if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
+        v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
+      v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
+  mesh.points.resize(points.size() / 3);
+  std::memcpy(&mesh.points[0].x, points.data(), points.size() * sizeof(float));
+  mesh.times.clear();
+  for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
+}
+
+}  // namespace
+
+bool Instance::create(const Descriptor& plugin, const scene::Node* node, const Placement* placement, const void* extra,
+                      const Host& host, Diagnostics& diagnostics) {
+  plugin_ = &plugin;
+  data_.reset();
+  if (!plugin.create) return true;
+  const shade::ResolvedParams params(plugin, node, diagnostics);
+  CreateInfo info{};
+  info.host = &host;
+  info.handle = node ? node->handle.c_str() : plugin.name;
+  info.values = params.values();
+  info.valueCount = params.count();
+  info.placement = placement;
+  info.extra = extra;
+  ErrorText error{};
+  void* made = nullptr;
+  try {
+    made = plugin.create(&info, &error);
+  } catch (...) {
+    // a plug-in that does not use guardedCreate()
+    std::snprintf(error.text, sizeof error.text, "exception in create()");
+  }
+  if (!made) {
+    diagnostics.warning("PLUGIN-CREATE", node ? node->pos : SourcePos{},
+                        std::string(plugin.name) + " '" + info.handle + "' cannot be made: " +
+                            (error.text[0] ? error.text : "no reason given"),
+                        "a fallback is used");
+    plugin_ = nullptr;
+    return false;
+  }
+  data_ = std::shared_ptr<void>(made, [destroy = plugin.destroy](void* p) {
+    if (destroy) destroy(p);
+  });
+  return true;
+}
+
+WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings)
+    : registry_(registry), diagnostics_(diagnostics), settings_(settings) {
+  width_ = settings.width ? settings.width : bestWidth();
+  if (width_ == 16 && !cpuHasAvx512()) width_ = 8;   // sixteen lanes run as two of eight: the same bits
+  textures_ = std::make_unique<TextureSystem>(diagnostics);
+  static_assert(sizeof(void*) == 8);
+  auto* pointers = new void*[2]{&diagnostics_, textures_.get()};
+  host_ = Host{pointers, &hostWarn, &hostImage};
+  if (settings.textureCacheBytes) textures_->setCacheLimit(settings.textureCacheBytes);
+}
+
+WorldBuilder::~WorldBuilder() { delete[] static_cast<void**>(host_.self); }
+
+bool WorldBuilder::lightsNeedSplit(const scene::Scene& scene) {
+  for (const scene::Light& l : scene.lights)
+    if (l.node && l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
+  return false;
+}
+
+bool WorldBuilder::buildCamera(const scene::Scene& scene) {
+  scene::Camera camera;
+  if (!scene.cameras.empty()) camera = scene.cameras.front();
+  CameraState& c = camera_;
+  std::array<int, 2> res = scene.resolution;
+  if (settings_.resolution[0] > 0) res = settings_.resolution;
+  if (res[0] <= 0) res[0] = 640;
+  if (res[1] <= 0) res[1] = 480;
+  constexpr int kMost = 1 << 16;
+  if (res[0] > kMost || res[1] > kMost || int64_t(res[0]) * res[1] > (int64_t(1) << 31)) {
+    diagnostics_.error("RENDER-RESOLUTION", scene.pos,
+                       "a picture of " + std::to_string(res[0]) + " x " + std::to_string(res[1]) + " pixels is too large",
+                       "nothing is rendered", "at most 65536 on a side and 2^31 pixels in all");
+    return false;
+  }
+  c.resolution = res;
+  std::array<float, 4> crop = scene.cropWindow;
+  if (settings_.crop[0] >= 0) crop = settings_.crop;
+  const auto edge = [](float f, int n) { return std::clamp(int(std::ceil(double(f) * n - 1e-6)), 0, n); };
+  c.window = {edge(crop[0], res[0]), edge(crop[2], res[1]), edge(crop[1], res[0]), edge(crop[3], res[1])};
+  if (c.window[0] >= c.window[2] || c.window[1] >= c.window[3]) {
+    diagnostics_.warning("RENDER-CROP", scene.pos, "the crop window holds no pixel", "the whole picture is rendered");
+    c.window = {0, 0, res[0], res[1]};
+  }
+  c.shutterOpen = camera.shutter[0];
+  c.shutterClose = std::max(camera.shutter[1], camera.shutter[0]);
+  const double middle = 0.5 * (c.shutterOpen + c.shutterClose);
+  c.worldToCamera = camera.worldToCamera.at(middle);
+  if (!finite(c.worldToCamera) || std::fabs(c.worldToCamera.determinant()) < 1e-30) {
+    diagnostics_.warning("RENDER-CAMERA", camera.pos, "the camera's transform is singular or not finite", "the identity is used");
+    camera.worldToCamera = scene::Transform();
+    c.worldToCamera = scene::Matrix();
+  }
+  const scene::Matrix cameraToWorld = c.worldToCamera.inverse();
+  if (!haveOrigin_) {
+    // a render space near the camera: float keeps its precision where it is looked at; it stays when the camera moves
+    for (int k = 0; k < 3; ++k) {
+      const double p = cameraToWorld[3][k];
+      origin_[k] = std::fabs(p) > 1024 ? std::round(p) : 0;
+    }
+    haveOrigin_ = true;
+  }
+  const bool moves = !camera.worldToCamera.isStatic() && c.shutterClose > c.shutterOpen;
+  const int keys = moves ? int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)) : 1;
+  c.toRender.clear();
+  c.fromRender.clear();
+  scene::Matrix shift;
+  shift.setTranslation(Imath::V3d(-origin_[0], -origin_[1], -origin_[2]));
+  for (int k = 0; k < keys; ++k) {
+    const double t = keys == 1 ? middle : c.shutterOpen + (c.shutterClose - c.shutterOpen) * k / (keys - 1);
+    const scene::Matrix m = camera.worldToCamera.at(t).inverse() * shift;
+    c.toRender.push_back(trace::Affine::from(m));
+    c.fromRender.push_back(trace::Affine::from(m.inverse()));
+  }
+
+  ProjectionInfo info{};
+  for (int k = 0; k < 4; ++k) info.screenWindow[k] = camera.screenWindow[size_t(k)];
+  info.screenWindowGiven = camera.screenWindow != std::array<float, 4>{0, 0, 0, 0};
+  info.frameAspect = scene.frameAspect > 0 ? scene.frameAspect
+                                           : float(res[0]) / float(res[1]) * (scene.pixelAspect > 0 ? scene.pixelAspect : 1);
+  info.resolution[0] = uint32_t(res[0]);
+  info.resolution[1] = uint32_t(res[1]);
+  info.fStop = camera.depthOfField[0];
+  info.focalLength = camera.depthOfField[1];
+  info.focalDistance = camera.depthOfField[2];
+  info.clipping[0] = camera.clipping[0];
+  info.clipping[1] = camera.clipping[1];
+  std::string name = camera.projection ? camera.projection->plugin : "orthographic";
+  if (scene.cameras.empty()) {
+    diagnostics_.warning("RENDER-NO-CAMERA", scene.pos, "the scene has no camera", "an orthographic one at the origin looks along +z");
+  }
+  const std::string key = lowerCase(name);
+  if (key == "perspective") name = "PxrPerspective";
+  if (key == "orthographic") name = "PxrOrthographic";
+  const Descriptor* d = registry_.find(Kind::Projection, name, diagnostics_, camera.pos);
+  if (!d) {
+    diagnostics_.warning("PLUGIN-MISSING", camera.projection ? camera.projection->pos : camera.pos,
+                         "no projection '" + name + "'", "PxrPerspective stands in");
+    d = registry_.find(Kind::Projection, "PxrPerspective", diagnostics_, camera.pos);
+  }
+  if (!d || !c.projection.create(*d, camera.projection.get(), nullptr, &info, host_, diagnostics_)) {
+    const Descriptor* plain = registry_.find(Kind::Projection, "PxrPerspective", diagnostics_, camera.pos);
+    if (!plain || !c.projection.create(*plain, nullptr, nullptr, &info, host_, diagnostics_)) return false;
+  }
+  c.functions = static_cast<const ProjectionFunctions*>(functionsFor(*c.projection.plugin(), width_));
+  return c.functions != nullptr;
+}
+
+Placement WorldBuilder::placementOf(const scene::Transform& toWorld) const {
+  Placement p{};
+  scene::Matrix m = toWorld.at(0.5 * (camera_.shutterOpen + camera_.shutterClose));
+  if (!finite(m)) m = scene::Matrix();
+  for (int k = 0; k < 3; ++k) {
+    m[3][k] -= origin_[k];
+    p.worldOrigin[k] = origin_[k];
+  }
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) p.localToRender[4 * i + j] = m[i][j];
+  p.isStatic = toWorld.isStatic();
+  return p;
+}
+
+void WorldBuilder::flatten(const scene::Scene& scene) {
+  parts_.clear();
+  placements_.clear();
+  primitiveOfShape_.clear();
+  placementInfos_.clear();
+  attributesOfPlacement_.clear();
+  scene::Matrix shift;
+  shift.setTranslation(Imath::V3d(-origin_[0], -origin_[1], -origin_[2]));
+  const scene::Transform toRender = scene::Transform::fixed(shift);
+  const auto visibility = [](const scene::Attributes* a) {
+    if (!a) return 15u;
+    uint32_t v = 0;
+    if (a->getInt("visibility:camera", 1)) v |= trace::kSeenByCamera;
+    if (a->getInt("visibility:indirect", 1)) v |= trace::kSeenByIndirect;
+    if (a->getInt("visibility:transmission", 1)) v |= trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+    return v;
+  };
+  const auto place = [&](uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes,
+                         uint64_t revision, std::string name) {
+    trace::PlacementInput p;
+    p.part = part;
+    p.visibility = visibility(attributes);
+    p.toRender = concat(toWorld, toRender);
+    p.revision = revision;
+    shade::PlacementInfo info;
+    info.name = std::move(name);
+    info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
+    info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
+    const scene::Matrix m = p.toRender.at(0.5 * (camera_.shutterOpen + camera_.shutterClose));
+    info.renderToObject = trace::Affine::from(std::fabs(m.determinant()) > 1e-300 ? m.inverse() : scene::Matrix());
+    placements_.push_back(std::move(p));
+    placementInfos_.push_back(std::move(info));
+    attributesOfPlacement_.push_back(attributes);
+  };
+  for (const scene::PrimitivePtr& p : scene.primitives) {
+    trace::PartInput part;
+    part.key = p->id;
+    part.shapes.push_back(uint32_t(primitiveOfShape_.size()));
+    primitiveOfShape_.push_back(p.get());
+    parts_.push_back(std::move(part));
+    place(uint32_t(parts_.size() - 1), p->toWorld, p->attributes.get(), p->revision, p->name());
+  }
+  // prototypes in use: their primitives keep their own transform inside the prototype, so each becomes a part of its own
+  // placed by every instance; nested instances are flattened (the packaged Embree has one level)
+  std::map<std::pair<uint32_t, uint32_t>, uint32_t> partOf;
+  uint64_t placed = 0;
+  constexpr uint64_t kMostPlacements = 50'000'000;
+  constexpr int kMostNesting = 32;
+  const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld, int depth,
+                               const scene::Attributes* attributes) -> void {
+    if (inst.prototype >= scene.prototypes.size() || depth > kMostNesting || placed > kMostPlacements) {
+      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances are nested too deeply or are too many", "the rest is left out");
+      return;
+    }
+    const scene::Prototype& proto = scene.prototypes[inst.prototype];
+    for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
+      const auto [it, fresh] = partOf.try_emplace({inst.prototype, k}, uint32_t(parts_.size()));
+      const scene::Primitive& p = *proto.primitives[k];
+      if (fresh) {
+        trace::PartInput part;
+        part.key = (uint64_t(inst.prototype) + 1) << 32 | k;
+        part.instanced = true;
+        part.shapes.push_back(uint32_t(primitiveOfShape_.size()));
+        primitiveOfShape_.push_back(&p);
+        parts_.push_back(std::move(part));
+      }
+      ++placed;
+      place(it->second, concat(p.toWorld, toWorld), attributes, inst.revision, proto.name);
+    }
+    for (const scene::Instance& nested : proto.instances)
+      self(self, nested, concat(nested.toWorld, toWorld), depth + 1, nested.attributes ? nested.attributes.get() : attributes);
+  };
+  for (const scene::Instance& inst : scene.instances)
+    instantiate(instantiate, inst, inst.toWorld, 0, inst.attributes.get());
+}
+
+bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<std::string> texturePath = settings_.texturePath;
+  textures_->setSearchPath(texturePath);
+  flatten(scene);
+
+  // Dice rates: the finest over all placements of a shape. Distances are taken to the camera's position.
+  const scene::Matrix cameraToWorld = camera_.worldToCamera.inverse();
+  const Imath::V3d eye = cameraToWorld.translation();
+  // half the height of the picture at distance 1, as the projection's own spread says, is not known here: take the
+  // angle of a pixel from the first ray's footprint
+  double pixelAngle = 1.0 / camera_.resolution[1];
+  double pixelSize = 0;
+  {
+    alignas(64) float raster[2][16], lens[2][16], time[16], o[3][16], d[3][16], w[16], radius[16], spread[16];
+    for (int i = 0; i < 16; ++i) {
+      raster[0][i] = 0.5f * float(camera_.resolution[0]);
+      raster[1][i] = 0.5f * float(camera_.resolution[1]);
+      lens[0][i] = lens[1][i] = time[i] = 0.5f;
+    }
+    const CameraSampleArgs a{1, {raster[0], raster[1]}, {lens[0], lens[1]}, time, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, w, radius, spread};
+    camera_.functions->rays(camera_.projection.data(), &a);
+    if (spread[0] > 0) pixelAngle = 2.0 * spread[0];
+    else pixelAngle = 0;
+    pixelSize = 2.0 * radius[0];
+  }
+  const size_t count = primitiveOfShape_.size();
+  std::vector<std::vector<uint32_t>> placementsOfShape(count);
+  for (uint32_t i = 0; i < placements_.size(); ++i)
+    for (uint32_t s : parts_[placements_[i].part].shapes)
+      if (placementsOfShape[s].size() < 64) placementsOfShape[s].push_back(i);
+  std::vector<std::shared_ptr<geometry::Mesh>> meshes(count);
+  std::vector<uint8_t> rebuilt(count, 0);
+  const bool mirrored = camera_.worldToCamera.determinant() < 0;
+  tbb::parallel_for(size_t(0), count, [&](size_t i) {
+    const scene::Primitive& p = *primitiveOfShape_[i];
+    if (const auto it = shapes_.find(p.id); it != shapes_.end() && it->second.revision == p.revision) {
+      meshes[i] = it->second.mesh;
+      return;
+    }
+    rebuilt[i] = 1;
+    geometry::DiceRate rate;
+    rate.worldMirrored = mirrored;
+    const double length = p.attributes ? p.attributes->named.getFloat("dice:micropolygonlength", 1) : 1;
+    const double pixels = kPixelsPerEdge * (length > 0 ? length : 1);
+    // nearest placements' transforms, object -> world, with the length they give to an object unit
+    struct Use { scene::Matrix m; double scale; };
+    std::vector<Use> uses;
+    for (uint32_t k : placementsOfShape[i]) {
+      scene::Matrix m = placements_[k].toRender.at(0.5 * (camera_.shutterOpen + camera_.shutterClose));
+      for (int c = 0; c < 3; ++c) m[3][c] += origin_[c];
+      const double scale = std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                                               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                                               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
+      if (scale > 0 && std::isfinite(scale)) uses.push_back({m, scale});
+    }
+    rate.edgeLength = [uses, eye, pixelAngle, pixelSize, pixels](const Imath::V3d& x) {
+      double best = INFINITY;
+      for (const Use& u : uses) {
+        const double distance = (x * u.m - eye).length();
+        best = std::min(best, std::max(pixelSize, distance * pixelAngle) * pixels / u.scale);
+      }
+      return best;
+    };
+    std::optional<geometry::Mesh> mesh = geometry::tessellate(p, rate, diagnostics_);
+    if (mesh) uniformKeys(*mesh, camera_.shutterOpen, camera_.shutterClose);
+    meshes[i] = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
+  });
+  shapeInputs_.clear();
+  std::map<uint64_t, Kept> kept;
+  for (size_t i = 0; i < count; ++i) {
+    const scene::Primitive& p = *primitiveOfShape_[i];
+    kept[p.id] = Kept{p.revision, meshes[i], {}};
+    trace::ShapeInput in;
+    in.key = p.id;
+    in.revision = p.revision;
+    in.mesh = meshes[i];
+    shapeInputs_.push_back(std::move(in));
+  }
+  shapes_ = std::move(kept);
+
+  // Materials
+  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_);
+  auto next = std::make_unique<shade::ShadingWorld>();
+  std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
+  for (size_t i = 0; i < count; ++i) {
+    const scene::Primitive& p = *primitiveOfShape_[i];
+    if (p.attributes && p.attributes->bxdf) materialOfShape[i] = materials->add(p.attributes->bxdf, p.attributes.get(), p.pos);
+  }
+  for (size_t k = 0; k < placements_.size(); ++k) {
+    const scene::Attributes* a = attributesOfPlacement_[k];
+    placementInfos_[k].material = materials->add(a ? a->bxdf : nullptr, a, {});
+  }
+  materials->finish(paths);
+  // visibility of shapes follows from what they are made of
+  for (size_t i = 0; i < count; ++i) {
+    bool clear = false;
+    const auto look = [&](uint32_t m) {
+      const shade::Program& program = materials->program((*materials)[m].program);
+      clear |= !program.opaque || (program.encloses && program.bxdf->thinShadow);
+    };
+    if (materialOfShape[i] != 0xffffffffu) look(materialOfShape[i]);
+    else
+      for (uint32_t k : placementsOfShape[i]) look(placementInfos_[k].material);
+    uint32_t v = trace::kSeenByCamera | trace::kSeenByIndirect;
+    v |= clear ? trace::kSeenByClearShadow : trace::kSeenByOpaqueShadow;
+    const scene::Primitive& p = *primitiveOfShape_[i];
+    if (p.attributes) {
+      if (!p.attributes->getInt("visibility:camera", 1)) v &= ~uint32_t(trace::kSeenByCamera);
+      if (!p.attributes->getInt("visibility:indirect", 1)) v &= ~uint32_t(trace::kSeenByIndirect);
+      if (!p.attributes->getInt("visibility:transmission", 1)) v &= ~uint32_t(trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow);
+    }
+    shapeInputs_[i].visibility = v;
+    next->hasMedia |= false;
+  }
+
+  trace::BuildOptions options;
+  options.shutterOpen = camera_.shutterOpen;
+  options.shutterClose = camera_.shutterClose;
+  const trace::BuildCounters before = counters_;
+  const auto world = trace::World::build(shapeInputs_, parts_, placements_, options,
+                                         shading_ ? shading_->world.get() : nullptr, counters_);
+  statistics.bvhPartsBuilt += counters_.partsBuilt - before.partsBuilt;
+  statistics.bvhBuilds += counters_.topLevelBuilds - before.topLevelBuilds;
+
+  shade::ShadingWorld& w = *next;
+  w.world = world;
+  w.materials = materials;
+  w.width = width_;
+  w.textures = textures_.get();
+  w.samples = pmj02Table();
+  w.paths = &paths;
+  for (int k = 0; k < 3; ++k) w.worldOrigin[k] = origin_[k];
+  // geometry infos in the world's own order: meshes are recognised by their address
+  std::map<const geometry::Mesh*, uint32_t> shapeOfMesh;
+  for (uint32_t i = 0; i < count; ++i) shapeOfMesh[shapeInputs_[i].mesh.get()] = i;
+  w.geometries.resize(world->geometryCount());
+  for (uint32_t g = 0; g < world->geometryCount(); ++g) {
+    const geometry::Mesh& mesh = world->mesh(g);
+    const uint32_t s = shapeOfMesh.at(&mesh);
+    const scene::Primitive& p = *primitiveOfShape_[s];
+    shade::GeometryInfo& info = w.geometries[g];
+    info.material = materialOfShape[s];
+    info.side = mesh.flipNormals ? -1.f : 1.f;
+    info.N = mesh.find("N");
+    if (info.N && (info.N->width != 3 || info.N->data.empty())) info.N = nullptr;
+    const auto coordinates = [&](const char* name, int least) {
+      const geometry::Primvar* v = mesh.find(name);
+      return v && v->width >= least && !v->data.empty() ? v : nullptr;
+    };
+    info.st = coordinates("st", 2);
+    info.s = coordinates("s", 1);
+    info.t = coordinates("t", 1);
+    info.flags = (info.N ? shade::kHasNormals : 0u) | (mesh.doubleSided ? 0u : shade::kOneSided);
+    info.priority = p.attributes ? p.attributes->getInt("trace:intersectpriority", 0) : 0;
+    info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
+    info.name = p.name();
+    w.geometrySide.push_back(info.side);
+    w.hasPresence |= (info.flags & shade::kOneSided) != 0;
+  }
+  for (uint32_t m = 0; m < materials->size(); ++m) {
+    w.hasMedia |= materials->encloses(m);
+    w.hasPresence |= !materials->opaque(m);
+  }
+  scene::Matrix shift;
+  shift.setTranslation(Imath::V3d(-origin_[0], -origin_[1], -origin_[2]));
+  w.spaces["world"] = shift;
+  w.spaces["camera"] = cameraToWorld * shift;
+  for (const auto& [name, t] : scene.coordinateSystems)
+    w.spaces[name] = t.at(0.5 * (camera_.shutterOpen + camera_.shutterClose)) * shift;
+
+  // Link sets: objects by what lights they name
+  std::map<std::pair<std::string, std::string>, uint32_t> linkSetOf;
+  linkSetOf[{"", ""}] = 0;
+  for (size_t k = 0; k < placements_.size(); ++k) {
+    const scene::Attributes* a = attributesOfPlacement_[k];
+    const std::pair<std::string, std::string> key{a ? a->named.getString("lighting:subset", "") : "",
+                                                  a ? a->named.getString("lighting:excludesubset", "") : ""};
+    placementInfos_[k].linkSet = linkSetOf.try_emplace(key, uint32_t(linkSetOf.size())).first->second;
+  }
+  w.placements = placementInfos_;
+  shading_ = std::move(next);
+  // Lights
+  std::vector<light::LightEntry> lights;
+  std::vector<std::set<std::string>> groups;
+  const float* center = world->center();
+  for (const scene::Light& l : scene.lights) {
+    if (!l.node) continue;
+    if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
+    const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, diagnostics_, l.node->pos);
+    if (!d) {
+      diagnostics_.warning("PLUGIN-MISSING", l.node->pos, "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')",
+                           "it is left out", "is its library on the plug-in path?");
+      continue;
+    }
+    for (const scene::NodePtr& f : l.filters)
+      diagnostics_.warning("RENDER-LIGHT-FILTER", f->pos, "light filter '" + f->plugin + "' is not rendered yet", "the light is unfiltered");
+    const Placement placement = placementOf(l.toWorld);
+    Instance inst;
+    if (!inst.create(*d, l.node.get(), &placement, nullptr, host_, diagnostics_)) continue;
+    light::LightEntry e;
+    for (uint32_t width : {1u, 4u, 8u, 16u})
+      e.byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
+    e.owner = inst.owner();
+    e.instance = inst.data();
+    e.description.visibleToCamera = 1;
+    e.description.diffuse = e.description.specular = 1;
+    if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->describe)
+      traits->describe(inst.data(), &e.description);
+    // power of infinite lights is per area of the world's disk
+    if (e.description.isInfinite) e.description.power *= 3.14159265f * world->radius() * world->radius();
+    e.visibility = 0;
+    if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= 1;
+    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= 2;
+    // light met by indirect rays is one half of multiple importance sampling: it cannot be switched off alone
+    e.visibility |= 2;
+    std::set<std::string> names;
+    if (l.attributes)
+      for (const std::string& g : words(l.attributes->named.getString("grouping:membership", ""))) names.insert(g);
+    names.insert(l.node->handle);
+    groups.push_back(std::move(names));
+    lights.push_back(std::move(e));
+  }
+  if (lights.empty())
+    diagnostics_.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered", "only glowing surfaces will be seen",
+                         "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
+  std::vector<std::vector<uint32_t>> sets(linkSetOf.size());
+  for (const auto& [key, index] : linkSetOf) {
+    const std::vector<std::string> subset = words(key.first), exclude = words(key.second);
+    for (uint32_t i = 0; i < lights.size(); ++i) {
+      const auto in = [&](const std::vector<std::string>& names) {
+        return std::any_of(names.begin(), names.end(), [&](const std::string& n) { return groups[i].count(n) > 0; });
+      };
+      if ((subset.empty() || in(subset)) && !in(exclude)) sets[index].push_back(i);
+    }
+  }
+  statistics.lights = lights.size();
+  shading_->lights = std::make_shared<light::LightSet>(std::move(lights), std::move(sets), center, world->radius());
+
+  statistics.primitives = count;
+  statistics.instances = placements_.size();
+  statistics.triangles = world->triangleCount();
+  statistics.materials = materials->size();
+  statistics.programs = materials->programCount();
+  statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  statistics.memory.clear();
+  statistics.memory.push_back({"bvh (Embree)", trace::World::embreeBytes()});
+  statistics.memory.push_back({"meshes", world->meshBytes()});
+  statistics.memory.push_back({"scene description", scene.bytes()});
+  statistics.memory.push_back({"materials", materials->bytes()});
+  statistics.memory.push_back({"instances", placements_.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) + sizeof(shade::PlacementInfo))});
+  return true;
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,98 @@
+// From a scene description to what passes read: tessellated shapes, BVHs, materials, lights, camera. After an edit only
+// what changed is made again. Called by Renderer.
+#pragma once
+#include <kinora/projection.h>
+
+#include <array>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "film/light_paths.h"
+#include "plugin/registry.h"
+#include "render/renderer.h"
+#include "render/statistics.h"
+#include "scene/scene.h"
+#include "shade/group.h"
+
+namespace kinora {
+class TextureSystem;
+namespace render {
+
+// A plug-in's data for one node, destroyed with it.
+class Instance {
+ public:
+  Instance() = default;
+  // False with a message when create() fails.
+  bool create(const Descriptor& plugin, const scene::Node* node, const Placement* placement, const void* extra,
+              const Host& host, Diagnostics& diagnostics);
+  const Descriptor* plugin() const { return plugin_; }
+  const void* data() const { return data_.get(); }
+  std::shared_ptr<void> owner() const { return data_; }
+
+ private:
+  const Descriptor* plugin_ = nullptr;
+  std::shared_ptr<void> data_;
+};
+
+struct CameraState {
+  Instance projection;
+  const ProjectionFunctions* functions = nullptr;   // for the width in use
+  std::array<int, 2> resolution{640, 480};
+  std::array<int, 4> window{0, 0, 640, 480};        // x0 y0 x1 y1 of the crop, half open
+  std::vector<trace::Affine> toRender;              // camera to render, uniform keys over the shutter
+  std::vector<trace::Affine> fromRender;
+  double shutterOpen = 0, shutterClose = 0;
+  scene::Matrix worldToCamera;                      // at the middle of the shutter
+};
+
+class WorldBuilder {
+ public:
+  WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings);
+  ~WorldBuilder();
+  // Resolution, crop, projection. False when there is nothing to look at.
+  bool buildCamera(const scene::Scene& scene);
+  // Everything else. `paths` must outlive the world.
+  bool buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics);
+
+  const CameraState& camera() const { return camera_; }
+  const shade::ShadingWorld& world() const { return *shading_; }
+  TextureSystem& textures() { return *textures_; }
+  const Host& host() const { return host_; }
+  uint32_t width() const { return width_; }
+  // True when some light has different factors for diffuse and specular.
+  static bool lightsNeedSplit(const scene::Scene& scene);
+
+ private:
+  struct Shape;
+  void flatten(const scene::Scene& scene);
+  void buildLights(const scene::Scene& scene);
+  Placement placementOf(const scene::Transform& toWorld) const;
+  double edgeLengthFactor(const scene::Attributes* attributes) const;
+
+  Registry& registry_;
+  Diagnostics& diagnostics_;
+  const Settings& settings_;
+  uint32_t width_;
+  Host host_{};
+  std::unique_ptr<TextureSystem> textures_;
+  CameraState camera_;
+  std::unique_ptr<shade::ShadingWorld> shading_;
+  double origin_[3] = {0, 0, 0};
+  bool haveOrigin_ = false;
+  // shapes by primitive id, kept between edits
+  struct Kept { uint64_t revision; std::shared_ptr<geometry::Mesh> mesh; std::string settings; };
+  std::map<uint64_t, Kept> shapes_;
+  std::vector<trace::ShapeInput> shapeInputs_;
+  std::vector<trace::PartInput> parts_;
+  std::vector<trace::PlacementInput> placements_;
+  std::vector<const scene::Primitive*> primitiveOfShape_;
+  std::vector<shade::PlacementInfo> placementInfos_;
+  std::vector<const scene::Attributes*> attributesOfPlacement_;
+  trace::BuildCounters counters_;
+};
+
+}  // namespace render
+}  // namespace kinora

@@ -1,0 +1,79 @@
+// The expressions of IfBegin and "$name" in strings.
+#include "rib/condition.h"
+
+#include <gtest/gtest.h>
+
+namespace kinora::rib {
+namespace {
+
+std::optional<std::string> lookup(std::string_view n) {
+  if (n == "user:pass") return "beauty";
+  if (n == "Frame") return "12";
+  if (n == "empty") return "";
+  return std::nullopt;
+}
+
+TEST(Condition, Grammar) {
+  const std::pair<const char*, bool> kCases[] = {{"1", true},
+                                                 {"0", false},
+                                                 {"$user:pass == 'beauty'", true},
+                                                 {"${user:pass} != 'beauty'", false},
+                                                 {"$Frame > 3 && $Frame <= 12", true},
+                                                 {"$Frame < 3 || !defined(nothing)", true},
+                                                 {"defined(user:pass)", true},
+                                                 {"defined($Frame)", true},
+                                                 {"defined('Frame')", true},
+                                                 {"!defined(Frame)", false},
+                                                 {"1 + 2 * 3 == 7", true},
+                                                 {"(1 + 2) * 3 == 9", true},
+                                                 {"2 ^ 3 ^ 2 == 512", true},
+                                                 {"-2 + 3 == 1", true},
+                                                 {"7 / 2 == 3.5", true},
+                                                 {"'abc' < 'abd'", true},
+                                                 {"10 > 9", true},
+                                                 {"'beauty.01' =~ 'beauty\\.[0-9]+'", true},
+                                                 {"'x' =~ '^y'", false},
+                                                 {"concat('a', 'b', $Frame) == 'ab12'", true},
+                                                 {"'pass $user:pass' == 'pass beauty'", true},
+                                                 {"$empty == ''", true},
+                                                 {"[1 0 0] == [1 0 0]", true},
+                                                 {"1 == 1 == 1", true},
+                                                 {"!1 || 1", true}};
+  for (const auto& [text, expected] : kCases) {
+    std::string problem;
+    EXPECT_EQ(evaluateCondition(text, lookup, problem), expected) << text;
+    EXPECT_EQ(problem, "") << text;
+  }
+}
+
+TEST(Condition, MistakesAreFalseWithAReason) {
+  const std::string deep(100000, '('), minus(100000, '-'), power = [] {
+    std::string s = "1";
+    for (int i = 0; i < 5000; ++i) s += "^1";
+    return s;
+  }();
+  for (const std::string& text :
+       {std::string(""), std::string("1 +"), std::string("(1"), std::string("$nothing == 1"), std::string("'open"),
+        std::string("1 1"), std::string("'a' + 1"), std::string("1 / 0"), std::string("'a' =~ '('"), deep, minus,
+        power}) {
+    std::string problem;
+    EXPECT_FALSE(evaluateCondition(text, lookup, problem)) << text.substr(0, 40);
+    EXPECT_NE(problem, "") << text.substr(0, 40);
+  }
+}
+
+TEST(Condition, PatternsCannotStopTheReader) {
+  std::string problem;
+  evaluateCondition("'" + std::string(2000, 'a') + "' =~ '(a+)+(a+)+(a+)+b'", lookup, problem);
+}
+
+TEST(Substitution, NamesInStrings) {
+  EXPECT_EQ(substitute("a/${user:pass}/x", '$', false, lookup), "a/beauty/x");
+  EXPECT_EQ(substitute("a/$Frame.tif", '$', true, lookup), "a/12.tif");
+  EXPECT_EQ(substitute("a/$Frame.tif", '$', false, lookup), "a/$Frame.tif");
+  EXPECT_EQ(substitute("${none}$none$ ${", '$', true, lookup), "${none}$none$ ${");
+  EXPECT_EQ(substitute("%Frame", '%', true, lookup), "12");
+}
+
+}  // namespace
+}  // namespace kinora::rib

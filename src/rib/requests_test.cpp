@@ -1,0 +1,651 @@
+// What each family of requests leaves in the scene description. Proves the state machine and the values; how they are
+// rendered is no business of this folder.
+#include <cmath>
+#include <set>
+
+#include "rib/test_support.h"
+
+namespace kinora::rib {
+namespace {
+
+using namespace scene;
+
+void expectClean(const Read& r) { EXPECT_TRUE(r.messages.empty()) << r.all(); }
+
+TEST(Options, EveryRequestBeforeTheWorld) {
+  const Read r = readRib(R"(version 3.04
+FrameBegin 7
+Format 640 480 0.5
+FrameAspectRatio 1.5
+ScreenWindow -1 1 -0.5 0.5
+CropWindow 0.1 0.9 0.2 0.8
+Projection "perspective" "fov" [40]
+Clipping 0.1 1000
+DepthOfField 2.8 0.05 3
+Shutter 0.25 0.75
+PixelFilter "mitchell" 3 4
+PixelSamples 4 5
+PixelVariance 0.01
+Exposure 2 2.2
+Option "limits" "int[2] bucketsize" [16 32] "gridsize" [256]
+Option "user" "string pass" ["beauty"]
+Display "a.exr" "openexr" "rgba" "int[4] quantize" [0 0 0 0]
+Display "+b.exr" "openexr" "Ci,a"
+DisplayChannel "color diffuse" "string source" ["color lpe:C<RD>[<L.>O]"]
+DisplayChannel "varying float[2] two"
+Hider "raytrace" "int maxsamples" [64]
+Integrator "PxrPathTracer" "it" "int maxIndirectBounces" [4]
+SampleFilter "PxrA" "a"
+SampleFilter "PxrB" "b" "reference samplefilter[1] filter" ["a"]
+DisplayFilter "PxrBackgroundDisplayFilter" "bg" "color backgroundColor" [1 0 0]
+Translate 0 0 5
+WorldBegin
+Sphere 1 -1 1 360
+WorldEnd
+FrameEnd
+)");
+  expectClean(r);
+  ASSERT_EQ(r.worlds.size(), 1u);
+  const Scene& s = r.world();
+  EXPECT_TRUE(s.hasFrame);
+  EXPECT_EQ(s.frame, 7);
+  EXPECT_EQ(s.resolution, (std::array<int, 2>{640, 480}));
+  EXPECT_EQ(s.pixelAspect, 0.5f);
+  EXPECT_EQ(s.frameAspect, 1.5f);
+  EXPECT_EQ(s.cropWindow, (std::array<float, 4>{0.1f, 0.9f, 0.2f, 0.8f}));
+  EXPECT_EQ(s.pixelFilter, "mitchell");
+  EXPECT_EQ(s.pixelFilterWidth, (std::array<float, 2>{3, 4}));
+  EXPECT_EQ(s.pixelSamples, (std::array<int, 2>{4, 5}));
+  EXPECT_EQ(s.pixelVariance, 0.01f);
+  EXPECT_EQ(s.exposure, (std::array<float, 2>{2, 2.2f}));
+  EXPECT_EQ(s.options.find("limits:bucketsize")->ints, (std::vector<int>{16, 32}));
+  EXPECT_EQ(s.options.getInt("limits:gridsize", 0), 256);
+  EXPECT_EQ(s.options.getString("user:pass", ""), "beauty");
+  ASSERT_EQ(s.displays.size(), 2u);
+  EXPECT_EQ(s.displays[0].driver, "openexr");
+  EXPECT_EQ(s.displays[1].file, "b.exr");
+  EXPECT_EQ(s.displays[1].mode, "Ci,a");
+  ASSERT_EQ(s.channels.size(), 2u);
+  EXPECT_EQ(s.channels[0].name, "diffuse");
+  EXPECT_EQ(s.channels[0].type, ValueType::Color);
+  EXPECT_EQ(s.channels[0].params.getString("source", ""), "color lpe:C<RD>[<L.>O]");
+  EXPECT_EQ(s.channels[1].arrayLength, 2);
+  EXPECT_EQ(s.hider->params.getInt("maxsamples", 0), 64);
+  EXPECT_EQ(s.integrator->plugin, "PxrPathTracer");
+  EXPECT_EQ(s.integrator->handle, "it");
+  ASSERT_EQ(s.sampleFilters.size(), 2u);
+  EXPECT_EQ(s.sampleFilters.back()->plugin, "PxrB");
+  EXPECT_EQ(s.displayFilters[0]->params.getFloats("backgroundColor"), (std::vector<float>{1, 0, 0}));
+  ASSERT_EQ(s.cameras.size(), 1u);
+  const Camera& c = s.cameras[0];
+  EXPECT_EQ(c.projection->params.getFloat("fov", 0), 40);
+  EXPECT_EQ(c.screenWindow, (std::array<float, 4>{-1, 1, -0.5f, 0.5f}));
+  EXPECT_EQ(c.clipping, (std::array<float, 2>{0.1f, 1000}));
+  EXPECT_EQ(c.depthOfField, (std::array<float, 3>{2.8f, 0.05f, 3}));
+  EXPECT_EQ(c.shutter, (std::array<double, 2>{0.25, 0.75}));
+  EXPECT_EQ(c.worldToCamera.matrices[0][3][2], 5);
+  EXPECT_EQ(s.pos.line, 27u);
+}
+
+TEST(Options, RiGroupAndDefaults) {
+  const Read r = readRib(
+      R"(Option "Ri" "int[2] FormatResolution" [32 16] "float PixelVariance" [0.5] "float[2] Shutter" [0 1] "int Frame" [3]
+DepthOfField 1e999 1 1
+WorldBegin
+WorldEnd)");
+  expectClean(r);
+  EXPECT_EQ(r.world().resolution, (std::array<int, 2>{32, 16}));
+  EXPECT_EQ(r.world().pixelVariance, 0.5f);
+  EXPECT_EQ(r.world().frame, 3);
+  EXPECT_EQ(r.world().cameras[0].shutter[1], 1);
+  EXPECT_EQ(r.world().cameras[0].depthOfField[0], 0) << "an infinite f-number is a pinhole";
+  EXPECT_EQ(r.world().cameras[0].projection, nullptr);
+}
+
+TEST(Cameras, NamedAndPrimary) {
+  const Read r = readRib(R"(TransformBegin
+Translate 0 0 1
+Projection "perspective" "fov" [20]
+Camera "side"
+TransformEnd
+Projection "perspective" "fov" [30]
+Translate 0 0 2
+Camera "world" "float[2] shutteropening" [0 1]
+WorldBegin
+WorldEnd)");
+  expectClean(r);
+  ASSERT_EQ(r.world().cameras.size(), 2u);
+  EXPECT_EQ(r.world().cameras[0].name, "world");
+  EXPECT_EQ(r.world().cameras[0].worldToCamera.matrices[0][3][2], 2);
+  EXPECT_EQ(r.world().cameras[0].params.getFloats("shutteropening").size(), 2u);
+  EXPECT_EQ(r.world().cameras[1].name, "side");
+  EXPECT_EQ(r.world().cameras[1].projection->params.getFloat("fov", 0), 20);
+  // no camera called "world" and nothing else placed: the first one named
+  const Read t = readRib("TransformBegin Translate 0 0 4 Camera \"main\" TransformEnd WorldBegin WorldEnd");
+  ASSERT_EQ(t.world().cameras.size(), 1u);
+  EXPECT_EQ(t.world().cameras[0].name, "main");
+}
+
+TEST(Frames, StateComesBackAndFilesAreOneStream) {
+  const Read r = readRib(std::vector<std::string>{
+      "Format 10 20 1\nFrameBegin 1\nFormat 30 40 1\nWorldBegin\nColor 1 0 0\nSphere 1 -1 1 "
+      "360\nWorldEnd\nFrameEnd\n",
+      "FrameBegin 2\nWorldBegin\nSphere 1 -1 1 360\nWorldEnd\nFrameEnd\nDeclare \"x\" \"constant float\"\n",
+      "WorldBegin\nSphere 1 -1 1 360 \"x\" 3\nWorldEnd\n"});
+  expectClean(r);
+  ASSERT_EQ(r.worlds.size(), 3u);
+  EXPECT_EQ(r.worlds[0].resolution[0], 30);
+  EXPECT_EQ(r.worlds[1].resolution[0], 10);
+  EXPECT_EQ(r.worlds[1].frame, 2);
+  EXPECT_FALSE(r.worlds[1].primitives[0]->attributes->color);
+  EXPECT_TRUE(r.worlds[0].primitives[0]->attributes->color);
+  EXPECT_EQ(r.worlds[2].primitives[0]->primvars.getFloat("x", 0), 3);
+  EXPECT_FALSE(r.worlds[2].hasFrame);
+}
+
+TEST(Attributes, ClassicRequestsAndGroups) {
+  const Read r = readWorld(R"(Color [1 0.5 0]
+Opacity 0.5 0.5 0.5
+TextureCoordinates 0 1 2 3 4 5 6 7
+ShadingRate 4
+ShadingInterpolation "constant"
+Matte 1
+Sides 1
+Orientation "rh"
+ReverseOrientation
+Basis "b-spline" 1 "catmull-rom" 1
+Attribute "identifier" "string name" ["ball"]
+Attribute "visibility" "int camera" [0] "int indirect" 1
+Attribute "grouping" "membership" ["a"]
+Attribute "grouping" "string membership" ["+b c"]
+AttributeBegin
+  Attribute "user" "float x" [2]
+  Sphere 1 -1 1 360
+AttributeEnd
+Sphere 2 -2 2 360)");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 2u);
+  const Attributes& a = *r.primitive(0).attributes;
+  EXPECT_EQ(*a.color, (std::array<float, 3>{1, 0.5f, 0}));
+  EXPECT_EQ(*a.opacity, (std::array<float, 3>{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(a.textureCoordinates[7], 7);
+  EXPECT_EQ(a.shadingRate, 4);
+  EXPECT_FALSE(a.smoothShading);
+  EXPECT_TRUE(a.matte);
+  EXPECT_EQ(a.sides, 1);
+  EXPECT_EQ(a.orientation, Attributes::Orientation::RightHanded);
+  EXPECT_TRUE(a.reverseOrientation);
+  EXPECT_EQ(a.uStep, 1);
+  EXPECT_FLOAT_EQ(a.uBasis[13], 4.f / 6);
+  EXPECT_EQ(a.vBasis[1], 1.5f);
+  EXPECT_EQ(a.named.getString("identifier:name", ""), "ball");
+  EXPECT_EQ(a.getInt("visibility:camera", 1), 0);
+  EXPECT_EQ(a.named.getString("grouping:membership", ""), "a b c");
+  EXPECT_EQ(a.named.getFloat("user:x", 0), 2);
+  EXPECT_FALSE(r.primitive(1).attributes->named.find("user:x"));
+  EXPECT_EQ(r.primitive(0).name(), "ball");
+}
+
+TEST(Attributes, RiGroupSetsTheClassicState) {
+  const Read r = readWorld(
+      "Attribute \"Ri\" \"int Sides\" [1] \"string Orientation\" [\"inside\"] \"int Matte\" [1] \"int "
+      "ReverseOrientation\" [1]\nSphere 1 -1 1 360");
+  const Attributes& a = *r.primitive().attributes;
+  EXPECT_EQ(a.sides, 1);
+  EXPECT_EQ(a.orientation, Attributes::Orientation::Inside);
+  EXPECT_TRUE(a.matte && a.reverseOrientation);
+}
+
+TEST(Attributes, AreSharedBetweenTwoChanges) {
+  const Read r = readWorld("Color 1 0 0\nSphere 1 -1 1 360\nSphere 1 -1 1 360\nColor 0 1 0\nSphere 1 -1 1 360");
+  EXPECT_EQ(r.primitive(0).attributes, r.primitive(1).attributes);
+  EXPECT_NE(r.primitive(0).attributes, r.primitive(2).attributes);
+  EXPECT_EQ((*r.primitive(0).attributes->color)[0], 1);
+}
+
+TEST(Transforms, EachRequest) {
+  const auto at = [](const char* request, Imath::V3d p) {
+    const Read r = readWorld(std::string(request) + "\nSphere 1 -1 1 360");
+    EXPECT_TRUE(r.messages.empty()) << r.all();
+    Imath::V3d q;
+    r.primitive().toWorld.matrices[0].multVecMatrix(p, q);
+    return q;
+  };
+  const auto near = [](Imath::V3d a, Imath::V3d b) { return a.equalWithAbsError(b, 1e-12); };
+  EXPECT_TRUE(near(at("Translate 1 2 3", {1, 1, 1}), {2, 3, 4}));
+  EXPECT_TRUE(near(at("Scale 1 2 3", {1, 1, 1}), {1, 2, 3}));
+  EXPECT_TRUE(near(at("Rotate 90 0 0 1", {1, 0, 0}), {0, 1, 0}));
+  EXPECT_TRUE(near(at("Rotate 90 1 0 0", {0, 1, 0}), {0, 0, 1}));
+  EXPECT_TRUE(near(at("Translate 1 0 0 Scale 2 2 2", {1, 0, 0}), {3, 0, 0})) << "the latest request acts first";
+  EXPECT_TRUE(near(at("Scale 9 9 9 Transform [1 0 0 0 0 1 0 0 0 0 1 0 4 5 6 1]", {1, 1, 1}), {5, 6, 7}));
+  EXPECT_TRUE(near(at("Translate 1 0 0 ConcatTransform 1 0 0 0  0 1 0 0  0 0 1 0  4 5 6 1", {0, 0, 0}), {5, 5, 6}));
+  EXPECT_TRUE(near(at("Translate 1 0 0 Identity", {0, 0, 1}), {0, 0, 1}));
+  EXPECT_TRUE(near(at("Skew 45 0 1 0 1 0 0", {0, 1, 0}), {1, 1, 0}));
+  EXPECT_TRUE(near(at("Translate 1e6 0 0 Translate 0.001 0 0", {0, 0, 0}), {1000000.001, 0, 0}))
+      << "transforms are double";
+  EXPECT_TRUE(near(at("TransformBegin Translate 5 5 5 TransformEnd", {1, 0, 0}), {1, 0, 0}));
+  const auto persp = at("Perspective 90", {1, 1, 2});
+  EXPECT_TRUE(near(persp, {0.5, 0.5, 0.5}));
+}
+
+TEST(Transforms, CoordinateSystems) {
+  const Read r = readRib(R"(Translate 0 0 5
+CoordinateSystem "behind"
+WorldBegin
+AttributeBegin
+Translate 1 0 0
+CoordinateSystem "mark"
+AttributeEnd
+AttributeBegin
+Translate 0 7 0
+ScopedCoordinateSystem "scoped"
+Sphere 1 -1 1 360
+AttributeEnd
+CoordSysTransform "mark"
+Sphere 1 -1 1 360
+CoordSysTransform "camera"
+Sphere 1 -1 1 360
+WorldEnd)");
+  expectClean(r);
+  const auto& spaces = r.world().coordinateSystems;
+  EXPECT_EQ(spaces.at("mark").matrices[0][3][0], 1);
+  EXPECT_EQ(spaces.at("camera").matrices[0][3][2], -5);
+  EXPECT_EQ(spaces.at("world").matrices[0], Matrix());
+  EXPECT_EQ(spaces.at("behind").matrices[0], Matrix()) << "named before the world: the place of the world's origin";
+  EXPECT_EQ(r.primitive(0).attributes->coordinateSystems->at("scoped").matrices[0][3][1], 7);
+  EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
+  EXPECT_EQ(r.primitive(1).attributes->coordinateSystems, nullptr);
+  EXPECT_EQ(r.primitive(2).toWorld.matrices[0][3][2], -5);
+}
+
+TEST(Motion, TransformsCamerasAndGeometry) {
+  const Read r = readRib(R"(MotionBegin [0 1]
+Translate 0 0 5
+Translate 0 0 6
+MotionEnd
+WorldBegin
+AttributeBegin
+MotionBegin [0 0.5 1]
+Translate 0 0 0
+Translate 1 0 0
+Translate 5 0 0
+MotionEnd
+Sphere 1 -1 1 360
+AttributeEnd
+MotionBegin [0 1]
+Polygon "P" [0 0 0 1 0 0 0 1 0]
+Polygon "P" [0 0 1 1 0 1 0 1 1]
+MotionEnd
+MotionBegin [0 1]
+Sphere 1 -1 1 360
+Sphere 2 -2 2 360
+MotionEnd
+WorldEnd)");
+  expectClean(r);
+  EXPECT_EQ(r.world().cameras[0].worldToCamera.times, (std::vector<double>{0, 1}));
+  EXPECT_EQ(r.world().cameras[0].worldToCamera.at(0.5)[3][2], 5.5);
+  EXPECT_EQ(r.primitive(0).toWorld.at(0.75)[3][0], 3);
+  EXPECT_EQ(r.primitive(0).toWorld.at(9)[3][0], 5);
+  const Primitive& p = r.primitive(1);
+  ASSERT_EQ(p.motion.size(), 1u);
+  EXPECT_EQ(p.times, (std::vector<double>{0, 1}));
+  EXPECT_EQ(p.motion[0].getFloats("P")[2], 1);
+  EXPECT_EQ(r.primitive(2).motion[0].getFloats("__quadric")[0], 2);
+}
+
+TEST(Motion, RotationsStayOnTheirArc) {
+  for (const char* block :
+       {"Rotate 0 0 0 1\nRotate 180 0 0 1", "Rotate 0 0 0 1\nRotate 720 0 0 1",
+        "ConcatTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]\nConcatTransform [0 1 0 0 -1 0 0 0 0 0 1 0 3 0 0 1]",
+        "Rotate 20 1 0 0\nRotate 50 0 1 0"}) {
+    const Read r = readWorld(std::string("MotionBegin [0 1]\n") + block + "\nMotionEnd\nSphere 1 -1 1 360");
+    EXPECT_TRUE(r.messages.empty()) << r.all();
+    const auto& t = r.primitive().toWorld;
+    for (double time = 0; time <= 1; time += 0.00731) {
+      Imath::V3d d;
+      t.at(time).multDirMatrix(Imath::V3d(1, 0, 0), d);
+      EXPECT_NEAR(d.length(), 1, 1e-4) << block << " at " << time;
+    }
+  }
+  const Read r = readWorld("MotionBegin [0 1]\nRotate 0 0 0 1\nRotate 720 0 0 1\nMotionEnd\nSphere 1 -1 1 360");
+  Imath::V3d d;
+  r.primitive().toWorld.at(0.125).multDirMatrix(Imath::V3d(1, 0, 0), d);
+  EXPECT_NEAR(d.y, 1, 1e-3) << "two turns are two turns";
+}
+
+TEST(Shading, NetworksAreSnapshotsInOrder) {
+  const Read r = readWorld(R"(Pattern "PxrManifold2D" "uv" "float scaleS" [2]
+Pattern "PxrTexture" "tex" "string filename" ["a.tex"] "reference struct manifold" ["uv:result"]
+Pattern "PxrTexture" "unused" "string filename" ["b.tex"]
+Pattern "PxrMix" "mix" "reference color color1" ["tex:resultRGB"] "color color2" [1 0 0] "reference float mix" ["tex:resultA"]
+AttributeBegin
+Bxdf "PxrSurface" "s" "reference color diffuseColor" ["mix:resultRGB"] "float diffuseGain" [0.5]
+Displace "PxrDisplace" "d" "reference float dispScalar" ["tex:resultR"]
+Sphere 1 -1 1 360
+Pattern "PxrMix" "mix" "color color1" [0 0 1]
+Sphere 1 -1 1 360
+AttributeEnd
+Bxdf "PxrSurface" "t" "reference color diffuseColor" ["mix:resultRGB"]
+Sphere 1 -1 1 360)");
+  expectClean(r);
+  const Network& n = *r.primitive(0).attributes->bxdf;
+  EXPECT_EQ(n.terminal->plugin, "PxrSurface");
+  ASSERT_EQ(n.patterns.size(), 3u);
+  EXPECT_EQ(n.patterns[0]->handle, "uv");
+  EXPECT_EQ(n.patterns[1]->handle, "tex");
+  EXPECT_EQ(n.patterns[2]->handle, "mix");
+  const Parameter* input = n.terminal->params.find("diffuseColor");
+  EXPECT_TRUE(input->isReference);
+  EXPECT_EQ(input->type, ValueType::Color);
+  EXPECT_EQ(input->strings[0], "mix:resultRGB");
+  EXPECT_EQ(r.primitive(0).attributes->displacement->patterns.size(), 2u);
+  EXPECT_EQ(r.primitive(1).attributes->bxdf, r.primitive(0).attributes->bxdf)
+      << "a later pattern leaves the snapshot alone";
+  ASSERT_EQ(r.primitive(2).attributes->bxdf->patterns.size(), 3u) << "the inner pattern went with its block";
+}
+
+TEST(Shading, PatternsMayStandBehindWhatReadsThem) {
+  const Read r = readWorld(
+      "Displace \"PxrDisplace\" \"d\" \"reference float dispScalar\" [\"p:out\"]\nPattern \"P\" \"p\"\nSphere 1 -1 1 "
+      "360");
+  expectClean(r);
+  EXPECT_EQ(r.primitive().attributes->displacement->patterns.size(), 1u);
+}
+
+TEST(Shading, LayeredBxdfsReadBxdfs) {
+  const Read r = readWorld(
+      "Bxdf \"LamaDiffuse\" \"a\"\nBxdf \"LamaSurface\" \"b\" \"reference bxdf materialFront\" [\"a\"]\nSphere 1 -1 "
+      "1 360");
+  expectClean(r);
+  EXPECT_EQ(r.primitive().attributes->bxdf->patterns.at(0)->plugin, "LamaDiffuse");
+}
+
+TEST(Lights, ModernWithFiltersPatternsAndMesh) {
+  const Read r = readWorld(R"(AttributeBegin
+Translate 0 5 0
+LightFilter "PxrRodLightFilter" "rod" "float width" [2]
+Pattern "PxrTexture" "map"
+Attribute "grouping" "string membership" ["key"]
+Light "PxrRectLight" "rect" "float intensity" [3] "reference color lightColor" ["map:resultRGB"]
+AttributeEnd
+AttributeBegin
+Light "PxrMeshLight" "mesh" "float intensity" [1]
+Sphere 1 -1 1 360
+AttributeEnd
+Sphere 2 -2 2 360)");
+  expectClean(r);
+  ASSERT_EQ(r.world().lights.size(), 2u);
+  const Light& l = r.world().lights[0];
+  EXPECT_EQ(l.node->plugin, "PxrRectLight");
+  EXPECT_EQ(l.toWorld.matrices[0][3][1], 5);
+  ASSERT_EQ(l.filters.size(), 1u);
+  ASSERT_EQ(l.filterToWorld.size(), 1u);
+  EXPECT_EQ(l.filterToWorld[0].matrices[0][3][1], 5);
+  ASSERT_EQ(l.patterns.size(), 1u);
+  EXPECT_EQ(l.attributes->named.getString("grouping:membership", ""), "key");
+  ASSERT_TRUE(r.world().lights[1].geometry);
+  EXPECT_EQ(std::get<Quadric>(r.world().lights[1].geometry->shape).args[0], 1);
+  ASSERT_EQ(r.world().primitives.size(), 1u) << "a mesh light's geometry is the light's";
+}
+
+TEST(Lights, ClassicOnesAreKept) {
+  const Read r = readWorld(R"(LightSource "pointlight" 1 "from" [1 2 3] "intensity" 4
+AreaLightSource "PxrStdAreaLight" "area" "float exposure" [2]
+Geometry "rectlight"
+Surface "plastic" "Kd" 0.5
+Illuminate 1 0
+Sphere 1 -1 1 360)");
+  ASSERT_EQ(r.world().classicLights.size(), 3u);
+  EXPECT_EQ(r.world().classicLights[0].node->kind, "LightSource");
+  EXPECT_EQ(r.world().classicLights[0].node->handle, "1");
+  EXPECT_EQ(r.world().classicLights[0].node->params.getFloats("from"), (std::vector<float>{1, 2, 3}));
+  EXPECT_TRUE(r.world().classicLights[1].geometry);
+  EXPECT_TRUE(r.world().lights.empty());
+  EXPECT_EQ(r.primitive(1).attributes->classicShaders.at(0)->plugin, "plastic");
+  EXPECT_EQ(r.primitive(1).attributes->named.find("illuminate:off")->strings, (std::vector<std::string>{"1"}));
+  for (const char* code : {"RIB-KEPT-LIGHTSOURCE", "RIB-KEPT-AREALIGHTSOURCE", "RIB-KEPT-GEOMETRY",
+                           "RIB-KEPT-SURFACE", "RIB-KEPT-ILLUMINATE"})
+    EXPECT_EQ(r.count(code), 1u) << code;
+}
+
+TEST(Geometry, EveryRequest) {
+  const Read r = readWorld(R"(Sphere 1 -0.5 0.5 180 "Cs" [1 0 0 0 1 0 0 0 1 1 1 1]
+Cone 2 1 360
+Cylinder 1 0 2 360
+Hyperboloid [1 0 0] [1 1 1] 360
+Paraboloid 1 0 2 360
+Disk 0 [1] 360
+Torus 2 0.5 0 360 360
+Polygon "P" [0 0 0 1 0 0 1 1 0] "N" [0 0 1 0 0 1 0 0 1]
+GeneralPolygon [3 3] "P" [0 0 0 9 0 0 0 9 0 1 1 0 2 1 0 1 2 0]
+PointsPolygons [3 3] [0 1 2 2 1 3] "P" [0 0 0 1 0 0 0 1 0 1 1 0] "uniform float u" [1 2] "facevarying float[2] st" [0 0 0 0 0 0 0 0 0 0 0 0]
+PointsGeneralPolygons [2] [3 3] [0 1 2 3 4 5] "P" [0 0 0 9 0 0 0 9 0 1 1 0 2 1 0 1 2 0]
+Patch "bilinear" "P" [0 0 0 1 0 0 0 1 0 1 1 0]
+PatchMesh "bicubic" 7 "nonperiodic" 4 "nonperiodic" "Pz" [0 0 0 0 0 0 0 1 1 1 1 1 1 1 2 2 2 2 2 2 2 3 3 3 3 3 3 3] "varying float t" [1 2 3 4 5 6]
+NuPatch 4 4 [0 0 0 0 1 1 1 1] 0 1 2 2 [0 0 1 1] 0 1 "Pw" [0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1]
+SubdivisionMesh "catmull-clark" [4] [0 1 2 3] ["interpolateboundary" "crease"] [0 0 2 1] [0 1] [3.5] "P" [0 0 0 1 0 0 1 1 0 0 1 0]
+SubdivisionMesh "loop" [3] [0 1 2] "P" [0 0 0 1 0 0 1 1 0]
+HierarchicalSubdivisionMesh "catmull-clark" [4] [0 1 2 3] ["creasemethod"] [0 0 1] [] [] ["chaikin"] "P" [0 0 0 1 0 0 1 1 0 0 1 0]
+Curves "cubic" [4 7] "nonperiodic" "P" [0 0 0 1 0 0 2 0 0 3 0 0 0 0 0 1 0 0 2 0 0 3 0 0 4 0 0 5 0 0 6 0 0] "varying float width" [1 2 3 4 5]
+Points "P" [0 0 0 1 1 1] "constantwidth" [0.1]
+)");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 19u);
+  EXPECT_EQ(std::get<Quadric>(r.primitive(0).shape).args[3], 180);
+  EXPECT_EQ(r.primitive(0).primvars.find("Cs")->storage, StorageClass::Varying);
+  EXPECT_EQ(std::get<Quadric>(r.primitive(3).shape).args[6], 360);
+  EXPECT_EQ(std::get<PolygonMesh>(r.primitive(7).shape).verticesPerLoop, (std::vector<int>{3}));
+  EXPECT_EQ(std::get<PolygonMesh>(r.primitive(8).shape).loopsPerFace, (std::vector<int>{2}));
+  EXPECT_EQ(std::get<PolygonMesh>(r.primitive(9).shape).vertices.size(), 6u);
+  EXPECT_TRUE(std::get<PolygonMesh>(r.primitive(9).shape).loopsPerFace.empty());
+  EXPECT_EQ(r.primitive(9).primvars.find("st")->arrayLength, 2);
+  EXPECT_EQ(std::get<PolygonMesh>(r.primitive(10).shape).verticesPerLoop.size(), 2u);
+  EXPECT_EQ(std::get<PatchMesh>(r.primitive(12).shape).nu, 7);
+  const auto heights = r.primitive(12).primvars.getFloats("P");
+  ASSERT_EQ(heights.size(), 84u);
+  EXPECT_EQ(heights[3 * 27], 1);
+  EXPECT_EQ(heights[3 * 27 + 1], 1);
+  EXPECT_EQ(heights[3 * 27 + 2], 3);
+  EXPECT_EQ(std::get<NuPatch>(r.primitive(13).shape).uKnots.size(), 8u);
+  const auto& tags = std::get<SubdivisionMesh>(r.primitive(14).shape).tags;
+  ASSERT_EQ(tags.size(), 2u);
+  EXPECT_EQ(tags[1].name, "crease");
+  EXPECT_EQ(tags[1].ints, (std::vector<int>{0, 1}));
+  EXPECT_EQ(tags[1].floats, (std::vector<float>{3.5f}));
+  EXPECT_EQ(std::get<SubdivisionMesh>(r.primitive(16).shape).tags[0].strings[0], "chaikin");
+  EXPECT_TRUE(std::get<scene::Curves>(r.primitive(17).shape).cubic);
+  EXPECT_EQ(std::get<Points>(r.primitive(18).shape).count, 2);
+  EXPECT_EQ(r.primitive(18).pos.line, 20u);
+}
+
+TEST(Geometry, TrimCurvesGoWithNuPatches) {
+  const Read r = readWorld(R"(TrimCurve [1] [2] [0 0 1 1] [0] [1] [2] [0 1] [0 1] [1 1]
+NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 "P" [0 0 0 1 0 0 0 1 0 1 1 0])");
+  expectClean(r);
+  EXPECT_EQ(std::get<NuPatch>(r.primitive().shape).trim.find("order")->ints, (std::vector<int>{2}));
+}
+
+TEST(Geometry, WhatIsNotRenderedIsKeptWithItsArguments) {
+  const Read r = readWorld(R"(Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] [""]
+Volume "box" [-1 1 -1 1 -1 1] [2 2 2] "varying float density" [1 1 1 1 1 1 1 1]
+Geometry "envsphere" "constant float[2] resolution" [64 32]
+Procedural "RunProgram" ["rm -rf x" "arg"] [-1 1 -1 1 -1 1]
+Procedural2 "DynamicLoad2" "SimpleBound" "string dsoname" ["x.so"] "float[6] bound" [0 1 0 1 0 1])");
+  ASSERT_EQ(r.world().primitives.size(), 5u) << r.all();
+  const auto& o = [&](size_t i) -> const OtherPrimitive& { return std::get<OtherPrimitive>(r.primitive(i).shape); };
+  EXPECT_EQ(o(0).args.getFloats("floats").size(), 16u);
+  EXPECT_EQ(o(1).args.getString("type", ""), "box");
+  EXPECT_EQ(r.primitive(1).primvars.getFloats("density").size(), 8u);
+  EXPECT_EQ(r.primitive(2).primvars.getFloats("resolution").size(), 2u);
+  EXPECT_EQ(o(3).args.find("data")->strings[0], "rm -rf x");
+  EXPECT_EQ(r.primitive(4).primvars.getString("dsoname", ""), "x.so");
+  for (const char* code :
+       {"RIB-KEPT-BLOBBY", "RIB-KEPT-VOLUME", "RIB-KEPT-GEOMETRY", "RIB-KEPT-PROCEDURAL", "RIB-KEPT-PROCEDURAL2"})
+    EXPECT_EQ(r.count(code), 1u) << code;
+}
+
+TEST(Objects, PrototypesInstancesAndNesting) {
+  const Read r = readWorld(R"(ObjectBegin "leaf"
+Translate 0 1 0
+Sphere 1 -1 1 360
+ObjectEnd
+ObjectBegin 2
+ObjectInstance "leaf"
+Translate 3 0 0
+ObjectInstance "leaf"
+ObjectEnd
+Translate 10 0 0
+Attribute "user" "int k" [5]
+ObjectInstance 2
+ObjectInstance 2.0)");
+  expectClean(r);
+  const Scene& s = r.world();
+  ASSERT_EQ(s.prototypes.size(), 2u);
+  EXPECT_EQ(s.prototypes[0].name, "leaf");
+  EXPECT_EQ(s.prototypes[0].primitives[0]->toWorld.matrices[0][3][1], 1);
+  ASSERT_EQ(s.prototypes[1].instances.size(), 2u);
+  EXPECT_EQ(s.prototypes[1].instances[1].prototype, 0u);
+  EXPECT_EQ(s.prototypes[1].instances[1].toWorld.matrices[0][3][0], 3);
+  ASSERT_EQ(s.instances.size(), 2u);
+  EXPECT_EQ(s.instances[0].prototype, 1u);
+  EXPECT_EQ(s.instances[0].toWorld.matrices[0][3][0], 10);
+  EXPECT_EQ(s.instances[0].attributes->getInt("user:k", 0), 5);
+  EXPECT_TRUE(s.primitives.empty());
+  std::set<uint32_t> ids{s.prototypes[0].primitives[0]->id, s.instances[0].id, s.instances[1].id};
+  EXPECT_EQ(ids.size(), 3u);
+  EXPECT_GT(s.nextId, *ids.rbegin());
+}
+
+TEST(Archives, InlineOnesAreReplayedAndSubstituted) {
+  const Read r = readWorld(R"(ArchiveBegin "ball"
+ArchiveBegin "inner"
+Sphere 1 -1 1 360
+ArchiveEnd
+Attribute "identifier" "string name" ["${user:who}"]
+ReadArchive "inner"
+ArchiveEnd
+Attribute "user" "string who" ["ann"]
+ReadArchive "ball"
+Attribute "user" "string who" ["bob"]
+ReadArchive "ball")");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 2u);
+  EXPECT_EQ(r.primitive(0).name(), "ann");
+  EXPECT_EQ(r.primitive(1).name(), "bob");
+}
+
+TEST(Archives, DelayedOnesAreReadInAScopeOfTheirOwn) {
+  const Read r = readWorld(
+      "ArchiveBegin \"a\"\nColor 1 0 0\nTranslate 1 0 0\nSphere 1 -1 1 360\nArchiveEnd\n"
+      "Procedural \"DelayedReadArchive\" [\"a\"] [0 1 0 1 0 1]\n"
+      "Procedural2 \"DelayedReadArchive2\" \"SimpleBound\" \"string filename\" [\"a\"] \"float[6] bound\" [0 1 0 1 0 "
+      "1]\n"
+      "Sphere 2 -2 2 360");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 3u);
+  EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
+  EXPECT_FALSE(r.primitive(2).attributes->color);
+  EXPECT_EQ(r.primitive(2).toWorld.matrices[0], Matrix());
+}
+
+TEST(Conditions, ChooseBranchesAndNest) {
+  const Read r = readRib(R"rib(Option "user" "string pass" ["beauty"] "float level" [3]
+WorldBegin
+IfBegin "$user:pass == 'shadow'"
+  Sphere 1 -1 1 360
+  IfBegin "1"
+    Sphere 2 -2 2 360
+  Else
+    Sphere 2.5 -2 2 360
+  IfEnd
+ElseIf "$user:level > 2"
+  Sphere 3 -3 3 360
+ElseIf "1"
+  Sphere 4 -4 4 360
+Else
+  Sphere 5 -5 5 360
+IfEnd
+IfBegin "defined(user:nothing)"
+  Sphere 6 -6 6 360
+Else
+  Sphere 7 -7 7 360
+IfEnd
+WorldEnd)rib");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 2u);
+  EXPECT_EQ(std::get<Quadric>(r.primitive(0).shape).args[0], 3);
+  EXPECT_EQ(std::get<Quadric>(r.primitive(1).shape).args[0], 7);
+}
+
+TEST(Resources, SaveAndRestore) {
+  const Read r = readWorld(R"(ResourceBegin
+Color 1 0 0
+Translate 1 0 0
+Resource "r" "attributes" "string operation" ["save"] "string subset" ["all"]
+Color 0 1 0
+Translate 1 0 0
+Resource "r" "attributes" "string operation" ["restore"] "string subset" ["shading"]
+Sphere 1 -1 1 360
+Resource "r" "attributes" "string operation" ["restore"] "string subset" ["transform"]
+Sphere 1 -1 1 360
+ResourceEnd)");
+  expectClean(r);
+  EXPECT_EQ((*r.primitive(0).attributes->color)[0], 1);
+  EXPECT_EQ(r.primitive(0).toWorld.matrices[0][3][0], 2);
+  EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
+}
+
+TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
+  const char* const kNames[] = {
+      "Bound",       "ClippingPlane",     "ColorSamples", "ConnectShaderLayers",     "Detail",
+      "DetailRange", "EnableLightFilter", "ErrorHandler", "GeometricApproximation",  "GeometricRepresentation",
+      "Imager",      "MakeBrickMap",      "MakeBump",     "MakeCubeFaceEnvironment", "MakeLatLongEnvironment",
+      "MakeShadow",  "MakeTexture",       "Quantize",     "RelativeDetail",          "ShaderLayer",
+      "System",      "VolumePixelSamples"};
+  std::string text;
+  for (int twice = 0; twice < 2; ++twice)
+    for (const char* n : kNames) text += std::string(n) + " \"a\" 1 \"string x\" [\"y\"]\n";
+  const Read r = readRib(text + "WorldBegin\nWorldEnd");
+  EXPECT_EQ(r.world().kept.size(), 2 * std::size(kNames));
+  EXPECT_EQ(r.messages.size(), std::size(kNames)) << r.all();
+  EXPECT_EQ(r.world().kept[0].request, "Bound");
+  EXPECT_EQ(r.world().kept[0].args, (std::vector<std::string>{"a", "1"}));
+  EXPECT_EQ(r.world().kept[0].params.getString("x", ""), "y");
+  Explanations explain;
+  explain.add(explanations());
+  for (const Message& m : r.messages) EXPECT_TRUE(explain.find(m.code)) << m.code;
+  const Read solid = readWorld(
+      "SolidBegin \"primitive\"\nSphere 1 -1 1 360\nSolidEnd\nEditBegin \"attribute\"\nSphere 9 -9 9 360\nEditEnd\n");
+  EXPECT_EQ(solid.world().kept.size(), 2u);
+  EXPECT_EQ(solid.world().primitives.size(), 1u);
+}
+
+TEST(Declarations, DeclareAndInline) {
+  const Read r = readWorld(R"(Declare "a" "uniform color"
+Declare "b" "vertex float[2]"
+Polygon "P" [0 0 0 1 0 0 0 1 0] "a" [1 2 3] "b" [1 2 3 4 5 6] "constant int[2] c" [7 8] "constant string d" "text" "varying point e" [1 2 3 4 5 6 7 8 9] "constant matrix m" [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] "constant hpoint h" [1 2 3 4] "facevarying normal n" [0 0 1 0 0 1 0 0 1] "facevertex float v" [1 2 3] "integer i" 4 "normal N" [0 0 1 0 0 1 0 0 1])");
+  expectClean(r);
+  const ParameterList& p = r.primitive().primvars;
+  EXPECT_EQ(p.find("a")->type, ValueType::Color);
+  EXPECT_EQ(p.find("b")->storage, StorageClass::Vertex);
+  EXPECT_EQ(p.find("b")->elementFloats(), 2u);
+  EXPECT_EQ(p.find("c")->ints, (std::vector<int>{7, 8}));
+  EXPECT_EQ(p.getString("d", ""), "text");
+  EXPECT_EQ(p.find("m")->type, ValueType::Matrix);
+  EXPECT_EQ(p.find("h")->type, ValueType::HPoint);
+  EXPECT_EQ(p.find("n")->storage, StorageClass::FaceVarying);
+  EXPECT_EQ(p.find("v")->storage, StorageClass::FaceVertex);
+  EXPECT_EQ(p.getInt("i", 0), 4);
+  EXPECT_EQ(p.find("N")->storage, StorageClass::Varying) << "a class left out is the one the name is known by";
+}
+
+TEST(Declarations, BareRowsOfNumbersAreOneValue) {
+  const Read r =
+      readWorld("Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" 1 0.5 0 \"float x\" 2\nSphere 1 -1 1 360");
+  expectClean(r);
+  EXPECT_EQ(r.primitive().attributes->bxdf->terminal->params.getFloats("diffuseColor"),
+            (std::vector<float>{1, 0.5f, 0}));
+}
+
+}  // namespace
+}  // namespace kinora::rib

@@ -1,0 +1,119 @@
+// What is written reads back: the second description, written again, is the same text as the first. Proves that
+// nothing is lost on the way that the writer knows of; requests_test.cpp proves that the reader finds all there is.
+#include "rib/writer.h"
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "rib/test_support.h"
+
+namespace kinora::rib {
+namespace {
+
+std::string again(const std::string& text, size_t primitives) {
+  const Read r = readRib(text);
+  for (const Message& m : r.messages)
+    if (!m.code.starts_with("RIB-KEPT-")) ADD_FAILURE() << m.str() << "\n" << text.substr(0, 3000);
+  EXPECT_EQ(r.world().primitives.size(), primitives);
+  return r.worlds.empty() ? std::string() : writeRib(r.world());
+}
+
+TEST(Writer, RoundTrip) {
+  const Read r = readRib(R"(FrameBegin 3
+Format 64 32 1
+Option "limits" "int[2] bucketsize" [16 16]
+Integrator "PxrPathTracer" "it" "int maxIndirectBounces" [4]
+Hider "raytrace" "int maxsamples" [64]
+DisplayChannel "color diffuse" "string source" ["color lpe:C<RD>[<L.>O]"]
+Display "a \"b\".exr" "openexr" "rgba"
+Display "+c.exr" "openexr" "diffuse"
+Quantize "rgba" 255 0 255 0.5
+TransformBegin
+Projection "orthographic"
+Camera "top"
+TransformEnd
+Projection "perspective" "fov" [35]
+DepthOfField 2.8 0.05 3
+Shutter 0 1
+MotionBegin [0 1]
+Translate 0 0 5
+Translate 0 0 6
+MotionEnd
+WorldBegin
+CoordinateSystem "mark"
+Attribute "Ri" "int ReverseOrientation" [1]
+ReverseOrientation
+ObjectBegin "leaf"
+Sphere 1 -1 1 360 "constant color Cs" [1 0 0]
+ObjectEnd
+ObjectBegin "tree"
+Translate 0 1 0
+ObjectInstance "leaf"
+ObjectEnd
+AttributeBegin
+LightFilter "PxrRodLightFilter" "rod"
+Translate 0 5 0
+Light "PxrRectLight" "key" "float intensity" [3]
+AttributeEnd
+AttributeBegin
+Light "PxrMeshLight" "mesh"
+Sphere 0.1 -0.1 0.1 360
+AttributeEnd
+LightSource "pointlight" 1 "from" [1 2 3]
+Pattern "PxrTexture" "tex" "string filename" ["a\nb.tex"]
+Bxdf "PxrSurface" "s" "reference color diffuseColor" ["tex:resultRGB"] "float diffuseGain" [0.1]
+Surface "plastic" "Kd" 0.5
+Color 0.1 0.2 0.3
+Basis "b-spline" 1 "catmull-rom" 1
+Orientation "rh"
+AttributeBegin
+MotionBegin [0 1]
+Rotate 0 0 1 0
+Rotate 30 0 1 0
+MotionEnd
+MotionBegin [0 1]
+Sphere 1 -1 1 360
+Sphere 2 -2 2 360
+MotionEnd
+AttributeEnd
+MotionBegin [0 1]
+Polygon "P" [0 0 0 1 0 0 0 1 0]
+Polygon "P" [0 0 1 1 0 1 0 1 1.1]
+MotionEnd
+GeneralPolygon [3 3] "P" [0 0 0 9 0 0 0 9 0 1 1 0 2 1 0 1 2 0]
+PointsPolygons [3 3] [0 1 2 2 1 3] "P" [0 0 0 1 0 0 0 1 0 1 1 0] "facevarying float[2] st" [0 0 0 0 0 0 0 0 0 0 0 0]
+SubdivisionMesh "catmull-clark" [4] [0 1 2 3] ["interpolateboundary" "crease"] [0 0 2 1] [0 1] [3.5] "P" [0 0 0 1 0 0 1 1 0 0 1 0]
+Curves "cubic" [4] "nonperiodic" "P" [0 0 0 1 0 0 2 0 0 3 0 0] "varying float width" [1 2]
+Points "P" [0 0 0 1 1 1] "constantwidth" [0.1]
+Patch "bilinear" "P" [0 0 0 1 0 0 0 1 0 1 1 0]
+PatchMesh "bilinear" 2 "nonperiodic" 2 "nonperiodic" "P" [0 0 0 1 0 0 0 1 0 1 1 0]
+TrimCurve [1] [2] [0 0 1 1] [0] [1] [2] [0 1] [0 1] [1 1]
+NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 "P" [0 0 0 1 0 0 0 1 0 1 1 0]
+Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] [""]
+Volume "box" [-1 1 -1 1 -1 1] [2 2 2] "varying float density" [1 1 1 1 1 1 1 1]
+Procedural "RunProgram" ["x" "y"] [-1 1 -1 1 -1 1]
+Scale 2 2 2
+ObjectInstance "tree"
+WorldEnd
+FrameEnd
+)");
+  for (const Message& m : r.messages) EXPECT_TRUE(m.code.starts_with("RIB-KEPT-")) << m.str();
+  ASSERT_EQ(r.world().primitives.size(), 13u);
+  const std::string first = writeRib(r.world()), second = again(first, 13);
+  EXPECT_EQ(first, second);
+  const Read back = readRib(first);
+  EXPECT_EQ(back.world().frame, 3);
+  EXPECT_EQ(back.world().cameras.size(), 2u);
+  EXPECT_EQ(back.world().cameras[0].worldToCamera.at(0.5)[3][2], 5.5);
+  EXPECT_EQ(back.world().displays[0].file, "a \"b\".exr");
+  EXPECT_EQ(back.world().lights.size(), 2u);
+  EXPECT_EQ(back.world().classicLights.size(), 1u);
+  EXPECT_EQ(back.world().prototypes.size(), 2u);
+  EXPECT_EQ(back.world().instances[0].toWorld.matrices[0][0][0], 2);
+  EXPECT_EQ(back.primitive(0).toWorld.at(0.5), r.primitive(0).toWorld.at(0.5));
+  EXPECT_EQ(back.primitive(0).attributes->bxdf->patterns[0]->params.getString("filename", ""), "a\nb.tex");
+  EXPECT_EQ(back.primitive(0).attributes->reverseOrientation, r.primitive(0).attributes->reverseOrientation);
+}
+
+}  // namespace
+}  // namespace kinora::rib

@@ -1,0 +1,109 @@
+#include "testing/made_light.h"
+
+#include <cstring>
+
+namespace kinora::testing {
+
+namespace {
+// Sky above, dark ground, and a small sun: what importance sampling of a map has to cope with.
+const HostImage* testImage() {
+  constexpr uint32_t kWidth = 32, kHeight = 16;
+  static const std::vector<float> pixels = [] {
+    std::vector<float> p;
+    for (uint32_t y = 0; y < kHeight; ++y)
+      for (uint32_t x = 0; x < kWidth; ++x) {
+        const bool sun = y >= 4 && y < 6 && x >= 9 && x < 11;
+        const float sky = y < kHeight / 2 ? 0.5f + 0.03f * float(x) : 0.05f;
+        p.insert(p.end(), {sun ? 60.f : 0.6f * sky, sun ? 50.f : 0.8f * sky, sun ? 30.f : sky});
+      }
+    return p;
+  }();
+  static const HostImage image{pixels.data(), kWidth, kHeight, 3};
+  return &image;
+}
+}  // namespace
+
+MadeLight::MadeLight(const Descriptor& d, const Setting& s, const Placement& placement) : descriptor_(d) {
+  const ResolvedValues values(d, s);
+  Host host{};
+  host.warn = [](void*, const char*, const char*, const char*) {};  // settings at the ends of ranges may deserve it
+  host.image = [](void*, const char* file, int) -> const HostImage* {
+    return file && std::strcmp(file, kTestImage) == 0 ? testImage() : nullptr;
+  };
+  const CreateInfo info{&host, "light under test", values.data(), values.count(), &placement, nullptr};
+  ErrorText text{};
+  data_ = d.create ? d.create(&info, &text) : nullptr;
+  if (!data_) {
+    error_ = d.create ? std::string("create() fails: ") + text.text : "has no create()";
+    return;
+  }
+  static_cast<const LightTraits*>(d.traits)->describe(data_, &description_);
+}
+
+MadeLight::~MadeLight() {
+  if (data_ && descriptor_.destroy) descriptor_.destroy(data_);
+}
+
+void LightSamples::run(const LightFunctions& f, const void* light) {
+  for (uint32_t r = 0; r < kWi; ++r) a.pad(r);
+  LightSampleArgs s{};
+  s.count = a.count();
+  for (uint32_t k = 0; k < 3; ++k) {
+    s.P[k] = a[kP + k];
+    s.wi[k] = a[kWi + k];
+    s.radiance[k] = a[kRadiance + k];
+  }
+  s.time = a[kTime];
+  s.u[0] = a[kU];
+  s.u[1] = a[kU + 1];
+  s.worldRadius = kWorldRadius;
+  s.distance = a[kDistance];
+  s.pdf = a[kPdf];
+  s.flags = flags.data();
+  f.sample(light, &s);
+}
+
+void LightRays::run(const LightFunctions& f, const void* light, bool finite) {
+  for (uint32_t r = 0; r < kT; ++r) a.pad(r);
+  LightRayArgs s{};
+  s.count = a.count();
+  for (uint32_t k = 0; k < 3; ++k) {
+    s.o[k] = a[kO + k];
+    s.d[k] = a[kD + k];
+    s.radiance[k] = a[kRadiance + k];
+  }
+  s.time = a[kTime];
+  s.worldRadius = kWorldRadius;
+  s.t = a[kT];
+  s.hit = hit.data();
+  s.pdf = a[kPdf];
+  a.fill(kT, std::numeric_limits<float>::infinity());
+  if (finite)
+    f.intersect(light, &s);
+  else
+    std::fill(hit.begin(), hit.end(), 1u);
+  f.evaluate(light, &s);
+  for (uint32_t i = 0; i < a.count(); ++i)
+    if (hit[i] == 0)
+      for (uint32_t r = kRadiance; r < kRows; ++r) a[r][i] = 0;
+}
+
+void LightEmissions::run(const LightFunctions& f, const void* light) {
+  for (uint32_t r = 0; r < kO; ++r) a.pad(r);
+  LightEmitArgs s{};
+  s.count = a.count();
+  for (uint32_t k = 0; k < 4; ++k) s.u[k] = a[kU + k];
+  for (uint32_t k = 0; k < 3; ++k) {
+    s.o[k] = a[kO + k];
+    s.d[k] = a[kD + k];
+    s.N[k] = a[kN + k];
+    s.radiance[k] = a[kRadiance + k];
+  }
+  s.time = a[kTime];
+  s.worldRadius = kWorldRadius;
+  s.pdfPosition = a[kPdfPosition];
+  s.pdfDirection = a[kPdfDirection];
+  f.emit(light, &s);
+}
+
+}  // namespace kinora::testing

@@ -1,0 +1,244 @@
+// `kinora render` as a user meets it: where pictures go, progress in each form, statistics, parts and their merging,
+// replay, interruption. Misses: what is in the pictures.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "run_program.h"
+
+namespace kinora::cli {
+namespace {
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+bool isIdentical(const Workplace& w, const std::string& a, const std::string& b) {
+  return w.run({"diff", a, b}).exitCode == 0;
+}
+
+TEST(Render, PictureGoesWhereTheSceneOrTheOptionSays) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  Result r = w.run({"scene.rib"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(w.has("out.exr"));
+  EXPECT_NE(r.err.find("kinora: wrote "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("/out.exr"), std::string::npos) << r.err;
+  for (const char* name : {"other.png", "other.exr", "other.tif", "other.jpg"}) {
+    r = w.run({"render", "scene.rib", "-o", name, "--progress", "none"});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_TRUE(w.has(name));
+    EXPECT_EQ(w.run({"info", name}).exitCode, 0);
+  }
+}
+
+TEST(Render, StandardInputAndSeveralFilesAreOneStream) {
+  Workplace w;
+  RunOptions input;
+  input.input = rib();
+  EXPECT_EQ(w.run({"-", "-o", "piped.exr", "--progress", "none"}, input).exitCode, 0);
+  const std::string whole = rib();
+  const size_t half = whole.find("WorldBegin");
+  w.write("head.rib", whole.substr(0, half));
+  w.write("tail.rib", whole.substr(half));
+  EXPECT_EQ(w.run({"head.rib", "tail.rib", "-o", "two.exr", "--progress", "none"}).exitCode, 0);
+  EXPECT_TRUE(isIdentical(w, "piped.exr", "two.exr"));
+}
+
+TEST(Render, ResolutionAndCropOverrideTheScene) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  EXPECT_EQ(w.run({"scene.rib", "--res", "20x10", "--progress", "none"}).exitCode, 0);
+  EXPECT_NE(w.run({"info", "out.exr"}).out.find("20 x 10"), std::string::npos) << w.run({"info", "out.exr"}).out;
+  EXPECT_EQ(w.run({"scene.rib", "--crop", "0", "0.5", "0", "0.5", "-o", "crop.exr", "--progress", "none"}).exitCode,
+            0);
+  EXPECT_NE(w.run({"info", "crop.exr"}).out.find("16 x 12"), std::string::npos) << w.run({"info", "crop.exr"}).out;
+}
+
+TEST(Render, SetChangesAParameter) {
+  Workplace w;
+  SceneParts parts;
+  parts.geometry = "Sphere 1 -1 1 360 Translate 0 -1 0 ReverseOrientation Sphere 3 -3 3 360";
+  w.write("scene.rib", rib(parts));
+  EXPECT_EQ(w.run({"scene.rib", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  EXPECT_EQ(
+      w.run({"scene.rib", "-o", "b.exr", "--set", "integrator.maxIndirectBounces=0", "--progress", "none"}).exitCode,
+      0);
+  EXPECT_EQ(w.run({"diff", "a.exr", "b.exr"}).exitCode, 1);
+}
+
+TEST(Render, SameBitsForAnyThreadsWidthGroupAndOrder) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  ASSERT_EQ(w.run({"scene.rib", "-o", "a.exr", "-t", "1", "--progress", "none"}).exitCode, 0);
+  const std::vector<std::vector<std::string>> ways{
+      {"-t", "2"}, {"--width", "1"}, {"--width", "4"}, {"--group-size", "256"}, {"--bucket-order", "spiral"}};
+  for (const auto& way : ways) {
+    std::vector<std::string> arguments{"scene.rib", "-o", "b.exr", "--progress", "none"};
+    arguments.insert(arguments.end(), way.begin(), way.end());
+    ASSERT_EQ(w.run(arguments).exitCode, 0) << way[0] << " " << way[1];
+    EXPECT_TRUE(isIdentical(w, "a.exr", "b.exr")) << way[0] << " " << way[1];
+  }
+}
+
+TEST(Render, CheckReadsAndWritesNothing) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result r = w.run({"scene.rib", "--check"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_FALSE(r.out.empty());
+  EXPECT_EQ(w.files(), (std::vector<std::string>{"scene.rib"}));
+}
+
+TEST(Render, ProgressOnAPipeIsALineAPercent) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result r = w.run({"scene.rib"});
+  const auto lines = linesOf(r.err);
+  const auto isLine = [](const std::string& l) { return l.find(" % ") != std::string::npos; };
+  EXPECT_GE(std::count_if(lines.begin(), lines.end(), isLine), 1) << r.err;
+  EXPECT_LE(std::count_if(lines.begin(), lines.end(), isLine), 101);
+  EXPECT_NE(r.err.find("100 % "), std::string::npos) << r.err;
+  EXPECT_EQ(r.err.find('\r'), std::string::npos);
+}
+
+TEST(Render, ProgressAsJsonIsAloneOnStandardOutput) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result r = w.run({"scene.rib", "--progress", "json"});
+  ASSERT_EQ(r.exitCode, 0) << r.err;
+  const auto lines = linesOf(r.out);
+  ASSERT_FALSE(lines.empty());
+  for (const std::string& line : lines) EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+  EXPECT_EQ(nlohmann::json::parse(lines.back())["fraction"], 1.0);
+}
+
+TEST(Render, ProgressBarAndSilence) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result bar = w.run({"scene.rib", "--progress", "bar"});
+  EXPECT_NE(bar.err.find("[##############################]"), std::string::npos) << bar.err;
+  EXPECT_EQ(w.run({"scene.rib", "--progress", "none", "-q"}).err, "");
+  EXPECT_EQ(w.run({"scene.rib", "-q"}).err, "");
+}
+
+TEST(Render, StatisticsAsJsonAndText) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  ASSERT_EQ(w.run({"scene.rib", "--stats", "s.json", "--progress", "none"}).exitCode, 0);
+  std::ifstream stream(w.path("s.json"));
+  const auto j = nlohmann::json::parse(stream);
+  EXPECT_EQ(j["outcome"], "complete");
+  // 32 x 24 pixels of 4 samples; camera packets are whole blocks, so that more may be traced
+  EXPECT_GE(j["film"]["samples"].get<int>(), 32 * 24 * 4);
+  EXPECT_GE(j["rays"]["camera"].get<int>(), 32 * 24 * 4);
+  EXPECT_GT(j["rays"]["shadow"].get<int>(), 0);
+  EXPECT_GT(j["memory_bytes"]["sum"].get<int64_t>(), 0);
+  EXPECT_EQ(j["world"]["lights"], 1);
+  const double use = j["lane_use"]["first_hit"]["share"];
+  EXPECT_GT(use, 0);
+  EXPECT_LE(use, 1);
+  ASSERT_EQ(w.run({"scene.rib", "--stats", "s.txt", "--progress", "none"}).exitCode, 0);
+  EXPECT_TRUE(w.has("s.txt"));
+}
+
+TEST(Render, PartsMergeToTheWholeBitForBit) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  ASSERT_EQ(w.run({"scene.rib", "-o", "whole.exr", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "0:1", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "1:4", "-o", "b.exr", "--progress", "none"}).exitCode, 0);
+  const Result merged = w.run({"merge", "b.exr", "a.exr", "-o", "merged.exr"});
+  ASSERT_EQ(merged.exitCode, 0) << merged.err;
+  EXPECT_TRUE(isIdentical(w, "whole.exr", "merged.exr"));
+  EXPECT_FALSE(isIdentical(w, "whole.exr", "a.exr"));
+}
+
+TEST(Render, MergeRefusesPartsOfDifferentFrames) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  SceneParts other;
+  other.geometry = "Sphere 0.5 -0.5 0.5 360";
+  w.write("other.rib", rib(other));
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "0:2", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"other.rib", "--samples", "2:4", "-o", "b.exr", "--progress", "none"}).exitCode, 0);
+  const Result r = w.run({"merge", "a.exr", "b.exr", "-o", "merged.exr"});
+  EXPECT_EQ(r.exitCode, 3) << r.err;
+  EXPECT_FALSE(w.has("merged.exr"));
+}
+
+TEST(Render, OnlySamplePrintsTheEventsOfOnePath) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result r = w.run({"scene.rib", "--only-sample", "16,12,1"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_GE(linesOf(r.out).size(), 2u) << r.out;
+  EXPECT_FALSE(w.has("out.exr"));
+  EXPECT_EQ(w.run({"scene.rib", "--only-sample", "99,99,0"}).exitCode, 2);
+}
+
+TEST(Render, SigtermEndsSoonWithAReadablePictureAndCodeSeven) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  RunOptions options;
+  options.timeoutSeconds = 60;
+  options.terminateWhen = [](const std::string& out) { return !out.empty(); };
+  const Result r = w.run({"scene.rib", "--spp", "65536", "--progress", "json"}, options);
+  EXPECT_FALSE(r.isTimedOut);
+  EXPECT_EQ(r.signal, 0);
+  EXPECT_EQ(r.exitCode, 7) << r.err;
+  for (const std::string& name : w.files()) EXPECT_TRUE(name == "scene.rib" || name == "out.exr") << name;
+  if (w.has("out.exr")) EXPECT_EQ(w.run({"info", "out.exr"}).exitCode, 0);
+}
+
+TEST(Render, SigtermLeavesNoPart) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  RunOptions options;
+  options.timeoutSeconds = 60;
+  options.terminateWhen = [](const std::string& out) { return !out.empty(); };
+  const Result r = w.run({"scene.rib", "--samples", "0:65536", "-o", "part.exr", "--progress", "json"}, options);
+  EXPECT_EQ(r.exitCode, 7) << r.err;
+  EXPECT_FALSE(w.has("part.exr")) << "a part that lacks samples would be merged as if it were whole";
+}
+
+TEST(Commands, HelpAndVersionWorkEverywhere) {
+  Workplace w;
+  EXPECT_EQ(w.run({"--help"}).exitCode, 0);
+  EXPECT_EQ(w.run({"--version"}).exitCode, 0);
+  for (const char* command : {"render", "plugins", "info", "diff", "merge", "explain"}) {
+    const Result help = w.run({command, "--help"});
+    EXPECT_EQ(help.exitCode, 0) << command;
+    EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;
+    EXPECT_EQ(help.err, "") << command;
+    EXPECT_NE(w.run({command, "--version"}).out.find("kinora "), std::string::npos) << command;
+  }
+}
+
+TEST(Commands, InfoTellsAboutScenesAndPictures) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result scene = w.run({"info", "scene.rib"});
+  EXPECT_EQ(scene.exitCode, 0);
+  for (const char* part : {"32 x 24", "1 quadrics", "1 PxrDiffuse", "1 PxrRectLight"})
+    EXPECT_NE(scene.out.find(part), std::string::npos) << part << "\n" << scene.out;
+  EXPECT_EQ(w.run({"info", "missing.exr"}).exitCode, 3);
+}
+
+TEST(Commands, ExplainKnowsEveryCodeItLists) {
+  Workplace w;
+  const auto codes = linesOf(w.run({"explain"}).out);
+  ASSERT_GT(codes.size(), 20u);
+  EXPECT_EQ(w.run({"explain", codes.front()}).exitCode, 0);
+  EXPECT_EQ(w.run({"explain", codes.back()}).exitCode, 0);
+}
+
+}  // namespace
+}  // namespace kinora::cli

@@ -1,0 +1,121 @@
+#!/usr/bin/env bash
+# foreign_plugins.sh SOURCE BUILD: installs BUILD, moves the installed tree, builds examples/plugins and tests/install/broken
+# against it with nothing of SOURCE on the include path, renders with them and checks the bxdf with the installed kit.
+# Proves: the package is complete and can be moved; a user's bxdf and integrator change the picture; a library of another
+# plug-in interface, one without the symbol and one that throws give a message and a picture, not a crash. Misses: other
+# compilers, other distributions.
+set -euo pipefail
+source_dir=$1 build_dir=$2
+work=$(mktemp -d "${TMPDIR:-/tmp}/kinora_install.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+unset KINORA_PLUGIN_PATH
+
+fail() { echo "FAILED: $*" >&2; exit 1; }
+says() { grep -qF -- "$2" "$1" || { cat "$1" >&2; fail "$1 does not say: $2"; }; }
+is_silent_about() { ! grep -qF -- "$2" "$1" || { cat "$1" >&2; fail "$1 says: $2"; }; }
+# run EXPECTED_CODE LOG COMMAND...: standard error goes to LOG
+run() {
+  local expected=$1 log=$2 code=0
+  shift 2
+  "$@" >"$log.out" 2>"$log" || code=$?
+  [[ $code == "$expected" ]] || { cat "$log.out" "$log" >&2; fail "exit code $code, expected $expected: $*"; }
+}
+
+cmake --install "$build_dir" --prefix "$work/first" >"$work/install.log" || fail "cmake --install"
+mv "$work/first" "$work/moved here"
+tree="$work/moved here"
+for part in bin/kinora bin/kinora-check-plugin include/kinora/plugin.h include/kinora/testing/bxdf_checks.h \
+  lib/libkinora-testing.a lib/kinora/plugins lib/cmake/Kinora/KinoraConfig.cmake share/kinora/scenes/cornell.rib \
+  share/kinora/docs/plugins.md; do
+  [[ -e $tree/$part ]] || fail "$part is not installed"
+done
+kinora="$tree/bin/kinora"
+
+# the sources are copied, so that no path leads back into the tree
+cp -r "$source_dir/examples/plugins" "$work/examples"
+cp -r "$source_dir/tests/install/broken" "$work/broken"
+cp -r "$source_dir/tests/install/kit_user" "$work/kit_user"
+for project in examples broken kit_user; do
+  cmake -S "$work/$project" -B "$work/build_$project" -G Ninja -DCMAKE_PREFIX_PATH="$tree" >"$work/cmake.log" 2>&1 ||
+    { cat "$work/cmake.log" >&2; fail "configuring $project"; }
+  cmake --build "$work/build_$project" >"$work/build.log" 2>&1 || { cat "$work/build.log" >&2; fail "building $project"; }
+done
+for example in Retroreflector AmbientOcclusion; do
+  lines=$(wc -l <"$source_dir/examples/plugins/$example.cpp")
+  ((lines < 150)) || fail "$example.cpp has $lines lines: an example stays under 150"
+done
+
+scene() {  # scene INTEGRATOR BXDF
+  cat <<RIB
+Hider "raytrace" "int maxsamples" [4] "int minsamples" [4]
+Integrator "$1" "integrator"
+Display "picture.exr" "openexr" "rgba"
+Format 64 48 1
+Projection "perspective" "fov" [40]
+Translate 0 0 4
+WorldBegin
+AttributeBegin
+ConcatTransform [2 0 0 0  0 2 0 0  0 0 1 0  0 0 -4 1]
+Attribute "visibility" "int camera" [0]
+Light "PxrRectLight" "key" "float intensity" [5]
+AttributeEnd
+AttributeBegin
+Bxdf "$2" "material"
+Sphere 1 -1 1 360
+AttributeEnd
+WorldEnd
+RIB
+}
+cd "$work"
+scene PxrPathTracer PxrDiffuse >stock.rib
+run 0 stock.log "$kinora" stock.rib -o stock.exr --progress none
+
+# the two examples, by --plugin-path
+scene PxrPathTracer Retroreflector >retro.rib
+run 0 retro.log "$kinora" retro.rib -o retro.exr --progress none --plugin-path "$work/build_examples" --strict
+is_silent_about retro.log PLUGIN-
+run 1 diff.log "$kinora" diff stock.exr retro.exr
+scene AmbientOcclusion PxrDiffuse >occlusion.rib
+run 0 occlusion.log "$kinora" occlusion.rib -o occlusion.exr --progress none --plugin-path "$work/build_examples" --strict
+is_silent_about occlusion.log PLUGIN-
+run 1 diff.log "$kinora" diff stock.exr occlusion.exr
+for width in 1 4; do
+  for name in retro occlusion; do
+    run 0 width.log "$kinora" $name.rib -o width.exr --width $width --progress none --plugin-path "$work/build_examples"
+    run 0 diff.log "$kinora" diff $name.exr width.exr
+  done
+done
+run 0 list.log "$kinora" plugins retroreflector --plugin-path "$work/build_examples"
+says list.log.out sharpness
+
+# by the folder of the installed tree, and by the environment
+cp "$work/build_examples/Retroreflector.so" "$tree/lib/kinora/plugins/"
+run 0 folder.log "$kinora" retro.rib -o folder.exr --progress none --strict
+run 0 diff.log "$kinora" diff retro.exr folder.exr
+rm "$tree/lib/kinora/plugins/Retroreflector.so"
+run 4 none.log "$kinora" retro.rib -o none.exr --progress none --strict
+run 0 environment.log env KINORA_PLUGIN_PATH="$work/build_examples" "$kinora" retro.rib -o environment.exr --progress none --strict
+run 0 diff.log "$kinora" diff retro.exr environment.exr
+
+# the installed kit, as a program and as a library
+run 0 kit.log "$tree/bin/kinora-check-plugin" "$work/build_examples/Retroreflector.so"
+run 0 kit_user.log "$work/build_kit_user/kit_user"
+
+# broken libraries: a message that names the library, a picture, code 0; with --strict code 4
+for broken in WrongAbi NoSymbol; do
+  scene PxrPathTracer $broken >$broken.rib
+  run 0 $broken.log "$kinora" $broken.rib -o $broken.exr --progress none --plugin-path "$work/build_broken"
+  says $broken.log PLUGIN-LOAD
+  says $broken.log $broken.so
+  [[ -s $broken.exr ]] || fail "no picture beside $broken"
+  run 4 $broken.strict.log "$kinora" $broken.rib --progress none --plugin-path "$work/build_broken" --strict
+done
+says WrongAbi.log "interface"
+says NoSymbol.log kinoraPlugins
+scene Throws PxrDiffuse >Throws.rib
+run 0 Throws.log "$kinora" Throws.rib -o Throws.exr --progress none --plugin-path "$work/build_broken"
+says Throws.log Throws
+says Throws.log PLUGIN-CREATE
+run 0 diff.log "$kinora" diff stock.exr Throws.exr  # the path tracer stands in
+run 4 Throws.strict.log "$kinora" Throws.rib --progress none --plugin-path "$work/build_broken" --strict
+echo "install: all passed"
