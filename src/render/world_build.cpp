@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <chrono>
+#include <cstring>
 #include <set>
 #include <sstream>
 
@@ -44,6 +45,36 @@ std::vector<std::string> words(const std::string& s) {
   for (std::string w; in >> w;)
     if (w != "+") r.push_back(w);
   return r;
+}
+
+// Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing moves.
+void uniformKeys(geometry::Mesh& mesh, double open, double close) {
+  if (mesh.keyCount() < 2) return;
+  const auto at = [&](double time, const float* data, size_t stride, std::vector<float>& out) {
+    const auto& t = mesh.times;
+    size_t k = 0;
+    while (k + 2 < t.size() && time > t[k + 1]) ++k;
+    const double f = t[k + 1] > t[k] ? std::clamp((time - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0) : 0.0;
+    for (size_t i = 0; i < stride; ++i)
+      out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
+  };
+  const int keys = close > open ? std::min(mesh.keyCount(), 17) : 1;
+  const auto resample = [&](const float* data, size_t stride) {
+    std::vector<float> out;
+    out.reserve(stride * size_t(keys));
+    for (int k = 0; k < keys; ++k)
+      at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
+    return out;
+  };
+  const std::vector<float> points = resample(&mesh.points[0].x, size_t(mesh.vertexCount) * 3);
+  for (geometry::Primvar& v : mesh.primvars)
+    if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
+        v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
+      v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
+  mesh.points.resize(points.size() / 3);
+  std::memcpy(&mesh.points[0].x, points.data(), points.size() * sizeof(float));
+  mesh.times.clear();
+  for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
 }
 
 }  // namespace
@@ -345,6 +376,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       return best;
     };
     std::optional<geometry::Mesh> mesh = geometry::tessellate(p, rate, diagnostics_);
+    if (mesh) uniformKeys(*mesh, camera_.shutterOpen, camera_.shutterClose);
     meshes[i] = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
   });
   shapeInputs_.clear();

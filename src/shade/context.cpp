@@ -90,6 +90,7 @@ struct Corner {
   uint32_t triangle, face, v[3];
   float b[3];
   trace::Affine toRender;
+  float time;
   bool identity;
 };
 
@@ -101,20 +102,33 @@ Corner cornerOf(const ContextHost& h, const Context* c, uint32_t point) {
   k.mesh = &w.mesh(g.hits.geometry[s]);
   k.info = &h.group->world().geometries[g.hits.geometry[s]];
   k.triangle = g.hits.primitive[s];
-  k.face = k.mesh->faceOfTriangle.empty() ? k.triangle : k.mesh->faceOfTriangle[k.triangle];
+  k.face = k.mesh->faceOf(k.triangle);
   for (int i = 0; i < 3; ++i) k.v[i] = k.mesh->indices[3 * size_t(k.triangle) + i];
   k.b[1] = g.hits.u[s];
   k.b[2] = g.hits.v[s];
   k.b[0] = 1.f - k.b[1] - k.b[2];
   const trace::Instance& inst = w.instance(g.hits.instance[s]);
   k.identity = inst.baked;
+  k.time = std::clamp(c->time[point], 0.f, 1.f);
   if (!k.identity) k.toRender = w.objectToRender(g.hits.instance[s], c->time[point]);
   return k;
 }
 
 void edges(const Corner& k, float e1[3], float e2[3]) {
   const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
-  const float a[3] = {p1->x - p0->x, p1->y - p0->y, p1->z - p0->z}, b[3] = {p2->x - p0->x, p2->y - p0->y, p2->z - p0->z};
+  float a[3] = {p1->x - p0->x, p1->y - p0->y, p1->z - p0->z}, b[3] = {p2->x - p0->x, p2->y - p0->y, p2->z - p0->z};
+  if (k.mesh->keyCount() > 1) {
+    // keys of a deforming mesh are uniform over the shutter
+    const float x = k.time * float(k.mesh->keyCount() - 1);
+    const uint32_t key = std::min(uint32_t(x), uint32_t(k.mesh->keyCount() - 2));
+    const float f = x - float(key);
+    const Imath::V3f *q = k.mesh->points.data() + size_t(key) * k.mesh->vertexCount, *r = q + k.mesh->vertexCount;
+    for (int i = 0; i < 3; ++i) {
+      const float c0 = q[k.v[0]][i] + f * (r[k.v[0]][i] - q[k.v[0]][i]);
+      a[i] = q[k.v[1]][i] + f * (r[k.v[1]][i] - q[k.v[1]][i]) - c0;
+      b[i] = q[k.v[2]][i] + f * (r[k.v[2]][i] - q[k.v[2]][i]) - c0;
+    }
+  }
   if (k.identity) {
     std::memcpy(e1, a, 12);
     std::memcpy(e2, b, 12);
@@ -128,17 +142,9 @@ void edges(const Corner& k, float e1[3], float e2[3]) {
 }
 
 void patchUV(const Corner& k, float uv[3][2]) {
-  static constexpr float kDefault[3][2] = {{0, 0}, {1, 0}, {0, 1}};
   for (int i = 0; i < 3; ++i) {
-    if (!k.mesh->cornerUV.empty()) {
-      const Imath::V2f& p = k.mesh->cornerUV[3 * size_t(k.triangle) + i];
-      uv[i][0] = p.x; uv[i][1] = p.y;
-    } else if (!k.mesh->vertexUV.empty()) {
-      const Imath::V2f& p = k.mesh->vertexUV[k.v[i]];
-      uv[i][0] = p.x; uv[i][1] = p.y;
-    } else {
-      uv[i][0] = kDefault[i][0]; uv[i][1] = kDefault[i][1];
-    }
+    const Imath::V2f p = k.mesh->uvOf(k.triangle, i);
+    uv[i][0] = p.x; uv[i][1] = p.y;
   }
 }
 

@@ -313,7 +313,7 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
         for (int k = 0; k < 3; ++k)
           at[k] = p.rate == geometry::Primvar::Rate::PerVertex ? mesh.indices[3 * size_t(t) + k]
                   : p.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(t) + k
-                  : p.rate == geometry::Primvar::Rate::PerFace ? (mesh.faceOfTriangle.empty() ? t : mesh.faceOfTriangle[t])
+                  : p.rate == geometry::Primvar::Rate::PerFace ? mesh.faceOf(t)
                                                                : 0;
         // keys of a deforming mesh: nearest key pair
         size_t key0 = 0, key1 = 0;

@@ -136,6 +136,8 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
     p = Imath::V3f(q);
   }
   mesh.origin = {0, 0, 0};
+  // edges turn with the points, so a mirroring transform turns e1 x e2 against the normal's own transform
+  if (toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
   for (geometry::Primvar& v : mesh.primvars) {
     if (v.name != "N" || v.width != 3) continue;
     const scene::Matrix it = toRender.inverse().transposed();
