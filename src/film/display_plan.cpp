@@ -61,7 +61,7 @@ bool chooseDriver(const scene::Display& display, const DriverLookup& lookup, Dia
     out.driver = "openexr";
   }
   // "file" is RIB's word for "the usual format"
-  if (driver != "file" && !driver.empty())
+  if (driver != "file" && driver != kImageWriter && !driver.empty())
     diagnostics.warning("DISPLAY-DRIVER", display.pos, "display driver \"" + display.driver + "\" is not known",
                         "\"" + out.file + "\" is written");
   return true;
