@@ -265,7 +265,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
         put(&r.links[i], sizeof r.links[i]);
       } else if (p.type == Type::String && !(p.flags & kParamFile)) {
         for (uint32_t k = 0; k < v.count; ++k) { key += v.strings[k]; key += '\1'; }
-      } else if ((p.flags & kParamFixed) && p.type != Type::String) {
+      } else if (p.flags & kParamFixed && !(p.flags & kParamFile)) {  // files are handles, gathered by point
         put(v.floats, v.count * sizeof(float));
         key += '\2';
       } else {
