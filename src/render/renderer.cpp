@@ -194,7 +194,9 @@ struct Renderer::Impl {
 
   bool makeIntegrator() {
     const scene::Node* node = scene.integrator.get();
-    const std::string name = node ? node->plugin : "PxrPathTracer";
+    // a scene that names neither an integrator nor a light is looked at with a headlight
+    const bool dark = scene.lights.empty() && scene.classicLights.empty() && scene.instances.empty();
+    const std::string name = node ? node->plugin : dark ? "PxrDefault" : "PxrPathTracer";
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", node->pos, "no integrator '" + name + "'", "PxrPathTracer stands in");
