@@ -338,6 +338,7 @@ struct Renderer::Impl {
     in.bucketOrder = !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = !scene.hider || scene.hider->params.getInt("jitter", 1) != 0;
     in.stop = settings.stop;
+    in.rayListener = settings.rayListener;
     frame = std::make_unique<Frame>(in);
   }
 
