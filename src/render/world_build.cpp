@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "geometry/tessellate.h"
+#include "render/stand_ins.h"
 #include "sampling/sample_table.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
@@ -497,7 +498,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::vector<light::LightEntry> lights;
   std::vector<std::set<std::string>> groups;
   const float* center = world->center();
-  for (const scene::Light& l : scene.lights) {
+  for (const scene::Light& l : lightsToRender(scene, registry_, diagnostics_)) {
     if (!l.node) continue;
     if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
     const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, diagnostics_, l.node->pos);
