@@ -60,9 +60,21 @@ TEST(PxrRectLight, SamplesAgreeWithLookingAndTheClosedForm) {
 TEST(PxrRectLight, SamplesAreEvenInSolidAngle) {
   const double sx = 2, sy = 0.5;
   TestLight light(kName, {}, scaleMove(sx, sy, 1, {0, 0, 0}));
-  const Vec points[] = {{0, 0, 0.02},    {0.3, 0.2, 0.5}, {1.2, 0.1, 0.01}, {0.99, 0.24, 0.1},
-                        {3, 1, 0.4},     {-1.5, 2, 0.9},  {0, 0, 4},        {2, 0, 3},
-                        {1.5, 0.9, 0.3}, {4, 4, 0.05},    {0, 1, 1.2},      {10, 1, 30}};
+  const Vec points[] = {{0, 0, 0.02},
+                        {0.3, 0.2, 0.5},
+                        {1.2, 0.1, 0.01},
+                        {0.99, 0.24, 0.1},
+                        {3, 1, 0.4},
+                        {-1.5, 2, 0.9},
+                        {0, 0, 4},
+                        {2, 0, 3},
+                        {1.5, 0.9, 0.3},
+                        {4, 4, 0.05},
+                        {0, 1, 1.2},
+                        {10, 1, 30},
+                        {1.1781, 2.3028, 1.3659},
+                        {-1.8, 1.5, 0.9},
+                        {-1.3, -1.8, 1.1}};
   constexpr int kCells = 16;
   for (const Vec& p : points) {
     Rays r(1 << 18);
