@@ -19,6 +19,8 @@ namespace film { class Film; }
 namespace shade { class RayListener; }
 namespace render {
 
+class Hider;
+
 // What the command line (or a test) sets on top of the scene.
 struct Settings {
   int threads = 0;                                   // 0: all; -n: all but n
@@ -65,6 +67,8 @@ class Renderer {
   // Renders into the film without writing displays (tests, bench, shards).
   Outcome renderFilm(const std::function<void(const Progress&)>& progress = {});
   film::Film& film();
+  // Fills the samples of later renders instead of the loop over rays (null: that loop). It outlives them.
+  void setHider(const Hider* hider);
   // Replays one sample at width 1; `print` gets one line for each event of its path. False: no such pixel.
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   const Statistics& statistics() const;
