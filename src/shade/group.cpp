@@ -475,7 +475,19 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
   const trace::World& w = *world_.world;
   uint32_t* blocked = arena_.make<uint32_t>(padded(n));
-  w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked);
+  float *radius = nullptr, *spread = nullptr;
+  if (w.hasUserGeometry()) {
+    // footprints where the paths' own rays ended choose the level
+    radius = arena_.make<float>(padded(n));
+    spread = arena_.make<float>(padded(n));
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = rays->slot[i];
+      const float t = group_.hits.t[s];
+      spread[i] = group_.rays.spread[s];
+      radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
+    }
+  }
+  w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
   for (uint32_t i = 0; i < n; ++i) {
     const float t = blocked[i] ? 0.f : 1.f;
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
