@@ -262,7 +262,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
       const ShapeInput& s = shapes[plan.shapes[i]];
       identity.emplace_back(s.key, s.revision);
-      if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, placements[plan.placements[i]].visibility);
+      identity.emplace_back(s.visibility, plan.batch ? placements[plan.placements[i]].visibility : 0);
+      if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
     if (const auto it = old.find(key); it != old.end() && it->second->identity == identity) {
@@ -320,8 +321,16 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
 
   w.single_ = tops.size() == 1 && tops[0].instance == kNone;
+  for (const Top& t : tops) {
+    w.partOfTop_.push_back(t.part);
+    w.instanceOfTop_.push_back(t.instance);
+    w.visibilityOfTop_.push_back(t.visibility);
+  }
   if (w.single_) {
     w.top_ = w.parts_[0]->scene;
+    rtcRetainScene(w.top_);
+  } else if (previous && w.sameTop(*previous)) {
+    w.top_ = previous->top_;
     rtcRetainScene(w.top_);
   } else {
     w.top_ = rtcNewScene(device());
@@ -340,8 +349,6 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcCommitGeometry(g);
       rtcAttachGeometryByID(w.top_, g, i);
       rtcReleaseGeometry(g);
-      w.partOfTop_.push_back(tops[i].part);
-      w.instanceOfTop_.push_back(tops[i].instance);
     }
     rtcCommitScene(w.top_);
     ++counters.topLevelBuilds;
@@ -355,6 +362,18 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.radius_ = std::sqrt(r2);
   }
   return world;
+}
+
+// An edit that moved nothing (a light, the camera) leaves the top level as it is.
+bool World::sameTop(const World& previous) const {
+  if (previous.single_ || parts_ != previous.parts_ || partOfTop_ != previous.partOfTop_ ||
+      instanceOfTop_ != previous.instanceOfTop_ || visibilityOfTop_ != previous.visibilityOfTop_ ||
+      keys_.size() != previous.keys_.size() || instances_.size() != previous.instances_.size())
+    return false;
+  for (size_t i = 0; i < instances_.size(); ++i)
+    if (instances_[i].firstKey != previous.instances_[i].firstKey || instances_[i].keyCount != previous.instances_[i].keyCount)
+      return false;
+  return keys_.empty() || std::memcmp(keys_.data(), previous.keys_.data(), keys_.size() * sizeof(Affine)) == 0;
 }
 
 World::~World() {

@@ -104,6 +104,7 @@ class World {
  private:
   World() = default;
   struct Part;
+  bool sameTop(const World& previous) const;
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
 
   RTCScene top_ = nullptr;
@@ -113,6 +114,7 @@ class World {
   std::vector<PartPlace> places_;                         // by part
   std::vector<uint32_t> partOfTop_;                       // Embree instance id -> part
   std::vector<uint32_t> instanceOfTop_;                   // Embree instance id -> instance, or none (batch)
+  std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;   // by geometry index
   std::vector<Instance> instances_;
   std::vector<Affine> keys_;
