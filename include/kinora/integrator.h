@@ -109,7 +109,8 @@ struct PathStates {
 struct CameraConnection {
   const float* wi[3];             // towards the lens, unit, render space
   const float* distance;
-  const float* importance;        // 0: not seen
+  const float* importance;        // cosine at the lens included; 0: not seen. A splat is
+                                  // throughput * f * |cosine at the point| * importance / distance^2
   const float* pdf;               // of the camera making this direction, per solid angle at the lens
   const float* raster[2];
 };
