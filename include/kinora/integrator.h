@@ -149,6 +149,9 @@ struct Services {
   void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state);
   // Event codes of the automaton for what integrators add themselves.
   uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
+  // Points in space at distance t[slot] along the listed rays: where a medium scatters. The context takes light samples
+  // and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
+  Context* (*pointsInSpace)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
 };
 
 struct IntegratorFunctions {

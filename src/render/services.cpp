@@ -107,6 +107,10 @@ struct Worker::Calls {
   static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
     of(g).splat(n, raster, value, state);
   }
+  static Context* pointsInSpace(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                const float* t) {
+    return of(g).state_.pointsInSpace(traits, depth, n, slots, t);
+  }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
 
@@ -134,6 +138,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.connectCamera = &Calls::connectCamera;
   s.splat = &Calls::splat;
   s.event = &Calls::event;
+  s.pointsInSpace = &Calls::pointsInSpace;
   outputsOfState_.resize(paths.stateCount());
   for (uint32_t k = 0; k < paths.stateCount(); ++k)
     for (uint16_t o : paths.outputs(uint16_t(k))) outputsOfState_[k].emplace_back(plan.offsets[o], plan.splatChannel[o]);
