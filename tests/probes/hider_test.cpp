@@ -64,7 +64,7 @@ WorldEnd
 )";
 
 TEST(Hider, FillsRecordsWithoutTheRayLoop) {
-  Stage stage;
+  Workshop stage;
   std::vector<int64_t> first;
   for (const auto& [threads, atOnce] : {std::pair(1, 64u), std::pair(2, 256u), std::pair(2, 7u)}) {
     render::Settings s;

@@ -36,9 +36,9 @@ inline scene::Scene sceneOfFile(const std::string& file, Diagnostics& messages) 
 }
 
 // A registry with the test's own integrators, messages that a failing test shows, and renderers over both.
-class Stage {
+class Workshop {
  public:
-  Stage(std::initializer_list<const Descriptor*> plugins = {}) {
+  Workshop(std::initializer_list<const Descriptor*> plugins = {}) {
     for (const Descriptor* d : plugins) registry.add(*d);
   }
   Registry registry;
