@@ -82,6 +82,9 @@ constexpr Explanation kRooms[] = {
      "A light is set up in a way that gives no or other light than may be meant: a degenerate transform or size, a "
      "map "
      "that cannot be read, an angle outside its range. The message says what was done."},
+    {"PROJECTION-",
+     "A camera parameter cannot be used: a field of view outside 0 to 180 degrees, or a lens that cannot exist. The "
+     "message says what is used instead."},
     {"RENDER-MEMORY", "There is not enough memory for the scene or the picture. Exit code 5."},
     {"RENDER-RESOLUTION",
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "

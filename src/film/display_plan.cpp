@@ -61,7 +61,7 @@ bool chooseDriver(const scene::Display& display, const DriverLookup& lookup, Dia
     out.driver = "openexr";
   }
   // "file" is RIB's word for "the usual format"
-  if (driver != "file" && !driver.empty())
+  if (driver != "file" && driver != kImageWriter && !driver.empty())
     diagnostics.warning("DISPLAY-DRIVER", display.pos, "display driver \"" + display.driver + "\" is not known",
                         "\"" + out.file + "\" is written");
   return true;
@@ -139,16 +139,13 @@ bool hasBeauty(const scene::Display& d) {
   return std::find(names.begin(), names.end(), "Ci") != names.end();
 }
 
-// The displays that count: one without "+" replaces those before it.
+// The displays of the scene, with the primary one overridden by -o. The reader has applied RIB's "+" (add) and its
+// absence (replace); a "+" that a scene made otherwise still holds is dropped.
 std::vector<scene::Display> wantedDisplays(const scene::Scene& scene, const PlanOptions& options,
                                            Diagnostics& diagnostics) {
   std::vector<scene::Display> list;
   for (scene::Display d : scene.displays) {
-    const bool isAdded = d.file.starts_with("+");
-    if (isAdded)
-      d.file = d.file.substr(1);
-    else
-      list.clear();
+    if (d.file.starts_with("+")) d.file = d.file.substr(1);
     if (d.file.empty()) d.file = "untitled";
     list.push_back(std::move(d));
   }

@@ -170,8 +170,7 @@ TEST_F(Displays, DriversFollowTheirNameThenTheExtension) {
   }
 }
 
-TEST_F(Displays, ReplacingAddingAndOverriding) {
-  display("first.exr", "openexr", "rgb");
+TEST_F(Displays, AddingAndOverriding) {
   display("second.exr", "openexr", "rgba");
   display("+z.exr", "openexr", "z");
   display("+second.exr", "framebuffer", "rgba");

@@ -257,7 +257,8 @@ Status write(const std::string& path, const Image& image, const WriteOptions& op
     spec.channelnames.resize(channels.size());
     // Through memory where the format allows it: several of the libraries do not notice a full disk.
     oiio::Filesystem::IOVecOutput memory;
-    const bool isInMemory = output->supports("ioproxy");
+    // (Not TIFF: its directory, written last, comes out of OpenImageIO 2.4's memory file cut short.)
+    const bool isInMemory = output->supports("ioproxy") && extension != "tif" && extension != "tiff";
     if (isInMemory) output->set_ioproxy(&memory);
     bool ok = false;
     if (isFloatFormat) {

@@ -134,7 +134,10 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   }
   for (int t = 0; t < std::max(1, in_.threads); ++t)
     workers_.push_back(std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
-  for (size_t i = 0; i < workers_.size(); ++i) workers_[i]->index = i;
+  for (size_t i = 0; i < workers_.size(); ++i) {
+    workers_[i]->index = i;
+    workers_[i]->state().listener = in_.rayListener;
+  }
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
   rayLoop_ = std::make_unique<RayLoop>(*this);
   hider_ = in_.hider ? in_.hider : rayLoop_.get();

@@ -28,6 +28,7 @@ struct FrameInput {
   std::string bucketOrder = "horizontal";
   bool jitter = true;
   std::atomic<bool>* stop = nullptr;
+  shade::RayListener* rayListener = nullptr;
 };
 
 // Workers live as long as the frame, so that arenas stay warm from pass to pass.

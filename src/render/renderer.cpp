@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <thread>
 
 #include "film/display_output.h"
@@ -194,7 +195,9 @@ struct Renderer::Impl {
 
   bool makeIntegrator() {
     const scene::Node* node = scene.integrator.get();
-    const std::string name = node ? node->plugin : "PxrPathTracer";
+    // a scene that names neither an integrator nor a light is looked at with a headlight
+    const bool dark = scene.lights.empty() && scene.classicLights.empty() && scene.instances.empty();
+    const std::string name = node ? node->plugin : dark ? "PxrDefault" : "PxrPathTracer";
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", node->pos, "no integrator '" + name + "'", "PxrPathTracer stands in");
@@ -219,6 +222,18 @@ struct Renderer::Impl {
     options.output = settings.output;
     options.splats = hasLightStage();
     plan = film::planDisplays(scene, options, drivers(), diagnostics);
+    if (!settings.output.empty()) {
+      // with -o the primary picture is where the user wants it; others that name a folder of another machine go beside it
+      const std::filesystem::path beside = std::filesystem::path(settings.output).parent_path();
+      for (size_t i = 1; i < plan.outputs.size(); ++i) {
+        std::error_code ec;
+        const std::filesystem::path file = plan.outputs[i].file, folder = file.parent_path();
+        if (folder.empty() || std::filesystem::is_directory(folder, ec)) continue;
+        plan.outputs[i].file = (beside / file.filename()).string();
+        diagnostics.warning("DISPLAY-FOLDER", plan.outputs[i].pos, "the folder of picture \"" + file.string() + "\" does not exist",
+                            "it is written as \"" + plan.outputs[i].file + "\"");
+      }
+    }
     const auto status = film::PixelFilter::make(scene.pixelFilter, scene.pixelFilterWidth[0], scene.pixelFilterWidth[1], filter);
     if (!status.ok()) diagnostics.warning("FILM-FILTER", scene.pos, status.what, "gaussian 2 2 is used");
     record = planRecord(plan.layout, diagnostics);
@@ -325,6 +340,7 @@ struct Renderer::Impl {
     in.bucketOrder = !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = !scene.hider || scene.hider->params.getInt("jitter", 1) != 0;
     in.stop = settings.stop;
+    in.rayListener = settings.rayListener;
     frame = std::make_unique<Frame>(in);
   }
 

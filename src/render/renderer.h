@@ -16,6 +16,7 @@
 namespace kinora {
 class Registry;
 namespace film { class Film; }
+namespace shade { class RayListener; }
 namespace render {
 
 class Hider;
@@ -38,6 +39,7 @@ struct Settings {
   std::vector<std::string> texturePath;              // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
   double snapshotSeconds = 60;                       // 0: never
+  shade::RayListener* rayListener = nullptr;         // for measurements
   std::atomic<bool>* stop = nullptr;                 // set by a signal: finish running buckets, then return
 };
 

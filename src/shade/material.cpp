@@ -173,15 +173,24 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   scene::Node fallback = plain;
   const scene::Node* node = network && network->terminal ? network->terminal.get() : &plain;
   if (!resolve(*node, Kind::Bxdf, terminal)) {
-    diagnostics_.warning("PLUGIN-MISSING", node->pos, "no bxdf '" + node->plugin + "' (node '" + node->handle + "')",
-                         "a magenta diffuse material stands in", "is its library on the plug-in path?");
+    // keeps the look where the missing material says a colour, else magenta
+    std::string done = "a magenta diffuse material stands in";
     scene::Parameter p;
     p.name = "diffuseColor";
     p.type = scene::ValueType::Color;
     p.floats = {0.8f, 0.f, 0.8f};
+    for (const char* name : {"diffuseColor", "baseColor", "frontColor", "color", "surfaceColor", "nearColor", "edgeColor", "emitColor"}) {
+      const scene::Parameter* q = node->params.find(name);
+      if (!q || (!q->isReference && q->floats.size() != 3)) continue;
+      p = *q;
+      p.name = "diffuseColor";
+      done = std::string("a diffuse material of its ") + name + " stands in";
+      break;
+    }
+    diagnostics_.warning("PLUGIN-MISSING", node->pos, "no bxdf '" + node->plugin + "' (node '" + node->handle + "')", done,
+                         "is its library on the plug-in path?");
+    fallback.handle = node->handle;
     fallback.params.set(p);
-    nodes.clear();
-    byHandle.clear();
     resolve(fallback, Kind::Bxdf, terminal);
   }
   nodes.push_back(std::move(terminal));
@@ -256,7 +265,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
         put(&r.links[i], sizeof r.links[i]);
       } else if (p.type == Type::String && !(p.flags & kParamFile)) {
         for (uint32_t k = 0; k < v.count; ++k) { key += v.strings[k]; key += '\1'; }
-      } else if (p.flags & kParamFixed) {
+      } else if (p.flags & kParamFixed && !(p.flags & kParamFile)) {  // files are handles, gathered by point
         put(v.floats, v.count * sizeof(float));
         key += '\2';
       } else {

@@ -10,6 +10,13 @@ namespace {
 // 2^-18 of a face is 8e-6 rad: narrower than any lobe whose shape single-precision directions can still express
 constexpr uint32_t kDeepest = 18;
 constexpr int kPoints = 4;
+// Eight points just inside a cell's border see an edge of the function that lies between the border and the outermost
+// node.
+constexpr int kBorder = 8, kAll = kPoints * kPoints + kBorder;
+constexpr double kBorderU[kBorder] = {-0.999, 0, 0.999, -0.999, 0.999, -0.999, 0, 0.999};
+constexpr double kBorderV[kBorder] = {-0.999, -0.999, -0.999, 0, 0, 0.999, 0.999, 0.999};
+// Share of a cell that such an edge may hide.
+constexpr double kHidden = 0.02;
 constexpr double kNode[kPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
                                    0.861136311594052575};
 constexpr double kWeight[kPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
@@ -128,7 +135,7 @@ void SphereCells::refine(const std::vector<Vec3>& samples, uint32_t most) {
 }
 
 SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f, uint32_t channels, uint32_t watched,
-                               double tolerance, uint64_t most) {
+                               double tolerance, uint64_t most, const std::vector<Vec3>& seen) {
   SphereIntegral r;
   r.channels = channels;
   r.cell.assign(size_t(cells.count()) * channels, 0);
@@ -143,10 +150,12 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
   constexpr uint32_t kBatch = 256;  // cells evaluated together
   std::vector<float> wi[3];
   std::vector<double> jacobian, out;
+  std::vector<double> hidden;  // by cell: what an edge of channel 0 may hide
   const auto integrate = [&](const std::vector<Item>& items, std::vector<double>& value) {
     value.assign(items.size() * channels, 0);
+    hidden.assign(items.size(), 0);
     for (size_t first = 0; first < items.size(); first += kBatch) {
-      const uint32_t m = uint32_t(std::min<size_t>(kBatch, items.size() - first)), n = m * kPoints * kPoints;
+      const uint32_t m = uint32_t(std::min<size_t>(kBatch, items.size() - first)), n = m * kAll;
       for (auto& w : wi) w.assign(padded(n), 0.f);
       jacobian.resize(n);
       out.resize(size_t(channels) * n);
@@ -164,6 +173,15 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
             wi[2][at] = d.z;
             jacobian[at] = jac * kWeight[a] * kWeight[b] * 0.25 * size * size;
           }
+        for (int k = 0; k < kBorder; ++k, ++at) {
+          double jac;
+          const Vec3 d =
+              cells.direction(c.face, u0 + 0.5 * size * (1 + kBorderU[k]), v0 + 0.5 * size * (1 + kBorderV[k]), jac);
+          wi[0][at] = d.x;
+          wi[1][at] = d.y;
+          wi[2][at] = d.z;
+          jacobian[at] = 0;
+        }
       }
       for (uint32_t i = n; i < padded(n); ++i)
         for (auto& w : wi) w[i] = w[n - 1];
@@ -172,13 +190,25 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
       r.evaluations += n;
       for (uint32_t i = 0; i < n; ++i)
         for (uint32_t c = 0; c < channels; ++c)
-          value[(first + i / (kPoints * kPoints)) * channels + c] += out[size_t(c) * n + i] * jacobian[i];
+          value[(first + i / kAll) * channels + c] += out[size_t(c) * n + i] * jacobian[i];
+      for (uint32_t i = 0; i < m; ++i) {
+        double most = 0, area = 0;
+        bool none = false;
+        for (uint32_t k = i * kAll; k < (i + 1) * kAll; ++k) {
+          most = std::max(most, out[k]);
+          none = none || out[k] == 0;
+          area += jacobian[k];
+        }
+        hidden[first + i] = none ? kHidden * area * most : 0;
+      }
     }
   };
 
+  std::vector<bool> occupied(cells.count(), false);
+  for (const Vec3& d : seen) occupied[cells.find(d)] = true;
   std::vector<Item> items;
   for (uint32_t i = 0; i < cells.count(); ++i) items.push_back({cells.cells()[i], i});
-  std::vector<double> coarse, fine;
+  std::vector<double> coarse, fine, squares(cells.count(), 0);
   integrate(items, coarse);
   while (!items.empty()) {
     std::vector<Item> quarters;
@@ -199,17 +229,28 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
         for (int k = 0; k < 4; ++k) sum += fine[(4 * i + k) * channels + c];
         difference = std::max(difference, std::abs(sum - coarse[i * channels + c]));
       }
-      if (difference > tolerance && !stop && items[i].cell.level + 1u < kDeepest + 3) {
+      for (int k = 0; k < 4; ++k) difference = std::max(difference, hidden[4 * i + k]);
+      double found = coarse[i * channels];
+      for (int k = 0; k < 4; ++k) found += fine[(4 * i + k) * channels];
+      const bool missed =
+          occupied[items[i].bin] && found == 0 && items[i].cell.level < cells.cells()[items[i].bin].level + 4;
+      if ((difference > tolerance || missed) && !stop && items[i].cell.level + 1u < kDeepest + 3) {
         for (int k = 0; k < 4; ++k) {
           next.push_back(quarters[4 * i + k]);
           for (uint32_t c = 0; c < channels; ++c) nextCoarse.push_back(fine[(4 * i + k) * channels + c]);
         }
         continue;
       }
-      // the finer value of a converged cell is far nearer than the difference
-      const double error = difference > tolerance ? difference : 0.1 * difference;
-      r.error[items[i].bin] += error;
-      r.totalError += error;
+      // the finer value of a converged smooth cell is far nearer than the difference; across an edge it is no nearer,
+      // but such errors have random signs
+      bool edge = difference > tolerance;
+      for (int k = 0; k < 4; ++k) edge = edge || hidden[4 * i + k] > 0;
+      if (edge) {
+        squares[items[i].bin] += difference * difference;
+      } else {
+        r.error[items[i].bin] += 0.1 * difference;
+        r.totalError += 0.1 * difference;
+      }
       for (int k = 0; k < 4; ++k)
         for (uint32_t c = 0; c < channels; ++c)
           r.cell[size_t(items[i].bin) * channels + c] += fine[(4 * i + k) * channels + c];
@@ -217,6 +258,12 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
     items = std::move(next);
     coarse = std::move(nextCoarse);
   }
+  double allSquares = 0;
+  for (uint32_t i = 0; i < cells.count(); ++i) {
+    allSquares += squares[i];
+    r.error[i] += std::sqrt(squares[i]);
+  }
+  r.totalError += 2 * std::sqrt(allSquares);
   for (uint32_t i = 0; i < cells.count(); ++i)
     for (uint32_t c = 0; c < channels; ++c) r.total[c] += r.cell[size_t(i) * channels + c];
   return r;

@@ -55,9 +55,11 @@ struct SphereIntegral {
 // f(n, directions, out): writes channel c of direction i to out[c * n + i].
 using SphereFunction = std::function<void(uint32_t n, const float* const wi[3], double* out)>;
 
+// `seen`: directions in which channel 0 is known not to be 0; cells that hold one are searched until it is found.
 // Gauss-Legendre products of 4x4 points, refined until a cell and its four quarters agree within `tolerance` in the
-// first `watched` channels; stops refining after `most` evaluations and says so in the errors.
+// first `watched` channels and no edge of channel 0 hides at their borders; stops refining after `most` evaluations
+// and says so in the errors.
 SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f, uint32_t channels, uint32_t watched,
-                               double tolerance, uint64_t most);
+                               double tolerance, uint64_t most, const std::vector<Vec3>& seen = {});
 
 }  // namespace kinora::testing

@@ -169,9 +169,8 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     }
     const bool fixed = p.flags & (kParamFixed | kParamNotConnectable);
     const std::vector<float>& v = setting.numbers[i];
-    // an unconnected bump normal stays a uniform 0 0 0, as in a render
-    const bool unset = p.type == Type::Normal && std::all_of(v.begin(), v.end(), [](float x) { return x == 0; });
-    if (v.size() <= 3) m.params[i] = m.make(uint32_t(v.size()), v, options.varying && !fixed && !unset);
+    // what the setting leaves at its default is not connected and stays uniform, as in a render
+    if (v.size() <= 3) m.params[i] = m.make(uint32_t(v.size()), v, options.varying && !fixed && setting.given[i]);
   }
 
   const auto builtin = [&](Builtin b) -> Value& { return m.builtins[uint32_t(b)]; };

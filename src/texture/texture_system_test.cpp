@@ -389,7 +389,7 @@ TEST_F(TextureTest, PrintsItsRate) {
                 filter, n * groups / ours * 1e-6, n * groups / theirs * 1e-6);
     EXPECT_GT(ours, 0);
   }
-  OIIO::TextureSystem::destroy(plain);
+  OIIO::TextureSystem::destroy(plain, true);
   const TextureStatistics st = system_.statistics();
   EXPECT_GT(st.lookups, uint64_t(n * groups));
   EXPECT_GT(st.tilesRead, 0u);

@@ -233,6 +233,13 @@ TEST(BadInput, SeveralFramesNeedANumberedOutput) {
   EXPECT_TRUE(w.has("f.0004.exr"));
 }
 
+TEST(BadInput, UnknownParameterIsNamed) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  expectEnd(w.run({"scene.rib", "--set", "integrator.noSuchParameter=4", "--progress", "none"}), 0,
+            {"noSuchParameter"});
+}
+
 TEST(BadInput, WrongOptionsAreCodeTwo) {
   Workplace w;
   w.write("scene.rib", rib());
@@ -240,8 +247,7 @@ TEST(BadInput, WrongOptionsAreCodeTwo) {
   expectEnd(w.run({"--no-such-option", "scene.rib"}), 2, {"--no-such-option"});
   expectEnd(w.run({"scene.rib", "--res", "640"}), 2, {"--res", "640"});
   expectEnd(w.run({"scene.rib", "--bucket-order", "sideways", "--progress", "none"}), 2, {"sideways"});
-  expectEnd(w.run({"scene.rib", "--set", "integrator.noSuchParameter=4", "--progress", "none"}), 2,
-            {"noSuchParameter"});
+  expectEnd(w.run({"scene.rib", "--set", "teapot.size=4", "--progress", "none"}), 2, {"teapot"});
   expectEnd(w.run({"plugins", "PxrDifuse"}), 2, {"did you mean PxrDiffuse?"});
   expectEnd(w.run({"explain", "NO-SUCH-CODE"}), 2, {"NO-SUCH-CODE"});
   expectEnd(w.run({"merge"}), 2, {"PART"});

@@ -65,7 +65,7 @@ TEST(Render, ResolutionAndCropOverrideTheScene) {
 TEST(Render, SetChangesAParameter) {
   Workplace w;
   SceneParts parts;
-  parts.geometry = "Sphere 1 -1 1 360 Translate 0 -1 0 ReverseOrientation Sphere 3 -3 3 360";
+  parts.geometry = "Sphere 1 -1 1 360 Polygon \"vertex point P\" [-9 -1 -9  9 -1 -9  9 -1 9  -9 -1 9]";
   w.write("scene.rib", rib(parts));
   EXPECT_EQ(w.run({"scene.rib", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
   EXPECT_EQ(

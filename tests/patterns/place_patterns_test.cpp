@@ -142,7 +142,7 @@ TEST(PlacePatterns, Voronoise) {
       sum += v, squares += v * v;
     }
     const double deviation = std::sqrt(squares / n - sum / n * sum / n);
-    EXPECT_NEAR(sum / n, 0.5, 0.02);
+    EXPECT_NEAR(sum / n, 0.5, 0.02) << smoothness;
     if (smoothness == 1) smoothDeviation = deviation;
     // flat cells keep the deviation of uniform values, smooth noise averages it away
     if (smoothness == 0) {

@@ -1,7 +1,7 @@
-// Microfacet theory for wide values: normal distributions (GGX, Beckmann), Smith masking, sampling of visible normals,
-// exact Fresnel of conductors, and tables of the energy that one scattering keeps, by which rough lobes are compensated.
-// Called by bxdfs; it holds no lobe of its own. Vectors are in the local frame: z is the normal, x the tangent.
-// Included per target, like wide.h.
+// Microfacet theory for wide values: normal distributions (GGX, Beckmann), Smith masking, sampling of visible
+// normals, exact Fresnel of conductors, and tables of the energy that one scattering keeps, by which rough lobes are
+// compensated. Called by bxdfs; it holds no lobe of its own. Vectors are in the local frame: z is the normal, x the
+// tangent. Included per target, like wide.h.
 #include <kinora/math/sampling.h>
 
 #ifndef KINORA_MICROFACET_ONCE
@@ -15,12 +15,12 @@ namespace kinora {
 // (1 - e)(1 - e) / (1 - mean) returns exactly what the table says is missing.
 struct ReflectionEnergy {
   static constexpr int kMu = 32, kRough = 32;
-  float e[2][kRough][kMu];   // [0] Beckmann, [1] GGX
+  float e[2][kRough][kMu];  // [0] Beckmann, [1] GGX
   float mean[2][kRough];
 };
 // The same for a rough dielectric, reflected and transmitted part apart, GGX. Side 0 looks from the thinner medium,
-// side 1 from the denser. With m the larger index over the smaller, up to 3, the axis of the index is the square root of
-// 2 (m - 1) / (m + 1): the cosine of the critical angle is nearly linear in it.
+// side 1 from the denser. With m the larger index over the smaller, up to 3, the axis of the index is the square root
+// of 2 (m - 1) / (m + 1): the cosine of the critical angle is nearly linear in it.
 struct GlassEnergy {
   static constexpr int kMu = 32, kRough = 24, kEta = 40;
   float reflect[2][kEta][kRough][kMu], transmit[2][kEta][kRough][kMu];
@@ -46,7 +46,8 @@ constexpr float kMirrorAlpha = 1e-3f;
 
 // ---- distributions ----
 // Density of microfacet normals, per solid angle and per area of the macrosurface.
-template <int W> KN_INLINE Float<W> microfacetD(bool ggx, Vec3<W> h, Float<W> ax, Float<W> ay) {
+template <int W>
+KN_INLINE Float<W> microfacetD(bool ggx, Vec3<W> h, Float<W> ax, Float<W> ay) {
   using F = Float<W>;
   const F x = h.x / ax, y = h.y / ay, s = fma(x, x, y * y), z2 = h.z * h.z;
   if (ggx) {
@@ -57,7 +58,8 @@ template <int W> KN_INLINE Float<W> microfacetD(bool ggx, Vec3<W> h, Float<W> ax
   return exp(-s / zz) / (F(kPi) * ax * ay * zz * zz);
 }
 // Smith's Lambda: masking is 1 / (1 + Lambda). Beckmann's is the rational fit of Walter et al. (EGSR 2007).
-template <int W> KN_INLINE Float<W> smithLambda(bool ggx, Vec3<W> w, Float<W> ax, Float<W> ay) {
+template <int W>
+KN_INLINE Float<W> smithLambda(bool ggx, Vec3<W> w, Float<W> ax, Float<W> ay) {
   using F = Float<W>;
   const F x = w.x * ax, y = w.y * ay, t2 = fma(x, x, y * y) / max(w.z * w.z, F(1e-14f));
   if (ggx) return fma(sqrt(t2 + F(1.f)), F(0.5f), F(-0.5f));
@@ -65,10 +67,11 @@ template <int W> KN_INLINE Float<W> smithLambda(bool ggx, Vec3<W> w, Float<W> ax
   const F l = fma(a, fma(a, F(0.396f), F(-1.259f)), F(1.f)) / (a * fma(a, F(2.181f), F(3.535f)));
   return zeroUnless(a < F(1.6f), l);
 }
-// A microfacet normal seen from wo, GGX: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023).
-// Density: microfacetD(true) * (wo.h) / (wo.z * (1 + Lambda(wo))). It serves Beckmann as well, whose density over this
-// one stays below about 1.5 at every angle (its tail is lighter), at no cost in special functions.
-template <int W> KN_INLINE Vec3<W> sampleVisibleNormal(Vec3<W> wo, Float<W> ax, Float<W> ay, Float<W> u, Float<W> v) {
+// A microfacet normal seen from wo, GGX: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps"
+// (2023). Density: microfacetD(true) * (wo.h) / (wo.z * (1 + Lambda(wo))). It serves Beckmann as well, whose density
+// over this one stays below about 1.5 at every angle (its tail is lighter), at no cost in special functions.
+template <int W>
+KN_INLINE Vec3<W> sampleVisibleNormal(Vec3<W> wo, Float<W> ax, Float<W> ay, Float<W> u, Float<W> v) {
   using F = Float<W>;
   const Vec3<W> s = normalize(Vec3<W>(wo.x * ax, wo.y * ay, wo.z));
   const F z = fnma(v, F(1.f) + s.z, F(1.f));  // uniform in (-s.z, 1]
@@ -82,7 +85,8 @@ template <int W> KN_INLINE Vec3<W> sampleVisibleNormal(Vec3<W> wo, Float<W> ax, 
 // ---- Fresnel ----
 // Unpolarised reflectance of a surface with complex index eta + i k relative to the medium of incidence; exact for
 // conductors and, with k = 0, for dielectrics from either side (Born and Wolf).
-template <int W> KN_INLINE Float<W> fresnelConductor(Float<W> cosI, Float<W> eta, Float<W> k) {
+template <int W>
+KN_INLINE Float<W> fresnelConductor(Float<W> cosI, Float<W> eta, Float<W> k) {
   using F = Float<W>;
   const F c2 = cosI * cosI, s2 = max(F(1.f) - c2, F(0.f));
   const F t0 = fms(eta, eta, fma(k, k, s2)), ek = (eta + eta) * k;
@@ -95,9 +99,11 @@ template <int W> KN_INLINE Float<W> fresnelConductor(Float<W> cosI, Float<W> eta
   return min(max(F(0.5f) * (rs + rp), F(0.f)), F(1.f));
 }
 // Two-point Gauss rule for averages over directions, 2 * integral of f(c) c dc: nodes and weights.
-constexpr float kMeanCos0 = 0.355051026f, kMeanCos1 = 0.844948974f, kMeanWeight0 = 0.363917103f, kMeanWeight1 = 0.636082897f;
+constexpr float kMeanCos0 = 0.355051026f, kMeanCos1 = 0.844948974f, kMeanWeight0 = 0.363917103f,
+                kMeanWeight1 = 0.636082897f;
 // Average reflectance of a dielectric from its thinner side, m >= 1 (Kulla and Conty, SIGGRAPH course 2017: a fit).
-template <int W> KN_INLINE Float<W> fresnelDielectricMean(Float<W> m) {
+template <int W>
+KN_INLINE Float<W> fresnelDielectricMean(Float<W> m) {
   using F = Float<W>;
   return max(m - F(1.f), F(0.f)) / fma(m, F(1.00071f), F(4.08567f));
 }
@@ -116,23 +122,29 @@ struct TableAxis {
     t = y - f;
   }
 };
-template <int W> KN_INLINE Float<W> tableLine(const float* p, Int<W> at, Float<W> t) {
+template <int W>
+KN_INLINE Float<W> tableLine(const float* p, Int<W> at, Float<W> t) {
   return lerp(gather(p, at), gather(p, at + Int<W>(1)), t);
 }
-template <int W> KN_INLINE Float<W> tablePlane(const float* p, Int<W> at, int stride, Float<W> tx, Float<W> ty) {
+template <int W>
+KN_INLINE Float<W> tablePlane(const float* p, Int<W> at, int stride, Float<W> tx, Float<W> ty) {
   return lerp(tableLine(p, at, tx), tableLine(p, at + Int<W>(stride), tx), ty);
 }
 
-template <int W> KN_INLINE Float<W> reflectionEnergy(const ReflectionEnergy& e, bool ggx, Float<W> mu, TableAxis<W> rough) {
+template <int W>
+KN_INLINE Float<W> reflectionEnergy(const ReflectionEnergy& e, bool ggx, Float<W> mu, TableAxis<W> rough) {
   const TableAxis<W> a(safeSqrt(mu), ReflectionEnergy::kMu);
-  return tablePlane(&e.e[ggx][0][0], rough.cell * Int<W>(ReflectionEnergy::kMu) + a.cell, ReflectionEnergy::kMu, a.t, rough.t);
+  return tablePlane(&e.e[ggx][0][0], rough.cell * Int<W>(ReflectionEnergy::kMu) + a.cell, ReflectionEnergy::kMu, a.t,
+                    rough.t);
 }
-template <int W> KN_INLINE Float<W> reflectionEnergyMean(const ReflectionEnergy& e, bool ggx, TableAxis<W> rough) {
+template <int W>
+KN_INLINE Float<W> reflectionEnergyMean(const ReflectionEnergy& e, bool ggx, TableAxis<W> rough) {
   return tableLine(e.mean[ggx], rough.cell, rough.t);
 }
 
 // m: the larger index over the smaller.
-template <int W> KN_INLINE TableAxis<W> glassAxis(Float<W> m) {
+template <int W>
+KN_INLINE TableAxis<W> glassAxis(Float<W> m) {
   return TableAxis<W>(safeSqrt((m - Float<W>(1.f)) / (m + Float<W>(1.f)) * Float<W>(2.f)), GlassEnergy::kEta);
 }
 // table: GlassEnergy::reflect or transmit; side: 0 or 1 in each lane.
@@ -140,8 +152,10 @@ template <int W>
 KN_INLINE Float<W> glassEnergy(const float* table, Int<W> side, TableAxis<W> eta, TableAxis<W> rough, Float<W> mu) {
   constexpr int kRow = GlassEnergy::kMu, kSlab = kRow * GlassEnergy::kRough;
   const TableAxis<W> a(safeSqrt(mu), GlassEnergy::kMu);
-  const Int<W> at = (side * Int<W>(GlassEnergy::kEta) + eta.cell) * Int<W>(kSlab) + rough.cell * Int<W>(kRow) + a.cell;
-  return lerp(tablePlane(table, at, kRow, a.t, rough.t), tablePlane(table, at + Int<W>(kSlab), kRow, a.t, rough.t), eta.t);
+  const Int<W> at =
+      (side * Int<W>(GlassEnergy::kEta) + eta.cell) * Int<W>(kSlab) + rough.cell * Int<W>(kRow) + a.cell;
+  return lerp(tablePlane(table, at, kRow, a.t, rough.t), tablePlane(table, at + Int<W>(kSlab), kRow, a.t, rough.t),
+              eta.t);
 }
 template <int W>
 KN_INLINE Float<W> glassEnergyMean(const float* table, Int<W> side, TableAxis<W> eta, TableAxis<W> rough) {
@@ -149,8 +163,8 @@ KN_INLINE Float<W> glassEnergyMean(const float* table, Int<W> side, TableAxis<W>
   return tablePlane(table, at, GlassEnergy::kRough, rough.t, eta.t);
 }
 
-// Set-up code. Always on 8 lanes with our own functions, so that the tables have the same bits on every CPU. The lattice
-// is Fibonacci's (2584 points, a multiple of 8), over the unit square of sampleVisibleNormal.
+// Set-up code. Always on 8 lanes with our own functions, so that the tables have the same bits on every CPU. The
+// lattice is Fibonacci's (2584 points, a multiple of 8), over the unit square of sampleVisibleNormal.
 constexpr int kLatticeSize = 2584, kLatticeStep = 1597;
 struct LatticePoint {
   Float<8> u, v;
@@ -232,7 +246,8 @@ inline void buildGlassEnergy(GlassEnergy& table, int e) {
           Vec3<8> wt;
           const Mask<8> passes = refract(wo, h, eta, wt);
           up += zeroUnless(wr.z > F(0.f), f * one / (one + smithLambda(true, wr, alpha, alpha)));
-          down += zeroUnless(passes & (wt.z < F(0.f)), (F(1.f) - f) * one / (one + smithLambda(true, wt, alpha, alpha)));
+          down +=
+              zeroUnless(passes & (wt.z < F(0.f)), (F(1.f) - f) * one / (one + smithLambda(true, wt, alpha, alpha)));
         }
         reflected[i] = sumLanes(up) / float(kLatticeSize);
         transmitted[i] = sumLanes(down) / float(kLatticeSize);
@@ -249,7 +264,8 @@ inline const ReflectionEnergy& reflectionEnergyTable() {
   (void)built;
   return table;
 }
-// Ready for relative indices from low to high (the larger index over the smaller): only the slabs around them are built.
+// Ready for relative indices from low to high (the larger index over the smaller): only the slabs around them are
+// built.
 inline const GlassEnergy& glassEnergyTable(float low, float high) {
   static GlassEnergy table;
   static std::atomic<bool> ready[GlassEnergy::kEta];

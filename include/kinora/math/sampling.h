@@ -38,9 +38,11 @@ struct Frame {
     using F = Float<W>;
     Vec3<W> t = tangent - n * dot(n, tangent);
     const F l2 = dot(t, t);
-    const Mask<W> good = l2 > F(1e-12f) * max(dot(tangent, tangent), F(1e-20f));
+    const Mask<W> good = l2 > F(1e-10f) * max(dot(tangent, tangent), F(1e-20f));
     const Frame f(n);
     t = select(good, t * (F(1.f) / sqrt(max(l2, F(1e-30f)))), f.x);
+    // once more: where the tangent was nearly parallel, the first difference kept few digits
+    t = normalize(fma(n, -dot(n, t), t));
     return Frame(t, cross(n, t), n);
   }
   KN_INLINE Vec3<W> toLocal(Vec3<W> v) const { return {dot(v, x), dot(v, y), dot(v, z)}; }

@@ -86,7 +86,8 @@ struct Float {
   friend KN_INLINE Mask<W> operator>(Float a, Float b) { return Mask<W>(hn::Gt(a.v, b.v)); }
   friend KN_INLINE Mask<W> operator>=(Float a, Float b) { return Mask<W>(hn::Ge(a.v, b.v)); }
   friend KN_INLINE Mask<W> operator==(Float a, Float b) { return Mask<W>(hn::Eq(a.v, b.v)); }
-  friend KN_INLINE Mask<W> operator!=(Float a, Float b) { return Mask<W>(hn::Ne(a.v, b.v)); }
+  // not hn::Ne, which is false for NaN on x86 (an ordered comparison): x != x must find NaN
+  friend KN_INLINE Mask<W> operator!=(Float a, Float b) { return !(a == b); }
 };
 
 // 32-bit integers; arithmetic wraps. Unsigned operations are named.

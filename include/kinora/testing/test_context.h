@@ -39,7 +39,7 @@ struct TestContextOptions {
   uint32_t width = 1;
   Slots slots = Slots::PerLobe;
   uint32_t traits = kTraitEyePath | kTraitPrimaryHit;
-  bool varying = false;  // connectable parameters arrive as one value a point instead of a uniform one
+  bool varying = false;  // connectable parameters that the setting gives arrive as one value a point
 };
 
 // Textures of a test: rgba at (s, t).

@@ -38,8 +38,9 @@ namespace {
 const char* const kConserving[] = {"", nullptr};
 constexpr BxdfTraits kTraits{nullptr, 0, -1, nullptr, nullptr, nullptr, kConserving};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, "PxrBlack", "Absorbs all light.",
-                             nullptr, 0, kTables, 4, &kTraits, nullptr, nullptr};
+const Descriptor kDescriptor{
+    kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0,      "PxrBlack", "Absorbs all light.", nullptr, 0, kTables,
+    4,           &kTraits,           nullptr,    nullptr};
 }  // namespace
 KINORA_REGISTER(PxrBlack, kDescriptor)
 }  // namespace kinora

@@ -27,10 +27,14 @@ namespace {
 
 struct PxrConstant {
   using Closure = pxrConstant::Closure;
-  template <int W> using HasEmission = void;
+  template <int W>
+  using HasEmission = void;
   static void begin(const Context& c, Closure& k) { k.emit = c.param(pxrConstant::kEmitColor); }
   static void presence(const Context* c, float* out) { copyFloat(c->param(pxrConstant::kPresence), c->padded, out); }
-  template <int W> static KN_INLINE Rgb<W> emission(const Closure& k, At at) { return loadRgb<W>(k.emit, at); }
+  template <int W>
+  static KN_INLINE Rgb<W> emission(const Closure& k, At at) {
+    return loadRgb<W>(k.emit, at);
+  }
   template <int W>
   struct Lanes {
     Rgb<W> color;
@@ -61,8 +65,19 @@ namespace {
 const char* const kConserving[] = {"", nullptr};
 constexpr BxdfTraits kTraits{nullptr, 0, pxrConstant::kPresence, nullptr, nullptr, nullptr, kConserving};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, "PxrConstant", "A constant colour, unlit.",
-                             pxrConstant::kParams, std::size(pxrConstant::kParams), kTables, 4, &kTraits, nullptr, nullptr};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Bxdf,
+                             0,
+                             "PxrConstant",
+                             "A constant colour, unlit.",
+                             pxrConstant::kParams,
+                             std::size(pxrConstant::kParams),
+                             kTables,
+                             4,
+                             &kTraits,
+                             nullptr,
+                             nullptr};
 }  // namespace
 KINORA_REGISTER(PxrConstant, kDescriptor)
 }  // namespace kinora

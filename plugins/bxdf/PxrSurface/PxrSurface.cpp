@@ -1,9 +1,9 @@
 // PxrSurface: the general material. Lobes, top to bottom: fuzz, clear coat, specular and rough specular, then diffuse
-// (reflected and transmitted) and glass. This file binds parameters, attenuates lower lobes, and mixes the lobes into one
-// density; the lobes themselves are in diffuse.h, specular.h and glass.h. It does not render subsurface and single
-// scattering, iridescence and layers (their parameters are declared). How much what is above takes from what is below:
-// coat and specular by their directional albedo (times the compensation parameters), the greater of the two directions',
-// which is reciprocal and never gains; the coat absorbs along both refracted directions.
+// (reflected and transmitted) and glass. This file binds parameters, attenuates lower lobes, and mixes the lobes into
+// one density; the lobes themselves are in diffuse.h, specular.h and glass.h. It does not render subsurface and
+// single scattering, iridescence and layers (their parameters are declared). How much what is above takes from what
+// is below: coat and specular by their directional albedo (times the compensation parameters), the greater of the two
+// directions', which is reciprocal and never gains; the coat absorbs along both refracted directions.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -39,7 +39,8 @@ int bindNormal(const Context& c, Closure& k, uint32_t index, int general) {
   return k.normalCount++;
 }
 // A bump input where it is connected, the general normal where it is 0 0 0.
-template <int W> KN_INLINE Vec3<W> lobeNormal(const Value& v, const Surface<W>& s, Vec3<W> general) {
+template <int W>
+KN_INLINE Vec3<W> lobeNormal(const Value& v, const Surface<W>& s, Vec3<W> general) {
   const Vec3<W> n = loadVec<W>(v, s.at);
   return select(dot(n, n) > Float<W>(1e-12f), bumpedNormal<W>(v, s), general);
 }
@@ -148,15 +149,23 @@ void bind(const Context& c, Closure& k) {
 
 // Ways to make a direction. Each lobe that is rough has one for its single scattering and one for what that loses.
 enum Technique : uint32_t {
-  kMakeDiffuse, kMakeTransmit, kMakeSpecular, kMakeMultiple = kMakeSpecular + 3, kMakeFuzz = kMakeMultiple + 3,
-  kMakeGlassReflect, kMakeGlassTransmit, kMakeGlassMultipleReflect, kMakeGlassMultipleTransmit, kTechniques
+  kMakeDiffuse,
+  kMakeTransmit,
+  kMakeSpecular,
+  kMakeMultiple = kMakeSpecular + 3,
+  kMakeFuzz = kMakeMultiple + 3,
+  kMakeGlassReflect,
+  kMakeGlassTransmit,
+  kMakeGlassMultipleReflect,
+  kMakeGlassMultipleTransmit,
+  kTechniques
 };
 
 // What the lobes need to know of one direction, whichever role it has.
 template <int W>
 struct Seen {
-  Mask<W> outside;                // it is on the outer side of the surface
-  Float<W> mu[3], energy[3];      // specular lobes: cosine with their normal, directional energy
+  Mask<W> outside;            // it is on the outer side of the surface
+  Float<W> mu[3], energy[3];  // specular lobes: cosine with their normal, directional energy
   Float<W> muFuzz;
   GlassShares<W> glass;
   KN_INLINE Seen() {}
@@ -170,13 +179,14 @@ struct Choice {
 // What the upper lobes take, by direction.
 template <int W>
 struct Layers {
-  Rgb<W> depth, coat, specular;   // optical depth of the coat; albedos times their compensation
+  Rgb<W> depth, coat, specular;  // optical depth of the coat; albedos times their compensation
   KN_INLINE Layers() {}
 };
 
 struct PxrSurface {
   using Closure = pxrSurface::Closure;
-  template <int W> using HasEmission = void;
+  template <int W>
+  using HasEmission = void;
 
   static void begin(const Context& c, Closure& k) { bind(c, k); }
   static void presence(const Context* c, float* out) { copyFloat(c->param(at("presence")), c->padded, out); }
@@ -185,12 +195,29 @@ struct PxrSurface {
     const Value extinction = c->param(at("extinction")), albedo = c->param(at("ssAlbedo"));
     for (int channel = 0; channel < 3; ++channel)
       for (uint32_t i = 0; i < c->padded; ++i) {
-        const float e = extinction.data[channel][extinction.stride ? i : 0], s = albedo.data[channel][albedo.stride ? i : 0];
+        const float e = extinction.data[channel][extinction.stride ? i : 0],
+                    s = albedo.data[channel][albedo.stride ? i : 0];
         const float absorbed = e * (1 - s);
         a->absorption[channel][i] = absorbed > 0 ? absorbed : 0;
       }
   }
-  template <int W> static HWY_ATTR Rgb<W> emission(const Closure& k, At where) {
+  // Light that goes straight on through glass: its tint and what Fresnel lets pass.
+  template <int W>
+  static void thinShadow(const Context* c, float* const rgb[3]) {
+    const Value gain = c->param(at("refractionGain")), color = c->param(at("refractionColor")),
+                ior = c->param(at("glassIor"));
+    const bool thin = flag(*c, at("thinGlass"));
+    for (uint32_t i = 0; i < c->count; i += W) {
+      const Surface<W> s(*c, At{i, false});
+      const Float<W> one(1.f), inside = max(loadFloat<W>(ior, s.at), Float<W>(1e-3f)),
+                               outside = max(s.outerIor, Float<W>(1e-3f));
+      const Float<W> eta = thin ? outside / inside : select(s.entering, outside / inside, inside / outside);
+      const Float<W> f = fresnelDielectric(min(s.cosO, one), eta), share = thin ? (one - f) / (one + f) : one - f;
+      (loadRgb<W>(color, s.at) * (loadFloat<W>(gain, s.at) * share)).store(rgb, i);
+    }
+  }
+  template <int W>
+  static HWY_ATTR Rgb<W> emission(const Closure& k, At where) {
     return k.glows ? loadRgb<W>(k.glowColor, where) * loadFloat<W>(k.glowGain, where) : Rgb<W>();
   }
 
@@ -204,19 +231,27 @@ struct PxrSurface {
     F muO;
     Rgb<W> front, back, reflectance, transmittance;
     F frontMean, backMean, transmitMean, exponent;
-    F transmitShare[2];             // of diffuse transmission from wo's side and from behind
+    F transmitShare[2];  // of diffuse transmission from wo's side and from behind
     RoughDiffuse<W> rough;
-    // the rest
-    SpecularLobe<W> specular[3];
-    GlassLobe<W> glass;
-    Frame<W> fuzzFrame;
-    FuzzLobe<W> fuzz;
+    Seen<W> seenO;
+    Choice<W> choiceO;
+    // Lobes that are off are not even cleared: an unnamed union runs no constructor.
+    union {
+      SpecularLobe<W> specular[3];
+    };
+    union {
+      GlassLobe<W> glass;
+    };
+    union {
+      Frame<W> fuzzFrame;
+    };
+    union {
+      FuzzLobe<W> fuzz;
+    };
     Rgb<W> fuzzColor;
     F fuzzMean, muFuzzO;
     F coatCompensation, specularCompensation;
     Rgb<W> coatDepth;
-    Seen<W> seenO;
-    Choice<W> choiceO;
     Layers<W> layersO;
 
     HWY_ATTR HWY_NOINLINE Lanes(const Closure& closure, const Surface<W>& s) : k(closure), Ng(s.Ng), wo(s.wo) {
@@ -259,11 +294,12 @@ struct PxrSurface {
       if (k.has(kDiffuseTransmit)) {
         transmitShare[0] = transmitShare[1] = F(1.f);
         if (k.has(kGlassTransmit) && !k.glass.thin) {
-          // The surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the denser one.
-          const F e2 = glass.eta * glass.eta;
-          transmitShare[0] = min(F(1.f) / e2, F(1.f));
-          transmitShare[1] = min(e2, F(1.f));
-          transmittance = transmittance * (transmitShare[0] * glass.radianceScale);
+          // Where the surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the
+          // denser.
+          const F e2 = glass.eta * glass.eta, one(1.f);
+          transmitShare[0] = select(glass.encloses, min(one / e2, one), one);
+          transmitShare[1] = select(glass.encloses, min(e2, one), one);
+          transmittance = transmittance * (transmitShare[0] * select(glass.encloses, glass.radianceScale, one));
         }
       }
       if (k.coatAttenuates) {
@@ -316,7 +352,7 @@ struct PxrSurface {
         const Rgb<W> f = l.evaluate(w, seenO.energy[i], seenI.energy[i], p, r);
         out.add(kSpecular + i, zeroUnless(here, i == 2 ? f : f * upper));
         add(here, choiceO, choiceI, kMakeSpecular + i, p, r, pdf, reverse);
-        add(here, choiceO, choiceI, kMakeMultiple + i, w.z * F(kInvPi), l.wo.z * F(kInvPi), pdf, reverse);
+        add(here, choiceO, choiceI, kMakeMultiple + i, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
       }
       if (k.has(kFuzz)) {
         const F muI = dot(fuzzFrame.z, wi);
@@ -326,22 +362,26 @@ struct PxrSurface {
       }
       if (hasGlass()) {
         const Vec3<W> w = glass.frame.toLocal(wi);
-        F p, r;
         const Mask<W> up = above & (w.z > none), down = below & (w.z < none);
         const F cosine = abs(w.z);
+        GlassPdfs<W> p;
         if (k.has(kGlassReflect) && up.any()) {
-          const F one = glass.evaluateReflect(w, p, r);
-          const F f = fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
+          const F one = glass.evaluateReflect(w, p);
+          const F f =
+              fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
           out.add(kGlassReflect, zeroUnless(up, lower * f));
-          add(up, choiceO, choiceI, kMakeGlassReflect, p, r, pdf, reverse);
-          add(up, choiceO, choiceI, kMakeGlassMultipleReflect, cosine * F(kInvPi), glass.wo.z * F(kInvPi), pdf, reverse);
+          add(up, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
+          add(up, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
+          add(up, choiceO, choiceI, kMakeGlassMultipleReflect, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
         }
         if (k.has(kGlassTransmit) && down.any()) {
-          const F one = glass.evaluateTransmit(w, p, r);
-          const F f = fma(glass.multipleTransmitted(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.radianceScale;
+          const F one = glass.evaluateTransmit(w, p);
+          const F f =
+              fma(glass.multipleTransmitted(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.radianceScale;
           out.add(kGlassTransmit, zeroUnless(down, glass.transmitColor * lower * f));
-          add(down, choiceO, choiceI, kMakeGlassTransmit, p, r, pdf, reverse);
-          add(down, choiceO, choiceI, kMakeGlassMultipleTransmit, cosine * F(kInvPi), glass.wo.z * F(kInvPi), pdf, reverse);
+          add(down, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
+          add(down, choiceO, choiceI, kMakeGlassTransmit, p.second, p.secondReverse, pdf, reverse);
+          add(down, choiceO, choiceI, kMakeGlassMultipleTransmit, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
         }
       }
       out.pdf = pdf * choiceO.scale;
@@ -351,21 +391,21 @@ struct PxrSurface {
     HWY_ATTR HWY_NOINLINE void sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const {
       // which technique; rounding never walks past the last that has weight
       Int<W> made(kTechniques);
-      F rest = w / max(choiceO.scale, F(1e-30f)), probability(0.f);
+      F rest = w / max(choiceO.scale, F(1e-30f)), share(0.f);
       Mask<W> open = choiceO.scale > F(0.f);
       for (uint32_t t = 0; t < kTechniques; ++t) {
-        const F share = choiceO.weight[t];
-        const Mask<W> here = open & (share > F(0.f));
+        const F weight = choiceO.weight[t];
+        const Mask<W> here = open & (weight > F(0.f));
         made = select(here, Int<W>(t), made);
-        probability = select(here, share, probability);
-        open = open & (!(here & (rest < share)));
-        rest = select(here, rest - share, rest);
+        share = select(here, weight, share);
+        const Mask<W> past = here & (rest >= weight);
+        open = past | (open & (!here));
+        rest = select(past, rest - weight, rest);
       }
-      probability = probability * choiceO.scale;
       // its frame and shape
-      const Mask<W> isFuzz = made == Int<W>(kMakeFuzz), refracts = made == Int<W>(kMakeGlassTransmit);
+      const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
       const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit));
-      Mask<W> facets = refracts, smooth(false);
+      Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
       Frame<W> frame(normal);
       F ax(1.f), ay(1.f);
       for (uint32_t i = 0; i < 3; ++i) {
@@ -380,11 +420,12 @@ struct PxrSurface {
       }
       if (k.has(kFuzz)) take(isFuzz, fuzzFrame, frame);
       if (hasGlass()) {
-        const Mask<W> reflects = made == Int<W>(kMakeGlassReflect);
+        reflects = made == Int<W>(kMakeGlassReflect);
+        refracts = made == Int<W>(kMakeGlassTransmit);
         take((made >= Int<W>(kMakeGlassReflect)) & (made < Int<W>(kTechniques)), glass.frame, frame);
         ax = select(reflects, glass.axReflect, select(refracts, glass.axTransmit, ax));
         ay = select(reflects, glass.ayReflect, select(refracts, glass.ayTransmit, ay));
-        facets = facets | reflects;
+        facets = facets | reflects | refracts;
         smooth = smooth | (reflects & glass.smoothReflect) | (refracts & glass.smoothTransmit);
       }
       // a direction in that frame
@@ -392,6 +433,13 @@ struct PxrSurface {
       Mask<W> valid(true);
       if (!facets.all()) {
         d = cosineHemisphere(u, v);
+        // What single scattering loses is mostly at grazing angles, where a cosine would seldom look: uniform, by the
+        // same disk.
+        const Mask<W> uniform = (made == Int<W>(kMakeGlassMultipleReflect)) |
+                                (made == Int<W>(kMakeGlassMultipleTransmit)) |
+                                ((made >= Int<W>(kMakeMultiple)) & (made < Int<W>(kMakeFuzz)));
+        const F r2 = fma(d.x, d.x, d.y * d.y), stretch = select(uniform, sqrt(max(F(2.f) - r2, F(0.f))), F(1.f));
+        d = Vec3<W>(d.x * stretch, d.y * stretch, select(uniform, max(F(1.f) - r2, F(0.f)), d.z));
         d.z = select(flips, -d.z, d.z);
         if (isFuzz.any()) d = select(isFuzz, fuzz.sample(u, v), d);
       }
@@ -400,6 +448,13 @@ struct PxrSurface {
         const Vec3<W> h = select(smooth, Vec3<W>(F(0.f), F(0.f), F(1.f)), sampleVisibleNormal(local, ax, ay, u, v));
         Vec3<W> r = reflect(local, h);
         Mask<W> good = r.z > F(0.f);
+        // a rough glass facet reflects or refracts by its own Fresnel; what is left of w within its share decides
+        if (((reflects | refracts) & (!smooth)).any()) {
+          const Mask<W> free = (reflects | refracts) & glass.chooses();
+          F chance, other;
+          glass.chances(glass.fresnel(dot(local, h)), chance, other);
+          refracts = (refracts & (!free)) | (free & (rest >= chance * max(share, F(1e-30f))));
+        }
         if (refracts.any()) {
           Vec3<W> t(r.x, r.y, -r.z);
           Mask<W> passes = good;
@@ -414,13 +469,13 @@ struct PxrSurface {
         valid = good | !facets;
       }
       out.wi = normalize(frame.toWorld(d));
-      // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have made
-      // it: its maker's density is zero there.
+      // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have
+      // made it: its maker's density is zero there.
       const F side = dot(Ng, out.wi);
       const Mask<W> through = flips | refracts;
       out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
       out.discrete = smooth;
-      if (smooth.any()) mirror(made, probability, out);
+      if (smooth.any()) mirror(made, share * choiceO.scale, out);
     }
 
     // For the denoiser: what the lobes return, macroscopically; layers above are taken off at wo alone.
@@ -437,10 +492,12 @@ struct PxrSurface {
       sum = sum * lower;
       for (int i = 0; i < 3; ++i)
         if (k.has(kSpecular + i)) {
-          const Rgb<W> a = zeroUnless(onSide(k.specular[i].doubleSided, seenO.outside), specular[i].albedo(seenO.mu[i], seenO.energy[i]));
+          const Rgb<W> a = zeroUnless(onSide(k.specular[i].doubleSided, seenO.outside),
+                                      specular[i].albedo(seenO.mu[i], seenO.energy[i]));
           sum += i == 2 ? a : a * upper;
         }
-      if (k.has(kFuzz)) sum += zeroUnless(onSide(k.fuzzDoubleSided, seenO.outside), fuzzColor * fuzz.albedoBound(muFuzzO));
+      if (k.has(kFuzz))
+        sum += zeroUnless(onSide(k.fuzzDoubleSided, seenO.outside), fuzzColor * fuzz.albedoBound(muFuzzO));
       const F none(0.f), one(1.f);
       return {clamp(sum.x, none, one), clamp(sum.y, none, one), clamp(sum.z, none, one)};
     }
@@ -452,12 +509,17 @@ struct PxrSurface {
     static KN_INLINE void take(Mask<W> m, const Frame<W>& from, Frame<W>& to) {
       to = Frame<W>(select(m, from.x, to.x), select(m, from.y, to.y), select(m, from.z, to.z));
     }
-    static KN_INLINE void add(Mask<W> here, const Choice<W>& o, const Choice<W>& i, uint32_t technique, F pdf, F pdfReverse, F& sum, F& sumReverse) {
+    static KN_INLINE void add(Mask<W> here, const Choice<W>& o, const Choice<W>& i, uint32_t technique, F pdf,
+                              F pdfReverse, F& sum, F& sumReverse) {
       sum += zeroUnless(here, o.weight[technique] * pdf);
       sumReverse += zeroUnless(here, i.weight[technique] * pdfReverse);
     }
-    KN_INLINE F glassReflected() const { return fma(seenO.glass.lost, F(1.f) - glass.multipleTransmit[0], seenO.glass.reflect); }
-    KN_INLINE F glassTransmitted() const { return fma(seenO.glass.lost, glass.multipleTransmit[0], seenO.glass.transmit); }
+    KN_INLINE F glassReflected() const {
+      return fma(seenO.glass.lost, F(1.f) - glass.multipleTransmit[0], seenO.glass.reflect);
+    }
+    KN_INLINE F glassTransmitted() const {
+      return fma(seenO.glass.lost, glass.multipleTransmit[0], seenO.glass.transmit);
+    }
 
     // d: away from the surface; behind: not on wo's side of it.
     HWY_ATTR HWY_NOINLINE void see(const Vec3<W>& d, const Mask<W>& behind, Seen<W>& x) const {
@@ -472,7 +534,8 @@ struct PxrSurface {
     HWY_ATTR HWY_NOINLINE void choose(const Seen<W>& x, const Mask<W>& behind, Choice<W>& c) const {
       F sum(0.f);
       if (k.has(kDiffuse)) sum += c.weight[kMakeDiffuse] = select(x.outside, frontMean, backMean);
-      if (k.has(kDiffuseTransmit)) sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
+      if (k.has(kDiffuseTransmit))
+        sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
       for (int i = 0; i < 3; ++i) {
         if (!k.has(kSpecular + i)) continue;
         const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);
@@ -481,20 +544,22 @@ struct PxrSurface {
         sum += c.weight[kMakeSpecular + i] + c.weight[kMakeMultiple + i];
       }
       if (k.has(kFuzz))
-        sum += c.weight[kMakeFuzz] = zeroUnless(onSide(k.fuzzDoubleSided, x.outside), fuzzMean * fuzz.albedoBound(x.muFuzz));
+        sum += c.weight[kMakeFuzz] =
+            zeroUnless(onSide(k.fuzzDoubleSided, x.outside), fuzzMean * fuzz.albedoBound(x.muFuzz));
       if (hasGlass()) {
         const F through = select(behind, glass.multipleTransmit[1], glass.multipleTransmit[0]);
         c.weight[kMakeGlassReflect] = x.glass.reflect * glass.reflectGain;
         c.weight[kMakeGlassTransmit] = x.glass.transmit * glass.transmitMean;
         c.weight[kMakeGlassMultipleReflect] = x.glass.lost * (F(1.f) - through) * glass.reflectGain;
         c.weight[kMakeGlassMultipleTransmit] = x.glass.lost * through * glass.transmitMean;
-        sum += c.weight[kMakeGlassReflect] + c.weight[kMakeGlassTransmit] + c.weight[kMakeGlassMultipleReflect] + c.weight[kMakeGlassMultipleTransmit];
+        sum += c.weight[kMakeGlassReflect] + c.weight[kMakeGlassTransmit] + c.weight[kMakeGlassMultipleReflect] +
+               c.weight[kMakeGlassMultipleTransmit];
       }
       c.scale = zeroUnless(sum > F(0.f), F(1.f) / max(sum, F(1e-30f)));
     }
     HWY_ATTR HWY_NOINLINE void layer(const Seen<W>& x, Layers<W>& y) const {
       if (k.coatAttenuates) {
-        const Mask<W> here = onSide(k.specular[2].doubleSided, x.outside);
+        const Mask<W> here = onSide(k.specular[2].doubleSided, x.outside) & specular[2].present();
         const F ior = max(specular[2].ior(), F(1.f)), mu = x.mu[2];
         const F inside = sqrt(max(F(1.f) - fnma(mu, mu, F(1.f)) / (ior * ior), F(1e-4f)));
         y.depth = zeroUnless(here, coatDepth / inside);
@@ -518,7 +583,8 @@ struct PxrSurface {
     }
     static KN_INLINE Rgb<W> remaining(Rgb<W> a, Rgb<W> b) {
       const F none(0.f), one(1.f);
-      return {clamp(one - max(a.x, b.x), none, one), clamp(one - max(a.y, b.y), none, one), clamp(one - max(a.z, b.z), none, one)};
+      return {clamp(one - max(a.x, b.x), none, one), clamp(one - max(a.y, b.y), none, one),
+              clamp(one - max(a.z, b.z), none, one)};
     }
     // Value and probability of the mirror that was chosen.
     HWY_ATTR HWY_NOINLINE void mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const {
@@ -546,7 +612,8 @@ struct PxrSurface {
         const F f = glass.fresnel(glass.wo.z);
         value = select(reflected, lower * (f * glass.reflectGain), value);
         value = select(through, glass.transmitColor * lower * ((F(1.f) - f) * glass.radianceScale), value);
-        lobe = select(reflected, Int<W>(uint32_t(kGlassReflect)), select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
+        lobe = select(reflected, Int<W>(uint32_t(kGlassReflect)),
+                      select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
       }
       out.discreteWeight = value;
       out.discreteProbability = probability;
@@ -575,8 +642,8 @@ bool mayBeOn(const ParamValue& v) {
 }
 bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
-// A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the same
-// branches. Modes and switches are fixed parameters and part of the program already.
+// A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
+// same branches. Modes and switches are fixed parameters and part of the program already.
 uint64_t programKey(const ParamValue* v, uint32_t) {
   uint64_t key = 0;
   if (mayBeOn(v[at("diffuseGain")])) key |= 1;
@@ -617,7 +684,8 @@ const char* const kLossless[] = {
     METAL "specularRoughness=0.4",
     METAL "specularRoughness=1",
     "diffuseGain=0; roughSpecularFaceColor=1 1 1; roughSpecularEdgeColor=1 1 1; roughSpecularDoubleSided=1",
-    "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; clearcoatRoughness=0.3",
+    "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; "
+    "clearcoatRoughness=0.3",
     GLASS "glassRoughness=0",
     GLASS "glassRoughness=0.1",
     GLASS "glassRoughness=0.3; glassIor=1.33",
@@ -631,21 +699,28 @@ const char* const kConserving[] = {
     "diffuseGain=0; fuzzGain=1; fuzzDoubleSided=1",
     "diffuseGain=0; fuzzGain=1; fuzzConeAngle=32; fuzzDoubleSided=1",
     METAL "specularFaceColor=0.9 0.6 0.3; specularRoughness=0.7; specularModelType=1",
-    METAL "specularFresnelMode=1; specularIor=0.2 0.9 1.1; specularExtinctionCoeff=3.9 2.5 2.3; specularRoughness=0.5",
-    "diffuseColor=0.9 0.9 0.9; diffuseDoubleSided=1; specularFresnelMode=1; specularEdgeColor=1 1 1; specularDoubleSided=1; "
+    METAL
+    "specularFresnelMode=1; specularIor=0.2 0.9 1.1; specularExtinctionCoeff=3.9 2.5 2.3; specularRoughness=0.5",
+    "diffuseColor=0.9 0.9 0.9; diffuseDoubleSided=1; specularFresnelMode=1; specularEdgeColor=1 1 1; "
+    "specularDoubleSided=1; "
     "specularRoughness=0.2; specularEnergyCompensation=1",
     "diffuseColor=0.9 0.9 0.9; diffuseDoubleSided=1; clearcoatFresnelMode=1; clearcoatEdgeColor=1 1 1; "
-    "clearcoatDoubleSided=1; clearcoatEnergyCompensation=1; clearcoatThickness=0.5; clearcoatAbsorptionTint=0.2 0.5 0.9",
+    "clearcoatDoubleSided=1; clearcoatEnergyCompensation=1; clearcoatThickness=0.5; clearcoatAbsorptionTint=0.2 0.5 "
+    "0.9",
     GLASS "glassRoughness=0.3; refractionColor=0.9 0.7 0.5",
     nullptr};
 #undef METAL
 #undef GLASS
 
-constexpr BxdfTraits kTraits{kLobes, kLobeCount, int(at("presence")), &programKey, &enclosesMedium, kLossless, kConserving};
+constexpr BxdfTraits kTraits{kLobes,          kLobeCount, int(at("presence")), &programKey,
+                             &enclosesMedium, kLossless,  kConserving};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, "PxrSurface",
-                             "General material: diffuse, three specular lobes, fuzz, glass and glow.", kParams,
-                             kParamCount, kTables, 4, &kTraits, nullptr, nullptr};
+const Descriptor kDescriptor{
+    kAbiVersion, sizeof(Descriptor), Kind::Bxdf,
+    0,           "PxrSurface",       "General material: diffuse, three specular lobes, fuzz, glass and glow.",
+    kParams,     kParamCount,        kTables,
+    4,           &kTraits,           nullptr,
+    nullptr};
 }  // namespace
 KINORA_REGISTER(PxrSurface, kDescriptor)
 }  // namespace kinora

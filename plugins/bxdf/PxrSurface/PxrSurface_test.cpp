@@ -1,6 +1,7 @@
-// Statistics of PxrSurface at fixed settings: densities, albedos, reciprocity, equal bits at all widths, and its speed.
-// It proves agreement of generate, evaluate and pdfs with each other, and energy where it should be kept; it does not
-// prove that the lobes look like anything measured. The registry-wide kit covers parameter combinations more widely.
+// Statistics of PxrSurface at fixed settings: densities, albedos, reciprocity, equal bits at all widths, and its
+// speed. It proves agreement of generate, evaluate and pdfs with each other, and energy where it should be kept; it
+// does not prove that the lobes look like anything measured. The registry-wide kit covers parameter combinations more
+// widely.
 #include <gtest/gtest.h>
 #include <kinora/bxdf.h>
 
@@ -38,6 +39,8 @@ uint32_t hash(uint32_t x) {
   return x ^ x >> 16;
 }
 
+const bool kFloatMode = (setThreadFloatMode(), true);  // as in a render
+
 // A context of n points on the plane z = 0 with arrays to fill in, and a bxdf bound to it at one width.
 class Bound {
  public:
@@ -49,7 +52,8 @@ class Bound {
     for (auto* v : {&N[0], &N[1], &Ng[0], &Ng[1], &wo[0], &wo[1], &zero}) v->assign(c.padded, 0.f);
     for (auto* v : {&N[2], &Ng[2], &wo[2], &one}) v->assign(c.padded, 1.f);
     entering.assign(c.padded, ~0u);
-    for (int i = 0; i < 3; ++i) c.P[i] = zero.data(), c.N[i] = N[i].data(), c.Ng[i] = Ng[i].data(), c.wo[i] = wo[i].data();
+    for (int i = 0; i < 3; ++i)
+      c.P[i] = zero.data(), c.N[i] = N[i].data(), c.Ng[i] = Ng[i].data(), c.wo[i] = wo[i].data();
     c.entering = entering.data();
     c.outerIor = one.data();
     const auto* t = static_cast<const BxdfTraits*>(d->traits);
@@ -181,7 +185,8 @@ struct Samples {
   }
   void randomize(uint32_t seed) {
     for (int k = 0; k < 4; ++k)
-      for (size_t i = 0; i < u[k].size(); ++i) u[k][i] = float(hash(seed * 747796405u + uint32_t(i * 4 + k)) >> 8) / 16777216.f;
+      for (size_t i = 0; i < u[k].size(); ++i)
+        u[k][i] = float(hash(seed * 747796405u + uint32_t(i * 4 + k)) >> 8) / 16777216.f;
   }
 };
 
@@ -246,23 +251,33 @@ void integrate(Bound& b, Vec wo, double& value, double& pdf) {
 
 const char* const kRoughSettings[] = {
     "diffuseRoughness=0.6; diffuseColor=0.8 0.5 0.2",
-    "diffuseGain=0; specularFaceColor=0.9 0.8 0.7; specularEdgeColor=1 1 1; specularRoughness=0.5; specularModelType=1",
-    "diffuseGain=0; specularFaceColor=0.9 0.8 0.7; specularEdgeColor=1 1 1; specularRoughness=0.5; specularModelType=0",
+    "diffuseGain=0; specularFaceColor=0.9 0.8 0.7; specularEdgeColor=1 1 1; specularRoughness=0.5; "
+    "specularModelType=1",
+    "diffuseGain=0; specularFaceColor=0.9 0.8 0.7; specularEdgeColor=1 1 1; specularRoughness=0.5; "
+    "specularModelType=0",
     "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularRoughness=1; specularModelType=1",
-    "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularRoughness=0.6; specularModelType=1; specularAnisotropy=0.7",
-    "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularRoughness=0.6; specularAnisotropy=-0.7; specularAnisotropyDirection=1 1 0",
+    "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularRoughness=0.6; specularModelType=1; "
+    "specularAnisotropy=0.7",
+    "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularRoughness=0.6; "
+    "specularAnisotropy=-0.7; specularAnisotropyDirection=1 1 0",
     "specularFresnelMode=1; specularEdgeColor=1 1 1; specularRoughness=0.4; diffuseExponent=3",
     "diffuseGain=0; fuzzGain=0.8; fuzzColor=1 0.5 0.5; fuzzConeAngle=20",
     "diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=0.6",
     "diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=0.8; glassIor=2; refractionColor=0.5 0.8 0.9",
-    "diffuseGain=0; reflectionGain=0.5; refractionGain=0.7; glassRoughness=0.5; glassRefractionRoughness=0.7; glassAnisotropy=0.5",
+    "diffuseGain=0; reflectionGain=0.5; refractionGain=0.7; glassRoughness=0.5; glassRefractionRoughness=0.7; "
+    "glassAnisotropy=0.5",
     "diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=0.6; thinGlass=1",
-    "diffuseDoubleSided=1; diffuseTransmitGain=0.5; diffuseTransmitColor=1 0.2 0.2; diffuseBackUseDiffuseColor=0; diffuseBackColor=0.9 0.1 0.1",
+    "diffuseDoubleSided=1; diffuseTransmitGain=0.5; diffuseTransmitColor=1 0.2 0.2; diffuseBackUseDiffuseColor=0; "
+    "diffuseBackColor=0.9 0.1 0.1",
     // all at once
-    "diffuseDoubleSided=1; diffuseTransmitGain=0.4; specularFaceColor=0.1 0.1 0.1; specularEdgeColor=1 1 1; specularRoughness=0.5; "
-    "roughSpecularFaceColor=0.2 0.1 0.1; roughSpecularEdgeColor=0.5 0.5 0.5; roughSpecularModelType=1; clearcoatFresnelMode=1; "
-    "clearcoatEdgeColor=1 1 1; clearcoatRoughness=0.4; clearcoatModelType=1; clearcoatThickness=0.4; clearcoatAbsorptionTint=0.1 0.5 1; "
-    "clearcoatEnergyCompensation=1; specularEnergyCompensation=0.7; fuzzGain=0.3; reflectionGain=0.3; refractionGain=0.4; "
+    "diffuseDoubleSided=1; diffuseTransmitGain=0.4; specularFaceColor=0.1 0.1 0.1; specularEdgeColor=1 1 1; "
+    "specularRoughness=0.5; "
+    "roughSpecularFaceColor=0.2 0.1 0.1; roughSpecularEdgeColor=0.5 0.5 0.5; roughSpecularModelType=1; "
+    "clearcoatFresnelMode=1; "
+    "clearcoatEdgeColor=1 1 1; clearcoatRoughness=0.4; clearcoatModelType=1; clearcoatThickness=0.4; "
+    "clearcoatAbsorptionTint=0.1 0.5 1; "
+    "clearcoatEnergyCompensation=1; specularEnergyCompensation=0.7; fuzzGain=0.3; reflectionGain=0.3; "
+    "refractionGain=0.4; "
     "glassRoughness=0.5; specularDoubleSided=1; clearcoatDoubleSided=1",
 };
 const double kCosines[] = {0.15, 0.6, 0.95};
@@ -311,7 +326,8 @@ TEST(PxrSurface, DirectionsAreDistributedAsThePdfSays) {
           if (g.slot[i] == kNoLobe || g.flags[i] & kSampleDiscrete) continue;
           double phi = std::atan2(g.wi[1][i], g.wi[0][i]);
           if (phi < 0) phi += 2 * M_PI;
-          const int t = std::min(kTheta - 1, int((1 - g.wi[2][i]) / 2 * kTheta)), p = std::min(kPhi - 1, int(phi / (2 * M_PI) * kPhi));
+          const int t = std::min(kTheta - 1, int((1 - g.wi[2][i]) / 2 * kTheta)),
+                    p = std::min(kPhi - 1, int(phi / (2 * M_PI) * kPhi));
           ++seen[t * kPhi + p];
         }
       }
@@ -329,7 +345,8 @@ TEST(PxrSurface, DirectionsAreDistributedAsThePdfSays) {
       }
       if (poolExpected > 20) chi2 += (poolSeen - poolExpected) * (poolSeen - poolExpected) / poolExpected, ++bins;
       if (bins == 0) continue;
-      // Wilson and Hilferty: the cube root of chi^2 / n is nearly normal. 5 sigma allows for the rule's own error in steep bins.
+      // Wilson and Hilferty: the cube root of chi^2 / n is nearly normal. 5 sigma allows for the rule's own error in
+      // steep bins.
       const double z = (std::cbrt(chi2 / bins) - (1 - 2. / (9 * bins))) / std::sqrt(2. / (9 * bins));
       EXPECT_LT(z, 5) << settings << " cos " << cosine << " bins " << bins << " chi2 " << chi2;
     }
@@ -337,8 +354,9 @@ TEST(PxrSurface, DirectionsAreDistributedAsThePdfSays) {
 
 TEST(PxrSurface, LosslessSettingsKeepAllLight) {
   double worst = 0;
+  std::string where;
   const auto report = [&](const char* what) {
-    std::printf("lossless settings, %s: albedo within %.4f of 1\n", what, worst);
+    std::printf("lossless settings, %s: albedo within %.4f of 1 (%s)\n", what, worst, where.c_str());
     worst = 0;
   };
   const auto check = [&](const std::string& settings, bool bothSides) {
@@ -349,7 +367,8 @@ TEST(PxrSurface, LosslessSettingsKeepAllLight) {
         const Albedo a = sampledAlbedo(b, unit(side * cosine, 0.4));
         for (double v : a.rgb) {
           EXPECT_NEAR(v, 1, 0.01) << settings << " cos " << side * cosine;
-          worst = std::max(worst, std::abs(v - 1));
+          if (std::abs(v - 1) > worst)
+            worst = std::abs(v - 1), where = settings + " cos " + std::to_string(side * cosine);
         }
       }
   };
@@ -357,13 +376,17 @@ TEST(PxrSurface, LosslessSettingsKeepAllLight) {
     for (const char* model : {"0", "1"})
       for (const char* roughness : {"0", "0.05", "0.1", "0.3", "0.45", "0.6", "0.8", "1"}) {
         const std::string p(lobe);
-        check("diffuseGain=0; " + p + "FaceColor=1 1 1; " + p + "EdgeColor=1 1 1; " + p + "Roughness=" + roughness + "; " + p + "ModelType=" + model, false);
+        check("diffuseGain=0; " + p + "FaceColor=1 1 1; " + p + "EdgeColor=1 1 1; " + p + "Roughness=" + roughness +
+                  "; " + p + "ModelType=" + model,
+              false);
       }
   report("reflection");
   for (const char* ior : {"1", "1.1", "1.33", "1.5", "2", "2.6"})
     for (const char* thin : {"0", "1"})
       for (const char* roughness : {"0", "0.05", "0.1", "0.3", "0.45", "0.6", "0.8", "1"})
-        check(std::string("diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=") + roughness + "; glassIor=" + ior + "; thinGlass=" + thin, true);
+        check(std::string("diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=") + roughness +
+                  "; glassIor=" + ior + "; thinGlass=" + thin,
+              true);
   report("glass");
   const auto* traits = static_cast<const BxdfTraits*>(surface()->traits);
   for (const char* const* l = traits->lossless; *l; ++l) check(*l, true);
@@ -373,7 +396,8 @@ TEST(PxrSurface, LosslessSettingsKeepAllLight) {
 TEST(PxrSurface, RadianceOfRefractionCarriesTheIndexSquared) {
   for (double side : {1., -1.})
     for (const char* roughness : {"0", "0.5"}) {
-      Bound b(surface(), testWidth(), kPoints, std::string("diffuseGain=0; refractionGain=1; glassIor=1.5; glassRoughness=") + roughness);
+      Bound b(surface(), testWidth(), kPoints,
+              std::string("diffuseGain=0; refractionGain=1; glassIor=1.5; glassRoughness=") + roughness);
       const double power = sampledAlbedo(b, unit(side * 0.8, 0)).rgb[0];
       b.c.traits = kTraitEyePath;
       const double radiance = sampledAlbedo(b, unit(side * 0.8, 0)).rgb[0];
@@ -410,11 +434,13 @@ TEST(PxrSurface, ReciprocityAndReversePdf) {
       double inside = 1.5;
       if (const char* g = std::strstr(settings, "glassIor=")) inside = std::atof(g + 9);
       const bool thin = std::strstr(settings, "thinGlass=1") != nullptr;
+      const bool medium = std::strstr(settings, "refractionGain") != nullptr;
       std::mt19937 random(7);
       std::uniform_real_distribution<double> uniform;
       Sums sa(kPoints), sb(kPoints);
       for (uint32_t i = 0; i < kPoints; ++i) {
-        const Vec o = unit(2 * uniform(random) - 1, 6.28 * uniform(random)), w = unit(2 * uniform(random) - 1, 6.28 * uniform(random));
+        const Vec o = unit(2 * uniform(random) - 1, 6.28 * uniform(random)),
+                  w = unit(2 * uniform(random) - 1, 6.28 * uniform(random));
         a.setOut(i, o), b.setOut(i, w);
         sa.wi[0][i] = w.x, sa.wi[1][i] = w.y, sa.wi[2][i] = w.z;
         sb.wi[0][i] = o.x, sb.wi[1][i] = o.y, sb.wi[2][i] = o.z;
@@ -430,9 +456,10 @@ TEST(PxrSurface, ReciprocityAndReversePdf) {
         const double no = a.wo[2][i] > 0 ? ior : inside, ni = a.wo[2][i] > 0 ? inside : ior;
         for (uint32_t l = 0; l < 8; ++l)
           for (int k = 0; k < 3; ++k) {
-            const double scale = through && !thin && l == 7 ? no * no / (ni * ni) : 1;
+            const double scale = through && !thin && medium && (l == 7 || l == 1) ? no * no / (ni * ni) : 1;
             const double f = sa.weight[l][k][i] / ci, g = sb.weight[l][k][i] / co * scale;
-            EXPECT_NEAR(f, g, 2e-5 + 2e-3 * std::abs(f)) << settings << " lobe " << l << " co " << a.wo[2][i] << " ci " << sa.wi[2][i];
+            EXPECT_NEAR(f, g, 2e-5 + 2e-3 * std::abs(f))
+                << settings << " lobe " << l << " co " << a.wo[2][i] << " ci " << sa.wi[2][i];
             nonzero += f > 0;
           }
         EXPECT_NEAR(sa.pdf[i], sb.reverse[i], 1e-5 + 2e-3 * sa.pdf[i]) << settings;
@@ -444,7 +471,9 @@ TEST(PxrSurface, ReciprocityAndReversePdf) {
 
 TEST(PxrSurface, AllWidthsGiveTheSameBits) {
   std::vector<std::string> all(std::begin(kRoughSettings), std::end(kRoughSettings));
-  all.push_back("specularFaceColor=0.2 0.2 0.2; specularEdgeColor=1 1 1; specularRoughness=0; reflectionGain=1; refractionGain=1; glassRoughness=0");
+  all.push_back(
+      "specularFaceColor=0.2 0.2 0.2; specularEdgeColor=1 1 1; specularRoughness=0; reflectionGain=1; "
+      "refractionGain=1; glassRoughness=0");
   for (const std::string& settings : all) {
     std::vector<float> reference;
     for (uint32_t width : {1u, 4u, 8u, 16u}) {
@@ -456,7 +485,8 @@ TEST(PxrSurface, AllWidthsGiveTheSameBits) {
       b.vary("glassRoughness", [](uint32_t p, int) { return float(hash(p + 77) >> 8) / 16777216.f; });
       b.vary("specularFresnelShape", [](uint32_t p, int) { return p % 3 ? 5.f : 2.5f; });
       b.vary("diffuseRoughness", [](uint32_t p, int) { return p % 2 ? 0.f : 0.7f; });
-      b.vary("bumpNormal", [](uint32_t p, int k) { return k == 2 ? 1.f : float(hash(p * 3 + k) >> 8) / 16777216.f - 0.5f; });
+      b.vary("bumpNormal",
+             [](uint32_t p, int k) { return k == 2 ? 1.f : float(hash(p * 3 + k) >> 8) / 16777216.f - 0.5f; });
       for (uint32_t i = 0; i < b.c.padded; ++i) {
         const uint32_t j = std::min(i, n - 1);
         b.setOut(i, unit((hash(j * 2 + 5) >> 8) / 8388608. - 1, (hash(j * 2 + 6) >> 8) / 1000.));
@@ -478,11 +508,13 @@ TEST(PxrSurface, AllWidthsGiveTheSameBits) {
           got.push_back(g.wi[k][i]), got.push_back(g.weight[k][i]), got.push_back(rgb[k][i]);
           for (int l = 0; l < 8; ++l) got.push_back(s.weight[l][k][i]);
         }
-        for (float v : {g.pdf[i], g.reverse[i], float(g.slot[i]), float(g.flags[i]), s.pdf[i], s.reverse[i]}) got.push_back(v);
+        for (float v : {g.pdf[i], g.reverse[i], float(g.slot[i]), float(g.flags[i]), s.pdf[i], s.reverse[i]})
+          got.push_back(v);
       }
       for (float v : got) ASSERT_TRUE(std::isfinite(v)) << settings;
       if (reference.empty()) reference = got;
-      ASSERT_EQ(0, std::memcmp(reference.data(), got.data(), got.size() * sizeof(float))) << settings << " width " << width;
+      ASSERT_EQ(0, std::memcmp(reference.data(), got.data(), got.size() * sizeof(float)))
+          << settings << " width " << width;
     }
   }
 }
@@ -511,7 +543,8 @@ TEST(PxrSurface, GenerateAgreesWithEvaluate) {
 }
 
 TEST(PxrSurface, GlowAndInterior) {
-  Bound b(surface(), testWidth(), 5, "glowGain=2; glowColor=1 0.5 0; extinction=1 2 3; ssAlbedo=0 0.5 1; glassIor=1.7");
+  Bound b(surface(), testWidth(), 5,
+          "glowGain=2; glowColor=1 0.5 0; extinction=1 2 3; ssAlbedo=0 0.5 1; glassIor=1.7");
   b.setOut(unit(1, 0));
   b.bind();
   std::vector<float> v[4];
@@ -561,9 +594,14 @@ TEST(PxrSurface, Speed) {
     const std::chrono::duration<double, std::milli> t = std::chrono::steady_clock::now() - start;
     std::printf("binding glass of index %s: %.3f ms\n", ior, t.count());
   }
-  const struct { const char* name; std::string settings; } cases[] = {
+  const struct {
+    const char* name;
+    std::string settings;
+  } cases[] = {
       {"diffuse", ""},
-      {"metal", "diffuseGain=0; specularFresnelMode=1; specularEdgeColor=1 1 1; specularIor=0.2 0.9 1.1; specularExtinctionCoeff=3.9 2.5 2.3; specularModelType=1"},
+      {"metal",
+       "diffuseGain=0; specularFresnelMode=1; specularEdgeColor=1 1 1; specularIor=0.2 0.9 1.1; "
+       "specularExtinctionCoeff=3.9 2.5 2.3; specularModelType=1"},
       {"plastic", "specularFresnelMode=1; specularEdgeColor=1 1 1; specularModelType=1"},
       {"glass", "diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=0.3"},
       {"all lobes", kRoughSettings[std::size(kRoughSettings) - 1]},
@@ -586,15 +624,17 @@ TEST(PxrSurface, Speed) {
         for (int what = 0; what < 2; ++what) {
           const auto start = std::chrono::steady_clock::now();
           for (int r = 0; r < 8; ++r) {
-            if (what == 0) b.fn->evaluate(&b.c, b.closure, &s.args);
-            else b.fn->generate(&b.c, b.closure, &g.args);
+            if (what == 0)
+              b.fn->evaluate(&b.c, b.closure, &s.args);
+            else
+              b.fn->generate(&b.c, b.closure, &g.args);
           }
           const std::chrono::duration<double, std::nano> t = std::chrono::steady_clock::now() - start;
           best[what] = std::min(best[what], t.count() / (8 * kPoints));
         }
       if (width == 1) first[0] = best[0], first[1] = best[1];
-      std::printf("%-10s width %2u: evaluate %7.1f ns (x %.1f), generate %7.1f ns (x %.1f)\n", one.name, width, best[0],
-                  first[0] / best[0], best[1], first[1] / best[1]);
+      std::printf("%-10s width %2u: evaluate %7.1f ns (x %.1f), generate %7.1f ns (x %.1f)\n", one.name, width,
+                  best[0], first[0] / best[0], best[1], first[1] / best[1]);
       if (width == 8) {
         EXPECT_GT(first[0] / best[0], 1.5);
       }

@@ -12,7 +12,7 @@ struct AnisotropyClosure {
 };
 struct SpecularClosure {
   bool physical = false, ggx = false, doubleSided = false;
-  int bump = -1;                     // index into Closure::normals, -1: the surface's
+  int bump = -1;  // index into Closure::normals, -1: the surface's
   Value face, edge, shape, ior, extinction, roughness;
   AnisotropyClosure anisotropy;
 };
@@ -23,12 +23,12 @@ struct GlassClosure {
   AnisotropyClosure anisotropy;
 };
 struct Closure {
-  uint32_t on = 0;                   // bit per Lobe
+  uint32_t on = 0;  // bit per Lobe
   bool has(uint32_t lobe) const { return on >> lobe & 1; }
 
   Value diffuseGain, diffuseColor, diffuseBackColor, diffuseRoughness, diffuseExponent, transmitGain, transmitColor;
   bool diffuseDoubleSided = false, backHasOwnColor = false;
-  SpecularClosure specular[3];       // specular, rough specular, clear coat
+  SpecularClosure specular[3];  // specular, rough specular, clear coat
   GlassClosure glass;
   Value fuzzGain, fuzzColor, fuzzConeAngle;
   bool fuzzDoubleSided = false;
@@ -39,12 +39,12 @@ struct Closure {
   bool coatAttenuates = false, specularAttenuates = false;
   Value coatThickness, coatTint, coatCompensation, specularCompensation;
 
-  Value normals[7];                  // bump inputs in use: the general one and those of six lobes
+  Value normals[7];  // bump inputs in use: the general one and those of six lobes
   int normalCount = 0;
-  bool bumped = false;               // normals[0] is bumpNormal
+  bool bumped = false;  // normals[0] is bumpNormal
   int diffuseBump = -1, fuzzBump = -1;
 
-  bool radiance = true;              // eta^2 on refraction
+  bool radiance = true;  // eta^2 on refraction
   const ReflectionEnergy* reflectionEnergy = nullptr;
   const GlassEnergy* glassEnergy = nullptr;
 };

@@ -1,4 +1,5 @@
-// Diffuse reflection and fuzz of PxrSurface: values without sampling state. Used by PxrSurface.cpp. Included per target.
+// Diffuse reflection and fuzz of PxrSurface: values without sampling state. Used by PxrSurface.cpp. Included per
+// target.
 #include <kinora/math/sampling.h>
 
 #if defined(KINORA_PXRSURFACE_DIFFUSE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -14,8 +15,8 @@ namespace HWY_NAMESPACE {
 namespace {
 
 // Energy-preserving Oren-Nayar: Portsmouth, Kutz and Hill, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"
-// (JCGT 2025): Fujii's form of single scattering plus a lobe that returns what it loses, in the colour of two and more
-// reflections. The albedo is the colour where that is 0 or 1, at every angle; roughness 0 is exactly Lambert's.
+// (JCGT 2025): Fujii's form of single scattering plus a lobe that returns what it loses, in the colour of two and
+// more reflections. The albedo is the colour where that is 0 or 1, at every angle; roughness 0 is exactly Lambert's.
 template <int W>
 struct RoughDiffuse {
   using F = Float<W>;
@@ -39,7 +40,8 @@ struct RoughDiffuse {
     const F t = select(s > F(0.f), s / max(max(muI, muO), F(1e-7f)), s);
     const F single = scale * fma(roughness, t, F(1.f)) * F(kInvPi);
     const F lost = F(1.f) - mean;
-    const F more = max(F(1.f) - energy(muO), F(0.f)) * max(F(1.f) - energy(muI), F(0.f)) / max(lost, F(1e-7f)) * F(kInvPi);
+    const F more =
+        max(F(1.f) - energy(muO), F(0.f)) * max(F(1.f) - energy(muI), F(0.f)) / max(lost, F(1e-7f)) * F(kInvPi);
     return color * single + Rgb<W>(tint(color.x, lost), tint(color.y, lost), tint(color.z, lost)) * more;
   }
 
@@ -48,15 +50,16 @@ struct RoughDiffuse {
 };
 
 // Minnaert's law (1941), times what keeps the albedo seen face on: 1 for exponent 1. Reciprocal, never gains energy.
-template <int W> KN_INLINE Float<W> minnaert(Float<W> exponent, Float<W> muO, Float<W> muI) {
+template <int W>
+KN_INLINE Float<W> minnaert(Float<W> exponent, Float<W> muO, Float<W> muI) {
   using F = Float<W>;
   const F e = max(exponent, F(1.f));
   return pow(muO * muI, e - F(1.f)) * F(0.5f) * (e + F(1.f));
 }
 
-// Fuzz: fibres standing along the normal reflect like Marschner's R lobe (SIGGRAPH 2003) with its inclinations measured
-// from the surface: bright where both directions graze it, f ~ exp(-(cosO + cosI)^2 / (2 sigma^2)), sigma the cone angle.
-// Scaled so that the albedo reaches 1 at grazing cosO and stays below elsewhere; reciprocal.
+// Fuzz: fibres standing along the normal reflect like Marschner's R lobe (SIGGRAPH 2003) with its inclinations
+// measured from the surface: bright where both directions graze it, f ~ exp(-(cosO + cosI)^2 / (2 sigma^2)), sigma
+// the cone angle. Scaled so that the albedo reaches 1 at grazing cosO and stays below elsewhere; reciprocal.
 template <int W>
 struct FuzzLobe {
   using F = Float<W>;

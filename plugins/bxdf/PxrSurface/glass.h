@@ -1,7 +1,7 @@
-// The glass of PxrSurface: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is Walter et
-// al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007) with GGX; what it loses is returned by a
-// diffuse pair of lobes after Kulla and Conty (SIGGRAPH course 2017). All values here are shares of power, without the
-// factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
+// The glass of PxrSurface: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is
+// Walter et al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007) with GGX; what it loses is
+// returned by a diffuse pair of lobes after Kulla and Conty (SIGGRAPH course 2017). All values here are shares of
+// power, without the factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
 
@@ -24,22 +24,30 @@ struct GlassShares {
   KN_INLINE GlassShares() {}
 };
 
+// Densities of the two techniques that make facets, and with the directions exchanged.
+template <int W>
+struct GlassPdfs {
+  Float<W> first, second, firstReverse, secondReverse;
+  KN_INLINE GlassPdfs() {}
+};
+
 template <int W>
 struct GlassLobe {
   using F = Float<W>;
   Frame<W> frame;
-  Vec3<W> wo;                          // local
+  Vec3<W> wo;  // local
   F axReflect, ayReflect, axTransmit, ayTransmit;
   Mask<W> smoothReflect, smoothTransmit;
-  F eta;                               // ior on wo's side / ior behind
+  F eta;  // ior on wo's side / ior behind
   F radianceScale;
-  F reflectGain, transmitMean;         // transmitMean: average of transmitColor
+  F reflectGain, transmitMean;  // transmitMean: average of transmitColor
   Rgb<W> transmitColor;
+  Mask<W> encloses;  // there is a medium behind
   bool thin;
 
   KN_INLINE GlassLobe() {}
-  KN_INLINE void set(const pxrSurface::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection, bool radiance,
-                     Vec3<W> normal, const Surface<W>& s) {
+  KN_INLINE void set(const pxrSurface::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection,
+                     bool radiance, Vec3<W> normal, const Surface<W>& s) {
     thin = k.thin;
     glass_ = glass;
     reflection_ = reflection;
@@ -48,7 +56,8 @@ struct GlassLobe {
     const F larger = max(eta, F(1.f) / eta);
     // so near the indices' match half vectors lose their digits, and light passes straight to a hundredth of a radian
     const Mask<W> matched = thin ? Mask<W>(false) : larger < F(1.01f);
-    const F r = clamp(loadFloat<W>(k.roughness, s.at), F(0.f), F(1.f)), own = loadFloat<W>(k.refractionRoughness, s.at);
+    const F r = clamp(loadFloat<W>(k.roughness, s.at), F(0.f), F(1.f)),
+            own = loadFloat<W>(k.refractionRoughness, s.at);
     const F t = select(own < F(0.f), r, min(own, F(1.f)));
     smoothReflect = matched | (r * r < F(kMirrorAlpha));
     smoothTransmit = matched | (t * t < F(kMirrorAlpha));
@@ -58,7 +67,9 @@ struct GlassLobe {
     lambdaReflect_ = smithLambda(true, wo, axReflect, ayReflect);
     lambdaTransmit_ = smithLambda(true, wo, axTransmit, ayTransmit);
     reflectGain = loadFloat<W>(k.reflectionGain, s.at);
-    transmitColor = loadRgb<W>(k.refractionColor, s.at) * loadFloat<W>(k.refractionGain, s.at);
+    const F refractionGain = loadFloat<W>(k.refractionGain, s.at);
+    encloses = thin ? Mask<W>(false) : refractionGain != F(0.f);
+    transmitColor = loadRgb<W>(k.refractionColor, s.at) * refractionGain;
     transmitMean = max(average(transmitColor), F(0.f));
     radianceScale = radiance && !thin ? eta * eta : F(1.f);
 
@@ -69,7 +80,8 @@ struct GlassLobe {
       roughReflect_ = TableAxis<W>(r, ReflectionEnergy::kRough);
       roughTransmit_ = TableAxis<W>(t, ReflectionEnergy::kRough);
       fresnelMean[0] = fresnelMean[1] = bothFaces(mean);
-      const F kept = lerp(reflectionEnergyMean(*reflection, true, roughTransmit_), reflectionEnergyMean(*reflection, true, roughReflect_), fresnelMean[0]);
+      const F kept = lerp(reflectionEnergyMean(*reflection, true, roughTransmit_),
+                          reflectionEnergyMean(*reflection, true, roughReflect_), fresnelMean[0]);
       lost[0] = lost[1] = max(F(1.f) - kept, F(0.f));
     } else {
       roughReflect_ = TableAxis<W>(r, GlassEnergy::kRough);
@@ -82,11 +94,12 @@ struct GlassLobe {
         const Int<W> side = i == 0 ? side_ : side_ ^ Int<W>(1);
         fresnelMean[i] = select(side == Int<W>(0), mean, denser);
         lost[i] = max(F(1.f) - glassEnergyMean(&glass->reflectMean[0][0][0], side, axis_, roughReflect_) -
-                          glassEnergyMean(&glass->transmitMean[0][0][0], side, axis_, roughTransmit_), F(0.f));
+                          glassEnergyMean(&glass->transmitMean[0][0][0], side, axis_, roughTransmit_),
+                      F(0.f));
       }
     }
-    // Lost light is transmitted as the average Fresnel says on the side that loses more, and on the other as reciprocity
-    // asks; the rest is reflected. crossing_ multiplies both sides' losses: symmetric up to n^2.
+    // Lost light is transmitted as the average Fresnel says on the side that loses more, and on the other as
+    // reciprocity asks; the rest is reflected. crossing_ multiplies both sides' losses: symmetric up to n^2.
     const F most = max(max(lost[0], lost[1]), F(1e-6f));
     for (int i = 0; i < 2; ++i) {
       multipleTransmit[i] = (F(1.f) - fresnelMean[i]) * lost[1 - i] / most;
@@ -107,45 +120,69 @@ struct GlassLobe {
     if (thin) {
       const F f = fresnel(mu);
       g.reflect = f * select(smoothReflect, F(1.f), reflectionEnergy(*reflection_, true, mu, roughReflect_));
-      g.transmit = (F(1.f) - f) * select(smoothTransmit, F(1.f), reflectionEnergy(*reflection_, true, mu, roughTransmit_));
+      g.transmit =
+          (F(1.f) - f) * select(smoothTransmit, F(1.f), reflectionEnergy(*reflection_, true, mu, roughTransmit_));
     } else {
       const Int<W> side = side_ ^ select(behind, Int<W>(1), Int<W>(0));
       const F f = fresnelDielectric(mu, select(behind, F(1.f) / eta, eta));
       g.reflect = g.transmit = F(0.f);
       if (!smoothReflect.all()) g.reflect = glassEnergy(&glass_->reflect[0][0][0][0], side, axis_, roughReflect_, mu);
-      if (!smoothTransmit.all()) g.transmit = glassEnergy(&glass_->transmit[0][0][0][0], side, axis_, roughTransmit_, mu);
+      if (!smoothTransmit.all())
+        g.transmit = glassEnergy(&glass_->transmit[0][0][0][0], side, axis_, roughTransmit_, mu);
       g.reflect = select(smoothReflect, f, g.reflect);
       g.transmit = select(smoothTransmit, F(1.f) - f, g.transmit);
     }
     g.lost = zeroUnless(!(smoothReflect & smoothTransmit), max(F(1.f) - g.reflect - g.transmit, F(0.f)));
     return g;
   }
-  // wi local and above: with cosine, gain aside; pdfs of the visible-normal part.
-  KN_INLINE F evaluateReflect(Vec3<W> wi, F& pdf, F& pdfReverse) const {
+  // Two techniques make facets: with the roughness of reflection, and with that of refraction. Where both are rough
+  // either one then reflects with a probability that follows Fresnel at the facet (so that total reflection loses no
+  // sample); else the first always reflects and the second always refracts. f: fresnel(wo.h)
+  KN_INLINE void chances(F f, F& reflects, F& refracts) const {
+    const F r = f * reflectGain, t = (F(1.f) - f) * transmitMean, inverse = F(1.f) / max(r + t, F(1e-30f));
+    reflects = r * inverse;
+    refracts = t * inverse;
+  }
+  KN_INLINE Mask<W> chooses() const { return !(smoothReflect | smoothTransmit); }
+
+  // wi local and above: value with cosine, gain aside.
+  KN_INLINE F evaluateReflect(Vec3<W> wi, GlassPdfs<W>& p) const {
     const Vec3<W> h = normalize(wo + wi);
-    const F d = zeroUnless(!smoothReflect, microfacetD(true, h, axReflect, ayReflect));
-    return mirrored(fresnel(dot(wo, h)), d, lambdaReflect_, smithLambda(true, wi, axReflect, ayReflect), wi.z, pdf, pdfReverse);
+    const F f = fresnel(dot(wo, h));
+    F chance, other;
+    chances(f, chance, other);
+    return mirrored(wi, wi.z, h, select(chooses(), chance, F(1.f)), zeroUnless(chooses(), chance), true, p) * f;
   }
   // wi local and below.
-  KN_INLINE F evaluateTransmit(Vec3<W> wi, F& pdf, F& pdfReverse) const {
-    const F lambdaI = smithLambda(true, wi, axTransmit, ayTransmit);
+  KN_INLINE F evaluateTransmit(Vec3<W> wi, GlassPdfs<W>& p) const {
+    F chance, other;
     if (thin) {
-      const Vec3<W> h = normalize(Vec3<W>(wo.x + wi.x, wo.y + wi.y, wo.z - wi.z));
-      const F d = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
-      return mirrored(F(1.f) - fresnel(dot(wo, h)), d, lambdaTransmit_, lambdaI, -wi.z, pdf, pdfReverse);
+      const Vec3<W> up(wi.x, wi.y, -wi.z), h = normalize(wo + up);
+      const F f = fresnel(dot(wo, h));
+      chances(f, other, chance);
+      return mirrored(up, up.z, h, zeroUnless(chooses(), chance), select(chooses(), chance, F(1.f)), false, p) *
+             (F(1.f) - f);
     }
     const F m = F(1.f) / eta;
     Vec3<W> h = fma(wi, m, wo);
     h = h * (copySign(F(1.f), h.z) / sqrt(max(dot(h, h), F(1e-20f))));
     const F oh = dot(wo, h), ih = dot(wi, h);
-    const Mask<W> facing = (oh > F(0.f)) & (ih < F(0.f)) & !smoothTransmit;
-    const F d = zeroUnless(facing, microfacetD(true, h, axTransmit, ayTransmit));
-    const F sum = fma(m, ih, oh), inverse = F(1.f) / max(sum * sum, F(1e-20f));
+    const Mask<W> facing = (oh > F(0.f)) & (ih < F(0.f));
+    const F sum = fma(m, ih, oh), f = fresnel(oh);
+    chances(f, other, chance);
     // |d h / d wi| = m^2 |wi.h| / sum^2, and with roles swapped |wo.h| / sum^2 (Walter et al., eq. 17)
-    const F both = d * oh * -ih * inverse, forward = both * m * m / wo.z;
-    pdf = forward / (F(1.f) + lambdaTransmit_);
-    pdfReverse = both / (max(-wi.z, F(1e-7f)) * (F(1.f) + lambdaI));
-    return (F(1.f) - fresnel(oh)) * forward / (F(1.f) + lambdaTransmit_ + lambdaI);
+    const F both = zeroUnless(facing, oh * -ih / max(sum * sum, F(1e-20f)));
+    const F forward = both * m * m / wo.z, backward = both / max(-wi.z, F(1e-7f));
+    const F dt = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
+    const F dr = zeroUnless(chooses(), microfacetD(true, h, axReflect, ayReflect)) * chance;
+    const F lt = smithLambda(true, wi, axTransmit, ayTransmit), lr = smithLambda(true, wi, axReflect, ayReflect),
+            one(1.f);
+    const F second = dt * select(chooses(), chance, one);
+    p.first = dr * forward / (one + lambdaReflect_);
+    p.firstReverse = dr * backward / (one + lr);
+    p.second = second * forward / (one + lambdaTransmit_);
+    p.secondReverse = second * backward / (one + lt);
+    return (one - f) * dt * forward / (one + lambdaTransmit_ + lt);
   }
   // Light returned after several scatterings, over the cosine: reflected and transmitted.
   KN_INLINE F multipleReflected(F lostO, F lostI) const { return returning_[0] * lostO * lostI * F(kInvPi); }
@@ -155,16 +192,23 @@ struct GlassLobe {
   const GlassEnergy* glass_;
   const ReflectionEnergy* reflection_;
   TableAxis<W> axis_, roughReflect_, roughTransmit_;
-  Int<W> side_;                        // 1: wo is in the denser medium
+  Int<W> side_;  // 1: wo is in the denser medium
   F lambdaReflect_, lambdaTransmit_, returning_[2], crossing_;
 
   // A sheet reflects at both faces, and again what the second sends back: F + (1 - F)^2 F / (1 - F^2).
   static KN_INLINE F bothFaces(F f) { return (f + f) / (F(1.f) + f); }
-  KN_INLINE F mirrored(F share, F d, F lambdaO, F lambdaI, F cosI, F& pdf, F& pdfReverse) const {
-    const F quarter = d * F(0.25f);
-    pdf = quarter / (wo.z * (F(1.f) + lambdaO));
-    pdfReverse = quarter / (max(cosI, F(1e-7f)) * (F(1.f) + lambdaI));
-    return share * quarter / (wo.z * (F(1.f) + lambdaO + lambdaI));
+  // Facets that reflect: D G / (4 cosO), of the roughness of reflection or, seen through a sheet, of refraction.
+  KN_INLINE F mirrored(Vec3<W> wi, F cosI, Vec3<W> h, F chanceFirst, F chanceSecond, bool reflection,
+                       GlassPdfs<W>& p) const {
+    const F one(1.f), quarterO = F(0.25f) / wo.z, quarterI = F(0.25f) / max(cosI, F(1e-7f));
+    const F dr = zeroUnless(!smoothReflect, microfacetD(true, h, axReflect, ayReflect));
+    const F dt = zeroUnless(!smoothTransmit, microfacetD(true, h, axTransmit, ayTransmit));
+    const F lr = smithLambda(true, wi, axReflect, ayReflect), lt = smithLambda(true, wi, axTransmit, ayTransmit);
+    p.first = dr * chanceFirst * quarterO / (one + lambdaReflect_);
+    p.firstReverse = dr * chanceFirst * quarterI / (one + lr);
+    p.second = dt * chanceSecond * quarterO / (one + lambdaTransmit_);
+    p.secondReverse = dt * chanceSecond * quarterI / (one + lt);
+    return reflection ? dr * quarterO / (one + lambdaReflect_ + lr) : dt * quarterO / (one + lambdaTransmit_ + lt);
   }
 };
 

@@ -1,5 +1,5 @@
-// PxrSurface's parameters, declared once, and how the plug-in's code finds them: at(name) is the index, resolved while
-// compiling. Included by PxrSurface.cpp alone; plain code, no rendering.
+// PxrSurface's parameters, declared once, and how the plug-in's code finds them: at(name) is the index, resolved
+// while compiling. Included by PxrSurface.cpp alone; plain code, no rendering.
 #pragma once
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -9,35 +9,56 @@ namespace kinora::pxrSurface {
 #define PXRSURFACE_LATER "Not rendered yet: kept, without effect. "
 
 // The parameters that specular, rough specular and clear coat have in common.
-#define PXRSURFACE_SPECULAR(P, what, rough)                                                                             \
-  param::integer(P "FresnelMode", 0).range(0, 1).options("0 artistic, 1 physical")                                      \
-      .help("Reflectance of the " what " lobe: artistic from face and edge colour, or physical from ior and extinction."), \
-      param::color(P "FaceColor", 0.f).help("Artistic: reflectance of the " what " lobe seen face on. Black with a black edge: off."), \
-      param::color(P "EdgeColor", 0.f).help("Artistic: reflectance at grazing angles. Physical: multiplies the lobe; black: off."), \
-      param::number(P "FresnelShape", 5.f).range(1, 10)                                                                 \
-          .help("Artistic: exponent of (1 - cos) between face and edge; 5 is Schlick's."),                              \
-      param::color(P "Ior", 1.5f).range(1, 4).help("Physical: index of refraction, by channel."),                       \
-      param::color(P "ExtinctionCoeff", 0.f).range(0, 6).help("Physical: extinction; not black for conductors."),       \
-      param::number(P "Roughness", rough)                                                                               \
-          .help("0 mirror .. 1; the distribution's alpha is its square, below 0.001 the lobe is a perfect mirror."),    \
-      param::integer(P "ModelType", 0).range(0, 1).options("0 Beckmann, 1 GGX").help("Distribution of microfacet normals."), \
-      param::number(P "Anisotropy", 0.f).range(-1, 1)                                                                   \
-          .help("Above 0 highlights stretch along the direction, below 0 across it; alphas are alpha / a and alpha * a, a = sqrt(1 - 0.9 |anisotropy|)."), \
-      param::vector(P "AnisotropyDirection", 0, 0, 0).help("Direction in render space; 0 0 0: the surface's tangent."), \
-      param::normal(P "BumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),                \
+#define PXRSURFACE_SPECULAR(P, what, rough)                                                                          \
+  param::integer(P "FresnelMode", 0)                                                                                 \
+      .range(0, 1)                                                                                                   \
+      .options("0 artistic, 1 physical")                                                                             \
+      .help("Reflectance of the " what                                                                               \
+            " lobe: artistic from face and edge colour, or physical from ior and extinction."),                      \
+      param::color(P "FaceColor", 0.f)                                                                               \
+          .help("Artistic: reflectance of the " what " lobe seen face on. Black with a black edge: off."),           \
+      param::color(P "EdgeColor", 0.f)                                                                               \
+          .help("Artistic: reflectance at grazing angles. Physical: multiplies the lobe; black: off."),              \
+      param::number(P "FresnelShape", 5.f)                                                                           \
+          .range(1, 10)                                                                                              \
+          .help("Artistic: exponent of (1 - cos) between face and edge; 5 is Schlick's."),                           \
+      param::color(P "Ior", 1.5f).range(1, 4).help("Physical: index of refraction, by channel."),                    \
+      param::color(P "ExtinctionCoeff", 0.f).range(0, 6).help("Physical: extinction; not black for conductors."),    \
+      param::number(P "Roughness", rough)                                                                            \
+          .help("0 mirror .. 1; the distribution's alpha is its square, below 0.001 the lobe is a perfect mirror."), \
+      param::integer(P "ModelType", 0)                                                                               \
+          .range(0, 1)                                                                                               \
+          .options("0 Beckmann, 1 GGX")                                                                              \
+          .help("Distribution of microfacet normals."),                                                              \
+      param::number(P "Anisotropy", 0.f)                                                                             \
+          .range(-1, 1)                                                                                              \
+          .help(                                                                                                     \
+              "Above 0 highlights stretch along the direction, below 0 across it; alphas are alpha / a and alpha * " \
+              "a, a = sqrt(1 - 0.9 |anisotropy|)."),                                                                 \
+      param::vector(P "AnisotropyDirection", 0, 0, 0)                                                                \
+          .help("Direction in render space; 0 0 0: the surface's tangent."),                                         \
+      param::normal(P "BumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),             \
       param::integer(P "DoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well.")
 
 constexpr Param kParams[] = {
     param::structure("inputMaterial").help(PXRSURFACE_LATER "Material layers from PxrLayer or PxrLayerMixer."),
-    param::array(Type::Int, "utilityPattern", nullptr, 0).help(PXRSURFACE_LATER "Patterns run for their side effects."),
+    param::array(Type::Int, "utilityPattern", nullptr, 0)
+        .help(PXRSURFACE_LATER "Patterns run for their side effects."),
     param::normal("bumpNormal").help("Shading normal of all lobes that have none of their own."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::integer("presenceCached", 1).range(0, 1).help(PXRSURFACE_LATER "Presence is evaluated at each hit."),
     param::color("shadowColor", 0.f).help(PXRSURFACE_LATER "Colour of shadows cast."),
-    param::integer("shadowMode", 0).range(0, 1).options("0 shader and shadow colour, 1 shadow colour").help(PXRSURFACE_LATER "What shadows are coloured by."),
-    param::integer("shadowBumpTerminator", 1).range(0, 1).help(PXRSURFACE_LATER "Softens the shadow line of strong bumps."),
+    param::integer("shadowMode", 0)
+        .range(0, 1)
+        .options("0 shader and shadow colour, 1 shadow colour")
+        .help(PXRSURFACE_LATER "What shadows are coloured by."),
+    param::integer("shadowBumpTerminator", 1)
+        .range(0, 1)
+        .help(PXRSURFACE_LATER "Softens the shadow line of strong bumps."),
     param::color("userColor", 0.f).help(PXRSURFACE_LATER "A colour handed to an output."),
-    param::number("roughnessMollificationClamp", 32.f).range(1, 64).help(PXRSURFACE_LATER "Limit of path roughening."),
+    param::number("roughnessMollificationClamp", 32.f)
+        .range(1, 64)
+        .help(PXRSURFACE_LATER "Limit of path roughening."),
     param::integer("mwStartable", 0).range(0, 1).help(PXRSURFACE_LATER "Manifold walks may start here."),
     param::number("unitLength", 0.1f).range(0, 10).help(PXRSURFACE_LATER "Scale of all mean free paths."),
     param::color("irradianceTint", 1.f).help(PXRSURFACE_LATER "Tint of light that enters the surface."),
@@ -46,50 +67,74 @@ constexpr Param kParams[] = {
     param::number("diffuseGain", 1.f).help("Multiplies diffuseColor and diffuseBackColor; 0: off."),
     param::color("diffuseColor", 0.18f).help("Fraction of light reflected diffusely."),
     param::number("diffuseRoughness", 0.f).help("0 Lambert, 1 roughest Oren-Nayar; energy is kept."),
-    param::number("diffuseExponent", 1.f).range(1, 10).help("Above 1 the surface darkens faster away from the light and from the viewer (Minnaert's law); below 1 acts as 1."),
+    param::number("diffuseExponent", 1.f)
+        .range(1, 10)
+        .help("Above 1 the surface darkens faster away from the light and from the viewer (Minnaert's law); below 1 "
+              "acts as 1."),
     param::normal("diffuseBumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),
     param::integer("diffuseDoubleSided", 0).range(0, 1).help("1: diffuse on the back as well."),
-    param::integer("diffuseBackUseDiffuseColor", 1).range(0, 1).help("1: the back has diffuseColor, 0: diffuseBackColor."),
+    param::integer("diffuseBackUseDiffuseColor", 1)
+        .range(0, 1)
+        .help("1: the back has diffuseColor, 0: diffuseBackColor."),
     param::color("diffuseBackColor", 0.18f).help("Reflectance of the back where diffuseBackUseDiffuseColor is 0."),
-    param::number("diffuseTransmitGain", 0.f).help("Multiplies diffuseTransmitColor; 0: off. Needs diffuseDoubleSided."),
+    param::number("diffuseTransmitGain", 0.f)
+        .help("Multiplies diffuseTransmitColor; 0: off. Needs diffuseDoubleSided."),
     param::color("diffuseTransmitColor", 0.18f).help("Fraction of light transmitted diffusely."),
 
     PXRSURFACE_SPECULAR("specular", "primary specular", 0.2f),
     PXRSURFACE_SPECULAR("roughSpecular", "rough specular", 0.6f),
     PXRSURFACE_SPECULAR("clearcoat", "clear coat", 0.f),
-    param::number("clearcoatThickness", 0.f).range(0, 2).help("Thickness of the coat, in the unit of the absorption."),
-    param::color("clearcoatAbsorptionTint", 0.f).help("Absorption of all below the coat, per unit of path through it."),
-    param::number("specularEnergyCompensation", 0.f).help("Part of the light reflected by specular and rough specular that diffuse and glass go without."),
-    param::number("clearcoatEnergyCompensation", 0.f).help("Part of the light reflected by the clear coat that all lobes below it go without."),
+    param::number("clearcoatThickness", 0.f)
+        .range(0, 2)
+        .help("Thickness of the coat, in the unit of the absorption."),
+    param::color("clearcoatAbsorptionTint", 0.f)
+        .help("Absorption of all below the coat, per unit of path through it."),
+    param::number("specularEnergyCompensation", 0.f)
+        .help("Part of the light reflected by specular and rough specular that diffuse and glass go without."),
+    param::number("clearcoatEnergyCompensation", 0.f)
+        .help("Part of the light reflected by the clear coat that all lobes below it go without."),
 
     param::color("iridescenceFaceGain", 0.f).help(PXRSURFACE_LATER "Iridescence seen face on."),
     param::color("iridescenceEdgeGain", 0.f).help(PXRSURFACE_LATER "Iridescence at grazing angles."),
-    param::number("iridescenceFresnelShape", 5.f).range(1, 10).help(PXRSURFACE_LATER "Exponent between face and edge."),
-    param::integer("iridescenceMode", 0).range(0, 1).options("0 artistic, 1 physical").help(PXRSURFACE_LATER "Two colours, or a thin film."),
+    param::number("iridescenceFresnelShape", 5.f)
+        .range(1, 10)
+        .help(PXRSURFACE_LATER "Exponent between face and edge."),
+    param::integer("iridescenceMode", 0)
+        .range(0, 1)
+        .options("0 artistic, 1 physical")
+        .help(PXRSURFACE_LATER "Two colours, or a thin film."),
     param::color("iridescencePrimaryColor", 1, 0, 0).help(PXRSURFACE_LATER "First colour."),
     param::color("iridescenceSecondaryColor", 0, 0, 1).help(PXRSURFACE_LATER "Second colour."),
     param::number("iridescenceRoughness", 0.2f).help(PXRSURFACE_LATER "Roughness of the lobe."),
     param::number("iridescenceAnisotropy", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Anisotropy of the lobe."),
     param::vector("iridescenceAnisotropyDirection", 0, 0, 0).help(PXRSURFACE_LATER "Direction of anisotropy."),
     param::normal("iridescenceBumpNormal").help(PXRSURFACE_LATER "Normal of this lobe."),
-    param::number("iridescenceCurve", 1.f).range(0, 10).help(PXRSURFACE_LATER "Shape of the change between the colours."),
+    param::number("iridescenceCurve", 1.f)
+        .range(0, 10)
+        .help(PXRSURFACE_LATER "Shape of the change between the colours."),
     param::number("iridescenceScale", 1.f).range(0, 10).help(PXRSURFACE_LATER "Repeats of the hues."),
     param::integer("iridescenceFlip", 0).range(0, 1).help(PXRSURFACE_LATER "Swaps the colours."),
     param::number("iridescenceThickness", 800.f).range(100, 2000).help(PXRSURFACE_LATER "Thickness of the film, nm."),
     param::integer("iridescenceDoubleSided", 0).range(0, 1).help(PXRSURFACE_LATER "1: on the back as well."),
 
     param::number("fuzzGain", 0.f).help("Multiplies fuzzColor; 0: off."),
-    param::color("fuzzColor", 1.f).help("Reflectance of short fibres standing on the surface, seen at grazing angles."),
+    param::color("fuzzColor", 1.f)
+        .help("Reflectance of short fibres standing on the surface, seen at grazing angles."),
     param::number("fuzzConeAngle", 8.f).range(0, 32).help("Degrees: how far the glow reaches in from the outline."),
     param::normal("fuzzBumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),
     param::integer("fuzzDoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well."),
 
-    param::integer("subsurfaceType", 5).range(0, 5).options("0 Jensen dipole, 1 better dipole, 2 Burley, 3 multiple mean free paths, 4 path traced exponential, 5 path traced")
+    param::integer("subsurfaceType", 5)
+        .range(0, 5)
+        .options("0 Jensen dipole, 1 better dipole, 2 Burley, 3 multiple mean free paths, 4 path traced exponential, "
+                 "5 path traced")
         .help(PXRSURFACE_LATER "Model of scattering below the surface."),
     param::number("subsurfaceGain", 0.f).help(PXRSURFACE_LATER "Strength of subsurface scattering."),
-    param::color("subsurfaceColor", 0.830f, 0.791f, 0.753f).help(PXRSURFACE_LATER "Albedo of the surface by subsurface scattering."),
+    param::color("subsurfaceColor", 0.830f, 0.791f, 0.753f)
+        .help(PXRSURFACE_LATER "Albedo of the surface by subsurface scattering."),
     param::number("subsurfaceDmfp", 10.f).range(0, 100).help(PXRSURFACE_LATER "Diffuse mean free path."),
-    param::color("subsurfaceDmfpColor", 0.851f, 0.557f, 0.395f).help(PXRSURFACE_LATER "Multiplies subsurfaceDmfp by channel."),
+    param::color("subsurfaceDmfpColor", 0.851f, 0.557f, 0.395f)
+        .help(PXRSURFACE_LATER "Multiplies subsurfaceDmfp by channel."),
     param::number("shortSubsurfaceGain", 0.f).help(PXRSURFACE_LATER "Short-range part."),
     param::color("shortSubsurfaceColor", 0.9f).help(PXRSURFACE_LATER "Short-range part."),
     param::number("shortSubsurfaceDmfp", 5.f).range(0, 100).help(PXRSURFACE_LATER "Short-range part."),
@@ -99,14 +144,20 @@ constexpr Param kParams[] = {
     param::number("subsurfaceDirectionality", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Mean cosine of scattering."),
     param::number("subsurfaceBleed", 0.f).help(PXRSURFACE_LATER "Lengthens the mean free path."),
     param::number("subsurfaceDiffuseBlend", 0.f).help(PXRSURFACE_LATER "Blend towards diffuse."),
-    param::integer("subsurfaceResolveSelfIntersections", 0).range(0, 1).help(PXRSURFACE_LATER "Handles overlapping parts."),
+    param::integer("subsurfaceResolveSelfIntersections", 0)
+        .range(0, 1)
+        .help(PXRSURFACE_LATER "Handles overlapping parts."),
     param::number("subsurfaceIor", 1.4f).range(1, 3).help(PXRSURFACE_LATER "Index of refraction of the inside."),
     param::color("subsurfacePostTint", 1.f).help(PXRSURFACE_LATER "Multiplies the result."),
-    param::number("subsurfaceDiffuseSwitch", 1.f).help(PXRSURFACE_LATER "Uses diffuse where the footprint is larger than the mean free path."),
+    param::number("subsurfaceDiffuseSwitch", 1.f)
+        .help(PXRSURFACE_LATER "Uses diffuse where the footprint is larger than the mean free path."),
     param::integer("subsurfaceDoubleSided", 0).range(0, 1).help(PXRSURFACE_LATER "1: on the back as well."),
     param::number("subsurfaceTransmitGain", 0.f).help(PXRSURFACE_LATER "Light let through."),
     param::integer("considerBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part."),
-    param::integer("continuationRayMode", 0).range(0, 2).options("0 off, 1 last hit, 2 all hits").help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
+    param::integer("continuationRayMode", 0)
+        .range(0, 2)
+        .options("0 off, 1 last hit, 2 all hits")
+        .help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
     param::integer("maxContinuationHits", 2).range(0, 16).help(PXRSURFACE_LATER "Limit of continued rays."),
     param::number("followTopology", 0.f).help(PXRSURFACE_LATER "Keeps to surfaces facing alike."),
     param::string("subsurfaceSubset", "").help(PXRSURFACE_LATER "Objects that share the inside."),
@@ -114,36 +165,59 @@ constexpr Param kParams[] = {
     param::number("singlescatterGain", 0.f).help(PXRSURFACE_LATER "Strength of single scattering."),
     param::color("singlescatterColor", 0.830f, 0.791f, 0.753f).help(PXRSURFACE_LATER "Colour of single scattering."),
     param::number("singlescatterMfp", 10.f).range(0, 100).help(PXRSURFACE_LATER "Mean free path."),
-    param::color("singlescatterMfpColor", 0.851f, 0.557f, 0.395f).help(PXRSURFACE_LATER "Multiplies singlescatterMfp by channel."),
-    param::number("singlescatterDirectionality", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Mean cosine of scattering."),
+    param::color("singlescatterMfpColor", 0.851f, 0.557f, 0.395f)
+        .help(PXRSURFACE_LATER "Multiplies singlescatterMfp by channel."),
+    param::number("singlescatterDirectionality", 0.f)
+        .range(-1, 1)
+        .help(PXRSURFACE_LATER "Mean cosine of scattering."),
     param::number("singlescatterIor", 1.3f).range(1, 3).help(PXRSURFACE_LATER "Index of refraction of the inside."),
     param::number("singlescatterBlur", 0.f).help(PXRSURFACE_LATER "Roughness of the boundary."),
     param::number("singlescatterDirectGain", 0.f).help(PXRSURFACE_LATER "Light that passes unscattered."),
     param::color("singlescatterDirectGainTint", 1.f).help(PXRSURFACE_LATER "Tint of light that passes unscattered."),
     param::integer("singlescatterDoubleSided", 0).range(0, 1).help(PXRSURFACE_LATER "1: on the back as well."),
     param::integer("singlescatterConsiderBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part."),
-    param::integer("singlescatterContinuationRayMode", 0).range(0, 2).help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
-    param::integer("singlescatterMaxContinuationHits", 2).range(0, 16).help(PXRSURFACE_LATER "Limit of continued rays."),
-    param::integer("singlescatterDirectGainMode", 0).range(0, 1).help(PXRSURFACE_LATER "How unscattered light is weighted."),
+    param::integer("singlescatterContinuationRayMode", 0)
+        .range(0, 2)
+        .help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
+    param::integer("singlescatterMaxContinuationHits", 2)
+        .range(0, 16)
+        .help(PXRSURFACE_LATER "Limit of continued rays."),
+    param::integer("singlescatterDirectGainMode", 0)
+        .range(0, 1)
+        .help(PXRSURFACE_LATER "How unscattered light is weighted."),
     param::string("singlescatterSubset", "").help(PXRSURFACE_LATER "Objects that share the inside."),
 
     param::number("refractionGain", 0.f).help("Multiplies light that glass lets through; 0: off."),
     param::number("reflectionGain", 0.f).help("Multiplies light that glass reflects; 0: off."),
-    param::color("refractionColor", 1.f).help("Tint of each passage through the surface; the inside absorbs by extinction."),
+    param::color("refractionColor", 1.f)
+        .help("Tint of each passage through the surface; the inside absorbs by extinction."),
     param::number("glassRoughness", 0.1f).help("0 clear .. 1; the GGX distribution's alpha is its square."),
-    param::number("glassRefractionRoughness", -1.f).range(-1, 1).help("Roughness of refraction; below 0: glassRoughness."),
-    param::number("glassAnisotropy", 0.f).range(-1, 1).help("Stretches reflection and refraction along the direction (above 0) or across it."),
-    param::vector("glassAnisotropyDirection", 0, 0, 0).help("Direction in render space; 0 0 0: the surface's tangent."),
+    param::number("glassRefractionRoughness", -1.f)
+        .range(-1, 1)
+        .help("Roughness of refraction; below 0: glassRoughness."),
+    param::number("glassAnisotropy", 0.f)
+        .range(-1, 1)
+        .help("Stretches reflection and refraction along the direction (above 0) or across it."),
+    param::vector("glassAnisotropyDirection", 0, 0, 0)
+        .help("Direction in render space; 0 0 0: the surface's tangent."),
     param::normal("glassBumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),
-    param::number("glassIor", 1.5f).range(1, 3).help("Index of refraction of the inside. Within 1 % of the outside light passes straight."),
+    param::number("glassIor", 1.5f)
+        .range(1, 3)
+        .help("Index of refraction of the inside. Within 1 % of the outside light passes straight."),
     param::integer("mwWalkable", 0).range(0, 1).help(PXRSURFACE_LATER "Manifold walks may pass."),
     param::number("mwIor", -1.f).range(-1, 3).help(PXRSURFACE_LATER "Index of refraction of manifold walks."),
-    param::integer("thinGlass", 0).range(0, 1).help("1: a thin sheet; light passes without bending, both faces reflect."),
-    param::integer("ignoreFresnel", 0).range(0, 1).help(PXRSURFACE_LATER "Reflection and refraction by their gains alone."),
+    param::integer("thinGlass", 0)
+        .range(0, 1)
+        .help("1: a thin sheet; light passes without bending, both faces reflect."),
+    param::integer("ignoreFresnel", 0)
+        .range(0, 1)
+        .help(PXRSURFACE_LATER "Reflection and refraction by their gains alone."),
     param::integer("ignoreAccumOpacity", 0).range(0, 1).help(PXRSURFACE_LATER "Opacity met so far does not count."),
     param::integer("blocksVolumes", 0).range(0, 1).help(PXRSURFACE_LATER "Volumes end at this surface."),
     param::string("volumeAggregateName", "").help(PXRSURFACE_LATER "Volumes that the inside belongs to."),
-    param::color("ssAlbedo", 0.f).help("Part of the extinction that is scattering. Scattering inside is not rendered yet: only absorption, extinction * (1 - ssAlbedo), is."),
+    param::color("ssAlbedo", 0.f)
+        .help("Part of the extinction that is scattering. Scattering inside is not rendered yet: only absorption, "
+              "extinction * (1 - ssAlbedo), is."),
     param::color("extinction", 0.f).range(0, 10).help("Extinction of the inside of glass, per render unit."),
     param::number("g", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Mean cosine of scattering inside glass."),
     param::number("g0", 0.f).range(-1, 1).help(PXRSURFACE_LATER "First lobe of scattering inside glass."),
@@ -152,7 +226,9 @@ constexpr Param kParams[] = {
     param::color("volumeGlow", 0.f).help(PXRSURFACE_LATER "Light made inside glass."),
     param::number("maxExtinction", -1.f).range(-1, 10).help(PXRSURFACE_LATER "Bound of a varying extinction."),
     param::integer("multiScatter", 0).range(0, 1).help(PXRSURFACE_LATER "Scattering inside glass goes on."),
-    param::integer("enableOverlappingVolumes", 0).range(0, 1).help(PXRSURFACE_LATER "Insides of objects add where they overlap."),
+    param::integer("enableOverlappingVolumes", 0)
+        .range(0, 1)
+        .help(PXRSURFACE_LATER "Insides of objects add where they overlap."),
 
     param::number("glowGain", 0.f).range(0, 10).help("Multiplies glowColor; 0: off."),
     param::color("glowColor", 1.f).help("Radiance given off, on both sides."),
@@ -169,21 +245,40 @@ consteval uint32_t at(const char* name) {
 }
 
 // Where each of specular, rough specular and clear coat has its parameters: the same order, from its first one.
-enum : uint32_t { kFresnelMode, kFaceColor, kEdgeColor, kFresnelShape, kIor, kExtinction, kRoughness, kModelType,
-                  kAnisotropy, kAnisotropyDirection, kBump, kDoubleSided };
-constexpr uint32_t kSpecularFirst[3] = {at("specularFresnelMode"), at("roughSpecularFresnelMode"), at("clearcoatFresnelMode")};
+enum : uint32_t {
+  kFresnelMode,
+  kFaceColor,
+  kEdgeColor,
+  kFresnelShape,
+  kIor,
+  kExtinction,
+  kRoughness,
+  kModelType,
+  kAnisotropy,
+  kAnisotropyDirection,
+  kBump,
+  kDoubleSided
+};
+constexpr uint32_t kSpecularFirst[3] = {at("specularFresnelMode"), at("roughSpecularFresnelMode"),
+                                        at("clearcoatFresnelMode")};
 static_assert(kSpecularFirst[0] + kDoubleSided == at("specularDoubleSided"));
 
-enum Lobe : uint32_t { kDiffuse, kDiffuseTransmit, kSpecular, kRoughSpecular, kClearcoat, kFuzz, kGlassReflect, kGlassTransmit, kLobeCount };
+enum Lobe : uint32_t {
+  kDiffuse,
+  kDiffuseTransmit,
+  kSpecular,
+  kRoughSpecular,
+  kClearcoat,
+  kFuzz,
+  kGlassReflect,
+  kGlassTransmit,
+  kLobeCount
+};
 constexpr LobeDecl kLobes[kLobeCount] = {
-    {"Diffuse", kLobeDiffuse},
-    {"Diffuse", kLobeDiffuse | kLobeTransmit},
-    {"Specular", kLobeSpecular},
-    {"RoughSpecular", kLobeSpecular},
-    {"Clearcoat", kLobeSpecular},
-    {"Fuzz", kLobeSpecular},
-    {"Glass", kLobeSpecular},
-    {"Glass", kLobeSpecular | kLobeTransmit},
+    {"Diffuse", kLobeDiffuse},    {"Diffuse", kLobeDiffuse | kLobeTransmit},
+    {"Specular", kLobeSpecular},  {"RoughSpecular", kLobeSpecular},
+    {"Clearcoat", kLobeSpecular}, {"Fuzz", kLobeSpecular},
+    {"Glass", kLobeSpecular},     {"Glass", kLobeSpecular | kLobeTransmit},
 };
 
 }  // namespace kinora::pxrSurface

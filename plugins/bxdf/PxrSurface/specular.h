@@ -1,5 +1,5 @@
-// The microfacet reflection of PxrSurface (specular, rough specular, clear coat): one lobe at W points. It knows nothing
-// of the other lobes; selection, attenuation and sides are PxrSurface.cpp's. Included per target.
+// The microfacet reflection of PxrSurface (specular, rough specular, clear coat): one lobe at W points. It knows
+// nothing of the other lobes; selection, attenuation and sides are PxrSurface.cpp's. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
 
@@ -18,7 +18,8 @@ namespace {
 // Frame about n and the two alphas. Anisotropy stretches by Disney's aspect (Burley, SIGGRAPH course 2012). Where the
 // amount is 0 the frame is the plain one, so that a point's bits do not depend on what its neighbours have.
 template <int W>
-KN_INLINE Frame<W> anisotropicFrame(const pxrSurface::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha, Float<W>& ax, Float<W>& ay) {
+KN_INLINE Frame<W> anisotropicFrame(const pxrSurface::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha,
+                                    Float<W>& ax, Float<W>& ay) {
   using F = Float<W>;
   Frame<W> frame(n);
   ax = ay = alpha;
@@ -38,7 +39,8 @@ KN_INLINE Frame<W> anisotropicFrame(const pxrSurface::AnisotropyClosure& a, Vec3
   return Frame<W>(select(turned, along.x, frame.x), select(turned, along.y, frame.y), n);
 }
 // wo in a lobe's frame. Bent normals may leave it a hair below the horizon.
-template <int W> KN_INLINE Vec3<W> localOut(const Frame<W>& f, Vec3<W> wo) {
+template <int W>
+KN_INLINE Vec3<W> localOut(const Frame<W>& f, Vec3<W> wo) {
   const Vec3<W> l = f.toLocal(wo);
   return {l.x, l.y, max(l.z, Float<W>(1e-5f))};
 }
@@ -47,14 +49,15 @@ template <int W>
 struct SpecularLobe {
   using F = Float<W>;
   Frame<W> frame;
-  Vec3<W> wo;                     // local
+  Vec3<W> wo;  // local
   F ax, ay;
-  Mask<W> smooth;                 // a mirror: never evaluated
-  Rgb<W> multiple;                // Fresnel of light that leaves after several reflections
+  Mask<W> smooth;   // a mirror: never evaluated
+  Rgb<W> multiple;  // Fresnel of light that leaves after several reflections
   const pxrSurface::SpecularClosure* k;
 
   KN_INLINE SpecularLobe() {}
-  KN_INLINE void set(const pxrSurface::SpecularClosure& closure, const ReflectionEnergy& energyTable, Vec3<W> normal, const Surface<W>& s) {
+  KN_INLINE void set(const pxrSurface::SpecularClosure& closure, const ReflectionEnergy& energyTable, Vec3<W> normal,
+                     const Surface<W>& s) {
     k = &closure;
     table_ = &energyTable;
     const F roughness = clamp(loadFloat<W>(k->roughness, s.at), F(0.f), F(1.f));
@@ -87,12 +90,19 @@ struct SpecularLobe {
 
   KN_INLINE Rgb<W> fresnel(F cosine) const {
     if (k->physical)
-      return edge_ * Rgb<W>(fresnelConductor(cosine, face_.x, extinction_.x), fresnelConductor(cosine, face_.y, extinction_.y),
+      return edge_ * Rgb<W>(fresnelConductor(cosine, face_.x, extinction_.x),
+                            fresnelConductor(cosine, face_.y, extinction_.y),
                             fresnelConductor(cosine, face_.z, extinction_.z));
     return lerp(face_, edge_, power(cosine));
   }
   // Part of the light that one scattering returns, Fresnel aside.
   KN_INLINE F energy(F mu) const { return select(smooth, F(1.f), reflectionEnergy(*table_, k->ggx, mu, rough_)); }
+  // Where its colours are black the lobe is off, and with it what a coat absorbs.
+  KN_INLINE Mask<W> present() const {
+    Mask<W> any = (edge_.x != F(0.f)) | (edge_.y != F(0.f)) | (edge_.z != F(0.f));
+    if (!k->physical) any = any | (face_.x != F(0.f)) | (face_.y != F(0.f)) | (face_.z != F(0.f));
+    return any;
+  }
   // Index of refraction light takes below the lobe: the coat's. Artistic lobes have none and count as 1.5.
   KN_INLINE F ior() const { return k->physical ? average(face_) : F(1.5f); }
   // e: energy(mu)
@@ -131,7 +141,8 @@ struct SpecularLobe {
     if (other.any()) p = select(other, pow(x, shape_), p);
     return p;
   }
-  // Kulla and Conty (SIGGRAPH course 2017): the geometric series of the average Fresnel over the scatterings after the first.
+  // Kulla and Conty (SIGGRAPH course 2017): the geometric series of the average Fresnel over the scatterings after
+  // the first.
   KN_INLINE F several(F mean) const {
     const F f = clamp(mean, F(0.f), F(1.f));
     return f * f * eMean_ / max(fnma(f, F(1.f) - eMean_, F(1.f)), F(1e-6f));

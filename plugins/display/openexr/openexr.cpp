@@ -48,12 +48,16 @@ const Param kParams[] = {
     param::string("asrgbaalphachannel", "").help("channel that becomes A; \"\": a"),
     param::string("asrgbacolorchannel", "").help("channel that becomes R G B; \"\": Ci"),
     param::string("autocrop", "false").options("false|true").help("data window shrinks to the pixels that are not 0"),
-    param::string("compression", "zips").options("none|rle|zip|zips|piz|pixar|b44|b44a|dwaa|dwab").help(""),
+    param::string("compression", "zips")
+        .options("none|rle|zip|zips|piz|pixar|b44|b44a|dwaa|dwab")
+        .help("How pixels are packed; none of b44, b44a, dwaa, dwab and pixar (for floats) is lossless."),
     param::number("compressionlevel", 45).range(0, 500).help("of dwaa and dwab: larger loses more"),
     param::string("exrpixeltype", "half").options("half|float").help("half: colours in half, data in float"),
     param::number("forcepar", 0).range(0, 4).help("pixel aspect ratio to state; 0: the render's"),
     param::integer("metadatacount", 0).range(0, 1000).help("accepted, not needed: exrheader_* parameters are found"),
-    param::string("storage", "scanline").options("scanline|tiled").help(""),
+    param::string("storage", "scanline")
+        .options("scanline|tiled")
+        .help("Order in the file: whole lines, or tiles of tilesize."),
     param::integer("tilesize", 64).range(8, 1024).help("of tiled storage, pixels"),
 };
 

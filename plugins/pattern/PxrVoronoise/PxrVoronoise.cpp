@@ -91,7 +91,8 @@ struct PxrVoronoise {
     using I = Int<W>;
     const F fx = floor(p.x), fy = floor(p.y), fz = floor(p.z);
     const I ix = toInt(fx), iy = toInt(fy), iz = toInt(fz);
-    F sum(0.f), weights(0.f);
+    F near[27], value[27], nearest(0.f), sum(0.f), weights(0.f);
+    int n = 0;
     for (int z = -1; z <= 1; ++z)
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
@@ -102,10 +103,18 @@ struct PxrVoronoise {
                           fma(toUnitFloat(h.template shl<12>()) - half, jitter, F(float(y) + 0.5f)) - (p.y - fy),
                           fma(toUnitFloat(g) - half, jitter, F(float(z) + 0.5f)) - (p.z - fz));
           const F t = max(F(1.f) - length(d), F(0.f));
-          const F w = pow(t * t * fnma(F(2.f), t, F(3.f)), steep);
-          sum = fma(w, toUnitFloat(foldHigh(g) * I(0x297a2d39u)), sum);
-          weights += w;
+          near[n] = t * t * fnma(F(2.f), t, F(3.f));
+          value[n] = toUnitFloat(foldHigh(g) * I(0x297a2d39u));
+          nearest = max(nearest, near[n]);
+          ++n;
         }
+    // relative to the nearest point, so that steep weights do not all underflow
+    const F scale = F(1.f) / max(nearest, F(1e-20f));
+    for (int k = 0; k < 27; ++k) {
+      const F w = pow(near[k] * scale, steep);
+      sum = fma(w, value[k], sum);
+      weights += w;
+    }
     return select(weights > F(0.f), sum / max(weights, F(1e-30f)), F(0.5f));
   }
   template <int W>
