@@ -17,8 +17,12 @@ namespace {
 
 UserRay rayOf(RTCRayN* rays, unsigned n, unsigned i, const QueryContext& q) {
   UserRay r;
-  r.o[0] = RTCRayN_org_x(rays, n, i); r.o[1] = RTCRayN_org_y(rays, n, i); r.o[2] = RTCRayN_org_z(rays, n, i);
-  r.d[0] = RTCRayN_dir_x(rays, n, i); r.d[1] = RTCRayN_dir_y(rays, n, i); r.d[2] = RTCRayN_dir_z(rays, n, i);
+  r.o[0] = RTCRayN_org_x(rays, n, i);
+  r.o[1] = RTCRayN_org_y(rays, n, i);
+  r.o[2] = RTCRayN_org_z(rays, n, i);
+  r.d[0] = RTCRayN_dir_x(rays, n, i);
+  r.d[1] = RTCRayN_dir_y(rays, n, i);
+  r.d[2] = RTCRayN_dir_z(rays, n, i);
   r.tMin = RTCRayN_tnear(rays, n, i);
   r.tMax = RTCRayN_tfar(rays, n, i);
   r.time = RTCRayN_time(rays, n, i);
@@ -34,8 +38,12 @@ void bounds(const RTCBoundsFunctionArguments* a) {
   float lower[3], upper[3];
   static_cast<const UserGeometry*>(a->geometryUserPtr)->bounds(a->primID, lower, upper);
   RTCBounds& b = *a->bounds_o;
-  b.lower_x = lower[0]; b.lower_y = lower[1]; b.lower_z = lower[2];
-  b.upper_x = upper[0]; b.upper_y = upper[1]; b.upper_z = upper[2];
+  b.lower_x = lower[0];
+  b.lower_y = lower[1];
+  b.lower_z = lower[2];
+  b.upper_x = upper[0];
+  b.upper_y = upper[1];
+  b.upper_z = upper[2];
 }
 
 void intersect(const RTCIntersectFunctionNArguments* a) {

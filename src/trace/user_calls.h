@@ -9,9 +9,9 @@ namespace kinora::trace {
 // Context of one query. Embree hands callbacks a pointer to its first member; ray.id indexes the arrays.
 struct QueryContext {
   RTCIntersectContext embree;
-  const float* radius;     // footprints in render units; null: none, the finest level
+  const float* radius;  // footprints in render units; null: none, the finest level
   const float* spread;
-  uint32_t* level;         // out, where user geometry is the nearest hit so far; null in shadow queries
+  uint32_t* level;  // out, where user geometry is the nearest hit so far; null in shadow queries
   QueryContext(bool coherent, const float* radii, const float* spreads, uint32_t* levels);
 };
 

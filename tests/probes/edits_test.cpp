@@ -12,7 +12,8 @@ std::string grid() {
   for (int j = 0; j <= kQuads; ++j)
     for (int i = 0; i <= kQuads; ++i) {
       const double x = 2.0 * i / kQuads - 1, z = 2.0 * j / kQuads - 1;
-      points += std::to_string(x) + " " + std::to_string(0.05 * std::sin(9 * x) * std::cos(7 * z)) + " " + std::to_string(z) + " ";
+      points += std::to_string(x) + " " + std::to_string(0.05 * std::sin(9 * x) * std::cos(7 * z)) + " " +
+                std::to_string(z) + " ";
       if (i == kQuads || j == kQuads) continue;
       const int a = j * (kQuads + 1) + i;
       counts += "4 ";
@@ -42,22 +43,26 @@ WorldBegin
   Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.6 0.6 0.7]
   ObjectBegin "tower"
     Bxdf "PxrDiffuse" "red" "color diffuseColor" [0.7 0.2 0.2]
-    )") + kBlock + R"(
+    )") + kBlock +
+         R"(
   ObjectEnd
   AttributeBegin
     Attribute "identifier" "string name" ["ground"]
-    )" + grid() + R"(
+    )" + grid() +
+         R"(
   AttributeEnd
   AttributeBegin
     Attribute "identifier" "string name" ["small"]
     Translate 0.5 0.1 -0.3
-    )" + kBlock + R"(
+    )" + kBlock +
+         R"(
   AttributeEnd
   AttributeBegin
     Attribute "identifier" "string name" ["mirrored"]
     Translate 0.1 0.3 0.6
     Scale -1 1.5 1
-    )" + kBlock + R"(
+    )" + kBlock +
+         R"(
   AttributeEnd
   AttributeBegin
     Translate -0.5 0.1 0.3
@@ -164,7 +169,8 @@ TEST_F(Edits, RemovedAndAddedObjects) {
 
 TEST_F(Edits, ManyInARow) {
   for (int step = 0; step < 3; ++step) {
-    ASSERT_TRUE(r->scene().setPrimitiveTransform(idOf("mirrored"), moved(r->scene().primitives[2]->toWorld, {-0.1, 0.1, 0})));
+    ASSERT_TRUE(
+        r->scene().setPrimitiveTransform(idOf("mirrored"), moved(r->scene().primitives[2]->toWorld, {-0.1, 0.1, 0})));
     expectBuilt(1, 1);
     scene::Camera c = r->scene().cameras.at(0);
     c.worldToCamera = moved(c.worldToCamera, {0, -0.1, 0});
@@ -187,7 +193,7 @@ TEST_F(Edits, OpenedShutterMovesWhatWasBaked) {
   scene::Camera c = r->scene().cameras.at(0);
   c.shutter = {0, 1};
   ASSERT_TRUE(r->scene().setCamera(0, c));
-  expectBuilt(2, 1);   // the batch without it, and its own
+  expectBuilt(2, 1);  // the batch without it, and its own
 }
 
 TEST_F(Edits, NoEditBuildsNothing) {

@@ -1,6 +1,7 @@
-// A scattering event in homogeneous fog: an integrator samples a free flight before the surface hit and scatters once,
-// isotropically, taking light samples at points that lie on no surface. Transmittance and single scattering in a slab have
-// closed forms. It misses media bounded by surfaces, coloured extinction and phase functions: they come with volumes.
+// A scattering event in homogeneous fog: an integrator samples a free flight before the surface hit and scatters
+// once, isotropically, taking light samples at points that lie on no surface. Transmittance and single scattering in
+// a slab have closed forms. It misses media bounded by surfaces, coloured extinction and phase functions: they come
+// with volumes.
 #define KINORA_KERNEL_FILE "tests/probes/fog_test.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -62,15 +63,18 @@ struct Fog {
     float *flight = floats(room), *end = floats(room);
     for (uint32_t i = 0; i < g->padded; i += W) {
       F u, v, t0, t1;
-      draw2<W>(sv->samples, Int<W>::load(g->sampleSeed + i), Int<W>::load(g->sampleIndex + i), dimensionAt(0) + kDimUser, u, v);
+      draw2<W>(sv->samples, Int<W>::load(g->sampleSeed + i), Int<W>::load(g->sampleIndex + i),
+               dimensionAt(0) + kDimUser, u, v);
       insideSlab<W>(k, F::load(g->rays.o[2] + i), F::load(g->rays.d[2] + i), t0, t1);
       (t0 - log(F(1.f) - u) / F(k.extinction)).store(flight + i);
       min(t1, F::load(g->hits.t + i)).store(end + i);
     }
     uint32_t *in = words(room), *on = words(room), inside = 0, hits = 0;
     for (uint32_t i = 0; i < g->count; ++i) {
-      if (flight[i] < end[i]) in[inside++] = i;
-      else if (g->hits.t[i] < 3e38f) on[hits++] = i;
+      if (flight[i] < end[i])
+        in[inside++] = i;
+      else if (g->hits.t[i] < 3e38f)
+        on[hits++] = i;
     }
 
     // what came through: the wall's own light
@@ -108,11 +112,13 @@ struct Fog {
       F t0, t1;
       insideSlab<W>(k, F::load(p.P[2] + i), F::load(ls.wi[2] + i), t0, t1);
       const F length = max(min(t1, F::load(ls.distance + i)) - t0, F(0.f)), pdf = F::load(ls.pdf + i);
-      const F weight = zeroUnless(pdf > F(0.f), F(k.albedo * kInvFourPi) * exp(-(length * F(k.extinction))) / max(pdf, F(1e-30f)));
+      const F weight =
+          zeroUnless(pdf > F(0.f), F(k.albedo * kInvFourPi) * exp(-(length * F(k.extinction))) / max(pdf, F(1e-30f)));
       (Vec3<W>::load(ls.radiance, i) * weight).store(value, i);
       F::load(ls.distance + i).store(tMax + i);
     }
-    const ShadowRays rays{inside, {p.P[0], p.P[1], p.P[2]}, {ls.wi[0], ls.wi[1], ls.wi[2]}, tMax, p.time, p.path, 0, {T[0], T[1], T[2]}};
+    const ShadowRays rays{inside, {p.P[0], p.P[1], p.P[2]}, {ls.wi[0], ls.wi[1], ls.wi[2]}, tMax, p.time, p.path,
+                          0,      {T[0], T[1], T[2]}};
     sv->shadow(g, 0, &rays);
     for (uint32_t i = 0; i < inside; ++i) {
       for (int c = 0; c < 3; ++c) value[c][i] *= T[c][i];
@@ -121,7 +127,10 @@ struct Fog {
     const Contributions out{inside, p.path, {value[0], value[1], value[2]}, state, ls.light};
     sv->contribute(g, &out);
   }
-  template <int W> static constexpr IntegratorFunctions table() { return IntegratorFunctions{&integrate<W>}; }
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
 };
 KINORA_WIDTH_TABLES(Fog, IntegratorFunctions)
 
@@ -136,18 +145,24 @@ namespace {
 
 void* create(const CreateInfo* info, ErrorText* error) {
   return guardedCreate(error, [&] {
-    return new fog::Data{info->number(fog::kExtinction), info->number(fog::kAlbedo), {info->number(fog::kNear), info->number(fog::kFar)}};
+    return new fog::Data{info->number(fog::kExtinction),
+                         info->number(fog::kAlbedo),
+                         {info->number(fog::kNear), info->number(fog::kFar)}};
   });
 }
 void destroy(void* p) { delete static_cast<fog::Data*>(p); }
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kFog{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "ProbeFog", "One scattering event in a slab of fog.",
-                      fog::kParams, std::size(fog::kParams), kTables, 4, nullptr, &create, &destroy};
+const Descriptor kFog{
+    kAbiVersion,  sizeof(Descriptor),      Kind::Integrator, 0, "ProbeFog", "One scattering event in a slab of fog.",
+    fog::kParams, std::size(fog::kParams), kTables,          4, nullptr,    &create,
+    &destroy};
 
 constexpr double kPi64 = 3.14159265358979323846;
 constexpr int kSide = 32;
 
-struct Measured { testing::Moments wall, scattered; };
+struct Measured {
+  testing::Moments wall, scattered;
+};
 
 // A camera looks along +z through a slab from z = 1 to `end` at a glowing wall at z = 4; the sun stands behind the
 // camera, `degrees` off its axis.
@@ -164,7 +179,8 @@ PixelFilter "box" 1 1
 Projection "orthographic"
 WorldBegin
   AttributeBegin
-    Rotate )" + std::to_string(degrees) + R"( 1 0 0
+    Rotate )" + std::to_string(degrees) +
+                           R"( 1 0 0
     Light "PxrDistantLight" "sun" "float intensity" [3] "float angleExtent" [0]
   AttributeEnd
   Bxdf "PxrConstant" "glow" "color emitColor" [0.8 0.8 0.8]
@@ -177,8 +193,10 @@ WorldEnd
     s.seed = seed;
     s.width = width;
     s.integrator = "ProbeFog";
-    s.sets = {{"integrator.extinction", std::to_string(extinction)}, {"integrator.albedo", std::to_string(albedo)},
-              {"integrator.near", "1"}, {"integrator.far", std::to_string(end)}};
+    s.sets = {{"integrator.extinction", std::to_string(extinction)},
+              {"integrator.albedo", std::to_string(albedo)},
+              {"integrator.near", "1"},
+              {"integrator.far", std::to_string(end)}};
     const auto r = stage.load(sceneOf(text, stage.messages), s);
     const auto mean = [&](const image::Image& img) {
       double sum = 0;

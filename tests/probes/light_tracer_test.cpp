@@ -1,7 +1,7 @@
-// A light tracer as an integrator: paths start at the lights and are connected to the camera, and its picture is that of
-// PxrPathTracer. It proves that stages, emitted rays, contexts that carry importance, the way back to the raster and splats
-// are there and carry the right factors. It misses what only the camera can find: lights seen directly (invisible to the
-// camera here) and mirrors seen by a pinhole.
+// A light tracer as an integrator: paths start at the lights and are connected to the camera, and its picture is that
+// of PxrPathTracer. It proves that stages, emitted rays, contexts that carry importance, the way back to the raster
+// and splats are there and carry the right factors. It misses what only the camera can find: lights seen directly
+// (invisible to the camera here) and mirrors seen by a pinhole.
 #define KINORA_KERNEL_FILE "tests/probes/light_tracer_test.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -71,8 +71,8 @@ class LightPaths {
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
 
-  // Bxdfs weigh by the shading normal's cosine on wi's side; importance wants that of wo's side, and the true normal's on
-  // the other (Veach 1996, "Non-symmetric scattering").
+  // Bxdfs weigh by the shading normal's cosine on wi's side; importance wants that of wo's side, and the true
+  // normal's on the other (Veach 1996, "Non-symmetric scattering").
   static Float<W> adjoint(const Context& c, uint32_t i, Vec3<W> wi) {
     const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i), wo = Vec3<W>::load(c.wo, i);
     return abs(dot(N, wo) * dot(Ng, wi)) / max(abs(dot(Ng, wo) * dot(N, wi)), Float<W>(1e-12f));
@@ -103,8 +103,9 @@ class LightPaths {
     }
     float* T[3];
     for (float*& x : T) x = floats(c.padded);
-    const ShadowRays rays{c.count, {o[0], o[1], o[2]}, {camera.wi[0], camera.wi[1], camera.wi[2]}, tMax, c.time, c.path, 0,
-                          {T[0], T[1], T[2]}};
+    const ShadowRays rays{
+        c.count, {o[0], o[1], o[2]}, {camera.wi[0], camera.wi[1], camera.wi[2]}, tMax, c.time, c.path,
+        0,       {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &rays);
     const uint32_t room = c.padded * c.slotCount;
     float *raster[2] = {floats(room), floats(room)}, *value[3];
@@ -145,7 +146,13 @@ class LightPaths {
       a.store(u[2] + i);
       b.store(u[3] + i);
     }
-    const GenerateArgs ga{{u[0], u[1], u[2], u[3]}, {wi[0], wi[1], wi[2]}, {weight[0], weight[1], weight[2]}, pdf, nullptr, slot, flags};
+    const GenerateArgs ga{{u[0], u[1], u[2], u[3]},
+                          {wi[0], wi[1], wi[2]},
+                          {weight[0], weight[1], weight[2]},
+                          pdf,
+                          nullptr,
+                          slot,
+                          flags};
     c.bxdf->generate(&c, c.closure, &ga);
     for (uint32_t i = 0; i < c.padded; i += W) {
       const Vec3<W> w = Vec3<W>::load(wi, i);
@@ -180,7 +187,10 @@ struct LightTracer {
     // stage 0 is the camera's: its samples stay black
     if (stage == 1) LightPaths<W>(group, services, *static_cast<const Data*>(integrator)).run();
   }
-  template <int W> static constexpr IntegratorFunctions table() { return IntegratorFunctions{&integrate<W>}; }
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
 };
 KINORA_WIDTH_TABLES(LightTracer, IntegratorFunctions)
 
@@ -207,8 +217,19 @@ uint32_t stages(const void*, Stage* out, uint32_t capacity) {
 }
 constexpr IntegratorTraits kTraits{&stages};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kLightTracer{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "ProbeLightTracer", "Paths from lights.",
-                              lightTracer::kParams, std::size(lightTracer::kParams), kTables, 4, &kTraits, &create, &destroy};
+const Descriptor kLightTracer{kAbiVersion,
+                              sizeof(Descriptor),
+                              Kind::Integrator,
+                              0,
+                              "ProbeLightTracer",
+                              "Paths from lights.",
+                              lightTracer::kParams,
+                              std::size(lightTracer::kParams),
+                              kTables,
+                              4,
+                              &kTraits,
+                              &create,
+                              &destroy};
 
 constexpr int kSide = 48, kTile = 8, kSeeds = 20;
 
@@ -225,17 +246,20 @@ Translate 0 -0.8 3.2
 WorldBegin
   AttributeBegin
     Attribute "visibility" "int camera" [0]
-)" + lights + R"(
+)" + lights +
+         R"(
   AttributeEnd
   AttributeBegin
-    )" + floor + R"(
+    )" + floor +
+         R"(
     Polygon "vertex point P" [-1.5 0 0  1.5 0 0  1.5 0 2  -1.5 0 2]
   AttributeEnd
   Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
   Polygon "vertex point P" [-1.5 0 2  1.5 0 2  1.5 2 2  -1.5 2 2]
   Polygon "vertex point P" [-1.5 0 0  -1.5 0 2  -1.5 2 2  -1.5 2 0]
   AttributeBegin
-    )" + ball + R"(
+    )" + ball +
+         R"(
     Translate 0.4 0.45 1.1
     Sphere 0.4 -0.4 0.4 360
   AttributeEnd
@@ -243,7 +267,8 @@ WorldEnd
 )";
 }
 const char* const kGrey = R"(Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.6 0.6 0.7])";
-const char* const kGlossy = R"(Bxdf "PxrSurface" "glossy" "color diffuseColor" [0.3 0.3 0.3] "int specularFresnelMode" [1]
+const char* const kGlossy =
+    R"(Bxdf "PxrSurface" "glossy" "color diffuseColor" [0.3 0.3 0.3] "int specularFresnelMode" [1]
     "color specularEdgeColor" [1 1 1] "color specularIor" [1.8 1.8 1.8] "int specularModelType" [1] "float specularRoughness" [0.45])";
 const char* const kRect = R"(
     AttributeBegin
@@ -264,7 +289,7 @@ const char* const kDistant = R"(
 const char* const kDome = R"(Light "PxrDomeLight" "sky" "float intensity" [0.4])";
 
 struct Rendered {
-  TileMoments Ci, direct, whole;   // whole: one tile
+  TileMoments Ci, direct, whole;  // whole: one tile
 };
 
 Rendered renderAll(Workshop& stage, const std::string& text, const std::string& integrator,
@@ -288,18 +313,22 @@ Rendered renderAll(Workshop& stage, const std::string& text, const std::string& 
 void expectSamePicture(const std::string& text) {
   Workshop stage{&kLightTracer};
   const Rendered reference = renderAll(stage, text, "PxrPathTracer",
-                                       {{"integrator.maxIndirectBounces", "3"}, {"integrator.clampLuminance", "1e30"},
-                                        {"integrator.rouletteThreshold", "0"}}, 100);
+                                       {{"integrator.maxIndirectBounces", "3"},
+                                        {"integrator.clampLuminance", "1e30"},
+                                        {"integrator.rouletteThreshold", "0"}},
+                                       100);
   const Rendered light = renderAll(stage, text, "ProbeLightTracer", {}, 500);
   EXPECT_GT(reference.Ci.mean(), 0.01) << stage.said;
   for (const bool direct : {false, true}) {
     const TileTest t = direct ? compareTiles(light.direct, reference.direct) : compareTiles(light.Ci, reference.Ci);
-    EXPECT_TRUE(t.agrees()) << (direct ? "directDiffuse" : "Ci") << ": worst z " << t.worstZ << ", means " << light.Ci.mean()
-                            << " and " << reference.Ci.mean() << "\n" << stage.said;
+    EXPECT_TRUE(t.agrees()) << (direct ? "directDiffuse" : "Ci") << ": worst z " << t.worstZ << ", means "
+                            << light.Ci.mean() << " and " << reference.Ci.mean() << "\n"
+                            << stage.said;
     EXPECT_LT(t.meanError, 0.03);
   }
   const TileTest whole = compareTiles(light.whole, reference.whole);
-  EXPECT_TRUE(whole.agrees()) << "means " << light.whole.mean() << " and " << reference.whole.mean() << ", z " << whole.worstZ;
+  EXPECT_TRUE(whole.agrees()) << "means " << light.whole.mean() << " and " << reference.whole.mean() << ", z "
+                              << whole.worstZ;
   // the tests tell a light tracer apart that is 3 % too bright
   const Rendered wrong = renderAll(stage, text, "ProbeLightTracer", {{"integrator.gain", "1.03"}}, 500);
   EXPECT_FALSE(compareTiles(wrong.whole, reference.whole).agrees());

@@ -1,6 +1,6 @@
-// Light split by the events of its path sums to the beauty channel: each contribution lands in exactly one of the seven
-// standard channels. Over all gallery scenes and all stock integrators of camera paths, at a small size. It misses whether a
-// contribution is in the *right* channel; that each has some light somewhere is all it asks.
+// Light split by the events of its path sums to the beauty channel: each contribution lands in exactly one of the
+// seven standard channels. Over all gallery scenes and all stock integrators of camera paths, at a small size. It
+// misses whether a contribution is in the *right* channel; that each has some light somewhere is all it asks.
 #include <algorithm>
 #include <array>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // A geometry with two resolutions of which each ray's footprint chooses one: the picture is the same for any order of
-// tracing, whatever happened to be tessellated already. At the level of trace::World: groups in another order, slots in
-// another order, one ray at a time, packets, two threads. It misses seams between levels and eviction.
+// tracing, whatever happened to be tessellated already. At the level of trace::World: groups in another order, slots
+// in another order, one ray at a time, packets, two threads. It misses seams between levels and eviction.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -46,7 +46,8 @@ class TwoLevels final : public trace::UserGeometry {
     float far = r.tMax;
     for (int q = 0; q < 2 * n * n; ++q) {
       const int i = q / 2 % n, j = q / 2 / n, a = j * (n + 1) + i;
-      const Imath::V3f p0 = points[size_t(a)], p1 = points[size_t(q & 1 ? a + n + 2 : a + 1)], p2 = points[size_t(q & 1 ? a + n + 1 : a + n + 2)];
+      const Imath::V3f p0 = points[size_t(a)], p1 = points[size_t(q & 1 ? a + n + 2 : a + 1)],
+                       p2 = points[size_t(q & 1 ? a + n + 1 : a + n + 2)];
       const Imath::V3f e1 = p1 - p0, e2 = p2 - p0, h = d.cross(e2);
       const float det = e1.dot(h);
       if (det == 0) continue;
@@ -72,7 +73,8 @@ class TwoLevels final : public trace::UserGeometry {
       const int n = level ? 1 : kFine;
       for (int j = 0; j <= n; ++j)
         for (int i = 0; i <= n; ++i) {
-          const float x = corner(int(patch) % kPatches) + kSize * float(i) / float(n), y = corner(int(patch) / kPatches) + kSize * float(j) / float(n);
+          const float x = corner(int(patch) % kPatches) + kSize * float(i) / float(n),
+                      y = corner(int(patch) / kPatches) + kSize * float(j) / float(n);
           g.emplace_back(x, y, 0.05f * std::sin(11 * x) * std::cos(13 * y));
         }
     }
@@ -96,11 +98,18 @@ struct Batch {
       rays.d[k] = f[size_t(3 + k)].data();
       hits.ng[k] = f[size_t(6 + k)].data();
     }
-    rays.tMax = f[9].data(); rays.time = f[10].data(); rays.radius = f[11].data(); rays.spread = f[12].data();
-    hits.u = f[13].data(); hits.v = f[14].data();
+    rays.tMax = f[9].data();
+    rays.time = f[10].data();
+    rays.radius = f[11].data();
+    rays.spread = f[12].data();
+    hits.u = f[13].data();
+    hits.v = f[14].data();
     t.resize(n + 16);
     hits.t = t.data();
-    hits.instance = u[0].data(); hits.geometry = u[1].data(); hits.primitive = u[2].data(); hits.level = u[3].data();
+    hits.instance = u[0].data();
+    hits.geometry = u[1].data();
+    hits.primitive = u[2].data();
+    hits.level = u[3].data();
   }
   std::vector<float> t;
 };
@@ -114,9 +123,12 @@ Pixel pixelOf(const Hits& h, uint32_t s) {
   Pixel p;
   p.t = h.t[s];
   if (std::isinf(p.t)) return p;
-  p.u = h.u[s]; p.v = h.v[s];
+  p.u = h.u[s];
+  p.v = h.v[s];
   for (int k = 0; k < 3; ++k) p.ng[k] = h.ng[k][s];
-  p.geometry = h.geometry[s]; p.primitive = h.primitive[s]; p.level = h.level[s];
+  p.geometry = h.geometry[s];
+  p.primitive = h.primitive[s];
+  p.level = h.level[s];
   return p;
 }
 
@@ -124,7 +136,9 @@ Pixel pixelOf(const Hits& h, uint32_t s) {
 void setRay(const Rays& r, uint32_t slot, uint32_t pixel) {
   const float x = (float(pixel % kSide) + 0.5f) / kSide * 2 - 1, y = (float(pixel / kSide) + 0.5f) / kSide * 2 - 1;
   const Imath::V3f d = Imath::V3f(0.9f * x, 0.9f - 0.6f * y, -0.55f).normalized();
-  r.o[0][slot] = 0; r.o[1][slot] = -1.4f; r.o[2][slot] = 0.8f;
+  r.o[0][slot] = 0;
+  r.o[1][slot] = -1.4f;
+  r.o[2][slot] = 0.8f;
   for (int k = 0; k < 3; ++k) r.d[k][slot] = d[k];
   r.tMax[slot] = 1e30f;
   r.time[slot] = 0;
@@ -151,7 +165,9 @@ std::shared_ptr<const trace::World> makeWorld(std::shared_ptr<const TwoLevels> g
   std::vector<trace::PlacementInput> placements(3);
   scene::Matrix small;
   small.setScale(Imath::V3d(0.25));
-  placements[1].toRender = scene::concat(scene::Transform::fixed(small), scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0.3, -0.5, 0.25))));
+  placements[1].toRender =
+      scene::concat(scene::Transform::fixed(small),
+                    scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0.3, -0.5, 0.25))));
   placements[2].part = 1;
   trace::BuildCounters counters;
   return trace::World::build(std::move(shapes), std::move(parts), std::move(placements), {}, nullptr, counters);
@@ -172,8 +188,10 @@ std::vector<Pixel> traceAll(const std::vector<uint32_t>& order, uint32_t size, u
       if (first >= kRays) return;
       const uint32_t n = std::min(size, kRays - first);
       for (uint32_t i = 0; i < n; ++i) setRay(b.rays, i, order[first + i]);
-      if (packets) world->closestCamera(b.rays, b.hits, n);
-      else world->closest(b.rays, b.hits, trace::kSeenByCamera, n, slots.data());
+      if (packets)
+        world->closestCamera(b.rays, b.hits, n);
+      else
+        world->closest(b.rays, b.hits, trace::kSeenByCamera, n, slots.data());
       for (uint32_t i = 0; i < n; ++i) picture[order[first + i]] = pixelOf(b.hits, i);
     }
   };
@@ -191,9 +209,12 @@ TEST(UserGeometry, LevelFollowsFromRayAndPatchInAnyOrder) {
   std::array<uint32_t, 2> levels{0, 0};
   uint32_t triangles = 0, misses = 0;
   for (const Pixel& p : reference) {
-    if (std::isinf(p.t)) ++misses;
-    else if (p.geometry == 0) ++levels[p.level];   // the square; 1 is the triangle
-    else ++triangles;
+    if (std::isinf(p.t))
+      ++misses;
+    else if (p.geometry == 0)
+      ++levels[p.level];  // the square; 1 is the triangle
+    else
+      ++triangles;
   }
   EXPECT_GT(levels[0], 200u);
   EXPECT_GT(levels[1], 200u);
@@ -224,8 +245,8 @@ TEST(UserGeometry, OnlyLevelsAskedForAreMade) {
   EXPECT_LT(geometry->made.load(), 32);
 }
 
-// A ray's footprint decides, not the distance: the same ray, thin and wide, meets two surfaces; a triangle in front of
-// user geometry reports level 0 whatever was met on the way.
+// A ray's footprint decides, not the distance: the same ray, thin and wide, meets two surfaces; a triangle in front
+// of user geometry reports level 0 whatever was met on the way.
 TEST(UserGeometry, FootprintChooses) {
   const auto world = makeWorld(std::make_shared<TwoLevels>());
   Batch b(2);
@@ -240,8 +261,12 @@ TEST(UserGeometry, FootprintChooses) {
   EXPECT_EQ(b.hits.level[1], 1u);
   EXPECT_NE(b.hits.t[0], b.hits.t[1]);
 
-  b.rays.o[0][0] = -0.7f; b.rays.o[1][0] = -1.4f; b.rays.o[2][0] = 0.3f;
-  b.rays.d[0][0] = 0; b.rays.d[1][0] = 0.8f; b.rays.d[2][0] = -0.1f;
+  b.rays.o[0][0] = -0.7f;
+  b.rays.o[1][0] = -1.4f;
+  b.rays.o[2][0] = 0.3f;
+  b.rays.d[0][0] = 0;
+  b.rays.d[1][0] = 0.8f;
+  b.rays.d[2][0] = -0.1f;
   const float l = std::sqrt(0.65f);
   b.rays.d[1][0] /= l;
   b.rays.d[2][0] /= l;
@@ -265,7 +290,8 @@ TEST(UserGeometry, ShadowRaysSeeTheSameLevel) {
   for (const float reach : {1.0001f, 0.9999f}) {
     std::vector<float> tMax(kRays);
     for (uint32_t i = 0; i < kRays; ++i) tMax[i] = std::isinf(b.hits.t[i]) ? 1e30f : b.hits.t[i] * reach;
-    world->occluded(kRays, b.rays.o, b.rays.d, tMax.data(), b.rays.time, 15, blocked.data(), b.rays.radius, b.rays.spread);
+    world->occluded(kRays, b.rays.o, b.rays.d, tMax.data(), b.rays.time, 15, blocked.data(), b.rays.radius,
+                    b.rays.spread);
     for (uint32_t i = 0; i < kRays; ++i) {
       const bool expected = !std::isinf(b.hits.t[i]) && reach > 1;
       ASSERT_EQ(blocked[i] != 0, expected) << i;
