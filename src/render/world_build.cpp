@@ -236,7 +236,7 @@ Placement WorldBuilder::placementOf(const scene::Transform& toWorld) const {
   return p;
 }
 
-void WorldBuilder::flatten(const scene::Scene& scene) {
+void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut) {
   parts_.clear();
   placements_.clear();
   primitiveOfShape_.clear();
@@ -271,6 +271,7 @@ void WorldBuilder::flatten(const scene::Scene& scene) {
     attributesOfPlacement_.push_back(attributes);
   };
   for (const scene::PrimitivePtr& p : scene.primitives) {
+    if (leaveOut.count(p->id)) continue;
     trace::PartInput part;
     part.key = p->id;
     part.shapes.push_back(uint32_t(primitiveOfShape_.size()));
@@ -316,7 +317,9 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   const auto start = std::chrono::steady_clock::now();
   std::vector<std::string> texturePath = settings_.texturePath;
   textures_->setSearchPath(texturePath);
-  flatten(scene);
+  std::set<uint32_t> lightShapes;
+  const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
+  flatten(scene, lightShapes);
 
   // Dice rates: the finest over all placements of a shape. Distances are taken to the camera's position.
   const scene::Matrix cameraToWorld = camera_.worldToCamera.inverse();
@@ -498,7 +501,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::vector<light::LightEntry> lights;
   std::vector<std::set<std::string>> groups;
   const float* center = world->center();
-  for (const scene::Light& l : lightsToRender(scene, registry_, diagnostics_)) {
+  for (const scene::Light& l : lightsToUse) {
     if (!l.node) continue;
     if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
     const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, diagnostics_, l.node->pos);

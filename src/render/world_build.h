@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,7 +68,7 @@ class WorldBuilder {
 
  private:
   struct Shape;
-  void flatten(const scene::Scene& scene);
+  void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   void buildLights(const scene::Scene& scene);
   Placement placementOf(const scene::Transform& toWorld) const;
   double edgeLengthFactor(const scene::Attributes* attributes) const;

@@ -109,6 +109,7 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots) {
 void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]) {
   const trace::World& w = *world_.world;
   const Clock clock(counters.nanoseconds[kind == RayKind::Camera ? kTimeTraceCamera : kTimeTraceIndirect]);
+  if (listener) listener->closest(kind, depth, group_.rays, n, slots);
   const uint32_t mask = kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect;
   if (kind == RayKind::Camera && n == group_.count && n % 16 == 0) {
     w.closestCamera(group_.rays, group_.hits, n);
@@ -472,6 +473,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const uint32_t n = rays->count;
   if (!n) return;
   counters.shadowRays += n;
+  if (listener) listener->shadow(depth, *rays);
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
   const trace::World& w = *world_.world;
   uint32_t* blocked = arena_.make<uint32_t>(padded(n));

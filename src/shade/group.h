@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "sampling/draw.h"
 #include "shade/material.h"
+#include "shade/ray_listener.h"
 #include "trace/world.h"
 
 namespace kinora::shade {
@@ -101,6 +102,7 @@ class GroupState {
   void cross(const Context* c, uint32_t n, const uint32_t* points);
 
   GroupCounters counters;
+  RayListener* listener = nullptr;
   std::function<void(const std::string&)> print;   // set while one sample is replayed: events go here
   // Called with each first-hit context, so that render/ can write surface channels.
   std::function<void(const Context*)> onPrimary;
