@@ -216,7 +216,7 @@ void BareEmbree::chooseCalls(const RecordedRays& rays, int rounds) {
   for (const auto& [kind, t] : times) {
     size_t best = 0;
     for (size_t call = 1; call < t.size(); ++call)
-      if (median(t[call]) < median(t[best])) best = call;
+      if (*std::min_element(t[call].begin(), t[call].end()) < *std::min_element(t[best].begin(), t[best].end())) best = call;
     choice_[kind] = Call(best);
   }
 }

@@ -20,7 +20,7 @@ class BareEmbree {
   explicit BareEmbree(const TriangleMesh& mesh);
   ~BareEmbree();
   BareEmbree(const BareEmbree&) = delete;
-  // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one of the least median.
+  // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one with the least time.
   void chooseCalls(const RecordedRays& rays, int rounds);
   // Seconds by the calls chosen. Timed for each batch on its own, the batch in the cache as it is in a renderer's group:
   // SoA calls pack their rays from arrays and copy hits back; single rays and streams of rays find theirs packed.

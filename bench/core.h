@@ -11,6 +11,7 @@ struct Options {
   int repeat = 5;         // repetitions, A and B in turn
   bool quick = false;     // tiny sizes: to test the program, not to measure
   bool full = false;      // with 10 million triangles
+  uint32_t groupSize = 0; // rays a group of "tracing"; 0: the renderer's default
   std::string filter;     // only groups whose name contains this
 };
 

@@ -34,6 +34,7 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
   settings.firstSample = 16;
   settings.lastSample = options.quick ? 18 : 20;
   settings.rayListener = &recorded;
+  settings.groupSize = options.groupSize;
   Renderer renderer(registry, diagnostics, settings);
   {
     scene::Scene scene = emptyScene(size, size);
@@ -50,7 +51,7 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
     return {};
   }
   BareEmbree bare(mesh);
-  bare.chooseCalls(recorded, options.quick ? 1 : 3);
+  bare.chooseCalls(recorded, options.quick ? 1 : 4);
   std::printf("  %s: %zu triangles, %.0f rays; bare Embree's calls: %s\n", name.c_str(), mesh.triangleCount(), rays, bare.choice().c_str());
 
   constexpr size_t kStages = size_t(StageTime::Count);

@@ -53,6 +53,7 @@ int main(int count, char** values) {
   app.add_option("--json", json, "write the figures here as flat JSON");
   app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
   app.add_option("--only", options.filter, "only this group of the family's measures");
+  app.add_option("--group-size", options.groupSize, "rays a group of the tracing measures");
   app.add_flag("--quick", options.quick, "tiny sizes: tests the program, measures nothing");
   app.add_flag("--full", options.full, "with 10 million triangles: more time, 4 GB of memory");
   try {

@@ -84,7 +84,8 @@ std::vector<uint32_t> occluded(const World& world, const RayList& rays, const st
   const float* o[3] = {part.column[0].data(), part.column[1].data(), part.column[2].data()};
   const float* d[3] = {part.column[3].data(), part.column[4].data(), part.column[5].data()};
   std::vector<uint32_t> blocked(which.size(), 7);
-  world.occluded(uint32_t(which.size()), o, d, part.column[6].data(), part.column[7].data(), kSeenByOpaqueShadow, blocked.data());
+  world.occluded(uint32_t(which.size()), o, d, part.column[6].data(), part.column[7].data(), kSeenByOpaqueShadow, blocked.data(),
+                 nullptr, nullptr);
   return blocked;
 }
 
