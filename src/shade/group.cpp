@@ -291,7 +291,8 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
     block[i] = (*world_.materials)[material].block;
     smooth |= (info.flags & kHasNormals) != 0;
     placed |= !instance.baked;
-    linkSet_[s] = world_.placements[instance.user].linkSet;
+    // what a ray only passes does not choose its lights
+    if (bind) linkSet_[s] = world_.placements[instance.user].linkSet;
   }
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {
