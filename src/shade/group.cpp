@@ -593,4 +593,55 @@ void GroupState::cross(const Context* c, uint32_t n, const uint32_t* points) {
   }
 }
 
+struct GroupState::KeptPaths {
+  uint32_t n;
+  const uint32_t* slots;
+  float *t, *u, *v, *ng[3];
+  uint32_t *instance, *geometry, *primitive, *level, *linkSet;
+  MediaStack* media;
+};
+
+const void* GroupState::keepPaths(uint32_t n, const uint32_t* slots) {
+  KeptPaths* k = new (arena_.allocate(sizeof(KeptPaths))) KeptPaths();
+  const auto take = [&]<class T>(const T* from) {
+    T* to = arena_.make<T>(n);
+    for (uint32_t i = 0; i < n; ++i) to[i] = from[slots[i]];
+    return to;
+  };
+  const Hits& h = group_.hits;
+  uint32_t* list = arena_.make<uint32_t>(n);
+  std::copy_n(slots, n, list);
+  k->n = n;
+  k->slots = list;
+  k->t = take(h.t);
+  k->u = take(h.u);
+  k->v = take(h.v);
+  for (int c = 0; c < 3; ++c) k->ng[c] = take(h.ng[c]);
+  k->instance = take(h.instance);
+  k->geometry = take(h.geometry);
+  k->primitive = take(h.primitive);
+  k->level = take(h.level);
+  k->linkSet = take(linkSet_);
+  k->media = media_ ? take(media_) : nullptr;
+  return k;
+}
+
+void GroupState::restorePaths(const void* kept) {
+  const KeptPaths& k = *static_cast<const KeptPaths*>(kept);
+  Hits& h = group_.hits;
+  const auto put = [&]<class T>(const T* from, T* to) {
+    for (uint32_t i = 0; i < k.n; ++i) to[k.slots[i]] = from[i];
+  };
+  put(k.t, h.t);
+  put(k.u, h.u);
+  put(k.v, h.v);
+  for (int c = 0; c < 3; ++c) put(k.ng[c], h.ng[c]);
+  put(k.instance, h.instance);
+  put(k.geometry, h.geometry);
+  put(k.primitive, h.primitive);
+  put(k.level, h.level);
+  put(k.linkSet, linkSet_);
+  if (k.media) put(k.media, media_);
+}
+
 }  // namespace kinora::shade

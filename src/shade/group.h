@@ -99,6 +99,8 @@ class GroupState {
   void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
   void cross(const Context* c, uint32_t n, const uint32_t* points);
+  const void* keepPaths(uint32_t n, const uint32_t* slots);
+  void restorePaths(const void* kept);
 
   GroupCounters counters;
   std::function<void(const std::string&)> print;   // set while one sample is replayed: events go here
