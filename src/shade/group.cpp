@@ -92,7 +92,8 @@ void GroupState::media(uint32_t n, const uint32_t* slots, float* const transmitt
   }
 }
 
-void GroupState::passThrough(uint32_t n, const uint32_t* slots) {
+// Moves rays just beyond what they hit; `passed` (null: not wanted) sums the distances by slot.
+void GroupState::passThrough(uint32_t n, const uint32_t* slots, float* passed) {
   Rays& r = group_.rays;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
@@ -103,6 +104,7 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots) {
     for (int c = 0; c < 3; ++c) r.o[c][s] += r.d[c][s] * step;
     r.tMax[s] -= step;
     r.radius[s] += r.spread[s] * step;
+    if (passed) passed[s] += step;
   }
 }
 
@@ -123,6 +125,9 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
     uint32_t* open = arena_.make<uint32_t>(padded(n));
     uint32_t m = n;
     std::memcpy(open, slots, n * sizeof(uint32_t));
+    // rays that passed something, with where they began and how far they have come
+    Rays begun{};
+    float* passed = nullptr;
     for (int pass = 0; m; ++pass) {
       if (world_.hasMedia && transmittance) media(m, open, transmittance);
       // who goes on?
@@ -181,11 +186,37 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         for (uint32_t i = 0; i < k; ++i) group_.hits.t[onward[i]] = INFINITY;
         break;
       }
-      passThrough(k, onward);
+      if (!passed) {
+        const uint32_t room = group_.padded + kPad;
+        passed = arena_.make<float>(room);
+        for (float*& o : begun.o) o = arena_.make<float>(room);
+        begun.tMax = arena_.make<float>(room);
+        begun.radius = arena_.make<float>(room);
+        for (uint32_t i = 0; i < n; ++i) passed[slots[i]] = 0;
+      }
+      for (uint32_t i = 0; i < k; ++i) {
+        const uint32_t s = onward[i];
+        if (passed[s] > 0) continue;
+        for (int c = 0; c < 3; ++c) begun.o[c][s] = group_.rays.o[c][s];
+        begun.tMax[s] = group_.rays.tMax[s];
+        begun.radius[s] = group_.rays.radius[s];
+      }
+      passThrough(k, onward, passed);
       w.closest(group_.rays, group_.hits, mask, k, onward);
       open = onward;
       m = k;
     }
+    // The ray is again the one that left the last vertex: lights in front of what was passed are met, and their densities
+    // are those of that vertex.
+    if (passed)
+      for (uint32_t i = 0; i < n; ++i) {
+        const uint32_t s = slots[i];
+        if (!(passed[s] > 0)) continue;
+        for (int c = 0; c < 3; ++c) group_.rays.o[c][s] = begun.o[c][s];
+        group_.rays.tMax[s] = begun.tMax[s];
+        group_.rays.radius[s] = begun.radius[s];
+        group_.hits.t[s] += passed[s];
+      }
   }
   if (kind == RayKind::Camera) {
     for (uint32_t i = 0; i < n; ++i) counters.cameraHits += !std::isinf(group_.hits.t[slots[i]]);
@@ -550,7 +581,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
         if (most > 0) next[nextCount++] = s;
       }
     }
-    passThrough(nextCount, next);
+    passThrough(nextCount, next, nullptr);
     open = next;
     k = nextCount;
   }
