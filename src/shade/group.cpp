@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "shade/beer_lambert.h"
 #include "shade/context_host.h"
 #include "shade/points.h"
 
@@ -84,11 +85,8 @@ void GroupState::media(uint32_t n, const uint32_t* slots, float* const transmitt
       if (m.entries[k].priority > m.entries[top].priority) top = k;
     const float* a = m.entries[top].absorption;
     const float t = group_.hits.t[s];
-    for (int c = 0; c < 3; ++c) {
-      // a ray that escapes from inside a medium crosses it without end
-      const float x = a[c] > 0 ? (std::isinf(t) ? 1e30f : a[c] * t) : 0.f;
-      transmittance[c][s] *= std::exp(-x);
-    }
+    // a ray that escapes from inside a medium crosses it without end
+    for (int c = 0; c < 3; ++c) transmittance[c][s] *= beerLambert(a[c], t);
   }
 }
 

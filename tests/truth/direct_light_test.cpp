@@ -157,6 +157,17 @@ AttributeEnd)";
   EXPECT_SAME_MEAN(one, overSeeds(box(unbiased(4, "\"int numIndirectSamples\" [3]"), ball), 16), 0.004);
 }
 
+// A light's diffuse and specular factors weigh what both techniques find alike.
+TEST(Agreement, LightFactorsHoldForBothTechniques) {
+  const auto with = [](const char* factors, const char* samples) {
+    RenderRequest r = box(unbiased(0, samples));
+    r.rib.insert(r.rib.find("[9]") + 3, factors);
+    return overSeeds(r, 16);
+  };
+  for (const char* factors : {" \"float specular\" [0]", " \"float diffuse\" [0]", " \"float diffuse\" [0.5] \"float specular\" [2]"})
+    EXPECT_SAME_MEAN(with(factors, ""), with(factors, "\"int numLightSamples\" [0] \"int numIndirectSamples\" [4]"), 0.01);
+}
+
 TEST(Agreement, RouletteChangesNoMean) {
   const auto off = overSeeds(box(unbiased(8)), 16);
   EXPECT_SAME_MEAN(off, overSeeds(box(unbiased(8, "\"int rouletteDepth\" [1]")), 16), 0.003);
