@@ -10,9 +10,11 @@ function(kinora_install)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes DESTINATION share/kinora)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION share/kinora)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/kinora)
-  # the testing kit; kinora-check-plugin, its program, is installed where it is made
-  set_target_properties(kinora_testing PROPERTIES OUTPUT_NAME kinora-testing)
-  install(TARGETS kinora_testing ARCHIVE DESTINATION lib)
+  # The testing kit with what it calls of lower floors, so that an author links one archive. kinora-check-plugin, its
+  # program, is installed where it is made.
+  add_library(kinora_testing_kit STATIC $<TARGET_OBJECTS:kinora_testing> $<TARGET_OBJECTS:kinora_simd>)
+  set_target_properties(kinora_testing_kit PROPERTIES OUTPUT_NAME kinora-testing LINKER_LANGUAGE CXX)
+  install(TARGETS kinora_testing_kit ARCHIVE DESTINATION lib)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/KinoraConfig.cmake.in ${PROJECT_BINARY_DIR}/package/KinoraConfig.cmake @ONLY)
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/KinoraConfigVersion.cmake
                                    VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)

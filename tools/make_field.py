@@ -10,7 +10,7 @@ import random
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
 EXTENT = 9.0       # half the width of the meadow at its far end
-TUFTS, FLOWERS, STONES = 1900, 420, 60
+TUFTS, FLOWERS, STONES = 2050, 300, 60
 
 
 def number(x, digits=3):
@@ -36,7 +36,7 @@ def write_sky(path, width=256, height=128):
                   math.sin(theta) * math.sin(sun_from_zenith) * math.cos(phi - sun_turn))
         angle = math.degrees(math.acos(max(-1, min(1, cosine))))
         glow = 1.6 * math.exp(-angle / 9)
-        disc = 900 if angle < 1.6 else 0
+        disc = 2600 if angle < 1.6 else 0
         return tuple(c + glow * t + disc * t for c, t in zip(sky, (1, 0.86, 0.62)))
 
     def rgbe(color):
@@ -93,7 +93,7 @@ def write_scene(path):
 # while a ball flies past and some flowers sway. Written by tools/make_field.py. y is up, z goes into the picture.
 Option "searchpath" "string texture" [".:@"]
 Hider "raytrace" "int maxsamples" [64] "int minsamples" [64]
-Integrator "PxrPathTracer" "integrator" "int maxIndirectBounces" [4]
+Integrator "PxrPathTracer" "integrator" "int maxIndirectBounces" [3]
 DisplayChannel "color Ci"
 DisplayChannel "float a"
 Display "field.exr" "openexr" "rgba"
@@ -101,7 +101,7 @@ Display "+field.png" "png" "rgba"
 Format 640 360 1
 PixelFilter "gaussian" 2 2
 Shutter 0 1
-DepthOfField 4 0.28 4.2
+DepthOfField 9 0.28 3.6
 Projection "perspective" "fov" [38]
 # the eye stands at (0, 0.9, -3.6) and looks 8 degrees down
 ConcatTransform [1 0 0 0  0 0.99027 -0.13917 0  0 0.13917 0.99027 0  0 0 0 1]
@@ -163,8 +163,8 @@ WorldBegin
     Bxdf "PxrSurface" "rubber" "color diffuseColor" [0.62 0.05 0.03] "int specularFresnelMode" [1]
       "color specularEdgeColor" [1 1 1] "color specularIor" [1.5 1.5 1.5] "float specularRoughness" [0.2]
     MotionBegin [0 1]
-      Translate 0.75 0.95 1.0
-      Translate 1.15 1.02 0.9
+      Translate 0.62 0.83 0.1
+      Translate 0.80 0.87 0.1
     MotionEnd
     Sphere 0.17 -0.17 0.17 360
   AttributeEnd
@@ -172,8 +172,8 @@ WorldBegin
 
     def place(name, size, sway):
         # denser near the eye, where each instance covers more of the picture
-        depth = 17 * rng.random() ** 1.5 - 1.4
-        x = rng.uniform(-1, 1) * (1.6 + (depth + 1.4) * EXTENT / 15.6)
+        depth = 18 * rng.random() ** 1.6 - 2.4
+        x = rng.uniform(-1, 1) * (1.1 + (depth + 2.4) * EXTENT / 15.6)
         scale = size * rng.uniform(0.7, 1.3)
         lines = [f"Translate {number(x, 2)} 0 {number(depth, 2)}"]
         if sway:

@@ -92,8 +92,9 @@ struct AmbientOcclusion {
         state[n] = services->paths.start;
       }
     }
+    const uint32_t opaqueGlass = 0;  // 1 would let light through glass in a straight line
     const ShadowRays rays{
-        n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, {light[0], light[1], light[2]}};
+        n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, opaqueGlass, {light[0], light[1], light[2]}};
     services->shadow(g, 0, &rays);
     const Contributions value{n, slot, {light[0], light[1], light[2]}, state, emitter};
     services->contribute(g, &value);

@@ -45,6 +45,11 @@ void Registry::setPath(std::vector<std::string> directories) {
   impl_->path = std::move(directories);
 }
 
+void Registry::add(const Descriptor& plugin) {
+  std::lock_guard lock(impl_->mutex);
+  impl_->list.push_back(&plugin);
+}
+
 bool Registry::load(const std::string& file, Diagnostics& diagnostics, const SourcePos& pos) {
   std::lock_guard lock(impl_->mutex);
   if (!impl_->tried.insert(file).second) return true;

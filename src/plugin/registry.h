@@ -23,6 +23,8 @@ class Registry {
   // Case does not matter. Null when there is none of the name and kind; a library that is there but cannot be used (another
   // ABI, missing symbol) is reported once through `diagnostics`.
   const Descriptor* find(Kind kind, std::string_view name, Diagnostics& diagnostics, const SourcePos& pos);
+  // A plug-in that is linked into the program (tests, bindings). The descriptor outlives the registry.
+  void add(const Descriptor& plugin);
   // Opens one library; false with a message when it cannot be used.
   bool load(const std::string& file, Diagnostics& diagnostics, const SourcePos& pos);
   // Opens every library of the path (for `kinora plugins`).

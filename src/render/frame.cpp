@@ -28,6 +28,46 @@ struct Frame::Times {
   uint64_t samples = 0;
 };
 
+// The stock hider: groups of camera rays go through the integrator.
+class Frame::RayLoop final : public Hider {
+ public:
+  explicit RayLoop(Frame& frame) : frame_(frame) {}
+  void fill(Worker& w, const BucketSamples& b, const std::function<void(uint32_t)>& retire) const override {
+    const auto& win = b.camera->window;
+    const uint32_t size = frame_.in_.groupSize;
+    uint32_t n = 0;
+    shade::GroupState& s = w.state();
+    const auto run = [&] {
+      frame_.cameraGroup(w, n, b.stage);
+      retire(n);
+      n = 0;
+    };
+    w.begin(size, StageKind::CameraPaths);
+    for (int sample = b.firstSample; sample < b.lastSample; ++sample)
+      for (int y0 = b.y0; y0 < b.y1; y0 += kBlock)
+        for (int x0 = b.x0; x0 < b.x1; x0 += kBlock) {
+          // a block that touches the window is traced whole: its packet must not depend on the crop
+          if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
+          for (int k = 0; k < kBlock * kBlock; ++k) {
+            const int x = x0 + k % kBlock, y = y0 + k / kBlock;
+            s.pixelX()[n] = x;
+            s.pixelY()[n] = y;
+            s.indices()[n] = uint32_t(sample);
+            s.seeds()[n] = pixelSeed(x, y, b.seed);
+            ++n;
+          }
+          if (n == size) {
+            run();
+            w.begin(size, StageKind::CameraPaths);
+          }
+        }
+    if (n) run();
+  }
+
+ private:
+  Frame& frame_;
+};
+
 std::vector<std::pair<int, int>> Frame::passes(int first, int last) {
   std::vector<std::pair<int, int>> r;
   int a = first;
@@ -94,8 +134,13 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   }
   for (int t = 0; t < std::max(1, in_.threads); ++t)
     workers_.push_back(std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
-  for (size_t i = 0; i < workers_.size(); ++i) workers_[i]->index = i;
+  for (size_t i = 0; i < workers_.size(); ++i) {
+    workers_[i]->index = i;
+    workers_[i]->state().listener = in_.rayListener;
+  }
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
+  rayLoop_ = std::make_unique<RayLoop>(*this);
+  hider_ = in_.hider ? in_.hider : rayLoop_.get();
 }
 
 Frame::~Frame() = default;
@@ -126,7 +171,10 @@ bool Frame::pass(int first, int last) {
       parallel([&](size_t t) {
         const size_t i = item.fetch_add(1, std::memory_order_relaxed);
         if (i >= buckets_.size()) return false;
-        cameraBucket(*workers_[t], buckets_[i], first, last, s);
+        Worker& w = *workers_[t];
+        const Bucket& b = buckets_[i];
+        hider_->fill(w, {b.x, b.y, b.x + kBucket, b.y + kBucket, first, last, s, in_.seed, &in_.world->camera()},
+                     [this, &w](uint32_t count) { retire(w, count); });
         return true;
       });
     } else if (stages_[s].kind == StageKind::LightPaths) {
@@ -145,34 +193,6 @@ bool Frame::pass(int first, int last) {
   }
   if (lightPathsPerSample_ && !stopped) in_.film->addSplatPasses(last - first);
   return !stopped;
-}
-
-void Frame::cameraBucket(Worker& w, const Bucket& b, int first, int last, uint32_t stage) {
-  const auto& win = in_.world->camera().window;
-  uint32_t n = 0;
-  shade::GroupState& s = w.state();
-  w.begin(in_.groupSize, StageKind::CameraPaths);
-  for (int sample = first; sample < last; ++sample)
-    for (int by = 0; by < kBucket; by += kBlock)
-      for (int bx = 0; bx < kBucket; bx += kBlock) {
-        const int x0 = b.x + bx, y0 = b.y + by;
-        // a block that touches the window is traced whole: its packet must not depend on the crop
-        if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
-        for (int k = 0; k < kBlock * kBlock; ++k) {
-          const int x = x0 + k % kBlock, y = y0 + k / kBlock;
-          s.pixelX()[n] = x;
-          s.pixelY()[n] = y;
-          s.indices()[n] = uint32_t(sample);
-          s.seeds()[n] = pixelSeed(x, y, in_.seed);
-          ++n;
-        }
-        if (n == in_.groupSize) {
-          runGroup(w, n, stage);
-          w.begin(in_.groupSize, StageKind::CameraPaths);
-          n = 0;
-        }
-      }
-  if (n) runGroup(w, n, stage);
 }
 
 void Frame::cameraRays(Worker& w, uint32_t n) {
@@ -241,7 +261,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
   s.group().rayWeight = weight;
 }
 
-void Frame::runGroup(Worker& w, uint32_t count, uint32_t stage) {
+void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
   shade::GroupState& s = w.state();
   s.group().count = count;
   s.group().padded = padded(count);
@@ -250,7 +270,15 @@ void Frame::runGroup(Worker& w, uint32_t count, uint32_t stage) {
   cameraRays(w, count);
   const uint64_t t1 = now();
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
-  const uint64_t t2 = now();
+  times[0] += t1 - t0;
+  times[1] += now() - t1;
+  ++times[3];
+}
+
+// Records become pixels.
+void Frame::retire(Worker& w, uint32_t count) {
+  shade::GroupState& s = w.state();
+  const uint64_t start = now();
   film::SampleSpan span;
   span.n = int(count);
   span.x = s.pixelX();
@@ -259,11 +287,7 @@ void Frame::runGroup(Worker& w, uint32_t count, uint32_t stage) {
   span.weight = s.weights();
   span.values = w.records();
   in_.film->addSamples(span);
-  const uint64_t t3 = now();
-  times[0] += t1 - t0;
-  times[1] += t2 - t1;
-  times[2] += t3 - t2;
-  ++times[3];
+  times_->byWorker[w.index][2] += now() - start;
 }
 
 void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage) {

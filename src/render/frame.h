@@ -7,6 +7,7 @@
 
 #include "film/film.h"
 #include "film/pixel_filter.h"
+#include "render/hider.h"
 #include "render/services.h"
 
 namespace kinora::render {
@@ -19,6 +20,7 @@ struct FrameInput {
   const RecordPlan* plan;
   const film::PixelFilter* filter;
   film::Film* film;
+  const Hider* hider = nullptr;           // null: the loop over rays
   uint32_t seed = 0;
   int firstSample = 0, lastSample = 64;   // half open
   int threads = 1;
@@ -26,6 +28,7 @@ struct FrameInput {
   std::string bucketOrder = "horizontal";
   bool jitter = true;
   std::atomic<bool>* stop = nullptr;
+  shade::RayListener* rayListener = nullptr;
 };
 
 // Workers live as long as the frame, so that arenas stay warm from pass to pass.
@@ -43,8 +46,9 @@ class Frame {
 
  private:
   struct Bucket { int x, y; };
-  void cameraBucket(Worker& w, const Bucket& b, int first, int last, uint32_t stage);
-  void runGroup(Worker& w, uint32_t count, uint32_t stage);
+  class RayLoop;
+  void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
+  void retire(Worker& w, uint32_t count);
   void cameraRays(Worker& w, uint32_t count);
   void lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage);
   FrameInput in_;
@@ -52,6 +56,8 @@ class Frame {
   std::vector<Stage> stages_;
   std::vector<Bucket> buckets_;
   std::vector<std::unique_ptr<Worker>> workers_;
+  std::unique_ptr<Hider> rayLoop_;
+  const Hider* hider_;
   uint64_t lightPathsPerSample_ = 0;
   struct Times;
   std::unique_ptr<Times> times_;

@@ -84,6 +84,7 @@ struct Renderer::Impl {
   std::unique_ptr<Frame> frame;
   Instance integrator;
   int threads = 1, firstSample = 0, lastSample = 64, samplesDone = 0;
+  const Hider* hider = nullptr;
   std::string hash;
   Clock::time_point loadedAt;
   std::vector<std::unique_ptr<scene::Node>> overridden;
@@ -194,7 +195,10 @@ struct Renderer::Impl {
 
   bool makeIntegrator() {
     const scene::Node* node = scene.integrator.get();
-    const std::string name = node ? node->plugin : "PxrPathTracer";
+    // a scene that names neither an integrator nor a light is looked at with a headlight
+    const bool dark = scene.lights.empty() && scene.classicLights.empty() &&
+                      std::all_of(scene.prototypes.begin(), scene.prototypes.end(), [](const scene::Prototype& p) { return p.lights.empty(); });
+    const std::string name = node ? node->plugin : dark ? "PxrDefault" : "PxrPathTracer";
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", node->pos, "no integrator '" + name + "'", "PxrPathTracer stands in");
@@ -328,6 +332,7 @@ struct Renderer::Impl {
     in.plan = &record;
     in.filter = &filter;
     in.film = film.get();
+    in.hider = hider;
     in.seed = settings.seed;
     in.firstSample = firstSample;
     in.lastSample = lastSample;
@@ -336,7 +341,18 @@ struct Renderer::Impl {
     in.bucketOrder = !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = !scene.hider || scene.hider->params.getInt("jitter", 1) != 0;
     in.stop = settings.stop;
+    in.rayListener = settings.rayListener;
     frame = std::make_unique<Frame>(in);
+  }
+
+  bool build() {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    try {
+      return prepare() && makeFilm() && builder.buildWorld(scene, *paths, stats);
+    } catch (const std::bad_alloc&) {
+      diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to build the scene", "nothing is rendered");
+      return false;
+    }
   }
 
   Outcome run(bool write, const std::function<void(const Progress&)>& progress);
@@ -351,13 +367,7 @@ bool Renderer::load(scene::Scene scene) {
   const auto start = Clock::now();
   m.stats = Statistics();
   m.scene = std::move(scene);
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(m.threads));
-  try {
-    if (!m.prepare() || !m.makeFilm() || !m.builder.buildWorld(m.scene, *m.paths, m.stats)) return false;
-  } catch (const std::bad_alloc&) {
-    m.diagnostics.error("RENDER-MEMORY", m.scene.pos, "not enough memory to build the scene", "nothing is rendered");
-    return false;
-  }
+  if (!m.build()) return false;
   m.stats.loadSeconds = since(start);
   m.loadedAt = Clock::now();
   return true;
@@ -368,8 +378,7 @@ scene::Scene& Renderer::scene() { return impl_->scene; }
 bool Renderer::update() {
   Impl& m = *impl_;
   m.frame.reset();
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(m.threads));
-  if (!m.prepare() || !m.makeFilm() || !m.builder.buildWorld(m.scene, *m.paths, m.stats)) return false;
+  if (!m.build()) return false;
   m.loadedAt = Clock::now();
   return true;
 }
@@ -451,6 +460,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
 Outcome Renderer::render(const std::function<void(const Progress&)>& progress) { return impl_->run(true, progress); }
 Outcome Renderer::renderFilm(const std::function<void(const Progress&)>& progress) { return impl_->run(false, progress); }
 film::Film& Renderer::film() { return *impl_->film; }
+void Renderer::setHider(const Hider* hider) { impl_->hider = hider; }
 const Statistics& Renderer::statistics() const { return impl_->stats; }
 
 bool Renderer::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {

@@ -16,7 +16,10 @@
 namespace kinora {
 class Registry;
 namespace film { class Film; }
+namespace shade { class RayListener; }
 namespace render {
+
+class Hider;
 
 // What the command line (or a test) sets on top of the scene.
 struct Settings {
@@ -36,6 +39,7 @@ struct Settings {
   std::vector<std::string> texturePath;              // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
   double snapshotSeconds = 60;                       // 0: never
+  shade::RayListener* rayListener = nullptr;         // for measurements
   std::atomic<bool>* stop = nullptr;                 // set by a signal: finish running buckets, then return
 };
 
@@ -63,6 +67,8 @@ class Renderer {
   // Renders into the film without writing displays (tests, bench, shards).
   Outcome renderFilm(const std::function<void(const Progress&)>& progress = {});
   film::Film& film();
+  // Fills the samples of later renders instead of the loop over rays (null: that loop). It outlives them.
+  void setHider(const Hider* hider);
   // Replays one sample at width 1; `print` gets one line for each event of its path. False: no such pixel.
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   const Statistics& statistics() const;

@@ -42,7 +42,9 @@ std::shared_ptr<scene::Node> makeNode(const scene::Node& from, const char* plugi
 // PxrStdAreaLight and its kin: the geometry says the shape. Rectangles and disks shone along -Z then.
 bool fromClassic(const scene::Light& l, scene::Light& out) {
   const std::string plugin = lowerCase(l.node->plugin);
-  if (plugin != "pxrstdarealight" && plugin != "pxrstdenvmaplight" && plugin != "pxrstdenvdaylight") return false;
+  if (plugin != "pxrstdarealight" && plugin != "pxrstdenvmaplight" && plugin != "pxrstdenvdaylight" &&
+      plugin != "pxrenvdaylight")
+    return false;
   std::string shape = lowerCase(l.node->params.getString("rman__Shape", ""));
   if (l.geometry)
     if (const auto* other = std::get_if<scene::OtherPrimitive>(&l.geometry->shape))
@@ -56,6 +58,7 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
   const auto has = [&](const char* word) { return shape.find(word) != std::string::npos; };
   if (plugin != "pxrstdarealight" || has("env")) {
     auto n = makeNode(*l.node, "PxrDomeLight");
+    rename(*n, *l.node, "rman__EmissionMap", "lightColorMap");
     rename(*n, *l.node, "rman__EnvMap", "lightColorMap");
     rename(*n, *l.node, "envTint", "lightColor");
     rename(*n, *l.node, "skyTint", "lightColor");
@@ -70,7 +73,10 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
     out.node = makeNode(*l.node, "PxrDistantLight");
   } else {
     out.node = makeNode(*l.node, "PxrRectLight");
-    const double s = has("disk") ? std::sqrt(3.14159265358979) / 2 : 1;   // a square of the disk's area
+    double s = has("disk") ? std::sqrt(3.14159265358979) / 2 : 1;   // a square of the disk's area
+    if (l.geometry)
+      if (const auto* q = std::get_if<scene::Quadric>(&l.geometry->shape); q && q->kind == scene::Quadric::Kind::Disk)
+        s = std::sqrt(3.14159265358979) * q->args[1];
     out.toWorld = scaled(out.toWorld, s, s, -1);
   }
   return true;
@@ -78,7 +84,8 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
 
 }  // namespace
 
-std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics) {
+std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
+                                         std::set<uint32_t>& shapes) {
   std::vector<scene::Light> all = scene.lights;
   // lights inside prototypes shine from every instance, with the instance's attributes
   constexpr size_t kMost = 1'000'000;
@@ -96,6 +103,7 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
   for (const scene::Light& l : scene.classicLights) {
     scene::Light out;
     if (!l.node || !fromClassic(l, out)) continue;
+    if (l.geometry) shapes.insert(l.geometry->id);
     diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is of an old kind",
                         out.node->plugin + " stands in");
     all.push_back(std::move(out));

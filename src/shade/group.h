@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "sampling/draw.h"
 #include "shade/material.h"
+#include "shade/ray_listener.h"
 #include "trace/world.h"
 
 namespace kinora::shade {
@@ -95,6 +96,7 @@ class GroupState {
   // The services, see kinora/integrator.h.
   void trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
   uint32_t shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
+  Context* pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
@@ -103,6 +105,7 @@ class GroupState {
   void restorePaths(const void* kept);
 
   GroupCounters counters;
+  RayListener* listener = nullptr;
   std::function<void(const std::string&)> print;   // set while one sample is replayed: events go here
   // Called with each first-hit context, so that render/ can write surface channels.
   std::function<void(const Context*)> onPrimary;

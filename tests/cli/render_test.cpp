@@ -209,6 +209,36 @@ TEST(Render, SigtermLeavesNoPart) {
   EXPECT_FALSE(w.has("part.exr")) << "a part that lacks samples would be merged as if it were whole";
 }
 
+// The scenes that documentation promises to work: that of the README as it stands there, and the gallery.
+TEST(Render, SceneOfTheReadmeRendersWithoutAWord) {
+  std::ifstream stream(KINORA_SOURCE_DIR "/README.md");
+  std::stringstream text;
+  text << stream.rdbuf();
+  const std::string readme = text.str(), opening = "```rib\n";
+  const size_t begin = readme.find(opening);
+  ASSERT_NE(begin, std::string::npos);
+  const size_t end = readme.find("```", begin + opening.size());
+  Workplace w;
+  w.write("ball.rib", readme.substr(begin + opening.size(), end - begin - opening.size()));
+  const Result r = w.run({"ball.rib", "--spp", "1", "--res", "64x36", "--progress", "none", "-q", "--strict"});
+  EXPECT_EQ(r.exitCode, 0);
+  EXPECT_EQ(r.err, "");
+  EXPECT_TRUE(w.has("ball.exr"));
+  EXPECT_TRUE(w.has("ball.png"));
+}
+
+TEST(Render, GalleryRendersWithoutAWord) {
+  for (const char* scene : {"cornell", "materials", "field"}) {
+    Workplace w;
+    const std::string file = std::string(KINORA_SOURCE_DIR "/scenes/") + scene + ".rib";
+    const Result r = w.run({file, "--spp", "1", "--res", "64x36", "--progress", "none", "-q", "--strict"});
+    EXPECT_EQ(r.exitCode, 0) << scene;
+    EXPECT_EQ(r.err, "") << scene;
+    EXPECT_TRUE(w.has(std::string(scene) + ".exr")) << scene;
+    EXPECT_TRUE(w.has(std::string(scene) + ".png")) << scene;
+  }
+}
+
 TEST(Commands, HelpAndVersionWorkEverywhere) {
   Workplace w;
   EXPECT_EQ(w.run({"--help"}).exitCode, 0);

@@ -41,7 +41,8 @@ using namespace pxrRectLight;
 // The spherical rectangle seen from a point: names follow the paper, z0 < 0.
 template <int W>
 struct SphericalRectangle {
-  Float<W> x0, x1, y0, y1, z0, b0, b1, k, solidAngle;
+  Float<W> x0, x1, y0, y1, z0, solidAngle;
+  Float<W> k;  // less pi
   Mask<W> front, byArea;
   KN_INLINE SphericalRectangle(const Data& light, Vec3<W> P) {
     using F = Float<W>;
@@ -55,31 +56,50 @@ struct SphericalRectangle {
     y1 = -py + F(light.halfY);
     byArea = Mask<W>(true);
     if (!light.isRectangle) return;
-    const F z2 = max(z0 * z0, F(1e-30f));
-    const F n0 = -y0 / sqrt(fma(y0, y0, z2)), n1 = x1 / sqrt(fma(x1, x1, z2));
-    const F n2 = y1 / sqrt(fma(y1, y1, z2)), n3 = -x0 / sqrt(fma(x0, x0, z2));
-    const F g0 = acos(-(n0 * n1)), g1 = acos(-(n1 * n2)), g2 = acos(-(n2 * n3)), g3 = acos(-(n3 * n0));
-    b0 = n0;
-    b1 = n2;
-    k = F(kTwoPi) - g2 - g3;
-    solidAngle = g0 + g1 - k;
+    // The paper's four angles are pi/2 plus or minus atan(x y / (|z| r)) at the corners, r their distances. Arc
+    // cosines of the edges' normals, as it has them, lose half their digits near the rectangle's plane.
+    const F z2 = max(z0 * z0, F(1e-30f)), z = sqrt(z2);
+    const F a00 = cornerAngle(x0, y0, z, z2), a10 = cornerAngle(x1, y0, z, z2);
+    const F a01 = cornerAngle(x0, y1, z, z2), a11 = cornerAngle(x1, y1, z, z2);
+    k = a01 - a00;
+    solidAngle = (a11 - a10) - (a01 - a00);
     byArea = !(solidAngle >= F(kLeastSolidAngle));
   }
-  // Point of the rectangle's plane, relative to P in the rectangle's frame (z is z0).
+  static KN_INLINE Float<W> cornerAngle(Float<W> x, Float<W> y, Float<W> z, Float<W> z2) {
+    return atan(x * y / (z * sqrt(fma(x, x, fma(y, y, z2)))));
+  }
+  // h(y) = y / sqrt(y^2 + d^2) at both ends, as 1 + h0, 1 - h1 and h1 - h0, each without the loss of digits of their
+  // differences where d is small beside y.
+  static KN_INLINE void ends(Float<W> y0, Float<W> y1, Float<W> d2, Float<W>& above0, Float<W>& below1,
+                             Float<W>& range) {
+    using F = Float<W>;
+    const F zero(0.f), one(1.f), l0 = sqrt(max(fma(y0, y0, d2), F(1e-30f))),
+                                 l1 = sqrt(max(fma(y1, y1, d2), F(1e-30f)));
+    const F c0 = d2 / max(l0 * (l0 + abs(y0)), F(1e-37f)), c1 = d2 / max(l1 * (l1 + abs(y1)), F(1e-37f));  // 1 - |h|
+    above0 = select(y0 < zero, c0, one + y0 / l0);
+    below1 = select(y1 > zero, c1, one - y1 / l1);
+    range = select(y0 > zero, c0 - c1, select(y1 < zero, c1 - c0, y1 / l1 - y0 / l0));
+  }
+  // Point of the rectangle's plane, relative to P in the rectangle's frame (z is z0). The paper's formulas, written
+  // in the angle less pi and in complements to 1, which keep their digits near the plane.
   KN_INLINE void sample(Float<W> u, Float<W> v, Float<W>& x, Float<W>& y) const {
     using F = Float<W>;
-    F sine, cosine;
-    sincos(fma(u, solidAngle, k), sine, cosine);
-    const F tiny(1e-12f);
+    const F z2 = max(z0 * z0, F(1e-30f)), tiny(1e-20f);
+    F s, c, above0, below1, range;
+    sincos(F(0.5f) * fma(u, solidAngle, k), s, c);
+    ends(y0, y1, z2, above0, below1, range);
+    // fu = (cos a b0 - b1) / sin a with a = phi + pi, b0 = -h0, b1 = h1
+    const F l0 = max(fma(y0, y0, z2), F(1e-30f)), b0 = -y0 / sqrt(l0);
+    F sine = F(2.f) * s * c;
     sine = select(abs(sine) > tiny, sine, copySign(tiny, sine));
-    const F fu = fms(cosine, b0, b1) / sine;
-    F cu = copySign(F(1.f), fu) / sqrt(max(fma(fu, fu, b0 * b0), F(1e-30f)));
-    cu = clamp(cu, F(-1.f), F(1.f));
-    x = clamp(-(cu * z0) / sqrt(max(fnma(cu, cu, F(1.f)), F(1e-14f))), x0, x1);
-    const F d2 = fma(x, x, z0 * z0);
-    const F h0 = y0 / sqrt(max(fma(y0, y0, d2), F(1e-30f))), h1 = y1 / sqrt(max(fma(y1, y1, d2), F(1e-30f)));
-    const F h = lerp(h0, h1, v), h2 = h * h;
-    y = clamp(h * sqrt(d2) / sqrt(max(F(1.f) - h2, F(1e-14f))), y0, y1);
+    const F fu = fnma(b0 * F(2.f), s * s, range) / sine;
+    x = copySign(sqrt(z2 / max(fms(fu, fu, z2 / l0), tiny)), fu);
+    x = clamp(x, x0, x1);
+    const F d2 = fma(x, x, z2);
+    ends(y0, y1, d2, above0, below1, range);
+    const F fromLow = fma(v, range, above0), fromHigh = fma(F(1.f) - v, range, below1);  // 1 + h, 1 - h
+    const F h = select(fromLow < fromHigh, fromLow - F(1.f), F(1.f) - fromHigh);
+    y = clamp(h * sqrt(d2 / max(fromLow * fromHigh, F(1e-30f))), y0, y1);
   }
 };
 

@@ -60,9 +60,23 @@ TEST(PxrRectLight, SamplesAgreeWithLookingAndTheClosedForm) {
 TEST(PxrRectLight, SamplesAreEvenInSolidAngle) {
   const double sx = 2, sy = 0.5;
   TestLight light(kName, {}, scaleMove(sx, sy, 1, {0, 0, 0}));
-  const Vec points[] = {{0, 0, 0.02},    {0.3, 0.2, 0.5}, {1.2, 0.1, 0.01}, {0.99, 0.24, 0.1},
-                        {3, 1, 0.4},     {-1.5, 2, 0.9},  {0, 0, 4},        {2, 0, 3},
-                        {1.5, 0.9, 0.3}, {4, 4, 0.05},    {0, 1, 1.2},      {10, 1, 30}};
+  const Vec points[] = {{0, 0, 0.02},
+                        {0.3, 0.2, 0.5},
+                        {1.2, 0.1, 0.01},
+                        {0.99, 0.24, 0.1},
+                        {3, 1, 0.4},
+                        {-1.5, 2, 0.9},
+                        {0, 0, 4},
+                        {2, 0, 3},
+                        {1.5, 0.9, 0.3},
+                        {4, 4, 0.05},
+                        {0, 1, 1.2},
+                        {10, 1, 30},
+                        {1.1781, 2.3028, 1.3659},
+                        {-1.8, 1.5, 0.9},
+                        {-1.3, -1.8, 1.1},
+                        {0.2, -0.252, 0.0003},
+                        {1.001, 0.1, 0.0005}};
   constexpr int kCells = 16;
   for (const Vec& p : points) {
     Rays r(1 << 18);
@@ -107,6 +121,39 @@ TEST(PxrRectLight, SamplesAreEvenInSolidAngle) {
     EXPECT_LT(chi, 255 + 6 * 23) << p[0] << ' ' << p[1] << ' ' << p[2]
                                  << (bySolidAngle ? " by solid angle" : " by area");
   }
+}
+
+// The density by solid angle in double precision, for points of all heights over and beside the square.
+TEST(PxrRectLight, DensityBySolidAngleIsAccurate) {
+  TestLight light(kName, {});
+  Rays r(1 << 16);
+  std::mt19937 random(1);
+  std::normal_distribution<double> g;
+  std::uniform_real_distribution<double> u(0, 1);
+  for (uint32_t i = 0; i < r.n; ++i) {
+    const double spread = 0.01 * std::pow(500, u(random));
+    r.a[0][i] = float(g(random) * spread);
+    r.a[1][i] = float(g(random) * spread);
+    r.a[2][i] = float(1e-4 * std::pow(5e4, u(random)));
+    r.a[3][i] = float(u(random) * 0.999);
+    r.a[4][i] = float(u(random) * 0.999);
+  }
+  light.sample(r);
+  double worst = 0;
+  uint32_t at = 0, count = 0;
+  for (uint32_t i = 0; i < r.n; ++i) {
+    const double x = r.a[0][i], y = r.a[1][i], z = r.a[2][i];
+    const auto corner = [&](double cx, double cy) {
+      return std::atan((cx - x) * (cy - y) / (z * std::sqrt((cx - x) * (cx - x) + (cy - y) * (cy - y) + z * z)));
+    };
+    const double whole = corner(0.5, 0.5) - corner(-0.5, 0.5) - corner(0.5, -0.5) + corner(-0.5, -0.5);
+    if (whole < 0.0501) continue;  // by area below that
+    ++count;
+    const double off = std::fabs(whole * r.a[12][i] - 1);
+    if (off > worst) worst = off, at = i;
+  }
+  EXPECT_GT(count, r.n / 2);
+  EXPECT_LT(worst, 2e-4) << r.a[0][at] << ' ' << r.a[1][at] << ' ' << r.a[2][at];
 }
 
 TEST(PxrRectLight, DensitiesAgree) {

@@ -1,0 +1,45 @@
+// Bare Embree on recorded rays: the same triangles in a scene of its own, the same device string and kind of BVH, and for
+// each kind of ray (camera, indirect by depth, shadow by depth) the fastest of Embree's calls. It shades nothing.
+#pragma once
+#include <embree3/rtcore.h>
+
+#include <array>
+#include <map>
+#include <string>
+
+#include "recorded_rays.h"
+#include "scenes.h"
+
+namespace kinora::bench {
+
+enum class Call { One, Four, Eight, Sixteen, StreamOfRays, StreamOfArrays, Count };
+const char* nameOf(Call call);
+
+class BareEmbree {
+ public:
+  explicit BareEmbree(const TriangleMesh& mesh);
+  ~BareEmbree();
+  BareEmbree(const BareEmbree&) = delete;
+  // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one of the least median.
+  void chooseCalls(const RecordedRays& rays, int rounds);
+  // Seconds by the calls chosen. Timed for each batch on its own, the batch in the cache as it is in a renderer's group:
+  // SoA calls pack their rays from arrays and copy hits back; single rays and streams of rays find theirs packed.
+  double replay(const RecordedRays& rays);
+  // Of the last replay.
+  uint64_t hits(bool shadow) const { return hits_[shadow]; }
+  std::string choice() const;   // "camera: 16, indirect 1: 1, ..."
+
+ private:
+  using Kind = std::pair<bool, uint32_t>;   // shadow, depth
+  double trace(const RecordedRays& rays, const RayBatch& batch, Call call);
+  RTCDevice device_;
+  RTCScene scene_;
+  std::vector<float> points_;
+  std::vector<uint32_t> indices_;
+  std::map<Kind, Call> choice_;
+  uint64_t hits_[2] = {0, 0};
+  struct Buffers;
+  Buffers* buffers_;
+};
+
+}  // namespace kinora::bench

@@ -1,0 +1,87 @@
+// The program kinora-bench: runs one family of measurements and prints and writes its figures (docs/performance.md says
+// what they have been).
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <utility>
+
+#include "core.h"
+#include "simd/dispatch.h"
+
+namespace {
+
+using namespace kinora::bench;
+
+struct Group {
+  const char* name;
+  void (*run)(const Options&, Figures&);
+  const char* meaning;
+};
+constexpr Group kCore[] = {
+    {"surface", &measureSurface,
+     "surface_width_gain, width1_vs_scalar, ns_surface_width_*: PxrSurface at width 1 against the best width, and against "
+     "plain scalar code of the same formulas"},
+    {"tracing", &measureTracing,
+     "trace_vs_embree_*, frame_vs_embree_*, rays_per_sample_*, ns_*: a render's trace stages and its whole frame against "
+     "bare Embree on the same rays with the best call for each kind; time_growth_*: time a sample from small to large "
+     "meshes, over bare Embree's growth"},
+    {"frames", &measureFrames,
+     "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one thread "
+     "against two"},
+    {"memory", &measureMemory, "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
+    {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},
+    {"first_pixel", &measureFirstPixel, "first_pixel_seconds: from a scene loaded to its first pixels in the file"},
+};
+
+int list() {
+  std::puts("core: the path tracing loop (ratios within one run, repetitions in turn, medians with least and most)");
+  for (const Group& g : kCore) std::printf("  %-12s %s\n", g.name, g.meaning);
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+  if (!kinora::cpuHasAvx2()) {
+    std::fputs("kinora-bench: error APP-CPU: this CPU lacks AVX2, FMA, BMI2 or F16C; stopped\n", stderr);
+    return 9;
+  }
+  CLI::App app{"Measures Kinora. NAME is a family; `kinora-bench list` says what each measures and against what."};
+  std::string name, json;
+  Options options;
+  app.add_option("NAME", name, "a family (core), or list")->required();
+  app.add_option("--json", json, "write the figures here as flat JSON");
+  app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
+  app.add_option("--only", options.filter, "only this group of the family's measures");
+  app.add_flag("--quick", options.quick, "tiny sizes: tests the program, measures nothing");
+  app.add_flag("--full", options.full, "with 10 million triangles: more time, 4 GB of memory");
+  try {
+    app.parse(count, values);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) ? 2 : 0;
+  }
+  if (name == "list") return list();
+  if (name != "core") {
+    std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n", name.c_str());
+    return 2;
+  }
+  Figures figures;
+  bool ran = false;
+  kinora::setThreadFloatMode();
+  for (const Group& g : kCore) {
+    if (!options.filter.empty() && options.filter != g.name) continue;
+    std::printf("%s\n", g.name);
+    g.run(options, figures);
+    ran = true;
+  }
+  if (!ran) {
+    std::fprintf(stderr, "kinora-bench: error CLI-NAME: no group '%s'; nothing was run; try `kinora-bench list`\n", options.filter.c_str());
+    return 2;
+  }
+  figures.print();
+  if (!json.empty() && !figures.writeJson(json)) {
+    std::fprintf(stderr, "kinora-bench: error BENCH-WRITE: '%s' cannot be written\n", json.c_str());
+    return 6;
+  }
+  return 0;
+}

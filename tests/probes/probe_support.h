@@ -1,0 +1,120 @@
+// What the probes share: scenes from RIB text, renders into a film, statistics over renders with several seeds. Used
+// by tests/probes only; it judges nothing itself.
+#pragma once
+#include <gtest/gtest.h>
+#include <kinora/testing/statistics.h>
+
+#include <cmath>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "plugin/registry.h"
+#include "render/renderer.h"
+#include "rib/reader.h"
+
+namespace kinora::probes {
+
+inline scene::Scene readScene(rib::RibReader& reader, scene::Scene& out) {
+  reader.finish();
+  EXPECT_EQ(reader.worlds(), 1u);
+  return std::move(out);
+}
+inline scene::Scene sceneOf(const std::string& text, Diagnostics& messages) {
+  scene::Scene out;
+  rib::RibReader reader(messages, {}, [&](scene::Scene&& s) { out = std::move(s); });
+  EXPECT_TRUE(reader.readString("probe.rib", text));
+  return readScene(reader, out);
+}
+inline scene::Scene sceneOfFile(const std::string& file, Diagnostics& messages) {
+  scene::Scene out;
+  rib::RibReader reader(messages, {}, [&](scene::Scene&& s) { out = std::move(s); });
+  EXPECT_TRUE(reader.readFile(file));
+  return readScene(reader, out);
+}
+
+// A registry with the test's own integrators, messages that a failing test shows, and renderers over both.
+class Workshop {
+ public:
+  Workshop(std::initializer_list<const Descriptor*> plugins = {}) {
+    for (const Descriptor* d : plugins) registry.add(*d);
+  }
+  Registry registry;
+  std::string said;
+  Diagnostics messages{[this](const std::string& line, Severity) { said += line + "\n"; }};
+
+  std::unique_ptr<render::Renderer> load(scene::Scene scene, const render::Settings& settings) {
+    auto r = std::make_unique<render::Renderer>(registry, messages, settings);
+    EXPECT_TRUE(r->load(std::move(scene))) << said;
+    return r;
+  }
+};
+
+inline image::Image pictureOf(render::Renderer& r, const char* channel = "Ci") {
+  EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);
+  const int index = r.film().layout().find(channel);
+  EXPECT_GE(index, 0) << channel;
+  return r.film().resolve(index);
+}
+
+// All integers of the film: equal pictures in the strictest sense.
+inline std::vector<int64_t> stateOf(const film::Film& f) {
+  std::vector<int64_t> all;
+  for (int y = f.window().y0; y < f.window().y1; ++y)
+    for (int x = f.window().x0; x < f.window().x1; ++x)
+      all.insert(all.end(), f.pixel(x, y), f.pixel(x, y) + f.slots());
+  return all;
+}
+
+// Moments over renders of the mean of each tile of size x size pixels, all colours added.
+struct TileMoments {
+  std::vector<testing::Moments> tiles;
+  int columns = 0;
+  void add(const image::Image& img, int width, int height, int size) {
+    columns = (width + size - 1) / size;
+    tiles.resize(size_t(columns) * size_t((height + size - 1) / size));
+    std::vector<double> sum(tiles.size(), 0);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        for (int k = 0; k < 3; ++k) sum[size_t(y / size) * size_t(columns) + size_t(x / size)] += img.at(x, y)[k];
+    for (size_t i = 0; i < tiles.size(); ++i) tiles[i].add(sum[i] / (3.0 * size * size));
+  }
+  double mean() const {
+    double s = 0;
+    for (const auto& t : tiles) s += t.mean();
+    return s / double(tiles.size());
+  }
+};
+
+struct TileTest {
+  double least = 1, level = 0;  // smallest p of the tiles; what it must reach
+  double worstZ = 0;
+  double meanError = 0;  // relative standard error of a tile, on average: how sharp the test is
+  bool agrees() const { return least >= level; }
+};
+
+// Welch's test tile by tile, Sidak's level over all tiles. t becomes a normal deviate by Wallace's approximation.
+inline TileTest compareTiles(const TileMoments& a, const TileMoments& b, double level = 0.001) {
+  TileTest r;
+  r.level = testing::sidakLevel(level, a.tiles.size());
+  for (size_t i = 0; i < a.tiles.size(); ++i) {
+    const double va = std::pow(a.tiles[i].standardError(), 2), vb = std::pow(b.tiles[i].standardError(), 2);
+    const double difference = a.tiles[i].mean() - b.tiles[i].mean();
+    if (!(va + vb > 0)) {
+      if (difference != 0) r.least = 0;
+      continue;
+    }
+    const double t = difference / std::sqrt(va + vb);
+    const double freedom =
+        (va + vb) * (va + vb) / (va * va / double(a.tiles[i].count() - 1) + vb * vb / double(b.tiles[i].count() - 1));
+    const double z = std::sqrt(freedom * std::log1p(t * t / freedom)) * (1 - 2 / (8 * freedom + 1));
+    r.least = std::min(r.least, testing::normalTail(z));
+    r.worstZ = std::max(r.worstZ, z);
+    r.meanError += std::sqrt(va + vb) / std::max(1e-9, std::fabs(b.tiles[i].mean())) / double(a.tiles.size());
+  }
+  return r;
+}
+
+}  // namespace kinora::probes
