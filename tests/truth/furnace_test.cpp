@@ -131,19 +131,28 @@ TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
   EXPECT_GT(checked, 60);
 }
 
-// Mean of colour over alpha: 1 where the sphere is not to be seen.
+// Very rough glass of a high index throws paths about inside for long: some settings need many samples to be judged.
 void expectVanished(const std::string& rib, const Setting& s, const char* where) {
   RenderRequest r;
   r.rib = rib;
-  SceneRender render(r);
-  ASSERT_TRUE(render.ok()) << nameOf(s);
-  const image::Image picture = render.channel("Ci");
-  for (int c = 0; c < 3; ++c) {
-    const testing::Moments m = overPixels(picture, c);
-    if (std::abs(m.mean() - 1) > 0.01 || m.standardError() > 0.003)
-      ADD_FAILURE() << nameOf(s) << ' ' << where << ": " << m.mean() << " instead of 1, standard error " << m.standardError()
-                    << "; picture: " << SceneRender::keep(picture, "furnace");
+  testing::Moments m[3];
+  image::Image picture;
+  for (uint32_t seed = 1; seed <= 24; ++seed) {
+    r.settings.seed = seed;
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok()) << nameOf(s);
+    picture = render.channel("Ci");
+    double worst = 0;
+    for (int c = 0; c < 3; ++c) {
+      for (size_t i = size_t(c); i < picture.pixels.size(); i += 3) m[c].add(picture.pixels[i]);
+      worst = std::max(worst, m[c].standardError());
+    }
+    if (worst <= 0.003) break;
   }
+  for (int c = 0; c < 3; ++c)
+    if (std::abs(m[c].mean() - 1) > 0.01 || m[c].standardError() > 0.005)
+      ADD_FAILURE() << nameOf(s) << ' ' << where << ": " << m[c].mean() << " instead of 1, standard error "
+                    << m[c].standardError() << "; picture: " << SceneRender::keep(picture, "furnace");
 }
 
 const char* const kSphere = "AttributeBegin Translate 0 0 5 Sphere 1 -1 1 360 AttributeEnd\n";
@@ -167,6 +176,27 @@ TEST(Furnace, LosslessSpheresVanishInsideAGlowingShell) {
                          "Translate 0 0 5 Sphere 20 -20 20 360 AttributeEnd\n" +
                          bxdfRib(s) + kSphere + "WorldEnd\n",
                      s, "inside a shell");
+}
+
+// Glass in glass: one ball within another, two that overlap, by priority and without; rough and smooth. Nothing is lost.
+TEST(Furnace, NestedGlassVanishes) {
+  for (const char* roughness : {"0", "0.3"})
+    for (const auto& [inner, priority] : {std::pair{"Translate 0 0 5 Sphere 0.6 -0.6 0.6 360", 2}, std::pair{"Translate 0 0 5 Sphere 0.6 -0.6 0.6 360", 0},
+                                          std::pair{"Translate 0.7 0 5 Sphere 0.8 -0.8 0.8 360", 2}, std::pair{"Translate 0.7 0 5 Sphere 0.8 -0.8 0.8 360", -1}}) {
+      const std::string glass = "Bxdf \"PxrSurface\" \"g\" \"float diffuseGain\" [0] \"float refractionGain\" [1] \"float reflectionGain\" [1] "
+                                "\"float glassRoughness\" [" + std::string(roughness) + "] \"float glassIor\" ";
+      RenderRequest r;
+      r.rib = orthographic(32, 0.6, 64) + unbiased(64) + "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + glass +
+              "[1.5]\n" + kSphere + "AttributeBegin Attribute \"trace\" \"int intersectpriority\" [" + std::to_string(priority) + "]\n" +
+              glass + "[1.33]\n" + inner + "\nAttributeEnd\nWorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      const image::Image picture = render.channel("Ci");
+      const auto m = overPixels(picture);
+      EXPECT_NEAR(m.mean(), 1, 0.01) << inner << " priority " << priority << " roughness " << roughness << ", standard error "
+                                     << m.standardError() << "; picture: " << SceneRender::keep(picture, "nested");
+      EXPECT_LT(m.standardError(), 0.004);
+    }
 }
 
 // The camera inside a closed diffuse shell that glows: radiance is e / (1 - albedo) everywhere.

@@ -43,7 +43,7 @@ TEST(Roads, RectangularLightIsAGlowingPolygon) {
               "Light \"PxrRectLight\" \"l\" \"float intensity\" [5] AttributeEnd\n" + kFloorAndBall + "WorldEnd\n";
   polygon.rib = head(256) + unbiased(3) + "WorldBegin\n" + kFloorAndBall +
                 "AttributeBegin Sides 1\nBxdf \"PxrSurface\" \"glow\" \"float diffuseGain\" [0] \"float glowGain\" [5] \"color glowColor\" [1 1 1]\n"
-                "Polygon \"vertex point P\" [-0.5 2 -0.5  -0.5 2 0.5  0.5 2 0.5  0.5 2 -0.5]\nAttributeEnd\nWorldEnd\n";
+                "Polygon \"vertex point P\" [-0.5 2 -0.5  0.5 2 -0.5  0.5 2 0.5  -0.5 2 0.5]\nAttributeEnd\nWorldEnd\n";
   const auto one = overSeeds(light, 8), other = overSeeds(polygon, 12);
   EXPECT_SAME_MEAN(one, other, 0.01);
   if (::testing::Test::HasFailure()) {
@@ -128,7 +128,7 @@ TEST(Roads, LinkedLightsAreTheOnlyOnes) {
   const auto request = [&](const std::string& lights, const std::string& link, const char* samples) {
     RenderRequest r;
     // lights unseen by the camera: only their light counts
-    r.rib = head(32) + unbiased(1, samples) + "WorldBegin\nAttributeBegin\nAttribute \"visibility\" \"int camera\" [0]\n" + lights +
+    r.rib = head(*samples ? 96 : 32) + unbiased(1, samples) + "WorldBegin\nAttributeBegin\nAttribute \"visibility\" \"int camera\" [0]\n" + lights +
             "AttributeEnd\n" + link + kFloorAndBall +
             // a sheet that is not there: looking at it must not change whose lights count
             "Bxdf \"PxrDiffuse\" \"none\" \"float presence\" [0]\nAttribute \"lighting\" \"string subset\" [\"\"] \"string excludesubset\" [\"\"]\n"
