@@ -85,6 +85,15 @@ constexpr Explanation kRooms[] = {
     {"PROJECTION-",
      "A camera parameter cannot be used: a field of view outside 0 to 180 degrees, or a lens that cannot exist. The "
      "message says what is used instead."},
+    {"RENDER-CLASSIC-LIGHT",
+     "An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) is rendered as the modern light of its shape, "
+     "which takes the place of its geometry. Radiance follows intensity and exposure as they stand."},
+    {"PLUGIN-STAND-IN",
+     "A light plug-in that is not there is replaced by the nearest one that is, with the same colour, intensity and about the "
+     "same area, so that the picture keeps its light."},
+    {"DISPLAY-FOLDER",
+     "With -o, further pictures of the scene whose folder does not exist here are written beside the first one, under their "
+     "own names."},
     {"RENDER-MEMORY", "There is not enough memory for the scene or the picture. Exit code 5."},
     {"RENDER-RESOLUTION",
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
