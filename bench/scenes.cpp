@@ -170,7 +170,7 @@ std::vector<std::string> writePictures(const std::string& folder) {
     OIIO::ImageBuf picture(OIIO::ImageSpec(kSize, kSize, 3, OIIO::TypeDesc::UINT8));
     for (int y = 0; y < kSize; ++y)
       for (int x = 0; x < kSize; ++x) {
-        const uint32_t h = uint32_t(x * 73856093) ^ uint32_t(y * 19349663) ^ uint32_t(k * 83492791);
+        const uint32_t h = uint32_t(x) * 73856093u ^ uint32_t(y) * 19349663u ^ uint32_t(k) * 83492791u;
         const float v = 0.3f + 0.4f * float((h * 2654435761u) >> 24) / 255.f, w = 0.2f * float((x / 32 + y / 32 + k) % 2);
         const float rgb[3] = {v, v * 0.8f + w, 0.5f * v};
         picture.setpixel(x, y, rgb);

@@ -39,6 +39,7 @@ enum ContextTraits : uint32_t {
   kTraitEyePath = 1, kTraitLightPath = 2,   // radiance or importance is transported
   kTraitPrimaryHit = 4,                     // first hit seen from the camera
   kTraitPresenceQuery = 8,                  // made for presence or opacity only; no closure will be bound
+  kTraitInSpace = 16,                       // points of a medium: no surface, no bxdf
 };
 
 struct Context;

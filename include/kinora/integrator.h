@@ -109,7 +109,8 @@ struct PathStates {
 struct CameraConnection {
   const float* wi[3];             // towards the lens, unit, render space
   const float* distance;
-  const float* importance;        // 0: not seen
+  const float* importance;        // cosine at the lens included; 0: not seen. A splat is
+                                  // throughput * f * |cosine at the point| * importance / distance^2
   const float* pdf;               // of the camera making this direction, per solid angle at the lens
   const float* raster[2];
 };
@@ -148,6 +149,9 @@ struct Services {
   void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state);
   // Event codes of the automaton for what integrators add themselves.
   uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
+  // Points in space at distance t[slot] along the listed rays: where a medium scatters. The context takes light samples
+  // and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
+  Context* (*pointsInSpace)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
 };
 
 struct IntegratorFunctions {

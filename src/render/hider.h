@@ -1,5 +1,5 @@
-// What fills the sample records of a bucket: the loop over rays (frame.cpp) is one hider, a micropolygon hider another.
-// Called by Frame on its threads; it knows no passes, displays or files, and the film only through `retire`.
+// What fills the sample records of a bucket: the loop over rays (frame.cpp) is one hider, a micropolygon hider
+// another. Called by Frame on its threads; it knows no passes, displays or files, and the film only through `retire`.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -11,10 +11,10 @@ struct CameraState;
 
 // A bucket's share of a pass.
 struct BucketSamples {
-  int x0, y0, x1, y1;            // raster pixels, half open; may reach beyond the window, where samples are ignored
-  int firstSample, lastSample;   // indices, half open
-  uint32_t stage;                // of the integrator
-  uint32_t seed;                 // of the frame
+  int x0, y0, x1, y1;           // raster pixels, half open; may reach beyond the window, where samples are ignored
+  int firstSample, lastSample;  // indices, half open
+  uint32_t stage;               // of the integrator
+  uint32_t seed;                // of the frame
   const CameraState* camera;
 };
 
@@ -22,8 +22,8 @@ class Hider {
  public:
   virtual ~Hider() = default;
   // As often as wanted: Worker::begin(n, StageKind::CameraPaths), then pixels, sample indices, weights
-  // (GroupState::pixelX() ...) and all floats of the records (Worker::records()) of up to n samples, then retire(count).
-  // Runs on several threads at once, each with a worker and buckets of its own.
+  // (GroupState::pixelX() ...) and all floats of the records (Worker::records()) of up to n samples, then
+  // retire(count). Runs on several threads at once, each with a worker and buckets of its own.
   virtual void fill(Worker& worker, const BucketSamples& bucket,
                     const std::function<void(uint32_t count)>& retire) const = 0;
 };

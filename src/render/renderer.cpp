@@ -196,7 +196,8 @@ struct Renderer::Impl {
   bool makeIntegrator() {
     const scene::Node* node = scene.integrator.get();
     // a scene that names neither an integrator nor a light is looked at with a headlight
-    const bool dark = scene.lights.empty() && scene.classicLights.empty() && scene.instances.empty();
+    const bool dark = scene.lights.empty() && scene.classicLights.empty() &&
+                      std::all_of(scene.prototypes.begin(), scene.prototypes.end(), [](const scene::Prototype& p) { return p.lights.empty(); });
     const std::string name = node ? node->plugin : dark ? "PxrDefault" : "PxrPathTracer";
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {

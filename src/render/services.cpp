@@ -107,6 +107,10 @@ struct Worker::Calls {
   static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
     of(g).splat(n, raster, value, state);
   }
+  static Context* pointsInSpace(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                const float* t) {
+    return of(g).state_.pointsInSpace(traits, depth, n, slots, t);
+  }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
 
@@ -134,6 +138,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.connectCamera = &Calls::connectCamera;
   s.splat = &Calls::splat;
   s.event = &Calls::event;
+  s.pointsInSpace = &Calls::pointsInSpace;
   outputsOfState_.resize(paths.stateCount());
   for (uint32_t k = 0; k < paths.stateCount(); ++k)
     for (uint16_t o : paths.outputs(uint16_t(k))) outputsOfState_[k].emplace_back(plan.offsets[o], plan.splatChannel[o]);
@@ -284,6 +289,10 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   camera_.functions->connect(camera_.projection.data(), &a);
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
+    // an integrator does not know the axis of the camera: the cosine at the lens goes into the importance
+    const float v[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
+    const float v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    x[10][i] *= v2 > 0 ? std::max(v[2], 0.f) / std::sqrt(v2) : 0.f;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];

@@ -347,15 +347,21 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     for (uint32_t s : parts_[placements_[i].part].shapes)
       if (placementsOfShape[s].size() < 64) placementsOfShape[s].push_back(i);
   std::vector<std::shared_ptr<geometry::Mesh>> meshes(count);
-  std::vector<uint8_t> rebuilt(count, 0);
   const bool mirrored = camera_.worldToCamera.determinant() < 0;
+  // what a mesh takes from the camera besides its dicing, which stays as it is when the camera moves
+  const std::string fixedSettings = mirrored ? "mirrored" : "";
+  const std::string movingSettings =
+      fixedSettings + " " + std::to_string(camera_.shutterOpen) + " " + std::to_string(camera_.shutterClose);
+  const auto settingsOf = [&](const scene::Primitive& p) -> const std::string& {
+    return p.motion.empty() && p.toWorld.isStatic() ? fixedSettings : movingSettings;
+  };
   tbb::parallel_for(size_t(0), count, [&](size_t i) {
     const scene::Primitive& p = *primitiveOfShape_[i];
-    if (const auto it = shapes_.find(p.id); it != shapes_.end() && it->second.revision == p.revision) {
+    if (const auto it = shapes_.find(p.id);
+        it != shapes_.end() && it->second.revision == p.revision && it->second.settings == settingsOf(p)) {
       meshes[i] = it->second.mesh;
       return;
     }
-    rebuilt[i] = 1;
     geometry::DiceRate rate;
     rate.worldMirrored = mirrored;
     const double length = p.attributes ? p.attributes->named.getFloat("dice:micropolygonlength", 1) : 1;
@@ -387,10 +393,12 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::map<uint64_t, Kept> kept;
   for (size_t i = 0; i < count; ++i) {
     const scene::Primitive& p = *primitiveOfShape_[i];
-    kept[p.id] = Kept{p.revision, meshes[i], {}};
+    const auto before = shapes_.find(p.id);
+    const bool same = before != shapes_.end() && before->second.mesh == meshes[i];
+    kept[p.id] = Kept{p.revision, settingsOf(p), same ? before->second.made : ++meshesMade_, meshes[i]};
     trace::ShapeInput in;
     in.key = p.id;
-    in.revision = p.revision;
+    in.revision = kept[p.id].made;
     in.mesh = meshes[i];
     shapeInputs_.push_back(std::move(in));
   }

@@ -84,8 +84,14 @@ class WorldBuilder {
   double origin_[3] = {0, 0, 0};
   bool haveOrigin_ = false;
   // shapes by primitive id, kept between edits
-  struct Kept { uint64_t revision; std::shared_ptr<geometry::Mesh> mesh; std::string settings; };
+  struct Kept {
+    uint64_t revision;      // of the primitive
+    std::string settings;   // of the camera, as far as the mesh depends on them
+    uint64_t made;          // serial number of the mesh: what the world compares
+    std::shared_ptr<geometry::Mesh> mesh;
+  };
   std::map<uint64_t, Kept> shapes_;
+  uint64_t meshesMade_ = 0;
   std::vector<trace::ShapeInput> shapeInputs_;
   std::vector<trace::PartInput> parts_;
   std::vector<trace::PlacementInput> placements_;

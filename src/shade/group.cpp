@@ -435,6 +435,53 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   return c;
 }
 
+Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t) {
+  if (!n) return nullptr;
+  const uint32_t m = padded(n);
+  uint32_t* slot = arena_.make<uint32_t>(m);
+  for (uint32_t i = 0; i < m; ++i) slot[i] = slots[std::min(i, n - 1)];
+  Context* c = new (arena_.allocate(sizeof(Context))) Context();
+  ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
+  h->group = this;
+  h->program = nullptr;
+  h->slot = slot;
+  c->count = n;
+  c->padded = m;
+  c->width = world_.width;
+  c->traits = traits | kTraitInSpace;
+  c->path = slot;
+  c->depth = depth;
+  c->fn = &kContextFunctions;
+  c->host = h;
+  PointsArgs a{};
+  a.n = m;
+  a.slots = slot;
+  const Rays& r = group_.rays;
+  const auto f = [&] { return arena_.make<float>(m); };
+  float *ng[3] = {f(), f(), f()}, *side = f(), *outer = f();
+  for (uint32_t i = 0; i < m; ++i) {
+    for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
+    side[i] = outer[i] = 1.f;
+    linkSet_[slot[i]] = 0;   // a medium is lit by all lights
+  }
+  for (int k = 0; k < 3; ++k) {
+    a.o[k] = r.o[k]; a.d[k] = r.d[k]; a.ng[k] = ng[k];
+    c->P[k] = a.P[k] = f(); c->N[k] = a.N[k] = f(); c->Ng[k] = a.Ng[k] = f(); c->wo[k] = a.wo[k] = f();
+  }
+  a.t = t; a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  a.side = side;
+  c->radius = a.outRadius = f();
+  c->spread = a.outSpread = f();
+  c->time = a.outTime = f();
+  c->bias = a.bias = f();
+  c->entering = a.entering = arena_.make<uint32_t>(m);
+  c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
+  c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
+  pointsKernel(world_.width)(a);
+  c->outerIor = outer;
+  return c;
+}
+
 void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
   const Clock clock(counters.nanoseconds[kTimeLights]);
   float* u[3];
@@ -477,7 +524,19 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
   const trace::World& w = *world_.world;
   uint32_t* blocked = arena_.make<uint32_t>(padded(n));
-  w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked);
+  float *radius = nullptr, *spread = nullptr;
+  if (w.hasUserGeometry()) {
+    // footprints where the paths' own rays ended choose the level
+    radius = arena_.make<float>(padded(n));
+    spread = arena_.make<float>(padded(n));
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = rays->slot[i];
+      const float t = group_.hits.t[s];
+      spread[i] = group_.rays.spread[s];
+      radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
+    }
+  }
+  w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
   for (uint32_t i = 0; i < n; ++i) {
     const float t = blocked[i] ? 0.f : 1.f;
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;

@@ -96,6 +96,7 @@ class GroupState {
   // The services, see kinora/integrator.h.
   void trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
   uint32_t shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
+  Context* pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);

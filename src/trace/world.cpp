@@ -7,6 +7,7 @@
 #include <set>
 
 #include "trace/embree_device.h"
+#include "trace/user_calls.h"
 
 namespace kinora::trace {
 
@@ -54,7 +55,9 @@ struct World::Part {
   std::vector<std::pair<uint64_t, uint64_t>> identity;   // (shape key, revision) of all it holds, for reuse
   RTCScene scene = nullptr;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes;   // in part order
+  std::vector<std::shared_ptr<const UserGeometry>> users;   // as meshes; null: triangles
   std::vector<uint32_t> visibility;
+  bool hasUser = false;
   // Embree geometry -> first of its merged shapes; a shape alone has one entry with start 0
   struct Slice { uint32_t start, shape; };               // first triangle, index into meshes
   std::vector<uint32_t> firstSlice;                      // by Embree geometry id, one more at the end
@@ -82,6 +85,12 @@ void World::Part::build() {
   };
   for (uint32_t i = 0; i < meshes.size(); ++i) {
     geometry::Mesh& mesh = *meshes[i];
+    if (users[i]) {
+      hasUser = true;
+      attach(makeUserGeometry(device(), *users[i]), visibility[i]);
+      slices.push_back({0, i});
+      continue;
+    }
     if (!mesh.triangleCount()) continue;
     if (mesh.triangleCount() < kMergeBelow && mesh.keyCount() == 1 && meshes.size() > 1) {
       small[visibility[i]].push_back(i);
@@ -157,6 +166,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
                                           const World* previous, BuildCounters& counters) {
   auto world = std::shared_ptr<World>(new World());
   World& w = *world;
+  for (ShapeInput& s : shapes)
+    if (!s.mesh) s.mesh = std::make_shared<geometry::Mesh>();
   std::vector<uint32_t> uses(partInputs.size(), 0);
   for (const PlacementInput& p : placements) ++uses[p.part];
 
@@ -169,8 +180,12 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     const PlacementInput& place = placements[i];
     const PartInput& in = partInputs[place.part];
     uint32_t triangles = 0;
-    for (uint32_t s : in.shapes) triangles += shapes[s].mesh->triangleCount();
-    const bool bakes = !in.instanced && uses[place.part] == 1 &&
+    bool user = false;
+    for (uint32_t s : in.shapes) {
+      triangles += shapes[s].mesh->triangleCount();
+      user |= shapes[s].user != nullptr;
+    }
+    const bool bakes = !user && !in.instanced && uses[place.part] == 1 &&
                        keyCountFor(place.toRender, options.shutterOpen, options.shutterClose) == 1;
     if (bakes) {
       const bool small = triangles < options.smallShape;
@@ -247,7 +262,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
       const ShapeInput& s = shapes[plan.shapes[i]];
       identity.emplace_back(s.key, s.revision);
-      if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, placements[plan.placements[i]].visibility);
+      identity.emplace_back(s.visibility, plan.batch ? placements[plan.placements[i]].visibility : 0);
+      if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
     if (const auto it = old.find(key); it != old.end() && it->second->identity == identity) {
@@ -267,6 +283,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
           visibility &= place.visibility;
         }
         made->meshes.push_back(s.mesh);
+        made->users.push_back(s.user);
         made->visibility.push_back(visibility);
       }
       made->build();
@@ -280,6 +297,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       w.moving_ |= m->keyCount() > 1;
     }
     for (uint32_t v : part->visibility) w.clearShadows_ |= (v & kSeenByClearShadow) && !(v & kSeenByOpaqueShadow);
+    w.hasUser_ |= part->hasUser;
     const uint32_t partIndex = uint32_t(w.parts_.size());
     w.parts_.push_back(part);
     if (plan.batch) {
@@ -303,8 +321,16 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
 
   w.single_ = tops.size() == 1 && tops[0].instance == kNone;
+  for (const Top& t : tops) {
+    w.partOfTop_.push_back(t.part);
+    w.instanceOfTop_.push_back(t.instance);
+    w.visibilityOfTop_.push_back(t.visibility);
+  }
   if (w.single_) {
     w.top_ = w.parts_[0]->scene;
+    rtcRetainScene(w.top_);
+  } else if (previous && w.sameTop(*previous)) {
+    w.top_ = previous->top_;
     rtcRetainScene(w.top_);
   } else {
     w.top_ = rtcNewScene(device());
@@ -323,8 +349,6 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcCommitGeometry(g);
       rtcAttachGeometryByID(w.top_, g, i);
       rtcReleaseGeometry(g);
-      w.partOfTop_.push_back(tops[i].part);
-      w.instanceOfTop_.push_back(tops[i].instance);
     }
     rtcCommitScene(w.top_);
     ++counters.topLevelBuilds;
@@ -338,6 +362,18 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.radius_ = std::sqrt(r2);
   }
   return world;
+}
+
+// An edit that moved nothing (a light, the camera) leaves the top level as it is.
+bool World::sameTop(const World& previous) const {
+  if (previous.single_ || parts_ != previous.parts_ || partOfTop_ != previous.partOfTop_ ||
+      instanceOfTop_ != previous.instanceOfTop_ || visibilityOfTop_ != previous.visibilityOfTop_ ||
+      keys_.size() != previous.keys_.size() || instances_.size() != previous.instances_.size())
+    return false;
+  for (size_t i = 0; i < instances_.size(); ++i)
+    if (instances_[i].firstKey != previous.instances_[i].firstKey || instances_[i].keyCount != previous.instances_[i].keyCount)
+      return false;
+  return keys_.empty() || std::memcmp(keys_.data(), previous.keys_.data(), keys_.size() * sizeof(Affine)) == 0;
 }
 
 World::~World() {
@@ -386,21 +422,11 @@ inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uin
   hits.geometry[slot] = places_[index].firstGeometry + s.shape;
   hits.primitive[slot] = primId - s.start;
   hits.instance[slot] = instance == kNone ? places_[index].firstInstance + s.shape : instance;
-  hits.level[slot] = 0;
+  if (!part->hasUser || !part->users[s.shape]) hits.level[slot] = 0;   // user geometry wrote its own
 }
 
-namespace {
-struct CallContext {
-  RTCIntersectContext c;
-  explicit CallContext(bool coherent) {
-    rtcInitIntersectContext(&c);
-    c.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  }
-};
-}  // namespace
-
 void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
-  CallContext context(true);
+  QueryContext context(true, rays.radius, rays.spread, hits.level);
   alignas(64) RTCRayHit16 r;
   alignas(64) int valid[16];
   for (uint32_t b = 0; b < slots; b += 16) {
@@ -414,12 +440,12 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) co
     for (int i = 0; i < 16; ++i) {
       r.ray.tnear[i] = 0;
       r.ray.mask[i] = kSeenByCamera;
-      r.ray.id[i] = 0;
+      r.ray.id[i] = b + uint32_t(i);
       r.ray.flags[i] = 0;
       r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect16(valid, top_, &context.c, &r);
+    rtcIntersect16(valid, top_, &context.embree, &r);
     std::memcpy(hits.ng[0] + b, r.hit.Ng_x, 64);
     std::memcpy(hits.ng[1] + b, r.hit.Ng_y, 64);
     std::memcpy(hits.ng[2] + b, r.hit.Ng_z, 64);
@@ -438,7 +464,7 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) co
 }
 
 void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
-  CallContext context(false);
+  QueryContext context(false, rays.radius, rays.spread, hits.level);
   alignas(64) RTCRayHit r;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
@@ -449,10 +475,10 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
     r.ray.time = rays.time[s];
     r.ray.mask = mask;
     r.ray.flags = 0;
-    r.ray.id = 0;
+    r.ray.id = s;
     r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(top_, &context.c, &r);
+    rtcIntersect1(top_, &context.embree, &r);
     if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
       hits.t[s] = INFINITY;
       continue;
@@ -466,8 +492,8 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
 }
 
 void World::occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
-                     uint32_t mask, uint32_t* blocked) const {
-  CallContext context(false);
+                     uint32_t mask, uint32_t* blocked, const float* radius, const float* spread) const {
+  QueryContext context(false, radius, spread, nullptr);
   alignas(64) RTCRay r;
   for (uint32_t i = 0; i < n; ++i) {
     r.org_x = o[0][i]; r.org_y = o[1][i]; r.org_z = o[2][i];
@@ -477,8 +503,8 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
     r.time = time[i];
     r.mask = mask;
     r.flags = 0;
-    r.id = 0;
-    rtcOccluded1(top_, &context.c, &r);
+    r.id = i;
+    rtcOccluded1(top_, &context.embree, &r);
     blocked[i] = r.tfar < 0;
   }
 }

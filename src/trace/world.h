@@ -15,6 +15,7 @@
 
 #include "geometry/mesh.h"
 #include "scene/scene.h"
+#include "trace/user_geometry.h"
 
 namespace kinora::trace {
 
@@ -39,6 +40,7 @@ struct ShapeInput {
   uint64_t revision = 0;             // of its geometry and transform; equal revision: nothing to rebuild
   std::shared_ptr<geometry::Mesh> mesh;   // taken over: static objects placed once are moved into render space in place
   uint32_t visibility = 15;          // VisibilityBits
+  std::shared_ptr<const UserGeometry> user;   // instead of triangles: `mesh` then holds none (null will do)
 };
 // Shapes in one space, placed one or more times.
 struct PartInput {
@@ -78,10 +80,12 @@ class World {
   // are traced as such, so that a packet's answer never depends on what else is in the group.
   void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;                // all slots 0..slots-1
   void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const;
-  // Opaque occlusion of packed rays; writes 1 where something of `mask` is in the way.
+  // Opaque occlusion of packed rays; writes 1 where something of `mask` is in the way. Footprints (by ray) matter to user
+  // geometry only; null: the finest level.
   void occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
-                uint32_t mask, uint32_t* blocked) const;
+                uint32_t mask, uint32_t* blocked, const float* radius = nullptr, const float* spread = nullptr) const;
 
+  bool hasUserGeometry() const { return hasUser_; }
   bool hasClearShadows() const { return clearShadows_; }   // some shape lets part of a shadow ray through
   bool isMoving() const { return moving_; }
   const float* center() const { return center_; }          // bounding sphere, render space
@@ -100,6 +104,7 @@ class World {
  private:
   World() = default;
   struct Part;
+  bool sameTop(const World& previous) const;
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
 
   RTCScene top_ = nullptr;
@@ -109,12 +114,13 @@ class World {
   std::vector<PartPlace> places_;                         // by part
   std::vector<uint32_t> partOfTop_;                       // Embree instance id -> part
   std::vector<uint32_t> instanceOfTop_;                   // Embree instance id -> instance, or none (batch)
+  std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;   // by geometry index
   std::vector<Instance> instances_;
   std::vector<Affine> keys_;
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
-  bool clearShadows_ = false, moving_ = false;
+  bool clearShadows_ = false, moving_ = false, hasUser_ = false;
 };
 
 }  // namespace kinora::trace

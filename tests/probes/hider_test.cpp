@@ -1,5 +1,5 @@
-// A hider that fills sample records without the loop over rays, through the door that loop uses: positions, weights and all
-// floats of the record, in buckets, from several threads. It misses a real one: micropolygons come later.
+// A hider that fills sample records without the loop over rays, through the door that loop uses: positions, weights
+// and all floats of the record, in buckets, from several threads. It misses a real one: micropolygons come later.
 #include "render/hider.h"
 
 #include <kinora/context.h>
@@ -23,7 +23,8 @@ class PatternHider final : public render::Hider {
   PatternHider(int floats, uint32_t atOnce) : floats_(floats), atOnce_(atOnce) {}
   mutable std::atomic<uint64_t> samples{0};
 
-  void fill(render::Worker& w, const render::BucketSamples& b, const std::function<void(uint32_t)>& retire) const override {
+  void fill(render::Worker& w, const render::BucketSamples& b,
+            const std::function<void(uint32_t)>& retire) const override {
     shade::GroupState& s = w.state();
     uint32_t n = 0;
     const auto flush = [&] {
@@ -64,7 +65,7 @@ WorldEnd
 )";
 
 TEST(Hider, FillsRecordsWithoutTheRayLoop) {
-  Stage stage;
+  Workshop stage;
   std::vector<int64_t> first;
   for (const auto& [threads, atOnce] : {std::pair(1, 64u), std::pair(2, 256u), std::pair(2, 7u)}) {
     render::Settings s;
@@ -90,7 +91,8 @@ TEST(Hider, FillsRecordsWithoutTheRayLoop) {
               least = std::min(least, v);
             }
             const double expected = channel.reducer == film::Reducer::Min ? least : sum / kSamples;
-            ASSERT_NEAR(picture.at(x, y)[k], expected, 1e-6 * (1 + expected)) << channel.name << " at " << x << "," << y;
+            ASSERT_NEAR(picture.at(x, y)[k], expected, 1e-6 * (1 + expected))
+                << channel.name << " at " << x << "," << y;
           }
     }
     const std::vector<int64_t> state = stateOf(r->film());

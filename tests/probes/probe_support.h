@@ -1,5 +1,5 @@
-// What the probes share: scenes from RIB text, renders into a film, statistics over renders with several seeds. Used by
-// tests/probes only; it judges nothing itself.
+// What the probes share: scenes from RIB text, renders into a film, statistics over renders with several seeds. Used
+// by tests/probes only; it judges nothing itself.
 #pragma once
 #include <gtest/gtest.h>
 #include <kinora/testing/statistics.h>
@@ -36,9 +36,9 @@ inline scene::Scene sceneOfFile(const std::string& file, Diagnostics& messages) 
 }
 
 // A registry with the test's own integrators, messages that a failing test shows, and renderers over both.
-class Stage {
+class Workshop {
  public:
-  Stage(std::initializer_list<const Descriptor*> plugins = {}) {
+  Workshop(std::initializer_list<const Descriptor*> plugins = {}) {
     for (const Descriptor* d : plugins) registry.add(*d);
   }
   Registry registry;
@@ -63,7 +63,8 @@ inline image::Image pictureOf(render::Renderer& r, const char* channel = "Ci") {
 inline std::vector<int64_t> stateOf(const film::Film& f) {
   std::vector<int64_t> all;
   for (int y = f.window().y0; y < f.window().y1; ++y)
-    for (int x = f.window().x0; x < f.window().x1; ++x) all.insert(all.end(), f.pixel(x, y), f.pixel(x, y) + f.slots());
+    for (int x = f.window().x0; x < f.window().x1; ++x)
+      all.insert(all.end(), f.pixel(x, y), f.pixel(x, y) + f.slots());
   return all;
 }
 
@@ -88,9 +89,9 @@ struct TileMoments {
 };
 
 struct TileTest {
-  double least = 1, level = 0;      // smallest p of the tiles; what it must reach
+  double least = 1, level = 0;  // smallest p of the tiles; what it must reach
   double worstZ = 0;
-  double meanError = 0;             // relative standard error of a tile, on average: how sharp the test is
+  double meanError = 0;  // relative standard error of a tile, on average: how sharp the test is
   bool agrees() const { return least >= level; }
 };
 
@@ -106,7 +107,8 @@ inline TileTest compareTiles(const TileMoments& a, const TileMoments& b, double 
       continue;
     }
     const double t = difference / std::sqrt(va + vb);
-    const double freedom = (va + vb) * (va + vb) / (va * va / double(a.tiles[i].count() - 1) + vb * vb / double(b.tiles[i].count() - 1));
+    const double freedom =
+        (va + vb) * (va + vb) / (va * va / double(a.tiles[i].count() - 1) + vb * vb / double(b.tiles[i].count() - 1));
     const double z = std::sqrt(freedom * std::log1p(t * t / freedom)) * (1 - 2 / (8 * freedom + 1));
     r.least = std::min(r.least, testing::normalTail(z));
     r.worstZ = std::max(r.worstZ, z);

@@ -1,0 +1,21 @@
+// Embree's side of user_geometry.h: callbacks, and what a query hands them besides the ray. Internal to trace/.
+#pragma once
+#include <embree3/rtcore.h>
+
+#include "trace/user_geometry.h"
+
+namespace kinora::trace {
+
+// Context of one query. Embree hands callbacks a pointer to its first member; ray.id indexes the arrays.
+struct QueryContext {
+  RTCIntersectContext embree;
+  const float* radius;  // footprints in render units; null: none, the finest level
+  const float* spread;
+  uint32_t* level;  // out, where user geometry is the nearest hit so far; null in shadow queries
+  QueryContext(bool coherent, const float* radii, const float* spreads, uint32_t* levels);
+};
+
+// An Embree geometry over the patches; `geometry` must outlive it. Not committed yet.
+RTCGeometry makeUserGeometry(RTCDevice device, const UserGeometry& geometry);
+
+}  // namespace kinora::trace

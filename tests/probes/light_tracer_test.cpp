@@ -1,0 +1,347 @@
+// A light tracer as an integrator: paths start at the lights and are connected to the camera, and its picture is that
+// of PxrPathTracer. It proves that stages, emitted rays, contexts that carry importance, the way back to the raster
+// and splats are there and carry the right factors. It misses what only the camera can find: lights seen directly
+// (invisible to the camera here) and mirrors seen by a pinhole.
+#define KINORA_KERNEL_FILE "tests/probes/light_tracer_test.cpp"
+#include <kinora/bxdf.h>
+#include <iterator>
+#include <new>
+#include "tests/probes/probe_support.h"
+#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator.h>
+#include <kinora/math/sampling.h>
+#include <kinora/random.h>
+#include <kinora/simd/tables.h>
+
+#ifndef KINORA_LIGHT_TRACER_ONCE
+#define KINORA_LIGHT_TRACER_ONCE
+namespace kinora::lightTracer {
+enum : uint32_t { kBounces, kGain };
+constexpr Param kParams[] = {
+    param::integer("maxIndirectBounces", 3).range(0, 64).help("Bounces between the first surface and the one seen."),
+    param::number("gain", 1.f).range(0, 2).help("Factor on all light: other than 1 it is a wrong integrator."),
+};
+struct Data {
+  uint32_t bounces;
+  float gain;
+};
+}  // namespace kinora::lightTracer
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace lightTracer;
+
+template <int W>
+class LightPaths {
+ public:
+  LightPaths(Group* group, const Services* services, const Data& data) : g_(group), sv_(services), data_(data) {}
+
+  void run() {
+    const uint32_t room = g_->padded + kPad;
+    float* medium[3];
+    for (int c = 0; c < 3; ++c) {
+      throughput_[c] = floats(room);
+      medium[c] = floats(room);
+    }
+    uint32_t *light = words(room), *live = words(room);
+    sv_->emitLight(g_, g_->count, throughput_, light);
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < g_->count; ++i) {
+      for (int c = 0; c < 3; ++c) throughput_[c][i] *= data_.gain;
+      if (throughput_[0][i] + throughput_[1][i] + throughput_[2][i] > 0) live[n++] = i;
+    }
+    for (uint32_t depth = 0; n; ++depth) {
+      sv_->trace(g_, RayKind::Indirect, depth, n, live, medium);
+      uint32_t hits = 0;
+      for (uint32_t i = 0; i < n; ++i)
+        if (g_->hits.t[live[i]] < 3e38f) live[hits++] = live[i];
+      Context* const* contexts = nullptr;
+      const uint32_t count = sv_->shade(g_, kTraitLightPath, depth, hits, live, &contexts);
+      for (uint32_t k = 0; k < count; ++k) connect(*contexts[k], depth);
+      if (depth == data_.bounces) return;
+      n = 0;
+      for (uint32_t k = 0; k < count; ++k) n += scatterPaths(*contexts[k], depth, live + n);
+    }
+  }
+
+ private:
+  float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
+  uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
+
+  // Bxdfs weigh by the shading normal's cosine on wi's side; importance wants that of wo's side, and the true
+  // normal's on the other (Veach 1996, "Non-symmetric scattering").
+  static Float<W> adjoint(const Context& c, uint32_t i, Vec3<W> wi) {
+    const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i), wo = Vec3<W>::load(c.wo, i);
+    return abs(dot(N, wo) * dot(Ng, wi)) / max(abs(dot(Ng, wo) * dot(N, wi)), Float<W>(1e-12f));
+  }
+  static Vec3<W> start(const Context& c, uint32_t i, Vec3<W> wi) {
+    const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
+    return fma(Ng, copySign(Float<W>::load(c.bias + i), dot(Ng, wi)), Vec3<W>::load(c.P, i));
+  }
+
+  void connect(const Context& c, uint32_t depth) {
+    CameraConnection camera;
+    sv_->connectCamera(g_, &c, &camera);
+    EvaluateArgs e{};
+    for (int x = 0; x < 3; ++x) e.wi[x] = camera.wi[x];
+    for (uint32_t l = 0; l < c.slotCount; ++l)
+      for (int x = 0; x < 3; ++x) e.weight[l][x] = floats(c.padded);
+    e.pdf = floats(c.padded);
+    c.bxdf->evaluate(&c, c.closure, &e);
+    float *o[3], *factor = floats(c.padded), *tMax = floats(c.padded);
+    for (float*& x : o) x = floats(c.padded);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const Vec3<W> wi = Vec3<W>::load(camera.wi, i);
+      const Float<W> distance = Float<W>::load(camera.distance + i), bias = Float<W>::load(c.bias + i);
+      (adjoint(c, i, wi) * Float<W>::load(camera.importance + i) / max(distance * distance, Float<W>(1e-20f)))
+          .store(factor + i);
+      start(c, i, wi).store(o, i);
+      fma(distance, Float<W>(0.99999f), -(bias + bias)).store(tMax + i);
+    }
+    float* T[3];
+    for (float*& x : T) x = floats(c.padded);
+    const ShadowRays rays{
+        c.count, {o[0], o[1], o[2]}, {camera.wi[0], camera.wi[1], camera.wi[2]}, tMax, c.time, c.path,
+        0,       {T[0], T[1], T[2]}};
+    sv_->shadow(g_, depth, &rays);
+    const uint32_t room = c.padded * c.slotCount;
+    float *raster[2] = {floats(room), floats(room)}, *value[3];
+    for (float*& x : value) x = floats(room);
+    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, room * sizeof(uint16_t)));
+    uint32_t m = 0;
+    for (uint32_t l = 0; l < c.slotCount; ++l) {
+      // the vertex that the camera sees is the first of the path as expressions read it
+      uint16_t s = sv_->paths.next[sv_->paths.start * sv_->paths.eventCount + c.eventOfSlot[l]];
+      if (depth) s = sv_->paths.next[s * sv_->paths.eventCount + c.eventOfSlot[l]];
+      for (uint32_t i = 0; i < c.count; ++i) {
+        if (!(camera.importance[i] > 0)) continue;
+        for (int x = 0; x < 3; ++x) value[x][m] = throughput_[x][c.path[i]] * e.weight[l][x][i] * T[x][i] * factor[i];
+        if (!(value[0][m] + value[1][m] + value[2][m] > 0)) continue;
+        for (int x = 0; x < 2; ++x) raster[x][m] = camera.raster[x][i];
+        state[m++] = s;
+      }
+    }
+    if (m) sv_->splat(g_, m, raster, value, state);
+  }
+
+  uint32_t scatterPaths(const Context& c, uint32_t depth, uint32_t* live) {
+    float *u[4], *wi[3], *weight[3], *pdf = floats(c.padded), *o[3], *factor = floats(c.padded);
+    for (float*& x : u) x = floats(c.padded);
+    for (int x = 0; x < 3; ++x) {
+      wi[x] = floats(c.padded);
+      weight[x] = floats(c.padded);
+      o[x] = floats(c.padded);
+    }
+    uint32_t *slot = words(c.padded), *flags = words(c.padded);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const Int<W> seed = Int<W>::load(c.sampleSeed + i), sample = Int<W>::load(c.sampleIndex + i);
+      Float<W> a, b;
+      draw2(sv_->samples, seed, sample, dimensionAt(depth) + kDimBxdf, a, b);
+      a.store(u[0] + i);
+      b.store(u[1] + i);
+      draw2(sv_->samples, seed, sample, dimensionAt(depth) + kDimLobe, a, b);
+      a.store(u[2] + i);
+      b.store(u[3] + i);
+    }
+    const GenerateArgs ga{{u[0], u[1], u[2], u[3]},
+                          {wi[0], wi[1], wi[2]},
+                          {weight[0], weight[1], weight[2]},
+                          pdf,
+                          nullptr,
+                          slot,
+                          flags};
+    c.bxdf->generate(&c, c.closure, &ga);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const Vec3<W> w = Vec3<W>::load(wi, i);
+      const Mask<W> discrete = (Int<W>::load(flags + i) & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
+      select(discrete, Float<W>(1.f), adjoint(c, i, w)).store(factor + i);
+      start(c, i, w).store(o, i);
+    }
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < c.count; ++i) {
+      if (slot[i] == kNoLobe || !(pdf[i] > 0)) continue;
+      const uint32_t s = c.path[i];
+      for (int x = 0; x < 3; ++x) {
+        throughput_[x][s] *= weight[x][i] * factor[i] / pdf[i];
+        g_->rays.o[x][s] = o[x][i];
+        g_->rays.d[x][s] = wi[x][i];
+      }
+      g_->rays.tMax[s] = 1e30f;
+      live[m++] = s;
+    }
+    return m;
+  }
+
+  Group* g_;
+  const Services* sv_;
+  const Data& data_;
+  float* throughput_[3];
+};
+
+struct LightTracer {
+  template <int W>
+  static void integrate(const void* integrator, uint32_t stage, Group* group, const Services* services) {
+    // stage 0 is the camera's: its samples stay black
+    if (stage == 1) LightPaths<W>(group, services, *static_cast<const Data*>(integrator)).run();
+  }
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
+};
+KINORA_WIDTH_TABLES(LightTracer, IntegratorFunctions)
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::probes {
+namespace {
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&] {
+    return new lightTracer::Data{uint32_t(info->integer(lightTracer::kBounces)), info->number(lightTracer::kGain)};
+  });
+}
+void destroy(void* p) { delete static_cast<lightTracer::Data*>(p); }
+uint32_t stages(const void*, Stage* out, uint32_t capacity) {
+  if (capacity < 2) return 0;
+  out[0] = {StageKind::CameraPaths, 0};
+  out[1] = {StageKind::LightPaths, 1};
+  return 2;
+}
+constexpr IntegratorTraits kTraits{&stages};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kLightTracer{kAbiVersion,
+                              sizeof(Descriptor),
+                              Kind::Integrator,
+                              0,
+                              "ProbeLightTracer",
+                              "Paths from lights.",
+                              lightTracer::kParams,
+                              std::size(lightTracer::kParams),
+                              kTables,
+                              4,
+                              &kTraits,
+                              &create,
+                              &destroy};
+
+constexpr int kSide = 48, kTile = 8, kSeeds = 20;
+
+// A corner of a room with a block and a ball; the lights are not seen by the camera.
+std::string room(const std::string& lights, const std::string& floor, const std::string& ball) {
+  return R"(
+Hider "raytrace" "int maxsamples" [16]
+Display "probe.exr" "openexr" "Ci,a,directDiffuse"
+DisplayChannel "color directDiffuse"
+Format 48 48 1
+PixelFilter "box" 1 1
+Projection "perspective" "fov" [40]
+Translate 0 -0.8 3.2
+WorldBegin
+  AttributeBegin
+    Attribute "visibility" "int camera" [0]
+)" + lights +
+         R"(
+  AttributeEnd
+  AttributeBegin
+    )" + floor +
+         R"(
+    Polygon "vertex point P" [-1.5 0 0  1.5 0 0  1.5 0 2  -1.5 0 2]
+  AttributeEnd
+  Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
+  Polygon "vertex point P" [-1.5 0 2  1.5 0 2  1.5 2 2  -1.5 2 2]
+  Polygon "vertex point P" [-1.5 0 0  -1.5 0 2  -1.5 2 2  -1.5 2 0]
+  AttributeBegin
+    )" + ball +
+         R"(
+    Translate 0.4 0.45 1.1
+    Sphere 0.4 -0.4 0.4 360
+  AttributeEnd
+WorldEnd
+)";
+}
+const char* const kGrey = R"(Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.6 0.6 0.7])";
+const char* const kGlossy =
+    R"(Bxdf "PxrSurface" "glossy" "color diffuseColor" [0.3 0.3 0.3] "int specularFresnelMode" [1]
+    "color specularEdgeColor" [1 1 1] "color specularIor" [1.8 1.8 1.8] "int specularModelType" [1] "float specularRoughness" [0.45])";
+const char* const kRect = R"(
+    AttributeBegin
+      ConcatTransform [0.8 0 0 0  0 0 0.6 0  0 -1 0 0  -0.2 1.9 1 1]
+      Light "PxrRectLight" "lamp" "float intensity" [6] "color lightColor" [1 0.9 0.7]
+    AttributeEnd)";
+const char* const kSphere = R"(
+    AttributeBegin
+      Translate -0.8 0.9 0.6
+      Scale 0.3 0.3 0.3
+      Light "PxrSphereLight" "bulb" "float intensity" [12] "color lightColor" [0.6 0.8 1]
+    AttributeEnd)";
+const char* const kDistant = R"(
+    AttributeBegin
+      Rotate 70 1 0.3 0
+      Light "PxrDistantLight" "sun" "float intensity" [2] "float angleExtent" [4] "int areaNormalize" [1]
+    AttributeEnd)";
+const char* const kDome = R"(Light "PxrDomeLight" "sky" "float intensity" [0.4])";
+
+struct Rendered {
+  TileMoments Ci, direct, whole;  // whole: one tile
+};
+
+Rendered renderAll(Workshop& stage, const std::string& text, const std::string& integrator,
+                   std::vector<std::pair<std::string, std::string>> sets, uint32_t firstSeed) {
+  Rendered r;
+  for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+    render::Settings s;
+    s.threads = 1;
+    s.seed = firstSeed + seed;
+    s.integrator = integrator;
+    s.sets = sets;
+    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
+    const image::Image picture = pictureOf(*renderer);
+    r.Ci.add(picture, kSide, kSide, kTile);
+    r.whole.add(picture, kSide, kSide, kSide);
+    r.direct.add(renderer->film().resolve(renderer->film().layout().find("directDiffuse")), kSide, kSide, kTile);
+  }
+  return r;
+}
+
+void expectSamePicture(const std::string& text) {
+  Workshop stage{&kLightTracer};
+  const Rendered reference = renderAll(stage, text, "PxrPathTracer",
+                                       {{"integrator.maxIndirectBounces", "3"},
+                                        {"integrator.clampLuminance", "1e30"},
+                                        {"integrator.rouletteThreshold", "0"}},
+                                       100);
+  const Rendered light = renderAll(stage, text, "ProbeLightTracer", {}, 500);
+  EXPECT_GT(reference.Ci.mean(), 0.01) << stage.said;
+  for (const bool direct : {false, true}) {
+    const TileTest t = direct ? compareTiles(light.direct, reference.direct) : compareTiles(light.Ci, reference.Ci);
+    EXPECT_TRUE(t.agrees()) << (direct ? "directDiffuse" : "Ci") << ": worst z " << t.worstZ << ", means "
+                            << light.Ci.mean() << " and " << reference.Ci.mean() << "\n"
+                            << stage.said;
+    EXPECT_LT(t.meanError, 0.03);
+  }
+  const TileTest whole = compareTiles(light.whole, reference.whole);
+  EXPECT_TRUE(whole.agrees()) << "means " << light.whole.mean() << " and " << reference.whole.mean() << ", z "
+                              << whole.worstZ;
+  // the tests tell a light tracer apart that is 3 % too bright
+  const Rendered wrong = renderAll(stage, text, "ProbeLightTracer", {{"integrator.gain", "1.03"}}, 500);
+  EXPECT_FALSE(compareTiles(wrong.whole, reference.whole).agrees());
+}
+
+TEST(LightTracer, EqualsPathTracerUnderRectLight) { expectSamePicture(room(kRect, kGrey, kGrey)); }
+TEST(LightTracer, EqualsPathTracerUnderSphereLight) { expectSamePicture(room(kSphere, kGrey, kGrey)); }
+TEST(LightTracer, EqualsPathTracerUnderDistantLight) { expectSamePicture(room(kDistant, kGrey, kGrey)); }
+TEST(LightTracer, EqualsPathTracerUnderDomeLight) { expectSamePicture(room(kDome, kGrey, kGrey)); }
+TEST(LightTracer, EqualsPathTracerUnderTwoLightsWithGlossyFloor) {
+  expectSamePicture(room(std::string(kRect) + kSphere, kGlossy, kGlossy));
+}
+
+}  // namespace
+}  // namespace kinora::probes
+#endif
