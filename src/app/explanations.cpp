@@ -55,6 +55,10 @@ constexpr Explanation kRooms[] = {
      "a plain material, PxrPathTracer for an integrator; an unknown light gives none. `kinora plugins` lists what "
      "there "
      "is; --plugin-path names more folders. With --strict the exit code is 4."},
+    {"PLUGIN-STAND-IN",
+     "The plug-in that the scene names is not in stock; the message names the one that stands in and how. The "
+     "picture is near to "
+     "what is meant, not equal to it. With --strict the exit code is 4."},
     {"PLUGIN-CREATE",
      "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
      "if "
@@ -107,6 +111,9 @@ constexpr Explanation kRooms[] = {
      "No light of the scene is rendered: there is none, or none that is known. Glowing surfaces are still seen; all "
      "else "
      "is black."},
+    {"RENDER-CLASSIC-LIGHT",
+     "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
+     "stands in."},
     {"RENDER-LIGHT-FILTER", "Light filters are read and kept, but not rendered yet. The light shines unfiltered."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
     {"RENDER-NONFINITE",
