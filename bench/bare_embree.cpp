@@ -221,10 +221,10 @@ void BareEmbree::chooseCalls(const RecordedRays& rays, int rounds) {
   }
 }
 
-double BareEmbree::replay(const RecordedRays& rays) {
+BareEmbree::Seconds BareEmbree::replay(const RecordedRays& rays) {
   hits_[0] = hits_[1] = 0;
-  double sum = 0;
-  for (const RayBatch& b : rays.batches()) sum += trace(rays, b, choice_.at({b.shadow, b.depth}));
+  Seconds sum;
+  for (const RayBatch& b : rays.batches()) (b.shadow ? sum.shadow : b.depth ? sum.indirect : sum.camera) += trace(rays, b, choice_.at({b.shadow, b.depth}));
   return sum;
 }
 

@@ -24,7 +24,11 @@ class BareEmbree {
   void chooseCalls(const RecordedRays& rays, int rounds);
   // Seconds by the calls chosen. Timed for each batch on its own, the batch in the cache as it is in a renderer's group:
   // SoA calls pack their rays from arrays and copy hits back; single rays and streams of rays find theirs packed.
-  double replay(const RecordedRays& rays);
+  struct Seconds {
+    double camera = 0, indirect = 0, shadow = 0;
+    double sum() const { return camera + indirect + shadow; }
+  };
+  Seconds replay(const RecordedRays& rays);
   // Of the last replay.
   uint64_t hits(bool shadow) const { return hits_[shadow]; }
   std::string choice() const;   // "camera: 16, indirect 1: 1, ..."

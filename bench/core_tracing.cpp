@@ -56,6 +56,7 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
   constexpr size_t kStages = size_t(StageTime::Count);
   std::vector<double> traceRatio, frameRatio, bareNs, traceNs, frameNs, shadingNs, otherNs, cpuShare;
   std::array<std::vector<double>, kStages> stageNs;
+  std::array<std::vector<double>, 3> bareKindNs;
   Run run;
   for (int r = 0; r < repeat; ++r) {
     const Statistics before = renderer.statistics();
@@ -63,9 +64,12 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
     renderer.renderFilm();
     const double wall = wallSeconds() - wall0, cpu = threadSeconds() - cpu0;
     const double bareWall0 = wallSeconds(), bareCpu0 = threadSeconds();
-    double bareTime = bare.replay(recorded);
+    const BareEmbree::Seconds bareKinds = bare.replay(recorded);
     // other work on the machine takes wall time from every stage alike: count the share that was ours
-    bareTime *= (threadSeconds() - bareCpu0) / (wallSeconds() - bareWall0);
+    const double bareShare = (threadSeconds() - bareCpu0) / (wallSeconds() - bareWall0), bareTime = bareKinds.sum() * bareShare;
+    bareKindNs[0].push_back(1e9 * bareKinds.camera * bareShare / rays);
+    bareKindNs[1].push_back(1e9 * bareKinds.indirect * bareShare / rays);
+    bareKindNs[2].push_back(1e9 * bareKinds.shadow * bareShare / rays);
     const double share = cpu / wall;
     double trace = 0, shading = 0, known = 0;
     for (size_t k = 0; k < kStages; ++k) {
@@ -96,6 +100,9 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
   figures.add("frame_vs_embree_" + name, frameRatio, "bare Embree's time for the same rays over the whole frame's");
   figures.add("rays_per_sample_" + name, {rays / samples}, "rays a camera sample, shadow rays included");
   figures.add("ns_bare_" + name, bareNs, "nanoseconds a ray: bare Embree");
+  static const char* const kKinds[3] = {"camera", "indirect", "shadow"};
+  for (int k = 0; k < 3; ++k)
+    figures.add(std::string("ns_bare_") + kKinds[k] + "_" + name, bareKindNs[size_t(k)], std::string("of which its ") + kKinds[k] + " rays");
   figures.add("ns_frame_" + name, frameNs, "nanoseconds a ray: the whole frame");
   figures.add("ns_trace_" + name, traceNs, "nanoseconds a ray: trace stages");
   figures.add("ns_shading_" + name, shadingNs, "nanoseconds a ray: grouping, closures, lights, integrator with bxdfs");

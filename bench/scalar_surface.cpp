@@ -13,7 +13,7 @@ namespace {
 
 #define KB_INLINE inline __attribute__((always_inline))
 
-constexpr float kPi = 3.14159265358979324f, kInvPi = 0.318309886183790672f, kMirrorAlpha = 1e-3f;
+constexpr float kPi = 3.14159265358979324f, kInvPi = 0.318309886183790672f, kInvTwoPi = 0.159154943091895336f, kMirrorAlpha = 1e-3f;
 constexpr float kMeanCos0 = 0.355051026f, kMeanCos1 = 0.844948974f, kMeanWeight0 = 0.363917103f, kMeanWeight1 = 0.636082897f;
 constexpr int kTableMu = 32, kTableRough = 32;
 
@@ -352,8 +352,8 @@ struct Point {
       sum = sum + (i == 2 ? f : f * upper);
       pdf += choiceO.single[i] * p;
       reverse += choiceI.single[i] * r;
-      pdf += choiceO.multiple[i] * (w.z * kInvPi);
-      reverse += choiceI.multiple[i] * (lobe[i].wo.z * kInvPi);
+      pdf += choiceO.multiple[i] * kInvTwoPi;
+      reverse += choiceI.multiple[i] * kInvTwoPi;
     }
     if (k.fuzzGain != 0) {
       const float mu = dot(fuzzFrame.z, wi);

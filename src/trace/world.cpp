@@ -494,6 +494,36 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
 void World::occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
                      uint32_t mask, uint32_t* blocked, const float* radius, const float* spread) const {
   QueryContext context(false, radius, spread, nullptr);
+  // Streams answer "is something in the way" like single rays, bit for bit, whatever else is in the stream: no nearest
+  // hit has to be told from an equal one (world_test.cpp holds that). Over instances single rays are faster.
+  if (single_ && !moving_) {
+    constexpr uint32_t kStream = 512;
+    alignas(64) float near[kStream], far[kStream];
+    alignas(64) uint32_t masks[kStream], none[kStream], ids[kStream];
+    const uint32_t most = std::min(n, kStream);
+    std::fill_n(near, most, 0.f);
+    std::fill_n(masks, most, mask);
+    std::fill_n(none, most, 0u);
+    for (uint32_t first = 0; first < n; first += kStream) {
+      const uint32_t count = std::min(n - first, kStream);
+      std::memcpy(far, tMax + first, count * sizeof(float));
+      // Embree's struct has no const; only tfar is written
+      const auto in = [&](const float* p) { return const_cast<float*>(p + first); };
+      for (uint32_t i = 0; i < count; ++i) ids[i] = first + i;   // the ray, for geometry that asks for its footprint
+      RTCRayNp r{};
+      r.org_x = in(o[0]); r.org_y = in(o[1]); r.org_z = in(o[2]);
+      r.dir_x = in(d[0]); r.dir_y = in(d[1]); r.dir_z = in(d[2]);
+      r.tnear = near;
+      r.tfar = far;
+      r.time = in(time);
+      r.mask = masks;
+      r.id = ids;
+      r.flags = none;
+      rtcOccludedNp(top_, &context.embree, &r, count);
+      for (uint32_t i = 0; i < count; ++i) blocked[first + i] = far[i] < 0;
+    }
+    return;
+  }
   alignas(64) RTCRay r;
   for (uint32_t i = 0; i < n; ++i) {
     r.org_x = o[0][i]; r.org_y = o[1][i]; r.org_z = o[2][i];

@@ -1,0 +1,149 @@
+// Proves that an answer of World depends on its own ray alone, bit for bit: not on the other rays of the call nor on their
+// order. Meshes touch, coincide and lie along the axes, and rays run along edges and end on surfaces, where calls would
+// differ if they could. It misses other CPUs: Embree's code paths are pinned by the device string, not here.
+#include "trace/world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace kinora::trace {
+namespace {
+
+// The surface of a cube of half width `size`, each side n x n squares; bumpy when amplitude is not 0.
+std::shared_ptr<geometry::Mesh> cube(int n, float size, float amplitude) {
+  auto m = std::make_shared<geometry::Mesh>();
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2;
+    const uint32_t first = uint32_t(m->points.size());
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i) {
+        Imath::V3f p;
+        p[axis] = face % 2 ? 1.f : -1.f;
+        p[(axis + 1) % 3] = -1.f + 2.f * float(i) / float(n);
+        p[(axis + 2) % 3] = -1.f + 2.f * float(j) / float(n);
+        m->points.push_back(p * (size * (1 - amplitude * std::sin(5 * p.x) * std::sin(4 * p.y + 1) * std::sin(6 * p.z + 2))));
+      }
+    const uint32_t row = uint32_t(n + 1);
+    for (uint32_t j = 0; j < uint32_t(n); ++j)
+      for (uint32_t i = 0; i < uint32_t(n); ++i) {
+        const uint32_t a = first + j * row + i;
+        m->indices.insert(m->indices.end(), {a, a + 1, a + row + 1, a, a + row + 1, a + row});
+      }
+  }
+  m->vertexCount = uint32_t(m->points.size());
+  return m;
+}
+
+struct RayList {
+  std::vector<float> column[8];   // origin, direction, largest distance, time
+  size_t size() const { return column[0].size(); }
+};
+
+// From points of the meshes to points of the meshes, some along edges, some along axes, some ending just there.
+RayList raysBetween(const std::vector<std::shared_ptr<geometry::Mesh>>& meshes, size_t count) {
+  std::mt19937 random(11);
+  const auto unit = [&] { return float(random() >> 8) / 16777216.f; };
+  const auto point = [&] {
+    const geometry::Mesh& m = *meshes[random() % meshes.size()];
+    const size_t t = random() % m.triangleCount();
+    float a = unit(), b = unit();
+    if (a + b > 1) { a = 1 - a; b = 1 - b; }
+    if (random() % 8 == 0) a = 0;
+    if (random() % 8 == 0) b = 0;
+    const Imath::V3f p = m.points[m.indices[3 * t]], q = m.points[m.indices[3 * t + 1]], r = m.points[m.indices[3 * t + 2]];
+    return p + (q - p) * a + (r - p) * b;
+  };
+  RayList list;
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t kind = random() % 8;
+    const Imath::V3f o = point();
+    Imath::V3f d = point() - o;
+    if (kind == 0) d[int(random() % 3)] = 0;
+    float l = d.length();
+    if (!(l > 1e-6f)) { d = {1, 0, 0}; l = 1; }
+    d /= l;
+    const Imath::V3f from = kind == 1 ? o : o + d * (kind > 3 ? 0.01f : 1e-4f);
+    for (int c = 0; c < 3; ++c) {
+      list.column[c].push_back(from[c]);
+      list.column[3 + c].push_back(d[c]);
+    }
+    list.column[6].push_back(kind == 2 ? l : kind > 3 ? l * 0.2f * unit() : l * 0.9999f);
+    list.column[7].push_back(unit());
+  }
+  return list;
+}
+
+std::vector<uint32_t> occluded(const World& world, const RayList& rays, const std::vector<size_t>& which) {
+  RayList part;
+  for (int c = 0; c < 8; ++c)
+    for (size_t i : which) part.column[c].push_back(rays.column[c][i]);
+  const float* o[3] = {part.column[0].data(), part.column[1].data(), part.column[2].data()};
+  const float* d[3] = {part.column[3].data(), part.column[4].data(), part.column[5].data()};
+  std::vector<uint32_t> blocked(which.size(), 7);
+  world.occluded(uint32_t(which.size()), o, d, part.column[6].data(), part.column[7].data(), kSeenByOpaqueShadow, blocked.data());
+  return blocked;
+}
+
+std::shared_ptr<const World> worldOf(const std::vector<std::shared_ptr<geometry::Mesh>>& meshes, bool moving) {
+  std::vector<ShapeInput> shapes;
+  std::vector<PartInput> parts;
+  std::vector<PlacementInput> placements;
+  for (uint32_t i = 0; i < meshes.size(); ++i) {
+    ShapeInput s;
+    s.key = i + 1;
+    s.mesh = meshes[i];
+    shapes.push_back(s);
+    PartInput p;
+    p.key = i + 1;
+    p.shapes = {i};
+    parts.push_back(p);
+    PlacementInput place;
+    place.part = i;
+    if (moving && i == 0) {
+      place.toRender.times = {0, 1};
+      place.toRender.matrices = {scene::Matrix(), scene::Matrix().setTranslation(Imath::V3d(0.1, 0, 0))};
+    }
+    placements.push_back(place);
+  }
+  BuildOptions options;
+  options.shutterClose = 1;
+  BuildCounters counters;
+  return World::build(std::move(shapes), std::move(parts), std::move(placements), options, nullptr, counters);
+}
+
+void expectShadowsAlone(bool moving, float amplitude, size_t count) {
+  const std::vector<std::shared_ptr<geometry::Mesh>> meshes{cube(20, 1, amplitude), cube(7, 1, amplitude), cube(20, 1, amplitude),
+                                                            cube(13, 0.5f, amplitude), cube(20, 0.5f, amplitude)};
+  const auto world = worldOf(meshes, moving);
+  const RayList rays = raysBetween(meshes, count);
+  std::vector<uint32_t> alone(count);
+  uint32_t blocked = 0;
+  for (size_t i = 0; i < count; ++i) blocked += alone[i] = occluded(*world, rays, {i})[0];
+  // both answers are common, or the test would prove nothing
+  EXPECT_GT(blocked, count / 10);
+  EXPECT_LT(blocked, count - count / 10);
+  std::vector<size_t> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  std::mt19937 random(5);
+  for (int round = 0; round < 3; ++round) {
+    for (size_t first = 0; first < count;) {
+      const size_t n = std::min<size_t>(count - first, 1 + random() % 1500);
+      const std::vector<size_t> part(order.begin() + long(first), order.begin() + long(first + n));
+      const std::vector<uint32_t> answer = occluded(*world, rays, part);
+      for (size_t i = 0; i < n; ++i) ASSERT_EQ(answer[i], alone[part[i]]) << "ray " << part[i] << " in a call of " << n;
+      first += n;
+    }
+    std::shuffle(order.begin(), order.end(), random);
+  }
+}
+
+TEST(World, ShadowOfARayDoesNotDependOnOthersCoplanar) { expectShadowsAlone(false, 0, 60000); }
+TEST(World, ShadowOfARayDoesNotDependOnOthersBumpy) { expectShadowsAlone(false, 0.3f, 60000); }
+TEST(World, ShadowOfARayDoesNotDependOnOthersMoving) { expectShadowsAlone(true, 0.2f, 30000); }
+
+}  // namespace
+}  // namespace kinora::trace

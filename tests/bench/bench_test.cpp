@@ -1,0 +1,77 @@
+// Proves that kinora-bench runs every group on tiny sizes and writes flat JSON with all promised keys, each with its
+// spread; and that its scalar twin of PxrSurface still has the material's formulas. It says nothing of the figures.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <sys/wait.h>
+
+namespace {
+
+struct Result {
+  int code = -1;
+  std::string out;
+};
+Result run(const std::string& arguments) {
+  Result r;
+  FILE* p = popen((std::string(KINORA_BENCH " ") + arguments + " 2>&1").c_str(), "r");
+  if (!p) return r;
+  char part[4096];
+  for (size_t n; (n = std::fread(part, 1, sizeof part, p)) > 0;) r.out.append(part, n);
+  const int status = pclose(p);
+  r.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return r;
+}
+
+TEST(Bench, ListSaysWhatEachFamilyMeasures) {
+  const Result r = run("list");
+  EXPECT_EQ(r.code, 0) << r.out;
+  for (const char* word : {"core", "trace_vs_embree", "surface_width_gain", "threads_2", "bytes_per_triangle", "lane_use_first_hit"})
+    EXPECT_NE(r.out.find(word), std::string::npos) << word;
+}
+
+TEST(Bench, UnknownNamesAreRefused) {
+  EXPECT_EQ(run("nothing").code, 2);
+  EXPECT_EQ(run("core --quick --only nothing").code, 2);
+  EXPECT_EQ(run("core --quick --repeat 0").code, 2);
+  EXPECT_EQ(run("").code, 2);
+}
+
+TEST(Bench, AnUnwritableFileIsSaid) {
+  const Result r = run("core --quick --repeat 1 --only lanes --json /proc/none/bench.json");
+  EXPECT_EQ(r.code, 6) << r.out;
+  EXPECT_NE(r.out.find("BENCH-WRITE"), std::string::npos) << r.out;
+}
+
+TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
+  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
+  ASSERT_TRUE(mkdtemp(folder.data()));
+  const Result r = run("core --quick --repeat 2 --json " + folder + "/core.json");
+  EXPECT_EQ(r.code, 0) << r.out;
+  // rays counted, rays replayed and hits agree
+  EXPECT_EQ(r.out.find("BENCH-"), std::string::npos) << r.out;
+  std::ifstream file(folder + "/core.json");
+  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(j.is_object()) << r.out;
+  for (const auto& [name, value] : j.items()) EXPECT_TRUE(value.is_number()) << name;
+  for (const char* name :
+       {"trace_vs_embree_10k", "trace_vs_embree_1m", "frame_vs_embree_10k", "frame_vs_embree_1m", "rays_per_sample_10k",
+        "rays_per_sample_1m", "surface_width_gain", "width1_vs_scalar", "frame_width_gain", "frame_width_gain_textures",
+        "threads_2", "bytes_per_triangle", "lane_use_first_hit", "first_pixel_seconds", "time_growth_1e4_1e6",
+        "ns_shading_10k", "ns_film_1m"}) {
+    ASSERT_TRUE(j.contains(name)) << name;
+    ASSERT_TRUE(j.contains(std::string(name) + "_min") && j.contains(std::string(name) + "_max")) << name;
+    EXPECT_GT(j[name].get<double>(), 0) << name;
+    EXPECT_LE(j[std::string(name) + "_min"].get<double>(), j[name].get<double>()) << name;
+    EXPECT_GE(j[std::string(name) + "_max"].get<double>(), j[name].get<double>()) << name;
+  }
+  EXPECT_LT(j["scalar_difference"].get<double>(), 1e-4) << "bench/scalar_surface.cpp has fallen behind PxrSurface";
+}
+
+}  // namespace
