@@ -20,7 +20,7 @@ namespace kinora::shade {
 float beerLambert(float absorption, float distance) {
   if (!(absorption > 0)) return 1;
   const float depth = absorption * distance;
-  return depth < 100 ? N_AVX2::exp1(-depth) : 0;   // e^-88 is the least normal number
+  return depth < 100 ? N_AVX2::exp1(-depth) : 0;  // e^-88 is the least normal number
 }
 }  // namespace kinora::shade
 #endif

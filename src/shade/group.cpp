@@ -138,14 +138,13 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         const uint32_t s = open[i];
         if (std::isinf(group_.hits.t[s])) continue;
         const uint32_t material = world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]);
-        if (world_.hasMedia && insideHigherPriority(s)) {
-          // the boundary of a medium that another one displaces: note the crossing, go on
-          if (world_.materials->encloses(material)) {
-            Context* const* contexts;
-            const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, 1, &s, &contexts);
-            const uint32_t zero = 0;
-            if (count) cross(contexts[0], 1, &zero);
-          }
+        if (world_.hasMedia && world_.materials->encloses(material) && insideHigherPriority(s)) {
+          // the boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's boundary
+          // stays, whatever surrounds it.
+          Context* const* contexts;
+          const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, 1, &s, &contexts);
+          const uint32_t zero = 0;
+          if (count) cross(contexts[0], 1, &zero);
           onward[k++] = s;
         } else if (!world_.materials->opaque(material)) {
           ask[asked++] = s;
