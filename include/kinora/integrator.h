@@ -142,6 +142,10 @@ struct Services {
   void (*cover)(Group*, uint32_t n, const uint32_t* slots, const float* alpha);
   // Tells the media stack of each listed point's path that it went through the surface (transmitted samples).
   void (*cross)(Group*, const Context*, uint32_t n, const uint32_t* points);
+  // For several directions from one vertex: remembers where the listed paths stand (hit, media around, lights linked);
+  // restorePaths() puts that back before the next direction is followed. Rays are not kept.
+  const void* (*keepPaths)(Group*, uint32_t n, const uint32_t* slots);
+  void (*restorePaths)(Group*, const void* kept);
   // Light paths: fills rays of the first n slots with emitted rays; throughput = radiance * cos / pdfs.
   void (*emitLight)(Group*, uint32_t n, float* const throughput[3], uint32_t* light);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);

@@ -419,6 +419,7 @@ class PathLoop {
       for (int c = 0; c < 3; ++c) firstThroughput_[c][s] = throughput_[c][s];
       firstState_[s] = state_[s];
     }
+    first_ = sv_->keepPaths(g_, n, live);
   }
   void restoreFirst(uint32_t n, const uint32_t* live) {
     for (uint32_t i = 0; i < n; ++i) {
@@ -427,6 +428,7 @@ class PathLoop {
       state_[s] = firstState_[s];
       flags_[s] = kDiscrete;
     }
+    sv_->restorePaths(g_, first_);
   }
 
   Group* g_;
@@ -434,6 +436,7 @@ class PathLoop {
   const PathLoopOptions o_;
   float *throughput_[3], *medium_[3], *firstThroughput_[3], *pdf_;
   uint16_t *state_, *firstState_ = nullptr;
+  const void* first_ = nullptr;
   uint32_t* flags_;
 };
 

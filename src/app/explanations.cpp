@@ -55,6 +55,10 @@ constexpr Explanation kRooms[] = {
      "a plain material, PxrPathTracer for an integrator; an unknown light gives none. `kinora plugins` lists what "
      "there "
      "is; --plugin-path names more folders. With --strict the exit code is 4."},
+    {"PLUGIN-STAND-IN",
+     "The plug-in that the scene names is not in stock; the message names the one that stands in and how. The "
+     "picture is near to "
+     "what is meant, not equal to it. With --strict the exit code is 4."},
     {"PLUGIN-CREATE",
      "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
      "if "
@@ -85,6 +89,15 @@ constexpr Explanation kRooms[] = {
     {"PROJECTION-",
      "A camera parameter cannot be used: a field of view outside 0 to 180 degrees, or a lens that cannot exist. The "
      "message says what is used instead."},
+    {"RENDER-CLASSIC-LIGHT",
+     "An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) is rendered as the modern light of its shape, "
+     "which takes the place of its geometry. Radiance follows intensity and exposure as they stand."},
+    {"PLUGIN-STAND-IN",
+     "A light plug-in that is not there is replaced by the nearest one that is, with the same colour, intensity and about the "
+     "same area, so that the picture keeps its light."},
+    {"DISPLAY-FOLDER",
+     "With -o, further pictures of the scene whose folder does not exist here are written beside the first one, under their "
+     "own names."},
     {"RENDER-MEMORY", "There is not enough memory for the scene or the picture. Exit code 5."},
     {"RENDER-RESOLUTION",
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
@@ -98,6 +111,9 @@ constexpr Explanation kRooms[] = {
      "No light of the scene is rendered: there is none, or none that is known. Glowing surfaces are still seen; all "
      "else "
      "is black."},
+    {"RENDER-CLASSIC-LIGHT",
+     "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
+     "stands in."},
     {"RENDER-LIGHT-FILTER", "Light filters are read and kept, but not rendered yet. The light shines unfiltered."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
     {"RENDER-NONFINITE",

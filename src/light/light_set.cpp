@@ -252,6 +252,9 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     entry.byWidth[width]->evaluate(entry.instance, &a);
     for (uint32_t i = 0; i < found; ++i) {
       const uint32_t ray = who[i], s = list.slots[ray];
+      const float choice = sets_[list.linkSet ? list.linkSet[s] : 0].pdfOfLight[l];
+      // a light that is not linked to the surface which the ray left does not light it, however it is found
+      if (!camera && !(choice > 0)) continue;
       uint32_t e = m;
       if (camera && !entry.description.isInfinite) {
         // only the nearest light is seen
@@ -265,7 +268,6 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
       rayOf[e] = ray;
       for (int c = 0; c < 3; ++c) radiance[c][e] = answer[c][i];
       tOut[e] = t[i];
-      const float choice = sets_[list.linkSet ? list.linkSet[s] : 0].pdfOfLight[l];
       pdf[e] = answer[3][i] * choice;
       diffuse[e] = entry.description.diffuse;
       specular[e] = entry.description.specular;

@@ -102,6 +102,8 @@ struct Worker::Calls {
     for (uint32_t i = 0; i < n; ++i) w.records_[size_t(w.plan_.surface.a)][slots[i]] = alpha[i];
   }
   static void cross(Group* g, const Context* c, uint32_t n, const uint32_t* points) { of(g).state_.cross(c, n, points); }
+  static const void* keepPaths(Group* g, uint32_t n, const uint32_t* slots) { return of(g).state_.keepPaths(n, slots); }
+  static void restorePaths(Group* g, const void* kept) { of(g).state_.restorePaths(kept); }
   static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
   static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
@@ -134,6 +136,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.contribute = &Calls::contribute;
   s.cover = &Calls::cover;
   s.cross = &Calls::cross;
+  s.keepPaths = &Calls::keepPaths;
+  s.restorePaths = &Calls::restorePaths;
   s.emitLight = &Calls::emitLight;
   s.connectCamera = &Calls::connectCamera;
   s.splat = &Calls::splat;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "shade/beer_lambert.h"
 #include "shade/context_host.h"
 #include "shade/points.h"
 
@@ -84,15 +85,13 @@ void GroupState::media(uint32_t n, const uint32_t* slots, float* const transmitt
       if (m.entries[k].priority > m.entries[top].priority) top = k;
     const float* a = m.entries[top].absorption;
     const float t = group_.hits.t[s];
-    for (int c = 0; c < 3; ++c) {
-      // a ray that escapes from inside a medium crosses it without end
-      const float x = a[c] > 0 ? (std::isinf(t) ? 1e30f : a[c] * t) : 0.f;
-      transmittance[c][s] *= std::exp(-x);
-    }
+    // a ray that escapes from inside a medium crosses it without end
+    for (int c = 0; c < 3; ++c) transmittance[c][s] *= beerLambert(a[c], t);
   }
 }
 
-void GroupState::passThrough(uint32_t n, const uint32_t* slots) {
+// Moves rays just beyond what they hit; `passed` (null: not wanted) sums the distances by slot.
+void GroupState::passThrough(uint32_t n, const uint32_t* slots, float* passed) {
   Rays& r = group_.rays;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
@@ -103,6 +102,7 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots) {
     for (int c = 0; c < 3; ++c) r.o[c][s] += r.d[c][s] * step;
     r.tMax[s] -= step;
     r.radius[s] += r.spread[s] * step;
+    if (passed) passed[s] += step;
   }
 }
 
@@ -124,6 +124,9 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
     uint32_t* open = arena_.make<uint32_t>(padded(n));
     uint32_t m = n;
     std::memcpy(open, slots, n * sizeof(uint32_t));
+    // rays that passed something, with where they began and how far they have come
+    Rays begun{};
+    float* passed = nullptr;
     for (int pass = 0; m; ++pass) {
       if (world_.hasMedia && transmittance) media(m, open, transmittance);
       // who goes on?
@@ -135,14 +138,13 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         const uint32_t s = open[i];
         if (std::isinf(group_.hits.t[s])) continue;
         const uint32_t material = world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]);
-        if (world_.hasMedia && insideHigherPriority(s)) {
-          // the boundary of a medium that another one displaces: note the crossing, go on
-          if (world_.materials->encloses(material)) {
-            Context* const* contexts;
-            const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, 1, &s, &contexts);
-            const uint32_t zero = 0;
-            if (count) cross(contexts[0], 1, &zero);
-          }
+        if (world_.hasMedia && world_.materials->encloses(material) && insideHigherPriority(s)) {
+          // the boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's boundary
+          // stays, whatever surrounds it.
+          Context* const* contexts;
+          const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, 1, &s, &contexts);
+          const uint32_t zero = 0;
+          if (count) cross(contexts[0], 1, &zero);
           onward[k++] = s;
         } else if (!world_.materials->opaque(material)) {
           ask[asked++] = s;
@@ -182,11 +184,37 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         for (uint32_t i = 0; i < k; ++i) group_.hits.t[onward[i]] = INFINITY;
         break;
       }
-      passThrough(k, onward);
+      if (!passed) {
+        const uint32_t room = group_.padded + kPad;
+        passed = arena_.make<float>(room);
+        for (float*& o : begun.o) o = arena_.make<float>(room);
+        begun.tMax = arena_.make<float>(room);
+        begun.radius = arena_.make<float>(room);
+        for (uint32_t i = 0; i < n; ++i) passed[slots[i]] = 0;
+      }
+      for (uint32_t i = 0; i < k; ++i) {
+        const uint32_t s = onward[i];
+        if (passed[s] > 0) continue;
+        for (int c = 0; c < 3; ++c) begun.o[c][s] = group_.rays.o[c][s];
+        begun.tMax[s] = group_.rays.tMax[s];
+        begun.radius[s] = group_.rays.radius[s];
+      }
+      passThrough(k, onward, passed);
       w.closest(group_.rays, group_.hits, mask, k, onward);
       open = onward;
       m = k;
     }
+    // The ray is again the one that left the last vertex: lights in front of what was passed are met, and their densities
+    // are those of that vertex.
+    if (passed)
+      for (uint32_t i = 0; i < n; ++i) {
+        const uint32_t s = slots[i];
+        if (!(passed[s] > 0)) continue;
+        for (int c = 0; c < 3; ++c) group_.rays.o[c][s] = begun.o[c][s];
+        group_.rays.tMax[s] = begun.tMax[s];
+        group_.rays.radius[s] = begun.radius[s];
+        group_.hits.t[s] += passed[s];
+      }
   }
   if (kind == RayKind::Camera) {
     for (uint32_t i = 0; i < n; ++i) counters.cameraHits += !std::isinf(group_.hits.t[slots[i]]);
@@ -292,7 +320,8 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
     block[i] = (*world_.materials)[material].block;
     smooth |= (info.flags & kHasNormals) != 0;
     placed |= !instance.baked;
-    linkSet_[s] = world_.placements[instance.user].linkSet;
+    // what a ray only passes does not choose its lights
+    if (bind) linkSet_[s] = world_.placements[instance.user].linkSet;
   }
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {
@@ -610,7 +639,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
         if (most > 0) next[nextCount++] = s;
       }
     }
-    passThrough(nextCount, next);
+    passThrough(nextCount, next, nullptr);
     open = next;
     k = nextCount;
   }
@@ -651,6 +680,57 @@ void GroupState::cross(const Context* c, uint32_t n, const uint32_t* points) {
         }
     }
   }
+}
+
+struct GroupState::KeptPaths {
+  uint32_t n;
+  const uint32_t* slots;
+  float *t, *u, *v, *ng[3];
+  uint32_t *instance, *geometry, *primitive, *level, *linkSet;
+  MediaStack* media;
+};
+
+const void* GroupState::keepPaths(uint32_t n, const uint32_t* slots) {
+  KeptPaths* k = new (arena_.allocate(sizeof(KeptPaths))) KeptPaths();
+  const auto take = [&]<class T>(const T* from) {
+    T* to = arena_.make<T>(n);
+    for (uint32_t i = 0; i < n; ++i) to[i] = from[slots[i]];
+    return to;
+  };
+  const Hits& h = group_.hits;
+  uint32_t* list = arena_.make<uint32_t>(n);
+  std::copy_n(slots, n, list);
+  k->n = n;
+  k->slots = list;
+  k->t = take(h.t);
+  k->u = take(h.u);
+  k->v = take(h.v);
+  for (int c = 0; c < 3; ++c) k->ng[c] = take(h.ng[c]);
+  k->instance = take(h.instance);
+  k->geometry = take(h.geometry);
+  k->primitive = take(h.primitive);
+  k->level = take(h.level);
+  k->linkSet = take(linkSet_);
+  k->media = media_ ? take(media_) : nullptr;
+  return k;
+}
+
+void GroupState::restorePaths(const void* kept) {
+  const KeptPaths& k = *static_cast<const KeptPaths*>(kept);
+  Hits& h = group_.hits;
+  const auto put = [&]<class T>(const T* from, T* to) {
+    for (uint32_t i = 0; i < k.n; ++i) to[k.slots[i]] = from[i];
+  };
+  put(k.t, h.t);
+  put(k.u, h.u);
+  put(k.v, h.v);
+  for (int c = 0; c < 3; ++c) put(k.ng[c], h.ng[c]);
+  put(k.instance, h.instance);
+  put(k.geometry, h.geometry);
+  put(k.primitive, h.primitive);
+  put(k.level, h.level);
+  put(k.linkSet, linkSet_);
+  if (k.media) put(k.media, media_);
 }
 
 }  // namespace kinora::shade

@@ -101,6 +101,8 @@ class GroupState {
   void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
   void cross(const Context* c, uint32_t n, const uint32_t* points);
+  const void* keepPaths(uint32_t n, const uint32_t* slots);
+  void restorePaths(const void* kept);
 
   GroupCounters counters;
   RayListener* listener = nullptr;
@@ -112,7 +114,8 @@ class GroupState {
   friend struct ContextHost;
   Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
   bool insideHigherPriority(uint32_t slot) const;
-  void passThrough(uint32_t n, const uint32_t* slots);
+  struct KeptPaths;
+  void passThrough(uint32_t n, const uint32_t* slots, float* passed);
   void media(uint32_t n, const uint32_t* slots, float* const transmittance[3]);
 
   const ShadingWorld& world_;

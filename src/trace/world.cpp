@@ -499,7 +499,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
   if (single_ && !moving_ && !hasUser_) {
     constexpr uint32_t kStream = 512;
     alignas(64) float near[kStream], far[kStream];
-    alignas(64) uint32_t masks[kStream], none[kStream];
+    alignas(64) uint32_t masks[kStream], none[kStream], ids[kStream];
     const uint32_t most = std::min(n, kStream);
     std::fill_n(near, most, 0.f);
     std::fill_n(masks, most, mask);
@@ -509,6 +509,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
       std::memcpy(far, tMax + first, count * sizeof(float));
       // Embree's struct has no const; only tfar is written
       const auto in = [&](const float* p) { return const_cast<float*>(p + first); };
+      for (uint32_t i = 0; i < count; ++i) ids[i] = first + i;   // the ray, for geometry that asks for its footprint
       RTCRayNp r{};
       r.org_x = in(o[0]); r.org_y = in(o[1]); r.org_z = in(o[2]);
       r.dir_x = in(d[0]); r.dir_y = in(d[1]); r.dir_z = in(d[2]);
@@ -516,7 +517,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
       r.tfar = far;
       r.time = in(time);
       r.mask = masks;
-      r.id = none;
+      r.id = ids;
       r.flags = none;
       rtcOccludedNp(top_, &context.embree, &r, count);
       for (uint32_t i = 0; i < count; ++i) blocked[first + i] = far[i] < 0;

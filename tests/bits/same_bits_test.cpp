@@ -1,8 +1,8 @@
 // Proves: all channels of a frame are the same integers at all SIMD widths, with 1 and 2 threads, in groups of 64 to
 // 1,024, in any order of buckets, in parts that are merged (through files too), under crop, and as replayed; and that
 // they are the integers kept in hashes.txt. Scenes: the gallery, and one with coplanar surfaces, instances (also with
-// presence and media) and motion blur. Misses: other compilers and libraries (their code may round differently: the kept
-// hashes would tell), and sample counts above 16.
+// presence and media) and motion blur. Misses: other compilers and libraries (their code may round differently: the
+// kept hashes would tell), and sample counts above 16.
 //
 // A change of the pictures on purpose: run test_bits with KINORA_WRITE_HASHES=1 and look at the pictures first.
 #include <gtest/gtest.h>
@@ -26,8 +26,8 @@ namespace {
 constexpr int kSamples = 16;
 const std::string kHashFile = KINORA_SOURCE_DIR "/tests/bits/hashes.txt";
 
-// Pairs of coplanar polygons (one of them an instance), a block that stands on the floor with a shared face, instances
-// that move, turn and deform, a half present sheet, and glass that dips into glass of another priority.
+// Pairs of coplanar polygons (one of them an instance), a block that stands on the floor with a shared face,
+// instances that move, turn and deform, a half present sheet, and glass that dips into glass of another priority.
 const char* const kOverlap = R"(
 Hider "raytrace" "int maxsamples" [16]
 Integrator "PxrPathTracer" "i" "int maxIndirectBounces" [4] "int allowCaustics" [1]
@@ -137,8 +137,8 @@ std::string difference(const film::Film& a, const film::Film& b) {
             std::string channel = "counts";
             for (int c = 0; c < a.layout().size(); ++c)
               if (a.firstSlot(c) <= k) channel = a.layout()[c].name;
-            first = "pixel " + std::to_string(x) + "," + std::to_string(y) + " slot " + std::to_string(k) + " (" + channel +
-                    "): " + std::to_string(a.pixel(x, y)[k]) + " and " + std::to_string(b.pixel(x, y)[k]);
+            first = "pixel " + std::to_string(x) + "," + std::to_string(y) + " slot " + std::to_string(k) + " (" +
+                    channel + "): " + std::to_string(a.pixel(x, y)[k]) + " and " + std::to_string(b.pixel(x, y)[k]);
           }
         }
       pixels += differs;
@@ -161,8 +161,9 @@ class SameBits : public ::testing::TestWithParam<Scene> {
     SceneRender other(request);
     ASSERT_TRUE(base().ok() && other.ok());
     const std::string d = difference(base().film(), other.film());
-    EXPECT_EQ(d, "") << what << "; pictures: " << SceneRender::keep(base().channel("Ci"), std::string(GetParam().name) + "-base")
-                     << ' ' << SceneRender::keep(other.channel("Ci"), std::string(GetParam().name) + "-other");
+    EXPECT_EQ(d, "") << what << "; pictures: "
+                     << SceneRender::keep(base().channel("Ci"), std::string(GetParam().name) + "-base") << ' '
+                     << SceneRender::keep(other.channel("Ci"), std::string(GetParam().name) + "-other");
   }
 };
 INSTANTIATE_TEST_SUITE_P(Frames, SameBits, ::testing::ValuesIn(kScenes),
@@ -174,8 +175,7 @@ TEST_P(SameBits, AtAllWidths) {
 }
 
 TEST_P(SameBits, WithTwoThreads) {
-  for (int again = 0; again < 2; ++again)
-    expectSame([](render::Settings& s) { s.threads = 2; }, "2 threads");
+  for (int again = 0; again < 2; ++again) expectSame([](render::Settings& s) { s.threads = 2; }, "2 threads");
 }
 
 TEST_P(SameBits, InGroupsOfAnySize) {
@@ -225,7 +225,7 @@ TEST_P(SameBits, InPartsMergedThroughFiles) {
 
 TEST_P(SameBits, UnderCrop) {
   RenderRequest request = requestOf(GetParam());
-  request.settings.crop = {0.29f, 0.71f, 0.13f, 0.64f};   // cuts through buckets and camera packets
+  request.settings.crop = {0.29f, 0.71f, 0.13f, 0.64f};  // cuts through buckets and camera packets
   SceneRender part(request);
   ASSERT_TRUE(part.ok());
   const auto& w = part.film().window();
@@ -252,16 +252,19 @@ TEST_P(SameBits, Replayed) {
     for (int x = 2; x < film.width(); x += 7) {
       std::vector<std::string> lines;
       ASSERT_TRUE(replayer.renderer().replay(x, y, kSample, [&](const std::string& l) { lines.push_back(l); }));
-      const auto line = std::find_if(lines.begin(), lines.end(), [](const std::string& l) { return l.starts_with("sample Ci:"); });
+      const auto line =
+          std::find_if(lines.begin(), lines.end(), [](const std::string& l) { return l.starts_with("sample Ci:"); });
       ASSERT_NE(line, lines.end());
       std::istringstream values(line->substr(10));
-      const double weight = double(film.pixel(x, y)[film::Film::kWeight]) * std::ldexp(1.0, film::Film::kWeightStepLog2);
+      const double weight =
+          double(film.pixel(x, y)[film::Film::kWeight]) * std::ldexp(1.0, film::Film::kWeightStepLog2);
       for (int c = 0; c < 3; ++c) {
         float v = 0;
         values >> v;
         lit += v > 0;
         // the weight is itself rounded in the film: exact when it is 1 (all filters without negative lobes)
-        const double allowed = weight == 1 ? 0 : 1 + std::abs(v) * std::ldexp(1.0, film::Film::kWeightStepLog2) / step;
+        const double allowed =
+            weight == 1 ? 0 : 1 + std::abs(v) * std::ldexp(1.0, film::Film::kWeightStepLog2) / step;
         EXPECT_NEAR(double(film.pixel(x, y)[slot + c]), double(std::llrint(double(v) * weight / step)), allowed)
             << x << ',' << y << " component " << c << ": replayed " << v;
       }
@@ -290,7 +293,8 @@ TEST_P(SameBits, AsTheKeptHashes) {
       std::ofstream out(kHashFile);
       for (const auto& [n, h] : kept) out << n << ' ' << h << '\n';
     }
-    EXPECT_EQ(text, kept[name]) << "width " << width << "; picture: " << SceneRender::keep(r.channel("Ci"), name + "-hash");
+    EXPECT_EQ(text, kept[name]) << "width " << width
+                                << "; picture: " << SceneRender::keep(r.channel("Ci"), name + "-hash");
   }
 }
 

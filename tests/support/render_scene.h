@@ -1,6 +1,6 @@
-// A scene in, a film out: RIB text (or a file) rendered in this process, for tests of the whole renderer. Called by the
-// programs of tests/bits, tests/truth and tests/images. It writes no displays and judges nothing: what a picture should
-// be belongs to the test.
+// A scene in, a film out: RIB text (or a file) rendered in this process, for tests of the whole renderer. Called by
+// the programs of tests/bits, tests/truth and tests/images. It writes no displays and judges nothing: what a picture
+// should be belongs to the test.
 #pragma once
 #include <kinora/testing/statistics.h>
 
@@ -20,10 +20,10 @@ namespace kinora::tests {
 extern const char* const kAllChannels;
 
 struct RenderRequest {
-  std::string rib;                        // text; empty: `file` is read
+  std::string rib;  // text; empty: `file` is read
   std::string file;
-  std::string channels = "Ci,a";          // of the one display that replaces those of the scene
-  render::Settings settings;              // threads 0 becomes 1
+  std::string channels = "Ci,a";            // of the one display that replaces those of the scene
+  render::Settings settings;                // threads 0 becomes 1
   std::function<void(scene::Scene&)> edit;  // before the world is built
 };
 
@@ -58,28 +58,29 @@ uint64_t hashOf(const film::Film& film);
 // constant expectation) the spread between them gives the standard error of the mean.
 testing::Moments overPixels(const image::Image& picture, int c = 0);
 
-// Renders with `seeds` seeds; each render's mean over the frame (of component c of a channel) is one independent value.
+// Renders with `seeds` seeds; each render's mean over the frame (of component c of a channel) is one independent
+// value.
 testing::Moments overSeeds(RenderRequest request, int seeds, const std::string& channel = "Ci", int c = 0);
 
 // |mean - expected| is within `tolerance` (absolute), and the standard error small enough to say so: at most a third
 // of it. The failure names both.
-#define EXPECT_MEAN(moments, expected, tolerance)                                                                    \
-  do {                                                                                                               \
-    const auto& m_ = (moments);                                                                                      \
-    const double e_ = (expected), t_ = (tolerance);                                                                  \
-    EXPECT_NEAR(m_.mean(), e_, t_) << "standard error " << m_.standardError();                                       \
-    EXPECT_LE(m_.standardError(), t_ / 3) << "too few samples to judge";                                             \
+#define EXPECT_MEAN(moments, expected, tolerance)                              \
+  do {                                                                         \
+    const auto& m_ = (moments);                                                \
+    const double e_ = (expected), t_ = (tolerance);                            \
+    EXPECT_NEAR(m_.mean(), e_, t_) << "standard error " << m_.standardError(); \
+    EXPECT_LE(m_.standardError(), t_ / 3) << "too few samples to judge";       \
   } while (0)
 
 // Two means agree: |difference| at most 4 standard errors (6e-5 by chance), and these at most `relativeError` of it.
-#define EXPECT_SAME_MEAN(momentsA, momentsB, relativeError)                                                          \
-  do {                                                                                                               \
-    const auto& a_ = (momentsA);                                                                                     \
-    const auto& b_ = (momentsB);                                                                                     \
-    const double s_ = std::sqrt(a_.standardError() * a_.standardError() + b_.standardError() * b_.standardError());  \
-    EXPECT_LE(std::abs(a_.mean() - b_.mean()), 4 * s_ + 1e-6 * std::abs(a_.mean()))                                  \
-        << a_.mean() << " against " << b_.mean() << ", standard error " << s_;                                       \
-    EXPECT_LE(s_, (relativeError)*std::abs(a_.mean())) << "too few samples to judge";                                \
+#define EXPECT_SAME_MEAN(momentsA, momentsB, relativeError)                                                         \
+  do {                                                                                                              \
+    const auto& a_ = (momentsA);                                                                                    \
+    const auto& b_ = (momentsB);                                                                                    \
+    const double s_ = std::sqrt(a_.standardError() * a_.standardError() + b_.standardError() * b_.standardError()); \
+    EXPECT_LE(std::abs(a_.mean() - b_.mean()), 4 * s_ + 1e-6 * std::abs(a_.mean()))                                 \
+        << a_.mean() << " against " << b_.mean() << ", standard error " << s_;                                      \
+    EXPECT_LE(s_, (relativeError)*std::abs(a_.mean())) << "too few samples to judge";                               \
   } while (0)
 
 }  // namespace kinora::tests

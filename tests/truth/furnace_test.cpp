@@ -1,8 +1,8 @@
 // White furnaces. Proves, through the whole renderer: a plane of each bxdf at its declared settings shows, under a
-// constant sky, the albedo that an integration of the bxdf's own evaluate() gives (0.3 %); spheres of lossless settings
-// vanish (1 %) under a sky and inside a closed glowing shell, where only scattered rays find light. The loop is over the
-// registry. Misses: what an albedo should be (the kit's and each bxdf's own tests), textures, subsurface, and settings
-// that are not declared.
+// constant sky, the albedo that an integration of the bxdf's own evaluate() gives (0.3 %); spheres of lossless
+// settings vanish (1 %) under a sky and inside a closed glowing shell, where only scattered rays find light. The loop
+// is over the registry. Misses: what an albedo should be (the kit's and each bxdf's own tests), textures, subsurface,
+// and settings that are not declared.
 #include <gtest/gtest.h>
 #include <kinora/bxdf.h>
 
@@ -34,8 +34,8 @@ std::vector<Setting> declaredSettings(const Registry& registry) {
 std::string nameOf(const Setting& s) { return std::string(s.bxdf->name) + " {" + s.text + "}"; }
 
 // Radiance towards a direction at `cosine` under a sky of radiance 1 all round: the integral of evaluate() over all
-// directions, plus what discrete lobes say when sampled, plus emission. As the renderer's eye paths see it (radiance is
-// scaled by the square of the index at an interface).
+// directions, plus what discrete lobes say when sampled, plus emission. As the renderer's eye paths see it (radiance
+// is scaled by the square of the index at an interface).
 std::array<double, 3> albedo(const Setting& s, double cosine) {
   using namespace testing;
   testing::Setting setting;
@@ -93,7 +93,9 @@ std::array<double, 3> albedo(const Setting& s, double cosine) {
   return sum;
 }
 
-std::string bxdfRib(const Setting& s) { return "Bxdf \"" + std::string(s.bxdf->name) + "\" \"b\"" + asRib(*s.bxdf, s.text) + "\n"; }
+std::string bxdfRib(const Setting& s) {
+  return "Bxdf \"" + std::string(s.bxdf->name) + "\" \"b\"" + asRib(*s.bxdf, s.text) + "\n";
+}
 
 TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
   const Registry registry;
@@ -104,8 +106,9 @@ TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
       const std::string angle = std::to_string(std::acos(cosine) * 180 / 3.14159265358979);
       RenderRequest r;
       r.rib = orthographic(16, 0.01, 64) + unbiased(0) +
-              "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + bxdfRib(s) + "Translate 0 0 5 Rotate " +
-              angle + " 0 1 0\nPolygon \"vertex point P\" [-1 -1 0  -1 1 0  1 1 0  1 -1 0]\nWorldEnd\n";
+              "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + bxdfRib(s) +
+              "Translate 0 0 5 Rotate " + angle +
+              " 0 1 0\nPolygon \"vertex point P\" [-1 -1 0  -1 1 0  1 1 0  1 -1 0]\nWorldEnd\n";
       // more seeds until the error is small enough for the question
       testing::Moments mean[3];
       for (uint32_t seed = 1; seed <= 64; ++seed) {
@@ -131,19 +134,28 @@ TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
   EXPECT_GT(checked, 60);
 }
 
-// Mean of colour over alpha: 1 where the sphere is not to be seen.
+// Very rough glass of a high index throws paths about inside for long: some settings need many samples to be judged.
 void expectVanished(const std::string& rib, const Setting& s, const char* where) {
   RenderRequest r;
   r.rib = rib;
-  SceneRender render(r);
-  ASSERT_TRUE(render.ok()) << nameOf(s);
-  const image::Image picture = render.channel("Ci");
-  for (int c = 0; c < 3; ++c) {
-    const testing::Moments m = overPixels(picture, c);
-    if (std::abs(m.mean() - 1) > 0.01 || m.standardError() > 0.003)
-      ADD_FAILURE() << nameOf(s) << ' ' << where << ": " << m.mean() << " instead of 1, standard error " << m.standardError()
-                    << "; picture: " << SceneRender::keep(picture, "furnace");
+  testing::Moments m[3];
+  image::Image picture;
+  for (uint32_t seed = 1; seed <= 24; ++seed) {
+    r.settings.seed = seed;
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok()) << nameOf(s);
+    picture = render.channel("Ci");
+    double worst = 0;
+    for (int c = 0; c < 3; ++c) {
+      for (size_t i = size_t(c); i < picture.pixels.size(); i += 3) m[c].add(picture.pixels[i]);
+      worst = std::max(worst, m[c].standardError());
+    }
+    if (worst <= 0.003) break;
   }
+  for (int c = 0; c < 3; ++c)
+    if (std::abs(m[c].mean() - 1) > 0.01 || m[c].standardError() > 0.005)
+      ADD_FAILURE() << nameOf(s) << ' ' << where << ": " << m[c].mean() << " instead of 1, standard error "
+                    << m[c].standardError() << "; picture: " << SceneRender::keep(picture, "furnace");
 }
 
 const char* const kSphere = "AttributeBegin Translate 0 0 5 Sphere 1 -1 1 360 AttributeEnd\n";
@@ -153,8 +165,8 @@ TEST(Furnace, LosslessSpheresVanishUnderASky) {
   for (const Setting& s : declaredSettings(registry))
     if (s.lossless)
       expectVanished(orthographic(32, 0.7, 64) + unbiased(64) +
-                         "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + bxdfRib(s) + kSphere +
-                         "WorldEnd\n",
+                         "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + bxdfRib(s) +
+                         kSphere + "WorldEnd\n",
                      s, "under a sky");
 }
 
@@ -169,13 +181,44 @@ TEST(Furnace, LosslessSpheresVanishInsideAGlowingShell) {
                      s, "inside a shell");
 }
 
+// Glass in glass: one ball within another, two that overlap, by priority and without; rough and smooth. Nothing is
+// lost.
+TEST(Furnace, NestedGlassVanishes) {
+  for (const char* roughness : {"0", "0.3"})
+    for (const auto& [inner, priority] : {std::pair{"Translate 0 0 5 Sphere 0.6 -0.6 0.6 360", 2},
+                                          std::pair{"Translate 0 0 5 Sphere 0.6 -0.6 0.6 360", 0},
+                                          std::pair{"Translate 0.7 0 5 Sphere 0.8 -0.8 0.8 360", 2},
+                                          std::pair{"Translate 0.7 0 5 Sphere 0.8 -0.8 0.8 360", -1}}) {
+      const std::string glass =
+          "Bxdf \"PxrSurface\" \"g\" \"float diffuseGain\" [0] \"float refractionGain\" [1] \"float reflectionGain\" "
+          "[1] "
+          "\"float glassRoughness\" [" +
+          std::string(roughness) + "] \"float glassIor\" ";
+      RenderRequest r;
+      r.rib = orthographic(32, 0.6, 64) + unbiased(64) +
+              "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + glass + "[1.5]\n" + kSphere +
+              "AttributeBegin Attribute \"trace\" \"int intersectpriority\" [" + std::to_string(priority) + "]\n" +
+              glass + "[1.33]\n" + inner + "\nAttributeEnd\nWorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      const image::Image picture = render.channel("Ci");
+      const auto m = overPixels(picture);
+      EXPECT_NEAR(m.mean(), 1, 0.01) << inner << " priority " << priority << " roughness " << roughness
+                                     << ", standard error " << m.standardError()
+                                     << "; picture: " << SceneRender::keep(picture, "nested");
+      EXPECT_LT(m.standardError(), 0.004);
+    }
+}
+
 // The camera inside a closed diffuse shell that glows: radiance is e / (1 - albedo) everywhere.
 TEST(Furnace, InsideAClosedDiffuseShell) {
   for (const double reflectance : {0.2, 0.5, 0.8}) {
     RenderRequest r;
     r.rib = orthographic(16, 0.5, 64) + unbiased(64) +
-            "WorldBegin\nBxdf \"PxrSurface\" \"shell\" \"color diffuseColor\" [" + std::to_string(reflectance) + " 0.5 0] " +
-            "\"int diffuseDoubleSided\" [1] \"float glowGain\" [1] \"color glowColor\" [1 1 1]\nSphere 2 -2 2 360\nWorldEnd\n";
+            "WorldBegin\nBxdf \"PxrSurface\" \"shell\" \"color diffuseColor\" [" + std::to_string(reflectance) +
+            " 0.5 0] " +
+            "\"int diffuseDoubleSided\" [1] \"float glowGain\" [1] \"color glowColor\" [1 1 1]\nSphere 2 -2 2 "
+            "360\nWorldEnd\n";
     SceneRender render(r);
     ASSERT_TRUE(render.ok());
     const image::Image picture = render.channel("Ci");

@@ -1,6 +1,6 @@
-// Two roads, one answer: the same picture said in two ways. A rectangular light and a glowing polygon; a quadric diced
-// coarsely and finely and as a mesh; instances and copies; a scene at the origin and 1e6 away from it; linked lights and
-// lights left out. Misses: what both roads have in common.
+// Two roads, one answer: the same picture said in two ways. A rectangular light and a glowing polygon; a quadric
+// diced coarsely and finely and as a mesh; instances and copies; a scene at the origin and 1e6 away from it; linked
+// lights and lights left out. Misses: what both roads have in common.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,8 +23,8 @@ double mean(const image::Image& a) {
 }
 
 std::string head(int samples, const std::string& view = "Translate 0 -0.6 4\n") {
-  return "Format 32 32 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [" + std::to_string(samples) +
-         "]\nProjection \"perspective\" \"fov\" [40]\n" + view;
+  return "Format 32 32 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [" +
+         std::to_string(samples) + "]\nProjection \"perspective\" \"fov\" [40]\n" + view;
 }
 const char* const kFloorAndBall = R"(Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.6 0.5 0.4]
 Polygon "vertex point P" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]
@@ -40,15 +40,19 @@ TEST(Roads, RectangularLightIsAGlowingPolygon) {
   // 1 by 1 at height 2, emitting down: +Z turns to -y
   light.rib = head(64) + unbiased(2) +
               "WorldBegin\nAttributeBegin ConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  0 2 0 1]\n"
-              "Light \"PxrRectLight\" \"l\" \"float intensity\" [5] AttributeEnd\n" + kFloorAndBall + "WorldEnd\n";
-  polygon.rib = head(256) + unbiased(3) + "WorldBegin\n" + kFloorAndBall +
-                "AttributeBegin Sides 1\nBxdf \"PxrSurface\" \"glow\" \"float diffuseGain\" [0] \"float glowGain\" [5] \"color glowColor\" [1 1 1]\n"
-                "Polygon \"vertex point P\" [-0.5 2 -0.5  -0.5 2 0.5  0.5 2 0.5  0.5 2 -0.5]\nAttributeEnd\nWorldEnd\n";
+              "Light \"PxrRectLight\" \"l\" \"float intensity\" [5] AttributeEnd\n" +
+              kFloorAndBall + "WorldEnd\n";
+  polygon.rib =
+      head(256) + unbiased(3) + "WorldBegin\n" + kFloorAndBall +
+      "AttributeBegin Sides 1\nBxdf \"PxrSurface\" \"glow\" \"float diffuseGain\" [0] \"float glowGain\" [5] \"color "
+      "glowColor\" [1 1 1]\n"
+      "Polygon \"vertex point P\" [-0.5 2 -0.5  0.5 2 -0.5  0.5 2 0.5  -0.5 2 0.5]\nAttributeEnd\nWorldEnd\n";
   const auto one = overSeeds(light, 8), other = overSeeds(polygon, 12);
   EXPECT_SAME_MEAN(one, other, 0.01);
   if (::testing::Test::HasFailure()) {
     SceneRender a(light), b(polygon);
-    std::printf("pictures: %s %s\n", SceneRender::keep(a.channel("Ci"), "rect").c_str(), SceneRender::keep(b.channel("Ci"), "glow").c_str());
+    std::printf("pictures: %s %s\n", SceneRender::keep(a.channel("Ci"), "rect").c_str(),
+                SceneRender::keep(b.channel("Ci"), "glow").c_str());
   }
 }
 
@@ -63,7 +67,8 @@ TEST(Roads, SphereAtAnyDicingRateIsTheSamePicture) {
   const image::Image coarse = picture("4"), normal = picture("1"), fine = picture("0.25");
   // the same samples meet nearly the same surface: what is left is silhouettes and facets
   EXPECT_LT(rmse(normal, fine), 0.02 * mean(fine));
-  EXPECT_LT(rmse(coarse, fine), 0.06 * mean(fine)) << SceneRender::keep(coarse, "coarse") << SceneRender::keep(fine, "fine");
+  EXPECT_LT(rmse(coarse, fine), 0.06 * mean(fine))
+      << SceneRender::keep(coarse, "coarse") << SceneRender::keep(fine, "fine");
   EXPECT_NEAR(mean(normal), mean(fine), 0.002 * mean(fine));
 }
 
@@ -81,22 +86,27 @@ std::string placed(const std::string& what, bool mirrored) {
   std::string s;
   const char* const places[] = {"Translate -0.7 0.6 0 Rotate 20 0 1 0", "Translate 0.7 0.6 0.4 Rotate -50 1 1 0",
                                 "Translate 0 1.2 0.8 Scale 0.6 0.9 0.6"};
-  for (const char* p : places) s += "AttributeBegin " + std::string(p) + (mirrored ? " Scale -1 1 1" : "") + "\n" + what + "AttributeEnd\n";
+  for (const char* p : places)
+    s += "AttributeBegin " + std::string(p) + (mirrored ? " Scale -1 1 1" : "") + "\n" + what + "AttributeEnd\n";
   return s;
 }
 
 TEST(Roads, InstancesAreCopies) {
   for (const bool mirrored : {false, true}) {
-    const std::string before = head(64) + unbiased(3) + "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [0.5]\n"
-                               "AttributeBegin Translate 0 3 0 Rotate 90 1 0 0 Light \"PxrRectLight\" \"l\" \"float intensity\" [4] AttributeEnd\n";
+    const std::string before = head(64) + unbiased(3) +
+                               "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [0.5]\n"
+                               "AttributeBegin Translate 0 3 0 Rotate 90 1 0 0 Light \"PxrRectLight\" \"l\" \"float "
+                               "intensity\" [4] AttributeEnd\n";
     RenderRequest instances, copies;
-    instances.rib = before + "ObjectBegin \"o\"\n" + kPiece + "ObjectEnd\n" + placed("ObjectInstance \"o\"\n", mirrored) + "WorldEnd\n";
+    instances.rib = before + "ObjectBegin \"o\"\n" + kPiece + "ObjectEnd\n" +
+                    placed("ObjectInstance \"o\"\n", mirrored) + "WorldEnd\n";
     copies.rib = before + placed(kPiece, mirrored) + "WorldEnd\n";
     SceneRender a(instances), b(copies);
     ASSERT_TRUE(a.ok() && b.ok());
     const image::Image x = a.channel("Ci"), y = b.channel("Ci");
     // the same samples; rounding sends few paths elsewhere, and instances are diced for their nearest use
-    EXPECT_LT(rmse(x, y), 0.03 * mean(y)) << SceneRender::keep(x, "instances") << ' ' << SceneRender::keep(y, "copies");
+    EXPECT_LT(rmse(x, y), 0.03 * mean(y))
+        << SceneRender::keep(x, "instances") << ' ' << SceneRender::keep(y, "copies");
     EXPECT_NEAR(mean(x), mean(y), 0.002 * mean(y));
   }
 }
@@ -106,40 +116,55 @@ TEST(Roads, FarFromTheOriginIsTheSamePicture) {
     const std::string x = std::to_string(far), y = std::to_string(-2 * far), z = std::to_string(far / 3);
     const auto negative = [](double v) { return std::to_string(-v); };
     RenderRequest r;
-    r.rib = head(64, "Translate 0 -0.6 4\nTranslate " + negative(far) + " " + negative(-2 * far) + " " + negative(far / 3) + "\n") + unbiased(3) +
-            "WorldBegin\nTranslate " + x + " " + y + " " + z + "\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [0.5]\n"
-            "AttributeBegin Translate 0 3 0 Rotate 90 1 0 0 Light \"PxrRectLight\" \"l\" \"float intensity\" [4] AttributeEnd\n"
-            "ObjectBegin \"o\"\n" + kPiece + "ObjectEnd\n" + placed("ObjectInstance \"o\"\n", false) + kFloorAndBall + "WorldEnd\n";
+    r.rib = head(64, "Translate 0 -0.6 4\nTranslate " + negative(far) + " " + negative(-2 * far) + " " +
+                         negative(far / 3) + "\n") +
+            unbiased(3) + "WorldBegin\nTranslate " + x + " " + y + " " + z +
+            "\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [0.5]\n"
+            "AttributeBegin Translate 0 3 0 Rotate 90 1 0 0 Light \"PxrRectLight\" \"l\" \"float intensity\" [4] "
+            "AttributeEnd\n"
+            "ObjectBegin \"o\"\n" +
+            kPiece + "ObjectEnd\n" + placed("ObjectInstance \"o\"\n", false) + kFloorAndBall + "WorldEnd\n";
     SceneRender render(r);
     return render.channel("Ci");
   };
   const image::Image near = picture(0), far = picture(1e6);
   // the same samples of nearly the same numbers: single precision near the camera, double for places
-  EXPECT_LT(rmse(far, near), 0.01 * mean(near)) << SceneRender::keep(far, "far") << ' ' << SceneRender::keep(near, "near");
+  EXPECT_LT(rmse(far, near), 0.01 * mean(near))
+      << SceneRender::keep(far, "far") << ' ' << SceneRender::keep(near, "near");
   EXPECT_NEAR(mean(far), mean(near), 0.001 * mean(near));
 }
 
 TEST(Roads, LinkedLightsAreTheOnlyOnes) {
-  const char* const lightA = "AttributeBegin Attribute \"grouping\" \"string membership\" [\"A\"]\nConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  -1 2 0 1]\n"
-                             "Light \"PxrRectLight\" \"a\" \"float intensity\" [5] AttributeEnd\n";
-  const char* const lightB = "AttributeBegin Attribute \"grouping\" \"string membership\" [\"B\"]\nTranslate 1.5 1.5 -1\n"
-                             "Light \"PxrSphereLight\" \"b\" \"float intensity\" [5] AttributeEnd\n";
-  const char* const lightC = "AttributeBegin Attribute \"grouping\" \"string membership\" [\"C\"]\nLight \"PxrDomeLight\" \"c\" \"float intensity\" [1] AttributeEnd\n";
+  const char* const lightA =
+      "AttributeBegin Attribute \"grouping\" \"string membership\" [\"A\"]\nConcatTransform [1 0 0 0  0 0 1 0  0 -1 "
+      "0 0  -1 2 0 1]\n"
+      "Light \"PxrRectLight\" \"a\" \"float intensity\" [5] AttributeEnd\n";
+  const char* const lightB =
+      "AttributeBegin Attribute \"grouping\" \"string membership\" [\"B\"]\nTranslate 1.5 1.5 -1\n"
+      "Light \"PxrSphereLight\" \"b\" \"float intensity\" [5] AttributeEnd\n";
+  const char* const lightC =
+      "AttributeBegin Attribute \"grouping\" \"string membership\" [\"C\"]\nLight \"PxrDomeLight\" \"c\" \"float "
+      "intensity\" [1] AttributeEnd\n";
   const auto request = [&](const std::string& lights, const std::string& link, const char* samples) {
     RenderRequest r;
     // lights unseen by the camera: only their light counts
-    r.rib = head(32) + unbiased(1, samples) + "WorldBegin\nAttributeBegin\nAttribute \"visibility\" \"int camera\" [0]\n" + lights +
-            "AttributeEnd\n" + link + kFloorAndBall +
+    r.rib = head(*samples ? 96 : 32) + unbiased(1, samples) +
+            "WorldBegin\nAttributeBegin\nAttribute \"visibility\" \"int camera\" [0]\n" + lights + "AttributeEnd\n" +
+            link + kFloorAndBall +
             // a sheet that is not there: looking at it must not change whose lights count
-            "Bxdf \"PxrDiffuse\" \"none\" \"float presence\" [0]\nAttribute \"lighting\" \"string subset\" [\"\"] \"string excludesubset\" [\"\"]\n"
+            "Bxdf \"PxrDiffuse\" \"none\" \"float presence\" [0]\nAttribute \"lighting\" \"string subset\" [\"\"] "
+            "\"string excludesubset\" [\"\"]\n"
             "Polygon \"vertex point P\" [-3 1.4 -3  3 1.4 -3  3 1.4 3  -3 1.4 3]\nWorldEnd\n";
     return r;
   };
   const std::string all = std::string(lightA) + lightB + lightC;
   for (const char* samples : {"", "\"int numLightSamples\" [0]"}) {
     const auto alone = overSeeds(request(lightA, "", samples), 10);
-    EXPECT_SAME_MEAN(alone, overSeeds(request(all, "Attribute \"lighting\" \"string subset\" [\"A\"]\n", samples), 10), 0.01);
-    EXPECT_SAME_MEAN(alone, overSeeds(request(all, "Attribute \"lighting\" \"string excludesubset\" [\"B C\"]\n", samples), 10), 0.01);
+    EXPECT_SAME_MEAN(
+        alone, overSeeds(request(all, "Attribute \"lighting\" \"string subset\" [\"A\"]\n", samples), 10), 0.01);
+    EXPECT_SAME_MEAN(
+        alone, overSeeds(request(all, "Attribute \"lighting\" \"string excludesubset\" [\"B C\"]\n", samples), 10),
+        0.01);
   }
 }
 

@@ -33,13 +33,21 @@ inline std::string asRib(const Descriptor& d, std::string_view setting) {
     const std::string name(pair.substr(first, equals - first));
     const char* type = "float";
     for (uint32_t i = 0; i < d.paramCount; ++i)
-      if (name == d.params[i].name)
-        switch (d.params[i].type) {
-          case Type::Int: type = "int"; break;
-          case Type::Color: type = "color"; break;
-          case Type::Vector: type = "vector"; break;
-          case Type::Normal: type = "normal"; break;
-          default: break;
+      if (name == d.params[i].name) switch (d.params[i].type) {
+          case Type::Int:
+            type = "int";
+            break;
+          case Type::Color:
+            type = "color";
+            break;
+          case Type::Vector:
+            type = "vector";
+            break;
+          case Type::Normal:
+            type = "normal";
+            break;
+          default:
+            break;
         }
     out += " \"" + std::string(type) + " " + name + "\" [" + std::string(pair.substr(equals + 1)) + "]";
   }
