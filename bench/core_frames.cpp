@@ -230,6 +230,7 @@ void measureFirstPixel(const Options& options, Figures& figures) {
     if (!reader.readFile(KINORA_SOURCE_DIR "/scenes/cornell.rib")) return;
     reader.finish();
     if (!scene) return;
+    scene->displays.resize(1);  // the others would be written beside the caller
     Registry registry;
     Settings settings;
     settings.samplesPerPixel = 2;  // one pass more than the first pixels need

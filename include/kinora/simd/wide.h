@@ -137,9 +137,10 @@ template <int W> KN_INLINE Int<W> select(Mask<W> m, Int<W> yes, Int<W> no) {
   return Int<W>(hn::IfThenElse(hn::RebindMask(typename Int<W>::D(), m.m), yes.v, no.v));
 }
 template <int W> KN_INLINE Float<W> zeroUnless(Mask<W> m, Float<W> x) { return Float<W>(hn::IfThenElseZero(m.m, x.v)); }
-// IEEE minNum-free: min(a, b) = a < b ? a : b on every target, so that NaN behaves alike everywhere.
-template <int W> KN_INLINE Float<W> min(Float<W> a, Float<W> b) { return select(a < b, a, b); }
-template <int W> KN_INLINE Float<W> max(Float<W> a, Float<W> b) { return select(a > b, a, b); }
+// IEEE minNum-free: min(a, b) = a < b ? a : b on every target, so that NaN behaves alike everywhere. That is what the
+// instructions of x86 do: the second operand where either is NaN or both are zeros.
+template <int W> KN_INLINE Float<W> min(Float<W> a, Float<W> b) { return Float<W>(hn::Min(a.v, b.v)); }
+template <int W> KN_INLINE Float<W> max(Float<W> a, Float<W> b) { return Float<W>(hn::Max(a.v, b.v)); }
 template <int W> KN_INLINE Float<W> clamp(Float<W> x, Float<W> lo, Float<W> hi) { return min(max(x, lo), hi); }
 template <int W> KN_INLINE Float<W> abs(Float<W> x) { return Float<W>(hn::Abs(x.v)); }
 template <int W> KN_INLINE Float<W> sqrt(Float<W> x) { return Float<W>(hn::Sqrt(x.v)); }
@@ -166,9 +167,11 @@ template <int W> KN_INLINE Float<W> toUnitFloat(Int<W> bits) {
 
 // ---- memory ----
 template <int W> KN_INLINE Float<W> gather(const float* base, Int<W> index) {
+  if constexpr (W == 1) return Float<W>(base[index.lane0()]);  // the gather instruction costs as much for one lane as for four
   return Float<W>(hn::GatherIndex(typename Float<W>::D(), base, index.v));
 }
 template <int W> KN_INLINE Int<W> gather(const int32_t* base, Int<W> index) {
+  if constexpr (W == 1) return Int<W>(base[index.lane0()]);
   return Int<W>(hn::GatherIndex(typename Int<W>::D(), base, index.v));
 }
 template <int W> KN_INLINE Int<W> gather(const uint32_t* base, Int<W> index) {

@@ -54,6 +54,7 @@ template <int W>
 KN_INLINE Float<W> minnaert(Float<W> exponent, Float<W> muO, Float<W> muI) {
   using F = Float<W>;
   const F e = max(exponent, F(1.f));
+  if ((e > F(1.f)).none()) return F(1.f);  // what the formula gives there, bit for bit
   return pow(muO * muI, e - F(1.f)) * F(0.5f) * (e + F(1.f));
 }
 
