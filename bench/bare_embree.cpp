@@ -12,22 +12,26 @@ namespace kinora::bench {
 
 namespace {
 
-constexpr uint32_t kMost = 8192;   // rays a batch: the largest group
+constexpr uint32_t kMost = 8192;  // rays a batch: the largest group
 
-template <int N> struct Packet;
-template <> struct Packet<4> {
+template <int N>
+struct Packet;
+template <>
+struct Packet<4> {
   using Ray = RTCRay4;
   using RayHit = RTCRayHit4;
   static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) { rtcIntersect4(v, s, c, r); }
   static void occluded(const int* v, RTCScene s, RTCIntersectContext* c, Ray* r) { rtcOccluded4(v, s, c, r); }
 };
-template <> struct Packet<8> {
+template <>
+struct Packet<8> {
   using Ray = RTCRay8;
   using RayHit = RTCRayHit8;
   static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) { rtcIntersect8(v, s, c, r); }
   static void occluded(const int* v, RTCScene s, RTCIntersectContext* c, Ray* r) { rtcOccluded8(v, s, c, r); }
 };
-template <> struct Packet<16> {
+template <>
+struct Packet<16> {
   using Ray = RTCRay16;
   using RayHit = RTCRayHit16;
   static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) { rtcIntersect16(v, s, c, r); }
@@ -42,7 +46,10 @@ const char* nameOf(Call call) {
 }
 
 struct BareEmbree::Buffers {
-  template <class T> struct alignas(64) Column { T v[kMost + 16]; };
+  template <class T>
+  struct alignas(64) Column {
+    T v[kMost + 16];
+  };
   // the state of a group: rays in, hits out
   Column<float> in[8];
   Column<float> t, u, v, ng[3];
@@ -105,8 +112,12 @@ struct BareEmbree::Buffers {
   RTCRayNp stream(uint32_t n) {
     std::memcpy(t.v, in[6].v, 4 * n);
     RTCRayNp r{};
-    r.org_x = in[0].v; r.org_y = in[1].v; r.org_z = in[2].v;
-    r.dir_x = in[3].v; r.dir_y = in[4].v; r.dir_z = in[5].v;
+    r.org_x = in[0].v;
+    r.org_y = in[1].v;
+    r.org_z = in[2].v;
+    r.dir_x = in[3].v;
+    r.dir_y = in[4].v;
+    r.dir_z = in[5].v;
     r.tnear = zero.v;
     r.tfar = t.v;
     r.time = in[7].v;
@@ -117,14 +128,17 @@ struct BareEmbree::Buffers {
   }
 };
 
-BareEmbree::BareEmbree(const TriangleMesh& mesh) : points_(mesh.points), indices_(mesh.vertices.begin(), mesh.vertices.end()) {
+BareEmbree::BareEmbree(const TriangleMesh& mesh)
+    : points_(mesh.points), indices_(mesh.vertices.begin(), mesh.vertices.end()) {
   device_ = rtcNewDevice(trace::kDeviceConfig);
   if (!device_) throw std::runtime_error("Embree gives no device");
-  points_.push_back(0);   // Embree reads 16 bytes at each vertex
+  points_.push_back(0);  // Embree reads 16 bytes at each vertex
   scene_ = rtcNewScene(device_);
   const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points_.data(), 0, 12, points_.size() / 3);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices_.data(), 0, 12, indices_.size() / 3);
+  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points_.data(), 0, 12,
+                             points_.size() / 3);
+  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices_.data(), 0, 12,
+                             indices_.size() / 3);
   rtcCommitGeometry(g);
   rtcAttachGeometry(scene_, g);
   rtcReleaseGeometry(g);
@@ -151,32 +165,59 @@ double BareEmbree::trace(const RecordedRays& rays, const RayBatch& batch, Call c
   if (ofRays)
     for (uint32_t i = 0; i < n; ++i) {
       RTCRayHit r{};
-      r.ray = {b.in[0].v[i], b.in[1].v[i], b.in[2].v[i], 0, b.in[3].v[i], b.in[4].v[i], b.in[5].v[i], b.in[7].v[i], b.in[6].v[i], 0xffffffffu, 0, 0};
+      r.ray = {b.in[0].v[i],
+               b.in[1].v[i],
+               b.in[2].v[i],
+               0,
+               b.in[3].v[i],
+               b.in[4].v[i],
+               b.in[5].v[i],
+               b.in[7].v[i],
+               b.in[6].v[i],
+               0xffffffffu,
+               0,
+               0};
       r.hit.geomID = r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-      if (batch.shadow) b.shadows[i] = r.ray;
-      else b.rayHits[i] = r;
+      if (batch.shadow)
+        b.shadows[i] = r.ray;
+      else
+        b.rayHits[i] = r;
     }
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = !batch.shadow && batch.depth == 0 ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context.flags =
+      !batch.shadow && batch.depth == 0 ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   const double start = wallSeconds();
   if (!batch.shadow) {
     switch (call) {
       case Call::One:
         for (uint32_t i = 0; i < n; ++i) rtcIntersect1(scene_, &context, &b.rayHits[i]);
         break;
-      case Call::Four: b.closest<4>(scene_, &context, n); break;
-      case Call::Eight: b.closest<8>(scene_, &context, n); break;
-      case Call::Sixteen: b.closest<16>(scene_, &context, n); break;
-      case Call::StreamOfRays: rtcIntersect1M(scene_, &context, b.rayHits, n, sizeof(RTCRayHit)); break;
+      case Call::Four:
+        b.closest<4>(scene_, &context, n);
+        break;
+      case Call::Eight:
+        b.closest<8>(scene_, &context, n);
+        break;
+      case Call::Sixteen:
+        b.closest<16>(scene_, &context, n);
+        break;
+      case Call::StreamOfRays:
+        rtcIntersect1M(scene_, &context, b.rayHits, n, sizeof(RTCRayHit));
+        break;
       default: {
         std::memset(b.geometry.v, 0xff, 4 * n);
         std::memset(b.instance.v, 0xff, 4 * n);
         RTCRayHitNp r{};
         r.ray = b.stream(n);
-        r.hit.Ng_x = b.ng[0].v; r.hit.Ng_y = b.ng[1].v; r.hit.Ng_z = b.ng[2].v;
-        r.hit.u = b.u.v; r.hit.v = b.v.v;
-        r.hit.primID = b.primitive.v; r.hit.geomID = b.geometry.v; r.hit.instID[0] = b.instance.v;
+        r.hit.Ng_x = b.ng[0].v;
+        r.hit.Ng_y = b.ng[1].v;
+        r.hit.Ng_z = b.ng[2].v;
+        r.hit.u = b.u.v;
+        r.hit.v = b.v.v;
+        r.hit.primID = b.primitive.v;
+        r.hit.geomID = b.geometry.v;
+        r.hit.instID[0] = b.instance.v;
         rtcIntersectNp(scene_, &context, &r, n);
       }
     }
@@ -185,10 +226,18 @@ double BareEmbree::trace(const RecordedRays& rays, const RayBatch& batch, Call c
       case Call::One:
         for (uint32_t i = 0; i < n; ++i) rtcOccluded1(scene_, &context, &b.shadows[i]);
         break;
-      case Call::Four: b.occluded<4>(scene_, &context, n); break;
-      case Call::Eight: b.occluded<8>(scene_, &context, n); break;
-      case Call::Sixteen: b.occluded<16>(scene_, &context, n); break;
-      case Call::StreamOfRays: rtcOccluded1M(scene_, &context, b.shadows, n, sizeof(RTCRay)); break;
+      case Call::Four:
+        b.occluded<4>(scene_, &context, n);
+        break;
+      case Call::Eight:
+        b.occluded<8>(scene_, &context, n);
+        break;
+      case Call::Sixteen:
+        b.occluded<16>(scene_, &context, n);
+        break;
+      case Call::StreamOfRays:
+        rtcOccluded1M(scene_, &context, b.shadows, n, sizeof(RTCRay));
+        break;
       default: {
         RTCRayNp r = b.stream(n);
         rtcOccludedNp(scene_, &context, &r, n);
@@ -198,8 +247,10 @@ double BareEmbree::trace(const RecordedRays& rays, const RayBatch& batch, Call c
   const double time = wallSeconds() - start;
   uint64_t hits = 0;
   for (uint32_t i = 0; i < n; ++i) {
-    if (batch.shadow) hits += (ofRays ? b.shadows[i].tfar : b.t.v[i]) < 0;
-    else hits += (ofRays ? b.rayHits[i].hit.geomID : b.geometry.v[i]) != RTC_INVALID_GEOMETRY_ID;
+    if (batch.shadow)
+      hits += (ofRays ? b.shadows[i].tfar : b.t.v[i]) < 0;
+    else
+      hits += (ofRays ? b.rayHits[i].hit.geomID : b.geometry.v[i]) != RTC_INVALID_GEOMETRY_ID;
   }
   hits_[batch.shadow] += hits;
   return time;
@@ -216,7 +267,8 @@ void BareEmbree::chooseCalls(const RecordedRays& rays, int rounds) {
   for (const auto& [kind, t] : times) {
     size_t best = 0;
     for (size_t call = 1; call < t.size(); ++call)
-      if (median(t[call]) < median(t[best])) best = call;
+      if (*std::min_element(t[call].begin(), t[call].end()) < *std::min_element(t[best].begin(), t[best].end()))
+        best = call;
     choice_[kind] = Call(best);
   }
 }
@@ -224,14 +276,19 @@ void BareEmbree::chooseCalls(const RecordedRays& rays, int rounds) {
 BareEmbree::Seconds BareEmbree::replay(const RecordedRays& rays) {
   hits_[0] = hits_[1] = 0;
   Seconds sum;
-  for (const RayBatch& b : rays.batches()) (b.shadow ? sum.shadow : b.depth ? sum.indirect : sum.camera) += trace(rays, b, choice_.at({b.shadow, b.depth}));
+  for (const RayBatch& b : rays.batches())
+    (b.shadow ? sum.shadow : b.depth ? sum.indirect : sum.camera) += trace(rays, b, choice_.at({b.shadow, b.depth}));
   return sum;
 }
 
 std::string BareEmbree::choice() const {
   std::string s;
   for (const auto& [kind, call] : choice_)
-    s += (s.empty() ? "" : ", ") + (kind.first ? "shadow " + std::to_string(kind.second) : kind.second ? "indirect " + std::to_string(kind.second) : "camera") + ": " + nameOf(call);
+    s += (s.empty() ? "" : ", ") +
+         (kind.first    ? "shadow " + std::to_string(kind.second)
+          : kind.second ? "indirect " + std::to_string(kind.second)
+                        : "camera") +
+         ": " + nameOf(call);
   return s;
 }
 

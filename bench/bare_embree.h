@@ -1,5 +1,5 @@
-// Bare Embree on recorded rays: the same triangles in a scene of its own, the same device string and kind of BVH, and for
-// each kind of ray (camera, indirect by depth, shadow by depth) the fastest of Embree's calls. It shades nothing.
+// Bare Embree on recorded rays: the same triangles in a scene of its own, the same device string and kind of BVH, and
+// for each kind of ray (camera, indirect by depth, shadow by depth) the fastest of Embree's calls. It shades nothing.
 #pragma once
 #include <embree3/rtcore.h>
 
@@ -20,10 +20,11 @@ class BareEmbree {
   explicit BareEmbree(const TriangleMesh& mesh);
   ~BareEmbree();
   BareEmbree(const BareEmbree&) = delete;
-  // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one of the least median.
+  // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one with the least time.
   void chooseCalls(const RecordedRays& rays, int rounds);
-  // Seconds by the calls chosen. Timed for each batch on its own, the batch in the cache as it is in a renderer's group:
-  // SoA calls pack their rays from arrays and copy hits back; single rays and streams of rays find theirs packed.
+  // Seconds by the calls chosen. Timed for each batch on its own, the batch in the cache as it is in a renderer's
+  // group: SoA calls pack their rays from arrays and copy hits back; single rays and streams of rays find theirs
+  // packed.
   struct Seconds {
     double camera = 0, indirect = 0, shadow = 0;
     double sum() const { return camera + indirect + shadow; }
@@ -31,10 +32,10 @@ class BareEmbree {
   Seconds replay(const RecordedRays& rays);
   // Of the last replay.
   uint64_t hits(bool shadow) const { return hits_[shadow]; }
-  std::string choice() const;   // "camera: 16, indirect 1: 1, ..."
+  std::string choice() const;  // "camera: 16, indirect 1: 1, ..."
 
  private:
-  using Kind = std::pair<bool, uint32_t>;   // shadow, depth
+  using Kind = std::pair<bool, uint32_t>;  // shadow, depth
   double trace(const RecordedRays& rays, const RayBatch& batch, Call call);
   RTCDevice device_;
   RTCScene scene_;

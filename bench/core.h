@@ -1,5 +1,5 @@
-// The family "core": the loop, against bare Embree, against itself at width 1, and in memory. Each function measures one
-// group of figures; core.cpp calls them in turn.
+// The family "core": the loop, against bare Embree, against itself at width 1, and in memory. Each function measures
+// one group of figures; core.cpp calls them in turn.
 #pragma once
 #include <string>
 
@@ -8,17 +8,18 @@
 namespace kinora::bench {
 
 struct Options {
-  int repeat = 5;         // repetitions, A and B in turn
-  bool quick = false;     // tiny sizes: to test the program, not to measure
-  bool full = false;      // with 10 million triangles
-  std::string filter;     // only groups whose name contains this
+  int repeat = 5;          // repetitions, A and B in turn
+  bool quick = false;      // tiny sizes: to test the program, not to measure
+  bool full = false;       // with 10 million triangles
+  uint32_t groupSize = 0;  // rays a group of "tracing"; 0: the renderer's default
+  std::string filter;      // only groups whose name contains this
 };
 
-void measureTracing(const Options& options, Figures& figures);    // core_tracing.cpp
-void measureSurface(const Options& options, Figures& figures);    // core_surface.cpp
-void measureFrames(const Options& options, Figures& figures);     // core_frames.cpp
-void measureMemory(const Options& options, Figures& figures);     // core_frames.cpp
-void measureLanes(const Options& options, Figures& figures);      // core_frames.cpp
-void measureFirstPixel(const Options& options, Figures& figures); // core_frames.cpp
+void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
+void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
+void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp
+void measureMemory(const Options& options, Figures& figures);      // core_frames.cpp
+void measureLanes(const Options& options, Figures& figures);       // core_frames.cpp
+void measureFirstPixel(const Options& options, Figures& figures);  // core_frames.cpp
 
 }  // namespace kinora::bench

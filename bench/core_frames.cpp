@@ -58,7 +58,8 @@ scene::Scene shells(const Options& options, const scene::NetworkPtr& material) {
   return s;
 }
 
-void widthGain(const std::string& name, const std::string& meaning, const scene::NetworkPtr& material, const Options& options, Figures& figures) {
+void widthGain(const std::string& name, const std::string& meaning, const scene::NetworkPtr& material,
+               const Options& options, Figures& figures) {
   Registry registry;
   Diagnostics diagnostics;
   std::vector<uint32_t> widths{1, 8};
@@ -85,7 +86,8 @@ void widthGain(const std::string& name, const std::string& meaning, const scene:
   }
   figures.add(name, gain, meaning);
   for (uint32_t w : widths)
-    figures.add(name + "_seconds_" + std::to_string(w), seconds[w], "the frame's CPU time at width " + std::to_string(w));
+    figures.add(name + "_seconds_" + std::to_string(w), seconds[w],
+                "the frame's CPU time at width " + std::to_string(w));
 }
 
 void threads(const Options& options, Figures& figures) {
@@ -97,7 +99,8 @@ void threads(const Options& options, Figures& figures) {
     settings.threads = t + 1;
     renderers[t] = std::make_unique<Renderer>(registry, diagnostics, settings);
     scene::Scene scene = emptyScene(options.quick ? 32 : 256, options.quick ? 32 : 256);
-    addMesh(scene, bumpyRoom(options.quick ? 1000 : 100000, 1), material("PxrDiffuse", "white", "diffuseColor=0.8 0.8 0.8"));
+    addMesh(scene, bumpyRoom(options.quick ? 1000 : 100000, 1),
+            material("PxrDiffuse", "white", "diffuseColor=0.8 0.8 0.8"));
     if (!renderers[t]->load(std::move(scene))) return;
     renderers[t]->renderFilm();
   }
@@ -114,7 +117,8 @@ void threads(const Options& options, Figures& figures) {
     cpu.push_back(2 * c[0] / c[1]);
   }
   figures.add("threads_2", wall, "wall time of a frame with 1 thread over 2; needs two free cores");
-  figures.add("threads_2_by_cpu", cpu, "the same from CPU time: what two free cores would give but for waiting at the end");
+  figures.add("threads_2_by_cpu", cpu,
+              "the same from CPU time: what two free cores would give but for waiting at the end");
 }
 
 uint64_t residentBytes() {
@@ -129,9 +133,11 @@ uint64_t residentBytes() {
 }  // namespace
 
 void measureFrames(const Options& options, Figures& figures) {
-  widthGain("frame_width_gain", "whole frame, width 1 over the best: PxrSurface with all lobes, two PxrFractal", fractalSurface(), options, figures);
+  widthGain("frame_width_gain", "whole frame, width 1 over the best: PxrSurface with all lobes, two PxrFractal",
+            fractalSurface(), options, figures);
   const Folder folder;
-  widthGain("frame_width_gain_textures", "the same with four image textures", texturedSurface(writePictures(folder.path())), options, figures);
+  widthGain("frame_width_gain_textures", "the same with four image textures",
+            texturedSurface(writePictures(folder.path())), options, figures);
   threads(options, figures);
 }
 
@@ -163,12 +169,14 @@ void measureMemory(const Options& options, Figures& figures) {
   malloc_trim(0);
   const double grown = double(residentBytes()) - before;
   // Embree's memory is counted for the process: both scenes are in it, the small one without weight
-  figures.add("bytes_per_triangle", {(owned(*large) - owned(*small)) / count}, "bytes a triangle of a 1M mesh in all, by the owners' own counts");
+  figures.add("bytes_per_triangle", {(owned(*large) - owned(*small)) / count},
+              "bytes a triangle of a 1M mesh in all, by the owners' own counts");
   figures.add("bytes_per_triangle_resident", {grown / count}, "the same from the growth of the process");
   for (const render::Statistics::Owner& o : large->statistics().memory) {
     if (double(o.bytes) / count < 1 || o.name == "process (resident)") continue;
     std::string name = o.name.substr(0, o.name.find(" ("));
-    for (char& c : name) if (c == ' ') c = '_';
+    for (char& c : name)
+      if (c == ' ') c = '_';
     figures.add("bytes_per_triangle_" + name, {double(o.bytes) / count}, "of which " + o.name);
   }
 }
@@ -179,7 +187,8 @@ void measureLanes(const Options& options, Figures& figures) {
       {"PxrDiffuse", "diffuseColor=%f 0.5 0.5"},
       {"PxrSurface", "diffuseGain=1; diffuseColor=%f 0.5 0.5"},
       {"PxrSurface", "diffuseGain=1; specularFaceColor=%f 0.5 0.5; specularEdgeColor=1 1 1"},
-      {"PxrSurface", "diffuseGain=0; specularFaceColor=%f 0.5 0.5; specularEdgeColor=1 1 1; clearcoatFaceColor=0.1 0.1 0.1"},
+      {"PxrSurface",
+       "diffuseGain=0; specularFaceColor=%f 0.5 0.5; specularEdgeColor=1 1 1; clearcoatFaceColor=0.1 0.1 0.1"},
       {"PxrSurface", "diffuseGain=1; fuzzGain=0.5; fuzzColor=%f 0.5 0.5"},
       {"PxrSurface", "diffuseGain=0; reflectionGain=%f; refractionGain=0.5"},
       {"PxrSurface", "diffuseGain=1; roughSpecularFaceColor=%f 0.2 0.2; roughSpecularEdgeColor=1 1 1"},
@@ -191,8 +200,10 @@ void measureLanes(const Options& options, Figures& figures) {
       const int k = y * across + x;
       char text[256];
       std::snprintf(text, sizeof text, kPrograms[(x + 3 * y) % 8][1], 0.1 + 0.8 * k / (across * down));
-      const float w = 2.6f / float(across), h = 1.6f / float(down), x0 = -1.3f + w * float(x), y0 = -0.8f + h * float(y);
-      addMesh(scene, sheet(x0, y0, x0 + w, y0 + h, 1), material(kPrograms[(x + 3 * y) % 8][0], "m" + std::to_string(k), text));
+      const float w = 2.6f / float(across), h = 1.6f / float(down), x0 = -1.3f + w * float(x),
+                  y0 = -0.8f + h * float(y);
+      addMesh(scene, sheet(x0, y0, x0 + w, y0 + h, 1),
+              material(kPrograms[(x + 3 * y) % 8][0], "m" + std::to_string(k), text));
     }
   Registry registry;
   Diagnostics diagnostics;
@@ -203,7 +214,8 @@ void measureLanes(const Options& options, Figures& figures) {
   if (!renderer.load(std::move(scene))) return;
   renderer.renderFilm();
   const render::Statistics& s = renderer.statistics();
-  figures.add("lane_use_first_hit", {double(s.lanesFirstHit.active) / double(s.lanesFirstHit.possible)}, "SIMD lanes in use at camera hits");
+  figures.add("lane_use_first_hit", {double(s.lanesFirstHit.active) / double(s.lanesFirstHit.possible)},
+              "SIMD lanes in use at camera hits");
   figures.add("lane_use_materials", {double(s.materials)}, "materials of that scene");
   figures.add("lane_use_programs", {double(s.programs)}, "programs of that scene");
 }
@@ -220,7 +232,7 @@ void measureFirstPixel(const Options& options, Figures& figures) {
     if (!scene) return;
     Registry registry;
     Settings settings;
-    settings.samplesPerPixel = 2;   // one pass more than the first pixels need
+    settings.samplesPerPixel = 2;  // one pass more than the first pixels need
     settings.output = folder.path() + "/first.exr";
     if (options.quick) settings.resolution = {64, 36};
     Renderer renderer(registry, diagnostics, settings);
@@ -228,7 +240,8 @@ void measureFirstPixel(const Options& options, Figures& figures) {
     renderer.render();
     seconds.push_back(renderer.statistics().firstPixelSeconds);
   }
-  figures.add("first_pixel_seconds", seconds, "scenes/cornell.rib, 640 x 360, all threads: from loaded to pixels in the file");
+  figures.add("first_pixel_seconds", seconds,
+              "scenes/cornell.rib, 640 x 360, all threads: from loaded to pixels in the file");
 }
 
 }  // namespace kinora::bench

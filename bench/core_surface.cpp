@@ -59,7 +59,8 @@ struct Bound {
       // as patterns feed them: a colour and a roughness by point
       std::vector<float> colour, roughness;
       for (uint32_t i = 0; i < kPoints; ++i) {
-        for (double step : {0.61803398875, 0.32471795724, 0.22074408461}) colour.push_back(float(0.1 + 0.8 * spread(i, step)));
+        for (double step : {0.61803398875, 0.32471795724, 0.22074408461})
+          colour.push_back(float(0.1 + 0.8 * spread(i, step)));
         roughness.push_back(float(0.1 + 0.5 * spread(i, 0.41421356237)));
       }
       context->setParameter("diffuseColor", colour);
@@ -183,9 +184,14 @@ void measureSurface(const Options& options, Figures& figures) {
   std::vector<float> out[4];
   for (auto& v : out) v.resize(kPoints);
   const ScalarPoints points{kPoints,
-                            {c.N[0], c.N[1], c.N[2]}, {c.Ng[0], c.Ng[1], c.Ng[2]}, {c.wo[0], c.wo[1], c.wo[2]},
-                            {one.evaluate.wi[0], one.evaluate.wi[1], one.evaluate.wi[2]}, c.entering,
-                            {out[0].data(), out[1].data(), out[2].data()}, out[3].data(), nullptr};
+                            {c.N[0], c.N[1], c.N[2]},
+                            {c.Ng[0], c.Ng[1], c.Ng[2]},
+                            {c.wo[0], c.wo[1], c.wo[2]},
+                            {one.evaluate.wi[0], one.evaluate.wi[1], one.evaluate.wi[2]},
+                            c.entering,
+                            {out[0].data(), out[1].data(), out[2].data()},
+                            out[3].data(),
+                            nullptr};
   one.runEvaluate();
   evaluateScalar(surface, points);
   double worst = 0;
@@ -200,10 +206,12 @@ void measureSurface(const Options& options, Figures& figures) {
     scalar.push_back(time([&] { evaluateScalar(surface, points); }, target));
     ratio.push_back(wide.back() / scalar.back());
   }
-  figures.add("width1_vs_scalar", ratio, "evaluate() of PxrSurface at width 1 over plain scalar code of the same formulas");
+  figures.add("width1_vs_scalar", ratio,
+              "evaluate() of PxrSurface at width 1 over plain scalar code of the same formulas");
   figures.add("ns_evaluate_width_1", wide, "nanoseconds a point: evaluate() at width 1, no glass");
   figures.add("ns_evaluate_scalar", scalar, "nanoseconds a point: the scalar code");
-  figures.add("scalar_difference", {worst}, "largest relative difference between the two, which must be rounding alone");
+  figures.add("scalar_difference", {worst},
+              "largest relative difference between the two, which must be rounding alone");
 }
 
 }  // namespace kinora::bench

@@ -19,7 +19,7 @@ using render::Statistics;
 
 // What one mesh gives, by repetition.
 struct Run {
-  std::vector<double> perSample, barePerSample;   // seconds
+  std::vector<double> perSample, barePerSample;  // seconds
 };
 
 Run measureMesh(const std::string& name, size_t triangles, int repeat, const Options& options, Figures& figures) {
@@ -34,6 +34,7 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
   settings.firstSample = 16;
   settings.lastSample = options.quick ? 18 : 20;
   settings.rayListener = &recorded;
+  settings.groupSize = options.groupSize;
   Renderer renderer(registry, diagnostics, settings);
   {
     scene::Scene scene = emptyScene(size, size);
@@ -44,14 +45,17 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
   renderer.renderFilm();
   recorded.isRecording = false;
   const Statistics first = renderer.statistics();
-  const double rays = double(first.cameraRays + first.indirectRays + first.shadowRays), samples = double(first.cameraRays);
+  const double rays = double(first.cameraRays + first.indirectRays + first.shadowRays),
+               samples = double(first.cameraRays);
   if (size_t(rays) != recorded.count()) {
-    std::fprintf(stderr, "kinora-bench: error BENCH-RAYS: %zu rays recorded of %.0f traced\n", recorded.count(), rays);
+    std::fprintf(stderr, "kinora-bench: error BENCH-RAYS: %zu rays recorded of %.0f traced\n", recorded.count(),
+                 rays);
     return {};
   }
   BareEmbree bare(mesh);
-  bare.chooseCalls(recorded, options.quick ? 1 : 3);
-  std::printf("  %s: %zu triangles, %.0f rays; bare Embree's calls: %s\n", name.c_str(), mesh.triangleCount(), rays, bare.choice().c_str());
+  bare.chooseCalls(recorded, options.quick ? 1 : 4);
+  std::printf("  %s: %zu triangles, %.0f rays; bare Embree's calls: %s\n", name.c_str(), mesh.triangleCount(), rays,
+              bare.choice().c_str());
 
   constexpr size_t kStages = size_t(StageTime::Count);
   std::vector<double> traceRatio, frameRatio, bareNs, traceNs, frameNs, shadingNs, otherNs, cpuShare;
@@ -66,7 +70,8 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
     const double bareWall0 = wallSeconds(), bareCpu0 = threadSeconds();
     const BareEmbree::Seconds bareKinds = bare.replay(recorded);
     // other work on the machine takes wall time from every stage alike: count the share that was ours
-    const double bareShare = (threadSeconds() - bareCpu0) / (wallSeconds() - bareWall0), bareTime = bareKinds.sum() * bareShare;
+    const double bareShare = (threadSeconds() - bareCpu0) / (wallSeconds() - bareWall0),
+                 bareTime = bareKinds.sum() * bareShare;
     bareKindNs[0].push_back(1e9 * bareKinds.camera * bareShare / rays);
     bareKindNs[1].push_back(1e9 * bareKinds.indirect * bareShare / rays);
     bareKindNs[2].push_back(1e9 * bareKinds.shadow * bareShare / rays);
@@ -77,8 +82,11 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
       stageNs[k].push_back(1e9 * t / rays);
       known += t;
       const auto stage = StageTime(k);
-      if (stage == StageTime::TraceCamera || stage == StageTime::TraceIndirect || stage == StageTime::TraceShadow) trace += t;
-      if (stage == StageTime::Grouping || stage == StageTime::Closures || stage == StageTime::Lights || stage == StageTime::Integrator) shading += t;
+      if (stage == StageTime::TraceCamera || stage == StageTime::TraceIndirect || stage == StageTime::TraceShadow)
+        trace += t;
+      if (stage == StageTime::Grouping || stage == StageTime::Closures || stage == StageTime::Lights ||
+          stage == StageTime::Integrator)
+        shading += t;
     }
     traceRatio.push_back(bareTime / trace);
     frameRatio.push_back(bareTime / cpu);
@@ -102,14 +110,18 @@ Run measureMesh(const std::string& name, size_t triangles, int repeat, const Opt
   figures.add("ns_bare_" + name, bareNs, "nanoseconds a ray: bare Embree");
   static const char* const kKinds[3] = {"camera", "indirect", "shadow"};
   for (int k = 0; k < 3; ++k)
-    figures.add(std::string("ns_bare_") + kKinds[k] + "_" + name, bareKindNs[size_t(k)], std::string("of which its ") + kKinds[k] + " rays");
+    figures.add(std::string("ns_bare_") + kKinds[k] + "_" + name, bareKindNs[size_t(k)],
+                std::string("of which its ") + kKinds[k] + " rays");
   figures.add("ns_frame_" + name, frameNs, "nanoseconds a ray: the whole frame");
   figures.add("ns_trace_" + name, traceNs, "nanoseconds a ray: trace stages");
-  figures.add("ns_shading_" + name, shadingNs, "nanoseconds a ray: grouping, closures, lights, integrator with bxdfs");
-  static const char* const kStageNames[kStages] = {"camera_rays", "trace_camera", "trace_indirect", "trace_shadow", "grouping",
-                                                   "closures", "lights", "integrator", "film"};
+  figures.add("ns_shading_" + name, shadingNs,
+              "nanoseconds a ray: grouping, closures, lights, integrator with bxdfs");
+  static const char* const kStageNames[kStages] = {"camera_rays",  "trace_camera", "trace_indirect",
+                                                   "trace_shadow", "grouping",     "closures",
+                                                   "lights",       "integrator",   "film"};
   for (size_t k = 0; k < kStages; ++k)
-    figures.add("ns_" + std::string(kStageNames[k]) + "_" + name, stageNs[k], std::string("nanoseconds a ray: ") + render::nameOf(StageTime(k)));
+    figures.add("ns_" + std::string(kStageNames[k]) + "_" + name, stageNs[k],
+                std::string("nanoseconds a ray: ") + render::nameOf(StageTime(k)));
   figures.add("ns_other_" + name, otherNs, "nanoseconds a ray: what no stage counts");
   figures.add("cpu_share_" + name, cpuShare, "CPU time over wall time: below 1 the machine had other work");
   return run;
@@ -126,7 +138,8 @@ void measureTracing(const Options& options, Figures& figures) {
     figures.add("time_growth_" + name, ratios, "growth of the time a sample over bare Embree's; at most 1");
   };
   growth(measureMesh("1m", options.quick ? 4000 : 1000000, options.repeat, options, figures), "1e4_1e6");
-  if (options.full) growth(measureMesh("10m", options.quick ? 8000 : 10000000, options.repeat, options, figures), "1e4_1e7");
+  if (options.full)
+    growth(measureMesh("10m", options.quick ? 8000 : 10000000, options.repeat, options, figures), "1e4_1e7");
 }
 
 }  // namespace kinora::bench

@@ -1,5 +1,5 @@
-// The figures of a run: medians with their spread, printed as a table and written as flat JSON. Used by every family of
-// kinora-bench; it measures nothing itself.
+// The figures of a run: medians with their spread, printed as a table and written as flat JSON. Used by every family
+// of kinora-bench; it measures nothing itself.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -13,7 +13,7 @@ double wallSeconds();
 double threadSeconds();
 double processSeconds();
 
-double median(std::vector<double> v);   // 0 when empty
+double median(std::vector<double> v);  // 0 when empty
 
 struct Figure {
   std::string name, meaning;

@@ -1,5 +1,5 @@
-// The program kinora-bench: runs one family of measurements and prints and writes its figures (docs/performance.md says
-// what they have been).
+// The program kinora-bench: runs one family of measurements and prints and writes its figures (docs/performance.md
+// says what they have been).
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -19,16 +19,21 @@ struct Group {
 };
 constexpr Group kCore[] = {
     {"surface", &measureSurface,
-     "surface_width_gain, width1_vs_scalar, ns_surface_width_*: PxrSurface at width 1 against the best width, and against "
+     "surface_width_gain, width1_vs_scalar, ns_surface_width_*: PxrSurface at width 1 against the best width, and "
+     "against "
      "plain scalar code of the same formulas"},
     {"tracing", &measureTracing,
-     "trace_vs_embree_*, frame_vs_embree_*, rays_per_sample_*, ns_*: a render's trace stages and its whole frame against "
-     "bare Embree on the same rays with the best call for each kind; time_growth_*: time a sample from small to large "
+     "trace_vs_embree_*, frame_vs_embree_*, rays_per_sample_*, ns_*: a render's trace stages and its whole frame "
+     "against "
+     "bare Embree on the same rays with the best call for each kind; time_growth_*: time a sample from small to "
+     "large "
      "meshes, over bare Embree's growth"},
     {"frames", &measureFrames,
-     "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one thread "
+     "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
+     "thread "
      "against two"},
-    {"memory", &measureMemory, "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
+    {"memory", &measureMemory,
+     "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},
     {"first_pixel", &measureFirstPixel, "first_pixel_seconds: from a scene loaded to its first pixels in the file"},
 };
@@ -53,6 +58,7 @@ int main(int count, char** values) {
   app.add_option("--json", json, "write the figures here as flat JSON");
   app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
   app.add_option("--only", options.filter, "only this group of the family's measures");
+  app.add_option("--group-size", options.groupSize, "rays a group of the tracing measures");
   app.add_flag("--quick", options.quick, "tiny sizes: tests the program, measures nothing");
   app.add_flag("--full", options.full, "with 10 million triangles: more time, 4 GB of memory");
   try {
@@ -62,7 +68,8 @@ int main(int count, char** values) {
   }
   if (name == "list") return list();
   if (name != "core") {
-    std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n", name.c_str());
+    std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n",
+                 name.c_str());
     return 2;
   }
   Figures figures;
@@ -75,7 +82,8 @@ int main(int count, char** values) {
     ran = true;
   }
   if (!ran) {
-    std::fprintf(stderr, "kinora-bench: error CLI-NAME: no group '%s'; nothing was run; try `kinora-bench list`\n", options.filter.c_str());
+    std::fprintf(stderr, "kinora-bench: error CLI-NAME: no group '%s'; nothing was run; try `kinora-bench list`\n",
+                 options.filter.c_str());
     return 2;
   }
   figures.print();

@@ -1,5 +1,5 @@
-// The rays of a render, kept as they were traced: by call of a group, with their kind and depth. Filled by the renderer's
-// hook; read by BareEmbree.
+// The rays of a render, kept as they were traced: by call of a group, with their kind and depth. Filled by the
+// renderer's hook; read by BareEmbree.
 #pragma once
 #include <vector>
 
@@ -9,7 +9,7 @@ namespace kinora::bench {
 
 struct RayBatch {
   bool shadow = false;
-  uint32_t depth = 0;      // 0: camera rays, or shadow rays of camera hits
+  uint32_t depth = 0;  // 0: camera rays, or shadow rays of camera hits
   size_t first = 0;
   uint32_t count = 0;
 };

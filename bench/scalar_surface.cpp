@@ -13,8 +13,10 @@ namespace {
 
 #define KB_INLINE inline __attribute__((always_inline))
 
-constexpr float kPi = 3.14159265358979324f, kInvPi = 0.318309886183790672f, kInvTwoPi = 0.159154943091895336f, kMirrorAlpha = 1e-3f;
-constexpr float kMeanCos0 = 0.355051026f, kMeanCos1 = 0.844948974f, kMeanWeight0 = 0.363917103f, kMeanWeight1 = 0.636082897f;
+constexpr float kPi = 3.14159265358979324f, kInvPi = 0.318309886183790672f, kInvTwoPi = 0.159154943091895336f,
+                kMirrorAlpha = 1e-3f;
+constexpr float kMeanCos0 = 0.355051026f, kMeanCos1 = 0.844948974f, kMeanWeight0 = 0.363917103f,
+                kMeanWeight1 = 0.636082897f;
 constexpr int kTableMu = 32, kTableRough = 32;
 
 KB_INLINE float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
@@ -220,7 +222,8 @@ struct Layers {
   V3 depth{0, 0, 0}, coat{0, 0, 0}, specular{0, 0, 0};
 };
 KB_INLINE V3 remaining(V3 a, V3 b) {
-  return {clamp(1.f - max(a.x, b.x), 0.f, 1.f), clamp(1.f - max(a.y, b.y), 0.f, 1.f), clamp(1.f - max(a.z, b.z), 0.f, 1.f)};
+  return {clamp(1.f - max(a.x, b.x), 0.f, 1.f), clamp(1.f - max(a.y, b.y), 0.f, 1.f),
+          clamp(1.f - max(a.z, b.z), 0.f, 1.f)};
 }
 
 struct Point {
@@ -266,7 +269,8 @@ struct Point {
     if (covers) {
       V3 sum{0, 0, 0};
       for (int i = 0; i < 2; ++i)
-        if (k.specular[i].on && (k.specular[i].doubleSided || x.outside)) sum = sum + lobe[i].albedo(x.mu[i], x.energy[i]);
+        if (k.specular[i].on && (k.specular[i].doubleSided || x.outside))
+          sum = sum + lobe[i].albedo(x.mu[i], x.energy[i]);
       y.specular = sum * k.specularCompensation;
     }
   }
@@ -281,15 +285,18 @@ struct Point {
   KB_INLINE V3 diffuse(float muI, float cosBetween) const {
     const float s = fma(-muI, muO, cosBetween), t = s > 0 ? s / max(max(muI, muO), 1e-7f) : s;
     const float single = scale * fma(k.diffuseRoughness, t, 1.f) * kInvPi, lost = 1.f - mean;
-    const float more = max(1.f - roughEnergy(muO), 0.f) * max(1.f - roughEnergy(muI), 0.f) / max(lost, 1e-7f) * kInvPi;
-    return reflectance * single + V3{tint(reflectance.x, lost), tint(reflectance.y, lost), tint(reflectance.z, lost)} * more;
+    const float more =
+        max(1.f - roughEnergy(muO), 0.f) * max(1.f - roughEnergy(muI), 0.f) / max(lost, 1e-7f) * kInvPi;
+    return reflectance * single +
+           V3{tint(reflectance.x, lost), tint(reflectance.y, lost), tint(reflectance.z, lost)} * more;
   }
   KB_INLINE float minnaert(float mI) const {
     const float e = max(k.diffuseExponent, 1.f);
     return pow(muO * mI, e - 1.f) * 0.5f * (e + 1.f);
   }
 
-  KB_INLINE Point(const ScalarSurface& surface, V3 N, V3 Ngeo, V3 woRender, bool outside) : k(surface), normal(N), Ng(Ngeo), wo(woRender) {
+  KB_INLINE Point(const ScalarSurface& surface, V3 N, V3 Ngeo, V3 woRender, bool outside)
+      : k(surface), normal(N), Ng(Ngeo), wo(woRender) {
     seenO.outside = outside;
     muO = max(dot(normal, wo), 0.f);
     const V3 color = vec(k.diffuseColor) * k.diffuseGain;

@@ -15,7 +15,8 @@ namespace {
 double bump(const double p[3]) {
   double sum = 0, most = 0, frequency = 3, gain = 1;
   for (int octave = 0; octave < 4; ++octave) {
-    sum += gain * std::sin(frequency * p[0] + 1.3 * octave) * std::sin(frequency * p[1] + 0.7) * std::sin(frequency * p[2] + 2.1 * octave);
+    sum += gain * std::sin(frequency * p[0] + 1.3 * octave) * std::sin(frequency * p[1] + 0.7) *
+           std::sin(frequency * p[2] + 2.1 * octave);
     most += gain;
     frequency *= 2.17;
     gain *= 0.55;
@@ -115,13 +116,15 @@ scene::ParameterList parameters(const std::string& text) {
       if (next == s) break;
       values.push_back(v);
     }
-    list.set(numbers(text.substr(start, equals - start), values.size() == 3 ? scene::ValueType::Color : scene::ValueType::Float, values));
+    list.set(numbers(text.substr(start, equals - start),
+                     values.size() == 3 ? scene::ValueType::Color : scene::ValueType::Float, values));
     at = end + 1;
   }
   return list;
 }
 
-scene::NodePtr node(const std::string& kind, const std::string& plugin, const std::string& handle, const std::string& params) {
+scene::NodePtr node(const std::string& kind, const std::string& plugin, const std::string& handle,
+                    const std::string& params) {
   auto n = std::make_shared<scene::Node>();
   n->kind = kind;
   n->plugin = plugin;
@@ -138,8 +141,9 @@ scene::NetworkPtr material(const std::string& plugin, const std::string& handle,
 
 scene::NetworkPtr fractalSurface() {
   auto n = std::make_shared<scene::Network>();
-  n->patterns = {node("Pattern", "PxrFractal", "colours", "frequency=4; colorScale=0.7 0.5 0.3; colorOffset=0.2 0.2 0.2"),
-                 node("Pattern", "PxrFractal", "roughness", "frequency=9; layers=4; floatScale=0.5; floatOffset=0.1")};
+  n->patterns = {
+      node("Pattern", "PxrFractal", "colours", "frequency=4; colorScale=0.7 0.5 0.3; colorOffset=0.2 0.2 0.2"),
+      node("Pattern", "PxrFractal", "roughness", "frequency=9; layers=4; floatScale=0.5; floatOffset=0.1")};
   n->terminal = surface({reference("diffuseColor", scene::ValueType::Color, "colours:resultRGB"),
                          reference("specularRoughness", scene::ValueType::Float, "roughness:resultF")});
   return n;
@@ -171,7 +175,8 @@ std::vector<std::string> writePictures(const std::string& folder) {
     for (int y = 0; y < kSize; ++y)
       for (int x = 0; x < kSize; ++x) {
         const uint32_t h = uint32_t(x) * 73856093u ^ uint32_t(y) * 19349663u ^ uint32_t(k) * 83492791u;
-        const float v = 0.3f + 0.4f * float((h * 2654435761u) >> 24) / 255.f, w = 0.2f * float((x / 32 + y / 32 + k) % 2);
+        const float v = 0.3f + 0.4f * float((h * 2654435761u) >> 24) / 255.f,
+                    w = 0.2f * float((x / 32 + y / 32 + k) % 2);
         const float rgb[3] = {v, v * 0.8f + w, 0.5f * v};
         picture.setpixel(x, y, rgb);
       }
@@ -215,7 +220,8 @@ scene::Scene emptyScene(int width, int height) {
   scene::Display d;
   d.file = "bench.exr";
   d.driver = "openexr";
-  for (const char* name : {"Ci", "a", "z", "P", "Nn", "albedo", "directDiffuse", "indirectDiffuse", "directSpecular", "indirectSpecular"}) {
+  for (const char* name : {"Ci", "a", "z", "P", "Nn", "albedo", "directDiffuse", "indirectDiffuse", "directSpecular",
+                           "indirectSpecular"}) {
     scene::DisplayChannel c;
     c.name = name;
     c.type = std::string(name) == "a" || std::string(name) == "z" ? scene::ValueType::Float : scene::ValueType::Color;

@@ -8,8 +8,8 @@
 namespace kinora::bench {
 
 struct TriangleMesh {
-  std::vector<float> points;      // x y z
-  std::vector<int> vertices;      // three a triangle
+  std::vector<float> points;  // x y z
+  std::vector<int> vertices;  // three a triangle
   size_t triangleCount() const { return vertices.size() / 3; }
 };
 
@@ -21,7 +21,8 @@ TriangleMesh sheet(float x0, float y0, float x1, float y1, float z);
 
 // "name=v; name=v v v": one value is a float, three are a colour.
 scene::ParameterList parameters(const std::string& text);
-scene::NodePtr node(const std::string& kind, const std::string& plugin, const std::string& handle, const std::string& params);
+scene::NodePtr node(const std::string& kind, const std::string& plugin, const std::string& handle,
+                    const std::string& params);
 scene::NetworkPtr material(const std::string& plugin, const std::string& handle, const std::string& params);
 
 // PxrSurface with every lobe that is rendered; the second without glass.
@@ -34,8 +35,8 @@ scene::NetworkPtr texturedSurface(const std::vector<std::string>& files);
 std::vector<std::string> writePictures(const std::string& folder);
 
 void addMesh(scene::Scene& scene, const TriangleMesh& mesh, const scene::NetworkPtr& material);
-// Camera at the origin looking along +z, one PxrRectLight above it, path tracing with 4 bounces, no roulette, no clamps,
-// all channels of the core; no geometry yet.
+// Camera at the origin looking along +z, one PxrRectLight above it, path tracing with 4 bounces, no roulette, no
+// clamps, all channels of the core; no geometry yet.
 scene::Scene emptyScene(int width, int height);
 
 }  // namespace kinora::bench

@@ -1,6 +1,6 @@
-// Sees the rays of each group just before they are traced. Given by bench/ through render::Settings to record a render's
-// own rays; null elsewhere, which costs one branch a group and call. It changes nothing of what is traced. Called on the
-// workers' threads: render with one thread, or lock.
+// Sees the rays of each group just before they are traced. Given by bench/ through render::Settings to record a
+// render's own rays; null elsewhere, which costs one branch a group and call. It changes nothing of what is traced.
+// Called on the workers' threads: render with one thread, or lock.
 #pragma once
 #include <kinora/integrator.h>
 

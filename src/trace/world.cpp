@@ -496,7 +496,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
   QueryContext context(false, radius, spread, nullptr);
   // Streams answer "is something in the way" like single rays, bit for bit, whatever else is in the stream: no nearest
   // hit has to be told from an equal one (world_test.cpp holds that). Over instances single rays are faster.
-  if (single_ && !moving_) {
+  if (single_ && !moving_ && !hasUser_) {
     constexpr uint32_t kStream = 512;
     alignas(64) float near[kStream], far[kStream];
     alignas(64) uint32_t masks[kStream], none[kStream], ids[kStream];

@@ -1,6 +1,7 @@
-// Proves that an answer of World depends on its own ray alone, bit for bit: not on the other rays of the call nor on their
-// order. Meshes touch, coincide and lie along the axes, and rays run along edges and end on surfaces, where calls would
-// differ if they could. It misses other CPUs: Embree's code paths are pinned by the device string, not here.
+// Proves that an answer of World depends on its own ray alone, bit for bit: not on the other rays of the call nor on
+// their order. Meshes touch, coincide and lie along the axes, and rays run along edges and end on surfaces, where
+// calls would differ if they could. It misses other CPUs: Embree's code paths are pinned by the device string, not
+// here.
 #include "trace/world.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +26,8 @@ std::shared_ptr<geometry::Mesh> cube(int n, float size, float amplitude) {
         p[axis] = face % 2 ? 1.f : -1.f;
         p[(axis + 1) % 3] = -1.f + 2.f * float(i) / float(n);
         p[(axis + 2) % 3] = -1.f + 2.f * float(j) / float(n);
-        m->points.push_back(p * (size * (1 - amplitude * std::sin(5 * p.x) * std::sin(4 * p.y + 1) * std::sin(6 * p.z + 2))));
+        m->points.push_back(
+            p * (size * (1 - amplitude * std::sin(5 * p.x) * std::sin(4 * p.y + 1) * std::sin(6 * p.z + 2))));
       }
     const uint32_t row = uint32_t(n + 1);
     for (uint32_t j = 0; j < uint32_t(n); ++j)
@@ -39,7 +41,7 @@ std::shared_ptr<geometry::Mesh> cube(int n, float size, float amplitude) {
 }
 
 struct RayList {
-  std::vector<float> column[8];   // origin, direction, largest distance, time
+  std::vector<float> column[8];  // origin, direction, largest distance, time
   size_t size() const { return column[0].size(); }
 };
 
@@ -51,10 +53,14 @@ RayList raysBetween(const std::vector<std::shared_ptr<geometry::Mesh>>& meshes, 
     const geometry::Mesh& m = *meshes[random() % meshes.size()];
     const size_t t = random() % m.triangleCount();
     float a = unit(), b = unit();
-    if (a + b > 1) { a = 1 - a; b = 1 - b; }
+    if (a + b > 1) {
+      a = 1 - a;
+      b = 1 - b;
+    }
     if (random() % 8 == 0) a = 0;
     if (random() % 8 == 0) b = 0;
-    const Imath::V3f p = m.points[m.indices[3 * t]], q = m.points[m.indices[3 * t + 1]], r = m.points[m.indices[3 * t + 2]];
+    const Imath::V3f p = m.points[m.indices[3 * t]], q = m.points[m.indices[3 * t + 1]],
+                     r = m.points[m.indices[3 * t + 2]];
     return p + (q - p) * a + (r - p) * b;
   };
   RayList list;
@@ -64,7 +70,10 @@ RayList raysBetween(const std::vector<std::shared_ptr<geometry::Mesh>>& meshes, 
     Imath::V3f d = point() - o;
     if (kind == 0) d[int(random() % 3)] = 0;
     float l = d.length();
-    if (!(l > 1e-6f)) { d = {1, 0, 0}; l = 1; }
+    if (!(l > 1e-6f)) {
+      d = {1, 0, 0};
+      l = 1;
+    }
     d /= l;
     const Imath::V3f from = kind == 1 ? o : o + d * (kind > 3 ? 0.01f : 1e-4f);
     for (int c = 0; c < 3; ++c) {
@@ -84,7 +93,8 @@ std::vector<uint32_t> occluded(const World& world, const RayList& rays, const st
   const float* o[3] = {part.column[0].data(), part.column[1].data(), part.column[2].data()};
   const float* d[3] = {part.column[3].data(), part.column[4].data(), part.column[5].data()};
   std::vector<uint32_t> blocked(which.size(), 7);
-  world.occluded(uint32_t(which.size()), o, d, part.column[6].data(), part.column[7].data(), kSeenByOpaqueShadow, blocked.data());
+  world.occluded(uint32_t(which.size()), o, d, part.column[6].data(), part.column[7].data(), kSeenByOpaqueShadow,
+                 blocked.data(), nullptr, nullptr);
   return blocked;
 }
 
@@ -116,8 +126,9 @@ std::shared_ptr<const World> worldOf(const std::vector<std::shared_ptr<geometry:
 }
 
 void expectShadowsAlone(bool moving, float amplitude, size_t count) {
-  const std::vector<std::shared_ptr<geometry::Mesh>> meshes{cube(20, 1, amplitude), cube(7, 1, amplitude), cube(20, 1, amplitude),
-                                                            cube(13, 0.5f, amplitude), cube(20, 0.5f, amplitude)};
+  const std::vector<std::shared_ptr<geometry::Mesh>> meshes{cube(20, 1, amplitude), cube(7, 1, amplitude),
+                                                            cube(20, 1, amplitude), cube(13, 0.5f, amplitude),
+                                                            cube(20, 0.5f, amplitude)};
   const auto world = worldOf(meshes, moving);
   const RayList rays = raysBetween(meshes, count);
   std::vector<uint32_t> alone(count);
@@ -134,7 +145,8 @@ void expectShadowsAlone(bool moving, float amplitude, size_t count) {
       const size_t n = std::min<size_t>(count - first, 1 + random() % 1500);
       const std::vector<size_t> part(order.begin() + long(first), order.begin() + long(first + n));
       const std::vector<uint32_t> answer = occluded(*world, rays, part);
-      for (size_t i = 0; i < n; ++i) ASSERT_EQ(answer[i], alone[part[i]]) << "ray " << part[i] << " in a call of " << n;
+      for (size_t i = 0; i < n; ++i)
+        ASSERT_EQ(answer[i], alone[part[i]]) << "ray " << part[i] << " in a call of " << n;
       first += n;
     }
     std::shuffle(order.begin(), order.end(), random);
