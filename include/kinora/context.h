@@ -14,6 +14,14 @@ struct Value {
   bool uniform() const { return stride == 0; }
 };
 
+// A matrix over the points of a context, for row vectors: x' = x m[0] + y m[4] + z m[8] + m[12]. 16 arrays of n floats
+// (stride 1), or of one float each (stride 0).
+struct MatrixValue {
+  const float* m[16];
+  uint32_t stride = 0;
+  bool uniform() const { return stride == 0; }
+};
+
 // What a surface manifold pattern hands on ("struct" connections): 2D texture coordinates or a 3D position.
 struct Manifold {
   Value q;                 // 2D: s, t in data[0], data[1]; 3D: a position
@@ -62,9 +70,9 @@ struct ContextFunctions {
   // options fixed for the context. Writes 3 + 1 channels; missing files give missingColor / missingAlpha.
   void (*texture)(const Context*, const Value* handles, const float* s, const float* t, const float* radius,
                   const struct TextureOptions* options, float* const rgba[4]);
-  // Row-vector matrix (16 floats, row-major) from `from` to `to`: "render", "world", "object" (first point's), "camera",
+  // The matrix from `from` to `to`: "render", "world", "object" (each point's own, at the middle of the shutter), "camera",
   // or a named coordinate system. 0 when unknown (identity is returned).
-  int (*matrix)(const Context*, const char* from, const char* to, float out[16]);
+  int (*matrix)(const Context*, const char* from, const char* to, MatrixValue* out);
 };
 
 struct TextureOptions {

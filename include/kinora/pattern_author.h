@@ -122,28 +122,36 @@ inline Moves movesLike(const char* type) {
   return !std::strcmp(type, "point") ? Moves::Point : !std::strcmp(type, "vector") ? Moves::Vector
          : !std::strcmp(type, "normal") ? Moves::Normal : Moves::No;
 }
+// A vector at W points moved by a matrix. Normals move by its inverse's transpose: for them hand over the matrix of the
+// way back.
+template <int W>
+KN_INLINE Vec3<W> moveBy(const MatrixValue& m, Moves how, Vec3<W> v, At at) {
+  using F = Float<W>;
+  const auto entry = [&](uint32_t i) { return m.stride ? loadFloat<W>(m.m[i], at) : F(m.m[i][0]); };
+  const uint32_t row = how == Moves::Normal ? 1 : 4, column = how == Moves::Normal ? 4 : 1;
+  F r[3];
+  for (uint32_t k = 0; k < 3; ++k) {
+    r[k] = how == Moves::Point ? entry(12 + k) : F(0.f);
+    r[k] = fma(v.x, entry(column * k), r[k]);
+    r[k] = fma(v.y, entry(row + column * k), r[k]);
+    r[k] = fma(v.z, entry(2 * row + column * k), r[k]);
+  }
+  return Vec3<W>(r[0], r[1], r[2]);
+}
 // Takes a value from render space to a named one; unknown spaces leave it where it is.
 template <int W>
 inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
-  using F = Float<W>;
-  float m[16];
+  MatrixValue m;
   const bool normal = how == Moves::Normal;
-  if (how == Moves::No || !(normal ? c.fn->matrix(&c, space, "render", m) : c.fn->matrix(&c, "render", space, m))) return;
-  const bool one = v.uniform();
+  if (how == Moves::No || !(normal ? c.fn->matrix(&c, space, "render", &m) : c.fn->matrix(&c, "render", space, &m))) return;
+  const bool one = v.uniform() && m.uniform();
   const Value in = v;
   float* out[3];
   makeOutput(c, v, 3, one, out);
   for (uint32_t i = 0; i < extent(c, one); i += W) {
     const At at{i, false};
-    const F x = loadComponent<W>(in, 0, at), y = loadComponent<W>(in, 1, at), z = loadComponent<W>(in, 2, at);
-    for (uint32_t k = 0; k < 3; ++k) {
-      // normals: m is the way back, used transposed
-      F r(how == Moves::Point ? m[12 + k] : 0.f);
-      r = fma(x, F(normal ? m[4 * k] : m[k]), r);
-      r = fma(y, F(normal ? m[4 * k + 1] : m[4 + k]), r);
-      r = fma(z, F(normal ? m[4 * k + 2] : m[8 + k]), r);
-      r.store(out[k] + i);
-    }
+    const Vec3<W> x(loadComponent<W>(in, 0, at), loadComponent<W>(in, 1, at), loadComponent<W>(in, 2, at));
+    moveBy<W>(m, how, x, at).store(out, i);
   }
 }
 

@@ -177,10 +177,14 @@ class TestContext {
       for (int k = 0; k < 4; ++k) rgba[k][i] = v[k];
     }
   }
-  static int matrix(const Context* c, const char* from, const char* to, float out[16]) {
+  static int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
     const auto it = self(c).matrices.find(std::string(from) + ">" + to);
-    for (int i = 0; i < 16; ++i)
-      out[i] = it != self(c).matrices.end() ? it->second[size_t(i)] : i % 5 == 0 ? 1.f : 0.f;
+    float* entries = c->alloc<float>(16);
+    for (int i = 0; i < 16; ++i) {
+      entries[i] = it != self(c).matrices.end() ? it->second[size_t(i)] : i % 5 == 0 ? 1.f : 0.f;
+      out->m[i] = entries + i;
+    }
+    out->stride = 0;
     return it != self(c).matrices.end() || !std::strcmp(from, to);
   }
   static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,  &list,

@@ -481,6 +481,11 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
     info.name = p.name();
     w.geometrySide.push_back(info.side);
+    for (const geometry::Primvar& v : mesh.primvars)
+      if (!v.data.empty() && v.width > 0) {
+        uint32_t& width = w.primvarWidths[v.name];
+        width = std::max(width, uint32_t(std::min(v.width, 3)));
+      }
     w.hasPresence |= (info.flags & shade::kOneSided) != 0;
   }
   for (uint32_t m = 0; m < materials->size(); ++m) {

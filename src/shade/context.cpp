@@ -340,13 +340,20 @@ Value primvar(const Context* c, const char* name, Value* radius) {
   ContextHost& h = ContextHost::of(c);
   const uint32_t n = c->padded;
   Value out;
-  // the width of the first point's primvar holds for all; objects without it give 0
-  uint32_t width = 0;
-  scene::ValueType type = scene::ValueType::Float;
+  // The widest of that name in the scene holds for all points, so that it does not matter which ones share a context;
+  // objects without it give 0, numbers fill all components.
+  const ShadingWorld& world = h.group->world();
+  const auto known = world.primvarWidths.find(std::string_view(name));
+  if (known == world.primvarWidths.end()) {
+    if (radius) *radius = Value();
+    return out;
+  }
+  const uint32_t width = known->second;
   const geometry::Mesh* last = nullptr;
   const geometry::Primvar* p = nullptr;
   float* a[3] = {nullptr, nullptr, nullptr};
-  float* r = nullptr;
+  for (uint32_t j = 0; j < width; ++j) a[j] = floats(c);
+  float* r = radius ? floats(c) : nullptr;
   for (uint32_t i = 0; i < n; ++i) {
     const Corner k = cornerOf(h, c, i);
     if (k.mesh != last) {
@@ -359,24 +366,16 @@ Value primvar(const Context* c, const char* name, Value* radius) {
       if (r) r[i] = 0;
       continue;
     }
-    if (!width) {
-      width = uint32_t(std::min(p->width, 3));
-      type = p->type;
-      for (uint32_t j = 0; j < width; ++j) {
-        a[j] = floats(c);
-        std::fill_n(a[j], n, 0.f);
-      }
-      if (radius) {
-        r = floats(c);
-        std::fill_n(r, n, 0.f);
-      }
-    }
     const float *v0 = primvarAt(*p, k, 0), *v1 = primvarAt(*p, k, 1), *v2 = primvarAt(*p, k, 2);
     float f[3] = {0, 0, 0};
     const uint32_t w = std::min<uint32_t>(width, uint32_t(p->width));
     for (uint32_t j = 0; j < w; ++j) f[j] = mix(k, v0[j], v1[j], v2[j]);
-    if (width == 3 && !k.identity && (type == scene::ValueType::Point || type == scene::ValueType::Vector || type == scene::ValueType::Normal)) {
+    if (w == 1) f[1] = f[2] = f[0];
+    const scene::ValueType type = p->type;
+    if (w == 3 && !k.identity && (type == scene::ValueType::Point || type == scene::ValueType::Vector || type == scene::ValueType::Normal)) {
       float q[3];
+      if (type == scene::ValueType::Point)   // the mesh's own points are stored from its origin, primvars are not
+        for (int j = 0; j < 3; ++j) f[j] -= float(k.mesh->origin[j]);
       if (type == scene::ValueType::Normal) {
         const trace::Affine inv = k.toRender.inverse();
         for (int j = 0; j < 3; ++j) q[j] = inv.m[0][j] * f[0] + inv.m[1][j] * f[1] + inv.m[2][j] * f[2];
@@ -420,16 +419,17 @@ void texture(const Context* c, const Value* handles, const float* s, const float
                                     t, radius, *options, rgba);
 }
 
-int matrix(const Context* c, const char* from, const char* to, float out[16]) {
-  ContextHost& h = ContextHost::of(c);
+int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
+  const ContextHost& h = ContextHost::of(c);
   const ShadingWorld& w = h.group->world();
+  const uint32_t* instanceOf = h.group->group().hits.instance;
+  const auto isObject = [](const char* space) { return !std::strcmp(space, "object"); };
   bool known = true;
-  const auto toRender = [&](const char* space) {
-    scene::Matrix m;
-    if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return m;
-    if (!std::strcmp(space, "object")) {
-      const uint32_t s = h.slot[0];
-      const trace::Affine& b = w.placements[w.world->instance(h.group->group().hits.instance[s]).user].renderToObject;
+  const auto toRender = [&](const char* space, uint32_t instance) {
+    if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return scene::Matrix();
+    if (isObject(space) && !(c->traits & kTraitInSpace)) {
+      const trace::Affine& b = w.placements[w.world->instance(instance).user].renderToObject;
+      scene::Matrix m;
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) m[j][i] = b.m[i][j];
         m[3][i] = b.t[i];
@@ -437,15 +437,24 @@ int matrix(const Context* c, const char* from, const char* to, float out[16]) {
       return m.inverse();
     }
     const auto it = w.spaces.find(space);
-    if (it == w.spaces.end()) {
-      known = false;
-      return m;
-    }
-    return it->second;
+    if (it != w.spaces.end()) return it->second;
+    known = false;
+    return scene::Matrix();
   };
-  const scene::Matrix m = toRender(from) * toRender(to).inverse();
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) out[4 * i + j] = known ? float(m[i][j]) : float(i == j);
+  const auto between = [&](uint32_t instance) { return toRender(from, instance) * toRender(to, instance).inverse(); };
+  // object space is each point's own: which points share a context must not show
+  const bool objects = !(c->traits & kTraitInSpace) && (isObject(from) != isObject(to));
+  uint32_t instance = objects ? instanceOf[h.slot[0]] : 0;
+  bool one = true;
+  for (uint32_t i = 1; objects && one && i < c->padded; ++i) one = instanceOf[h.slot[i]] == instance;
+  float* entries[16];
+  for (int k = 0; k < 16; ++k) out->m[k] = entries[k] = one ? static_cast<float*>(alloc(c, sizeof(float))) : floats(c);
+  out->stride = one ? 0 : 1;
+  scene::Matrix m = isObject(from) && isObject(to) ? scene::Matrix() : between(instance);
+  for (uint32_t i = 0; i < (one ? 1 : c->padded); ++i) {
+    if (!one && instanceOf[h.slot[i]] != instance) m = between(instance = instanceOf[h.slot[i]]);
+    for (int k = 0; k < 16; ++k) entries[k][i] = known ? float(m[k / 4][k % 4]) : float(k % 5 == 0);
+  }
   return known;
 }
 

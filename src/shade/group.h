@@ -48,6 +48,7 @@ struct ShadingWorld {
   std::vector<float> geometrySide;            // side of each geometry, for wide gathers
   std::vector<PlacementInfo> placements;
   std::map<std::string, scene::Matrix> spaces;   // name -> (that space to render)
+  std::map<std::string, uint32_t, std::less<>> primvarWidths;   // name -> components (at most 3), the widest of all objects
   TextureSystem* textures = nullptr;
   double worldOrigin[3] = {0, 0, 0};
   SampleTable samples{};
@@ -112,6 +113,7 @@ class GroupState {
 
  private:
   friend struct ContextHost;
+  static constexpr int kMostPasses = 256;   // surfaces a ray may pass for want of presence or priority
   Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
   bool insideHigherPriority(uint32_t slot) const;
   struct KeptPaths;

@@ -259,8 +259,10 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
         if (rgba[k]) rgba[k][i] = color[k];
     }
   };
-  f.matrix = [](const Context*, const char* from, const char* to, float out[16]) -> int {
-    for (int i = 0; i < 16; ++i) out[i] = i % 5 == 0 ? 1.f : 0.f;
+  f.matrix = [](const Context*, const char* from, const char* to, MatrixValue* out) -> int {
+    static constexpr float kZero = 0, kOne = 1;
+    for (int i = 0; i < 16; ++i) out->m[i] = i % 5 == 0 ? &kOne : &kZero;
+    out->stride = 0;
     const auto known = [](std::string_view s) {
       return s == "render" || s == "world" || s == "object" || s == "camera";
     };

@@ -137,7 +137,7 @@ void World::Part::build() {
 
 namespace {
 
-// Moves a mesh's points and normals into render space for good: the object is static and placed once.
+// Moves a mesh's points, and primvars that are points, vectors or normals, into render space for good: the object is static and placed once.
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
   for (Imath::V3f& p : mesh.points) {
@@ -147,14 +147,18 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   mesh.origin = {0, 0, 0};
   // edges turn with the points, so a mirroring transform turns e1 x e2 against the normal's own transform
   if (toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
+  const scene::Matrix it = toRender.inverse().transposed();
   for (geometry::Primvar& v : mesh.primvars) {
-    if (v.name != "N" || v.width != 3) continue;
-    const scene::Matrix it = toRender.inverse().transposed();
+    const bool shading = v.name == "N", point = v.type == scene::ValueType::Point, vector = v.type == scene::ValueType::Vector;
+    if (v.width % 3 != 0 || !(shading || point || vector || v.type == scene::ValueType::Normal)) continue;
     for (size_t i = 0; i + 2 < v.data.size(); i += 3) {
-      Imath::V3d n;
-      it.multDirMatrix(Imath::V3d(v.data[i], v.data[i + 1], v.data[i + 2]), n);
-      n.normalize();
-      v.data[i] = float(n.x); v.data[i + 1] = float(n.y); v.data[i + 2] = float(n.z);
+      const Imath::V3d x(v.data[i], v.data[i + 1], v.data[i + 2]);
+      Imath::V3d y;
+      if (point && !shading) y = x * toRender;
+      else if (vector && !shading) toRender.multDirMatrix(x, y);
+      else it.multDirMatrix(x, y);
+      if (shading) y.normalize();
+      for (int k = 0; k < 3; ++k) v.data[i + size_t(k)] = float(y[k]);
     }
   }
 }

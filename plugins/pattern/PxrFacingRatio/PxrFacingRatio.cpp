@@ -39,7 +39,7 @@ struct PxrFacingRatio {
     Value direction, gamma, ior, bump;
     bool useDirection, faceForward, clamped, inverted, bumped;
     int mode;
-    float toRender[16];
+    MatrixValue toRender;
     explicit Setup(const Context& c)
         : context(&c),
           direction(c.param(kDirection)),
@@ -53,7 +53,7 @@ struct PxrFacingRatio {
       mode = fixedInteger(c, kMode);
       bumped = isBumped(bump);
       const char* space = c.fn->text(&c, kCoordSys);
-      c.fn->matrix(&c, space && *space ? space : "world", "render", toRender);
+      c.fn->matrix(&c, space && *space ? space : "world", "render", &toRender);
     }
     bool uniform() const { return false; }
   };
@@ -72,11 +72,7 @@ struct PxrFacingRatio {
     const Vec3<W> n = s.bumped ? bumpedNormal<W>(s.bump, surface) : surface.N;
     Vec3<W> d = surface.wo;
     if (s.useDirection) {
-      const Vec3<W> v = loadVec<W>(s.direction, at);
-      const float* m = s.toRender;
-      d = Vec3<W>(fma(v.x, F(m[0]), fma(v.y, F(m[4]), v.z * F(m[8]))),
-                  fma(v.x, F(m[1]), fma(v.y, F(m[5]), v.z * F(m[9]))),
-                  fma(v.x, F(m[2]), fma(v.y, F(m[6]), v.z * F(m[10]))));
+      d = moveBy<W>(s.toRender, Moves::Vector, loadVec<W>(s.direction, at), at);
       d = d * (F(1.f) / sqrt(max(dot(d, d), F(1e-30f))));
     }
     F x = dot(n, d);

@@ -1,0 +1,300 @@
+// Hits become shading contexts: counting sort by program, points and normals in render space, room for the network.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shade/clock.h"
+#include "shade/context_host.h"
+#include "shade/points.h"
+
+namespace kinora::shade {
+
+uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts) {
+  *contexts = nullptr;
+  if (!n) return 0;
+  const bool query = traits & kTraitPresenceQuery;
+  uint64_t unused = 0;   // queries happen inside the time of tracing
+  const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
+  // Counting sort by program; within a program the order of the list stays.
+  uint32_t* programOf = arena_.make<uint32_t>(n);
+  touched_.clear();
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slots[i];
+    const uint32_t material = world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]);
+    const uint32_t p = (*world_.materials)[material].program;
+    programOf[i] = p;
+    if (!countOfProgram_[p]++) touched_.push_back(p);
+  }
+  std::sort(touched_.begin(), touched_.end());
+  uint32_t* order = arena_.make<uint32_t>(n);
+  uint32_t* first = arena_.make<uint32_t>(touched_.size() + 1);
+  uint32_t sum = 0;
+  for (size_t k = 0; k < touched_.size(); ++k) {
+    first[k] = sum;
+    const uint32_t c = countOfProgram_[touched_[k]];
+    countOfProgram_[touched_[k]] = sum;   // cursor
+    sum += c;
+  }
+  first[touched_.size()] = sum;
+  for (uint32_t i = 0; i < n; ++i) order[countOfProgram_[programOf[i]]++] = slots[i];
+  const uint32_t count = uint32_t(touched_.size());
+  Context** list = arena_.make<Context*>(count);
+  uint32_t* programs = arena_.make<uint32_t>(count);
+  for (uint32_t k = 0; k < count; ++k) {
+    programs[k] = touched_[k];
+    countOfProgram_[touched_[k]] = 0;
+  }
+  for (uint32_t k = 0; k < count; ++k)
+    list[k] = makeContext(programs[k], traits, depth, first[k + 1] - first[k], order + first[k], !query);
+  if (!query) {
+    uint64_t* lanes = depth == 0 ? counters.lanesFirst : counters.lanesDeeper;
+    for (uint32_t k = 0; k < count; ++k) {
+      const uint32_t m = first[k + 1] - first[k], w = world_.width;
+      lanes[0] += m;
+      lanes[1] += (m + w - 1) / w * w;
+    }
+    counters.points += n;
+    counters.contexts += count;
+    if ((traits & kTraitPrimaryHit) && onPrimary)
+      for (uint32_t k = 0; k < count; ++k) onPrimary(list[k]);
+  }
+  *contexts = list;
+  return count;
+}
+
+Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                 bool bind) {
+  const Program& program = world_.materials->program(programIndex);
+  const trace::World& w = *world_.world;
+  const uint32_t m = padded(n);
+  uint32_t* slot = arena_.make<uint32_t>(m);
+  std::memcpy(slot, slots, n * sizeof(uint32_t));
+  for (uint32_t i = n; i < m; ++i) slot[i] = slots[n - 1];
+  Context* c = new (arena_.allocate(sizeof(Context))) Context();
+  ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
+  c->count = n;
+  c->padded = m;
+  c->width = world_.width;
+  c->traits = traits;
+  c->path = slot;
+  c->depth = depth;
+  c->fn = &kContextFunctions;
+  c->host = h;
+  h->group = this;
+  h->program = &program;
+  h->slot = slot;
+
+  PointsArgs a{};
+  a.n = m;
+  a.slots = slot;
+  const Rays& r = group_.rays;
+  const Hits& hits = group_.hits;
+  for (int k = 0; k < 3; ++k) { a.o[k] = r.o[k]; a.d[k] = r.d[k]; }
+  a.t = hits.t; a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  float* ng[3];
+  for (int k = 0; k < 3; ++k) { ng[k] = arena_.make<float>(m); a.ng[k] = ng[k]; }
+  float* side = arena_.make<float>(m);
+  uint32_t* block = arena_.make<uint32_t>(m);
+  bool smooth = false, placed = false;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slot[i], g = hits.geometry[s], inst = hits.instance[s];
+    const GeometryInfo& info = world_.geometries[g];
+    for (int k = 0; k < 3; ++k) ng[k][i] = hits.ng[k][s];
+    side[i] = info.side;
+    const trace::Instance& instance = w.instance(inst);
+    const uint32_t material = info.material != 0xffffffffu ? info.material : world_.placements[instance.user].material;
+    block[i] = (*world_.materials)[material].block;
+    smooth |= (info.flags & kHasNormals) != 0;
+    placed |= !instance.baked;
+    // what a ray only passes does not choose its lights
+    if (bind) linkSet_[s] = world_.placements[instance.user].linkSet;
+  }
+  float* nn[3] = {nullptr, nullptr, nullptr};
+  if (smooth || placed) {
+    if (smooth)
+      for (int k = 0; k < 3; ++k) nn[k] = arena_.make<float>(m);
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = slot[i];
+      const GeometryInfo& info = world_.geometries[hits.geometry[s]];
+      const trace::Instance& instance = w.instance(hits.instance[s]);
+      float q[3] = {ng[0][i], ng[1][i], ng[2][i]}, sm[3] = {0, 0, 0};
+      const bool own = smooth && info.N;
+      if (own) {
+        const geometry::Mesh& mesh = w.mesh(hits.geometry[s]);
+        const geometry::Primvar& p = *info.N;
+        const uint32_t t = hits.primitive[s];
+        const float b1 = hits.u[s], b2 = hits.v[s], b0 = 1.f - b1 - b2;
+        const float b[3] = {b0, b1, b2};
+        size_t at[3];
+        for (int k = 0; k < 3; ++k)
+          at[k] = p.rate == geometry::Primvar::Rate::PerVertex ? mesh.indices[3 * size_t(t) + k]
+                  : p.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(t) + k
+                  : p.rate == geometry::Primvar::Rate::PerFace ? mesh.faceOf(t)
+                                                               : 0;
+        // keys of a deforming mesh: nearest key pair
+        size_t key0 = 0, key1 = 0;
+        float f = 0;
+        if (mesh.keyCount() > 1 && p.rate == geometry::Primvar::Rate::PerVertex &&
+            p.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3) {
+          const float x = std::clamp(r.time[s], 0.f, 1.f) * float(mesh.keyCount() - 1);
+          key0 = std::min<size_t>(size_t(x), size_t(mesh.keyCount() - 2));
+          key1 = key0 + 1;
+          f = x - float(key0);
+        }
+        const size_t stride = size_t(mesh.vertexCount) * 3;
+        for (int k = 0; k < 3; ++k)
+          for (int j = 0; j < 3; ++j) {
+            const float v0 = p.data[key0 * stride + 3 * at[k] + size_t(j)];
+            sm[j] += b[k] * (f > 0 ? (1 - f) * v0 + f * p.data[key1 * stride + 3 * at[k] + size_t(j)] : v0);
+          }
+      }
+      if (!instance.baked) {
+        // cofactors: the inverse transpose times the determinant
+        const trace::Affine x = w.objectToRender(hits.instance[s], r.time[s]);
+        float cof[3][3];
+        for (int u = 0; u < 3; ++u)
+          for (int v = 0; v < 3; ++v) {
+            const int u1 = (u + 1) % 3, u2 = (u + 2) % 3, v1 = (v + 1) % 3, v2 = (v + 2) % 3;
+            cof[u][v] = x.m[u1][v1] * x.m[u2][v2] - x.m[u1][v2] * x.m[u2][v1];
+          }
+        const float det = x.m[0][0] * cof[0][0] + x.m[0][1] * cof[0][1] + x.m[0][2] * cof[0][2];
+        const float sign = det < 0 ? -1.f : 1.f;
+        float t[3], ts[3];
+        for (int u = 0; u < 3; ++u) {
+          t[u] = sign * (cof[u][0] * q[0] + cof[u][1] * q[1] + cof[u][2] * q[2]);
+          ts[u] = sign * (cof[u][0] * sm[0] + cof[u][1] * sm[1] + cof[u][2] * sm[2]);
+        }
+        std::memcpy(q, t, sizeof q);
+        std::memcpy(sm, ts, sizeof sm);
+        for (int k = 0; k < 3; ++k) ng[k][i] = q[k];
+      }
+      if (smooth) {
+        if (!own)
+          for (int k = 0; k < 3; ++k) sm[k] = q[k] * info.side;
+        const float l2 = sm[0] * sm[0] + sm[1] * sm[1] + sm[2] * sm[2];
+        const float inv = l2 > 0 ? 1.f / std::sqrt(l2) : 0.f;
+        // "N" of the mesh is oriented outward already; facets get their side above
+        for (int k = 0; k < 3; ++k) nn[k][i] = l2 > 0 ? sm[k] * inv : q[k];
+      }
+    }
+  }
+  const auto pad = [&](float* x) { for (uint32_t i = n; i < m; ++i) x[i] = x[n - 1]; };
+  for (int k = 0; k < 3; ++k) {
+    pad(ng[k]);
+    if (nn[k]) pad(nn[k]);
+    a.smooth[k] = nn[k];
+  }
+  pad(side);
+  for (uint32_t i = n; i < m; ++i) block[i] = block[n - 1];
+  a.side = side;
+  h->block = block;
+  const auto f = [&] { return arena_.make<float>(m); };
+  for (int k = 0; k < 3; ++k) {
+    a.P[k] = f(); a.N[k] = f(); a.Ng[k] = f(); a.wo[k] = f();
+    c->P[k] = a.P[k]; c->N[k] = a.N[k]; c->Ng[k] = a.Ng[k]; c->wo[k] = a.wo[k];
+  }
+  c->radius = a.outRadius = f();
+  c->spread = a.outSpread = f();
+  c->time = a.outTime = f();
+  c->bias = a.bias = f();
+  c->entering = a.entering = arena_.make<uint32_t>(m);
+  c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
+  c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
+  pointsKernel(world_.width)(a);
+
+  float* outer = f();
+  for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
+  if (media_)
+    for (uint32_t i = 0; i < m; ++i) {
+      const MediaStack& stack = media_[slot[i]];
+      int best = -1;
+      for (uint32_t k = 0; k < stack.count; ++k)
+        if (stack.entries[k].object != hits.instance[slot[i]] &&
+            (best < 0 || stack.entries[k].priority >= stack.entries[best].priority))
+          best = int(k);
+      if (best >= 0) outer[i] = stack.entries[best].ior;
+    }
+  c->outerIor = outer;
+  c->lobeCount = program.traits ? program.traits->lobeCount : 0;
+  c->slotCount = program.slotCount;
+  c->slotOfLobe = program.slotOfLobe.data();
+  c->eventOfSlot = program.eventOfSlot.data();
+  c->bxdf = program.bxdf;
+
+  // room for the network's outputs
+  const uint32_t nodes = uint32_t(program.nodes.size());
+  h->done = arena_.make<uint8_t>(nodes);
+  std::memset(h->done, 0, nodes);
+  h->firstOutput = arena_.make<uint32_t>(nodes);
+  uint32_t outputs = 0;
+  for (uint32_t k = 0; k < nodes; ++k) {
+    h->firstOutput[k] = outputs;
+    outputs += uint32_t(program.nodes[k].outputParam.size());
+  }
+  h->outputs = arena_.make<Value>(outputs + 1);
+  h->manifolds = arena_.make<Manifold>(outputs + 1);
+  for (uint32_t k = 0; k < outputs; ++k) {
+    h->outputs[k] = Value();
+    h->manifolds[k] = Manifold();
+  }
+  h->node = nodes - 1;
+  if (bind && program.bxdf->begin) {
+    uint64_t time = 0;
+    {
+      const Clock clock(time);
+      c->closure = program.bxdf->begin(c);
+    }
+    counters.nanoseconds[kTimeClosures] += time;
+    counters.nanoseconds[kTimeGrouping] -= time;   // runs inside shade()'s clock
+  }
+  return c;
+}
+
+Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t) {
+  if (!n) return nullptr;
+  const uint32_t m = padded(n);
+  uint32_t* slot = arena_.make<uint32_t>(m);
+  for (uint32_t i = 0; i < m; ++i) slot[i] = slots[std::min(i, n - 1)];
+  Context* c = new (arena_.allocate(sizeof(Context))) Context();
+  ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
+  h->group = this;
+  h->program = nullptr;
+  h->slot = slot;
+  c->count = n;
+  c->padded = m;
+  c->width = world_.width;
+  c->traits = traits | kTraitInSpace;
+  c->path = slot;
+  c->depth = depth;
+  c->fn = &kContextFunctions;
+  c->host = h;
+  PointsArgs a{};
+  a.n = m;
+  a.slots = slot;
+  const Rays& r = group_.rays;
+  const auto f = [&] { return arena_.make<float>(m); };
+  float *ng[3] = {f(), f(), f()}, *side = f(), *outer = f();
+  for (uint32_t i = 0; i < m; ++i) {
+    for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
+    side[i] = outer[i] = 1.f;
+    linkSet_[slot[i]] = 0;   // a medium is lit by all lights
+  }
+  for (int k = 0; k < 3; ++k) {
+    a.o[k] = r.o[k]; a.d[k] = r.d[k]; a.ng[k] = ng[k];
+    c->P[k] = a.P[k] = f(); c->N[k] = a.N[k] = f(); c->Ng[k] = a.Ng[k] = f(); c->wo[k] = a.wo[k] = f();
+  }
+  a.t = t; a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  a.side = side;
+  c->radius = a.outRadius = f();
+  c->spread = a.outSpread = f();
+  c->time = a.outTime = f();
+  c->bias = a.bias = f();
+  c->entering = a.entering = arena_.make<uint32_t>(m);
+  c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
+  c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
+  pointsKernel(world_.width)(a);
+  c->outerIor = outer;
+  return c;
+}
+
+}  // namespace kinora::shade
