@@ -123,6 +123,7 @@ struct Services {
   PathStates paths;
   float worldCenter[3], worldRadius;
   uint32_t lightCount;
+  uint32_t hasMedia;              // 0: all of space is empty, and trace() may be given no transmittance
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);

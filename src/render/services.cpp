@@ -130,6 +130,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   for (int c = 0; c < 3; ++c) s.worldCenter[c] = world.world->center()[c];
   s.worldRadius = world.world->radius();
   s.lightCount = world.lights->size();
+  s.hasMedia = world.hasMedia;
   s.alloc = &Calls::alloc;
   s.trace = &Calls::trace;
   s.shade = &Calls::shade;

@@ -321,6 +321,13 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
       }
     }
+    placeInTables.firstTarget = uint32_t(w.targets_.size());
+    for (size_t g = 0; g + 1 < part->firstSlice.size(); ++g) {
+      const uint32_t first = part->firstSlice[g];
+      const Part::Slice& s = part->slices[first];
+      w.targets_.push_back({placeInTables.firstGeometry + s.shape, placeInTables.firstInstance + s.shape,
+                            part->firstSlice[g + 1] - first > 1, part->users[s.shape] != nullptr});
+    }
     w.places_.push_back(placeInTables);
   }
 
@@ -414,6 +421,14 @@ inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uin
     index = partOfTop_[instId];
     instance = instanceOfTop_[instId];
   }
+  const Target& target = targets_[places_[index].firstTarget + geomId];
+  if (!target.merged) {
+    hits.geometry[slot] = target.geometry;
+    hits.primitive[slot] = primId;
+    hits.instance[slot] = instance == kNone ? target.instance : instance;
+    if (!target.writesLevel) hits.level[slot] = 0;
+    return;
+  }
   const Part* part = parts_[index].get();
   const uint32_t first = part->firstSlice[geomId], last = part->firstSlice[geomId + 1];
   uint32_t slice = first;
@@ -426,7 +441,7 @@ inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uin
   hits.geometry[slot] = places_[index].firstGeometry + s.shape;
   hits.primitive[slot] = primId - s.start;
   hits.instance[slot] = instance == kNone ? places_[index].firstInstance + s.shape : instance;
-  if (!part->hasUser || !part->users[s.shape]) hits.level[slot] = 0;   // user geometry wrote its own
+  hits.level[slot] = 0;   // user geometry, which writes its own, is never merged
 }
 
 void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {

@@ -110,7 +110,10 @@ class World {
   RTCScene top_ = nullptr;
   bool single_ = false;                                   // top_ is the only part's scene
   std::vector<std::shared_ptr<const Part>> parts_;        // shared between snapshots
-  struct PartPlace { uint32_t firstGeometry = 0, firstInstance = 0; };   // batches: instance of shape i is first + i
+  struct PartPlace { uint32_t firstGeometry = 0, firstInstance = 0, firstTarget = 0; };   // batches: instance of shape i is first + i
+  // Where a hit of an Embree geometry leads when it holds one shape only.
+  struct Target { uint32_t geometry, instance; bool merged, writesLevel; };
+  std::vector<Target> targets_;                           // by part, then Embree geometry
   std::vector<PartPlace> places_;                         // by part
   std::vector<uint32_t> partOfTop_;                       // Embree instance id -> part
   std::vector<uint32_t> instanceOfTop_;                   // Embree instance id -> instance, or none (batch)
