@@ -150,7 +150,7 @@ uint16_t LightPaths::end(std::string_view lightGroup) const {
   return uint16_t(it == groups.end() ? 1 : 2 + (it - groups.begin()));
 }
 
-const std::vector<uint16_t>& LightPaths::outputs(uint16_t state, uint32_t end) const {
+const std::vector<uint16_t>& LightPaths::outputs(uint32_t state, uint32_t end) const {
   return outputs_[state * ends() + end];
 }
 

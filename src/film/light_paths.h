@@ -38,7 +38,7 @@ class LightPaths {
   // ignored. needSplit: diffuse and specular must be told apart for other reasons (lights with different factors).
   LightPaths(const std::vector<std::string>& sources, bool needSplit, LobeNumbers lobes = {});
 
-  PathStates states() const { return {automaton_.table().data(), automaton_.events(), uint16_t(automaton_.start())}; }
+  PathStates states() const { return {automaton_.table().data(), automaton_.events(), automaton_.start()}; }
   // Event of a lobe; bit 0 says specular. `surface`: the object's lpegroup.
   uint16_t event(uint32_t lobeFlags, std::string_view lobe = {}, std::string_view surface = {}) const;
   // True when objects' lpegroups are told apart: then they are part of what makes a shading program.
@@ -50,7 +50,7 @@ class LightPaths {
   uint32_t ends() const { return automaton_.ends(); }
   uint32_t stateCount() const { return automaton_.states(); }
   // Indices into `sources` that a contribution in this state with this end adds to.
-  const std::vector<uint16_t>& outputs(uint16_t state, uint32_t end) const;
+  const std::vector<uint16_t>& outputs(uint32_t state, uint32_t end) const;
   PathLight light(size_t source) const { return lights_[source]; }
   bool wantsUnshadowed() const;
   // Bit n: the source wants the signal of user lobe U(n+1) at the first surface.

@@ -277,7 +277,7 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
   }
   next_.resize(size_t(parts) * events_);
   for (uint32_t p = 0; p < parts; ++p)
-    for (uint32_t e = 0; e < events_; ++e) next_[p * events_ + e] = uint16_t(columnOf[e / 2][p]);
+    for (uint32_t e = 0; e < events_; ++e) next_[p * events_ + e] = columnOf[e / 2][p];
 
   userLobes_.assign(list.size(), 0);
   for (uint32_t n = 0; n < uint32_t(kPathLobes - kFirstUserLobe); ++n) {

@@ -21,7 +21,7 @@ class PathAutomaton {
   uint32_t states() const { return states_; }
   uint32_t events() const { return events_; }
   uint32_t next(uint32_t state, uint32_t event) const { return next_[state * events_ + event]; }
-  const std::vector<uint16_t>& table() const { return next_; }
+  const std::vector<uint32_t>& table() const { return next_; }
 
   // The event of a lobe. Bit 0 says specular wherever the expressions (or splitSpecular) tell it from diffuse.
   // `types`: one bit of PathTypes; `lobe`: 0..11; labels of the surface and of the lobe, -1 when none of labels().
@@ -41,7 +41,8 @@ class PathAutomaton {
  private:
   uint32_t rawEvent(uint8_t types, int lobe, int surface, int name) const;
   std::vector<std::string> labels_, lightGroups_;
-  std::vector<uint16_t> eventOfRaw_, next_;
+  std::vector<uint16_t> eventOfRaw_;
+  std::vector<uint32_t> next_;
   std::vector<std::vector<uint16_t>> accepted_;
   std::vector<uint32_t> userLobes_;
   std::vector<uint8_t> matches_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <map>
 
 #include "render/surface_channels.h"
 #include "sampling/draw.h"
@@ -82,7 +83,7 @@ struct Worker::Calls {
   }
   static uint32_t shade(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts) {
     Worker& w = of(g);
-    if ((traits & kTraitLightPath) && depth == 0 && w.emitted_) n = w.keepLinked(n, &slots);
+    if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty()) n = w.keepLinked(n, &slots);
     const uint32_t count = w.state_.shade(traits, depth, n, slots, contexts);
     if (w.print)
       for (uint32_t c = 0; c < count; ++c)
@@ -97,7 +98,11 @@ struct Worker::Calls {
         }
     return count;
   }
-  static void releaseShading(Group*) {}
+  static MemoryMark markMemory(Group* g) {
+    const Arena::Mark m = of(g).state_.arena().mark();
+    return {m.block, m.used};
+  }
+  static void releaseMemory(Group* g, MemoryMark m) { of(g).state_.arena().release({size_t(m.block), size_t(m.used)}); }
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
@@ -116,7 +121,7 @@ struct Worker::Calls {
   static void restorePaths(Group* g, const void* kept) { of(g).state_.restorePaths(kept); }
   static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
-  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state,
+  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                     const uint32_t* light) {
     of(g).splat(n, raster, value, state, light);
   }
@@ -141,7 +146,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.alloc = &Calls::alloc;
   s.trace = &Calls::trace;
   s.shade = &Calls::shade;
-  s.releaseShading = &Calls::releaseShading;
+  s.markMemory = &Calls::markMemory;
+  s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
   s.lightHits = &Calls::lightHits;
   s.shadow = &Calls::shadow;
@@ -160,12 +166,18 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   perKind_ = paths.stateCount() * endCount_;
   // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)
   static constexpr float kSigns[3][3] = {{1, 1, 0}, {1, 0, -1}, {0, 1, 1}};
+  std::map<std::vector<std::pair<int, float>>, uint16_t> sets;
   for (const auto& signs : kSigns)
     for (uint32_t state = 0; state < paths.stateCount(); ++state)
       for (uint32_t end = 0; end < endCount_; ++end) {
+        std::vector<std::pair<int, float>> targets;
+        for (const uint16_t o : paths.outputs(state, end))
+          if (const float sign = signs[size_t(paths.light(o))]; sign != 0) targets.emplace_back(plan.offsets[o], sign);
+        const auto [it, isNew] = sets.try_emplace(targets, uint16_t(sets.size()));
+        setOf_.push_back(it->second);
+        if (!isNew) continue;
         first_.push_back(uint32_t(targets_.size()));
-        for (const uint16_t o : paths.outputs(uint16_t(state), end))
-          if (const float sign = signs[size_t(paths.light(o))]; sign != 0) targets_.push_back({plan.offsets[o], sign});
+        for (const auto& [offset, sign] : targets) targets_.push_back({offset, sign});
       }
   first_.push_back(uint32_t(targets_.size()));
   for (size_t o = 0; o < plan.splatChannels.size(); ++o)
@@ -173,7 +185,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
       splatChannels_.push_back(channel);
       for (uint32_t state = 0; state < paths.stateCount(); ++state)
         for (uint32_t end = 0; end < endCount_; ++end) {
-          const auto& list = paths.outputs(uint16_t(state), end);
+          const auto& list = paths.outputs(state, end);
           takesSplat_.push_back(std::find(list.begin(), list.end(), uint16_t(o)) != list.end() &&
                                 paths.light(o) != film::PathLight::Blocked);
         }
@@ -183,7 +195,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
 
 void Worker::begin(uint32_t count, StageKind stage) {
   state_.begin(count, stage);
-  emitted_ = nullptr;
+  emitted_.clear();
   state_.group().host = this;
   const uint32_t n = state_.group().padded + kPad;
   records_.resize(size_t(plan_.floats));
@@ -227,16 +239,19 @@ void Worker::finishRecords(uint32_t count) {
 }
 
 void Worker::contribute(const Contributions* c) {
-  const uint32_t* const first = first_.data() + uint32_t(c->kind) * perKind_;
-  for (uint32_t i = 0; i < c->count; ++i) {
-    const uint32_t s = c->slot[i], at = c->state[i] * endCount_ + endOf(c->light[i]);
-    const float x = c->value[0][i], y = c->value[1][i], z = c->value[2][i];
-    for (uint32_t k = first[at]; k < first[at + 1]; ++k) {
-      const auto [offset, sign] = targets_[k];
-      records_[size_t(offset)][s] += sign * x;
-      records_[size_t(offset) + 1][s] += sign * y;
-      records_[size_t(offset) + 2][s] += sign * z;
-    }
+  // runs that go to the same outputs, which often are the whole list: record by record
+  const uint16_t* const setOf = setOf_.data() + uint32_t(c->kind) * perKind_;
+  const auto set = [&](uint32_t i) { return setOf[c->state[i] * endCount_ + endOf(c->light[i])]; };
+  for (uint32_t first = 0, end; first < c->count; first = end) {
+    const uint16_t which = set(first);
+    for (end = first + 1; end < c->count && set(end) == which;) ++end;
+    for (uint32_t t = first_[which]; t < first_[which + 1]; ++t)
+      for (size_t k = 0; k < 3; ++k) {
+        float* record = records_[size_t(targets_[t].offset) + k];
+        const float sign = targets_[t].sign;
+        const float* value = c->value[k];
+        for (uint32_t i = first; i < end; ++i) record[c->slot[i]] += sign * value[i];
+      }
   }
   if (print && c->kind != LightKind::Unshadowed)
     for (uint32_t i = 0; i < c->count; ++i) {
@@ -270,7 +285,7 @@ void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) 
     g.rays.spread[i] = 0;
   }
   lightRays += n;
-  emitted_ = light;
+  emitted_.assign(light, light + n);
 }
 
 // A light that is not linked to the surface that its path meets first does not light it: the path ends there.
@@ -333,7 +348,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}};
 }
 
-void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state,
+void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                    const uint32_t* light) {
   Arena& arena = state_.arena();
   const Arena::Mark mark = arena.mark();

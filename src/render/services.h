@@ -64,7 +64,7 @@ class Worker {
   void emitLight(uint32_t n, float* const throughput[3], uint32_t* light);
   uint32_t keepLinked(uint32_t n, const uint32_t** slots);
   void connectCamera(const Context* c, CameraConnection* out);
-  void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state,
+  void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
              const uint32_t* light);
   uint32_t endOf(uint32_t light) const { return light < ends_.size() ? ends_[light] : film::LightPaths::kGlow; }
 
@@ -76,10 +76,11 @@ class Worker {
   uint64_t lightPathsPerPass_;
   Services services_{};
   std::vector<float*> records_;
-  const uint32_t* emitted_ = nullptr;            // light by slot, of the group's light paths
-  // Outputs by kind of light, state and end: entries outputs_[first_[i]] to outputs_[first_[i + 1]].
+  std::vector<uint32_t> emitted_;                // light by slot, of the group's light paths
+  // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set + 1]].
   struct Target { int offset; float sign; };
   std::vector<Target> targets_;
+  std::vector<uint16_t> setOf_;
   std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
   std::vector<uint16_t> ends_;                   // by light

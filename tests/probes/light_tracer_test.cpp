@@ -117,19 +117,19 @@ class LightPaths {
     const uint32_t room = c.padded * c.slotCount;
     float *raster[2] = {floats(room), floats(room)}, *value[3];
     for (float*& x : value) x = floats(room);
-    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, room * sizeof(uint16_t)));
+    uint32_t* state = words(room);
     uint32_t* light = words(room);
     uint32_t m = 0;
     for (uint32_t l = 0; l < c.slotCount; ++l) {
       // the vertex that the camera sees is the first of the path as expressions read it
       const auto step = [&](uint32_t s, uint16_t event) { return sv_->paths.next[s * sv_->paths.eventCount + event]; };
-      const uint16_t first = step(sv_->paths.start, c.eventOfSlot[l]);
+      const uint32_t first = step(sv_->paths.start, c.eventOfSlot[l]);
       for (uint32_t i = 0; i < c.count; ++i) {
         if (!(camera.importance[i] > 0)) continue;
         for (int x = 0; x < 3; ++x) value[x][m] = throughput_[x][c.path[i]] * e.weight[l][x][i] * T[x][i] * factor[i];
         if (!(value[0][m] + value[1][m] + value[2][m] > 0)) continue;
         for (int x = 0; x < 2; ++x) raster[x][m] = camera.raster[x][i];
-        uint16_t s = first;
+        uint32_t s = first;
         for (uint32_t d = depth; d-- > 0;) s = step(s, events_[d * room_ + c.path[i]]);
         light[m] = light_[c.path[i]];
         state[m++] = s;
