@@ -32,6 +32,7 @@ constexpr Group kCore[] = {
      "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
      "thread "
      "against two"},
+    {"light_paths", &measureLightPaths, "lpe_cost_12: what 12 light path channels add to a frame's CPU time"},
     {"memory", &measureMemory,
      "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},

@@ -143,8 +143,7 @@ class PathLoop {
       state[m] = state_[s];
       ++m;
     }
-    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light};
-    sv_->contribute(g_, &out);
+    contributeFound({m, slot, {value[0], value[1], value[2]}, state, light});
     if (kind == RayKind::Camera) {
       float* alpha = floats(padded(h.count));
       uint32_t k = 0;
@@ -152,6 +151,47 @@ class PathLoop {
         if (h.blocks[i]) { slot[k] = h.slot[i]; alpha[k++] = 1.f; }
       if (k) sv_->cover(g_, k, slot, alpha);
     }
+  }
+
+  // Where unshadowed light is wanted, what light samples could have found too is told apart from the rest.
+  void contributeFound(const Contributions& all) {
+    if (!sv_->wantsUnshadowed) {
+      sv_->contribute(g_, &all);
+      return;
+    }
+    for (const uint32_t kept : {uint32_t(kDiscrete), 0u}) {
+      const uint32_t room = padded(all.count + 1);
+      Contributions part = all;
+      uint32_t *slot = words(room), *light = words(room), m = 0;
+      uint32_t* state = words(room);
+      float* value[3];
+      for (int c = 0; c < 3; ++c) part.value[c] = value[c] = floats(room);
+      for (uint32_t i = 0; i < all.count; ++i) {
+        if ((flags_[all.slot[i]] & kDiscrete) != kept) continue;
+        for (int c = 0; c < 3; ++c) value[c][m] = all.value[c][i];
+        slot[m] = all.slot[i];
+        light[m] = all.light[i];
+        state[m++] = all.state[i];
+      }
+      part.count = m;
+      part.slot = slot;
+      part.light = light;
+      part.state = state;
+      part.kind = kept ? LightKind::Arrives : LightKind::Shadowed;
+      sv_->contribute(g_, &part);
+    }
+  }
+
+  // Light samples before their shadow rays, each without its share of the two techniques (by ray).
+  void contributeUnshadowed(const Contributions& all, const uint32_t* ray, const float* share) {
+    Contributions out = all;
+    float* value[3];
+    for (int c = 0; c < 3; ++c) {
+      out.value[c] = value[c] = floats(padded(all.count + 1));
+      for (uint32_t i = 0; i < all.count; ++i) value[c][i] = all.value[c][i] / share[ray[i]];
+    }
+    out.kind = LightKind::Unshadowed;
+    sv_->contribute(g_, &out);
   }
 
   // depth: of the ray that found the light, camera rays 0.
@@ -232,6 +272,7 @@ class PathLoop {
     uint32_t* owner = words(room * mostSlots);
     uint32_t* light = words(room * mostSlots);
     uint32_t* state = words(room * mostSlots);
+    float* share = sv_->wantsUnshadowed ? floats(room) : nullptr;
     uint32_t rays = 0, entries = 0;
 
     for (uint32_t k = 0; k < count; ++k) {
@@ -280,6 +321,7 @@ class PathLoop {
         pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
         pack.put(F::load(c.time + i), time + rays);
         pack.put(s.s, slot + rays);
+        if (share) pack.put(mis, share + rays);
         // each lane's ray
         Int<W> rank = Int<W>::lanes(int32_t(rays));
         if (!lit.all() && c.slotCount > 1) {
@@ -307,6 +349,7 @@ class PathLoop {
       }
     }
     if (!rays) return;
+    if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
     const ShadowRays shadow{rays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, o_.allowCaustics ? 0u : 1u, {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
@@ -323,7 +366,7 @@ class PathLoop {
       pack.put(at, state + m);
       m += uint32_t(pack.count);
     }
-    const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light};
+    const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
     sv_->contribute(g_, &out);
   }
 

@@ -120,6 +120,16 @@ constexpr Explanation kRooms[] = {
      "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "
      "mean "
      "of the others. The message names the first; --only-sample X,Y,S prints what its path met."},
+    {"LPE-SYNTAX",
+     "A light path expression (\"lpe:...\" as the source of a DisplayChannel) is malformed; the message shows where. The "
+     "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing surface; "
+     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, sets [...], and the operators | * + ? {n,m} ( )."},
+    {"LPE-",
+     "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
+     "what is not told apart. The message says what the channel holds."},
+    {"DISPLAY-FORMAT",
+     "The file format of a picture cannot hold all channels that its Display lists. PNG, JPEG and 8- or 16-bit TIFF "
+     "hold up to four numbers a pixel, of which the first ones are written; EXR holds any."},
     {"DISPLAY-DRIVER",
      "A Display names a driver that is no plug-in. The format is chosen by the file's extension, or openexr stands "
      "in."},

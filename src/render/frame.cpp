@@ -213,12 +213,17 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
   draw(table, m, s.seeds(), s.indices(), kDimFilter, x[0], x[1]);
   draw(table, m, s.seeds(), s.indices(), kDimLens, x[2], x[3]);
   draw(table, m, s.seeds(), s.indices(), kDimTime, x[4], x[5]);
+  w.filterWeights.resize(in_.ratios.size());
+  for (float*& own : w.filterWeights) own = arena.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) {
     film::FilterSample f{0, 0, 1};
-    if (in_.jitter) f = in_.filter->sample(x[0][i], x[1][i]);
+    const float u = x[0][i], v = x[1][i];
+    if (in_.jitter) f = in_.filter->sample(u, v);
     x[0][i] = float(s.pixelX()[i]) + 0.5f + f.dx;
     x[1][i] = float(s.pixelY()[i]) + 0.5f + f.dy;
     s.weights()[i] = f.weight;
+    for (size_t k = 0; k < w.filterWeights.size(); ++k)
+      w.filterWeights[k][i] = in_.jitter ? in_.ratios[k].weight(u, v) : 1.f;
     s.group().rays.time[i] = x[4][i];
   }
   Rays& r = s.group().rays;
@@ -271,7 +276,9 @@ void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
   const uint64_t t1 = now();
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
   times[0] += t1 - t0;
-  times[1] += now() - t1;
+  const uint64_t spent = now() - t1;
+  times[1] += spent;
+  w.setCpuTime(count, float(double(spent) * 1e-9 / count));
   ++times[3];
 }
 
@@ -279,6 +286,7 @@ void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
 void Frame::retire(Worker& w, uint32_t count) {
   shade::GroupState& s = w.state();
   const uint64_t start = now();
+  w.finishRecords(count);
   film::SampleSpan span;
   span.n = int(count);
   span.x = s.pixelX();
@@ -286,6 +294,7 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.sampleIndex = s.indices();
   span.weight = s.weights();
   span.values = w.records();
+  span.filterWeights = w.filterWeights.empty() ? nullptr : w.filterWeights.data();
   in_.film->addSamples(span);
   times_->byWorker[w.index][2] += now() - start;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "film/filter_ratio.h"
 #include "film/pixel_filter.h"
 #include "render/hider.h"
 #include "render/services.h"
@@ -19,6 +20,7 @@ struct FrameInput {
   const film::LightPaths* paths;
   const RecordPlan* plan;
   const film::PixelFilter* filter;
+  std::vector<film::FilterRatio> ratios;  // by filter of the film's layout
   film::Film* film;
   const Hider* hider = nullptr;           // null: the loop over rays
   uint32_t seed = 0;

@@ -79,6 +79,7 @@ struct Renderer::Impl {
   std::unique_ptr<film::LightPaths> paths;
   RecordPlan record;
   film::PixelFilter filter;
+  std::vector<film::FilterRatio> ratios;
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
@@ -237,8 +238,11 @@ struct Renderer::Impl {
     }
     const auto status = film::PixelFilter::make(scene.pixelFilter, scene.pixelFilterWidth[0], scene.pixelFilterWidth[1], filter);
     if (!status.ok()) diagnostics.warning("FILM-FILTER", scene.pos, status.what, "gaussian 2 2 is used");
-    record = planRecord(plan.layout, diagnostics);
-    paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene));
+    record = planRecord(plan.layout);
+    paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene), film::LobeNumbers(scene.options));
+    addUserLobes(*paths, record);
+    tellOfPaths();
+    makeRatios();
     const auto& c = builder.camera();
     film::Status made;
     film = film::Film::create(c.resolution[0], c.resolution[1], {c.window[0], c.window[1], c.window[2], c.window[3]}, plan.layout, made);
@@ -248,6 +252,40 @@ struct Renderer::Impl {
     }
     hashScene();
     return true;
+  }
+
+  // Expressions that cannot be had as they are written.
+  void tellOfPaths() {
+    for (const uint16_t i : paths->unmatched()) {
+      const std::string what = "the light path expression \"" + record.sources[i] + "\" ";
+      if (paths->isTooLarge())
+        diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others", "its channel stays black",
+                            "fewer repetitions ({n,m}), labels and channels need less");
+      else
+        diagnostics.warning("LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
+                            "paths end with L, a light, or O, a glowing surface");
+    }
+  }
+
+  void makeRatios() {
+    ratios.clear();
+    for (const film::ChannelFilter& f : plan.layout.filters()) {
+      film::PixelFilter own;
+      if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;   // checked by the plan
+      ratios.emplace_back(filter, own);
+      if (ratios.back().covered() < 0.98)
+        diagnostics.warning("DISPLAY-CHANNEL-FILTER", scene.pos,
+                            "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" + filter.name() + "\"",
+                            "it is cut there", "give PixelFilter the widest filter of the frame");
+    }
+  }
+
+  // Sources that are no built-in ones are primvars, and some object should have them.
+  void tellOfPrimvars() {
+    for (const RecordPlan::Primvar& p : record.primvars)
+      if (!builder.world().primvarWidths.contains(p.name))
+        diagnostics.warning("DISPLAY-SOURCE", scene.pos,
+                            "no output and no primvar named \"" + p.name + "\" is in the scene", "its channel stays black");
   }
 
   void hashScene() {
@@ -331,6 +369,7 @@ struct Renderer::Impl {
     in.paths = paths.get();
     in.plan = &record;
     in.filter = &filter;
+    in.ratios = ratios;
     in.film = film.get();
     in.hider = hider;
     in.seed = settings.seed;
@@ -348,7 +387,9 @@ struct Renderer::Impl {
   bool build() {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     try {
-      return prepare() && makeFilm() && builder.buildWorld(scene, *paths, stats);
+      if (!prepare() || !makeFilm() || !builder.buildWorld(scene, *paths, stats)) return false;
+      tellOfPrimvars();
+      return true;
     } catch (const std::bad_alloc&) {
       diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to build the scene", "nothing is rendered");
       return false;

@@ -264,6 +264,7 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     info.name = std::move(name);
     info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
     info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
+    info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
     const scene::Matrix m = p.toRender.at(0.5 * (camera_.shutterOpen + camera_.shutterClose));
     info.renderToObject = trace::Affine::from(std::fabs(m.determinant()) > 1e-300 ? m.inverse() : scene::Matrix());
     placements_.push_back(std::move(p));
@@ -405,7 +406,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   shapes_ = std::move(kept);
 
   // Materials
-  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_);
+  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths);
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
   for (size_t i = 0; i < count; ++i) {
@@ -416,7 +417,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     const scene::Attributes* a = attributesOfPlacement_[k];
     placementInfos_[k].material = materials->add(a ? a->bxdf : nullptr, a, {});
   }
-  materials->finish(paths);
+  materials->finish();
   // visibility of shapes follows from what they are made of
   for (size_t i = 0; i < count; ++i) {
     bool clear = false;
@@ -478,6 +479,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     info.t = coordinates("t", 1);
     info.flags = (info.N ? shade::kHasNormals : 0u) | (mesh.doubleSided ? 0u : shade::kOneSided);
     info.priority = p.attributes ? p.attributes->getInt("trace:intersectpriority", 0) : 0;
+    info.objectId2 = p.attributes ? uint32_t(p.attributes->getInt("identifier:id2", 0)) : 0;
     info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
     info.name = p.name();
     for (const geometry::Primvar& v : mesh.primvars)
@@ -539,6 +541,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       traits->describe(inst.data(), &e.description);
     // power of infinite lights is per area of the world's disk
     if (e.description.isInfinite) e.description.power *= 3.14159265f * world->radius() * world->radius();
+    e.group = paths.end(l.node->params.getString("lightGroup", ""));
     e.visibility = 0;
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= 1;
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= 2;

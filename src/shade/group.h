@@ -25,7 +25,7 @@ struct GeometryInfo {
   uint32_t flags = 0;
   float side = 1;                      // -1: the mesh's normals are flipped
   int priority = 0;                    // trace:intersectpriority
-  uint32_t objectId = 0;
+  uint32_t objectId = 0, objectId2 = 0;   // identifier:id, id2
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;   // found once
   std::string name;
 };
@@ -35,7 +35,7 @@ struct PlacementInfo {
   uint32_t material = 0;
   uint32_t linkSet = 0;
   int priority = 0;
-  uint32_t objectId = 0;
+  uint32_t objectId = 0, objectId2 = 0;
   trace::Affine renderToObject;        // at the middle of the shutter
   std::string name;
 };

@@ -72,6 +72,8 @@ TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
     EXPECT_LE(j[std::string(name) + "_min"].get<double>(), j[name].get<double>()) << name;
     EXPECT_GE(j[std::string(name) + "_max"].get<double>(), j[name].get<double>()) << name;
   }
+  // a difference of two times: at sizes this small it may be below 0
+  EXPECT_TRUE(j.contains("lpe_cost_12"));
   EXPECT_LT(j["scalar_difference"].get<double>(), 1e-4) << "bench/scalar_surface.cpp has fallen behind PxrSurface";
 }
 

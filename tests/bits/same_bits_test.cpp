@@ -1,7 +1,7 @@
 // Proves: all channels of a frame are the same integers at all SIMD widths, with 1 and 2 threads, in groups of 64 to
 // 1,024, in any order of buckets, in parts that are merged (through files too), under crop, and as replayed; and that
-// they are the integers kept in hashes.txt. Scenes: the gallery, and one with coplanar surfaces, instances (also with
-// presence and media) and motion blur. Misses: other compilers and libraries (their code may round differently: the
+// they are the integers kept in hashes.txt. Scenes: the gallery, one with coplanar surfaces, instances (also with
+// presence and media) and motion blur, and that with every kind of display channel. Misses: other compilers and libraries (their code may round differently: the
 // kept hashes would tell), and sample counts above 64.
 //
 // A change of the pictures on purpose: run test_bits with KINORA_WRITE_HASHES=1 and look at the pictures first.
@@ -138,21 +138,72 @@ AttributeEnd
 WorldEnd
 )";
 
+// The same with every source of display channels but cpuTime, which is measured; with every rule by which samples
+// become pixels; and a dozen light path expressions with labels, groups and lobes.
+const char* const kChannels = R"(
+DisplayChannel "color key" "string source" ["color lpe:C.*<L.'key'>"]
+DisplayChannel "color caustic" "string source" ["lpe:CD[S]+<L.>"]
+DisplayChannel "color labelled" "string source" ["lpe:C<.[DS]'marked'>[DS]*[<L.>O]"]
+DisplayChannel "color twice" "string source" ["lpe:C(D|S){2}[LO]"]
+DisplayChannel "color notDiffuse" "string source" ["lpe:C[^D]+[LO]"]
+DisplayChannel "color coat" "string source" ["lpe:CS2.*[LO]"]
+DisplayChannel "color through" "string source" ["lpe:C<T[DS]>*<RD>L"]
+DisplayChannel "color glass" "string source" ["lpe:C<.S'Glass'>+.*L"]
+DisplayChannel "color open" "string source" ["lpe:unoccluded;C[DS]+[LO]"]
+DisplayChannel "color shade" "string source" ["lpe:shadows;CD<L.>"]
+DisplayChannel "color signal" "string source" ["lpe:nothruput;overwrite;C(U2L)|O"]
+DisplayChannel "color magenta" "string source" ["lpe:C<RD"]
+DisplayChannel "color tint" "string source" ["tint"]
+DisplayChannel "color even" "string source" ["Ci"] "string statistics" ["even"]
+DisplayChannel "color odd" "string source" ["Ci"] "string statistics" ["odd"]
+DisplayChannel "color var" "string source" ["Ci"] "string statistics" ["variance"]
+DisplayChannel "float zmse" "string source" ["zfiltered"] "string statistics" ["mse"]
+DisplayChannel "color own" "string source" ["Ci"] "string filter" ["gaussian"] "float[2] filterwidth" [2 2]
+DisplayChannel "color calm" "string source" ["Ci"] "float[3] remap" [1 2 50]
+DisplayChannel "normal nearN" "string source" ["Nn"] "string filter" ["zmin"]
+DisplayChannel "point farP" "string source" ["P"] "string filter" ["zmax"]
+DisplayChannel "color most" "string source" ["Ci"] "string filter" ["max"]
+DisplayChannel "color least" "string source" ["Ci"] "string filter" ["min"]
+DisplayChannel "color plain" "string source" ["Ci"] "string filter" ["average"]
+DisplayChannel "color all" "string source" ["Ci"] "string filter" ["sum"]
+)";
+const char* const kEverySource =
+    "Ci,a,Oi,z,zback,zfiltered,depth,id,id2,sampleCount,albedo,P,Po,PRadius,incidentRayRadius,incidentRaySpread,mpSize,N,Nn,"
+    "Ngn,Tn,Vn,VLen,curvature,u,v,w,du,dv,dw,dufp,dvfp,st,s,t,dPdu,dPdv,dPdw,dPdtime,dPcameradtime,motionFore,motionBack,"
+    "time,outsideIOR,biasR,biasT,emissive,diffuse,indirectDiffuse,specular,indirectSpecular,subsurface,transmissive,"
+    "key,caustic,labelled,twice,notDiffuse,coat,through,glass,open,shade,signal,magenta,tint,even,odd,var,zmse,own,calm,"
+    "nearN,farP,most,least,plain,all";
+std::string channelsScene() {
+  std::string text = kChannels + std::string(kOverlap);
+  const auto put = [&](const std::string& before, const std::string& what) {
+    const size_t at = text.find(before);
+    EXPECT_NE(at, std::string::npos) << before;
+    if (at != std::string::npos) text.insert(at, what);
+  };
+  put("\"float intensity\" [6]", "\"string lightGroup\" [\"key\"] ");
+  put("Bxdf \"PxrSurface\" \"patch\"", "Attribute \"identifier\" \"string lpegroup\" [\"marked\"] \"int id\" [3] \"int id2\" [12]\n  ");
+  put("\"vertex point P\" [0.2 0.1 -1", "\"vertex color tint\" [1 0 0  0 1 0  0 0 1  1 1 1] ");
+  return text;
+}
+
 struct Scene {
   const char* name;
   std::array<int, 2> resolution;
 };
-const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}}, {"field", {64, 36}}, {"overlap", {64, 48}}, {"spaces", {64, 40}}};
+const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}}, {"field", {64, 36}}, {"overlap", {64, 48}}, {"spaces", {64, 40}}, {"channels", {64, 48}}};
 
 RenderRequest requestOf(const Scene& s) {
   RenderRequest r;
-  if (std::string(s.name) == "overlap")
-    r.rib = kOverlap;
-  else if (std::string(s.name) == "spaces")
-    r.rib = kSpaces;
-  else
-    r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
   r.channels = kAllChannels;
+  if (std::string(s.name) == "overlap") {
+    r.rib = kOverlap;
+  } else if (std::string(s.name) == "spaces") {
+    r.rib = kSpaces;
+  } else if (std::string(s.name) == "channels") {
+    r.rib = channelsScene();
+    r.channels = kEverySource;
+  } else
+    r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
   r.settings.resolution = s.resolution;
   r.settings.samplesPerPixel = kSamples;
   r.settings.width = 8;
