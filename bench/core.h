@@ -18,6 +18,7 @@ struct Options {
 void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
 void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
 void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp
+void measureTextures(const Options& options, Figures& figures);    // core_textures.cpp
 void measureMemory(const Options& options, Figures& figures);      // core_frames.cpp
 void measureLanes(const Options& options, Figures& figures);       // core_frames.cpp
 void measureFirstPixel(const Options& options, Figures& figures);  // core_frames.cpp

@@ -32,6 +32,8 @@ constexpr Group kCore[] = {
      "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
      "thread "
      "against two"},
+    {"textures", &measureTextures,
+     "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; mlookups_*"},
     {"memory", &measureMemory,
      "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},

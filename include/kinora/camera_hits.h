@@ -44,6 +44,7 @@ class CameraHits {
     services_->contribute(group_, &out);
   }
 
+  uint32_t instance(uint32_t slot) const { return group_->hits.instance[slot]; }
   float* floats(uint32_t n) const { return static_cast<float*>(services_->alloc(group_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(services_->alloc(group_, n * sizeof(uint32_t))); }
 

@@ -34,15 +34,15 @@ inline constexpr std::array kDay = {
     param::number("sunSize", 1.f).range(0, 10).help("Of the sun's disc, 1 is 0.55 degrees; its power stays the same."),
     param::integer("groundMode", 0)
         .range(0, 2)
-        .options("0 diffuse ground (legacy), 1 horizon's colour, 2 diffuse ground")
+        .options("0 and 1 horizon's colour, 2 diffuse ground")
         .help("What is seen below the horizon."),
     param::color("groundColor", 0.18f).help("Fraction of sky and sun that the ground reflects."),
 };
 constexpr auto kParams = joinParams(lightParams::kRadiance, kDay, lightParams::kControl);
-constexpr int32_t kRows = 64, kColumns = 64;  // of the grid; rows are even in z
+constexpr int32_t kRows = 32, kColumns = 32;  // of the grid; rows are even in z
 constexpr double kPi = 3.14159265358979323846;
-// A midday sun then gives a white diffuse ground a radiance near 1: 100 klx are pi.
-constexpr double kUnit = 3.14159265358979323846 / 100;
+// As bright as the light of this name is in pictures that its users published: 300 klx are pi.
+constexpr double kUnit = 3.14159265358979323846 / 300;
 
 struct Perez {
   float a = 0, b = 0, c = 0, d = 0, e = 0, scale = 0;  // scale: value at the zenith over the distribution there
@@ -406,7 +406,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
         sunMean += std::fabs(sunE[c] * light->common.radiance[c]) / 3;
       }
     }
-    light->horizonBelow = values.integer("groundMode") == 1;
+    light->horizonBelow = values.integer("groundMode") != 2;
     // twice: the ground reflects what the first round finds of the sky
     double skyE[3];
     buildGrid(*light, skyE);

@@ -68,8 +68,8 @@ TEST(PxrEnvDayLight, IrradianceByBothRoads) {
   TestLight eight(kName, {set("month", 0), set("sunDirection", 0, 0, 1), set("skyTint", 0, 0, 0), set("sunSize", 8)});
   const double e = irradianceBySampling(one, {0, 0, 0}, {0, 0, 1});
   EXPECT_NEAR(irradianceBySampling(eight, {0, 0, 0}, {0, 0, 1}), e, 3e-3 * e);
-  EXPECT_GT(e, 1.5);
-  EXPECT_LT(e, 4.5) << "a midday sun makes a white ground about white";
+  EXPECT_GT(e, 0.5);
+  EXPECT_LT(e, 1.5) << "128 klx above the air, 300 klx are pi";
 }
 
 TEST(PxrEnvDayLight, TheSkyLooksLikeOne) {
