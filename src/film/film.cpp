@@ -160,7 +160,19 @@ void Film::clear() {
 // ---- adding samples
 
 void Film::addSamples(const SampleSpan& span) {
-  for (int first = 0; first < span.n; first += kBlock) addBlock(span, first, std::min(kBlock, span.n - first));
+  for (int first = 0; first < span.n; first += kBlock) {
+    prefetchBlock(span, first + kBlock);
+    addBlock(span, first, std::min(kBlock, span.n - first));
+  }
+}
+
+// Pixels are seldom in the cache when their next sample comes.
+void Film::prefetchBlock(const SampleSpan& span, int first) const {
+  for (int i = first; i < std::min(first + kBlock, span.n); ++i) {
+    if (!window_.contains(span.x[i], span.y[i])) continue;
+    const char* p = reinterpret_cast<const char*>(state_.get() + offsetOf(span.x[i], span.y[i]));
+    for (int k = 0; k < slots_ * int(sizeof(int64_t)); k += 64) __builtin_prefetch(p + k, 1);
+  }
 }
 
 int Film::channelReading(int record) const {

@@ -149,6 +149,7 @@ class Film {
   size_t offsetOf(int x, int y) const {
     return (size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0)) * size_t(stride_);
   }
+  void prefetchBlock(const SampleSpan& span, int first) const;
   void addBlock(const SampleSpan& span, int first, int n);
   uint32_t inspect(const SampleSpan& span, int first, int n);
   int channelReading(int record) const;

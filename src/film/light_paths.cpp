@@ -75,7 +75,7 @@ LightPaths::LightPaths(const std::vector<std::string>& sources, bool needSplit) 
   next_.resize(kStates * kEvents);
   for (uint32_t s = 0; s < kStates; ++s)
     for (uint32_t e = 0; e < kEvents; ++e)
-      next_[s * kEvents + e] = uint16_t(s == 0 ? 1 + e : s <= 4 ? s + 4 : s);
+      next_[s * kEvents + e] = uint32_t(s == 0 ? 1 + e : s <= 4 ? s + 4 : s);
 }
 
 uint16_t LightPaths::event(uint32_t lobeFlags) const {

@@ -30,7 +30,7 @@ class LightPaths {
  private:
   static constexpr uint32_t kEvents = 4, kStates = 1 + 4 * 2;
   bool split_ = false;
-  std::vector<uint16_t> next_;
+  std::vector<uint32_t> next_;
   std::vector<std::vector<uint16_t>> outputs_;
 };
 

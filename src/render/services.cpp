@@ -87,7 +87,11 @@ struct Worker::Calls {
         }
     return count;
   }
-  static void releaseShading(Group*) {}
+  static MemoryMark markMemory(Group* g) {
+    const Arena::Mark m = of(g).state_.arena().mark();
+    return {m.block, m.used};
+  }
+  static void releaseMemory(Group* g, MemoryMark m) { of(g).state_.arena().release({size_t(m.block), size_t(m.used)}); }
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
@@ -106,7 +110,7 @@ struct Worker::Calls {
   static void restorePaths(Group* g, const void* kept) { of(g).state_.restorePaths(kept); }
   static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
-  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
+  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state) {
     of(g).splat(n, raster, value, state);
   }
   static Context* pointsInSpace(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
@@ -129,7 +133,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.alloc = &Calls::alloc;
   s.trace = &Calls::trace;
   s.shade = &Calls::shade;
-  s.releaseShading = &Calls::releaseShading;
+  s.markMemory = &Calls::markMemory;
+  s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
   s.lightHits = &Calls::lightHits;
   s.shadow = &Calls::shadow;
@@ -221,14 +226,15 @@ void Worker::primary(const Context* c) {
 }
 
 void Worker::contribute(const Contributions* c) {
-  for (uint32_t i = 0; i < c->count; ++i) {
-    const uint32_t s = c->slot[i];
-    const float x = c->value[0][i], y = c->value[1][i], z = c->value[2][i];
-    for (const auto& [offset, unused] : outputsOfState_[c->state[i]]) {
-      records_[size_t(offset)][s] += x;
-      records_[size_t(offset) + 1][s] += y;
-      records_[size_t(offset) + 2][s] += z;
-    }
+  // runs of one state, which often are the whole list: record by record
+  for (uint32_t first = 0, end; first < c->count; first = end) {
+    for (end = first + 1; end < c->count && c->state[end] == c->state[first];) ++end;
+    for (const auto& [offset, unused] : outputsOfState_[c->state[first]])
+      for (size_t k = 0; k < 3; ++k) {
+        float* record = records_[size_t(offset) + k];
+        const float* value = c->value[k];
+        for (uint32_t i = first; i < end; ++i) record[c->slot[i]] += value[i];
+      }
   }
   if (print)
     for (uint32_t i = 0; i < c->count; ++i) {
@@ -308,7 +314,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}};
 }
 
-void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
+void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state) {
   Arena& arena = state_.arena();
   int32_t *px = arena.make<int32_t>(padded(n)), *py = arena.make<int32_t>(padded(n));
   uint32_t* index = arena.make<uint32_t>(padded(n));

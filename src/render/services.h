@@ -52,7 +52,7 @@ class Worker {
   void contribute(const Contributions* c);
   void emitLight(uint32_t n, float* const throughput[3], uint32_t* light);
   void connectCamera(const Context* c, CameraConnection* out);
-  void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state);
+  void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state);
 
   shade::GroupState state_;
   const CameraState& camera_;

@@ -481,7 +481,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     info.priority = p.attributes ? p.attributes->getInt("trace:intersectpriority", 0) : 0;
     info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
     info.name = p.name();
-    w.geometrySide.push_back(info.side);
     for (const geometry::Primvar& v : mesh.primvars)
       if (!v.data.empty() && v.width > 0) {
         uint32_t& width = w.primvarWidths[v.name];
@@ -510,6 +509,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     placementInfos_[k].linkSet = linkSetOf.try_emplace(key, uint32_t(linkSetOf.size())).first->second;
   }
   w.placements = placementInfos_;
+  w.fillTables();
   shading_ = std::move(next);
   // Lights
   std::vector<light::LightEntry> lights;

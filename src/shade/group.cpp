@@ -13,6 +13,28 @@ namespace {
 constexpr uint32_t kDimPresence = 12;   // offset within a vertex's dimensions: kDimUser and up are free
 }  // namespace
 
+void ShadingWorld::fillTables() {
+  SurfaceTables& t = tables;
+  t = {};
+  for (const GeometryInfo& g : geometries) {
+    t.materialOfGeometry.push_back(g.material);
+    t.flagsOfGeometry.push_back(g.flags);
+    t.sideOfGeometry.push_back(g.side);
+  }
+  hasLinks = false;
+  for (uint32_t i = 0; i < world->instanceCount(); ++i) {
+    const PlacementInfo& p = placements[world->instance(i).user];
+    t.materialOfInstance.push_back(p.material);
+    t.linkSetOfInstance.push_back(p.linkSet);
+    t.placedOfInstance.push_back(world->instance(i).baked ? 0u : ~0u);
+    hasLinks |= p.linkSet != 0;
+  }
+  for (uint32_t m = 0; m < materials->size(); ++m) {
+    t.programOfMaterial.push_back((*materials)[m].program);
+    t.blockOfMaterial.push_back((*materials)[m].block);
+  }
+}
+
 GroupState::GroupState(const ShadingWorld& world) : world_(world) {
   countOfProgram_.assign(world.materials->programCount() + 1, 0);
 }

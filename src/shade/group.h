@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "sampling/draw.h"
 #include "shade/material.h"
+#include "shade/points.h"
 #include "shade/ray_listener.h"
 #include "trace/world.h"
 
@@ -45,8 +46,8 @@ struct ShadingWorld {
   std::shared_ptr<const MaterialSet> materials;
   std::shared_ptr<const light::LightSet> lights;
   std::vector<GeometryInfo> geometries;
-  std::vector<float> geometrySide;            // side of each geometry, for wide gathers
   std::vector<PlacementInfo> placements;
+  SurfaceTables tables;                       // of the above, for gathers; see fillTables()
   std::map<std::string, scene::Matrix> spaces;   // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>> primvarWidths;   // name -> components (at most 3), the widest of all objects
   TextureSystem* textures = nullptr;
@@ -54,7 +55,9 @@ struct ShadingWorld {
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;
   bool hasMedia = false, hasPresence = false;
+  bool hasLinks = false;                      // some objects are lit by some lights only
   uint32_t width = 8;
+  void fillTables();                          // once all else is set
   uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
     const uint32_t m = geometries[geometry].material;
     return m != 0xffffffffu ? m : placements[world->instance(instance).user].material;

@@ -15,17 +15,20 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   float* unused = arena_.make<float>(c->padded);
   const uint32_t dim = dimensionAt(c->depth);
   const DrawSplit draw = drawSplit(world_.width);
-  draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], unused);
+  if (world_.lights->hasChoice())
+    draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], unused);
   draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLight, part, parts, u[1], u[2]);
   light::LightSet::Points p;
   p.count = c->count;
   p.padded = c->padded;
   for (int k = 0; k < 3; ++k) p.P[k] = c->P[k];
   p.time = c->time;
-  uint32_t* sets = arena_.make<uint32_t>(c->padded);
-  for (uint32_t i = 0; i < c->padded; ++i) sets[i] = linkSet_[c->path[i]];
-  p.linkSet = sets;
-  p.uChoice = u[0];
+  if (world_.hasLinks) {
+    uint32_t* sets = arena_.make<uint32_t>(c->padded);
+    for (uint32_t i = 0; i < c->padded; ++i) sets[i] = linkSet_[c->path[i]];
+    p.linkSet = sets;
+  }
+  p.uChoice = world_.lights->hasChoice() ? u[0] : nullptr;
   p.u[0] = u[1];
   p.u[1] = u[2];
   world_.lights->sample(world_.width, arena_, p, out);

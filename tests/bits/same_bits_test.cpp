@@ -99,8 +99,21 @@ AttributeBegin
     Polygon "vertex point P" [-1.6 0 0.5  -0.9 0 1  -0.7 1.1 1.1  -1.5 1 0.2]
   MotionEnd
 AttributeEnd
-# One program over objects whose own spaces differ, with a primvar that is a point in one and absent in the other, and
-# one that is a colour in one and a number in the other.
+WorldEnd
+)";
+
+// One program over objects whose own spaces differ, with a primvar that is a point in one and absent in the other, and
+// one that is a colour in one and a number in the other; one of them moves.
+const char* const kSpaces = R"(
+Hider "raytrace" "int maxsamples" [16]
+Integrator "PxrPathTracer" "i" "int maxIndirectBounces" [3]
+Format 48 32 1
+Shutter 0 1
+Projection "perspective" "fov" [40]
+Translate 0.2 -0.2 3
+Rotate -30 1 0 0
+WorldBegin
+Light "PxrDomeLight" "sky" "float intensity" [1]
 Pattern "PxrManifold3D" "own" "int use" [1] "string pref" ["where"] "string coordsys" ["object"]
 Pattern "PxrFractal" "veins" "reference struct manifold" ["own:result"] "float frequency" [3]
 Pattern "PxrPrimvar" "tint" "string varname" ["tint"] "string type" ["color"]
@@ -129,12 +142,14 @@ struct Scene {
   const char* name;
   std::array<int, 2> resolution;
 };
-const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}}, {"field", {64, 36}}, {"overlap", {64, 48}}};
+const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}}, {"field", {64, 36}}, {"overlap", {64, 48}}, {"spaces", {64, 40}}};
 
 RenderRequest requestOf(const Scene& s) {
   RenderRequest r;
   if (std::string(s.name) == "overlap")
     r.rib = kOverlap;
+  else if (std::string(s.name) == "spaces")
+    r.rib = kSpaces;
   else
     r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
   r.channels = kAllChannels;
@@ -302,12 +317,16 @@ TEST_P(SameBits, Replayed) {
   EXPECT_GT(lit, 50);
 }
 
+// Embree starts its divisions from the CPU's reciprocal estimates, and those are the maker's own: the last bits of a hit
+// differ between makers, and hashes are kept for each.
+const char* cpuMaker() { return __builtin_cpu_is("intel") ? "intel" : __builtin_cpu_is("amd") ? "amd" : "other"; }
+
 TEST_P(SameBits, AsTheKeptHashes) {
   std::map<std::string, std::string> kept;
   std::ifstream in(kHashFile);
-  for (std::string name, hash; in >> name >> hash;) kept[name] = hash;
+  for (std::string maker, name, hash; in >> maker >> name >> hash;) kept[maker + ' ' + name] = hash;
   in.close();
-  const std::string name = GetParam().name;
+  const std::string name = std::string(cpuMaker()) + ' ' + GetParam().name;
   for (const uint32_t width : {0u, 1u, 16u}) {
     RenderRequest request = requestOf(GetParam());
     request.settings.width = width;
@@ -321,8 +340,9 @@ TEST_P(SameBits, AsTheKeptHashes) {
       std::ofstream out(kHashFile);
       for (const auto& [n, h] : kept) out << n << ' ' << h << '\n';
     }
+    if (!kept.count(name)) GTEST_SKIP() << "no hash is kept for this maker's CPUs; here it is " << text;
     EXPECT_EQ(text, kept[name]) << "width " << width
-                                << "; picture: " << SceneRender::keep(r.channel("Ci"), name + "-hash");
+                                << "; picture: " << SceneRender::keep(r.channel("Ci"), std::string(GetParam().name) + "-hash");
   }
 }
 

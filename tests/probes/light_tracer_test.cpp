@@ -110,11 +110,11 @@ class LightPaths {
     const uint32_t room = c.padded * c.slotCount;
     float *raster[2] = {floats(room), floats(room)}, *value[3];
     for (float*& x : value) x = floats(room);
-    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, room * sizeof(uint16_t)));
+    uint32_t* state = static_cast<uint32_t*>(sv_->alloc(g_, room * sizeof(uint32_t)));
     uint32_t m = 0;
     for (uint32_t l = 0; l < c.slotCount; ++l) {
       // the vertex that the camera sees is the first of the path as expressions read it
-      uint16_t s = sv_->paths.next[sv_->paths.start * sv_->paths.eventCount + c.eventOfSlot[l]];
+      uint32_t s = sv_->paths.next[sv_->paths.start * sv_->paths.eventCount + c.eventOfSlot[l]];
       if (depth) s = sv_->paths.next[s * sv_->paths.eventCount + c.eventOfSlot[l]];
       for (uint32_t i = 0; i < c.count; ++i) {
         if (!(camera.importance[i] > 0)) continue;
