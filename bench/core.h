@@ -19,6 +19,7 @@ void measureTracing(const Options& options, Figures& figures);     // core_traci
 void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
 void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp
 void measureLightPaths(const Options& options, Figures& figures);  // core_frames.cpp
+void measureTextures(const Options& options, Figures& figures);    // core_textures.cpp
 void measureMemory(const Options& options, Figures& figures);      // core_frames.cpp
 void measureLanes(const Options& options, Figures& figures);       // core_frames.cpp
 void measureFirstPixel(const Options& options, Figures& figures);  // core_frames.cpp

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "geometry/tessellate.h"
+#include "render/mesh_light.h"
 #include "render/stand_ins.h"
 #include "sampling/sample_table.h"
 #include "simd/dispatch.h"
@@ -529,7 +530,12 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       diagnostics_.warning("RENDER-LIGHT-FILTER", f->pos, "light filter '" + f->plugin + "' is not rendered yet", "the light is unfiltered");
     const Placement placement = placementOf(l.toWorld);
     Instance inst;
-    if (!inst.create(*d, l.node.get(), &placement, nullptr, host_, diagnostics_)) continue;
+    EmittingMesh emitting;
+    if (l.geometry)
+      emitting = emittingMesh(*l.geometry, l.toWorld, 0.5 * (camera_.shutterOpen + camera_.shutterClose), origin_, mirrored,
+                              diagnostics_);
+    const LightMesh lightMesh = emitting.mesh();
+    if (!inst.create(*d, l.node.get(), &placement, &lightMesh, host_, diagnostics_)) continue;
     light::LightEntry e;
     for (uint32_t width : {1u, 4u, 8u, 16u})
       e.byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
