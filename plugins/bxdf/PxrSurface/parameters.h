@@ -263,22 +263,4 @@ constexpr uint32_t kSpecularFirst[3] = {at("specularFresnelMode"), at("roughSpec
                                         at("clearcoatFresnelMode")};
 static_assert(kSpecularFirst[0] + kDoubleSided == at("specularDoubleSided"));
 
-enum Lobe : uint32_t {
-  kDiffuse,
-  kDiffuseTransmit,
-  kSpecular,
-  kRoughSpecular,
-  kClearcoat,
-  kFuzz,
-  kGlassReflect,
-  kGlassTransmit,
-  kLobeCount
-};
-constexpr LobeDecl kLobes[kLobeCount] = {
-    {"Diffuse", kLobeDiffuse},    {"Diffuse", kLobeDiffuse | kLobeTransmit},
-    {"Specular", kLobeSpecular},  {"RoughSpecular", kLobeSpecular},
-    {"Clearcoat", kLobeSpecular}, {"Fuzz", kLobeSpecular},
-    {"Glass", kLobeSpecular},     {"Glass", kLobeSpecular | kLobeTransmit},
-};
-
 }  // namespace kinora::pxrSurface

@@ -1,10 +1,29 @@
-// What PxrSurface binds once a context: parameter values of the lobes that are on, and uniform switches. Filled by
-// bind() in PxrSurface.cpp; plain data.
+// What a material made of a stack of lobes binds once a context: parameter values of the lobes that are on, and uniform
+// switches. Filled by materials (bind.h helps), read by stack.h; plain data.
 #pragma once
 #include <kinora/math/microfacet.h>
 #include <kinora/bxdf.h>
 
-namespace kinora::pxrSurface {
+namespace kinora::lobes {
+
+// Which lobe is which in LobeSum, and what each is to light path expressions.
+enum Lobe : uint32_t {
+  kDiffuse,
+  kDiffuseTransmit,
+  kSpecular,
+  kRoughSpecular,
+  kClearcoat,
+  kFuzz,
+  kGlassReflect,
+  kGlassTransmit,
+  kLobeCount
+};
+constexpr LobeDecl kLobes[kLobeCount] = {
+    {"Diffuse", kLobeDiffuse},    {"Diffuse", kLobeDiffuse | kLobeTransmit},
+    {"Specular", kLobeSpecular},  {"RoughSpecular", kLobeSpecular},
+    {"Clearcoat", kLobeSpecular}, {"Fuzz", kLobeSpecular},
+    {"Glass", kLobeSpecular},     {"Glass", kLobeSpecular | kLobeTransmit},
+};
 
 struct AnisotropyClosure {
   bool on = false, directed = false;
@@ -18,8 +37,9 @@ struct SpecularClosure {
 };
 struct GlassClosure {
   bool thin = false;
+  bool tinted = false;  // reflectionColor counts
   int bump = -1;
-  Value reflectionGain, refractionGain, refractionColor, roughness, refractionRoughness, ior;
+  Value reflectionGain, reflectionColor, refractionGain, refractionColor, roughness, refractionRoughness, ior;
   AnisotropyClosure anisotropy;
 };
 struct Closure {
@@ -49,4 +69,4 @@ struct Closure {
   const GlassEnergy* glassEnergy = nullptr;
 };
 
-}  // namespace kinora::pxrSurface
+}  // namespace kinora::lobes

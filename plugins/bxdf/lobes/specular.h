@@ -1,13 +1,13 @@
-// The microfacet reflection of PxrSurface (specular, rough specular, clear coat): one lobe at W points. It knows
-// nothing of the other lobes; selection, attenuation and sides are PxrSurface.cpp's. Included per target.
+// Microfacet reflection (specular, rough specular, clear coat): one lobe at W points. It knows nothing of other lobes;
+// selection, attenuation and sides are the caller's. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
 
-#if defined(KINORA_PXRSURFACE_SPECULAR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
-#ifdef KINORA_PXRSURFACE_SPECULAR_H_TARGET
-#undef KINORA_PXRSURFACE_SPECULAR_H_TARGET
+#if defined(KINORA_LOBES_SPECULAR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_SPECULAR_H_TARGET
+#undef KINORA_LOBES_SPECULAR_H_TARGET
 #else
-#define KINORA_PXRSURFACE_SPECULAR_H_TARGET
+#define KINORA_LOBES_SPECULAR_H_TARGET
 #endif
 
 HWY_BEFORE_NAMESPACE();
@@ -18,7 +18,7 @@ namespace {
 // Frame about n and the two alphas. Anisotropy stretches by Disney's aspect (Burley, SIGGRAPH course 2012). Where the
 // amount is 0 the frame is the plain one, so that a point's bits do not depend on what its neighbours have.
 template <int W>
-KN_INLINE Frame<W> anisotropicFrame(const pxrSurface::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha,
+KN_INLINE Frame<W> anisotropicFrame(const lobes::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha,
                                     Float<W>& ax, Float<W>& ay) {
   using F = Float<W>;
   Frame<W> frame(n);
@@ -53,21 +53,12 @@ struct SpecularLobe {
   F ax, ay;
   Mask<W> smooth;   // a mirror: never evaluated
   Rgb<W> multiple;  // Fresnel of light that leaves after several reflections
-  const pxrSurface::SpecularClosure* k;
+  const lobes::SpecularClosure* k;
 
   KN_INLINE SpecularLobe() {}
-  KN_INLINE void set(const pxrSurface::SpecularClosure& closure, const ReflectionEnergy& energyTable, Vec3<W> normal,
+  KN_INLINE void set(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, Vec3<W> normal,
                      const Surface<W>& s) {
-    k = &closure;
-    table_ = &energyTable;
-    const F roughness = clamp(loadFloat<W>(k->roughness, s.at), F(0.f), F(1.f));
-    const F alpha = roughness * roughness;
-    smooth = alpha < F(kMirrorAlpha);
-    rough_ = TableAxis<W>(roughness, ReflectionEnergy::kRough);
-    frame = anisotropicFrame(k->anisotropy, normal, s.at, max(alpha, F(kMirrorAlpha)), ax, ay);
-    wo = localOut(frame, s.wo);
-    lambdaO_ = smithLambda(k->ggx, wo, ax, ay);
-    lambdaSampleO_ = k->ggx ? lambdaO_ : smithLambda(true, wo, ax, ay);
+    facets(closure, energyTable, loadFloat<W>(closure.roughness, s.at), normal, s);
     edge_ = loadRgb<W>(k->edge, s.at);
     Rgb<W> mean;
     if (k->physical) {
@@ -80,12 +71,19 @@ struct SpecularLobe {
       face_ = loadRgb<W>(k->face, s.at);
       shape_ = max(loadFloat<W>(k->shape, s.at), F(0.01f));
       f0_ = average(face_);
-      mean = lerp(face_, edge_, F(2.f) / ((shape_ + F(1.f)) * (shape_ + F(2.f))));
+      mean = schlickMean();
     }
-    f90_ = average(edge_);
-    eMean_ = reflectionEnergyMean(*table_, k->ggx, rough_);
-    multiple = Rgb<W>(several(mean.x), several(mean.y), several(mean.z));
-    multipleMean_ = average(multiple);
+    compensate(mean);
+  }
+  // Schlick's Fresnel between two colours that the caller computed; of the closure's values only anisotropy counts.
+  KN_INLINE void setSchlick(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, F roughness,
+                            Rgb<W> face, Rgb<W> edge, Vec3<W> normal, const Surface<W>& s) {
+    facets(closure, energyTable, roughness, normal, s);
+    edge_ = edge;
+    face_ = face;
+    shape_ = F(5.f);
+    f0_ = average(face_);
+    compensate(schlickMean());
   }
 
   KN_INLINE Rgb<W> fresnel(F cosine) const {
@@ -134,6 +132,28 @@ struct SpecularLobe {
   F lambdaO_, lambdaSampleO_, eMean_, shape_, f0_, f90_, multipleMean_;
   Rgb<W> face_, edge_, extinction_;  // physical: face_ is the index of refraction
 
+  KN_INLINE void facets(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, F roughnessAsGiven,
+                        Vec3<W> normal, const Surface<W>& s) {
+    k = &closure;
+    table_ = &energyTable;
+    const F roughness = clamp(roughnessAsGiven, F(0.f), F(1.f));
+    const F alpha = roughness * roughness;
+    smooth = alpha < F(kMirrorAlpha);
+    rough_ = TableAxis<W>(roughness, ReflectionEnergy::kRough);
+    frame = anisotropicFrame(k->anisotropy, normal, s.at, max(alpha, F(kMirrorAlpha)), ax, ay);
+    wo = localOut(frame, s.wo);
+    lambdaO_ = smithLambda(k->ggx, wo, ax, ay);
+    lambdaSampleO_ = k->ggx ? lambdaO_ : smithLambda(true, wo, ax, ay);
+  }
+  KN_INLINE Rgb<W> schlickMean() const {
+    return lerp(face_, edge_, F(2.f) / ((shape_ + F(1.f)) * (shape_ + F(2.f))));
+  }
+  KN_INLINE void compensate(Rgb<W> mean) {
+    f90_ = average(edge_);
+    eMean_ = reflectionEnergyMean(*table_, k->ggx, rough_);
+    multiple = Rgb<W>(several(mean.x), several(mean.y), several(mean.z));
+    multipleMean_ = average(multiple);
+  }
   KN_INLINE F power(F cosine) const {
     const F x = clamp(F(1.f) - cosine, F(0.f), F(1.f)), x2 = x * x;
     F p = x2 * x2 * x;
