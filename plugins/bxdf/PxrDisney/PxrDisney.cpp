@@ -1,8 +1,8 @@
 // PxrDisney: Burley's principled model of 2012 ("Physically-Based Shading at Disney", SIGGRAPH course): diffuse with
-// retroreflection, a flattened shape for subsurface, sheen, an anisotropic specular lobe from dielectric to metal and a
-// clear coat, simply added up, as its authors do: bright dielectrics may return somewhat more than they receive. The
-// specular lobe masks after Smith with the lobe's own alpha (as Burley's successor of 2015) and gets back what single
-// scattering loses, so that a white metal reflects everything.
+// retroreflection, a flattened shape for subsurface, sheen, an anisotropic specular lobe from dielectric to metal and
+// a clear coat, simply added up, as its authors do: bright dielectrics may return somewhat more than they receive.
+// The specular lobe masks after Smith with the lobe's own alpha (as Burley's successor of 2015) and gets back what
+// single scattering loses, so that a white metal reflects everything.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrDisney/PxrDisney.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -87,8 +87,8 @@ struct PxrDisney {
       roughness = clamp(loadFloat<W>(k.roughness, s.at), none, one);
       const F specularTint = clamp(loadFloat<W>(k.specularTint, s.at), none, one);
       const F f0 = max(loadFloat<W>(k.specular, s.at), none) * F(0.08f);
-      specular.setSchlick(k.facets, *k.energy, roughness, lerp(lerp(Rgb<W>(1.f), tint, specularTint) * f0, base, metallic),
-                          Rgb<W>(1.f), normal, s);
+      specular.setSchlick(k.facets, *k.energy, roughness,
+                          lerp(lerp(Rgb<W>(1.f), tint, specularTint) * f0, base, metallic), Rgb<W>(1.f), normal, s);
       subsurface = k.flattens ? clamp(loadFloat<W>(k.subsurface, s.at), none, one) : none;
       diffuse = base * (dielectric * (one - subsurface));
       flat = Rgb<W>(none, none, none);
@@ -130,7 +130,8 @@ struct PxrDisney {
       const Mask<W> rough = !specular.smooth;
       out.add(kSpecularLobe, zeroUnless(here & rough, f));
       pdf += zeroUnless(rough, fma(choiceO.weight[kMakeSpecular], p, choiceO.weight[kMakeMultiple] * F(kInvTwoPi)));
-      reverse += zeroUnless(rough, fma(choiceI.weight[kMakeSpecular], r, choiceI.weight[kMakeMultiple] * F(kInvTwoPi)));
+      reverse +=
+          zeroUnless(rough, fma(choiceI.weight[kMakeSpecular], r, choiceI.weight[kMakeMultiple] * F(kInvTwoPi)));
       if (k.coated) {
         const F d = coat.density(h), g = coat.masking(muO) * coat.masking(muI);
         const F value = coatGain * d * g * coat.fresnel(cosD) * muI;
@@ -229,20 +230,16 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
 }
 
 #define METAL "baseColor=1 1 1; metallic=1; "
-const char* const kLossless[] = {METAL "roughness=0",
-                                 METAL "roughness=0.1",
-                                 METAL "roughness=0.25",
-                                 METAL "roughness=0.6",
-                                 METAL "roughness=1",
-                                 nullptr};
+const char* const kLossless[] = {METAL "roughness=0",   METAL "roughness=0.1", METAL "roughness=0.25",
+                                 METAL "roughness=0.6", METAL "roughness=1",   nullptr};
 const char* const kConserving[] = {"baseColor=0.9 0.6 0.3; metallic=1; roughness=0.7",
                                    "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.4; anisotropic=0.3",
                                    "baseColor=0.6 0.5 0.4; roughness=0.3; specular=1; clearcoat=1",
-                                   "baseColor=0.5 0.5 0.5; roughness=0.5; subsurface=0.5",
-                                   nullptr};
+                                   "baseColor=0.5 0.5 0.5; roughness=0.5; subsurface=0.5", nullptr};
 #undef METAL
-constexpr BxdfTraits kTraits{pxrDisney::kLobes, pxrDisney::kLobeCount, int(pxrDisney::kPresence), &programKey,
-                             nullptr,           kLossless,             kConserving};
+constexpr BxdfTraits kTraits{
+    pxrDisney::kLobes, pxrDisney::kLobeCount, int(pxrDisney::kPresence), &programKey, nullptr, kLossless,
+    kConserving};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 const Descriptor kDescriptor{kAbiVersion,
                              sizeof(Descriptor),

@@ -1,6 +1,6 @@
 // The parts of PxrDisney that are no microfacets of the usual kind: diffuse with its retroreflection, the flattened
-// shape that stands for subsurface scattering, sheen, and the clear coat. All after Burley, "Physically-Based Shading at
-// Disney" (SIGGRAPH course 2012). Values without sampling state, but the coat's. Included per target.
+// shape that stands for subsurface scattering, sheen, and the clear coat. All after Burley, "Physically-Based Shading
+// at Disney" (SIGGRAPH course 2012). Values without sampling state, but the coat's. Included per target.
 #include <kinora/math/sampling.h>
 
 #if defined(KINORA_PXRDISNEY_BASE_H_TARGET) == defined(HWY_TARGET_TOGGLE)

@@ -34,7 +34,8 @@ constexpr Param kParams[] = {
     param::color("refractionColor", 1.f).help("Another name of transmissionColor; counts where it is not white."),
     param::number("transmissionGain", 1.f).help("Multiplies transmissionColor; 0: off."),
     param::number("ior", 1.5f).range(1, 3).help("Index of refraction inside."),
-    param::number("roughness", 0.f).help("0 clear .. 1; the facets' alpha is its square, below 0.001 the glass is clear."),
+    param::number("roughness", 0.f)
+        .help("0 clear .. 1; the facets' alpha is its square, below 0.001 the glass is clear."),
     param::color("absorptionColor", 1.f).help("What is absorbed inside, by channel; see absorptionGain."),
     param::number("absorptionGain", 0.f)
         .range(0, 10)
@@ -118,14 +119,9 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
 }
 uint32_t enclosesMedium(const ParamValue* v, uint32_t) { return mayBeOn(v[pxrGlass::kTransmissionGain]); }
 
-const char* const kLossless[] = {"roughness=0",
-                                 "roughness=0; ior=1.33",
-                                 "roughness=0.1",
-                                 "roughness=0.3; ior=1.33",
-                                 "roughness=0.6",
-                                 "roughness=1",
-                                 "roughness=0.8; ior=2",
-                                 nullptr};
+const char* const kLossless[] = {
+    "roughness=0",   "roughness=0; ior=1.33", "roughness=0.1",        "roughness=0.3; ior=1.33",
+    "roughness=0.6", "roughness=1",           "roughness=0.8; ior=2", nullptr};
 const char* const kConserving[] = {"roughness=0.3; reflectionColor=0.9 0.7 0.5; transmissionColor=0.5 0.7 0.9",
                                    "roughness=0.7; reflectionGain=0.2; refractionColor=0.9 1 0.9; ior=2.5", nullptr};
 constexpr BxdfTraits kTraits{lobes::kLobes,   lobes::kLobeCount, -1,         &programKey,

@@ -1,6 +1,6 @@
 // PxrSurface: the general material, a stack of lobes (../lobes/stack.h) with glow. This file binds the parameters and
-// declares the plug-in. It does not render subsurface and single scattering, iridescence and layers (their parameters
-// are declared).
+// declares the plug-in. It does not render subsurface and single scattering and iridescence (their parameters are
+// declared).
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>

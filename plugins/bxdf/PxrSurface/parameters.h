@@ -41,7 +41,8 @@ namespace kinora::pxrSurface {
       param::integer(P "DoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well.")
 
 constexpr Param kParams[] = {
-    param::structure("inputMaterial").help(PXRSURFACE_LATER "Material layers from PxrLayer or PxrLayerMixer."),
+    param::structure("inputMaterial")
+        .help("Layers from PxrLayer or PxrLayerMixer (pxrMaterialOut): they feed all parameters they have."),
     param::array(Type::Int, "utilityPattern", nullptr, 0)
         .help(PXRSURFACE_LATER "Patterns run for their side effects."),
     param::normal("bumpNormal").help("Shading normal of all lobes that have none of their own."),

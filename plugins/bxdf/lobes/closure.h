@@ -1,5 +1,5 @@
-// What a material made of a stack of lobes binds once a context: parameter values of the lobes that are on, and uniform
-// switches. Filled by materials (bind.h helps), read by stack.h; plain data.
+// What a material made of a stack of lobes binds once a context: parameter values of the lobes that are on, and
+// uniform switches. Filled by materials (bind.h helps), read by stack.h; plain data.
 #pragma once
 #include <kinora/math/microfacet.h>
 #include <kinora/bxdf.h>

@@ -1,5 +1,5 @@
-// Microfacet reflection (specular, rough specular, clear coat): one lobe at W points. It knows nothing of other lobes;
-// selection, attenuation and sides are the caller's. Included per target.
+// Microfacet reflection (specular, rough specular, clear coat): one lobe at W points. It knows nothing of other
+// lobes; selection, attenuation and sides are the caller's. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
 
@@ -18,8 +18,8 @@ namespace {
 // Frame about n and the two alphas. Anisotropy stretches by Disney's aspect (Burley, SIGGRAPH course 2012). Where the
 // amount is 0 the frame is the plain one, so that a point's bits do not depend on what its neighbours have.
 template <int W>
-KN_INLINE Frame<W> anisotropicFrame(const lobes::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha,
-                                    Float<W>& ax, Float<W>& ay) {
+KN_INLINE Frame<W> anisotropicFrame(const lobes::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha, Float<W>& ax,
+                                    Float<W>& ay) {
   using F = Float<W>;
   Frame<W> frame(n);
   ax = ay = alpha;
@@ -132,8 +132,8 @@ struct SpecularLobe {
   F lambdaO_, lambdaSampleO_, eMean_, shape_, f0_, f90_, multipleMean_;
   Rgb<W> face_, edge_, extinction_;  // physical: face_ is the index of refraction
 
-  KN_INLINE void facets(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, F roughnessAsGiven,
-                        Vec3<W> normal, const Surface<W>& s) {
+  KN_INLINE void facets(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable,
+                        F roughnessAsGiven, Vec3<W> normal, const Surface<W>& s) {
     k = &closure;
     table_ = &energyTable;
     const F roughness = clamp(roughnessAsGiven, F(0.f), F(1.f));

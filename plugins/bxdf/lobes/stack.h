@@ -1,9 +1,9 @@
-// A stack of lobes at W points: the lobes of a closure mixed into one density, lower ones attenuated by what lies above.
-// Top to bottom: fuzz, clear coat, specular and rough specular, then diffuse (reflected and transmitted) and glass. How
-// much what is above takes from what is below: coat and specular by their directional albedo (times the compensation
-// parameters), the greater of the two directions', which is reciprocal and never gains; the coat absorbs along both
-// refracted directions. The lobes themselves are in diffuse.h, specular.h and glass.h; materials fill the closure and
-// call what stack_functions.h declares. Included per target, by stack.cpp alone.
+// A stack of lobes at W points: the lobes of a closure mixed into one density, lower ones attenuated by what lies
+// above. Top to bottom: fuzz, clear coat, specular and rough specular, then diffuse (reflected and transmitted) and
+// glass. How much what is above takes from what is below: coat and specular by their directional albedo (times the
+// compensation parameters), the greater of the two directions', which is reciprocal and never gains; the coat absorbs
+// along both refracted directions. The lobes themselves are in diffuse.h, specular.h and glass.h; materials fill the
+// closure and call what stack_functions.h declares. Included per target, by stack.cpp alone.
 #include <kinora/bxdf_author.h>
 #include <iterator>
 #include "closure.h"
@@ -102,7 +102,8 @@ struct LobeStack {
   Rgb<W> coatDepth;
   Layers<W> layersO;
 
-  HWY_ATTR HWY_NOINLINE LobeStack(const lobes::Closure& closure, const Surface<W>& s) : k(closure), Ng(s.Ng), wo(s.wo) {
+  HWY_ATTR HWY_NOINLINE LobeStack(const lobes::Closure& closure, const Surface<W>& s)
+      : k(closure), Ng(s.Ng), wo(s.wo) {
     Vec3<W> normals[std::size(decltype(k.normals){})];
     // the first is bumpNormal itself where that is in use
     for (int i = 0; i < k.normalCount; ++i)

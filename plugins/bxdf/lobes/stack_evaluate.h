@@ -1,5 +1,5 @@
-// What a stack of lobes returns from a direction, lobe by lobe, and the density of the mixture. Included per target, by
-// stack.cpp alone.
+// What a stack of lobes returns from a direction, lobe by lobe, and the density of the mixture. Included per target,
+// by stack.cpp alone.
 #include "stack.h"
 
 #if defined(KINORA_LOBES_STACK_EVALUATE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -70,8 +70,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
     GlassPdfs<W> p;
     if (k.has(kGlassReflect) && up.any()) {
       const F one = glass.evaluateReflect(w, p);
-      const F f =
-          fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
+      const F f = fma(glass.multipleReflected(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.reflectGain;
       const Rgb<W> weight = zeroUnless(up, lower * f);
       out.add(kGlassReflect, k.glass.tinted ? weight * glass.reflectTint : weight);
       add(up, choiceO, choiceI, kMakeGlassReflect, p.first, p.firstReverse, pdf, reverse);
@@ -91,7 +90,6 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
   out.pdf = pdf * choiceO.scale;
   out.pdfReverse = reverse * choiceI.scale;
 }
-
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

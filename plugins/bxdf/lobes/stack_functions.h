@@ -1,5 +1,5 @@
-// A stack of lobes as the functions of a bxdf, compiled once (stack.cpp) for all materials made of one: a material fills
-// a lobes::Closure and takes the rest from here. Included per target.
+// A stack of lobes as the functions of a bxdf, compiled once (stack.cpp) for all materials made of one: a material
+// fills a lobes::Closure and takes the rest from here. Included per target.
 #include <kinora/bxdf_author.h>
 #include <new>
 #include "closure.h"

@@ -1,5 +1,5 @@
-// How a stack of lobes makes a direction: a technique is chosen by its weight, then a direction by its density. Included
-// per target, by stack.cpp alone.
+// How a stack of lobes makes a direction: a technique is chosen by its weight, then a direction by its density.
+// Included per target, by stack.cpp alone.
 #include "stack.h"
 
 #if defined(KINORA_LOBES_STACK_SAMPLE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -134,8 +134,8 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::mirror(const Int<W>& made, const F& pro
     if (k.glass.tinted) mirrored = mirrored * glass.reflectTint;
     value = select(reflected, mirrored, value);
     value = select(through, glass.transmitColor * lower * ((F(1.f) - f) * glass.radianceScale), value);
-    lobe = select(reflected, Int<W>(uint32_t(kGlassReflect)),
-                  select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
+    lobe =
+        select(reflected, Int<W>(uint32_t(kGlassReflect)), select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
   }
   out.discreteWeight = value;
   out.discreteProbability = probability;
