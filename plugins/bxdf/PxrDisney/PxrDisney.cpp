@@ -56,7 +56,10 @@ struct PxrDisney {
     k.facets.ggx = true;
     k.facets.anisotropy.amount = c.param(kAnisotropic);
     k.facets.anisotropy.on = !isZero(k.facets.anisotropy.amount);
-    if (k.facets.anisotropy.on) k.facets.anisotropy.tangent = c.builtin(Builtin::Tangent);
+    if (k.facets.anisotropy.on) {
+      k.facets.anisotropy.tangent = c.builtin(Builtin::Tangent);
+      k.facets.anisotropy.energy = &anisotropicEnergyTable(true);
+    }
     k.energy = &reflectionEnergyTable();
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
@@ -108,7 +111,7 @@ struct PxrDisney {
         coatGain = max(loadFloat<W>(k.clearcoat, s.at), none) * F(0.25f);
         coat = CoatLobe<W>(loadFloat<W>(k.clearcoatGloss, s.at));
       }
-      choose(specular.wo.z, choiceO);
+      choose(specular.wo, choiceO);
     }
 
     HWY_ATTR HWY_NOINLINE void evaluate(const Vec3<W>& wi, LobeSum<W>& out) const {
@@ -117,7 +120,7 @@ struct PxrDisney {
       const Mask<W> here = (dot(Ng, wi) > none) & (w.z > none);
       const F muI = max(w.z, F(1e-7f));
       Choice<W> choiceI;
-      choose(min(muI, F(1.f)), choiceI);
+      choose(Vec3<W>(w.x, w.y, min(muI, F(1.f))), choiceI);
       const Vec3<W> h = normalize(specular.wo + w);
       const F cosD = min(dot(specular.wo, h), F(1.f));
       F pdf = choiceO.weight[kMakeCosine] * muI * F(kInvPi), reverse = choiceI.weight[kMakeCosine] * muO * F(kInvPi);
@@ -188,8 +191,10 @@ struct PxrDisney {
     }
 
    private:
-    KN_INLINE void choose(F mu, Choice<W>& c) const {
-      c.energy = specular.energy(mu);
+    // d: local
+    KN_INLINE void choose(Vec3<W> d, Choice<W>& c) const {
+      const F mu = d.z;
+      c.energy = specular.energyLocal(mu, d.x, d.y);
       c.weight[kMakeSpecular] = specular.weightSingle(mu, c.energy);
       c.weight[kMakeMultiple] = specular.weightMultiple(c.energy);
       // sheen looks at grazing angles for the most part; its albedo there is about a half

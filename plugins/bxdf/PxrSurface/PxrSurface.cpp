@@ -38,6 +38,7 @@ void bindSpecular(const Context& c, Closure& k, uint32_t which, int bump) {
   l.doubleSided = flag(c, first + kDoubleSided);
   l.roughness = c.param(first + kRoughness);
   bindAnisotropy(c, l.anisotropy, first + kAnisotropy, first + kAnisotropyDirection);
+  if (l.anisotropy.on) l.anisotropy.energy = &anisotropicEnergyTable(l.ggx);
   l.bump = bindNormal(c, k, first + kBump, bump);
 }
 void bindGlass(const Context& c, Closure& k, int bump) {
@@ -189,6 +190,8 @@ const char* const kLossless[] = {
     METAL "specularRoughness=0.1",
     METAL "specularRoughness=0.4",
     METAL "specularRoughness=1",
+    METAL "specularRoughness=0.3; specularModelType=1; specularAnisotropy=0.8",
+    METAL "specularRoughness=0.7; specularAnisotropy=-0.5",
     "diffuseGain=0; roughSpecularFaceColor=1 1 1; roughSpecularEdgeColor=1 1 1; roughSpecularDoubleSided=1",
     "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; "
     "clearcoatRoughness=0.3",

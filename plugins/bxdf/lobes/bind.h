@@ -1,5 +1,6 @@
 // Helpers for materials that fill a closure of lobes from their parameters. Included per target.
 #include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet_anisotropy.h>
 #include "closure.h"
 
 #if defined(KINORA_LOBES_BIND_H_TARGET) == defined(HWY_TARGET_TOGGLE)

@@ -1,9 +1,13 @@
 // What a material made of a stack of lobes binds once a context: parameter values of the lobes that are on, and
 // uniform switches. Filled by materials (bind.h helps), read by stack.h; plain data.
 #pragma once
-#include <kinora/math/microfacet.h>
 #include <kinora/bxdf.h>
 
+namespace kinora {
+struct ReflectionEnergy;
+struct AnisotropicEnergy;
+struct GlassEnergy;
+}  // namespace kinora
 namespace kinora::lobes {
 
 // Which lobe is which in LobeSum, and what each is to light path expressions.
@@ -27,7 +31,8 @@ constexpr LobeDecl kLobes[kLobeCount] = {
 
 struct AnisotropyClosure {
   bool on = false, directed = false;
-  Value amount, direction, tangent;  // direction only where directed; tangent where it is 0 0 0
+  Value amount, direction, tangent;           // direction only where directed; tangent where it is 0 0 0
+  const AnisotropicEnergy* energy = nullptr;  // of reflecting lobes that are on
 };
 struct SpecularClosure {
   bool physical = false, ggx = false, doubleSided = false;

@@ -4,6 +4,7 @@
 // power, without the factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet.h>
 
 #if defined(KINORA_LOBES_GLASS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_LOBES_GLASS_H_TARGET

@@ -2,6 +2,7 @@
 // lobes; selection, attenuation and sides are the caller's. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet_anisotropy.h>
 
 #if defined(KINORA_LOBES_SPECULAR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_LOBES_SPECULAR_H_TARGET
@@ -15,8 +16,13 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Frame about n and the two alphas. Anisotropy stretches by Disney's aspect (Burley, SIGGRAPH course 2012). Where the
-// amount is 0 the frame is the plain one, so that a point's bits do not depend on what its neighbours have.
+// How much anisotropy stretches: alphas are alpha / aspect and alpha * aspect (Burley, SIGGRAPH course 2012).
+template <int W>
+KN_INLINE Float<W> disneyAspect(Float<W> amount) {
+  return sqrt(fnma(Float<W>(0.9f), abs(amount), Float<W>(1.f)));
+}
+// Frame about n and the two alphas. Where the amount is 0 the frame is the plain one, so that a point's bits do not
+// depend on what its neighbours have.
 template <int W>
 KN_INLINE Frame<W> anisotropicFrame(const lobes::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha, Float<W>& ax,
                                     Float<W>& ay) {
@@ -25,7 +31,7 @@ KN_INLINE Frame<W> anisotropicFrame(const lobes::AnisotropyClosure& a, Vec3<W> n
   ax = ay = alpha;
   if (!a.on) return frame;
   const F amount = clamp(loadFloat<W>(a.amount, at), F(-1.f), F(1.f));
-  const F aspect = sqrt(fnma(F(0.9f), abs(amount), F(1.f)));
+  const F aspect = disneyAspect(amount);
   const F wide = alpha / aspect, narrow = alpha * aspect;
   ax = select(amount > F(0.f), wide, narrow);
   ay = select(amount > F(0.f), narrow, wide);
@@ -93,8 +99,20 @@ struct SpecularLobe {
                             fresnelConductor(cosine, face_.z, extinction_.z));
     return lerp(face_, edge_, power(cosine));
   }
-  // Part of the light that one scattering returns, Fresnel aside.
-  KN_INLINE F energy(F mu) const { return select(smooth, F(1.f), reflectionEnergy(*table_, k->ggx, mu, rough_)); }
+  // Part of the light that one scattering returns, Fresnel aside. mu: cosine with the normal; x, y: the direction's
+  // other components in the frame, which count where the lobe is anisotropic.
+  KN_INLINE F energyLocal(F mu, F x, F y) const {
+    F e = reflectionEnergy(*table_, k->ggx, mu, rough_);
+    if (k->anisotropy.on)
+      e = select(
+          turned_,
+          anisotropicEnergy(*k->anisotropy.energy, stretch_, mu, select(wideIsX_, x, y), select(wideIsX_, y, x)), e);
+    return select(smooth, F(1.f), e);
+  }
+  // d: the direction in the space of the frame.
+  KN_INLINE F energy(F mu, Vec3<W> d) const {
+    return k->anisotropy.on ? energyLocal(mu, dot(frame.x, d), dot(frame.y, d)) : energyLocal(mu, F(0.f), F(0.f));
+  }
   // Where its colours are black the lobe is off, and with it what a coat absorbs.
   KN_INLINE Mask<W> present() const {
     Mask<W> any = (edge_.x != F(0.f)) | (edge_.y != F(0.f)) | (edge_.z != F(0.f));
@@ -129,6 +147,8 @@ struct SpecularLobe {
  private:
   const ReflectionEnergy* table_;
   TableAxis<W> rough_;
+  AnisotropicAxes<W> stretch_;  // where anisotropy is on
+  Mask<W> turned_, wideIsX_;    // turned: stretched at all
   F lambdaO_, lambdaSampleO_, eMean_, shape_, f0_, f90_, multipleMean_;
   Rgb<W> face_, edge_, extinction_;  // physical: face_ is the index of refraction
 
@@ -144,13 +164,20 @@ struct SpecularLobe {
     wo = localOut(frame, s.wo);
     lambdaO_ = smithLambda(k->ggx, wo, ax, ay);
     lambdaSampleO_ = k->ggx ? lambdaO_ : smithLambda(true, wo, ax, ay);
+    eMean_ = reflectionEnergyMean(*table_, k->ggx, rough_);
+    if (k->anisotropy.on) {
+      const F amount = clamp(loadFloat<W>(k->anisotropy.amount, s.at), F(-1.f), F(1.f));
+      turned_ = amount != F(0.f);
+      wideIsX_ = amount > F(0.f);
+      stretch_ = AnisotropicAxes<W>(disneyAspect(amount), roughness);
+      eMean_ = select(turned_, anisotropicEnergyMean(*k->anisotropy.energy, stretch_), eMean_);
+    }
   }
   KN_INLINE Rgb<W> schlickMean() const {
     return lerp(face_, edge_, F(2.f) / ((shape_ + F(1.f)) * (shape_ + F(2.f))));
   }
   KN_INLINE void compensate(Rgb<W> mean) {
     f90_ = average(edge_);
-    eMean_ = reflectionEnergyMean(*table_, k->ggx, rough_);
     multiple = Rgb<W>(several(mean.x), several(mean.y), several(mean.z));
     multipleMean_ = average(multiple);
   }

@@ -5,6 +5,7 @@
 // along both refracted directions. The lobes themselves are in diffuse.h, specular.h and glass.h; materials fill the
 // closure and call what stack_functions.h declares. Included per target, by stack.cpp alone.
 #include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet.h>
 #include <iterator>
 #include "closure.h"
 #include "diffuse.h"
@@ -213,7 +214,7 @@ struct LobeStack {
     for (int i = 0; i < 3; ++i)
       if (k.has(kSpecular + i)) {
         x.mu[i] = min(abs(dot(specular[i].frame.z, d)), F(1.f));
-        x.energy[i] = specular[i].energy(x.mu[i]);
+        x.energy[i] = specular[i].energy(x.mu[i], d);
       }
     if (k.has(kFuzz)) x.muFuzz = min(abs(dot(fuzzFrame.z, d)), F(1.f));
     if (hasGlass()) x.glass = glass.shares(min(abs(dot(glass.frame.z, d)), F(1.f)), behind);
