@@ -241,6 +241,7 @@ class Interpreter {
 
   State state_;
   NodeMap outermostNodes_;
+  std::map<std::string, scene::NetworkPtr> materials_;  // by plug-in, handle and __materialid
   std::vector<Block> blocks_;
   size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
   FrameState frame_;

@@ -360,6 +360,30 @@ TEST(Shading, LayeredBxdfsReadBxdfs) {
   EXPECT_EQ(r.primitive().attributes->bxdf->patterns.at(0)->plugin, "LamaDiffuse");
 }
 
+// A Bxdf line of nothing but __materialid names a material that another scope bound; with a parameter, another handle or
+// an id that nobody bound it is a material of its own.
+TEST(Shading, MaterialsAreFoundByTheirId) {
+  const Read r = readWorld(R"(AttributeBegin
+Pattern "P" "p"
+Bxdf "S" "m" "reference color diffuseColor" ["p:result"] "string __materialid" ["SG"]
+AttributeEnd
+Bxdf "S" "m" "string __materialid" ["SG"]
+Sphere 1 -1 1 360
+Bxdf "S" "m" "string __materialid" ["other"]
+Sphere 1 -1 1 360
+Bxdf "S" "n" "string __materialid" ["SG"]
+Sphere 1 -1 1 360
+Bxdf "S" "m" "float gain" [2] "string __materialid" ["SG"]
+Sphere 1 -1 1 360)");
+  expectClean(r);
+  const auto terminal = [&](size_t i) { return r.primitive(i).attributes->bxdf->terminal; };
+  EXPECT_NE(terminal(0)->params.find("diffuseColor"), nullptr);
+  EXPECT_EQ(r.primitive(0).attributes->bxdf->patterns.size(), 1u);
+  EXPECT_EQ(terminal(1)->params.find("diffuseColor"), nullptr);
+  EXPECT_EQ(terminal(2)->params.find("diffuseColor"), nullptr);
+  EXPECT_NE(terminal(3)->params.find("gain"), nullptr);
+}
+
 TEST(Lights, ModernWithFiltersPatternsAndMesh) {
   const Read r = readWorld(R"(AttributeBegin
 Translate 0 5 0
