@@ -67,13 +67,20 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
       at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
     return out;
   };
-  const std::vector<float> points = resample(&mesh.points[0].x, size_t(mesh.vertexCount) * 3);
+  const auto bring = [&](auto& elements) {
+    if (elements.empty()) return;
+    constexpr size_t kFloats = sizeof(elements[0]) / sizeof(float);
+    const std::vector<float> out = resample(&elements[0].x, size_t(mesh.vertexCount) * kFloats);
+    elements.resize(out.size() / kFloats);
+    std::memcpy(&elements[0].x, out.data(), out.size() * sizeof(float));
+  };
   for (geometry::Primvar& v : mesh.primvars)
     if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
         v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
       v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
-  mesh.points.resize(points.size() / 3);
-  std::memcpy(&mesh.points[0].x, points.data(), points.size() * sizeof(float));
+  bring(mesh.points);
+  bring(mesh.spine);
+  bring(mesh.spineNormals);
   mesh.times.clear();
   for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
 }
@@ -466,7 +473,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     const scene::Primitive& p = *primitiveOfShape_[s];
     shade::GeometryInfo& info = w.geometries[g];
     info.material = materialOfShape[s];
-    info.side = mesh.flipNormals ? -1.f : 1.f;
+    // what faces the ray has no back, and normals that the user gave are turned already
+    info.side = mesh.flipNormals && !mesh.facesRay() && !mesh.isOriented() ? -1.f : 1.f;
     info.N = mesh.find("N");
     if (info.N && (info.N->width != 3 || info.N->data.empty())) info.N = nullptr;
     const auto coordinates = [&](const char* name, int least) {

@@ -115,6 +115,8 @@ class GroupState {
   friend struct ContextHost;
   static constexpr int kMostPasses = 256;   // surfaces a ray may pass for want of presence or priority
   Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
+  // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
+  void biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const;
   bool insideHigherPriority(uint32_t slot) const;
   struct KeptPaths;
   void passThrough(uint32_t n, const uint32_t* slots, float* passed);
