@@ -203,6 +203,12 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) biasOfStrands(m, slot, a.bias);
+  if (bind && leftNg_[0])
+    for (uint32_t i = 0; i < n; ++i)
+      for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
+  if (bind && lift_[0]) findLifts(n, slot, c);
+  if (bind && traceSet_)
+    for (uint32_t i = 0; i < n; ++i) traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 
   float* outer = f();
   for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
@@ -295,6 +301,9 @@ Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, 
     for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
     side[i] = outer[i] = 1.f;
     linkSet_[slot[i]] = 0;   // a medium is lit by all lights
+    if (traceSet_) traceSet_[slot[i]] = 0;
+    if (lift_[0])
+      for (int k = 0; k < 3; ++k) lift_[k][slot[i]] = 0;
   }
   for (int k = 0; k < 3; ++k) {
     a.o[k] = r.o[k]; a.d[k] = r.d[k]; a.ng[k] = ng[k];

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "scene/uniform_keys.h"
 #include "trace/embree_device.h"
 #include "trace/strands.h"
 #include "trace/user_calls.h"
@@ -20,10 +21,7 @@ constexpr uint32_t kBatchTriangles = 200000;
 
 int keyCountFor(const scene::Transform& t, double open, double close) {
   if (t.isStatic() || close <= open) return 1;
-  // uniform keys as dense as the scene's own inside the shutter
-  size_t inside = 0;
-  for (double time : t.times) inside += time > open && time < close;
-  return int(std::min<size_t>(inside + 2, 33));
+  return scene::uniformKeyCount(t.times, open, close, 65);
 }
 
 }  // namespace
@@ -317,7 +315,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     if (plan.batch) {
       placeInTables.firstInstance = uint32_t(w.instances_.size());
       for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
-      tops.push_back({partIndex, kNone, 15});
+      tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
     } else {
