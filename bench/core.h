@@ -16,6 +16,7 @@ struct Options {
 };
 
 void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
+void measureCurves(const Options& options, Figures& figures);      // core_curves.cpp
 void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
 void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp
 void measureLightPaths(const Options& options, Figures& figures);  // core_frames.cpp

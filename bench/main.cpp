@@ -28,6 +28,9 @@ constexpr Group kCore[] = {
      "bare Embree on the same rays with the best call for each kind; time_growth_*: time a sample from small to "
      "large "
      "meshes, over bare Embree's growth"},
+    {"curves", &measureCurves,
+     "curves_vs_embree: closest hits of round cubic curves through a render's trace stages against bare Embree on the "
+     "same rays with the best call for each kind"},
     {"frames", &measureFrames,
      "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
      "thread "

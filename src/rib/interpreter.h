@@ -159,6 +159,7 @@ class Interpreter {
   void cropWindow(Request&);
   void projection(Request&);
   void clipping(Request&);
+  void clippingPlane(Request&);
   void depthOfField(Request&);
   void shutter(Request&);
   void camera(Request&);

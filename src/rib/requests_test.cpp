@@ -619,9 +619,20 @@ ResourceEnd)");
   EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
 }
 
+TEST(Options, ClippingPlaneIsKeptInCameraSpace) {
+  const Read r = readRib("Translate 0 0 5\nRotate 90 0 1 0\nClippingPlane 1 2 0  0 0 2\nWorldBegin\nWorldEnd");
+  expectClean(r);
+  ASSERT_EQ(r.world().cameras[0].clippingPlanes.size(), 1u);
+  const std::array<double, 6> p = r.world().cameras[0].clippingPlanes[0];
+  // left-handed: +z turns to +x, +x to -z
+  const double expected[6] = {0, 2, 4, 2, 0, 0};
+  for (size_t i = 0; i < 6; ++i) EXPECT_NEAR(p[i], expected[i], 1e-12) << i;
+  EXPECT_EQ(readRib("ClippingPlane 1 2 0  0 0 0\nWorldBegin\nWorldEnd").messages.size(), 1u);
+}
+
 TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
   const char* const kNames[] = {
-      "Bound",       "ClippingPlane",     "ColorSamples", "ConnectShaderLayers",     "Detail",
+      "Bound",       "ColorSamples", "ConnectShaderLayers",     "Detail",
       "DetailRange", "EnableLightFilter", "ErrorHandler", "GeometricApproximation",  "GeometricRepresentation",
       "Imager",      "MakeBrickMap",      "MakeBump",     "MakeCubeFaceEnvironment", "MakeLatLongEnvironment",
       "MakeShadow",  "MakeTexture",       "Quantize",     "RelativeDetail",          "ShaderLayer",
