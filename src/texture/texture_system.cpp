@@ -115,7 +115,10 @@ struct TextureSystem::Impl {
   // the private tile cache is only freed when asked for
   ~Impl() { Cache::destroy(cache, true); }
 
-  void setCacheLimit(uint64_t bytes) { cache->attribute("max_memory_MB", float(double(bytes) / 1048576.0)); }
+  // The library ends the program when it holds ten times its limit: room for the largest tile that is let through.
+  void setCacheLimit(uint64_t bytes) {
+    cache->attribute("max_memory_MB", float(std::max(double(bytes) / 1048576.0, 16.0)));
+  }
 
   // The cache's entry of one file; null when it cannot be used.
   Source* open(const std::string& path, const TextureRequest& request, std::string& why) {
