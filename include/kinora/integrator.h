@@ -135,6 +135,7 @@ struct Services {
   PathStates paths;
   float worldCenter[3], worldRadius;
   uint32_t lightCount;
+  uint32_t hasMedia;              // 0: all of space is empty, and trace() may be given no transmittance
   uint32_t wantsUnshadowed;       // 1: light samples are to be contributed twice, see LightKind
 
   // Memory until the group ends, aligned to 64 bytes.

@@ -54,7 +54,7 @@ class PathLoop {
     const uint32_t n = g_->padded + kPad;
     for (int c = 0; c < 3; ++c) {
       throughput_[c] = floats(n);
-      medium_[c] = floats(n);
+      medium_[c] = sv_->hasMedia ? floats(n) : nullptr;
       firstThroughput_[c] = nullptr;
     }
     pdf_ = floats(n);
@@ -76,7 +76,7 @@ class PathLoop {
       flags_[i] = kDiscrete;
     }
     // camera vertex
-    sv_->trace(g_, RayKind::Camera, 0, n, live, medium_);
+    sv_->trace(g_, RayKind::Camera, 0, n, live, medium());
     applyMedium(n, live);
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     uint32_t hits = keepHits(n, live);
@@ -101,7 +101,9 @@ class PathLoop {
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
 
+  float* const* medium() const { return sv_->hasMedia ? medium_ : nullptr; }
   void applyMedium(uint32_t n, const uint32_t* live) {
+    if (!sv_->hasMedia) return;
     for (uint32_t i = 0; i < n; i += W) {
       const Mask<W> m = Mask<W>::firstN(int(n - i < W ? n - i : W));
       const Slots<W> s = Slots<W>::load(live + i);
@@ -467,7 +469,7 @@ class PathLoop {
       const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
       sv_->releaseMemory(g_, mark);
       if (!n) return;
-      sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium_);
+      sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium());
       applyMedium(n, live);
       collectLights(RayKind::Indirect, depth + 1, first ? o_.lightSamples : 1, first ? parts : 1, n, live);
       if (depth >= o_.maxIndirectBounces) return;   // the last directions only looked for light

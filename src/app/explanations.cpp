@@ -103,6 +103,15 @@ constexpr Explanation kRooms[] = {
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
      "code 3."},
     {"RENDER-CROP", "The crop window, rounded to pixels as RIB says, is empty. The whole picture is rendered."},
+    {"RENDER-SHUTTER",
+     "The numbers of the shutter's opening shape (shutterOpenTime, shutterCloseTime and shutteropening of a Camera, or "
+     "shutteropening of the Hider) do not lie in 0 to 1, are in the wrong order or too few. The shutter opens and closes "
+     "at once."},
+    {"RENDER-TRACE-SET",
+     "A subset of objects for rays (trace:reflectsubset, shadowsubset, transmitsubset and their exclude forms) names a "
+     "group that no object is a member of (grouping:membership), or there are more different subsets than rays can tell "
+     "apart (28; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
+     "ignored."},
     {"RENDER-CAMERA", "The camera's transform cannot be inverted or holds NaN. The identity stands in for it."},
     {"RENDER-NO-CAMERA",
      "The scene has no Projection and no Camera. What RIB says then is an orthographic view along z from the "

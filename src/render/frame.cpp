@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/shutter.h"
 #include "sampling/draw.h"
 #include "simd/dispatch.h"
 
@@ -224,7 +225,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     s.weights()[i] = f.weight;
     for (size_t k = 0; k < w.filterWeights.size(); ++k)
       w.filterWeights[k][i] = in_.jitter ? in_.ratios[k].weight(u, v) : 1.f;
-    s.group().rays.time[i] = x[4][i];
+    s.group().rays.time[i] = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
   }
   Rays& r = s.group().rays;
   float* weight = x[6];
@@ -249,8 +250,17 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
         t.t[c] = p.t[c] + u * (q.t[c] - p.t[c]);
       }
     }
-    const float o[3] = {r.o[0][i], r.o[1][i], r.o[2][i]}, d[3] = {r.d[0][i], r.d[1][i], r.d[2][i]};
-    float e[3], l2 = 0;
+    float o[3] = {r.o[0][i], r.o[1][i], r.o[2][i]};
+    const float d[3] = {r.d[0][i], r.d[1][i], r.d[2][i]};
+    float e[3], l2 = 0, last = 1e30f;
+    if (!camera.cuts.empty()) {
+      float first = 0;
+      cutRay(camera.cuts, o, d, first, last);
+      if (!(last > first)) first = last = 0;   // nothing is left of it
+      for (int c = 0; c < 3; ++c) o[c] += d[c] * first;
+      r.radius[i] += r.spread[i] * first;
+      last -= first;
+    }
     for (int c = 0; c < 3; ++c) {
       r.o[c][i] = t.m[c][0] * o[0] + t.m[c][1] * o[1] + t.m[c][2] * o[2] + t.t[c];
       e[c] = t.m[c][0] * d[0] + t.m[c][1] * d[1] + t.m[c][2] * d[2];
@@ -260,7 +270,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     const float scale = std::sqrt(l2), inv = scale > 0 ? 1.f / scale : 0.f;
     for (int c = 0; c < 3; ++c) r.d[c][i] = e[c] * inv;
     r.radius[i] *= scale;
-    r.tMax[i] = 1e30f;
+    r.tMax[i] = camera.cuts.empty() ? 1e30f : last * scale;
   }
   // the camera's own weight multiplies the path; the filter's weighs the sample in the film
   s.group().rayWeight = weight;
@@ -317,7 +327,8 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
     weight[i] = 1;
   }
   drawSpan(in_.world->width())(w.services().samples, m, s.seeds(), s.indices(), kDimTime, u, v);
-  for (uint32_t i = 0; i < m; ++i) s.group().rays.time[i] = u[i];
+  const std::vector<float>& times = in_.world->camera().times;
+  for (uint32_t i = 0; i < m; ++i) s.group().rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
   s.group().rayWeight = weight;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
 }

@@ -26,7 +26,7 @@ struct FrameInput {
   uint32_t seed = 0;
   int firstSample = 0, lastSample = 64;   // half open
   int threads = 1;
-  uint32_t groupSize = 512;
+  uint32_t groupSize = 1024;
   std::string bucketOrder = "horizontal";
   bool jitter = true;
   std::atomic<bool>* stop = nullptr;

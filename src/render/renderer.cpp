@@ -304,6 +304,9 @@ struct Renderer::Impl {
       h.bytes(k.screenWindow.data(), sizeof k.screenWindow);
       h.bytes(k.shutter.data(), sizeof k.shutter);
       h.bytes(k.depthOfField.data(), sizeof k.depthOfField);
+      h.bytes(k.clipping.data(), sizeof k.clipping);
+      for (const auto& plane : k.clippingPlanes) h.bytes(plane.data(), sizeof plane);
+      h.params(k.params);
     }
     const auto primitive = [&](const scene::Primitive& p) {
       const uint64_t kind = p.shape.index();
@@ -311,6 +314,11 @@ struct Renderer::Impl {
       if (const auto* q = std::get_if<scene::Quadric>(&p.shape)) h.bytes(q->args.data(), sizeof q->args);
       if (const auto* m = std::get_if<scene::PolygonMesh>(&p.shape)) h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
       if (const auto* m = std::get_if<scene::SubdivisionMesh>(&p.shape)) h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
+      if (const auto* m = std::get_if<scene::Curves>(&p.shape)) {
+        h.bytes(&m->cubic, sizeof m->cubic);
+        h.bytes(&m->periodic, sizeof m->periodic);
+        h.bytes(m->verticesPerCurve.data(), m->verticesPerCurve.size() * sizeof(int));
+      }
       h.params(p.primvars);
       for (const auto& m : p.motion) h.params(m);
       h.transform(p.toWorld);

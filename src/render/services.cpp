@@ -142,6 +142,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   for (int c = 0; c < 3; ++c) s.worldCenter[c] = world.world->center()[c];
   s.worldRadius = world.world->radius();
   s.lightCount = world.lights->size();
+  s.hasMedia = world.hasMedia;
   s.wantsUnshadowed = paths.wantsUnshadowed();
   s.alloc = &Calls::alloc;
   s.trace = &Calls::trace;
@@ -311,6 +312,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   for (float*& y : x) y = arena.make<float>(m);
   const DrawSpan draw = drawSpan(state_.world().width);
   draw(services_.samples, m, c->sampleSeed, c->sampleIndex, dimensionAt(c->depth) + kDimUser, x[3], x[4]);
+  uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];
     const float f = time * float(keys.size() - 1);
@@ -328,6 +330,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     float q[3];
     at(camera_.fromRender, c->time[i]).point(p, q);
     for (int k = 0; k < 3; ++k) x[k][i] = q[k];
+    if (cut) cut[i] = cutAway(camera_.cuts, q);
   }
   const CameraConnectArgs a{c->count, {x[0], x[1], x[2]}, {x[3], x[4]}, c->time, {x[5], x[6], x[7]}, {x[8], x[9]}, x[10], x[11]};
   camera_.functions->connect(camera_.projection.data(), &a);
@@ -337,6 +340,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     const float v[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
     const float v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     x[10][i] *= v2 > 0 ? std::max(v[2], 0.f) / std::sqrt(v2) : 0.f;
+    if (cut && cut[i]) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];

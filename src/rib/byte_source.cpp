@@ -175,11 +175,12 @@ bool splitZip(const std::string& path, std::string& archive, std::string& member
 
 }  // namespace
 
+// Devices and pipes may never end: a scene's strings cannot name them, the command line can.
 bool isReadable(const std::string& path) {
   struct stat s {};
-  if (stat(path.c_str(), &s) == 0) return !S_ISDIR(s.st_mode);
+  if (stat(path.c_str(), &s) == 0) return S_ISREG(s.st_mode);
   std::string archive, member, why;
-  if (!splitZip(path, archive, member) || stat(archive.c_str(), &s) != 0 || S_ISDIR(s.st_mode)) return false;
+  if (!splitZip(path, archive, member) || stat(archive.c_str(), &s) != 0 || !S_ISREG(s.st_mode)) return false;
   return openZipMember(archive, member, why) != nullptr;
 }
 

@@ -20,7 +20,7 @@ class ByteSource {
 // input; "archive.zip!member" is a member of a zip archive.
 std::unique_ptr<ByteSource> openFile(const std::string& path, std::string& why);
 std::unique_ptr<ByteSource> openText(std::string text);
-// True for anything that openFile would try to read: a file, or a zip archive with a member part.
+// True for what a scene may name as an archive: a regular file, or a zip archive with a member part.
 bool isReadable(const std::string& path);
 
 }  // namespace kinora::rib

@@ -6,6 +6,7 @@
 #include "shade/clock.h"
 #include "shade/context_host.h"
 #include "shade/points.h"
+#include "shade/where.h"
 
 namespace kinora::shade {
 
@@ -189,6 +190,13 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
   c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
   pointsKernel(world_.width)(a);
+  if (w.hasStrands()) biasOfStrands(m, slot, a.bias);
+  if (bind && leftNg_[0])
+    for (uint32_t i = 0; i < n; ++i)
+      for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
+  if (bind && lift_[0]) findLifts(n, slot, c);
+  if (bind && traceSet_)
+    for (uint32_t i = 0; i < n; ++i) traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 
   float* outer = f();
   for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
@@ -238,6 +246,21 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   return c;
 }
 
+void GroupState::biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const {
+  const trace::World& w = *world_.world;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slots[i];
+    const geometry::Mesh& mesh = w.mesh(group_.hits.geometry[s]);
+    if (!mesh.isStrand()) continue;
+    float radius = strandRadius(mesh, group_.hits.primitive[s], group_.hits.u[s], std::clamp(group_.rays.time[s], 0.f, 1.f));
+    if (!w.instance(group_.hits.instance[s]).baked) {
+      const trace::Affine a = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
+      radius *= std::sqrt(a.m[0][0] * a.m[0][0] + a.m[1][0] * a.m[1][0] + a.m[2][0] * a.m[2][0]);
+    }
+    bias[i] = std::max(bias[i], 1e-3f * radius);
+  }
+}
+
 Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t) {
   if (!n) return nullptr;
   const uint32_t m = padded(n);
@@ -266,6 +289,9 @@ Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, 
     for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
     side[i] = outer[i] = 1.f;
     linkSet_[slot[i]] = 0;   // a medium is lit by all lights
+    if (traceSet_) traceSet_[slot[i]] = 0;
+    if (lift_[0])
+      for (int k = 0; k < 3; ++k) lift_[k][slot[i]] = 0;
   }
   for (int k = 0; k < 3; ++k) {
     a.o[k] = r.o[k]; a.d[k] = r.d[k]; a.ng[k] = ng[k];

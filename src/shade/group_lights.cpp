@@ -43,11 +43,18 @@ void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, Ligh
   l.tHit = group_.hits.t;
   l.linkSet = linkSet_;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
+  if (hole_ && kind == RayKind::Camera && out->count) dropLightsBehindHoles(out);
 }
 
 void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const uint32_t n = rays->count;
   if (!n) return;
+  ShadowRays lifted;
+  if (lift_[0]) {
+    lifted = *rays;
+    liftShadows(&lifted);
+    rays = &lifted;
+  }
   counters.shadowRays += n;
   if (listener) listener->shadow(depth, *rays);
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
@@ -65,7 +72,8 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
       radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
     }
   }
-  w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
+  if (traceSet_) occludedInSets(*rays, radius, spread, blocked);
+  else w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
   for (uint32_t i = 0; i < n; ++i) {
     const float t = blocked[i] ? 0.f : 1.f;
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
@@ -76,6 +84,8 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const Hits keepHits = group_.hits;
   uint32_t *const keepSeed = seed_, *const keepIndex = index_;
   uint32_t* const keepLinks = linkSet_;
+  uint32_t* const keepSets = traceSet_;
+  uint32_t* sets = traceSet_ ? arena_.make<uint32_t>(padded(n) + kPad) : nullptr;
   MediaStack* const keepMedia = media_;
   const uint32_t m = padded(n) + kPad;
   const auto f = [&] { return arena_.make<float>(m); };
@@ -100,6 +110,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
     r.spread[i] = keepRays.spread[s];
     seed[i] = keepSeed[s];
     index[i] = keepIndex[s];
+    if (sets) sets[i] = keepSets[s];
     if (!blocked[i]) open[k++] = i;
   }
   group_.rays = r;
@@ -107,9 +118,11 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   seed_ = seed;
   index_ = index;
   linkSet_ = links;
+  traceSet_ = sets;
   media_ = nullptr;
   for (int pass = 0; k && pass < kMostPasses; ++pass) {
-    w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
+    if (traceSet_) closestInSets(true, k, open);
+    else w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
     uint32_t* hit = arena_.make<uint32_t>(padded(k));
     uint32_t hitCount = 0;
     for (uint32_t i = 0; i < k; ++i)
@@ -148,6 +161,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   seed_ = keepSeed;
   index_ = keepIndex;
   linkSet_ = keepLinks;
+  traceSet_ = keepSets;
   media_ = keepMedia;
 }
 

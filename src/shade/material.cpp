@@ -238,10 +238,49 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
       }
       r.links[i] = {it->second, index};
     }
+    for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
+      if (r.plugin->params[i].type == Type::Struct && r.links[i].node >= 0) connectMembers(nodes, r, i);
   }
   const uint32_t m = addResolved(nodes, lpeGroup);
   known_[id] = m;
   return m;
+}
+
+// A struct that is connected brings its members along: the output's companions O_x feed the parameters S_x, or x where
+// the node has no S_x (a layered surface). What the scene connects by itself stays; switches S_enableX that it does not
+// set are those of the producer, and on where the producer has none.
+void MaterialSet::connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter) {
+  const Resolved::Link link = to.links[parameter];
+  const Descriptor &from = *nodes[size_t(link.node)].plugin, &plugin = *to.plugin;
+  const std::string prefix = std::string(plugin.params[parameter].name) + "_";
+  const auto find = [](const Descriptor& d, const std::string& name) {
+    uint32_t i = 0;
+    while (i < d.paramCount && ((d.params[i].flags & kParamOutput) || !sameName(d.params[i].name, name))) ++i;
+    return i;
+  };
+  std::string whole;
+  uint32_t output = 0;
+  for (uint32_t k = 0; k < from.paramCount; ++k)
+    if (from.params[k].flags & kParamOutput && output++ == link.output) whole = std::string(from.params[k].name) + "_";
+  output = 0;
+  for (uint32_t k = 0; k < from.paramCount; ++k) {
+    if (!(from.params[k].flags & kParamOutput)) continue;
+    const uint32_t index = output++;
+    const std::string name = from.params[k].name;
+    if (!name.starts_with(whole) || from.params[k].type == Type::Struct) continue;
+    const std::string member = name.substr(whole.size());
+    uint32_t i = find(plugin, prefix + member);
+    if (i == plugin.paramCount) i = find(plugin, member);
+    if (i == plugin.paramCount || plugin.params[i].flags & kParamNotConnectable || to.links[i].node >= 0) continue;
+    to.links[i] = {link.node, index};
+    to.values->connect(i);
+  }
+  for (uint32_t i = 0; i < plugin.paramCount; ++i) {
+    const std::string name = plugin.params[i].name;
+    if (!name.starts_with(prefix + "enable") || plugin.params[i].type != Type::Int || to.values->given(i)) continue;
+    const uint32_t own = find(from, name.substr(prefix.size()));
+    to.values->setNumber(i, own == from.paramCount ? 1.f : nodes[size_t(link.node)].values->values()[own].floats[0]);
+  }
 }
 
 uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup) {

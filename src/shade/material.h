@@ -81,6 +81,7 @@ class MaterialSet {
   struct Resolved;   // a node with its values
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
   uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
+  void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
   Registry& registry_;
   Diagnostics& diagnostics_;
   TextureSystem& textures_;
@@ -101,6 +102,9 @@ class ResolvedParams {
   const ParamValue* values() const { return values_.data(); }
   uint32_t count() const { return uint32_t(values_.size()); }
   bool given(uint32_t i) const { return values_[i].given; }
+  // A pattern feeds the parameter after all; its value becomes another node's.
+  void connect(uint32_t i) { values_[i].connected = values_[i].given = 1; }
+  void setNumber(uint32_t i, float v) { floats_[i].assign(1, v), values_[i].floats = floats_[i].data(), values_[i].count = 1; }
 
  private:
   std::vector<ParamValue> values_;

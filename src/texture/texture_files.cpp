@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 
@@ -14,8 +15,32 @@ namespace fs = std::filesystem;
 // Most that a byte of a file can unpack to: deflate reaches 1,032, TIFF's LZW about 2,500.
 constexpr double kMaxExpansion = 4096;
 constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
+// A tile is held whole: the library ends the program when one is larger than ten times the cache's budget. Coarse
+// levels of a file without them are made of the whole display window.
+constexpr double kMaxTileBytes = 1 << 26, kMaxDisplayPixels = 1 << 28;
+constexpr int kMaxLevels = 32;
 constexpr const char* kExtensions[] = {".tx",  ".tex",  ".exr", ".tif", ".tiff", ".png",
                                        ".jpg", ".jpeg", ".hdr", ".tga", ".bmp"};
+
+// "" or what is not believed of one level's header.
+std::string disbelief(const OIIO::ImageSpec& spec, double fileBytes) {
+  const auto numbers = [&](const char* what) {
+    return "its header promises " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels of " +
+           std::to_string(spec.nchannels) + " channels, " + what;
+  };
+  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) return "it holds no pixels";
+  if (spec.width > kMaxSide || spec.height > kMaxSide || spec.nchannels > kMaxChannels ||
+      double(spec.width) * spec.height * double(spec.pixel_bytes(true)) > fileBytes * kMaxExpansion)
+    return numbers("more than its size can hold");
+  if (double(spec.tile_width) * std::max(spec.tile_height, 1) * spec.nchannels * sizeof(float) > kMaxTileBytes)
+    return numbers("in tiles of more than 64 MB");
+  for (int64_t x : {int64_t(spec.x), int64_t(spec.y), int64_t(spec.full_x), int64_t(spec.full_y)})
+    if (std::abs(x) > kMaxSide) return numbers("far outside of every picture");
+  if (spec.full_width > kMaxSide || spec.full_height > kMaxSide ||
+      double(spec.full_width) * spec.full_height > kMaxDisplayPixels)
+    return numbers("within a picture that is too large");
+  return "";
+}
 
 bool isFile(const fs::path& p) {
   std::error_code ec;
@@ -57,6 +82,7 @@ Token findToken(const std::string& name, size_t& at, size_t& length) {
     Token token;
   } kTokens[] = {{"<UDIM>", Token::Udim},
                  {"<udim>", Token::Udim},
+                 {"%(UDIM)d", Token::Udim},
                  {"<u>_<v>", Token::LowerUv},
                  {"<U>_<V>", Token::UpperUv},
                  {"_MAPID_", Token::MapId}};
@@ -127,10 +153,7 @@ std::string examine(const std::string& path, FileFacts& facts) {
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) return "it holds no pixels";
     if (spec.deep || spec.depth > 1) return "it is a deep or volume image";
-    if (spec.width > kMaxSide || spec.height > kMaxSide || spec.nchannels > kMaxChannels ||
-        double(spec.width) * spec.height * double(spec.pixel_bytes(true)) > fileBytes * kMaxExpansion)
-      return "its header promises " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-             " pixels of " + std::to_string(spec.nchannels) + " channels, more than its size can hold";
+    if (std::string why = disbelief(spec, fileBytes); !why.empty()) return why;
     facts.path = path;
     facts.width = spec.width;
     facts.height = spec.height;
@@ -142,7 +165,16 @@ std::string examine(const std::string& path, FileFacts& facts) {
     const std::string space = spec.get_string_attribute("oiio:ColorSpace");
     facts.srgb =
         !spec.format.is_floating_point() && (space == "sRGB" || (space.empty() && spec.format == OIIO::TypeUInt8));
-    facts.mipMapped = input->seek_subimage(0, 1);
+    // further levels have headers of their own
+    const int channels = spec.nchannels;
+    for (int level = 1; input->seek_subimage(0, level); ++level) {
+      const OIIO::ImageSpec& coarse = input->spec();
+      std::string why = disbelief(coarse, fileBytes);
+      if (why.empty() && (coarse.nchannels != channels || level > kMaxLevels))
+        why = "its levels do not belong together";
+      if (!why.empty()) return "level " + std::to_string(level) + ": " + why;
+      facts.mipMapped = true;
+    }
     return "";
   } catch (const std::exception& e) {
     return std::string("it cannot be read (") + e.what() + ")";

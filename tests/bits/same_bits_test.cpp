@@ -1,8 +1,9 @@
 // Proves: all channels of a frame are the same integers at all SIMD widths, with 1 and 2 threads, in groups of 64 to
 // 1,024, in any order of buckets, in parts that are merged (through files too), under crop, and as replayed; and that
 // they are the integers kept in hashes.txt. Scenes: the gallery, one with coplanar surfaces, instances (also with
-// presence and media) and motion blur, and that with every kind of display channel. Misses: other compilers and libraries (their code may round differently: the
-// kept hashes would tell), and sample counts above 64.
+// presence and media) and motion blur, that with every kind of display channel, one of curves, points and what deforms,
+// and one of objects whose own spaces differ. Misses: other compilers and libraries (their code may round differently:
+// the kept hashes would tell), and sample counts above 64.
 //
 // A change of the pictures on purpose: run test_bits with KINORA_WRITE_HASHES=1 and look at the pictures first.
 #include <gtest/gtest.h>
@@ -185,25 +186,118 @@ std::string channelsScene() {
   put("\"vertex point P\" [0.2 0.1 -1", "\"vertex color tint\" [1 0 0  0 1 0  0 0 1  1 1 1] ");
   return text;
 }
+// Curves and points of every kind, deforming, placed, half present and of glass; meshes that deform with uneven keys; a
+// shutter that opens slowly, planes that cut, holes, subsets for rays, and a coarse smooth mesh that lifts its shadows.
+const char* const kStrands = R"(
+Hider "raytrace" "int maxsamples" [16]
+Integrator "PxrPathTracer" "i" "int maxIndirectBounces" [4] "int allowCaustics" [1]
+Format 64 48 1
+PixelFilter "mitchell" 4 4
+Shutter 0 1
+Clipping 0.5 40
+ClippingPlane 1.9 0 0  1 0 0
+Projection "perspective" "fov" [45]
+Translate 0 -0.6 4
+Camera "main" "float shutterOpenTime" [0.3] "float shutterCloseTime" [0.8] "float[8] shutteropening" [0.4 0 0.6 1 0.4 0 0.6 1]
+WorldBegin
+AttributeBegin
+  ConcatTransform [2 0 0 0  0 0 2 0  0 -1 0 0  0 3 0.5 1]
+  Light "PxrRectLight" "top" "float intensity" [6]
+AttributeEnd
+Light "PxrDomeLight" "sky" "float intensity" [0.4]
+AttributeBegin
+  Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.5 0.5 0.5]
+  Attribute "trace" "string shadowexcludesubset" ["shadowless"] "string reflectsubset" ["seen shadowless"]
+  Polygon "vertex point P" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]
+AttributeEnd
+Attribute "grouping" "string membership" ["seen"]
+Pattern "PxrPrimvar" "tint" "string varname" ["tint"] "string type" ["color"]
+Pattern "PxrFractal" "veins" "float frequency" [3]
+Pattern "PxrMix" "mixed" "reference color color1" ["tint:resultRGB"] "color color2" [1 0.9 0.2] "reference float mix" ["veins:resultF"]
+AttributeBegin
+  Bxdf "PxrDiffuse" "grass" "reference color diffuseColor" ["mixed:resultRGB"]
+  MotionBegin [0 0.3 1]
+  Curves "cubic" [4 7] "nonperiodic" "P" [-1.5 0 0 -1.4 0.4 0 -1.5 0.8 0.1 -1.2 1.2 0  -1.1 0 0.3 -1 0.3 0.3 -1.1 0.5 0.4 -1 0.7 0.4 -0.9 0.9 0.4 -0.9 1 0.3 -0.8 1.2 0.2]
+    "varying float width" [0.1 0.02 0.1 0.06 0.02] "uniform color tint" [0.1 0.6 0.1 0.5 0.3 0.1]
+  Curves "cubic" [4 7] "nonperiodic" "P" [-1.5 0 0 -1.4 0.4 0 -1.4 0.8 0.1 -1.1 1.2 0  -1.1 0 0.3 -1 0.3 0.3 -1.1 0.5 0.4 -0.9 0.7 0.4 -0.8 0.9 0.4 -0.7 1 0.3 -0.6 1.2 0.2]
+    "varying float width" [0.1 0.02 0.1 0.06 0.02] "uniform color tint" [0.1 0.6 0.1 0.5 0.3 0.1]
+  Curves "cubic" [4 7] "nonperiodic" "P" [-1.5 0 0 -1.4 0.4 0 -1.3 0.8 0.1 -1 1.1 0  -1.1 0 0.3 -1 0.3 0.3 -1 0.5 0.4 -0.8 0.7 0.4 -0.7 0.9 0.4 -0.5 1 0.3 -0.3 1.1 0.2]
+    "varying float width" [0.14 0.02 0.1 0.06 0.02] "uniform color tint" [0.1 0.6 0.1 0.5 0.3 0.1]
+  MotionEnd
+  Attribute "dice" "int roundcurve" [0]
+  Basis "b-spline" 1 "b-spline" 1
+  Curves "cubic" [7] "periodic" "P" [-0.3 1 0 0 1.3 0 -0.3 1.5 0 -0.6 1.4 0 -0.7 1.1 0.2 -0.6 0.9 0.3 -0.4 0.8 0.2]
+    "vertex float width" [0.05 0.1 0.15 0.1 0.05 0.1 0.05] "vertex color tint" [1 0 0 0 1 0 0 0 1 1 1 0 0 1 1 1 0 1 1 1 1]
+  Curves "linear" [3 2] "nonperiodic" "P" [-0.8 0 -0.6 -0.6 0.3 -0.7 -0.8 0.6 -0.6 -0.5 0 -0.6 -0.4 0.5 -0.6] "constantwidth" [0.06]
+    "constant color tint" [0.7 0.2 0.2]
+AttributeEnd
+AttributeBegin
+  Attribute "grouping" "string membership" ["+shadowless"]
+  Bxdf "PxrSurface" "blade" "color diffuseColor" [0.2 0.5 0.8] "float specularRoughness" [0.2] "color specularEdgeColor" [1 1 1]
+  Basis "catmull-rom" 1 "catmull-rom" 1
+  Curves "cubic" [5] "nonperiodic" "P" [0 -0.4 0 0.1 0 0 0.2 0.5 0 0 1 0 -0.1 1.4 0] "constantwidth" [0.2] "varying normal N" [0 0 -1 1 0 -1 1 0 0]
+  Curves "linear" [4] "nonperiodic" "P" [0.5 0 -0.2 0.6 0.4 -0.2 0.5 0.7 0 0.8 0.9 0] "varying float width" [0.2 0.1 0.1 0.02]
+AttributeEnd
+ObjectBegin "tuft"
+  Bxdf "PxrDiffuse" "half" "float presence" [0.5] "reference color diffuseColor" ["mixed:resultRGB"]
+  Points "P" [0 0 0 0.15 0 0 0 0.2 0] "varying float width" [0.15 0.1 0.2] "vertex color tint" [1 0 0 0 1 0 0 0 1]
+  Curves "cubic" [4] "nonperiodic" "P" [0.2 -0.2 0 0.3 0 0 0.2 0.2 0 0.3 0.4 0] "constantwidth" [0.08] "constant color tint" [0.9 0.5 0.1]
+ObjectEnd
+AttributeBegin Translate 0.8 0.3 -0.5 ObjectInstance "tuft" AttributeEnd
+AttributeBegin
+  MotionBegin [0 0.5 1]
+    Translate 1.2 0.3 0
+    Translate 1.3 0.5 0
+    Translate 1.2 0.7 0
+  MotionEnd
+  Scale 1 1.5 0.7
+  Rotate 30 0 0 1
+  ObjectInstance "tuft"
+AttributeEnd
+AttributeBegin
+  Bxdf "PxrSurface" "glass" "float diffuseGain" [0] "float refractionGain" [1] "float reflectionGain" [1] "float glassRoughness" [0]
+    "color extinction" [0.2 1 0.5]
+  MotionBegin [0 1]
+  Points "P" [0.2 0.2 -1 0.7 0.2 -1.1] "varying float width" [0.3 0.3] "uniform string type" "sphere"
+  Points "P" [0.2 0.25 -1 0.7 0.2 -0.9] "varying float width" [0.3 0.4] "uniform string type" "sphere"
+  MotionEnd
+AttributeEnd
+AttributeBegin
+  Bxdf "PxrDiffuse" "coarse" "color diffuseColor" [0.7 0.7 0.7]
+  Translate -0.2 0.4 0.8
+  MotionBegin [0 0.2 1]
+  PointsPolygons [3 3 3 3 3 3 3 3] [0 2 4 2 1 4 1 3 4 3 0 4 2 0 5 1 2 5 3 1 5 0 3 5]
+    "vertex point P" [0.4 0 0 -0.4 0 0 0 0.4 0 0 -0.4 0 0 0 0.4 0 0 -0.4] "vertex normal N" [1 0 0 -1 0 0 0 1 0 0 -1 0 0 0 1 0 0 -1]
+  PointsPolygons [3 3 3 3 3 3 3 3] [0 2 4 2 1 4 1 3 4 3 0 4 2 0 5 1 2 5 3 1 5 0 3 5]
+    "vertex point P" [0.5 0 0 -0.4 0 0 0 0.5 0 0 -0.4 0 0 0 0.4 0 0 -0.4] "vertex normal N" [1 0 0 -1 0 0 0 1 0 0 -1 0 0 0 1 0 0 -1]
+  PointsPolygons [3 3 3 3 3 3 3 3] [0 2 4 2 1 4 1 3 4 3 0 4 2 0 5 1 2 5 3 1 5 0 3 5]
+    "vertex point P" [0.6 0 0 -0.4 0.1 0 0 0.5 0 0 -0.4 0 0 0 0.5 0 0 -0.5] "vertex normal N" [1 0 0 -1 0 0 0 1 0 0 -1 0 0 0 1 0 0 -1]
+  MotionEnd
+AttributeEnd
+AttributeBegin
+  Matte 1
+  Bxdf "PxrDiffuse" "hole" "color diffuseColor" [0.5 0.5 0.5]
+  Points "P" [-0.1 0.9 -0.8] "constantwidth" [0.2] "vertex normal N" [0.3 0.2 -1]
+AttributeEnd
+WorldEnd
+)";
 
 struct Scene {
   const char* name;
   std::array<int, 2> resolution;
 };
-const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}}, {"field", {64, 36}}, {"overlap", {64, 48}}, {"spaces", {64, 40}}, {"channels", {64, 48}}};
+const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}}, {"field", {64, 36}}, {"overlap", {64, 48}},
+                         {"spaces", {64, 40}},  {"channels", {64, 48}},  {"strands", {64, 48}}};
 
 RenderRequest requestOf(const Scene& s) {
   RenderRequest r;
   r.channels = kAllChannels;
-  if (std::string(s.name) == "overlap") {
-    r.rib = kOverlap;
-  } else if (std::string(s.name) == "spaces") {
-    r.rib = kSpaces;
-  } else if (std::string(s.name) == "channels") {
-    r.rib = channelsScene();
-    r.channels = kEverySource;
-  } else
-    r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
+  const std::string name = s.name;
+  if (name == "overlap") r.rib = kOverlap;
+  else if (name == "spaces") r.rib = kSpaces;
+  else if (name == "strands") r.rib = kStrands;
+  else if (name == "channels") r.rib = channelsScene(), r.channels = kEverySource;
+  else r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
   r.settings.resolution = s.resolution;
   r.settings.samplesPerPixel = kSamples;
   r.settings.width = 8;
