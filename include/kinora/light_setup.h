@@ -106,7 +106,7 @@ inline constexpr std::array kControl = {
     param::integer("fixedSampleCount", 0)
         .range(0, 64)
         .help("No effect yet: light samples a point; 0 leaves it to the integrator."),
-    param::string("lightGroup", "").help("No effect yet: name in light path expressions."),
+    param::string("lightGroup", "").help("The light's name in light path expressions: <L.'key'>."),
     param::number("importanceMultiplier", 1.f)
         .range(0.01f, 10)
         .help("Factor on how often the light is chosen; noise moves, the picture's mean does not."),

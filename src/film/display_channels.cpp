@@ -87,6 +87,7 @@ class Describer {
     const bool isExtreme = c.reducer == Reducer::Min || c.reducer == Reducer::Max || c.reducer == Reducer::ZMin ||
                            c.reducer == Reducer::ZMax;
     if (c.source == "z" && !isExtreme) c.source = "zfiltered";
+    if (c.isRemapped()) c.source = remappedSource(c.source, c.remap);
     return c;
   }
 

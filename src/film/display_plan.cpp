@@ -98,7 +98,8 @@ std::vector<std::string> floatNames(const std::string& prefix, const Channel& ch
 // Light paths go to pixels as they are, by a box filter: channels that choose among samples cannot have them.
 bool takesSplats(const Channel& c, const scene::Display& display, const PlanOptions& options,
                  Diagnostics& diagnostics) {
-  if (!options.splats || c.width != 3 || !LightPaths::knows(c.source)) return false;
+  std::array<float, 3> remap;
+  if (!options.splats || c.width != 3 || !LightPaths::knows(sourceBehind(c.source, remap))) return false;
   const bool takes = (c.reducer == Reducer::Sum || c.reducer == Reducer::Average) && c.half == Half::Both &&
                      c.statistic == Statistic::Value && !c.isRemapped();
   if (!takes)
@@ -118,40 +119,39 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
   std::vector<std::string> taken;
   for (const std::string& name : namesIn(display)) {
     int index = plan.layout.find(name);
-    const bool isShared = index >= 0 && !display.params.find("filter") && !display.params.find("filterwidth") &&
-                          !display.params.find("remap");
-    if (!isShared) {
-      Channel c = describeChannel(scene, name, display, diagnostics);
-      c.splats = takesSplats(c, display, options, diagnostics);
-      std::string error;
-      // a display with a filter of its own sums its channels apart from those of others
-      while (index >= 0 && !(plan.layout[index] == c)) {
-        c.name += "'";
-        index = plan.layout.find(c.name);
-      }
-      if (index < 0) index = plan.layout.add(c, &error);
-      if (index < 0) {
-        diagnostics.warning("DISPLAY-CHANNEL", display.pos,
-                            "channel \"" + name + "\" of \"" + out.file + "\": " + error, "left out");
-        continue;
-      }
+    // what is wrong with a channel has been said when it was first asked for
+    Diagnostics silent([](const std::string&, Severity) {});
+    Diagnostics& messages = index >= 0 ? silent : diagnostics;
+    Channel c = describeChannel(scene, name, display, messages);
+    c.splats = takesSplats(c, display, options, messages);
+    std::string error;
+    // a display with a filter of its own sums its channels apart from those of others
+    while (index >= 0 && !(plan.layout[index] == c)) {
+      c.name += "'";
+      index = plan.layout.find(c.name);
     }
-    const Channel& c = plan.layout[index];
+    if (index < 0) index = plan.layout.add(c, &error);
+    if (index < 0) {
+      diagnostics.warning("DISPLAY-CHANNEL", display.pos,
+                          "channel \"" + name + "\" of \"" + out.file + "\": " + error, "left out");
+      continue;
+    }
+    const Channel& summed = plan.layout[index];
     OutputChannel o;
     o.channel = index;
-    o.isColor = c.type == ChannelType::Color && !c.isData;
+    o.isColor = summed.type == ChannelType::Color && !summed.isData;
     const auto declared = std::find_if(scene.channels.rbegin(), scene.channels.rend(),
                                        [&](const scene::DisplayChannel& d) { return d.name == name; });
     o.values = displayValues(display.params, declared == scene.channels.rend() ? nullptr : &declared->params, name,
                              display.pos, diagnostics);
-    if (asRgba && c.width == 3 && name == (colour.empty() ? "Ci" : colour))
+    if (asRgba && summed.width == 3 && name == (colour.empty() ? "Ci" : colour))
       o.names = {"R", "G", "B"};
-    else if (asRgba && c.width == 1 && name == (alpha.empty() ? "a" : alpha))
+    else if (asRgba && summed.width == 1 && name == (alpha.empty() ? "a" : alpha))
       o.names = {"A"};
     else if (asRgba && name == "z")
       o.names = {"Z"};
     else
-      o.names = floatNames(name, c);
+      o.names = floatNames(name, summed);
     if (std::any_of(o.names.begin(), o.names.end(),
                     [&](auto& n) { return std::find(taken.begin(), taken.end(), n) != taken.end(); }))
       continue;  // listed twice

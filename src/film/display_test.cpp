@@ -140,7 +140,8 @@ TEST_F(Displays, ChannelDeclarationsSetReducersAndHalves) {
   EXPECT_EQ(p.layout[p.layout.find("far")].source, "z");
   EXPECT_EQ(p.layout[p.layout.find("Ci_even")].half, Half::Even);
   EXPECT_EQ(p.layout[p.layout.find("own")].reducer, Reducer::Sum);
-  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-FILTER"), 1u);
+  EXPECT_EQ(p.layout[p.layout.find("own")].filter, (ChannelFilter{"box", 2, 2}));
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-FILTER"), 0u);
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-TYPE"), 1u);
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL"), 1u) << "unknown";
 }

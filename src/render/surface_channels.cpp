@@ -195,55 +195,66 @@ void SurfaceChannels::positionAt(uint32_t i, float t, float out[3]) const {
   w.objectToRender(hits.instance[s], t).point(p, out);
 }
 
-// Change per shutter length: of P, of P in the camera, and of its place in the picture, in pixels, one shutter on or back.
+// Change per shutter length: of P, of P in the camera, and of its place in the picture, in pixels.
 SurfaceChannels::Value SurfaceChannels::motion(Source source) const {
   constexpr float kStep = 1.f / 64;
-  const bool isRaster = source == Source::MotionFore || source == Source::MotionBack;
-  float *d[3] = {floats(), floats(), floats()}, *from[3] = {floats(), floats(), floats()};
+  float* d[3] = {floats(), floats(), floats()};
   for (uint32_t i = 0; i < c_->count; ++i) {
     const float t0 = std::max(0.f, c_->time[i] - kStep), t1 = std::min(1.f, c_->time[i] + kStep);
-    float a[3], b[3];
+    float a[3], b[3], q[3];
     positionAt(i, t0, a);
     positionAt(i, t1, b);
     if (source != Source::DPdtime) {
-      float q[3];
       toCamera(a, t0, q);
       std::copy_n(q, 3, a);
       toCamera(b, t1, q);
       std::copy_n(q, 3, b);
     }
-    const float back = source == Source::MotionBack ? -1.f : 1.f;
-    const float p[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
-    float here[3];
-    toCamera(p, c_->time[i], here);
-    for (int k = 0; k < 3; ++k) {
-      d[k][i] = back * (b[k] - a[k]) / (t1 - t0);
-      from[k][i] = here[k];
-      if (isRaster) d[k][i] += here[k];
-    }
+    for (int k = 0; k < 3; ++k) d[k][i] = (b[k] - a[k]) / (t1 - t0);
   }
-  if (!isRaster) return three(d);
-  for (uint32_t i = c_->count; i < c_->padded; ++i)
-    for (int k = 0; k < 3; ++k) {
-      d[k][i] = d[k][c_->count - 1];
-      from[k][i] = from[k][c_->count - 1];
+  if (source == Source::DPdtime || source == Source::DPcameradtime) return three(d);
+  return rasterMotion(d, source == Source::MotionBack ? -1.f : 1.f);
+}
+
+// The projection says where points are in the picture, but not beyond its border: a short step, on or back, is scaled up,
+// and what lies outside already is looked at a little nearer to the axis.
+SurfaceChannels::Value SurfaceChannels::rasterMotion(const float* const d[3], float sign) const {
+  constexpr float kStep = 1.f / 64, kInside = 0.95f;
+  const uint32_t n = c_->padded;
+  float *lens = floats(), *o[3] = {floats(), floats(), floats()}, *p[3] = {floats(), floats(), floats()}, *pdf = floats(), *zero = floats();
+  std::fill_n(lens, n, 0.5f);
+  std::fill_n(zero, n, 0.f);
+  struct Seen { float *raster[2], *importance; };
+  const auto look = [&](float step, float scale) {
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t j = std::min(i, c_->count - 1);
+      const float at[3] = {c_->P[0][j], c_->P[1][j], c_->P[2][j]};
+      float q[3];
+      toCamera(at, c_->time[j], q);
+      for (int k = 0; k < 3; ++k) p[k][i] = q[k] * (k < 2 ? scale : 1.f) + step * d[k][j];
     }
-  float *lens = floats(), *o[3] = {floats(), floats(), floats()}, *importance = floats(), *pdf = floats();
-  float *raster[2][2] = {{floats(), floats()}, {floats(), floats()}}, *zero = floats();
-  std::fill_n(lens, c_->padded, 0.5f);
-  std::fill_n(zero, c_->padded, 0.f);
-  for (int k = 0; k < 2; ++k) {
-    float* const* p = k ? d : from;
-    const CameraConnectArgs args{c_->count, {p[0], p[1], p[2]}, {lens, lens}, c_->time, {o[0], o[1], o[2]}, {raster[k][0], raster[k][1]}, importance, pdf};
+    const Seen s{{floats(), floats()}, floats()};
+    const CameraConnectArgs args{c_->count, {p[0], p[1], p[2]}, {lens, lens}, c_->time, {o[0], o[1], o[2]}, {s.raster[0], s.raster[1]}, s.importance, pdf};
     camera_.functions->connect(camera_.projection.data(), &args);
-  }
-  for (int k = 0; k < 2; ++k)
-    for (uint32_t i = 0; i < c_->count; ++i) {
-      const float x = raster[1][k][i] - raster[0][k][i];
-      // what comes from behind the camera has no place in the picture
-      raster[1][k][i] = std::fabs(x) < 1e6f ? x : 0.f;
+    return s;
+  };
+  float* out[2] = {floats(), floats()};
+  std::fill_n(out[0], n, 0.f);
+  std::fill_n(out[1], n, 0.f);
+  uint32_t* done = c_->alloc<uint32_t>(n);
+  std::fill_n(done, n, 0u);
+  for (const float scale : {1.f, kInside}) {
+    const Seen here = look(0, scale);
+    for (const float step : {kStep, -kStep}) {
+      const Seen there = look(step, scale);
+      for (uint32_t i = 0; i < c_->count; ++i) {
+        if (done[i] || !(here.importance[i] > 0) || !(there.importance[i] > 0)) continue;
+        for (int k = 0; k < 2; ++k) out[k][i] = sign * (there.raster[k][i] - here.raster[k][i]) / step;
+        done[i] = 1;
+      }
     }
-  return {{raster[1][0], raster[1][1], zero}, 1};
+  }
+  return {{out[0], out[1], zero}, 1};
 }
 
 }  // namespace kinora::render

@@ -63,7 +63,7 @@ TEST(Sources, OfABall) {
   EXPECT_EQ(at(r, "id", 0, 0), 0);
   EXPECT_EQ(at(r, "a", x, y), 1);
   EXPECT_EQ(at(r, "Oi", x, y, 1), 1);
-  EXPECT_EQ(at(r, "a", 0, 0), 1) << "the sky covers what it is seen in";
+  EXPECT_EQ(at(r, "a", 0, 0), 0);
 }
 
 TEST(Sources, OfASquare) {
@@ -129,9 +129,9 @@ TEST(Sources, MotionInTheWorldAndInThePicture) {
 TEST(Sources, PrimvarsAndWhatIsMissing) {
   const std::string world = "Translate 0 0 3\nPolygon \"vertex point P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \"vertex color warmth\" [1 0 0  1 0 0  0 0 1  0 0 1]"
                             " \"uniform float weight\" [0.25]\n";
-  SceneRender r(request("Ci,warmth,heavy,nothing,zz",
+  SceneRender r(request("Ci,warmth,heavy,nothing",
                         world, "DisplayChannel \"color warmth\"\nDisplayChannel \"float heavy\" \"string source\" [\"float weight\"]\n"
-                               "DisplayChannel \"color nothing\"\nDisplayChannel \"float zz\" \"string source\" [\"PRADIUS\"]\n"));
+                               "DisplayChannel \"color nothing\"\n"));
   ASSERT_TRUE(r.ok());
   const float v = (-screen(10) + 1) / 2;
   EXPECT_NEAR(at(r, "warmth", 7, 10, 0), 1 - v, 2e-3f);
@@ -141,7 +141,13 @@ TEST(Sources, PrimvarsAndWhatIsMissing) {
   std::string all;
   for (const std::string& m : r.messages()) all += m + "\n";
   EXPECT_NE(all.find("DISPLAY-SOURCE: no output and no primvar named \"nothing\""), std::string::npos) << all;
+  SceneRender misspelt(request("Ci,zz,Nn", world, "DisplayChannel \"float zz\" \"string source\" [\"PRADIUS\"]\nDisplayChannel \"int Nn\"\n"));
+  ASSERT_TRUE(misspelt.ok());
+  all.clear();
+  for (const std::string& m : misspelt.messages()) all += m + "\n";
   EXPECT_NE(all.find("did you mean \"PRadius\""), std::string::npos) << all;
+  EXPECT_NE(all.find("DISPLAY-CHANNEL-TYPE: channel \"Nn\" is declared as int"), std::string::npos) << all;
+  EXPECT_NEAR(at(misspelt, "Nn", 7, 10, 2), -1, 1e-4f) << "as what the source is";
 }
 
 }  // namespace
