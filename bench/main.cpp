@@ -37,7 +37,7 @@ constexpr Group kCore[] = {
      "against two"},
     {"light_paths", &measureLightPaths, "lpe_cost_12: what 12 light path channels add to a frame's CPU time"},
     {"textures", &measureTextures,
-     "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; mlookups_*"},
+     "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; million_lookups*"},
     {"memory", &measureMemory,
      "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},

@@ -34,8 +34,7 @@ class CameraHits {
 
   // Adds a colour at each point of a context to the picture, as light that the surface gives off.
   void show(const Context& c, float* const rgb[3]) const {
-    uint32_t* state = static_cast<uint32_t*>(services_->alloc(group_, c.padded * sizeof(uint32_t)));
-    uint32_t* light = words(c.padded);
+    uint32_t *state = words(c.padded), *light = words(c.padded);
     for (uint32_t i = 0; i < c.padded; ++i) {
       state[i] = services_->paths.start;
       light[i] = kNoLight;

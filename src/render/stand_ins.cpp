@@ -119,6 +119,80 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
   return true;
 }
 
+// Lights of the shading-language age by the kind that their name tells. Such lights met surfaces without the 1 / pi of a
+// Lambert surface: a point light of intensity I gives irradiance pi I / d^2 here. Points become small spheres; nobody sees
+// any of them directly.
+bool fromShader(const scene::Light& l, scene::Light& out) {
+  if (l.node->kind != "LightSource") return false;
+  const std::string name = lowerCase(l.node->plugin);
+  const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
+  const scene::ParameterList& given = l.node->params;
+  const auto point = [&](const char* parameter, Imath::V3d fallback) {
+    const std::vector<float> v = given.getFloats(parameter);
+    return v.size() >= 3 ? Imath::V3d(v[0], v[1], v[2]) : fallback;
+  };
+  const double intensity = given.getFloat("intensity", 1);
+  const Imath::V3d from = point("from", {0, 0, 0}), to = point("to", {0, 0, 1});
+  Imath::V3d axis = (to - from).length() > 0 ? (to - from).normalized() : Imath::V3d(0, 0, 1);
+  const auto n = std::make_shared<scene::Node>();
+  n->kind = "Light";
+  n->handle = l.node->handle;
+  n->pos = l.node->pos;
+  const auto number = [&](const char* parameter, double value) {
+    scene::Parameter p;
+    p.name = parameter;
+    p.floats = {float(value)};
+    n->params.set(p);
+  };
+  const auto flag = [&](const char* parameter) {
+    scene::Parameter p;
+    p.name = parameter;
+    p.type = scene::ValueType::Int;
+    p.ints = {1};
+    n->params.set(p);
+  };
+  rename(*n, *l.node, "lightcolor", "lightColor");
+  out = l;
+  // local +Z along the light's axis
+  const Imath::V3d side = (std::fabs(axis.x) < 0.9 ? Imath::V3d(1, 0, 0) : Imath::V3d(0, 1, 0)).cross(axis).normalized();
+  const Imath::V3d up = axis.cross(side);
+  scene::Matrix m(side.x, side.y, side.z, 0, up.x, up.y, up.z, 0, axis.x, axis.y, axis.z, 0, from.x, from.y, from.z, 1);
+  constexpr double kRadius = 0.02;
+  if (has("ambient")) {
+    n->plugin = "PxrDomeLight";
+    number("intensity", intensity);
+    m = scene::Matrix();
+  } else if (has("distant") || has("solar")) {
+    n->plugin = "PxrDistantLight";
+    flag("areaNormalize");
+    number("intensity", 3.14159265358979 * intensity);
+  } else if (has("point") || has("spot")) {
+    n->plugin = "PxrSphereLight";
+    number("intensity", intensity / (kRadius * kRadius));
+    if (has("spot")) {
+      // the classic defaults: 30 degrees, the outer 5 of them soft, the cosine's square
+      const double cone = given.getFloat("coneangle", 0.5235988f), delta = given.getFloat("conedeltaangle", 0.0872665f);
+      number("coneAngle", cone * 57.29577951);
+      number("coneSoftness", cone > 0 ? delta / cone : 0);
+      number("emissionFocus", given.getFloat("beamdistribution", 2));
+    }
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) m[i][k] *= 2 * kRadius;
+  } else {
+    return false;
+  }
+  out.node = n;
+  out.toWorld = concat(scene::Transform::fixed(m), l.toWorld);
+  auto unseen = l.attributes ? std::make_shared<scene::Attributes>(*l.attributes) : std::make_shared<scene::Attributes>();
+  scene::Parameter p;
+  p.name = "visibility:camera";
+  p.type = scene::ValueType::Int;
+  p.ints = {0};
+  unseen->named.set(p);
+  out.attributes = unseen;
+  return true;
+}
+
 }  // namespace
 
 std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
@@ -139,7 +213,7 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
   for (const scene::Instance& i : scene.instances) instantiate(instantiate, i, i.toWorld, 0);
   for (const scene::Light& l : scene.classicLights) {
     scene::Light out;
-    if (!l.node || !fromClassic(l, out)) continue;
+    if (!l.node || (!fromClassic(l, out) && !fromShader(l, out))) continue;
     if (l.geometry) shapes.insert(l.geometry->id);
     diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is of an old kind",
                         out.node->plugin + " stands in");

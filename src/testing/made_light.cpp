@@ -24,17 +24,17 @@ const HostImage* testImage() {
 }  // namespace
 
 TestMesh::TestMesh(const Placement& placement) {
-  // an octahedron, and beside it a triangle that looks away from it and hides part of it from some sides
-  static constexpr double kPoints[9][3] = {{0.5, 0, 0}, {-0.5, 0, 0}, {0, 0.5, 0}, {0, -0.5, 0}, {0, 0, 0.5}, {0, 0, -0.5},
-                                           {0.9, -0.4, -0.3}, {0.9, 0.4, -0.2}, {0.8, 0.1, 0.5}};
-  static constexpr uint32_t kTriangles[27] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5, 6, 7, 8};
+  // a square, and before it a triangle that hides part of it; both look along +Z, so that none is seen edge-on alone
+  static constexpr double kPoints[7][3] = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0},
+                                           {-0.2, -0.3, 0.25}, {0.4, 0.1, 0.25}, {-0.1, 0.4, 0.25}};
+  static constexpr uint32_t kTriangles[9] = {0, 1, 2, 0, 2, 3, 4, 5, 6};
   for (const auto& p : kPoints)
     for (int c = 0; c < 3; ++c) {
       double sum = placement.localToRender[12 + c];
       for (int k = 0; k < 3; ++k) sum += p[k] * placement.localToRender[4 * k + c];
       points_.push_back(float(sum));
     }
-  mesh = LightMesh{9, 9, points_.data(), kTriangles};
+  mesh = LightMesh{7, 3, points_.data(), kTriangles};
 }
 
 MadeLight::MadeLight(const Descriptor& d, const Setting& s, const Placement& placement)

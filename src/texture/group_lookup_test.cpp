@@ -31,7 +31,7 @@ class GroupLookup : public testing::Test {
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   void write(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type, const char* wrap,
              bool prepared, float value = -1) const {
-    OIIO::ImageSpec spec(width, height, channels, type);
+    OIIO::ImageSpec spec(width, height, channels, OIIO::TypeFloat);
     if (wrap) spec.attribute("wrapmodes", wrap);
     OIIO::ImageBuf image(spec);
     for (OIIO::ImageBuf::Iterator<float> it(image); !it.done(); ++it)
@@ -43,6 +43,7 @@ class GroupLookup : public testing::Test {
       config.set_format(type);
       ASSERT_TRUE(OIIO::ImageBufAlgo::make_texture(OIIO::ImageBufAlgo::MakeTxTexture, image, path(name), config));
     } else {
+      image.set_write_format(type);
       ASSERT_TRUE(image.write(path(name))) << image.geterror();
     }
   }
