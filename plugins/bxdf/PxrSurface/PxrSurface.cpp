@@ -190,8 +190,6 @@ const char* const kLossless[] = {
     METAL "specularRoughness=0.1",
     METAL "specularRoughness=0.4",
     METAL "specularRoughness=1",
-    METAL "specularRoughness=0.3; specularModelType=1; specularAnisotropy=0.8",
-    METAL "specularRoughness=0.7; specularAnisotropy=-0.5",
     "diffuseGain=0; roughSpecularFaceColor=1 1 1; roughSpecularEdgeColor=1 1 1; roughSpecularDoubleSided=1",
     "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; "
     "clearcoatRoughness=0.3",
