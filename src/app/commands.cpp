@@ -22,6 +22,7 @@ const std::vector<Command>& commands() {
       {"info", "what a scene or an image holds", &runInfo},
       {"diff", "compare two images", &runDiff},
       {"merge", "add the parts of one frame that --samples wrote", &runMerge},
+      {"rib", "convert RIB between ASCII, binary and gzip, expand archives", &runRib},
       {"explain", "what the code of a message means", &runExplain},
   };
   return list;

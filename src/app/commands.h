@@ -13,6 +13,7 @@ int runPlugins(const Arguments& arguments);
 int runInfo(const Arguments& arguments);
 int runDiff(const Arguments& arguments);
 int runMerge(const Arguments& arguments);
+int runRib(const Arguments& arguments);
 int runExplain(const Arguments& arguments);
 
 struct Command {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/memory.h"
 #include "film/light_paths.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
@@ -68,6 +69,7 @@ class WorldBuilder {
 
  private:
   struct Shape;
+  std::vector<std::string> texturePath(const scene::Scene& scene) const;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   void buildLights(const scene::Scene& scene);
   Placement placementOf(const scene::Transform& toWorld) const;
@@ -99,6 +101,7 @@ class WorldBuilder {
   std::vector<shade::PlacementInfo> placementInfos_;
   std::vector<const scene::Attributes*> attributesOfPlacement_;
   trace::BuildCounters counters_;
+  MemoryHold meshesHeld_{MemoryUse::Meshes};
 };
 
 }  // namespace render
