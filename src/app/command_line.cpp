@@ -4,10 +4,9 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <numeric>
+#include <cmath>
 
 #include "app/exit_codes.h"
 #include "render/version.h"
@@ -57,35 +56,45 @@ bool splitInts(const std::string& text, char separator, std::vector<int>& out) {
 
 namespace {
 
-// Edits without case from one word to the other.
-size_t distance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t(0));
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const bool same =
-          std::tolower(static_cast<unsigned char>(a[i - 1])) == std::tolower(static_cast<unsigned char>(b[j - 1]));
-      const size_t edited = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (same ? 0 : 1)});
-      diagonal = row[j];
-      row[j] = edited;
-    }
-  }
-  return row.back();
+// The number at the start of the text; false when there is none, or it is negative or not finite.
+bool splitUnit(const std::string& text, double& value, std::string& unit) {
+  const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || next == text.data() || !std::isfinite(value) || value < 0) return false;
+  unit.assign(next, text.data() + text.size());
+  for (char& c : unit) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return true;
 }
 
 }  // namespace
 
-std::string didYouMean(const std::string& name, const std::vector<std::string>& names) {
-  const std::string* best = nullptr;
-  size_t least = std::max<size_t>(1, name.size() / 3) + 1;
-  for (const std::string& n : names)
-    if (const size_t d = distance(name, n); d < least) {
-      least = d;
-      best = &n;
-    }
-  return best ? "did you mean " + *best + "?" : std::string();
+uint64_t parseSize(const std::string& text) {
+  double value = 0;
+  std::string unit;
+  if (!splitUnit(text, value, unit)) return 0;
+  if (unit.ends_with("ib"))
+    unit.resize(unit.size() - 2);
+  else if (unit.ends_with("b"))
+    unit.resize(unit.size() - 1);
+  static const std::string kUnits = "kmgt";
+  if (unit.size() > 1 || (unit.size() == 1 && kUnits.find(unit) == std::string::npos)) return 0;
+  const double bytes = unit.empty() ? value : std::ldexp(value, 10 * (int(kUnits.find(unit)) + 1));
+  return bytes >= 1 && bytes < 9e18 ? uint64_t(bytes) : 0;
+}
+
+std::optional<double> parseTime(const std::string& text) {
+  double value = 0;
+  std::string unit;
+  if (!splitUnit(text, value, unit)) return std::nullopt;
+  const double scale = unit.empty() || unit == "s" ? 1 : unit == "m" || unit == "min" ? 60 : unit == "h" ? 3600 : unit == "d" ? 86400 : 0;
+  if (scale == 0 || value * scale > 1e9) return std::nullopt;
+  return value * scale;
+}
+
+bool parseDirmap(const std::string& text, std::vector<std::pair<std::string, std::string>>& out) {
+  const size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string::npos) return false;
+  out.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  return true;
 }
 
 }  // namespace kinora::app

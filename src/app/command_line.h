@@ -1,12 +1,15 @@
 // What the commands' option parsers share. Called by each command; it prints help and version itself and turns a
 // mistake into one message with exit code 2. It knows no option of any command.
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/near_name.h"
 
 namespace CLI {
 class App;
@@ -26,7 +29,11 @@ int badCommandLine(Diagnostics& diagnostics, const std::string& what, const std:
 // Numbers separated by one character, nothing before or after: "640x360", "0:16", "10,20,3". False when not so.
 bool splitInts(const std::string& text, char separator, std::vector<int>& out);
 
-// The nearest of `names` to a misspelt one, as "did you mean NAME?"; "" when none is near.
-std::string didYouMean(const std::string& name, const std::vector<std::string>& names);
+// "4G", "512M", "1.5G", "100k" (powers of 1024, with or without a B or iB) or bytes; 0 when it is none of these.
+uint64_t parseSize(const std::string& text);
+// "90s", "5m", "2h", "1.5h" or seconds; nothing when it is none of these.
+std::optional<double> parseTime(const std::string& text);
+// FROM=TO; false when it is not.
+bool parseDirmap(const std::string& text, std::vector<std::pair<std::string, std::string>>& out);
 
 }  // namespace kinora::app

@@ -23,6 +23,7 @@ const std::vector<Command>& commands() {
       {"diff", "compare two images", &runDiff},
       {"maketex", "make a tiled, mip-mapped texture of an image", &runMaketex},
       {"merge", "add the parts of one frame that --samples wrote", &runMerge},
+      {"rib", "convert RIB between ASCII, binary and gzip, expand archives", &runRib},
       {"explain", "what the code of a message means", &runExplain},
   };
   return list;

@@ -14,6 +14,7 @@ int runInfo(const Arguments& arguments);
 int runDiff(const Arguments& arguments);
 int runMaketex(const Arguments& arguments);
 int runMerge(const Arguments& arguments);
+int runRib(const Arguments& arguments);
 int runExplain(const Arguments& arguments);
 
 struct Command {

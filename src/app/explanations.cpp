@@ -29,12 +29,23 @@ constexpr Explanation kOwn[] = {
      "With --strict a missing texture, archive or plug-in is an error: the exit code is 4 and the frame is not "
      "rendered. "
      "The messages before this one name each asset. Without --strict a visible fallback stands in for it."},
+    {"APP-STOPPED",
+     "SIGINT, SIGTERM or --max-time ended the program before there was a picture: while the scene was read or built. "
+     "Exit code 7; files of the names asked for are what they were before."},
+    {"APP-FRAMES",
+     "--frames names frames that the scene does not have. Those it has are rendered; the exit code is 3, so that a farm "
+     "notices. The number is the one after FrameBegin; worlds outside FrameBegin ... FrameEnd count from 0."},
+    {"MEMORY-LIMIT",
+     "What the frame needs does not fit into --memory-limit. Sizes are counted before they are taken: the scene "
+     "description while it is read, meshes, the hierarchies that rays are traced in, the picture's sums and the textures "
+     "held; the message names the largest. Exit code 5. Fewer pixels or channels make the film smaller, a larger "
+     "dice:micropolygonlength the meshes; the texture cache shrinks by itself to what is left."},
     {"APP-CPU", "Kinora's kernels need AVX2, FMA, BMI2 and F16C (x86-64 processors since about 2013). Exit code 9."},
     {"CLI-SET",
      "--set takes KIND.NAME=VALUE. KIND is integrator, hider, projection, option, light or display; NAME is a "
      "parameter "
-     "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. Exit code "
-     "2."},
+     "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. A NAME that nothing of the kind has is a mistake. "
+     "Exit code 2."},
 };
 
 // Messages of rooms that have no table of their own.
@@ -73,6 +84,11 @@ constexpr Explanation kRooms[] = {
      "A texture file was found but not all of it can be used: it cannot be read, lacks the channels asked for, or "
      "had to "
      "be converted on the fly. The message says what stands in for it."},
+    {"ASSET-COLOR-CONFIG",
+     "The environment names an OpenColorIO configuration ($OCIO) that is missing, broken, or has no role scene_linear. "
+     "Colours are what they are without one: the working space is linear light with the primaries of sRGB and Rec.709, "
+     "textures of 8 bits are sRGB where they are linearized, PNG, JPEG and TIFF are sRGB-encoded. With --strict the exit "
+     "code is 4."},
     {"PARAM-UNKNOWN",
      "A node is given a parameter that its plug-in does not have; it is ignored. `kinora plugins NAME` lists those "
      "it "
@@ -147,6 +163,12 @@ constexpr Explanation kRooms[] = {
      "A Display or DisplayChannel asks for something that is not known or not rendered. The message names the "
      "display and "
      "says what is written instead; the other channels and displays are not affected."},
+    {"RENDER-NO-SAMPLES",
+     "A part of a frame (`kinora render --samples`) was interrupted before every pixel had its first sample. There is "
+     "nothing that could be merged, so no file is written."},
+    {"DISPLAY-SNAPSHOT",
+     "The picture so far could not be written in the middle of a render, mostly because the disk is full. The file is "
+     "what it was before, the render goes on, and the next snapshot and the end try again."},
     {"FILM-MEMORY",
      "The picture with all its channels does not fit the memory. Exit code 5. Fewer channels need less."},
     {"FILM-FILTER", "The pixel filter is unknown or its width is not usable. gaussian 2 2 is used."},

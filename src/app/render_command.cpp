@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 
 #include "app/command_line.h"
 #include "app/commands.h"
@@ -11,6 +12,7 @@
 #include "app/render_options.h"
 #include "app/signals.h"
 #include "app/stats_report.h"
+#include "base/memory.h"
 #include "film/display_plan.h"
 #include "image/atomic_file.h"
 #include "plugin/registry.h"
@@ -56,14 +58,18 @@ const char* nameOf(int exitCode) {
   }
 }
 
-// One run of the command. A world waits until the next one or the end of the stream is met: only then is it known
-// whether there are several frames, which -o must tell apart.
+// One run of the command. A world is rendered as soon as it is read. Where all frames would go to one name it waits
+// until the next one or the end of the stream is met: only then is it known whether there are several.
 class RenderRun {
  public:
   RenderRun(RenderOptions options, Diagnostics& diagnostics)
       : options_(std::move(options)), diagnostics_(diagnostics) {
     registry_.setPath(pluginDirectories(options_.pluginPath));
     options_.settings.stop = stopOnSignals();
+    options_.settings.snapshotNow = snapshotOnSignal();
+    if (options_.maxSeconds >= 0) stopAfter(options_.maxSeconds);
+    Memory::setLimit(options_.memoryLimit);
+    options_.settings.errorMap = extensionIs(options_.statsFile, ".html");
     // textures may be named as seen from the scene's own folder
     for (const std::string& file : options_.files)
       if (const std::string folder = std::filesystem::path(file).parent_path().string(); !folder.empty())
@@ -71,13 +77,36 @@ class RenderRun {
   }
 
   int run() {
+    try {
+      return runAll();
+    } catch (const MemoryExceeded& e) {
+      diagnostics_.error("MEMORY-LIMIT", {}, e.what(), "stopped", "raise --memory-limit, or simplify what is largest");
+      return kOutOfMemory;
+    }
+  }
+
+ private:
+  static bool extensionIs(const std::string& file, const char* extension) {
+    return std::filesystem::path(file).extension() == extension;
+  }
+
+  int runAll() {
     if (!outputsCanBeWritten()) return kCannotWrite;
     rib::ReadOptions reading;
     reading.archivePath = options_.archivePath;
+    reading.dirmap = options_.dirmap;
+    reading.stop = options_.settings.stop;
     rib::RibReader reader(diagnostics_, std::move(reading), [this](scene::Scene&& scene) { take(std::move(scene)); });
     for (const std::string& file : options_.files) {
       if (isOver()) break;
       if (!reader.readFile(file)) return std::max<int>(code_, kBadScene);
+    }
+    if (isStopped() && isOver()) return code_;
+    if (isStopped()) {
+      // what was read so far is no whole scene
+      diagnostics_.warning("APP-STOPPED", {}, "stopped while the scene was being read",
+                           frames_ > 0 ? "the frames before are written" : "nothing is rendered");
+      return kInterrupted;
     }
     const size_t closedWorlds = reader.worlds();
     reader.finish();
@@ -85,16 +114,35 @@ class RenderRun {
     // a file cut short gives the picture of what was there, but never the code of a complete one
     const bool isCutShort = diagnostics_.count("RIB-TRUNCATED") > 0 || reader.worlds() > closedWorlds;
     if (code_ == kComplete && (isCutShort || reader.worlds() == 0)) code_ = kBadScene;
+    if (code_ == kComplete || code_ == kBadScene) reportMissingFrames(reader.worlds());
     return code_;
   }
 
- private:
   bool isStopped() const { return options_.settings.stop->load(); }
   // A scene that cannot be rendered does not end the stream: the next frame may be well.
   bool isOver() const { return code_ != kComplete && code_ != kBadScene && code_ != kMissingAsset; }
 
+  // Worlds outside FrameBegin are numbered in order.
+  bool isWanted(scene::Scene& scene) {
+    if (scene.frame == 0 && !scene.hasFrame) scene.frame = worlds_;
+    ++worlds_;
+    met_.insert(scene.frame);
+    return options_.frames.holds(scene.frame);
+  }
+
+  void reportMissingFrames(size_t worlds) {
+    const std::string missing = worlds > 0 ? options_.frames.missing(met_) : "";
+    if (missing.empty()) return;
+    diagnostics_.error("APP-FRAMES", {}, "--frames asks for frames that the scene does not have: " + missing,
+                       frames_ > 0 ? "the others are written" : "nothing is rendered",
+                       "the number is the one after FrameBegin; worlds outside frames count from 0");
+    code_ = kBadScene;
+  }
+
   void take(scene::Scene&& scene) {
-    if (isOver()) return;
+    if (isOver() || isStopped() || !isWanted(scene)) return;
+    const auto isOneName = [](const std::string& name) { return !name.empty() && name.find('#') == std::string::npos; };
+    const bool mustWait = !options_.frames.isSingle() && (isOneName(options_.settings.output) || isOneName(options_.statsFile));
     if (waiting_) {
       for (const std::string& name : {options_.settings.output, options_.statsFile})
         if (!name.empty() && name.find('#') == std::string::npos) {
@@ -106,7 +154,9 @@ class RenderRun {
       renderWaiting();
       if (isOver()) return;
     }
+    waitingHeld_.set(scene.bytes());
     waiting_ = std::move(scene);
+    if (!mustWait) renderWaiting();
   }
 
   // Before an hour of rendering: can the files named on the command line be made at all?
@@ -131,9 +181,8 @@ class RenderRun {
   void renderWaiting() {
     scene::Scene scene = std::move(*waiting_);
     waiting_.reset();
+    waitingHeld_.set(0);
     ++frames_;
-    // worlds outside FrameBegin are numbered in order
-    if (scene.frame == 0) scene.frame = frames_ - 1;
     const int frame = scene.frame;
     const int code = renderFrame(std::move(scene), frame);
     if (code != kComplete) code_ = code;
@@ -154,14 +203,16 @@ class RenderRun {
       return kMissingAsset;
     }
     if (!isLoaded) {
-      const bool isMemory = diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") > 0;
+      if (isStopped()) return stoppedEarly();
+      const bool isMemory =
+          diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") + diagnostics_.count("MEMORY-LIMIT") > 0;
       return isMemory ? kOutOfMemory : kBadScene;
     }
     if (options_.verbose > 0 || options_.check) fmt::print("{}\n", renderer.summary());
     if (options_.check) return kComplete;
     if (options_.onlySample) return replay(renderer);
 
-    const std::string label = frames_ > 1 || options_.files.size() > 1 ? fmt::format("frame {}", frame) : "";
+    const std::string label = frames_ > 1 || options_.files.size() > 1 || !options_.frames.isAll() ? fmt::format("frame {}", frame) : "";
     const Outcome outcome = renderWithProgress(renderer, label);
     int code = exitCodeOf(outcome);
     if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {
@@ -169,15 +220,20 @@ class RenderRun {
       if (!written[0].ends_with(".exr"))
         written[0] = std::filesystem::path(written[0]).replace_extension(".exr").string();
       if (written[0] == ".exr") written[0] = "kinora.exr";
-      // an incomplete part would be merged as if it were whole
-      if (code == kInterrupted)
+      // an interrupted part says which samples it has; one without any is not written
+      if (!renderer.writeShard(written[0])) {
+        if (renderer.samplesDone() > 0) code = kCannotWrite;
         written.clear();
-      else if (!renderer.writeShard(written[0]))
-        code = kCannotWrite;
+      }
     }
     if (settings.strict && code == kComplete && diagnostics_.assetProblems() > 0) code = kMissingAsset;
     report(renderer, frame, code, written);
     return code;
+  }
+
+  int stoppedEarly() {
+    diagnostics_.warning("APP-STOPPED", {}, "stopped while the scene was being built", "no picture is written");
+    return kInterrupted;
   }
 
   // The files that a render of the scene writes. Messages about displays are the renderer's to give.
@@ -210,7 +266,8 @@ class RenderRun {
   void report(const render::Renderer& renderer, int frame, int& code, const std::vector<std::string>& written) {
     std::string files;
     for (const std::string& file : options_.files) files += (files.empty() ? "" : " ") + file;
-    const StatsHeading heading{files, frame, nameOf(code), residentPeakBytes()};
+    const StatsHeading heading{files, frame, nameOf(code), residentPeakBytes(),
+                               options_.settings.firstSample >= 0 || written.empty() ? "" : written[0]};
     if (!options_.statsFile.empty() &&
         !writeStats(film::fillFrame(options_.statsFile, frame), renderer.statistics(), heading, diagnostics_) &&
         code == kComplete)
@@ -218,17 +275,25 @@ class RenderRun {
     if (options_.verbose > 0) fmt::print("{}", statsAsText(renderer.statistics(), heading));
     if (options_.quiet > 0 || (code != kComplete && code != kInterrupted)) return;
     std::error_code ignored;
+    std::string note;
+    if (code == kInterrupted) {
+      const int first = std::max(0, options_.settings.firstSample);
+      note = options_.settings.firstSample >= 0
+                 ? fmt::format(" (interrupted: samples {}:{})", first, first + renderer.samplesDone())
+                 : " (interrupted: fewer samples than asked for)";
+    }
     for (const std::string& file : written)
       if (std::filesystem::is_regular_file(file, ignored))
-        fmt::print(stderr, "kinora: wrote {}{}\n", std::filesystem::absolute(file, ignored).string(),
-                   code == kInterrupted ? " (interrupted: fewer samples than asked for)" : "");
+        fmt::print(stderr, "kinora: wrote {}{}\n", std::filesystem::absolute(file, ignored).string(), note);
   }
 
   RenderOptions options_;
   Diagnostics& diagnostics_;
   Registry registry_;
   std::optional<scene::Scene> waiting_;
-  int frames_ = 0;
+  MemoryHold waitingHeld_{MemoryUse::Description};
+  int frames_ = 0, worlds_ = 0;  // rendered, met
+  std::set<int> met_;
   int code_ = kComplete;
 };
 
@@ -239,6 +304,7 @@ int runRender(const Arguments& arguments) {
   RenderOptions options;
   if (const auto done = parseRenderOptions(arguments, options, diagnostics)) return *done;
   diagnostics.setQuiet(options.quiet);
+  if (options.verbose > 0) diagnostics.setShown(20);
   const int code = RenderRun(std::move(options), diagnostics).run();
   diagnostics.summary();
   return code;

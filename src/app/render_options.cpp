@@ -8,6 +8,7 @@
 #include <cctype>
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include "app/command_line.h"
 #include "app/plugin_path.h"
@@ -30,8 +31,8 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
-  std::string resolution, samples, onlySample, progress = "auto";
-  std::vector<std::string> sets, searchPaths;
+  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, maxTime, snapshot;
+  std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };
 
@@ -71,13 +72,34 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
   for (const std::string& path : texts.searchPaths) {
     const size_t equals = path.find('=');
     const std::string kind = path.substr(0, equals);
-    if (equals == std::string::npos || !isOneOf(kind, {"texture", "archive", "plugin"}))
-      return "--search-path '" + path + "' is not KIND=DIRS with texture, archive or plugin as KIND";
+    if (equals == std::string::npos ||
+        !isOneOf(kind, {"texture", "archive", "plugin", "rixplugin", "display", "procedural", "shader", "resource"}))
+      return "--search-path '" + path +
+             "' is not KIND=DIRS with texture, archive, plugin, shader, display, procedural or resource as KIND";
     for (std::string& directory : splitPath(path.substr(equals + 1)))
-      (kind == "texture"   ? s.texturePath
-       : kind == "archive" ? out.archivePath
-                           : out.pluginPath)
+      (kind == "texture" || kind == "resource" ? s.texturePath
+       : kind == "archive"                     ? out.archivePath
+                                               : out.pluginPath)
           .push_back(std::move(directory));
+  }
+  for (const std::string& map : texts.dirmaps)
+    if (!parseDirmap(map, out.dirmap)) return "--dirmap '" + map + "' is not FROM=TO";
+  if (!texts.frames.empty()) {
+    const auto frames = FrameList::parse(texts.frames);
+    if (!frames) return "--frames '" + texts.frames + "' is neither A-B nor A,B,C with A <= B";
+    out.frames = *frames;
+  }
+  for (const auto& [option, text, to] :
+       {std::tuple{"--memory-limit", &texts.memoryLimit, &out.memoryLimit},
+        std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes}})
+    if (!text->empty() && (*to = parseSize(*text)) == 0)
+      return std::string(option) + " '" + *text + "' is no size: 4G, 512M";
+  for (const auto& [option, text, to] : {std::tuple{"--max-time", &texts.maxTime, &out.maxSeconds},
+                                         std::tuple{"--snapshot", &texts.snapshot, &s.snapshotSeconds}}) {
+    if (text->empty()) continue;
+    const auto seconds = parseTime(*text);
+    if (!seconds) return std::string(option) + " '" + *text + "' is no time: 90s, 5m, 2h";
+    *to = *seconds;
   }
   static const std::map<std::string, ProgressMode> kModes{{"auto", ProgressMode::Auto},
                                                           {"bar", ProgressMode::Bar},
@@ -87,8 +109,8 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
   const auto mode = kModes.find(texts.progress);
   if (mode == kModes.end()) return "--progress '" + texts.progress + "' is not auto, bar, lines, json or none";
   out.progress = mode->second;
-  if (!out.statsFile.empty() && !isOneOf(extensionOf(out.statsFile), {".json", ".txt"}))
-    return "--stats '" + out.statsFile + "' ends neither in .json nor in .txt";
+  if (!out.statsFile.empty() && !isOneOf(extensionOf(out.statsFile), {".json", ".txt", ".html"}))
+    return "--stats '" + out.statsFile + "' ends in none of .json .html .txt";
   if (!s.output.empty()) {
     const std::string extension = extensionOf(s.output);
     if (s.firstSample >= 0 && extension != ".exr")
@@ -139,11 +161,20 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("X,Y,S");
   app.add_option("--progress", texts.progress, "auto, bar, lines, json (on standard output) or none")
       ->type_name("MODE");
-  app.add_option("--stats", out.statsFile, "write where time and memory went; .json or .txt")->type_name("FILE");
+  app.add_option("--stats", out.statsFile, "write where time and memory went; .json, .html or .txt")->type_name("FILE");
   list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
            ->type_name("DIR"));
-  list(app.add_option("--search-path", texts.searchPaths, "look for texture, archive or plugin files here too")
+  list(app.add_option("--search-path", texts.searchPaths, "look for files of KIND here too: texture, archive, plugin, shader ...")
            ->type_name("KIND=DIRS"));
+  list(app.add_option("--dirmap", texts.dirmaps, "replace the start of paths that the scene names; may be repeated")
+           ->type_name("FROM=TO"));
+  app.add_option("--frames", texts.frames, "render only these frames; #### in names is the frame's number")
+      ->type_name("A-B|A,B,C");
+  app.add_option("--memory-limit", texts.memoryLimit, "refuse to hold more than this: 4G, 512M (exit code 5)")
+      ->type_name("SIZE");
+  app.add_option("--texture-cache", texts.textureCache, "memory for texture tiles; less costs time only")->type_name("SIZE");
+  app.add_option("--max-time", texts.maxTime, "stop as SIGTERM would after this time: 90s, 5m, 2h")->type_name("T");
+  app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")->type_name("T");
   app.add_option("--width", s.width, "SIMD width: 1, 4, 8, 16; changes no pixel")
       ->type_name("N")
       ->check(CLI::IsMember({1, 4, 8, 16}));

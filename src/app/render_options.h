@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/frame_list.h"
 #include "app/progress_reporter.h"
 #include "base/diagnostics.h"
 #include "render/renderer.h"
@@ -21,6 +22,10 @@ struct RenderOptions {
   bool check = false;
   int quiet = 0, verbose = 0;  // how often -q and -v were given
   std::vector<std::string> pluginPath, archivePath;
+  std::vector<std::pair<std::string, std::string>> dirmap;  // FROM, TO
+  FrameList frames;                                         // which frames; all when empty
+  uint64_t memoryLimit = 0;                                 // bytes; 0: none
+  double maxSeconds = -1;                                   // -1: no limit
 };
 
 // A value is the exit code with which the program is done.

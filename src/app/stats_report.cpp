@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 
 #include "app/progress_reporter.h"
+#include "app/stats_html.h"
 #include "image/atomic_file.h"
 #include "render/version.h"
 
@@ -109,7 +111,37 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                {"saturated", s.saturatedSamples},
                {"negative", s.negativeSamples}};
   j["textures"] = {{"lookups", s.textureLookups}, {"misses", s.textureMisses}, {"bytes", s.textureBytes}};
+  Json slow = Json::array();
+  for (const render::BucketTime& b : slowestBuckets(s, 5))
+    slow.push_back({{"x", b.x}, {"y", b.y}, {"size", b.size}, {"seconds", double(b.nanoseconds) * 1e-9}});
+  j["slowest_buckets"] = slow;
+  if (!s.relativeError.values.empty()) {
+    Json worst = Json::array();
+    for (const WorstPixel& p : worstPixels(s, 10)) worst.push_back({{"x", p.x}, {"y", p.y}, {"relative_error", p.error}});
+    j["worst_pixels"] = worst;
+  }
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::vector<render::BucketTime> slowestBuckets(const Statistics& s, size_t most) {
+  std::vector<render::BucketTime> order = s.buckets;
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
+  order.resize(std::min(order.size(), most));
+  return order;
+}
+
+std::vector<WorstPixel> worstPixels(const Statistics& s, size_t most) {
+  const render::PixelMap& m = s.relativeError;
+  std::vector<size_t> order(m.values.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  const size_t shown = std::min(most, order.size());
+  std::partial_sort(order.begin(), order.begin() + std::ptrdiff_t(shown), order.end(), [&](size_t a, size_t b) {
+    return m.values[a] != m.values[b] ? m.values[a] > m.values[b] : a < b;
+  });
+  std::vector<WorstPixel> list;
+  for (size_t k = 0; k < shown; ++k)
+    list.push_back({m.x0 + int(order[k] % size_t(m.width)), m.y0 + int(order[k] / size_t(m.width)), m.values[order[k]]});
+  return list;
 }
 
 std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
@@ -168,7 +200,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
 bool writeStats(const std::string& file, const Statistics& statistics, const StatsHeading& heading,
                 Diagnostics& diagnostics) {
   const std::string text =
-      file.ends_with(".json") ? statsAsJson(statistics, heading) : statsAsText(statistics, heading);
+      file.ends_with(".json")   ? statsAsJson(statistics, heading)
+      : file.ends_with(".html") ? statsAsHtml(statistics, heading)
+                                : statsAsText(statistics, heading);
   image::AtomicFile target(file);
   bool isWritten = false;
   {

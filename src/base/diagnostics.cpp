@@ -1,5 +1,6 @@
 #include "base/diagnostics.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace kinora {
@@ -37,18 +38,22 @@ Diagnostics::Diagnostics(Sink sink) : sink_(std::move(sink)) {
 }
 
 void Diagnostics::report(Message m) {
-  constexpr uint64_t kShown = 1;
   std::lock_guard lock(mutex_);
   const uint64_t n = ++counts_[m.code];
   if (m.severity == Severity::Error) ++errors_;
   if (m.severity == Severity::Warning) ++warnings_;
   if (m.code.starts_with("ASSET-") || m.code.starts_with("PLUGIN-")) ++asset_;
-  const bool silent = int(m.severity) < quiet_;
-  if (n <= kShown || m.severity == Severity::Error) {
-    if (!silent && n <= 20) sink_(m.str(), m.severity);
-    else if (!silent) ++hidden_[m.code];
-  } else if (!silent) {
-    ++hidden_[m.code];
+  if (int(m.severity) >= quiet_) {
+    if (n <= shown_) {
+      sink_(m.str(), m.severity);
+    } else {
+      Hidden& h = hidden_[m.code];
+      constexpr size_t kPlaces = 3;
+      const std::string place = m.pos.str();
+      if (++h.count && !place.empty() && h.places.size() < kPlaces &&
+          std::find(h.places.begin(), h.places.end(), place) == h.places.end())
+        h.places.push_back(place);
+    }
   }
   if (kept_.size() < 1000) kept_.push_back(std::move(m));
 }
@@ -77,8 +82,13 @@ std::vector<Message> Diagnostics::messages() const { std::lock_guard lock(mutex_
 
 void Diagnostics::summary() {
   std::lock_guard lock(mutex_);
-  for (const auto& [code, n] : hidden_)
-    sink_("kinora: " + std::to_string(n) + " more of " + code + " (kinora explain " + code + ")", Severity::Info);
+  for (const auto& [code, h] : hidden_) {
+    std::string places;
+    for (const std::string& p : h.places) places += (places.empty() ? ", at " : ", ") + p;
+    if (h.count > h.places.size() && !places.empty()) places += " ...";
+    sink_("kinora: " + std::to_string(h.count) + " more of " + code + places + " (kinora explain " + code + ")",
+          Severity::Info);
+  }
   hidden_.clear();
 }
 

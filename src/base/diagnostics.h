@@ -32,7 +32,7 @@ struct Message {
   std::string str() const;  // `file.rib:LINE: warning CODE: what; done; advice`
 };
 
-// Collects messages; prints each code's first `shown` occurrences at once and the rest as a count in summary().
+// Collects messages; prints the first of each code at once, the others as a count with their places in summary().
 class Diagnostics {
  public:
   using Sink = std::function<void(const std::string& line, Severity)>;
@@ -47,14 +47,20 @@ class Diagnostics {
   uint64_t warnings() const;
   uint64_t assetProblems() const;  // messages with a code that begins with "ASSET-" or "PLUGIN-"
   std::vector<Message> messages() const;  // the first of each code and text, at most 1,000
-  void summary();                         // prints "N more of CODE" lines
+  void summary();                         // prints "N more of CODE, at FILE:LINE, ..." lines
+  void setShown(uint64_t n) { shown_ = n; }  // of each code, for -v
   void setQuiet(int level) { quiet_ = level; }  // 1: no infos; 2: no warnings
 
  private:
   mutable std::mutex mutex_;
   Sink sink_;
   std::map<std::string, uint64_t, std::less<>> counts_;
-  std::map<std::string, uint64_t, std::less<>> hidden_;
+  struct Hidden {
+    uint64_t count = 0;
+    std::vector<std::string> places;  // the first few
+  };
+  std::map<std::string, Hidden, std::less<>> hidden_;
+  uint64_t shown_ = 1;
   std::vector<Message> kept_;
   uint64_t errors_ = 0, warnings_ = 0, asset_ = 0;
   int quiet_ = 0;

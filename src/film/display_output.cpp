@@ -7,6 +7,7 @@
 #include <set>
 
 #include "image/atomic_file.h"
+#include "image/colors.h"
 #include "image/read_write.h"
 
 namespace kinora::film {
@@ -14,27 +15,9 @@ namespace {
 
 // Parameters that any display may carry; those that Kinora has no use for are accepted in silence.
 bool isCommon(const std::string& name) {
-  static const std::set<std::string> names{"quantize",
-                                           "dither",
-                                           "exposure",
-                                           "filter",
-                                           "filterwidth",
-                                           "merge",
-                                           "camera",
-                                           "origin",
-                                           "mode",
-                                           "remap",
-                                           "resolution",
-                                           "asrgba",
-                                           "asrgbacolorchannel",
-                                           "asrgbaalphachannel",
-                                           "dspyParams",
-                                           "connection",
-                                           "resolutionunit",
-                                           "format",
-                                           "compression",
-                                           "exrcompression"};
-  return names.contains(name) || name.starts_with("exrheader_") || name.starts_with("dspy");
+  static const std::vector<std::string> names = commonDisplayParameters();
+  return std::find(names.begin(), names.end(), name) != names.end() || name.starts_with("exrheader_") ||
+         name.starts_with("dspy");
 }
 
 const char* aliasOf(const std::string& declared) {
@@ -91,9 +74,9 @@ class DriverValues {
     std::vector<float> numbers = given.floats;
     if (numbers.empty()) numbers.assign(given.ints.begin(), given.ints.end());
     if (numbers.empty()) return false;
-    // RIB's "int[4] quantize" [zero one min max] for a switch: up to 255 means 8 bits
+    // RIB's "int[4] quantize" [zero one min max] for a switch: one up to 255 means 8 bits, 0 floats
     if (given.name == "quantize" && numbers.size() == 4)
-      numbers = {numbers[1] > 0 && numbers[1] <= 255 ? 1.0f : 0.0f};
+      numbers = {numbers[1] <= 0 ? 2.0f : numbers[1] <= 255 ? 1.0f : 0.0f};
     numbers_[i] = std::move(numbers);
     return true;
   }
@@ -124,6 +107,10 @@ std::string rangesText(const std::vector<SampleRange>& ranges) {
 
 }  // namespace
 
+std::vector<std::string> commonDisplayParameters() {
+  return {"quantize", "dither", "exposure", "filter", "filterwidth", "merge", "camera", "origin", "mode", "remap", "resolution", "asrgba", "asrgbacolorchannel", "asrgbaalphachannel", "dspyParams", "connection", "resolutionunit", "format", "compression", "exrcompression", "view"};
+}
+
 std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
   std::map<std::string, image::MetaValue> m = frame.more;
   m["worldToCamera"] = frame.worldToCamera;
@@ -137,7 +124,7 @@ std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
   m["kinoraVersion"] = frame.kinoraVersion;
   m["sceneHash"] = frame.sceneHash;
   m["pixelFilter"] = frame.pixelFilter;
-  m["colorSpace"] = std::string("linear Rec.709 (sRGB primaries)");
+  m["colorSpace"] = image::Colors::ofEnvironment().workingSpace();
   m["complete"] = int(frame.isComplete);
   return m;
 }
@@ -171,6 +158,12 @@ DisplayOutput::DisplayOutput(DisplayPlan plan, DriverLookup lookup, Diagnostics&
     : plan_(std::move(plan)), lookup_(std::move(lookup)), diagnostics_(diagnostics) {}
 
 bool DisplayOutput::fail(const Output& output, const std::string& why) {
+  if (isSnapshot_) {
+    diagnostics_.warning("DISPLAY-SNAPSHOT", output.pos,
+                         "the picture so far cannot be written to \"" + output.file + "\": " + why,
+                         "the render goes on and tries again", "free the space before the render ends");
+    return false;
+  }
   diagnostics_.error("DISPLAY-WRITE", output.pos, "picture \"" + output.file + "\" cannot be written: " + why,
                      "what was there before is kept", "check the folder, its permissions and the free space");
   return false;
@@ -210,6 +203,12 @@ bool DisplayOutput::write(const Film& film, const FrameMetadata& frame) {
   return ok;
 }
 
+void DisplayOutput::snapshot(const Film& film, const FrameMetadata& frame) {
+  isSnapshot_ = true;
+  write(film, frame);
+  isSnapshot_ = false;
+}
+
 bool DisplayOutput::writeOne(const Output& output, const Film& film,
                              const std::map<std::string, image::MetaValue>& metadata) {
   image::Image picture = pictureOf(film, output, metadata);
@@ -226,13 +225,38 @@ bool DisplayOutput::writeOne(const Output& output, const Film& film,
   const Descriptor* driver = output.driver != kImageWriter && lookup_ ? lookup_(output.driver) : nullptr;
   if (driver && driver->kind == Kind::Display && driver->create && driver->destroy && driver->tableCount == 1 &&
       driver->tables[0].functions)
-    return writeByPlugin(output, *driver, picture);
+    return writeByPlugin(output, *driver, std::move(picture));
   return writeByImage(output, std::move(picture));
 }
 
-bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver, const image::Image& picture) {
+// A driver that has a parameter "view" may be given colours as a view of $OCIO shows them: they are codes then, no longer
+// light. True when the picture was changed.
+bool DisplayOutput::applyView(const Output& output, const Descriptor& driver, image::Image& picture) {
+  const std::string view = output.params.getString("view", "");
+  const bool isOffered = std::any_of(driver.params, driver.params + driver.paramCount,
+                                     [](const Param& p) { return std::string_view(p.name) == "view"; });
+  if (view.empty() || !isOffered) return false;
+  const image::Colors& colors = image::Colors::ofEnvironment();
+  const std::string name = colors.findView(view);
+  bool isDone = !name.empty();
+  size_t first = 0;
+  for (const OutputChannel& c : output.channels) {
+    if (isDone && c.isColor && c.names.size() == 3)
+      isDone = colors.toView(name, picture.pixels.data() + first, size_t(picture.data.pixels()), picture.channels.size());
+    first += c.names.size();
+  }
+  if (isDone) return true;
+  std::string known;
+  for (const std::string& v : colors.views()) known += (known.empty() ? "" : ", ") + v;
+  diagnostics_.warning("DISPLAY-VIEW", output.pos, "picture \"" + output.file + "\" asks for view \"" + view + "\", which is not known",
+                       "it is sRGB-encoded", known.empty() ? "views come from the configuration that $OCIO names" : "there are: " + known);
+  return false;
+}
+
+bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver, image::Image picture) {
   image::AtomicFile file(output.file);
   if (const image::Status s = file.probe(); !s.ok()) return fail(output, s.what);
+  const bool isView = applyView(output, driver, picture);
 
   std::vector<DisplayChannelInfo> channels;
   std::vector<const float*> pointers;
@@ -240,7 +264,8 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
   for (const OutputChannel& c : output.channels)
     for (size_t i = 0; i < c.names.size(); ++i, ++k) {
       const bool isHalf = picture.channels[k].type == image::StoredType::Half;
-      channels.push_back({c.names[i].c_str(), isHalf ? DisplayPixelType::Half : DisplayPixelType::Float, c.isColor});
+      channels.push_back({c.names[i].c_str(), isHalf ? DisplayPixelType::Half : DisplayPixelType::Float,
+                          !c.isColor ? 0u : isView ? 2u : 1u});
       pointers.push_back(picture.pixels.data() + k);
     }
   std::vector<DisplayMetadata> metadata;

@@ -37,6 +37,9 @@ std::string outputsToJson(const DisplayPlan& plan, const FrameMetadata& frame);
 image::Status outputsFromJson(const std::string& text, const ChannelLayout& layout, DisplayPlan& plan,
                               FrameMetadata& frame);
 
+// Parameters that every display takes, whatever its driver.
+std::vector<std::string> commonDisplayParameters();
+
 class DisplayOutput {
  public:
   DisplayOutput(DisplayPlan plan, DriverLookup lookup, Diagnostics& diagnostics);
@@ -45,18 +48,22 @@ class DisplayOutput {
   bool probe();
   // Writes every picture; tries all of them even when one fails.
   bool write(const Film& film, const FrameMetadata& frame);
+  // The same in the middle of a render: what cannot be written now is a warning, and the render goes on.
+  void snapshot(const Film& film, const FrameMetadata& frame);
   // Names of the files written by the last write().
   const std::vector<std::string>& written() const { return written_; }
 
  private:
   bool writeOne(const Output& output, const Film& film, const std::map<std::string, image::MetaValue>& metadata);
-  bool writeByPlugin(const Output& output, const Descriptor& driver, const image::Image& picture);
+  bool writeByPlugin(const Output& output, const Descriptor& driver, image::Image picture);
+  bool applyView(const Output& output, const Descriptor& driver, image::Image& picture);
   bool writeByImage(const Output& output, image::Image picture);
   bool fail(const Output& output, const std::string& why);
   DisplayPlan plan_;
   DriverLookup lookup_;
   Diagnostics& diagnostics_;
   std::vector<std::string> written_;
+  bool isSnapshot_ = false;
 };
 
 // The picture of one output: channels with their names and types, windows, metadata. Also for tests and for viewers.

@@ -25,7 +25,9 @@ std::string extensionOf(const std::string& file) {
 std::string driverOfExtension(const std::string& extension) {
   if (extension == "exr") return "openexr";
   if (extension == "png") return "png";
-  for (const char* e : {"tif", "tiff", "jpg", "jpeg", "tga", "hdr", "bmp", "ppm"})
+  if (extension == "tif" || extension == "tiff") return "tiff";
+  if (extension == "jpg" || extension == "jpeg") return "jpeg";
+  for (const char* e : {"tga", "hdr", "bmp", "ppm"})
     if (extension == e) return kImageWriter;
   return "";
 }

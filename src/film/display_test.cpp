@@ -22,8 +22,10 @@
 namespace kinora {
 const Descriptor* kinoraStock_openexr();
 const Descriptor* kinoraStock_png();
+const Descriptor* kinoraStock_jpeg();
+const Descriptor* kinoraStock_tiff();
 // the table that the build generates from plugins/, cut down to the drivers
-std::vector<const Descriptor*> stockPlugins() { return {kinoraStock_openexr(), kinoraStock_png()}; }
+std::vector<const Descriptor*> stockPlugins() { return {kinoraStock_openexr(), kinoraStock_png(), kinoraStock_jpeg(), kinoraStock_tiff()}; }
 }  // namespace kinora
 
 namespace kinora::film {
@@ -155,7 +157,7 @@ TEST_F(Displays, DriversFollowTheirNameThenTheExtension) {
   const std::tuple<const char*, const char*, const char*, const char*, int> table[] = {
       // file, driver, file written, writer, warnings
       {"a.exr", "openexr", "a.exr", "openexr", 0},      {"a", "png", "a.png", "png", 0},
-      {"a.tif", "tiff", "a.tif", kImageWriter, 0},      {"a.tiff", "file", "a.tiff", kImageWriter, 0},
+      {"a.tif", "tiff", "a.tif", "tiff", 0},            {"a.tiff", "file", "a.tiff", "tiff", 0},
       {"a.png", "framebuffer", "a.png", "png", 1},      {"RenderMan", "framebuffer", "RenderMan.exr", "openexr", 1},
       {"untitled", "it", "untitled.exr", "openexr", 1}, {"shad.z", "zfile", "shad.z.exr", "openexr", 1},
       {"a.tif", "openexr", "a.tif.exr", "openexr", 0},  {"x.pic", "file", "x.pic.exr", "openexr", 0}};
@@ -299,6 +301,89 @@ TEST_F(Displays, PngIsEncodedAndAgreesWithTheImageWriter) {
   ASSERT_TRUE(deep.write(*film, frame()));
   ASSERT_TRUE(image::read(path("a.png"), a).ok());
   EXPECT_EQ(a.channels[0].type, image::StoredType::UInt16);
+}
+
+TEST_F(Displays, TiffAndJpegHoldWhatTheImageWriterHolds) {
+  for (const char* extension : {"tif", "jpg"}) {
+    scene_.displays.clear();
+    const std::string name = path(std::string("a.") + extension);
+    display(name, extension, "rgba");
+    DisplayOutput out(plan(), stockDriver, diagnostics_);
+    ASSERT_NE(out.plan().outputs[0].driver, kImageWriter);
+    const auto film = filmFor(out.plan().layout);
+    ASSERT_TRUE(out.write(*film, frame()));
+    image::Image a, b;
+    ASSERT_TRUE(image::read(name, a).ok());
+    DisplayOutput plain(plan(), {}, diagnostics_);
+    ASSERT_TRUE(plain.write(*film, frame()));
+    ASSERT_TRUE(image::read(name, b).ok());
+    image::Difference d;
+    ASSERT_TRUE(image::compare(a, b, {}, d).ok());
+    // JPEG loses; colours at full resolution lose less than those of the image writer
+    EXPECT_LT(d.rmse, extension == std::string("tif") ? 1e-9 : 0.05);
+    EXPECT_EQ(a.channels.size(), extension == std::string("tif") ? 4u : 3u);
+    EXPECT_EQ(a.channels[0].type, image::StoredType::UInt8);
+  }
+  EXPECT_EQ(diagnostics_.warnings(), 0u) << "alpha is not missed in a JPEG";
+}
+
+TEST_F(Displays, TiffHoldsDataAsFloats) {
+  display(path("a.tif"), "tiff", "Ci,a,z,P");
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  const auto film = filmFor(out.plan().layout);
+  ASSERT_TRUE(out.write(*film, frame()));
+  image::Image a;
+  ASSERT_TRUE(image::read(path("a.tif"), a).ok());
+  const image::Image exact = pictureOf(*film, out.plan().outputs[0], {});
+  ASSERT_EQ(a.channels.size(), exact.channels.size());
+  EXPECT_EQ(a.channels[0].type, image::StoredType::Float);
+  EXPECT_EQ(a.pixels, exact.pixels);
+  EXPECT_EQ(diagnostics_.warnings(), 0u);
+  scene_.displays[0].params.set(text("format", "uint16"));
+  DisplayOutput small(plan(), stockDriver, diagnostics_);
+  ASSERT_TRUE(small.write(*film, frame()));
+  ASSERT_TRUE(image::read(path("a.tif"), a).ok());
+  EXPECT_EQ(a.channels[0].type, image::StoredType::UInt16);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNELS"), 1u);
+}
+
+TEST_F(Displays, FormatsThatCannotHoldTheChannelsSayWhichAreMissing) {
+  std::vector<std::string> lines;
+  Diagnostics d([&](const std::string& line, Severity) { lines.push_back(line); });
+  for (const char* extension : {"png", "jpg"}) {
+    lines.clear();
+    scene_.displays.clear();
+    display(path(std::string("a.") + extension), extension, "z,Ci,a,P");
+    Diagnostics fresh([&](const std::string& line, Severity) { lines.push_back(line); });
+    DisplayOutput out(planDisplays(scene_, {}, stockDriver, fresh), stockDriver, fresh);
+    ASSERT_TRUE(out.write(*filmFor(out.plan().layout), frame()));
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_NE(lines[0].find("DISPLAY-CHANNELS"), std::string::npos) << lines[0];
+    EXPECT_NE(lines[0].find("cannot hold 4 channels"), std::string::npos) << lines[0];
+    image::Image a;
+    ASSERT_TRUE(image::read(path(std::string("a.") + extension), a).ok());
+    EXPECT_EQ(a.channels.size(), extension == std::string("png") ? 4u : 3u) << "the colour, wherever it stands";
+  }
+}
+
+TEST_F(Displays, AFullDiskAtASnapshotIsAWarning) {
+  display(path("a.exr"), "openexr", "rgba").params.set(text("exrpixeltype", "float"));
+  std::ofstream(path("a.exr")) << "old";
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  const auto film = filmFor(out.plan().layout);
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit full = before;
+  full.rlim_cur = 500;
+  setrlimit(RLIMIT_FSIZE, &full);
+  out.snapshot(*film, frame());
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(diagnostics_.errors(), 0u);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-SNAPSHOT"), 1u);
+  EXPECT_EQ(std::filesystem::file_size(path("a.exr")), 3u);
+  EXPECT_TRUE(out.write(*film, frame())) << "with space again the picture is there";
 }
 
 TEST_F(Displays, WhatCannotBeWrittenIsAnErrorAndTheOthersAreWritten) {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <set>
 
 #include "simd/dispatch.h"
 
@@ -23,7 +23,7 @@ std::string lower(std::string_view s) {
 struct Registry::Impl {
   std::vector<const Descriptor*> list;
   std::vector<std::string> path;
-  std::set<std::string> tried;       // files already opened, good or bad
+  std::map<std::string, bool> tried;   // files already opened: was anything in them of use?
   std::vector<void*> handles;
   mutable std::recursive_mutex mutex;
 
@@ -52,7 +52,8 @@ void Registry::add(const Descriptor& plugin) {
 
 bool Registry::load(const std::string& file, Diagnostics& diagnostics, const SourcePos& pos) {
   std::lock_guard lock(impl_->mutex);
-  if (!impl_->tried.insert(file).second) return true;
+  if (const auto it = impl_->tried.find(file); it != impl_->tried.end()) return it->second;
+  bool& isUsable = impl_->tried[file];  // false until all of it was looked at
   const auto refuse = [&](const std::string& why) {
     diagnostics.warning("PLUGIN-LOAD", pos, "plug-in library '" + file + "' cannot be used: " + why, "ignored",
                         "rebuild it against this Kinora's headers");
@@ -63,7 +64,7 @@ bool Registry::load(const std::string& file, Diagnostics& diagnostics, const Sou
   impl_->handles.push_back(handle);
   const auto get = reinterpret_cast<DescriptorFunction>(dlsym(handle, kDescriptorSymbol));
   if (!get) return refuse(std::string("it does not export ") + kDescriptorSymbol);
-  bool any = false;
+  uint32_t known = 0, added = 0;
   constexpr uint32_t kMostPerLibrary = 256;
   for (uint32_t i = 0; i < kMostPerLibrary; ++i) {
     const Descriptor* d = nullptr;
@@ -83,12 +84,14 @@ bool Registry::load(const std::string& file, Diagnostics& diagnostics, const Sou
       diagnostics.warning("PLUGIN-DUPLICATE", pos,
                           "plug-in '" + std::string(d->name) + "' in '" + file + "' has the name of one already known",
                           "the first one is used");
+      ++known;
       continue;
     }
     impl_->list.push_back(d);
-    any = true;
+    ++added;
   }
-  return any || refuse("it declares no plug-in");
+  isUsable = added > 0;
+  return isUsable || (known > 0 ? false : refuse("it declares no plug-in"));
 }
 
 const Descriptor* Registry::find(Kind kind, std::string_view name, Diagnostics& diagnostics, const SourcePos& pos) {

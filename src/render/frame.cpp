@@ -139,6 +139,7 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     workers_[i]->index = i;
     workers_[i]->state().listener = in_.rayListener;
   }
+  bucketTimes_.resize(buckets_.size(), 0);
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
   rayLoop_ = std::make_unique<RayLoop>(*this);
   hider_ = in_.hider ? in_.hider : rayLoop_.get();
@@ -174,8 +175,10 @@ bool Frame::pass(int first, int last) {
         if (i >= buckets_.size()) return false;
         Worker& w = *workers_[t];
         const Bucket& b = buckets_[i];
+        const uint64_t begin = now();
         hider_->fill(w, {b.x, b.y, b.x + kBucket, b.y + kBucket, first, last, s, in_.seed, &in_.world->camera()},
                      [this, &w](uint32_t count) { retire(w, count); });
+        bucketTimes_[i] += now() - begin;
         return true;
       });
     } else if (stages_[s].kind == StageKind::LightPaths) {
@@ -373,6 +376,8 @@ uint64_t Frame::arenaBytes() const {
 }
 
 void Frame::addTo(Statistics& st) const {
+  st.buckets.clear();
+  for (size_t i = 0; i < buckets_.size(); ++i) st.buckets.push_back({buckets_[i].x, buckets_[i].y, kBucket, bucketTimes_[i]});
   for (size_t i = 0; i < workers_.size(); ++i) {
     const shade::GroupCounters& c = workers_[i]->state().counters;
     st.cameraRays += c.cameraRays;

@@ -57,6 +57,7 @@ class Frame {
   const IntegratorFunctions* functions_;
   std::vector<Stage> stages_;
   std::vector<Bucket> buckets_;
+  std::vector<uint64_t> bucketTimes_;   // nanoseconds; each entry is one worker's at a time
   std::vector<std::unique_ptr<Worker>> workers_;
   std::unique_ptr<Hider> rayLoop_;
   const Hider* hider_;

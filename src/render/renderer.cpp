@@ -1,7 +1,6 @@
 #include "render/renderer.h"
 
 #include <tbb/global_control.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,10 +10,13 @@
 #include <filesystem>
 #include <thread>
 
+#include "base/memory.h"
 #include "film/display_output.h"
 #include "film/shard.h"
+#include "image/colors.h"
 #include "plugin/registry.h"
 #include "render/frame.h"
+#include "render/overrides.h"
 #include "render/version.h"
 #include "render/world_build.h"
 #include "texture/texture_system.h"
@@ -25,15 +27,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
-
-uint64_t residentBytes() {
-  long pages = 0, resident = 0;
-  if (FILE* f = std::fopen("/proc/self/statm", "r")) {
-    if (std::fscanf(f, "%ld %ld", &pages, &resident) != 2) resident = 0;
-    std::fclose(f);
-  }
-  return uint64_t(resident) * uint64_t(sysconf(_SC_PAGESIZE));
-}
 
 int threadCount(int wanted) {
   const int all = std::max(1, int(std::thread::hardware_concurrency()));
@@ -88,7 +81,9 @@ struct Renderer::Impl {
   const Hider* hider = nullptr;
   std::string hash;
   Clock::time_point loadedAt;
-  std::vector<std::unique_ptr<scene::Node>> overridden;
+  MemoryHold sceneHeld{MemoryUse::Description}, filmHeld{MemoryUse::Film}, picturesHeld{MemoryUse::Pictures};
+  std::array<int, 2> halves{-1, -1};  // channels of the even and the odd samples; -1: not measured
+  std::vector<int64_t> passStart;  // the film's sums before the running pass; for parts of a frame only
 
   Impl(Registry& r, Diagnostics& d, Settings s) : registry(r), diagnostics(d), settings(std::move(s)), builder(r, d, settings) {
     threads = threadCount(settings.threads);
@@ -98,81 +93,12 @@ struct Renderer::Impl {
     return [this](const std::string& name) { return registry.find(Kind::Display, name, diagnostics, {}); };
   }
 
-  // --set KIND.NAME=VALUE: a parameter of the integrator, the projection, the hider, every light or bxdf of the kind; or
-  // option.GROUP:NAME=VALUE.
-  void applySets() {
-    for (const auto& [key, value] : settings.sets) {
-      const size_t dot = key.find('.');
-      const std::string kind = key.substr(0, dot), name = dot == std::string::npos ? "" : key.substr(dot + 1);
-      const auto parameter = [&] {
-        scene::Parameter p;
-        p.name = name;
-        std::string v = value;
-        for (char& c : v)
-          if (c == ',') c = ' ';
-        const char* s = v.c_str();
-        char* end = nullptr;
-        for (;;) {
-          while (*s == ' ') ++s;
-          if (!*s) break;
-          const float f = std::strtof(s, &end);
-          if (end == s) {
-            p.floats.clear();
-            break;
-          }
-          p.floats.push_back(f);
-          s = end;
-        }
-        if (p.floats.empty()) {
-          p.type = scene::ValueType::String;
-          p.strings = {value};
-        } else {
-          p.type = p.floats.size() == 3 ? scene::ValueType::Color : scene::ValueType::Float;
-        }
-        return p;
-      };
-      const auto change = [&](const scene::NodePtr& node) -> scene::NodePtr {
-        auto copy = std::make_shared<scene::Node>(node ? *node : scene::Node());
-        copy->params.set(parameter());
-        return copy;
-      };
-      if (name.empty()) {
-        diagnostics.error("CLI-SET", {}, "--set '" + key + "=" + value + "' does not say KIND.NAME=VALUE", "ignored");
-      } else if (kind == "integrator") {
-        if (!scene.integrator) {
-          auto n = std::make_shared<scene::Node>();
-          n->kind = "Integrator";
-          n->plugin = "PxrPathTracer";
-          n->handle = "integrator";
-          scene.integrator = n;
-        }
-        scene.integrator = change(scene.integrator);
-      } else if (kind == "hider") {
-        scene.hider = change(scene.hider);
-      } else if (kind == "projection" && !scene.cameras.empty()) {
-        scene.cameras[0].projection = change(scene.cameras[0].projection);
-      } else if (kind == "option") {
-        scene.options.set(parameter());
-      } else if (kind == "light") {
-        for (scene::Light& l : scene.lights) l.node = change(l.node);
-      } else if (kind == "display") {
-        for (scene::Display& d : scene.displays) d.params.set(parameter());
-      } else {
-        diagnostics.error("CLI-SET", {}, "--set knows no kind '" + kind + "'", "ignored",
-                          "integrator, hider, projection, option, light or display");
-      }
-    }
-  }
-
   bool prepare() {
-    if (!settings.integrator.empty()) {
-      auto n = std::make_shared<scene::Node>();
-      n->kind = "Integrator";
-      n->plugin = settings.integrator;
-      n->handle = "commandLine";
-      scene.integrator = n;
-    }
-    applySets();
+    if (const std::string& problem = image::Colors::ofEnvironment().problem(); !problem.empty())
+      diagnostics.warning("ASSET-COLOR-CONFIG", {}, problem, "linear Rec.709 and sRGB are used, as without $OCIO",
+                          "correct or unset OCIO");
+    applyOverrides(scene, settings, registry, diagnostics);
+    if (diagnostics.count("CLI-SET") > 0) return false;
     if (!builder.buildCamera(scene)) return false;
     // samples
     int spp = settings.samplesPerPixel;
@@ -196,10 +122,7 @@ struct Renderer::Impl {
 
   bool makeIntegrator() {
     const scene::Node* node = scene.integrator.get();
-    // a scene that names neither an integrator nor a light is looked at with a headlight
-    const bool dark = scene.lights.empty() && scene.classicLights.empty() &&
-                      std::all_of(scene.prototypes.begin(), scene.prototypes.end(), [](const scene::Prototype& p) { return p.lights.empty(); });
-    const std::string name = node ? node->plugin : dark ? "PxrDefault" : "PxrPathTracer";
+    const std::string name = node ? node->plugin : defaultIntegrator(scene);
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", node->pos, "no integrator '" + name + "'", "PxrPathTracer stands in");
@@ -217,6 +140,66 @@ struct Renderer::Impl {
     Stage list[16];
     const uint32_t n = std::min(traits->stages(integrator.data(), list, 16), 16u);
     return std::any_of(list, list + n, [](const Stage& s) { return s.kind == StageKind::LightPaths; });
+  }
+
+  // The sums, and what writing the largest picture takes on top of them: floats and the encoded file.
+  void chargeFilm(const film::Window& window) {
+    filmHeld.set(0);
+    picturesHeld.set(0);
+    // an interrupted part of a frame falls back to the sums of the last complete pass
+    const uint64_t copies = settings.firstSample >= 0 ? 2 : 1;
+    filmHeld.set(copies * film::Film::bytesNeeded(window, plan.layout));
+    uint64_t floats = 0;
+    for (const film::Output& o : plan.outputs) {
+      uint64_t n = 0;
+      for (const film::OutputChannel& k : o.channels) n += uint64_t(plan.layout[k.channel].width);
+      floats = std::max(floats, n);
+    }
+    picturesHeld.set(floats * window.pixels() * sizeof(float) * 3 / 2);
+  }
+
+  // The first colour again, once for each half of the samples.
+  void addHalves() {
+    halves = {-1, -1};
+    for (int c = 0; c < plan.layout.size(); ++c) {
+      film::Channel k = plan.layout[c];
+      if (k.type != film::ChannelType::Color || k.isData || k.reducer != film::Reducer::Sum) continue;
+      if (k.source.empty()) k.source = k.name;
+      k.splats = false;
+      for (const film::Half half : {film::Half::Even, film::Half::Odd}) {
+        k.half = half;
+        k.name = half == film::Half::Even ? "__even" : "__odd";
+        halves[half == film::Half::Even ? 0 : 1] = plan.layout.add(k);
+      }
+      return;
+    }
+  }
+
+  // Each half is an estimate of its own: their mean is the pixel, half their difference its error.
+  PixelMap relativeError() const {
+    PixelMap m;
+    if (halves[0] < 0 || halves[1] < 0 || samplesDone < 2) return m;
+    const film::Window& w = film->window();
+    m.x0 = w.x0, m.y0 = w.y0, m.width = w.width(), m.height = w.height();
+    m.values.resize(size_t(w.pixels()));
+    std::vector<float> level(m.values.size());
+    double sum = 0;
+    for (int y = w.y0; y < w.y1; ++y)
+      for (int x = w.x0; x < w.x1; ++x) {
+        float a[4] = {}, b[4] = {};
+        film->resolvePixel(halves[0], x, y, a);
+        film->resolvePixel(halves[1], x, y, b);
+        const size_t i = size_t(y - w.y0) * size_t(m.width) + size_t(x - w.x0);
+        for (int c = 0; c < 3; ++c) {
+          m.values[i] += 0.5f * std::fabs(a[c] - b[c]) / 3;
+          level[i] += 0.5f * std::fabs(a[c] + b[c]) / 3;
+        }
+        sum += level[i];
+      }
+    // dark pixels count against a part of the picture's mean, as eyes take them
+    const float floor = float(0.05 * sum / double(std::max<size_t>(1, level.size()))) + 1e-9f;
+    for (size_t i = 0; i < level.size(); ++i) m.values[i] /= level[i] + floor;
+    return m;
   }
 
   bool makeFilm() {
@@ -238,6 +221,7 @@ struct Renderer::Impl {
     }
     const auto status = film::PixelFilter::make(scene.pixelFilter, scene.pixelFilterWidth[0], scene.pixelFilterWidth[1], filter);
     if (!status.ok()) diagnostics.warning("FILM-FILTER", scene.pos, status.what, "gaussian 2 2 is used");
+    if (settings.errorMap && settings.firstSample < 0) addHalves();
     record = planRecord(plan.layout);
     paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene), film::LobeNumbers(scene.options));
     addUserLobes(*paths, record);
@@ -245,6 +229,8 @@ struct Renderer::Impl {
     makeRatios();
     const auto& c = builder.camera();
     film::Status made;
+    film.reset();
+    chargeFilm({c.window[0], c.window[1], c.window[2], c.window[3]});
     film = film::Film::create(c.resolution[0], c.resolution[1], {c.window[0], c.window[1], c.window[2], c.window[3]}, plan.layout, made);
     if (!film) {
       diagnostics.error("FILM-MEMORY", scene.pos, made.what, "nothing is rendered");
@@ -395,13 +381,45 @@ struct Renderer::Impl {
   bool build() {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     try {
+      sceneHeld.set(scene.bytes());
       if (!prepare() || !makeFilm() || !builder.buildWorld(scene, *paths, stats)) return false;
       tellOfPrimvars();
+      // textures live with what is left: a smaller cache costs time only
+      constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
+      if (Memory::limit() > 0)
+        builder.textures().setCacheLimit(std::max(
+            kLeast, std::min(settings.textureCacheBytes ? settings.textureCacheBytes : kUsual, Memory::left() / 4 * 3)));
       return true;
+    } catch (const MemoryExceeded& e) {
+      diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "nothing is rendered",
+                        "raise --memory-limit, or simplify what is largest");
+      return false;
     } catch (const std::bad_alloc&) {
       diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to build the scene", "nothing is rendered");
       return false;
     }
+  }
+
+  // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that would
+  // outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
+  int passEnd(int a, double seconds) const {
+    int b = lastSample;
+    for (const auto& [from, to] : Frame::passes(firstSample, lastSample))
+      if (to > a) {
+        b = to;
+        break;
+      }
+    constexpr int kLeast = 4;  // smaller passes would not fill a ray group
+    if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage()) return b;
+    const double perSample = seconds / samplesDone;
+    if ((b - a) * perSample <= settings.snapshotSeconds) return b;
+    return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));
+  }
+
+  void keepSums() {
+    const film::Window& w = film->window();
+    const int64_t* sums = film->pixel(w.x0, w.y0);
+    passStart.assign(sums, sums + film->bytes() / sizeof(int64_t));
   }
 
   Outcome run(bool write, const std::function<void(const Progress&)>& progress);
@@ -445,12 +463,16 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     const int wanted = lastSample - firstSample;
     samplesDone = 0;
     auto lastSnapshot = Clock::now();
-    bool complete = true, written = true, showed = false;
-    for (const auto& [a, b] : Frame::passes(firstSample, lastSample)) {
+    bool complete = true, showed = false;
+    const bool isPart = settings.firstSample >= 0;
+    for (int a = firstSample; a < lastSample;) {
+      const int b = passEnd(a, since(start));
+      if (isPart) keepSums();
       if (!frame->pass(a, b)) {
         complete = false;
         break;
       }
+      a = b;
       samplesDone = b - firstSample;
       const double seconds = since(start);
       if (progress) {
@@ -458,19 +480,21 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         p.fraction = double(samplesDone) / wanted;
         p.seconds = seconds;
         p.secondsLeft = samplesDone > 0 ? seconds / samplesDone * (wanted - samplesDone) : -1;
-        p.memoryBytes = residentBytes();
+        p.memoryBytes = Memory::resident();
         p.samplesDone = samplesDone;
         p.samplesWanted = wanted;
         progress(p);
       }
-      if (write && b < lastSample && settings.snapshotSeconds > 0 &&
-          (!showed || since(lastSnapshot) > settings.snapshotSeconds)) {
+      const bool isAsked = settings.snapshotNow && settings.snapshotNow->exchange(false);
+      const bool isDue = settings.snapshotSeconds > 0 && (!showed || since(lastSnapshot) > settings.snapshotSeconds);
+      if (write && b < lastSample && (isAsked || isDue)) {
         // the first pixels go to the file at once, later ones now and then
-        written = output->write(*film, metadata(seconds, false)) && written;
+        output->snapshot(*film, metadata(seconds, false));
         showed = true;
         lastSnapshot = Clock::now();
         if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       }
+      Memory::check(MemoryUse::Textures);
     }
     stats.renderSeconds = since(start);
     stats.samples = uint64_t(samplesDone) * uint64_t(film->window().width()) * uint64_t(film->window().height());
@@ -478,6 +502,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     const film::FilmCounters counters = film->counters();
     stats.nonFiniteSamples = counters.nonFinite;
     stats.negativeSamples = counters.negative;
+    stats.relativeError = relativeError();
     for (uint64_t n : counters.saturated) stats.saturatedSamples += n;
     if (counters.nonFinite) {
       const film::BadSample bad = counters.bad.empty() ? film::BadSample() : counters.bad.front();
@@ -493,13 +518,18 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"film", film->bytes()});
     stats.memory.push_back({"group arenas", frame->arenaBytes()});
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
-    stats.memory.push_back({"process (resident)", residentBytes()});
+    stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
-      written = output->write(*film, metadata(stats.renderSeconds, complete)) && written;
+      const bool written = output->write(*film, metadata(stats.renderSeconds, complete));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;
     }
     return complete ? Outcome::Complete : Outcome::Interrupted;
+  } catch (const MemoryExceeded& e) {
+    diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "stopped; the picture has the samples that were done",
+                      "raise --memory-limit, or simplify what is largest");
+    if (write && output && samplesDone > 0) output->snapshot(*film, metadata(since(start), false));
+    return Outcome::OutOfMemory;
   } catch (const std::bad_alloc&) {
     diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to render", "stopped");
     return Outcome::OutOfMemory;
@@ -511,6 +541,7 @@ Outcome Renderer::renderFilm(const std::function<void(const Progress&)>& progres
 film::Film& Renderer::film() { return *impl_->film; }
 void Renderer::setHider(const Hider* hider) { impl_->hider = hider; }
 const Statistics& Renderer::statistics() const { return impl_->stats; }
+int Renderer::samplesDone() const { return impl_->samplesDone; }
 
 bool Renderer::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
   impl_->makeFrame();
@@ -519,6 +550,16 @@ bool Renderer::replay(int x, int y, int sample, const std::function<void(const s
 
 bool Renderer::writeShard(const std::string& file) {
   Impl& m = *impl_;
+  if (m.samplesDone == 0) {
+    m.diagnostics.warning("RENDER-NO-SAMPLES", {}, "the render ended before one sample of every pixel was complete",
+                          "no part is written");
+    return false;
+  }
+  if (m.samplesDone < m.lastSample - m.firstSample && !m.passStart.empty()) {
+    // buckets of a pass that was not finished are ahead of the others
+    const film::Window& w = m.film->window();
+    std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
+  }
   film::ShardInfo info;
   info.sceneHash = m.hash;
   info.seed = m.settings.seed;

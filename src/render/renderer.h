@@ -39,8 +39,10 @@ struct Settings {
   std::vector<std::string> texturePath;              // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
   double snapshotSeconds = 60;                       // 0: never
+  bool errorMap = false;                             // measure each pixel's error too, for the statistics
   shade::RayListener* rayListener = nullptr;         // for measurements
   std::atomic<bool>* stop = nullptr;                 // set by a signal: finish running buckets, then return
+  std::atomic<bool>* snapshotNow = nullptr;          // set by a signal: write the picture so far, then go on
 };
 
 struct Progress {
@@ -72,8 +74,11 @@ class Renderer {
   // Replays one sample at width 1; `print` gets one line for each event of its path. False: no such pixel.
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   const Statistics& statistics() const;
-  // Writes the film's integers as a mergeable shard (--samples).
+  // Writes the film's integers as a mergeable shard (--samples): after an interruption those of the samples that every
+  // pixel has. False with a message when it cannot be written or when no pass was complete.
   bool writeShard(const std::string& file);
+  // How many samples of each pixel are complete.
+  int samplesDone() const;
   // A short text on the scene: counts, memory, lights (kinora info, --check).
   std::string summary() const;
 

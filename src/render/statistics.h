@@ -14,6 +14,15 @@ const char* nameOf(StageTime s);
 
 struct LaneUse { uint64_t active = 0, possible = 0; };
 
+// Time of one bucket, all passes together.
+struct BucketTime { int x = 0, y = 0, size = 0; uint64_t nanoseconds = 0; };
+
+// One number for each pixel of the rendered window.
+struct PixelMap {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  std::vector<float> values;   // row by row; empty: not measured
+};
+
 struct Statistics {
   // world
   double loadSeconds = 0, buildSeconds = 0, renderSeconds = 0, firstPixelSeconds = -1;
@@ -29,7 +38,9 @@ struct Statistics {
   uint64_t shadingPoints = 0, shadingGroups = 0;
   LaneUse lanesFirstHit, lanesDeeper, lanesLights;
   uint64_t groups = 0, samples = 0;
+  std::vector<BucketTime> buckets;                 // of the last render
   // film
+  PixelMap relativeError;                          // of the first colour, as its two halves of samples differ
   uint64_t nonFiniteSamples = 0, saturatedSamples = 0, negativeSamples = 0;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;

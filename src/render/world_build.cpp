@@ -9,12 +9,14 @@
 #include <set>
 #include <sstream>
 
+#include "base/memory.h"
 #include "geometry/tessellate.h"
 #include "render/mesh_light.h"
 #include "render/shutter.h"
 #include "render/stand_ins.h"
 #include "scene/uniform_keys.h"
 #include "sampling/sample_table.h"
+#include "scene/bytes.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
 
@@ -338,10 +340,34 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     instantiate(instantiate, inst, inst.toWorld, 0, inst.attributes.get());
 }
 
+// The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to its
+// folder is looked for there too: those folders are on the command line's path.
+std::vector<std::string> WorldBuilder::texturePath(const scene::Scene& scene) const {
+  std::vector<std::string> path;
+  const auto add = [&](const std::string& directory) {
+    if (std::find(path.begin(), path.end(), directory) == path.end()) path.push_back(directory);
+  };
+  const std::string own = scene.options.getString("searchpath:texture", "");
+  for (size_t at = 0; at < own.size();) {
+    const size_t colon = std::min(own.find(':', at), own.size());
+    const std::string part = own.substr(at, colon - at);
+    at = colon + 1;
+    if (part.empty() || part == "&") continue;
+    if (part == "@") {
+      for (const std::string& d : settings_.texturePath) add(d);
+      continue;
+    }
+    add(part);
+    if (part[0] != '/')
+      for (const std::string& d : settings_.texturePath) add(d + "/" + part);
+  }
+  for (const std::string& d : settings_.texturePath) add(d);
+  return path;
+}
+
 bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
-  std::vector<std::string> texturePath = settings_.texturePath;
-  textures_->setSearchPath(texturePath);
+  textures_->setSearchPath(texturePath(scene));
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
@@ -387,6 +413,10 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       meshes[i] = it->second.mesh;
       return;
     }
+    if (settings_.stop && settings_.stop->load(std::memory_order_relaxed)) return;
+    // not less than the description holds; the true size is charged when it is known
+    MemoryHold coming(MemoryUse::Meshes);
+    coming.add(scene::bytesHeld(p));
     geometry::DiceRate rate;
     rate.worldMirrored = mirrored;
     const double length = p.attributes ? p.attributes->named.getFloat("dice:micropolygonlength", 1) : 1;
@@ -413,7 +443,10 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     std::optional<geometry::Mesh> mesh = geometry::tessellate(p, rate, diagnostics_);
     if (mesh) uniformKeys(*mesh, camera_.shutterOpen, camera_.shutterClose);
     meshes[i] = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
+    coming.set(0);
+    meshesHeld_.add(meshes[i]->bytes());
   });
+  if (settings_.stop && settings_.stop->load()) return false;
   shapeInputs_.clear();
   std::map<uint64_t, Kept> kept;
   for (size_t i = 0; i < count; ++i) {
@@ -613,6 +646,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   statistics.materials = materials->size();
   statistics.programs = materials->programCount();
   statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  meshesHeld_.set(world->meshBytes());
   statistics.memory.clear();
   statistics.memory.push_back({"bvh (Embree)", trace::World::embreeBytes()});
   statistics.memory.push_back({"meshes", world->meshBytes()});

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/memory.h"
 #include "film/light_paths.h"
 #include "plugin/registry.h"
 #include "render/clipping.h"
@@ -71,6 +72,7 @@ class WorldBuilder {
 
  private:
   struct Shape;
+  std::vector<std::string> texturePath(const scene::Scene& scene) const;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   void buildLights(const scene::Scene& scene);
   // Subsets that attributes of placements name: bits of shapes and placements, masks of rays.
@@ -104,6 +106,7 @@ class WorldBuilder {
   std::vector<shade::PlacementInfo> placementInfos_;
   std::vector<const scene::Attributes*> attributesOfPlacement_;
   trace::BuildCounters counters_;
+  MemoryHold meshesHeld_{MemoryUse::Meshes};
 };
 
 }  // namespace render

@@ -1,5 +1,6 @@
 #include <filesystem>
 
+#include "rib/archive_search.h"
 #include "rib/interpreter.h"
 
 namespace kinora::rib {
@@ -30,62 +31,10 @@ void Interpreter::readArchive(Request& r) {
   readNamedArchive(name, r);
 }
 
-// Directories to look in: the scene's own path ('@' is what the caller gave), then the caller's.
-std::vector<std::string> Interpreter::searchPath() const {
-  std::vector<std::string> path;
-  const std::string own = (world_ ? *world_ : frame_.options).options.getString("searchpath:archive", "");
-  for (size_t at = 0; at < own.size();) {
-    const size_t colon = std::min(own.find(':', at), own.size());
-    const std::string part = own.substr(at, colon - at);
-    if (part == "@")
-      path.insert(path.end(), read_.archivePath.begin(), read_.archivePath.end());
-    else if (!part.empty())
-      path.push_back(part);
-    at = colon + 1;
-  }
-  path.insert(path.end(), read_.archivePath.begin(), read_.archivePath.end());
-  return path;
-}
-
-// As named; beside the file that names it; beside the main file; along the search path; in the folders above the main
-// file; then its base name beside these files and along the path, for paths of another machine. "" when it is
-// nowhere.
+// The name is mapped already (--dirmap). Along the scene's own path ('@' is what the caller gave), then the caller's.
 std::string Interpreter::findArchive(const std::string& asNamed, const std::string& including) const {
-  std::string name = asNamed;
-  for (const auto& [from, to] : read_.dirmap)
-    if (!from.empty() && name.starts_with(from)) {
-      name = to + name.substr(from.size());
-      break;
-    }
-  std::vector<std::string> directories{""};
-  if (const size_t slash = including.rfind('/'); slash != std::string::npos)
-    directories.push_back(including.substr(0, slash + 1));
-  directories.push_back(mainDirectory_);
-  for (const std::string& d : searchPath()) {
-    directories.push_back(d.ends_with('/') ? d : d + "/");
-    if (!d.starts_with('/')) directories.push_back(mainDirectory_ + directories.back());
-  }
-  std::string base = name.substr(name.rfind('/') == std::string::npos ? 0 : name.rfind('/') + 1);
-  // a member of a zip archive of another machine: "path/a.zip!inner/b.rib" -> "a.zip!inner/b.rib"
-  std::string zipBase;
-  if (const size_t bang = name.find('!'); bang != std::string::npos) {
-    const size_t slash = name.rfind('/', bang);
-    zipBase = slash == std::string::npos ? name : name.substr(slash + 1);
-  }
-  for (const std::string* form : {&name, &zipBase, &base}) {
-    const std::string& candidate = *form;
-    if (candidate.empty()) continue;
-    for (const std::string& d : directories) {
-      if (candidate.starts_with('/') && !d.empty()) continue;
-      if (isReadable(d + candidate)) return d + candidate;
-    }
-    // exporters write names from the project's folder, which holds the scene some folders further down
-    constexpr int kMostUp = 8;
-    std::string up = mainDirectory_.empty() ? "./" : mainDirectory_;
-    for (int i = 0; i < kMostUp && form != &base && !candidate.starts_with('/'); ++i)
-      if (isReadable((up += "../") + candidate)) return up + candidate;
-  }
-  return {};
+  const std::string own = (world_ ? *world_ : frame_.options).options.getString("searchpath:archive", "");
+  return ArchiveSearch{expandSearchPath(own, read_.archivePath), {}, mainDirectory_}.find(asNamed, including);
 }
 
 void Interpreter::readNamedArchive(const std::string& name, const Request& r, bool isProcedural) {

@@ -154,6 +154,7 @@ void Interpreter::finishWorld() {
   world_->prototypes = prototypes_;
   world_->nextId = nextId_;
   scene::Scene done = std::move(*world_);
+  held_.set(0);  // whoever takes the world charges it
   world_.reset();
   ++worlds_;
   if (onWorld_) onWorld_(std::move(done));

@@ -2,6 +2,7 @@
 
 #include "rib/interpreter.h"
 #include "rib/primvar_counts.h"
+#include "scene/bytes.h"
 
 namespace kinora::rib {
 
@@ -391,6 +392,7 @@ void Interpreter::emit(Primitive p) {
     addLight(std::move(l));
   }
   if (isLamp) return;
+  held_.add(scene::bytesHeld(p));
   auto shared = std::make_shared<const Primitive>(std::move(p));
   if (openObjects_.empty())
     world_->primitives.push_back(std::move(shared));

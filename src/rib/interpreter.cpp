@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "rib/archive_search.h"
 #include "rib/condition.h"
 
 namespace kinora::rib {
@@ -211,7 +212,9 @@ void Interpreter::run() {
   for (;;) {
     Source& s = sources_.back();
     bool more = false;
-    if (s.lexer) {
+    if (read_.stop && read_.stop->load(std::memory_order_relaxed)) {
+      more = false;  // archives end one after the other
+    } else if (s.lexer) {
       more = s.lexer->readRequest(request_);
     } else if (s.at < s.recorded->size()) {
       const Request& r = (*s.recorded)[s.at++];
@@ -271,6 +274,7 @@ void Interpreter::dispatch(Request& r) {
     return;
   }
   if (marker_) substituteStrings(r);
+  if (!read_.dirmap.empty()) mapDirectories(r);
   if (inMotion_ && it->second.family != Family::Control) {
     if (r.name == "FrameEnd" || r.name == "WorldEnd") {
       motionEnd(r);
@@ -298,6 +302,25 @@ void Interpreter::substituteStrings(Request& r) {
   for (size_t i = 0; i < r.count; ++i)
     for (std::string& s : r.args[i].strings)
       if (s.find(marker_) != std::string::npos) s = substitute(s, marker_, bareMarker_, look);
+}
+
+// Whatever begins as a mapped folder does is a path of another machine; search paths hold several.
+void Interpreter::mapDirectories(Request& r) {
+  const bool isList = r.name == "Option" && r.count > 0 && r.args[0].isString() && r.args[0].strings[0] == "searchpath";
+  for (size_t i = 0; i < r.count; ++i)
+    for (std::string& s : r.args[i].strings) {
+      if (!isList) {
+        s = mapDirectory(s, read_.dirmap);
+        continue;
+      }
+      std::string mapped;
+      for (size_t at = 0; at <= s.size();) {
+        const size_t colon = std::min(s.find(':', at), s.size());
+        mapped += (at ? ":" : "") + mapDirectory(s.substr(at, colon - at), read_.dirmap);
+        at = colon + 1;
+      }
+      s = mapped;
+    }
 }
 
 // "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust:

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/memory.h"
 #include "rib/declarations.h"
 #include "rib/lexer.h"
 #include "rib/reader.h"
@@ -33,6 +34,7 @@ class Interpreter {
   void finish();
   uint64_t bytesRead() const { return bytes_; }
   size_t worlds() const { return worlds_; }
+  static bool isRequest(std::string_view word);
 
  private:
   using Handler = void (Interpreter::*)(Request&);
@@ -42,7 +44,6 @@ class Interpreter {
   };
   using Table = std::unordered_map<std::string_view, Entry>;
   static const Table& table();
-  static bool isRequest(std::string_view word);
 
   // ---- state
   struct LightFilter {
@@ -95,6 +96,7 @@ class Interpreter {
   void dispatch(Request& r);
   void execute(Request& r);
   void substituteStrings(Request& r);
+  void mapDirectories(Request& r);
   std::optional<std::string> lookUp(std::string_view name) const;
   void report(Severity s, std::string code, const SourcePos& pos, std::string what, std::string done = {},
               std::string advice = {}) {
@@ -228,7 +230,6 @@ class Interpreter {
   void procedural2(Request&);
   void readNamedArchive(const std::string& name, const Request& r, bool isProcedural = false);
   std::string findArchive(const std::string& name, const std::string& including) const;
-  std::vector<std::string> searchPath() const;
 
   Diagnostics& messages_;
   ReadOptions read_;
@@ -247,6 +248,7 @@ class Interpreter {
   size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
   FrameState frame_;
   std::optional<scene::Scene> world_;
+  MemoryHold held_{MemoryUse::Description};  // of what was read and not handed over yet
   uint32_t nextId_ = 1;
   size_t outsideWorld_ = 0;
   std::map<std::string, State> resources_;

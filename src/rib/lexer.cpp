@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/memory.h"
+
 namespace kinora::rib {
 
 namespace {
@@ -55,6 +57,9 @@ bool Lexer::refill() {
   cursor_ = buffer_.data();
   end_ = cursor_ + left + n;
   bytes_ += n;
+  // numbers of one request pile up before anything is made of them
+  constexpr uint64_t kLookEvery = 16 * kBuffer;
+  if (bytes_ / kLookEvery != (bytes_ - n) / kLookEvery) Memory::check(MemoryUse::Description);
   if (n == 0) {
     sourceEnded_ = true;
     if (const std::string why = source_->failure(); !why.empty())

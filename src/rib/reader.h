@@ -3,6 +3,7 @@
 // says; reading goes on. It runs no program that a scene names, loads no plug-in, and has no opinion on what can be
 // rendered.
 #pragma once
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,7 +18,8 @@ namespace kinora::rib {
 
 struct ReadOptions {
   std::vector<std::string> archivePath;  // asked after the scene's own search path; also what '@' stands for there
-  std::vector<std::pair<std::string, std::string>> dirmap;  // FROM, TO: replaced at the start of archive paths
+  std::vector<std::pair<std::string, std::string>> dirmap;  // FROM, TO: replaced at the start of all paths
+  const std::atomic<bool>* stop = nullptr;                  // set: reading ends as if the file ended
   bool checkOnly = false;         // primitives are checked and let go: a file larger than memory can be checked
   int maxArchiveDepth = 64;       // archives in archives
   int maxArchiveReads = 1000000;  // in all: archives that multiply end here

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scene/bytes.h"
+
 namespace kinora::scene {
 
 namespace {
@@ -181,6 +183,8 @@ uint32_t Scene::add(Instance i) {
   instances.push_back(std::move(i));
   return instances.back().id;
 }
+
+size_t bytesHeld(const Primitive& primitive) { return bytesOf(primitive); }
 
 size_t Scene::bytes() const { return statistics().bytes; }
 

@@ -9,6 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "image/colors.h"
+
 namespace kinora::texture {
 namespace {
 
@@ -21,6 +23,7 @@ class SrgbInput final : public OIIO::ImageInput {
   bool open(const std::string& name, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
     const size_t prefix = std::strlen(kSrgbPrefix);
     const std::string path = name.compare(0, prefix, kSrgbPrefix) == 0 ? name.substr(prefix) : name;
+    path_ = path;
     inner_ = OIIO::ImageInput::open(path, &config);
     if (!inner_) {
       errorfmt("{}", OIIO::geterror());
@@ -74,7 +77,10 @@ class SrgbInput final : public OIIO::ImageInput {
     return scratch_.data();
   }
   bool deliver(int pixels, void* data) {
-    decodeSrgb(scratch_.data(), size_t(pixels), m_spec.nchannels, m_spec.alpha_channel, half_);
+    // $OCIO knows better than the file's type; without it (or without a space for the file) sRGB is meant
+    if (!image::Colors::ofEnvironment().toWorking(path_, half_, scratch_.data(), size_t(pixels), m_spec.nchannels,
+                                                  m_spec.alpha_channel))
+      decodeSrgb(scratch_.data(), size_t(pixels), m_spec.nchannels, m_spec.alpha_channel, half_);
     return OIIO::convert_pixel_values(OIIO::TypeFloat, scratch_.data(), m_spec.format, data, int(scratch_.size()));
   }
   bool fail() {
@@ -83,6 +89,7 @@ class SrgbInput final : public OIIO::ImageInput {
   }
 
   std::unique_ptr<OIIO::ImageInput> inner_;
+  std::string path_;
   std::vector<float> scratch_;
   bool half_ = false;
 };

@@ -12,6 +12,8 @@
 #include <mutex>
 
 #include "texture/group_lookup.h"
+#include "base/memory.h"
+#include "image/colors.h"
 #include "texture/srgb_input.h"
 #include "texture/texture_files.h"
 
@@ -52,6 +54,7 @@ struct Entry {
 struct HeldImage {
   std::vector<float> pixels;
   HostImage image{};
+  MemoryHold memory{MemoryUse::Textures};
 };
 
 TextureOpt::Wrap wrapOf(int code, TextureOpt::Wrap file) {
@@ -363,6 +366,8 @@ struct TextureSystem::Impl {
     std::unique_ptr<HeldImage> held;
     try {
       held = load(file, linearize, request);
+    } catch (const MemoryExceeded&) {  // no fault of the file
+      throw;
     } catch (const std::exception& e) {
       diagnostics.warning("ASSET-TEXTURE-READ", request.pos, named(file, request) + " cannot be used: " + e.what(),
                           "no image is used");
@@ -386,6 +391,7 @@ struct TextureSystem::Impl {
         auto input = OIIO::ImageInput::open(list[i], &config);
         const int channels = std::min(facts.channels, 4);
         if (input) {
+          held->memory.add(uint64_t(facts.width) * uint64_t(facts.height) * uint64_t(channels) * sizeof(float));
           held->pixels.resize(size_t(facts.width) * size_t(facts.height) * size_t(channels));
           if (!input->read_image(0, 0, 0, channels, OIIO::TypeFloat, held->pixels.data()))
             why = firstLine(input->geterror());
@@ -393,9 +399,12 @@ struct TextureSystem::Impl {
           why = firstLine(OIIO::geterror());
         }
         if (why.empty()) {
-          if (linearize == 1 || (linearize < 0 && facts.srgb))
-            texture::decodeSrgb(held->pixels.data(), size_t(facts.width) * size_t(facts.height), channels,
-                                facts.alphaChannel < channels ? facts.alphaChannel : -1, facts.bytes);
+          const int alpha = facts.alphaChannel < channels ? facts.alphaChannel : -1;
+          const size_t pixels = size_t(facts.width) * size_t(facts.height);
+          if (linearize != 0 && !image::Colors::ofEnvironment().toWorking(list[i], facts.bytes, held->pixels.data(), pixels,
+                                                                          channels, alpha) &&
+              (linearize == 1 || facts.srgb))
+            texture::decodeSrgb(held->pixels.data(), pixels, channels, alpha, facts.bytes);
           held->image = {held->pixels.data(), uint32_t(facts.width), uint32_t(facts.height), uint32_t(channels)};
           imageBytes.fetch_add(held->pixels.size() * sizeof(float), std::memory_order_relaxed);
           if (i > 0 || exact == 0) diagnostics.warning(code, request.pos, what, "'" + list[i] + "' is used instead");

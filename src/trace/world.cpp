@@ -133,6 +133,7 @@ void World::Part::build() {
   }
   firstSlice.push_back(uint32_t(slices.size()));
   rtcCommitScene(scene);
+  throwIfRefused();
   RTCBounds b;
   rtcGetSceneBounds(scene, &b);
   lower[0] = b.lower_x; lower[1] = b.lower_y; lower[2] = b.lower_z;
@@ -370,6 +371,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcReleaseGeometry(g);
     }
     rtcCommitScene(w.top_);
+    throwIfRefused();
     ++counters.topLevelBuilds;
   }
   if (lower[0] <= upper[0]) {

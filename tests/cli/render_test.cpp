@@ -198,17 +198,6 @@ TEST(Render, SigtermEndsSoonWithAReadablePictureAndCodeSeven) {
   if (w.has("out.exr")) EXPECT_EQ(w.run({"info", "out.exr"}).exitCode, 0);
 }
 
-TEST(Render, SigtermLeavesNoPart) {
-  Workplace w;
-  w.write("scene.rib", rib());
-  RunOptions options;
-  options.timeoutSeconds = 60;
-  options.terminateWhen = [](const std::string& out) { return !out.empty(); };
-  const Result r = w.run({"scene.rib", "--samples", "0:65536", "-o", "part.exr", "--progress", "json"}, options);
-  EXPECT_EQ(r.exitCode, 7) << r.err;
-  EXPECT_FALSE(w.has("part.exr")) << "a part that lacks samples would be merged as if it were whole";
-}
-
 // The scenes that documentation promises to work: that of the README as it stands there, and the gallery.
 TEST(Render, SceneOfTheReadmeRendersWithoutAWord) {
   std::ifstream stream(KINORA_SOURCE_DIR "/README.md");
@@ -243,7 +232,7 @@ TEST(Commands, HelpAndVersionWorkEverywhere) {
   Workplace w;
   EXPECT_EQ(w.run({"--help"}).exitCode, 0);
   EXPECT_EQ(w.run({"--version"}).exitCode, 0);
-  for (const char* command : {"render", "plugins", "info", "diff", "merge", "explain"}) {
+  for (const char* command : {"render", "plugins", "info", "diff", "merge", "rib", "explain"}) {
     const Result help = w.run({command, "--help"});
     EXPECT_EQ(help.exitCode, 0) << command;
     EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;

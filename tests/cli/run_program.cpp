@@ -91,7 +91,8 @@ Result Workplace::run(const std::vector<std::string>& given, const RunOptions& o
   close(errPipe[1]);
 
   Result result;
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(options.timeoutSeconds);
+  const auto start = std::chrono::steady_clock::now();
+  const auto end = start + std::chrono::seconds(options.timeoutSeconds);
   pollfd polled[2] = {{outPipe[0], POLLIN, 0}, {errPipe[0], POLLIN, 0}};
   bool isTerminated = false;
   while (polled[0].fd >= 0 || polled[1].fd >= 0) {
@@ -101,7 +102,18 @@ Result Workplace::run(const std::vector<std::string>& given, const RunOptions& o
       kill(child, SIGKILL);
       break;
     }
-    poll(polled, 2, int(left.count()));
+    int wait = int(left.count());
+    if (options.signalAfterSeconds >= 0 && !isTerminated) {
+      const double toGo = options.signalAfterSeconds -
+                          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      if (toGo <= 0) {
+        kill(child, options.signal);
+        isTerminated = true;
+      } else {
+        wait = std::min(wait, int(toGo * 1000) + 1);
+      }
+    }
+    poll(polled, 2, wait);
     for (int i = 0; i < 2; ++i) {
       if (!(polled[i].revents & (POLLIN | POLLHUP))) continue;
       char buffer[65536];
@@ -112,7 +124,7 @@ Result Workplace::run(const std::vector<std::string>& given, const RunOptions& o
         (i ? result.err : result.out).append(buffer, size_t(n));
     }
     if (options.terminateWhen && !isTerminated && options.terminateWhen(result.out)) {
-      kill(child, SIGTERM);
+      kill(child, options.signal);
       isTerminated = true;
     }
   }

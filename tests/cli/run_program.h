@@ -1,6 +1,7 @@
 // Runs the built program as a user does and keeps what it printed. Used by the tests of this folder. Each Workplace
 // is a folder of its own in the temporary directory, removed with it.
 #pragma once
+#include <csignal>
 #include <functional>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ struct RunOptions {
   int timeoutSeconds = 120;
   // Called with what standard output holds so far, each time it grows; true sends SIGTERM, once.
   std::function<bool(const std::string&)> terminateWhen;
+  int signal = SIGTERM;            // what terminateWhen and signalAfterSeconds send
+  double signalAfterSeconds = -1;  // after the start; -1: never
 };
 
 class Workplace {

@@ -1,9 +1,8 @@
 // Display driver "png" (d_Png): the first colour and alpha, sRGB-encoded, 8 bits (or 16). Premultiplied colours are
-// written as they are. Further channels do not fit and are left out.
+// written as they are. Further channels do not fit: a message says which are left out.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <kinora/display.h>
-#include <kinora/math/srgb.h>
+#include <kinora/display_codes.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -19,21 +18,24 @@ namespace {
 
 const Param kParams[] = {
     param::integer("quantize", 1).range(0, 1).help("1: 8 bits a channel; 0: 16 bits"),
+    param::string("view", "").help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": plain sRGB"),
 };
 
 struct Png {
   std::string path;
   OIIO::ImageSpec spec;
-  std::vector<bool> isColor;
+  std::vector<uint32_t> channels;
+  std::vector<bool> isLight;
   bool is16 = false;
   std::vector<unsigned char> bytes;  // the finished file
 
   explicit Png(const CreateInfo& info) {
     const DisplayInfo& d = *static_cast<const DisplayInfo*>(info.extra);
     path = d.writePath;
-    is16 = info.integer(0) == 0;
-    const int count = int(std::min<uint32_t>(d.channelCount, 4));
-    spec = OIIO::ImageSpec(d.window[2] - d.window[0], d.window[3] - d.window[1], count,
+    is16 = info.integer(0) != 1;
+    channels = channelsToLookAt(d, true);
+    warnOfChannels(info, d, channels);
+    spec = OIIO::ImageSpec(d.window[2] - d.window[0], d.window[3] - d.window[1], int(channels.size()),
                            is16 ? OIIO::TypeUInt16 : OIIO::TypeUInt8);
     spec.x = d.window[0];
     spec.y = d.window[1];
@@ -42,7 +44,7 @@ struct Png {
     spec.attribute("oiio:ColorSpace", "sRGB");
     spec.attribute("oiio:UnassociatedAlpha", 1);  // colours are not divided by alpha
     if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);
-    for (int c = 0; c < count; ++c) isColor.push_back(d.channels[c].isColor != 0);
+    for (const uint32_t c : channels) isLight.push_back(d.channels[c].isColor == 1);
     for (uint32_t i = 0; i < d.metadataCount; ++i) {
       const DisplayMetadata& m = d.metadata[i];
       // text is what PNG can hold; matrices belong to EXR
@@ -53,16 +55,9 @@ struct Png {
   }
 
   template <typename Int>
-  void encode(const DisplayPixels& p, uint32_t most) {
-    const SrgbEncoder encoder(int(most) + 1);
-    std::vector<Int> data;
-    data.reserve(size_t(spec.width) * size_t(spec.height) * isColor.size());
-    for (size_t y = 0; y < size_t(spec.height); ++y)
-      for (size_t x = 0; x < size_t(spec.width); ++x)
-        for (size_t c = 0; c < isColor.size(); ++c) {
-          const float v = p.channels[c][y * p.rowStride + x * p.pixelStride];
-          data.push_back(Int(isColor[c] ? encoder.encode(v) : quantizeLinear(v, most)));
-        }
+  void encode(const DisplayPixels& p) {
+    const std::vector<Int> data =
+        pictureCodes<Int>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
     // into memory first: the library does not notice a full disk
     OIIO::Filesystem::IOVecOutput memory;
     std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("png");
@@ -94,9 +89,9 @@ int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
   Png& d = *static_cast<Png*>(display);
   try {
     if (d.is16)
-      d.encode<uint16_t>(*pixels, 65535);
+      d.encode<uint16_t>(*pixels);
     else
-      d.encode<uint8_t>(*pixels, 255);
+      d.encode<uint8_t>(*pixels);
     return 1;
   } catch (const std::exception& e) {
     return say(error, e.what());

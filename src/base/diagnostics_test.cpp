@@ -1,0 +1,51 @@
+// Each kind of message is shown once, with its count and the next places at the end; -v shows more, -q less.
+#include "base/diagnostics.h"
+
+#include <gtest/gtest.h>
+
+namespace kinora {
+namespace {
+
+struct Printed {
+  std::vector<std::string> lines;
+  Diagnostics d{[this](const std::string& line, Severity) { lines.push_back(line); }};
+  std::shared_ptr<const std::string> file = std::make_shared<const std::string>("a.rib");
+  void say(Severity s, const char* code, uint32_t line) { d.report({s, code, {file, line}, "wrong", "", ""}); }
+};
+
+TEST(Diagnostics, EachKindIsShownOnceAndCounted) {
+  Printed p;
+  for (uint32_t i = 1; i <= 7; ++i) {
+    p.say(Severity::Warning, "X-ONE", i);
+    p.say(Severity::Error, "X-TWO", 9);
+  }
+  EXPECT_EQ(p.lines, (std::vector<std::string>{"a.rib:1: warning X-ONE: wrong", "a.rib:9: error X-TWO: wrong"}));
+  p.lines.clear();
+  p.d.summary();
+  EXPECT_EQ(p.lines, (std::vector<std::string>{
+                         "kinora: 6 more of X-ONE, at a.rib:2, a.rib:3, a.rib:4 ... (kinora explain X-ONE)",
+                         "kinora: 6 more of X-TWO, at a.rib:9 ... (kinora explain X-TWO)"}));
+  EXPECT_EQ(p.d.count("X-ONE"), 7u);
+  EXPECT_EQ(p.d.errors(), 7u);
+  p.lines.clear();
+  p.d.summary();
+  EXPECT_TRUE(p.lines.empty()) << "counts are given once";
+}
+
+TEST(Diagnostics, QuietAndVerbose) {
+  Printed p;
+  p.d.setShown(3);
+  p.d.setQuiet(2);
+  for (uint32_t i = 1; i <= 5; ++i) {
+    p.say(Severity::Info, "X-INFO", i);
+    p.say(Severity::Warning, "X-WARN", i);
+    p.say(Severity::Error, "X-BAD", i);
+  }
+  EXPECT_EQ(p.lines.size(), 3u);
+  p.d.summary();
+  ASSERT_EQ(p.lines.size(), 4u);
+  EXPECT_NE(p.lines[3].find("2 more of X-BAD"), std::string::npos) << p.lines[3];
+}
+
+}  // namespace
+}  // namespace kinora

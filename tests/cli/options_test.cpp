@@ -1,0 +1,260 @@
+// Frames, paths, limits, colours and statistics pages as a user asks for them on the command line.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "run_program.h"
+
+namespace kinora::cli {
+namespace {
+
+std::string contents(const Workplace& w, const std::string& name) {
+  std::ifstream stream(w.path(name), std::ios::binary);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+std::string frames(std::initializer_list<int> numbers) {
+  std::string text;
+  for (const int n : numbers) text += "FrameBegin " + std::to_string(n) + "\n" + rib() + "FrameEnd\n";
+  return text;
+}
+
+TEST(Frames, EachGoesToItsOwnName) {
+  Workplace w;
+  w.write("scene.rib", frames({1, 2, 12}));
+  const Result r = w.run({"scene.rib", "-o", "f.####.png", "--stats", "s.###.json", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_EQ(w.files(), (std::vector<std::string>{"f.0001.png", "f.0002.png", "f.0012.png", "s.001.json", "s.002.json",
+                                                 "s.012.json", "scene.rib"}));
+}
+
+TEST(Frames, OneNameForSeveralIsRefused) {
+  Workplace w;
+  w.write("scene.rib", frames({1, 2}));
+  const Result r = w.run({"scene.rib", "-o", "f.png", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 2) << r.err;
+  EXPECT_NE(r.err.find("####"), std::string::npos) << r.err;
+  EXPECT_FALSE(w.has("f.png"));
+  EXPECT_EQ(w.run({"scene.rib", "-o", "f.png", "--frames", "2", "--progress", "none"}).exitCode, 0);
+  EXPECT_TRUE(w.has("f.png"));
+}
+
+TEST(Frames, OnlyThoseAskedFor) {
+  Workplace w;
+  w.write("scene.rib", frames({1, 2, 3, 4, 7}));
+  Result r = w.run({"scene.rib", "-o", "f.#.png", "--frames", "2-3,7", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_EQ(w.files(), (std::vector<std::string>{"f.2.png", "f.3.png", "f.7.png", "scene.rib"}));
+  r = w.run({"scene.rib", "-o", "g.#.png", "--frames", "4-6", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 3) << r.err;
+  EXPECT_NE(r.err.find("APP-FRAMES"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("5, 6"), std::string::npos) << r.err;
+  EXPECT_TRUE(w.has("g.4.png"));
+  for (const char* bad : {"3-1", "1,", "x", "1-2-3", "", "99999999999"})
+    if (*bad) EXPECT_EQ(w.run({"scene.rib", "--frames", bad}).exitCode, 2) << bad;
+}
+
+TEST(Frames, WorldsOutsideFramesCountFromZero) {
+  Workplace w;
+  w.write("scene.rib", rib() + rib() + rib());
+  EXPECT_EQ(w.run({"scene.rib", "-o", "f.#.png", "--frames", "1", "--progress", "none"}).exitCode, 0);
+  EXPECT_EQ(w.files(), (std::vector<std::string>{"f.1.png", "scene.rib"}));
+}
+
+TEST(Paths, DirmapReplacesTheStartOfNames) {
+  Workplace w;
+  std::filesystem::create_directories(w.path("here/geo"));
+  w.write("here/geo/ball.rib", "Sphere 1 -1 1 360\n");
+  SceneParts parts;
+  parts.geometry = "ReadArchive \"/studio/geo/ball.rib\"";
+  parts.display = "Display \"/studio/out.exr\" \"openexr\" \"rgba\"";
+  w.write("scene.rib", rib(parts));
+  const Result r = w.run({"scene.rib", "--dirmap", "/studio=" + w.path("here"), "--strict", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(w.has("here/out.exr"));
+  EXPECT_EQ(w.run({"scene.rib", "--dirmap", "studio"}).exitCode, 2);
+  EXPECT_NE(w.run({"scene.rib", "--dirmap", "/stud=" + w.path("here"), "--progress", "none"}).exitCode, 0)
+      << "half a folder's name is not a folder";
+}
+
+TEST(Paths, SearchPathOfTheSceneAndOfTheCommandLine) {
+  Workplace w;
+  std::filesystem::create_directories(w.path("a"));
+  std::filesystem::create_directories(w.path("b"));
+  w.write("a/ball.rib", "Sphere 1 -1 1 360\n");
+  SceneParts parts;
+  parts.geometry = "ReadArchive \"ball.rib\"";
+  w.write("scene.rib", rib(parts));
+  EXPECT_EQ(w.run({"scene.rib", "--search-path", "archive=b:a", "--strict", "--progress", "none"}).exitCode, 0);
+  EXPECT_EQ(w.run({"scene.rib", "--search-path", "archive=b", "--strict", "--progress", "none"}).exitCode, 4);
+  parts.options = "Option \"searchpath\" \"string archive\" [\"a:@\"]";
+  w.write("scene.rib", rib(parts));
+  EXPECT_EQ(w.run({"scene.rib", "--strict", "--progress", "none"}).exitCode, 0);
+  EXPECT_EQ(w.run({"scene.rib", "--search-path", "nonsense=b"}).exitCode, 2);
+}
+
+TEST(Set, AnUnknownParameterIsAnErrorWithNearNames) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  Result r = w.run({"scene.rib", "--set", "integrator.maxIndirectBounce=2"});
+  EXPECT_EQ(r.exitCode, 2) << r.err;
+  EXPECT_NE(r.err.find("did you mean maxIndirectBounces?"), std::string::npos) << r.err;
+  EXPECT_FALSE(w.has("out.exr"));
+  for (const char* bad :
+       {"light.intensityy=2", "hider.maxsample=2", "projection.fovv=2", "display.compresion=zip", "lamp.x=1"})
+    EXPECT_EQ(w.run({"scene.rib", "--set", bad}).exitCode, 2) << bad;
+  for (const char* good : {"light.intensity=2", "hider.maxsamples=2", "projection.fov=60", "display.compression=zip",
+                           "option.user:pass=beauty"})
+    EXPECT_EQ(w.run({"scene.rib", "--set", good, "--progress", "none"}).exitCode, 0) << good;
+}
+
+// A grid of polygons whose description, mesh and hierarchy take some hundred megabytes.
+std::string largeScene() {
+  constexpr int kSide = 450;
+  std::string counts, indices, points;
+  for (int y = 0; y <= kSide; ++y)
+    for (int x = 0; x <= kSide; ++x) {
+      char text[64];
+      std::snprintf(text, sizeof text, "%.4g %.4g %.4g ", 4.0 * x / kSide - 2, 4.0 * y / kSide - 2,
+                    0.01 * ((x * 7 + y * 13) % 17));
+      points += text;
+      if (x == kSide || y == kSide) continue;
+      const int a = y * (kSide + 1) + x;
+      counts += "4 ";
+      indices += std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + kSide + 2) + " " +
+                 std::to_string(a + kSide + 1) + " ";
+    }
+  SceneParts parts;
+  const std::string mesh = "PointsPolygons [" + counts + "] [" + indices + "] \"vertex point P\" [" + points + "]\n";
+  parts.geometry = mesh + "Translate 0 0 1\n" + mesh;
+  return rib(parts);
+}
+
+TEST(Limits, MemoryLimitEndsWithTheLargestConsumersOrRenders) {
+  Workplace w;
+  w.write("scene.rib", largeScene());
+  ASSERT_EQ(w.run({"scene.rib", "--spp", "1", "-t", "2", "--stats", "s.json", "--progress", "none"}).exitCode, 0);
+  const auto stats = nlohmann::json::parse(contents(w, "s.json"));
+  const uint64_t peak = stats["memory_bytes"]["resident_peak"];
+  ASSERT_GT(peak, 100u << 20);
+  std::filesystem::remove(w.path("out.exr"));
+  const auto run = [&](double part, std::vector<std::string> more = {}) {
+    std::vector<std::string> a{"scene.rib",
+                               "--spp",
+                               "1",
+                               "-t",
+                               "2",
+                               "--progress",
+                               "none",
+                               "--memory-limit",
+                               std::to_string(uint64_t(double(peak) * part))};
+    a.insert(a.end(), more.begin(), more.end());
+    return w.run(a);
+  };
+  const Result third = run(1.0 / 3);
+  EXPECT_EQ(third.exitCode, 5) << third.err;
+  EXPECT_EQ(third.signal, 0);
+  for (const char* said : {"error MEMORY-LIMIT", "largest so far", "scene description"})
+    EXPECT_NE(third.err.find(said), std::string::npos) << said << "\n" << third.err;
+  EXPECT_FALSE(w.has("out.exr"));
+  const Result under = run(1.05);
+  EXPECT_EQ(under.exitCode, 0) << under.err;
+  EXPECT_TRUE(w.has("out.exr"));
+  // the film: 6000 x 6000 pixels need gigabytes, whatever the scene
+  const Result film = run(1.05, {"--res", "6000x6000", "-o", "film.exr"});
+  EXPECT_EQ(film.exitCode, 5) << film.err;
+  EXPECT_NE(film.err.find("film would take"), std::string::npos) << film.err;
+  for (const char* bad : {"lots", "-1", "0", "4Q", "1e30"})
+    EXPECT_EQ(w.run({"scene.rib", "--memory-limit", bad}).exitCode, 2) << bad;
+}
+
+TEST(Statistics, PageHoldsEverythingItself) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const Result r = w.run({"scene.rib", "--spp", "8", "--stats", "s.html", "--progress", "none"});
+  ASSERT_EQ(r.exitCode, 0) << r.err;
+  const std::string page = contents(w, "s.html");
+  size_t pictures = 0;
+  for (size_t at = 0; (at = page.find("data:image/png;base64,", at)) != std::string::npos; ++at) ++pictures;
+  EXPECT_EQ(pictures, 3u) << "the picture, its errors, its times";
+  for (const char* part : {"Memory by owner", "Time by stage", "Rays", "Lane use", "Worst pixels", "</html>"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  for (const char* foreign : {"http", "<script", "<link", "url("})
+    EXPECT_EQ(page.find(foreign), std::string::npos) << foreign;
+  // measuring the error changes no pixel
+  ASSERT_EQ(w.run({"scene.rib", "--spp", "8", "-o", "plain.exr", "--progress", "none"}).exitCode, 0);
+  EXPECT_EQ(w.run({"diff", "out.exr", "plain.exr"}).exitCode, 0);
+}
+
+TEST(Colors, AMissingConfigurationIsOneMessageAndChangesNothing) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  ASSERT_EQ(w.run({"scene.rib", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  RunOptions options;
+  options.environment = {"OCIO=/no/such/config.ocio"};
+  const Result r = w.run({"scene.rib", "-o", "b.exr", "--progress", "none"}, options);
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_NE(r.err.find("warning ASSET-COLOR-CONFIG"), std::string::npos) << r.err;
+  EXPECT_EQ(w.run({"diff", "a.exr", "b.exr"}).exitCode, 0);
+  EXPECT_EQ(w.run({"scene.rib", "-o", "b.exr", "--strict", "--progress", "none"}, options).exitCode, 4);
+}
+
+TEST(Colors, PicturesAreSeenThroughAView) {
+  Workplace w;
+  w.write("config.ocio",
+          "ocio_profile_version: 2\nsearch_path: \"\"\nroles:\n  default: lin\n  scene_linear: lin\nfile_rules:\n"
+          "  - !<Rule> {name: Default, colorspace: default}\ndisplays:\n  screen:\n    - !<View> {name: Dark, "
+          "colorspace: dark}\n"
+          "colorspaces:\n  - !<ColorSpace> {name: lin}\n  - !<ColorSpace>\n    name: dark\n    from_scene_reference: "
+          "!<MatrixTransform> {matrix: [0.1, 0, 0, 0, 0, 0.1, 0, 0, 0, 0, 0.1, 0, 0, 0, 0, 1]}\n");
+  w.write("scene.rib", rib());
+  RunOptions options;
+  options.environment = {"OCIO=" + w.path("config.ocio")};
+  for (const char* extension : {".png", ".jpg", ".tif"}) {
+    const std::string plain = std::string("plain") + extension, dark = std::string("dark") + extension;
+    ASSERT_EQ(w.run({"scene.rib", "-o", plain, "--progress", "none"}, options).exitCode, 0);
+    const Result r = w.run({"scene.rib", "-o", dark, "--set", "display.view=Dark", "--progress", "none"}, options);
+    ASSERT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
+    EXPECT_EQ(w.run({"diff", plain, dark}).exitCode, 1) << extension;
+  }
+  const Result none =
+      w.run({"scene.rib", "-o", "none.png", "--set", "display.view=Bright", "--progress", "none"}, options);
+  EXPECT_EQ(none.exitCode, 0);
+  EXPECT_NE(none.err.find("there are: screen/Dark"), std::string::npos) << none.err;
+  EXPECT_EQ(w.run({"diff", "plain.png", "none.png"}).exitCode, 0);
+}
+
+TEST(Rib, ConvertsBothWaysAndExpands) {
+  Workplace w;
+  SceneParts parts;
+  parts.geometry = "ReadArchive \"ball.rib\"";
+  w.write("ball.rib", "Sphere 1 -1 1 360\n");
+  w.write("scene.rib", rib(parts));
+  const std::string ascii = w.run({"rib", "scene.rib"}).out;
+  EXPECT_NE(ascii.find("ReadArchive \"ball.rib\""), std::string::npos) << ascii;
+  EXPECT_EQ(w.run({"rib", "scene.rib", "--binary", "-o", "b.rib"}).exitCode, 0);
+  EXPECT_EQ(w.run({"rib", "scene.rib", "--binary", "--gzip", "-o", "bz.rib"}).exitCode, 0);
+  EXPECT_EQ(w.run({"rib", "scene.rib", "-o", "a.rib.gz"}).exitCode, 0);
+  EXPECT_EQ(contents(w, "a.rib.gz").substr(0, 2), "\x1f\x8b");
+  for (const char* file : {"b.rib", "bz.rib", "a.rib.gz"}) EXPECT_EQ(w.run({"rib", file}).out, ascii) << file;
+  EXPECT_EQ(w.run({"rib", "scene.rib", "--expand", "-o", "whole.rib"}).exitCode, 0);
+  EXPECT_EQ(w.run({"rib", "scene.rib", "--resolve", "-o", "resolved.rib"}).exitCode, 0);
+  std::filesystem::remove(w.path("ball.rib"));
+  EXPECT_EQ(w.run({"rib", "scene.rib", "--expand", "--strict", "-o", "x.rib"}).exitCode, 4);
+  EXPECT_FALSE(w.has("x.rib"));
+  for (const char* file : {"whole.rib", "resolved.rib"})
+    EXPECT_EQ(w.run({file, "--strict", "-o", std::string(file) + ".exr", "--progress", "none"}).exitCode, 0) << file;
+  EXPECT_EQ(w.run({"diff", "whole.rib.exr", "resolved.rib.exr"}).exitCode, 0);
+  EXPECT_EQ(w.run({"rib", "missing.rib"}).exitCode, 3);
+  EXPECT_EQ(w.run({"rib", "scene.rib", "--ascii", "--binary"}).exitCode, 2);
+  EXPECT_EQ(w.run({"rib", "scene.rib", "-o", "no/folder/x.rib"}).exitCode, 6);
+}
+
+}  // namespace
+}  // namespace kinora::cli
