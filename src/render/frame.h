@@ -7,6 +7,7 @@
 
 #include "film/film.h"
 #include "film/pixel_filter.h"
+#include "render/filters.h"
 #include "render/hider.h"
 #include "render/services.h"
 
@@ -19,6 +20,7 @@ struct FrameInput {
   const film::LightPaths* paths;
   const RecordPlan* plan;
   const film::PixelFilter* filter;
+  const FilterChain* sampleFilters = nullptr;
   film::Film* film;
   const Hider* hider = nullptr;           // null: the loop over rays
   uint32_t seed = 0;
