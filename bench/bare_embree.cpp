@@ -128,23 +128,40 @@ struct BareEmbree::Buffers {
   }
 };
 
-BareEmbree::BareEmbree(const TriangleMesh& mesh)
-    : points_(mesh.points), indices_(mesh.vertices.begin(), mesh.vertices.end()) {
+BareEmbree::BareEmbree() {
   device_ = rtcNewDevice(trace::kDeviceConfig);
   if (!device_) throw std::runtime_error("Embree gives no device");
-  points_.push_back(0);  // Embree reads 16 bytes at each vertex
   scene_ = rtcNewScene(device_);
+  buffers_ = new Buffers();
+  std::fill_n(buffers_->mask.v, kMost, 0xffffffffu);
+}
+
+void BareEmbree::attach(RTCGeometry g) {
+  rtcCommitGeometry(g);
+  rtcAttachGeometry(scene_, g);
+  rtcReleaseGeometry(g);
+  rtcCommitScene(scene_);
+}
+
+BareEmbree::BareEmbree(const CurveSet& curves) : BareEmbree() {
+  points_ = curves.controls;
+  for (size_t i = 0; i < curves.pieceCount(); ++i) indices_.push_back(uint32_t(4 * i));
+  const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
+  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, points_.data(), 0, 16, points_.size() / 4);
+  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, indices_.data(), 0, 4, indices_.size());
+  attach(g);
+}
+
+BareEmbree::BareEmbree(const TriangleMesh& mesh) : BareEmbree() {
+  points_ = mesh.points;
+  indices_.assign(mesh.vertices.begin(), mesh.vertices.end());
+  points_.push_back(0);  // Embree reads 16 bytes at each vertex
   const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points_.data(), 0, 12,
                              points_.size() / 3);
   rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices_.data(), 0, 12,
                              indices_.size() / 3);
-  rtcCommitGeometry(g);
-  rtcAttachGeometry(scene_, g);
-  rtcReleaseGeometry(g);
-  rtcCommitScene(scene_);
-  buffers_ = new Buffers();
-  std::fill_n(buffers_->mask.v, kMost, 0xffffffffu);
+  attach(g);
 }
 
 BareEmbree::~BareEmbree() {

@@ -1,4 +1,4 @@
-// Bare Embree on recorded rays: the same triangles in a scene of its own, the same device string and kind of BVH, and
+// Bare Embree on recorded rays: the same triangles or curves in a scene of its own, the same device string and kind of BVH, and
 // for each kind of ray (camera, indirect by depth, shadow by depth) the fastest of Embree's calls. It shades nothing.
 #pragma once
 #include <embree3/rtcore.h>
@@ -18,6 +18,7 @@ const char* nameOf(Call call);
 class BareEmbree {
  public:
   explicit BareEmbree(const TriangleMesh& mesh);
+  explicit BareEmbree(const CurveSet& curves);  // round Bezier curves
   ~BareEmbree();
   BareEmbree(const BareEmbree&) = delete;
   // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one with the least time.
@@ -36,6 +37,8 @@ class BareEmbree {
 
  private:
   using Kind = std::pair<bool, uint32_t>;  // shadow, depth
+  BareEmbree();
+  void attach(RTCGeometry g);
   double trace(const RecordedRays& rays, const RayBatch& batch, Call call);
   RTCDevice device_;
   RTCScene scene_;

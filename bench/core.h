@@ -16,8 +16,11 @@ struct Options {
 };
 
 void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
+void measureCurves(const Options& options, Figures& figures);      // core_curves.cpp
 void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
 void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp
+void measureLightPaths(const Options& options, Figures& figures);  // core_frames.cpp
+void measureTextures(const Options& options, Figures& figures);    // core_textures.cpp
 void measureMemory(const Options& options, Figures& figures);      // core_frames.cpp
 void measureLanes(const Options& options, Figures& figures);       // core_frames.cpp
 void measureFirstPixel(const Options& options, Figures& figures);  // core_frames.cpp

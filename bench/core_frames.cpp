@@ -121,6 +121,69 @@ void threads(const Options& options, Figures& figures) {
               "the same from CPU time: what two free cores would give but for waiting at the end");
 }
 
+// What a dozen light path expressions cost a frame that has Ci and a alone: scenes/cornell.rib, both in turn.
+constexpr const char* kTwelve[] = {"emissive",
+                                   "diffuse",
+                                   "indirectDiffuse",
+                                   "specular",
+                                   "indirectSpecular",
+                                   "subsurface",
+                                   "transmissive",
+                                   "lpe:CD[S]+<L.>",
+                                   "lpe:C<RS'Glass'>[DS]*[LO]",
+                                   "lpe:C.*<L.'key'>",
+                                   "lpe:C<TS>+<RD>[LO]",
+                                   "lpe:C(D[DS]*[LO])|[LO]"};
+
+}  // namespace
+
+void measureLightPaths(const Options& options, Figures& figures) {
+  Registry registry;
+  Diagnostics diagnostics([](const std::string&, Severity) {});
+  std::unique_ptr<Renderer> renderers[2];
+  for (int k = 0; k < 2; ++k) {
+    std::optional<scene::Scene> scene;
+    rib::RibReader reader(diagnostics, {}, [&](scene::Scene&& s) { scene = std::move(s); });
+    if (!reader.readFile(KINORA_SOURCE_DIR "/scenes/cornell.rib")) return;
+    reader.finish();
+    if (!scene) return;
+    scene::Display d;
+    d.file = "bench.exr";
+    d.driver = "openexr";
+    d.mode = "Ci,a";
+    for (size_t i = 0; k == 1 && i < std::size(kTwelve); ++i) {
+      scene::DisplayChannel c;
+      c.name = "path" + std::to_string(i);
+      scene::Parameter source;
+      source.name = "source";
+      source.type = scene::ValueType::String;
+      source.strings = {kTwelve[i]};
+      c.params.set(std::move(source));
+      scene->channels.push_back(std::move(c));
+      d.mode += ",path" + std::to_string(i);
+    }
+    scene->displays = {std::move(d)};
+    Settings settings = oneThread(options);
+    settings.resolution = options.quick ? std::array<int, 2>{64, 36} : std::array<int, 2>{320, 180};
+    renderers[k] = std::make_unique<Renderer>(registry, diagnostics, settings);
+    if (!renderers[k]->load(std::move(*scene))) return;
+    renderers[k]->renderFilm();
+  }
+  std::vector<double> cost;
+  for (int r = 0; r < options.repeat; ++r) {
+    double seconds[2];
+    for (int k = 0; k < 2; ++k) {
+      const double start = threadSeconds();
+      renderers[k]->renderFilm();
+      seconds[k] = threadSeconds() - start;
+    }
+    cost.push_back(seconds[1] / seconds[0] - 1);
+  }
+  figures.add("lpe_cost_12", cost, "CPU time of scenes/cornell.rib with 12 light path channels over that without, less 1");
+}
+
+namespace {
+
 uint64_t residentBytes() {
   long pages = 0, resident = 0;
   if (FILE* f = std::fopen("/proc/self/statm", "r")) {

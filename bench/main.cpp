@@ -28,10 +28,16 @@ constexpr Group kCore[] = {
      "bare Embree on the same rays with the best call for each kind; time_growth_*: time a sample from small to "
      "large "
      "meshes, over bare Embree's growth"},
+    {"curves", &measureCurves,
+     "curves_vs_embree: closest hits of round cubic curves through a render's trace stages against bare Embree on the "
+     "same rays with the best call for each kind"},
     {"frames", &measureFrames,
      "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
      "thread "
      "against two"},
+    {"light_paths", &measureLightPaths, "lpe_cost_12: what 12 light path channels add to a frame's CPU time"},
+    {"textures", &measureTextures,
+     "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; mlookups_*"},
     {"memory", &measureMemory,
      "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <random>
 #include <stdexcept>
 
 namespace kinora::bench {
@@ -197,6 +198,46 @@ void addMesh(scene::Scene& scene, const TriangleMesh& mesh, const scene::Network
   scene::Parameter points = numbers("P", scene::ValueType::Point, mesh.points);
   points.storage = scene::StorageClass::Vertex;
   p.primvars.set(std::move(points));
+  auto attributes = std::make_shared<scene::Attributes>();
+  attributes->bxdf = material;
+  p.attributes = attributes;
+  scene.add(std::move(p));
+}
+
+CurveSet scatteredHairs(size_t pieces) {
+  CurveSet c;
+  std::mt19937 random(7);
+  const auto unit = [&] { return 2 * float(random() >> 8) / 16777216.f - 1; };
+  while (c.pieceCount() < pieces) {
+    float p[3] = {unit(), unit(), unit()};
+    if (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] < 0.09f) continue;
+    float d[3] = {0.06f * unit(), 0.06f * unit(), 0.06f * unit()};
+    for (int k = 0; k < 4; ++k) {
+      c.controls.insert(c.controls.end(), {p[0], p[1], p[2], 0.006f - 0.0015f * float(k)});
+      for (int i = 0; i < 3; ++i) {
+        p[i] += d[i];
+        d[i] += 0.02f * unit();
+      }
+    }
+  }
+  return c;
+}
+
+void addCurves(scene::Scene& scene, const CurveSet& curves, const scene::NetworkPtr& material) {
+  scene::Primitive p;
+  scene::Curves shape;
+  shape.cubic = true;
+  shape.verticesPerCurve.assign(curves.pieceCount(), 4);
+  p.shape = std::move(shape);
+  std::vector<float> points, widths;
+  for (size_t i = 0; i < curves.controls.size(); i += 4) {
+    points.insert(points.end(), &curves.controls[i], &curves.controls[i] + 3);
+    widths.push_back(2 * curves.controls[i + 3]);
+  }
+  for (scene::Parameter v : {numbers("P", scene::ValueType::Point, points), numbers("width", scene::ValueType::Float, widths)}) {
+    v.storage = scene::StorageClass::Vertex;
+    p.primvars.set(std::move(v));
+  }
   auto attributes = std::make_shared<scene::Attributes>();
   attributes->bxdf = material;
   p.attributes = attributes;

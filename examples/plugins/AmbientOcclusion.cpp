@@ -79,7 +79,7 @@ struct AmbientOcclusion {
     float* light[3] = {floats(room), floats(room), floats(room)};
     float *tMax = floats(room), *time = floats(room);
     uint32_t *slot = words(room), *emitter = words(room);
-    uint16_t* state = static_cast<uint16_t*>(services->alloc(g, room * sizeof(uint16_t)));
+    uint32_t* state = static_cast<uint32_t*>(services->alloc(g, room * sizeof(uint32_t)));
     uint32_t n = 0;
     for (uint32_t k = 0; k < contextCount; ++k) {
       const Context& c = *contexts[k];

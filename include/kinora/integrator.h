@@ -76,13 +76,25 @@ struct LightHits {
   const uint32_t* blocks;         // 1: camera ray that ends here (a light seen by the camera); hits.t was set to infinity
 };
 
+// Beside LobeFlags: scattering in a medium, <V..> to light path expressions. Only integrators say it.
+inline constexpr uint32_t kLobeVolume = 4;
+
+// How shadows have to do with a contribution. Only where Services::wantsUnshadowed is set do the last three matter: some
+// output wants light as if nothing were in its way.
+enum class LightKind : uint32_t {
+  Arrives,      // no shadow could have fallen on it: glow, lights seen directly or by a mirror
+  Shadowed,     // light samples behind their shadow rays, or lights found by chance: one estimate in two parts
+  Unshadowed    // light samples as if unoccluded, without the weight that they share with lights found by chance
+};
+
 // A contribution to the picture: value times throughput, with the state of its light path (see PathStates).
 struct Contributions {
   uint32_t count;
   const uint32_t* slot;           // each slot at most once a call
   const float* value[3];
-  const uint16_t* state;          // after all events but the light's
+  const uint32_t* state;          // after all events but the light's
   const uint32_t* light;          // index of the light, or kNoLight for emission of surfaces
+  LightKind kind = LightKind::Arrives;
 };
 inline constexpr uint32_t kNoLight = 0xffffffffu;
 
@@ -100,9 +112,9 @@ struct ShadowRays {
 
 // The automaton over light path expressions: an integrator keeps a state for each path and steps it at each event.
 struct PathStates {
-  const uint16_t* next;           // [state * eventCount + event]
+  const uint32_t* next;           // [state * eventCount + event]
   uint32_t eventCount;
-  uint16_t start;                 // after "C"
+  uint32_t start;                 // after "C"
 };
 
 // A connection of a light path's vertex to the camera, by point of a context.
@@ -115,12 +127,16 @@ struct CameraConnection {
   const float* raster[2];
 };
 
+struct MemoryMark { uint64_t block, used; };
+
 struct Services {
   void* host;
   SampleTable samples;
   PathStates paths;
   float worldCenter[3], worldRadius;
   uint32_t lightCount;
+  uint32_t hasMedia;              // 0: all of space is empty, and trace() may be given no transmittance
+  uint32_t wantsUnshadowed;       // 1: light samples are to be contributed twice, see LightKind
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
@@ -128,10 +144,13 @@ struct Services {
   // Writes group->hits. `transmittance` gets what the media passed let through (1 in empty space). `depth` addresses the
   // random numbers of presence.
   void (*trace)(Group*, RayKind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
-  // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends unless
-  // releaseShading is called. Returns their number. Rays that escaped must not be listed. `traits`: eye or light path.
+  // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends or their
+  // memory is released. Returns their number. Rays that escaped must not be listed. `traits`: eye or light path.
   uint32_t (*shade)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
-  void (*releaseShading)(Group*);
+  // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs only
+  // its last vertex keeps within the cache that way.
+  MemoryMark (*markMemory)(Group*);
+  void (*releaseMemory)(Group*, MemoryMark);
   // One light sample for each point; u: kDimLightChoice and kDimLight of the vertex, sub-sample `part` of `parts`.
   void (*lightSamples)(Group*, const Context*, uint32_t part, uint32_t parts, LightSamples*);
   // Light met by the listed rays (after trace). Camera rays stop at lights seen by the camera.
@@ -149,9 +168,11 @@ struct Services {
   // Light paths: fills rays of the first n slots with emitted rays; throughput = radiance * cos / pdfs.
   void (*emitLight)(Group*, uint32_t n, float* const throughput[3], uint32_t* light);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);
-  // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer.
-  void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state);
-  // Event codes of the automaton for what integrators add themselves.
+  // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer. The state
+  // is that of the path read from the camera; `light`: the index of the light it began at, by splat.
+  void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
+                const uint32_t* light);
+  // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase function.
   uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
   // Points in space at distance t[slot] along the listed rays: where a medium scatters. The context takes light samples
   // and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.

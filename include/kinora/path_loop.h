@@ -54,17 +54,20 @@ class PathLoop {
     const uint32_t n = g_->padded + kPad;
     for (int c = 0; c < 3; ++c) {
       throughput_[c] = floats(n);
-      medium_[c] = floats(n);
+      medium_[c] = sv_->hasMedia ? floats(n) : nullptr;
       firstThroughput_[c] = nullptr;
     }
     pdf_ = floats(n);
-    state_ = static_cast<uint16_t*>(sv_->alloc(g_, n * sizeof(uint16_t)));
+    state_ = words(n);
     flags_ = words(n);
   }
 
   void run() {
     const uint32_t n = g_->count;
     uint32_t* live = words(g_->padded + kPad);
+    uint32_t* onward = words(g_->padded + kPad);
+    const uint32_t parts = o_.indirectSamples < 1 ? 1 : o_.indirectSamples;
+    MemoryMark mark = sv_->markMemory(g_);
     for (uint32_t i = 0; i < g_->padded; ++i) {
       live[i] = i < n ? i : n - 1;
       throughput_[0][i] = throughput_[1][i] = throughput_[2][i] = g_->rayWeight[i < n ? i : n - 1];
@@ -73,20 +76,22 @@ class PathLoop {
       flags_[i] = kDiscrete;
     }
     // camera vertex
-    sv_->trace(g_, RayKind::Camera, 0, n, live, medium_);
+    sv_->trace(g_, RayKind::Camera, 0, n, live, medium());
     applyMedium(n, live);
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
     const uint32_t count = sv_->shade(g_, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
-    const uint32_t parts = o_.indirectSamples < 1 ? 1 : o_.indirectSamples;
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
     for (uint32_t part = 0; part < o_.lightSamples; ++part)
       directLight(count, contexts, 0, part, o_.lightSamples, parts);
-    if (parts > 1) keepFirst(hits, live);
+    if (parts > 1) {   // the first vertex is needed again
+      keepFirst(hits, live);
+      mark = sv_->markMemory(g_);
+    }
     for (uint32_t part = 0; part < parts; ++part) {
       if (part) restoreFirst(hits, live);
-      follow(count, contexts, part, parts, hits);
+      follow(count, contexts, part, parts, mark, onward);
     }
   }
 
@@ -96,11 +101,13 @@ class PathLoop {
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
 
+  float* const* medium() const { return sv_->hasMedia ? medium_ : nullptr; }
   void applyMedium(uint32_t n, const uint32_t* live) {
+    if (!sv_->hasMedia) return;
     for (uint32_t i = 0; i < n; i += W) {
       const Mask<W> m = Mask<W>::firstN(int(n - i < W ? n - i : W));
-      const Int<W> s = Int<W>::load(live + i);
-      for (int c = 0; c < 3; ++c) scatter(m, gather(throughput_[c], s) * gather(medium_[c], s), throughput_[c], s);
+      const Slots<W> s = Slots<W>::load(live + i);
+      for (int c = 0; c < 3; ++c) s.put(m, s.get(throughput_[c]) * s.get(medium_[c]), throughput_[c]);
     }
   }
 
@@ -114,7 +121,7 @@ class PathLoop {
     for (float*& v : value) v = floats(padded(h.count));
     uint32_t* slot = words(padded(h.count));
     uint32_t* light = words(padded(h.count));
-    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, padded(h.count) * sizeof(uint16_t)));
+    uint32_t* state = words(padded(h.count));
     uint32_t m = 0;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
@@ -136,8 +143,7 @@ class PathLoop {
       state[m] = state_[s];
       ++m;
     }
-    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light};
-    sv_->contribute(g_, &out);
+    contributeFound({m, slot, {value[0], value[1], value[2]}, state, light});
     if (kind == RayKind::Camera) {
       float* alpha = floats(padded(h.count));
       uint32_t k = 0;
@@ -145,6 +151,47 @@ class PathLoop {
         if (h.blocks[i]) { slot[k] = h.slot[i]; alpha[k++] = 1.f; }
       if (k) sv_->cover(g_, k, slot, alpha);
     }
+  }
+
+  // Where unshadowed light is wanted, what light samples could have found too is told apart from the rest.
+  void contributeFound(const Contributions& all) {
+    if (!sv_->wantsUnshadowed) {
+      sv_->contribute(g_, &all);
+      return;
+    }
+    for (const uint32_t kept : {uint32_t(kDiscrete), 0u}) {
+      const uint32_t room = padded(all.count + 1);
+      Contributions part = all;
+      uint32_t *slot = words(room), *light = words(room), m = 0;
+      uint32_t* state = words(room);
+      float* value[3];
+      for (int c = 0; c < 3; ++c) part.value[c] = value[c] = floats(room);
+      for (uint32_t i = 0; i < all.count; ++i) {
+        if ((flags_[all.slot[i]] & kDiscrete) != kept) continue;
+        for (int c = 0; c < 3; ++c) value[c][m] = all.value[c][i];
+        slot[m] = all.slot[i];
+        light[m] = all.light[i];
+        state[m++] = all.state[i];
+      }
+      part.count = m;
+      part.slot = slot;
+      part.light = light;
+      part.state = state;
+      part.kind = kept ? LightKind::Arrives : LightKind::Shadowed;
+      sv_->contribute(g_, &part);
+    }
+  }
+
+  // Light samples before their shadow rays, each without its share of the two techniques (by ray).
+  void contributeUnshadowed(const Contributions& all, const uint32_t* ray, const float* share) {
+    Contributions out = all;
+    float* value[3];
+    for (int c = 0; c < 3; ++c) {
+      out.value[c] = value[c] = floats(padded(all.count + 1));
+      for (uint32_t i = 0; i < all.count; ++i) value[c][i] = all.value[c][i] / share[ray[i]];
+    }
+    out.kind = LightKind::Unshadowed;
+    sv_->contribute(g_, &out);
   }
 
   // depth: of the ray that found the light, camera rays 0.
@@ -160,9 +207,12 @@ class PathLoop {
   // Drops escaped rays from the list; returns how many stay.
   uint32_t keepHits(uint32_t n, uint32_t* live) {
     uint32_t m = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      live[m] = live[i];
-      m += g_->hits.t[live[i]] < 3e38f;
+    for (uint32_t i = 0; i < n; i += W) {
+      const Mask<W> in = Mask<W>::firstN(int(n - i < W ? n - i : W));
+      const Slots<W> s = Slots<W>::load(live + i);
+      const Packer<W> pack(in & (s.get(g_->hits.t) < Float<W>(3e38f)));
+      pack.put(s.s, live + m);
+      m += uint32_t(pack.count);
     }
     padList(m, live);
     return m;
@@ -176,7 +226,7 @@ class PathLoop {
     float* e[3];
     for (float*& x : e) x = floats(c.padded);
     c.bxdf->emission(&c, c.closure, e);
-    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, c.padded * sizeof(uint16_t)));
+    uint32_t* state = words(c.padded);
     uint32_t* slot = words(c.padded);
     uint32_t* light = words(c.padded);
     uint32_t m = 0;
@@ -196,6 +246,9 @@ class PathLoop {
     const Contributions out{m, slot, {e[0], e[1], e[2]}, state, light};
     sv_->contribute(g_, &out);
   }
+
+  // Not black; what is not a number counts, so that the film can report it.
+  static KN_INLINE Mask<W> isThere(Vec3<W> v) { return abs(v.x) + abs(v.y) + abs(v.z) != Float<W>(0.f); }
 
   // One light sample for each point of the contexts; bxdfParts directions will be followed from them.
   void directLight(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
@@ -218,7 +271,8 @@ class PathLoop {
     uint32_t* ray = words(room * mostSlots);      // of each contribution
     uint32_t* owner = words(room * mostSlots);
     uint32_t* light = words(room * mostSlots);
-    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, room * mostSlots * sizeof(uint16_t)));
+    uint32_t* state = words(room * mostSlots);
+    float* share = sv_->wantsUnshadowed ? floats(room) : nullptr;
     uint32_t rays = 0, entries = 0;
 
     for (uint32_t k = 0; k < count; ++k) {
@@ -234,14 +288,14 @@ class PathLoop {
       // what arrives unshadowed: throughput * L / pdf * mis, by slot; rays where any slot is not black
       for (uint32_t i = 0; i < c.count; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
-        const Int<W> s = Int<W>::load(c.path + i);
+        const Slots<W> s = Slots<W>::load(c.path + i);
         const F pdf = F::load(ls.pdf + i);
         const Mask<W> delta = (Int<W>::load(ls.flags + i) & Int<W>(uint32_t(kSampleDelta))) != Int<W>(0);
         F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * F(float(bxdfParts)));
         mis = select(delta, F(1.f), mis);
         const Mask<W> some = in & (pdf > F(0.f));
         const F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
-        Vec3<W> base = Vec3<W>::gather(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
+        Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
         const F fd = F::load(ls.diffuse + i), fs = F::load(ls.specular + i);
         Mask<W> lit(false);
         for (uint32_t l = 0; l < c.slotCount; ++l) {
@@ -253,55 +307,66 @@ class PathLoop {
             v = select(lum > F(o_.clampLuminance), v * (F(o_.clampLuminance) / max(lum, F(1e-30f))), v);
           }
           v.store(e.weight[l], i);   // reused: contribution of the slot
-          lit = lit | (some & (abs(v.x) + abs(v.y) + abs(v.z) > F(0.f)));
+          lit = lit | (some & isThere(v));
         }
         const uint32_t bits = lit.bits();
         if (!bits) continue;
         const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
         const F bias = F::load(c.bias + i);
         const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), bias, wi);
-        compressStore(lit, from.x, o[0] + rays);
-        compressStore(lit, from.y, o[1] + rays);
-        compressStore(lit, from.z, o[2] + rays);
-        compressStore(lit, wi.x, d[0] + rays);
-        compressStore(lit, wi.y, d[1] + rays);
-        compressStore(lit, wi.z, d[2] + rays);
+        const Packer<W> pack(lit);
+        from.pack(pack, o, rays);
+        wi.pack(pack, d, rays);
         const F far = F::load(ls.distance + i);
-        compressStore(lit, fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
-        compressStore(lit, F::load(c.time + i), time + rays);
-        compressStore(lit, s, slot + rays);
-        for (uint32_t b = bits; b; b &= b - 1) {
-          const uint32_t lane = uint32_t(__builtin_ctz(b)), p = i + lane;
-          const uint32_t sl = c.path[p];
-          for (uint32_t l = 0; l < c.slotCount; ++l) {
-            const float x = e.weight[l][0][p], y = e.weight[l][1][p], z = e.weight[l][2][p];
-            if (!(x != 0 || y != 0 || z != 0)) continue;
-            value[0][entries] = x; value[1][entries] = y; value[2][entries] = z;
-            ray[entries] = rays;
-            owner[entries] = sl;
-            light[entries] = ls.light[p];
-            state[entries] = sv_->paths.next[state_[sl] * sv_->paths.eventCount + c.eventOfSlot[l]];
-            ++entries;
-          }
-          ++rays;
+        pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
+        pack.put(F::load(c.time + i), time + rays);
+        pack.put(s.s, slot + rays);
+        if (share) pack.put(mis, share + rays);
+        // each lane's ray
+        Int<W> rank = Int<W>::lanes(int32_t(rays));
+        if (!lit.all() && c.slotCount > 1) {
+          alignas(64) uint32_t list[W] = {};
+          uint32_t k = rays;
+          for (uint32_t b = bits; b; b &= b - 1) list[__builtin_ctz(b)] = k++;
+          rank = Int<W>::load(list);
+        }
+        const uint32_t firstRay = rays;
+        rays += uint32_t(pack.count);
+        const Int<W> row = s.get(state_) * Int<W>(sv_->paths.eventCount);
+        for (uint32_t l = 0; l < c.slotCount; ++l) {
+          const Vec3<W> v = Vec3<W>::load(e.weight[l], i);
+          const Mask<W> some = lit & isThere(v);
+          if (some.none()) continue;
+          const Packer<W> keep(some);
+          v.pack(keep, value, entries);
+          keep.put(s.s, owner + entries);
+          if (c.slotCount > 1) keep.put(rank, ray + entries);
+          else Int<W>::lanes(int32_t(firstRay)).store(ray + entries);   // every ray has one entry
+          keep.put(Int<W>::load(ls.light + i), light + entries);
+          keep.put(gather(sv_->paths.next, row + Int<W>(uint32_t(c.eventOfSlot[l]))), state + entries);
+          entries += uint32_t(keep.count);
         }
       }
     }
     if (!rays) return;
+    if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
     const ShadowRays shadow{rays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, o_.allowCaustics ? 0u : 1u, {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
-    for (uint32_t i = 0; i < entries; ++i) {
-      const uint32_t r = ray[i];
-      const float x = value[0][i] * T[0][r], y = value[1][i] * T[1][r], z = value[2][i] * T[2][r];
-      if (!(x != 0 || y != 0 || z != 0)) continue;
-      value[0][m] = x; value[1][m] = y; value[2][m] = z;
-      owner[m] = owner[i];
-      light[m] = light[i];
-      state[m] = state[i];
-      ++m;
+    for (uint32_t i = 0; i < entries; i += W) {
+      const Mask<W> in = Mask<W>::firstN(int(entries - i < W ? entries - i : W));
+      const Int<W> r = select(in, Int<W>::load(ray + i), Int<W>(0));
+      const Vec3<W> v = Vec3<W>::load(value, i) * Vec3<W>::gather(T, r);
+      const Mask<W> some = in & isThere(v);
+      const Int<W> who = Int<W>::load(owner + i), which = Int<W>::load(light + i), at = Int<W>::load(state + i);
+      const Packer<W> pack(some);
+      v.pack(pack, value, m);
+      pack.put(who, owner + m);
+      pack.put(which, light + m);
+      pack.put(at, state + m);
+      m += uint32_t(pack.count);
     }
-    const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light};
+    const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
     sv_->contribute(g_, &out);
   }
 
@@ -331,16 +396,16 @@ class PathLoop {
       }
       const GenerateArgs ga{{u[0], u[1], u[2], u[3]}, {wi[0], wi[1], wi[2]}, {weight[0], weight[1], weight[2]}, pdf, nullptr, slot, flags};
       c.bxdf->generate(&c, c.closure, &ga);
-      uint32_t* through = words(c.padded);
+      uint32_t* through = words(c.padded + kPad);
       uint32_t throughCount = 0;
       for (uint32_t i = 0; i < c.count; i += W) {
         Mask<W> on = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
-        const Int<W> s = Int<W>::load(c.path + i);
+        const Slots<W> s = Slots<W>::load(c.path + i);
         const Int<W> lobe = Int<W>::load(slot + i);
         on = on & (lobe != Int<W>(kNoLobe));
         const F p = F::load(pdf + i);
         on = on & (p > F(0.f));
-        Vec3<W> t = Vec3<W>::gather(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
+        Vec3<W> t = Vec3<W>::get(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
         // Russian roulette on weak paths
         if (depth >= o_.rouletteDepth) {
           F r, unused;
@@ -357,32 +422,39 @@ class PathLoop {
         const Int<W> fl = Int<W>::load(flags + i);
         const Mask<W> discrete = (fl & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
         const Rays& r = g_->rays;
-        scatter(on, from.x, r.o[0], s);
-        scatter(on, from.y, r.o[1], s);
-        scatter(on, from.z, r.o[2], s);
-        scatter(on, w.x, r.d[0], s);
-        scatter(on, w.y, r.d[1], s);
-        scatter(on, w.z, r.d[2], s);
-        scatter(on, t.x, throughput_[0], s);
-        scatter(on, t.y, throughput_[1], s);
-        scatter(on, t.z, throughput_[2], s);
-        scatter(on, p, pdf_, s);
-        scatter(on, F(1e30f), r.tMax, s);
-        scatter(on, F::load(c.radius + i), r.radius, s);
+        s.put(on, from.x, r.o[0]);
+        s.put(on, from.y, r.o[1]);
+        s.put(on, from.z, r.o[2]);
+        s.put(on, w.x, r.d[0]);
+        s.put(on, w.y, r.d[1]);
+        s.put(on, w.z, r.d[2]);
+        s.put(on, t.x, throughput_[0]);
+        s.put(on, t.y, throughput_[1]);
+        s.put(on, t.z, throughput_[2]);
+        s.put(on, p, pdf_);
+        s.put(on, F(1e30f), r.tMax);
+        s.put(on, F::load(c.radius + i), r.radius);
         const F spread = F::load(c.spread + i);
-        scatter(on, select(discrete, spread, spreadAfter(spread, p)), r.spread, s);
-        for (uint32_t b = bits; b; b &= b - 1) {
-          const uint32_t j = i + uint32_t(__builtin_ctz(b)), sl = c.path[j];
-          const uint16_t event = c.eventOfSlot[slot[j]];
-          state_[sl] = sv_->paths.next[state_[sl] * sv_->paths.eventCount + event];
-          uint32_t f = flags_[sl] & kHadDiffuse;
-          if (flags[j] & kSampleDiscrete) f |= kDiscrete | ((f & kHadDiffuse) ? kCaustic : 0u);
-          else f |= kHadDiffuse;
-          if (event & 1) f |= kLastSpecular;
-          flags_[sl] = f;
-          if (flags[j] & kSampleTransmit) through[throughCount++] = j;
-          live[m++] = sl;
+        s.put(on, select(discrete, spread, spreadAfter(spread, p)), r.spread);
+        Int<W> event(c.slotCount ? uint32_t(c.eventOfSlot[0]) : 0u);
+        for (uint32_t l = 1; l < c.slotCount; ++l)
+          event = select(lobe == Int<W>(l), Int<W>(uint32_t(c.eventOfSlot[l])), event);
+        const Int<W> next =
+            gather(sv_->paths.next, s.get(state_) * Int<W>(sv_->paths.eventCount) + select(on, event, Int<W>(0)));
+        s.put(on, next, state_);
+        const Int<W> had = s.get(flags_) & Int<W>(uint32_t(kHadDiffuse));
+        const Int<W> caustic = select(had != Int<W>(0), Int<W>(uint32_t(kDiscrete | kCaustic)), Int<W>(uint32_t(kDiscrete)));
+        const Int<W> now = had | select(discrete, caustic, Int<W>(uint32_t(kHadDiffuse))) |
+                           select((event & Int<W>(1)) != Int<W>(0), Int<W>(uint32_t(kLastSpecular)), Int<W>(0));
+        s.put(on, now, flags_);
+        if (const Mask<W> goesThrough = on & ((fl & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0)); goesThrough.any()) {
+          const Packer<W> pack(goesThrough);
+          pack.put(Int<W>::lanes(int32_t(i)), through + throughCount);
+          throughCount += uint32_t(pack.count);
         }
+        const Packer<W> pack(on);
+        pack.put(s.s, live + m);
+        m += uint32_t(pack.count);
       }
       if (throughCount) sv_->cross(g_, &c, throughCount, through);
     }
@@ -390,13 +462,14 @@ class PathLoop {
     return m;
   }
 
-  void follow(uint32_t count, Context* const* contexts, uint32_t part, uint32_t parts, uint32_t most) {
-    uint32_t* live = words(padded(most) + kPad);
+  // `mark`: all that was made since is needed until the next directions are chosen, and no longer.
+  void follow(uint32_t count, Context* const* contexts, uint32_t part, uint32_t parts, MemoryMark mark, uint32_t* live) {
     for (uint32_t depth = 0;; ++depth) {
       const bool first = depth == 0;
       const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
+      sv_->releaseMemory(g_, mark);
       if (!n) return;
-      sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium_);
+      sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium());
       applyMedium(n, live);
       collectLights(RayKind::Indirect, depth + 1, first ? o_.lightSamples : 1, first ? parts : 1, n, live);
       if (depth >= o_.maxIndirectBounces) return;   // the last directions only looked for light
@@ -413,7 +486,7 @@ class PathLoop {
 
   void keepFirst(uint32_t n, const uint32_t* live) {
     for (int c = 0; c < 3; ++c) firstThroughput_[c] = floats(g_->padded + kPad);
-    firstState_ = static_cast<uint16_t*>(sv_->alloc(g_, (g_->padded + kPad) * sizeof(uint16_t)));
+    firstState_ = words(g_->padded + kPad);
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t s = live[i];
       for (int c = 0; c < 3; ++c) firstThroughput_[c][s] = throughput_[c][s];
@@ -435,7 +508,7 @@ class PathLoop {
   const Services* sv_;
   const PathLoopOptions o_;
   float *throughput_[3], *medium_[3], *firstThroughput_[3], *pdf_;
-  uint16_t *state_, *firstState_ = nullptr;
+  uint32_t *state_, *firstState_ = nullptr;
   const void* first_ = nullptr;
   uint32_t* flags_;
 };

@@ -66,7 +66,8 @@ struct Rays {  // structure of arrays, padded
 
 class TestLight {
  public:
-  TestLight(const char* name, std::vector<Setting> settings, Matrix m = identity(), const HostImage* image = nullptr)
+  TestLight(const char* name, std::vector<Setting> settings, Matrix m = identity(), const HostImage* image = nullptr,
+            const void* extra = nullptr)
       : image_(image) {
     for (const Descriptor* d : stockPlugins())
       if (std::string(d->name) == name) d_ = d;
@@ -96,7 +97,7 @@ class TestLight {
     Placement placement{};
     for (int i = 0; i < 16; ++i) placement.localToRender[i] = m[size_t(i)];
     placement.isStatic = 1;
-    const CreateInfo info{&host, "test", values.data(), d_->paramCount, &placement, nullptr};
+    const CreateInfo info{&host, "test", values.data(), d_->paramCount, &placement, extra};
     ErrorText text{};
     data_ = d_->create(&info, &text);
     error = text.text;

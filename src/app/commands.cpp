@@ -21,6 +21,7 @@ const std::vector<Command>& commands() {
       {"plugins", "list plug-ins, or the parameters of one", &runPlugins},
       {"info", "what a scene or an image holds", &runInfo},
       {"diff", "compare two images", &runDiff},
+      {"maketex", "make a tiled, mip-mapped texture of an image", &runMaketex},
       {"merge", "add the parts of one frame that --samples wrote", &runMerge},
       {"explain", "what the code of a message means", &runExplain},
   };

@@ -12,6 +12,7 @@ int runRender(const Arguments& arguments);
 int runPlugins(const Arguments& arguments);
 int runInfo(const Arguments& arguments);
 int runDiff(const Arguments& arguments);
+int runMaketex(const Arguments& arguments);
 int runMerge(const Arguments& arguments);
 int runExplain(const Arguments& arguments);
 

@@ -103,6 +103,15 @@ constexpr Explanation kRooms[] = {
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
      "code 3."},
     {"RENDER-CROP", "The crop window, rounded to pixels as RIB says, is empty. The whole picture is rendered."},
+    {"RENDER-SHUTTER",
+     "The numbers of the shutter's opening shape (shutterOpenTime, shutterCloseTime and shutteropening of a Camera, or "
+     "shutteropening of the Hider) do not lie in 0 to 1, are in the wrong order or too few. The shutter opens and closes "
+     "at once."},
+    {"RENDER-TRACE-SET",
+     "A subset of objects for rays (trace:reflectsubset, shadowsubset, transmitsubset and their exclude forms) names a "
+     "group that no object is a member of (grouping:membership), or there are more different subsets than rays can tell "
+     "apart (28; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
+     "ignored."},
     {"RENDER-CAMERA", "The camera's transform cannot be inverted or holds NaN. The identity stands in for it."},
     {"RENDER-NO-CAMERA",
      "The scene has no Projection and no Camera. What RIB says then is an orthographic view along z from the "
@@ -135,6 +144,16 @@ constexpr Explanation kRooms[] = {
      "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "
      "mean "
      "of the others. The message names the first; --only-sample X,Y,S prints what its path met."},
+    {"LPE-SYNTAX",
+     "A light path expression (\"lpe:...\" as the source of a DisplayChannel) is malformed; the message shows where. The "
+     "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing surface; "
+     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, sets [...], and the operators | * + ? {n,m} ( )."},
+    {"LPE-",
+     "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
+     "what is not told apart. The message says what the channel holds."},
+    {"DISPLAY-FORMAT",
+     "The file format of a picture cannot hold all channels that its Display lists. PNG, JPEG and 8- or 16-bit TIFF "
+     "hold up to four numbers a pixel, of which the first ones are written; EXR holds any."},
     {"DISPLAY-DRIVER",
      "A Display names a driver that is no plug-in. The format is chosen by the file's extension, or openexr stands "
      "in."},

@@ -20,7 +20,8 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
 
   void* allocate(size_t bytes) {
-    bytes = (bytes + kAlign - 1) & ~(kAlign - 1);
+    // an odd number of lines: arrays of 2^k floats side by side would all start in the same set of the cache
+    bytes = (((bytes + kAlign - 1) / kAlign) | 1) * kAlign;
     while (current_ < blocks_.size() && used_ + bytes > blocks_[current_].size) {
       ++current_;
       used_ = 0;

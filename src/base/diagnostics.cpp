@@ -9,6 +9,11 @@ std::string SourcePos::str() const {
   return line ? *file + ":" + std::to_string(line) : *file;
 }
 
+namespace {
+// Begins a line of its own in an advice: a text, and a caret under its mistake (film/path_expression.h).
+constexpr char kExcerpt = '\x1e';
+}  // namespace
+
 std::string Message::str() const {
   static const char* const kNames[] = {"info", "warning", "error"};
   std::string s = pos.str();
@@ -19,10 +24,11 @@ std::string Message::str() const {
   s += ": ";
   s += what;
   if (!done.empty()) s += "; " + done;
-  if (!advice.empty()) s += "; " + advice;
-  // a message is one line, whatever a scene's strings hold
-  for (char& c : s)
-    if (static_cast<unsigned char>(c) < 32) c = ' ';
+  const size_t line = s.size();
+  if (!advice.empty()) s += (advice[0] == kExcerpt ? "" : "; ") + advice;
+  // a message is one line, whatever a scene's strings hold; but for an excerpt with its caret at the end of the advice
+  for (size_t i = 0; i < s.size(); ++i)
+    if (static_cast<unsigned char>(s[i]) < 32) s[i] = i >= line && s[i] == kExcerpt ? '\n' : ' ';
   return s;
 }
 

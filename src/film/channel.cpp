@@ -1,5 +1,9 @@
 #include "film/channel.h"
 
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+
 namespace kinora::film {
 namespace {
 
@@ -41,6 +45,40 @@ Channel depthChannel(std::string name, std::string source) {
   return c;
 }
 
+float compress(float x, const std::array<float, 3>& r) {
+  if (!(x > r[0])) return x;
+  const float t = x - r[0], q = (r[2] - r[1]) / ((r[1] - r[0]) * (r[2] - r[0]));
+  return r[0] + t / (1.0f + t * q);
+}
+
+float expand(float y, const std::array<float, 3>& r) {
+  if (!(y > r[0])) return y;
+  const float s = y - r[0], q = (r[2] - r[1]) / ((r[1] - r[0]) * (r[2] - r[0]));
+  // negative lobes of a filter can push a mean beyond what single samples reach
+  return r[0] + s / std::max(1.0f - s * q, 1e-6f);
+}
+
+namespace {
+constexpr const char* kRemapPrefix = "(remap ";
+}
+
+std::string remappedSource(const std::string& source, const std::array<float, 3>& r) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%s%08x %08x %08x) ", kRemapPrefix, std::bit_cast<uint32_t>(r[0]),
+                std::bit_cast<uint32_t>(r[1]), std::bit_cast<uint32_t>(r[2]));
+  return text + source;
+}
+
+std::string sourceBehind(const std::string& entry, std::array<float, 3>& r) {
+  unsigned bits[3];
+  int used = 0;
+  r = {0, 0, 0};
+  if (std::sscanf(entry.c_str(), "(remap %8x %8x %8x) %n", &bits[0], &bits[1], &bits[2], &used) != 3 || used == 0)
+    return entry;
+  for (size_t k = 0; k < 3; ++k) r[k] = std::bit_cast<float>(uint32_t(bits[k]));
+  return entry.substr(size_t(used));
+}
+
 int ChannelLayout::entryOf(const std::string& source, int width, std::string* error) {
   for (const RecordEntry& e : record_) {
     if (e.source != source) continue;
@@ -75,14 +113,30 @@ int ChannelLayout::add(const Channel& channel, std::string* error) {
   // a miss is infinitely far: an average over it is none ("zfiltered" is the finite variant)
   if (c.source == "z" && (c.reducer == Reducer::Sum || c.reducer == Reducer::Average || c.reducer == Reducer::Total))
     return refuse("source \"z\" cannot be averaged; use \"zfiltered\"");
+  const bool isSummed = c.reducer == Reducer::Sum || c.reducer == Reducer::Average;
+  if (c.statistic != Statistic::Value && !isSummed) return refuse("statistics are of filtered and averaged values");
+  if (c.statistic != Statistic::Value && c.half != Half::Both) return refuse("statistics take all samples");
+  int filter = -1;
+  if (!c.filter.name.empty() && c.reducer == Reducer::Sum) {
+    filter = int(std::find(filters_.begin(), filters_.end(), c.filter) - filters_.begin());
+    if (filter >= kMaxFilters) return refuse("more than " + std::to_string(kMaxFilters) + " filters of channels");
+  }
+  if (c.isRemapped()) {
+    if (!isSummed || !(c.remap[0] < c.remap[1] && c.remap[1] < c.remap[2]) || c.source == "z")
+      return refuse("remap takes three rising numbers, and a value that is averaged");
+    std::array<float, 3> before;
+    if (sourceBehind(c.source, before) == c.source) c.source = remappedSource(c.source, c.remap);
+  }
   // a refused channel must leave no entry behind
   for (const RecordEntry& e : record_)
     if (e.source == c.source && e.width != c.width)
       return refuse("source \"" + c.source + "\" has " + std::to_string(e.width) + " floats elsewhere");
   const int offset = entryOf(c.source, c.width, error);
   if (c.reducer == Reducer::ZMin || c.reducer == Reducer::ZMax) entryOf("z", 1, error);
+  if (filter == int(filters_.size())) filters_.push_back(c.filter);
   channels_.push_back(std::move(c));
   offsets_.push_back(offset);
+  filterOf_.push_back(filter);
   return size() - 1;
 }
 

@@ -2,6 +2,7 @@
 // for each frame by display_output.h from the scene's displays (or by hand in tests), read by Film and by the loop
 // that fills records. It does not know where values come from: `source` is a name that the integrator answers to.
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -23,6 +24,17 @@ enum class Reducer : uint8_t {
 // Which samples a channel takes; Even and Odd make half buffers (error estimates, denoising). By sample index.
 enum class Half : uint8_t { Both, Even, Odd };
 
+// What of the samples is written: their filtered value, their variance, or that of their mean (variance / samples).
+enum class Statistic : uint8_t { Value, Variance, MeanVariance };
+
+// A pixel filter of a channel's own, "" for the frame's. Samples lie where the frame's filter puts them: this one is
+// weighed in (filter_ratio.h).
+struct ChannelFilter {
+  std::string name;
+  float xWidth = 0, yWidth = 0;
+  bool operator==(const ChannelFilter&) const = default;
+};
+
 enum class ChannelType : uint8_t { Color, Float, Point, Vector, Normal, Int };
 
 struct Channel {
@@ -39,6 +51,12 @@ struct Channel {
   bool isData = false;  // not a colour: stored as float instead of half; negative values are not counted
   bool splats = false;  // light paths may splat into it (costs 8 bytes a float and pixel)
   std::string source;   // record entry that it reads; channels of one source share the entry's floats
+  Statistic statistic = Statistic::Value;
+  ChannelFilter filter;
+  // Firefly remap (a b c, all 0: none): samples above a are compressed before they are summed, c to b, and the sum is
+  // expanded again. Part of the record entry's name: see remappedSource().
+  std::array<float, 3> remap{0, 0, 0};
+  bool isRemapped() const { return remap[2] > 0; }
   double step() const { return std::ldexp(1.0, stepLog2); }
   bool operator==(const Channel&) const = default;
 };
@@ -49,6 +67,14 @@ Channel floatChannel(std::string name, std::string source = {});     // the same
 Channel positionChannel(std::string name, std::string source = {});  // step 2^-16, limit 2^30: P and other points
 Channel normalChannel(std::string name, std::string source = {});    // data, step 2^-30
 Channel depthChannel(std::string name, std::string source = {});     // Min of one float: z of the first hit
+
+// The compression and its inverse; `a < b < c`. x <= a stays; above, the curve begins with slope 1 and bends so that c
+// comes to b.
+float compress(float x, const std::array<float, 3>& remap);
+float expand(float y, const std::array<float, 3>& remap);
+// Name of the record entry that holds a source's values compressed, and back (the source itself when it is none).
+std::string remappedSource(const std::string& source, const std::array<float, 3>& remap);
+std::string sourceBehind(const std::string& entry, std::array<float, 3>& remap);
 
 // An entry of the sample record: `width` floats from `offset` on.
 struct RecordEntry {
@@ -73,12 +99,17 @@ class ChannelLayout {
   int recordFloats() const { return recordFloats_; }
   // Offset of the depth by which ZMin and ZMax choose (source "z"); -1 when no channel needs it and none is there.
   int depthOffset() const { return depthOffset_; }
+  // Filters of their own that channels have, each once; at most kMaxFilters.
+  static constexpr int kMaxFilters = 8;
+  const std::vector<ChannelFilter>& filters() const { return filters_; }
+  int filterOf(int channel) const { return filterOf_[size_t(channel)]; }  // index into filters(); -1: the frame's
   bool operator==(const ChannelLayout&) const = default;
 
  private:
   int entryOf(const std::string& source, int width, std::string* error);
   std::vector<Channel> channels_;
-  std::vector<int> offsets_;
+  std::vector<int> offsets_, filterOf_;
+  std::vector<ChannelFilter> filters_;
   std::vector<RecordEntry> record_;
   int recordFloats_ = 0;
   int depthOffset_ = -1;

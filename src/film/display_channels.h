@@ -9,8 +9,8 @@
 
 namespace kinora::film {
 
-// A channel for any name: what is unknown becomes a colour of that source, with a warning.
-Channel describeChannel(const scene::Scene& scene, const std::string& name, const SourcePos& usedAt,
+// A channel for any name in the list of `display`: what is unknown becomes a primvar's colour, with a warning.
+Channel describeChannel(const scene::Scene& scene, const std::string& name, const scene::Display& display,
                         Diagnostics& diagnostics);
 
 }  // namespace kinora::film

@@ -13,7 +13,12 @@ std::string outputsToJson(const DisplayPlan& plan, const FrameMetadata& frame) {
   for (const Output& o : plan.outputs) {
     json channels = json::array(), params = json::array();
     for (const OutputChannel& c : o.channels)
-      channels.push_back({{"channel", plan.layout[c.channel].name}, {"names", c.names}, {"isColor", c.isColor}});
+      channels.push_back({{"channel", plan.layout[c.channel].name},
+                          {"names", c.names},
+                          {"isColor", c.isColor},
+                          {"exposure", {c.values.gain, c.values.gamma}},
+                          {"quantize", {c.values.zero, c.values.one, c.values.least, c.values.most}},
+                          {"dither", c.values.dither}});
     for (const scene::Parameter& p : o.params)
       params.push_back({{"name", p.name},
                         {"type", int(p.type)},
@@ -49,6 +54,10 @@ image::Status outputsFromJson(const std::string& text, const ChannelLayout& layo
         channel.channel = layout.find(c.at("channel").get<std::string>());
         channel.names = c.at("names").get<std::vector<std::string>>();
         channel.isColor = c.at("isColor").get<bool>();
+        const auto exposure = c.at("exposure").get<std::array<float, 2>>();
+        const auto quantize = c.at("quantize").get<std::array<float, 4>>();
+        channel.values = {exposure[0], exposure[1], quantize[0], quantize[1],
+                          quantize[2], quantize[3], c.at("dither").get<float>()};
         if (channel.channel < 0 || int(channel.names.size()) != layout[channel.channel].width)
           throw std::runtime_error("a picture names a channel that the shard lacks");
         output.channels.push_back(std::move(channel));

@@ -151,12 +151,17 @@ image::Image pictureOf(const Film& film, const Output& output,
   image::Image picture(film.window(), std::move(infos));
   picture.display = {0, 0, film.width(), film.height()};
   picture.metadata = metadata;
+  const bool toIntegers = storesIntegers(output);
   for (int y = film.window().y0; y < film.window().y1; ++y)
     for (int x = film.window().x0; x < film.window().x1; ++x) {
-      float* out = picture.at(x, y);
+      float *const first = picture.at(x, y), *out = first;
       for (const OutputChannel& c : output.channels) {
         if (!filtered || !filtered->find(c.channel, x, y, out)) film.resolvePixel(c.channel, x, y, out);
-        out += film.layout()[c.channel].width;
+        const int width = film.layout()[c.channel].width;
+        if (c.values != DisplayValues())
+          for (int k = 0; k < width; ++k)
+            out[k] = displayed(out[k], c.values, c.isColor, toIntegers, c.isColor, x, y, int(out - first) + k);
+        out += width;
       }
     }
   return picture;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "film/display_channels.h"
+#include "film/light_paths.h"
 
 namespace kinora::film {
 namespace {
@@ -94,6 +95,20 @@ std::vector<std::string> floatNames(const std::string& prefix, const Channel& ch
   return names;
 }
 
+// Light paths go to pixels as they are, by a box filter: channels that choose among samples cannot have them.
+bool takesSplats(const Channel& c, const scene::Display& display, const PlanOptions& options,
+                 Diagnostics& diagnostics) {
+  if (!options.splats || c.width != 3 || !LightPaths::knows(c.source)) return false;
+  const bool takes = (c.reducer == Reducer::Sum || c.reducer == Reducer::Average) && c.half == Half::Both &&
+                     c.statistic == Statistic::Value && !c.isRemapped();
+  if (!takes)
+    diagnostics.warning("DISPLAY-CHANNEL-SPLATS", display.pos,
+                        "channel \"" + c.name + "\" cannot take light that paths from the lights bring",
+                        "it holds the camera's paths alone",
+                        "filter \"filter\" or \"average\" without statistics and remap takes it");
+  return takes;
+}
+
 // The channels of one display as the film sums them and as the file names them.
 void addChannels(const scene::Scene& scene, const scene::Display& display, const PlanOptions& options,
                  DisplayPlan& plan, Output& out, Diagnostics& diagnostics) {
@@ -103,11 +118,18 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
   std::vector<std::string> taken;
   for (const std::string& name : namesIn(display)) {
     int index = plan.layout.find(name);
-    if (index < 0) {
-      Channel c = describeChannel(scene, name, display.pos, diagnostics);
-      c.splats = options.splats && c.type == ChannelType::Color && c.reducer == Reducer::Sum && c.half == Half::Both;
+    const bool isShared = index >= 0 && !display.params.find("filter") && !display.params.find("filterwidth") &&
+                          !display.params.find("remap");
+    if (!isShared) {
+      Channel c = describeChannel(scene, name, display, diagnostics);
+      c.splats = takesSplats(c, display, options, diagnostics);
       std::string error;
-      index = plan.layout.add(c, &error);
+      // a display with a filter of its own sums its channels apart from those of others
+      while (index >= 0 && !(plan.layout[index] == c)) {
+        c.name += "'";
+        index = plan.layout.find(c.name);
+      }
+      if (index < 0) index = plan.layout.add(c, &error);
       if (index < 0) {
         diagnostics.warning("DISPLAY-CHANNEL", display.pos,
                             "channel \"" + name + "\" of \"" + out.file + "\": " + error, "left out");
@@ -118,6 +140,10 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
     OutputChannel o;
     o.channel = index;
     o.isColor = c.type == ChannelType::Color && !c.isData;
+    const auto declared = std::find_if(scene.channels.rbegin(), scene.channels.rend(),
+                                       [&](const scene::DisplayChannel& d) { return d.name == name; });
+    o.values = displayValues(display.params, declared == scene.channels.rend() ? nullptr : &declared->params, name,
+                             display.pos, diagnostics);
     if (asRgba && c.width == 3 && name == (colour.empty() ? "Ci" : colour))
       o.names = {"R", "G", "B"};
     else if (asRgba && c.width == 1 && name == (alpha.empty() ? "a" : alpha))
@@ -137,6 +163,22 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
 bool hasBeauty(const scene::Display& d) {
   const std::vector<std::string> names = namesIn(d);
   return std::find(names.begin(), names.end(), "Ci") != names.end();
+}
+
+// Formats of integers hold a colour and alpha, four floats at most; layers belong into EXR.
+void dropWhatTheFormatLacks(const DisplayPlan& plan, Output& out, Diagnostics& diagnostics) {
+  if (!storesIntegers(out)) return;
+  size_t floats = 0, kept = 0;
+  while (kept < out.channels.size() && floats + out.channels[kept].names.size() <= 4)
+    floats += out.channels[kept++].names.size();
+  if (kept == out.channels.size()) return;
+  std::string names;
+  for (size_t i = kept; i < out.channels.size(); ++i)
+    names += (names.empty() ? "" : ", ") + plan.layout[out.channels[i].channel].name;
+  diagnostics.warning("DISPLAY-FORMAT", out.pos,
+                      "picture \"" + out.file + "\" holds at most 4 numbers a pixel, but is to hold also: " + names,
+                      "they are left out", "write them to an .exr");
+  out.channels.resize(kept);
 }
 
 // The displays of the scene, with the primary one overridden by -o. The reader has applied RIB's "+" (add) and its
@@ -179,6 +221,17 @@ std::string fillFrame(std::string file, int frame) {
   return file.replace(begin, end - begin, sign + digits);
 }
 
+bool storesIntegers(const Output& output) {
+  const std::string extension = extensionOf(output.file);
+  if (output.driver == "openexr") return false;
+  for (const char* e : {"png", "jpg", "jpeg", "tga", "bmp", "ppm"})
+    if (extension == e) return true;
+  if (extension != "tif" && extension != "tiff") return false;
+  // a TIFF can be told to hold floats
+  const std::vector<float> quantize = output.params.getFloats("quantize");
+  return output.params.getString("format", "") != "float32" && !(quantize.size() == 4 && quantize[1] == 0);
+}
+
 void redirectPrimary(DisplayPlan& plan, const std::string& file, Diagnostics& diagnostics) {
   const auto isPrimary = [&](const Output& o) {
     return std::any_of(o.channels.begin(), o.channels.end(),
@@ -208,6 +261,8 @@ DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, 
     const bool isWritten = chooseDriver(d, lookup, diagnostics, out);
     addChannels(scene, d, options, plan, out, diagnostics);
     if (!isWritten || options.noOutputs || out.channels.empty()) continue;
+    dropWhatTheFormatLacks(plan, out, diagnostics);
+    if (out.channels.empty()) continue;
     // a framebuffer beside a file display of one name: one picture is enough
     const auto same =
         std::find_if(plan.outputs.begin(), plan.outputs.end(), [&](auto& o) { return o.file == out.file; });

@@ -9,6 +9,7 @@
 
 #include "base/diagnostics.h"
 #include "film/channel.h"
+#include "film/display_values.h"
 #include "image/status.h"
 #include "scene/scene.h"
 
@@ -26,6 +27,7 @@ struct OutputChannel {
   int channel = 0;                 // index in the layout
   std::vector<std::string> names;  // in the file, one a float: "R" "G" "B", "diffuse.R" ..., "id"
   bool isColor = false;            // a colour, as opposed to alpha or data
+  DisplayValues values;            // exposure, quantisation
 };
 
 // One picture file.
@@ -54,6 +56,9 @@ struct PlanOptions {
 // Problems become messages (DISPLAY-*), each with what was done instead; the plan always has channels to sum.
 DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, const DriverLookup& lookup,
                          Diagnostics& diagnostics);
+
+// Whether the file holds integers, which its driver rounds to after encoding colours, instead of floats.
+bool storesIntegers(const Output& output);
 
 // "####" in a name becomes the frame number padded to as many digits (a minus counts as one).
 std::string fillFrame(std::string file, int frame);

@@ -49,6 +49,9 @@ void Film::plan() {
   rules_.assign(kHeaderSlots, SlotRule::Add);
   firstSlot_.assign(size_t(layout_.size()), -1);
   firstSplatSlot_.assign(size_t(layout_.size()), -1);
+  weightSlot_.assign(size_t(layout_.size()), -1);
+  std::array<int, kWeightKinds> slotOfWeight;
+  slotOfWeight.fill(-1);
   infinityAllowed_.assign(size_t(layout_.recordFloats()), 1);
   countNegative_.assign(size_t(layout_.recordFloats()), 0);
   const auto newSlot = [&](SlotRule rule) {
@@ -59,14 +62,29 @@ void Film::plan() {
     const Channel& ch = layout_[c];
     if (ch.reducer != Reducer::Sum && ch.reducer != Reducer::Average && ch.reducer != Reducer::Total) continue;
     static_assert(kFilterEven == kFilter + 1 && kFilterOdd == kFilter + 2 && kOneEven == kOne + 1);
-    const WeightKind weight = WeightKind(int(ch.reducer == Reducer::Sum ? kFilter : kOne) + int(ch.half));
+    const int filter = layout_.filterOf(c);
+    const int kind = ch.reducer != Reducer::Sum ? int(kOne) : filter < 0 ? int(kFilter) : kOwnFilters + 3 * filter;
+    const uint8_t weight = uint8_t(kind + int(ch.half));
     firstSlot_[size_t(c)] = int(rules_.size());
     for (int k = 0; k < ch.width; ++k) {
       const int record = layout_.recordOffset(c) + k;
       newSlot(SlotRule::Add);
-      sums_.push_back({record, weight, int16_t(c), 1.0 / ch.step(), double(ch.limit) / ch.step()});
+      sums_.push_back({record, weight, false, int16_t(c), 1.0 / ch.step(), double(ch.limit) / ch.step()});
       infinityAllowed_[size_t(record)] = 0;
       if (!ch.isData) countNegative_[size_t(record)] = 1;
+    }
+    // squares follow the sums
+    for (int k = 0; k < ch.width && ch.statistic != Statistic::Value; ++k) {
+      newSlot(SlotRule::Add);
+      sums_.push_back({layout_.recordOffset(c) + k, weight, true, int16_t(c), std::ldexp(1.0, -squareStepLog2(ch)),
+                       std::ldexp(1.0, 46)});
+    }
+    if (kind >= kOwnFilters) {
+      if (slotOfWeight[weight] < 0) {
+        slotOfWeight[weight] = newSlot(SlotRule::Add);
+        sums_.push_back({-1, weight, false, int16_t(c), std::ldexp(1.0, -kWeightStepLog2), std::ldexp(1.0, 46)});
+      }
+      weightSlot_[size_t(c)] = slotOfWeight[weight];
     }
   }
   // addBlock works on pairs of slots; the odd one is padded by a slot that stays 0
@@ -160,7 +178,19 @@ void Film::clear() {
 // ---- adding samples
 
 void Film::addSamples(const SampleSpan& span) {
-  for (int first = 0; first < span.n; first += kBlock) addBlock(span, first, std::min(kBlock, span.n - first));
+  for (int first = 0; first < span.n; first += kBlock) {
+    prefetchBlock(span, first + kBlock);
+    addBlock(span, first, std::min(kBlock, span.n - first));
+  }
+}
+
+// Pixels are seldom in the cache when their next sample comes.
+void Film::prefetchBlock(const SampleSpan& span, int first) const {
+  for (int i = first; i < std::min(first + kBlock, span.n); ++i) {
+    if (!window_.contains(span.x[i], span.y[i])) continue;
+    const char* p = reinterpret_cast<const char*>(state_.get() + offsetOf(span.x[i], span.y[i]));
+    for (int k = 0; k < slots_ * int(sizeof(int64_t)); k += 64) __builtin_prefetch(p + k, 1);
+  }
 }
 
 int Film::channelReading(int record) const {
@@ -231,6 +261,14 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
     weights[kOne][i] = one;
     weights[kOneEven][i] = isEven ? one : 0.0;
     weights[kOneOdd][i] = isEven ? 0.0 : one;
+    for (size_t f = 0; f < layout_.filters().size(); ++f) {
+      const float* own = span.filterWeights ? span.filterWeights[f] : span.weight;
+      const double x = isGood ? double(own[s]) : 0.0;
+      double(*kinds)[kBlock] = weights + kOwnFilters + 3 * f;
+      kinds[0][i] = x;
+      kinds[1][i] = isEven ? x : 0.0;
+      kinds[2][i] = isEven ? 0.0 : x;
+    }
     if (isGood) {
       const int64_t fixed = roundToInt(w * 1073741824.0);  // 2^30: kWeightStepLog2
       pixels[i][kWeight] += fixed;
@@ -249,7 +287,21 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
     const int count = std::min(kChunk, sums - begin);
     for (int k = 0; k < count; ++k) {
       const SumSlot& s = sums_[size_t(begin + k)];
-      inputs[k] = {blockOf(span.values[s.record], first, n, padded[k]), weights[s.weight], s.scale, s.limit};
+      if (s.record < 0) {
+        std::fill_n(padded[k], kBlock, 1.0f);
+        inputs[k] = {padded[k], weights[s.weight], s.scale, s.limit};
+        continue;
+      }
+      const float* values = blockOf(span.values[s.record], first, n, padded[k]);
+      if (s.isSquare) {
+        for (int i = 0; i < kBlock; ++i) {
+          const double y = double(values[i]) * weights[s.weight][i];
+          padded[k][i] = float(y * y);
+        }
+        inputs[k] = {padded[k], weights[kOne], s.scale, s.limit};
+        continue;
+      }
+      inputs[k] = {values, weights[s.weight], s.scale, s.limit};
     }
     isClamped |= roundBlock(inputs, count, rounded);
     for (int i = 0; i < n; ++i)
@@ -262,7 +314,7 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
 void Film::countSaturated(const SampleSpan& span, int first, int n, int64_t* const* pixels,
                           const double (*weights)[kBlock]) {
   for (const SumSlot& s : sums_)
-    for (int i = 0; i < n; ++i)
+    for (int i = 0; i < n && s.record >= 0 && !s.isSquare; ++i)
       if (pixels[i] && std::fabs(double(span.values[s.record][first + i]) * weights[s.weight][i] * s.scale) > s.limit)
         saturated_[size_t(s.channel)].fetch_add(1, std::memory_order_relaxed);
 }
@@ -386,10 +438,22 @@ void Film::resolvePixel(int channel, int x, int y, float* out) const {
     return ch.half == Half::Both ? p[all] : ch.half == Half::Even ? p[even] : p[all] - p[even];
   };
   const double count = double(ofHalf(kCount, kCountEven));
+  if (ch.statistic != Statistic::Value) {
+    // of y = value x weight, whose mean is the pixel: (sum y^2 - (sum y)^2 / n) / (n - 1)
+    for (int k = 0; k < ch.width; ++k) {
+      const double sum = double(p[slot + k]) * ch.step();
+      const double squares = double(p[slot + ch.width + k]) * std::ldexp(1.0, squareStepLog2(ch));
+      double v = count > 1 ? std::max(0.0, (squares - sum * sum / count) / (count - 1)) : 0.0;
+      if (ch.statistic == Statistic::MeanVariance && count > 0) v /= count;
+      out[k] = float(v);
+    }
+    return;
+  }
   double scale = 0;
   switch (ch.reducer) {
     case Reducer::Sum: {
-      const double weight = std::ldexp(double(ofHalf(kWeight, kWeightEven)), kWeightStepLog2);
+      const int own = weightSlot_[size_t(channel)];
+      const double weight = std::ldexp(double(own >= 0 ? p[own] : ofHalf(kWeight, kWeightEven)), kWeightStepLog2);
       // Filters with negative lobes: the weights of few samples can cancel. Their expected sum is the count, which is
       // the better divisor below half of it (measured: docs/performance.md, "Pixel filters").
       const double divisor = std::fabs(weight) >= 0.5 * count ? weight : count;
@@ -418,7 +482,7 @@ void Film::resolvePixel(int channel, int x, int y, float* out) const {
   for (int k = 0; k < ch.width; ++k) {
     double v = double(p[slot + k]) * scale;
     if (splatSlot >= 0 && passes > 0) v += double(p[splatSlot + k]) * (ch.step() / double(passes));
-    out[k] = float(v);
+    out[k] = ch.isRemapped() ? expand(float(v), ch.remap) : float(v);
   }
 }
 

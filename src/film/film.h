@@ -35,6 +35,8 @@ struct SampleSpan {
   const uint32_t* sampleIndex = nullptr;
   const float* weight = nullptr;         // of the importance-sampled pixel filter: about +1 or -c
   const float* const* values = nullptr;  // one array for each float of the record (ChannelLayout::recordFloats)
+  // One array for each of ChannelLayout::filters(): what that filter weighs the samples. Null: `weight` for all.
+  const float* const* filterWeights = nullptr;
 };
 
 // n contributions of light paths to one channel. Values are for one pass: divided by the number of light paths a pass
@@ -123,11 +125,16 @@ class Film {
   struct Free {
     void operator()(int64_t* p) const { std::free(p); }
   };
-  enum WeightKind : uint8_t { kFilter, kFilterEven, kFilterOdd, kOne, kOneEven, kOneOdd, kWeightKinds };
+  // Three of each: all samples, even ones, odd ones. Filters of channels follow.
+  enum WeightKind : uint8_t { kFilter, kFilterEven, kFilterOdd, kOne, kOneEven, kOneOdd, kOwnFilters };
+  static constexpr int kWeightKinds = kOwnFilters + 3 * ChannelLayout::kMaxFilters;
+  // Steps of squares, for variances: a square of `limit` 2^20 (colours), 2^38 (data) still fits.
+  static int squareStepLog2(const Channel& c) { return c.isData ? -8 : -26; }
   // A slot that takes value x weight, rounded: one float of a Sum, Average or Total channel.
   struct SumSlot {
-    int record;  // float of the sample record
-    WeightKind weight;
+    int record;  // float of the sample record; -1: the weight itself
+    uint8_t weight;  // WeightKind and on
+    bool isSquare;   // (value x weight)^2
     int16_t channel;
     double scale;  // 1 / step
     double limit;  // in steps
@@ -149,6 +156,7 @@ class Film {
   size_t offsetOf(int x, int y) const {
     return (size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0)) * size_t(stride_);
   }
+  void prefetchBlock(const SampleSpan& span, int first) const;
   void addBlock(const SampleSpan& span, int first, int n);
   uint32_t inspect(const SampleSpan& span, int first, int n);
   int channelReading(int record) const;
@@ -164,6 +172,7 @@ class Film {
   std::vector<SlotRule> rules_;
   std::vector<int> firstSlot_, firstSplatSlot_;
   std::vector<SumSlot> sums_;  // slot kHeaderSlots + i
+  std::vector<int> weightSlot_;  // by channel: sum of its filter's weights; -1: the frame's, in the header
   std::vector<ExtremeSlot> extremes_;
   std::vector<Nearest> nearest_;
   std::vector<uint8_t> infinityAllowed_;  // a record float: only extremes read it, so +-infinity is a value

@@ -88,7 +88,11 @@ json toJson(const Film& film, const ShardInfo& info) {
                         {"limit", c.limit},
                         {"isData", c.isData},
                         {"splats", c.splats},
-                        {"source", c.source}});
+                        {"source", c.source},
+                        {"statistic", int(c.statistic)},
+                        {"filter", c.filter.name},
+                        {"filterWidth", {c.filter.xWidth, c.filter.yWidth}},
+                        {"remap", c.remap}});
   json ranges = json::array();
   for (const SampleRange& r : info.ranges) ranges.push_back({r.begin, r.end});
   const FilmCounters counters = film.counters();
@@ -143,6 +147,12 @@ Channel channelFrom(const json& j) {
   c.isData = j.at("isData").get<bool>();
   c.splats = j.at("splats").get<bool>();
   c.source = j.at("source").get<std::string>();
+  c.statistic = enumFrom(j.at("statistic"), Statistic::MeanVariance);
+  c.filter.name = j.at("filter").get<std::string>();
+  const auto widths = j.at("filterWidth").get<std::array<float, 2>>();
+  c.filter.xWidth = widths[0];
+  c.filter.yWidth = widths[1];
+  c.remap = j.at("remap").get<std::array<float, 3>>();
   return c;
 }
 

@@ -185,7 +185,7 @@ TEST_F(ShardFile, DescriptionsThatLieAreRefused) {
   const std::pair<std::string, std::string> lies[] = {{"\"window\":[3,2,21,19]", "\"window\":[3,2,22,19]"},
                                                       {"\"resolution\":[40,30]", "\"resolution\":[4e9,1]"},
                                                       {"\"resolution\":[40,30]", "\"resolution\":[-1,30]"},
-                                                      {"\"version\":1", "\"version\":2"},
+                                                      {"\"version\":2", "\"version\":3"},
                                                       {"\"samples\":[[0,6]]", "\"samples\":[[6,0]]"},
                                                       {"\"samples\":[[0,6]]", "\"samples\":[[0,0]]"},
                                                       {"\"stepLog2\":-30", "\"stepLog2\":-99"},

@@ -95,6 +95,11 @@ std::optional<PointKeys> readPoints(const scene::Primitive& primitive, Diagnosti
       } else {
         moves |= std::memcmp(out.keys.back().data(), out.keys[0].data(), out.keys[0].size_bytes()) != 0;
       }
+      // curves and points may grow in place
+      for (const char* name : {"width", "constantwidth"}) {
+        const Parameter *a = primitive.primvars.find(name), *b = primitive.motion[k].find(name);
+        moves |= a && b && a->floats != b->floats;
+      }
     }
     if (!good)
       diagnostics.warning("GEOM-MOTION-MISMATCH", primitive.pos, subject(primitive) + ": " + why,

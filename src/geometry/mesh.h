@@ -1,5 +1,6 @@
-// What every surface primitive becomes before it is traced: an indexed triangle mesh with primvars, plus the way back
-// from a triangle to the patch (face, u, v) that the user said. Made by geometry/, held by trace/, read by shade/.
+// What every primitive becomes before it is traced: an indexed triangle mesh with primvars, plus the way back from a
+// triangle to the patch (face, u, v) that the user said; or, for Curves and Points, control points with radii (a
+// "strand": what is traced as it is, without triangles). Made by geometry/, held by trace/, read by shade/.
 #pragma once
 #include <ImathBox.h>
 #include <ImathVec.h>
@@ -30,6 +31,20 @@ struct Primvar {
 // normal, and normals from the user are turned as a whole when most of them point to the other side. Single ones may
 // still disagree.
 struct Mesh {
+  // Strands: tubes and ribbons along curves, and balls and discs at points. Cubic ones are Bezier pieces whatever basis
+  // the user said; ribbons and discs face the ray or, "oriented", stand as their normals say.
+  enum class Kind : uint8_t {
+    Triangles, LinearTube, LinearRibbon, CubicTube, CubicRibbon, OrientedRibbon, Ball, Disc, OrientedDisc
+  };
+  Kind kind = Kind::Triangles;
+  // Strands only. A primitive of one is a piece of a curve, or a point; `indices` holds the first control point of each,
+  // `faceOfTriangle` the curve of each (empty for points: all belong to face 0), `vertexCount` counts control points.
+  // PerVertex primvars go with the control points.
+  std::vector<Imath::V4f> spine;         // keys x vertexCount: as `points`, with the radius
+  std::vector<Imath::V3f> spineNormals;  // keys x vertexCount: oriented kinds; any length but 0
+  std::vector<Imath::V2f> along;         // curve parameter v at both ends of each piece
+
+  // Triangles only:
   // keys x vertexCount points; object space minus `origin` (so that float keeps precision at coordinates around 1e6)
   std::vector<Imath::V3f> points;
   Imath::V3d origin{0, 0, 0};
@@ -52,7 +67,16 @@ struct Mesh {
   bool doubleSided = true;   // Sides 2
   Imath::Box3d bounds;       // over all keys, object space
 
-  uint32_t triangleCount() const { return uint32_t(indices.size() / 3); }
+  bool isStrand() const { return kind != Kind::Triangles; }
+  bool isCurve() const { return kind >= Kind::LinearTube && kind <= Kind::OrientedRibbon; }
+  bool isCubic() const { return kind >= Kind::CubicTube && kind <= Kind::OrientedRibbon; }
+  bool isTube() const { return kind == Kind::LinearTube || kind == Kind::CubicTube; }
+  bool isOriented() const { return kind == Kind::OrientedRibbon || kind == Kind::OrientedDisc; }
+  bool facesRay() const { return kind == Kind::LinearRibbon || kind == Kind::CubicRibbon || kind == Kind::Disc; }
+  int controlsOfPiece() const { return isCubic() ? 4 : isCurve() ? 2 : 1; }
+
+  uint32_t triangleCount() const { return isStrand() ? 0 : uint32_t(indices.size() / 3); }
+  uint32_t primitiveCount() const { return isStrand() ? uint32_t(indices.size()) : triangleCount(); }
   uint32_t faceOf(uint32_t triangle) const {
     return !faceOfTriangle.empty() ? faceOfTriangle[triangle] : quadPairs ? triangle / 2 : triangle;
   }

@@ -5,6 +5,12 @@ namespace kinora::geometry {
 namespace {
 
 constexpr Explanation kExplanations[] = {
+    {"GEOM-CURVE-COUNT",
+     "The number of vertices of a curve does not fit its kind: a linear curve needs 2 (3 when periodic), a cubic one 4 "
+     "and then a whole number of steps of its basis (periodic: a whole number of steps). Such curves are left out, the "
+     "others of the primitive are rendered. See Basis; its default is bezier with step 3."},
+    {"GEOM-CURVE-LENGTH",
+     "Some curves have no length: all their vertices are in one place. They are left out, the others are rendered."},
     {"GEOM-FACE-AREA",
      "A face with five or more corners, or with holes, has no area: its corners lie on a line or in one point. It is "
      "left out. The rest of the mesh is rendered."},
@@ -68,6 +74,13 @@ constexpr Explanation kExplanations[] = {
     {"GEOM-TOO-LARGE",
      "A single primitive has more faces than its triangles could be numbered. Cut it into several primitives."},
     {"GEOM-TRIM", "A NURBS surface has trim curves. They are not rendered yet, so the surface appears whole."},
+    {"GEOM-POINTS-TYPE",
+     "Points are rendered as discs that face the ray (type \"particle\", the default), as discs that stand as N says or "
+     "face the ray without N (\"disk\", \"patch\") or as spheres (\"sphere\", \"blobby\"). Another type was named, or one "
+     "that has a stand-in only."},
+    {"GEOM-WIDTH",
+     "Some widths (width, constantwidth) are negative, not a number or infinite. A curve or point is absent where its "
+     "width is negative; a width that is no finite number is replaced by the first good one, or 1."},
     {"GEOM-ZERO-AREA",
      "Nothing of a primitive would be visible: a radius or sweep is zero, all faces are degenerate, or (for "
      "subdivision "

@@ -43,8 +43,6 @@ bool flipsNormals(const scene::Primitive& primitive, bool worldMirrored) {
 namespace {
 
 const char* laterKind(const scene::Shape& shape) {
-  if (std::holds_alternative<scene::Curves>(shape)) return "Curves";
-  if (std::holds_alternative<scene::Points>(shape)) return "Points";
   if (const auto* other = std::get_if<scene::OtherPrimitive>(&shape)) return other->request.c_str();
   return "Primitive";
 }
@@ -56,6 +54,8 @@ bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh&
   if (std::holds_alternative<scene::Patch>(p.shape) || std::holds_alternative<scene::PatchMesh>(p.shape) ||
       std::holds_alternative<scene::NuPatch>(p.shape))
     return makePatches(p, rate, d, mesh);
+  if (const auto* q = std::get_if<scene::Curves>(&p.shape)) return makeCurves(p, *q, d, mesh);
+  if (std::holds_alternative<scene::Points>(p.shape)) return makePoints(p, d, mesh);
   // The code holds the kind, so that a thousand of one do not hide the first of another.
   const std::string kind = laterKind(p.shape);
   std::string code = "GEOM-NOT-RENDERED-YET-";

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "light/near_rays.h"
+
 namespace kinora::light {
 
 namespace {
@@ -60,6 +62,8 @@ uint32_t LightSet::choose(const LinkSet& s, float u, float* pdf, float* rest) co
   return s.lights[k];
 }
 
+bool LightSet::hasChoice() const { return sets_.size() > 1 || sets_[0].lights.size() > 1; }
+
 float LightSet::choicePdf(uint32_t linkSet, uint32_t light) const { return sets_[linkSet].pdfOfLight[light]; }
 
 void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSamples* out) const {
@@ -87,8 +91,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   LightSampleArgs a{};
   for (int c = 0; c < 3; ++c) a.worldCenter[c] = center_[c];
   a.worldRadius = radius_;
-  const bool one = sets_.size() == 1 && sets_[0].lights.size() == 1;
-  if (one) {
+  if (!hasChoice() && !sets_[0].lights.empty()) {
     // the common case of few lights: no regrouping
     const uint32_t index = sets_[0].lights[0];
     const LightEntry& l = lights_[index];
@@ -180,7 +183,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
 void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {
   *out = LightHits{};
   if (!list.count || lights_.empty()) return;
-  const uint32_t n = list.count, np = padded(n);
+  const uint32_t n = list.count, np = padded(n) + kPad;
   // most entries possible: each ray meets each light
   uint32_t able = 0;
   for (const LightEntry& l : lights_) able += !l.description.isDelta && (l.visibility & (camera ? 1 : 2));
@@ -216,30 +219,17 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
   for (uint32_t l = 0; l < lights_.size(); ++l) {
     const LightEntry& entry = lights_[l];
     if (entry.description.isDelta || !(entry.visibility & (camera ? 1 : 2))) continue;
-    // rays that may meet this light
-    uint32_t k = 0;
-    const float* c0 = entry.description.center;
-    const float r2 = entry.description.radius * entry.description.radius * 1.0001f;
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = list.slots[i];
-      if (entry.description.isInfinite) {
-        if (list.tHit[s] != INFINITY) continue;
-      } else {
-        const float px = c0[0] - list.rays->o[0][s], py = c0[1] - list.rays->o[1][s], pz = c0[2] - list.rays->o[2][s];
-        const float dx = list.rays->d[0][s], dy = list.rays->d[1][s], dz = list.rays->d[2][s];
-        const float along = px * dx + py * dy + pz * dz, p2 = px * px + py * py + pz * pz;
-        // difference of near numbers: widen by what rounding may take
-        if (p2 - along * along > r2 + 1e-5f * p2 || (along < 0 && p2 > r2)) continue;
-      }
-      who[k++] = i;
-    }
+    const LightDescription& shape = entry.description;
+    const NearRaysArgs near{n, list.slots, list.rays, list.tHit, shape.isInfinite != 0,
+                            {shape.center[0], shape.center[1], shape.center[2]}, shape.radius * shape.radius * 1.0001f,
+                            {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, time, t, who};
+    const uint32_t k = nearRaysKernel(width)(near);
     if (!k) continue;
     const uint32_t kp = padded(k);
-    for (uint32_t i = 0; i < kp; ++i) {
-      const uint32_t s = list.slots[who[std::min(i, k - 1)]];
-      for (int c = 0; c < 3; ++c) { o[c][i] = list.rays->o[c][s]; d[c][i] = list.rays->d[c][s]; }
-      time[i] = list.rays->time[s];
-      t[i] = std::min(list.tHit[s], list.rays->tMax[s]);
+    for (uint32_t i = k; i < kp; ++i) {
+      for (int c = 0; c < 3; ++c) { o[c][i] = o[c][k - 1]; d[c][i] = d[c][k - 1]; }
+      time[i] = time[k - 1];
+      t[i] = t[k - 1];
     }
     LightRayArgs a{};
     a.count = k;

@@ -46,8 +46,8 @@ class LightSet {
     uint32_t count = 0, padded = 0;
     const float* P[3];
     const float* time;
-    const uint32_t* linkSet;               // by point; null: all in set 0
-    const float* uChoice;                  // in [0, 1)
+    const uint32_t* linkSet = nullptr;     // by point; null: all in set 0
+    const float* uChoice;                  // in [0, 1); null where there is no choice
     const float* u[2];
   };
   // One light sample a point, into arrays of the arena.
@@ -67,6 +67,7 @@ class LightSet {
   void emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4], const float* time,
             float* const o[3], float* const d[3], float* const throughput[3], uint32_t* light) const;
 
+  bool hasChoice() const;                  // uChoice of a sample is read
   float choicePdf(uint32_t linkSet, uint32_t light) const;
 
  private:

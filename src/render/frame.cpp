@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/shutter.h"
 #include "sampling/draw.h"
 #include "simd/dispatch.h"
 
@@ -213,13 +214,18 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
   draw(table, m, s.seeds(), s.indices(), kDimFilter, x[0], x[1]);
   draw(table, m, s.seeds(), s.indices(), kDimLens, x[2], x[3]);
   draw(table, m, s.seeds(), s.indices(), kDimTime, x[4], x[5]);
+  w.filterWeights.resize(in_.ratios.size());
+  for (float*& own : w.filterWeights) own = arena.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) {
     film::FilterSample f{0, 0, 1};
-    if (in_.jitter) f = in_.filter->sample(x[0][i], x[1][i]);
+    const float u = x[0][i], v = x[1][i];
+    if (in_.jitter) f = in_.filter->sample(u, v);
     x[0][i] = float(s.pixelX()[i]) + 0.5f + f.dx;
     x[1][i] = float(s.pixelY()[i]) + 0.5f + f.dy;
     s.weights()[i] = f.weight;
-    s.group().rays.time[i] = x[4][i];
+    for (size_t k = 0; k < w.filterWeights.size(); ++k)
+      w.filterWeights[k][i] = in_.jitter ? in_.ratios[k].weight(u, v) : 1.f;
+    s.group().rays.time[i] = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
   }
   Rays& r = s.group().rays;
   float* weight = x[6];
@@ -244,8 +250,17 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
         t.t[c] = p.t[c] + u * (q.t[c] - p.t[c]);
       }
     }
-    const float o[3] = {r.o[0][i], r.o[1][i], r.o[2][i]}, d[3] = {r.d[0][i], r.d[1][i], r.d[2][i]};
-    float e[3], l2 = 0;
+    float o[3] = {r.o[0][i], r.o[1][i], r.o[2][i]};
+    const float d[3] = {r.d[0][i], r.d[1][i], r.d[2][i]};
+    float e[3], l2 = 0, last = 1e30f;
+    if (!camera.cuts.empty()) {
+      float first = 0;
+      cutRay(camera.cuts, o, d, first, last);
+      if (!(last > first)) first = last = 0;   // nothing is left of it
+      for (int c = 0; c < 3; ++c) o[c] += d[c] * first;
+      r.radius[i] += r.spread[i] * first;
+      last -= first;
+    }
     for (int c = 0; c < 3; ++c) {
       r.o[c][i] = t.m[c][0] * o[0] + t.m[c][1] * o[1] + t.m[c][2] * o[2] + t.t[c];
       e[c] = t.m[c][0] * d[0] + t.m[c][1] * d[1] + t.m[c][2] * d[2];
@@ -255,7 +270,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     const float scale = std::sqrt(l2), inv = scale > 0 ? 1.f / scale : 0.f;
     for (int c = 0; c < 3; ++c) r.d[c][i] = e[c] * inv;
     r.radius[i] *= scale;
-    r.tMax[i] = 1e30f;
+    r.tMax[i] = camera.cuts.empty() ? 1e30f : last * scale;
   }
   // the camera's own weight multiplies the path; the filter's weighs the sample in the film
   s.group().rayWeight = weight;
@@ -271,7 +286,9 @@ void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
   const uint64_t t1 = now();
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
   times[0] += t1 - t0;
-  times[1] += now() - t1;
+  const uint64_t spent = now() - t1;
+  times[1] += spent;
+  w.setCpuTime(count, float(double(spent) * 1e-9 / count));
   ++times[3];
 }
 
@@ -280,6 +297,7 @@ void Frame::retire(Worker& w, uint32_t count) {
   shade::GroupState& s = w.state();
   const uint64_t start = now();
   if (in_.sampleFilters) in_.sampleFilters->run(count, s.pixelX(), s.pixelY(), w.records());
+  w.finishRecords(count);
   film::SampleSpan span;
   span.n = int(count);
   span.x = s.pixelX();
@@ -287,6 +305,7 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.sampleIndex = s.indices();
   span.weight = s.weights();
   span.values = w.records();
+  span.filterWeights = w.filterWeights.empty() ? nullptr : w.filterWeights.data();
   in_.film->addSamples(span);
   times_->byWorker[w.index][2] += now() - start;
 }
@@ -309,7 +328,8 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
     weight[i] = 1;
   }
   drawSpan(in_.world->width())(w.services().samples, m, s.seeds(), s.indices(), kDimTime, u, v);
-  for (uint32_t i = 0; i < m; ++i) s.group().rays.time[i] = u[i];
+  const std::vector<float>& times = in_.world->camera().times;
+  for (uint32_t i = 0; i < m; ++i) s.group().rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
   s.group().rayWeight = weight;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
 }

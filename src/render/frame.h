@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "film/filter_ratio.h"
 #include "film/pixel_filter.h"
 #include "render/filters.h"
 #include "render/hider.h"
@@ -21,12 +22,13 @@ struct FrameInput {
   const RecordPlan* plan;
   const film::PixelFilter* filter;
   const FilterChain* sampleFilters = nullptr;
+  std::vector<film::FilterRatio> ratios;  // by filter of the film's layout
   film::Film* film;
   const Hider* hider = nullptr;           // null: the loop over rays
   uint32_t seed = 0;
   int firstSample = 0, lastSample = 64;   // half open
   int threads = 1;
-  uint32_t groupSize = 512;
+  uint32_t groupSize = 1024;
   std::string bucketOrder = "horizontal";
   bool jitter = true;
   std::atomic<bool>* stop = nullptr;

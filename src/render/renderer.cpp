@@ -80,6 +80,7 @@ struct Renderer::Impl {
   RecordPlan record;
   film::PixelFilter filter;
   FilterChain sampleFilters, displayFilters;
+  std::vector<film::FilterRatio> ratios;
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
@@ -239,8 +240,11 @@ struct Renderer::Impl {
     makePixelFilter(scene, registry, builder.host(), diagnostics, filter);
     sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
     displayFilters.make(Kind::DisplayFilter, scene.displayFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
-    record = planRecord(plan.layout, diagnostics);
-    paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene));
+    record = planRecord(plan.layout);
+    paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene), film::LobeNumbers(scene.options));
+    addUserLobes(*paths, record);
+    tellOfPaths();
+    makeRatios();
     const auto& c = builder.camera();
     film::Status made;
     film = film::Film::create(c.resolution[0], c.resolution[1], {c.window[0], c.window[1], c.window[2], c.window[3]}, plan.layout, made);
@@ -250,6 +254,40 @@ struct Renderer::Impl {
     }
     hashScene();
     return true;
+  }
+
+  // Expressions that cannot be had as they are written.
+  void tellOfPaths() {
+    for (const uint16_t i : paths->unmatched()) {
+      const std::string what = "the light path expression \"" + record.sources[i] + "\" ";
+      if (paths->isTooLarge())
+        diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others", "its channel stays black",
+                            "fewer repetitions ({n,m}), labels and channels need less");
+      else
+        diagnostics.warning("LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
+                            "paths end with L, a light, or O, a glowing surface");
+    }
+  }
+
+  void makeRatios() {
+    ratios.clear();
+    for (const film::ChannelFilter& f : plan.layout.filters()) {
+      film::PixelFilter own;
+      if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;   // checked by the plan
+      ratios.emplace_back(filter, own);
+      if (ratios.back().covered() < 0.98)
+        diagnostics.warning("DISPLAY-CHANNEL-FILTER", scene.pos,
+                            "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" + filter.name() + "\"",
+                            "it is cut there", "give PixelFilter the widest filter of the frame");
+    }
+  }
+
+  // Sources that are no built-in ones are primvars, and some object should have them.
+  void tellOfPrimvars() {
+    for (const RecordPlan::Primvar& p : record.primvars)
+      if (!builder.world().primvarWidths.contains(p.name))
+        diagnostics.warning("DISPLAY-SOURCE", scene.pos,
+                            "no output and no primvar named \"" + p.name + "\" is in the scene", "its channel stays black");
   }
 
   void hashScene() {
@@ -270,6 +308,9 @@ struct Renderer::Impl {
       h.bytes(k.screenWindow.data(), sizeof k.screenWindow);
       h.bytes(k.shutter.data(), sizeof k.shutter);
       h.bytes(k.depthOfField.data(), sizeof k.depthOfField);
+      h.bytes(k.clipping.data(), sizeof k.clipping);
+      for (const auto& plane : k.clippingPlanes) h.bytes(plane.data(), sizeof plane);
+      h.params(k.params);
     }
     const auto primitive = [&](const scene::Primitive& p) {
       const uint64_t kind = p.shape.index();
@@ -277,6 +318,11 @@ struct Renderer::Impl {
       if (const auto* q = std::get_if<scene::Quadric>(&p.shape)) h.bytes(q->args.data(), sizeof q->args);
       if (const auto* m = std::get_if<scene::PolygonMesh>(&p.shape)) h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
       if (const auto* m = std::get_if<scene::SubdivisionMesh>(&p.shape)) h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
+      if (const auto* m = std::get_if<scene::Curves>(&p.shape)) {
+        h.bytes(&m->cubic, sizeof m->cubic);
+        h.bytes(&m->periodic, sizeof m->periodic);
+        h.bytes(m->verticesPerCurve.data(), m->verticesPerCurve.size() * sizeof(int));
+      }
       h.params(p.primvars);
       for (const auto& m : p.motion) h.params(m);
       h.transform(p.toWorld);
@@ -337,6 +383,7 @@ struct Renderer::Impl {
     in.plan = &record;
     in.filter = &filter;
     in.sampleFilters = sampleFilters.empty() ? nullptr : &sampleFilters;
+    in.ratios = ratios;
     in.film = film.get();
     in.hider = hider;
     in.seed = settings.seed;
@@ -354,7 +401,9 @@ struct Renderer::Impl {
   bool build() {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     try {
-      return prepare() && makeFilm() && builder.buildWorld(scene, *paths, stats);
+      if (!prepare() || !makeFilm() || !builder.buildWorld(scene, *paths, stats)) return false;
+      tellOfPrimvars();
+      return true;
     } catch (const std::bad_alloc&) {
       diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to build the scene", "nothing is rendered");
       return false;

@@ -4,42 +4,52 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <map>
 
+#include "render/surface_channels.h"
 #include "sampling/draw.h"
 
 namespace kinora::render {
 
-RecordPlan planRecord(const film::ChannelLayout& layout, Diagnostics& diagnostics) {
+RecordPlan planRecord(const film::ChannelLayout& layout) {
   RecordPlan p;
-  SurfaceOutputs& s = p.surface;
-  const std::pair<const char*, int SurfaceOutputs::*> known[] = {
-      {"a", &SurfaceOutputs::a}, {"z", &SurfaceOutputs::z}, {"P", &SurfaceOutputs::P}, {"Nn", &SurfaceOutputs::Nn},
-      {"Ngn", &SurfaceOutputs::Ngn}, {"Vn", &SurfaceOutputs::Vn}, {"albedo", &SurfaceOutputs::albedo},
-      {"u", &SurfaceOutputs::u}, {"v", &SurfaceOutputs::v}, {"id", &SurfaceOutputs::id}, {"VLen", &SurfaceOutputs::VLen},
-      {"PRadius", &SurfaceOutputs::radius}, {"incidentRaySpread", &SurfaceOutputs::spread},
-      {"outsideIOR", &SurfaceOutputs::outsideIor}, {"time", &SurfaceOutputs::time}, {"sampleCount", &SurfaceOutputs::sampleCount},
-      {"__Pworld", &SurfaceOutputs::pworld}, {"__Nworld", &SurfaceOutputs::nworld}, {"zfiltered", &SurfaceOutputs::s},
-      {"__depth", &SurfaceOutputs::s}};
   for (const film::RecordEntry& e : layout.record()) {
-    p.sources.push_back(e.source);
+    std::array<float, 3> remap;
+    const std::string source = film::sourceBehind(e.source, remap);
+    if (remap[2] > 0) p.remaps.push_back({e.offset, e.width, remap});
+    p.sources.push_back(source);
     p.offsets.push_back(e.offset);
     p.widths.push_back(e.width);
-    int splat = -1;
+    p.splatChannels.emplace_back();
     for (int c = 0; c < layout.size(); ++c)
-      if (layout[c].splats && (layout[c].source.empty() ? layout[c].name : layout[c].source) == e.source) splat = c;
-    p.splatChannel.push_back(splat);
-    bool found = film::LightPaths::knows(e.source);
-    for (const auto& [name, member] : known)
-      if (e.source == name) {
-        s.*member = e.offset;
-        found = true;
-      }
-    if (!found)
-      diagnostics.warning("DISPLAY-SOURCE", {}, "no output named \"" + e.source + "\" is made by the renderer",
-                          "the channel stays black");
+      if (layout[c].splats && layout[c].source == e.source) p.splatChannels.back().push_back(c);
+    const film::SourceInfo* known = film::findSource(source);
+    if (source == film::kVisibleFallback) {
+      p.cleared.push_back({e.offset, 1});
+      if (e.width == 3) p.cleared.push_back({e.offset + 2, 1});
+    } else if (!known) {
+      if (!film::LightPaths::knows(source)) p.primvars.push_back({source, e.offset, e.width});
+    } else if (known->source == film::Source::SampleCount) {
+      p.cleared.push_back({e.offset, 1});
+    } else if (known->source == film::Source::CpuTime) {
+      p.cpuTime.push_back(e.offset);
+    } else {
+      if (known->source == film::Source::Depth) p.cleared.push_back({e.offset, INFINITY});
+      if (known->source == film::Source::Alpha || known->source == film::Source::Opacity)
+        for (int k = 0; k < e.width; ++k) p.coverage.push_back(e.offset + k);
+      p.surfaces.push_back({known->source, e.offset, e.width, false});
+    }
   }
   p.floats = layout.recordFloats();
   return p;
+}
+
+void addUserLobes(const film::LightPaths& paths, RecordPlan& plan) {
+  static constexpr std::pair<uint32_t, film::Source> kSignals[] = {
+      {2, film::Source::Albedo}, {3, film::Source::P}, {6, film::Source::Nn}};
+  for (size_t i = 0; i < plan.sources.size(); ++i)
+    for (const auto& [lobe, source] : kSignals)
+      if (paths.userLobes(i) >> (lobe - 1) & 1) plan.surfaces.push_back({source, plan.offsets[i], plan.widths[i], true});
 }
 
 // Plain functions for the table: each finds the worker through the group.
@@ -73,6 +83,7 @@ struct Worker::Calls {
   }
   static uint32_t shade(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts) {
     Worker& w = of(g);
+    if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty()) n = w.keepLinked(n, &slots);
     const uint32_t count = w.state_.shade(traits, depth, n, slots, contexts);
     if (w.print)
       for (uint32_t c = 0; c < count; ++c)
@@ -87,7 +98,11 @@ struct Worker::Calls {
         }
     return count;
   }
-  static void releaseShading(Group*) {}
+  static MemoryMark markMemory(Group* g) {
+    const Arena::Mark m = of(g).state_.arena().mark();
+    return {m.block, m.used};
+  }
+  static void releaseMemory(Group* g, MemoryMark m) { of(g).state_.arena().release({size_t(m.block), size_t(m.used)}); }
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
@@ -98,16 +113,17 @@ struct Worker::Calls {
   static void contribute(Group* g, const Contributions* c) { of(g).contribute(c); }
   static void cover(Group* g, uint32_t n, const uint32_t* slots, const float* alpha) {
     Worker& w = of(g);
-    if (w.plan_.surface.a < 0) return;
-    for (uint32_t i = 0; i < n; ++i) w.records_[size_t(w.plan_.surface.a)][slots[i]] = alpha[i];
+    for (const int offset : w.plan_.coverage)
+      for (uint32_t i = 0; i < n; ++i) w.records_[size_t(offset)][slots[i]] = alpha[i];
   }
   static void cross(Group* g, const Context* c, uint32_t n, const uint32_t* points) { of(g).state_.cross(c, n, points); }
   static const void* keepPaths(Group* g, uint32_t n, const uint32_t* slots) { return of(g).state_.keepPaths(n, slots); }
   static void restorePaths(Group* g, const void* kept) { of(g).state_.restorePaths(kept); }
   static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
-  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
-    of(g).splat(n, raster, value, state);
+  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
+                    const uint32_t* light) {
+    of(g).splat(n, raster, value, state, light);
   }
   static Context* pointsInSpace(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
                                 const float* t) {
@@ -126,10 +142,13 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   for (int c = 0; c < 3; ++c) s.worldCenter[c] = world.world->center()[c];
   s.worldRadius = world.world->radius();
   s.lightCount = world.lights->size();
+  s.hasMedia = world.hasMedia;
+  s.wantsUnshadowed = paths.wantsUnshadowed();
   s.alloc = &Calls::alloc;
   s.trace = &Calls::trace;
   s.shade = &Calls::shade;
-  s.releaseShading = &Calls::releaseShading;
+  s.markMemory = &Calls::markMemory;
+  s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
   s.lightHits = &Calls::lightHits;
   s.shadow = &Calls::shadow;
@@ -143,14 +162,41 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.splat = &Calls::splat;
   s.event = &Calls::event;
   s.pointsInSpace = &Calls::pointsInSpace;
-  outputsOfState_.resize(paths.stateCount());
-  for (uint32_t k = 0; k < paths.stateCount(); ++k)
-    for (uint16_t o : paths.outputs(uint16_t(k))) outputsOfState_[k].emplace_back(plan.offsets[o], plan.splatChannel[o]);
+  for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t((*world.lights)[i].group));
+  endCount_ = paths.ends();
+  perKind_ = paths.stateCount() * endCount_;
+  // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)
+  static constexpr float kSigns[3][3] = {{1, 1, 0}, {1, 0, -1}, {0, 1, 1}};
+  std::map<std::vector<std::pair<int, float>>, uint16_t> sets;
+  for (const auto& signs : kSigns)
+    for (uint32_t state = 0; state < paths.stateCount(); ++state)
+      for (uint32_t end = 0; end < endCount_; ++end) {
+        std::vector<std::pair<int, float>> targets;
+        for (const uint16_t o : paths.outputs(state, end))
+          if (const float sign = signs[size_t(paths.light(o))]; sign != 0) targets.emplace_back(plan.offsets[o], sign);
+        const auto [it, isNew] = sets.try_emplace(targets, uint16_t(sets.size()));
+        setOf_.push_back(it->second);
+        if (!isNew) continue;
+        first_.push_back(uint32_t(targets_.size()));
+        for (const auto& [offset, sign] : targets) targets_.push_back({offset, sign});
+      }
+  first_.push_back(uint32_t(targets_.size()));
+  for (size_t o = 0; o < plan.splatChannels.size(); ++o)
+    for (const int channel : plan.splatChannels[o]) {
+      splatChannels_.push_back(channel);
+      for (uint32_t state = 0; state < paths.stateCount(); ++state)
+        for (uint32_t end = 0; end < endCount_; ++end) {
+          const auto& list = paths.outputs(state, end);
+          takesSplat_.push_back(std::find(list.begin(), list.end(), uint16_t(o)) != list.end() &&
+                                paths.light(o) != film::PathLight::Blocked);
+        }
+    }
   state_.onPrimary = [this](const Context* c) { primary(c); };
 }
 
 void Worker::begin(uint32_t count, StageKind stage) {
   state_.begin(count, stage);
+  emitted_.clear();
   state_.group().host = this;
   const uint32_t n = state_.group().padded + kPad;
   records_.resize(size_t(plan_.floats));
@@ -158,79 +204,57 @@ void Worker::begin(uint32_t count, StageKind stage) {
     records_[k] = state_.arena().make<float>(n);
     std::memset(records_[k], 0, n * sizeof(float));
   }
-  if (plan_.surface.z >= 0) std::fill_n(records_[size_t(plan_.surface.z)], n, INFINITY);
-  if (plan_.surface.sampleCount >= 0) std::fill_n(records_[size_t(plan_.surface.sampleCount)], n, 1.f);
+  for (const auto& [offset, value] : plan_.cleared) std::fill_n(records_[size_t(offset)], n, value);
 }
 
 void Worker::primary(const Context* c) {
-  const SurfaceOutputs& o = plan_.surface;
-  const auto put = [&](int offset, const float* v) {
-    if (offset < 0) return;
-    float* r = records_[size_t(offset)];
-    for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v[i];
-  };
-  const auto put3 = [&](int offset, const float* const v[3]) {
-    for (int k = 0; k < 3 && offset >= 0; ++k) put(offset + k, v[k]);
-  };
-  if (o.a >= 0) {
-    float* a = records_[size_t(o.a)];
-    for (uint32_t i = 0; i < c->count; ++i) a[c->path[i]] = 1.f;
-  }
-  if (o.z >= 0 || o.s >= 0) {
-    // depth along the camera's axis, at the sample's time
-    const uint32_t keys = uint32_t(camera_.fromRender.size());
-    for (uint32_t i = 0; i < c->count; ++i) {
-      const float x = c->time[i] * float(keys - 1);
-      const uint32_t k = keys > 1 ? std::min(uint32_t(x), keys - 2) : 0;
-      const auto depth = [&](const trace::Affine& a) {
-        return a.m[2][0] * c->P[0][i] + a.m[2][1] * c->P[1][i] + a.m[2][2] * c->P[2][i] + a.t[2];
-      };
-      float z = depth(camera_.fromRender[k]);
-      if (keys > 1) z += (x - float(k)) * (depth(camera_.fromRender[k + 1]) - z);
-      if (o.z >= 0) records_[size_t(o.z)][c->path[i]] = z;
-      if (o.s >= 0) records_[size_t(o.s)][c->path[i]] = z;
+  SurfaceChannels values(c, state_, camera_);
+  for (const RecordPlan::Surface& o : plan_.surfaces) {
+    const SurfaceChannels::Value v = values.of(o.source);
+    for (int k = 0; k < std::min(o.width, 3); ++k) {
+      if (!v.data[k]) continue;
+      float* r = records_[size_t(o.offset + k)];
+      if (o.adds)
+        for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] += v.data[k][i * v.stride];
+      else
+        for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v.data[k][i * v.stride];
     }
   }
-  if (o.P >= 0 || o.pworld >= 0) {
-    const Value p = c->builtin(Builtin::Pworld);
-    put3(o.P, p.data);
-    put3(o.pworld, p.data);
-  }
-  put3(o.Nn, c->N);
-  put3(o.nworld, c->N);
-  put3(o.Ngn, c->Ng);
-  put3(o.Vn, c->wo);
-  if (o.albedo >= 0 && c->bxdf->albedo) {
-    float* rgb[3];
-    for (float*& x : rgb) x = c->alloc<float>(c->padded);
-    c->bxdf->albedo(c, c->closure, rgb);
-    put3(o.albedo, rgb);
-  }
-  if (o.u >= 0) put(o.u, c->builtin(Builtin::U).data[0]);
-  if (o.v >= 0) put(o.v, c->builtin(Builtin::V).data[0]);
-  if (o.id >= 0) put(o.id, c->builtin(Builtin::ObjectId).data[0]);
-  put(o.radius, c->radius);
-  put(o.spread, c->spread);
-  put(o.outsideIor, c->outerIor);
-  put(o.time, c->time);
-  if (o.VLen >= 0) {
-    const Group& g = state_.group();
-    float* r = records_[size_t(o.VLen)];
-    for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = g.hits.t[c->path[i]];
+  for (const RecordPlan::Primvar& o : plan_.primvars) {
+    const Value v = c->fn->primvar(c, o.name.c_str(), nullptr);
+    for (int k = 0; k < std::min(o.width, int(v.components)); ++k)
+      for (uint32_t i = 0; i < c->count; ++i) records_[size_t(o.offset + k)][c->path[i]] = v.data[k][i * v.stride];
   }
 }
 
-void Worker::contribute(const Contributions* c) {
-  for (uint32_t i = 0; i < c->count; ++i) {
-    const uint32_t s = c->slot[i];
-    const float x = c->value[0][i], y = c->value[1][i], z = c->value[2][i];
-    for (const auto& [offset, unused] : outputsOfState_[c->state[i]]) {
-      records_[size_t(offset)][s] += x;
-      records_[size_t(offset) + 1][s] += y;
-      records_[size_t(offset) + 2][s] += z;
+void Worker::setCpuTime(uint32_t count, float secondsASample) {
+  for (const int offset : plan_.cpuTime) std::fill_n(records_[size_t(offset)], count, secondsASample);
+}
+
+void Worker::finishRecords(uint32_t count) {
+  for (const auto& [offset, width, remap] : plan_.remaps)
+    for (int k = 0; k < width; ++k) {
+      float* r = records_[size_t(offset + k)];
+      for (uint32_t i = 0; i < count; ++i) r[i] = film::compress(r[i], remap);
     }
+}
+
+void Worker::contribute(const Contributions* c) {
+  // runs that go to the same outputs, which often are the whole list: record by record
+  const uint16_t* const setOf = setOf_.data() + uint32_t(c->kind) * perKind_;
+  const auto set = [&](uint32_t i) { return setOf[c->state[i] * endCount_ + endOf(c->light[i])]; };
+  for (uint32_t first = 0, end; first < c->count; first = end) {
+    const uint16_t which = set(first);
+    for (end = first + 1; end < c->count && set(end) == which;) ++end;
+    for (uint32_t t = first_[which]; t < first_[which + 1]; ++t)
+      for (size_t k = 0; k < 3; ++k) {
+        float* record = records_[size_t(targets_[t].offset) + k];
+        const float sign = targets_[t].sign;
+        const float* value = c->value[k];
+        for (uint32_t i = first; i < end; ++i) record[c->slot[i]] += sign * value[i];
+      }
   }
-  if (print)
+  if (print && c->kind != LightKind::Unshadowed)
     for (uint32_t i = 0; i < c->count; ++i) {
       if (c->slot[i] != printSlot) continue;
       char line[256];
@@ -262,6 +286,23 @@ void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) 
     g.rays.spread[i] = 0;
   }
   lightRays += n;
+  emitted_.assign(light, light + n);
+}
+
+// A light that is not linked to the surface that its path meets first does not light it: the path ends there.
+uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
+  const shade::ShadingWorld& w = state_.world();
+  const Hits& hits = state_.group().hits;
+  uint32_t* kept = state_.arena().make<uint32_t>(padded(n + 1));
+  uint32_t m = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = (*slots)[i], light = emitted_[s];
+    const uint32_t set = w.placements[w.world->instance(hits.instance[s]).user].linkSet;
+    kept[m] = s;
+    m += light == kNoLight || w.lights->choicePdf(set, light) > 0;
+  }
+  *slots = kept;
+  return m;
 }
 
 void Worker::connectCamera(const Context* c, CameraConnection* out) {
@@ -271,6 +312,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   for (float*& y : x) y = arena.make<float>(m);
   const DrawSpan draw = drawSpan(state_.world().width);
   draw(services_.samples, m, c->sampleSeed, c->sampleIndex, dimensionAt(c->depth) + kDimUser, x[3], x[4]);
+  uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];
     const float f = time * float(keys.size() - 1);
@@ -288,6 +330,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     float q[3];
     at(camera_.fromRender, c->time[i]).point(p, q);
     for (int k = 0; k < 3; ++k) x[k][i] = q[k];
+    if (cut) cut[i] = cutAway(camera_.cuts, q);
   }
   const CameraConnectArgs a{c->count, {x[0], x[1], x[2]}, {x[3], x[4]}, c->time, {x[5], x[6], x[7]}, {x[8], x[9]}, x[10], x[11]};
   camera_.functions->connect(camera_.projection.data(), &a);
@@ -297,6 +340,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     const float v[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
     const float v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     x[10][i] *= v2 > 0 ? std::max(v[2], 0.f) / std::sqrt(v2) : 0.f;
+    if (cut && cut[i]) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];
@@ -308,31 +352,30 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}};
 }
 
-void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state) {
+void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
+                   const uint32_t* light) {
   Arena& arena = state_.arena();
+  const Arena::Mark mark = arena.mark();
   int32_t *px = arena.make<int32_t>(padded(n)), *py = arena.make<int32_t>(padded(n));
   uint32_t* index = arena.make<uint32_t>(padded(n));
   float* v[3];
   for (float*& x : v) x = arena.make<float>(padded(n));
   const float scale = 1.f / float(lightPathsPerPass_ ? lightPathsPerPass_ : 1);
   // channel by channel; states differ by path
-  std::vector<int> channels;
-  for (uint32_t i = 0; i < n; ++i)
-    for (const auto& [offset, channel] : outputsOfState_[state[i]])
-      if (channel >= 0 && std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
-  for (int channel : channels) {
+  for (size_t k = 0; k < splatChannels_.size(); ++k) {
+    const uint8_t* takes = takesSplat_.data() + k * perKind_;
     int m = 0;
-    for (uint32_t i = 0; i < n; ++i)
-      for (const auto& [offset, c] : outputsOfState_[state[i]]) {
-        if (c != channel) continue;
-        px[m] = int32_t(std::floor(raster[0][i]));
-        py[m] = int32_t(std::floor(raster[1][i]));
-        index[m] = i;
-        for (int k = 0; k < 3; ++k) v[k][m] = value[k][i] * scale;
-        ++m;
-      }
-    film_.splat({m, channel, px, py, index, v});
+    for (uint32_t i = 0; i < n; ++i) {
+      if (!takes[state[i] * endCount_ + (light ? endOf(light[i]) : 1)]) continue;
+      px[m] = int32_t(std::floor(raster[0][i]));
+      py[m] = int32_t(std::floor(raster[1][i]));
+      index[m] = i;
+      for (int c = 0; c < 3; ++c) v[c][m] = value[c][i] * scale;
+      ++m;
+    }
+    if (m) film_.splat({m, splatChannels_[k], px, py, index, v});
   }
+  arena.release(mark);
 }
 
 }  // namespace kinora::render

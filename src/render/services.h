@@ -2,34 +2,41 @@
 #pragma once
 #include <kinora/integrator.h>
 
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "film/film.h"
 #include "film/light_paths.h"
+#include "film/sources.h"
 #include "render/statistics.h"
 #include "render/world_build.h"
 #include "shade/group.h"
 
 namespace kinora::render {
 
-// Where the values of surfaces go in a sample record: offsets of the first float, -1 when nobody wants it.
-struct SurfaceOutputs {
-  int Ci = -1, a = -1, z = -1, P = -1, Nn = -1, Ngn = -1, Vn = -1, albedo = -1, u = -1, v = -1, s = -1, id = -1, VLen = -1,
-      radius = -1, spread = -1, outsideIor = -1, time = -1, sampleCount = -1, pworld = -1, nworld = -1;
-};
-
-// Channels of the film, resolved once: light path outputs and surface outputs by offset.
+// What fills a record: for each entry where its values come from, resolved once a frame.
 struct RecordPlan {
-  std::vector<std::string> sources;      // by record entry
-  std::vector<int> offsets;              // of each source's first float
-  std::vector<int> widths;
-  SurfaceOutputs surface;
+  // By record entry: the source behind it (the same for an entry whose values are remapped).
+  std::vector<std::string> sources;
+  std::vector<int> offsets, widths;
+  std::vector<std::vector<int>> splatChannels;   // of the film, that take splats of this entry
+  struct Surface { film::Source source; int offset, width; bool adds; };
+  std::vector<Surface> surfaces;                 // at camera hits
+  struct Primvar { std::string name; int offset, width; };
+  std::vector<Primvar> primvars;
+  struct Constant { int offset; float value; };
+  std::vector<Constant> cleared;                 // what is not cleared to 0
+  std::vector<int> coverage;                     // floats that lights seen by the camera set to 1
+  std::vector<int> cpuTime;
+  struct Remap { int offset, width; std::array<float, 3> remap; };
+  std::vector<Remap> remaps;                     // before the film gets the record
   int floats = 0;
-  std::vector<int> splatChannel;         // film channel of each source that takes splats, -1 others
 };
-RecordPlan planRecord(const film::ChannelLayout& layout, Diagnostics& diagnostics);
+RecordPlan planRecord(const film::ChannelLayout& layout);
+// What the expressions say beyond paths: signals of user lobes (U2 albedo, U3 position, U6 normal) at the first surface.
+void addUserLobes(const film::LightPaths& paths, RecordPlan& plan);
 
 // One thread's part of a render.
 class Worker {
@@ -41,9 +48,13 @@ class Worker {
   // Readies the group and clears its records.
   void begin(uint32_t count, StageKind stage);
   float* const* records() { return records_.data(); }
+  // After the integrator, before the film: what concerns whole records of `count` samples.
+  void finishRecords(uint32_t count);
+  void setCpuTime(uint32_t count, float secondsASample);
   std::function<void(const std::string&)> print;   // while a sample is replayed
   uint32_t printSlot = 0;
   uint64_t lightRays = 0;
+  std::vector<float*> filterWeights;   // by filter of the film's layout: of the samples of the group
   size_t index = 0;   // of the worker in its frame
 
  private:
@@ -51,8 +62,11 @@ class Worker {
   void primary(const Context* c);
   void contribute(const Contributions* c);
   void emitLight(uint32_t n, float* const throughput[3], uint32_t* light);
+  uint32_t keepLinked(uint32_t n, const uint32_t** slots);
   void connectCamera(const Context* c, CameraConnection* out);
-  void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint16_t* state);
+  void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
+             const uint32_t* light);
+  uint32_t endOf(uint32_t light) const { return light < ends_.size() ? ends_[light] : film::LightPaths::kGlow; }
 
   shade::GroupState state_;
   const CameraState& camera_;
@@ -62,7 +76,16 @@ class Worker {
   uint64_t lightPathsPerPass_;
   Services services_{};
   std::vector<float*> records_;
-  std::vector<std::vector<std::pair<int, int>>> outputsOfState_;   // (offset, splat channel)
+  std::vector<uint32_t> emitted_;                // light by slot, of the group's light paths
+  // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set + 1]].
+  struct Target { int offset; float sign; };
+  std::vector<Target> targets_;
+  std::vector<uint16_t> setOf_;
+  std::vector<uint32_t> first_;
+  uint32_t endCount_ = 1, perKind_ = 0;
+  std::vector<uint16_t> ends_;                   // by light
+  std::vector<int> splatChannels_;
+  std::vector<uint8_t> takesSplat_;              // by splat channel, state and end
 };
 
 }  // namespace kinora::render

@@ -3,6 +3,8 @@
 #include <cctype>
 #include <cmath>
 
+#include "geometry/tessellate.h"
+
 namespace kinora::render {
 
 namespace {
@@ -39,45 +41,80 @@ std::shared_ptr<scene::Node> makeNode(const scene::Node& from, const char* plugi
   return n;
 }
 
-// PxrStdAreaLight and its kin: the geometry says the shape. Rectangles and disks shone along -Z then.
+bool isFull(const scene::Quadric& q, size_t sweep) { return std::fabs(q.args[sweep]) >= 359.999f; }
+
+// PxrStdAreaLight and its kin: the geometry says the shape. Geometry of the scene's own emits from its outside; the shapes
+// by name (Geometry "rectlight" ...) shone along -Z then. Their power did not grow with their size unless the file says
+// so: lights of radius 10 at exposure 8 stand in real files.
 bool fromClassic(const scene::Light& l, scene::Light& out) {
   const std::string plugin = lowerCase(l.node->plugin);
   if (plugin != "pxrstdarealight" && plugin != "pxrstdenvmaplight" && plugin != "pxrstdenvdaylight" &&
       plugin != "pxrenvdaylight")
     return false;
   std::string shape = lowerCase(l.node->params.getString("rman__Shape", ""));
-  if (l.geometry)
-    if (const auto* other = std::get_if<scene::OtherPrimitive>(&l.geometry->shape))
+  const scene::Quadric* quadric = nullptr;
+  bool named = !l.geometry;
+  if (l.geometry) {
+    quadric = std::get_if<scene::Quadric>(&l.geometry->shape);
+    if (const auto* other = std::get_if<scene::OtherPrimitive>(&l.geometry->shape)) {
+      named = true;
       if (const scene::Parameter* name = other->args.find("name"); name && !name->strings.empty()) shape = lowerCase(name->strings[0]);
-  if (l.geometry && std::holds_alternative<scene::Quadric>(l.geometry->shape) &&
-      std::get<scene::Quadric>(l.geometry->shape).kind == scene::Quadric::Kind::Sphere)
-    shape = "sphere";
+    }
+  }
   out = l;
   if (l.geometry) out.toWorld = l.geometry->toWorld;
   out.geometry.reset();
-  const auto has = [&](const char* word) { return shape.find(word) != std::string::npos; };
-  if (plugin != "pxrstdarealight" || has("env")) {
+  const auto has = [&](const char* word) { return named && shape.find(word) != std::string::npos; };
+  const auto area = [&](const char* modern) {
+    std::shared_ptr<scene::Node> n = makeNode(*l.node, modern);
+    if (!n->params.find("areaNormalize")) {
+      scene::Parameter p;
+      p.name = "areaNormalize";
+      p.type = scene::ValueType::Int;
+      p.ints = {1};
+      n->params.set(p);
+    }
+    out.node = n;
+  };
+  if (plugin == "pxrstdenvmaplight" || (plugin == "pxrstdarealight" && has("env"))) {
     auto n = makeNode(*l.node, "PxrDomeLight");
     rename(*n, *l.node, "rman__EmissionMap", "lightColorMap");
     rename(*n, *l.node, "rman__EnvMap", "lightColorMap");
     rename(*n, *l.node, "envTint", "lightColor");
-    rename(*n, *l.node, "skyTint", "lightColor");
     out.node = n;
+  } else if (plugin != "pxrstdarealight") {
+    auto n = makeNode(*l.node, "PxrEnvDayLight");
+    rename(*n, *l.node, "direction", "sunDirection");
+    for (const char* same : {"sunDirection", "haziness", "skyTint", "sunTint", "sunSize", "groundMode", "groundColor", "month",
+                             "day", "year", "hour", "zone", "latitude", "longitude"})
+      rename(*n, *l.node, same, same);
+    out.node = n;
+  } else if (quadric && quadric->kind == scene::Quadric::Kind::Sphere && isFull(*quadric, 3) &&
+             std::fabs(quadric->args[1]) >= 0.999f * std::fabs(quadric->args[0]) &&
+             std::fabs(quadric->args[2]) >= 0.999f * std::fabs(quadric->args[0])) {
+    area("PxrSphereLight");
+    const double r = 2 * quadric->args[0];
+    out.toWorld = scaled(out.toWorld, r, r, r);
+  } else if (quadric && quadric->kind == scene::Quadric::Kind::Disk && isFull(*quadric, 2) &&
+             !geometry::flipsNormals(*l.geometry, false)) {
+    area("PxrDiskLight");
+    const double r = 2 * quadric->args[1];
+    scene::Matrix m;
+    m.setScale(Imath::V3d(r, r, 1));
+    m[3][2] = quadric->args[0];
+    out.toWorld = concat(scene::Transform::fixed(m), out.toWorld);
+  } else if (!named) {
+    area("PxrMeshLight");
+    out.geometry = l.geometry;
   } else if (has("sphere")) {
-    out.node = makeNode(*l.node, "PxrSphereLight");
-    if (l.geometry && std::holds_alternative<scene::Quadric>(l.geometry->shape)) {
-      const double r = 2 * std::get<scene::Quadric>(l.geometry->shape).args[0];
-      out.toWorld = scaled(out.toWorld, r, r, r);
-    }
+    area("PxrSphereLight");
+  } else if (has("cylinder")) {
+    area("PxrCylinderLight");
   } else if (has("distant")) {
     out.node = makeNode(*l.node, "PxrDistantLight");
   } else {
-    out.node = makeNode(*l.node, "PxrRectLight");
-    double s = has("disk") ? std::sqrt(3.14159265358979) / 2 : 1;   // a square of the disk's area
-    if (l.geometry)
-      if (const auto* q = std::get_if<scene::Quadric>(&l.geometry->shape); q && q->kind == scene::Quadric::Kind::Disk)
-        s = std::sqrt(3.14159265358979) * q->args[1];
-    out.toWorld = scaled(out.toWorld, s, s, -1);
+    area(has("disk") ? "PxrDiskLight" : "PxrRectLight");
+    out.toWorld = scaled(out.toWorld, 1, 1, -1);
   }
   return true;
 }
@@ -108,10 +145,8 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
                         out.node->plugin + " stands in");
     all.push_back(std::move(out));
   }
-  struct Substitute { const char *missing, *use; double x, y; };
-  static constexpr double kDisk = 0.886226925;
-  static constexpr Substitute kTable[] = {{"pxrdisklight", "PxrRectLight", kDisk, kDisk}, {"pxrcylinderlight", "PxrSphereLight", 1, 1},
-                                          {"pxrenvdaylight", "PxrDomeLight", 1, 1}, {"pxrstdenvmaplight", "PxrDomeLight", 1, 1}};
+  struct Substitute { const char *missing, *use; };
+  static constexpr Substitute kTable[] = {{"pxrstdenvmaplight", "PxrDomeLight"}, {"pxrstdenvdaylight", "PxrEnvDayLight"}};
   for (scene::Light& l : all) {
     if (!l.node) continue;
     Diagnostics quiet([](const std::string&, Severity) {});
@@ -122,9 +157,8 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
       rename(*n, *l.node, "rman__EnvMap", "lightColorMap");
       rename(*n, *l.node, "skyTint", "lightColor");
       diagnostics.warning("PLUGIN-STAND-IN", l.node->pos, "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')",
-                          std::string(s.use) + " of about the same power stands in");
+                          std::string(s.use) + " stands in");
       l.node = n;
-      l.toWorld = scaled(l.toWorld, s.x, s.y, 1);
       break;
     }
   }

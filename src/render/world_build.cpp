@@ -11,7 +11,10 @@
 
 #include "geometry/tessellate.h"
 #include "render/filters.h"
+#include "render/mesh_light.h"
+#include "render/shutter.h"
 #include "render/stand_ins.h"
+#include "scene/uniform_keys.h"
 #include "sampling/sample_table.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
@@ -60,7 +63,7 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
     for (size_t i = 0; i < stride; ++i)
       out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
   };
-  const int keys = close > open ? std::min(mesh.keyCount(), 17) : 1;
+  const int keys = scene::uniformKeyCount(mesh.times, open, close, 65);
   const auto resample = [&](const float* data, size_t stride) {
     std::vector<float> out;
     out.reserve(stride * size_t(keys));
@@ -68,13 +71,20 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
       at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
     return out;
   };
-  const std::vector<float> points = resample(&mesh.points[0].x, size_t(mesh.vertexCount) * 3);
+  const auto bring = [&](auto& elements) {
+    if (elements.empty()) return;
+    constexpr size_t kFloats = sizeof(elements[0]) / sizeof(float);
+    const std::vector<float> out = resample(&elements[0].x, size_t(mesh.vertexCount) * kFloats);
+    elements.resize(out.size() / kFloats);
+    std::memcpy(&elements[0].x, out.data(), out.size() * sizeof(float));
+  };
   for (geometry::Primvar& v : mesh.primvars)
     if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
         v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
       v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
-  mesh.points.resize(points.size() / 3);
-  std::memcpy(&mesh.points[0].x, points.data(), points.size() * sizeof(float));
+  bring(mesh.points);
+  bring(mesh.spine);
+  bring(mesh.spineNormals);
   mesh.times.clear();
   for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
 }
@@ -143,6 +153,14 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   if (settings_.resolution[0] > 0) res = settings_.resolution;
   if (res[0] <= 0) res[0] = 640;
   if (res[1] <= 0) res[1] = 480;
+  if (scene.frameAspect > 0 && settings_.resolution[0] <= 0) {
+    // The largest part of the format that has this shape is the picture. Ratios are rounded numbers: what differs by less
+    // than 1 % is meant to be the format's own.
+    const double pixel = scene.pixelAspect > 0 ? scene.pixelAspect : 1, whole = res[0] * pixel / res[1];
+    const double f = scene.frameAspect;
+    if (f > whole * 1.01) res[1] = std::max(1, int(std::lround(res[0] * pixel / f)));
+    else if (f < whole * 0.99) res[0] = std::max(1, int(std::lround(res[1] * f / pixel)));
+  }
   constexpr int kMost = 1 << 16;
   if (res[0] > kMost || res[1] > kMost || int64_t(res[0]) * res[1] > (int64_t(1) << 31)) {
     diagnostics_.error("RENDER-RESOLUTION", scene.pos,
@@ -159,6 +177,8 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
     diagnostics_.warning("RENDER-CROP", scene.pos, "the crop window holds no pixel", "the whole picture is rendered");
     c.window = {0, 0, res[0], res[1]};
   }
+  c.times = shutterTimes(camera, scene.hider, diagnostics_);
+  c.cuts = cutPlanes(camera);
   c.shutterOpen = camera.shutter[0];
   c.shutterClose = std::max(camera.shutter[1], camera.shutter[0]);
   const double middle = 0.5 * (c.shutterOpen + c.shutterClose);
@@ -178,7 +198,10 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
     haveOrigin_ = true;
   }
   const bool moves = !camera.worldToCamera.isStatic() && c.shutterClose > c.shutterOpen;
-  const int keys = moves ? int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)) : 1;
+  // the way back from the camera is no straight line between keys: twice as many follow it better
+  const int keys = moves ? std::max(int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)),
+                                    scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, 65))
+                         : 1;
   c.toRender.clear();
   c.fromRender.clear();
   scene::Matrix shift;
@@ -265,6 +288,8 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     info.name = std::move(name);
     info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
     info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
+    info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
+    info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     const scene::Matrix m = p.toRender.at(0.5 * (camera_.shutterOpen + camera_.shutterClose));
     info.renderToObject = trace::Affine::from(std::fabs(m.determinant()) > 1e-300 ? m.inverse() : scene::Matrix());
     placements_.push_back(std::move(p));
@@ -407,7 +432,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   shapes_ = std::move(kept);
 
   // Materials
-  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_);
+  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths);
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
   for (size_t i = 0; i < count; ++i) {
@@ -418,7 +443,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     const scene::Attributes* a = attributesOfPlacement_[k];
     placementInfos_[k].material = materials->add(a ? a->bxdf : nullptr, a, {});
   }
-  materials->finish(paths);
+  materials->finish();
   // visibility of shapes follows from what they are made of
   for (size_t i = 0; i < count; ++i) {
     bool clear = false;
@@ -441,6 +466,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     next->hasMedia |= false;
   }
 
+  traceSets(*next);
   trace::BuildOptions options;
   options.shutterOpen = camera_.shutterOpen;
   options.shutterClose = camera_.shutterClose;
@@ -458,6 +484,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   w.samples = pmj02Table();
   w.paths = &paths;
   for (int k = 0; k < 3; ++k) w.worldOrigin[k] = origin_[k];
+  const bool softTerminator = !scene.hider || scene.hider->params.getInt("geomShadowTermBias", 1) != 0;
   // geometry infos in the world's own order: meshes are recognised by their address
   std::map<const geometry::Mesh*, uint32_t> shapeOfMesh;
   for (uint32_t i = 0; i < count; ++i) shapeOfMesh[shapeInputs_[i].mesh.get()] = i;
@@ -468,7 +495,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     const scene::Primitive& p = *primitiveOfShape_[s];
     shade::GeometryInfo& info = w.geometries[g];
     info.material = materialOfShape[s];
-    info.side = mesh.flipNormals ? -1.f : 1.f;
+    // what faces the ray has no back, and normals that the user gave are turned already
+    info.side = mesh.flipNormals && !mesh.facesRay() && !mesh.isOriented() ? -1.f : 1.f;
     info.N = mesh.find("N");
     if (info.N && (info.N->width != 3 || info.N->data.empty())) info.N = nullptr;
     const auto coordinates = [&](const char* name, int least) {
@@ -478,11 +506,15 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     info.st = coordinates("st", 2);
     info.s = coordinates("s", 1);
     info.t = coordinates("t", 1);
-    info.flags = (info.N ? shade::kHasNormals : 0u) | (mesh.doubleSided ? 0u : shade::kOneSided);
+    const bool lifts = softTerminator && info.N && info.N->rate != geometry::Primvar::Rate::PerFace &&
+                       info.N->rate != geometry::Primvar::Rate::Constant &&
+                       std::holds_alternative<scene::PolygonMesh>(p.shape);
+    w.liftsShadows |= lifts;
+    info.flags = (lifts ? shade::kLiftsShadows : 0u) | (info.N ? shade::kHasNormals : 0u) | (mesh.doubleSided ? 0u : shade::kOneSided);
     info.priority = p.attributes ? p.attributes->getInt("trace:intersectpriority", 0) : 0;
+    info.objectId2 = p.attributes ? uint32_t(p.attributes->getInt("identifier:id2", 0)) : 0;
     info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
     info.name = p.name();
-    w.geometrySide.push_back(info.side);
     for (const geometry::Primvar& v : mesh.primvars)
       if (!v.data.empty() && v.width > 0) {
         uint32_t& width = w.primvarWidths[v.name];
@@ -510,7 +542,9 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
                                                   a ? a->named.getString("lighting:excludesubset", "") : ""};
     placementInfos_[k].linkSet = linkSetOf.try_emplace(key, uint32_t(linkSetOf.size())).first->second;
   }
+  for (const shade::PlacementInfo& info : placementInfos_) w.hasHoles |= info.hole;
   w.placements = placementInfos_;
+  w.fillTables();
   shading_ = std::move(next);
   // Lights
   std::vector<light::LightEntry> lights;
@@ -527,7 +561,12 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     }
     const Placement placement = placementOf(l.toWorld);
     Instance inst;
-    if (!inst.create(*d, l.node.get(), &placement, nullptr, host_, diagnostics_)) continue;
+    EmittingMesh emitting;
+    if (l.geometry)
+      emitting = emittingMesh(*l.geometry, l.toWorld, 0.5 * (camera_.shutterOpen + camera_.shutterClose), origin_, mirrored,
+                              diagnostics_);
+    const LightMesh lightMesh = emitting.mesh();
+    if (!inst.create(*d, l.node.get(), &placement, &lightMesh, host_, diagnostics_)) continue;
     light::LightEntry e;
     for (uint32_t width : {1u, 4u, 8u, 16u})
       e.byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
@@ -543,6 +582,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     e.filters = makeLightFilters(l, scene, [this](const scene::Transform& t) { return placementOf(t); }, registry_, host_,
                                  diagnostics_, largestFactor);
     e.description.power *= largestFactor;
+    e.group = paths.end(l.node->params.getString("lightGroup", ""));
     e.visibility = 0;
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= 1;
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= 2;

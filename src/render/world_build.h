@@ -13,6 +13,7 @@
 #include "base/diagnostics.h"
 #include "film/light_paths.h"
 #include "plugin/registry.h"
+#include "render/clipping.h"
 #include "render/renderer.h"
 #include "render/statistics.h"
 #include "scene/scene.h"
@@ -46,6 +47,8 @@ struct CameraState {
   std::vector<trace::Affine> toRender;              // camera to render, uniform keys over the shutter
   std::vector<trace::Affine> fromRender;
   double shutterOpen = 0, shutterClose = 0;
+  std::vector<float> times;                         // warp of sample times by the shutter's shape; empty: none
+  std::vector<CutPlane> cuts;                       // camera space
   scene::Matrix worldToCamera;                      // at the middle of the shutter
 };
 
@@ -70,6 +73,8 @@ class WorldBuilder {
   struct Shape;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   void buildLights(const scene::Scene& scene);
+  // Subsets that attributes of placements name: bits of shapes and placements, masks of rays.
+  void traceSets(shade::ShadingWorld& world);
   Placement placementOf(const scene::Transform& toWorld) const;
   double edgeLengthFactor(const scene::Attributes* attributes) const;
 

@@ -132,7 +132,7 @@ const Interpreter::Table& Interpreter::table() {
       {"Procedural2", {&I::procedural2, Other}},
       // read, kept and reported: nothing renders them
       {"Bound", {&I::keep, Other}},
-      {"ClippingPlane", {&I::keep, Other}},
+      {"ClippingPlane", {&I::clippingPlane, Other}},
       {"ColorSamples", {&I::keep, Other}},
       {"ConnectShaderLayers", {&I::keep, Other}},
       {"Detail", {&I::keep, Other}},

@@ -159,6 +159,7 @@ class Interpreter {
   void cropWindow(Request&);
   void projection(Request&);
   void clipping(Request&);
+  void clippingPlane(Request&);
   void depthOfField(Request&);
   void shutter(Request&);
   void camera(Request&);
@@ -241,6 +242,7 @@ class Interpreter {
 
   State state_;
   NodeMap outermostNodes_;
+  std::map<std::string, scene::NetworkPtr> materials_;  // by plug-in, handle and __materialid
   std::vector<Block> blocks_;
   size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
   FrameState frame_;

@@ -160,6 +160,19 @@ void Interpreter::clipping(Request& r) {
   frame_.camera.clipping = {float(v[0]), float(v[1])};
 }
 
+void Interpreter::clippingPlane(Request& r) {
+  Cursor c(r);
+  double v[6];
+  if (!optionsAllowed(r) || !numbers(c, 6, v, "a point and a normal")) return;
+  if (v[3] == 0 && v[4] == 0 && v[5] == 0) return badArguments(r, "a normal that is not zero");
+  // said in the space that is being built, which leads to the camera
+  const scene::Matrix toCamera = state_.ctm.at(0);
+  const Imath::V3d p = Imath::V3d(v[0], v[1], v[2]) * toCamera;
+  Imath::V3d n;
+  toCamera.inverse().transposed().multDirMatrix(Imath::V3d(v[3], v[4], v[5]), n);
+  frame_.camera.clippingPlanes.push_back({p.x, p.y, p.z, n.x, n.y, n.z});
+}
+
 void Interpreter::depthOfField(Request& r) {
   if (!optionsAllowed(r)) return;
   if (r.count == 0) {

@@ -360,6 +360,30 @@ TEST(Shading, LayeredBxdfsReadBxdfs) {
   EXPECT_EQ(r.primitive().attributes->bxdf->patterns.at(0)->plugin, "LamaDiffuse");
 }
 
+// A Bxdf line of nothing but __materialid names a material that another scope bound; with a parameter, another handle or
+// an id that nobody bound it is a material of its own.
+TEST(Shading, MaterialsAreFoundByTheirId) {
+  const Read r = readWorld(R"(AttributeBegin
+Pattern "P" "p"
+Bxdf "S" "m" "reference color diffuseColor" ["p:result"] "string __materialid" ["SG"]
+AttributeEnd
+Bxdf "S" "m" "string __materialid" ["SG"]
+Sphere 1 -1 1 360
+Bxdf "S" "m" "string __materialid" ["other"]
+Sphere 1 -1 1 360
+Bxdf "S" "n" "string __materialid" ["SG"]
+Sphere 1 -1 1 360
+Bxdf "S" "m" "float gain" [2] "string __materialid" ["SG"]
+Sphere 1 -1 1 360)");
+  expectClean(r);
+  const auto terminal = [&](size_t i) { return r.primitive(i).attributes->bxdf->terminal; };
+  EXPECT_NE(terminal(0)->params.find("diffuseColor"), nullptr);
+  EXPECT_EQ(r.primitive(0).attributes->bxdf->patterns.size(), 1u);
+  EXPECT_EQ(terminal(1)->params.find("diffuseColor"), nullptr);
+  EXPECT_EQ(terminal(2)->params.find("diffuseColor"), nullptr);
+  EXPECT_NE(terminal(3)->params.find("gain"), nullptr);
+}
+
 TEST(Lights, ModernWithFiltersPatternsAndMesh) {
   const Read r = readWorld(R"(AttributeBegin
 Translate 0 5 0
@@ -595,9 +619,20 @@ ResourceEnd)");
   EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
 }
 
+TEST(Options, ClippingPlaneIsKeptInCameraSpace) {
+  const Read r = readRib("Translate 0 0 5\nRotate 90 0 1 0\nClippingPlane 1 2 0  0 0 2\nWorldBegin\nWorldEnd");
+  expectClean(r);
+  ASSERT_EQ(r.world().cameras[0].clippingPlanes.size(), 1u);
+  const std::array<double, 6> p = r.world().cameras[0].clippingPlanes[0];
+  // left-handed: +z turns to +x, +x to -z
+  const double expected[6] = {0, 2, 4, 2, 0, 0};
+  for (size_t i = 0; i < 6; ++i) EXPECT_NEAR(p[i], expected[i], 1e-12) << i;
+  EXPECT_EQ(readRib("ClippingPlane 1 2 0  0 0 0\nWorldBegin\nWorldEnd").messages.size(), 1u);
+}
+
 TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
   const char* const kNames[] = {
-      "Bound",       "ClippingPlane",     "ColorSamples", "ConnectShaderLayers",     "Detail",
+      "Bound",       "ColorSamples", "ConnectShaderLayers",     "Detail",
       "DetailRange", "EnableLightFilter", "ErrorHandler", "GeometricApproximation",  "GeometricRepresentation",
       "Imager",      "MakeBrickMap",      "MakeBump",     "MakeCubeFaceEnvironment", "MakeLatLongEnvironment",
       "MakeShadow",  "MakeTexture",       "Quantize",     "RelativeDetail",          "ShaderLayer",

@@ -125,11 +125,21 @@ scene::NetworkPtr Interpreter::bind(const NodePtr& terminal, NodePtr& late) {
   return network;
 }
 
+// Maya's exporter binds a material once, in a scope that holds no object, and elsewhere names it by __materialid alone.
 void Interpreter::bxdf(Request& r) {
   auto n = node(r, true);
   if (!n) return;
+  const Parameter* id = n->params.find("__materialid");
+  const std::string key = id && !id->strings.empty() ? n->plugin + '\1' + n->handle + '\1' + id->strings[0] : "";
+  if (const auto known = materials_.find(key); known != materials_.end() && n->params.size() == 1) {
+    edit().bxdf = known->second;
+    state_.lateBxdf = nullptr;
+    return;
+  }
   remember(n);  // layered materials refer to other bxdfs
-  edit().bxdf = bind(n, state_.lateBxdf);
+  auto network = bind(n, state_.lateBxdf);
+  if (!key.empty() && !state_.lateBxdf) materials_[key] = network;
+  edit().bxdf = std::move(network);
 }
 
 void Interpreter::displace(Request& r) {

@@ -367,6 +367,7 @@ void Writer::camera(const Camera& c, bool primary) {
     request("DepthOfField");
   if (c.clipping != std::array<float, 2>{}) request("Clipping", c.clipping);
   request("Identity");
+  for (const std::array<double, 6>& plane : c.clippingPlanes) request("ClippingPlane", plane);
   transform(c.worldToCamera);
   begin("Camera");
   word(c.name);

@@ -175,6 +175,8 @@ struct Camera {
   std::array<double, 2> shutter{0, 0};
   std::array<float, 3> depthOfField{0, 0, 0};  // fstop, focallength, focaldistance; fstop 0: pinhole
   std::array<float, 2> clipping{0, 0};         // 0 0: default
+  // ClippingPlane: point and normal in camera space; what the normal points to is cut away.
+  std::vector<std::array<double, 6>> clippingPlanes;
   SourcePos pos;
 };
 

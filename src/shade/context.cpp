@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "shade/context_host.h"
+#include "shade/where.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -83,117 +83,6 @@ uint32_t list(const Context* c, uint32_t index, const float** numbers) {
   return uint32_t(l.size());
 }
 
-// The triangle under a point, with its corners in render space.
-struct Corner {
-  const geometry::Mesh* mesh;
-  const GeometryInfo* info;
-  uint32_t triangle, face, v[3];
-  float b[3];
-  trace::Affine toRender;
-  float time;
-  bool identity;
-};
-
-Corner cornerOf(const ContextHost& h, const Context* c, uint32_t point) {
-  const Group& g = h.group->group();
-  const uint32_t s = h.slot[point];
-  const trace::World& w = *h.group->world().world;
-  Corner k;
-  k.mesh = &w.mesh(g.hits.geometry[s]);
-  k.info = &h.group->world().geometries[g.hits.geometry[s]];
-  k.triangle = g.hits.primitive[s];
-  k.face = k.mesh->faceOf(k.triangle);
-  for (int i = 0; i < 3; ++i) k.v[i] = k.mesh->indices[3 * size_t(k.triangle) + i];
-  k.b[1] = g.hits.u[s];
-  k.b[2] = g.hits.v[s];
-  k.b[0] = 1.f - k.b[1] - k.b[2];
-  const trace::Instance& inst = w.instance(g.hits.instance[s]);
-  k.identity = inst.baked;
-  k.time = std::clamp(c->time[point], 0.f, 1.f);
-  if (!k.identity) k.toRender = w.objectToRender(g.hits.instance[s], c->time[point]);
-  return k;
-}
-
-void edges(const Corner& k, float e1[3], float e2[3]) {
-  const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
-  float a[3] = {p1->x - p0->x, p1->y - p0->y, p1->z - p0->z}, b[3] = {p2->x - p0->x, p2->y - p0->y, p2->z - p0->z};
-  if (k.mesh->keyCount() > 1) {
-    // keys of a deforming mesh are uniform over the shutter
-    const float x = k.time * float(k.mesh->keyCount() - 1);
-    const uint32_t key = std::min(uint32_t(x), uint32_t(k.mesh->keyCount() - 2));
-    const float f = x - float(key);
-    const Imath::V3f *q = k.mesh->points.data() + size_t(key) * k.mesh->vertexCount, *r = q + k.mesh->vertexCount;
-    for (int i = 0; i < 3; ++i) {
-      const float c0 = q[k.v[0]][i] + f * (r[k.v[0]][i] - q[k.v[0]][i]);
-      a[i] = q[k.v[1]][i] + f * (r[k.v[1]][i] - q[k.v[1]][i]) - c0;
-      b[i] = q[k.v[2]][i] + f * (r[k.v[2]][i] - q[k.v[2]][i]) - c0;
-    }
-  }
-  if (k.identity) {
-    std::memcpy(e1, a, 12);
-    std::memcpy(e2, b, 12);
-    return;
-  }
-  for (int i = 0; i < 3; ++i) {
-    const float* m = k.toRender.m[i];
-    e1[i] = m[0] * a[0] + m[1] * a[1] + m[2] * a[2];
-    e2[i] = m[0] * b[0] + m[1] * b[1] + m[2] * b[2];
-  }
-}
-
-void patchUV(const Corner& k, float uv[3][2]) {
-  for (int i = 0; i < 3; ++i) {
-    const Imath::V2f p = k.mesh->uvOf(k.triangle, i);
-    uv[i][0] = p.x; uv[i][1] = p.y;
-  }
-}
-
-const float* primvarAt(const geometry::Primvar& p, const Corner& k, int corner) {
-  switch (p.rate) {
-    case geometry::Primvar::Rate::Constant: return p.data.data();
-    case geometry::Primvar::Rate::PerFace: return p.data.data() + size_t(k.face) * p.width;
-    case geometry::Primvar::Rate::PerVertex: return p.data.data() + size_t(k.v[corner]) * p.width;
-    case geometry::Primvar::Rate::PerCorner: return p.data.data() + (3 * size_t(k.triangle) + corner) * p.width;
-  }
-  return p.data.data();
-}
-
-// Footprint in units of a parameter that changes by f1, f2 along the triangle's edges: ratio of areas.
-float scaleOf(const float e1[3], const float e2[3], float f1x, float f1y, float f2x, float f2y) {
-  const float cx = e1[1] * e2[2] - e1[2] * e2[1], cy = e1[2] * e2[0] - e1[0] * e2[2], cz = e1[0] * e2[1] - e1[1] * e2[0];
-  const float area = std::sqrt(cx * cx + cy * cy + cz * cz);
-  return area > 0 ? std::sqrt(std::fabs(f1x * f2y - f1y * f2x) / area) : 0.f;
-}
-
-// Texture coordinates of the three corners: primvar st, else s and t, else the patch parameters.
-void textureCoordinates(const Corner& k, float st[3][2]) {
-  if (const geometry::Primvar* p = k.info->st) {
-    for (int i = 0; i < 3; ++i) {
-      const float* v = primvarAt(*p, k, i);
-      st[i][0] = v[0]; st[i][1] = v[1];
-    }
-    return;
-  }
-  if (const geometry::Primvar *s = k.info->s, *t = k.info->t; s && t) {
-    for (int i = 0; i < 3; ++i) { st[i][0] = *primvarAt(*s, k, i); st[i][1] = *primvarAt(*t, k, i); }
-    return;
-  }
-  patchUV(k, st);
-}
-
-float mix(const Corner& k, float a, float b, float c) { return k.b[0] * a + k.b[1] * b + k.b[2] * c; }
-
-// dP along the first and second of two parameters given at the corners.
-void derivatives(const float e1[3], const float e2[3], const float uv[3][2], float du[3], float dv[3]) {
-  const float a = uv[1][0] - uv[0][0], b = uv[1][1] - uv[0][1], c = uv[2][0] - uv[0][0], d = uv[2][1] - uv[0][1];
-  const float det = a * d - b * c;
-  const float inv = std::fabs(det) > 1e-20f ? 1.f / det : 0.f;
-  for (int i = 0; i < 3; ++i) {
-    du[i] = inv ? (d * e1[i] - b * e2[i]) * inv : e1[i];
-    dv[i] = inv ? (a * e2[i] - c * e1[i]) * inv : e2[i];
-  }
-}
-
 Value builtin(const Context* c, Builtin id) {
   ContextHost& h = ContextHost::of(c);
   if (h.haveBuiltin[size_t(id)]) return h.builtins[size_t(id)];
@@ -209,7 +98,7 @@ Value builtin(const Context* c, Builtin id) {
     case Builtin::U: case Builtin::V: {
       float *u = floats(c), *v = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
-        const Corner k = cornerOf(h, c, i);
+        const Where k = whereOf(h, c, i);
         float uv[3][2];
         patchUV(k, uv);
         u[i] = mix(k, uv[0][0], uv[1][0], uv[2][0]);
@@ -222,7 +111,7 @@ Value builtin(const Context* c, Builtin id) {
     case Builtin::St: case Builtin::StRadius: {
       float *s = floats(c), *t = floats(c), *r = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
-        const Corner k = cornerOf(h, c, i);
+        const Where k = whereOf(h, c, i);
         float st[3][2], e1[3], e2[3];
         textureCoordinates(k, st);
         edges(k, e1, e2);
@@ -238,7 +127,7 @@ Value builtin(const Context* c, Builtin id) {
       float* a[6];
       for (float*& x : a) x = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
-        const Corner k = cornerOf(h, c, i);
+        const Where k = whereOf(h, c, i);
         float uv[3][2], e1[3], e2[3], du[3], dv[3];
         patchUV(k, uv);
         edges(k, e1, e2);
@@ -253,7 +142,7 @@ Value builtin(const Context* c, Builtin id) {
       float* a[3];
       for (float*& x : a) x = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
-        const Corner k = cornerOf(h, c, i);
+        const Where k = whereOf(h, c, i);
         float st[3][2], e1[3], e2[3], du[3], dv[3];
         textureCoordinates(k, st);
         edges(k, e1, e2);
@@ -281,7 +170,7 @@ Value builtin(const Context* c, Builtin id) {
       const trace::World& w = *h.group->world().world;
       const Group& g = h.group->group();
       for (uint32_t i = 0; i < n; ++i) {
-        const Corner k = cornerOf(h, c, i);
+        const Where k = whereOf(h, c, i);
         float p[3];
         float scale = 1;
         if (k.identity) {
@@ -292,6 +181,12 @@ Value builtin(const Context* c, Builtin id) {
                             back.m[0][1] * (back.m[1][0] * back.m[2][2] - back.m[1][2] * back.m[2][0]) +
                             back.m[0][2] * (back.m[1][0] * back.m[2][1] - back.m[1][1] * back.m[2][0]);
           scale = std::cbrt(std::fabs(det));
+        } else if (k.strand) {
+          std::memcpy(p, k.on.rest, sizeof p);
+          const auto& m = k.toRender.m;
+          const float det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+          scale = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
         } else {
           const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
           for (int j = 0; j < 3; ++j) p[j] = mix(k, (*p0)[j], (*p1)[j], (*p2)[j]) + float(k.mesh->origin[j]);
@@ -355,7 +250,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
   for (uint32_t j = 0; j < width; ++j) a[j] = floats(c);
   float* r = radius ? floats(c) : nullptr;
   for (uint32_t i = 0; i < n; ++i) {
-    const Corner k = cornerOf(h, c, i);
+    const Where k = whereOf(h, c, i);
     if (k.mesh != last) {
       last = k.mesh;
       p = k.mesh->find(name);
@@ -366,10 +261,10 @@ Value primvar(const Context* c, const char* name, Value* radius) {
       if (r) r[i] = 0;
       continue;
     }
-    const float *v0 = primvarAt(*p, k, 0), *v1 = primvarAt(*p, k, 1), *v2 = primvarAt(*p, k, 2);
-    float f[3] = {0, 0, 0};
+    float f[3] = {0, 0, 0}, v[3][3];
     const uint32_t w = std::min<uint32_t>(width, uint32_t(p->width));
-    for (uint32_t j = 0; j < w; ++j) f[j] = mix(k, v0[j], v1[j], v2[j]);
+    cornerValues(*p, k, w, v);
+    for (uint32_t j = 0; j < w; ++j) f[j] = mix(k, v[0][j], v[1][j], v[2][j]);
     if (w == 1) f[1] = f[2] = f[0];
     const scene::ValueType type = p->type;
     if (w == 3 && !k.identity && (type == scene::ValueType::Point || type == scene::ValueType::Vector || type == scene::ValueType::Normal)) {
@@ -391,10 +286,12 @@ Value primvar(const Context* c, const char* name, Value* radius) {
       float e1[3], e2[3];
       edges(k, e1, e2);
       if (w >= 2) {
-        r[i] = c->radius[i] * scaleOf(e1, e2, v1[0] - v0[0], v1[1] - v0[1], v2[0] - v0[0], v2[1] - v0[1]);
+        r[i] = c->radius[i] * scaleOf(e1, e2, v[1][0] - v[0][0], v[1][1] - v[0][1], v[2][0] - v[0][0], v[2][1] - v[0][1]);
       } else {
-        const float l = std::sqrt(e1[0] * e1[0] + e1[1] * e1[1] + e1[2] * e1[2]);
-        r[i] = l > 0 ? c->radius[i] * std::fabs(v1[0] - v0[0]) / l : 0.f;
+        // a number changes along a strand, on a triangle its first edge will do
+        const float* e = k.strand ? e2 : e1;
+        const float l = std::sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+        r[i] = l > 0 ? c->radius[i] * std::fabs(v[k.strand ? 2 : 1][0] - v[0][0]) / l : 0.f;
       }
     }
   }

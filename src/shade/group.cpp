@@ -13,6 +13,28 @@ namespace {
 constexpr uint32_t kDimPresence = 12;   // offset within a vertex's dimensions: kDimUser and up are free
 }  // namespace
 
+void ShadingWorld::fillTables() {
+  SurfaceTables& t = tables;
+  t = {};
+  for (const GeometryInfo& g : geometries) {
+    t.materialOfGeometry.push_back(g.material);
+    t.flagsOfGeometry.push_back(g.flags);
+    t.sideOfGeometry.push_back(g.side);
+  }
+  hasLinks = false;
+  for (uint32_t i = 0; i < world->instanceCount(); ++i) {
+    const PlacementInfo& p = placements[world->instance(i).user];
+    t.materialOfInstance.push_back(p.material);
+    t.linkSetOfInstance.push_back(p.linkSet);
+    t.placedOfInstance.push_back(world->instance(i).baked ? 0u : ~0u);
+    hasLinks |= p.linkSet != 0;
+  }
+  for (uint32_t m = 0; m < materials->size(); ++m) {
+    t.programOfMaterial.push_back((*materials)[m].program);
+    t.blockOfMaterial.push_back((*materials)[m].block);
+  }
+}
+
 GroupState::GroupState(const ShadingWorld& world) : world_(world) {
   countOfProgram_.assign(world.materials->programCount() + 1, 0);
 }
@@ -46,6 +68,20 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   group_.rayWeight = weight_;
   linkSet_ = u();
   std::memset(linkSet_, 0, n * sizeof(uint32_t));
+  const auto zeros = [&] {
+    float* x = f();
+    std::memset(x, 0, n * sizeof(float));
+    return x;
+  };
+  const bool sets = !world_.traceSets.empty();
+  for (float*& x : leftNg_) x = sets || world_.liftsShadows ? zeros() : nullptr;
+  for (float*& x : lift_) x = world_.liftsShadows ? zeros() : nullptr;
+  traceSet_ = nullptr;
+  if (sets) {
+    traceSet_ = u();
+    std::memset(traceSet_, 0, n * sizeof(uint32_t));
+  }
+  hole_ = world_.hasHoles ? f() : nullptr;
   media_ = nullptr;
   if (world_.hasMedia) {
     media_ = arena_.make<MediaStack>(n);
@@ -76,6 +112,8 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
   const uint32_t mask = kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect;
   if (kind == RayKind::Camera && n == group_.count && n % 16 == 0) {
     w.closestCamera(group_.rays, group_.hits, n);
+  } else if (traceSet_ && kind != RayKind::Camera) {
+    closestInSets(false, n, slots);
   } else {
     w.closest(group_.rays, group_.hits, mask, n, slots);
   }
@@ -163,7 +201,8 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         begun.radius[s] = group_.rays.radius[s];
       }
       passThrough(k, onward, passed);
-      w.closest(group_.rays, group_.hits, mask, k, onward);
+      if (traceSet_ && kind != RayKind::Camera) closestInSets(false, k, onward);
+      else w.closest(group_.rays, group_.hits, mask, k, onward);
       open = onward;
       m = k;
     }
@@ -179,6 +218,7 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         group_.hits.t[s] += passed[s];
       }
   }
+  if (hole_ && kind == RayKind::Camera) endAtHoles(n, slots);
   if (kind == RayKind::Camera) {
     for (uint32_t i = 0; i < n; ++i) counters.cameraHits += !std::isinf(group_.hits.t[slots[i]]);
   } else {
@@ -190,7 +230,8 @@ struct GroupState::KeptPaths {
   uint32_t n;
   const uint32_t* slots;
   float *t, *u, *v, *ng[3];
-  uint32_t *instance, *geometry, *primitive, *level, *linkSet;
+  uint32_t *instance, *geometry, *primitive, *level, *linkSet, *traceSet;
+  float *leftNg[3], *lift[3];
   MediaStack* media;
 };
 
@@ -215,6 +256,11 @@ const void* GroupState::keepPaths(uint32_t n, const uint32_t* slots) {
   k->primitive = take(h.primitive);
   k->level = take(h.level);
   k->linkSet = take(linkSet_);
+  k->traceSet = traceSet_ ? take(traceSet_) : nullptr;
+  for (int c = 0; c < 3; ++c) {
+    k->leftNg[c] = leftNg_[c] ? take(leftNg_[c]) : nullptr;
+    k->lift[c] = lift_[c] ? take(lift_[c]) : nullptr;
+  }
   k->media = media_ ? take(media_) : nullptr;
   return k;
 }
@@ -234,6 +280,11 @@ void GroupState::restorePaths(const void* kept) {
   put(k.primitive, h.primitive);
   put(k.level, h.level);
   put(k.linkSet, linkSet_);
+  if (k.traceSet) put(k.traceSet, traceSet_);
+  for (int c = 0; c < 3; ++c) {
+    if (k.leftNg[c]) put(k.leftNg[c], leftNg_[c]);
+    if (k.lift[c]) put(k.lift[c], lift_[c]);
+  }
   if (k.media) put(k.media, media_);
 }
 

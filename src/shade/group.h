@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "sampling/draw.h"
 #include "shade/material.h"
+#include "shade/points.h"
 #include "shade/ray_listener.h"
 #include "trace/world.h"
 
@@ -24,19 +25,27 @@ struct GeometryInfo {
   uint32_t flags = 0;
   float side = 1;                      // -1: the mesh's normals are flipped
   int priority = 0;                    // trace:intersectpriority
-  uint32_t objectId = 0;
+  uint32_t objectId = 0, objectId2 = 0;   // identifier:id, id2
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;   // found once
   std::string name;
 };
-enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMatte = 4 };
+enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kLiftsShadows = 4 };
 // By placement (Instance::user).
 struct PlacementInfo {
   uint32_t material = 0;
   uint32_t linkSet = 0;
   int priority = 0;
-  uint32_t objectId = 0;
+  uint32_t objectId = 0, objectId2 = 0;
+  uint32_t traceSet = 0;               // index into ShadingWorld::traceSets
+  bool hole = false;                   // Matte, trace:holdout: black and clear where a camera ray meets it
   trace::Affine renderToObject;        // at the middle of the shutter
   std::string name;
+};
+
+// What rays that leave an object ask for: masks of the world (VisibilityBits and those of named subsets).
+struct TraceSet {
+  uint32_t reflect = trace::kSeenByIndirect, transmit = trace::kSeenByIndirect;
+  uint32_t opaqueShadow = trace::kSeenByOpaqueShadow, clearShadow = trace::kSeenByClearShadow;
 };
 
 // Everything shading reads of a scene; immutable while passes run.
@@ -45,8 +54,8 @@ struct ShadingWorld {
   std::shared_ptr<const MaterialSet> materials;
   std::shared_ptr<const light::LightSet> lights;
   std::vector<GeometryInfo> geometries;
-  std::vector<float> geometrySide;            // side of each geometry, for wide gathers
   std::vector<PlacementInfo> placements;
+  SurfaceTables tables;                       // of the above, for gathers; see fillTables()
   std::map<std::string, scene::Matrix> spaces;   // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>> primvarWidths;   // name -> components (at most 3), the widest of all objects
   TextureSystem* textures = nullptr;
@@ -54,7 +63,11 @@ struct ShadingWorld {
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;
   bool hasMedia = false, hasPresence = false;
+  bool hasLinks = false;                      // some objects are lit by some lights only
+  std::vector<TraceSet> traceSets;             // by PlacementInfo::traceSet; empty: every ray sees everything
+  bool hasHoles = false, liftsShadows = false;
   uint32_t width = 8;
+  void fillTables();                          // once all else is set
   uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
     const uint32_t m = geometries[geometry].material;
     return m != 0xffffffffu ? m : placements[world->instance(instance).user].material;
@@ -115,6 +128,17 @@ class GroupState {
   friend struct ContextHost;
   static constexpr int kMostPasses = 256;   // surfaces a ray may pass for want of presence or priority
   Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
+  // trace_sets.cpp; worlds with traceSets or hasHoles only.
+  uint32_t maskOf(uint32_t slot, bool clearShadow) const;
+  void closestInSets(bool clearShadow, uint32_t n, const uint32_t* slots);
+  void occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked);
+  void endAtHoles(uint32_t n, const uint32_t* slots);
+  void dropLightsBehindHoles(LightHits* l);
+  // shadow_terminator.cpp; worlds with liftsShadows only.
+  void findLifts(uint32_t n, const uint32_t* slots, const Context* c);
+  void liftShadows(ShadowRays* rays);
+  // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
+  void biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const;
   bool insideHigherPriority(uint32_t slot) const;
   struct KeptPaths;
   void passThrough(uint32_t n, const uint32_t* slots, float* passed);
@@ -128,6 +152,10 @@ class GroupState {
   float* weight_ = nullptr;
   MediaStack* media_ = nullptr;
   uint32_t* linkSet_ = nullptr;                // by slot, of the vertex last shaded
+  uint32_t* traceSet_ = nullptr;               // by slot, of the vertex last shaded; null without traceSets
+  float* leftNg_[3] = {nullptr, nullptr, nullptr};   // its geometric normal; null without traceSets and lifts
+  float* lift_[3] = {nullptr, nullptr, nullptr};     // from it to where its shadow rays start; null without lifts
+  float* hole_ = nullptr;                      // by slot: where its camera ray met a hole; null without holes
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

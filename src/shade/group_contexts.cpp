@@ -6,6 +6,7 @@
 #include "shade/clock.h"
 #include "shade/context_host.h"
 #include "shade/points.h"
+#include "shade/where.h"
 
 namespace kinora::shade {
 
@@ -16,13 +17,12 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   uint64_t unused = 0;   // queries happen inside the time of tracing
   const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
   // Counting sort by program; within a program the order of the list stays.
-  uint32_t* programOf = arena_.make<uint32_t>(n);
+  uint32_t* programOf = arena_.make<uint32_t>(padded(n));
+  const ProgramsArgs programsArgs{n, slots, group_.hits.instance, group_.hits.geometry, &world_.tables, programOf};
+  programsKernel(world_.width)(programsArgs);
   touched_.clear();
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    const uint32_t material = world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]);
-    const uint32_t p = (*world_.materials)[material].program;
-    programOf[i] = p;
+    const uint32_t p = programOf[i];
     if (!countOfProgram_[p]++) touched_.push_back(p);
   }
   std::sort(touched_.begin(), touched_.end());
@@ -95,20 +95,11 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   for (int k = 0; k < 3; ++k) { ng[k] = arena_.make<float>(m); a.ng[k] = ng[k]; }
   float* side = arena_.make<float>(m);
   uint32_t* block = arena_.make<uint32_t>(m);
-  bool smooth = false, placed = false;
-  for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slot[i], g = hits.geometry[s], inst = hits.instance[s];
-    const GeometryInfo& info = world_.geometries[g];
-    for (int k = 0; k < 3; ++k) ng[k][i] = hits.ng[k][s];
-    side[i] = info.side;
-    const trace::Instance& instance = w.instance(inst);
-    const uint32_t material = info.material != 0xffffffffu ? info.material : world_.placements[instance.user].material;
-    block[i] = (*world_.materials)[material].block;
-    smooth |= (info.flags & kHasNormals) != 0;
-    placed |= !instance.baked;
-    // what a ray only passes does not choose its lights
-    if (bind) linkSet_[s] = world_.placements[instance.user].linkSet;
-  }
+  // what a ray only passes does not choose its lights
+  SurfacesArgs surfaces{m, slot, hits.instance, hits.geometry, {hits.ng[0], hits.ng[1], hits.ng[2]}, &world_.tables,
+                        bind && world_.hasLinks ? linkSet_ : nullptr, block, side, {ng[0], ng[1], ng[2]}, 0, 0};
+  surfacesKernel(world_.width)(surfaces);
+  const bool smooth = surfaces.anyFlags & kHasNormals, placed = surfaces.anyPlaced;
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {
     if (smooth)
@@ -180,12 +171,10 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   }
   const auto pad = [&](float* x) { for (uint32_t i = n; i < m; ++i) x[i] = x[n - 1]; };
   for (int k = 0; k < 3; ++k) {
-    pad(ng[k]);
+    if (placed) pad(ng[k]);
     if (nn[k]) pad(nn[k]);
     a.smooth[k] = nn[k];
   }
-  pad(side);
-  for (uint32_t i = n; i < m; ++i) block[i] = block[n - 1];
   a.side = side;
   h->block = block;
   const auto f = [&] { return arena_.make<float>(m); };
@@ -201,6 +190,13 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
   c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
   pointsKernel(world_.width)(a);
+  if (w.hasStrands()) biasOfStrands(m, slot, a.bias);
+  if (bind && leftNg_[0])
+    for (uint32_t i = 0; i < n; ++i)
+      for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
+  if (bind && lift_[0]) findLifts(n, slot, c);
+  if (bind && traceSet_)
+    for (uint32_t i = 0; i < n; ++i) traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 
   float* outer = f();
   for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
@@ -250,6 +246,21 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   return c;
 }
 
+void GroupState::biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const {
+  const trace::World& w = *world_.world;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slots[i];
+    const geometry::Mesh& mesh = w.mesh(group_.hits.geometry[s]);
+    if (!mesh.isStrand()) continue;
+    float radius = strandRadius(mesh, group_.hits.primitive[s], group_.hits.u[s], std::clamp(group_.rays.time[s], 0.f, 1.f));
+    if (!w.instance(group_.hits.instance[s]).baked) {
+      const trace::Affine a = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
+      radius *= std::sqrt(a.m[0][0] * a.m[0][0] + a.m[1][0] * a.m[1][0] + a.m[2][0] * a.m[2][0]);
+    }
+    bias[i] = std::max(bias[i], 1e-3f * radius);
+  }
+}
+
 Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t) {
   if (!n) return nullptr;
   const uint32_t m = padded(n);
@@ -278,6 +289,9 @@ Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, 
     for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
     side[i] = outer[i] = 1.f;
     linkSet_[slot[i]] = 0;   // a medium is lit by all lights
+    if (traceSet_) traceSet_[slot[i]] = 0;
+    if (lift_[0])
+      for (int k = 0; k < 3; ++k) lift_[k][slot[i]] = 0;
   }
   for (int k = 0; k < 3; ++k) {
     a.o[k] = r.o[k]; a.d[k] = r.d[k]; a.ng[k] = ng[k];

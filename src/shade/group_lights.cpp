@@ -15,17 +15,20 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   float* unused = arena_.make<float>(c->padded);
   const uint32_t dim = dimensionAt(c->depth);
   const DrawSplit draw = drawSplit(world_.width);
-  draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], unused);
+  if (world_.lights->hasChoice())
+    draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], unused);
   draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLight, part, parts, u[1], u[2]);
   light::LightSet::Points p;
   p.count = c->count;
   p.padded = c->padded;
   for (int k = 0; k < 3; ++k) p.P[k] = c->P[k];
   p.time = c->time;
-  uint32_t* sets = arena_.make<uint32_t>(c->padded);
-  for (uint32_t i = 0; i < c->padded; ++i) sets[i] = linkSet_[c->path[i]];
-  p.linkSet = sets;
-  p.uChoice = u[0];
+  if (world_.hasLinks) {
+    uint32_t* sets = arena_.make<uint32_t>(c->padded);
+    for (uint32_t i = 0; i < c->padded; ++i) sets[i] = linkSet_[c->path[i]];
+    p.linkSet = sets;
+  }
+  p.uChoice = world_.lights->hasChoice() ? u[0] : nullptr;
   p.u[0] = u[1];
   p.u[1] = u[2];
   world_.lights->sample(world_.width, arena_, p, out);
@@ -40,11 +43,18 @@ void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, Ligh
   l.tHit = group_.hits.t;
   l.linkSet = linkSet_;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
+  if (hole_ && kind == RayKind::Camera && out->count) dropLightsBehindHoles(out);
 }
 
 void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const uint32_t n = rays->count;
   if (!n) return;
+  ShadowRays lifted;
+  if (lift_[0]) {
+    lifted = *rays;
+    liftShadows(&lifted);
+    rays = &lifted;
+  }
   counters.shadowRays += n;
   if (listener) listener->shadow(depth, *rays);
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
@@ -62,7 +72,8 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
       radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
     }
   }
-  w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
+  if (traceSet_) occludedInSets(*rays, radius, spread, blocked);
+  else w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
   for (uint32_t i = 0; i < n; ++i) {
     const float t = blocked[i] ? 0.f : 1.f;
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
@@ -73,6 +84,8 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const Hits keepHits = group_.hits;
   uint32_t *const keepSeed = seed_, *const keepIndex = index_;
   uint32_t* const keepLinks = linkSet_;
+  uint32_t* const keepSets = traceSet_;
+  uint32_t* sets = traceSet_ ? arena_.make<uint32_t>(padded(n) + kPad) : nullptr;
   MediaStack* const keepMedia = media_;
   const uint32_t m = padded(n) + kPad;
   const auto f = [&] { return arena_.make<float>(m); };
@@ -97,6 +110,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
     r.spread[i] = keepRays.spread[s];
     seed[i] = keepSeed[s];
     index[i] = keepIndex[s];
+    if (sets) sets[i] = keepSets[s];
     if (!blocked[i]) open[k++] = i;
   }
   group_.rays = r;
@@ -104,9 +118,11 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   seed_ = seed;
   index_ = index;
   linkSet_ = links;
+  traceSet_ = sets;
   media_ = nullptr;
   for (int pass = 0; k && pass < kMostPasses; ++pass) {
-    w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
+    if (traceSet_) closestInSets(true, k, open);
+    else w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
     uint32_t* hit = arena_.make<uint32_t>(padded(k));
     uint32_t hitCount = 0;
     for (uint32_t i = 0; i < k; ++i)
@@ -145,6 +161,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   seed_ = keepSeed;
   index_ = keepIndex;
   linkSet_ = keepLinks;
+  traceSet_ = keepSets;
   media_ = keepMedia;
 }
 

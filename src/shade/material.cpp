@@ -123,8 +123,9 @@ struct MaterialSet::Resolved {
   std::vector<Link> links;     // by parameter
 };
 
-MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width)
-    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width) {}
+MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
+                         const film::LightPaths& paths)
+    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths) {}
 
 bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
@@ -151,7 +152,9 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
     for (float f : p.floats) variant += std::to_string(f) + ",";
     plain.params.set(p);
   }
-  const std::pair<const void*, std::string> id(network.get(), variant);
+  std::string lpeGroup = attributes ? attributes->named.getString("identifier:lpegroup", "") : "";
+  if (!paths_.usesSurface(lpeGroup)) lpeGroup.clear();
+  const std::pair<const void*, std::string> id(network.get(), variant + '\1' + lpeGroup);
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[network.get()] = network;
 
@@ -235,13 +238,52 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
       }
       r.links[i] = {it->second, index};
     }
+    for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
+      if (r.plugin->params[i].type == Type::Struct && r.links[i].node >= 0) connectMembers(nodes, r, i);
   }
-  const uint32_t m = addResolved(nodes);
+  const uint32_t m = addResolved(nodes, lpeGroup);
   known_[id] = m;
   return m;
 }
 
-uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
+// A struct that is connected brings its members along: the output's companions O_x feed the parameters S_x, or x where
+// the node has no S_x (a layered surface). What the scene connects by itself stays; switches S_enableX that it does not
+// set are those of the producer, and on where the producer has none.
+void MaterialSet::connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter) {
+  const Resolved::Link link = to.links[parameter];
+  const Descriptor &from = *nodes[size_t(link.node)].plugin, &plugin = *to.plugin;
+  const std::string prefix = std::string(plugin.params[parameter].name) + "_";
+  const auto find = [](const Descriptor& d, const std::string& name) {
+    uint32_t i = 0;
+    while (i < d.paramCount && ((d.params[i].flags & kParamOutput) || !sameName(d.params[i].name, name))) ++i;
+    return i;
+  };
+  std::string whole;
+  uint32_t output = 0;
+  for (uint32_t k = 0; k < from.paramCount; ++k)
+    if (from.params[k].flags & kParamOutput && output++ == link.output) whole = std::string(from.params[k].name) + "_";
+  output = 0;
+  for (uint32_t k = 0; k < from.paramCount; ++k) {
+    if (!(from.params[k].flags & kParamOutput)) continue;
+    const uint32_t index = output++;
+    const std::string name = from.params[k].name;
+    if (!name.starts_with(whole) || from.params[k].type == Type::Struct) continue;
+    const std::string member = name.substr(whole.size());
+    uint32_t i = find(plugin, prefix + member);
+    if (i == plugin.paramCount) i = find(plugin, member);
+    if (i == plugin.paramCount || plugin.params[i].flags & kParamNotConnectable || to.links[i].node >= 0) continue;
+    to.links[i] = {link.node, index};
+    to.values->connect(i);
+  }
+  for (uint32_t i = 0; i < plugin.paramCount; ++i) {
+    const std::string name = plugin.params[i].name;
+    if (!name.starts_with(prefix + "enable") || plugin.params[i].type != Type::Int || to.values->given(i)) continue;
+    const uint32_t own = find(from, name.substr(prefix.size()));
+    to.values->setNumber(i, own == from.paramCount ? 1.f : nodes[size_t(link.node)].values->values()[own].floats[0]);
+  }
+}
+
+uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup) {
   // The key names all that materials of one program have in common.
   std::string key;
   const auto put = [&](const void* p, size_t n) { key.append(static_cast<const char*>(p), n); };
@@ -279,6 +321,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
   }
   key += opaque ? 'o' : 'p';
   key += encloses ? 'e' : '-';
+  key += lpeGroup;
 
   uint32_t program;
   if (const auto it = programOfKey_.find(key); it != programOfKey_.end()) {
@@ -291,6 +334,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
     p.traits = traits;
     p.opaque = opaque;
     p.encloses = encloses;
+    p.lpeGroup = lpeGroup;
     p.bxdf = static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_));
     for (const Resolved& r : nodes) {
       ProgramNode n;
@@ -359,7 +403,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes) {
   return uint32_t(materials_.size() - 1);
 }
 
-void MaterialSet::finish(const film::LightPaths& paths) {
+void MaterialSet::finish() {
   for (const auto& owned : programs_) {
     Program& p = *owned;
     for (ProgramNode& n : p.nodes)
@@ -376,8 +420,15 @@ void MaterialSet::finish(const film::LightPaths& paths) {
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();
     for (uint32_t l = 0; l < lobes; ++l) {
-      const uint16_t e = paths.event(p.traits->lobes[l].flags);
+      const LobeDecl& lobe = p.traits->lobes[l];
+      const uint16_t e = paths_.event(lobe.flags, lobe.name ? lobe.name : "", p.lpeGroup);
       size_t slot = std::find(p.eventOfSlot.begin(), p.eventOfSlot.end(), e) - p.eventOfSlot.begin();
+      if (slot == kMaxSlots) {
+        slot = kMaxSlots - 1;
+        diagnostics_.warning("LPE-LOBES", {},
+                             std::string("expressions tell more than ") + std::to_string(kMaxSlots) + " lobes of " +
+                                 p.nodes.back().plugin->name + " apart", "the last ones share their outputs");
+      }
       if (slot == p.eventOfSlot.size()) p.eventOfSlot.push_back(e);
       p.slotOfLobe[l] = uint8_t(slot);
     }

@@ -51,6 +51,7 @@ struct Program {
   bool opaque = true;                         // presence is 1 everywhere
   bool encloses = false;                      // paths that go in keep a medium
   uint32_t slotCount = 1;
+  std::string lpeGroup;                       // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
   std::vector<uint16_t> eventOfSlot;
 };
@@ -59,11 +60,13 @@ struct Material { uint32_t program = 0, block = 0; };
 
 class MaterialSet {
  public:
-  MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width);
+  // `paths`: tells events of lobes apart, and by them the slots that bxdfs sum into. It must outlive the set.
+  MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
+              const film::LightPaths& paths);
   // Index of the material of a network with its attributes; null network: a plain diffuse of the Color attribute.
   uint32_t add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos);
-  // After the last add: finds what is uniform, and the slots that `paths` tells apart.
-  void finish(const film::LightPaths& paths);
+  // After the last add: finds what is uniform, and the slots that light path expressions tell apart.
+  void finish();
 
   const Material& operator[](uint32_t i) const { return materials_[i]; }
   const Program& program(uint32_t i) const { return *programs_[i]; }
@@ -77,11 +80,13 @@ class MaterialSet {
  private:
   struct Resolved;   // a node with its values
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
-  uint32_t addResolved(std::vector<Resolved>& nodes);
+  uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
+  void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
   Registry& registry_;
   Diagnostics& diagnostics_;
   TextureSystem& textures_;
   uint32_t width_;
+  const film::LightPaths& paths_;
   std::vector<Material> materials_;
   std::vector<std::unique_ptr<Program>> programs_;
   std::map<std::string, uint32_t> programOfKey_;
@@ -97,6 +102,9 @@ class ResolvedParams {
   const ParamValue* values() const { return values_.data(); }
   uint32_t count() const { return uint32_t(values_.size()); }
   bool given(uint32_t i) const { return values_[i].given; }
+  // A pattern feeds the parameter after all; its value becomes another node's.
+  void connect(uint32_t i) { values_[i].connected = values_[i].given = 1; }
+  void setNumber(uint32_t i, float v) { floats_[i].assign(1, v), values_[i].floats = floats_[i].data(), values_[i].count = 1; }
 
  private:
   std::vector<ParamValue> values_;

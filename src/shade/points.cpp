@@ -1,4 +1,4 @@
-// Kernel of points.h.
+// Kernels of points.h.
 #define KINORA_KERNEL_FILE "shade/points.cpp"
 #include "shade/points.h"
 #include <kinora/simd/foreach_target.h>
@@ -13,9 +13,9 @@ template <int W>
 void points(const PointsArgs& a) {
   using F = Float<W>;
   for (uint32_t i = 0; i < a.n; i += W) {
-    const Int<W> slot = Int<W>::load(a.slots + i);
-    const Vec3<W> o = Vec3<W>::gather(a.o, slot), d = Vec3<W>::gather(a.d, slot);
-    const F t = gather(a.t, slot);
+    const Slots<W> slot = Slots<W>::load(a.slots + i);
+    const Vec3<W> o = Vec3<W>::get(a.o, slot), d = Vec3<W>::get(a.d, slot);
+    const F t = slot.get(a.t);
     const Vec3<W> p = fma(d, t, o);
     p.store(a.P, i);
     const Vec3<W> wo = -d;
@@ -40,23 +40,81 @@ void points(const PointsArgs& a) {
     n.store(a.N, i);
     ng.store(a.Ng, i);
     select(behind, Int<W>(0), Int<W>(-1)).store(a.entering + i);
-    const F spread = gather(a.spread, slot);
-    fma(spread, t, gather(a.radius, slot)).store(a.outRadius + i);
+    const F spread = slot.get(a.spread);
+    fma(spread, t, slot.get(a.radius)).store(a.outRadius + i);
     spread.store(a.outSpread + i);
-    gather(a.time, slot).store(a.outTime + i);
-    gather(a.seed, slot).store(a.outSeed + i);
-    gather(a.index, slot).store(a.outIndex + i);
+    slot.get(a.time).store(a.outTime + i);
+    slot.get(a.seed).store(a.outSeed + i);
+    slot.get(a.index).store(a.outIndex + i);
     // distance by which rays start off the surface: the hit point's error is a few ulps of the numbers it came from
     const F size = max(max(abs(p.x), max(abs(p.y), abs(p.z))), t);
     (size * F(4e-6f) + F(1e-7f)).store(a.bias + i);
   }
 }
 
+template <int W>
+KN_INLINE Int<W> materials(const shade::SurfaceTables& t, Int<W> instance, Int<W> geometry) {
+  const Int<W> own = gather(t.materialOfGeometry.data(), geometry);
+  return select(own == Int<W>(-1), gather(t.materialOfInstance.data(), instance), own);
+}
+
+template <int W>
+void programs(const shade::ProgramsArgs& a) {
+  for (uint32_t i = 0; i < a.n; i += W) {
+    alignas(64) uint32_t last[W];   // the list may end where it ends
+    const uint32_t* from = a.slots + i;
+    if (a.n - i < W) {
+      for (uint32_t k = 0; k < W; ++k) last[k] = a.slots[i + k < a.n ? i + k : i];
+      from = last;
+    }
+    const Slots<W> slot = Slots<W>::load(from);
+    const Int<W> m = materials<W>(*a.tables, slot.get(a.instance), slot.get(a.geometry));
+    gather(a.tables->programOfMaterial.data(), m).store(a.program + i);
+  }
+}
+
+template <int W>
+void surfaces(shade::SurfacesArgs& a) {
+  const shade::SurfaceTables& t = *a.tables;
+  Int<W> flags(0), placed(0);
+  for (uint32_t i = 0; i < a.n; i += W) {
+    const Slots<W> slot = Slots<W>::load(a.slots + i);
+    const Int<W> instance = slot.get(a.instance), geometry = slot.get(a.geometry);
+    gather(t.blockOfMaterial.data(), materials<W>(t, instance, geometry)).store(a.block + i);
+    gather(t.sideOfGeometry.data(), geometry).store(a.side + i);
+    Vec3<W>::get(a.ng, slot).store(a.outNg, i);
+    flags = flags | gather(t.flagsOfGeometry.data(), geometry);
+    placed = placed | gather(t.placedOfInstance.data(), instance);
+    if (a.linkSet) {
+      alignas(64) uint32_t set[W], to[W];
+      gather(t.linkSetOfInstance.data(), instance).store(set);
+      slot.s.store(to);
+      for (int k = 0; k < W; ++k) a.linkSet[to[k]] = set[k];
+    }
+  }
+  alignas(64) uint32_t f[W], p[W];
+  flags.store(f);
+  placed.store(p);
+  a.anyFlags = a.anyPlaced = 0;
+  for (int k = 0; k < W; ++k) {
+    a.anyFlags |= f[k];
+    a.anyPlaced |= p[k];
+  }
+}
+
 #if HWY_TARGET == HWY_AVX2
+#define KN_SURFACES(W)                                                              \
+  [[maybe_unused]] void programs##W(const shade::ProgramsArgs& a) { programs<W>(a); } \
+  [[maybe_unused]] void surfaces##W(shade::SurfacesArgs& a) { surfaces<W>(a); }
+KN_SURFACES(1)
+KN_SURFACES(4)
+KN_SURFACES(8)
 [[maybe_unused]] void points1(const PointsArgs& a) { points<1>(a); }
 [[maybe_unused]] void points4(const PointsArgs& a) { points<4>(a); }
 [[maybe_unused]] void points8(const PointsArgs& a) { points<8>(a); }
 #else
+[[maybe_unused]] void programs16(const shade::ProgramsArgs& a) { programs<16>(a); }
+[[maybe_unused]] void surfaces16(shade::SurfacesArgs& a) { surfaces<16>(a); }
 [[maybe_unused]] void points16(const PointsArgs& a) { points<16>(a); }
 #endif
 }  // namespace
@@ -66,6 +124,22 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace kinora::shade {
+ProgramsKernel programsKernel(uint32_t width) {
+  switch (width) {
+    case 1: return &N_AVX2::programs1;
+    case 4: return &N_AVX2::programs4;
+    case 16: return &N_AVX3::programs16;
+    default: return &N_AVX2::programs8;
+  }
+}
+SurfacesKernel surfacesKernel(uint32_t width) {
+  switch (width) {
+    case 1: return &N_AVX2::surfaces1;
+    case 4: return &N_AVX2::surfaces4;
+    case 16: return &N_AVX3::surfaces16;
+    default: return &N_AVX2::surfaces8;
+  }
+}
 PointsKernel pointsKernel(uint32_t width) {
   switch (width) {
     case 1: return &N_AVX2::points1;

@@ -1,6 +1,7 @@
-// The wide kernel that turns listed hits into the arrays of a context. Internal to shade/.
+// The wide kernels that turn listed hits into the arrays of a context. Internal to shade/.
 #pragma once
 #include <cstdint>
+#include <vector>
 
 namespace kinora::shade {
 
@@ -33,6 +34,42 @@ struct PointsArgs {
   uint32_t* outSeed;
   uint32_t* outIndex;
 };
+
+// What grouping asks of each hit, as arrays for gathers.
+struct SurfaceTables {
+  std::vector<uint32_t> materialOfGeometry, flagsOfGeometry;   // material ~0: the instance's; GeometryFlags
+  std::vector<float> sideOfGeometry;
+  std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;   // placed: ~0, baked: 0
+  std::vector<uint32_t> programOfMaterial, blockOfMaterial;
+};
+
+// Programs of n listed hits.
+struct ProgramsArgs {
+  uint32_t n;
+  const uint32_t* slots;
+  const uint32_t *instance, *geometry;   // by slot
+  const SurfaceTables* tables;
+  uint32_t* program;                  // room to the next multiple of 16
+};
+using ProgramsKernel = void (*)(const ProgramsArgs&);
+ProgramsKernel programsKernel(uint32_t width);
+
+// Blocks, sides and geometric normals of n (padded) listed hits.
+struct SurfacesArgs {
+  uint32_t n;
+  const uint32_t* slots;
+  const uint32_t *instance, *geometry;   // by slot
+  const float* ng[3];                 // by slot
+  const SurfaceTables* tables;
+  uint32_t* linkSet;                  // by slot, written; null: not wanted
+  // out, by point
+  uint32_t* block;
+  float* side;
+  float* outNg[3];
+  uint32_t anyFlags, anyPlaced;       // out: what some point has
+};
+using SurfacesKernel = void (*)(SurfacesArgs&);
+SurfacesKernel surfacesKernel(uint32_t width);
 
 using PointsKernel = void (*)(const PointsArgs&);
 PointsKernel pointsKernel(uint32_t width);

@@ -242,9 +242,11 @@ void checkLightFrom(Judge& judge, const LightCase& c, Vec3 P, Vec3 N, uint32_t s
   judge.count(1);
   if (integral.total[0] > 1 + quadrature + 2e-3)
     judge.fail("pdf-integral", where + text("expected at most 1, got %.6g +- %.2g", integral.total[0], quadrature));
+  // far off the axis of a focused light next to nothing arrives, of a distribution without usable moments
+  const double nothing = 1e-9 * c.says().power;
   for (int k = 0; k < 3; ++k)
     judge.compare("irradiance", irradiance[k].mean() * unit, irradiance[k].standardError() * unit,
-                  integral.total[2 + k] * unit, (quadrature + 2e-3 * integral.total[2 + k]) * unit,
+                  integral.total[2 + k] * unit, (quadrature + 2e-3 * integral.total[2 + k]) * unit + nothing,
                   where + text("channel %d, sampling against integration", k));
   const LightTraits& traits = *static_cast<const LightTraits*>(c.descriptor.traits);
   if (traits.irradiance) {

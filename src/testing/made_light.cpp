@@ -23,14 +23,29 @@ const HostImage* testImage() {
 }
 }  // namespace
 
-MadeLight::MadeLight(const Descriptor& d, const Setting& s, const Placement& placement) : descriptor_(d) {
+TestMesh::TestMesh(const Placement& placement) {
+  // an octahedron, and beside it a triangle that looks away from it and hides part of it from some sides
+  static constexpr double kPoints[9][3] = {{0.5, 0, 0}, {-0.5, 0, 0}, {0, 0.5, 0}, {0, -0.5, 0}, {0, 0, 0.5}, {0, 0, -0.5},
+                                           {0.9, -0.4, -0.3}, {0.9, 0.4, -0.2}, {0.8, 0.1, 0.5}};
+  static constexpr uint32_t kTriangles[27] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5, 6, 7, 8};
+  for (const auto& p : kPoints)
+    for (int c = 0; c < 3; ++c) {
+      double sum = placement.localToRender[12 + c];
+      for (int k = 0; k < 3; ++k) sum += p[k] * placement.localToRender[4 * k + c];
+      points_.push_back(float(sum));
+    }
+  mesh = LightMesh{9, 9, points_.data(), kTriangles};
+}
+
+MadeLight::MadeLight(const Descriptor& d, const Setting& s, const Placement& placement)
+    : descriptor_(d), mesh_(placement) {
   const ResolvedValues values(d, s);
   Host host{};
   host.warn = [](void*, const char*, const char*, const char*) {};  // settings at the ends of ranges may deserve it
   host.image = [](void*, const char* file, int) -> const HostImage* {
     return file && std::strcmp(file, kTestImage) == 0 ? testImage() : nullptr;
   };
-  const CreateInfo info{&host, "light under test", values.data(), values.count(), &placement, nullptr};
+  const CreateInfo info{&host, "light under test", values.data(), values.count(), &placement, &mesh_.mesh};
   ErrorText text{};
   data_ = d.create ? d.create(&info, &text) : nullptr;
   if (!data_) {

@@ -1,6 +1,7 @@
 // A light made for a test, and the arrays that its functions want. Not installed.
 #pragma once
 #include <kinora/light.h>
+#include <kinora/light_mesh.h>
 #include <kinora/testing/light_checks.h>
 #include <kinora/testing/statistics.h>
 
@@ -13,6 +14,15 @@
 #include "testing/bound_bxdf.h"
 
 namespace kinora::testing {
+
+// What a mesh light under test is made of.
+struct TestMesh {
+  explicit TestMesh(const Placement& placement);
+  LightMesh mesh;
+
+ private:
+  std::vector<float> points_;
+};
 
 class MadeLight {
  public:
@@ -29,6 +39,7 @@ class MadeLight {
   void* data_ = nullptr;
   std::string error_;
   LightDescription description_{};
+  TestMesh mesh_;
 };
 
 inline constexpr float kWorldRadius = 10;

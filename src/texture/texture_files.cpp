@@ -82,6 +82,7 @@ Token findToken(const std::string& name, size_t& at, size_t& length) {
     Token token;
   } kTokens[] = {{"<UDIM>", Token::Udim},
                  {"<udim>", Token::Udim},
+                 {"%(UDIM)d", Token::Udim},
                  {"<u>_<v>", Token::LowerUv},
                  {"<U>_<V>", Token::UpperUv},
                  {"_MAPID_", Token::MapId}};

@@ -11,6 +11,7 @@
 #include <map>
 #include <mutex>
 
+#include "texture/group_lookup.h"
 #include "texture/srgb_input.h"
 #include "texture/texture_files.h"
 
@@ -33,6 +34,9 @@ struct Source {
   Cache::TextureHandle* plain = nullptr;
   std::atomic<Cache::TextureHandle*> decoded{nullptr};
   TextureOpt::Wrap wrapS = TextureOpt::WrapPeriodic, wrapT = TextureOpt::WrapPeriodic;
+  // levels of either, for group lookups; null until asked for, one without levels when OpenImageIO's call serves it
+  std::atomic<const texture::Pyramid*> plainLevels{nullptr}, decodedLevels{nullptr};
+  std::unique_ptr<texture::Pyramid> held[2];
   std::atomic<bool> complained{false};
   SourcePos pos;
   std::string object;
@@ -236,14 +240,36 @@ struct TextureSystem::Impl {
     return h;
   }
 
+  const texture::Pyramid& levelsOf(Source& s, bool linearize, OIIO::ImageCache::Perthread* thread) {
+    std::atomic<const texture::Pyramid*>& known = linearize ? s.decodedLevels : s.plainLevels;
+    if (const texture::Pyramid* p = known.load(std::memory_order_acquire)) return *p;
+    std::lock_guard lock(mutex);
+    if (const texture::Pyramid* p = known.load(std::memory_order_acquire)) return *p;
+    auto made = std::make_unique<texture::Pyramid>();
+    const OIIO::ustring name(linearize ? texture::kSrgbPrefix + s.facts.path : s.facts.path);
+    if (!made->describe(*cache->imagecache(), thread, name)) made->levels.clear();
+    s.held[linearize] = std::move(made);
+    known.store(s.held[linearize].get(), std::memory_order_release);
+    return *s.held[linearize];
+  }
+
   // What holds for all lookups of one source with the same options.
   struct Bound {
     Source* source = nullptr;
     Cache::TextureHandle* handle = nullptr;
     int channels = 0;
     TextureOpt opt;
+    const texture::Pyramid* levels = nullptr;  // null: by OpenImageIO's call
+    texture::LookupKind kind;
   };
-  void bind(Bound& b, Source* s, const TextureOptions& o, bool atlas) {
+  static bool simple(TextureOpt::Wrap w, texture::Wrap& out) {
+    if (w != TextureOpt::WrapBlack && w != TextureOpt::WrapClamp && w != TextureOpt::WrapPeriodic) return false;
+    out = w == TextureOpt::WrapBlack ? texture::Wrap::Black
+          : w == TextureOpt::WrapClamp ? texture::Wrap::Clamp
+                                       : texture::Wrap::Periodic;
+    return true;
+  }
+  void bind(Bound& b, Source* s, const TextureOptions& o, bool atlas, OIIO::ImageCache::Perthread* thread) {
     b.source = s;
     b.handle = o.linearize ? decoded(*s) : s->plain;
     const int available = s->facts.channels - std::max(o.firstChannel, 0);
@@ -254,6 +280,15 @@ struct TextureSystem::Impl {
     b.opt.interpmode = interpolationOf(o.filter);
     b.opt.mipmode = o.interpolateLevels ? TextureOpt::MipModeTrilinear : TextureOpt::MipModeOneLevel;
     b.opt.anisotropic = 1;
+    b.levels = nullptr;
+    if (b.channels > 0 && b.opt.interpmode == TextureOpt::InterpBilinear && simple(b.opt.swrap, b.kind.wrapS) &&
+        simple(b.opt.twrap, b.kind.wrapT)) {
+      const texture::Pyramid& levels = levelsOf(*s, o.linearize != 0, thread);
+      if (!levels.levels.empty()) b.levels = &levels;
+      b.kind.blendLevels = o.interpolateLevels != 0;
+      b.kind.firstChannel = b.opt.firstchannel;
+      b.kind.channels = b.channels;
+    }
     if (b.channels == 0 && !s->complained.exchange(true))
       diagnostics.warning("ASSET-TEXTURE-CHANNEL", s->pos,
                           "texture '" + s->facts.path + "' has " + std::to_string(s->facts.channels) +
@@ -262,7 +297,8 @@ struct TextureSystem::Impl {
   }
 
   void complain(Source& s) {
-    const std::string why = firstLine(cache->geterror());
+    std::string why = firstLine(cache->geterror());
+    if (why.empty()) why = firstLine(cache->imagecache()->geterror());
     if (s.complained.exchange(true)) return;
     diagnostics.warning(
         "ASSET-TEXTURE-READ", s.pos,
@@ -273,6 +309,9 @@ struct TextureSystem::Impl {
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
               const TextureOptions& o, float* const rgba[4]) {
     Cache::Perthread* thread = cache->get_perthread_info();
+    OIIO::ImageCache& images = *cache->imagecache();
+    OIIO::ImageCache::Perthread* imageThread = images.get_perthread_info();
+    texture::TileTable tiles(images, imageThread);
     Bound bound;
     uint64_t missing = 0;
     for (uint32_t i = 0; i < n; ++i) {
@@ -293,12 +332,13 @@ struct TextureSystem::Impl {
       float value[4] = {o.missingColor[0], o.missingColor[1], o.missingColor[2], o.missingAlpha};
       bool found = false;
       if (source) {
-        if (source != bound.source) bind(bound, source, o, atlas);
+        if (source != bound.source) bind(bound, source, o, atlas, imageThread);
         if (bound.channels > 0) {
           const float r = safeRadius(radius[i], o.blur);
           float texel[4];
-          found = cache->texture(bound.handle, thread, bound.opt, safeCoordinate(si, bound.opt.swrap),
-                                 safeCoordinate(ti, bound.opt.twrap), r, 0.f, 0.f, r, bound.channels, texel);
+          const float x = safeCoordinate(si, bound.opt.swrap), y = safeCoordinate(ti, bound.opt.twrap);
+          found = bound.levels ? tiles.lookUp(*bound.levels, bound.kind, x, y, r, texel)
+                               : cache->texture(bound.handle, thread, bound.opt, x, y, r, 0.f, 0.f, r, bound.channels, texel);
           if (found) {
             value[0] = texel[0];
             value[1] = bound.channels >= 3 ? texel[1] : texel[0];

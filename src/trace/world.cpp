@@ -6,7 +6,9 @@
 #include <map>
 #include <set>
 
+#include "scene/uniform_keys.h"
 #include "trace/embree_device.h"
+#include "trace/strands.h"
 #include "trace/user_calls.h"
 
 namespace kinora::trace {
@@ -19,10 +21,7 @@ constexpr uint32_t kBatchTriangles = 200000;
 
 int keyCountFor(const scene::Transform& t, double open, double close) {
   if (t.isStatic() || close <= open) return 1;
-  // uniform keys as dense as the scene's own inside the shutter
-  size_t inside = 0;
-  for (double time : t.times) inside += time > open && time < close;
-  return int(std::min<size_t>(inside + 2, 33));
+  return scene::uniformKeyCount(t.times, open, close, 65);
 }
 
 }  // namespace
@@ -91,7 +90,12 @@ void World::Part::build() {
       slices.push_back({0, i});
       continue;
     }
-    if (!mesh.triangleCount()) continue;
+    if (!mesh.primitiveCount()) continue;
+    if (mesh.isStrand()) {
+      attach(makeStrands(device(), mesh), visibility[i]);
+      slices.push_back({0, i});
+      continue;
+    }
     if (mesh.triangleCount() < kMergeBelow && mesh.keyCount() == 1 && meshes.size() > 1) {
       small[visibility[i]].push_back(i);
       continue;
@@ -140,13 +144,14 @@ namespace {
 // Moves a mesh's points, and primvars that are points, vectors or normals, into render space for good: the object is static and placed once.
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
+  bakeStrands(mesh, local);
   for (Imath::V3f& p : mesh.points) {
     const Imath::V3d q = Imath::V3d(p) * local;
     p = Imath::V3f(q);
   }
   mesh.origin = {0, 0, 0};
   // edges turn with the points, so a mirroring transform turns e1 x e2 against the normal's own transform
-  if (toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
+  if (!mesh.isStrand() && toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
   const scene::Matrix it = toRender.inverse().transposed();
   for (geometry::Primvar& v : mesh.primvars) {
     const bool shading = v.name == "N", point = v.type == scene::ValueType::Point, vector = v.type == scene::ValueType::Vector;
@@ -184,12 +189,13 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     const PlacementInput& place = placements[i];
     const PartInput& in = partInputs[place.part];
     uint32_t triangles = 0;
-    bool user = false;
+    bool user = false, even = true;
     for (uint32_t s : in.shapes) {
-      triangles += shapes[s].mesh->triangleCount();
+      triangles += shapes[s].mesh->primitiveCount();
       user |= shapes[s].user != nullptr;
+      if (shapes[s].mesh->isStrand()) even &= keepsWidths(place.toRender.matrices[0]);
     }
-    const bool bakes = !user && !in.instanced && uses[place.part] == 1 &&
+    const bool bakes = !user && even && !in.instanced && uses[place.part] == 1 &&
                        keyCountFor(place.toRender, options.shutterOpen, options.shutterClose) == 1;
     if (bakes) {
       const bool small = triangles < options.smallShape;
@@ -299,6 +305,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     for (const auto& m : part->meshes) {
       w.meshes_.push_back(m);
       w.moving_ |= m->keyCount() > 1;
+      w.hasStrands_ |= m->isStrand();
+      w.hasFacing_ |= m->facesRay();
     }
     for (uint32_t v : part->visibility) w.clearShadows_ |= (v & kSeenByClearShadow) && !(v & kSeenByOpaqueShadow);
     w.hasUser_ |= part->hasUser;
@@ -307,7 +315,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     if (plan.batch) {
       placeInTables.firstInstance = uint32_t(w.instances_.size());
       for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
-      tops.push_back({partIndex, kNone, 15});
+      tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
     } else {
@@ -320,6 +328,13 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
           grow(*part, w.keys_[w.instances_[instance].firstKey + k]);
         for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
       }
+    }
+    placeInTables.firstTarget = uint32_t(w.targets_.size());
+    for (size_t g = 0; g + 1 < part->firstSlice.size(); ++g) {
+      const uint32_t first = part->firstSlice[g];
+      const Part::Slice& s = part->slices[first];
+      w.targets_.push_back({placeInTables.firstGeometry + s.shape, placeInTables.firstInstance + s.shape,
+                            part->firstSlice[g + 1] - first > 1, part->users[s.shape] != nullptr});
     }
     w.places_.push_back(placeInTables);
   }
@@ -414,6 +429,14 @@ inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uin
     index = partOfTop_[instId];
     instance = instanceOfTop_[instId];
   }
+  const Target& target = targets_[places_[index].firstTarget + geomId];
+  if (!target.merged) {
+    hits.geometry[slot] = target.geometry;
+    hits.primitive[slot] = primId;
+    hits.instance[slot] = instance == kNone ? target.instance : instance;
+    if (!target.writesLevel) hits.level[slot] = 0;
+    return;
+  }
   const Part* part = parts_[index].get();
   const uint32_t first = part->firstSlice[geomId], last = part->firstSlice[geomId + 1];
   uint32_t slice = first;
@@ -426,7 +449,7 @@ inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uin
   hits.geometry[slot] = places_[index].firstGeometry + s.shape;
   hits.primitive[slot] = primId - s.start;
   hits.instance[slot] = instance == kNone ? places_[index].firstInstance + s.shape : instance;
-  if (!part->hasUser || !part->users[s.shape]) hits.level[slot] = 0;   // user geometry wrote its own
+  hits.level[slot] = 0;   // user geometry, which writes its own, is never merged
 }
 
 void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
@@ -465,6 +488,7 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) co
       resolve(hits, slot, r.hit.geomID[i], r.hit.primID[i], r.hit.instID[0][i]);
     }
   }
+  if (hasFacing_) turnToRays(rays, hits, slots, nullptr);
 }
 
 void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
@@ -493,6 +517,7 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
     hits.ng[0][s] = r.hit.Ng_x; hits.ng[1][s] = r.hit.Ng_y; hits.ng[2][s] = r.hit.Ng_z;
     resolve(hits, s, r.hit.geomID, r.hit.primID, r.hit.instID[0]);
   }
+  if (hasFacing_) turnToRays(rays, hits, n, slots);
 }
 
 void World::occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
@@ -500,7 +525,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
   QueryContext context(false, radius, spread, nullptr);
   // Streams answer "is something in the way" like single rays, bit for bit, whatever else is in the stream: no nearest
   // hit has to be told from an equal one (world_test.cpp holds that). Over instances single rays are faster.
-  if (single_ && !moving_ && !hasUser_) {
+  if (single_ && !moving_ && !hasUser_ && !hasStrands_) {
     constexpr uint32_t kStream = 512;
     alignas(64) float near[kStream], far[kStream];
     alignas(64) uint32_t masks[kStream], none[kStream], ids[kStream];

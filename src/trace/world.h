@@ -86,6 +86,7 @@ class World {
                 uint32_t mask, uint32_t* blocked, const float* radius = nullptr, const float* spread = nullptr) const;
 
   bool hasUserGeometry() const { return hasUser_; }
+  bool hasStrands() const { return hasStrands_; }          // some mesh is curves or points
   bool hasClearShadows() const { return clearShadows_; }   // some shape lets part of a shadow ray through
   bool isMoving() const { return moving_; }
   const float* center() const { return center_; }          // bounding sphere, render space
@@ -105,12 +106,17 @@ class World {
   World() = default;
   struct Part;
   bool sameTop(const World& previous) const;
+  // Gives what faces its rays (ribbons, discs) the normals that it has seen from them.
+  void turnToRays(const Rays& rays, const Hits& hits, uint32_t n, const uint32_t* slots) const;
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
 
   RTCScene top_ = nullptr;
   bool single_ = false;                                   // top_ is the only part's scene
   std::vector<std::shared_ptr<const Part>> parts_;        // shared between snapshots
-  struct PartPlace { uint32_t firstGeometry = 0, firstInstance = 0; };   // batches: instance of shape i is first + i
+  struct PartPlace { uint32_t firstGeometry = 0, firstInstance = 0, firstTarget = 0; };   // batches: instance of shape i is first + i
+  // Where a hit of an Embree geometry leads when it holds one shape only.
+  struct Target { uint32_t geometry, instance; bool merged, writesLevel; };
+  std::vector<Target> targets_;                           // by part, then Embree geometry
   std::vector<PartPlace> places_;                         // by part
   std::vector<uint32_t> partOfTop_;                       // Embree instance id -> part
   std::vector<uint32_t> instanceOfTop_;                   // Embree instance id -> instance, or none (batch)
@@ -120,7 +126,7 @@ class World {
   std::vector<Affine> keys_;
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
-  bool clearShadows_ = false, moving_ = false, hasUser_ = false;
+  bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false;
 };
 
 }  // namespace kinora::trace

@@ -62,7 +62,7 @@ TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
   ASSERT_TRUE(j.is_object()) << r.out;
   for (const auto& [name, value] : j.items()) EXPECT_TRUE(value.is_number()) << name;
   for (const char* name :
-       {"trace_vs_embree_10k", "trace_vs_embree_1m", "frame_vs_embree_10k", "frame_vs_embree_1m",
+       {"curves_vs_embree", "trace_vs_embree_10k", "trace_vs_embree_1m", "frame_vs_embree_10k", "frame_vs_embree_1m",
         "rays_per_sample_10k", "rays_per_sample_1m", "surface_width_gain", "width1_vs_scalar", "frame_width_gain",
         "frame_width_gain_textures", "threads_2", "bytes_per_triangle", "lane_use_first_hit", "first_pixel_seconds",
         "time_growth_1e4_1e6", "ns_shading_10k", "ns_film_1m"}) {
@@ -72,6 +72,8 @@ TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
     EXPECT_LE(j[std::string(name) + "_min"].get<double>(), j[name].get<double>()) << name;
     EXPECT_GE(j[std::string(name) + "_max"].get<double>(), j[name].get<double>()) << name;
   }
+  // a difference of two times: at sizes this small it may be below 0
+  EXPECT_TRUE(j.contains("lpe_cost_12"));
   EXPECT_LT(j["scalar_difference"].get<double>(), 1e-4) << "bench/scalar_surface.cpp has fallen behind PxrSurface";
 }
 

@@ -53,7 +53,7 @@ struct Fog {
     const Data& k = *static_cast<const Data*>(integrator);
     const auto floats = [&](uint32_t n) { return static_cast<float*>(sv->alloc(g, n * sizeof(float))); };
     const auto words = [&](uint32_t n) { return static_cast<uint32_t*>(sv->alloc(g, n * sizeof(uint32_t))); };
-    const auto states = [&](uint32_t n) { return static_cast<uint16_t*>(sv->alloc(g, n * sizeof(uint16_t))); };
+    const auto states = [&](uint32_t n) { return static_cast<uint32_t*>(sv->alloc(g, n * sizeof(uint32_t))); };
     const uint32_t room = g->padded + kPad;
     uint32_t* all = words(room);
     for (uint32_t i = 0; i < g->count; ++i) all[i] = i;
@@ -87,7 +87,7 @@ struct Fog {
       for (float*& y : e) y = floats(x.padded);
       x.bxdf->emission(&x, x.closure, e);
       uint32_t* light = words(x.padded);
-      uint16_t* state = states(x.padded);
+      uint32_t* state = states(x.padded);
       for (uint32_t i = 0; i < x.count; ++i) {
         light[i] = kNoLight;
         state[i] = sv->paths.start;
@@ -106,7 +106,7 @@ struct Fog {
       value[c] = floats(p.padded);
       T[c] = floats(p.padded);
     }
-    uint16_t* state = states(p.padded);
+    uint32_t* state = states(p.padded);
     const uint16_t event = sv->event(g, kLobeReflect, kLobeDiffuse);
     for (uint32_t i = 0; i < p.padded; i += W) {
       F t0, t1;

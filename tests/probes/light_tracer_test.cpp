@@ -4,8 +4,12 @@
 // (invisible to the camera here) and mirrors seen by a pinhole.
 #define KINORA_KERNEL_FILE "tests/probes/light_tracer_test.cpp"
 #include <kinora/bxdf.h>
+#include <algorithm>
 #include <iterator>
+#include <map>
 #include <new>
+#include <string>
+#include <vector>
 #include "tests/probes/probe_support.h"
 #include <kinora/simd/foreach_target.h>
 #include <kinora/integrator.h>
@@ -46,8 +50,11 @@ class LightPaths {
       throughput_[c] = floats(room);
       medium[c] = floats(room);
     }
-    uint32_t *light = words(room), *live = words(room);
-    sv_->emitLight(g_, g_->count, throughput_, light);
+    events_ = static_cast<uint16_t*>(sv_->alloc(g_, room * (data_.bounces + 1) * sizeof(uint16_t)));
+    room_ = room;
+    light_ = words(room);
+    uint32_t* live = words(room);
+    sv_->emitLight(g_, g_->count, throughput_, light_);
     uint32_t n = 0;
     for (uint32_t i = 0; i < g_->count; ++i) {
       for (int c = 0; c < 3; ++c) throughput_[c][i] *= data_.gain;
@@ -110,21 +117,25 @@ class LightPaths {
     const uint32_t room = c.padded * c.slotCount;
     float *raster[2] = {floats(room), floats(room)}, *value[3];
     for (float*& x : value) x = floats(room);
-    uint16_t* state = static_cast<uint16_t*>(sv_->alloc(g_, room * sizeof(uint16_t)));
+    uint32_t* state = words(room);
+    uint32_t* light = words(room);
     uint32_t m = 0;
     for (uint32_t l = 0; l < c.slotCount; ++l) {
       // the vertex that the camera sees is the first of the path as expressions read it
-      uint16_t s = sv_->paths.next[sv_->paths.start * sv_->paths.eventCount + c.eventOfSlot[l]];
-      if (depth) s = sv_->paths.next[s * sv_->paths.eventCount + c.eventOfSlot[l]];
+      const auto step = [&](uint32_t s, uint16_t event) { return sv_->paths.next[s * sv_->paths.eventCount + event]; };
+      const uint32_t first = step(sv_->paths.start, c.eventOfSlot[l]);
       for (uint32_t i = 0; i < c.count; ++i) {
         if (!(camera.importance[i] > 0)) continue;
         for (int x = 0; x < 3; ++x) value[x][m] = throughput_[x][c.path[i]] * e.weight[l][x][i] * T[x][i] * factor[i];
         if (!(value[0][m] + value[1][m] + value[2][m] > 0)) continue;
         for (int x = 0; x < 2; ++x) raster[x][m] = camera.raster[x][i];
+        uint32_t s = first;
+        for (uint32_t d = depth; d-- > 0;) s = step(s, events_[d * room_ + c.path[i]]);
+        light[m] = light_[c.path[i]];
         state[m++] = s;
       }
     }
-    if (m) sv_->splat(g_, m, raster, value, state);
+    if (m) sv_->splat(g_, m, raster, value, state, light);
   }
 
   uint32_t scatterPaths(const Context& c, uint32_t depth, uint32_t* live) {
@@ -170,6 +181,7 @@ class LightPaths {
         g_->rays.d[x][s] = wi[x][i];
       }
       g_->rays.tMax[s] = 1e30f;
+      events_[depth * room_ + s] = c.eventOfSlot[slot[i]];
       live[m++] = s;
     }
     return m;
@@ -179,6 +191,9 @@ class LightPaths {
   const Services* sv_;
   const Data& data_;
   float* throughput_[3];
+  uint32_t room_ = 0;
+  uint32_t* light_ = nullptr;      // by slot
+  uint16_t* events_ = nullptr;     // by depth from the light, and slot
 };
 
 struct LightTracer {
@@ -340,6 +355,49 @@ TEST(LightTracer, EqualsPathTracerUnderDistantLight) { expectSamePicture(room(kD
 TEST(LightTracer, EqualsPathTracerUnderDomeLight) { expectSamePicture(room(kDome, kGrey, kGrey)); }
 TEST(LightTracer, EqualsPathTracerUnderTwoLightsWithGlossyFloor) {
   expectSamePicture(room(std::string(kRect) + kSphere, kGlossy, kGlossy));
+}
+
+// The ball is lit by the rect light alone, the rest by both: light paths obey links, and channels by light group and by
+// label take the same share of them as of the camera's paths.
+TEST(LightTracer, ObeysLightLinkingAndChannels) {
+  const std::string lights = std::string(kRect) + R"(
+    AttributeBegin
+      Attribute "grouping" "string membership" ["blue"]
+      Translate -0.8 0.9 0.6
+      Scale 0.3 0.3 0.3
+      Light "PxrSphereLight" "bulb" "float intensity" [12] "color lightColor" [0.6 0.8 1] "string lightGroup" ["bulb"]
+    AttributeEnd)";
+  const std::string ball = std::string("Attribute \"lighting\" \"string excludesubset\" [\"blue\"]\nAttribute \"identifier\" \"string lpegroup\" [\"ball\"]\n") + kGrey;
+  std::string text = room(lights, kGrey, ball);
+  text.replace(text.find("\"Ci,a,directDiffuse\""), 20, "\"Ci,a,bulb,ball,bulbOnBall,indirect\"");
+  text.insert(text.find("Format"), R"(DisplayChannel "color bulb" "string source" ["lpe:C.*<L.'bulb'>"]
+DisplayChannel "color ball" "string source" ["lpe:C<.D'ball'>.*L"]
+DisplayChannel "color bulbOnBall" "string source" ["lpe:C<.D'ball'><L.'bulb'>"]
+)");
+  Workshop stage{&kLightTracer};
+  std::map<std::string, TileMoments> moments[2];
+  const std::vector<std::string> names{"Ci", "bulb", "ball", "indirect"};
+  for (int k = 0; k < 2; ++k)
+    for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+      render::Settings s;
+      s.threads = 1;
+      s.seed = 100 + 400 * uint32_t(k) + seed;
+      s.integrator = k ? "ProbeLightTracer" : "PxrPathTracer";
+      if (!k)
+        s.sets = {{"integrator.maxIndirectBounces", "3"}, {"integrator.clampLuminance", "1e30"}, {"integrator.rouletteThreshold", "0"}};
+      const auto renderer = stage.load(sceneOf(text, stage.messages), s);
+      ASSERT_EQ(renderer->renderFilm(), render::Outcome::Complete);
+      for (const std::string& name : names)
+        moments[k][name].add(renderer->film().resolve(renderer->film().layout().find(name)), kSide, kSide, kTile);
+      const image::Image none = renderer->film().resolve(renderer->film().layout().find("bulbOnBall"));
+      EXPECT_EQ(*std::max_element(none.pixels.begin(), none.pixels.end()), 0) << s.integrator;
+    }
+  for (const std::string& name : names) {
+    const TileTest t = compareTiles(moments[1][name], moments[0][name]);
+    EXPECT_GT(moments[0][name].mean(), 0.003) << name;
+    EXPECT_TRUE(t.agrees()) << name << ": worst z " << t.worstZ << ", means " << moments[1][name].mean() << " and "
+                            << moments[0][name].mean() << "\n" << stage.said;
+  }
 }
 
 }  // namespace

@@ -4,12 +4,13 @@ set -euo pipefail
 check=$1
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mkdir -p "$work"/src/{base,scene,film,rib,render,elsewhere} "$work"/include/kinora/simd "$work"/plugins/bxdf/{A,B}
+mkdir -p "$work"/src/{base,scene,film,rib,render,elsewhere} "$work"/include/kinora/simd "$work"/plugins/bxdf/{A,B,shared} \
+  "$work"/plugins/light/C
 touch "$work"/src/{base/low.h,scene/scene.h,film/film.h,rib/reader.h,render/high.h,elsewhere/x.h} \
-  "$work"/include/kinora/plugin.h "$work"/include/kinora/simd/wide.h "$work"/plugins/bxdf/A/own.h
+  "$work"/include/kinora/plugin.h "$work"/include/kinora/simd/wide.h "$work"/plugins/bxdf/{A/own.h,shared/lobe.h}
 
 printf '#include <vector>\n#include <fmt/format.h>\n#include "base/low.h"\n#include "scene/scene.h"\n' >"$work/src/film/good.cpp"
-printf '#include <kinora/plugin.h>\n#include "own.h"\n#include <cmath>\n' >"$work/plugins/bxdf/A/A.cpp"
+printf '#include <kinora/plugin.h>\n#include "own.h"\n#include "plugins/bxdf/shared/lobe.h"\n#include <cmath>\n' >"$work/plugins/bxdf/A/A.cpp"
 "$check" "$work" >"$work/out" || { cat "$work/out"; echo "a good tree is refused"; exit 1; }
 
 # refused FILE LINE INCLUDE: the include, at that line of the file, is found
@@ -28,4 +29,6 @@ refused include/kinora/leak.h 1 '"base/low.h"'
 refused include/kinora/simd/up.h 1 '<kinora/plugin.h>'
 refused plugins/bxdf/A/inside.cpp 1 '"base/low.h"'
 refused plugins/bxdf/B/other.cpp 1 '"plugins/bxdf/A/own.h"'
+refused plugins/light/C/C.cpp 1 '"plugins/bxdf/shared/lobe.h"'
+refused plugins/bxdf/shared/shared_lobe.h 1 '"plugins/bxdf/A/own.h"'
 refused src/film/missing.cpp 1 '<kinora/nowhere.h>'

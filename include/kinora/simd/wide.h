@@ -189,16 +189,40 @@ template <int W> KN_INLINE void scatter(Mask<W> m, Float<W> x, float* base, Int<
   }
 }
 template <int W> KN_INLINE void storeWhere(Mask<W> m, Float<W> x, float* p) { select(m, x, Float<W>::load(p)).store(p); }
-// Writes the lanes of m packed to p; returns how many. May write up to W values: keep W of slack behind p.
-template <int W> KN_INLINE int compressStore(Mask<W> m, Float<W> x, float* p) {
-  return int(hn::CompressStore(x.v, m.m, typename Float<W>::D(), p));
-}
-template <int W> KN_INLINE int compressStore(Mask<W> m, Int<W> x, int32_t* p) {
-  return int(hn::CompressStore(x.v, hn::RebindMask(typename Int<W>::D(), m.m), typename Int<W>::D(), p));
-}
-template <int W> KN_INLINE int compressStore(Mask<W> m, Int<W> x, uint32_t* p) {
-  return compressStore(m, x, reinterpret_cast<int32_t*>(p));
-}
+// Writes the lanes of a mask packed, for any number of arrays: the order is found once. Whole vectors are stored: keep W
+// of slack behind what is written (stores under a mask are slow on some CPUs).
+template <int W>
+struct Packer {
+  using DI = typename Int<W>::D;
+  const int count;
+  const decltype(hn::IndicesFromVec(DI(), hn::Zero(DI()))) order;
+  KN_INLINE explicit Packer(Mask<W> m)
+      : count(m.count()),
+        order(hn::IndicesFromVec(DI(), hn::Compress(hn::Iota(DI(), 0), hn::RebindMask(DI(), m.m)))) {}
+  KN_INLINE void put(Float<W> x, float* p) const { put(asInt(x), reinterpret_cast<int32_t*>(p)); }
+  KN_INLINE void put(Int<W> x, int32_t* p) const { hn::StoreU(hn::TableLookupLanes(x.v, order), DI(), p); }
+  KN_INLINE void put(Int<W> x, uint32_t* p) const { put(x, reinterpret_cast<int32_t*>(p)); }
+};
+
+// W indices into arrays by path slot. Groups whose paths all live list their slots in order: then arrays are loaded and
+// stored as vectors, else gathered and scattered.
+template <int W>
+struct Slots {
+  Int<W> s;
+  const uint32_t first;
+  const bool run;
+  KN_INLINE explicit Slots(Int<W> slots)
+      : s(slots), first(uint32_t(slots.lane0())), run((slots == Int<W>::lanes(slots.lane0())).all()) {}
+  static KN_INLINE Slots load(const uint32_t* p) { return Slots(Int<W>::load(p)); }
+  KN_INLINE Float<W> get(const float* p) const { return run ? Float<W>::load(p + first) : gather(p, s); }
+  KN_INLINE Int<W> get(const uint32_t* p) const { return run ? Int<W>::load(p + first) : gather(p, s); }
+  KN_INLINE void put(Mask<W> m, Float<W> x, float* p) const {
+    if (run) storeWhere(m, x, p + first);
+    else scatter(m, x, p, s);
+  }
+  KN_INLINE void put(Mask<W> m, Int<W> x, uint32_t* p) const { put(m, asFloat(x), reinterpret_cast<float*>(p)); }
+};
+
 // Sum of the lanes in lane order (the same for every W only if the caller adds lane by lane; use for statistics).
 template <int W> KN_INLINE float sumLanes(Float<W> x) {
   alignas(64) float xs[W];
@@ -224,6 +248,8 @@ struct Vec3 {
   static KN_INLINE Vec3 gather(const float* const p[3], Int<W> i) {
     return {HWY_NAMESPACE::gather(p[0], i), HWY_NAMESPACE::gather(p[1], i), HWY_NAMESPACE::gather(p[2], i)};
   }
+  static KN_INLINE Vec3 get(const float* const p[3], const Slots<W>& s) { return {s.get(p[0]), s.get(p[1]), s.get(p[2])}; }
+  static KN_INLINE Vec3 get(float* const p[3], const Slots<W>& s) { return {s.get(p[0]), s.get(p[1]), s.get(p[2])}; }
   static KN_INLINE Vec3 gather(float* const p[3], Int<W> i) {
     return {HWY_NAMESPACE::gather(p[0], i), HWY_NAMESPACE::gather(p[1], i), HWY_NAMESPACE::gather(p[2], i)};
   }
@@ -239,6 +265,11 @@ struct Vec3 {
   KN_INLINE Vec3& operator-=(Vec3 b) { return *this = *this - b; }
   KN_INLINE Vec3& operator*=(Float<W> s) { return *this = *this * s; }
   KN_INLINE Vec3& operator*=(Vec3 b) { return *this = *this * b; }
+  KN_INLINE void pack(const Packer<W>& k, float* const p[3], size_t at) const {
+    k.put(x, p[0] + at);
+    k.put(y, p[1] + at);
+    k.put(z, p[2] + at);
+  }
 };
 template <int W> using Rgb = Vec3<W>;  // colour: x, y, z are r, g, b
 

@@ -41,7 +41,8 @@ namespace kinora::pxrSurface {
       param::integer(P "DoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well.")
 
 constexpr Param kParams[] = {
-    param::structure("inputMaterial").help(PXRSURFACE_LATER "Material layers from PxrLayer or PxrLayerMixer."),
+    param::structure("inputMaterial")
+        .help("Layers from PxrLayer or PxrLayerMixer (pxrMaterialOut): they feed all parameters they have."),
     param::array(Type::Int, "utilityPattern", nullptr, 0)
         .help(PXRSURFACE_LATER "Patterns run for their side effects."),
     param::normal("bumpNormal").help("Shading normal of all lobes that have none of their own."),
@@ -262,23 +263,5 @@ enum : uint32_t {
 constexpr uint32_t kSpecularFirst[3] = {at("specularFresnelMode"), at("roughSpecularFresnelMode"),
                                         at("clearcoatFresnelMode")};
 static_assert(kSpecularFirst[0] + kDoubleSided == at("specularDoubleSided"));
-
-enum Lobe : uint32_t {
-  kDiffuse,
-  kDiffuseTransmit,
-  kSpecular,
-  kRoughSpecular,
-  kClearcoat,
-  kFuzz,
-  kGlassReflect,
-  kGlassTransmit,
-  kLobeCount
-};
-constexpr LobeDecl kLobes[kLobeCount] = {
-    {"Diffuse", kLobeDiffuse},    {"Diffuse", kLobeDiffuse | kLobeTransmit},
-    {"Specular", kLobeSpecular},  {"RoughSpecular", kLobeSpecular},
-    {"Clearcoat", kLobeSpecular}, {"Fuzz", kLobeSpecular},
-    {"Glass", kLobeSpecular},     {"Glass", kLobeSpecular | kLobeTransmit},
-};
 
 }  // namespace kinora::pxrSurface

@@ -41,7 +41,7 @@ struct Runner {
       for (float*& x : glow) x = floats(c.padded);
       const bool glows = c.bxdf->emission != nullptr;
       if (glows) c.bxdf->emission(&c, c.closure, glow);
-      uint16_t* state = static_cast<uint16_t*>(sv->alloc(g, c.padded * sizeof(uint16_t)));
+      uint32_t* state = static_cast<uint32_t*>(sv->alloc(g, c.padded * sizeof(uint32_t)));
       uint32_t* light = words(c.padded);
       for (uint32_t i = 0; i < c.padded; ++i) light[i] = kNoLight;
       for (uint32_t l = 0; l < c.slotCount; ++l) {

@@ -1,15 +1,16 @@
-// The glass of PxrSurface: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is
+// Glass: a rough or clear dielectric boundary, or a thin sheet, at W points. Single scattering is
 // Walter et al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007) with GGX; what it loses is
 // returned by a diffuse pair of lobes after Kulla and Conty (SIGGRAPH course 2017). All values here are shares of
 // power, without the factor eta^2 of radiance: the caller multiplies by radianceScale. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet.h>
 
-#if defined(KINORA_PXRSURFACE_GLASS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
-#ifdef KINORA_PXRSURFACE_GLASS_H_TARGET
-#undef KINORA_PXRSURFACE_GLASS_H_TARGET
+#if defined(KINORA_LOBES_GLASS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_GLASS_H_TARGET
+#undef KINORA_LOBES_GLASS_H_TARGET
 #else
-#define KINORA_PXRSURFACE_GLASS_H_TARGET
+#define KINORA_LOBES_GLASS_H_TARGET
 #endif
 
 HWY_BEFORE_NAMESPACE();
@@ -41,12 +42,13 @@ struct GlassLobe {
   F eta;  // ior on wo's side / ior behind
   F radianceScale;
   F reflectGain, transmitMean;  // transmitMean: average of transmitColor
+  Rgb<W> reflectTint;           // of average 1; 1 1 1 where the closure is not tinted
   Rgb<W> transmitColor;
   Mask<W> encloses;  // there is a medium behind
   bool thin;
 
   KN_INLINE GlassLobe() {}
-  KN_INLINE void set(const pxrSurface::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection,
+  KN_INLINE void set(const lobes::GlassClosure& k, const GlassEnergy* glass, const ReflectionEnergy* reflection,
                      bool radiance, Vec3<W> normal, const Surface<W>& s) {
     thin = k.thin;
     glass_ = glass;
@@ -67,6 +69,13 @@ struct GlassLobe {
     lambdaReflect_ = smithLambda(true, wo, axReflect, ayReflect);
     lambdaTransmit_ = smithLambda(true, wo, axTransmit, ayTransmit);
     reflectGain = loadFloat<W>(k.reflectionGain, s.at);
+    reflectTint = Rgb<W>(1.f);
+    if (k.tinted) {
+      const Rgb<W> color = loadRgb<W>(k.reflectionColor, s.at);
+      const F shade = max(average(color), F(0.f));
+      reflectTint = color * (F(1.f) / max(shade, F(1e-20f)));
+      reflectGain = reflectGain * shade;
+    }
     const F refractionGain = loadFloat<W>(k.refractionGain, s.at);
     encloses = thin ? Mask<W>(false) : refractionGain != F(0.f);
     transmitColor = loadRgb<W>(k.refractionColor, s.at) * refractionGain;
@@ -211,6 +220,20 @@ struct GlassLobe {
     return reflection ? dr * quarterO / (one + lambdaReflect_ + lr) : dt * quarterO / (one + lambdaTransmit_ + lt);
   }
 };
+
+// Light that goes straight on through glass, for "thin" shadows: its tint and what Fresnel lets pass.
+template <int W>
+KN_INLINE void glassThinShadow(const Context& c, const Value& gain, const Value& color, const Value& ior, bool thin,
+                               float* const rgb[3]) {
+  for (uint32_t i = 0; i < c.count; i += W) {
+    const Surface<W> s(c, At{i, false});
+    const Float<W> one(1.f), inside = max(loadFloat<W>(ior, s.at), Float<W>(1e-3f)),
+                             outside = max(s.outerIor, Float<W>(1e-3f));
+    const Float<W> eta = thin ? outside / inside : select(s.entering, outside / inside, inside / outside);
+    const Float<W> f = fresnelDielectric(min(s.cosO, one), eta), share = thin ? (one - f) / (one + f) : one - f;
+    (loadRgb<W>(color, s.at) * (loadFloat<W>(gain, s.at) * share)).store(rgb, i);
+  }
+}
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

@@ -1,14 +1,38 @@
-// What PxrSurface binds once a context: parameter values of the lobes that are on, and uniform switches. Filled by
-// bind() in PxrSurface.cpp; plain data.
+// What a material made of a stack of lobes binds once a context: parameter values of the lobes that are on, and
+// uniform switches. Filled by materials (bind.h helps), read by stack.h; plain data.
 #pragma once
-#include <kinora/math/microfacet.h>
 #include <kinora/bxdf.h>
 
-namespace kinora::pxrSurface {
+namespace kinora {
+struct ReflectionEnergy;
+struct AnisotropicEnergy;
+struct GlassEnergy;
+}  // namespace kinora
+namespace kinora::lobes {
+
+// Which lobe is which in LobeSum, and what each is to light path expressions.
+enum Lobe : uint32_t {
+  kDiffuse,
+  kDiffuseTransmit,
+  kSpecular,
+  kRoughSpecular,
+  kClearcoat,
+  kFuzz,
+  kGlassReflect,
+  kGlassTransmit,
+  kLobeCount
+};
+constexpr LobeDecl kLobes[kLobeCount] = {
+    {"Diffuse", kLobeDiffuse},    {"Diffuse", kLobeDiffuse | kLobeTransmit},
+    {"Specular", kLobeSpecular},  {"RoughSpecular", kLobeSpecular},
+    {"Clearcoat", kLobeSpecular}, {"Fuzz", kLobeSpecular},
+    {"Glass", kLobeSpecular},     {"Glass", kLobeSpecular | kLobeTransmit},
+};
 
 struct AnisotropyClosure {
   bool on = false, directed = false;
-  Value amount, direction, tangent;  // direction only where directed; tangent where it is 0 0 0
+  Value amount, direction, tangent;           // direction only where directed; tangent where it is 0 0 0
+  const AnisotropicEnergy* energy = nullptr;  // of reflecting lobes that are on
 };
 struct SpecularClosure {
   bool physical = false, ggx = false, doubleSided = false;
@@ -18,8 +42,9 @@ struct SpecularClosure {
 };
 struct GlassClosure {
   bool thin = false;
+  bool tinted = false;  // reflectionColor counts
   int bump = -1;
-  Value reflectionGain, refractionGain, refractionColor, roughness, refractionRoughness, ior;
+  Value reflectionGain, reflectionColor, refractionGain, refractionColor, roughness, refractionRoughness, ior;
   AnisotropyClosure anisotropy;
 };
 struct Closure {
@@ -49,4 +74,4 @@ struct Closure {
   const GlassEnergy* glassEnergy = nullptr;
 };
 
-}  // namespace kinora::pxrSurface
+}  // namespace kinora::lobes

@@ -1,13 +1,14 @@
-// The microfacet reflection of PxrSurface (specular, rough specular, clear coat): one lobe at W points. It knows
-// nothing of the other lobes; selection, attenuation and sides are PxrSurface.cpp's. Included per target.
+// Microfacet reflection (specular, rough specular, clear coat): one lobe at W points. It knows nothing of other
+// lobes; selection, attenuation and sides are the caller's. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet_anisotropy.h>
 
-#if defined(KINORA_PXRSURFACE_SPECULAR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
-#ifdef KINORA_PXRSURFACE_SPECULAR_H_TARGET
-#undef KINORA_PXRSURFACE_SPECULAR_H_TARGET
+#if defined(KINORA_LOBES_SPECULAR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_SPECULAR_H_TARGET
+#undef KINORA_LOBES_SPECULAR_H_TARGET
 #else
-#define KINORA_PXRSURFACE_SPECULAR_H_TARGET
+#define KINORA_LOBES_SPECULAR_H_TARGET
 #endif
 
 HWY_BEFORE_NAMESPACE();
@@ -15,17 +16,22 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Frame about n and the two alphas. Anisotropy stretches by Disney's aspect (Burley, SIGGRAPH course 2012). Where the
-// amount is 0 the frame is the plain one, so that a point's bits do not depend on what its neighbours have.
+// How much anisotropy stretches: alphas are alpha / aspect and alpha * aspect (Burley, SIGGRAPH course 2012).
 template <int W>
-KN_INLINE Frame<W> anisotropicFrame(const pxrSurface::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha,
-                                    Float<W>& ax, Float<W>& ay) {
+KN_INLINE Float<W> disneyAspect(Float<W> amount) {
+  return sqrt(fnma(Float<W>(0.9f), abs(amount), Float<W>(1.f)));
+}
+// Frame about n and the two alphas. Where the amount is 0 the frame is the plain one, so that a point's bits do not
+// depend on what its neighbours have.
+template <int W>
+KN_INLINE Frame<W> anisotropicFrame(const lobes::AnisotropyClosure& a, Vec3<W> n, At at, Float<W> alpha, Float<W>& ax,
+                                    Float<W>& ay) {
   using F = Float<W>;
   Frame<W> frame(n);
   ax = ay = alpha;
   if (!a.on) return frame;
   const F amount = clamp(loadFloat<W>(a.amount, at), F(-1.f), F(1.f));
-  const F aspect = sqrt(fnma(F(0.9f), abs(amount), F(1.f)));
+  const F aspect = disneyAspect(amount);
   const F wide = alpha / aspect, narrow = alpha * aspect;
   ax = select(amount > F(0.f), wide, narrow);
   ay = select(amount > F(0.f), narrow, wide);
@@ -53,21 +59,12 @@ struct SpecularLobe {
   F ax, ay;
   Mask<W> smooth;   // a mirror: never evaluated
   Rgb<W> multiple;  // Fresnel of light that leaves after several reflections
-  const pxrSurface::SpecularClosure* k;
+  const lobes::SpecularClosure* k;
 
   KN_INLINE SpecularLobe() {}
-  KN_INLINE void set(const pxrSurface::SpecularClosure& closure, const ReflectionEnergy& energyTable, Vec3<W> normal,
+  KN_INLINE void set(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, Vec3<W> normal,
                      const Surface<W>& s) {
-    k = &closure;
-    table_ = &energyTable;
-    const F roughness = clamp(loadFloat<W>(k->roughness, s.at), F(0.f), F(1.f));
-    const F alpha = roughness * roughness;
-    smooth = alpha < F(kMirrorAlpha);
-    rough_ = TableAxis<W>(roughness, ReflectionEnergy::kRough);
-    frame = anisotropicFrame(k->anisotropy, normal, s.at, max(alpha, F(kMirrorAlpha)), ax, ay);
-    wo = localOut(frame, s.wo);
-    lambdaO_ = smithLambda(k->ggx, wo, ax, ay);
-    lambdaSampleO_ = k->ggx ? lambdaO_ : smithLambda(true, wo, ax, ay);
+    facets(closure, energyTable, loadFloat<W>(closure.roughness, s.at), normal, s);
     edge_ = loadRgb<W>(k->edge, s.at);
     Rgb<W> mean;
     if (k->physical) {
@@ -80,12 +77,19 @@ struct SpecularLobe {
       face_ = loadRgb<W>(k->face, s.at);
       shape_ = max(loadFloat<W>(k->shape, s.at), F(0.01f));
       f0_ = average(face_);
-      mean = lerp(face_, edge_, F(2.f) / ((shape_ + F(1.f)) * (shape_ + F(2.f))));
+      mean = schlickMean();
     }
-    f90_ = average(edge_);
-    eMean_ = reflectionEnergyMean(*table_, k->ggx, rough_);
-    multiple = Rgb<W>(several(mean.x), several(mean.y), several(mean.z));
-    multipleMean_ = average(multiple);
+    compensate(mean);
+  }
+  // Schlick's Fresnel between two colours that the caller computed; of the closure's values only anisotropy counts.
+  KN_INLINE void setSchlick(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, F roughness,
+                            Rgb<W> face, Rgb<W> edge, Vec3<W> normal, const Surface<W>& s) {
+    facets(closure, energyTable, roughness, normal, s);
+    edge_ = edge;
+    face_ = face;
+    shape_ = F(5.f);
+    f0_ = average(face_);
+    compensate(schlickMean());
   }
 
   KN_INLINE Rgb<W> fresnel(F cosine) const {
@@ -95,8 +99,20 @@ struct SpecularLobe {
                             fresnelConductor(cosine, face_.z, extinction_.z));
     return lerp(face_, edge_, power(cosine));
   }
-  // Part of the light that one scattering returns, Fresnel aside.
-  KN_INLINE F energy(F mu) const { return select(smooth, F(1.f), reflectionEnergy(*table_, k->ggx, mu, rough_)); }
+  // Part of the light that one scattering returns, Fresnel aside. mu: cosine with the normal; x, y: the direction's
+  // other components in the frame, which count where the lobe is anisotropic.
+  KN_INLINE F energyLocal(F mu, F x, F y) const {
+    F e = reflectionEnergy(*table_, k->ggx, mu, rough_);
+    if (k->anisotropy.on)
+      e = select(
+          turned_,
+          anisotropicEnergy(*k->anisotropy.energy, stretch_, mu, select(wideIsX_, x, y), select(wideIsX_, y, x)), e);
+    return select(smooth, F(1.f), e);
+  }
+  // d: the direction in the space of the frame.
+  KN_INLINE F energy(F mu, Vec3<W> d) const {
+    return k->anisotropy.on ? energyLocal(mu, dot(frame.x, d), dot(frame.y, d)) : energyLocal(mu, F(0.f), F(0.f));
+  }
   // Where its colours are black the lobe is off, and with it what a coat absorbs.
   KN_INLINE Mask<W> present() const {
     Mask<W> any = (edge_.x != F(0.f)) | (edge_.y != F(0.f)) | (edge_.z != F(0.f));
@@ -131,9 +147,40 @@ struct SpecularLobe {
  private:
   const ReflectionEnergy* table_;
   TableAxis<W> rough_;
+  AnisotropicAxes<W> stretch_;  // where anisotropy is on
+  Mask<W> turned_, wideIsX_;    // turned: stretched at all
   F lambdaO_, lambdaSampleO_, eMean_, shape_, f0_, f90_, multipleMean_;
   Rgb<W> face_, edge_, extinction_;  // physical: face_ is the index of refraction
 
+  KN_INLINE void facets(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable,
+                        F roughnessAsGiven, Vec3<W> normal, const Surface<W>& s) {
+    k = &closure;
+    table_ = &energyTable;
+    const F roughness = clamp(roughnessAsGiven, F(0.f), F(1.f));
+    const F alpha = roughness * roughness;
+    smooth = alpha < F(kMirrorAlpha);
+    rough_ = TableAxis<W>(roughness, ReflectionEnergy::kRough);
+    frame = anisotropicFrame(k->anisotropy, normal, s.at, max(alpha, F(kMirrorAlpha)), ax, ay);
+    wo = localOut(frame, s.wo);
+    lambdaO_ = smithLambda(k->ggx, wo, ax, ay);
+    lambdaSampleO_ = k->ggx ? lambdaO_ : smithLambda(true, wo, ax, ay);
+    eMean_ = reflectionEnergyMean(*table_, k->ggx, rough_);
+    if (k->anisotropy.on) {
+      const F amount = clamp(loadFloat<W>(k->anisotropy.amount, s.at), F(-1.f), F(1.f));
+      turned_ = amount != F(0.f);
+      wideIsX_ = amount > F(0.f);
+      stretch_ = AnisotropicAxes<W>(disneyAspect(amount), roughness);
+      eMean_ = select(turned_, anisotropicEnergyMean(*k->anisotropy.energy, stretch_), eMean_);
+    }
+  }
+  KN_INLINE Rgb<W> schlickMean() const {
+    return lerp(face_, edge_, F(2.f) / ((shape_ + F(1.f)) * (shape_ + F(2.f))));
+  }
+  KN_INLINE void compensate(Rgb<W> mean) {
+    f90_ = average(edge_);
+    multiple = Rgb<W>(several(mean.x), several(mean.y), several(mean.z));
+    multipleMean_ = average(multiple);
+  }
   KN_INLINE F power(F cosine) const {
     const F x = clamp(F(1.f) - cosine, F(0.f), F(1.f)), x2 = x * x;
     F p = x2 * x2 * x;

@@ -1,12 +1,11 @@
-// Diffuse reflection and fuzz of PxrSurface: values without sampling state. Used by PxrSurface.cpp. Included per
-// target.
+// Diffuse reflection and fuzz: values without sampling state. Included per target.
 #include <kinora/math/sampling.h>
 
-#if defined(KINORA_PXRSURFACE_DIFFUSE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
-#ifdef KINORA_PXRSURFACE_DIFFUSE_H_TARGET
-#undef KINORA_PXRSURFACE_DIFFUSE_H_TARGET
+#if defined(KINORA_LOBES_DIFFUSE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_DIFFUSE_H_TARGET
+#undef KINORA_LOBES_DIFFUSE_H_TARGET
 #else
-#define KINORA_PXRSURFACE_DIFFUSE_H_TARGET
+#define KINORA_LOBES_DIFFUSE_H_TARGET
 #endif
 
 HWY_BEFORE_NAMESPACE();

@@ -1,0 +1,64 @@
+// First hits of a group's camera rays, shaded: what integrators that follow no paths begin with (occlusion, visualisation,
+// checks). Traces, marks alpha and makes contexts. Included per target.
+#include <kinora/integrator.h>
+#include <kinora/simd/wide.h>
+
+#if defined(KINORA_CAMERA_HITS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_CAMERA_HITS_H_TARGET
+#undef KINORA_CAMERA_HITS_H_TARGET
+#else
+#define KINORA_CAMERA_HITS_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+class CameraHits {
+ public:
+  CameraHits(Group* group, const Services* services) : group_(group), services_(services) {
+    uint32_t* live = words(group->padded + kPad);
+    float* through[3] = {floats(group->padded + kPad), floats(group->padded + kPad), floats(group->padded + kPad)};
+    for (uint32_t i = 0; i < group->padded; ++i) live[i] = i < group->count ? i : group->count - 1;
+    services->trace(group, RayKind::Camera, 0, group->count, live, through);
+    for (uint32_t i = 0; i < group->count; ++i)
+      if (group->hits.t[i] < 3e38f) live[count++] = i;
+    for (uint32_t i = count; count && i < padded(count); ++i) live[i] = live[count - 1];
+    slots = live;
+    if (!count) return;
+    float* alpha = floats(padded(count));
+    for (uint32_t i = 0; i < padded(count); ++i) alpha[i] = 1;
+    services->cover(group, count, slots, alpha);
+    contextCount = services->shade(group, kTraitEyePath | kTraitPrimaryHit, 0, count, slots, &contexts);
+  }
+
+  // Adds a colour at each point of a context to the picture, as light that the surface gives off.
+  void show(const Context& c, float* const rgb[3]) const {
+    uint16_t* state = static_cast<uint16_t*>(services_->alloc(group_, c.padded * sizeof(uint16_t)));
+    uint32_t* light = words(c.padded);
+    for (uint32_t i = 0; i < c.padded; ++i) {
+      state[i] = services_->paths.start;
+      light[i] = kNoLight;
+    }
+    const Contributions out{c.count, c.path, {rgb[0], rgb[1], rgb[2]}, state, light};
+    services_->contribute(group_, &out);
+  }
+
+  uint32_t instance(uint32_t slot) const { return group_->hits.instance[slot]; }
+  float* floats(uint32_t n) const { return static_cast<float*>(services_->alloc(group_, n * sizeof(float))); }
+  uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(services_->alloc(group_, n * sizeof(uint32_t))); }
+
+  uint32_t count = 0;                // slots whose ray hit a surface
+  const uint32_t* slots = nullptr;
+  uint32_t contextCount = 0;
+  Context* const* contexts = nullptr;
+
+ private:
+  Group* group_;
+  const Services* services_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

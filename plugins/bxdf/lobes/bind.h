@@ -1,0 +1,56 @@
+// Helpers for materials that fill a closure of lobes from their parameters. Included per target.
+#include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet_anisotropy.h>
+#include "closure.h"
+
+#if defined(KINORA_LOBES_BIND_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_BIND_H_TARGET
+#undef KINORA_LOBES_BIND_H_TARGET
+#else
+#define KINORA_LOBES_BIND_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+
+inline bool isZero(const Value& v) {
+  if (v.stride) return false;
+  for (uint32_t i = 0; i < v.components; ++i)
+    if (v.data[i][0] != 0.f) return false;
+  return true;
+}
+inline bool flag(const Context& c, uint32_t index) { return c.param(index).data[0][0] != 0.f; }
+
+inline int bindNormal(const Context& c, lobes::Closure& k, uint32_t index, int general) {
+  const Value v = c.param(index);
+  if (!isBumped(v)) return general;
+  k.normals[k.normalCount] = v;
+  return k.normalCount++;
+}
+inline void bindAnisotropy(const Context& c, lobes::AnisotropyClosure& a, uint32_t amount, uint32_t direction) {
+  a.amount = c.param(amount);
+  a.on = !isZero(a.amount);
+  if (!a.on) return;
+  a.tangent = c.builtin(Builtin::Tangent);
+  a.direction = c.param(direction);
+  a.directed = !isZero(a.direction);
+}
+// The table of glass for the relative indices of a context.
+inline const GlassEnergy* glassTable(const Context& c, const Value& ior) {
+  float low = 1e30f, high = 1;
+  for (uint32_t i = 0; i < c.count; ++i) {
+    const float inside = ior.data[0][ior.stride ? i : 0], outside = c.outerIor[i];
+    const float m = inside > outside ? inside / outside : outside / inside;
+    low = m < low ? m : low;
+    high = m > high ? m : high;
+  }
+  return &glassEnergyTable(low, high);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,284 @@
+// A stack of lobes at W points: the lobes of a closure mixed into one density, lower ones attenuated by what lies
+// above. Top to bottom: fuzz, clear coat, specular and rough specular, then diffuse (reflected and transmitted) and
+// glass. How much what is above takes from what is below: coat and specular by their directional albedo (times the
+// compensation parameters), the greater of the two directions', which is reciprocal and never gains; the coat absorbs
+// along both refracted directions. The lobes themselves are in diffuse.h, specular.h and glass.h; materials fill the
+// closure and call what stack_functions.h declares. Included per target, by stack.cpp alone.
+#include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet.h>
+#include <iterator>
+#include "closure.h"
+#include "diffuse.h"
+#include "specular.h"
+#include "glass.h"
+
+#if defined(KINORA_LOBES_STACK_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_STACK_H_TARGET
+#undef KINORA_LOBES_STACK_H_TARGET
+#else
+#define KINORA_LOBES_STACK_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+
+using namespace lobes;
+
+// Ways to make a direction. Each lobe that is rough has one for its single scattering and one for what that loses.
+enum Technique : uint32_t {
+  kMakeDiffuse,
+  kMakeTransmit,
+  kMakeSpecular,
+  kMakeMultiple = kMakeSpecular + 3,
+  kMakeFuzz = kMakeMultiple + 3,
+  kMakeGlassReflect,
+  kMakeGlassTransmit,
+  kMakeGlassMultipleReflect,
+  kMakeGlassMultipleTransmit,
+  kTechniques
+};
+
+// What the lobes need to know of one direction, whichever role it has.
+template <int W>
+struct Seen {
+  Mask<W> outside;            // it is on the outer side of the surface
+  Float<W> mu[3], energy[3];  // specular lobes: cosine with their normal, directional energy
+  Float<W> muFuzz;
+  GlassShares<W> glass;
+  KN_INLINE Seen() {}
+};
+// Selection weights of the techniques for paths that arrive from a direction; scale brings their sum to 1.
+template <int W>
+struct Choice {
+  Float<W> weight[kTechniques], scale;
+  KN_INLINE Choice() {}
+};
+// What the upper lobes take, by direction.
+template <int W>
+struct Layers {
+  Rgb<W> depth, coat, specular;  // optical depth of the coat; albedos times their compensation
+  KN_INLINE Layers() {}
+};
+
+// A bump input where it is connected, the general normal where it is 0 0 0.
+template <int W>
+KN_INLINE Vec3<W> lobeNormal(const Value& v, const Surface<W>& s, Vec3<W> general) {
+  const Vec3<W> n = loadVec<W>(v, s.at);
+  return select(dot(n, n) > Float<W>(1e-12f), bumpedNormal<W>(v, s), general);
+}
+
+// A closure's lobes at W points: the Lanes of bxdf_author.h.
+template <int W>
+struct LobeStack {
+  using F = Float<W>;
+  const lobes::Closure& k;
+  Vec3<W> Ng, wo;
+  // diffuse
+  Vec3<W> normal;
+  F muO;
+  Rgb<W> front, back, reflectance, transmittance;
+  F frontMean, backMean, transmitMean, exponent;
+  F transmitShare[2];  // of diffuse transmission from wo's side and from behind
+  RoughDiffuse<W> rough;
+  Seen<W> seenO;
+  Choice<W> choiceO;
+  // Lobes that are off are not even cleared: an unnamed union runs no constructor.
+  union {
+    SpecularLobe<W> specular[3];
+  };
+  union {
+    GlassLobe<W> glass;
+  };
+  union {
+    Frame<W> fuzzFrame;
+  };
+  union {
+    FuzzLobe<W> fuzz;
+  };
+  Rgb<W> fuzzColor;
+  F fuzzMean, muFuzzO;
+  F coatCompensation, specularCompensation;
+  Rgb<W> coatDepth;
+  Layers<W> layersO;
+
+  HWY_ATTR HWY_NOINLINE LobeStack(const lobes::Closure& closure, const Surface<W>& s)
+      : k(closure), Ng(s.Ng), wo(s.wo) {
+    Vec3<W> normals[std::size(decltype(k.normals){})];
+    // the first is bumpNormal itself where that is in use
+    for (int i = 0; i < k.normalCount; ++i)
+      normals[i] = lobeNormal<W>(k.normals[i], s, i > 0 && k.bumped ? normals[0] : s.N);
+    normal = k.diffuseBump < 0 ? s.N : normals[k.diffuseBump];
+    seenO.outside = s.entering;
+    if (k.has(kDiffuse) || k.has(kDiffuseTransmit)) muO = max(dot(normal, wo), F(0.f));
+    if (k.has(kDiffuse)) {
+      const F gain = loadFloat<W>(k.diffuseGain, s.at);
+      front = loadRgb<W>(k.diffuseColor, s.at) * gain;
+      if (k.diffuseDoubleSided) back = k.backHasOwnColor ? loadRgb<W>(k.diffuseBackColor, s.at) * gain : front;
+      reflectance = select(seenO.outside, front, back);
+      frontMean = max(average(front), F(0.f));
+      backMean = max(average(back), F(0.f));
+      rough = RoughDiffuse<W>(loadFloat<W>(k.diffuseRoughness, s.at));
+      exponent = loadFloat<W>(k.diffuseExponent, s.at);
+    }
+    if (k.has(kDiffuseTransmit)) {
+      transmittance = loadRgb<W>(k.transmitColor, s.at) * loadFloat<W>(k.transmitGain, s.at);
+      transmitMean = max(average(transmittance), F(0.f));
+    }
+    for (int i = 0; i < 3; ++i)
+      if (k.has(kSpecular + i)) {
+        const int bump = k.specular[i].bump;
+        specular[i].set(k.specular[i], *k.reflectionEnergy, bump < 0 ? s.N : normals[bump], s);
+      }
+    if (k.has(kFuzz)) {
+      fuzzFrame = Frame<W>(k.fuzzBump < 0 ? s.N : normals[k.fuzzBump]);
+      fuzz = FuzzLobe<W>(loadFloat<W>(k.fuzzConeAngle, s.at));
+      fuzzColor = loadRgb<W>(k.fuzzColor, s.at) * loadFloat<W>(k.fuzzGain, s.at);
+      fuzzMean = max(average(fuzzColor), F(0.f));
+      muFuzzO = max(dot(fuzzFrame.z, wo), F(0.f));
+    }
+    if (hasGlass())
+      glass.set(k.glass, k.glassEnergy, k.reflectionEnergy, k.radiance,
+                k.glass.bump < 0 ? s.N : normals[k.glass.bump], s);
+    if (k.has(kDiffuseTransmit)) {
+      transmitShare[0] = transmitShare[1] = F(1.f);
+      if (k.has(kGlassTransmit) && !k.glass.thin) {
+        // Where the surface bounds a medium: as n^2 times the share is the same from both sides, less leaves the
+        // denser.
+        const F e2 = glass.eta * glass.eta, one(1.f);
+        transmitShare[0] = select(glass.encloses, min(one / e2, one), one);
+        transmitShare[1] = select(glass.encloses, min(e2, one), one);
+        transmittance = transmittance * (transmitShare[0] * select(glass.encloses, glass.radianceScale, one));
+      }
+    }
+    if (k.coatAttenuates) {
+      coatCompensation = loadFloat<W>(k.coatCompensation, s.at);
+      coatDepth = loadRgb<W>(k.coatTint, s.at) * loadFloat<W>(k.coatThickness, s.at);
+    }
+    if (k.specularAttenuates) specularCompensation = loadFloat<W>(k.specularCompensation, s.at);
+    see(wo, Mask<W>(false), seenO);
+    choose(seenO, Mask<W>(false), choiceO);
+    if (attenuates()) layer(seenO, layersO);
+  }
+
+  // stack_evaluate.h and stack_sample.h
+  HWY_ATTR HWY_NOINLINE void evaluate(const Vec3<W>& wi, LobeSum<W>& out) const;
+  HWY_ATTR HWY_NOINLINE void sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const;
+
+  // For the denoiser: what the lobes return, macroscopically; layers above are taken off at wo alone.
+  HWY_ATTR HWY_NOINLINE Rgb<W> albedo() const {
+    Rgb<W> sum = transmittance;
+    // what single scattering loses comes back in the colour: the whole is nearly the reflectance itself
+    if (k.has(kDiffuse)) sum += reflectance * pow(muO, max(exponent, F(1.f)) - F(1.f));
+    if (hasGlass()) {
+      const F mirrored = glass.reflectGain * glassReflected();
+      sum += Rgb<W>(mirrored, mirrored, mirrored) * glass.reflectTint + glass.transmitColor * glassTransmitted();
+    }
+    Rgb<W> upper(1.f), lower(1.f);
+    if (attenuates()) attenuation(Layers<W>(), upper, lower);
+    sum = sum * lower;
+    for (int i = 0; i < 3; ++i)
+      if (k.has(kSpecular + i)) {
+        const Rgb<W> a = zeroUnless(onSide(k.specular[i].doubleSided, seenO.outside),
+                                    specular[i].albedo(seenO.mu[i], seenO.energy[i]));
+        sum += i == 2 ? a : a * upper;
+      }
+    if (k.has(kFuzz))
+      sum += zeroUnless(onSide(k.fuzzDoubleSided, seenO.outside), fuzzColor * fuzz.albedoBound(muFuzzO));
+    const F none(0.f), one(1.f);
+    return {clamp(sum.x, none, one), clamp(sum.y, none, one), clamp(sum.z, none, one)};
+  }
+
+ private:
+  KN_INLINE bool hasGlass() const { return k.has(kGlassReflect) || k.has(kGlassTransmit); }
+  KN_INLINE bool attenuates() const { return k.coatAttenuates || k.specularAttenuates; }
+  static KN_INLINE Mask<W> onSide(bool both, Mask<W> outside) { return both ? Mask<W>(true) : outside; }
+  static KN_INLINE void take(Mask<W> m, const Frame<W>& from, Frame<W>& to) {
+    to = Frame<W>(select(m, from.x, to.x), select(m, from.y, to.y), select(m, from.z, to.z));
+  }
+  static KN_INLINE void add(Mask<W> here, const Choice<W>& o, const Choice<W>& i, uint32_t technique, F pdf,
+                            F pdfReverse, F& sum, F& sumReverse) {
+    sum += zeroUnless(here, o.weight[technique] * pdf);
+    sumReverse += zeroUnless(here, i.weight[technique] * pdfReverse);
+  }
+  KN_INLINE F glassReflected() const {
+    return fma(seenO.glass.lost, F(1.f) - glass.multipleTransmit[0], seenO.glass.reflect);
+  }
+  KN_INLINE F glassTransmitted() const {
+    return fma(seenO.glass.lost, glass.multipleTransmit[0], seenO.glass.transmit);
+  }
+
+  // d: away from the surface; behind: not on wo's side of it.
+  HWY_ATTR HWY_NOINLINE void see(const Vec3<W>& d, const Mask<W>& behind, Seen<W>& x) const {
+    for (int i = 0; i < 3; ++i)
+      if (k.has(kSpecular + i)) {
+        x.mu[i] = min(abs(dot(specular[i].frame.z, d)), F(1.f));
+        x.energy[i] = specular[i].energy(x.mu[i], d);
+      }
+    if (k.has(kFuzz)) x.muFuzz = min(abs(dot(fuzzFrame.z, d)), F(1.f));
+    if (hasGlass()) x.glass = glass.shares(min(abs(dot(glass.frame.z, d)), F(1.f)), behind);
+  }
+  HWY_ATTR HWY_NOINLINE void choose(const Seen<W>& x, const Mask<W>& behind, Choice<W>& c) const {
+    F sum(0.f);
+    if (k.has(kDiffuse)) sum += c.weight[kMakeDiffuse] = select(x.outside, frontMean, backMean);
+    if (k.has(kDiffuseTransmit))
+      sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
+    for (int i = 0; i < 3; ++i) {
+      if (!k.has(kSpecular + i)) continue;
+      const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);
+      c.weight[kMakeSpecular + i] = zeroUnless(here, specular[i].weightSingle(x.mu[i], x.energy[i]));
+      c.weight[kMakeMultiple + i] = zeroUnless(here, specular[i].weightMultiple(x.energy[i]));
+      sum += c.weight[kMakeSpecular + i] + c.weight[kMakeMultiple + i];
+    }
+    if (k.has(kFuzz))
+      sum += c.weight[kMakeFuzz] =
+          zeroUnless(onSide(k.fuzzDoubleSided, x.outside), fuzzMean * fuzz.albedoBound(x.muFuzz));
+    if (hasGlass()) {
+      const F through = select(behind, glass.multipleTransmit[1], glass.multipleTransmit[0]);
+      c.weight[kMakeGlassReflect] = x.glass.reflect * glass.reflectGain;
+      c.weight[kMakeGlassTransmit] = x.glass.transmit * glass.transmitMean;
+      c.weight[kMakeGlassMultipleReflect] = x.glass.lost * (F(1.f) - through) * glass.reflectGain;
+      c.weight[kMakeGlassMultipleTransmit] = x.glass.lost * through * glass.transmitMean;
+      sum += c.weight[kMakeGlassReflect] + c.weight[kMakeGlassTransmit] + c.weight[kMakeGlassMultipleReflect] +
+             c.weight[kMakeGlassMultipleTransmit];
+    }
+    c.scale = zeroUnless(sum > F(0.f), F(1.f) / max(sum, F(1e-30f)));
+  }
+  HWY_ATTR HWY_NOINLINE void layer(const Seen<W>& x, Layers<W>& y) const {
+    if (k.coatAttenuates) {
+      const Mask<W> here = onSide(k.specular[2].doubleSided, x.outside) & specular[2].present();
+      const F ior = max(specular[2].ior(), F(1.f)), mu = x.mu[2];
+      const F inside = sqrt(max(F(1.f) - fnma(mu, mu, F(1.f)) / (ior * ior), F(1e-4f)));
+      y.depth = zeroUnless(here, coatDepth / inside);
+      y.coat = zeroUnless(here, specular[2].albedo(mu, x.energy[2]) * coatCompensation);
+    }
+    if (k.specularAttenuates) {
+      Rgb<W> sum;
+      for (int i = 0; i < 2; ++i)
+        if (k.has(kSpecular + i))
+          sum += zeroUnless(onSide(k.specular[i].doubleSided, x.outside), specular[i].albedo(x.mu[i], x.energy[i]));
+      y.specular = sum * specularCompensation;
+    }
+  }
+  // upper: of specular and rough specular; lower: of diffuse and glass.
+  KN_INLINE void attenuation(const Layers<W>& i, Rgb<W>& upper, Rgb<W>& lower) const {
+    if (k.coatAttenuates) {
+      const Rgb<W> depth = layersO.depth + i.depth;
+      upper = Rgb<W>(exp(-depth.x), exp(-depth.y), exp(-depth.z)) * remaining(layersO.coat, i.coat);
+    }
+    lower = k.specularAttenuates ? upper * remaining(layersO.specular, i.specular) : upper;
+  }
+  static KN_INLINE Rgb<W> remaining(Rgb<W> a, Rgb<W> b) {
+    const F none(0.f), one(1.f);
+    return {clamp(one - max(a.x, b.x), none, one), clamp(one - max(a.y, b.y), none, one),
+            clamp(one - max(a.z, b.z), none, one)};
+  }
+  HWY_ATTR HWY_NOINLINE void mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const;
+};
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

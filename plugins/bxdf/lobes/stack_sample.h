@@ -1,0 +1,149 @@
+// How a stack of lobes makes a direction: a technique is chosen by its weight, then a direction by its density.
+// Included per target, by stack.cpp alone.
+#include "stack.h"
+
+#if defined(KINORA_LOBES_STACK_SAMPLE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LOBES_STACK_SAMPLE_H_TARGET
+#undef KINORA_LOBES_STACK_SAMPLE_H_TARGET
+#else
+#define KINORA_LOBES_STACK_SAMPLE_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+
+template <int W>
+HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const {
+  // which technique; rounding never walks past the last that has weight
+  Int<W> made(kTechniques);
+  F rest = w / max(choiceO.scale, F(1e-30f)), share(0.f);
+  Mask<W> open = choiceO.scale > F(0.f);
+  for (uint32_t t = 0; t < kTechniques; ++t) {
+    const F weight = choiceO.weight[t];
+    const Mask<W> here = open & (weight > F(0.f));
+    made = select(here, Int<W>(t), made);
+    share = select(here, weight, share);
+    const Mask<W> past = here & (rest >= weight);
+    open = past | (open & (!here));
+    rest = select(past, rest - weight, rest);
+  }
+  // its frame and shape
+  const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
+  const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit));
+  Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
+  Frame<W> frame(normal);
+  F ax(1.f), ay(1.f);
+  for (uint32_t i = 0; i < 3; ++i) {
+    if (!k.has(kSpecular + i)) continue;
+    const SpecularLobe<W>& l = specular[i];
+    const Mask<W> one = made == Int<W>(kMakeSpecular + i);
+    take(one | (made == Int<W>(kMakeMultiple + i)), l.frame, frame);
+    ax = select(one, l.ax, ax);
+    ay = select(one, l.ay, ay);
+    facets = facets | one;
+    smooth = smooth | (one & l.smooth);
+  }
+  if (k.has(kFuzz)) take(isFuzz, fuzzFrame, frame);
+  if (hasGlass()) {
+    reflects = made == Int<W>(kMakeGlassReflect);
+    refracts = made == Int<W>(kMakeGlassTransmit);
+    take((made >= Int<W>(kMakeGlassReflect)) & (made < Int<W>(kTechniques)), glass.frame, frame);
+    ax = select(reflects, glass.axReflect, select(refracts, glass.axTransmit, ax));
+    ay = select(reflects, glass.ayReflect, select(refracts, glass.ayTransmit, ay));
+    facets = facets | reflects | refracts;
+    smooth = smooth | (reflects & glass.smoothReflect) | (refracts & glass.smoothTransmit);
+  }
+  // a direction in that frame
+  Vec3<W> d;
+  Mask<W> valid(true);
+  if (!facets.all()) {
+    d = cosineHemisphere(u, v);
+    // What single scattering loses is mostly at grazing angles, where a cosine would seldom look: uniform, by the
+    // same disk.
+    const Mask<W> uniform = (made == Int<W>(kMakeGlassMultipleReflect)) |
+                            (made == Int<W>(kMakeGlassMultipleTransmit)) |
+                            ((made >= Int<W>(kMakeMultiple)) & (made < Int<W>(kMakeFuzz)));
+    const F r2 = fma(d.x, d.x, d.y * d.y), stretch = select(uniform, sqrt(max(F(2.f) - r2, F(0.f))), F(1.f));
+    d = Vec3<W>(d.x * stretch, d.y * stretch, select(uniform, max(F(1.f) - r2, F(0.f)), d.z));
+    d.z = select(flips, -d.z, d.z);
+    if (isFuzz.any()) d = select(isFuzz, fuzz.sample(u, v), d);
+  }
+  if (facets.any()) {
+    const Vec3<W> local = localOut(frame, wo);
+    const Vec3<W> h = select(smooth, Vec3<W>(F(0.f), F(0.f), F(1.f)), sampleVisibleNormal(local, ax, ay, u, v));
+    Vec3<W> r = reflect(local, h);
+    Mask<W> good = r.z > F(0.f);
+    // a rough glass facet reflects or refracts by its own Fresnel; what is left of w within its share decides
+    if (((reflects | refracts) & (!smooth)).any()) {
+      const Mask<W> free = (reflects | refracts) & glass.chooses();
+      F chance, other;
+      glass.chances(glass.fresnel(dot(local, h)), chance, other);
+      refracts = (refracts & (!free)) | (free & (rest >= chance * max(share, F(1e-30f))));
+    }
+    if (refracts.any()) {
+      Vec3<W> t(r.x, r.y, -r.z);
+      Mask<W> passes = good;
+      if (!k.glass.thin) {
+        passes = refract(local, h, glass.eta, t);
+        passes = passes & (t.z < F(0.f));
+      }
+      r = select(refracts, t, r);
+      good = (good & !refracts) | (passes & refracts);
+    }
+    d = select(facets, r, d);
+    valid = good | !facets;
+  }
+  out.wi = normalize(frame.toWorld(d));
+  // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have
+  // made it: its maker's density is zero there.
+  const F side = dot(Ng, out.wi);
+  const Mask<W> through = flips | refracts;
+  out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
+  out.discrete = smooth;
+  if (smooth.any()) mirror(made, share * choiceO.scale, out);
+}
+
+// Value and probability of the mirror that was chosen.
+template <int W>
+HWY_ATTR HWY_NOINLINE void LobeStack<W>::mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const {
+  const Mask<W> through = made == Int<W>(kMakeGlassTransmit);
+  Rgb<W> upper(1.f), lower(1.f), value;
+  if (attenuates()) {
+    Seen<W> seenI;
+    seenI.outside = seenO.outside ^ through;
+    see(out.wi, through, seenI);
+    Layers<W> layersI;
+    layer(seenI, layersI);
+    attenuation(layersI, upper, lower);
+  }
+  Int<W> lobe(0);
+  for (uint32_t i = 0; i < 3; ++i) {
+    if (!k.has(kSpecular + i)) continue;
+    const Mask<W> here = made == Int<W>(kMakeSpecular + i);
+    if (here.none()) continue;
+    const Rgb<W> f = specular[i].fresnel(specular[i].wo.z);
+    value = select(here, i == 2 ? f : f * upper, value);
+    lobe = select(here, Int<W>(kSpecular + i), lobe);
+  }
+  if (hasGlass()) {
+    const Mask<W> reflected = made == Int<W>(kMakeGlassReflect);
+    const F f = glass.fresnel(glass.wo.z);
+    Rgb<W> mirrored = lower * (f * glass.reflectGain);
+    if (k.glass.tinted) mirrored = mirrored * glass.reflectTint;
+    value = select(reflected, mirrored, value);
+    value = select(through, glass.transmitColor * lower * ((F(1.f) - f) * glass.radianceScale), value);
+    lobe =
+        select(reflected, Int<W>(uint32_t(kGlassReflect)), select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
+  }
+  out.discreteWeight = value;
+  out.discreteProbability = probability;
+  out.discreteLobe = lobe;
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

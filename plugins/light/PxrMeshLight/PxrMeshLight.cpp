@@ -1,0 +1,356 @@
+// PxrMeshLight: the geometry of its attribute block emits, from the side of its outward normal. Sampled by area: a triangle
+// by inversion of the areas' sums, then a point in it. Each triangle keeps the density with which it is really chosen
+// (sums are rounded), so that sample and evaluate agree exactly. A ray meets the first triangle whose emitting side it
+// sees; what lies behind it on the same ray belongs to nobody, so sample() rejects points that the light itself hides.
+#define KINORA_KERNEL_FILE "plugins/light/PxrMeshLight/PxrMeshLight.cpp"
+#include <kinora/light_mesh.h>
+#include <kinora/light_setup.h>
+#include <memory>
+#include "plugins/light/PxrMeshLight/triangle_tree.h"
+#include <kinora/simd/foreach_target.h>
+#include <kinora/light_author.h>
+
+#ifndef PXRMESHLIGHT_ONCE
+#define PXRMESHLIGHT_ONCE
+namespace kinora::pxrMeshLight {
+inline constexpr std::array kTexture = {
+    param::color("textureColor", 1.f).help("Factor on the colour; a pattern connected here does not count yet."),
+};
+constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kNormalize, kTexture, lightParams::kShaping,
+                                    lightParams::kControl);
+
+struct Data {
+  LightCommon common;
+  Shaping shaping;
+  Triangles triangles;
+  TriangleTree tree;
+  std::vector<float> cdf;      // count + 1
+  std::vector<float> density;  // of points on each triangle, per area
+  int32_t steps = 0;           // of the binary search
+  bool convex = false;         // no point of the emitting side hides another
+  Double3 center;
+  double radius = 0, area = 0;
+  bool isBlack = true;
+};
+}  // namespace kinora::pxrMeshLight
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace pxrMeshLight;
+
+template <int W>
+KN_INLINE Vec3<W> at(const std::vector<float> v[3], Int<W> i) {
+  return {gather(v[0].data(), i), gather(v[1].data(), i), gather(v[2].data(), i)};
+}
+
+// Largest i with cdf[i] <= u.
+template <int W>
+KN_INLINE Int<W> find(const Data& k, Float<W> u) {
+  using I = Int<W>;
+  I low(0), high(int32_t(k.triangles.count()));
+  for (int32_t s = 0; s < k.steps; ++s) {
+    const I middle = (low + high).template shr<1>();
+    const Mask<W> above = gather(k.cdf.data(), middle) <= u;
+    low = select(above, middle, low);
+    high = select(above, high, middle);
+  }
+  return low;
+}
+
+// Evenly in a triangle (Turk, "Generating Random Points in Triangles", Graphics Gems, 1990).
+template <int W>
+KN_INLINE Vec3<W> pointIn(const Data& k, Int<W> triangle, Float<W> u, Float<W> v) {
+  using F = Float<W>;
+  const F root = sqrt(u), b1 = root * (F(1.f) - v), b2 = root * v;
+  return fma(at<W>(k.triangles.e1, triangle), b1, fma(at<W>(k.triangles.e2, triangle), b2, at<W>(k.triangles.v0, triangle)));
+}
+
+// One ray after the other through the tree: first triangles (as they are where none) and distances.
+template <int W>
+inline Mask<W> firstHits(const Data& k, Vec3<W> o, Vec3<W> d, Float<W> tMax, Int<W>& triangle, Float<W>& t) {
+  alignas(64) float os[3][W], ds[3][W], most[W], ts[W], found[W];
+  alignas(64) int32_t is[W];
+  float* const op[3] = {os[0], os[1], os[2]};
+  float* const dp[3] = {ds[0], ds[1], ds[2]};
+  o.store(op, 0);
+  d.store(dp, 0);
+  tMax.store(most);
+  for (int i = 0; i < W; ++i) {
+    const float from[3] = {os[0][i], os[1][i], os[2][i]}, way[3] = {ds[0][i], ds[1][i], ds[2][i]};
+    const uint32_t hit = k.tree.first(k.triangles, from, way, most[i], ts[i]);
+    found[i] = hit != TriangleTree::kNone ? 1.f : 0.f;
+    is[i] = hit != TriangleTree::kNone ? int32_t(hit) : 0;
+  }
+  triangle = Int<W>::load(is);
+  t = Float<W>::load(ts);
+  return Float<W>::load(found) > Float<W>(0.f);
+}
+
+struct PxrMeshLight {
+  using Data = pxrMeshLight::Data;
+  static constexpr bool kIntersects = true;
+
+  template <int W>
+  static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> cosine) {
+    return wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine);
+  }
+
+  template <int W>
+  static void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const Int<W> triangle = find<W>(k, in.u);
+    const F c0 = gather(k.cdf.data(), triangle), c1 = gather(k.cdf.data(), triangle + Int<W>(1));
+    const F u = clamp((in.u - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
+    const Vec3<W> to = pointIn<W>(k, triangle, u, in.v) - in.P;
+    const F d2 = dot(to, to), distance = sqrt(d2);
+    out.wi = to * (F(1.f) / max(distance, F(1e-30f)));
+    out.distance = distance;
+    const F cosine = -dot(out.wi, at<W>(k.triangles.normal, triangle));
+    Mask<W> seen = cosine > F(0.f);
+    if (!k.convex && seen.any()) {
+      Int<W> first;
+      F t;
+      const Mask<W> hit = firstHits<W>(k, in.P, out.wi, distance * F(1.f - 1e-4f), first, t);
+      seen &= !(hit & (first != triangle));
+    }
+    out.pdf = zeroUnless(seen, gather(k.density.data(), triangle) * d2 / max(cosine, F(1e-30f)));
+    out.radiance = radiance<W>(k, cosine);
+  }
+
+  template <int W>
+  static Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+    if (k.isBlack) return Mask<W>(false);
+    Int<W> triangle;
+    Float<W> found;
+    const Mask<W> hit = firstHits<W>(k, o, d, t, triangle, found);
+    t = select(hit, found, t);
+    return hit;
+  }
+
+  template <int W>
+  static void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    Int<W> triangle;
+    F t;
+    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, F(3e38f), triangle, t);
+    const F cosine = -dot(ray.d, at<W>(k.triangles.normal, triangle));
+    const Mask<W> lit = hit & (cosine > F(0.f));
+    l = zeroUnless(lit, radiance<W>(k, cosine));
+    pdf = zeroUnless(lit, gather(k.density.data(), triangle) * (t * t) / max(cosine, F(1e-30f)));
+  }
+
+  template <int W>
+  static void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const Int<W> triangle = find<W>(k, in.u0);
+    const F c0 = gather(k.cdf.data(), triangle), c1 = gather(k.cdf.data(), triangle + Int<W>(1));
+    const F u = clamp((in.u0 - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
+    out.o = pointIn<W>(k, triangle, u, in.u1);
+    out.N = at<W>(k.triangles.normal, triangle);
+    F a, b;
+    concentricDisk(in.u2, in.u3, a, b);
+    a *= F(k.shaping.sinCone);
+    b *= F(k.shaping.sinCone);
+    const F cosine = safeSqrt(fnma(a, a, fnma(b, b, F(1.f))));
+    out.d = Frame<W>(out.N).toWorld({a, b, cosine});
+    out.pdfPosition = gather(k.density.data(), triangle);
+    out.pdfDirection = cosine * F(kInvPi / (k.shaping.sinCone * k.shaping.sinCone));
+    out.radiance = radiance<W>(k, cosine);
+    if (!k.convex) {
+      // what leaves into the light's own emitting side stays there: nobody sees it behind what lies in front
+      Int<W> first;
+      F t;
+      const Mask<W> blocked = firstHits<W>(k, out.o + out.d * F(float(4 * k.radius)), -out.d,
+                                           F(float(4 * k.radius * (1 - 1e-4))), first, t) &
+                              (first != triangle);
+      out.pdfPosition = zeroUnless(!blocked, out.pdfPosition);
+    }
+  }
+};
+
+using Runner = LightRunner<PxrMeshLight>;
+KINORA_WIDTH_TABLES(Runner, LightFunctions)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora {
+namespace {
+using pxrMeshLight::Data;
+constexpr double kPi = 3.14159265358979323846;
+
+Double3 corner(const LightMesh& m, uint32_t index) {
+  return {m.P[3 * size_t(index)], m.P[3 * size_t(index) + 1], m.P[3 * size_t(index) + 2]};
+}
+
+// Triangles with area; returns how many had none or were broken.
+uint32_t gatherTriangles(const LightMesh& m, Data& k) {
+  uint32_t left = 0;
+  Double3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (uint32_t i = 0; i < m.triangleCount; ++i) {
+    const uint32_t* v = m.triangles + 3 * size_t(i);
+    if (v[0] >= m.vertexCount || v[1] >= m.vertexCount || v[2] >= m.vertexCount) {
+      ++left;
+      continue;
+    }
+    const Double3 p[3] = {corner(m, v[0]), corner(m, v[1]), corner(m, v[2])};
+    const Double3 e1 = p[1] - p[0], e2 = p[2] - p[0], n = cross(e1, e2);
+    const double twice = length(n);
+    if (!std::isfinite(twice) || !(twice > 1e-30) || !(twice > 1e-7 * length(e1) * length(e2))) {
+      ++left;
+      continue;
+    }
+    const double parts[4][3] = {{p[0].x, p[0].y, p[0].z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z},
+                                {n.x / twice, n.y / twice, n.z / twice}};
+    for (int c = 0; c < 3; ++c) {
+      k.triangles.v0[c].push_back(float(parts[0][c]));
+      k.triangles.e1[c].push_back(float(parts[1][c]));
+      k.triangles.e2[c].push_back(float(parts[2][c]));
+      k.triangles.normal[c].push_back(float(parts[3][c]));
+    }
+    for (const Double3& q : p) {
+      low = {std::fmin(low.x, q.x), std::fmin(low.y, q.y), std::fmin(low.z, q.z)};
+      high = {std::fmax(high.x, q.x), std::fmax(high.y, q.y), std::fmax(high.z, q.z)};
+    }
+  }
+  if (k.triangles.count()) {
+    k.center = (low + high) * 0.5;
+    k.radius = length(high - low) * 0.5;
+  }
+  return left;
+}
+
+Double3 get(const std::vector<float> v[3], uint32_t i) { return {v[0][i], v[1][i], v[2][i]}; }
+
+// Whether every triangle lies behind every other's plane, or in it; asked of small lights only.
+bool isConvex(const Data& k) {
+  const pxrMeshLight::Triangles& t = k.triangles;
+  constexpr uint32_t kMost = 1024;
+  if (t.count() > kMost) return false;
+  for (uint32_t i = 0; i < t.count(); ++i) {
+    const Double3 n = get(t.normal, i), o = get(t.v0, i);
+    for (uint32_t j = 0; j < t.count(); ++j) {
+      const Double3 p = get(t.v0, j) - o;
+      const double most = std::fmax(dot(p, n), std::fmax(dot(p + get(t.e1, j), n), dot(p + get(t.e2, j), n)));
+      if (most > 1e-5 * k.radius) return false;
+    }
+  }
+  return true;
+}
+
+void buildDistribution(Data& k) {
+  const pxrMeshLight::Triangles& t = k.triangles;
+  std::vector<double> area(t.count());
+  for (uint32_t i = 0; i < t.count(); ++i) k.area += area[i] = 0.5 * length(cross(get(t.e1, i), get(t.e2, i)));
+  double sum = 0;
+  k.cdf.push_back(0);
+  for (uint32_t i = 0; i < t.count(); ++i) {
+    sum += area[i];
+    k.cdf.push_back(i + 1 == t.count() ? 1.f : std::fmin(1.f, float(sum / k.area)));
+    k.density.push_back(float((double(k.cdf[i + 1]) - k.cdf[i]) / area[i]));
+  }
+  while ((int64_t(1) << k.steps) < t.count()) ++k.steps;
+}
+
+void* create(const CreateInfo* info, ErrorText* error) {
+  return guardedCreate(error, [&]() -> void* {
+    const NamedValues values(*info, pxrMeshLight::kParams.data(), pxrMeshLight::kParams.size());
+    LocalFrame::of(*info);  // refuses placements that are not finite
+    auto light = std::make_unique<Data>();
+    const LightMesh* mesh = static_cast<const LightMesh*>(info->extra);
+    const uint32_t left = mesh ? gatherTriangles(*mesh, *light) : 0;
+    if (left)
+      values.warn("LIGHT-DEGENERATE", std::to_string(left) + " triangles of the light have no area", "they do not emit");
+    if (light->triangles.count()) {
+      light->tree.build(light->triangles);
+      buildDistribution(*light);
+      light->convex = isConvex(*light);
+    }
+    light->common = LightCommon::of(values, light->area);
+    for (int c = 0; c < 3; ++c) light->common.radiance[c] *= float(values.number("textureColor", c));
+    light->shaping = Shaping::of(values, false);
+    values.warnNoEffect();
+    if (!light->triangles.count())
+      values.warn("LIGHT-DEGENERATE", "no geometry with area follows the light in its attribute block",
+                  "the light is black");
+    else
+      light->isBlack = light->common.isBlack();
+    return light.release();
+  });
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = {};
+  d->center[0] = float(k.center.x);
+  d->center[1] = float(k.center.y);
+  d->center[2] = float(k.center.z);
+  d->radius = float(k.radius * (1 + 1e-6));
+  double power = 0;
+  for (int c = 0; c < 3; ++c) power += std::fabs(k.common.radiance[c]) * k.shaping.power[c] * k.area * kPi / 3;
+  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
+  d->visibleToCamera = 1;
+  d->diffuse = k.common.diffuse;
+  d->specular = k.common.specular;
+}
+
+// Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may hide
+// each other or shaping makes the radiance vary.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (!k.convex || k.shaping.focused || k.shaping.coned) return -1;
+  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
+  double sum = 0;
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
+    const Double3 v0 = get(k.triangles.v0, i) - p, e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
+    if (dot(v0, cross(e1, e2)) >= 0) continue;
+    const Double3 v[3] = {v0, v0 + e1, v0 + e2};
+    Double3 cut[6];
+    int count = 0;
+    for (int j = 0; j < 3; ++j) {
+      const Double3 a = v[j], b = v[(j + 1) % 3];
+      const double ha = dot(a, n), hb = dot(b, n);
+      if (ha >= 0) cut[count++] = a;
+      if ((ha < 0) != (hb < 0)) cut[count++] = a + (b - a) * (ha / (ha - hb));
+    }
+    double one = 0;
+    for (int j = 0; j < count; ++j) {
+      const Double3 a = normalized(cut[j]), b = normalized(cut[(j + 1) % count]), c = cross(a, b);
+      const double s = length(c);
+      if (s > 1e-15) one += std::atan2(s, dot(a, b)) * dot(c, n) / s;
+    }
+    sum += std::fabs(one) / 2;
+  }
+  return (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3 * sum;
+}
+
+constexpr LightTraits kTraits{describe, irradiance};
+const WidthTable kTables[] = KINORA_ALL_WIDTHS;
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Light,
+    0,
+    "PxrMeshLight",
+    "The geometry that follows in its attribute block emits, from the side of its outward normal; the geometry itself "
+    "is not rendered. Focus and cone are measured from the surface's normal.",
+    pxrMeshLight::kParams.data(),
+    uint32_t(pxrMeshLight::kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<Data*>(d); }};
+}  // namespace
+KINORA_REGISTER(PxrMeshLight, kDescriptor)
+}  // namespace kinora
+#endif

@@ -1,0 +1,134 @@
+// Proves: one square of two triangles is the rectangle's closed form; a closed convex body and a bowl that hides itself
+// against looking; densities, power, the dark back, many triangles, widths, and what is no geometry. Misses: motion, and
+// how the renderer makes the mesh (tests/truth).
+#include <kinora/light_mesh.h>
+
+#include "plugins/light/light_testing.h"
+
+namespace kinora {
+namespace {
+using namespace lightTesting;
+constexpr const char* kName = "PxrMeshLight";
+constexpr double kPi = 3.14159265358979;
+
+struct Body {
+  std::vector<float> points;
+  std::vector<uint32_t> triangles;
+  LightMesh mesh() const {
+    return {uint32_t(points.size() / 3), uint32_t(triangles.size() / 3), points.data(), triangles.data()};
+  }
+};
+Body square() { return {{-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, 0.5f, 0.5f, 0, -0.5f, 0.5f, 0}, {0, 1, 2, 0, 2, 3}}; }
+// Part of a sphere from its pole down to cosine `low`, seen from outside (or, as a bowl, from inside).
+Body cap(double low, bool inside, int rings = 24, int sides = 48) {
+  Body b;
+  for (int i = 0; i <= rings; ++i)
+    for (int j = 0; j < sides; ++j) {
+      const double z = 1 - (1 - low) * i / rings, s = std::sqrt(std::fmax(0, 1 - z * z)), a = 2 * kPi * j / sides;
+      for (double c : {s * std::cos(a), s * std::sin(a), z}) b.points.push_back(float(c));
+    }
+  for (int i = 0; i < rings; ++i)
+    for (int j = 0; j < sides; ++j) {
+      const uint32_t p = uint32_t(i * sides + j), q = uint32_t(i * sides + (j + 1) % sides), down = uint32_t(sides);
+      const uint32_t out[6] = {p, p + down, q + down, p, q + down, q};
+      for (int t = 0; t < 6; t += 3)
+        for (int c = 0; c < 3; ++c) b.triangles.push_back(out[t + (inside ? 2 - c : c)]);
+    }
+  return b;
+}
+
+TEST(PxrMeshLight, ASquareIsTheRectanglesClosedForm) {
+  const Body body = square();
+  const LightMesh mesh = body.mesh();
+  TestLight light(kName, {set("intensity", 2), set("textureColor", 0.5f, 0.5f, 0.5f)}, identity(), nullptr, &mesh);
+  EXPECT_TRUE(light.warnings.empty());
+  for (double h : {0.05, 0.5, 3.0}) {
+    const double a = 0.5, q = std::sqrt(a * a + h * h), e = 4 * a / q * std::atan(a / q);
+    EXPECT_NEAR(light.closedForm({0, 0, h}, {0, 0, -1}), e, 1e-5 * e);
+    EXPECT_NEAR(irradianceBySampling(light, {0, 0, h}, {0, 0, -1}), e, 2e-3 * e) << h;
+  }
+  EXPECT_EQ(irradianceBySampling(light, {0, 0, -1}, {0, 0, 1}, 32), 0) << "its back is dark";
+}
+
+TEST(PxrMeshLight, BodiesThatHideThemselvesAgreeWithLooking) {
+  const Body ball = cap(-1, false), bowl = cap(-0.6, true), dome = cap(0.2, false);
+  for (const Body* body : {&ball, &bowl, &dome}) {
+    const LightMesh mesh = body->mesh();
+    TestLight light(kName, {}, identity(), nullptr, &mesh);
+    ASSERT_TRUE(light.made()) << light.error;
+    for (const Vec& p : {Vec{2, 0.3, 0.5}, Vec{0.5, 0.2, -1.5}, Vec{0.2, -0.1, -0.2}}) {
+      const Vec n = unit(Vec{0, 0, 0.3} - p);
+      const Looked looked = lookAround(light, p, n, n, kPi, 700);
+      EXPECT_NEAR(irradianceBySampling(light, p, n), looked.irradiance, 0.01 * looked.irradiance + 1e-4);
+      EXPECT_LE(looked.pdf, 1.01);
+    }
+  }
+  // a fine ball is a sphere: pi L (r / d)^2, less what its flat sides lose
+  const LightMesh mesh = ball.mesh();
+  TestLight light(kName, {}, identity(), nullptr, &mesh);
+  EXPECT_NEAR(irradianceBySampling(light, {3, 0, 0}, {-1, 0, 0}), kPi / 9, 0.015 * kPi / 9);
+}
+
+TEST(PxrMeshLight, DensitiesAgreeAndPowerIsTheArea) {
+  const Body dome = cap(0.2, false);
+  const LightMesh mesh = dome.mesh();
+  TestLight light(kName, {set("emissionFocus", 1)}, identity(), nullptr, &mesh);
+  std::vector<Vec> points = pointsAround(light, 200, 1.05, 100);
+  Rays r(uint32_t(points.size()) * 64);
+  for (uint32_t i = 0; i < r.n; ++i)
+    for (int c = 0; c < 3; ++c) r.a[c][i] = float(points[i / 64][size_t(c)]);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(0, 1 - 6e-8);
+  for (uint32_t i = 0; i < r.n; ++i) r.a[3][i] = float(u(random)), r.a[4][i] = float(u(random));
+  light.sample(r);
+  light.evaluate(r);
+  // on the edges of triangles either neighbour may be hit, which differ in density and cosine a little
+  uint32_t wrong = 0, sampled = 0;
+  for (uint32_t i = 0; i < r.n; ++i) {
+    if (!(r.a[12][i] > 0)) continue;
+    ++sampled;
+    wrong += std::fabs(r.a[16][i] - r.a[12][i]) > 1e-3 * r.a[12][i];
+  }
+  EXPECT_GT(sampled, r.n / 20);
+  EXPECT_LT(wrong, sampled / 200);
+  TestLight plain(kName, {}, identity(), nullptr, &mesh);
+  EXPECT_NEAR(emittedPower(plain), plain.description.power, 5e-3 * plain.description.power);
+  TestLight normalized(kName, {set("areaNormalize", 1)}, identity(), nullptr, &mesh);
+  EXPECT_NEAR(emittedPower(normalized), kPi, 5e-3 * kPi);
+}
+
+TEST(PxrMeshLight, ManyTrianglesKeepTheirShares) {
+  const Body fine = cap(-1, false, 500, 400), coarse = cap(-1, false, 40, 80);
+  const LightMesh a = fine.mesh(), b = coarse.mesh();
+  TestLight many(kName, {}, identity(), nullptr, &a), few(kName, {}, identity(), nullptr, &b);
+  const double e = irradianceBySampling(few, {2, 1, 0}, {-1, 0, 0}, 256);
+  EXPECT_NEAR(irradianceBySampling(many, {2, 1, 0}, {-1, 0, 0}, 256), e, 0.015 * e);
+}
+
+TEST(PxrMeshLight, WidthsGiveTheSameBits) {
+  const Body bowl = cap(-0.6, true);
+  const LightMesh mesh = bowl.mesh();
+  TestLight light(kName, {set("emissionFocus", 2)}, identity(), nullptr, &mesh);
+  expectWidthsAgree(light, pointsAround(light, 301));
+  expectNoNaN(light);
+}
+
+TEST(PxrMeshLight, WhatIsNoGeometryIsBlackWithAMessage) {
+  TestLight none(kName, {});
+  ASSERT_TRUE(none.made());
+  EXPECT_EQ(none.warnings.size(), 1u);
+  EXPECT_EQ(none.description.power, 0);
+  expectNoNaN(none);
+  Body broken = square();
+  broken.triangles = {0, 0, 1, 0, 1, 9, 1, 2, 3};
+  broken.points[9] = std::nanf("");
+  const LightMesh mesh = broken.mesh();
+  TestLight bad(kName, {}, identity(), nullptr, &mesh);
+  ASSERT_TRUE(bad.made());
+  EXPECT_EQ(bad.description.power, 0);
+  expectNoNaN(bad);
+  TestLight refused(kName, {}, scaleMove(std::nan(""), 1, 1, {0, 0, 0}));
+  EXPECT_FALSE(refused.made());
+}
+}  // namespace
+}  // namespace kinora

@@ -1,0 +1,32 @@
+// What a display does to values between the film and its driver: exposure, and quantisation with dither. Made by
+// display_plan.cpp from the parameters of displays and channels, applied by display_output.cpp to the picture of one
+// output. Drivers encode and store; they know nothing of it.
+#pragma once
+#include <cstdint>
+
+#include "base/diagnostics.h"
+#include "scene/parameters.h"
+
+namespace kinora::film {
+
+struct DisplayValues {
+  float gain = 1, gamma = 1;  // exposure: (value x gain)^(1 / gamma), of colours
+  // quantize [zero one min max]: value 0 becomes `zero`, 1 becomes `one`, all is cut to min..max; one 0: none.
+  float zero = 0, one = 0, least = 0, most = 0;
+  float dither = 0;           // amplitude in quantised steps
+  bool isExposed() const { return gain != 1 || gamma != 1; }
+  bool isQuantised() const { return one != 0; }
+  bool operator==(const DisplayValues&) const = default;
+};
+
+// The display's parameters, then the channel's (which may be null) over them. What cannot be used is a
+// DISPLAY-PARAMETER warning and ignored.
+DisplayValues displayValues(const scene::ParameterList& display, const scene::ParameterList* channel,
+                            const std::string& name, const SourcePos& pos, Diagnostics& diagnostics);
+
+// One float of a pixel. `isEncoded`: the driver stores integers of the sRGB-encoded value: dither is laid out there, and
+// steps are the driver's. `component` tells the floats of a pixel apart.
+float displayed(float value, const DisplayValues& v, bool isColor, bool toIntegers, bool isEncoded, int x, int y,
+                int component);
+
+}  // namespace kinora::film

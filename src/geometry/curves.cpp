@@ -1,0 +1,206 @@
+// Curves as pieces that are traced as they are: linear ones as they come, cubic ones of any basis as Bezier pieces.
+// Curves that keep their shape but have no length, or whose vertices do not fit their basis, are left out.
+#include <array>
+#include <cmath>
+
+#include "geometry/makers.h"
+#include "geometry/strand.h"
+
+namespace kinora::geometry {
+
+using Imath::V3d;
+
+namespace {
+
+// Bezier control points as mixtures of the four control points of a basis: row-major. With p(s) = a3 s^3 + a2 s^2 +
+// a1 s
+// + a0 they are a0, a0 + a1/3, a0 + 2 a1/3 + a2/3 and a0 + a1 + a2 + a3.
+using Conversion = std::array<std::array<double, 4>, 4>;
+Conversion toBezier(const std::array<float, 16>& basis) {
+  Conversion out;
+  for (size_t k = 0; k < 4; ++k) {
+    const double a3 = basis[k], a2 = basis[4 + k], a1 = basis[8 + k], a0 = basis[12 + k];
+    out[0][k] = a0;
+    out[1][k] = a0 + a1 / 3;
+    out[2][k] = a0 + 2 * a1 / 3 + a2 / 3;
+    out[3][k] = a0 + a1 + a2 + a3;
+  }
+  for (auto& row : out)
+    for (double& w : row)
+      if (std::abs(w - std::round(w)) < 1e-6) w = std::round(w);  // 1/6 and the like come as rounded numbers
+  return out;
+}
+
+// Whether a piece ends where the next one begins, whatever the control points are.
+bool endsMeet(const Conversion& c, int step) {
+  for (int k = 0; k < 4; ++k) {
+    const double next = k >= step ? c[0][size_t(k - step)] : 0;
+    if (std::abs(c[3][size_t(k)] - next) > 1e-6) return false;
+  }
+  for (int k = std::max(0, 4 - step); k < 4; ++k)
+    if (std::abs(c[0][size_t(k)]) > 1e-6) return false;
+  return true;
+}
+
+// Pieces of a curve of n vertices; 0 when they do not fit.
+size_t piecesOf(int n, bool cubic, bool periodic, int step) {
+  if (!cubic) return periodic ? (n >= 3 ? size_t(n) : 0) : n >= 2 ? size_t(n - 1) : 0;
+  if (periodic) return n >= step && n >= 1 && n % step == 0 ? size_t(n / step) : 0;
+  return n >= 4 && (n - 4) % step == 0 ? size_t((n - 4) / step + 1) : 0;
+}
+
+// A tangent that vanishes at an end (control points drawn together to pin a curve) leaves the width without a
+// direction there: moves the inner control points a little way along the curve.
+void openTangents(std::array<V3d, 4>& b, bool& changed) {
+  const double length = (b[1] - b[0]).length() + (b[2] - b[1]).length() + (b[3] - b[2]).length();
+  constexpr double kLeast = 1e-4, kNudge = 0.01;
+  const bool first = (b[1] - b[0]).length() < kLeast * length, last = (b[3] - b[2]).length() < kLeast * length;
+  if (!first && !last) return;
+  changed = true;
+  const std::array<V3d, 4> old = b;
+  const auto far = [&](const V3d& from, const V3d& inner, const V3d& end) {
+    return (inner - from).length() < kLeast * length ? end - from : inner - from;
+  };
+  if (first) b[1] = old[0] + far(old[0], old[2], old[3]) * kNudge;
+  if (last) b[2] = old[3] + far(old[3], old[1], old[0]) * kNudge;
+}
+
+}  // namespace
+
+bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, Diagnostics& diagnostics, Mesh& mesh) {
+  const std::optional<PointKeys> points = readPoints(primitive, diagnostics);
+  if (!points) return false;
+  static const scene::Attributes kDefaults;
+  const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : kDefaults;
+  const int step = std::max(1, attributes.vStep);
+
+  ClassCounts counts{shape.verticesPerCurve.size(), 0, 0, 0};
+  size_t misfits = 0, firstMisfit = 0, total = 0;
+  for (size_t i = 0; i < shape.verticesPerCurve.size(); ++i) {
+    const int n = shape.verticesPerCurve[i];
+    const size_t pieces = piecesOf(n, shape.cubic, shape.periodic, step);
+    if (!pieces && !misfits++) firstMisfit = i;
+    counts.varying += pieces + (shape.periodic ? 0 : 1);
+    total += size_t(std::max(0, n));
+  }
+  counts.vertex = total;
+  counts.faceVarying = counts.varying;
+  const auto refuse = [&](const char* code, const std::string& what) {
+    diagnostics.error(code, primitive.pos, subject(primitive) + what, "the primitive is left out");
+    return false;
+  };
+  if (total > points->count || total == 0)
+    return refuse("GEOM-CURVE-COUNT", " names " + std::to_string(total) + " vertices and has " +
+                                          std::to_string(points->count) + " points");
+  if (misfits)
+    diagnostics.warning("GEOM-CURVE-COUNT", primitive.pos,
+                        std::to_string(misfits) + " curves of " + subject(primitive) + " have vertices that " +
+                            (shape.cubic ? "the step " + std::to_string(step) + " of their basis does not fit"
+                                         : std::string("make no line")) +
+                            "; the first is curve " + std::to_string(firstMisfit) + " with " +
+                            std::to_string(shape.verticesPerCurve[firstMisfit]),
+                        "these curves are left out");
+
+  const StrandSources sources(primitive, *points, counts, diagnostics);
+  // dice:roundcurve says tube (1) or ribbon (0); without it curves with N are ribbons and others tubes (rib.md 7.5)
+  const int round = attributes.getInt("dice:roundcurve", -1);
+  const bool oriented = sources.hasNormals() && round != 1, tube = !oriented && round != 0;
+  using Kind = Mesh::Kind;
+  mesh.kind = oriented      ? Kind::OrientedRibbon
+              : shape.cubic ? (tube ? Kind::CubicTube : Kind::CubicRibbon)
+                            : (tube ? Kind::LinearTube : Kind::LinearRibbon);
+  const bool cubic = mesh.isCubic();  // oriented ribbons are traced as cubic pieces
+  const Conversion conversion =
+      shape.cubic ? toBezier(attributes.vBasis)
+                  : Conversion{{{1, 0, 0, 0}, {2.0 / 3, 1.0 / 3, 0, 0}, {1.0 / 3, 2.0 / 3, 0, 0}, {0, 1, 0, 0}}};
+  const bool shares = !shape.cubic || endsMeet(conversion, step);
+
+  std::vector<ControlSource> controls;
+  std::vector<std::pair<uint32_t, std::vector<std::array<V3d, 4>>>> opened;  // first control, Bezier points by key
+  size_t firstVertex = 0, firstVarying = 0, noLength = 0, notFinite = 0;
+  for (size_t curve = 0; curve < shape.verticesPerCurve.size(); ++curve) {
+    const size_t n = size_t(std::max(0, shape.verticesPerCurve[curve]));
+    const size_t pieces = piecesOf(int(n), shape.cubic, shape.periodic, step);
+    const size_t varyings = pieces + (shape.periodic ? 0 : 1);
+    bool bad = false;
+    for (size_t v = 0; v < n && pieces; ++v) bad |= !sources.finite(uint32_t(firstVertex + v));
+    bool joined = false, has = false;  // joined: the last control stored is where the next piece begins
+    for (size_t piece = 0; piece < pieces && !bad; ++piece) {
+      std::array<ControlSource, 4> c;
+      const int count = cubic ? 4 : 2;
+      for (int k = 0; k < count; ++k) {
+        ControlSource& x = c[size_t(k)];
+        x.curve = uint32_t(curve);
+        x.between = float(k) / float(count - 1);
+        for (size_t e = 0; e < 2; ++e) x.varying[e] = uint32_t(firstVarying + (piece + e) % varyings);
+        if (x.between == 1) {
+          x.varying[0] = x.varying[1];
+          x.between = 0;
+        }
+        const size_t stepOf = shape.cubic ? size_t(step) : 1;
+        if (cubic)
+          for (size_t m = 0; m < 4; ++m) {
+            x.vertex[m] = uint32_t(firstVertex + (piece * stepOf + m) % n);
+            x.weight[m] = float(conversion[size_t(k)][m]);
+          }
+        else {
+          x.vertex[0] = uint32_t(firstVertex + (piece + size_t(k)) % n);
+          x.weight[0] = 1;
+        }
+      }
+      bool length = false, width = false, open = false;
+      std::vector<std::array<V3d, 4>> byKey(sources.keys());
+      for (size_t key = 0; key < sources.keys(); ++key) {
+        std::array<V3d, 4>& b = byKey[key];
+        for (int k = 0; k < count; ++k) {
+          b[size_t(k)] = sources.position(key, c[size_t(k)]);
+          length |= Imath::V3f(b[size_t(k)]) != Imath::V3f(b[0]);
+          width |= sources.radius(key, c[size_t(k)]) > 0;
+        }
+        if (cubic) openTangents(b, open);
+      }
+      has |= length;
+      if (!length || !width) {
+        joined = false;
+        continue;
+      }
+      const bool share = joined && shares;
+      mesh.indices.push_back(uint32_t(controls.size() - (share ? 1 : 0)));
+      mesh.faceOfTriangle.push_back(uint32_t(curve));
+      mesh.along.emplace_back(float(double(piece) / double(pieces)), float(double(piece + 1) / double(pieces)));
+      if (open) opened.emplace_back(mesh.indices.back(), std::move(byKey));
+      for (int k = share ? 1 : 0; k < count; ++k) controls.push_back(c[size_t(k)]);
+      joined = true;
+    }
+    notFinite += bad;
+    noLength += pieces && !bad && !has;
+    firstVertex += n;
+    firstVarying += varyings;
+  }
+  if (notFinite)
+    diagnostics.error(
+        "GEOM-NOT-FINITE", primitive.pos,
+        std::to_string(notFinite) + " curves of " + subject(primitive) + " have points that are not finite",
+        "these curves are left out");
+  if (noLength)
+    diagnostics.warning("GEOM-CURVE-LENGTH", primitive.pos,
+                        std::to_string(noLength) + " curves of " + subject(primitive) + " have no length",
+                        "these curves are left out");
+  if (mesh.indices.empty()) {
+    if (!misfits && !notFinite && !noLength)
+      diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, subject(primitive) + " has no width",
+                          "the primitive is left out");
+    return false;
+  }
+  sources.store(controls, mesh);
+  for (const auto& [first, byKey] : opened)
+    for (size_t key = 0; key < byKey.size(); ++key)
+      for (uint32_t k = 1; k < 3; ++k) {
+        const Imath::V3f p(byKey[key][k] - mesh.origin);
+        Imath::V4f& s = mesh.spine[key * mesh.vertexCount + first + k];
+        s = Imath::V4f(p.x, p.y, p.z, s.w);
+      }
+  return true;
+}
+
+}  // namespace kinora::geometry

@@ -1,0 +1,80 @@
+// Kernel of near_rays.h.
+#define KINORA_KERNEL_FILE "light/near_rays.cpp"
+#include "light/near_rays.h"
+#include <kinora/simd/foreach_target.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using light::NearRaysArgs;
+
+template <int W>
+uint32_t nearRays(const NearRaysArgs& a) {
+  using F = Float<W>;
+  const Rays& r = *a.rays;
+  const Vec3<W> center(F(a.center[0]), F(a.center[1]), F(a.center[2]));
+  uint32_t found = 0;
+  for (uint32_t i = 0; i < a.n; i += W) {
+    const Mask<W> in = Mask<W>::firstN(int(a.n - i < W ? a.n - i : W));
+    alignas(64) uint32_t last[W];   // the list may end where it ends
+    const uint32_t* from = a.slots + i;
+    if (a.n - i < W) {
+      for (uint32_t k = 0; k < W; ++k) last[k] = a.slots[i + k < a.n ? i + k : i];
+      from = last;
+    }
+    const Slots<W> slot = Slots<W>::load(from);
+    const F hit = slot.get(a.tHit);
+    Vec3<W> o, d;
+    Mask<W> is = in;
+    if (a.infinite) {
+      is = is & (hit > F(3.4e38f));
+      if (is.none()) continue;
+      o = Vec3<W>::get(r.o, slot);
+      d = Vec3<W>::get(r.d, slot);
+    } else {
+      o = Vec3<W>::get(r.o, slot);
+      d = Vec3<W>::get(r.d, slot);
+      const Vec3<W> p = center - o;
+      const F along = dot(p, d), p2 = dot(p, p);
+      // difference of near numbers: widen by what rounding may take
+      const Mask<W> past = (p2 - along * along > F(a.radius2) + F(1e-5f) * p2) |
+                           ((along < F(0.f)) & (p2 > F(a.radius2)));
+      is = is & !past;
+      if (is.none()) continue;
+    }
+    const Packer<W> pack(is);
+    o.pack(pack, a.o, found);
+    d.pack(pack, a.d, found);
+    pack.put(slot.get(r.time), a.time + found);
+    pack.put(min(hit, slot.get(r.tMax)), a.t + found);
+    pack.put(Int<W>::lanes(int32_t(i)), a.which + found);
+    found += uint32_t(pack.count);
+  }
+  return found;
+}
+
+#if HWY_TARGET == HWY_AVX2
+[[maybe_unused]] uint32_t nearRays1(const NearRaysArgs& a) { return nearRays<1>(a); }
+[[maybe_unused]] uint32_t nearRays4(const NearRaysArgs& a) { return nearRays<4>(a); }
+[[maybe_unused]] uint32_t nearRays8(const NearRaysArgs& a) { return nearRays<8>(a); }
+#else
+[[maybe_unused]] uint32_t nearRays16(const NearRaysArgs& a) { return nearRays<16>(a); }
+#endif
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::light {
+NearRaysKernel nearRaysKernel(uint32_t width) {
+  switch (width) {
+    case 1: return &N_AVX2::nearRays1;
+    case 4: return &N_AVX2::nearRays4;
+    case 16: return &N_AVX3::nearRays16;
+    default: return &N_AVX2::nearRays8;
+  }
+}
+}  // namespace kinora::light
+#endif

@@ -1,0 +1,24 @@
+// The geometry of a light (PxrMeshLight's, or an old area light's) as triangles for its plug-in. Called by WorldBuilder.
+#pragma once
+#include <kinora/light_mesh.h>
+
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "scene/scene.h"
+
+namespace kinora::render {
+
+struct EmittingMesh {
+  std::vector<float> points;  // render space
+  std::vector<uint32_t> triangles;
+  LightMesh mesh() const {
+    return {uint32_t(points.size() / 3), uint32_t(triangles.size() / 3), points.data(), triangles.data()};
+  }
+};
+
+// At `time`, moved by -origin; empty where the primitive gives no surface (a message has said so).
+EmittingMesh emittingMesh(const scene::Primitive& primitive, const scene::Transform& toWorld, double time,
+                          const double origin[3], bool worldMirrored, Diagnostics& diagnostics);
+
+}  // namespace kinora::render

@@ -1,0 +1,249 @@
+#include "render/surface_channels.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinora::render {
+
+using film::Source;
+
+SurfaceChannels::Value SurfaceChannels::constant(float v) const {
+  float* x = c_->alloc<float>(1);
+  *x = v;
+  return {{x, x, x}, 0};
+}
+
+SurfaceChannels::Value SurfaceChannels::of(Source source) {
+  const auto builtin = [&](Builtin b) {
+    const kinora::Value v = c_->builtin(b);
+    return Value{{v.data[0], v.data[1], v.data[2]}, v.stride};
+  };
+  switch (source) {
+    case Source::Alpha: case Source::Opacity: return constant(1);
+    case Source::Depth: case Source::FiniteDepth: return depth();
+    case Source::Id: return one(builtin(Builtin::ObjectId).data[0]);
+    case Source::Id2: return id2();
+    case Source::P: return builtin(Builtin::Pworld);
+    case Source::Po: return builtin(Builtin::Po);
+    case Source::PRadius: case Source::RayRadius: return one(c_->radius);
+    case Source::RaySpread: return one(c_->spread);
+    case Source::MpSize: {
+      float* x = floats();
+      for (uint32_t i = 0; i < c_->count; ++i) x[i] = 2 * c_->radius[i];
+      return one(x);
+    }
+    case Source::Nn: return three(c_->N);
+    case Source::Ngn: return three(c_->Ng);
+    case Source::Tn: return builtin(Builtin::Tangent);
+    case Source::Vn: return three(c_->wo);
+    case Source::VLen: {
+      float* x = floats();
+      for (uint32_t i = 0; i < c_->count; ++i) x[i] = state_.group().hits.t[c_->path[i]];
+      return one(x);
+    }
+    case Source::Albedo: {
+      float* rgb[3] = {floats(), floats(), floats()};
+      if (c_->bxdf->albedo) {
+        c_->bxdf->albedo(c_, c_->closure, rgb);
+      } else {
+        for (float* x : rgb) std::fill_n(x, c_->padded, 0.f);
+      }
+      return three(rgb);
+    }
+    case Source::Curvature: return curvature();
+    case Source::U: return builtin(Builtin::U);
+    case Source::V: return builtin(Builtin::V);
+    case Source::Du: return footprintIn(Builtin::DPdu);
+    case Source::Dv: return footprintIn(Builtin::DPdv);
+    case Source::St: return builtin(Builtin::St);
+    case Source::S: return one(builtin(Builtin::St).data[0]);
+    case Source::T: return one(builtin(Builtin::St).data[1]);
+    case Source::DPdu: return builtin(Builtin::DPdu);
+    case Source::DPdv: return builtin(Builtin::DPdv);
+    case Source::DPdtime: case Source::DPcameradtime: case Source::MotionFore: case Source::MotionBack: return motion(source);
+    case Source::Time: return one(c_->time);
+    case Source::OutsideIor: return one(c_->outerIor);
+    case Source::BiasR: case Source::BiasT: return one(c_->bias);
+    // surfaces have no third parameter; the others are not made here
+    case Source::W: case Source::Dw: case Source::DPdw: case Source::LightPath: case Source::Primvar: case Source::Fallback:
+    case Source::CpuTime: case Source::SampleCount: break;
+  }
+  return constant(0);
+}
+
+void SurfaceChannels::toCamera(const float p[3], float t, float out[3]) const {
+  const auto& keys = camera_.fromRender;
+  const float x = t * float(keys.size() - 1);
+  const size_t k = keys.size() > 1 ? std::min(size_t(x), keys.size() - 2) : 0;
+  keys[k].point(p, out);
+  if (keys.size() < 2) return;
+  float q[3];
+  keys[k + 1].point(p, q);
+  for (int j = 0; j < 3; ++j) out[j] += (x - float(k)) * (q[j] - out[j]);
+}
+
+// Along the camera's axis, at the sample's time.
+SurfaceChannels::Value SurfaceChannels::depth() const {
+  float* z = floats();
+  const uint32_t keys = uint32_t(camera_.fromRender.size());
+  for (uint32_t i = 0; i < c_->count; ++i) {
+    const float x = c_->time[i] * float(keys - 1);
+    const uint32_t k = keys > 1 ? std::min(uint32_t(x), keys - 2) : 0;
+    const auto at = [&](const trace::Affine& a) {
+      return a.m[2][0] * c_->P[0][i] + a.m[2][1] * c_->P[1][i] + a.m[2][2] * c_->P[2][i] + a.t[2];
+    };
+    z[i] = at(camera_.fromRender[k]);
+    if (keys > 1) z[i] += (x - float(k)) * (at(camera_.fromRender[k + 1]) - z[i]);
+  }
+  return one(z);
+}
+
+SurfaceChannels::Value SurfaceChannels::id2() const {
+  float* x = floats();
+  const shade::ShadingWorld& w = state_.world();
+  const Hits& hits = state_.group().hits;
+  for (uint32_t i = 0; i < c_->count; ++i) {
+    const uint32_t s = c_->path[i];
+    const uint32_t own = w.geometries[hits.geometry[s]].objectId2;
+    x[i] = float(own ? own : w.placements[w.world->instance(hits.instance[s]).user].objectId2);
+  }
+  return one(x);
+}
+
+SurfaceChannels::Value SurfaceChannels::footprintIn(Builtin derivative) const {
+  const kinora::Value d = c_->builtin(derivative);
+  float* x = floats();
+  for (uint32_t i = 0; i < c_->count; ++i) {
+    float l2 = 0;
+    for (int k = 0; k < 3; ++k) l2 += d.data[k][d.stride * i] * d.data[k][d.stride * i];
+    x[i] = l2 > 0 ? 2 * c_->radius[i] / std::sqrt(l2) : 0.f;
+  }
+  return one(x);
+}
+
+// Mean curvature of a mesh that has normals, from how they turn over the triangle: half the divergence of N. A sphere
+// of radius r seen from outside has 1 / r; facets have none.
+SurfaceChannels::Value SurfaceChannels::curvature() const {
+  float* x = floats();
+  const shade::ShadingWorld& w = state_.world();
+  const Hits& hits = state_.group().hits;
+  for (uint32_t i = 0; i < c_->count; ++i) {
+    x[i] = 0;
+    const uint32_t s = c_->path[i], g = hits.geometry[s], t = hits.primitive[s];
+    const geometry::Mesh& mesh = w.world->mesh(g);
+    const geometry::Primvar* N = w.geometries[g].N;
+    if (!N || size_t(t) * 3 + 2 >= mesh.indices.size()) continue;
+    const bool perVertex = N->rate == geometry::Primvar::Rate::PerVertex;
+    if (!perVertex && N->rate != geometry::Primvar::Rate::PerCorner) continue;
+    Imath::V3f p[3], n[3];
+    for (uint32_t k = 0; k < 3; ++k) {
+      const uint32_t v = mesh.indices[3 * size_t(t) + k];
+      const float* d = N->data.data() + 3 * (perVertex ? size_t(v) : 3 * size_t(t) + k);
+      p[k] = mesh.points[v];
+      n[k] = Imath::V3f(d[0], d[1], d[2]);
+    }
+    const Imath::V3f e1 = p[1] - p[0], e2 = p[2] - p[0], area = e1.cross(e2);
+    const float a2 = area.dot(area);
+    if (!(a2 > 0)) continue;
+    const float a = std::sqrt(a2);
+    Imath::V3f unit = area * (1 / a);
+    const float divergence = ((n[1] - n[0]).dot(e2.cross(unit)) + (n[2] - n[0]).dot(unit.cross(e1))) / a;
+    float scale = 1;
+    const trace::Instance& instance = w.world->instance(hits.instance[s]);
+    if (!instance.baked) {
+      const trace::Affine m = w.world->objectToRender(hits.instance[s], c_->time[i]);
+      const float det = m.m[0][0] * (m.m[1][1] * m.m[2][2] - m.m[1][2] * m.m[2][1]) -
+                        m.m[0][1] * (m.m[1][0] * m.m[2][2] - m.m[1][2] * m.m[2][0]) +
+                        m.m[0][2] * (m.m[1][0] * m.m[2][1] - m.m[1][1] * m.m[2][0]);
+      scale = std::cbrt(std::fabs(det));
+    }
+    // N of the mesh looks outward; seen from inside the surface bends the other way
+    x[i] = scale > 0 ? 0.5f * divergence / scale * (c_->entering[i] ? 1.f : -1.f) : 0.f;
+  }
+  return one(x);
+}
+
+void SurfaceChannels::positionAt(uint32_t i, float t, float out[3]) const {
+  const trace::World& w = *state_.world().world;
+  const Hits& hits = state_.group().hits;
+  const uint32_t s = c_->path[i];
+  const geometry::Mesh& mesh = w.mesh(hits.geometry[s]);
+  const bool isBaked = w.instance(hits.instance[s]).baked;
+  float p[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
+  const size_t first = size_t(hits.primitive[s]) * 3;
+  if (mesh.keyCount() > 1 && first + 2 < mesh.indices.size()) {
+    // keys of a deforming mesh are uniform over the shutter
+    const float x = t * float(mesh.keyCount() - 1);
+    const size_t key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
+    const float f = x - float(key), b[3] = {1 - hits.u[s] - hits.v[s], hits.u[s], hits.v[s]};
+    for (int j = 0; j < 3; ++j) {
+      p[j] = 0;
+      for (size_t k = 0; k < 3; ++k) {
+        const Imath::V3f* q = mesh.points.data() + key * mesh.vertexCount + mesh.indices[first + k];
+        p[j] += b[k] * ((*q)[j] + f * (q[mesh.vertexCount][j] - (*q)[j]));
+      }
+    }
+  } else if (!isBaked) {
+    float object[3];
+    w.objectToRender(hits.instance[s], c_->time[i]).inverse().point(p, object);
+    std::copy_n(object, 3, p);
+  }
+  if (isBaked) {
+    std::copy_n(p, 3, out);
+    return;
+  }
+  w.objectToRender(hits.instance[s], t).point(p, out);
+}
+
+// Change per shutter length: of P, of P in the camera, and of its place in the picture, in pixels, one shutter on or back.
+SurfaceChannels::Value SurfaceChannels::motion(Source source) const {
+  constexpr float kStep = 1.f / 64;
+  const bool isRaster = source == Source::MotionFore || source == Source::MotionBack;
+  float *d[3] = {floats(), floats(), floats()}, *from[3] = {floats(), floats(), floats()};
+  for (uint32_t i = 0; i < c_->count; ++i) {
+    const float t0 = std::max(0.f, c_->time[i] - kStep), t1 = std::min(1.f, c_->time[i] + kStep);
+    float a[3], b[3];
+    positionAt(i, t0, a);
+    positionAt(i, t1, b);
+    if (source != Source::DPdtime) {
+      float q[3];
+      toCamera(a, t0, q);
+      std::copy_n(q, 3, a);
+      toCamera(b, t1, q);
+      std::copy_n(q, 3, b);
+    }
+    const float back = source == Source::MotionBack ? -1.f : 1.f;
+    const float p[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
+    float here[3];
+    toCamera(p, c_->time[i], here);
+    for (int k = 0; k < 3; ++k) {
+      d[k][i] = back * (b[k] - a[k]) / (t1 - t0);
+      from[k][i] = here[k];
+      if (isRaster) d[k][i] += here[k];
+    }
+  }
+  if (!isRaster) return three(d);
+  for (uint32_t i = c_->count; i < c_->padded; ++i)
+    for (int k = 0; k < 3; ++k) {
+      d[k][i] = d[k][c_->count - 1];
+      from[k][i] = from[k][c_->count - 1];
+    }
+  float *lens = floats(), *o[3] = {floats(), floats(), floats()}, *importance = floats(), *pdf = floats();
+  float *raster[2][2] = {{floats(), floats()}, {floats(), floats()}}, *zero = floats();
+  std::fill_n(lens, c_->padded, 0.5f);
+  std::fill_n(zero, c_->padded, 0.f);
+  for (int k = 0; k < 2; ++k) {
+    float* const* p = k ? d : from;
+    const CameraConnectArgs args{c_->count, {p[0], p[1], p[2]}, {lens, lens}, c_->time, {o[0], o[1], o[2]}, {raster[k][0], raster[k][1]}, importance, pdf};
+    camera_.functions->connect(camera_.projection.data(), &args);
+  }
+  for (int k = 0; k < 2; ++k)
+    for (uint32_t i = 0; i < c_->count; ++i) {
+      const float x = raster[1][k][i] - raster[0][k][i];
+      // what comes from behind the camera has no place in the picture
+      raster[1][k][i] = std::fabs(x) < 1e6f ? x : 0.f;
+    }
+  return {{raster[1][0], raster[1][1], zero}, 1};
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,125 @@
+// Named subsets of objects for the rays of other objects: each different one becomes a bit that rays ask for and that
+// its members carry.
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "render/world_build.h"
+
+namespace kinora::render {
+
+namespace {
+
+std::vector<std::string> wordsOf(const std::string& s) {
+  std::istringstream in(s);
+  std::vector<std::string> r;
+  for (std::string w; in >> w;)
+    if (w != "+") r.push_back(w);
+  return r;
+}
+
+struct Kind {
+  const char *subset, *exclude;
+  uint32_t bits;  // how many a subset of this kind takes
+};
+constexpr Kind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset", 1},
+                           {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
+                           {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
+constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
+
+}  // namespace
+
+void WorldBuilder::traceSets(shade::ShadingWorld& world) {
+  struct Subset {
+    int kind;
+    std::vector<std::string> names, exclude;
+    uint32_t bit;
+  };
+  std::map<std::array<std::string, 3>, uint32_t> known;  // kind and both texts -> bit
+  std::vector<Subset> subsets;
+  std::vector<std::vector<std::string>> groups(placements_.size());
+  std::set<std::string> members, missed;
+  uint32_t nextBit = kFirstBit;
+  bool any = false, tooMany = false;
+  for (size_t i = 0; i < placements_.size(); ++i) {
+    const scene::Attributes* a = attributesOfPlacement_[i];
+    if (!a) continue;
+    groups[i] = wordsOf(a->named.getString("grouping:membership", ""));
+    members.insert(groups[i].begin(), groups[i].end());
+    for (const Kind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
+  }
+  if (!any) return;
+  std::map<std::array<uint32_t, 3>, uint32_t> setOf;
+  world.traceSets.push_back({});
+  setOf[{0, 0, 0}] = 0;
+  for (size_t i = 0; i < placements_.size(); ++i) {
+    const scene::Attributes* a = attributesOfPlacement_[i];
+    placementInfos_[i].traceSet = 0;
+    if (!a) continue;
+    std::array<uint32_t, 3> bits{};
+    for (int k = 0; k < 3; ++k) {
+      const std::string subset = a->named.getString(kKinds[k].subset, ""),
+                        exclude = a->named.getString(kKinds[k].exclude, "");
+      Subset s{k, wordsOf(subset), wordsOf(exclude), 0};
+      if (s.names.empty() && s.exclude.empty()) continue;
+      for (const auto* list : {&s.names, &s.exclude})
+        for (const std::string& n : *list)
+          if (!members.count(n) && missed.insert(n).second) {
+            const scene::Parameter* p = a->named.find(list == &s.names ? kKinds[k].subset : kKinds[k].exclude);
+            diagnostics_.warning("RENDER-TRACE-SET", p ? p->pos : SourcePos{},
+                                 std::string(list == &s.names ? kKinds[k].subset : kKinds[k].exclude) + " names '" +
+                                     n.substr(0, 60) + "', and no object is a member of that group",
+                                 "the name selects nothing");
+          }
+      const auto [it, fresh] = known.try_emplace({std::to_string(k), subset, exclude}, nextBit);
+      if (fresh) {
+        if (nextBit + kKinds[k].bits > 32) {
+          if (!tooMany)
+            diagnostics_.warning("RENDER-TRACE-SET", {}, "the scene has more subsets for rays than can be told apart",
+                                 "those beyond are ignored");
+          tooMany = true;
+          it->second = 0;
+          continue;
+        }
+        s.bit = nextBit;
+        nextBit += kKinds[k].bits;
+        subsets.push_back(std::move(s));
+      }
+      bits[size_t(k)] = it->second;
+    }
+    const auto [it, fresh] = setOf.try_emplace(bits, uint32_t(world.traceSets.size()));
+    if (fresh) {
+      shade::TraceSet set;
+      if (bits[0]) set.reflect = 1u << bits[0];
+      if (bits[1]) set.transmit = 1u << bits[1];
+      if (bits[2]) {
+        set.opaqueShadow = 1u << bits[2];
+        set.clearShadow = 2u << bits[2];
+      }
+      world.traceSets.push_back(set);
+    }
+    placementInfos_[i].traceSet = it->second;
+  }
+  if (world.traceSets.size() == 1) world.traceSets.clear();
+  // shapes take part as far as their visibility lets them; placements are members
+  const auto bitsOf = [](const Subset& s, uint32_t visibility) {
+    if (s.kind < 2) return visibility & trace::kSeenByIndirect ? 1u << s.bit : 0u;
+    return (visibility & trace::kSeenByOpaqueShadow ? 1u << s.bit : 0u) |
+           (visibility & trace::kSeenByClearShadow ? 2u << s.bit : 0u);
+  };
+  for (trace::ShapeInput& shape : shapeInputs_)
+    for (const Subset& s : subsets) shape.visibility |= bitsOf(s, shape.visibility);
+  for (size_t i = 0; i < placements_.size(); ++i)
+    for (const Subset& s : subsets) {
+      const auto in = [&](const std::vector<std::string>& names) {
+        return std::any_of(names.begin(), names.end(), [&](const std::string& n) {
+          return std::find(groups[i].begin(), groups[i].end(), n) != groups[i].end();
+        });
+      };
+      if ((s.names.empty() || in(s.names)) && !in(s.exclude))
+        placements_[i].visibility |= bitsOf(s, placements_[i].visibility);
+    }
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,219 @@
+// Places on curves and points: parameters and their directions follow from the hit point and the control points,
+// because a round strand's hit says only how far along a piece it is.
+#define KINORA_KERNEL_FILE "shade/strand_place.cpp"
+#include <cmath>
+#include <cstring>
+
+#include "shade/where.h"
+#include <kinora/simd/foreach_target.h>
+#include <kinora/math/elementary.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+#if HWY_TARGET == HWY_AVX2
+// our own arcs: the same bits with every C library
+float arcOf(float y, float x) { return atan2(Float<1>(y), Float<1>(x)).lane0(); }
+float arcsine(float x) { return asin(Float<1>(x)).lane0(); }
+#endif
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::shade {
+
+namespace {
+
+constexpr float kPi = 3.14159265358979f;
+
+struct V {
+  float x, y, z;
+  V operator+(const V& o) const { return {x + o.x, y + o.y, z + o.z}; }
+  V operator-(const V& o) const { return {x - o.x, y - o.y, z - o.z}; }
+  V operator*(float f) const { return {x * f, y * f, z * f}; }
+};
+float dot(const V& a, const V& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+V cross(const V& a, const V& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+// `other` where a has no direction
+V unit(const V& a, const V& other) {
+  const float l2 = dot(a, a);
+  return l2 > 0 ? a * (1.f / std::sqrt(l2)) : other;
+}
+V leastAxis(const V& a) {
+  const float x = std::fabs(a.x), y = std::fabs(a.y), z = std::fabs(a.z);
+  return x <= y && x <= z ? V{1, 0, 0} : y <= z ? V{0, 1, 0} : V{0, 0, 1};
+}
+
+// Between two deformation keys, which are uniform over the shutter.
+struct KeyPair {
+  size_t first = 0, second = 0;
+  float f = 0;
+};
+KeyPair keysAt(const geometry::Mesh& mesh, float time) {
+  KeyPair k;
+  if (mesh.keyCount() < 2) return k;
+  const float x = time * float(mesh.keyCount() - 1);
+  const size_t key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
+  k.first = key * mesh.vertexCount;
+  k.second = k.first + mesh.vertexCount;
+  k.f = x - float(key);
+  return k;
+}
+
+void weights(int controls, float s, float w[4], float dw[4]) {
+  if (controls == 4) {
+    const float t = 1 - s;
+    w[0] = t * t * t;
+    w[1] = 3 * s * t * t;
+    w[2] = 3 * s * s * t;
+    w[3] = s * s * s;
+    dw[0] = -3 * t * t;
+    dw[1] = 3 * t * t - 6 * s * t;
+    dw[2] = 6 * s * t - 3 * s * s;
+    dw[3] = 3 * s * s;
+  } else if (controls == 2) {
+    w[0] = 1 - s;
+    w[1] = s;
+    dw[0] = -1;
+    dw[1] = 1;
+  } else {
+    w[0] = 1;
+    dw[0] = 0;
+  }
+}
+
+V pointOf(const geometry::Mesh& m, const KeyPair& k, uint32_t v) {
+  const Imath::V4f &a = m.spine[k.first + v], &b = m.spine[k.second + v];
+  return {a.x + k.f * (b.x - a.x), a.y + k.f * (b.y - a.y), a.z + k.f * (b.z - a.z)};
+}
+
+// From the first to the last control point of the curve that a piece belongs to (of the piece where some are
+// missing).
+V chordOf(const geometry::Mesh& m, const KeyPair& keys, uint32_t piece) {
+  const Imath::V2f range = m.along[piece];
+  const float step = range.y - range.x;
+  const uint32_t count = step > 0 ? uint32_t(1.f / step + 0.5f) : 1, number = uint32_t(range.x * float(count) + 0.5f);
+  uint32_t first = piece, last = piece;
+  if (number <= piece && piece - number + count <= m.indices.size() &&
+      m.faceOfTriangle[piece - number] == m.faceOfTriangle[piece] &&
+      m.faceOfTriangle[piece - number + count - 1] == m.faceOfTriangle[piece]) {
+    first = piece - number;
+    last = first + count - 1;
+  }
+  return pointOf(m, keys, m.indices[last] + uint32_t(m.controlsOfPiece()) - 1) - pointOf(m, keys, m.indices[first]);
+}
+
+}  // namespace
+
+float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, float time) {
+  const KeyPair keys = keysAt(mesh, time);
+  const int n = mesh.controlsOfPiece();
+  float w[4], dw[4], r = 0;
+  weights(n, s, w, dw);
+  for (int i = 0; i < n; ++i) {
+    const size_t v = mesh.indices[primitive] + size_t(i);
+    const float a = mesh.spine[keys.first + v].w;
+    r += w[i] * (a + keys.f * (mesh.spine[keys.second + v].w - a));
+  }
+  return r;
+}
+
+void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]) {
+  const geometry::Mesh& m = *k.mesh;
+  StrandPlace& on = k.on;
+  const KeyPair keys = keysAt(m, k.time);
+  const int n = m.controlsOfPiece();
+  on.controls = uint32_t(n);
+  float dw[4];
+  weights(n, s, on.weight, dw);
+  V centre{0, 0, 0}, tangent{0, 0, 0}, normal{0, 0, 0}, rest{0, 0, 0};
+  for (int i = 0; i < n; ++i) {
+    const uint32_t v = k.v[i] = m.indices[k.primitive] + uint32_t(i);
+    const V p = pointOf(m, keys, v);
+    centre = centre + p * on.weight[i];
+    tangent = tangent + p * dw[i];
+    const Imath::V4f& r = m.spine[v];
+    rest = rest + V{r.x, r.y, r.z} * on.weight[i];
+    if (m.isOriented()) {
+      const Imath::V3f &a = m.spineNormals[keys.first + v], &b = m.spineNormals[keys.second + v];
+      normal = normal +
+               V{a.x + keys.f * (b.x - a.x), a.y + keys.f * (b.y - a.y), a.z + keys.f * (b.z - a.z)} * on.weight[i];
+    }
+  }
+  const float radius = std::max(strandRadius(m, k.primitive, s, k.time), 1e-30f);
+  // the hit and the way back in the strand's own space
+  V hit{P[0], P[1], P[2]}, back{towards[0], towards[1], towards[2]};
+  if (!k.identity) {
+    const trace::Affine inverse = k.toRender.inverse();
+    float p[3], d[3];
+    inverse.point(P, p);
+    for (int c = 0; c < 3; ++c)
+      d[c] = inverse.m[c][0] * towards[0] + inverse.m[c][1] * towards[1] + inverse.m[c][2] * towards[2];
+    hit = {p[0], p[1], p[2]};
+    back = {d[0], d[1], d[2]};
+  }
+  const V off = hit - centre;
+  V du, dv;
+  if (m.isCurve()) {
+    const Imath::V2f range = m.along[k.primitive];
+    const float perV = 1.f / (range.y - range.x);
+    for (int i = 0; i < n; ++i) on.slope[i] = dw[i] * perV;
+    dv = tangent * perV;
+    on.uv[1] = range.x + s * (range.y - range.x);
+    const V t = unit(tangent, {0, 0, 1});
+    if (m.isTube()) {
+      // the angle around the tube, from a direction that is the same for the whole curve
+      const V axis = leastAxis(chordOf(m, keys, k.primitive));
+      const V x = unit(axis - t * dot(axis, t), leastAxis(t)), y = cross(t, x);
+      const float angle = N_AVX2::arcOf(dot(off, y), dot(off, x)) / (2 * kPi);
+      on.uv[0] = angle < 0 ? angle + 1 : angle;
+      du = unit(cross(t, off), x) * (2 * kPi * radius);
+    } else {
+      const V across = unit(cross(m.isOriented() ? normal : back, t), cross(leastAxis(t), t));
+      on.uv[0] = std::clamp(0.5f + 0.5f * dot(off, across) / radius, 0.f, 1.f);
+      du = across * (2 * radius);
+    }
+  } else {
+    on.slope[0] = 0;
+    if (m.kind == geometry::Mesh::Kind::Ball) {
+      // longitude and latitude about z, as on a Sphere
+      const V d = unit(off, {0, 0, 1});
+      const float angle = N_AVX2::arcOf(d.y, d.x) / (2 * kPi);
+      on.uv[0] = angle < 0 ? angle + 1 : angle;
+      on.uv[1] = 0.5f + N_AVX2::arcsine(std::clamp(d.z, -1.f, 1.f)) / kPi;
+      const float ring = std::sqrt(std::max(d.x * d.x + d.y * d.y, 1e-12f));
+      du = V{-d.y, d.x, 0} * (2 * kPi * radius);
+      dv = V{-d.x * d.z / ring, -d.y * d.z / ring, ring} * (kPi * radius);
+      if (!(dot(du, du) > 0)) du = V{0, 1e-6f * radius, 0};
+    } else {
+      const V face = unit(m.isOriented() ? normal : back, {0, 0, 1}), axis = leastAxis(face);
+      const V x = unit(axis - face * dot(axis, face), {1, 0, 0}), y = cross(face, x);
+      on.uv[0] = 0.5f + 0.5f * dot(off, x) / radius;
+      on.uv[1] = 0.5f + 0.5f * dot(off, y) / radius;
+      du = x * (2 * radius);
+      dv = y * (2 * radius);
+    }
+  }
+  rest = rest + off;
+  on.rest[0] = rest.x + float(m.origin.x);
+  on.rest[1] = rest.y + float(m.origin.y);
+  on.rest[2] = rest.z + float(m.origin.z);
+  const auto turn = [&](const V& a, float out[3]) {
+    if (k.identity) {
+      out[0] = a.x;
+      out[1] = a.y;
+      out[2] = a.z;
+      return;
+    }
+    for (int c = 0; c < 3; ++c)
+      out[c] = k.toRender.m[c][0] * a.x + k.toRender.m[c][1] * a.y + k.toRender.m[c][2] * a.z;
+  };
+  turn(du, on.du);
+  turn(dv, on.dv);
+}
+
+}  // namespace kinora::shade
+#endif

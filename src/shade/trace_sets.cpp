@@ -1,0 +1,112 @@
+// Rays that see a subset of the objects (trace:reflectsubset and its like), and objects that are holes in the picture
+// (Matte, trace:holdout). Worlds without either never come here.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shade/context_host.h"
+
+namespace kinora::shade {
+
+uint32_t GroupState::maskOf(uint32_t slot, bool clearShadow) const {
+  const TraceSet& set = world_.traceSets[traceSet_[slot]];
+  if (clearShadow) return set.clearShadow;
+  const Rays& r = group_.rays;
+  float side = 0;
+  for (int c = 0; c < 3; ++c) side += r.d[c][slot] * leftNg_[c][slot];
+  return side < 0 ? set.transmit : set.reflect;
+}
+
+void GroupState::closestInSets(bool clearShadow, uint32_t n, const uint32_t* slots) {
+  // one call for each mask among the rays; a ray's answer does not depend on the others of its call
+  uint32_t* open = arena_.make<uint32_t>(padded(n));
+  uint32_t* same = arena_.make<uint32_t>(padded(n));
+  std::copy_n(slots, n, open);
+  while (n) {
+    const uint32_t mask = maskOf(open[0], clearShadow);
+    uint32_t rest = 0, count = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (maskOf(open[i], clearShadow) == mask)
+        same[count++] = open[i];
+      else
+        open[rest++] = open[i];
+    }
+    world_.world->closest(group_.rays, group_.hits, mask, count, same);
+    n = rest;
+  }
+}
+
+void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked) {
+  const uint32_t n = rays.count, m = padded(n);
+  float* x[10];
+  for (float*& a : x) a = arena_.make<float>(m);
+  uint32_t* list = arena_.make<uint32_t>(m);
+  uint32_t* answer = arena_.make<uint32_t>(m);
+  for (const TraceSet& set : world_.traceSets) {
+    uint32_t k = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (&world_.traceSets[traceSet_[rays.slot[i]]] != &set) continue;
+      for (int c = 0; c < 3; ++c) {
+        x[c][k] = rays.o[c][i];
+        x[3 + c][k] = rays.d[c][i];
+      }
+      x[6][k] = rays.tMax[i];
+      x[7][k] = rays.time[i];
+      if (radius) {
+        x[8][k] = radius[i];
+        x[9][k] = spread[i];
+      }
+      list[k++] = i;
+    }
+    if (!k) continue;
+    const float *o[3] = {x[0], x[1], x[2]}, *d[3] = {x[3], x[4], x[5]};
+    world_.world->occluded(k, o, d, x[6], x[7], set.opaqueShadow, answer, radius ? x[8] : nullptr,
+                           radius ? x[9] : nullptr);
+    for (uint32_t i = 0; i < k; ++i) blocked[list[i]] = answer[i];
+  }
+}
+
+// A hole ends its camera ray without a trace: what lies behind is hidden, lights in front are seen.
+void GroupState::endAtHoles(uint32_t n, const uint32_t* slots) {
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slots[i];
+    hole_[s] = INFINITY;
+    if (std::isinf(group_.hits.t[s])) continue;
+    if (!world_.placements[world_.world->instance(group_.hits.instance[s]).user].hole) continue;
+    hole_[s] = group_.hits.t[s];
+    group_.hits.t[s] = INFINITY;
+  }
+}
+
+void GroupState::dropLightsBehindHoles(LightHits* l) {
+  uint32_t m = 0;
+  const uint32_t n = l->count, room = padded(n);
+  const auto f = [&] { return arena_.make<float>(room); };
+  const auto u = [&] { return arena_.make<uint32_t>(room); };
+  LightHits kept{};
+  float *radiance[3] = {f(), f(), f()}, *pdf = f(), *t = f(), *diffuse = f(), *specular = f();
+  uint32_t *slot = u(), *light = u(), *blocks = u();
+  for (uint32_t i = 0; i < n; ++i) {
+    if (!(l->t[i] < hole_[l->slot[i]]) && !std::isinf(hole_[l->slot[i]])) continue;
+    slot[m] = l->slot[i];
+    for (int c = 0; c < 3; ++c) radiance[c][m] = l->radiance[c][i];
+    pdf[m] = l->pdf[i];
+    t[m] = l->t[i];
+    diffuse[m] = l->diffuse[i];
+    specular[m] = l->specular[i];
+    light[m] = l->light[i];
+    blocks[m++] = l->blocks[i];
+  }
+  kept.count = m;
+  kept.slot = slot;
+  for (int c = 0; c < 3; ++c) kept.radiance[c] = radiance[c];
+  kept.pdf = pdf;
+  kept.t = t;
+  kept.diffuse = diffuse;
+  kept.specular = specular;
+  kept.light = light;
+  kept.blocks = blocks;
+  *l = kept;
+}
+
+}  // namespace kinora::shade

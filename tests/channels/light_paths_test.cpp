@@ -1,0 +1,203 @@
+// Proves: the standard set sums to beauty with every integrator on every gallery scene; light groups and lpegroups part
+// the light; unoccluded and blocked light add up; a malformed expression is told with a caret and seen; signals of user
+// lobes. Misses: volumes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "support/render_scene.h"
+
+namespace kinora::tests {
+namespace {
+
+const std::vector<std::string> kParts{"emissive",         "diffuse",    "indirectDiffuse", "specular",
+                                      "indirectSpecular", "subsurface", "transmissive",    "volume"};
+
+// Worst difference between the sum of channels and another one, relative where that is above 1e-3.
+double worst(SceneRender& r, const std::vector<std::string>& parts, const std::string& whole) {
+  const image::Image sum = r.channel(whole);
+  std::vector<double> total(sum.pixels.size(), 0);
+  for (const std::string& name : parts) {
+    const image::Image p = r.channel(name);
+    for (size_t i = 0; i < total.size(); ++i) total[i] += p.pixels[i];
+  }
+  double d = 0;
+  for (size_t i = 0; i < total.size(); ++i)
+    d = std::max(d, std::fabs(total[i] - double(sum.pixels[i])) / std::max(1e-3, std::fabs(double(sum.pixels[i]))));
+  return d;
+}
+double mean(SceneRender& r, const std::string& channel) {
+  double s = 0;
+  for (int c = 0; c < 3; ++c) s += overPixels(r.channel(channel), c).mean();
+  return s / 3;
+}
+
+TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
+  std::vector<std::string> files;
+  for (const auto& e : std::filesystem::directory_iterator(KINORA_SOURCE_DIR "/scenes"))
+    if (e.path().extension() == ".rib") files.push_back(e.path().string());
+  std::sort(files.begin(), files.end());
+  ASSERT_GE(files.size(), 3u);
+  Registry registry;
+  std::vector<std::string> integrators;
+  for (const Descriptor* d : registry.all(Kind::Integrator)) integrators.push_back(d->name);
+  ASSERT_GE(integrators.size(), 3u);
+  std::map<std::string, double> seen;
+  for (const std::string& file : files)
+    for (const std::string& integrator : integrators) {
+      RenderRequest q;
+      q.file = file;
+      q.channels = "Ci,beauty";
+      for (const std::string& p : kParts) q.channels += "," + p;
+      q.settings.resolution = {64, 36};
+      q.settings.samplesPerPixel = 4;
+      q.settings.integrator = integrator;
+      SceneRender r(q);
+      ASSERT_TRUE(r.ok());
+      EXPECT_LT(worst(r, kParts, "Ci"), 1e-5) << file << ' ' << integrator;
+      EXPECT_EQ(worst(r, {"beauty"}, "Ci"), 0) << file << ' ' << integrator;
+      EXPECT_NE(mean(r, "Ci"), 0) << file << ' ' << integrator;
+      for (const std::string& p : kParts) seen[p] += mean(r, p);
+    }
+  for (const std::string& p : kParts)
+    if (p != "volume") EXPECT_GT(seen[p], 1e-4) << p;
+}
+
+// A floor, a ball on it, a key light and a fill light, a wall that blocks the key.
+std::string room(const std::string& options) {
+  return R"(
+Hider "raytrace" "int maxsamples" [64]
+Integrator "PxrPathTracer" "i" "int maxIndirectBounces" [2] "float clampLuminance" [1e30]
+Format 32 32 1
+PixelFilter "box" 1 1
+)" + options +
+         R"(
+Projection "perspective" "fov" [50]
+Translate 0 -1 4
+WorldBegin
+  AttributeBegin
+    ConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  1 2.5 0 1]
+    Light "PxrRectLight" "key" "float intensity" [6] "string lightGroup" ["key"]
+  AttributeEnd
+  Light "PxrDomeLight" "fill" "float intensity" [0.2] "string lightGroup" ["fill"]
+  AttributeBegin
+    Attribute "identifier" "string lpegroup" ["floor"]
+    Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.5 0.5 0.5]
+    Polygon "vertex point P" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]
+  AttributeEnd
+  AttributeBegin
+    Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.6 0.3 0.2]
+    Polygon "vertex point P" [0.6 0 -0.5  0.6 1.2 -0.5  0.6 1.2 1  0.6 0 1]
+    Translate -0.6 0.5 0
+    Sphere 0.5 -0.5 0.5 360
+  AttributeEnd
+WorldEnd
+)";
+}
+std::string channel(const std::string& name, const std::string& expression) {
+  return "DisplayChannel \"color " + name + "\" \"string source\" [\"color lpe:" + expression + "\"]\n";
+}
+
+TEST(LightPathChannels, GroupsOfLightsAndSurfaces) {
+  RenderRequest q;
+  q.rib = room(channel("key", "C.*<L.'key'>") + channel("fill", "C.*<L.'fill'>") + channel("other", "C.*<L.'none'>") +
+               channel("glow", "C[DS]*O") + channel("floor", "C<.D'floor'>[DS]*[LO]") + channel("rest", "C[^<.D'floor'>][DS]*[LO]") +
+               channel("sky", "C[LO]") + channel("d1", "CD1.*L") + channel("d2", "C<RD'Diffuse'>.*L"));
+  q.channels = "Ci,key,fill,other,floor,rest,sky,d1,d2,indirect,direct";
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  EXPECT_TRUE(r.messages().empty()) << r.messages()[0];
+  EXPECT_LT(worst(r, {"key", "fill"}, "Ci"), 1e-5);
+  EXPECT_LT(worst(r, {"direct", "indirect"}, "Ci"), 1e-5);
+  EXPECT_LT(worst(r, {"floor", "rest", "sky"}, "Ci"), 1e-5);
+  EXPECT_LT(worst(r, {"d2", "sky"}, "Ci"), 1e-5) << "all materials have one lobe, \"Diffuse\"";
+  EXPECT_GT(mean(r, "key"), 0.02);
+  EXPECT_GT(mean(r, "fill"), 0.02);
+  EXPECT_EQ(mean(r, "other"), 0);
+  EXPECT_EQ(mean(r, "d1"), 0) << "\"Diffuse\" is D2";
+  EXPECT_GT(mean(r, "floor"), 0.02);
+  EXPECT_GT(mean(r, "rest"), 0.02);
+}
+
+// The light that the wall blocks is the difference between a room without shadows and the room: against a scene in
+// which the wall and the ball cast none.
+TEST(LightPathChannels, UnoccludedAndBlockedLight) {
+  const std::string channels = channel("open", "unoccluded;CDL") + channel("shade", "shadows;CDL") + channel("lit", "CDL");
+  RenderRequest q;
+  q.rib = room(channels);
+  q.channels = "Ci,open,shade,lit";
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  EXPECT_GT(mean(r, "shade"), 0.01);
+  EXPECT_LT(worst(r, {"shade", "lit"}, "open"), 1e-3) << "the same samples, added in another order";
+  RenderRequest none = q;
+  none.edit = [](scene::Scene& s) {
+    for (auto& p : s.primitives) {
+      auto a = std::make_shared<scene::Attributes>(*p->attributes);
+      scene::Parameter v;
+      v.name = "visibility:transmission";
+      v.type = scene::ValueType::Int;
+      v.ints = {0};
+      a->named.set(v);
+      v.name = "visibility:indirect";
+      a->named.set(v);
+      s.setPrimitiveAttributes(p->id, a);
+    }
+  };
+  none.channels = "Ci,lit";
+  // indirect rays see nothing and shadow rays neither: what reaches a point is unshadowed, by both techniques
+  testing::Moments a, b;
+  for (uint32_t seed = 0; seed < 12; ++seed) {
+    q.settings.seed = seed + 1;
+    none.settings.seed = seed + 101;
+    SceneRender x(q), y(none);
+    a.add(mean(x, "open"));
+    b.add(mean(y, "lit"));
+  }
+  EXPECT_SAME_MEAN(a, b, 0.01);
+}
+
+TEST(LightPathChannels, MalformedOnesAreToldAndSeen) {
+  RenderRequest q;
+  q.rib = room("DisplayChannel \"color bad\" \"string source\" [\"color lpe:C<RD[DS]*L\"]\n" + channel("none", "CD") +
+               "DisplayChannel \"float wrong\" \"string source\" [\"lpe:CDL\"]\n" +
+               "DisplayChannel \"int Nn\"\nDisplayChannel \"color odd\" \"string source\" [\"lpe:CDL\"] \"string statistics\" [\"median\"]\n" +
+               "DisplayChannel \"color narrow\" \"string source\" [\"Ci\"] \"string filter\" [\"sharp\"]\n");
+  q.channels = "Ci,bad,none,wrong,Nn,odd,narrow";
+  q.settings.samplesPerPixel = 2;
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  std::string all;
+  for (const std::string& m : r.messages()) all += m + "\n";
+  EXPECT_NE(all.find("test.rib:7: warning LPE-SYNTAX: the light path expression of channel \"bad\" is malformed at character"),
+            std::string::npos) << all;
+  EXPECT_NE(all.find("\n    lpe:C<RD[DS]*L\n            ^\n"), std::string::npos) << all;
+  EXPECT_NE(all.find("LPE-EMPTY"), std::string::npos) << all;
+  EXPECT_NE(all.find("DISPLAY-CHANNEL-TYPE: channel \"wrong\""), std::string::npos) << all;
+  EXPECT_NE(all.find("DISPLAY-CHANNEL-TYPE: channel \"Nn\""), std::string::npos) << all;
+  EXPECT_NE(all.find("DISPLAY-CHANNEL-STATISTICS"), std::string::npos) << all;
+  EXPECT_NE(all.find("DISPLAY-CHANNEL-FILTER"), std::string::npos) << all;
+  const image::Image bad = r.channel("bad");
+  EXPECT_EQ(bad.at(5, 5)[0], 1);
+  EXPECT_EQ(bad.at(5, 5)[1], 0);
+  EXPECT_EQ(bad.at(5, 5)[2], 1);
+  EXPECT_EQ(mean(r, "none"), 0);
+  EXPECT_GT(mean(r, "wrong"), 0.01) << "as a colour";
+}
+
+TEST(LightPathChannels, SignalsOfUserLobes) {
+  RenderRequest q;
+  q.rib = room(channel("white", "nothruput;noinfinitecheck;noclamp;unoccluded;overwrite;C<.S'passthru'>*((U2L)|O)") +
+               "DisplayChannel \"normal facing\" \"string source\" [\"normal lpe:nothruput;overwrite;CU6L\"]\n");
+  q.channels = "Ci,white,facing,albedo,Nn,emissive,a";
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  EXPECT_EQ(worst(r, {"facing"}, "Nn"), 0);
+  EXPECT_LT(worst(r, {"albedo", "emissive"}, "white"), 1e-6);
+  EXPECT_GT(mean(r, "white"), 0.2);
+}
+
+}  // namespace
+}  // namespace kinora::tests
