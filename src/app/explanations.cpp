@@ -139,7 +139,22 @@ constexpr Explanation kRooms[] = {
     {"RENDER-CLASSIC-LIGHT",
      "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
      "stands in."},
-    {"RENDER-LIGHT-FILTER", "Light filters are read and kept, but not rendered yet. The light shines unfiltered."},
+    {"RENDER-DISPLACEMENT",
+     "Displacement plug-ins are found and kept, but geometry is not displaced yet. Bump and normal maps work."},
+    {"LIGHT-LINK",
+     "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object names a light, or a group of lights, "
+     "that the scene has not. An object whose subset names no light at all is lit by none, only by what other objects "
+     "send it. The message stands once for each name."},
+    {"LIGHT-FILTER-SPACE",
+     "The coordsys of a light filter names no coordinate system of the scene. CoordinateSystem or "
+     "ScopedCoordinateSystem makes one; the light's own space stands in."},
+    {"LIGHT-FILTER-COMBINE", "Light filters multiply, whatever PxrCombinerLightFilter says of max, min and screen."},
+    {"FILTER-REFERENCE",
+     "A filter combiner names a SampleFilter or DisplayFilter by a handle that no such request has. It is left out; the "
+     "others run in the order in which the combiner names them."},
+    {"FILTER-CHANNEL",
+     "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
+     "holds. The filter runs without it."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
     {"RENDER-NONFINITE",
      "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "

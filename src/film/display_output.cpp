@@ -130,7 +130,7 @@ std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
 }
 
 image::Image pictureOf(const Film& film, const Output& output,
-                       const std::map<std::string, image::MetaValue>& metadata) {
+                       const std::map<std::string, image::MetaValue>& metadata, const FilteredPixels* filtered) {
   std::vector<image::ChannelInfo> infos;
   for (const OutputChannel& c : output.channels)
     for (const std::string& name : c.names)
@@ -143,7 +143,7 @@ image::Image pictureOf(const Film& film, const Output& output,
     for (int x = film.window().x0; x < film.window().x1; ++x) {
       float *const first = picture.at(x, y), *out = first;
       for (const OutputChannel& c : output.channels) {
-        film.resolvePixel(c.channel, x, y, out);
+        if (!filtered || !filtered->find(c.channel, x, y, out)) film.resolvePixel(c.channel, x, y, out);
         const int width = film.layout()[c.channel].width;
         if (c.values != DisplayValues())
           for (int k = 0; k < width; ++k)
@@ -189,11 +189,13 @@ bool DisplayOutput::write(const Film& film, const FrameMetadata& frame) {
       }
   }
   const auto metadata = metadataOf(frame);
+  FilteredPixels filtered;
+  if (stage_) filtered = stage_(film);
   bool ok = true;
   for (const Output& o : plan_.outputs) {
     bool isWritten = false;
     try {
-      isWritten = writeOne(o, film, metadata);
+      isWritten = writeOne(o, film, filtered, metadata);
     } catch (const std::exception& e) {  // memory for a picture's floats
       fail(o, e.what());
     }
@@ -209,9 +211,9 @@ void DisplayOutput::snapshot(const Film& film, const FrameMetadata& frame) {
   isSnapshot_ = false;
 }
 
-bool DisplayOutput::writeOne(const Output& output, const Film& film,
+bool DisplayOutput::writeOne(const Output& output, const Film& film, const FilteredPixels& filtered,
                              const std::map<std::string, image::MetaValue>& metadata) {
-  image::Image picture = pictureOf(film, output, metadata);
+  image::Image picture = pictureOf(film, output, metadata, &filtered);
   for (const scene::Parameter& p : output.params)
     if (p.name.starts_with("exrheader_") && p.name.size() > 10) {
       const std::string key = p.name.substr(10);

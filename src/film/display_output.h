@@ -2,6 +2,7 @@
 // one. Called by render/ at snapshots and at the end, and by `kinora merge`, while no thread adds to the film. Files
 // appear whole or not at all; what cannot be written is a message and `false`, for exit code 6.
 #pragma once
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "base/diagnostics.h"
 #include "film/display_plan.h"
 #include "film/film.h"
+#include "film/filtered_pixels.h"
 #include "film/shard.h"
 #include "image/image.h"
 
@@ -50,17 +52,22 @@ class DisplayOutput {
   bool write(const Film& film, const FrameMetadata& frame);
   // The same in the middle of a render: what cannot be written now is a warning, and the render goes on.
   void snapshot(const Film& film, const FrameMetadata& frame);
+  // What changes pixels before the displays get them: display filters.
+  using PixelStage = std::function<FilteredPixels(const Film&)>;
+  void setPixelStage(PixelStage stage) { stage_ = std::move(stage); }
   // Names of the files written by the last write().
   const std::vector<std::string>& written() const { return written_; }
 
  private:
-  bool writeOne(const Output& output, const Film& film, const std::map<std::string, image::MetaValue>& metadata);
-  bool writeByPlugin(const Output& output, const Descriptor& driver, image::Image picture);
   bool applyView(const Output& output, const Descriptor& driver, image::Image& picture);
+  bool writeOne(const Output& output, const Film& film, const FilteredPixels& filtered,
+                const std::map<std::string, image::MetaValue>& metadata);
+  bool writeByPlugin(const Output& output, const Descriptor& driver, image::Image picture);
   bool writeByImage(const Output& output, image::Image picture);
   bool fail(const Output& output, const std::string& why);
   DisplayPlan plan_;
   DriverLookup lookup_;
+  PixelStage stage_;
   Diagnostics& diagnostics_;
   std::vector<std::string> written_;
   bool isSnapshot_ = false;
@@ -68,6 +75,7 @@ class DisplayOutput {
 
 // The picture of one output: channels with their names and types, windows, metadata. Also for tests and for viewers.
 image::Image pictureOf(const Film& film, const Output& output,
-                       const std::map<std::string, image::MetaValue>& metadata);
+                       const std::map<std::string, image::MetaValue>& metadata,
+                       const FilteredPixels* filtered = nullptr);
 
 }  // namespace kinora::film

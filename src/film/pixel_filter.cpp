@@ -23,7 +23,8 @@ enum Kind {
   Sinc,
   Bessel,
   Disk,
-  Lanczos
+  Lanczos,
+  Foreign  // somebody else's function; behind the names
 };
 
 constexpr float kLeastWidth = 1e-3f, kMostWidth = 64.0f;
@@ -82,7 +83,7 @@ double planar(int kind, double x, double y, double xWidth, double yWidth) {
   }
 }
 
-bool isPlanar(int kind) { return kind == CatmullRom || kind == Bessel || kind == Disk; }
+bool isPlanar(int kind) { return kind == CatmullRom || kind == Bessel || kind == Disk || kind == Foreign; }
 
 // Coarser than the last bits in which math libraries differ.
 float snapped(double v) { return float(std::round(std::ldexp(v, 24)) * std::ldexp(1.0, -24)); }
@@ -183,9 +184,33 @@ image::Status PixelFilter::make(std::string_view name, float xWidth, float yWidt
   return {};
 }
 
+image::Status PixelFilter::make(std::string_view name, float xWidth, float yWidth, Value value, PixelFilter& out) {
+  out = PixelFilter();
+  for (const float w : {xWidth, yWidth})
+    if (!(w >= kLeastWidth && w <= kMostWidth))
+      return image::Status::fail("FILM-FILTER",
+                                 "a pixel filter's width of " + std::to_string(w) + " is outside 0.001 to 64 pixels");
+  PixelFilter made = out;
+  made.name_ = name;
+  made.kind_ = Foreign;
+  made.value_ = std::move(value);
+  made.xWidth_ = xWidth;
+  made.yWidth_ = yWidth;
+  if (!made.build())
+    return image::Status::fail("FILM-FILTER", "pixel filter \"" + made.name_ + "\" has no positive integral");
+  out = std::move(made);
+  return {};
+}
+
+double PixelFilter::planarAt(double x, double y) const {
+  if (kind_ != Foreign) return planar(kind_, x, y, xWidth_, yWidth_);
+  const double v = value_(x, y);
+  return std::isfinite(v) ? v : 0;
+}
+
 double PixelFilter::evaluate(double x, double y) const {
   if (std::fabs(x) > 0.5 * double(xWidth_) || std::fabs(y) > 0.5 * double(yWidth_)) return 0;
-  return isPlanar(kind_) ? planar(kind_, x, y, xWidth_, yWidth_) : axis(kind_, x, xWidth_) * axis(kind_, y, yWidth_);
+  return isPlanar(kind_) ? planarAt(x, y) : axis(kind_, x, xWidth_) * axis(kind_, y, yWidth_);
 }
 
 bool PixelFilter::build() { return isPlanar(kind_) ? buildPlanar() : buildSeparable(); }
@@ -224,7 +249,7 @@ bool PixelFilter::buildPlanar() {
   hasNegativeLobes_ = false;
   for (int j = 0; j < kFinePlane; ++j)
     for (int i = 0; i < kFinePlane; ++i) {
-      const double v = planar(kind_, (i + 0.5) * stepX - halfX, (j + 0.5) * stepY - halfY, xWidth_, yWidth_);
+      const double v = planarAt((i + 0.5) * stepX - halfX, (j + 0.5) * stepY - halfY);
       f[size_t(j) * kFinePlane + size_t(i)] = v;
       marginal[size_t(j)] += std::fabs(v) * stepX;
       integral += v * stepX * stepY;

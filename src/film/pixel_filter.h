@@ -3,6 +3,7 @@
 // Built once a frame; render/ gathers from sampleTable() for whole groups, and sample() is the same arithmetic for
 // one. It draws no random numbers and adds nothing: film.h takes the weights.
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -38,6 +39,9 @@ class PixelFilter {
   // width cannot be used; `out` is then gaussian 2 2.
   static image::Status make(std::string_view name, float xWidth, float yWidth, PixelFilter& out);
   static const std::vector<std::string>& names();
+  // A filter of somebody else's: its value at x, y in pixels, asked for while the tables are made and by evaluate().
+  using Value = std::function<double(double x, double y)>;
+  static image::Status make(std::string_view name, float xWidth, float yWidth, Value value, PixelFilter& out);
 
   PixelFilter();  // gaussian 2 2
   const std::string& name() const { return name_; }
@@ -57,6 +61,8 @@ class PixelFilter {
   bool build();  // false: the filter's integral is not positive
   bool buildSeparable();
   bool buildPlanar();
+  double planarAt(double x, double y) const;
+  Value value_;
   std::string name_ = "gaussian";
   int kind_ = 0;
   float xWidth_ = 2, yWidth_ = 2;

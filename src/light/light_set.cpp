@@ -8,6 +8,27 @@
 
 namespace kinora::light {
 
+namespace {
+
+// Multiplies radiance by the light's filters: the same numbers for a sample and for a ray that met the light.
+void filterRadiance(const LightEntry& l, uint32_t width, Arena& arena, uint32_t count, const float* const P[3],
+                    const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
+                    bool uniformOnly = false) {
+  if (l.filters.empty() || !count) return;
+  const uint32_t n = padded(count);
+  float* factor[3];
+  for (float*& f : factor) f = arena.make<float>(n);
+  for (const LightFilterEntry& f : l.filters) {
+    if (uniformOnly && !f.isUniform) continue;
+    const LightFilterArgs a{count, {P[0], P[1], P[2]}, {wi[0], wi[1], wi[2]}, distance, time, {factor[0], factor[1], factor[2]}};
+    f.byWidth[width]->factor(f.instance, &a);
+    for (int c = 0; c < 3; ++c)
+      for (uint32_t i = 0; i < count; ++i) radiance[c][i] *= factor[c][i];
+  }
+}
+
+}  // namespace
+
 LightSet::LightSet(std::vector<LightEntry> lights, std::vector<std::vector<uint32_t>> linkSets, const float worldCenter[3],
                    float worldRadius)
     : lights_(std::move(lights)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
@@ -83,6 +104,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     a.pdf = pdf;
     a.flags = flags;
     l.byWidth[width]->sample(l.instance, &a);
+    filterRadiance(l, width, arena, a.count, a.P, wi, distance, a.time, radiance);
     std::fill_n(diffuse, n, l.description.diffuse);
     std::fill_n(specular, n, l.description.specular);
     std::fill_n(light, n, index);
@@ -137,6 +159,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     a.pdf = pdfs;
     const LightEntry& entry = lights_[l];
     entry.byWidth[width]->sample(entry.instance, &a);
+    filterRadiance(entry, width, arena, m, a.P, a.wi, a.distance, a.time, a.radiance);
     for (uint32_t i = 0; i < m; ++i) {
       const uint32_t j = order[first + i];
       for (int c = 0; c < 3; ++c) { wi[c][j] = t[6 + c][i]; radiance[c][j] = t[9 + c][i]; }
@@ -240,6 +263,12 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     }
     a.count = found;
     entry.byWidth[width]->evaluate(entry.instance, &a);
+    if (!entry.filters.empty()) {
+      // as sample() says it: infinite lights are infinitely far
+      float* far = arena.make<float>(padded(found));
+      for (uint32_t i = 0; i < padded(found); ++i) far[i] = entry.description.isInfinite ? INFINITY : t[i];
+      filterRadiance(entry, width, arena, found, a.o, a.d, far, a.time, a.radiance);
+    }
     for (uint32_t i = 0; i < found; ++i) {
       const uint32_t ray = who[i], s = list.slots[ray];
       const float choice = sets_[list.linkSet ? list.linkSet[s] : 0].pdfOfLight[l];
@@ -332,6 +361,8 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
     a.worldRadius = radius_;
     const LightEntry& entry = lights_[l];
     entry.byWidth[width]->emit(entry.instance, &a);
+    // a factor that depends on the lit point is not known yet
+    filterRadiance(entry, width, arena, k, a.o, a.d, t[4], a.time, a.radiance, true);
     for (uint32_t i = 0; i < k; ++i) {
       const uint32_t j = who[i];
       float cosine = 0;

@@ -4,6 +4,7 @@
 #pragma once
 #include <kinora/integrator.h>
 #include <kinora/light.h>
+#include <kinora/light_filter.h>
 
 #include <array>
 #include <memory>
@@ -12,6 +13,14 @@
 #include "base/arena.h"
 
 namespace kinora::light {
+
+// A factor on one light; see kinora/light_filter.h.
+struct LightFilterEntry {
+  const LightFilterFunctions* byWidth[17] = {};
+  std::shared_ptr<void> owner;
+  const void* instance = nullptr;
+  bool isUniform = false;                   // holds for emitted light too
+};
 
 // One light as the set holds it. `instance` is the plug-in's own data, kept alive by `owner`.
 struct LightEntry {
@@ -22,6 +31,7 @@ struct LightEntry {
   uint32_t visibility = 3;                  // bit 0: camera rays see it (and stop there), bit 1: indirect rays meet it
   uint32_t group = 0;                       // light group for path expressions
   bool castsShadow = true;
+  std::vector<LightFilterEntry> filters;    // they multiply
 };
 
 class LightSet {

@@ -299,6 +299,7 @@ void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
 void Frame::retire(Worker& w, uint32_t count) {
   shade::GroupState& s = w.state();
   const uint64_t start = now();
+  if (in_.sampleFilters) in_.sampleFilters->run(count, s.pixelX(), s.pixelY(), w.records());
   w.finishRecords(count);
   film::SampleSpan span;
   span.n = int(count);
@@ -356,6 +357,7 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
   w.print = print;
   functions_->integrate(in_.integratorData, 0, &s.group(), &w.services());
   w.print = {};
+  if (in_.sampleFilters) in_.sampleFilters->run(16, s.pixelX(), s.pixelY(), w.records());
   char line[256];
   for (size_t i = 0; i < in_.plan->sources.size(); ++i) {
     const int offset = in_.plan->offsets[i];

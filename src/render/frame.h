@@ -8,6 +8,7 @@
 #include "film/film.h"
 #include "film/filter_ratio.h"
 #include "film/pixel_filter.h"
+#include "render/filters.h"
 #include "render/hider.h"
 #include "render/services.h"
 
@@ -20,6 +21,7 @@ struct FrameInput {
   const film::LightPaths* paths;
   const RecordPlan* plan;
   const film::PixelFilter* filter;
+  const FilterChain* sampleFilters = nullptr;
   std::vector<film::FilterRatio> ratios;  // by filter of the film's layout
   film::Film* film;
   const Hider* hider = nullptr;           // null: the loop over rays

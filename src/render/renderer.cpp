@@ -72,6 +72,7 @@ struct Renderer::Impl {
   std::unique_ptr<film::LightPaths> paths;
   RecordPlan record;
   film::PixelFilter filter;
+  FilterChain sampleFilters, displayFilters;
   std::vector<film::FilterRatio> ratios;
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
@@ -219,9 +220,10 @@ struct Renderer::Impl {
                             "it is written as \"" + plan.outputs[i].file + "\"");
       }
     }
-    const auto status = film::PixelFilter::make(scene.pixelFilter, scene.pixelFilterWidth[0], scene.pixelFilterWidth[1], filter);
-    if (!status.ok()) diagnostics.warning("FILM-FILTER", scene.pos, status.what, "gaussian 2 2 is used");
+    makePixelFilter(scene, registry, builder.host(), diagnostics, filter);
     if (settings.errorMap && settings.firstSample < 0) addHalves();
+    sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
+    displayFilters.make(Kind::DisplayFilter, scene.displayFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
     record = planRecord(plan.layout);
     paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene), film::LobeNumbers(scene.options));
     addUserLobes(*paths, record);
@@ -281,6 +283,8 @@ struct Renderer::Impl {
     h.bytes(c.window.data(), sizeof c.window);
     h.text(scene.pixelFilter);
     h.bytes(scene.pixelFilterWidth.data(), sizeof scene.pixelFilterWidth);
+    for (const auto* list : {&scene.sampleFilters, &scene.displayFilters})
+      for (const auto& n : *list) h.node(n);
     h.node(scene.integrator);
     h.node(scene.hider);
     h.params(scene.options);
@@ -320,6 +324,7 @@ struct Renderer::Impl {
     for (const auto& i : scene.instances) h.transform(i.toWorld);
     for (const auto& l : scene.lights) {
       h.node(l.node);
+      for (const auto& n : l.filters) h.node(n);
       h.transform(l.toWorld);
     }
     char text[17];
@@ -363,6 +368,7 @@ struct Renderer::Impl {
     in.paths = paths.get();
     in.plan = &record;
     in.filter = &filter;
+    in.sampleFilters = sampleFilters.empty() ? nullptr : &sampleFilters;
     in.ratios = ratios;
     in.film = film.get();
     in.hider = hider;
@@ -457,6 +463,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
   try {
     if (write) {
       output = std::make_unique<film::DisplayOutput>(plan, drivers(), diagnostics);
+      if (!displayFilters.empty())
+        output->setPixelStage([this](const film::Film& f) { return displayFilters.run(f); });
       if (!output->probe()) return Outcome::CannotWrite;
     }
     makeFrame();

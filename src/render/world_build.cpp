@@ -11,6 +11,7 @@
 
 #include "base/memory.h"
 #include "geometry/tessellate.h"
+#include "render/filters.h"
 #include "render/mesh_light.h"
 #include "render/shutter.h"
 #include "render/stand_ins.h"
@@ -371,6 +372,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
+  tellOfDisplacements(scene, registry_, diagnostics_);
 
   // Dice rates: the finest over all placements of a shape. Distances are taken to the camera's position.
   const scene::Matrix cameraToWorld = camera_.worldToCamera.inverse();
@@ -590,8 +592,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
                            "it is left out", "is its library on the plug-in path?");
       continue;
     }
-    for (const scene::NodePtr& f : l.filters)
-      diagnostics_.warning("RENDER-LIGHT-FILTER", f->pos, "light filter '" + f->plugin + "' is not rendered yet", "the light is unfiltered");
     const Placement placement = placementOf(l.toWorld);
     Instance inst;
     EmittingMesh emitting;
@@ -611,6 +611,10 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       traits->describe(inst.data(), &e.description);
     // power of infinite lights is per area of the world's disk
     if (e.description.isInfinite) e.description.power *= 3.14159265f * world->radius() * world->radius();
+    float largestFactor = 1;
+    e.filters = makeLightFilters(l, scene, [this](const scene::Transform& t) { return placementOf(t); }, registry_, host_,
+                                 diagnostics_, largestFactor);
+    e.description.power *= largestFactor;
     e.group = paths.end(l.node->params.getString("lightGroup", ""));
     e.visibility = 0;
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= 1;
@@ -628,8 +632,15 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     diagnostics_.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered", "only glowing surfaces will be seen",
                          "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
   std::vector<std::vector<uint32_t>> sets(linkSetOf.size());
+  std::set<std::string> unknown;
   for (const auto& [key, index] : linkSetOf) {
     const std::vector<std::string> subset = words(key.first), exclude = words(key.second);
+    for (const auto* names : {&subset, &exclude})
+      for (const std::string& n : *names)
+        if (std::none_of(groups.begin(), groups.end(), [&](const auto& g) { return g.count(n) > 0; }) && unknown.insert(n).second)
+          diagnostics_.warning("LIGHT-LINK", scene.pos, "light linking names '" + n + "', which no light is or belongs to",
+                               names == &subset ? "objects that name nothing else in lighting:subset are unlit" : "nothing is excluded by it",
+                               "a light's handle, or its Attribute \"grouping\" \"string membership\", is such a name");
     for (uint32_t i = 0; i < lights.size(); ++i) {
       const auto in = [&](const std::vector<std::string>& names) {
         return std::any_of(names.begin(), names.end(), [&](const std::string& n) { return groups[i].count(n) > 0; });

@@ -348,6 +348,18 @@ void Lexer::readNumberRun(Argument& a) {
   }
 }
 
+// A flood of brackets makes no token of each.
+bool Lexer::skipBrackets(char bracket) {
+  bool any = false;
+  for (;;) {
+    for (; cursor_ != end_ && (*cursor_ == bracket || classOf(*cursor_) == kSpace); ++cursor_) {
+      line_ += *cursor_ == '\n';
+      any |= *cursor_ == bracket;
+    }
+    if (cursor_ != end_ || !refill()) return any;
+  }
+}
+
 void Lexer::readArray(Request& r, bool& ended) {
   Argument& a = r.add(tokenLine_);
   a.isArray = true;
@@ -356,6 +368,8 @@ void Lexer::readArray(Request& r, bool& ended) {
     if (!once) complain(Severity::Error, "RIB-ARRAY", "in " + r.name + ": " + what, done);
     once = true;
   };
+  constexpr const char* kNested = "brackets inside brackets";
+  if (skipBrackets('[')) report(nested, kNested, "the inner ones are ignored");
   for (;;) {
     if (a.kind == Argument::Kind::Numbers) readNumberRun(a);
     if (a.size() > 0) first = false;
@@ -369,7 +383,8 @@ void Lexer::readArray(Request& r, bool& ended) {
       case Token::ArrayEnd:
         return;
       case Token::ArrayBegin:
-        report(nested, "brackets inside brackets", "the inner ones are ignored");
+        report(nested, kNested, "the inner ones are ignored");
+        skipBrackets('[');
         break;
       case Token::Word:
         if (!wordIsRequest_ && wordToNumber()) {
@@ -422,6 +437,8 @@ bool Lexer::readRequest(Request& r) {
       outside = true;
       complain(Severity::Error, "RIB-SYNTAX", "values stand before the first request", "they are skipped");
     }
+    if (t == Token::ArrayBegin) skipBrackets('[');
+    if (t == Token::ArrayEnd) skipBrackets(']');
   }
   hasPending_ = false;
   std::swap(r.name, pending_);
@@ -479,6 +496,7 @@ bool Lexer::readRequest(Request& r) {
         break;
       case Token::ArrayEnd:
         complain(Severity::Error, "RIB-BRACKET", "a ']' in " + r.name + " closes nothing", "it is ignored");
+        skipBrackets(']');
         break;
       case Token::FloatArray: {
         Argument& a = r.add(tokenLine_);

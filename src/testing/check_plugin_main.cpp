@@ -1,5 +1,6 @@
 // kinora-check-plugin: runs the testing kit on a plug-in library, or on a stock plug-in by name.
 #include <kinora/testing/bxdf_checks.h>
+#include <kinora/testing/filter_checks.h>
 #include <kinora/testing/light_checks.h>
 
 #include <algorithm>
@@ -81,6 +82,13 @@ int main(int argc, char** argv) {
       testing::CheckReport report;
       testing::LightCheckOptions lightOptions;
       lightOptions.seed = options.seed;
+      if (testing::hasFilterChecks(d->kind) && !oneSetting) {
+        report = testing::checkFilter(*d, options.seed);
+        any = true;
+        passed = passed && report.passed;
+        std::fputs(report.str().c_str(), stdout);
+        continue;
+      }
       if (d->kind != Kind::Bxdf && d->kind != Kind::Light) {
         std::printf("%s: no checks for plug-ins of kind %s\n", d->name, nameOf(d->kind));
         continue;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # foreign_plugins.sh SOURCE BUILD: installs BUILD, moves the installed tree, builds examples/plugins and tests/install/broken
-# against it with nothing of SOURCE on the include path, renders with them and checks the bxdf with the installed kit.
+# against it with nothing of SOURCE on the include path, renders with them and checks them with the installed kit.
 # Proves: the package is complete and can be moved; a user's bxdf and integrator change the picture; a library of another
 # plug-in interface, one without the symbol and one that throws give a message and a picture, not a crash. Misses: other
 # compilers, other distributions.
@@ -40,7 +40,7 @@ for project in examples broken kit_user; do
     { cat "$work/cmake.log" >&2; fail "configuring $project"; }
   cmake --build "$work/build_$project" >"$work/build.log" 2>&1 || { cat "$work/build.log" >&2; fail "building $project"; }
 done
-for example in Retroreflector AmbientOcclusion; do
+for example in Retroreflector AmbientOcclusion FireflyClamp Posterize SoftSpot Tent Pfm Panorama Ripple Puff; do
   lines=$(wc -l <"$source_dir/examples/plugins/$example.cpp")
   ((lines < 150)) || fail "$example.cpp has $lines lines: an example stays under 150"
 done
@@ -88,6 +88,30 @@ done
 run 0 list.log "$kinora" plugins retroreflector --plugin-path "$work/build_examples"
 says list.log.out sharpness
 
+# one plug-in of each further kind: it is found, it changes the picture (or says that it is only kept), and every width
+# gives the same picture
+kind() {  # kind NAME SED_SCRIPT EXPECTED_DIFF
+  sed "$2" stock.rib >"$1.rib"
+  run 0 "$1.log" "$kinora" "$1.rib" -o "$1.exr" --progress none --plugin-path "$work/build_examples" --strict
+  is_silent_about "$1.log" PLUGIN-
+  is_silent_about "$1.log" FILM-FILTER
+  run "$3" diff.log "$kinora" diff stock.exr "$1.exr"
+  run 0 width.log "$kinora" "$1.rib" -o width.exr --width 1 --progress none --plugin-path "$work/build_examples"
+  run 0 diff.log "$kinora" diff "$1.exr" width.exr
+}
+kind clamp 's/^WorldBegin/SampleFilter "FireflyClamp" "f" "float limit" [0.2]\n&/' 1
+kind poster 's/^WorldBegin/DisplayFilter "Posterize" "f" "int levels" [3]\n&/' 1
+kind spot 's/^Light /LightFilter "SoftSpot" "f" "float radius" [0.5]\n&/' 1
+kind tent 's/^Format/PixelFilter "Tent" 4 4\n&/' 1
+kind panorama 's/^Projection.*/Projection "Panorama" "float heightAngle" [60]/' 1
+kind ripple 's/^Bxdf/Displace "Ripple" "d" "float height" [0.3]\n&/' 0
+says ripple.log RENDER-DISPLACEMENT
+sed 's/^Display .*/Display "picture.pfm" "Pfm" "rgba"/' stock.rib >pfm.rib
+run 0 pfm.log "$kinora" pfm.rib --progress none --plugin-path "$work/build_examples" --strict
+[[ $(head -c 2 picture.pfm) == PF && $(stat -c %s picture.pfm) == $((64 * 48 * 12 + 14)) ]] || fail "picture.pfm is no float map"
+run 0 list.log "$kinora" plugins puff --plugin-path "$work/build_examples"
+says list.log.out density
+
 # by the folder of the installed tree, and by the environment
 cp "$work/build_examples/Retroreflector.so" "$tree/lib/kinora/plugins/"
 run 0 folder.log "$kinora" retro.rib -o folder.exr --progress none --strict
@@ -99,6 +123,9 @@ run 0 diff.log "$kinora" diff retro.exr environment.exr
 
 # the installed kit, as a program and as a library
 run 0 kit.log "$tree/bin/kinora-check-plugin" "$work/build_examples/Retroreflector.so"
+for example in FireflyClamp Posterize SoftSpot Tent Puff; do
+  run 0 kit.log "$tree/bin/kinora-check-plugin" "$work/build_examples/$example.so"
+done
 run 0 kit_user.log "$work/build_kit_user/kit_user"
 
 # broken libraries: a message that names the library, a picture, code 0; with --strict code 4

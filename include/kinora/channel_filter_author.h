@@ -1,0 +1,68 @@
+// The author's layer of sample and display filters: one struct with a function over W samples (or pixels) makes the
+// tables of channel_filter.h. Included per target, after <kinora/simd/foreach_target.h>.
+//
+//   struct MyFilter {
+//     using Data = ...;                                               // made by create()
+//     template <int W> static void filter(const Data&, const ChannelSpan<W>&);
+//   };
+//   using Runner = ChannelFilterRunner<MyFilter, SampleFilterFunctions>;
+//   KINORA_WIDTH_TABLES(Runner, SampleFilterFunctions)
+#include <kinora/channel_filter.h>
+#include <kinora/simd/wide.h>
+
+#if defined(KINORA_CHANNEL_FILTER_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_CHANNEL_FILTER_AUTHOR_H_TARGET
+#undef KINORA_CHANNEL_FILTER_AUTHOR_H_TARGET
+#else
+#define KINORA_CHANNEL_FILTER_AUTHOR_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+// W samples or pixels from `at` on.
+template <int W>
+struct ChannelSpan {
+  const ChannelFilterArgs& args;
+  uint32_t at;
+  KN_INLINE ChannelSpan(const ChannelFilterArgs& a, uint32_t i) : args(a), at(i) {}
+  bool has(uint32_t channel) const { return args.channels[channel].components > 0; }
+  // One float gives three equal ones.
+  KN_INLINE Rgb<W> rgb(uint32_t channel) const {
+    const FilterChannel& c = args.channels[channel];
+    const bool grey = c.components < 3;
+    return {Float<W>::load(c.data[0] + at), Float<W>::load(c.data[grey ? 0 : 1] + at),
+            Float<W>::load(c.data[grey ? 0 : 2] + at)};
+  }
+  KN_INLINE Float<W> number(uint32_t channel) const { return Float<W>::load(args.channels[channel].data[0] + at); }
+  KN_INLINE void set(uint32_t channel, Rgb<W> v) const {
+    const FilterChannel& c = args.channels[channel];
+    v.x.store(c.data[0] + at);
+    if (c.components < 3) return;
+    v.y.store(c.data[1] + at);
+    v.z.store(c.data[2] + at);
+  }
+  KN_INLINE void set(uint32_t channel, Float<W> v) const { v.store(args.channels[channel].data[0] + at); }
+};
+
+template <class Filter, class Functions>
+struct ChannelFilterRunner {
+  template <int W>
+  static void filter(const void* data, const ChannelFilterArgs* a) {
+    for (uint32_t i = 0; i < a->count; i += W)
+      Filter::template filter<W>(*static_cast<const typename Filter::Data*>(data), ChannelSpan<W>(*a, i));
+  }
+  template <int W>
+  static constexpr Functions table() {
+    return Functions{&filter<W>};
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#endif
+
+#include <kinora/simd/tables.h>

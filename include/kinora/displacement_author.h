@@ -1,0 +1,44 @@
+// The author's layer of displacements; see displacement.h. Included per target, after <kinora/simd/foreach_target.h>.
+//
+//   struct MyDisplacement {
+//     template <int W> static Vec3<W> offset(const Context& c, At at);       // c.param(kAmount), c.P, c.N ...
+//   };
+//   using Runner = DisplacementRunner<MyDisplacement>;
+//   KINORA_WIDTH_TABLES(Runner, DisplacementFunctions)
+#include <kinora/displacement.h>
+#include <kinora/pattern_author.h>
+
+#if defined(KINORA_DISPLACEMENT_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_DISPLACEMENT_AUTHOR_H_TARGET
+#undef KINORA_DISPLACEMENT_AUTHOR_H_TARGET
+#else
+#define KINORA_DISPLACEMENT_AUTHOR_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+template <class Displacement>
+struct DisplacementRunner {
+  template <int W>
+  static void displace(const Context* c, float* const offset[3]) {
+    for (uint32_t i = 0; i < c->padded; i += W) {
+      const Vec3<W> o = Displacement::template offset<W>(*c, At{i, false});
+      // a point that flies off would spoil the bounds of its whole object
+      zeroUnless(isFinite(o), o).store(offset, i);
+    }
+  }
+  template <int W>
+  static constexpr DisplacementFunctions table() {
+    return DisplacementFunctions{&displace<W>};
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#endif
+
+#include <kinora/simd/tables.h>

@@ -1,0 +1,39 @@
+// The interface of a volume: fields over a region of space, for a Volume primitive that names the plug-in. This
+// version keeps volumes in the scene description and checks that their plug-ins are there; they are rendered when
+// media of varying density are.
+#pragma once
+#include <kinora/plugin.h>
+
+namespace kinora {
+
+struct VolumeBound {
+  float low[3], high[3];  // object space; nothing is outside
+};
+
+// Where a field is asked for: points of object space, arrays of padded length.
+struct VolumeArgs {
+  uint32_t count;
+  const float* P[3];
+  const float* time;
+  uint32_t field;   // index into VolumeTraits::fields
+  float* value[3];  // out: value[0] alone for fields of one float
+};
+
+struct VolumeFunctions {
+  void (*evaluate)(const void* volume, const VolumeArgs*);
+};
+
+struct VolumeField {
+  const char* name;     // "density", "temperature", "Cs" ...
+  uint32_t components;  // 1 or 3
+};
+
+struct VolumeTraits {
+  const VolumeField* fields;
+  uint32_t fieldCount;
+  void (*bound)(const void* volume, VolumeBound*);
+  // The largest and smallest value of a field (component by component) in a box: tracking needs majorants that hold.
+  void (*extremes)(const void* volume, uint32_t field, const VolumeBound* box, float low[3], float high[3]);
+};
+
+}  // namespace kinora

@@ -1,0 +1,264 @@
+#include "render/filters.h"
+
+#include <kinora/pixel_filter.h>
+
+#include <algorithm>
+#include <cctype>
+#include <memory>
+
+namespace kinora::render {
+
+namespace {
+
+constexpr int kRows = 16;  // of pixels that are filtered at a time
+
+std::string lowerCase(std::string s) {
+  for (char& c : s) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return s;
+}
+
+bool isCombiner(const scene::Node& n) { return lowerCase(n.plugin).ends_with("filtercombiner"); }
+
+// The nodes that run, in order.
+std::vector<scene::NodePtr> active(const std::vector<scene::NodePtr>& nodes, Diagnostics& diagnostics) {
+  if (nodes.empty()) return {};
+  const scene::NodePtr last = nodes.back();
+  if (!isCombiner(*last)) return {last};
+  std::vector<scene::NodePtr> order;
+  const scene::Parameter* filter = last->params.find("filter");
+  for (const std::string& handle : filter ? filter->strings : std::vector<std::string>()) {
+    const auto it = std::find_if(nodes.begin(), nodes.end(), [&](const auto& n) { return n->handle == handle; });
+    if (it == nodes.end() || isCombiner(**it))
+      diagnostics.warning(
+          "FILTER-REFERENCE", last->pos,
+          last->plugin + " '" + last->handle + "' names the filter '" + handle + "', which is not there",
+          "it is left out");
+    else
+      order.push_back(*it);
+  }
+  return order;
+}
+
+}  // namespace
+
+void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, const film::ChannelLayout& layout,
+                       Registry& registry, const Host& host, uint32_t width, Diagnostics& diagnostics) {
+  kind_ = kind;
+  steps_.clear();
+  for (const scene::NodePtr& n : active(nodes, diagnostics)) {
+    const Descriptor* d = registry.find(kind, n->plugin, diagnostics, n->pos);
+    const std::string who = std::string(nameOf(kind)) + " '" + n->plugin + "' (node '" + n->handle + "')";
+    if (!d) {
+      diagnostics.warning("PLUGIN-MISSING", n->pos, "no " + who, "it is left out",
+                          "is its library on the plug-in path?");
+      continue;
+    }
+    Step step;
+    const auto* traits = static_cast<const ChannelFilterTraits*>(d->traits);
+    step.functions = functionsFor(*d, width);
+    if (!traits || !traits->channel || !step.functions ||
+        !step.instance.create(*d, n.get(), nullptr, nullptr, host, diagnostics))
+      continue;
+    for (uint32_t i = 0; i < kMostChannels; ++i) {
+      const char* name = traits->channel(step.instance.data(), i);
+      if (!name) break;
+      Channel c;
+      c.name = name;
+      c.layoutIndex = layout.find(name);
+      for (int k = 0; k < layout.size() && c.layoutIndex < 0; ++k)
+        if (layout[k].source == name) c.layoutIndex = k;
+      if (c.layoutIndex >= 0) {
+        c.width = layout[c.layoutIndex].width;
+        c.record = layout.recordOffset(c.layoutIndex);
+        if (c.width != 1 && c.width != 3) c.layoutIndex = -1;
+      }
+      if (c.layoutIndex < 0)
+        diagnostics.warning("FILTER-CHANNEL", n->pos,
+                            who + " asks for the channel '" + c.name + "', which the frame has not",
+                            "the filter does without it", "add it to a Display or give it by DisplayChannel");
+      step.channels.push_back(std::move(c));
+    }
+    steps_.push_back(std::move(step));
+  }
+}
+
+void FilterChain::call(const Step& step, const ChannelFilterArgs& args) const {
+  if (kind_ == Kind::SampleFilter)
+    static_cast<const SampleFilterFunctions*>(step.functions)->filter(step.instance.data(), &args);
+  else
+    static_cast<const DisplayFilterFunctions*>(step.functions)->filter(step.instance.data(), &args);
+}
+
+void FilterChain::run(uint32_t count, const int32_t* x, const int32_t* y, float* const* records) const {
+  FilterChannel list[kMostChannels];
+  for (const Step& step : steps_) {
+    uint32_t n = 0;
+    for (const Channel& c : step.channels) {
+      FilterChannel f{c.name.c_str(), 0, {nullptr, nullptr, nullptr}};
+      if (c.layoutIndex >= 0) {
+        f.components = uint32_t(c.width);
+        for (int k = 0; k < c.width; ++k) f.data[k] = records[c.record + k];
+      }
+      list[n++] = f;
+    }
+    call(step, {count, x, y, list, n});
+  }
+}
+
+film::FilteredPixels FilterChain::run(const film::Film& film) const {
+  film::FilteredPixels out;
+  out.window = film.window();
+  const int w = out.window.width();
+  for (const Step& step : steps_)
+    for (const Channel& c : step.channels) {
+      if (c.layoutIndex < 0 || out.channels.contains(c.layoutIndex)) continue;
+      auto& channel = out.channels[c.layoutIndex];
+      channel.width = c.width;
+      channel.values.resize(size_t(out.window.pixels()) * size_t(c.width));
+      float* to = channel.values.data();
+      for (int y = out.window.y0; y < out.window.y1; ++y)
+        for (int x = out.window.x0; x < out.window.x1; ++x, to += c.width) film.resolvePixel(c.layoutIndex, x, y, to);
+    }
+  const uint32_t most = padded(uint32_t(w) * kRows);
+  std::vector<int32_t> xs(most), ys(most);
+  std::vector<std::vector<float>> planes;
+  for (const Step& step : steps_) {
+    planes.assign(step.channels.size() * 3, std::vector<float>(most, 0.f));
+    for (int y0 = out.window.y0; y0 < out.window.y1; y0 += kRows) {
+      const uint32_t n = uint32_t(w) * uint32_t(std::min(kRows, out.window.y1 - y0));
+      const size_t first = size_t(y0 - out.window.y0) * size_t(w);
+      for (uint32_t i = 0; i < padded(n); ++i) {
+        const uint32_t j = std::min(i, n - 1);
+        xs[i] = out.window.x0 + int32_t(j % uint32_t(w));
+        ys[i] = y0 + int32_t(j / uint32_t(w));
+      }
+      FilterChannel list[kMostChannels];
+      uint32_t k = 0;
+      for (const Channel& c : step.channels) {
+        FilterChannel f{c.name.c_str(), 0, {nullptr, nullptr, nullptr}};
+        if (c.layoutIndex >= 0) {
+          f.components = uint32_t(c.width);
+          const float* from = out.channels[c.layoutIndex].values.data() + first * size_t(c.width);
+          for (int q = 0; q < c.width; ++q) {
+            f.data[q] = planes[3 * k + size_t(q)].data();
+            for (uint32_t i = 0; i < padded(n); ++i)
+              f.data[q][i] = from[size_t(std::min(i, n - 1)) * size_t(c.width) + size_t(q)];
+          }
+        }
+        list[k++] = f;
+      }
+      call(step, {n, xs.data(), ys.data(), list, k});
+      for (uint32_t c = 0; c < k; ++c) {
+        if (!list[c].components) continue;
+        const int width = step.channels[c].width;
+        float* to = out.channels[step.channels[c].layoutIndex].values.data() + first * size_t(width);
+        for (int q = 0; q < width; ++q)
+          for (uint32_t i = 0; i < n; ++i) to[size_t(i) * size_t(width) + size_t(q)] = list[c].data[q][i];
+      }
+    }
+  }
+  return out;
+}
+
+void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,
+                     film::PixelFilter& out) {
+  const auto& names = film::PixelFilter::names();
+  const float x = scene.pixelFilterWidth[0], y = scene.pixelFilterWidth[1];
+  film::Status status;
+  const Descriptor* d = nullptr;
+  if (std::find(names.begin(), names.end(), lowerCase(scene.pixelFilter)) == names.end())
+    d = registry.find(Kind::PixelFilter, scene.pixelFilter, diagnostics, scene.pos);
+  // widths that are no widths are refused before the plug-in sees them
+  if (d && x > 0 && y > 0 && d->create && functionsFor(*d, 1)) {
+    const PixelFilterInfo info{{x, y}};
+    auto instance = std::make_shared<Instance>();
+    const auto* functions = static_cast<const PixelFilterFunctions*>(functionsFor(*d, 1));
+    if (instance->create(*d, nullptr, nullptr, &info, host, diagnostics)) {
+      status = film::PixelFilter::make(
+          d->name, x, y,
+          [instance, functions](double u, double v) { return functions->value(instance->data(), u, v); }, out);
+      if (status.ok()) return;
+    }
+  } else {
+    status = film::PixelFilter::make(scene.pixelFilter, x, y, out);
+  }
+  if (!status.ok()) diagnostics.warning("FILM-FILTER", scene.pos, status.what, "gaussian 2 2 is used");
+}
+
+std::vector<light::LightFilterEntry> makeLightFilters(
+    const scene::Light& light, const scene::Scene& scene,
+    const std::function<Placement(const scene::Transform&)>& placement, Registry& registry, const Host& host,
+    Diagnostics& diagnostics, float& largestFactor) {
+  std::vector<light::LightFilterEntry> list;
+  largestFactor = 1;
+  for (const scene::NodePtr& n : light.filters) {
+    if (lowerCase(n->plugin) == "pxrcombinerlightfilter") {
+      for (const char* group : {"max", "min", "screen"})
+        if (n->params.find(group))
+          diagnostics.warning("LIGHT-FILTER-COMBINE", n->pos,
+                              "PxrCombinerLightFilter '" + n->handle + "' combines by '" + group + "'",
+                              "all filters multiply");
+      continue;
+    }
+    const Descriptor* d = registry.find(Kind::LightFilter, n->plugin, diagnostics, n->pos);
+    if (!d) {
+      diagnostics.warning("PLUGIN-MISSING", n->pos, "no light filter '" + n->plugin + "' (node '" + n->handle + "')",
+                          "the light is unfiltered by it", "is its library on the plug-in path?");
+      continue;
+    }
+    // a coordinate system by name, else the light's own
+    scene::Transform space = light.toWorld;
+    if (const std::string name = n->params.getString("coordsys", ""); !name.empty()) {
+      const auto it = scene.coordinateSystems.find(name);
+      if (it == scene.coordinateSystems.end())
+        diagnostics.warning(
+            "LIGHT-FILTER-SPACE", n->pos,
+            n->plugin + " '" + n->handle + "' names the coordinate system '" + name + "', which is not there",
+            "the light's own is used");
+      else
+        space = it->second;
+    }
+    const Placement place = placement(space);
+    Instance instance;
+    if (!instance.create(*d, n.get(), &place, nullptr, host, diagnostics)) continue;
+    light::LightFilterEntry e;
+    bool usable = true;
+    for (uint32_t width : {1u, 4u, 8u, 16u}) {
+      e.byWidth[width] = static_cast<const LightFilterFunctions*>(functionsFor(*d, width));
+      usable &= e.byWidth[width] && e.byWidth[width]->factor;
+    }
+    if (!usable) continue;
+    e.owner = instance.owner();
+    e.instance = instance.data();
+    if (const auto* traits = static_cast<const LightFilterTraits*>(d->traits)) {
+      e.isUniform = traits->isUniform && traits->isUniform(e.instance);
+      if (traits->largest) largestFactor *= std::max(0.f, traits->largest(e.instance));
+    }
+    list.push_back(std::move(e));
+  }
+  return list;
+}
+
+void tellOfDisplacements(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics) {
+  const scene::Node* displacement = nullptr;
+  const auto look = [&](const scene::Primitive& p) {
+    if (p.attributes && p.attributes->displacement && p.attributes->displacement->terminal) {
+      const scene::Node* n = p.attributes->displacement->terminal.get();
+      if (!displacement) displacement = n;
+      if (displacement != n && displacement->plugin != n->plugin)
+        registry.find(Kind::Displacement, n->plugin, diagnostics, n->pos);  // a library that is broken says so
+    }
+  };
+  for (const auto& p : scene.primitives) look(*p);
+  for (const auto& proto : scene.prototypes)
+    for (const auto& p : proto.primitives) look(*p);
+  if (displacement) {
+    const bool known = registry.find(Kind::Displacement, displacement->plugin, diagnostics, displacement->pos);
+    diagnostics.warning("RENDER-DISPLACEMENT", displacement->pos,
+                        "displacement '" + displacement->plugin + "' (node '" + displacement->handle + "')" +
+                            (known ? "" : ", which no plug-in is known for,") + " is kept, not rendered yet",
+                        "surfaces are where they are without it");
+  }
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,65 @@
+// Sample and display filters of a scene: plug-ins in order, each with the channels it asked for. Made by Renderer for
+// each frame; run by the loop over samples (between paths and film) and when pictures are written.
+#pragma once
+#include <kinora/channel_filter.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "film/film.h"
+#include "film/filtered_pixels.h"
+#include "film/pixel_filter.h"
+#include "light/light_set.h"
+#include "plugin/registry.h"
+#include "render/world_build.h"
+#include "scene/scene.h"
+
+namespace kinora::render {
+
+class FilterChain {
+ public:
+  // Of the nodes that the scene lists the last is active; a combiner (PxrSampleFilterCombiner,
+  // PxrDisplayFilterCombiner) names others to run in order. What cannot be used is a message and left out.
+  void make(Kind kind, const std::vector<scene::NodePtr>& nodes, const film::ChannelLayout& layout,
+            Registry& registry, const Host& host, uint32_t width, Diagnostics& diagnostics);
+  bool empty() const { return steps_.empty(); }
+  // Samples of a group: their records are changed in place. Padded arrays.
+  void run(uint32_t count, const int32_t* x, const int32_t* y, float* const* records) const;
+  // The pixels of a film.
+  film::FilteredPixels run(const film::Film& film) const;
+
+ private:
+  static constexpr uint32_t kMostChannels = 32;
+  struct Channel {
+    std::string name;
+    int layoutIndex = -1;  // -1: the frame has none
+    int record = -1, width = 0;
+  };
+  struct Step {
+    Instance instance;
+    const void* functions = nullptr;
+    std::vector<Channel> channels;
+  };
+  void call(const Step& step, const ChannelFilterArgs& args) const;
+  Kind kind_ = Kind::SampleFilter;
+  std::vector<Step> steps_;
+};
+
+// The pixel filter that a scene names: one of RIB's, else a plug-in. FILM-FILTER and gaussian 2 2 when it is neither.
+void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,
+                     film::PixelFilter& out);
+
+// The filters of a light, ready for its entry in the light set. `placement` gives a transform's place in render
+// space.
+std::vector<light::LightFilterEntry> makeLightFilters(
+    const scene::Light& light, const scene::Scene& scene,
+    const std::function<Placement(const scene::Transform&)>& placement, Registry& registry, const Host& host,
+    Diagnostics& diagnostics, float& largestFactor);
+
+// One message for all displacements: this version keeps them and does not render them. (Volumes are told of where
+// primitives are tessellated.)
+void tellOfDisplacements(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics);
+
+}  // namespace kinora::render

@@ -1,0 +1,181 @@
+// Sample filters, display filters, light filters and pixel filters in whole renders: each acts at its place (on
+// samples before they are averaged; on pixels, leaving the film alone; on light samples and light hits alike), at
+// every width with the same bits, and each mistake in a scene is one message. Values are closed forms; the filters'
+// own arithmetic is tested beside them.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "image/read_write.h"
+#include "support/render_scene.h"
+
+namespace kinora::tests {
+namespace {
+
+// A glowing ball of radiance 5 over nothing; its edge pixels are mixtures.
+std::string ball(const std::string& filters) {
+  return "Format 32 32 1\nProjection \"orthographic\"\nHider \"raytrace\" \"int maxsamples\" [16]\n"
+         "Integrator \"PxrPathTracer\" \"i\"\nPixelFilter \"box\" 1 1\n" +
+         filters +
+         "WorldBegin\nTranslate 0 0 5\nAttributeBegin\n"
+         "Bxdf \"PxrConstant\" \"glow\" \"color emitColor\" [5 5 5]\nSphere 0.7 -0.7 0.7 "
+         "360\nAttributeEnd\nWorldEnd\n";
+}
+
+bool says(const SceneRender& r, const std::string& code) {
+  return std::any_of(r.messages().begin(), r.messages().end(),
+                     [&](const std::string& m) { return m.find(" " + code + ":") != std::string::npos; });
+}
+
+RenderRequest request(std::string rib) {
+  RenderRequest r;
+  r.rib = std::move(rib);
+  return r;
+}
+
+TEST(SampleFilter, WorksOnSamplesBeforeTheyAreAveraged) {
+  SceneRender r(request(ball("SampleFilter \"PxrGradeSampleFilter\" \"g\" \"int clampWhite\" [1]\n")));
+  ASSERT_TRUE(r.ok());
+  const image::Image c = r.channel("Ci"), a = r.channel("a");
+  int mixed = 0;
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      // each sample is 0 or 1 after the clamp, so a pixel is its coverage; clamped pixels would be 1 on the edge
+      EXPECT_NEAR(c.at(x, y)[0], a.at(x, y)[0], 1e-5);
+      mixed += a.at(x, y)[0] > 0.1f && a.at(x, y)[0] < 0.9f;
+    }
+  EXPECT_GT(mixed, 10);
+}
+
+TEST(SampleFilter, LastIsActiveAndACombinerRunsItsOwnInOrder) {
+  const std::string half = "SampleFilter \"PxrGradeSampleFilter\" \"half\" \"color gain\" [0.5 0.5 0.5]\n",
+                    plus = "SampleFilter \"PxrGradeSampleFilter\" \"plus\" \"color offset\" [1 1 1]\n";
+  const auto middle = [](const std::string& filters) {
+    SceneRender r(request(ball(filters)));
+    return r.ok() ? r.channel("Ci").at(16, 16)[0] : -1.f;
+  };
+  EXPECT_NEAR(middle(half + plus), 6, 1e-5);
+  EXPECT_NEAR(middle(plus + half), 2.5, 1e-5);
+  const std::string combine =
+      "SampleFilter \"PxrSampleFilterCombiner\" \"both\" \"reference samplefilter[2] filter\" ";
+  EXPECT_NEAR(middle(half + plus + combine + "[\"half\" \"plus\"]\n"), 3.5, 1e-5);
+  EXPECT_NEAR(middle(half + plus + combine + "[\"plus\" \"half\"]\n"), 3, 1e-5);
+}
+
+TEST(SampleFilter, SameBitsAtAllWidthsThreadsAndGroups) {
+  const std::string rib =
+      ball("SampleFilter \"PxrGradeSampleFilter\" \"g\" \"color gamma\" [1.7 0.9 2.2] \"color mask\" [0.5 1 0.2]\n");
+  std::vector<uint64_t> hashes;
+  for (const auto& [width, threads, group] :
+       {std::array{1u, 1u, 64u}, {4u, 2u, 512u}, {8u, 1u, 256u}, {16u, 2u, 1024u}}) {
+    RenderRequest q = request(rib);
+    q.settings.width = width;
+    q.settings.threads = int(threads);
+    q.settings.groupSize = group;
+    SceneRender r(q);
+    ASSERT_TRUE(r.ok());
+    hashes.push_back(hashOf(r.film()));
+  }
+  for (uint64_t h : hashes) EXPECT_EQ(h, hashes[0]);
+  SceneRender plain(request(ball("")));
+  EXPECT_NE(hashOf(plain.film()), hashes[0]) << "the filter does nothing";
+}
+
+TEST(DisplayFilter, ChangesPicturesAndLeavesTheFilm) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("kinora_filters_" + std::to_string(getpid()) + ".exr")).string();
+  RenderRequest q =
+      request(ball("DisplayFilter \"PxrBackgroundDisplayFilter\" \"back\" \"color backgroundColor\" [0.25 0.5 1]\n"));
+  q.settings.output = file;
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  EXPECT_EQ(r.channel("Ci").at(0, 0)[2], 0.f);
+  ASSERT_EQ(r.renderer().render(), render::Outcome::Complete);
+  image::Image picture;
+  ASSERT_TRUE(image::read(file, picture).ok());
+  std::filesystem::remove(file);
+  ASSERT_GE(picture.channelCount(), 4);
+  const image::Image film = r.channel("Ci"), alpha = r.channel("a");
+  const float back[3] = {0.25f, 0.5f, 1};
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x)
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(picture.at(x, y)[c], film.at(x, y)[c] + (1 - alpha.at(x, y)[0]) * back[c], 3e-3)  // half floats
+            << x << " " << y;
+}
+
+// A floor under a rectangle that the camera sees too; the path tracer finds the light by both halves.
+std::string room(const std::string& filter) {
+  return "Format 24 24 1\nProjection \"perspective\" \"fov\" [60]\nHider \"raytrace\" \"int maxsamples\" [8]\n"
+         "Integrator \"PxrPathTracer\" \"i\" \"int maxIndirectBounces\" [3]\nTranslate 0 -0.5 4\nWorldBegin\n"
+         "AttributeBegin\nTransformBegin\nTranslate 0 2 0\nRotate 90 1 0 0\nCoordinateSystem \"above\"\n" +
+         filter +
+         "Light \"PxrRectLight\" \"key\" \"float intensity\" [8]\nTransformEnd\nAttributeEnd\n"
+         "AttributeBegin\nBxdf \"PxrDiffuse\" \"grey\" \"color diffuseColor\" [0.5 0.5 0.5]\n"
+         "Polygon \"P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\nAttributeEnd\nWorldEnd\n";
+}
+
+TEST(LightFilter, OneFactorEverywhereIsAnotherIntensity) {
+  SceneRender plain(request(room(""))),
+      filtered(request(room("LightFilter \"PxrIntMultLightFilter\" \"f\" \"float exposure\" [-2]\n")));
+  ASSERT_TRUE(plain.ok() && filtered.ok());
+  const image::Image a = plain.channel("Ci"), b = filtered.channel("Ci");
+  double sum = 0, most = 0;
+  for (int y = 0; y < 24; ++y)
+    for (int x = 0; x < 24; ++x)
+      for (int c = 0; c < 3; ++c) {
+        // the same paths; a quarter of each, light samples, light met by rays and the light as it is seen alike
+        EXPECT_NEAR(b.at(x, y)[c], 0.25f * a.at(x, y)[c], 1e-6f * (1 + a.at(x, y)[c]));
+        sum += a.at(x, y)[c];
+        most = std::max(most, double(a.at(x, y)[c]));
+      }
+  EXPECT_GT(sum, 10);
+  EXPECT_GT(most, 4) << "the light itself is not seen";
+}
+
+TEST(PixelFilter, APluginsFilterIsTheFrames) {
+  std::string rib = ball("");
+  rib.replace(rib.find("PixelFilter \"box\" 1 1"), 21, "PixelFilter \"hann\" 3 3");
+  SceneRender r(request(rib));
+  ASSERT_TRUE(r.ok());
+  EXPECT_FALSE(says(r, "FILM-FILTER"));
+  SceneRender box(request(ball("")));
+  EXPECT_NE(hashOf(r.film()), hashOf(box.film()));
+  EXPECT_NEAR(r.channel("Ci").at(16, 16)[0], 5, 1e-4) << "a constant stays one";
+}
+
+TEST(Filters, MistakesAreOneMessageEach) {
+  const auto expect = [](const std::string& filters, const char* code) {
+    SceneRender r(request(ball(filters)));
+    EXPECT_TRUE(r.ok());
+    EXPECT_TRUE(says(r, code)) << code;
+    SceneRender plain(request(ball("")));
+    EXPECT_EQ(hashOf(r.film()), hashOf(plain.film())) << code << ": the fallback is the picture without it";
+  };
+  expect("SampleFilter \"PxrNoSuchFilter\" \"f\"\n", "PLUGIN-MISSING");
+  expect("DisplayFilter \"PxrNoSuchFilter\" \"f\"\n", "PLUGIN-MISSING");
+  expect("SampleFilter \"PxrGradeSampleFilter\" \"f\" \"string aov\" [\"nowhere\"]\n", "FILTER-CHANNEL");
+  expect("SampleFilter \"PxrGradeSampleFilter\" \"f\" \"color whitePoint\" [0 0 0]\n", "PLUGIN-CREATE");
+  expect("SampleFilter \"PxrSampleFilterCombiner\" \"f\" \"reference samplefilter[1] filter\" [\"gone\"]\n",
+         "FILTER-REFERENCE");
+  SceneRender space(request(room("LightFilter \"PxrIntMultLightFilter\" \"f\" \"string coordsys\" [\"gone\"]\n")));
+  EXPECT_TRUE(says(space, "LIGHT-FILTER-SPACE"));
+  SceneRender missing(request(room("LightFilter \"PxrNoSuchLightFilter\" \"f\"\n"))), plain(request(room("")));
+  EXPECT_TRUE(says(missing, "PLUGIN-MISSING"));
+  EXPECT_EQ(hashOf(missing.film()), hashOf(plain.film()));
+  std::string rib = ball("");
+  rib.insert(rib.find("Bxdf"), "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [0.1]\n");
+  SceneRender displaced(request(rib));
+  EXPECT_TRUE(says(displaced, "RENDER-DISPLACEMENT"));
+  rib = ball("");
+  rib.replace(rib.find("PixelFilter \"box\" 1 1"), 21, "PixelFilter \"hann\" -3 0");
+  SceneRender negative(request(rib));
+  EXPECT_TRUE(negative.ok());
+  EXPECT_TRUE(says(negative, "FILM-FILTER"));
+}
+
+}  // namespace
+}  // namespace kinora::tests

@@ -1,0 +1,69 @@
+// Every sample, display, light and pixel filter and every volume of the registry against the contract of its kind: a
+// new plug-in is covered by being there. And the checks catch filters that break it.
+#include <gtest/gtest.h>
+#include <kinora/channel_filter.h>
+#include <kinora/testing/filter_checks.h>
+
+#include <iostream>
+
+#include "plugin/registry.h"
+#include "simd/dispatch.h"
+
+namespace kinora {
+namespace {
+
+std::vector<const Descriptor*> stockFilters() {
+  std::vector<const Descriptor*> r;
+  for (const Descriptor* d : stockPlugins())
+    if (testing::hasFilterChecks(d->kind)) r.push_back(d);
+  return r;
+}
+
+class EveryFilter : public ::testing::TestWithParam<const Descriptor*> {};
+
+TEST_P(EveryFilter, KeepsTheContract) {
+  setThreadFloatMode();  // as in a render
+  const testing::CheckReport report = testing::checkFilter(*GetParam());
+  std::cout << report.str();
+  EXPECT_TRUE(report.passed);
+  EXPECT_GT(report.comparisons, 0u);
+}
+INSTANTIATE_TEST_SUITE_P(Stock, EveryFilter, ::testing::ValuesIn(stockFilters()),
+                         [](const auto& info) { return std::string(info.param->name); });
+
+// A filter that averages its neighbours, and one that divides by zero.
+void smear(const void*, const ChannelFilterArgs* a) {
+  for (uint32_t i = a->count; i-- > 1;) a->channels[0].data[0][i] += a->channels[0].data[0][i - 1];
+}
+void burn(const void*, const ChannelFilterArgs* a) {
+  for (uint32_t i = 0; i < a->count; ++i) a->channels[0].data[0][i] /= 0.f * float(a->count);
+}
+constexpr ChannelFilterTraits kTraits{[](const void*, uint32_t i) -> const char* { return i == 0 ? "Ci" : nullptr; }};
+const SampleFilterFunctions kSmear{&smear}, kBurn{&burn};
+
+testing::CheckReport check(const SampleFilterFunctions& f) {
+  const WidthTable tables[] = {{1, &f}};
+  static int nothing;
+  const Descriptor d{kAbiVersion,
+                     sizeof(Descriptor),
+                     Kind::SampleFilter,
+                     0,
+                     "broken",
+                     "",
+                     nullptr,
+                     0,
+                     tables,
+                     1,
+                     &kTraits,
+                     [](const CreateInfo*, ErrorText*) -> void* { return &nothing; },
+                     [](void*) {}};
+  return testing::checkFilter(d);
+}
+
+TEST(FilterChecks, CatchBrokenFilters) {
+  EXPECT_TRUE(check(kSmear).failed("neighbours"));
+  EXPECT_TRUE(check(kBurn).failed("finite"));
+}
+
+}  // namespace
+}  // namespace kinora
