@@ -1,5 +1,7 @@
 // Proves which face a point takes and what coordinates it gets; that blends keep their shares over samples; textures' numbers;
 // reference variables; equal bits at all widths. Misses: how blended textures look.
+#include <cmath>
+
 #include "plugins/pattern/test_context.h"
 
 namespace kinora::patternTest {

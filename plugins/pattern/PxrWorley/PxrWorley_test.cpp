@@ -1,5 +1,7 @@
 // Proves distances on the unjittered lattice in each metric, that the first distance is below the second wherever it is
 // asked, clamps and inversion, flat cells, and equal bits at all widths. Misses: the statistics of jittered points.
+#include <cmath>
+
 #include "plugins/pattern/test_context.h"
 
 namespace kinora::patternTest {
