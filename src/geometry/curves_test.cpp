@@ -313,7 +313,9 @@ TEST(Points, BadInputGivesOneMessageAndAFallback) {
     EXPECT_EQ(d.count(b.code), 1u) << b.what;
     EXPECT_EQ(d.warnings() + d.errors(), 1u) << b.what;
     EXPECT_EQ(m.has_value(), b.pieces >= 0) << b.what;
-    if (m) EXPECT_EQ(int(m->primitiveCount()), b.pieces) << b.what;
+    if (m) {
+      EXPECT_EQ(int(m->primitiveCount()), b.pieces) << b.what;
+    }
   }
 }
 

@@ -135,7 +135,7 @@ class GroupState {
   void endAtHoles(uint32_t n, const uint32_t* slots);
   void dropLightsBehindHoles(LightHits* l);
   // shadow_terminator.cpp; worlds with liftsShadows only.
-  void findLifts(uint32_t n, const uint32_t* slots, const Context* c);
+  void findLifts(uint32_t n, const uint32_t* slots, const Context* c, float* const Ng[3]);
   void liftShadows(ShadowRays* rays);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
   void biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const;

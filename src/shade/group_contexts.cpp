@@ -191,10 +191,16 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) biasOfStrands(m, slot, a.bias);
+  if (bind && lift_[0]) {
+    if (program.encloses)
+      for (int k = 0; k < 3; ++k)
+        for (uint32_t i = 0; i < n; ++i) lift_[k][slot[i]] = 0;
+    else
+      findLifts(m, slot, c, a.Ng);
+  }
   if (bind && leftNg_[0])
     for (uint32_t i = 0; i < n; ++i)
       for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
-  if (bind && lift_[0]) findLifts(n, slot, c);
   if (bind && traceSet_)
     for (uint32_t i = 0; i < n; ++i) traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 

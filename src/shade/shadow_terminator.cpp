@@ -25,7 +25,7 @@ void GroupState::liftShadows(ShadowRays* rays) {
   }
 }
 
-void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c) {
+void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, float* const Ng[3]) {
   const trace::World& w = *world_.world;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
@@ -70,6 +70,9 @@ void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c) 
       if (below <= 0) continue;
       for (int j = 0; j < 3; ++j) lift[j] += b[k] * below * normal[k][j] * side;
     }
+    // what lies on which side follows from the smooth surface too: a facet that is turned away from a light which its
+    // normals look at is lit. Media need the true side: what encloses one never comes here.
+    for (int k = 0; k < 3; ++k) Ng[k][i] = c->N[k][i];
     const trace::Instance& instance = w.instance(group_.hits.instance[s]);
     if (instance.baked) {
       for (int j = 0; j < 3; ++j) lift_[j][s] = lift[j];

@@ -58,17 +58,17 @@ TEST(MovingStrands, CoverTheirAreaOverTheirWay) {
   const std::string ribbon = "Attribute \"dice\" \"int roundcurve\" [0]\n";
   const std::vector<double> line = {0, -0.5, 3, 0, 0.5, 3};
   const std::vector<double> cubic = {0, -0.5, 3, 0, -1.0 / 6, 3, 0, 1.0 / 6, 3, 0, 0.5, 3};
-  const double w = 0.4, disc = kPi * 0.2 * 0.2;
-  const std::string width = "\"constantwidth\" [0.4]";
+  const double w = 0.4, cap = kPi * 0.2 * 0.2, disc = kPi * 0.5 * 0.5;
+  const std::string width = "\"constantwidth\" [0.4]", whole = "\"constantwidth\" [1]";
   struct Case {
     const char* name;
     std::string body;
     double area, own;  // second moment of x about the middle
   };
-  const double bar = w * w / 12, round = 0.2 * 0.2 / 4;
+  const double bar = w * w / 12, round = 0.2 * 0.2 / 4, large = 0.5 * 0.5 / 4;
   const Case cases[] = {
-      {"linear tube with round ends", moved("Curves \"linear\" [2] \"nonperiodic\"", line, width), w + disc,
-       (w * bar + disc * round) / (w + disc)},
+      {"linear tube with round ends", moved("Curves \"linear\" [2] \"nonperiodic\"", line, width), w + cap,
+       (w * bar + cap * round) / (w + cap)},
       {"cubic tube", moved("Curves \"cubic\" [4] \"nonperiodic\"", cubic, width), w, bar},
       {"cubic ribbon", ribbon + moved("Curves \"cubic\" [4] \"nonperiodic\"", cubic, width), w, bar},
       {"oriented ribbon",
@@ -76,17 +76,17 @@ TEST(MovingStrands, CoverTheirAreaOverTheirWay) {
       {"oriented ribbon, turned by 60 degrees",
        moved("Curves \"linear\" [2] \"nonperiodic\"", line, width + " \"constant normal N\" [0.8660254 0 -0.5]"),
        w / 2, bar / 4},
-      {"disc", moved("Points", {0, 0, 3}, width), disc, round},
-      {"sphere", moved("Points", {0, 0, 3}, width + " \"uniform string type\" \"sphere\""), disc, round},
-      {"oriented disc", moved("Points", {0, 0, 3}, width + " \"vertex normal N\" [0 0.8660254 0.5]"), disc / 2,
-       round},
+      {"disc", moved("Points", {0, 0, 3}, whole), disc, large},
+      {"sphere", moved("Points", {0, 0, 3}, whole + " \"uniform string type\" \"sphere\""), disc, large},
+      {"oriented disc", moved("Points", {0, 0, 3}, whole + " \"vertex normal N\" [0 0.8660254 0.5]"), disc / 2,
+       large},
       {"tube by transform motion",
        "MotionBegin [0 1]\nTranslate -1 0 0\nTranslate 1 0 0\nMotionEnd\n"
        "Curves \"cubic\" [4] \"nonperiodic\" \"P\" [0 -0.5 3 0 -0.2 3 0 0.2 3 0 0.5 3] \"constantwidth\" [0.4]\n",
        w, bar},
   };
   for (const Case& c : cases) {
-    const Covered got = covered(window(256) + "WorldBegin\n" + kGlowing + c.body + "WorldEnd\n", c.name);
+    const Covered got = covered(window(1024) + "WorldBegin\n" + kGlowing + c.body + "WorldEnd\n", c.name);
     EXPECT_NEAR(got.area, c.area, 0.003 * c.area) << c.name;
     EXPECT_NEAR(got.first, 0, 0.006) << c.name;
     const double second = 4.0 / 12 + c.own + 1.0 / 64 / 12;  // pixels spread it by theirs
@@ -109,18 +109,18 @@ TEST(MovingStrands, WidthsAreIntegrated) {
   };
   const Case cases[] = {
       {"varying", ribbon + curve + "\"varying float width\" [0.6 0.2]\n", 0.4},
-      {"vertex: a Bezier curve of widths", ribbon + curve + "\"vertex float width\" [0.2 0.8 0.8 0.2]\n", 0.5},
-      {"uniform on two linear curves",
+      {"vertex: a Bezier curve of widths", curve + "\"vertex float width\" [0.2 0.8 0.8 0.2]\n", 0.5},
+      {"uniform on two linear curves with round ends",
        ribbon + "Curves \"linear\" [2 2] \"nonperiodic\" \"P\" [-1 -0.5 3 -1 0.5 3 1 -0.5 3 1 0.5 3] "
                 "\"uniform float width\" [0.2 0.6]\n",
-       0.8},
+       0.8 + kPi * (0.1 * 0.1 + 0.3 * 0.3)},
       {"growing ribbon", ribbon + twice(curve + "\"constantwidth\" [0.2]", curve + "\"constantwidth\" [0.8]"), 0.5},
       {"growing disc",
        twice("Points \"P\" [0 0 3] \"constantwidth\" [0.4]", "Points \"P\" [0 0 3] \"constantwidth\" [1.2]"),
        kPi / 4 * (0.4 * 0.4 + 0.4 * 1.2 + 1.2 * 1.2) / 3},
   };
   for (const Case& c : cases) {
-    const Covered got = covered(window(256) + "WorldBegin\n" + kGlowing + c.body + "WorldEnd\n", c.name);
+    const Covered got = covered(window(1024) + "WorldBegin\n" + kGlowing + c.body + "WorldEnd\n", c.name);
     EXPECT_NEAR(got.area, c.area, 0.003 * c.area) << c.name;
   }
 }
@@ -156,8 +156,8 @@ TEST(MovingMeshes, UnevenKeysOfEveryPrimitive) {
       {"bicubic patch", keys("Patch \"bicubic\"", bicubic, "")},
       {"patch mesh", keys("PatchMesh \"bilinear\" 2 \"nonperiodic\" 2 \"nonperiodic\"", grid, "")},
       {"NURBS", keys("NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1", grid, "")},
-      {"ribbon", keys("Attribute \"dice\" \"int roundcurve\" [0]\nCurves \"linear\" [2] \"nonperiodic\"",
-                      {0, -0.3, 3, 0, 0.3, 3}, "\"constantwidth\" [0.4]")},
+      {"ribbon", keys("Attribute \"dice\" \"int roundcurve\" [0]\nCurves \"cubic\" [4] \"nonperiodic\"",
+                      {0, -0.3, 3, 0, -0.1, 3, 0, 0.1, 3, 0, 0.3, 3}, "\"constantwidth\" [0.4]")},
       {"transform",
        "MotionBegin [0 0.25 1]\nTranslate -1 0 0\nTranslate 0 0 0\nTranslate 1 0 0\nMotionEnd\n"
        "Polygon \"P\" [-0.2 -0.3 3 -0.2 0.3 3 0.2 0.3 3 0.2 -0.3 3]\n"},
@@ -177,7 +177,7 @@ TEST(MovingMeshes, UnevenKeysOfEveryPrimitive) {
       for (size_t at; (at = body.find(attribute)) != std::string::npos;) body.erase(at, attribute.size());
       body = attribute + body;
     }
-    const Covered got = covered(window(256) + "WorldBegin\n" + kGlowing + body + "WorldEnd\n", c.name);
+    const Covered got = covered(window(1024) + "WorldBegin\n" + kGlowing + body + "WorldEnd\n", c.name);
     EXPECT_NEAR(got.area, 0.24, 0.003 * 0.24) << c.name;
     EXPECT_NEAR(got.first, mean, 0.006) << c.name;
     EXPECT_NEAR(got.second, second, 0.01 * second) << c.name;
@@ -196,7 +196,7 @@ TEST(MovingMeshes, UnevenKeysOfEveryPrimitive) {
 TEST(Shutter, OpeningWeighsTimes) {
   const std::string square =
       "MotionBegin [0 1]\nTranslate -1 0 0\nTranslate 1 0 0\nMotionEnd\n"
-      "Polygon \"P\" [-0.1 -0.3 3 -0.1 0.3 3 0.1 0.3 3 0.1 -0.3 3]\n";
+      "Polygon \"P\" [-0.1 -0.9 3 -0.1 0.9 3 0.1 0.9 3 0.1 -0.9 3]\n";
   struct Case {
     const char* name;
     const char* camera;
@@ -225,8 +225,8 @@ TEST(Shutter, OpeningWeighsTimes) {
   };
   for (const Case& c : cases) {
     const Covered got =
-        covered(window(256, c.camera) + "WorldBegin\n" + std::string(kGlowing) + square + "WorldEnd\n", c.name);
-    EXPECT_NEAR(got.area, 0.12, 0.003 * 0.12) << c.name;
+        covered(window(1024, c.camera) + "WorldBegin\n" + std::string(kGlowing) + square + "WorldEnd\n", c.name);
+    EXPECT_NEAR(got.area, 0.36, 0.003 * 0.36) << c.name;
     EXPECT_NEAR(got.first, c.mean, 0.006) << c.name;
     EXPECT_NEAR(got.second, c.second + own, 0.012 * (c.second + own)) << c.name;
   }
@@ -278,7 +278,8 @@ const float* at(const image::Image& i, double x, double y) { return i.at(int((x 
 TEST(Strands, ParametersAndPrimvars) {
   // a bar along x: v along it, u across; colours of every class
   const std::string bar =
-      "Curves \"linear\" [3] \"nonperiodic\" \"P\" [-1.5 0 3 0 0 3 1.5 0 3] \"constantwidth\" [1.6] ";
+      "Curves \"cubic\" [7] \"nonperiodic\" \"P\" [-1.5 0 3 -1 0 3 -0.5 0 3 0 0 3 0.5 0 3 1 0 3 1.5 0 3] "
+      "\"constantwidth\" [1.6] ";
   const std::string ribbon = "Attribute \"dice\" \"int roundcurve\" [0]\n";
   const std::string show =
       "Pattern \"PxrPrimvar\" \"p\" \"string varname\" [\"tint\"] \"string type\" [\"color\"]\n"
@@ -286,7 +287,7 @@ TEST(Strands, ParametersAndPrimvars) {
   for (const std::string& kind : {ribbon, std::string()}) {
     RenderRequest r;
     r.rib =
-        window(16) + "WorldBegin\n" + show + kind + bar + "\"vertex color tint\" [1 0 0  0 1 0  0 0 1]\nWorldEnd\n";
+        window(16) + "WorldBegin\n" + show + kind + bar + "\"varying color tint\" [1 0 0  0 1 0  0 0 1]\nWorldEnd\n";
     r.channels = "Ci,a,u,v";
     SceneRender render(r);
     ASSERT_TRUE(render.ok());
