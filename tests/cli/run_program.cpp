@@ -92,6 +92,7 @@ Result Workplace::run(const std::vector<std::string>& given, const RunOptions& o
 
   Result result;
   const auto start = std::chrono::steady_clock::now();
+  auto begin = start;
   const auto end = start + std::chrono::seconds(options.timeoutSeconds);
   pollfd polled[2] = {{outPipe[0], POLLIN, 0}, {errPipe[0], POLLIN, 0}};
   bool isTerminated = false;
@@ -103,9 +104,11 @@ Result Workplace::run(const std::vector<std::string>& given, const RunOptions& o
       break;
     }
     int wait = int(left.count());
-    if (options.signalAfterSeconds >= 0 && !isTerminated) {
+    const bool isTiming = !options.fromFirstOutput || !result.out.empty();
+    if (!isTiming) begin = std::chrono::steady_clock::now();
+    if (options.signalAfterSeconds >= 0 && isTiming && !isTerminated) {
       const double toGo = options.signalAfterSeconds -
-                          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+                          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       if (toGo <= 0) {
         kill(child, options.signal);
         isTerminated = true;

@@ -25,6 +25,7 @@ struct RunOptions {
   std::function<bool(const std::string&)> terminateWhen;
   int signal = SIGTERM;            // what terminateWhen and signalAfterSeconds send
   double signalAfterSeconds = -1;  // after the start; -1: never
+  bool fromFirstOutput = false;    // ... after the first byte on standard output
 };
 
 class Workplace {
