@@ -58,7 +58,7 @@ TEST_P(Floods, OfAGigabyteAreReadInBoundedMemoryAndTime) {
   EXPECT_LT(peakKilobytes() - before, 200000);
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 60) << "CPU seconds";
   EXPECT_EQ(messages.count(f.code), 1u);
-  EXPECT_LT(messages.messages().size(), 5u);
+  EXPECT_LT(messages.messages().size(), 8u) << "one for each block that the flood leaves open";
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Floods,
