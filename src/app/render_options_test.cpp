@@ -129,7 +129,7 @@ TEST(RenderOptions, WrongFormsAreRefusedWithOneMessage) {
       {"a.rib", "--only-sample", "1,2"},
       {"a.rib", "--only-sample", "1,2,3", "--check"},
       {"a.rib", "--progress", "loud"},
-      {"a.rib", "--stats", "s.html"},
+      {"a.rib", "--stats", "s.pdf"},
       {"a.rib", "--stats", "/dev/full"},
       {"a.rib", "-o", "picture"},
       {"a.rib", "-o", "picture.gif"},

@@ -319,8 +319,8 @@ TEST_F(Displays, TiffAndJpegHoldWhatTheImageWriterHolds) {
     ASSERT_TRUE(image::read(name, b).ok());
     image::Difference d;
     ASSERT_TRUE(image::compare(a, b, {}, d).ok());
-    // JPEG loses; colours at full resolution lose less than those of the image writer
-    EXPECT_LT(d.rmse, extension == std::string("tif") ? 1e-9 : 0.05);
+    // the picture is noise, which JPEG hardly holds; here its colours have full resolution, in the image writer's not
+    EXPECT_LT(d.rmse, extension == std::string("tif") ? 1e-9 : 0.15);
     EXPECT_EQ(a.channels.size(), extension == std::string("tif") ? 4u : 3u);
     EXPECT_EQ(a.channels[0].type, image::StoredType::UInt8);
   }

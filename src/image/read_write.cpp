@@ -283,7 +283,8 @@ Status write(const std::string& path, const Image& image, const WriteOptions& op
       spec.set_format(is16 ? oiio::TypeUInt16 : oiio::TypeUInt8);
       // 8-bit files are pictures to look at: the crop stands at its place only where the format can say so
       spec.attribute("oiio:ColorSpace", options.encodeSrgb ? "sRGB" : "linear");
-      spec.attribute("oiio:UnassociatedAlpha", 1);  // written as they are: premultiplied colours are not divided
+      // most formats have no word for premultiplied colours: this keeps the library from dividing them; TIFF has one
+      if (extension != "tif" && extension != "tiff") spec.attribute("oiio:UnassociatedAlpha", 1);
       if (isJpeg) spec.attribute("CompressionQuality", std::clamp(options.jpegQuality, 1, 100));
       if (is16) {
         const auto plain = [](float v) { return uint16_t(!(v > 0) ? 0 : v >= 1 ? 65535 : v * 65535.0f + 0.5f); };

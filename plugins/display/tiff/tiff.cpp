@@ -60,7 +60,6 @@ struct Tiff {
       if (isAlphaChannel(d.channels[c]) && spec.alpha_channel < 0) spec.alpha_channel = int(c);
     }
     spec.attribute("oiio:ColorSpace", type == OIIO::TypeFloat ? "linear" : "sRGB");
-    spec.attribute("oiio:UnassociatedAlpha", 1);  // colours are not divided by alpha
     spec.attribute("compression", info.string(kCompression));
     if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);
     for (uint32_t i = 0; i < d.metadataCount; ++i) {
