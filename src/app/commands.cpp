@@ -75,6 +75,10 @@ int runProgram(const Arguments& arguments) {
     Diagnostics().error("APP-MEMORY", {}, "out of memory", "stopped", "render fewer pixels or simplify the scene");
     code = kOutOfMemory;
   } catch (const std::exception& e) {
+    if (std::ferror(stdout)) {   // printing has failed, not the program
+      Diagnostics().error("APP-WRITE", {}, std::string("standard output cannot be written: ") + e.what());
+      return kCannotWrite;
+    }
     Diagnostics().error("APP-INTERNAL", {}, std::string("internal error: ") + e.what(), "stopped",
                         "please report it with the scene and this command: " + quoted(arguments));
   } catch (...) {

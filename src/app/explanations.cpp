@@ -167,9 +167,6 @@ constexpr Explanation kRooms[] = {
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
      "what is not told apart. The message says what the channel holds."},
-    {"DISPLAY-FORMAT",
-     "The file format of a picture cannot hold all channels that its Display lists. PNG, JPEG and 8- or 16-bit TIFF "
-     "hold up to four numbers a pixel, of which the first ones are written; EXR holds any."},
     {"DISPLAY-DRIVER",
      "A Display names a driver that is no plug-in. The format is chosen by the file's extension, or openexr stands "
      "in."},

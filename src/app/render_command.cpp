@@ -98,7 +98,7 @@ class RenderRun {
     reading.stop = options_.settings.stop;
     rib::RibReader reader(diagnostics_, std::move(reading), [this](scene::Scene&& scene) { take(std::move(scene)); });
     for (const std::string& file : options_.files) {
-      if (isOver()) break;
+      if (isOver() || isStopped()) break;
       if (!reader.readFile(file)) return std::max<int>(code_, kBadScene);
     }
     if (isStopped() && isOver()) return code_;

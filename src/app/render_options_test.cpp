@@ -85,7 +85,7 @@ TEST(RenderOptions, ValuesArrive) {
   EXPECT_EQ(s.texturePath, (std::vector<std::string>{"t1", "t2"}));
   EXPECT_EQ(p.options.archivePath, (std::vector<std::string>{"a1"}));
   EXPECT_EQ(s.width, 4u);
-  EXPECT_EQ(s.groupSize, 1024u);
+  EXPECT_EQ(s.groupSize, 512u);
   EXPECT_EQ(s.bucketOrder, "spiral");
   EXPECT_TRUE(s.strict);
   EXPECT_EQ(p.options.quiet, 1);

@@ -138,7 +138,7 @@ image::Image pictureOf(const Film& film, const Output& output,
   image::Image picture(film.window(), std::move(infos));
   picture.display = {0, 0, film.width(), film.height()};
   picture.metadata = metadata;
-  const bool toIntegers = storesIntegers(output);
+  const bool toIntegers = storesIntegers(output, film.layout());
   for (int y = film.window().y0; y < film.window().y1; ++y)
     for (int x = film.window().x0; x < film.window().x1; ++x) {
       float *const first = picture.at(x, y), *out = first;

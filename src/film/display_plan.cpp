@@ -167,22 +167,6 @@ bool hasBeauty(const scene::Display& d) {
   return std::find(names.begin(), names.end(), "Ci") != names.end();
 }
 
-// Formats of integers hold a colour and alpha, four floats at most; layers belong into EXR.
-void dropWhatTheFormatLacks(const DisplayPlan& plan, Output& out, Diagnostics& diagnostics) {
-  if (!storesIntegers(out)) return;
-  size_t floats = 0, kept = 0;
-  while (kept < out.channels.size() && floats + out.channels[kept].names.size() <= 4)
-    floats += out.channels[kept++].names.size();
-  if (kept == out.channels.size()) return;
-  std::string names;
-  for (size_t i = kept; i < out.channels.size(); ++i)
-    names += (names.empty() ? "" : ", ") + plan.layout[out.channels[i].channel].name;
-  diagnostics.warning("DISPLAY-FORMAT", out.pos,
-                      "picture \"" + out.file + "\" holds at most 4 numbers a pixel, but is to hold also: " + names,
-                      "they are left out", "write them to an .exr");
-  out.channels.resize(kept);
-}
-
 // The displays of the scene, with the primary one overridden by -o. The reader has applied RIB's "+" (add) and its
 // absence (replace); a "+" that a scene made otherwise still holds is dropped.
 std::vector<scene::Display> wantedDisplays(const scene::Scene& scene, const PlanOptions& options,
@@ -223,15 +207,18 @@ std::string fillFrame(std::string file, int frame) {
   return file.replace(begin, end - begin, sign + digits);
 }
 
-bool storesIntegers(const Output& output) {
+bool storesIntegers(const Output& output, const ChannelLayout& layout) {
   const std::string extension = extensionOf(output.file);
   if (output.driver == "openexr") return false;
   for (const char* e : {"png", "jpg", "jpeg", "tga", "bmp", "ppm"})
     if (extension == e) return true;
   if (extension != "tif" && extension != "tiff") return false;
-  // a TIFF can be told to hold floats
+  // a TIFF can be told to hold floats, and does where it holds data
   const std::vector<float> quantize = output.params.getFloats("quantize");
-  return output.params.getString("format", "") != "float32" && !(quantize.size() == 4 && quantize[1] == 0);
+  const std::string format = output.params.getString("format", "");
+  if (quantize.size() == 4 || !format.empty()) return format != "float32" && !(quantize.size() == 4 && quantize[1] == 0);
+  return std::none_of(output.channels.begin(), output.channels.end(),
+                      [&](const OutputChannel& c) { return layout[c.channel].isData; });
 }
 
 void redirectPrimary(DisplayPlan& plan, const std::string& file, Diagnostics& diagnostics) {
@@ -263,7 +250,6 @@ DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, 
     const bool isWritten = chooseDriver(d, lookup, diagnostics, out);
     addChannels(scene, d, options, plan, out, diagnostics);
     if (!isWritten || options.noOutputs || out.channels.empty()) continue;
-    dropWhatTheFormatLacks(plan, out, diagnostics);
     if (out.channels.empty()) continue;
     // a framebuffer beside a file display of one name: one picture is enough
     const auto same =

@@ -58,7 +58,7 @@ DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, 
                          Diagnostics& diagnostics);
 
 // Whether the file holds integers, which its driver rounds to after encoding colours, instead of floats.
-bool storesIntegers(const Output& output);
+bool storesIntegers(const Output& output, const ChannelLayout& layout);
 
 // "####" in a name becomes the frame number padded to as many digits (a minus counts as one).
 std::string fillFrame(std::string file, int frame);

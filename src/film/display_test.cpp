@@ -357,7 +357,7 @@ TEST_F(Displays, FormatsThatCannotHoldTheChannelsSayWhichAreMissing) {
     Diagnostics fresh([&](const std::string& line, Severity) { lines.push_back(line); });
     DisplayOutput out(planDisplays(scene_, {}, stockDriver, fresh), stockDriver, fresh);
     ASSERT_TRUE(out.write(*filmFor(out.plan().layout), frame()));
-    ASSERT_EQ(lines.size(), 1u);
+    ASSERT_EQ(lines.size(), 1u) << lines[0] << "\n" << lines.back();
     EXPECT_NE(lines[0].find("DISPLAY-CHANNELS"), std::string::npos) << lines[0];
     EXPECT_NE(lines[0].find("cannot hold 4 channels"), std::string::npos) << lines[0];
     image::Image a;

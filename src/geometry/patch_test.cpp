@@ -228,8 +228,6 @@ TEST(Patch, BadInputTable) {
 
 TEST(Tessellate, KindsOfLaterIssuesAreToldByKind) {
   const std::pair<scene::Shape, const char*> kinds[] = {
-      {scene::Curves{}, "GEOM-NOT-RENDERED-YET-CURVES"},
-      {scene::Points{}, "GEOM-NOT-RENDERED-YET-POINTS"},
       {scene::OtherPrimitive{"Blobby", {}}, "GEOM-NOT-RENDERED-YET-BLOBBY"},
   };
   for (const auto& [shape, code] : kinds) {

@@ -87,7 +87,9 @@ class Ascii : public Encoder {
     bool isSeen = false;
     for (size_t i = 0; i < a.floats.size(); ++i) {
       const bool isExact = i < a.exact.size() && float(a.exact[i]) == a.floats[i];
-      std::string text = isExact ? number(a.exact[i]) : number(a.floats[i]);
+      // what a float holds exactly came from one, in binary files: it is written as short as a float
+      const bool isWide = isExact && double(float(a.exact[i])) != a.exact[i];
+      std::string text = isWide ? number(a.exact[i]) : number(isExact ? float(a.exact[i]) : a.floats[i]);
       isSeen |= text.find_first_of(".en") != std::string::npos;
       if (i + 1 == a.floats.size() && !isSeen) text += ".0";
       value(text, i == 0);

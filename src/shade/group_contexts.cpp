@@ -160,12 +160,10 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
         for (int k = 0; k < 3; ++k) ng[k][i] = q[k];
       }
       if (smooth) {
-        if (!own)
-          for (int k = 0; k < 3; ++k) sm[k] = q[k] * info.side;
         const float l2 = sm[0] * sm[0] + sm[1] * sm[1] + sm[2] * sm[2];
         const float inv = l2 > 0 ? 1.f / std::sqrt(l2) : 0.f;
-        // "N" of the mesh is oriented outward already; facets get their side above
-        for (int k = 0; k < 3; ++k) nn[k][i] = l2 > 0 ? sm[k] * inv : q[k];
+        // "N" of the mesh is oriented outward already; zero: the facet's, as in a context without any normals
+        for (int k = 0; k < 3; ++k) nn[k][i] = sm[k] * inv;
       }
     }
   }

@@ -27,7 +27,12 @@ void points(const PointsArgs& a) {
     // both normals follow the side that wo is on; `entering` keeps the original side
     const Mask<W> behind = dot(ng, wo) < F(0.f);
     Vec3<W> n = ng;
-    if (a.smooth[0]) n = Vec3<W>::load(a.smooth, i);
+    Mask<W> flat(true);
+    if (a.smooth[0]) {
+      const Vec3<W> given = Vec3<W>::load(a.smooth, i);
+      flat = dot(given, given) == F(0.f);
+      n = select(flat, n, given);
+    }
     n = select(behind, -n, n);
     ng = select(behind, -ng, ng);
     if (a.smooth[0]) {
@@ -35,7 +40,7 @@ void points(const PointsArgs& a) {
       n = select(dot(n, ng) < F(1e-3f), ng, n);
       const F c = dot(n, wo);
       const Vec3<W> bent = fma(wo, F(1e-3f) - c, n);
-      n = select(c < F(1e-3f), normalize(bent), n);
+      n = select((c < F(1e-3f)) & !flat, normalize(bent), n);
     }
     n.store(a.N, i);
     ng.store(a.Ng, i);

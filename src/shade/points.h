@@ -17,7 +17,7 @@ struct PointsArgs {
   const float* time;
   const uint32_t* seed;
   const uint32_t* index;
-  // by point: geometric normal in render space (not unit), side +-1; normal (unit, oriented) or null: Ng is taken
+  // by point: geometric normal in render space (not unit), side +-1; normal (unit, oriented; zero: Ng is taken) or null: all Ng
   const float* ng[3];
   const float* side;
   const float* smooth[3];

@@ -1,5 +1,6 @@
 #include "texture/group_lookup.h"
 
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -100,7 +101,11 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
   const Pyramid::Level& l = p.levels[size_t(level)];
   OIIO::ImageCache::Tile* handle =
       cache_.get_tile(p.handle, thread_, 0, level, tileX * l.tileWidth, tileY * l.tileHeight, 0);
-  if (!handle) return nullptr;
+  if (!handle) {
+    // the cache keeps a tile that it could not read, and hands it out the next time: the file goes the other way for good
+    std::atomic_ref(p.isBroken).store(true, std::memory_order_relaxed);
+    return nullptr;
+  }
   if (t.handle) cache_.release_tile(t.handle);
   OIIO::TypeDesc format;
   t.handle = handle;
@@ -146,6 +151,7 @@ bool TileTable::bilinear(const Pyramid& p, const LookupKind& kind, int level, fl
 }
 
 bool TileTable::lookUp(const Pyramid& p, const LookupKind& kind, float s, float t, float radius, float* out) {
+  if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return false;
   const Pyramid::Level& finest = p.levels[0];
   // how many texels of the finest level the footprint spans: level k where it spans 2^k, in between a mix in proportion
   const float texels = radius * float(finest.width < finest.height ? finest.width : finest.height);

@@ -23,6 +23,7 @@ struct Pyramid {
   OIIO::ImageCache::ImageHandle* handle = nullptr;
   std::vector<Level> levels;
   int channels = 0;
+  mutable bool isBroken = false;  // a tile could not be read; atomic access
   // False when the file's levels cannot be learned.
   bool describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring name);
 };

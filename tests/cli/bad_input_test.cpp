@@ -236,7 +236,7 @@ TEST(BadInput, SeveralFramesNeedANumberedOutput) {
 TEST(BadInput, UnknownParameterIsNamed) {
   Workplace w;
   w.write("scene.rib", rib());
-  expectEnd(w.run({"scene.rib", "--set", "integrator.noSuchParameter=4", "--progress", "none"}), 0,
+  expectEnd(w.run({"scene.rib", "--set", "integrator.noSuchParameter=4", "--progress", "none"}), 2,
             {"noSuchParameter"});
 }
 

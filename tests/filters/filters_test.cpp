@@ -174,7 +174,7 @@ TEST(Filters, MistakesAreOneMessageEach) {
   rib.replace(rib.find("PixelFilter \"box\" 1 1"), 21, "PixelFilter \"hann\" -3 0");
   SceneRender negative(request(rib));
   EXPECT_TRUE(negative.ok());
-  EXPECT_TRUE(says(negative, "FILM-FILTER"));
+  EXPECT_TRUE(says(negative, "RIB-ARGUMENTS"));
 }
 
 }  // namespace

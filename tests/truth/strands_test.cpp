@@ -225,7 +225,7 @@ TEST(Shutter, OpeningWeighsTimes) {
   };
   for (const Case& c : cases) {
     const Covered got =
-        covered(window(1024, c.camera) + "WorldBegin\n" + std::string(kGlowing) + square + "WorldEnd\n", c.name);
+        covered(window(4096, c.camera) + "WorldBegin\n" + std::string(kGlowing) + square + "WorldEnd\n", c.name);
     EXPECT_NEAR(got.area, 0.36, 0.003 * 0.36) << c.name;
     EXPECT_NEAR(got.first, c.mean, 0.006) << c.name;
     EXPECT_NEAR(got.second, c.second + own, 0.012 * (c.second + own)) << c.name;
