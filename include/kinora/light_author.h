@@ -231,9 +231,54 @@ struct LightRunner {
   }
 };
 
+// For lights from infinitely far, known by direction alone. `B` has
+//   template <int W> static Vec3<W> direction(const Data&, Float<W> u, Float<W> v);              // towards the light, unit
+//   template <int W> static void at(const Data&, Vec3<W> d, Rgb<W>& radiance, Float<W>& pdf);     // of that direction
+// and Data has isBlack.
+template <class B, class DataType>
+struct DirectionalLight {
+  using Data = DataType;
+  static constexpr bool kIntersects = false;
+  template <int W>
+  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+    if (k.isBlack) return;
+    out.wi = B::template direction<W>(k, in.u, in.v);
+    out.distance = Float<W>(__builtin_inff());
+    B::template at<W>(k, out.wi, out.radiance, out.pdf);
+  }
+  template <int W>
+  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
+    return Mask<W>(false);
+  }
+  template <int W>
+  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+    if (k.isBlack) return;
+    B::template at<W>(k, ray.d, l, pdf);
+  }
+  template <int W>
+  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+    if (k.isBlack) return;
+    const Vec3<W> d = B::template direction<W>(k, in.u2, in.u3);
+    emitFromDisk<W>(in, -d, out);
+    B::template at<W>(k, d, out.radiance, out.pdfDirection);
+  }
+};
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();
+
+// Under HWY_ONCE, in namespace kinora: the descriptor of light `Name` with its array of parameters, LightTraits, create()
+// and the type that it makes.
+#undef KINORA_REGISTER_LIGHT
+#define KINORA_REGISTER_LIGHT(Name, doc, params, traits, create, Data)                                                 \
+  namespace {                                                                                                         \
+  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                                                                     \
+  const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, #Name, doc, params.data(),            \
+                               uint32_t(params.size()), kTables, std::size(kTables), &traits, create,                 \
+                               [](void* d) { delete static_cast<Data*>(d); }};                                        \
+  }                                                                                                                   \
+  KINORA_REGISTER(Name, kDescriptor)
 
 #endif
 

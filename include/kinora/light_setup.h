@@ -262,6 +262,41 @@ struct LightCommon {
   bool isBlack() const { return radiance[0] == 0 && radiance[1] == 0 && radiance[2] == 0; }
 };
 
+// ---- what describe() tells the host ----
+// `power`: what choice among lights goes by before their importance.
+inline LightDescription describeLight(const LightCommon& common, bool isBlack, double power) {
+  LightDescription d{};
+  d.power = isBlack ? 0.f : float(power) * common.importance;
+  d.visibleToCamera = 1;
+  d.diffuse = common.diffuse;
+  d.specular = common.specular;
+  return d;
+}
+// A light from infinitely far: the integral of its radiance over directions; the host multiplies by pi R^2 of the world.
+inline LightDescription describeInfiniteLight(const LightCommon& common, bool isBlack, double integral) {
+  LightDescription d = describeLight(common, isBlack, integral);
+  d.radius = -1;
+  d.isInfinite = 1;
+  return d;
+}
+// A light with a surface of this area (render units) that lies within `radius` of `center`: pi A L, with its shaping and the
+// mean of its map.
+inline LightDescription describeSurfaceLight(const LightCommon& common, const Shaping& shaping, bool isBlack, Float3 center,
+                                             double radius, double area, const double mapMean[3] = nullptr) {
+  double power = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double shaped = mapMean ? std::fabs(common.radiance[c] * mapMean[c]) * shaping.power[c]
+                                  : std::fabs(common.radiance[c]) * shaping.power[c];
+    power += shaped * area * 3.14159265358979323846 / 3;
+  }
+  LightDescription d = describeLight(common, isBlack, power);
+  d.center[0] = center.x;
+  d.center[1] = center.y;
+  d.center[2] = center.z;
+  d.radius = float(radius);
+  return d;
+}
+
 // A light map ready for lookups: interleaved texels, top row first. Points at the host's pixels when nothing is to be
 // changed in them (the host keeps them for the world's life), else at its own copy.
 struct LightMap {

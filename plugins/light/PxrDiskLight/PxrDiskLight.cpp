@@ -262,17 +262,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->center[0] = k.center.x;
-  d->center[1] = k.center.y;
-  d->center[2] = k.center.z;
-  d->radius = float(k.boundingRadius * (1 + 1e-6));
-  double power = 0;
-  for (int c = 0; c < 3; ++c) power += std::fabs(k.common.radiance[c]) * k.shaping.power[c] * k.area * kPi / 3;
-  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
 }
 
 // Lambert's formula over a polygon of many sides and the ellipse's area, cut at the receiver's horizon: within 1e-5.
@@ -319,22 +309,9 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 }
 
 constexpr LightTraits kTraits{describe, irradiance};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrDiskLight",
-    "Disk of radius 0.5 in the local XY plane (an ellipse when scaled unevenly), emitting to the side of local +Z.",
-    pxrDiskLight::kParams.data(),
-    uint32_t(pxrDiskLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrDiskLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrDiskLight,
+                      "Disk of radius 0.5 in the local XY plane (an ellipse when scaled unevenly), emitting to the side of local +Z.",
+                      pxrDiskLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

@@ -134,17 +134,10 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->radius = -1;
-  d->isInfinite = 1;
-  d->isDelta = k.isDelta;
-  // the integral of radiance over directions; the host multiplies by pi R^2 of the world
   double sum = 0;
   for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
-  d->power = k.isBlack ? 0.f : float(sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos)) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeInfiniteLight(k.common, k.isBlack, sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos));
+  d->isDelta = k.isDelta;
 }
 
 // L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.
@@ -161,22 +154,9 @@ double irradiance(const void* data, const double*, const double N[3]) {
 }
 
 constexpr LightTraits kTraits{describe, irradiance};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrDistantLight",
-    "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
-    pxrDistantLight::kParams.data(),
-    uint32_t(pxrDistantLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrDistantLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrDistantLight,
+                      "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
+                      pxrDistantLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

@@ -68,10 +68,7 @@ KN_INLINE Int<W> find(const float* cdf, Int<W> offset, int32_t n, int32_t steps,
   return low;
 }
 
-struct PxrDomeLight {
-  using Data = pxrDomeLight::Data;
-  static constexpr bool kIntersects = false;
-
+struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
   template <int W>
   static KN_INLINE Vec3<W> toLocal(const Data& k, Vec3<W> d) {
     return {dot(d, wide<W>(k.axis[0])), dot(d, wide<W>(k.axis[1])), dot(d, wide<W>(k.axis[2]))};
@@ -123,30 +120,6 @@ struct PxrDomeLight {
     F sine, cosine;
     sincos((toFloat(column) + across) * F(-kTwoPi / float(k.columns)), sine, cosine);
     return normalize(toRender<W>(k, Vec3<W>(s * cosine, s * sine, z)));
-  }
-
-  template <int W>
-  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
-    if (k.isBlack) return;
-    out.wi = direction<W>(k, in.u, in.v);
-    out.distance = Float<W>(__builtin_inff());
-    at<W>(k, out.wi, out.radiance, out.pdf);
-  }
-  template <int W>
-  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
-    return Mask<W>(false);
-  }
-  template <int W>
-  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
-    if (k.isBlack) return;
-    at<W>(k, ray.d, l, pdf);
-  }
-  template <int W>
-  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
-    if (k.isBlack) return;
-    const Vec3<W> d = direction<W>(k, in.u2, in.u3);
-    emitFromDisk<W>(in, -d, out);
-    at<W>(k, d, out.radiance, out.pdfDirection);
   }
 };
 
@@ -291,14 +264,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->radius = -1;
-  d->isInfinite = 1;
-  // the integral of radiance over directions; the host multiplies by pi R^2 of the world
-  d->power = k.isBlack ? 0.f : float(4 * kPi * k.meanRadiance) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
 }
 
 // pi L for a constant dome; -1 for a map.
@@ -310,24 +276,11 @@ double irradiance(const void* data, const double*, const double*) {
 }
 
 constexpr LightTraits kTraits{describe, irradiance};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrDomeLight",
-    "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
-    "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
-    "placement count.",
-    pxrDomeLight::kParams.data(),
-    uint32_t(pxrDomeLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrDomeLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrDomeLight,
+                      "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
+                      "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
+                      "placement count.",
+                      pxrDomeLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

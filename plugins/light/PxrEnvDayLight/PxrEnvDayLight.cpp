@@ -89,10 +89,7 @@ KN_INLINE Float<W> perez(const Perez& p, Float<W> inverseCosine, Float<W> gamma,
   return F(p.scale) * up * round;
 }
 
-struct PxrEnvDayLight {
-  using Data = pxrEnvDayLight::Data;
-  static constexpr bool kIntersects = false;
-
+struct PxrEnvDayLight : DirectionalLight<PxrEnvDayLight, pxrEnvDayLight::Data> {
   template <int W>
   static KN_INLINE Vec3<W> toLocal(const Data& k, Vec3<W> d) {
     return {dot(d, wide<W>(k.axis[0])), dot(d, wide<W>(k.axis[1])), dot(d, wide<W>(k.axis[2]))};
@@ -173,30 +170,6 @@ struct PxrEnvDayLight {
     }
     return normalize(toRender<W>(k, l));
   }
-
-  template <int W>
-  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
-    if (k.isBlack) return;
-    out.wi = direction<W>(k, in.u, in.v);
-    out.distance = Float<W>(__builtin_inff());
-    at<W>(k, out.wi, out.radiance, out.pdf);
-  }
-  template <int W>
-  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
-    return Mask<W>(false);
-  }
-  template <int W>
-  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
-    if (k.isBlack) return;
-    at<W>(k, ray.d, l, pdf);
-  }
-  template <int W>
-  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
-    if (k.isBlack) return;
-    const Vec3<W> d = direction<W>(k, in.u2, in.u3);
-    emitFromDisk<W>(in, -d, out);
-    at<W>(k, d, out.radiance, out.pdfDirection);
-  }
 };
 
 using Runner = LightRunner<PxrEnvDayLight>;
@@ -215,7 +188,6 @@ using pxrEnvDayLight::kPi;
 using pxrEnvDayLight::kRows;
 using pxrEnvDayLight::kUnit;
 using pxrEnvDayLight::Perez;
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 
 // Local direction to the sun (+X north, +Y east, +Z up) by the paper's appendix A.6.
 Double3 sunOf(const NamedValues& v) {
@@ -287,7 +259,8 @@ void sunIrradiance(double T, double elevation, double rgb[3]) {
 void buildGrid(Data& k, double skyIrradiance[3]) {
   constexpr int kPlaces = 4;
   const LightFunctions* evaluate = nullptr;
-  for (const WidthTable& t : kTables)
+  static constexpr WidthTable kOwn[] = KINORA_ALL_WIDTHS;
+  for (const WidthTable& t : kOwn)
     if (t.width == 1) evaluate = static_cast<const LightFunctions*>(t.functions);
   std::vector<float> d[3], rgb[3], pdf(kColumns * kPlaces), o(kColumns * kPlaces, 0.f);
   for (int c = 0; c < 3; ++c) {
@@ -439,33 +412,14 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->radius = -1;
-  d->isInfinite = 1;
-  // the integral of radiance over directions; the host multiplies by pi R^2 of the world
-  d->power = k.isBlack ? 0.f : float(4 * kPi * k.meanRadiance) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
 }
 
 constexpr LightTraits kTraits{describe, nullptr};
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrEnvDayLight",
-    "Sky and sun by date and place, or by the sun's direction, after the daylight model of Preetham, Shirley and Smits "
-    "(1999). Z-up: local +Z is the zenith, +X north, +Y east. Only rotation and mirroring of the placement count.",
-    pxrEnvDayLight::kParams.data(),
-    uint32_t(pxrEnvDayLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrEnvDayLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrEnvDayLight,
+                      "Sky and sun by date and place, or by the sun's direction, after the daylight model of Preetham, Shirley and Smits "
+                      "(1999). Z-up: local +Z is the zenith, +X north, +Y east. Only rotation and mirroring of the placement count.",
+                      pxrEnvDayLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

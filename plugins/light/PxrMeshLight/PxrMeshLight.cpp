@@ -289,17 +289,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->center[0] = float(k.center.x);
-  d->center[1] = float(k.center.y);
-  d->center[2] = float(k.center.z);
-  d->radius = float(k.radius * (1 + 1e-6));
-  double power = 0;
-  for (int c = 0; c < 3; ++c) power += std::fabs(k.common.radiance[c]) * k.shaping.power[c] * k.area * kPi / 3;
-  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, Float3(k.center), k.radius * (1 + 1e-6), k.area);
 }
 
 // Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may hide
@@ -334,23 +324,10 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 }
 
 constexpr LightTraits kTraits{describe, irradiance};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrMeshLight",
-    "The geometry that follows in its attribute block emits, from the side of its outward normal; the geometry itself "
-    "is not rendered. Focus and cone are measured from the surface's normal.",
-    pxrMeshLight::kParams.data(),
-    uint32_t(pxrMeshLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrMeshLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrMeshLight,
+                      "The geometry that follows in its attribute block emits, from the side of its outward normal; the geometry itself "
+                      "is not rendered. Focus and cone are measured from the surface's normal.",
+                      pxrMeshLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

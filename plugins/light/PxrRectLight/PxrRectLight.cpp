@@ -259,21 +259,10 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->center[0] = k.center.x;
-  d->center[1] = k.center.y;
-  d->center[2] = k.center.z;
   double radius = 0;
   for (const Double3& c : k.corner)
     if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
-  d->radius = float(radius);
-  double power = 0;
-  for (int c = 0; c < 3; ++c)
-    power += std::fabs(k.common.radiance[c] * k.map.mean[c]) * k.shaping.power[c] * k.area * 3.14159265358979 / 3;
-  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, radius, k.area, k.map.mean);
 }
 
 // Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1
@@ -303,23 +292,10 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 }
 
 constexpr LightTraits kTraits{describe, irradiance};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrRectLight",
-    "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
-    "front with local +Y up, a map stands upright with its left edge at local +X.",
-    pxrRectLight::kParams.data(),
-    uint32_t(pxrRectLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrRectLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrRectLight,
+                      "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
+                      "front with local +Y up, a map stands upright with its left edge at local +X.",
+                      pxrRectLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

@@ -226,18 +226,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
-  *d = {};
-  d->center[0] = k.center.x;
-  d->center[1] = k.center.y;
-  d->center[2] = k.center.z;
-  d->radius = float(k.boundingRadius * (1 + 1e-6));
-  double power = 0;
-  for (int c = 0; c < 3; ++c)
-    power += std::fabs(k.common.radiance[c]) * k.shaping.power[c] * k.area * 3.14159265358979 / 3;
-  d->power = k.isBlack ? 0.f : float(power) * k.common.importance;
-  d->visibleToCamera = 1;
-  d->diffuse = k.common.diffuse;
-  d->specular = k.common.specular;
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
 }
 
 // pi L (r / d)^2 cos for a sphere wholly above the receiver's horizon; -1 for other cases.
@@ -254,23 +243,10 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 }
 
 constexpr LightTraits kTraits{describe, irradiance};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Light,
-    0,
-    "PxrSphereLight",
-    "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
-    "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
-    pxrSphereLight::kParams.data(),
-    uint32_t(pxrSphereLight::kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<Data*>(d); }};
 }  // namespace
-KINORA_REGISTER(PxrSphereLight, kDescriptor)
+KINORA_REGISTER_LIGHT(PxrSphereLight,
+                      "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
+                      "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
+                      pxrSphereLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif
