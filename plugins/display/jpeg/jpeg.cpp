@@ -1,18 +1,15 @@
 // Display driver "jpeg": the first colour, sRGB-encoded, 8 bits. JPEG has no alpha: premultiplied colours stand on
 // black. Further channels do not fit: a message says which are left out.
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <kinora/display_codes.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <iterator>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "../drivers/encoded_file.h"
 
 namespace kinora {
 namespace {
@@ -26,15 +23,14 @@ const Param kParams[] = {
 constexpr int kMostSide = 65500;  // libjpeg's
 
 struct Jpeg {
-  std::string path;
+  EncodedFile file;
   OIIO::ImageSpec spec;
   std::vector<uint32_t> channels;
   std::vector<bool> isLight;
-  std::vector<unsigned char> bytes;  // the finished file
 
   explicit Jpeg(const CreateInfo& info) {
     const DisplayInfo& d = *static_cast<const DisplayInfo*>(info.extra);
-    path = d.writePath;
+    file.path = d.writePath;
     channels = channelsToLookAt(d, false);
     warnOfChannels(info, d, channels);
     for (const uint32_t c : channels) isLight.push_back(d.channels[c].isColor == 1);
@@ -50,61 +46,21 @@ struct Jpeg {
       if (d.metadata[i].type == DisplayMetadataType::String) spec.attribute(d.metadata[i].key, d.metadata[i].text);
   }
 
-  void encode(const DisplayPixels& p) {
+  void write(const DisplayPixels& p) {
     const auto data = pictureCodes<uint8_t>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
-    // into memory first: the library does not notice a full disk
-    OIIO::Filesystem::IOVecOutput memory;
-    std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("jpeg");
-    if (!out) throw std::runtime_error("this OpenImageIO cannot write JPEG");
-    const bool ok =
-        out->set_ioproxy(&memory) && out->open(path, spec) && out->write_image(OIIO::TypeUInt8, data.data());
-    const std::string why = out->geterror();
-    if (!out->close() || !ok) throw std::runtime_error(why.empty() ? "the picture could not be encoded" : why);
-    bytes = memory.buffer();
+    file.encode("jpeg", "JPEG", spec, OIIO::TypeUInt8, data.data());
   }
 };
 
-int say(ErrorText* error, const char* what) {
-  std::snprintf(error->text, sizeof error->text, "%s", what);
-  return 0;
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  try {
-    return new Jpeg(*info);
-  } catch (const std::exception& e) {
-    say(error, e.what());
-    return nullptr;
-  }
-}
-void destroy(void* display) { delete static_cast<Jpeg*>(display); }
-
-int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
-  Jpeg& d = *static_cast<Jpeg*>(display);
-  try {
-    d.encode(*pixels);
-    return 1;
-  } catch (const std::exception& e) {
-    return say(error, e.what());
-  }
-}
-
-int close(void* display, ErrorText* error) {
-  const Jpeg& d = *static_cast<Jpeg*>(display);
-  std::FILE* file = std::fopen(d.path.c_str(), "wb");
-  int code = file ? 0 : errno;
-  if (file && std::fwrite(d.bytes.data(), 1, d.bytes.size(), file) != d.bytes.size()) code = errno ? errno : EIO;
-  if (file && std::fclose(file) != 0 && !code) code = errno;
-  return code ? say(error, std::strerror(code)) : 1;
-}
+int close(void* display, ErrorText* error) { return static_cast<const Jpeg*>(display)->file.write(error); }
 void abort(void*) {}
 
-const DisplayFunctions kFunctions{write, close, abort};
+const DisplayFunctions kFunctions{DriverCalls<Jpeg>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
 const Descriptor kDescriptor{
     kAbiVersion, sizeof(Descriptor), Kind::Display, 0, "jpeg",  "JPEG pictures to look at: sRGB, 8 bits, no alpha.",
-    kParams,     std::size(kParams), kTables,       1, nullptr, create,
-    destroy};
+    kParams,     std::size(kParams), kTables,       1, nullptr, DriverCalls<Jpeg>::create,
+    DriverCalls<Jpeg>::destroy};
 }  // namespace
 KINORA_REGISTER(jpeg, kDescriptor)
 }  // namespace kinora

@@ -26,6 +26,8 @@
 #include <string>
 #include <vector>
 
+#include "../drivers/calls.h"
+
 namespace kinora {
 namespace {
 
@@ -216,21 +218,6 @@ struct OpenExr {
   }
 };
 
-int say(ErrorText* error, const char* what) {
-  std::snprintf(error->text, sizeof error->text, "%s", what);
-  return 0;
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  try {
-    return new OpenExr(*info);
-  } catch (const std::exception& e) {
-    say(error, e.what());
-    return nullptr;
-  }
-}
-void destroy(void* display) { delete static_cast<OpenExr*>(display); }
-
 int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
   OpenExr& d = *static_cast<OpenExr*>(display);
   try {
@@ -254,8 +241,8 @@ const Descriptor kDescriptor{kAbiVersion,   sizeof(Descriptor),
                              "openexr",     "OpenEXR pictures, scene-linear, with layers and metadata.",
                              kParams,       std::size(kParams),
                              kTables,       1,
-                             nullptr,       create,
-                             destroy};
+                             nullptr,       DriverCalls<OpenExr>::create,
+                             DriverCalls<OpenExr>::destroy};
 }  // namespace
 KINORA_REGISTER(openexr, kDescriptor)
 }  // namespace kinora

@@ -1,17 +1,13 @@
 // Display driver "png" (d_Png): the first colour and alpha, sRGB-encoded, 8 bits (or 16). Premultiplied colours are
 // written as they are. Further channels do not fit: a message says which are left out.
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <kinora/display_codes.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <iterator>
-#include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "../drivers/encoded_file.h"
 
 namespace kinora {
 namespace {
@@ -22,16 +18,15 @@ const Param kParams[] = {
 };
 
 struct Png {
-  std::string path;
+  EncodedFile file;
   OIIO::ImageSpec spec;
   std::vector<uint32_t> channels;
   std::vector<bool> isLight;
   bool is16 = false;
-  std::vector<unsigned char> bytes;  // the finished file
 
   explicit Png(const CreateInfo& info) {
     const DisplayInfo& d = *static_cast<const DisplayInfo*>(info.extra);
-    path = d.writePath;
+    file.path = d.writePath;
     is16 = info.integer(0) != 1;
     channels = channelsToLookAt(d, true);
     warnOfChannels(info, d, channels);
@@ -58,62 +53,25 @@ struct Png {
   void encode(const DisplayPixels& p) {
     const std::vector<Int> data =
         pictureCodes<Int>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
-    // into memory first: the library does not notice a full disk
-    OIIO::Filesystem::IOVecOutput memory;
-    std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("png");
-    if (!out) throw std::runtime_error("this OpenImageIO cannot write PNG");
-    const bool ok = out->set_ioproxy(&memory) && out->open(path, spec) &&
-                    out->write_image(is16 ? OIIO::TypeUInt16 : OIIO::TypeUInt8, data.data());
-    const std::string why = out->geterror();
-    if (!out->close() || !ok) throw std::runtime_error(why.empty() ? "the picture could not be encoded" : why);
-    bytes = memory.buffer();
+    file.encode("png", "PNG", spec, is16 ? OIIO::TypeUInt16 : OIIO::TypeUInt8, data.data());
+  }
+  void write(const DisplayPixels& p) {
+    if (is16)
+      encode<uint16_t>(p);
+    else
+      encode<uint8_t>(p);
   }
 };
 
-int say(ErrorText* error, const char* what) {
-  std::snprintf(error->text, sizeof error->text, "%s", what);
-  return 0;
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  try {
-    return new Png(*info);
-  } catch (const std::exception& e) {
-    say(error, e.what());
-    return nullptr;
-  }
-}
-void destroy(void* display) { delete static_cast<Png*>(display); }
-
-int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
-  Png& d = *static_cast<Png*>(display);
-  try {
-    if (d.is16)
-      d.encode<uint16_t>(*pixels);
-    else
-      d.encode<uint8_t>(*pixels);
-    return 1;
-  } catch (const std::exception& e) {
-    return say(error, e.what());
-  }
-}
-
-int close(void* display, ErrorText* error) {
-  const Png& d = *static_cast<Png*>(display);
-  std::FILE* file = std::fopen(d.path.c_str(), "wb");
-  int code = file ? 0 : errno;
-  if (file && std::fwrite(d.bytes.data(), 1, d.bytes.size(), file) != d.bytes.size()) code = errno ? errno : EIO;
-  if (file && std::fclose(file) != 0 && !code) code = errno;
-  return code ? say(error, std::strerror(code)) : 1;
-}
+int close(void* display, ErrorText* error) { return static_cast<const Png*>(display)->file.write(error); }
 void abort(void*) {}
 
-const DisplayFunctions kFunctions{write, close, abort};
+const DisplayFunctions kFunctions{DriverCalls<Png>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
 const Descriptor kDescriptor{
     kAbiVersion, sizeof(Descriptor), Kind::Display, 0, "png",   "PNG pictures to look at: sRGB, 8 or 16 bits.",
-    kParams,     std::size(kParams), kTables,       1, nullptr, create,
-    destroy};
+    kParams,     std::size(kParams), kTables,       1, nullptr, DriverCalls<Png>::create,
+    DriverCalls<Png>::destroy};
 }  // namespace
 KINORA_REGISTER(png, kDescriptor)
 }  // namespace kinora

@@ -4,7 +4,6 @@
 #include <OpenImageIO/imageio.h>
 #include <kinora/display_codes.h>
 
-#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <memory>
@@ -12,6 +11,8 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "../drivers/calls.h"
 
 namespace kinora {
 namespace {
@@ -29,6 +30,9 @@ const Param kParams[] = {
     param::string("view", "")
         .help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": none"),
 };
+
+// The library may fail without a word.
+std::string orUnfinished(const std::string& what) { return what.empty() ? "the file could not be finished" : what; }
 
 struct Tiff {
   std::string path;
@@ -90,7 +94,10 @@ struct Tiff {
     return type;
   }
 
-  bool write(const DisplayPixels& p) {
+  void write(const DisplayPixels& p) {
+    if (!writePixels(p)) throw std::runtime_error(orUnfinished(out->geterror()));
+  }
+  bool writePixels(const DisplayPixels& p) {
     out = OIIO::ImageOutput::create("tiff");
     if (!out) throw std::runtime_error("this OpenImageIO cannot write TIFF");
     if (!out->open(path, spec)) return false;
@@ -124,50 +131,25 @@ struct Tiff {
   }
 };
 
-int say(ErrorText* error, const std::string& what) {
-  std::snprintf(error->text, sizeof error->text, "%s",
-                what.empty() ? "the file could not be finished" : what.c_str());
-  return 0;
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  try {
-    return new Tiff(*info);
-  } catch (const std::exception& e) {
-    say(error, e.what());
-    return nullptr;
-  }
-}
-void destroy(void* display) { delete static_cast<Tiff*>(display); }
-
-int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
-  Tiff& d = *static_cast<Tiff*>(display);
-  try {
-    return d.write(*pixels) ? 1 : say(error, d.out->geterror());
-  } catch (const std::exception& e) {
-    return say(error, e.what());
-  }
-}
-
 int close(void* display, ErrorText* error) {
   Tiff& d = *static_cast<Tiff*>(display);
   try {
-    return d.close() ? 1 : say(error, d.out ? d.out->geterror() : "what was written cannot be read back");
+    return d.close() ? 1 : say(error, d.out ? orUnfinished(d.out->geterror()).c_str() : "what was written cannot be read back");
   } catch (const std::exception& e) {
     return say(error, e.what());
   }
 }
 void abort(void* display) { static_cast<Tiff*>(display)->out.reset(); }
 
-const DisplayFunctions kFunctions{write, close, abort};
+const DisplayFunctions kFunctions{DriverCalls<Tiff>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
 const Descriptor kDescriptor{kAbiVersion,   sizeof(Descriptor),
                              Kind::Display, 0,
                              "tiff",        "TIFF pictures: any channels, 8 or 16 bits (sRGB) or floats.",
                              kParams,       std::size(kParams),
                              kTables,       1,
-                             nullptr,       create,
-                             destroy};
+                             nullptr,       DriverCalls<Tiff>::create,
+                             DriverCalls<Tiff>::destroy};
 }  // namespace
 KINORA_REGISTER(tiff, kDescriptor)
 }  // namespace kinora
