@@ -17,24 +17,13 @@ uint32_t nearRays(const NearRaysArgs& a) {
   uint32_t found = 0;
   for (uint32_t i = 0; i < a.n; i += W) {
     const Mask<W> in = Mask<W>::firstN(int(a.n - i < W ? a.n - i : W));
-    alignas(64) uint32_t last[W];   // the list may end where it ends
-    const uint32_t* from = a.slots + i;
-    if (a.n - i < W) {
-      for (uint32_t k = 0; k < W; ++k) last[k] = a.slots[i + k < a.n ? i + k : i];
-      from = last;
-    }
-    const Slots<W> slot = Slots<W>::load(from);
+    const Slots<W> slot = Slots<W>::loadUpTo(a.slots + i, a.n - i);
     const F hit = slot.get(a.tHit);
-    Vec3<W> o, d;
     Mask<W> is = in;
-    if (a.infinite) {
-      is = is & (hit > F(3.4e38f));
-      if (is.none()) continue;
-      o = Vec3<W>::get(r.o, slot);
-      d = Vec3<W>::get(r.d, slot);
-    } else {
-      o = Vec3<W>::get(r.o, slot);
-      d = Vec3<W>::get(r.d, slot);
+    if (a.infinite) is = is & (hit > F(3.4e38f));
+    if (is.none()) continue;
+    const Vec3<W> o = Vec3<W>::get(r.o, slot), d = Vec3<W>::get(r.d, slot);
+    if (!a.infinite) {
       const Vec3<W> p = center - o;
       const F along = dot(p, d), p2 = dot(p, p);
       // difference of near numbers: widen by what rounding may take

@@ -19,6 +19,7 @@ struct Data {
   float table[64], got[16];
   float pairs[2][64], least[64], most[64];
   int count = 0;
+  uint32_t listed = 1, tail[16];
 };
 }  // namespace kinora::wideTest
 #endif
@@ -40,6 +41,7 @@ HWY_ATTR void run(Data& d) {
   d.count = pack.count;
   const Slots<W> s = Slots<W>::load(d.slots);
   s.get(d.table).store(d.got);
+  Slots<W>::loadUpTo(d.slots, d.listed).s.store(d.tail);
   s.put(m, Float<W>::load(d.in), d.table);
   for (int i = 0; i < 64; i += W) {
     const Float<W> a = Float<W>::load(d.pairs[0] + i), b = Float<W>::load(d.pairs[1] + i);
@@ -116,6 +118,17 @@ TEST(Wide, SlotsReadAndWriteLikeALoop) {
           EXPECT_EQ(d.table[k], want) << "width " << w.lanes << " step " << step << " mask " << mask << " slot " << k;
         }
       }
+}
+
+TEST(Wide, ListsMayEndWithinAVector) {
+  for (const Width& w : widths())
+    for (uint32_t listed = 1; listed <= 16; ++listed) {
+      Data d = filled(0, 3, 2);
+      d.listed = listed;
+      for (uint32_t i = listed; i < 16; ++i) d.slots[i] = 63;   // not to be taken
+      w.run(d);
+      for (uint32_t i = 0; i < uint32_t(w.lanes); ++i) EXPECT_EQ(d.tail[i], d.slots[i < listed ? i : 0]) << w.lanes << ' ' << listed;
+    }
 }
 
 TEST(Wide, MinimaAndMaximaOfOddNumbersAreTheSameAtAllWidths) {

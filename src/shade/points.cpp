@@ -66,13 +66,7 @@ KN_INLINE Int<W> materials(const shade::SurfaceTables& t, Int<W> instance, Int<W
 template <int W>
 void programs(const shade::ProgramsArgs& a) {
   for (uint32_t i = 0; i < a.n; i += W) {
-    alignas(64) uint32_t last[W];   // the list may end where it ends
-    const uint32_t* from = a.slots + i;
-    if (a.n - i < W) {
-      for (uint32_t k = 0; k < W; ++k) last[k] = a.slots[i + k < a.n ? i + k : i];
-      from = last;
-    }
-    const Slots<W> slot = Slots<W>::load(from);
+    const Slots<W> slot = Slots<W>::loadUpTo(a.slots + i, a.n - i);
     const Int<W> m = materials<W>(*a.tables, slot.get(a.instance), slot.get(a.geometry));
     gather(a.tables->programOfMaterial.data(), m).store(a.program + i);
   }

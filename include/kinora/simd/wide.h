@@ -214,6 +214,13 @@ struct Slots {
   KN_INLINE explicit Slots(Int<W> slots)
       : s(slots), first(uint32_t(slots.lane0())), run((slots == Int<W>::lanes(slots.lane0())).all()) {}
   static KN_INLINE Slots load(const uint32_t* p) { return Slots(Int<W>::load(p)); }
+  // Of a list that ends after n slots, and of which nothing beyond may be read: the first of them fills the lanes left.
+  static KN_INLINE Slots loadUpTo(const uint32_t* p, uint32_t n) {
+    if (n >= uint32_t(W)) return load(p);
+    alignas(64) uint32_t last[W];
+    for (uint32_t k = 0; k < uint32_t(W); ++k) last[k] = p[k < n ? k : 0];
+    return load(last);
+  }
   KN_INLINE Float<W> get(const float* p) const { return run ? Float<W>::load(p + first) : gather(p, s); }
   KN_INLINE Int<W> get(const uint32_t* p) const { return run ? Int<W>::load(p + first) : gather(p, s); }
   KN_INLINE void put(Mask<W> m, Float<W> x, float* p) const {
