@@ -69,8 +69,8 @@ struct ShadingWorld {
   uint32_t width = 8;
   void fillTables();                          // once all else is set
   uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
-    const uint32_t m = geometries[geometry].material;
-    return m != 0xffffffffu ? m : placements[world->instance(instance).user].material;
+    const uint32_t m = tables.materialOfGeometry[geometry];
+    return m != 0xffffffffu ? m : tables.materialOfInstance[instance];
   }
 };
 
@@ -127,6 +127,7 @@ class GroupState {
  private:
   friend struct ContextHost;
   static constexpr int kMostPasses = 256;   // surfaces a ray may pass for want of presence or priority
+  PointsArgs startContext(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context*& context);
   Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
   // trace_sets.cpp; worlds with traceSets or hasHoles only.
   uint32_t maskOf(uint32_t slot, bool clearShadow) const;

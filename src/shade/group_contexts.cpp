@@ -62,16 +62,19 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   return count;
 }
 
-Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
-                                 bool bind) {
-  const Program& program = world_.materials->program(programIndex);
-  const trace::World& w = *world_.world;
+// A context of the listed slots with room for its points, and what the kernel of points reads of the group and writes there.
+// The distances, normals and sides are the caller's.
+PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context*& c) {
   const uint32_t m = padded(n);
-  uint32_t* slot = arena_.make<uint32_t>(m);
+  const auto f = [&] { return arena_.make<float>(m); };
+  const auto u = [&] { return arena_.make<uint32_t>(m); };
+  uint32_t* slot = u();
   std::memcpy(slot, slots, n * sizeof(uint32_t));
   for (uint32_t i = n; i < m; ++i) slot[i] = slots[n - 1];
-  Context* c = new (arena_.allocate(sizeof(Context))) Context();
+  c = new (arena_.allocate(sizeof(Context))) Context();
   ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
+  h->group = this;
+  h->slot = slot;
   c->count = n;
   c->padded = m;
   c->width = world_.width;
@@ -80,17 +83,38 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   c->depth = depth;
   c->fn = &kContextFunctions;
   c->host = h;
-  h->group = this;
-  h->program = &program;
-  h->slot = slot;
-
   PointsArgs a{};
   a.n = m;
   a.slots = slot;
   const Rays& r = group_.rays;
+  for (int k = 0; k < 3; ++k) {
+    a.o[k] = r.o[k]; a.d[k] = r.d[k];
+    c->P[k] = a.P[k] = f(); c->N[k] = a.N[k] = f(); c->Ng[k] = a.Ng[k] = f(); c->wo[k] = a.wo[k] = f();
+  }
+  a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  c->radius = a.outRadius = f();
+  c->spread = a.outSpread = f();
+  c->time = a.outTime = f();
+  c->bias = a.bias = f();
+  c->entering = a.entering = u();
+  c->sampleSeed = a.outSeed = u();
+  c->sampleIndex = a.outIndex = u();
+  return a;
+}
+
+Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                 bool bind) {
+  const Program& program = world_.materials->program(programIndex);
+  const trace::World& w = *world_.world;
+  Context* c;
+  PointsArgs a = startContext(traits, depth, n, slots, c);
+  const uint32_t m = c->padded;
+  const uint32_t* slot = c->path;
+  ContextHost* h = static_cast<ContextHost*>(c->host);
+  h->program = &program;
+  const Rays& r = group_.rays;
   const Hits& hits = group_.hits;
-  for (int k = 0; k < 3; ++k) { a.o[k] = r.o[k]; a.d[k] = r.d[k]; }
-  a.t = hits.t; a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  a.t = hits.t;
   float* ng[3];
   for (int k = 0; k < 3; ++k) { ng[k] = arena_.make<float>(m); a.ng[k] = ng[k]; }
   float* side = arena_.make<float>(m);
@@ -175,18 +199,6 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   }
   a.side = side;
   h->block = block;
-  const auto f = [&] { return arena_.make<float>(m); };
-  for (int k = 0; k < 3; ++k) {
-    a.P[k] = f(); a.N[k] = f(); a.Ng[k] = f(); a.wo[k] = f();
-    c->P[k] = a.P[k]; c->N[k] = a.N[k]; c->Ng[k] = a.Ng[k]; c->wo[k] = a.wo[k];
-  }
-  c->radius = a.outRadius = f();
-  c->spread = a.outSpread = f();
-  c->time = a.outTime = f();
-  c->bias = a.bias = f();
-  c->entering = a.entering = arena_.make<uint32_t>(m);
-  c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
-  c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) biasOfStrands(m, slot, a.bias);
   if (bind && lift_[0]) {
@@ -202,7 +214,7 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   if (bind && traceSet_)
     for (uint32_t i = 0; i < n; ++i) traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 
-  float* outer = f();
+  float* outer = arena_.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
   if (media_)
     for (uint32_t i = 0; i < m; ++i) {
@@ -267,25 +279,10 @@ void GroupState::biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) c
 
 Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t) {
   if (!n) return nullptr;
-  const uint32_t m = padded(n);
-  uint32_t* slot = arena_.make<uint32_t>(m);
-  for (uint32_t i = 0; i < m; ++i) slot[i] = slots[std::min(i, n - 1)];
-  Context* c = new (arena_.allocate(sizeof(Context))) Context();
-  ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
-  h->group = this;
-  h->program = nullptr;
-  h->slot = slot;
-  c->count = n;
-  c->padded = m;
-  c->width = world_.width;
-  c->traits = traits | kTraitInSpace;
-  c->path = slot;
-  c->depth = depth;
-  c->fn = &kContextFunctions;
-  c->host = h;
-  PointsArgs a{};
-  a.n = m;
-  a.slots = slot;
+  Context* c;
+  PointsArgs a = startContext(traits | kTraitInSpace, depth, n, slots, c);
+  const uint32_t m = c->padded;
+  const uint32_t* slot = c->path;
   const Rays& r = group_.rays;
   const auto f = [&] { return arena_.make<float>(m); };
   float *ng[3] = {f(), f(), f()}, *side = f(), *outer = f();
@@ -297,19 +294,9 @@ Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, 
     if (lift_[0])
       for (int k = 0; k < 3; ++k) lift_[k][slot[i]] = 0;
   }
-  for (int k = 0; k < 3; ++k) {
-    a.o[k] = r.o[k]; a.d[k] = r.d[k]; a.ng[k] = ng[k];
-    c->P[k] = a.P[k] = f(); c->N[k] = a.N[k] = f(); c->Ng[k] = a.Ng[k] = f(); c->wo[k] = a.wo[k] = f();
-  }
-  a.t = t; a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  for (int k = 0; k < 3; ++k) a.ng[k] = ng[k];
+  a.t = t;
   a.side = side;
-  c->radius = a.outRadius = f();
-  c->spread = a.outSpread = f();
-  c->time = a.outTime = f();
-  c->bias = a.bias = f();
-  c->entering = a.entering = arena_.make<uint32_t>(m);
-  c->sampleSeed = a.outSeed = arena_.make<uint32_t>(m);
-  c->sampleIndex = a.outIndex = arena_.make<uint32_t>(m);
   pointsKernel(world_.width)(a);
   c->outerIor = outer;
   return c;

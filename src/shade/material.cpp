@@ -1,21 +1,15 @@
 #include "shade/material.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <set>
 
+#include "base/text.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
 
 namespace {
-
-bool sameName(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
-           return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
-         });
-}
 
 uint32_t componentsOf(Type t) {
   switch (t) {
