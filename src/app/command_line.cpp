@@ -4,11 +4,11 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include <cctype>
 #include <charconv>
 #include <cmath>
 
 #include "app/exit_codes.h"
+#include "base/text.h"
 #include "render/version.h"
 
 namespace kinora::app {
@@ -60,8 +60,7 @@ namespace {
 bool splitUnit(const std::string& text, double& value, std::string& unit) {
   const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || next == text.data() || !std::isfinite(value) || value < 0) return false;
-  unit.assign(next, text.data() + text.size());
-  for (char& c : unit) c = char(std::tolower(static_cast<unsigned char>(c)));
+  unit = lowerCase({next, text.data() + text.size()});
   return true;
 }
 

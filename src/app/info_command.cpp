@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <map>
 #include <set>
 
@@ -14,6 +13,7 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/plugin_path.h"
+#include "base/text.h"
 #include "film/tools.h"
 #include "rib/reader.h"
 
@@ -21,8 +21,8 @@ namespace kinora::app {
 
 namespace {
 
-bool hasImageName(std::string name) {
-  for (char& c : name) c = char(std::tolower(static_cast<unsigned char>(c)));
+bool hasImageName(const std::string& file) {
+  const std::string name = lowerCase(file);
   static constexpr std::array kExtensions{".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg",
                                           ".tex", ".tx",  ".hdr", ".bmp",  ".tga"};
   return std::any_of(kExtensions.begin(), kExtensions.end(), [&](const char* e) { return name.ends_with(e); });

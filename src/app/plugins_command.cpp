@@ -5,23 +5,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "app/command_line.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/plugin_manual.h"
 #include "app/plugin_path.h"
+#include "base/text.h"
 #include "plugin/registry.h"
 
 namespace kinora::app {
-
-namespace {
-bool sameWithoutCase(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
-}
-}  // namespace
 
 int runPlugins(const Arguments& arguments) {
   Diagnostics diagnostics;
@@ -54,7 +47,7 @@ int runPlugins(const Arguments& arguments) {
   std::vector<std::string> names;
   for (const Descriptor* d : registry.all()) {
     names.emplace_back(d->name);
-    if (!sameWithoutCase(d->name, name)) continue;
+    if (!sameName(d->name, name)) continue;
     fmt::print("{}{}", isFound ? "\n" : "", pluginText(*d));
     isFound = true;
   }

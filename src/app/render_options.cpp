@@ -5,13 +5,13 @@
 #include <CLI/Formatter.hpp>
 
 #include <algorithm>
-#include <cctype>
 #include <limits>
 #include <map>
 #include <tuple>
 
 #include "app/command_line.h"
 #include "app/plugin_path.h"
+#include "base/text.h"
 
 namespace kinora::app {
 
@@ -20,9 +20,7 @@ namespace {
 std::string extensionOf(const std::string& file) {
   const size_t dot = file.find_last_of("./");
   if (dot == std::string::npos || file[dot] == '/') return {};
-  std::string extension = file.substr(dot);
-  for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
+  return lowerCase(file.substr(dot));
 }
 
 bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <set>
 
+#include "base/text.h"
 #include "image/atomic_file.h"
 #include "image/colors.h"
 #include "image/read_write.h"
@@ -315,8 +316,7 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
 
 bool DisplayOutput::writeByImage(const Output& output, image::Image picture) {
   const std::string::size_type dot = output.file.rfind('.');
-  std::string extension = dot == std::string::npos ? "" : output.file.substr(dot + 1);
-  for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lowerCase(dot == std::string::npos ? "" : output.file.substr(dot + 1));
   const bool isTiff = extension == "tif" || extension == "tiff";
   if (extension != "exr" && extension != "hdr") {
     // pictures to look at: 8 bits unless the display says otherwise

@@ -5,20 +5,16 @@
 #include <cctype>
 #include <map>
 
+#include "base/text.h"
 #include "film/display_channels.h"
 #include "film/light_paths.h"
 
 namespace kinora::film {
 namespace {
 
-std::string lower(std::string s) {
-  for (char& c : s) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return s;
-}
-
 std::string extensionOf(const std::string& file) {
   const size_t dot = file.rfind('.');
-  return dot == std::string::npos || file.find('/', dot) != std::string::npos ? "" : lower(file.substr(dot + 1));
+  return dot == std::string::npos || file.find('/', dot) != std::string::npos ? "" : lowerCase(file.substr(dot + 1));
 }
 
 // The driver that writes files of an extension; "" when none does.
@@ -43,7 +39,7 @@ std::string extensionOfDriver(const std::string& driver) {
 
 // Fills in `file` and `driver`. False: the display is not written.
 bool chooseDriver(const scene::Display& display, const DriverLookup& lookup, Diagnostics& diagnostics, Output& out) {
-  std::string driver = lower(display.driver);
+  std::string driver = lowerCase(display.driver);
   if (driver.starts_with("d_")) driver = driver.substr(2);
   if (driver == "null") return false;
   const std::string extension = extensionOf(out.file);

@@ -1,18 +1,14 @@
 #include "film/light_paths.h"
 
 #include <algorithm>
-#include <utility>
 #include <cctype>
+#include <utility>
+
+#include "base/text.h"
 
 namespace kinora::film {
 
 namespace {
-
-bool same(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
-           return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
-         });
-}
 
 // The standard set: from "emissive" to "volume" they are disjoint and hold every path, so they sum to beauty.
 struct Named { const char* name; const char* expression; };
@@ -39,7 +35,7 @@ constexpr Named kNamed[] = {
 
 const char* namedExpression(std::string_view name) {
   for (const Named& n : kNamed)
-    if (same(name, n.name)) return n.expression;
+    if (sameName(name, n.name)) return n.expression;
   return nullptr;
 }
 

@@ -3,9 +3,10 @@
 #include <math.h>  // j1: not in <cmath>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <numbers>
+
+#include "base/text.h"
 
 namespace kinora::film {
 namespace {
@@ -162,8 +163,7 @@ const std::vector<std::string>& PixelFilter::names() {
 PixelFilter::PixelFilter() { build(); }
 
 image::Status PixelFilter::make(std::string_view name, float xWidth, float yWidth, PixelFilter& out) {
-  std::string lower(name);
-  for (char& c : lower) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string lower = lowerCase(std::string(name));
   const auto it = std::find(names().begin(), names().end(), lower);
   out = PixelFilter();
   if (it == names().end())

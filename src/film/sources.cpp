@@ -1,8 +1,9 @@
 #include "film/sources.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
+
+#include "base/text.h"
 
 namespace kinora::film {
 
@@ -93,14 +94,9 @@ Channel channelOf(const SourceInfo& info, std::string name) {
 }
 
 std::string sourceLike(std::string_view name) {
-  const auto lower = [](std::string_view s) {
-    std::string r(s);
-    for (char& c : r) c = char(std::tolower(static_cast<unsigned char>(c)));
-    return r;
-  };
-  const std::string wanted = lower(name);
+  const std::string wanted = lowerCase(std::string(name));
   for (const SourceInfo& s : builtInSources())
-    if (lower(s.name) == wanted) return s.name;
+    if (lowerCase(s.name) == wanted) return s.name;
   return {};
 }
 

@@ -5,13 +5,13 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <mutex>
 
+#include "base/text.h"
 #include "image/atomic_file.h"
 
 namespace kinora::image {
@@ -51,9 +51,7 @@ oiio::TypeDesc typeDesc(StoredType t) {
 std::string extensionOf(const std::string& path) {
   const size_t dot = path.rfind('.');
   if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
-  std::string e = path.substr(dot + 1);
-  for (char& c : e) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return e;
+  return lowerCase(path.substr(dot + 1));
 }
 
 void setUpLibrary() {

@@ -3,21 +3,17 @@
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <map>
 #include <mutex>
 
+#include "base/text.h"
 #include "simd/dispatch.h"
 
 namespace kinora {
 
 namespace {
-std::string lower(std::string_view s) {
-  std::string r(s);
-  for (char& c : r) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return r;
-}
+std::string lower(std::string_view s) { return lowerCase(std::string(s)); }
 }  // namespace
 
 struct Registry::Impl {

@@ -3,19 +3,15 @@
 #include <kinora/pixel_filter.h>
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
+
+#include "base/text.h"
 
 namespace kinora::render {
 
 namespace {
 
 constexpr int kRows = 16;  // of pixels that are filtered at a time
-
-std::string lowerCase(std::string s) {
-  for (char& c : s) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return s;
-}
 
 bool isCombiner(const scene::Node& n) { return lowerCase(n.plugin).ends_with("filtercombiner"); }
 

@@ -1,18 +1,13 @@
 #include "render/stand_ins.h"
 
-#include <cctype>
 #include <cmath>
 
+#include "base/text.h"
 #include "geometry/tessellate.h"
 
 namespace kinora::render {
 
 namespace {
-
-std::string lowerCase(std::string s) {
-  for (char& c : s) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return s;
-}
 
 // `to` gets the value that `node` has under `from`.
 void rename(scene::Node& out, const scene::Node& node, const char* from, const char* to) {

@@ -11,14 +11,6 @@ namespace kinora::render {
 
 namespace {
 
-std::vector<std::string> wordsOf(const std::string& s) {
-  std::istringstream in(s);
-  std::vector<std::string> r;
-  for (std::string w; in >> w;)
-    if (w != "+") r.push_back(w);
-  return r;
-}
-
 struct Kind {
   const char *subset, *exclude;
   uint32_t bits;  // how many a subset of this kind takes
@@ -29,6 +21,14 @@ constexpr Kind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset",
 constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
 
 }  // namespace
+
+std::vector<std::string> groupNames(const std::string& list) {
+  std::istringstream in(list);
+  std::vector<std::string> names;
+  for (std::string name; in >> name;)
+    if (name != "+") names.push_back(name);
+  return names;
+}
 
 void WorldBuilder::traceSets(shade::ShadingWorld& world) {
   struct Subset {
@@ -45,7 +45,7 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
   for (size_t i = 0; i < placements_.size(); ++i) {
     const scene::Attributes* a = attributesOfPlacement_[i];
     if (!a) continue;
-    groups[i] = wordsOf(a->named.getString("grouping:membership", ""));
+    groups[i] = groupNames(a->named.getString("grouping:membership", ""));
     members.insert(groups[i].begin(), groups[i].end());
     for (const Kind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
@@ -61,7 +61,7 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
     for (int k = 0; k < 3; ++k) {
       const std::string subset = a->named.getString(kKinds[k].subset, ""),
                         exclude = a->named.getString(kKinds[k].exclude, "");
-      Subset s{k, wordsOf(subset), wordsOf(exclude), 0};
+      Subset s{k, groupNames(subset), groupNames(exclude), 0};
       if (s.names.empty() && s.exclude.empty()) continue;
       for (const auto* list : {&s.names, &s.exclude})
         for (const std::string& n : *list)

@@ -7,9 +7,9 @@
 #include <chrono>
 #include <cstring>
 #include <set>
-#include <sstream>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "geometry/tessellate.h"
 #include "render/filters.h"
 #include "render/mesh_light.h"
@@ -39,19 +39,6 @@ bool finite(const scene::Matrix& m) {
     for (int j = 0; j < 4; ++j)
       if (!std::isfinite(m[i][j])) return false;
   return true;
-}
-
-std::string lowerCase(std::string s) {
-  for (char& c : s) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return s;
-}
-
-std::vector<std::string> words(const std::string& s) {
-  std::istringstream in(s);
-  std::vector<std::string> r;
-  for (std::string w; in >> w;)
-    if (w != "+") r.push_back(w);
-  return r;
 }
 
 // Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing moves.
@@ -567,7 +554,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     w.spaces[name] = t.at(0.5 * (camera_.shutterOpen + camera_.shutterClose)) * shift;
 
   // Link sets: objects by what lights they name
-  std::map<std::pair<std::string, std::string>, uint32_t> linkSetOf;
+  LinkSets linkSetOf;
   linkSetOf[{"", ""}] = 0;
   for (size_t k = 0; k < placements_.size(); ++k) {
     const scene::Attributes* a = attributesOfPlacement_[k];
@@ -579,77 +566,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   w.placements = placementInfos_;
   w.fillTables();
   shading_ = std::move(next);
-  // Lights
-  std::vector<light::LightEntry> lights;
-  std::vector<std::set<std::string>> groups;
-  const float* center = world->center();
-  for (const scene::Light& l : lightsToUse) {
-    if (!l.node) continue;
-    if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
-    const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, diagnostics_, l.node->pos);
-    if (!d) {
-      diagnostics_.warning("PLUGIN-MISSING", l.node->pos, "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')",
-                           "it is left out", "is its library on the plug-in path?");
-      continue;
-    }
-    const Placement placement = placementOf(l.toWorld);
-    Instance inst;
-    EmittingMesh emitting;
-    if (l.geometry)
-      emitting = emittingMesh(*l.geometry, l.toWorld, 0.5 * (camera_.shutterOpen + camera_.shutterClose), origin_, mirrored,
-                              diagnostics_);
-    const LightMesh lightMesh = emitting.mesh();
-    if (!inst.create(*d, l.node.get(), &placement, &lightMesh, host_, diagnostics_)) continue;
-    light::LightEntry e;
-    for (uint32_t width : {1u, 4u, 8u, 16u})
-      e.byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
-    e.owner = inst.owner();
-    e.instance = inst.data();
-    e.description.visibleToCamera = 1;
-    e.description.diffuse = e.description.specular = 1;
-    if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->describe)
-      traits->describe(inst.data(), &e.description);
-    // power of infinite lights is per area of the world's disk
-    if (e.description.isInfinite) e.description.power *= 3.14159265f * world->radius() * world->radius();
-    float largestFactor = 1;
-    e.filters = makeLightFilters(l, scene, [this](const scene::Transform& t) { return placementOf(t); }, registry_, host_,
-                                 diagnostics_, largestFactor);
-    e.description.power *= largestFactor;
-    e.group = paths.end(l.node->params.getString("lightGroup", ""));
-    e.visibility = 0;
-    if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= 1;
-    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= 2;
-    // light met by indirect rays is one half of multiple importance sampling: it cannot be switched off alone
-    e.visibility |= 2;
-    std::set<std::string> names;
-    if (l.attributes)
-      for (const std::string& g : words(l.attributes->named.getString("grouping:membership", ""))) names.insert(g);
-    names.insert(l.node->handle);
-    groups.push_back(std::move(names));
-    lights.push_back(std::move(e));
-  }
-  if (lights.empty())
-    diagnostics_.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered", "only glowing surfaces will be seen",
-                         "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
-  std::vector<std::vector<uint32_t>> sets(linkSetOf.size());
-  std::set<std::string> unknown;
-  for (const auto& [key, index] : linkSetOf) {
-    const std::vector<std::string> subset = words(key.first), exclude = words(key.second);
-    for (const auto* names : {&subset, &exclude})
-      for (const std::string& n : *names)
-        if (std::none_of(groups.begin(), groups.end(), [&](const auto& g) { return g.count(n) > 0; }) && unknown.insert(n).second)
-          diagnostics_.warning("LIGHT-LINK", scene.pos, "light linking names '" + n + "', which no light is or belongs to",
-                               names == &subset ? "objects that name nothing else in lighting:subset are unlit" : "nothing is excluded by it",
-                               "a light's handle, or its Attribute \"grouping\" \"string membership\", is such a name");
-    for (uint32_t i = 0; i < lights.size(); ++i) {
-      const auto in = [&](const std::vector<std::string>& names) {
-        return std::any_of(names.begin(), names.end(), [&](const std::string& n) { return groups[i].count(n) > 0; });
-      };
-      if ((subset.empty() || in(subset)) && !in(exclude)) sets[index].push_back(i);
-    }
-  }
-  statistics.lights = lights.size();
-  shading_->lights = std::make_shared<light::LightSet>(std::move(lights), std::move(sets), center, world->radius());
+  shading_->lights = makeLights(scene, lightsToUse, paths, linkSetOf);
+  statistics.lights = shading_->lights->size();
 
   statistics.primitives = count;
   statistics.instances = placements_.size();

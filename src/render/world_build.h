@@ -53,6 +53,9 @@ struct CameraState {
   scene::Matrix worldToCamera;                      // at the middle of the shutter
 };
 
+// Names in a list of groups (grouping:membership, subsets); a "+" that stands alone is none.
+std::vector<std::string> groupNames(const std::string& list);
+
 class WorldBuilder {
  public:
   WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings);
@@ -74,7 +77,10 @@ class WorldBuilder {
   struct Shape;
   std::vector<std::string> texturePath(const scene::Scene& scene) const;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
-  void buildLights(const scene::Scene& scene);
+  // What light linking says of an object (lighting:subset and excludesubset) -> its link set.
+  using LinkSets = std::map<std::pair<std::string, std::string>, uint32_t>;
+  std::shared_ptr<const light::LightSet> makeLights(const scene::Scene& scene, const std::vector<scene::Light>& sources,
+                                                    const film::LightPaths& paths, const LinkSets& links);
   // Subsets that attributes of placements name: bits of shapes and placements, masks of rays.
   void traceSets(shade::ShadingWorld& world);
   Placement placementOf(const scene::Transform& toWorld) const;

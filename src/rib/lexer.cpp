@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/memory.h"
+#include "base/text.h"
 
 namespace kinora::rib {
 
@@ -235,8 +236,7 @@ Lexer::Token Lexer::word() {
 
 bool Lexer::wordToNumber() {
   if (text_.size() > 8) return false;
-  std::string lower = text_;
-  for (char& c : lower) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string lower = lowerCase(text_);
   if (lower == "nan")
     value_ = std::numeric_limits<double>::quiet_NaN();
   else if (lower == "inf" || lower == "infinity")

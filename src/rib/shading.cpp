@@ -2,6 +2,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "base/text.h"
 #include "rib/interpreter.h"
 
 namespace kinora::rib {
@@ -214,8 +215,7 @@ void Interpreter::light(Request& r) {
       l.filterToWorld.push_back(state_.ctm);
     }
   std::erase_if(l.patterns, [](const NodePtr& p) { return p->kind == "LightFilter"; });
-  std::string plugin = n->plugin;
-  for (char& c : plugin) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string plugin = lowerCase(n->plugin);
   if (plugin == "pxrmeshlight") {
     state_.emitter =
         std::make_shared<const scene::Light>(std::move(l));  // becomes a light with each geometry of this block
