@@ -67,8 +67,8 @@ constexpr Explanation kRooms[] = {
      "there "
      "is; --plugin-path names more folders. With --strict the exit code is 4."},
     {"PLUGIN-STAND-IN",
-     "The plug-in that the scene names is not in stock; the message names the one that stands in and how. The "
-     "picture is near to "
+     "The plug-in that the scene names is not in stock; the message names the one that stands in and how: a light of the same "
+     "colour, intensity and about the same area, a material of the same colours and roughness. The picture is near to "
      "what is meant, not equal to it. With --strict the exit code is 4."},
     {"PLUGIN-CREATE",
      "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
@@ -108,9 +108,6 @@ constexpr Explanation kRooms[] = {
     {"RENDER-CLASSIC-LIGHT",
      "An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) is rendered as the modern light of its shape, "
      "which takes the place of its geometry. Radiance follows intensity and exposure as they stand."},
-    {"PLUGIN-STAND-IN",
-     "A light plug-in that is not there is replaced by the nearest one that is, with the same colour, intensity and about the "
-     "same area, so that the picture keeps its light."},
     {"DISPLAY-FOLDER",
      "With -o, further pictures of the scene whose folder does not exist here are written beside the first one, under their "
      "own names."},

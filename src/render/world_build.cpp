@@ -6,6 +6,7 @@
 #include <cmath>
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <set>
 
 #include "base/memory.h"
@@ -15,9 +16,10 @@
 #include "render/mesh_light.h"
 #include "render/shutter.h"
 #include "render/stand_ins.h"
-#include "scene/uniform_keys.h"
 #include "sampling/sample_table.h"
 #include "scene/bytes.h"
+#include "scene/uniform_keys.h"
+#include "shade/bxdf_stand_ins.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
 
@@ -455,9 +457,17 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths);
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
+  std::map<std::array<float, 3>, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
   for (size_t i = 0; i < count; ++i) {
     const scene::Primitive& p = *primitiveOfShape_[i];
-    if (p.attributes && p.attributes->bxdf) materialOfShape[i] = materials->add(p.attributes->bxdf, p.attributes.get(), p.pos);
+    const scene::Attributes* a = p.attributes.get();
+    if (a && a->bxdf) {
+      materialOfShape[i] = materials->add(a->bxdf, a, p.pos);
+    } else if (p.primvars.find("Cs")) {
+      scene::NetworkPtr& network = colored[a && a->color ? *a->color : std::array<float, 3>{1, 1, 1}];
+      if (!network) network = shade::colorPrimvarNetwork(a);
+      materialOfShape[i] = materials->add(network, a, p.pos);
+    }
   }
   for (size_t k = 0; k < placements_.size(); ++k) {
     const scene::Attributes* a = attributesOfPlacement_[k];

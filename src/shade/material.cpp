@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "shade/bxdf_stand_ins.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -170,24 +171,29 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   scene::Node fallback = plain;
   const scene::Node* node = network && network->terminal ? network->terminal.get() : &plain;
   if (!resolve(*node, Kind::Bxdf, terminal)) {
-    // keeps the look where the missing material says a colour, else magenta
-    std::string done = "a magenta diffuse material stands in";
-    scene::Parameter p;
-    p.name = "diffuseColor";
-    p.type = scene::ValueType::Color;
-    p.floats = {0.8f, 0.f, 0.8f};
-    for (const char* name : {"diffuseColor", "baseColor", "frontColor", "color", "surfaceColor", "nearColor", "edgeColor", "emitColor"}) {
-      const scene::Parameter* q = node->params.find(name);
-      if (!q || (!q->isReference && q->floats.size() != 3)) continue;
-      p = *q;
+    const std::string who = "no bxdf '" + node->plugin + "' (node '" + node->handle + "')";
+    if (std::optional<scene::Node> near = bxdfStandIn(*node)) {
+      diagnostics_.warning("PLUGIN-STAND-IN", node->pos, who, near->plugin + " stands in, with its colours and roughness");
+      fallback = std::move(*near);
+    } else {
+      // keeps the look where the missing material says a colour, else magenta
+      std::string done = "a magenta diffuse material stands in";
+      scene::Parameter p;
       p.name = "diffuseColor";
-      done = std::string("a diffuse material of its ") + name + " stands in";
-      break;
+      p.type = scene::ValueType::Color;
+      p.floats = {0.8f, 0.f, 0.8f};
+      for (const char* name : {"diffuseColor", "baseColor", "frontColor", "color", "surfaceColor", "nearColor", "edgeColor", "emitColor"}) {
+        const scene::Parameter* q = node->params.find(name);
+        if (!q || (!q->isReference && q->floats.size() != 3)) continue;
+        p = *q;
+        p.name = "diffuseColor";
+        done = std::string("a diffuse material of its ") + name + " stands in";
+        break;
+      }
+      diagnostics_.warning("PLUGIN-MISSING", node->pos, who, done, "is its library on the plug-in path?");
+      fallback.handle = node->handle;
+      fallback.params.set(p);
     }
-    diagnostics_.warning("PLUGIN-MISSING", node->pos, "no bxdf '" + node->plugin + "' (node '" + node->handle + "')", done,
-                         "is its library on the plug-in path?");
-    fallback.handle = node->handle;
-    fallback.params.set(p);
     resolve(fallback, Kind::Bxdf, terminal);
   }
   nodes.push_back(std::move(terminal));
