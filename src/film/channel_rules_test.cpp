@@ -166,6 +166,8 @@ TEST(DisplayValues, ExposureQuantisationAndDither) {
   EXPECT_FLOAT_EQ(displayed(0.5f, v, true, false, true, 0, 0, 0), 1);
   EXPECT_FLOAT_EQ(displayed(0.125f, v, true, false, true, 0, 0, 0), 0.5f);
   EXPECT_EQ(displayed(0.125f, v, false, false, false, 0, 0, 0), 0.125f) << "data is not exposed";
+  // a driver that encodes as sRGB stores what the gamma says, not both curves: 0.5 is encoded from 0.21404
+  EXPECT_NEAR(displayed(0.125f, v, true, true, true, 0, 0, 0), 0.21404f, 1e-5);
   v = {};
   v.one = 4;
   v.most = 4;
@@ -246,6 +248,12 @@ TEST(DisplayPlan, RulesOfChannelsAndDisplays) {
   EXPECT_EQ(at("a'").filter.name, "") << "the plain one of the third display";
   EXPECT_EQ(p.outputs[1].channels[0].values.gain, 2);
   EXPECT_EQ(p.outputs[0].channels[0].values, DisplayValues());
+  s.exposure = {3, 2.2f};
+  const DisplayPlan exposed = planDisplays(s, {}, {}, messages);
+  EXPECT_EQ(exposed.outputs[0].channels[0].values.gain, 3) << "Exposure of the frame";
+  EXPECT_EQ(exposed.outputs[0].channels[0].values.gamma, 2.2f);
+  EXPECT_EQ(exposed.outputs[1].channels[0].values.gain, 2) << "the display's own";
+  s.exposure = {1, 1};
   EXPECT_NE(said.find("DISPLAY-CHANNEL-STATISTICS"), std::string::npos) << said;
   EXPECT_NE(said.find("\"dither\""), std::string::npos) << said;
 

@@ -140,8 +140,8 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
     o.isColor = summed.type == ChannelType::Color && !summed.isData;
     const auto declared = std::find_if(scene.channels.rbegin(), scene.channels.rend(),
                                        [&](const scene::DisplayChannel& d) { return d.name == name; });
-    o.values = displayValues(display.params, declared == scene.channels.rend() ? nullptr : &declared->params, name,
-                             display.pos, diagnostics);
+    o.values = displayValues(scene.exposure, display.params, declared == scene.channels.rend() ? nullptr : &declared->params,
+                             name, display.pos, diagnostics);
     if (asRgba && summed.width == 3 && name == (colour.empty() ? "Ci" : colour))
       o.names = {"R", "G", "B"};
     else if (asRgba && summed.width == 1 && name == (alpha.empty() ? "a" : alpha))

@@ -21,9 +21,12 @@ float noise(int x, int y, int component) {
 
 }  // namespace
 
-DisplayValues displayValues(const scene::ParameterList& display, const scene::ParameterList* channel,
-                            const std::string& name, const SourcePos& pos, Diagnostics& diagnostics) {
+DisplayValues displayValues(const std::array<float, 2>& exposure, const scene::ParameterList& display,
+                            const scene::ParameterList* channel, const std::string& name, const SourcePos& pos,
+                            Diagnostics& diagnostics) {
   DisplayValues v;
+  v.gain = exposure[0];
+  v.gamma = exposure[1];
   const auto given = [&](const char* parameter) -> const scene::Parameter* {
     const scene::Parameter* p = channel ? channel->find(parameter) : nullptr;
     return p ? p : display.find(parameter);
@@ -73,7 +76,11 @@ float displayed(float value, const DisplayValues& v, bool isColor, bool toIntege
                 int component) {
   if (isColor && v.isExposed()) {
     value *= v.gain;
-    if (v.gamma != 1) value = std::copysign(std::pow(std::fabs(value), 1 / v.gamma), value);
+    if (v.gamma != 1) {
+      value = std::copysign(std::pow(std::fabs(value), 1 / v.gamma), value);
+      // the gamma is the encoding of what is stored: the driver's own comes off
+      if (toIntegers && isEncoded) value = decode(value);
+    }
   }
   if (!v.isQuantised() && !(toIntegers && v.dither > 0)) return value;
   const float shift = v.dither > 0 ? v.dither * noise(x, y, component) : 0;

@@ -2,6 +2,7 @@
 // display_plan.cpp from the parameters of displays and channels, applied by display_output.cpp to the picture of one
 // output. Drivers encode and store; they know nothing of it.
 #pragma once
+#include <array>
 #include <cstdint>
 
 #include "base/diagnostics.h"
@@ -10,7 +11,7 @@
 namespace kinora::film {
 
 struct DisplayValues {
-  float gain = 1, gamma = 1;  // exposure: (value x gain)^(1 / gamma), of colours
+  float gain = 1, gamma = 1;  // exposure: (value x gain)^(1 / gamma), of colours; a gamma takes the place of a driver's sRGB
   // quantize [zero one min max]: value 0 becomes `zero`, 1 becomes `one`, all is cut to min..max; one 0: none.
   float zero = 0, one = 0, least = 0, most = 0;
   float dither = 0;           // amplitude in quantised steps
@@ -19,10 +20,11 @@ struct DisplayValues {
   bool operator==(const DisplayValues&) const = default;
 };
 
-// The display's parameters, then the channel's (which may be null) over them. What cannot be used is a
-// DISPLAY-PARAMETER warning and ignored.
-DisplayValues displayValues(const scene::ParameterList& display, const scene::ParameterList* channel,
-                            const std::string& name, const SourcePos& pos, Diagnostics& diagnostics);
+// The frame's gain and gamma (Exposure), the display's parameters over them, the channel's (which may be null) over
+// those. What cannot be used is a DISPLAY-PARAMETER warning and ignored.
+DisplayValues displayValues(const std::array<float, 2>& exposure, const scene::ParameterList& display,
+                            const scene::ParameterList* channel, const std::string& name, const SourcePos& pos,
+                            Diagnostics& diagnostics);
 
 // One float of a pixel. `isEncoded`: the driver stores integers of the sRGB-encoded value: dither is laid out there, and
 // steps are the driver's. `component` tells the floats of a pixel apart.

@@ -283,29 +283,47 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
   RoundInput inputs[kChunk];
   bool isClamped = false;
   const int sums = int(sums_.size());
-  for (int begin = 0; begin < sums; begin += kChunk) {
-    const int count = std::min(kChunk, sums - begin);
-    for (int k = 0; k < count; ++k) {
-      const SumSlot& s = sums_[size_t(begin + k)];
-      if (s.record < 0) {
-        std::fill_n(padded[k], kBlock, 1.0f);
-        inputs[k] = {padded[k], weights[s.weight], s.scale, s.limit};
-        continue;
+  struct Run { int slot, from, count; } runs[kChunk];
+  for (int begin = 0; begin < sums;) {
+    int count = 0, runCount = 0;
+    for (; begin < sums && count + 2 <= kChunk; begin += 2) {
+      // outputs that nothing of the block reached, as most of a list of light paths, cost a look; slots go in pairs
+      bool isZero = true;
+      for (int k = begin; k < begin + 2 && isZero; ++k) {
+        const SumSlot& s = sums_[size_t(k)];
+        isZero = s.record >= 0 && isZeroBlock(blockOf(span.values[s.record], first, n, padded[count]));
       }
-      const float* values = blockOf(span.values[s.record], first, n, padded[k]);
-      if (s.isSquare) {
-        for (int i = 0; i < kBlock; ++i) {
-          const double y = double(values[i]) * weights[s.weight][i];
-          padded[k][i] = float(y * y);
+      if (isZero) continue;
+      for (int k = 0; k < 2; ++k) {
+        const SumSlot& s = sums_[size_t(begin + k)];
+        RoundInput& input = inputs[count + k];
+        float* own = padded[count + k];
+        if (s.record < 0) {
+          std::fill_n(own, kBlock, 1.0f);
+          input = {own, weights[s.weight], s.scale, s.limit};
+          continue;
         }
-        inputs[k] = {padded[k], weights[kOne], s.scale, s.limit};
-        continue;
+        const float* values = blockOf(span.values[s.record], first, n, own);
+        if (s.isSquare) {
+          for (int i = 0; i < kBlock; ++i) {
+            const double y = double(values[i]) * weights[s.weight][i];
+            own[i] = float(y * y);
+          }
+          input = {own, weights[kOne], s.scale, s.limit};
+          continue;
+        }
+        input = {values, weights[s.weight], s.scale, s.limit};
       }
-      inputs[k] = {values, weights[s.weight], s.scale, s.limit};
+      if (runCount && runs[runCount - 1].slot + runs[runCount - 1].count == begin)
+        runs[runCount - 1].count += 2;
+      else
+        runs[runCount++] = {begin, count, 2};
+      count += 2;
     }
     isClamped |= roundBlock(inputs, count, rounded);
     for (int i = 0; i < n; ++i)
-      if (pixels[i]) addRounded(pixels[i] + kHeaderSlots + begin, rounded[i], count);
+      for (int r = 0; r < runCount && pixels[i]; ++r)
+        addRounded(pixels[i] + kHeaderSlots + runs[r].slot, rounded[i] + runs[r].from, runs[r].count);
   }
   if (isClamped) countSaturated(span, first, n, pixels, weights);
   if (!extremes_.empty() || !nearest_.empty()) addExtremes(span, first, n, pixels);

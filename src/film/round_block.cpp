@@ -48,6 +48,14 @@ KINORA_AVX2 void BlockCheck::look(const float* values, bool infinityAllowed, boo
   }
 }
 
+KINORA_AVX2 bool isZeroBlock(const float* values) {
+  V4i low, high;
+  std::memcpy(&low, values, sizeof low);
+  std::memcpy(&high, values + 8, sizeof high);
+  low |= high;
+  return (low[0] | low[1] | low[2] | low[3]) == 0;
+}
+
 uint32_t BlockCheck::bad() const { return bitsOf(bad_); }
 uint32_t BlockCheck::negative() const { return bitsOf(negative_); }
 

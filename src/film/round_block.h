@@ -27,6 +27,9 @@ class BlockCheck {
   alignas(32) int32_t negative_[kBlock] = {};
 };
 
+// True when all 16 floats are +0: adding them changes no sum.
+bool isZeroBlock(const float* values);
+
 // One float of the record for a block: values and weights of 16 samples, 1 / step, and the limit in steps.
 struct RoundInput {
   const float* values;

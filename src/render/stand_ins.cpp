@@ -42,7 +42,12 @@ bool isFull(const scene::Quadric& q, size_t sweep) { return std::fabs(q.args[swe
 // by name (Geometry "rectlight" ...) shone along -Z then. Their power did not grow with their size unless the file says
 // so: lights of radius 10 at exposure 8 stand in real files.
 bool fromClassic(const scene::Light& l, scene::Light& out) {
-  const std::string plugin = lowerCase(l.node->plugin);
+  std::string plugin = lowerCase(l.node->plugin);
+  // exporters compiled a shader for each of these lights and named it after the object: scene/PxrStdEnvMapLightShape1_rfm
+  if (l.node->kind == "AreaLightSource" && plugin.ends_with("_rfm"))
+    plugin = plugin.find("envmap") != std::string::npos ? "pxrstdenvmaplight"
+             : plugin.find("envday") != std::string::npos ? "pxrstdenvdaylight"
+                                                          : "pxrstdarealight";
   if (plugin != "pxrstdarealight" && plugin != "pxrstdenvmaplight" && plugin != "pxrstdenvdaylight" &&
       plugin != "pxrenvdaylight")
     return false;

@@ -254,7 +254,7 @@ void Interpreter::exposure(Request& r) {
   Cursor c(r);
   double v[2];
   if (!optionsAllowed(r) || !numbers(c, 2, v, "gain and gamma")) return;
-  if (!(v[1] > 0)) return badArguments(r, "a gamma above 0");
+  if (!(v[0] >= 0) || !(v[1] > 0)) return badArguments(r, "a gain of at least 0 and a gamma above 0");
   frame_.options.exposure = {float(v[0]), float(v[1])};
 }
 
