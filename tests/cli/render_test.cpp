@@ -246,6 +246,16 @@ TEST(Commands, HelpAndVersionWorkEverywhere) {
   }
 }
 
+TEST(Commands, PluginsPrintsTheManual) {
+  Workplace w;
+  const Result page = w.run({"plugins", "pxrdiffuse", "--markdown"});
+  EXPECT_EQ(page.exitCode, 0);
+  EXPECT_TRUE(page.out.starts_with("# PxrDiffuse\n")) << page.out;
+  EXPECT_NE(page.out.find("| `diffuseColor` | color | 0.5 |"), std::string::npos) << page.out;
+  const Result index = w.run({"plugins", "--markdown"});
+  EXPECT_NE(index.out.find("[PxrDiffuse](plugins/PxrDiffuse.md)"), std::string::npos) << index.out;
+}
+
 TEST(Commands, InfoTellsAboutScenesAndPictures) {
   Workplace w;
   w.write("scene.rib", rib());
