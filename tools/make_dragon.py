@@ -269,7 +269,6 @@ WorldBegin
             for k in (-1, 0, 1):
                 out.append(ball((x + 0.03 * (1 - abs(k)), 0.045, s * (y + 0.1 * k)), 1, (0.10, 0.05, 0.045)))
     out.append("  AttributeEnd\n  AttributeBegin\n    Attribute \"identifier\" \"string name\" [\"eyes\"]\n")
-    look = unit((0.45, 0.05, -1))
     for s, eye in zip((-1, 1), eyes):
         gaze = unit(add(add(right, t, 0.9 * s), up, 0.1 * s))
         gaze = tuple(s * g for g in gaze)
