@@ -112,31 +112,40 @@ std::string pluginText(const Descriptor& d) {
 
 std::string pluginsMarkdown(const std::vector<const Descriptor*>& plugins) {
   std::string out =
-      "# Plug-ins\n\nMade by `kinora plugins --markdown` from the plug-ins' own declarations; a test compares the "
-      "two. "
-      "Names match\nwithout case. A connectable parameter can be fed by a pattern.\n";
+      "# Plug-ins\n\nMade by `tools/make_plugin_pages` from the plug-ins' own declarations; a test compares the two. Each has "
+      "a page\nwith its parameters. Names match without case.\n";
   const char* kind = "";
   for (const Descriptor* d : sorted(plugins)) {
     if (std::string_view(kind) != kinora::nameOf(d->kind)) {
       kind = kinora::nameOf(d->kind);
-      out += fmt::format("\n## Kind: {}\n", kind);
+      out += fmt::format("\n## Kind: {}\n\n| | | |\n|---|---|---|\n", kind);
     }
-    out += fmt::format("\n### {}\n\n{}\n", d->name, d->doc ? d->doc : "");
-    for (const bool outputs : {false, true}) {
-      bool isFirst = true;
-      eachParam(*d, outputs, [&](const Param& p) {
-        if (isFirst)
-          out += outputs ? "\n| output | type | meaning |\n|---|---|---|\n"
-                         : "\n| parameter | type | default | range | meaning |\n|---|---|---|---|---|\n";
-        isFirst = false;
-        const std::string help = cell(std::string(p.doc ? p.doc : "") + (outputs ? "" : notesOf(p)));
-        out += outputs ? fmt::format("| `{}` | {} | {} |\n", p.name, typeOf(p), help)
-                       : fmt::format("| `{}` | {} | {} | {} | {} |\n", p.name, typeOf(p), cell(defaultOf(p)),
-                                     cell(rangeOf(p)), help);
-      });
-    }
+    out += fmt::format("| {} | [{}](plugins/{}.md) | {} |\n",
+                       hasPicture(*d) ? fmt::format("![](plugins/images/{}.jpg)", d->name) : "", d->name, d->name,
+                       cell(d->doc ? d->doc : ""));
   }
   return out;
 }
+
+std::string pluginPage(const Descriptor& d) {
+  std::string out = fmt::format("# {}\n\nKind: {}. {}\n", d.name, kinora::nameOf(d.kind), d.doc ? d.doc : "");
+  if (hasPicture(d)) out += fmt::format("\n![{}](images/{}.jpg)\n", d.name, d.name);
+  for (const bool outputs : {false, true}) {
+    bool isFirst = true;
+    eachParam(d, outputs, [&](const Param& p) {
+      if (isFirst)
+        out += outputs ? "\n| output | type | meaning |\n|---|---|---|\n"
+                       : "\n| parameter | type | default | range | meaning |\n|---|---|---|---|---|\n";
+      isFirst = false;
+      const std::string help = cell(std::string(p.doc ? p.doc : "") + (outputs ? "" : notesOf(p)));
+      out += outputs ? fmt::format("| `{}` | {} | {} |\n", p.name, typeOf(p), help)
+                     : fmt::format("| `{}` | {} | {} | {} | {} |\n", p.name, typeOf(p), cell(defaultOf(p)),
+                                   cell(rangeOf(p)), help);
+    });
+  }
+  return out + "\nMade by `kinora plugins " + d.name + " --markdown`; [all plug-ins](../plugins.md).\n";
+}
+
+bool hasPicture(const Descriptor& d) { return d.kind != Kind::Display && d.kind != Kind::Displacement; }
 
 }  // namespace kinora::app

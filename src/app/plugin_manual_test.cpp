@@ -1,10 +1,13 @@
-// What `kinora plugins` prints, over a plug-in of the test's own and over the whole registry; and that
-// docs/plugins.md is what the program prints. Misses: whether the help is true.
+// What `kinora plugins` prints, over a plug-in of the test's own and over the whole registry; and that docs/plugins.md and
+// docs/plugins/*.md are what the program prints, with a picture where one is shown and no page of what is no more.
+// Misses: whether the help is true, and whether pictures are up to date.
 #include "app/plugin_manual.h"
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "plugin/registry.h"
@@ -31,7 +34,7 @@ TEST(PluginManual, TextHoldsTypesDefaultsRangesAndHelp) {
 }
 
 TEST(PluginManual, MarkdownKeepsTablesWhole) {
-  const std::string page = pluginsMarkdown({&kDescriptor});
+  const std::string page = pluginPage(kDescriptor);
   EXPECT_NE(page.find("| `gain` | float | 0.18 | 0 .. 2 | A factor. |"), std::string::npos) << page;
   EXPECT_NE(page.find("A colour \\| with a bar."), std::string::npos) << page;
 }
@@ -46,13 +49,34 @@ TEST(PluginManual, EveryStockPluginExplainsItself) {
   }
 }
 
-TEST(PluginManual, CommittedPageIsWhatTheProgramPrints) {
-  std::ifstream stream(KINORA_SOURCE_DIR "/docs/plugins.md");
-  ASSERT_TRUE(stream) << "docs/plugins.md is missing";
-  std::stringstream committed;
-  committed << stream.rdbuf();
-  EXPECT_EQ(committed.str(), pluginsMarkdown(stockPlugins()))
-      << "run: build/kinora plugins --markdown > docs/plugins.md";
+const std::filesystem::path kDocs = KINORA_SOURCE_DIR "/docs";
+
+std::string textOf(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+TEST(PluginManual, CommittedPagesAreWhatTheProgramPrints) {
+  EXPECT_EQ(textOf(kDocs / "plugins.md"), pluginsMarkdown(stockPlugins())) << "run: tools/make_plugin_pages --text";
+  std::set<std::string> expected{"images"};
+  std::set<std::string> pictures;
+  for (const Descriptor* d : stockPlugins()) {
+    const std::string name = d->name;
+    EXPECT_TRUE(expected.insert(name + ".md").second) << name << ": two plug-ins would share a page";
+    EXPECT_EQ(textOf(kDocs / "plugins" / (name + ".md")), pluginPage(*d)) << "run: tools/make_plugin_pages --text";
+    if (!hasPicture(*d)) continue;
+    pictures.insert(name + ".jpg");
+    const auto picture = kDocs / "plugins/images" / (name + ".jpg");
+    ASSERT_TRUE(std::filesystem::exists(picture)) << "run: tools/make_plugin_pages " << name;
+    EXPECT_GT(std::filesystem::file_size(picture), 500u) << name;
+    EXPECT_LT(std::filesystem::file_size(picture), 32u << 10) << name;
+  }
+  for (const auto& e : std::filesystem::directory_iterator(kDocs / "plugins"))
+    EXPECT_TRUE(expected.count(e.path().filename())) << e.path() << " is no stock plug-in's page";
+  for (const auto& e : std::filesystem::directory_iterator(kDocs / "plugins/images"))
+    EXPECT_TRUE(pictures.count(e.path().filename())) << e.path() << " is no page's picture";
 }
 
 }  // namespace

@@ -27,11 +27,11 @@ int runPlugins(const Arguments& arguments) {
       ->type_name("DIR")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  parser->add_flag("--markdown", markdown, "all stock plug-ins as a manual page");
+  parser->add_flag("--markdown", markdown, "as the manual has it: the index of stock plug-ins, or the page of NAME");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
 
   Registry registry;
-  if (markdown) {
+  if (markdown && name.empty()) {
     // the page in docs/ must not depend on what a machine has installed
     fmt::print("{}", pluginsMarkdown(registry.all()));
     return kComplete;
@@ -48,7 +48,7 @@ int runPlugins(const Arguments& arguments) {
   for (const Descriptor* d : registry.all()) {
     names.emplace_back(d->name);
     if (!sameName(d->name, name)) continue;
-    fmt::print("{}{}", isFound ? "\n" : "", pluginText(*d));
+    fmt::print("{}{}", isFound ? "\n" : "", markdown ? pluginPage(*d) : pluginText(*d));
     isFound = true;
   }
   if (isFound) return kComplete;

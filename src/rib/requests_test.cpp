@@ -360,6 +360,14 @@ TEST(Shading, LayeredBxdfsReadBxdfs) {
   EXPECT_EQ(r.primitive().attributes->bxdf->patterns.at(0)->plugin, "LamaDiffuse");
 }
 
+TEST(Shading, ABxdfMayBeNamedAsThePatternItReads) {
+  const Read r = readWorld(
+      "Pattern \"P\" \"wood\"\nBxdf \"B\" \"wood\" \"reference color c\" [\"wood:out\"]\nSphere 1 -1 1 360");
+  expectClean(r);
+  ASSERT_EQ(r.primitive().attributes->bxdf->patterns.size(), 1u);
+  EXPECT_EQ(r.primitive().attributes->bxdf->patterns[0]->plugin, "P");
+}
+
 // A Bxdf line of nothing but __materialid names a material that another scope bound; with a parameter, another handle or
 // an id that nobody bound it is a material of its own.
 TEST(Shading, MaterialsAreFoundByTheirId) {

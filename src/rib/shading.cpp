@@ -137,8 +137,8 @@ void Interpreter::bxdf(Request& r) {
     state_.lateBxdf = nullptr;
     return;
   }
-  remember(n);  // layered materials refer to other bxdfs
-  auto network = bind(n, state_.lateBxdf);
+  auto network = bind(n, state_.lateBxdf);  // before it is remembered: a pattern it reads may have the same handle
+  remember(n);                              // layered materials refer to other bxdfs
   if (!key.empty() && !state_.lateBxdf) materials_[key] = network;
   edit().bxdf = std::move(network);
 }

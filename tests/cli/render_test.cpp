@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "run_program.h"
@@ -217,14 +219,17 @@ TEST(Render, SceneOfTheReadmeRendersWithoutAWord) {
 }
 
 TEST(Render, GalleryRendersWithoutAWord) {
-  for (const char* scene : {"cornell", "materials", "field"}) {
+  std::set<std::string> scenes;
+  for (const auto& e : std::filesystem::directory_iterator(KINORA_SOURCE_DIR "/scenes"))
+    if (e.path().extension() == ".rib") scenes.insert(e.path().stem());
+  EXPECT_GE(scenes.size(), 6u);
+  for (const std::string& scene : scenes) {
     Workplace w;
-    const std::string file = std::string(KINORA_SOURCE_DIR "/scenes/") + scene + ".rib";
-    const Result r = w.run({file, "--spp", "1", "--res", "64x36", "--progress", "none", "-q", "--strict"});
+    const Result r = w.run({KINORA_SOURCE_DIR "/scenes/" + scene + ".rib", "--spp", "1", "--res", "64x36", "--progress", "none", "-q", "--strict"});
     EXPECT_EQ(r.exitCode, 0) << scene;
     EXPECT_EQ(r.err, "") << scene;
-    EXPECT_TRUE(w.has(std::string(scene) + ".exr")) << scene;
-    EXPECT_TRUE(w.has(std::string(scene) + ".png")) << scene;
+    EXPECT_TRUE(w.has(scene + ".exr")) << scene;
+    EXPECT_TRUE(w.has(scene + ".png")) << scene;
   }
 }
 
@@ -239,6 +244,16 @@ TEST(Commands, HelpAndVersionWorkEverywhere) {
     EXPECT_EQ(help.err, "") << command;
     EXPECT_NE(w.run({command, "--version"}).out.find("kinora "), std::string::npos) << command;
   }
+}
+
+TEST(Commands, PluginsPrintsTheManual) {
+  Workplace w;
+  const Result page = w.run({"plugins", "pxrdiffuse", "--markdown"});
+  EXPECT_EQ(page.exitCode, 0);
+  EXPECT_TRUE(page.out.starts_with("# PxrDiffuse\n")) << page.out;
+  EXPECT_NE(page.out.find("| `diffuseColor` | color | 0.5 |"), std::string::npos) << page.out;
+  const Result index = w.run({"plugins", "--markdown"});
+  EXPECT_NE(index.out.find("[PxrDiffuse](plugins/PxrDiffuse.md)"), std::string::npos) << index.out;
 }
 
 TEST(Commands, InfoTellsAboutScenesAndPictures) {
