@@ -4,6 +4,7 @@
 #pragma once
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,8 @@ class DisplayOutput {
   Diagnostics& diagnostics_;
   std::vector<std::string> written_;
   bool isSnapshot_ = false;
+  const Output* output_ = nullptr;  // that a driver is writing
+  std::set<std::string> said_;      // by drivers
 };
 
 // The picture of one output: channels with their names and types, windows, metadata. Also for tests and for viewers.

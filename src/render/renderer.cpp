@@ -102,13 +102,19 @@ struct Renderer::Impl {
     if (diagnostics.count("CLI-SET") > 0) return false;
     if (!builder.buildCamera(scene)) return false;
     // samples
+    constexpr int kMostSamples = 1 << 16;
     int spp = settings.samplesPerPixel;
     if (spp <= 0) {
       spp = scene.hider ? scene.hider->params.getInt("maxsamples", 0) : 0;
+      if (spp < 0 || spp > kMostSamples)
+        diagnostics.warning("RENDER-SAMPLES", scene.hider->pos,
+                            "maxsamples of the Hider is " + std::to_string(spp) + ", which is not within 0 to " +
+                                std::to_string(kMostSamples),
+                            spp < 0 ? "it is ignored" : std::to_string(kMostSamples) + " are taken");
       if (spp <= 0 && scene.pixelSamples[0] > 0) spp = scene.pixelSamples[0] * std::max(1, scene.pixelSamples[1]);
       if (spp <= 0) spp = 64;
     }
-    spp = std::clamp(spp, 1, 1 << 16);
+    spp = std::clamp(spp, 1, kMostSamples);
     firstSample = 0;
     lastSample = spp;
     if (settings.firstSample >= 0) {

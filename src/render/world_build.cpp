@@ -29,11 +29,20 @@ namespace {
 
 constexpr double kPixelsPerEdge = 2.0;   // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
 
+// Whose create() this thread is in: messages and images that a plug-in asks for there are about that node.
+thread_local const scene::Node* nodeBeingMade = nullptr;
+
 void hostWarn(void* self, const char* code, const char* what, const char* done) {
-  static_cast<Diagnostics*>(static_cast<void**>(self)[0])->warning(code, {}, what, done);
+  static_cast<Diagnostics*>(static_cast<void**>(self)[0])
+      ->warning(code, nodeBeingMade ? nodeBeingMade->pos : SourcePos{}, what, done);
 }
 const HostImage* hostImage(void* self, const char* file, int linearize) {
-  return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, {});
+  TextureRequest request;
+  if (nodeBeingMade) {
+    request.pos = nodeBeingMade->pos;
+    request.object = nodeBeingMade->plugin + " '" + nodeBeingMade->handle + "'";
+  }
+  return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, request);
 }
 
 bool finite(const scene::Matrix& m) {
@@ -90,19 +99,21 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
   const shade::ResolvedParams params(plugin, node, diagnostics);
   CreateInfo info{};
   info.host = &host;
-  info.handle = node ? node->handle.c_str() : plugin.name;
+  info.handle = node && !node->handle.empty() ? node->handle.c_str() : plugin.name;
   info.values = params.values();
   info.valueCount = params.count();
   info.placement = placement;
   info.extra = extra;
   ErrorText error{};
   void* made = nullptr;
+  nodeBeingMade = node;
   try {
     made = plugin.create(&info, &error);
   } catch (...) {
     // a plug-in that does not use guardedCreate()
     std::snprintf(error.text, sizeof error.text, "exception in create()");
   }
+  nodeBeingMade = nullptr;
   if (!made) {
     diagnostics.warning("PLUGIN-CREATE", node ? node->pos : SourcePos{},
                         std::string(plugin.name) + " '" + info.handle + "' cannot be made: " +
@@ -299,13 +310,30 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
   // prototypes in use: their primitives keep their own transform inside the prototype, so each becomes a part of its own
   // placed by every instance; nested instances are flattened (the packaged Embree has one level)
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> partOf;
-  uint64_t placed = 0;
-  constexpr uint64_t kMostPlacements = 50'000'000;
+  // Prototypes that hold the next one twice, level after level, are countless also where they place nothing.
+  uint64_t placed = 0, opened = 0;
+  constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
   constexpr int kMostNesting = 32;
+  bool isTooMany = false, isTooDeep = false;
   const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld, int depth,
                                const scene::Attributes* attributes) -> void {
-    if (inst.prototype >= scene.prototypes.size() || depth > kMostNesting || placed > kMostPlacements) {
-      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances are nested too deeply or are too many", "the rest is left out");
+    if (isTooMany || inst.prototype >= scene.prototypes.size()) return;
+    if (++opened % 4096 == 0) {
+      isTooMany = settings_.stop && settings_.stop->load(std::memory_order_relaxed);
+      Memory::check(MemoryUse::Description);
+    }
+    if (depth > kMostNesting) {
+      if (!isTooDeep)
+        diagnostics_.warning("RENDER-INSTANCES", inst.pos,
+                             "instances are nested more than " + std::to_string(kMostNesting) + " deep",
+                             "what is deeper is left out");
+      isTooDeep = true;
+      return;
+    }
+    if (placed > kMostPlacements || opened > placed + kMostIdle) {
+      isTooMany = true;
+      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances inside instances are too many",
+                           "those after the first " + std::to_string(placed) + " objects are left out");
       return;
     }
     const scene::Prototype& proto = scene.prototypes[inst.prototype];
