@@ -6,8 +6,10 @@
 #include <cmath>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "base/memory.h"
 #include "base/text.h"
@@ -31,6 +33,8 @@ constexpr double kPixelsPerEdge = 2.0;   // micropolygon edge at dice:micropolyg
 
 // Whose create() this thread is in: messages and images that a plug-in asks for there are about that node.
 thread_local const scene::Node* nodeBeingMade = nullptr;
+// No exception crosses a plug-in: a size that was refused on its behalf waits here until its create() is over.
+thread_local std::exception_ptr refusedSize;
 
 void hostWarn(void* self, const char* code, const char* what, const char* done) {
   static_cast<Diagnostics*>(static_cast<void**>(self)[0])
@@ -42,7 +46,12 @@ const HostImage* hostImage(void* self, const char* file, int linearize) {
     request.pos = nodeBeingMade->pos;
     request.object = nodeBeingMade->plugin + " '" + nodeBeingMade->handle + "'";
   }
-  return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, request);
+  try {
+    return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, request);
+  } catch (const std::bad_alloc&) {
+    refusedSize = std::current_exception();
+    return nullptr;
+  }
 }
 
 bool finite(const scene::Matrix& m) {
@@ -114,6 +123,11 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
     std::snprintf(error.text, sizeof error.text, "exception in create()");
   }
   nodeBeingMade = nullptr;
+  if (const std::exception_ptr refused = std::exchange(refusedSize, nullptr)) {
+    if (made && plugin.destroy) plugin.destroy(made);
+    plugin_ = nullptr;
+    std::rethrow_exception(refused);
+  }
   if (!made) {
     diagnostics.warning("PLUGIN-CREATE", node ? node->pos : SourcePos{},
                         std::string(plugin.name) + " '" + info.handle + "' cannot be made: " +
@@ -125,6 +139,7 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
   data_ = std::shared_ptr<void>(made, [destroy = plugin.destroy](void* p) {
     if (destroy) destroy(p);
   });
+  Memory::check(MemoryUse::Textures);  // tables over a light's map are the plug-in's own
   return true;
 }
 
