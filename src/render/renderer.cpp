@@ -412,6 +412,29 @@ struct Renderer::Impl {
     }
   }
 
+  // A picture without any light is seldom what was meant, and the messages before it do not always say why.
+  void tellOfBlackness() {
+    const film::Film& f = *film;
+    const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
+    if (colour < 0 || !scene.displayFilters.empty()) return;  // display filters make pixels of their own
+    bool isCovered = alpha < 0;
+    float values[16];
+    for (int y = f.window().y0; y < f.window().y1; ++y)
+      for (int x = f.window().x0; x < f.window().x1; ++x) {
+        f.resolvePixel(colour, x, y, values);
+        if (values[0] != 0 || values[1] != 0 || values[2] != 0) return;
+        if (isCovered) continue;
+        f.resolvePixel(alpha, x, y, values);
+        isCovered = values[0] != 0;
+      }
+    diagnostics.warning("RENDER-BLACK", scene.pos,
+                        isCovered ? "every pixel is black: no light reaches what the camera sees"
+                                  : "every pixel is black and empty: the camera sees nothing",
+                        "the picture is written",
+                        isCovered ? "look at the lights, their distance and their linking; old lights and shaders may not be rendered"
+                                  : "look at the camera's transform, the clipping planes and the messages about objects left out");
+  }
+
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that would
   // outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
@@ -534,6 +557,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
+      if (complete) tellOfBlackness();
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;

@@ -102,6 +102,20 @@ TEST(BadInput, NoLightsGivesAPictureAndAWarning) {
   EXPECT_TRUE(w.has("out.exr"));
 }
 
+TEST(BadInput, ABlackPictureIsNeverSilent) {
+  SceneParts parts;
+  parts.camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 -9";
+  for (const bool isSeen : {false, true}) {
+    if (isSeen) {
+      parts = {};
+      parts.material = "Bxdf \"PxrBlack\" \"none\"";
+    }
+    Workplace w;
+    const Result r = w.run({w.write("scene.rib", rib(parts)), "--progress", "none"});
+    expectEnd(r, 0, {"scene.rib:", "warning RENDER-BLACK", isSeen ? "no light reaches" : "sees nothing"});
+  }
+}
+
 TEST(BadInput, NoCameraIsTheDefaultOne) {
   Workplace w;
   SceneParts parts;
