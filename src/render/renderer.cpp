@@ -412,6 +412,19 @@ struct Renderer::Impl {
     }
   }
 
+  // What the tile cache holds, so that refusals can name it.
+  struct CountedTiles {
+    int64_t bytes = 0;
+    ~CountedTiles() { set(0); }
+    void set(int64_t now) {
+      Memory::count(MemoryUse::Textures, now - bytes);
+      bytes = now;
+    }
+  } countedTiles;
+  void countTextures() {
+    if (Memory::limit() > 0) countedTiles.set(int64_t(builder.textures().statistics().cacheBytes));
+  }
+
   // A picture without any light is seldom what was meant, and the messages before it do not always say why.
   void tellOfBlackness() {
     const film::Film& f = *film;
@@ -531,6 +544,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         lastSnapshot = Clock::now();
         if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       }
+      countTextures();
       Memory::check(MemoryUse::Textures);
     }
     stats.renderSeconds = since(start);
