@@ -327,6 +327,22 @@ TEST(BadInput, TexturesThatPromiseTooMuch) {
   }
 }
 
+TEST(BadInput, UdimSetsWithHoles) {
+  Workplace w;
+  for (const char* tile : {"1001", "1003"})
+    w.write(std::string("skin.") + tile + ".ppm", "P6\n2 2\n255\n" + std::string(12, 'x'));
+  SceneParts parts;
+  parts.material =
+      "Pattern \"PxrTexture\" \"t\" \"string filename\" [\"skin.<UDIM>.ppm\"]\n"
+      "Bxdf \"PxrDiffuse\" \"matt\" \"reference color diffuseColor\" [\"t:resultRGB\"]";
+  parts.geometry = "Polygon \"P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"varying float[2] st\" [0 0 3 0 3 1 0 1]";
+  w.write("scene.rib", rib(parts));
+  const Result r = w.run({"scene.rib", "--progress", "none"});
+  expectEnd(r, 0, {"scene.rib:", "warning ASSET-TEXTURE-TILE", "none for 1002)"});
+  EXPECT_EQ(occurrences(r.err, "ASSET-TEXTURE-TILE"), 1u) << r.err;
+  EXPECT_EQ(w.run({"scene.rib", "--progress", "none", "--strict"}).exitCode, 4);
+}
+
 TEST(BadInput, ABrokenColourConfiguration) {
   Workplace w;
   w.write("scene.rib", rib());
