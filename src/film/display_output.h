@@ -56,6 +56,8 @@ class DisplayOutput {
   // What changes pixels before the displays get them: display filters.
   using PixelStage = std::function<FilteredPixels(const Film&)>;
   void setPixelStage(PixelStage stage) { stage_ = std::move(stage); }
+  // The film's pixels as display filters leave them; none of its channels where there are no filters.
+  FilteredPixels filtered(const Film& film) const { return stage_ ? stage_(film) : FilteredPixels(); }
   // Names of the files written by the last write().
   const std::vector<std::string>& written() const { return written_; }
 

@@ -429,15 +429,16 @@ struct Renderer::Impl {
   void tellOfBlackness() {
     const film::Film& f = *film;
     const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
-    if (colour < 0 || !scene.displayFilters.empty()) return;  // display filters make pixels of their own
+    if (colour < 0) return;
+    const film::FilteredPixels filtered = output->filtered(f);
     bool isCovered = alpha < 0;
     float values[16];
     for (int y = f.window().y0; y < f.window().y1; ++y)
       for (int x = f.window().x0; x < f.window().x1; ++x) {
-        f.resolvePixel(colour, x, y, values);
+        if (!filtered.find(colour, x, y, values)) f.resolvePixel(colour, x, y, values);
         if (values[0] != 0 || values[1] != 0 || values[2] != 0) return;
         if (isCovered) continue;
-        f.resolvePixel(alpha, x, y, values);
+        if (!filtered.find(alpha, x, y, values)) f.resolvePixel(alpha, x, y, values);
         isCovered = values[0] != 0;
       }
     diagnostics.warning("RENDER-BLACK", scene.pos,
