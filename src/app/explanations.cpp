@@ -115,6 +115,12 @@ constexpr Explanation kRooms[] = {
     {"RENDER-RESOLUTION",
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
      "code 3."},
+    {"RENDER-BLACK",
+     "All of a finished picture's colour is 0. Either the camera sees no object (alpha is 0 everywhere), or no light "
+     "reaches those that it sees. Messages before this one often say what was left out."},
+    {"RENDER-SAMPLES",
+     "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say how "
+     "many samples a pixel has."},
     {"RENDER-CROP", "The crop window, rounded to pixels as RIB says, is empty. The whole picture is rendered."},
     {"RENDER-SHUTTER",
      "The numbers of the shutter's opening shape (shutterOpenTime, shutterCloseTime and shutteropening of a Camera, or "

@@ -35,7 +35,13 @@ std::string refusalOf(MemoryUse use, uint64_t bytes) {
                                      " more, which the limit of " + limit + " does not hold"
                                : "the process holds " + asBinaryBytes(Memory::resident()) +
                                      ", more than the limit of " + limit + " (noticed by: " + nameOf(use) + ")";
-  return text + "; the largest so far: " + Memory::largest();
+  text += "; the largest so far: " + Memory::largest();
+  // buffers of libraries, freed memory that the allocator keeps
+  constexpr uint64_t kWorthSaying = 16 << 20;
+  const uint64_t resident = Memory::resident(), counted = sum();
+  if (bytes == 0 && resident > counted + kWorthSaying)
+    text += ", libraries' buffers and others " + asBinaryBytes(resident - counted);
+  return text;
 }
 
 bool fits(uint64_t bytes) {

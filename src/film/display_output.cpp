@@ -292,9 +292,13 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
                          metadata.data(),
                          uint32_t(metadata.size())};
   const DriverValues values(driver, output, diagnostics_);
+  // every snapshot makes a driver anew, and what it says of the file is said once
+  output_ = &output;
   const Host host{this,
                   [](void* self, const char* code, const char* what, const char* done) {
-                    static_cast<DisplayOutput*>(self)->diagnostics_.warning(code, {}, what, done);
+                    auto& m = *static_cast<DisplayOutput*>(self);
+                    if (m.said_.insert(std::string(code) + what).second)
+                      m.diagnostics_.warning(code, m.output_->pos, what, done);
                   },
                   [](void*, const char*, int) -> const HostImage* { return nullptr; }};
   const CreateInfo create{&host, output.file.c_str(), values.values(), values.count(), nullptr, &info};

@@ -4,6 +4,7 @@
 #pragma once
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,8 @@ class DisplayOutput {
   // What changes pixels before the displays get them: display filters.
   using PixelStage = std::function<FilteredPixels(const Film&)>;
   void setPixelStage(PixelStage stage) { stage_ = std::move(stage); }
+  // The film's pixels as display filters leave them; none of its channels where there are no filters.
+  FilteredPixels filtered(const Film& film) const { return stage_ ? stage_(film) : FilteredPixels(); }
   // Names of the files written by the last write().
   const std::vector<std::string>& written() const { return written_; }
 
@@ -71,6 +74,8 @@ class DisplayOutput {
   Diagnostics& diagnostics_;
   std::vector<std::string> written_;
   bool isSnapshot_ = false;
+  const Output* output_ = nullptr;  // that a driver is writing
+  std::set<std::string> said_;      // by drivers
 };
 
 // The picture of one output: channels with their names and types, windows, metadata. Also for tests and for viewers.

@@ -102,13 +102,19 @@ struct Renderer::Impl {
     if (diagnostics.count("CLI-SET") > 0) return false;
     if (!builder.buildCamera(scene)) return false;
     // samples
+    constexpr int kMostSamples = 1 << 16;
     int spp = settings.samplesPerPixel;
     if (spp <= 0) {
       spp = scene.hider ? scene.hider->params.getInt("maxsamples", 0) : 0;
+      if (spp < 0 || spp > kMostSamples)
+        diagnostics.warning("RENDER-SAMPLES", scene.hider->pos,
+                            "maxsamples of the Hider is " + std::to_string(spp) + ", which is not within 0 to " +
+                                std::to_string(kMostSamples),
+                            spp < 0 ? "it is ignored" : std::to_string(kMostSamples) + " are taken");
       if (spp <= 0 && scene.pixelSamples[0] > 0) spp = scene.pixelSamples[0] * std::max(1, scene.pixelSamples[1]);
       if (spp <= 0) spp = 64;
     }
-    spp = std::clamp(spp, 1, 1 << 16);
+    spp = std::clamp(spp, 1, kMostSamples);
     firstSample = 0;
     lastSample = spp;
     if (settings.firstSample >= 0) {
@@ -406,6 +412,43 @@ struct Renderer::Impl {
     }
   }
 
+  // What the tile cache holds, so that refusals can name it.
+  struct CountedTiles {
+    int64_t bytes = 0;
+    ~CountedTiles() { set(0); }
+    void set(int64_t now) {
+      Memory::count(MemoryUse::Textures, now - bytes);
+      bytes = now;
+    }
+  } countedTiles;
+  void countTextures() {
+    if (Memory::limit() > 0) countedTiles.set(int64_t(builder.textures().statistics().cacheBytes));
+  }
+
+  // A picture without any light is seldom what was meant, and the messages before it do not always say why.
+  void tellOfBlackness() {
+    const film::Film& f = *film;
+    const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
+    if (colour < 0) return;
+    const film::FilteredPixels filtered = output->filtered(f);
+    bool isCovered = alpha < 0;
+    float values[16];
+    for (int y = f.window().y0; y < f.window().y1; ++y)
+      for (int x = f.window().x0; x < f.window().x1; ++x) {
+        if (!filtered.find(colour, x, y, values)) f.resolvePixel(colour, x, y, values);
+        if (values[0] != 0 || values[1] != 0 || values[2] != 0) return;
+        if (isCovered) continue;
+        if (!filtered.find(alpha, x, y, values)) f.resolvePixel(alpha, x, y, values);
+        isCovered = values[0] != 0;
+      }
+    diagnostics.warning("RENDER-BLACK", scene.pos,
+                        isCovered ? "every pixel is black: no light reaches what the camera sees"
+                                  : "every pixel is black and empty: the camera sees nothing",
+                        "the picture is written",
+                        isCovered ? "look at the lights, their distance and their linking; old lights and shaders may not be rendered"
+                                  : "look at the camera's transform, the clipping planes and the messages about objects left out");
+  }
+
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that would
   // outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
@@ -502,6 +545,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         lastSnapshot = Clock::now();
         if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       }
+      countTextures();
       Memory::check(MemoryUse::Textures);
     }
     stats.renderSeconds = since(start);
@@ -528,6 +572,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
+      if (complete) tellOfBlackness();
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;

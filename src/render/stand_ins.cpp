@@ -195,13 +195,34 @@ bool fromShader(const scene::Light& l, scene::Light& out) {
 
 }  // namespace
 
+// Whether a prototype, or one that it instances, has a light.
+static std::vector<bool> prototypesWithLights(const scene::Scene& scene) {
+  std::vector<bool> with(scene.prototypes.size());
+  for (bool isChanged = true; isChanged;) {
+    isChanged = false;
+    for (size_t i = 0; i < with.size(); ++i) {
+      if (with[i]) continue;
+      const scene::Prototype& p = scene.prototypes[i];
+      bool holds = !p.lights.empty();
+      for (const scene::Instance& n : p.instances) holds |= n.prototype < with.size() && with[n.prototype];
+      with[i] = holds;
+      isChanged |= holds;
+    }
+  }
+  return with;
+}
+
 std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
                                          std::set<uint32_t>& shapes) {
   std::vector<scene::Light> all = scene.lights;
   // lights inside prototypes shine from every instance, with the instance's attributes
   constexpr size_t kMost = 1'000'000;
+  const std::vector<bool> holdLights = prototypesWithLights(scene);
+  size_t opened = 0;  // without a bound, prototypes that hold the next one twice, level after level, never end
   const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld, int depth) -> void {
-    if (inst.prototype >= scene.prototypes.size() || depth > 32 || all.size() > kMost) return;
+    if (inst.prototype >= scene.prototypes.size() || !holdLights[inst.prototype] || depth > 32 || all.size() > kMost ||
+        ++opened > all.size() + kMost)
+      return;
     const scene::Prototype& p = scene.prototypes[inst.prototype];
     for (scene::Light l : p.lights) {
       l.toWorld = concat(l.toWorld, toWorld);

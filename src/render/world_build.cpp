@@ -6,8 +6,10 @@
 #include <cmath>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "base/memory.h"
 #include "base/text.h"
@@ -29,11 +31,27 @@ namespace {
 
 constexpr double kPixelsPerEdge = 2.0;   // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
 
+// Whose create() this thread is in: messages and images that a plug-in asks for there are about that node.
+thread_local const scene::Node* nodeBeingMade = nullptr;
+// No exception crosses a plug-in: a size that was refused on its behalf waits here until its create() is over.
+thread_local std::exception_ptr refusedSize;
+
 void hostWarn(void* self, const char* code, const char* what, const char* done) {
-  static_cast<Diagnostics*>(static_cast<void**>(self)[0])->warning(code, {}, what, done);
+  static_cast<Diagnostics*>(static_cast<void**>(self)[0])
+      ->warning(code, nodeBeingMade ? nodeBeingMade->pos : SourcePos{}, what, done);
 }
 const HostImage* hostImage(void* self, const char* file, int linearize) {
-  return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, {});
+  TextureRequest request;
+  if (nodeBeingMade) {
+    request.pos = nodeBeingMade->pos;
+    request.object = nodeBeingMade->plugin + " '" + nodeBeingMade->handle + "'";
+  }
+  try {
+    return static_cast<TextureSystem*>(static_cast<void**>(self)[1])->image(file, linearize, request);
+  } catch (const std::bad_alloc&) {
+    refusedSize = std::current_exception();
+    return nullptr;
+  }
 }
 
 bool finite(const scene::Matrix& m) {
@@ -90,18 +108,25 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
   const shade::ResolvedParams params(plugin, node, diagnostics);
   CreateInfo info{};
   info.host = &host;
-  info.handle = node ? node->handle.c_str() : plugin.name;
+  info.handle = node && !node->handle.empty() ? node->handle.c_str() : plugin.name;
   info.values = params.values();
   info.valueCount = params.count();
   info.placement = placement;
   info.extra = extra;
   ErrorText error{};
   void* made = nullptr;
+  nodeBeingMade = node;
   try {
     made = plugin.create(&info, &error);
   } catch (...) {
     // a plug-in that does not use guardedCreate()
     std::snprintf(error.text, sizeof error.text, "exception in create()");
+  }
+  nodeBeingMade = nullptr;
+  if (const std::exception_ptr refused = std::exchange(refusedSize, nullptr)) {
+    if (made && plugin.destroy) plugin.destroy(made);
+    plugin_ = nullptr;
+    std::rethrow_exception(refused);
   }
   if (!made) {
     diagnostics.warning("PLUGIN-CREATE", node ? node->pos : SourcePos{},
@@ -114,6 +139,7 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
   data_ = std::shared_ptr<void>(made, [destroy = plugin.destroy](void* p) {
     if (destroy) destroy(p);
   });
+  Memory::check(MemoryUse::Textures);  // tables over a light's map are the plug-in's own
   return true;
 }
 
@@ -299,13 +325,30 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
   // prototypes in use: their primitives keep their own transform inside the prototype, so each becomes a part of its own
   // placed by every instance; nested instances are flattened (the packaged Embree has one level)
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> partOf;
-  uint64_t placed = 0;
-  constexpr uint64_t kMostPlacements = 50'000'000;
+  // Prototypes that hold the next one twice, level after level, are countless also where they place nothing.
+  uint64_t placed = 0, opened = 0;
+  constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
   constexpr int kMostNesting = 32;
+  bool isTooMany = false, isTooDeep = false;
   const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld, int depth,
                                const scene::Attributes* attributes) -> void {
-    if (inst.prototype >= scene.prototypes.size() || depth > kMostNesting || placed > kMostPlacements) {
-      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances are nested too deeply or are too many", "the rest is left out");
+    if (isTooMany || inst.prototype >= scene.prototypes.size()) return;
+    if (++opened % 4096 == 0) {
+      isTooMany = settings_.stop && settings_.stop->load(std::memory_order_relaxed);
+      Memory::check(MemoryUse::Description);
+    }
+    if (depth > kMostNesting) {
+      if (!isTooDeep)
+        diagnostics_.warning("RENDER-INSTANCES", inst.pos,
+                             "instances are nested more than " + std::to_string(kMostNesting) + " deep",
+                             "what is deeper is left out");
+      isTooDeep = true;
+      return;
+    }
+    if (placed > kMostPlacements || opened > placed + kMostIdle) {
+      isTooMany = true;
+      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances inside instances are too many",
+                           "those after the first " + std::to_string(placed) + " objects are left out");
       return;
     }
     const scene::Prototype& proto = scene.prototypes[inst.prototype];

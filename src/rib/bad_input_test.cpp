@@ -119,6 +119,17 @@ INSTANTIATE_TEST_SUITE_P(
         BadRequest{"StrayMotionEnd", "MotionEnd", "RIB-NESTING", 2, 0},
         BadRequest{"Condition", "IfBegin \"$user:x ==\"\nIfEnd", "RIB-CONDITION", 2, 0},
         BadRequest{"MotionTimes", "MotionBegin [1 0]\nTranslate 1 0 0\nMotionEnd", "RIB-MOTION", 2, 0},
+        BadRequest{"MotionTimesOfShapes",
+                   "MotionBegin [1 0]\nSphere 1 -1 1 360\nSphere 2 -2 2 360\nMotionEnd", "RIB-MOTION", 2, 1},
+        BadRequest{"MotionTimeNan", "MotionBegin [0 nan]\nSphere 1 -1 1 360\nSphere 2 -2 2 360\nMotionEnd",
+                   "RIB-MOTION", 2, 1},
+        BadRequest{"MotionNoTimes", "MotionBegin []\nSphere 1 -1 1 360\nMotionEnd", "RIB-MOTION", 2, 1},
+        BadRequest{"MotionTooMany",
+                   "MotionBegin [0 1]\nTranslate 1 0 0\nTranslate 2 0 0\nTranslate 3 0 0\nMotionEnd", "RIB-MOTION",
+                   2, 0},
+        BadRequest{"MotionPoints",
+                   "MotionBegin [0 1]\nPoints \"P\" [0 0 0]\nPoints \"P\" [0 0 0 1 1 1]\nMotionEnd", "RIB-MOTION",
+                   4, 1},
         BadRequest{"MotionCount", "MotionBegin [0 1]\nTranslate 1 0 0\nMotionEnd", "RIB-MOTION", 2, 0},
         BadRequest{"MotionMixed", "MotionBegin [0 1]\nSphere 1 -1 1 360\nCone 1 1 360\nMotionEnd", "RIB-MOTION", 4,
                    1},
@@ -230,7 +241,13 @@ TEST(BadInput, DeepNestingIsBounded) {
   deep.clear();
   for (int i = 0; i < 300000; ++i) deep += "IfBegin \"1\" ";
   r = readWorld(deep);
-  EXPECT_GE(r.count("RIB-DEPTH"), 1u);
+  EXPECT_EQ(r.count("RIB-DEPTH"), 1u);
+  EXPECT_EQ(r.count("RIB-NESTING"), 1u) << "all conditions at once: " << r.all();
+  deep += "Else Sphere 2 -2 2 360 ";
+  for (int i = 0; i < 300000; ++i) deep += "IfEnd ";
+  r = readWorld(deep + "Sphere 1 -1 1 360");
+  EXPECT_EQ(r.count("RIB-DEPTH"), 1u);
+  EXPECT_EQ(r.count("RIB-NESTING"), 0u) << r.all();
   deep.clear();
   for (int i = 0; i < 300000; ++i) deep += "ArchiveBegin \"a\" ";
   r = readWorld(deep);

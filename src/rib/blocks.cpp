@@ -271,6 +271,7 @@ void Interpreter::motionBegin(Request& r) {
   motionPos_ = r.pos;
   motionTimes_.clear();
   motionRequests_.clear();
+  isMotionCut_ = false;
   const double offset = (world_ ? *world_ : frame_.options).options.getFloat("shutter:offset", 0);
   for (size_t i = 0; i < r.count; ++i) {
     const Argument& a = r.args[i];
@@ -283,8 +284,9 @@ void Interpreter::motionBegin(Request& r) {
   for (size_t k = 0; k < motionTimes_.size(); ++k)
     if (!std::isfinite(motionTimes_[k]) || (k > 0 && !(motionTimes_[k] > motionTimes_[k - 1]))) {
       report(Severity::Error, "RIB-MOTION", r.pos, "the times of MotionBegin do not increase",
-             "only the first " + std::to_string(k) + " are used");
+             k > 1 ? "only the first " + std::to_string(k) + " are used" : "what is in the block does not move");
       motionTimes_.resize(k);
+      isMotionCut_ = true;
       break;
     }
 }
@@ -317,10 +319,11 @@ void Interpreter::motionEnd(Request& r) {
     }
   if (keys.size() != times.size()) {
     const size_t n = std::min(keys.size(), times.size());
-    report(
-        Severity::Error, "RIB-MOTION", motionPos_,
-        "MotionBegin has " + std::to_string(times.size()) + " times and " + std::to_string(keys.size()) + " requests",
-        "the first " + std::to_string(n) + " are used");
+    if (!isMotionCut_)  // else the times are what is wrong, and that has been said
+      report(Severity::Error, "RIB-MOTION", motionPos_,
+             "MotionBegin has " + std::to_string(times.size()) + " times and " + std::to_string(keys.size()) +
+                 " requests",
+             n > 1 ? "the first " + std::to_string(n) + " are used" : "the first request is used, without motion");
     if (n == 0) times.assign(1, 0.0);
     keys.resize(std::max<size_t>(n, 1));
     times.resize(keys.size());
@@ -349,7 +352,9 @@ bool Interpreter::condition(Request& r) {
 void Interpreter::ifBegin(Request& r) {
   constexpr size_t kMostConditions = 100000;
   if (conditions_.size() >= kMostConditions) {
-    report(Severity::Error, "RIB-DEPTH", r.pos, "IfBegin is nested more than 100000 deep", "it is ignored");
+    if (unopenedIfs_++ == 0)
+      report(Severity::Error, "RIB-DEPTH", r.pos, "IfBegin is nested more than 100000 deep",
+             "this one and those inside it do not count");
     return;
   }
   Condition c;
@@ -360,6 +365,7 @@ void Interpreter::ifBegin(Request& r) {
 }
 
 void Interpreter::elseIf(Request& r) {
+  if (unopenedIfs_ > 0) return;
   if (conditions_.empty())
     return report(Severity::Error, "RIB-NESTING", r.pos, "ElseIf without IfBegin", "it is ignored");
   Condition& c = conditions_.back();
@@ -370,6 +376,7 @@ void Interpreter::elseIf(Request& r) {
 }
 
 void Interpreter::elseRequest(Request& r) {
+  if (unopenedIfs_ > 0) return;
   if (conditions_.empty())
     return report(Severity::Error, "RIB-NESTING", r.pos, "Else without IfBegin", "it is ignored");
   Condition& c = conditions_.back();
@@ -380,6 +387,10 @@ void Interpreter::elseRequest(Request& r) {
 }
 
 void Interpreter::ifEnd(Request& r) {
+  if (unopenedIfs_ > 0) {
+    --unopenedIfs_;
+    return;
+  }
   if (conditions_.empty())
     return report(Severity::Error, "RIB-NESTING", r.pos, "IfEnd without IfBegin", "it is ignored");
   inactive_ -= !conditions_.back().active;

@@ -201,6 +201,7 @@ bool Interpreter::readText(const std::string& name, std::string text) {
 bool Interpreter::push(Source s) {
   const bool outermost = sources_.empty();
   s.conditions = conditions_.size();
+  s.unopenedIfs = unopenedIfs_;
   sources_.push_back(std::move(s));
   if (outermost) run();
   return true;
@@ -234,9 +235,11 @@ void Interpreter::run() {
       report(sources_.size() == 1 ? Severity::Error : Severity::Warning, "RIB-EMPTY", {s.lexer->pos().file, 0},
              "the file holds no request", "nothing is read from it");
     if (sources_.size() == 1) return;
-    while (conditions_.size() > s.conditions) {
+    if (conditions_.size() > s.conditions)  // one message, however many they are
       report(Severity::Error, "RIB-NESTING", conditions_.back().pos, "IfBegin is not closed in its archive",
              "it ends with the archive");
+    unopenedIfs_ = s.unopenedIfs;
+    while (conditions_.size() > s.conditions) {
       inactive_ -= !conditions_.back().active;
       conditions_.pop_back();
     }
@@ -404,9 +407,10 @@ void Interpreter::finish() {
     end.name = "MotionEnd";
     motionEnd(end);
   }
-  for (const Condition& c : conditions_)
-    report(Severity::Error, "RIB-NESTING", c.pos, "IfBegin is not closed", "it ends with the file");
+  if (!conditions_.empty())  // one message, however many they are
+    report(Severity::Error, "RIB-NESTING", conditions_.back().pos, "IfBegin is not closed", "it ends with the file");
   conditions_.clear();
+  unopenedIfs_ = 0;
   inactive_ = 0;
   while (!blocks_.empty()) {
     report(Severity::Error, "RIB-NESTING", blocks_.back().pos,

@@ -80,6 +80,7 @@ class Interpreter {
     size_t at = 0;
     std::string identity;  // to find archives that read themselves
     size_t conditions = 0;
+    size_t unopenedIfs = 0;
     std::unique_ptr<State> restore;  // a procedural leaves the attributes and the transform as they were
     bool anyRequest = false;
   };
@@ -257,12 +258,13 @@ class Interpreter {
   std::unordered_map<std::string, uint32_t> prototypeByHandle_;
   std::vector<uint32_t> openObjects_;
 
-  bool inMotion_ = false;
+  bool inMotion_ = false, isMotionCut_ = false;  // cut: its times were not all usable
   std::vector<double> motionTimes_;
   std::vector<Request> motionRequests_;
   SourcePos motionPos_;
 
   std::vector<Condition> conditions_;
+  size_t unopenedIfs_ = 0;  // inside the deepest one that is allowed
   size_t inactive_ = 0;  // conditions that are not active
   bool inEdit_ = false;
   char marker_ = '$';        // Option "ribparse" "varsubst"

@@ -11,9 +11,10 @@
 #include <map>
 #include <mutex>
 
-#include "texture/group_lookup.h"
 #include "base/memory.h"
 #include "image/colors.h"
+#include "texture/atlas_grid.h"
+#include "texture/group_lookup.h"
 #include "texture/srgb_input.h"
 #include "texture/texture_files.h"
 
@@ -44,11 +45,17 @@ struct Source {
   std::string object;
 };
 
-// What a handle stands for: one file, or the files of an atlas on a grid.
+// The files of an atlas, and whom to tell of its holes.
+struct Atlas : texture::AtlasGrid<Source> {
+  std::string name;  // with the object that asked for it
+  SourcePos pos;
+  std::atomic<bool> complained{false};
+};
+
+// What a handle stands for: one file or an atlas.
 struct Entry {
   Source* single = nullptr;
-  int columns = 0, rows = 0;
-  std::vector<Source*> grid;  // columns x rows, null where there is no file
+  std::unique_ptr<Atlas> atlas;
 };
 
 struct HeldImage {
@@ -184,12 +191,10 @@ struct TextureSystem::Impl {
 
   int addAtlas(const std::string& file, const TextureRequest& request) {
     const std::vector<texture::AtlasTile> tiles = texture::atlasTiles(file, searchPath);
-    Entry entry;
-    for (const texture::AtlasTile& t : tiles) {
-      entry.columns = std::max(entry.columns, t.u + 1);
-      entry.rows = std::max(entry.rows, t.v + 1);
-    }
-    entry.grid.resize(size_t(entry.columns) * size_t(entry.rows));
+    auto atlas = std::make_unique<Atlas>();
+    for (const texture::AtlasTile& t : tiles) atlas->include(t.u, t.v);
+    atlas->name = named(file, request);
+    atlas->pos = request.pos;
     bool any = false;
     for (const texture::AtlasTile& t : tiles) {
       std::string why;
@@ -198,14 +203,17 @@ struct TextureSystem::Impl {
       if (!s)
         diagnostics.warning("ASSET-TEXTURE-READ", request.pos, named(t.path, request) + " cannot be used: " + why,
                             "this part of the atlas gives the missing colour");
-      Source*& place = entry.grid[size_t(t.v) * size_t(entry.columns) + size_t(t.u)];
+      Source*& place = atlas->place(t.u, t.v);
       if (!place) place = s;
     }
     if (tiles.empty())
       diagnostics.warning("ASSET-TEXTURE-MISSING", request.pos,
                           named(file, request) + ": no file of the atlas is there", "lookups give the missing colour",
                           "check the texture search path");
-    return any ? int(entries.push_back(std::move(entry)) - entries.begin()) : kNoTexture;
+    if (!any) return kNoTexture;
+    Entry entry;
+    entry.atlas = std::move(atlas);
+    return int(entries.push_back(std::move(entry)) - entries.begin());
   }
 
   int handle(const std::string& file, const TextureRequest& request) {
@@ -309,6 +317,16 @@ struct TextureSystem::Impl {
         "its unreadable parts give the missing colour");
   }
 
+  void complainOfHole(Atlas& a) {
+    if (a.complained.exchange(true)) return;
+    const std::string holes = a.holes();
+    diagnostics.warning("ASSET-TEXTURE-TILE", a.pos,
+                        a.name + " is looked up at a tile that has no file" +
+                            (holes.empty() ? " (outside of those that it has)" : " (there is none for " + holes + ")"),
+                        "lookups there give the missing colour",
+                        "add the files, or keep the texture coordinates inside the set");
+  }
+
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
               const TextureOptions& o, float* const rgba[4]) {
     Cache::Perthread* thread = cache->get_perthread_info();
@@ -322,15 +340,13 @@ struct TextureSystem::Impl {
       const Entry* entry = h >= 0 && size_t(h) < entries.size() ? &entries[size_t(h)] : nullptr;
       Source* source = entry ? entry->single : nullptr;
       float si = s[i], ti = t[i];
-      const bool atlas = entry && !source;
+      const bool atlas = entry && entry->atlas;
       if (atlas) {
         // t counts down from the top of the first row; rows of an atlas count up
-        const float up = 1.f - ti, column = std::floor(si), row = std::floor(up);
-        if (column >= 0.f && row >= 0.f && column < float(entry->columns) && row < float(entry->rows)) {
-          source = entry->grid[size_t(row) * size_t(entry->columns) + size_t(column)];
-          si -= column;
-          ti = 1.f - (up - row);
-        }
+        float up = 1.f - ti;
+        source = entry->atlas->find(si, up);
+        ti = 1.f - up;
+        if (!source) complainOfHole(*entry->atlas);
       }
       float value[4] = {o.missingColor[0], o.missingColor[1], o.missingColor[2], o.missingAlpha};
       bool found = false;

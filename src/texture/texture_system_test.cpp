@@ -282,6 +282,31 @@ TEST_F(TextureTest, AtlasOfFiles) {
   EXPECT_EQ(system_.handle("none.<UDIM>.tif", {}), TextureSystem::kNoTexture);
 }
 
+TEST_F(TextureTest, HolesOfAnAtlasAreNamedOnceAndGiveTheMissingColour) {
+  constant("hole.1001.tif", 0.2f);
+  constant("hole.1003.tif", 0.4f);
+  constant("hole.1011.tif", 0.6f);
+  constant("full.1001.tif", 0.2f);
+  system_.setSearchPath({directory_.string()});
+  TextureOptions o;
+  o.missingColor[0] = 9.f;
+  const int hole = system_.handle("hole.<UDIM>.tif", {}), full = system_.handle("full.<UDIM>.tif", {});
+  EXPECT_NEAR(look(system_, hole, 2.5f, 0.5f, 0, o).v[0], 0.4f, 0.01f);
+  // the far borders of tiles without a neighbour are theirs
+  constexpr float kBorders[][3] = {{1.f, 0.5f, 0.2f}, {3.f, 0.5f, 0.4f}, {3.f, 0.f, 0.4f}, {1.f, -1.f, 0.6f}};
+  for (const auto& [s, t, value] : kBorders)
+    EXPECT_NEAR(look(system_, hole, s, t, 0, o).v[0], value, 0.01f) << s << " " << t;
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-TILE"), 0u);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(look(system_, hole, 1.5f, 0.5f, 0, o).v[0], 9.f);
+  EXPECT_EQ(look(system_, hole, 1.5f, -0.5f, 0, o).v[0], 9.f);
+  EXPECT_EQ(look(system_, hole, std::nanf(""), 0.5f, 0, o).v[0], 9.f);
+  ASSERT_EQ(diagnostics_.count("ASSET-TEXTURE-TILE"), 1u);
+  EXPECT_NE(diagnostics_.messages().back().what.find("1002, 1012, 1013"), std::string::npos)
+      << diagnostics_.messages().back().what;
+  EXPECT_EQ(look(system_, full, 1.5f, 0.5f, 0, o).v[0], 9.f);
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-TILE"), 2u) << "one for each set";
+}
+
 TEST_F(TextureTest, WholeImagesForLights) {
   write("map.exr", 4, 2, 3, OIIO::TypeFloat,
         [](int x, int y, float* o) { o[0] = float(x), o[1] = float(y), o[2] = 7; });

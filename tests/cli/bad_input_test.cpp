@@ -102,6 +102,20 @@ TEST(BadInput, NoLightsGivesAPictureAndAWarning) {
   EXPECT_TRUE(w.has("out.exr"));
 }
 
+TEST(BadInput, ABlackPictureIsNeverSilent) {
+  SceneParts parts;
+  parts.camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 -9";
+  for (const bool isSeen : {false, true}) {
+    if (isSeen) {
+      parts = {};
+      parts.material = "Bxdf \"PxrBlack\" \"none\"";
+    }
+    Workplace w;
+    const Result r = w.run({w.write("scene.rib", rib(parts)), "--progress", "none"});
+    expectEnd(r, 0, {"scene.rib:", "warning RENDER-BLACK", isSeen ? "no light reaches" : "sees nothing"});
+  }
+}
+
 TEST(BadInput, NoCameraIsTheDefaultOne) {
   Workplace w;
   SceneParts parts;
@@ -185,6 +199,174 @@ void expectAsset(const SceneParts& parts, const char* name) {
   strict.write("scene.rib", rib(parts));
   expectEnd(strict.run({"scene.rib", "--progress", "none", "--strict"}), 4, {name});
   EXPECT_FALSE(strict.has("out.exr"));
+}
+
+// A thing that is wrong in a scene: one warning or error with file and line, a picture all the same, code 0.
+struct Flaw {
+  const char *code, *said;
+  uint32_t count;  // messages of that code, with those that only the summary counts
+};
+void expectFlaw(const SceneParts& parts, const Flaw& flaw) {
+  Workplace w;
+  RunOptions options;
+  options.timeoutSeconds = 60;
+  const Result r = w.run({w.write("scene.rib", rib(parts)), "--progress", "none"}, options);
+  expectEnd(r, 0, {"scene.rib:", flaw.code, flaw.said});
+  EXPECT_EQ(occurrences(r.err, std::string(flaw.code) + ":"), 1u) << r.err;
+  EXPECT_EQ(occurrences(r.err, "more of " + std::string(flaw.code)), flaw.count > 1 ? 1u : 0u) << r.err;
+  EXPECT_TRUE(w.has("out.exr"));
+}
+
+TEST(BadInput, InstancesThatMultiplyEndSoon) {
+  SceneParts parts;
+  parts.geometry = "ObjectBegin \"o0\" Sphere 1 -1 1 360 ObjectEnd\n";
+  for (int i = 1; i < 60; ++i) {
+    const std::string before = "ObjectInstance \"o" + std::to_string(i - 1) + "\" ";
+    parts.geometry += "ObjectBegin \"o" + std::to_string(i) + "\" " + before + before + "ObjectEnd\n";
+  }
+  parts.geometry += "ObjectInstance \"o59\"\nSphere 1 -1 1 360";
+  expectFlaw(parts, {"RENDER-INSTANCES", "left out", 2});
+}
+TEST(BadInput, MotionTimesThatAreNotSorted) {
+  SceneParts parts;
+  parts.geometry = "MotionBegin [1 0]\nSphere 1 -1 1 360\nSphere 1 -1 1 360\nMotionEnd";
+  expectFlaw(parts, {"RIB-MOTION", "does not move", 1});
+}
+TEST(BadInput, MotionOfUnequalCounts) {
+  SceneParts parts;
+  parts.geometry =
+      "MotionBegin [0 1]\nPoints \"P\" [0 0 0] \"constantwidth\" [1]\nPoints \"P\" [0 0 0 1 1 1] "
+      "\"constantwidth\" [1]\nMotionEnd";
+  expectFlaw(parts, {"RIB-MOTION", "does not match the first", 1});
+}
+TEST(BadInput, WidthsNegativeAndNan) {
+  for (const char* width : {"-0.1", "nan", "0"}) {
+    SceneParts parts;
+    parts.geometry += "\nCurves \"linear\" [2] \"nonperiodic\" \"P\" [-1 0 0 1 0 0] \"constant float width\" [" +
+                      std::string(width) + "]";
+    expectFlaw(parts, {"GEOM-ZERO-AREA", "left out", 1});
+  }
+}
+TEST(BadInput, CurvesWithoutLength) {
+  SceneParts parts;
+  parts.geometry += "\nCurves \"linear\" [2] \"nonperiodic\" \"P\" [1 0 0 1 0 0] \"constantwidth\" [0.1]";
+  expectFlaw(parts, {"GEOM-CURVE-LENGTH", "left out", 1});
+}
+TEST(BadInput, SizesOfTheCameraThatAreNone) {
+  SceneParts parts;
+  for (const char* fov : {"-40", "0", "180"}) {
+    parts.camera = "Projection \"perspective\" \"fov\" [" + std::string(fov) + "]\nTranslate 0 0 4";
+    expectFlaw(parts, {"PROJECTION-FOV", "PxrPerspective: fov", 1});
+  }
+  parts = {};
+  parts.options = "PixelFilter \"gaussian\" -2 nan";
+  expectFlaw(parts, {"RIB-NUMBER", "PixelFilter", 1});
+  parts.options = "CropWindow 0.5 0.5 0 1";
+  expectFlaw(parts, {"RIB-ARGUMENTS", "CropWindow", 1});
+}
+TEST(BadInput, SamplesNegativeAndCountless) {
+  SceneParts parts;
+  parts.format = "Format 2 2 1";
+  for (const char* count : {"-4", "2147483647"}) {
+    parts.samples = "Hider \"raytrace\" \"int maxsamples\" [" + std::string(count) + "]";
+    expectFlaw(parts, {"RENDER-SAMPLES", count, 1});
+  }
+}
+TEST(BadInput, NamesThatNothingHas) {
+  SceneParts parts;
+  parts.geometry = "Attribute \"lighting\" \"string excludesubset\" [\"nobody\"]\n" + parts.geometry;
+  expectFlaw(parts, {"LIGHT-LINK", "nobody", 1});
+  parts = {};
+  parts.geometry = "Attribute \"trace\" \"string reflectsubset\" [\"nobody\"]\n" + parts.geometry;
+  expectFlaw(parts, {"RENDER-TRACE-SET", "nobody", 1});
+}
+TEST(BadInput, DeepNesting) {
+  const auto times = [](const char* text, int n) {
+    std::string all;
+    for (int i = 0; i < n; ++i) all += text;
+    return all;
+  };
+  SceneParts parts;
+  parts.geometry = times("AttributeBegin ", 200000) + "Sphere 1 -1 1 360 " + times("AttributeEnd ", 200000);
+  expectFlaw(parts, {"RIB-DEPTH", "AttributeBegin", 1});
+  parts.geometry = times("IfBegin \"1\" ", 200000) + "Sphere 1 -1 1 360 " + times("IfEnd ", 200000);
+  expectFlaw(parts, {"RIB-DEPTH", "IfBegin", 1});
+  parts.geometry = "IfBegin \"" + times("(", 200000) + "1" + times(")", 200000) + "\"\nIfEnd\nSphere 1 -1 1 360";
+  expectFlaw(parts, {"RIB-CONDITION", "nested too deeply", 1});
+}
+
+// The program's memory is held to half a gigabyte: what is in the pipe is not kept.
+TEST(BadInput, AGigabyteOfBracketsThroughAPipe) {
+  Workplace w;
+  const std::string command = "cd " + w.path("") +
+                              " && (ulimit -v 4000000; head -c 1073741824 /dev/zero | tr '\\0' '[' | " +
+                              std::string(KINORA_PROGRAM) + " - --memory-limit 512M --progress none) 2> err";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_EQ(w.files(), std::vector<std::string>{"err"});
+}
+
+// Headers of a picture far larger than its file.
+TEST(BadInput, TexturesThatPromiseTooMuch) {
+  for (const bool isLight : {false, true}) {
+    Workplace w;
+    w.write("vast.ppm", "P6\n100000 100000\n255\nabc");
+    SceneParts parts;
+    if (isLight)
+      parts.light = "Light \"PxrDomeLight\" \"sky\" \"string lightColorMap\" [\"vast.ppm\"]";
+    else
+      parts.material =
+          "Pattern \"PxrTexture\" \"t\" \"string filename\" [\"vast.ppm\"]\n"
+          "Bxdf \"PxrDiffuse\" \"matt\" \"reference color diffuseColor\" [\"t:resultRGB\"]";
+    w.write("scene.rib", rib(parts));
+    const Result r = w.run({"scene.rib", "--progress", "none", "--memory-limit", "1G"});
+    expectEnd(r, 0, {"scene.rib:", "ASSET-TEXTURE-READ", "100000 x 100000", isLight ? "'sky'" : "'t'"});
+    EXPECT_TRUE(w.has("out.exr"));
+    expectEnd(w.run({"scene.rib", "--progress", "none", "--strict"}), 4, {"ASSET-TEXTURE-READ"});
+  }
+}
+
+TEST(BadInput, UdimSetsWithHoles) {
+  Workplace w;
+  for (const char* tile : {"1001", "1003"})
+    w.write(std::string("skin.") + tile + ".ppm", "P6\n2 2\n255\n" + std::string(12, 'x'));
+  SceneParts parts;
+  parts.material =
+      "Pattern \"PxrTexture\" \"t\" \"string filename\" [\"skin.<UDIM>.ppm\"]\n"
+      "Bxdf \"PxrDiffuse\" \"matt\" \"reference color diffuseColor\" [\"t:resultRGB\"]";
+  parts.geometry = "Polygon \"P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"varying float[2] st\" [0 0 3 0 3 1 0 1]";
+  w.write("scene.rib", rib(parts));
+  const Result r = w.run({"scene.rib", "--progress", "none"});
+  expectEnd(r, 0, {"scene.rib:", "warning ASSET-TEXTURE-TILE", "none for 1002)"});
+  EXPECT_EQ(occurrences(r.err, "ASSET-TEXTURE-TILE"), 1u) << r.err;
+  EXPECT_EQ(w.run({"scene.rib", "--progress", "none", "--strict"}).exitCode, 4);
+}
+
+TEST(BadInput, ABrokenColourConfiguration) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  w.write("config.ocio", "ocio_profile_version: 2\nroles: {default: [\n");
+  RunOptions options;
+  options.environment = {"OCIO=" + w.path("config.ocio")};
+  const Result r = w.run({"scene.rib", "--progress", "none"}, options);
+  expectEnd(r, 0, {"warning ASSET-COLOR-CONFIG", "config.ocio"});
+  EXPECT_TRUE(w.has("out.exr"));
+  expectEnd(w.run({"scene.rib", "--strict", "--progress", "none"}, options), 4, {"ASSET-COLOR-CONFIG"});
+}
+
+TEST(BadInput, FormatsThatCannotHoldTheChannels) {
+  for (const char* format : {"png", "jpeg"}) {
+    Workplace w;
+    SceneParts parts;
+    parts.display = std::string("Display \"out.") + format + "\" \"" + format + "\" \"Ci,a,z,Nn\"";
+    w.write("scene.rib", "DisplayChannel \"normal Nn\"\n" + rib(parts));
+    // snapshots all the time: each of them makes the same file
+    const Result r = w.run({"scene.rib", "--spp", "64", "--snapshot", "0.001", "--progress", "none"});
+    expectEnd(r, 0, {"scene.rib:", "warning DISPLAY-CHANNELS", "Z, Nn"});
+    EXPECT_EQ(occurrences(r.err, "DISPLAY-CHANNELS"), 1u) << r.err;
+    EXPECT_TRUE(w.has(std::string("out.") + format));
+  }
 }
 
 TEST(BadInput, MissingArchive) {

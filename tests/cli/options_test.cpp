@@ -173,6 +173,53 @@ TEST(Limits, MemoryLimitEndsWithTheLargestConsumersOrRenders) {
     EXPECT_EQ(w.run({"scene.rib", "--memory-limit", bad}).exitCode, 2) << bad;
 }
 
+// A float picture of one colour as an uncompressed TIFF (6.0, section 2): 12 bytes a pixel.
+std::string largeMap(uint32_t width, uint32_t height) {
+  std::string s;
+  const auto put = [&s](uint32_t v, int bytes) {
+    for (int i = 0; i < bytes; ++i) s += char(v >> (8 * i));
+  };
+  constexpr uint32_t kEntries = 10, kBits = 8 + 2 + 12 * kEntries + 4, kPixels = kBits + 6;
+  s = "II*";
+  s += char(0);
+  put(8, 4);
+  put(kEntries, 2);
+  const uint32_t entries[kEntries][4] = {{256, 4, 1, width}, {257, 4, 1, height}, {258, 3, 3, kBits},
+                                         {259, 3, 1, 1},     {262, 3, 1, 2},      {273, 4, 1, kPixels},
+                                         {277, 3, 1, 3},     {278, 4, 1, height}, {279, 4, 1, width * height * 12},
+                                         {339, 3, 1, 3}};
+  for (const auto& [tag, type, count, value] : entries) put(tag, 2), put(type, 2), put(count, 4), put(value, 4);
+  put(0, 4);
+  for (int c = 0; c < 3; ++c) put(32, 2);
+  const float one = 1;
+  std::string pixel(reinterpret_cast<const char*>(&one), 4);
+  s.reserve(s.size() + size_t(width) * height * 12);
+  for (size_t i = 0; i < size_t(width) * height * 3; ++i) s += pixel;
+  return s;
+}
+
+TEST(Limits, TheMapOfALightCountsAndIsNamed) {
+  Workplace w;
+  SceneParts parts;
+  parts.light = "Light \"PxrDomeLight\" \"sky\" \"string lightColorMap\" [\"map.tif\"]";
+  w.write("scene.rib", rib(parts));
+  w.write("map.tif", largeMap(4000, 2000));  // 92 MB
+  const std::vector<std::string> all{"scene.rib", "--progress", "none", "--spp", "1"};
+  const auto run = [&](const std::string& limit) {
+    auto a = all;
+    a.insert(a.end(), {"--memory-limit", limit});
+    return w.run(a);
+  };
+  const Result refused = run("100M");
+  EXPECT_EQ(refused.exitCode, 5) << refused.err;
+  EXPECT_NE(refused.err.find("error MEMORY-LIMIT: textures would take 92 MiB"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.err.find("PLUGIN-CREATE"), std::string::npos) << refused.err;
+  EXPECT_FALSE(w.has("out.exr"));
+  const Result under = run("700M");
+  EXPECT_EQ(under.exitCode, 0) << under.err;
+  EXPECT_EQ(under.err.find("warning"), std::string::npos) << under.err;
+}
+
 TEST(Statistics, PageHoldsEverythingItself) {
   Workplace w;
   w.write("scene.rib", rib());
