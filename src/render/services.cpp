@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
-#include <utility>
 
 #include "render/surface_channels.h"
 #include "sampling/draw.h"
@@ -182,7 +181,6 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
         for (const auto& [offset, sign] : targets) targets_.push_back({offset, sign});
       }
   first_.push_back(uint32_t(targets_.size()));
-  places_.resize(sets.size());
   for (size_t o = 0; o < plan.splatChannels.size(); ++o)
     for (const int channel : plan.splatChannels[o]) {
       splatChannels_.push_back(channel);
@@ -242,46 +240,19 @@ void Worker::finishRecords(uint32_t count) {
 }
 
 void Worker::contribute(const Contributions* c) {
+  // runs that go to the same outputs, which often are the whole list: record by record
   const uint16_t* const setOf = setOf_.data() + uint32_t(c->kind) * perKind_;
   const auto set = [&](uint32_t i) { return setOf[c->state[i] * endCount_ + endOf(c->light[i])]; };
-  const auto add = [&](uint16_t which, uint32_t count, const uint32_t* slot, const float* const value[3]) {
+  for (uint32_t first = 0, end; first < c->count; first = end) {
+    const uint16_t which = set(first);
+    for (end = first + 1; end < c->count && set(end) == which;) ++end;
     for (uint32_t t = first_[which]; t < first_[which + 1]; ++t)
       for (size_t k = 0; k < 3; ++k) {
         float* record = records_[size_t(targets_[t].offset) + k];
         const float sign = targets_[t].sign;
-        const float* v = value[k];
-        for (uint32_t j = 0; j < count; ++j) record[slot[j]] += sign * v[j];
+        const float* value = c->value[k];
+        for (uint32_t i = first; i < end; ++i) record[c->slot[i]] += sign * value[i];
       }
-  };
-  // those that go to the same outputs together, record by record: often that is the whole list, else it is sorted by
-  // counting. What a slot gets is added in the order of the sets then, whoever shares the list.
-  uint32_t same = 1;
-  const uint16_t whole = c->count ? set(0) : uint16_t(0);
-  while (same < c->count && set(same) == whole) ++same;
-  if (same >= c->count) {
-    add(whole, c->count, c->slot, c->value);
-  } else {
-    Arena& arena = state_.arena();
-    const Arena::Mark mark = arena.mark();
-    const uint32_t m = padded(c->count);
-    uint16_t* which = arena.make<uint16_t>(m);
-    uint32_t* slot = arena.make<uint32_t>(m);
-    float* value[3];
-    for (float*& v : value) v = arena.make<float>(m);
-    std::fill(places_.begin(), places_.end(), 0u);
-    for (uint32_t i = 0; i < c->count; ++i) ++places_[which[i] = set(i)];
-    uint32_t sum = 0;
-    for (uint32_t& p : places_) sum += std::exchange(p, sum);
-    for (uint32_t i = 0; i < c->count; ++i) {
-      const uint32_t to = places_[which[i]]++;
-      slot[to] = c->slot[i];
-      for (int k = 0; k < 3; ++k) value[k][to] = c->value[k][i];
-    }
-    for (uint32_t w = 0, from = 0; w < places_.size(); from = places_[w++]) {
-      const float* const values[3] = {value[0] + from, value[1] + from, value[2] + from};
-      if (places_[w] > from) add(uint16_t(w), places_[w] - from, slot + from, values);
-    }
-    arena.release(mark);
   }
   if (print && c->kind != LightKind::Unshadowed)
     for (uint32_t i = 0; i < c->count; ++i) {

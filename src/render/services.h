@@ -81,7 +81,7 @@ class Worker {
   struct Target { int offset; float sign; };
   std::vector<Target> targets_;
   std::vector<uint16_t> setOf_;
-  std::vector<uint32_t> first_, places_;         // places_: where the counting sort of one list puts each set
+  std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
   std::vector<uint16_t> ends_;                   // by light
   std::vector<int> splatChannels_;
