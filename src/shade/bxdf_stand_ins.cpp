@@ -1,7 +1,6 @@
 #include "shade/bxdf_stand_ins.h"
 
 #include <initializer_list>
-#include <iterator>
 
 #include "base/text.h"
 
