@@ -11,6 +11,14 @@
 namespace kinora::fuzz {
 namespace {
 
+// Silence is right only where the finest level, which is what a reader gets, is all there.
+void expectCutIsToldOrHarmless(const std::string& name, std::string_view bytes, size_t part,
+                               const ImageOutcome& whole) {
+  const ImageOutcome cut = loadImageInput(bytes.substr(0, part));
+  EXPECT_TRUE(!cut.words.empty() || (cut.read && cut.isTexture && cut.sum == whole.sum))
+      << name << " cut at " << part;
+}
+
 TEST(ImageFuzz, WholeFilesAreReadAndCutOnesAreNoCrash) {
   const auto images = smallImages();
   ASSERT_GE(images.size(), 26u);
@@ -19,8 +27,11 @@ TEST(ImageFuzz, WholeFilesAreReadAndCutOnesAreNoCrash) {
     EXPECT_TRUE(whole.read) << name << ": " << whole.words;
     EXPECT_TRUE(whole.isTexture) << name << ": " << whole.words;
     for (size_t part : {size_t(0), size_t(3), bytes.size() / 4, bytes.size() / 2})
-      EXPECT_FALSE(loadImageInput(std::string_view(bytes).substr(0, part)).words.empty())
-          << name << " cut at " << part;
+      expectCutIsToldOrHarmless(name, bytes, part, whole);
+    // a cut between two levels of a pyramid leaves a smaller pyramid; where the levels end depends on the
+    // compressor of the machine, so cuts are made everywhere
+    if (name.ends_with("mip.tx"))
+      for (size_t part = 8; part < bytes.size(); part += 31) expectCutIsToldOrHarmless(name, bytes, part, whole);
   }
 }
 

@@ -9,6 +9,7 @@ namespace kinora::fuzz {
 
 struct ImageOutcome {
   bool read = false;       // image::read took it
+  double sum = 0;          // of all values read
   bool isTexture = false;  // lookups gave colours of the file
   std::string words;       // of the messages, to tell outcomes apart
 };
