@@ -1,8 +1,9 @@
-# A room is a folder of src/; its library takes every *.cpp but *_test.cpp, *_main.cpp and main.cpp. Tests beside the
+# A room is a folder of src/, with folders inside where it is large; its library takes every *.cpp but *_test.cpp,
+# *_main.cpp and main.cpp. Tests beside the
 # code are gathered by kinora_tests(), so that adding a file to a room needs no edit here.
 function(kinora_room name)
   cmake_parse_arguments(R "" "" "DEPENDS" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp ${PROJECT_SOURCE_DIR}/src/${name}/*/*.cpp)
   list(FILTER sources EXCLUDE REGEX "(_test|_main|/main)\\.cpp$")
   if(sources)
     add_library(kinora_${name} STATIC ${sources})
@@ -106,7 +107,7 @@ function(kinora_tests)
   include(GoogleTest)
   file(GLOB rooms RELATIVE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/src/*)
   foreach(room ${rooms})
-    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${room}/*_test.cpp)
+    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${room}/*_test.cpp ${PROJECT_SOURCE_DIR}/src/${room}/*/*_test.cpp)
     if(sources)
       add_executable(test_${room} ${sources})
       target_link_libraries(test_${room} PRIVATE kinora_${room} GTest::gtest_main GTest::gtest)
