@@ -106,8 +106,8 @@ Status open(const std::string& path, Image& out, const ReadOptions& options,
       spec.full_width < 0 || spec.full_height < 0 || spec.full_width > (1 << 28) || spec.full_height > (1 << 28))
     return Status::fail("IMAGE-SIZE", quoted(path) + " says it has " + std::to_string(w) + " x " + std::to_string(h) +
                                           " pixels of " + std::to_string(c) + " channels; that is not believed");
-  if (!stripsAreBelievable(spec))
-    return Status::fail("IMAGE-SIZE", quoted(path) + " has strips of a length that is not believed");
+  if (!blocksAreBelievable(spec))
+    return Status::fail("IMAGE-SIZE", quoted(path) + " has strips or tiles of a size that is not believed");
   // no compression in use shrinks pictures below 1/16,384 of their floats; small pictures are let through
   const uint64_t bytes = uint64_t(w) * uint64_t(h) * uint64_t(c) * sizeof(float);
   const uint64_t plausible = (uint64_t(1) << 28) + uint64_t(info.st_size) * 16384;
