@@ -85,6 +85,7 @@ struct Instruction {
   std::vector<SymbolId> arguments;
   std::vector<Block> blocks;
   SourcePos pos;
+  int32_t layer = 0;  // of a flattened network: the layer that it comes from
 };
 
 struct Block {
