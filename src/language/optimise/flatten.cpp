@@ -3,6 +3,7 @@
 #include <unordered_map>
 
 #include "language/optimise/group.h"
+#include "language/optimise/optimise.h"
 #include "language/optimise/walk.h"
 
 namespace kinora::language {
@@ -655,6 +656,12 @@ SymbolId ConstantPool::ofString(const std::string& s) {
   Values values;
   values.strings = {s};
   return find({Base::String, 0, -1}, std::move(values));
+}
+
+void settingValues(const Layer& layer, const std::string& parameter, const Type& type, Values& values) {
+  const Setting* setting = settingOf(layer, parameter);
+  Values converted;
+  if (setting && convertSetting(setting->type, setting->values, type, converted)) values = std::move(converted);
 }
 
 bool flatten(const ShaderGroup& group, FlatProgram& flat, std::string& error) {

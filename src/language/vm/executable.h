@@ -101,7 +101,7 @@ class Executable {
   };
   struct BoundOutput {
     uint32_t cell = 0, components = 0;
-    bool varies = false;
+    bool varies = false, isDirect = false;  // direct: its cells are the caller's arrays
     Base base = Base::Float;
   };
   std::string group_;
@@ -157,6 +157,7 @@ struct SiteAccess {
   static const Site& site(const Executable& e, uint32_t i) { return e.sites_[i]; }
   static const std::string& layer(const Executable& e, int32_t i) { return e.layers_[size_t(i)]; }
   static const std::string& shader(const Executable& e, int32_t i) { return e.shaders_[size_t(i)]; }
+  static bool rangeCheck(const Executable& e) { return e.rangeCheck_; }
   static uint32_t iterationLimit(const Executable& e) { return e.iterationLimit_; }
 };
 
@@ -174,7 +175,6 @@ class ExecutableCache {
  private:
   struct Entries;
   std::shared_ptr<Entries> entries_;
-  Entries& entries();
 
  public:
   ExecutableCache();
