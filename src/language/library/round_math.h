@@ -171,19 +171,27 @@ KN_INLINE Int<W> wrap(Int<W> a, Int<W> b) {
   const Int<W> r = a - divide(a, b) * b;
   return choose(r < Int<W>(0), r + b, r);
 }
-// Counts of 32 and more (undefined in the language) shift everything out.
+// Counts of 32 and more (undefined in the language) shift everything out. One lane goes through plain integers:
+// Highway 1.0.3's one-lane shift takes 64 bits of count, the second lane's among them.
 template <int W>
 KN_INLINE Int<W> shiftLeft(Int<W> a, Int<W> count) {
-  using DU = typename Int<W>::DU;
-  const DU u;
   const Mask<W> fits = (count & Int<W>(~31)) == Int<W>(0);
-  const auto low = hn::BitCast(u, (count & Int<W>(31)).v);
-  return choose(fits, Int<W>(hn::BitCast(typename Int<W>::D(), hn::Shl(hn::BitCast(u, a.v), low))), Int<W>(0));
+  const Int<W> k = count & Int<W>(31);
+  if constexpr (W == 1) {
+    return choose(fits, Int<W>(int32_t(uint32_t(a.lane0()) << k.lane0())), Int<W>(0));
+  } else {
+    const typename Int<W>::DU u;
+    const auto r = hn::Shl(hn::BitCast(u, a.v), hn::BitCast(u, k.v));
+    return choose(fits, Int<W>(hn::BitCast(typename Int<W>::D(), r)), Int<W>(0));
+  }
 }
 template <int W>
 KN_INLINE Int<W> shiftRight(Int<W> a, Int<W> count) {
-  const Mask<W> fits = (count & Int<W>(~31)) == Int<W>(0);
-  return Int<W>(hn::Shr(a.v, choose(fits, count, Int<W>(31)).v));
+  const Int<W> k = choose((count & Int<W>(~31)) == Int<W>(0), count, Int<W>(31));
+  if constexpr (W == 1)
+    return Int<W>(a.lane0() >> k.lane0());
+  else
+    return Int<W>(hn::Shr(a.v, k.v));
 }
 
 }  // namespace lang
