@@ -470,6 +470,19 @@ class Flattener {
     return id;
   }
 
+  // As the source spells it: compilers write a local as ___SCOPE_name.
+  int32_t nameIn(const Shader& shader, SymbolId id) {
+    std::string name = shader.symbols[size_t(id)].name;
+    if (name.starts_with("___")) {
+      size_t at = 3;
+      while (at < name.size() && name[at] >= '0' && name[at] <= '9') ++at;
+      if (at > 3 && at + 1 < name.size() && name[at] == '_') name.erase(0, at + 1);
+    }
+    const auto [found, isNew] = nameNumbers_.emplace(name, int32_t(flat_.names.size()));
+    if (isNew) flat_.names.push_back(name);
+    return found->second;
+  }
+
   // `code` with flat symbols, behind `out`.
   void append(const Shader& shader, int32_t layer, const Block& code, Block& out) {
     const std::vector<SymbolId>& map = maps_[size_t(layer)];
@@ -503,6 +516,15 @@ class Flattener {
         continue;
       }
       for (const SymbolId a : in.arguments) made.arguments.push_back(a < 0 ? a : map[size_t(a)]);
+      switch (in.opcode) {
+        case Opcode::ArrayRef:
+        case Opcode::ComponentRef:
+        case Opcode::MatrixRef: made.name = nameIn(shader, in.arguments[1]); break;
+        case Opcode::ArrayAssign:
+        case Opcode::ComponentAssign:
+        case Opcode::MatrixAssign: made.name = nameIn(shader, in.arguments[0]); break;
+        default: break;
+      }
       for (const Block& block : in.blocks) {
         made.blocks.emplace_back();
         append(shader, layer, block, made.blocks.back());
@@ -622,6 +644,7 @@ class Flattener {
   std::vector<std::vector<SymbolId>> maps_;
   std::vector<int32_t> provider_;  // by flat symbol: the layer that makes its value, -1: none
   std::unordered_map<std::string, SymbolId> globals_;
+  std::unordered_map<std::string, int32_t> nameNumbers_;
 };
 
 }  // namespace

@@ -61,6 +61,7 @@ struct FlatProgram {
   Shader code;                      // symbols: Constant, Global, Param (an input), Local and Temp
   std::vector<std::string> layers;  // names; Instruction::layer
   std::vector<std::string> shaders; // names, by layer
+  std::vector<std::string> names;   // Instruction::name
   std::string group;
   std::vector<Input> inputs;
   std::vector<Output> outputs;

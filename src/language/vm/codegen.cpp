@@ -1,6 +1,7 @@
 #include "language/vm/codegen.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
 #include "language/vm/strings.h"
@@ -27,6 +28,7 @@ const KernelFunction* kernelsOf(Family family, uint32_t width) {
     case Family::Integer: return integerKernels(width);
     case Family::Memory: return memoryKernels(width);
     case Family::Vector: return vectorKernels(width);
+    case Family::Noise: return noiseKernels(width);
     default: return scalarKernels();
   }
 }
@@ -434,7 +436,9 @@ bool CodeGenerator::layOut() {
 }
 
 std::shared_ptr<const Executable> generate(const FlatProgram& flat, const CompileOptions& options, std::string& error) {
+  static std::atomic<uint64_t> made{0};
   auto executable = std::make_shared<Executable>();
+  executable->number_ = ++made;
   error.clear();
   if (!CodeGenerator(flat, options).run(*executable, error)) return nullptr;
   return executable;

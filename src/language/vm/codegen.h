@@ -112,6 +112,7 @@ class CodeGenerator {
   Operand matrixBetween(const Instruction&, SymbolId from, SymbolId to);
   void scalar(const Instruction&, Scalar, std::string name = {}, uint32_t extra = 0);
   void noise(const Instruction&);
+  std::string nameOf(const Instruction& in) const { return in.name < 0 ? std::string() : flat_.names[size_t(in.name)]; }
   const std::string* constantString(SymbolId) const;
   bool constantInt(SymbolId, int32_t&) const;
 

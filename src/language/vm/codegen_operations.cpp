@@ -65,7 +65,7 @@ void CodeGenerator::assign(const Instruction& in, SymbolId to, Operand from) {
   }
   if (from.base == Base::Int && base != Base::Int) from = asFloat(from);
   if (base == Base::Matrix && from.components == 1) from = asMatrix(from);
-  if ((base == Base::String) != (from.base == Base::String) || (whole.components != from.components && from.components != 1)) return fail(in, "assign: a " + nameOf(symbol.type) + " cannot take such a value");
+  if ((base == Base::String) != (from.base == Base::String) || (whole.components != from.components && from.components != 1)) return fail(in, "assign: a " + language::nameOf(symbol.type) + " cannot take such a value");
   const bool array = whole.elements > 1 || from.elements > 1;
   const uint32_t n = array ? std::min(whole.cells(), from.cells()) : whole.components;
   const uint32_t step = from.components > 1 || array ? 1 : 0;
@@ -417,7 +417,7 @@ void CodeGenerator::componentRead(const Instruction& in) {
   const Operand from = operand(in.arguments[1]);
   const bool matrix = in.opcode == Opcode::MatrixRef;
   int32_t row = 0, column = 0;
-  const std::string& name = shader_.symbols[size_t(in.arguments[1])].name;
+  const std::string name = nameOf(in);
   if (matrix && constantInt(in.arguments[2], row) && constantInt(in.arguments[3], column) && row >= 0 && row < 4 && column >= 0 && column < 4)
     return assign(in, in.arguments[0], part(from, uint32_t(row * 4 + column)));
   if (!matrix && constantInt(in.arguments[2], column) && column >= 0 && column < int32_t(from.components)) {
@@ -450,7 +450,7 @@ void CodeGenerator::componentWrite(const Instruction& in) {
   const SymbolId target = in.arguments[0];
   const Operand whole = operand(target);
   const bool matrix = in.opcode == Opcode::MatrixAssign;
-  const std::string& name = shader_.symbols[size_t(target)].name;
+  const std::string name = nameOf(in);
   const Operand value = number(in.arguments[matrix ? 3 : 2]);
   int32_t row = 0, column = 0;
   const bool known = matrix ? constantInt(in.arguments[1], row) && constantInt(in.arguments[2], column) && row >= 0 && row < 4 && column >= 0 && column < 4
@@ -649,10 +649,10 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::ArrayCopy: return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayRef:
       if (base(0) == Base::Closure) return;
-      return arrayRead(in, in.arguments[0], operand(in.arguments[1]), operand(in.arguments[2]), shader_.symbols[size_t(in.arguments[1])].name);
+      return arrayRead(in, in.arguments[0], operand(in.arguments[1]), operand(in.arguments[2]), nameOf(in));
     case Opcode::ArrayAssign:
       if (base(0) == Base::Closure) return;
-      return arrayWrite(in, in.arguments[0], operand(in.arguments[0]), operand(in.arguments[1]), operand(in.arguments[2]), shader_.symbols[size_t(in.arguments[0])].name);
+      return arrayWrite(in, in.arguments[0], operand(in.arguments[0]), operand(in.arguments[1]), operand(in.arguments[2]), nameOf(in));
     case Opcode::ComponentRef:
     case Opcode::MatrixRef: return componentRead(in);
     case Opcode::ComponentAssign:
@@ -829,6 +829,13 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::FilterWidth:
     case Opcode::Area:
     case Opcode::CalculateNormal: return swept(in);
+    case Opcode::Noise:
+    case Opcode::SNoise:
+    case Opcode::PNoise:
+    case Opcode::PSNoise:
+    case Opcode::CellNoise:
+    case Opcode::HashNoise:
+    case Opcode::Hash: return noise(in);
     case Opcode::Printf: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Printf));
     case Opcode::Error: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Error));
     case Opcode::Warning: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Warning));

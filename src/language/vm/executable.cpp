@@ -30,8 +30,9 @@ int32_t GlobalValues::named(std::string_view name) {
 }
 
 void RunState::attach(const Executable& e) {
-  if (attached_ == &e && program == &e) return;
-  attached_ = program = &e;
+  program = &e;
+  if (attached_ == e.number_) return;
+  attached_ = e.number_;
   const size_t uniforms = (size_t(e.uniforms_) + 15) / 16 * 16;
   const size_t floats = uniforms + size_t(e.slots_) * e.blockPoints_ + 16;
   if (memory_.size() < floats + 16) memory_.assign(floats + 16, 0.f);

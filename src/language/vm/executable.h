@@ -71,6 +71,10 @@ struct Site {
 };
 
 class RunState;
+struct CompileOptions;
+class Executable;
+// The machine's code for a flattened program as it stands; null with `error` (a line for each thing that is wrong).
+std::shared_ptr<const Executable> generate(const FlatProgram&, const CompileOptions&, std::string& error);
 
 class Executable {
  public:
@@ -91,6 +95,7 @@ class Executable {
 
  private:
   friend class CodeGenerator;
+  friend std::shared_ptr<const Executable> generate(const FlatProgram&, const CompileOptions&, std::string&);
   friend class RunState;
   struct External {
     enum Kind : uint8_t { Global, Input, Output } kind = Global;
@@ -119,6 +124,7 @@ class Executable {
   std::vector<uint32_t> inputCells_;    // first uniform cell of each uniform input
   uint32_t uniforms_ = 0, slots_ = 0, cells_ = 0, width_ = 0, blockPoints_ = 0, iterationLimit_ = 0;
   bool usesDerivs_ = false, rangeCheck_ = true;
+  uint64_t number_ = 0;  // no other executable of this process has it: addresses come again
   friend struct SiteAccess;
 };
 
@@ -148,7 +154,7 @@ class RunState {
   void attach(const Executable&);
   std::vector<float> memory_;
   std::vector<float*> cells_;
-  const Executable* attached_ = nullptr;
+  uint64_t attached_ = 0;  // its number
   float* varying_ = nullptr;
   float* zeros_ = nullptr;
 };
@@ -163,8 +169,6 @@ struct SiteAccess {
 
 // Null with `error` (one line for each thing that is wrong) when the group cannot run.
 std::shared_ptr<const Executable> compileGroup(const ShaderGroup&, const CompileOptions&, std::string& error);
-// The same from a flattened program, as it stands.
-std::shared_ptr<const Executable> generate(const FlatProgram&, const CompileOptions&, std::string& error);
 
 // Executables by structure, so that instances which differ in parameters share one. Thread-safe.
 class ExecutableCache {

@@ -50,6 +50,10 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(TransformPoint) X(TransformVector)
 #define KN_VM_MATRIX(X) X(MatrixMul) X(MatrixTranspose) X(MatrixDeterminant)
 #define KN_VM_DERIV(X) X(FilterWidth) X(AreaOf) X(NormalOf)
+// Noises of N coordinates (1 to 4) and 1 or 3 results. Words: unsigned, periodic, result, N coordinates and, where
+// periodic, N periods; operands as in KN_VM_MIXED2, periods plain. HashN: result (int), then N plain operands.
+#define KN_VM_DIMENSIONS(X, name) X(name##1) X(name##1x3) X(name##2) X(name##2x3) X(name##3) X(name##3x3) X(name##4) X(name##4x3)
+#define KN_VM_HASH(X) X(HashWords1) X(HashWords2) X(HashWords3) X(HashWords4)
 // One function for all widths: work on one point after the other.
 #define KN_VM_SCALAR(X)                                                                                           \
   X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(MatrixInverse) X(Printf) X(Format) X(Concat) X(Strlen) X(GetChar)    \
@@ -57,7 +61,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(Texture3d) X(Environment)                  \
   X(GetTextureInfo) X(Trace) X(GetMessage) X(TransformColor) X(Dictionary) X(LoopLimit) X(Refuse)
 
-enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Scalar, Count };
+enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Noise, Scalar, Count };
 
 // Numbers within a family.
 #define KN_VM_ONE(name) name,
@@ -71,6 +75,11 @@ enum class Memory : uint16_t { KN_VM_MEMORY(KN_VM_ONE) Count };
 enum class Scalar : uint16_t { KN_VM_SCALAR(KN_VM_ONE) Count };
 enum class Vector : uint16_t { KN_VM_VECTOR(KN_VM_DUAL) KN_VM_MATRIX(KN_VM_ONE) KN_VM_DERIV(KN_VM_ONE) Count };
 
+enum class Noise : uint16_t {
+  KN_VM_DIMENSIONS(KN_VM_DUAL, Perlin) KN_VM_DIMENSIONS(KN_VM_DUAL, Simplex) KN_VM_DIMENSIONS(KN_VM_ONE, Cell)
+      KN_VM_DIMENSIONS(KN_VM_ONE, Hash) KN_VM_HASH(KN_VM_ONE) Count
+};
+
 // The functions of a family for a width of 1, 4, 8 or 16, in the order of its enumeration; null for another width.
 const KernelFunction* arithmeticKernels(uint32_t width);
 const KernelFunction* mathKernels(uint32_t width);
@@ -78,6 +87,7 @@ const KernelFunction* mixedKernels(uint32_t width);
 const KernelFunction* integerKernels(uint32_t width);
 const KernelFunction* memoryKernels(uint32_t width);
 const KernelFunction* vectorKernels(uint32_t width);
+const KernelFunction* noiseKernels(uint32_t width);
 const KernelFunction* scalarKernels();
 
 struct KernelName {
@@ -88,6 +98,7 @@ struct KernelName {
   KernelName(Mixed k) : family(Family::Mixed), number(uint16_t(k)) {}
   KernelName(Integer k) : family(Family::Integer), number(uint16_t(k)) {}
   KernelName(Memory k) : family(Family::Memory), number(uint16_t(k)) {}
+  KernelName(Noise k) : family(Family::Noise), number(uint16_t(k)) {}
   KernelName(Scalar k) : family(Family::Scalar), number(uint16_t(k)) {}
   KernelName(Vector k) : family(Family::Vector), number(uint16_t(k)) {}
 };
