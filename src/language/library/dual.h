@@ -63,14 +63,18 @@ template <class F>
 struct TripleOf;
 template <int W>
 struct TripleOf<Float<W>> {
+  static constexpr int width = W;
   using Type = Vec3<W>;
 };
 template <int W>
 struct TripleOf<Dual<W>> {
+  static constexpr int width = W;
   using Type = Dual3<W>;
 };
 template <class F>
 using Triple = typename TripleOf<F>::Type;
+template <class F>
+inline constexpr int kWidthOf = TripleOf<F>::width;
 
 template <int W>
 KN_INLINE Float<W> valueOf(Float<W> a) {

@@ -17,12 +17,13 @@
 #ifndef LANGUAGE_MATH_TEST_ONCE
 #define LANGUAGE_MATH_TEST_ONCE
 // one, two and three arguments, each in a plain and a dual form
-#define UNARY(X)                                                                                          \
-  X(sin)                                                                                                  \
-  X(cos)                                                                                                  \
-  X(tan)                                                                                                  \
-  X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(exp) X(exp2) X(expm1) X(log) X(log2) X(log10) X(sqrt) \
-      X(inversesqrt) X(cbrt) X(erf) X(erfc) X(abs)
+#define UNARY(X)                                                                                                 \
+  X(sin)                                                                                                         \
+  X(cos)                                                                                                         \
+  X(tan)                                                                                                         \
+  X(asin)                                                                                                        \
+  X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(exp) X(exp2) X(expm1) X(log) X(log2) X(log10) X(sqrt) X(inversesqrt) \
+      X(cbrt) X(erf) X(erfc) X(abs)
 #define PLAIN_UNARY(X) X(logb) X(round) X(trunc) X(ceil) X(sign)
 #define BINARY(X) X(pow) X(atan2) X(fmod) X(mod) X(divide) X(least) X(greatest) X(hypot)
 #define TERNARY(X) X(clampTo) X(mix) X(smoothstep) X(linearstep)
