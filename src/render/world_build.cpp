@@ -242,6 +242,9 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   info.focalDistance = camera.depthOfField[2];
   info.clipping[0] = camera.clipping[0];
   info.clipping[1] = camera.clipping[1];
+  const scene::Matrix toCamera = camera.worldToCamera.at(middle);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) info.worldToCamera[4 * i + j] = toCamera[i][j];
   std::string name = camera.projection ? camera.projection->plugin : "orthographic";
   if (scene.cameras.empty()) {
     diagnostics_.warning("RENDER-NO-CAMERA", scene.pos, "the scene has no camera", "an orthographic one at the origin looks along +z");
