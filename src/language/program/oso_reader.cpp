@@ -510,7 +510,10 @@ class Reader {
 }  // namespace
 
 bool readOso(std::string_view text, std::string_view fileName, Shader& shader, std::string& error) {
-  return Reader(text, fileName, shader, error).read();
+  if (!Reader(text, fileName, shader, error).read()) return false;
+  const std::string wrong = invalid(shader);
+  if (!wrong.empty()) error = std::string(fileName) + ": error: " + wrong;
+  return wrong.empty();
 }
 
 }  // namespace kinora::language

@@ -28,6 +28,8 @@ const KernelFunction* kernelsOf(Family family, uint32_t width) {
     case Family::Integer: return integerKernels(width);
     case Family::Memory: return memoryKernels(width);
     case Family::Vector: return vectorKernels(width);
+    case Family::Color: return colorKernels(width);
+    case Family::Spline: return splineKernels(width);
     case Family::Noise: return noiseKernels(width);
     default: return scalarKernels();
   }
@@ -295,7 +297,14 @@ void CodeGenerator::bindSymbols() {
   }
   for (const Input& input : flat_.inputs) {
     const Operand o = operand(input.symbol);
-    if (input.isVarying) external(o.reg, Executable::External::Input, varyingInput++, o);
+    if (!input.isVarying) continue;
+    if (o.elements == 1) {
+      external(o.reg, Executable::External::Input, varyingInput++, o);
+    } else {  // elements of an array lie side by side: copied there when a block begins
+      const Register outside = newRegister(registers_[size_t(o.reg)].cells, false);
+      external(outside, Executable::External::Input, varyingInput++, o);
+      copiedIn_.emplace_back(o.reg, outside);
+    }
   }
   uint32_t number = 0;
   for (const Output& output : flat_.outputs) {
@@ -333,6 +342,7 @@ bool CodeGenerator::run(Executable& executable, std::string& error) {
   masks_[0] = rootMask_;
   reference(rootMask_);
   emit(Memory::MaskAll, false);
+  for (const auto& [inside, outside] : copiedIn_) copyCells(inside, 0, outside, 0, registers_[size_t(inside)].cells, true, 1);
   for (size_t s = 0; s < shader_.symbols.size(); ++s) {
     if (!a_.needsZero[s] || a_.home[s] < 0 || componentsOf(shader_.symbols[s].type.base) == 0) continue;
     const Operand o = operand(SymbolId(s));
@@ -435,7 +445,7 @@ bool CodeGenerator::layOut() {
   return true;
 }
 
-std::shared_ptr<const Executable> generate(const FlatProgram& flat, const CompileOptions& options, std::string& error) {
+std::shared_ptr<const Executable> generate(const FlatProgram& flat, const MachineOptions& options, std::string& error) {
   static std::atomic<uint64_t> made{0};
   auto executable = std::make_shared<Executable>();
   executable->number_ = ++made;

@@ -11,7 +11,7 @@ namespace kinora::language {
 
 class CodeGenerator {
  public:
-  CodeGenerator(const FlatProgram& flat, const CompileOptions& options) : flat_(flat), shader_(flat.code), options_(options) {}
+  CodeGenerator(const FlatProgram& flat, const MachineOptions& options) : flat_(flat), shader_(flat.code), options_(options) {}
   bool run(Executable& executable, std::string& error);
 
  private:
@@ -112,13 +112,16 @@ class CodeGenerator {
   Operand matrixBetween(const Instruction&, SymbolId from, SymbolId to);
   void scalar(const Instruction&, Scalar, std::string name = {}, uint32_t extra = 0);
   void noise(const Instruction&);
+  void spline(const Instruction&);
+  void transformColor(const Instruction&, SymbolId result, Operand color, const std::string* from, const std::string* to, bool isConstructor);
+  void spectral(const Instruction&, Spectral);
   std::string nameOf(const Instruction& in) const { return in.name < 0 ? std::string() : flat_.names[size_t(in.name)]; }
   const std::string* constantString(SymbolId) const;
   bool constantInt(SymbolId, int32_t&) const;
 
   const FlatProgram& flat_;
   const Shader& shader_;
-  const CompileOptions& options_;
+  const MachineOptions& options_;
   Analysis a_;
   Executable* e_ = nullptr;
   std::string error_;
@@ -131,6 +134,7 @@ class CodeGenerator {
   std::vector<Scope> scopes_;
   std::vector<Register> masks_;  // by region
   std::vector<std::pair<Register, std::vector<uint32_t>>> images_;
+  std::vector<std::pair<Register, Register>> copiedIn_;  // arrays that come from outside
   Register zeros_ = kNoRegister, rootMask_ = kNoRegister;
   int32_t region_ = 0;  // of the code being made
   size_t wordsDone_ = 0;

@@ -159,7 +159,7 @@ void CodeGenerator::matrixArithmetic(const Instruction& in, Operand a, Operand b
     reference(inverse.reg);
     reference(b.reg, b.at);
     word(b.varies);
-    emit(Scalar::MatrixInverse, !b.varies);
+    emit(Vector::MatrixInverse, !b.varies);
     b = inverse;
     if (a.components == 1) {
       const Target t = begin(in.arguments[0], !a.varies && !b.varies, {a, b});
@@ -313,13 +313,9 @@ void CodeGenerator::construct(const Instruction& in) {
   if (direct) return;
   if (!spaced) return assign(in, result, made);
   if (symbol.type.base == Base::Color) {
-    Operand out = temporary(Base::Color, 3, made.varies || operand(in.arguments[1]).varies);
-    word(site(in));
-    reference(out.reg);
-    mixedWords(operand(in.arguments[1]), 1);
-    mixedWords(made, 3);
-    emit(Scalar::TransformColor, !out.varies);
-    return assign(in, result, out);
+    const std::string* space = constantString(in.arguments[1]);
+    if (!space) return scalar(in, Scalar::Refuse, "a colour space that is not known before the run");
+    return transformColor(in, result, made, space, nullptr, true);
   }
   const Operand matrix = matrixBetween(in, in.arguments[1], kNone);
   if (symbol.type.base == Base::Matrix) {  // space to common, after the given matrix
@@ -341,17 +337,11 @@ void CodeGenerator::construct(const Instruction& in) {
     reference(m.reg);
     reference(matrix.reg);
     word(matrix.varies);
-    emit(Scalar::MatrixInverse, false);
-    const Operand turned = temporary(Base::Matrix, 16, true);
-    reference(turned.reg);
-    reference(m.reg);
-    word(1);
-    emit(Vector::MatrixTranspose, false);
-    m = turned;
+    emit(Vector::MatrixInverse, false);
   }
   reference(m.reg);
   word(m.varies);
-  emit(symbol.type.base == Base::Point ? Vector::TransformPoint : Vector::TransformVector, false);
+  emit(symbol.type.base == Base::Point ? Vector::TransformPoint : symbol.type.base == Base::Vector ? Vector::TransformVector : Vector::TransformNormal, false);
   assign(in, result, out);
 }
 
@@ -576,16 +566,12 @@ void CodeGenerator::transform(const Instruction& in, Vector kernel, bool isNorma
   else return fail(in, "transform takes a matrix or one or two spaces");
   const Operand v = number(value);
   if (isNormal) {
-    const Operand inverse = temporary(Base::Matrix, 16, m.varies), turned = temporary(Base::Matrix, 16, m.varies);
+    const Operand inverse = temporary(Base::Matrix, 16, m.varies);
     reference(inverse.reg);
     reference(m.reg, m.at);
     word(m.varies);
-    emit(Scalar::MatrixInverse, !m.varies);
-    reference(turned.reg);
-    reference(inverse.reg);
-    word(m.varies);
-    emit(Vector::MatrixTranspose, !m.varies);
-    m = turned;
+    emit(Vector::MatrixInverse, !m.varies);
+    m = inverse;
   }
   const Target t = begin(in.arguments[0], !m.varies && !v.varies, {m, v}, false);
   const bool dual = t.out.derivs && v.derivs;
@@ -798,7 +784,7 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::Dot: return vector(in, Vector::Dot, 2, true);
     case Opcode::Length: return vector(in, Vector::Length, 1, true);
     case Opcode::Distance:
-      return vector(in, Vector::Distance, 2, true);
+      return in.arguments.size() == 4 ? vector(in, Vector::SegmentDistance, 3, true) : vector(in, Vector::Distance, 2, true);
     case Opcode::Normalize: return vector(in, Vector::Normalize, 1, true);
     case Opcode::FaceForward: return vector(in, Vector::FaceForward, 3, true);
     case Opcode::Reflect: return vector(in, Vector::Reflect, 2, true);
@@ -822,7 +808,7 @@ void CodeGenerator::operation(const Instruction& in) {
     }
     case Opcode::TransformPoint: return transform(in, Vector::TransformPoint, false);
     case Opcode::TransformVector: return transform(in, Vector::TransformVector, false);
-    case Opcode::TransformNormal: return transform(in, Vector::TransformVector, true);
+    case Opcode::TransformNormal: return transform(in, Vector::TransformNormal, true);
     case Opcode::DerivX: return derivative(in, 1);
     case Opcode::DerivY: return derivative(in, 2);
     case Opcode::DerivZ: return derivative(in, 3);
@@ -836,6 +822,17 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::CellNoise:
     case Opcode::HashNoise:
     case Opcode::Hash: return noise(in);
+    case Opcode::Spline:
+    case Opcode::SplineInverse: return spline(in);
+    case Opcode::Luminance: return spectral(in, Spectral::Luminance);
+    case Opcode::Blackbody: return spectral(in, Spectral::Blackbody);
+    case Opcode::WavelengthColor: return spectral(in, Spectral::WavelengthColor);
+    case Opcode::TransformColor: {
+      const bool two = in.arguments.size() == 4;
+      const std::string *from = two ? constantString(in.arguments[1]) : nullptr, *to = constantString(in.arguments[two ? 2 : 1]);
+      if ((two && !from) || !to) return scalar(in, Scalar::Refuse, "a colour space that is not known before the run");
+      return transformColor(in, in.arguments[0], number(in.arguments.back()), from, to, false);
+    }
     case Opcode::Printf: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Printf));
     case Opcode::Error: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Error));
     case Opcode::Warning: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Warning));

@@ -162,7 +162,7 @@ std::string Executable::listing() const {
   return text;
 }
 
-std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const CompileOptions& options, std::string& error) {
+std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const MachineOptions& options, std::string& error) {
   FlatProgram flat;
   if (!flatten(group, flat, error)) return nullptr;
   if (options.optimise) optimise(flat);
@@ -177,7 +177,7 @@ struct ExecutableCache::Entries {
 
 ExecutableCache::ExecutableCache() : entries_(std::make_shared<Entries>()) {}
 
-std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group, const CompileOptions& options, std::string& error) {
+std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group, const MachineOptions& options, std::string& error) {
   const std::string key = structureKey(group) + "|" + std::to_string(options.width) + "," + std::to_string(options.iterationLimit) + "," + std::to_string(options.blockPoints) + "," + std::to_string(options.optimise) + std::to_string(options.rangeCheck);
   const std::lock_guard lock(entries_->mutex);
   const auto found = entries_->byKey.find(key);

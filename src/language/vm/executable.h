@@ -14,7 +14,7 @@
 
 namespace kinora::language {
 
-struct CompileOptions {
+struct MachineOptions {
   uint32_t width = 0;                  // 1, 4, 8, 16; 0: the widest of this CPU
   uint32_t iterationLimit = 1u << 20;  // of one loop in one block of points
   uint32_t blockPoints = 0;            // 0: by the working set
@@ -71,10 +71,10 @@ struct Site {
 };
 
 class RunState;
-struct CompileOptions;
+struct MachineOptions;
 class Executable;
 // The machine's code for a flattened program as it stands; null with `error` (a line for each thing that is wrong).
-std::shared_ptr<const Executable> generate(const FlatProgram&, const CompileOptions&, std::string& error);
+std::shared_ptr<const Executable> generate(const FlatProgram&, const MachineOptions&, std::string& error);
 
 class Executable {
  public:
@@ -95,7 +95,7 @@ class Executable {
 
  private:
   friend class CodeGenerator;
-  friend std::shared_ptr<const Executable> generate(const FlatProgram&, const CompileOptions&, std::string&);
+  friend std::shared_ptr<const Executable> generate(const FlatProgram&, const MachineOptions&, std::string&);
   friend class RunState;
   struct External {
     enum Kind : uint8_t { Global, Input, Output } kind = Global;
@@ -168,12 +168,12 @@ struct SiteAccess {
 };
 
 // Null with `error` (one line for each thing that is wrong) when the group cannot run.
-std::shared_ptr<const Executable> compileGroup(const ShaderGroup&, const CompileOptions&, std::string& error);
+std::shared_ptr<const Executable> compileGroup(const ShaderGroup&, const MachineOptions&, std::string& error);
 
 // Executables by structure, so that instances which differ in parameters share one. Thread-safe.
 class ExecutableCache {
  public:
-  std::shared_ptr<const Executable> get(const ShaderGroup&, const CompileOptions&, std::string& error);
+  std::shared_ptr<const Executable> get(const ShaderGroup&, const MachineOptions&, std::string& error);
   size_t size() const;
 
  private:

@@ -76,7 +76,7 @@ SymbolId Folder::evaluate(const Instruction& in, const Type& type) {
   }
   flat.code.main.code.push_back(std::move(one));
   flat.outputs.push_back({"", 0, type});
-  CompileOptions options;
+  MachineOptions options;
   options.width = 1;
   std::string error;
   const auto program = generate(flat, options, error);

@@ -47,21 +47,29 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 // Triples. Operands as in KN_VM_MIXED2.
 #define KN_VM_VECTOR(X)                                                                                           \
   X(Dot) X(Cross) X(Length) X(Distance) X(Normalize) X(Reflect) X(Refract) X(FaceForward) X(Rotate)               \
-  X(TransformPoint) X(TransformVector)
-#define KN_VM_MATRIX(X) X(MatrixMul) X(MatrixTranspose) X(MatrixDeterminant)
+  X(TransformPoint) X(TransformVector) X(TransformNormal) X(SegmentDistance)  // a normal by the inverse matrix
+#define KN_VM_MATRIX(X) X(MatrixMul) X(MatrixTranspose) X(MatrixDeterminant) X(MatrixInverse)
 #define KN_VM_DERIV(X) X(FilterWidth) X(AreaOf) X(NormalOf)
 // Noises of N coordinates (1 to 4) and 1 or 3 results. Words: unsigned, periodic, result, N coordinates and, where
 // periodic, N periods; operands as in KN_VM_MIXED2, periods plain. HashN: result (int), then N plain operands.
 #define KN_VM_DIMENSIONS(X, name) X(name##1) X(name##1x3) X(name##2) X(name##2x3) X(name##3) X(name##3x3) X(name##4) X(name##4x3)
 #define KN_VM_HASH(X) X(HashWords1) X(HashWords2) X(HashWords3) X(HashWords4)
+// Colour. TransformColor: from and to (ColorSpace), then result and operand; the others are functions of one operand.
+#define KN_VM_COLOR(X) X(Luminance) X(TransformColor)
+#define KN_VM_SPECTRUM(X) X(Blackbody) X(WavelengthColor)
+// Splines of 1 or 3 components over uniform (U) or varying (V) knots, dual in x (D) and in the knots (DD). Words: basis,
+// number of knots, knots, their dx, their dy, result, x as in KN_VM_MIXED2.
+#define KN_VM_SPLINE(X)                                                                                           \
+  X(Spline1U) X(Spline1V) X(Spline1DU) X(Spline1DV) X(Spline1DD) X(Spline3U) X(Spline3V) X(Spline3DU)             \
+  X(Spline3DV) X(Spline3DD) X(InverseU) X(InverseV) X(InverseDU) X(InverseDV)
 // One function for all widths: work on one point after the other.
 #define KN_VM_SCALAR(X)                                                                                           \
-  X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(MatrixInverse) X(Printf) X(Format) X(Concat) X(Strlen) X(GetChar)    \
+  X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(Printf) X(Format) X(Concat) X(Strlen) X(GetChar)    \
   X(StartsWith) X(EndsWith) X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix)                \
   X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(Texture3d) X(Environment)                  \
-  X(GetTextureInfo) X(Trace) X(GetMessage) X(TransformColor) X(Dictionary) X(LoopLimit) X(Refuse)
+  X(GetTextureInfo) X(Trace) X(GetMessage) X(Dictionary) X(LoopLimit) X(Refuse)
 
-enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Noise, Scalar, Count };
+enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Noise, Color, Spline, Scalar, Count };
 
 // Numbers within a family.
 #define KN_VM_ONE(name) name,
@@ -75,6 +83,8 @@ enum class Memory : uint16_t { KN_VM_MEMORY(KN_VM_ONE) Count };
 enum class Scalar : uint16_t { KN_VM_SCALAR(KN_VM_ONE) Count };
 enum class Vector : uint16_t { KN_VM_VECTOR(KN_VM_DUAL) KN_VM_MATRIX(KN_VM_ONE) KN_VM_DERIV(KN_VM_ONE) Count };
 
+enum class Spectral : uint16_t { KN_VM_COLOR(KN_VM_DUAL) KN_VM_SPECTRUM(KN_VM_ONE) Count };
+enum class Splines : uint16_t { KN_VM_SPLINE(KN_VM_ONE) Count };
 enum class Noise : uint16_t {
   KN_VM_DIMENSIONS(KN_VM_DUAL, Perlin) KN_VM_DIMENSIONS(KN_VM_DUAL, Simplex) KN_VM_DIMENSIONS(KN_VM_ONE, Cell)
       KN_VM_DIMENSIONS(KN_VM_ONE, Hash) KN_VM_HASH(KN_VM_ONE) Count
@@ -88,6 +98,8 @@ const KernelFunction* integerKernels(uint32_t width);
 const KernelFunction* memoryKernels(uint32_t width);
 const KernelFunction* vectorKernels(uint32_t width);
 const KernelFunction* noiseKernels(uint32_t width);
+const KernelFunction* colorKernels(uint32_t width);
+const KernelFunction* splineKernels(uint32_t width);
 const KernelFunction* scalarKernels();
 
 struct KernelName {
@@ -99,6 +111,8 @@ struct KernelName {
   KernelName(Integer k) : family(Family::Integer), number(uint16_t(k)) {}
   KernelName(Memory k) : family(Family::Memory), number(uint16_t(k)) {}
   KernelName(Noise k) : family(Family::Noise), number(uint16_t(k)) {}
+  KernelName(Spectral k) : family(Family::Color), number(uint16_t(k)) {}
+  KernelName(Splines k) : family(Family::Spline), number(uint16_t(k)) {}
   KernelName(Scalar k) : family(Family::Scalar), number(uint16_t(k)) {}
   KernelName(Vector k) : family(Family::Vector), number(uint16_t(k)) {}
 };

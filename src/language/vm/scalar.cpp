@@ -83,62 +83,6 @@ void checkIndex(const Frame& f, const uint32_t* w) {
   }
 }
 
-// The inverse, row by row; the identity for a singular matrix. Affine ones (last column 0 0 0 1) by cofactors, so that
-// their last column stays exact; others by elimination with the largest pivot of each column.
-void invert(const float* m, float* out) {
-  const auto at = [&](int row, int column) { return m[4 * row + column]; };
-  bool singular = false;
-  if (at(0, 3) == 0 && at(1, 3) == 0 && at(2, 3) == 0 && at(3, 3) == 1) {
-    float cofactor[3][3];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) {
-        const int r0 = (i + 1) % 3, r1 = (i + 2) % 3, c0 = (j + 1) % 3, c1 = (j + 2) % 3;
-        cofactor[i][j] = at(r0, c0) * at(r1, c1) - at(r0, c1) * at(r1, c0);
-      }
-    const float d = at(0, 0) * cofactor[0][0] + at(0, 1) * cofactor[0][1] + at(0, 2) * cofactor[0][2];
-    singular = d == 0;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) out[4 * i + j] = cofactor[j][i] / d;
-      out[4 * i + 3] = 0;
-    }
-    for (int j = 0; j < 3; ++j) out[12 + j] = -(at(3, 0) * out[j] + at(3, 1) * out[4 + j] + at(3, 2) * out[8 + j]);
-    out[15] = 1;
-  } else {
-    float rows[4][8];  // the matrix beside the identity
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) rows[i][j] = at(i, j), rows[i][4 + j] = i == j;
-    for (int column = 0; column < 4 && !singular; ++column) {
-      int pivot = column;
-      for (int i = column + 1; i < 4; ++i)
-        if (std::abs(rows[i][column]) > std::abs(rows[pivot][column])) pivot = i;
-      singular = rows[pivot][column] == 0;
-      std::swap(rows[pivot], rows[column]);
-      const float size = rows[column][column];
-      for (float& x : rows[column]) x /= size;
-      for (int i = 0; i < 4; ++i) {
-        if (i == column) continue;
-        const float factor = rows[i][column];
-        for (int j = 0; j < 8; ++j) rows[i][j] -= factor * rows[column][j];
-      }
-    }
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) out[4 * i + j] = rows[i][4 + j];
-  }
-  for (int k = 0; k < 16; ++k) singular |= !std::isfinite(out[k]);
-  if (singular)
-    for (int k = 0; k < 16; ++k) out[k] = k % 5 == 0 ? 1.f : 0.f;
-}
-
-// result, matrix, varies
-void matrixInverse(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0; i < f.points; ++i) {
-    float m[16], out[16];
-    for (uint32_t k = 0; k < 16; ++k) m[k] = f.cells[w[1] + k][w[2] ? i : 0];
-    invert(m, out);
-    for (uint32_t k = 0; k < 16; ++k) f.cells[w[0] + k][i] = out[k];
-  }
-}
-
 // site, count, any, limit
 void loopLimit(const Frame& f, const uint32_t* w) {
   const uint32_t count = uint32_t(intAt(f.cells[w[1]], 0)) + 1;
@@ -328,10 +272,10 @@ void refuse(const Frame& f, const uint32_t* w) {
 void unanswered(const Frame&, const uint32_t*) {}
 
 constexpr KernelFunction kScalar[] = {
-    &arrayRead, &arrayWrite, &checkIndex, &matrixInverse, &printf, &format, &concat, &stringLength, &getChar,
+    &arrayRead, &arrayWrite, &checkIndex, &printf, &format, &concat, &stringLength, &getChar,
     &startsWith, &endsWith, &substr, &stringToInt, &stringToFloat, &refuse, &refuse, &refuse, &unanswered,
     &unanswered, &rayType, &backfacing, &surfaceArea, &unanswered, &unanswered, &unanswered,
-    &unanswered, &refuse, &refuse, &unanswered, &refuse, &loopLimit, &refuse};
+    &unanswered, &refuse, &refuse, &refuse, &loopLimit, &refuse};
 static_assert(sizeof kScalar / sizeof *kScalar == size_t(Scalar::Count));
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "language/front/compile.h"
 #include "language/program/oso_reader.h"
 #include "language/vm/executable.h"
 #include "simd/dispatch.h"
@@ -96,12 +97,23 @@ inline Answer runOn(const Executable& program, const ShaderGroup& group, const P
   return answer;
 }
 
-inline ShaderGroup groupOf(const std::string& oso, std::vector<std::string> outputs) {
+// From .osl or .oso text.
+inline std::shared_ptr<const Shader> shaderOf(const std::string& text) {
   auto shader = std::make_shared<Shader>();
-  std::string error;
-  EXPECT_TRUE(readOso(oso, "test.oso", *shader, error)) << error;
+  if (text.starts_with("OpenShadingLanguage")) {
+    std::string error;
+    EXPECT_TRUE(readOso(text, "test.oso", *shader, error)) << error;
+    return shader;
+  }
+  CompileResult result = compile(text, "test.osl");
+  for (const CompileMessage& m : result.messages)
+    if (!result.ok()) ADD_FAILURE() << m.str();
+  if (result.ok()) *shader = std::move(*result.shader);
+  return shader;
+}
+inline ShaderGroup groupOf(const std::string& text, std::vector<std::string> outputs) {
   ShaderGroup group;
-  group.layers.push_back({shader, "layer", {}});
+  group.layers.push_back({shaderOf(text), "layer", {}});
   group.outputs = std::move(outputs);
   return group;
 }
@@ -114,7 +126,7 @@ inline Answer runEverywhere(const ShaderGroup& group, float shiftU = 0, float sh
     for (const uint32_t width : {1u, 4u, 8u, 16u}) {
       if (width == 16 && !cpuHasAvx512()) continue;
       for (const uint32_t block : {0u, 64u}) {
-        CompileOptions options;
+        MachineOptions options;
         options.width = width;
         options.blockPoints = block;
         options.optimise = optimised;
