@@ -148,7 +148,8 @@ class RunState {
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
   bool stopped = false;           // the iteration limit was reached
-  uint64_t lanesLive = 0, lanesPossible = 0;
+  float* scratch(uint32_t k) { return scratch_ + size_t(k) * blockPoints_; }  // kScratch arrays of a block's points
+  static constexpr uint32_t kScratch = 24;
 
   void say(uint32_t point, MessageKind kind, std::string text, std::string file = {}) {
     spoken.push_back({point, kind, std::move(text), std::move(file)});
@@ -161,7 +162,8 @@ class RunState {
   std::vector<float*> cells_;
   uint64_t attached_ = 0;  // its number
   float* varying_ = nullptr;
-  float* zeros_ = nullptr;
+  float* scratch_ = nullptr;
+  uint32_t blockPoints_ = 0;
 };
 
 struct SiteAccess {
