@@ -12,6 +12,7 @@ struct ProjectionInfo {               // CreateInfo::extra
   uint32_t resolution[2];
   float fStop, focalLength, focalDistance;   // DepthOfField request; fStop 0: pinhole
   float clipping[2];                  // near, far along z; 0 0: none
+  double worldToCamera[16];           // at the middle of the shutter; row-major, for row vectors; all 0: not known
 };
 
 struct CameraSampleArgs {

@@ -18,7 +18,8 @@
 //   cancelled.
 // A splat from a point X at distance r is then f(X) * importance * cos(theta at the lens) * cos(at X) / r^2, and the
 // mean of L * weight over a pixel's samples equals the sum of splats over the number of light paths. This holds for
-// every lens point of a thin lens: the raster maps linearly to the plane of focus, whose scale cancels.
+// every lens point of a thin lens: the raster maps linearly to a plane of focus that faces the camera, whose scale
+// cancels; tilted ones divide both by a determinant (ThinLensProjection).
 #include <kinora/projection_setup.h>
 #include <kinora/math/sampling.h>
 
@@ -78,9 +79,18 @@ KN_INLINE Mask<W> insideRaster(const ScreenMap& m, Float<W> x, Float<W> y) {
   return (x >= F(0.f)) & (x < F(m.width)) & (y >= F(0.f)) & (y < F(m.height));
 }
 
-// A thin lens at the eye, sharp at z = focus; a pinhole where its radius is 0.
+// A thin lens at the eye, sharp on a plane; a pinhole where its radius is 0. With q = dot(sharp, D) the ray of D, whose z
+// is 1, through the middle of the lens is sharp at distance 1 / q, and D - o q is its ray through the lens point o. Where
+// the plane lies behind (q < 0) the ray is sharp at infinity. Tilted planes scale areas of directions by the determinant
+// of D -> D - o q, which is 1 - dot(sharp, o) (o.z = 0).
 struct ThinLensProjection {
   using Data = ThinLens;
+
+  template <int W>
+  static KN_INLINE Float<W> perFocus(const ThinLens& k, const Vec3<W>& d) {
+    using F = Float<W>;
+    return max(fma(d.x, F(k.sharp[0]), fma(d.y, F(k.sharp[1]), d.z * F(k.sharp[2]))), F(0.f));
+  }
 
   template <int W>
   static KN_INLINE Float<W> scale(const ThinLens& k, Float<W> time) {
@@ -108,7 +118,7 @@ struct ThinLensProjection {
     Vec3<W> d(sx * s, sy * s, F(1.f));
     if (k.lensRadius > 0) {
       out.o = lensPoint<W>(k, in.lensU, in.lensV);
-      d = d - out.o * F(1.f / k.focus);
+      d = d - out.o * perFocus(k, d);
     }
     const F cosine = F(1.f) / length(d);
     out.d = d * cosine;
@@ -125,12 +135,17 @@ struct ThinLensProjection {
     const F s = scale<W>(k, in.time), invZ = F(1.f) / max(to.z, F(1e-30f));
     // direction of unit z; the raster point is where it meets the plane of focus, scaled to unit distance
     const F dx = to.x * invZ, dy = to.y * invZ;
-    const F perFocus(k.lensRadius > 0 ? 1.f / k.focus : 0.f);
-    toRaster(k.screen, fma(out.o.x, perFocus, dx) / s, fma(out.o.y, perFocus, dy) / s, out.x, out.y);
+    F q(0.f), determinant(1.f);
+    if (k.lensRadius > 0) {
+      const F whole = fnma(out.o.x, F(k.sharp[0]), fnma(out.o.y, F(k.sharp[1]), F(1.f)));
+      q = perFocus(k, Vec3<W>(dx, dy, F(1.f))) / whole;
+      determinant = select(q > F(0.f), whole, F(1.f));
+    }
+    toRaster(k.screen, fma(out.o.x, q, dx) / s, fma(out.o.y, q, dy) / s, out.x, out.y);
     Mask<W> seen = (to.z > F(1e-30f)) & insideRaster(k.screen, out.x, out.y);
     if (k.farClip > 0) seen &= (in.P.z >= F(k.nearClip)) & (in.P.z <= F(k.farClip));
     const F secant2 = fma(dx, dx, fma(dy, dy, F(1.f)));  // 1 / cos^2
-    const F perArea = F(1.f) / (s * s * F(k.screen.pixelArea()));
+    const F perArea = F(1.f) / (s * s * F(k.screen.pixelArea()) * determinant);
     out.pdf = zeroUnless(seen, perArea * secant2 * sqrt(secant2));
     out.importance = zeroUnless(seen, perArea * secant2 * secant2);
   }

@@ -51,7 +51,8 @@ struct ThinLens {
   float halfFov[2] = {0.7853981634f, 0.7853981634f};  // radians, at shutter open and close
   float scale = 1;                                    // screen units at unit distance: tan(halfFov[0])
   bool zooms = false;
-  float lensRadius = 0, focus = 1;
+  float lensRadius = 0;
+  float sharp[3] = {0, 0, 1};       // the plane of focus: points X of camera space with dot(sharp, X) = 1
   float nearClip = 0, farClip = 0;  // z; 0 0: none
 };
 
@@ -92,13 +93,41 @@ inline void setLens(ThinLens& k, const NamedValues& v, const ProjectionInfo& inf
   const double radius = fStop > 0 ? length / (2 * fStop) : 0;  // an infinite fStop is a pinhole
   if (radius > 0 && std::isfinite(radius) && distance > 1e-9 && distance < 1e30) {
     k.lensRadius = float(radius);
-    k.focus = float(distance);
+    k.sharp[2] = float(1 / distance);
   } else if (!(radius >= 0 && std::isfinite(radius)) || (radius > 0 && !(distance > 1e-9))) {
     v.warn("PROJECTION-LENS", "depth of field needs positive numbers for fStop, focalLength and focalDistance",
            "everything is sharp");
   }
   k.nearClip = info.clipping[0];
   k.farClip = info.clipping[1];
+}
+
+// The plane of focus through three points of world space (three of three numbers), instead of one that faces the
+// camera. False: they lie on a line, in a plane through the lens, or the camera's place is not known.
+inline bool setPlaneOfFocus(ThinLens& k, const double points[9], const ProjectionInfo& info) {
+  double p[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int c = 0; c < 3; ++c) {
+      p[i][c] = info.worldToCamera[12 + c];
+      for (int r = 0; r < 3; ++r) p[i][c] += points[3 * i + r] * info.worldToCamera[4 * r + c];
+    }
+  double a[3], b[3], n[3];
+  for (int c = 0; c < 3; ++c) {
+    a[c] = p[1][c] - p[0][c];
+    b[c] = p[2][c] - p[0][c];
+  }
+  double size = 0, along = 0;
+  for (int c = 0; c < 3; ++c) {
+    n[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+    size += n[c] * n[c];
+    along += n[c] * p[0][c];
+  }
+  const auto square = [](const double* v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
+  if (!(size > 1e-12 * square(a) * square(b)) || !(along * along > 1e-12 * size)) return false;
+  // where the plane cuts the lens, a point of the picture has no one direction
+  if (!(std::hypot(n[0], n[1]) * double(k.lensRadius) < 0.99 * std::abs(along))) return false;
+  for (int c = 0; c < 3; ++c) k.sharp[c] = float(n[c] / along);
+  return true;
 }
 
 }  // namespace kinora

@@ -19,7 +19,10 @@ namespace kinora::projectionTesting {
 
 struct Setting {
   std::string name;
-  float value;
+  float value = 0;
+  const float* list = nullptr;  // of three, instead
+  Setting(const char* name, float value) : name(name), value(value) {}
+  Setting(const char* name, const float* list) : name(name), list(list) {}
 };
 
 inline ProjectionInfo frame(uint32_t width, uint32_t height) {
@@ -52,8 +55,8 @@ class TestProjection {
       values[i].count = p.flags & kParamArray ? p.listCount : p.type == Type::Color || p.type == Type::Point ? 3 : 1;
       for (const Setting& s : settings)
         if (s.name == p.name) {
-          values[i].floats = &s.value;
-          values[i].count = 1;
+          values[i].floats = s.list ? s.list : &s.value;
+          values[i].count = s.list ? 3 : 1;
           values[i].given = 1;
         }
     }

@@ -10,6 +10,8 @@ bool makePolygons(const scene::Primitive&, const scene::PolygonMesh&, Diagnostic
 bool makeSubdivision(const scene::Primitive&, const scene::SubdivisionMesh&, const DiceRate&, Diagnostics&, Mesh&);
 bool makePatches(const scene::Primitive&, const DiceRate&, Diagnostics&, Mesh&);  // Patch, PatchMesh, NuPatch
 
+bool makeBlobby(const scene::Primitive&, const scene::OtherPrimitive&, const DiceRate&, Diagnostics&, Mesh&);
+
 // Strands: tubes, ribbons, balls and discs, which are not tessellated.
 bool makeCurves(const scene::Primitive&, const scene::Curves&, Diagnostics&, Mesh&);
 bool makePoints(const scene::Primitive&, Diagnostics&, Mesh&);

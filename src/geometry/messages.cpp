@@ -46,6 +46,10 @@ constexpr Explanation kExplanations[] = {
      "A number of a primitive is not a number or infinite. Faces of a polygon mesh with such a corner are left out, "
      "a "
      "subdivision mesh becomes polygons without them, any other primitive is left out as a whole."},
+    {"GEOM-BLOBBY",
+     "The instructions of a Blobby cannot be followed: a code that is not known, a number or an operand that is not there, "
+     "a leaf count that does not fit; it is left out. Or a leaf of it is of a kind that is not rendered (a repelling "
+     "plane, a field plug-in) or has no volume; that leaf counts as nothing."},
     {"GEOM-NOT-RENDERED-YET-",
      "This kind of primitive is read and kept in the scene but Kinora does not render it yet. It is left out of the "
      "picture."},

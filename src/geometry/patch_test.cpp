@@ -228,7 +228,7 @@ TEST(Patch, BadInputTable) {
 
 TEST(Tessellate, KindsOfLaterIssuesAreToldByKind) {
   const std::pair<scene::Shape, const char*> kinds[] = {
-      {scene::OtherPrimitive{"Blobby", {}}, "GEOM-NOT-RENDERED-YET-BLOBBY"},
+      {scene::OtherPrimitive{"Volume", {}}, "GEOM-NOT-RENDERED-YET-VOLUME"},
   };
   for (const auto& [shape, code] : kinds) {
     Quiet d;

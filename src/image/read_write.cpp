@@ -13,6 +13,7 @@
 
 #include "base/text.h"
 #include "image/atomic_file.h"
+#include "image/pixels.h"
 
 namespace kinora::image {
 namespace {
@@ -105,6 +106,8 @@ Status open(const std::string& path, Image& out, const ReadOptions& options,
       spec.full_width < 0 || spec.full_height < 0 || spec.full_width > (1 << 28) || spec.full_height > (1 << 28))
     return Status::fail("IMAGE-SIZE", quoted(path) + " says it has " + std::to_string(w) + " x " + std::to_string(h) +
                                           " pixels of " + std::to_string(c) + " channels; that is not believed");
+  if (!blocksAreBelievable(spec))
+    return Status::fail("IMAGE-SIZE", quoted(path) + " has strips or tiles of a size that is not believed");
   // no compression in use shrinks pictures below 1/16,384 of their floats; small pictures are let through
   const uint64_t bytes = uint64_t(w) * uint64_t(h) * uint64_t(c) * sizeof(float);
   const uint64_t plausible = (uint64_t(1) << 28) + uint64_t(info.st_size) * 16384;
@@ -146,7 +149,7 @@ Status read(const std::string& path, Image& out, const ReadOptions& options) {
       return s;
     }
     out.pixels.resize(size_t(out.data.pixels()) * out.channels.size());
-    if (!input->read_image(0, 0, 0, out.channelCount(), oiio::TypeFloat, out.pixels.data())) {
+    if (!readPixels(*input, out.channelCount(), out.pixels.data())) {
       out = {};
       return Status::fail("IMAGE-READ", "cannot read the pixels of " + quoted(path) + ": " + input->geterror());
     }

@@ -267,7 +267,7 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     o.args.set(arrayOf("code", std::move(code), r.pos));
     o.args.set(arrayOf("floats", std::move(floats), r.pos));
     o.args.set(arrayOf("strings", std::move(strings), r.pos));
-    other(std::move(o));
+    p.shape = std::move(o);
   } else if (r.name == "Volume") {
     OtherPrimitive o{r.name, {}};
     double bound[6], dims[3];

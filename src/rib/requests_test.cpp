@@ -512,7 +512,7 @@ Procedural2 "DynamicLoad2" "SimpleBound" "string dsoname" ["x.so"] "float[6] bou
   EXPECT_EQ(o(3).args.find("data")->strings[0], "rm -rf x");
   EXPECT_EQ(r.primitive(4).primvars.getString("dsoname", ""), "x.so");
   for (const char* code :
-       {"RIB-KEPT-BLOBBY", "RIB-KEPT-VOLUME", "RIB-KEPT-GEOMETRY", "RIB-KEPT-PROCEDURAL", "RIB-KEPT-PROCEDURAL2"})
+       {"RIB-KEPT-VOLUME", "RIB-KEPT-GEOMETRY", "RIB-KEPT-PROCEDURAL", "RIB-KEPT-PROCEDURAL2"})
     EXPECT_EQ(r.count(code), 1u) << code;
 }
 

@@ -113,7 +113,7 @@ struct NuPatch {
   float uMin = 0, uMax = 1, vMin = 0, vMax = 1;
   ParameterList trim;  // TrimCurve arrays by their names in rib.md, empty when untrimmed
 };
-// Everything that later issues render (Blobby, Volume, Procedural, Geometry ...), kept as its request and arguments.
+// Blobby, and everything that is not rendered yet (Volume, Procedural, Geometry ...), as its request and arguments.
 struct OtherPrimitive {
   std::string request;
   ParameterList args;

@@ -8,6 +8,8 @@
 #include <exception>
 #include <filesystem>
 
+#include "image/pixels.h"
+
 namespace kinora::texture {
 namespace {
 namespace fs = std::filesystem;
@@ -153,6 +155,7 @@ std::string examine(const std::string& path, FileFacts& facts) {
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) return "it holds no pixels";
     if (spec.deep || spec.depth > 1) return "it is a deep or volume image";
+    if (!image::blocksAreBelievable(spec)) return "its strips or tiles have a size that is not believed";
     if (std::string why = disbelief(spec, fileBytes); !why.empty()) return why;
     facts.path = path;
     facts.width = spec.width;

@@ -13,6 +13,7 @@
 
 #include "base/memory.h"
 #include "image/colors.h"
+#include "image/pixels.h"
 #include "texture/atlas_grid.h"
 #include "texture/group_lookup.h"
 #include "texture/srgb_input.h"
@@ -409,7 +410,7 @@ struct TextureSystem::Impl {
         if (input) {
           held->memory.add(uint64_t(facts.width) * uint64_t(facts.height) * uint64_t(channels) * sizeof(float));
           held->pixels.resize(size_t(facts.width) * size_t(facts.height) * size_t(channels));
-          if (!input->read_image(0, 0, 0, channels, OIIO::TypeFloat, held->pixels.data()))
+          if (!image::readPixels(*input, channels, held->pixels.data()))
             why = firstLine(input->geterror());
         } else {
           why = firstLine(OIIO::geterror());

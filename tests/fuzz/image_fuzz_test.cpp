@@ -35,6 +35,53 @@ TEST(ImageFuzz, WholeFilesAreReadAndCutOnesAreNoCrash) {
   }
 }
 
+// Findings: OpenImageIO's reader never ended on such strips, or aborted the program when its messages filled 16 MB; a
+// tile was allocated whole.
+TEST(ImageFuzz, StripsAndTilesOfBillionsOfRowsAreRefused) {
+  const auto tiff = [](uint32_t rowsPerStrip, uint32_t tileRows = 0) {
+    std::string out("MM\0*", 4);
+    const auto put = [&](uint64_t v, int bytes) {
+      while (bytes--) out += char(v >> (8 * bytes) & 255);
+    };
+    constexpr uint32_t kStrips = 20, kData = 64, kBits = 8 + kData + 8 * kStrips;
+    put(kBits + 6, 4);
+    for (uint32_t i = 0; i < kData / 4; ++i) put(0x80ff1234u, 4);
+    for (uint32_t i = 0; i < kStrips; ++i) put(8, 4);
+    for (uint32_t i = 0; i < kStrips; ++i) put(kData, 4);
+    for (int i = 0; i < 3; ++i) put(8, 2);
+    put(tileRows ? 11 : 10, 2);
+    const auto entry = [&](uint32_t tag, uint32_t type, uint32_t count, uint32_t value) {
+      put(tag, 2), put(type, 2), put(count, 4);
+      const bool isShort = type == 3 && count == 1;
+      put(value, isShort ? 2 : 4), put(0, isShort ? 2 : 0);
+    };
+    entry(256, 3, 1, 256), entry(257, 3, 1, 1000), entry(258, 3, 3, kBits), entry(259, 3, 1, 5);
+    if (!tileRows) entry(273, 4, kStrips, 8 + kData);
+    entry(277, 3, 1, 3);
+    if (!tileRows) entry(278, 4, 1, rowsPerStrip), entry(279, 4, kStrips, 8 + kData + 4 * kStrips);
+    entry(284, 3, 1, 1), entry(317, 3, 1, 2);
+    if (tileRows) {
+      entry(322, 3, 1, 64), entry(323, 4, 1, tileRows);
+      entry(324, 4, kStrips, 8 + kData), entry(325, 4, kStrips, 8 + kData + 4 * kStrips);
+    }
+    put(0, 4);
+    return out;
+  };
+  for (uint32_t rows : {0x7fffffffu, 0x80000000u, 0x90000000u, 0x10000001u}) {
+    const ImageOutcome outcome = loadImageInput(tiff(rows));
+    EXPECT_FALSE(outcome.read);
+    EXPECT_FALSE(outcome.isTexture);
+    EXPECT_FALSE(outcome.words.empty());
+    if (rows < 0x80000000u) {
+      EXPECT_NE(outcome.words.find("strips"), std::string::npos) << outcome.words;
+    }
+  }
+  const ImageOutcome tiled = loadImageInput(tiff(0, 4194304));
+  EXPECT_NE(tiled.words.find("strips or tiles"), std::string::npos) << tiled.words;
+  EXPECT_EQ(loadImageInput(tiff(0, 64)).words.find("strips or tiles"), std::string::npos);
+  EXPECT_EQ(loadImageInput(tiff(0xffffffffu)).words.find("strips"), std::string::npos) << "one strip is common";
+}
+
 TEST(ImageFuzz, SomeSecondsWithAFixedSeed) {
   const auto images = smallImages();
   ImageMutator random(1);

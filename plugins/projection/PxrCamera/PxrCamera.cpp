@@ -37,9 +37,11 @@ constexpr std::array kOwn = {
         .help("Degrees about the view axis. Positive turns the camera's up towards its left, so the picture turns "
               "clockwise."),
     number("tilt", 0.f).range(-45, 45).help("No effect yet: tilt of the lens in degrees."),
-    point("focus1", 0, 0, 0).help("No effect yet: three world points that the plane of focus passes through."),
-    point("focus2", 0, 0, 0).help("No effect yet: see focus1."),
-    point("focus3", 0, 0, 0).help("No effect yet: see focus1."),
+    point("focus1", 0, 0, 0)
+        .help("World space. With focus2 and focus3: three points that the plane of focus passes through, which may be "
+              "tilted; instead of focalDistance. Used when they are not all the same."),
+    point("focus2", 0, 0, 0).help("World space; see focus1."),
+    point("focus3", 0, 0, 0).help("World space; see focus1."),
     integer("lensType", 2).range(0, 2).help("No effect yet: model of lens distortion."),
     number("radial1", 0.f).range(-1, 1).help("No effect yet: distortion with the square of the radius."),
     number("radial2", 0.f).range(-1, 1).help("No effect yet: distortion with the fourth power of the radius."),
@@ -94,6 +96,15 @@ void* create(const CreateInfo* info, ErrorText* error) {
     const double roll = values.number("roll") * 3.14159265358979323846 / 180;
     lens->screen.cosRoll = float(std::cos(roll));
     lens->screen.sinRoll = float(std::sin(roll));
+    double focus[9];
+    bool areOne = true;
+    for (int i = 0; i < 9; ++i) {
+      focus[i] = values.number("focus" + std::to_string(1 + i / 3), i % 3);
+      areOne = areOne && focus[i] == focus[i % 3];
+    }
+    if (!areOne && lens->lensRadius > 0 && !setPlaneOfFocus(*lens, focus, *projection))
+      values.warn("PROJECTION-FOCUS", "focus1, focus2 and focus3 span no plane of focus that misses the lens",
+                  "focalDistance is used");
     values.warnNoEffect();
     return lens.release();
   });

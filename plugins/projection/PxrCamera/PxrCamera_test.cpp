@@ -30,6 +30,47 @@ TEST(PxrCamera, SharedChecks) {
   expectBadFramesRefused(kName);
 }
 
+// Rays of one raster point through all of the lens meet on the plane of focus, wherever the camera stands.
+TEST(PxrCamera, PlaneOfFocusThroughThreePoints) {
+  ProjectionInfo info = frame(64, 48);
+  // looks along world x, with world z up, from (-5, 2, 1)
+  const double toCamera[16] = {0, 0, 1, 0, -1, 0, 0, 0, 0, 1, 0, 0, 2, -1, 5, 1};
+  std::copy(toCamera, toCamera + 16, info.worldToCamera);
+  // x = 1 + z / 2 in world space
+  static const float kFocus[3][3] = {{1, 0, 0}, {2, 0, 2}, {1, 7, 0}};
+  const std::vector<Setting> settings = {{"fov", 50},          {"fStop", 1},          {"focalLength", 0.6f},
+                                         {"focalDistance", 4}, {"focus1", kFocus[0]}, {"focus2", kFocus[1]},
+                                         {"focus3", kFocus[2]}};
+  TestProjection p(kName, settings, info);
+  EXPECT_TRUE(p.warnings.empty());
+  for (double x : {5., 32., 60.})
+    for (double y : {3., 24., 45.}) {
+      const auto middle = p.ray(x, y);
+      // camera (a, b, c) is world (c - 5, 2 - a, b + 1): on the plane where c - 5 = 1 + (b + 1) / 2
+      const double t = 6.5 / (middle[5] - 0.5 * middle[4]);
+      ASSERT_GT(t, 0);
+      for (double u : {0.1, 0.9})
+        for (double v : {0.2, 0.7}) {
+          const auto r = p.ray(x, y, u, v);
+          const double s = (6.5 - r[2] + 0.5 * r[1]) / (r[5] - 0.5 * r[4]);
+          for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(r[size_t(c)] + s * r[size_t(c) + 3], t * middle[size_t(c) + 3], 1e-5);
+        }
+    }
+  expectRoundTrip(p);
+  expectLightPathsAgree(p, 3, 5);
+  expectWidthsAgree(p);
+  // on a line; through the lens: the plane of focalDistance is used, with a message
+  static const float kLine[3] = {0, 0, -2}, kLens[3] = {-5, 2, 1};
+  for (const float* third : {kLine, kLens}) {
+    std::vector<Setting> bad = settings;
+    bad.back().list = third;
+    TestProjection q(kName, bad, info);
+    ASSERT_EQ(q.warnings.size(), 1u) << q.warnings.size();
+    EXPECT_NE(q.warnings[0].find("PROJECTION-FOCUS"), std::string::npos);
+  }
+}
+
 TEST(PxrCamera, NamesWhatHasNoEffect) {
   TestProjection p(kName, {{"radial1", 0.5f}, {"squeeze", 1}, {"natural", 1}}, frame(64, 48));
   ASSERT_EQ(p.warnings.size(), 1u);

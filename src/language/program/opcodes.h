@@ -17,6 +17,7 @@ enum : uint32_t {
   kOpDropsDerivs = 8,     // its results' derivatives are zero
   kOpGlobalState = 16,    // the answer depends on the point's renderer state, not on operands alone: varying
   kOpTable = 32,          // operands may be a list of "token", value pairs at the end
+  kOpOwn = 64,            // ours: other compilers inline a function of their header instead, so no .oso of theirs has it
 };
 
 #define KN_LANGUAGE_OPCODES(X)                                                                                        \
@@ -175,7 +176,18 @@ enum : uint32_t {
   X(Trace, "trace", "wrr*", kOpEffect | kOpDropsDerivs | kOpTable)                                                    \
   X(PointCloudSearch, "pointcloud_search", "wr*", kOpEffect | kOpDropsDerivs)                                         \
   X(PointCloudGet, "pointcloud_get", "wr*", kOpEffect | kOpDropsDerivs)                                               \
-  X(PointCloudWrite, "pointcloud_write", "wr*", kOpEffect | kOpDropsDerivs)
+  X(PointCloudWrite, "pointcloud_write", "wr*", kOpEffect | kOpDropsDerivs)                                           \
+  X(FloorMod, "floormod", "wrr", kOpOwn)                                                                              \
+  X(LinearStep, "linearstep", "wrrr", kOpOwn)                                                                         \
+  X(SmoothLinearStep, "smooth_linearstep", "wrrrr", kOpOwn)                                                           \
+  X(FaceForward, "faceforward", "wrrr", kOpOwn)                                                                       \
+  X(Reflect, "reflect", "wrr", kOpOwn)                                                                                \
+  X(Refract, "refract", "wrrr", kOpOwn)                                                                               \
+  X(Rotate, "rotate", "wrrr", kOpOwn)
+// FloorMod is the function mod(): a - b * floor(a / b) for floats and triples (a where b is 0; derivatives a' - b' *
+// floor(a / b)), a % b for ints (a where b is 0). Mod is the operator %. LinearStep and SmoothLinearStep: e0, e1, x (,
+// eps), float or triples alike. Rotate: the triple, the angle, the axis, which passes through the origin and need not
+// have length 1. Formulas: reference osl-numerics, section 8.
 
 enum class Opcode : uint8_t {
 #define KN_X(enumerator, name, letters, flags) enumerator,

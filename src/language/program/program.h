@@ -85,6 +85,8 @@ struct Instruction {
   std::vector<SymbolId> arguments;
   std::vector<Block> blocks;
   SourcePos pos;
+  int32_t layer = 0;   // of a flattened network: the layer that it comes from
+  int32_t name = -1;   // of a flattened network: what messages call the array or triple indexed, FlatProgram::names
 };
 
 struct Block {

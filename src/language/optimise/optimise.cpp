@@ -1,0 +1,329 @@
+#include "language/optimise/optimise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <unordered_map>
+
+#include "language/optimise/fold.h"
+#include "language/optimise/liveness.h"
+#include "language/optimise/walk.h"
+
+namespace kinora::language {
+
+namespace {
+
+bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::While || op == Opcode::DoWhile; }
+bool isJump(Opcode op) { return op == Opcode::Break || op == Opcode::Continue || op == Opcode::Return || op == Opcode::Exit; }
+
+// ---- calls that nothing leaves early become plain code ----
+bool leavesEarly(const Block& block, bool isLayer, bool nested) {
+  for (const Instruction& in : block.code) {
+    if (in.opcode == Opcode::Return && !nested) return true;
+    if (in.opcode == Opcode::Exit && isLayer) return true;
+    const bool call = in.opcode == Opcode::Call;
+    if (call && in.arguments.size() == 2) continue;  // a layer keeps its exits to itself
+    for (const Block& inner : in.blocks)
+      if (leavesEarly(inner, isLayer, nested || call)) return true;
+  }
+  return false;
+}
+void open(Block& block) {
+  std::vector<Instruction> made;
+  made.reserve(block.code.size());
+  for (Instruction& in : block.code) {
+    for (Block& inner : in.blocks) open(inner);
+    if (in.opcode == Opcode::Call) {
+      auto& code = in.blocks[0].code;
+      // an end at the very end is no early one
+      while (!code.empty() && (code.back().opcode == Opcode::Return || (code.back().opcode == Opcode::Exit && in.arguments.size() == 2))) code.pop_back();
+      if (!leavesEarly(in.blocks[0], in.arguments.size() == 2, false)) {
+        std::move(code.begin(), code.end(), std::back_inserter(made));
+        continue;
+      }
+    }
+    const bool ends = isJump(in.opcode);
+    made.push_back(std::move(in));
+    if (ends) break;  // nothing behind it runs
+  }
+  block.code = std::move(made);
+}
+
+// ---- copies followed forwards, constants folded, conditions decided ----
+class Propagation {
+ public:
+  explicit Propagation(FlatProgram& flat) : flat_(flat), shader_(flat.code), pool_(flat.code), folder_(flat.code, pool_) {
+    value_.assign(shader_.symbols.size(), {});
+    version_.assign(shader_.symbols.size(), 0);
+    countWrites();
+  }
+  bool run() {
+    block(shader_.main);
+    for (Output& o : flat_.outputs) {
+      // outputs keep their symbols: what reads them elsewhere was replaced already
+      (void)o;
+    }
+    return changed_;
+  }
+
+ private:
+  struct Known {
+    SymbolId is = kNone;
+    uint32_t version = 0;  // of `is`
+  };
+  void grow() {
+    value_.resize(shader_.symbols.size());
+    version_.resize(shader_.symbols.size(), 0);
+  }
+  void countWrites() {
+    writes_.assign(shader_.symbols.size(), 0);
+    forEachInstruction(shader_.main, [&](const Instruction& in) {
+      for (uint32_t i = 0; i < in.arguments.size(); ++i)
+        if (accessOf(shader_, in, i) != 'r') ++writes_[size_t(in.arguments[i])];
+    });
+  }
+  void set(SymbolId s, Known known) {
+    undo_.emplace_back(s, value_[size_t(s)]);
+    value_[size_t(s)] = known;
+  }
+  void written(SymbolId s) {
+    set(s, {});
+    ++version_[size_t(s)];
+  }
+  void killWrites(const Block& block) {
+    forEachInstruction(block, [&](const Instruction& in) {
+      for (uint32_t i = 0; i < in.arguments.size(); ++i)
+        if (accessOf(shader_, in, i) != 'r') written(in.arguments[i]);
+    });
+  }
+  void rollBack(size_t to) {
+    while (undo_.size() > to) {
+      value_[size_t(undo_.back().first)] = undo_.back().second;
+      undo_.pop_back();
+    }
+  }
+  SymbolId lookUp(SymbolId s) const {
+    const Known& known = value_[size_t(s)];
+    return known.is != kNone && version_[size_t(known.is)] == known.version ? known.is : s;
+  }
+  const Symbol& symbol(SymbolId s) const { return shader_.symbols[size_t(s)]; }
+
+  bool truth(SymbolId s, bool& answer) const {
+    const Symbol& c = symbol(s);
+    if (c.kind != SymbolKind::Constant) return false;
+    if (!c.values.ints.empty()) answer = c.values.ints[0] != 0;
+    else if (!c.values.floats.empty()) answer = c.values.floats[0] != 0;
+    else if (!c.values.strings.empty()) answer = !c.values.strings[0].empty();
+    else return false;
+    return true;
+  }
+
+  void block(Block& code) {
+    std::vector<Instruction> made;
+    made.reserve(code.code.size());
+    for (Instruction& in : code.code) {
+      if (!instruction(in, made)) continue;
+      made.push_back(std::move(in));
+    }
+    code.code = std::move(made);
+  }
+
+  // false: the instruction is gone (what replaces it stands in `made` already)
+  bool instruction(Instruction& in, std::vector<Instruction>& made) {
+    if (in.opcode == Opcode::If) {
+      replace(in.arguments[0]);
+      bool holds = false;
+      if (truth(in.arguments[0], holds)) {
+        changed_ = true;
+        if (holds || in.blocks.size() > 1) {
+          Block taken = std::move(in.blocks[holds ? 0 : 1]);
+          block(taken);
+          std::move(taken.code.begin(), taken.code.end(), std::back_inserter(made));
+        }
+        return false;
+      }
+      for (Block& b : in.blocks) {
+        const size_t mark = undo_.size();
+        block(b);
+        rollBack(mark);
+      }
+      for (const Block& b : in.blocks) killWrites(b);
+      return true;
+    }
+    if (isLoop(in.opcode)) {
+      block(in.blocks[0]);
+      for (size_t k = 1; k < 4; ++k) killWrites(in.blocks[k]);
+      const size_t mark = undo_.size();
+      if (in.opcode != Opcode::DoWhile) block(in.blocks[1]);
+      const SymbolId condition = lookUp(in.arguments[0]);
+      bool holds = true;
+      const bool never = in.opcode != Opcode::DoWhile && truth(condition, holds) && !holds;
+      const size_t inside = undo_.size();
+      block(in.blocks[2]);
+      // `continue` reaches the step from anywhere in the body
+      rollBack(inside);
+      killWrites(in.blocks[2]);
+      block(in.blocks[3]);
+      if (in.opcode == Opcode::DoWhile) block(in.blocks[1]);
+      replace(in.arguments[0]);
+      rollBack(mark);
+      for (size_t k = 1; k < 4; ++k) killWrites(in.blocks[k]);
+      if (never) {
+        changed_ = true;
+        std::move(in.blocks[0].code.begin(), in.blocks[0].code.end(), std::back_inserter(made));
+        std::move(in.blocks[1].code.begin(), in.blocks[1].code.end(), std::back_inserter(made));
+        return false;
+      }
+      return true;
+    }
+    if (in.opcode == Opcode::Call) {
+      const size_t mark = undo_.size();
+      block(in.blocks[0]);
+      rollBack(mark);  // it was not opened, so that it may be left anywhere
+      killWrites(in.blocks[0]);
+      return true;
+    }
+    if (isJump(in.opcode)) return true;
+    for (uint32_t i = 0; i < in.arguments.size(); ++i)
+      if (accessOf(shader_, in, i) == 'r') replace(in.arguments[i]);
+    simplify(in);
+    if (in.opcode == Opcode::Assign && in.arguments[0] == in.arguments[1]) {
+      changed_ = true;
+      return false;
+    }
+    SymbolId folded = kNone;
+    if (in.opcode != Opcode::Assign && in.opcode != Opcode::ArrayCopy) {
+      folded = folder_.fold(in);
+      grow();
+      if (folded != kNone) {
+        changed_ = true;
+        const Type to = symbol(in.arguments[0]).type;
+        in.opcode = to.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
+        in.arguments = {in.arguments[0], folded};
+      }
+    }
+    for (uint32_t i = 0; i < in.arguments.size(); ++i)
+      if (accessOf(shader_, in, i) != 'r') written(in.arguments[i]);
+    if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy) {
+      SymbolId from = in.arguments[1];
+      const SymbolId to = in.arguments[0];
+      if (symbol(from).kind == SymbolKind::Constant && !(symbol(from).type == symbol(to).type)) {
+        const SymbolId converted = folder_.convert(from, symbol(to).type);
+        grow();
+        if (converted != kNone) in.arguments[1] = from = converted;
+      }
+      const Base a = symbol(from).type.base, b = symbol(to).type.base;
+      if ((a == b || (isTriple(a) && isTriple(b))) && symbol(from).type.arrayLength == symbol(to).type.arrayLength) set(to, {from, version_[size_t(from)]});
+    }
+    return true;
+  }
+
+  void replace(SymbolId& s) {
+    const SymbolId by = lookUp(s);
+    if (by == s) return;
+    s = by;
+    changed_ = true;
+  }
+
+  // Identities that keep the bits for every value, NaN and zeros included.
+  void simplify(Instruction& in) {
+    if (in.arguments.size() != 3) return;
+    const Type result = symbol(in.arguments[0]).type;
+    const auto isAll = [&](SymbolId s, float value) {
+      const Symbol& c = symbol(s);
+      if (c.kind != SymbolKind::Constant || c.type.arrayLength || c.type.base == Base::Matrix || c.type.base == Base::String) return false;
+      if (c.type.base == Base::Int) return float(c.values.ints[0]) == value;
+      return std::all_of(c.values.floats.begin(), c.values.floats.end(), [&](float f) { return f == value && !std::signbit(f); });
+    };
+    const auto become = [&](SymbolId from) {
+      const Base base = symbol(from).type.base;
+      if (base != result.base && !(isTriple(base) && isTriple(result.base))) return;
+      in.opcode = Opcode::Assign;
+      in.arguments = {in.arguments[0], from};
+      changed_ = true;
+    };
+    const SymbolId a = in.arguments[1], b = in.arguments[2];
+    if (in.opcode == Opcode::Mul && isAll(b, 1)) return become(a);
+    if (in.opcode == Opcode::Mul && isAll(a, 1)) return become(b);
+    if (in.opcode == Opcode::Div && isAll(b, 1) && result.base == Base::Int) return become(a);
+    if (in.opcode == Opcode::Sub && isAll(b, 0)) return become(a);
+    if (in.opcode == Opcode::Pow && result.base == Base::Float && symbol(b).kind == SymbolKind::Constant && symbol(b).type.base == Base::Float) {
+      const float y = symbol(b).values.floats[0];
+      const Opcode other = y == 0.5f ? Opcode::Sqrt : y == -0.5f ? Opcode::InverseSqrt : y == 1.f / 3 ? Opcode::Cbrt : Opcode::Pow;
+      if (other != Opcode::Pow) {  // the reference rewrites these, so it is what the language gives
+        in.opcode = other;
+        in.arguments = {in.arguments[0], a};
+        changed_ = true;
+      }
+    }
+  }
+
+  FlatProgram& flat_;
+  Shader& shader_;
+  ConstantPool pool_;
+  Folder folder_;
+  std::vector<Known> value_;
+  std::vector<uint32_t> version_, writes_;
+  std::vector<std::pair<SymbolId, Known>> undo_;
+  bool changed_ = false;
+};
+
+// ---- what nothing reads ----
+bool hasEffect(const Shader& shader, const Instruction& in) {
+  if (in.opcode == Opcode::MakeClosure) return false;
+  if (factsOf(in.opcode).flags & kOpEffect) return true;
+  (void)shader;
+  return in.arguments.empty();
+}
+bool isEmpty(const Block& block) { return block.code.empty(); }
+
+bool removeDead(FlatProgram& flat) {
+  Shader& shader = flat.code;
+  std::vector<const Instruction*> dead;
+  std::unordered_map<const Instruction*, bool> isDead;
+  Liveness liveness(shader);
+  liveness.isDead = [&](const Instruction& in, const SymbolSet& after) {
+    bool needed = hasEffect(shader, in);
+    for (uint32_t i = 0; i < in.arguments.size() && !needed; ++i)
+      if (accessOf(shader, in, i) != 'r') needed = after.has(in.arguments[i]);
+    isDead[&in] = !needed;
+    return !needed;
+  };
+  SymbolSet live(shader.symbols.size());
+  for (const Output& o : flat.outputs) live.add(o.symbol);
+  liveness.run(shader.main, live);
+  bool changed = false;
+  const std::function<void(Block&)> sweep = [&](Block& block) {
+    for (Instruction& in : block.code)
+      for (Block& inner : in.blocks) sweep(inner);
+    std::erase_if(block.code, [&](const Instruction& in) {
+      bool gone = false;
+      if (in.opcode == Opcode::Nop || in.opcode == Opcode::UseParam) gone = true;
+      else if (in.opcode == Opcode::If || in.opcode == Opcode::Call) gone = std::all_of(in.blocks.begin(), in.blocks.end(), isEmpty);
+      else if (isLoop(in.opcode) || isJump(in.opcode)) gone = false;
+      else {
+        const auto found = isDead.find(&in);
+        gone = found != isDead.end() && found->second;
+      }
+      changed |= gone;
+      return gone;
+    });
+  };
+  sweep(shader.main);
+  return changed;
+}
+
+}  // namespace
+
+void optimise(FlatProgram& flat) {
+  open(flat.code.main);
+  for (int round = 0; round < 4; ++round) {
+    const bool moved = Propagation(flat).run();
+    open(flat.code.main);
+    const bool removed = removeDead(flat);
+    if (!moved && !removed) break;
+  }
+}
+
+}  // namespace kinora::language

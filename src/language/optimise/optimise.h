@@ -1,0 +1,13 @@
+// Passes over a flattened program: constants folded by the machine's own kernels, copies followed, conditions that are
+// known decided, calls without early ends opened, and what nothing reads removed. The answer has the same bits.
+#pragma once
+#include "language/optimise/group.h"
+
+namespace kinora::language {
+
+void optimise(FlatProgram&);
+
+// The values that a layer's settings give to a parameter, in `type`; `values` stays when there is none.
+void settingValues(const Layer&, const std::string& parameter, const Type& type, Values& values);
+
+}  // namespace kinora::language

@@ -1,0 +1,209 @@
+// Control flow: jumps where all points agree, masks where they may not. A mask only ever narrows; what leaves a region
+// early is taken out of the masks of every region up to the one that it leaves.
+#include "language/vm/codegen.h"
+
+namespace kinora::language {
+
+CodeGenerator::Register CodeGenerator::maskOf(int32_t region) {
+  while (masks_[size_t(region)] == kNoRegister) region = a_.regions[size_t(region)].parent;
+  return masks_[size_t(region)];
+}
+
+CodeGenerator::Operand CodeGenerator::asInt(Operand o) {
+  if (o.base == Base::Int || o.base == Base::String) return o;
+  Operand made = temporary(Base::Int, 1, o.varies);
+  word(1);
+  reference(made.reg);
+  reference(o.reg, o.at);
+  word(0);
+  emit(Integer::NotZeroF, !o.varies);
+  return made;
+}
+
+void CodeGenerator::block(const Block& code, int32_t region) {
+  const int32_t outer = region_;
+  region_ = region;
+  for (const Instruction& in : code.code) {
+    switch (in.opcode) {
+      case Opcode::Nop:
+      case Opcode::End:
+      case Opcode::UseParam: break;
+      case Opcode::If: branch(in, region); break;
+      case Opcode::For:
+      case Opcode::While:
+      case Opcode::DoWhile: loop(in, region); break;
+      case Opcode::Call: call(in, region); break;
+      case Opcode::Break:
+      case Opcode::Continue:
+      case Opcode::Return:
+      case Opcode::Exit: {
+        int32_t target = region;
+        const auto leaves = [&](Region::Kind kind) {
+          switch (in.opcode) {
+            case Opcode::Break: return kind == Region::Loop;
+            case Opcode::Continue: return kind == Region::Body;
+            case Opcode::Return: return kind == Region::Call || kind == Region::Layer;
+            default: return kind == Region::Layer;
+          }
+        };
+        while (target > 0 && !leaves(a_.regions[size_t(target)].kind)) target = a_.regions[size_t(target)].parent;
+        leave(region, target);
+        break;
+      }
+      default: operation(in); break;
+    }
+  }
+  region_ = outer;
+}
+
+void CodeGenerator::branch(const Instruction& in, int32_t region) {
+  Operand condition = operand(in.arguments[0]);
+  if (condition.components > 1) return fail(in, "a condition must be a single number");
+  condition = asInt(condition);
+  const Block* no = in.blocks.size() > 1 && !in.blocks[1].code.empty() ? &in.blocks[1] : nullptr;
+  const int32_t yesRegion = a_.regionOf.at(&in.blocks[0]);
+  if (!condition.varies) {
+    const size_t skip = emitJump(Step::JumpUnless, condition.reg);
+    block(in.blocks[0], yesRegion);
+    if (!no) return land(skip);
+    const size_t end = emitJump(Step::Jump);
+    land(skip);
+    block(*no, a_.regionOf.at(no));
+    land(end);
+    return;
+  }
+  const Register yes = newRegister(1, false), other = newRegister(1, false), anyYes = newRegister(1, true), anyNo = newRegister(1, true);
+  reference(yes);
+  reference(other);
+  reference(anyYes);
+  reference(anyNo);
+  reference(maskOf(region));
+  reference(condition.reg, condition.at);
+  emit(Memory::MaskSplit, false);
+  masks_[size_t(yesRegion)] = yes;
+  if (!in.blocks[0].code.empty()) {
+    const size_t skip = emitJump(Step::JumpUnless, anyYes);
+    block(in.blocks[0], yesRegion);
+    land(skip);
+  }
+  if (no) {
+    const int32_t noRegion = a_.regionOf.at(no);
+    masks_[size_t(noRegion)] = other;
+    const size_t skip = emitJump(Step::JumpUnless, anyNo);
+    block(*no, noRegion);
+    land(skip);
+  }
+}
+
+void CodeGenerator::loop(const Instruction& in, int32_t region) {
+  const int32_t own = a_.regionOf.at(&in), body = a_.regionOf.at(&in.blocks[2]);
+  const bool diverges = a_.regions[size_t(own)].isDivergent;
+  block(in.blocks[0], region);
+  const Register any = newRegister(1, true);
+  const Register count = newRegister(1, true);
+  word(1);
+  reference(count);
+  word(0);
+  emit(Memory::Fill, true);
+  if (diverges) {
+    masks_[size_t(own)] = newRegister(1, false);
+    reference(masks_[size_t(own)]);
+    reference(maskOf(region));
+    emit(Memory::MaskCopy, false);
+  }
+  const int32_t first = int32_t(e_->code_.size());
+  std::vector<size_t> exits;
+  const auto test = [&] {
+    block(in.blocks[1], own);
+    const int32_t outer = region_;
+    region_ = own;
+    const Operand condition = asInt(operand(in.arguments[0]));
+    region_ = outer;
+    if (!condition.varies) exits.push_back(emitJump(Step::JumpUnless, condition.reg));
+    if (!diverges) return;
+    if (condition.varies) {
+      reference(masks_[size_t(own)]);
+      reference(condition.reg, condition.at);
+      reference(any);
+      emit(Memory::MaskAnd, false);
+    } else {
+      reference(masks_[size_t(own)]);
+      reference(any);
+      emit(Memory::MaskAny, false);
+    }
+    exits.push_back(emitJump(Step::JumpUnless, any));
+  };
+  if (in.opcode != Opcode::DoWhile) test();
+  scopes_.push_back({own, {}});
+  scopes_.push_back({body, {}});
+  if (a_.regions[size_t(body)].isDivergent) {
+    masks_[size_t(body)] = newRegister(1, false);
+    reference(masks_[size_t(body)]);
+    reference(maskOf(own));
+    emit(Memory::MaskCopy, false);
+  }
+  block(in.blocks[2], body);
+  for (const size_t jump : scopes_.back().jumps) land(jump);
+  scopes_.pop_back();
+  block(in.blocks[3], own);
+  if (in.opcode == Opcode::DoWhile) test();
+  // the limit: counts turns, clears `any` when they were too many
+  word(site(in));
+  reference(count);
+  reference(any);
+  word(e_->iterationLimit_);
+  emit(Scalar::LoopLimit, true);
+  exits.push_back(emitJump(Step::JumpUnless, any));
+  const size_t back = emitJump(Step::Jump);
+  e_->code_[back].target = uint32_t(first);
+  for (const size_t jump : exits) land(jump);
+  for (const size_t jump : scopes_.back().jumps) land(jump);
+  scopes_.pop_back();
+  const int32_t last = int32_t(e_->code_.size()) - 1;
+  if (diverges) touch(masks_[size_t(own)], last);
+  loops_.push_back({first, last, own});
+}
+
+void CodeGenerator::call(const Instruction& in, int32_t region) {
+  const int32_t own = a_.regionOf.at(&in.blocks[0]);
+  if (a_.regions[size_t(own)].isDivergent) {
+    masks_[size_t(own)] = newRegister(1, false);
+    reference(masks_[size_t(own)]);
+    reference(maskOf(region));
+    emit(Memory::MaskCopy, false);
+  }
+  scopes_.push_back({own, {}});
+  block(in.blocks[0], own);
+  for (const size_t jump : scopes_.back().jumps) land(jump);
+  scopes_.pop_back();
+}
+
+void CodeGenerator::leave(int32_t region, int32_t target) {
+  if (!a_.regions[size_t(target)].isDivergent) {
+    for (Scope& scope : scopes_)
+      if (scope.region == target) {
+        scope.jumps.push_back(emitJump(Step::Jump));
+        return;
+      }
+    emitJump(Step::End);  // the top of a program without layers
+    return;
+  }
+  const Register own = maskOf(region);
+  Register last = own;
+  for (int32_t r = region;; r = a_.regions[size_t(r)].parent) {
+    const Register mask = maskOf(r);
+    if (mask != last) {
+      reference(mask);
+      reference(own);
+      emit(Memory::MaskClear, false);
+      last = mask;
+    }
+    if (r == target) break;
+  }
+  word(1);
+  reference(own);
+  word(0);
+  emit(Memory::Fill, false);
+}
+
+}  // namespace kinora::language

@@ -1,0 +1,144 @@
+// Copies, blends under a mask, and masks. A mask is a cell of -1 for points that take part and 0 for the others.
+#define KINORA_KERNEL_FILE "language/vm/memory.cpp"
+#include "language/vm/kernel.h"
+#include <kinora/simd/foreach_target.h>
+#include "language/library/dual.h"
+#include "language/vm/access.h"
+#include "language/vm/width_tables.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace kinora::language;
+
+template <int W>
+KN_INLINE Mask<W> loadMask(const float* p, uint32_t i) {
+  return asInt(Float<W>::load(p + i)) < Int<W>(0);
+}
+template <int W>
+KN_INLINE void storeMask(Mask<W> m, float* p, uint32_t i) {
+  lang::put(lang::choose(m, Int<W>(-1), Int<W>(0)), p, i);
+}
+KN_INLINE void setFlag(float* cell, bool flag) {
+  const int32_t value = flag;
+  std::memcpy(cell, &value, 4);
+}
+
+// cells, result, source, step
+template <int W>
+void copy(const Frame& f, const uint32_t* w) {
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    float* r = f.cells[w[1] + c];
+    const float* a = f.cells[w[2] + c * w[3]];
+    for (uint32_t i = 0, points = f.points; i < points; i += W) Float<W>::load(a + i).store(r + i);
+  }
+}
+template <int W>
+void broadcast(const Frame& f, const uint32_t* w) {
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    float* r = f.cells[w[1] + c];
+    const Float<W> a(f.cells[w[2] + c * w[3]][0]);
+    for (uint32_t i = 0, points = f.points; i < points; i += W) a.store(r + i);
+  }
+}
+// cells, result, bits
+template <int W>
+void fill(const Frame& f, const uint32_t* w) {
+  const Int<W> a(w[2]);
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    float* r = f.cells[w[1] + c];
+    for (uint32_t i = 0, points = f.points; i < points; i += W) lang::put(a, r, i);
+  }
+}
+// cells, result, source, step, mask
+template <int W>
+void blend(const Frame& f, const uint32_t* w) {
+  const float* m = f.cells[w[4]];
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    float* r = f.cells[w[1] + c];
+    const float* a = f.cells[w[2] + c * w[3]];
+    for (uint32_t i = 0, points = f.points; i < points; i += W) storeWhere(loadMask<W>(m, i), Float<W>::load(a + i), r + i);
+  }
+}
+template <int W>
+void blendUniform(const Frame& f, const uint32_t* w) {
+  const float* m = f.cells[w[4]];
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    float* r = f.cells[w[1] + c];
+    const Float<W> a(f.cells[w[2] + c * w[3]][0]);
+    for (uint32_t i = 0, points = f.points; i < points; i += W) storeWhere(loadMask<W>(m, i), a, r + i);
+  }
+}
+// mask
+template <int W>
+void maskAll(const Frame& f, const uint32_t* w) {
+  float* m = f.cells[w[0]];
+  for (uint32_t i = 0, points = f.points; i < points; i += W) storeMask(Mask<W>::firstN(int(points - i < W ? points - i : W)), m, i);
+}
+// then mask, else mask, any in then, any in else, mask, condition (int)
+template <int W>
+void maskSplit(const Frame& f, const uint32_t* w) {
+  float *yes = f.cells[w[0]], *no = f.cells[w[1]];
+  const float *m = f.cells[w[4]], *condition = f.cells[w[5]];
+  Mask<W> anyYes(false), anyNo(false);
+  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+    const Mask<W> live = loadMask<W>(m, i), holds = asInt(Float<W>::load(condition + i)) != Int<W>(0);
+    storeMask(live & holds, yes, i);
+    storeMask(live & !holds, no, i);
+    anyYes |= live & holds;
+    anyNo |= live & !holds;
+  }
+  setFlag(f.cells[w[2]], anyYes.any());
+  setFlag(f.cells[w[3]], anyNo.any());
+}
+// mask &= condition (int); any
+template <int W>
+void maskAnd(const Frame& f, const uint32_t* w) {
+  float* m = f.cells[w[0]];
+  const float* condition = f.cells[w[1]];
+  Mask<W> any(false);
+  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+    const Mask<W> live = loadMask<W>(m, i) & (asInt(Float<W>::load(condition + i)) != Int<W>(0));
+    storeMask(live, m, i);
+    any |= live;
+  }
+  setFlag(f.cells[w[2]], any.any());
+}
+// result, mask
+template <int W>
+void maskCopy(const Frame& f, const uint32_t* w) {
+  float* r = f.cells[w[0]];
+  const float* m = f.cells[w[1]];
+  for (uint32_t i = 0, points = f.points; i < points; i += W) Float<W>::load(m + i).store(r + i);
+}
+// mask &= not other
+template <int W>
+void maskClear(const Frame& f, const uint32_t* w) {
+  float* m = f.cells[w[0]];
+  const float* other = f.cells[w[1]];
+  for (uint32_t i = 0, points = f.points; i < points; i += W) storeMask(loadMask<W>(m, i) & !loadMask<W>(other, i), m, i);
+}
+// mask, any
+template <int W>
+void maskAny(const Frame& f, const uint32_t* w) {
+  const float* m = f.cells[w[0]];
+  Mask<W> any(false);
+  for (uint32_t i = 0, points = f.points; i < points; i += W) any |= loadMask<W>(m, i);
+  setFlag(f.cells[w[1]], any.any());
+}
+
+template <int W>
+constexpr KernelFunction kMemory[] = {&copy<W>,     &broadcast<W>, &fill<W>,     &blend<W>,     &blendUniform<W>, &maskAll<W>,
+                                      &maskSplit<W>, &maskAnd<W>,   &maskCopy<W>, &maskClear<W>, &maskAny<W>};
+KN_VM_TABLES(kMemory)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::language {
+const KernelFunction* memoryKernels(uint32_t width) { return KN_VM_PICK(width); }
+}  // namespace kinora::language
+#endif

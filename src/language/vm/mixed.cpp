@@ -1,0 +1,169 @@
+// Functions of two and three numbers, of which any may be uniform: asked at each vector, because here that costs little.
+// Comparisons stand here too.
+#define KINORA_KERNEL_FILE "language/vm/mixed.cpp"
+#include "language/vm/kernel.h"
+#include <kinora/simd/foreach_target.h>
+#include "language/library/fast_math.h"
+#include "language/library/round_math.h"
+#include "language/vm/access.h"
+#include "language/vm/width_tables.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace kinora::language;
+using lang::Dual;
+
+struct PowOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b) { return lang::pow(a, b); }
+};
+struct Atan2Op {
+  template <class F>
+  static KN_INLINE F of(F a, F b) { return lang::atan2(a, b); }
+};
+struct FmodOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b) { return lang::fmod(a, b); }
+};
+struct FloorModOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b) { return lang::mod(a, b); }
+};
+struct StepOp {
+  template <int W>
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b) { return lang::step(a, b); }
+  template <int W>
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b) { return Dual<W>(lang::step(a.v, b.v)); }
+};
+struct ClampOp {
+  template <class F>
+  static KN_INLINE F of(F x, F lo, F hi) { return lang::clampTo(x, lo, hi); }
+};
+struct MixOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b, F x) { return lang::mix(a, b, x); }
+};
+struct SelectOp {
+  template <int W>
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) { return lang::pick(a, b, c); }
+  template <int W>
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::pick(a, b, c.v); }
+};
+struct SmoothStepOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b, F x) { return lang::smoothstep(a, b, x); }
+};
+struct LinearStepOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b, F x) { return lang::linearstep(a, b, x); }
+};
+struct MulAddOp {  // two roundings: the same bits as apart
+  template <class F>
+  static KN_INLINE F of(F a, F b, F c) { return a * b + c; }
+};
+
+// words of an operand here: plain {cell, step, varies}, dual {cell, step, dx, dy, derivStep, varies}
+template <int W, class Op>
+void plain2(const Frame& f, const uint32_t* w) {
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    float* r = f.cells[w[1] + c];
+    const float *a = f.cells[w[2] + c * w[3]], *b = f.cells[w[5] + c * w[6]];
+    const bool va = w[4], vb = w[7];
+    for (uint32_t i = 0, points = f.points; i < points; i += W) Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb)).store(r + i);
+  }
+}
+template <int W, class Op>
+void dual2(const Frame& f, const uint32_t* w) {
+  for (uint32_t c = 0; c < w[0]; ++c) {
+    const lang::DualCells r(f, w + 1, c);
+    const lang::DualOperand a(f, w + 4, c), b(f, w + 10, c);
+    const bool va = w[9], vb = w[15];
+    for (uint32_t i = 0, points = f.points; i < points; i += W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb)), i);
+  }
+}
+template <int W, class Op>
+void plain3(const Frame& f, const uint32_t* w) {
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    float* r = f.cells[w[1] + n];
+    const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]];
+    const bool va = w[4], vb = w[7], vc = w[10];
+    for (uint32_t i = 0, points = f.points; i < points; i += W)
+      Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc)).store(r + i);
+  }
+}
+template <int W, class Op>
+void dual3(const Frame& f, const uint32_t* w) {
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    const lang::DualCells r(f, w + 1, n);
+    const lang::DualOperand a(f, w + 4, n), b(f, w + 10, n), c(f, w + 16, n);
+    const bool va = w[9], vb = w[15], vc = w[21];
+    for (uint32_t i = 0, points = f.points; i < points; i += W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc)), i);
+  }
+}
+
+#define KN_COMPARE(Name, test)                                               \
+  struct Name##FOp {                                                         \
+    template <int W>                                                         \
+    static KN_INLINE Mask<W> of(Float<W> a, Float<W> b) { return test; }     \
+  };                                                                         \
+  struct Name##IOp {                                                         \
+    template <int W>                                                         \
+    static KN_INLINE Mask<W> of(Float<W> fa, Float<W> fb) {                  \
+      const Int<W> a = asInt(fa), b = asInt(fb);                             \
+      return test;                                                           \
+    }                                                                        \
+  };
+KN_COMPARE(Eq, a == b)
+KN_COMPARE(Neq, a != b)
+KN_COMPARE(Lt, a < b)
+KN_COMPARE(Le, (!(b < a)) & (b == b) & (a == a))
+KN_COMPARE(Gt, a > b)
+KN_COMPARE(Ge, (!(a < b)) & (a == a) & (b == b))
+#undef KN_COMPARE
+
+// words: components, result, then operands {cell, step, varies}. All components must agree, or with Neq any may differ.
+template <int W, class Op, bool kAny>
+void compare(const Frame& f, const uint32_t* w) {
+  float* r = f.cells[w[1]];
+  const bool va = w[4], vb = w[7];
+  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+    Mask<W> answer(!kAny);
+    for (uint32_t c = 0; c < w[0]; ++c) {
+      const Mask<W> one = Op::of(lang::fetch<W>(f.cells[w[2] + c * w[3]], i, va), lang::fetch<W>(f.cells[w[5] + c * w[6]], i, vb));
+      answer = kAny ? answer | one : answer & one;
+    }
+    lang::putAnswer(answer, r, i);
+  }
+}
+template <class Op>
+constexpr bool kAnyOf = false;
+template <>
+constexpr bool kAnyOf<NeqFOp> = true;
+template <>
+constexpr bool kAnyOf<NeqIOp> = true;
+
+template <int W>
+constexpr KernelFunction kMixed[] = {
+#define KN_X(name) &plain2<W, name##Op>, &dual2<W, name##Op>,
+    KN_VM_MIXED2(KN_X)
+#undef KN_X
+#define KN_X(name) &plain3<W, name##Op>, &dual3<W, name##Op>,
+    KN_VM_MIXED3(KN_X)
+#undef KN_X
+#define KN_X(name) &compare<W, name##Op, kAnyOf<name##Op>>,
+    KN_VM_COMPARE(KN_X)
+#undef KN_X
+};
+KN_VM_TABLES(kMixed)
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::language {
+const KernelFunction* mixedKernels(uint32_t width) { return KN_VM_PICK(width); }
+}  // namespace kinora::language
+#endif
