@@ -533,6 +533,54 @@ class Flattener {
     }
   }
 
+  // setmessage and getmessage within the group: a message is a symbol and a flag that it was set (1) or missed (2).
+  // Setting it again, or after it was missed, does nothing.
+  void messages(Block& block) {
+    for (size_t at = 0; at < block.code.size(); ++at) {
+      for (Block& inner : block.code[at].blocks) messages(inner);
+      const Instruction in = block.code[at];
+      const bool sets = in.opcode == Opcode::SetMessage;
+      if (!(sets && in.arguments.size() == 2) && !(in.opcode == Opcode::GetMessage && in.arguments.size() == 3)) continue;
+      const Symbol& name = flat_.code.symbols[size_t(in.arguments[sets ? 0 : 1])];
+      if (name.kind != SymbolKind::Constant || name.values.strings.size() != 1) continue;
+      const SymbolId value = in.arguments[sets ? 1 : 2];
+      const Type type = flat_.code.symbols[size_t(value)].type;
+      const auto [found, isNew] = messages_.emplace(nameOf(type) + " " + name.values.strings[0], std::pair(kNone, kNone));
+      if (isNew) {
+        Symbol made;
+        made.name = "$message." + name.values.strings[0];
+        made.type = type;
+        const SymbolId content = addSymbol(made, -1);
+        made.name += ".state";
+        made.type = {Base::Int, 0, -1};
+        found->second = {content, addSymbol(made, -1)};
+      }
+      const auto [content, state] = found->second;
+      Symbol temp;
+      temp.name = "$free" + std::to_string(flat_.code.symbols.size());
+      temp.kind = SymbolKind::Temp;
+      temp.type = {Base::Int, 0, -1};
+      const SymbolId free = addSymbol(temp, in.layer);
+      const Opcode copy = type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
+      Instruction branch = make(Opcode::If, {free}, in.layer);
+      branch.blocks.resize(2);
+      std::vector<Instruction> made;
+      if (sets) {
+        made.push_back(make(Opcode::Eq, {free, state, intConstant(0)}, in.layer));
+        branch.blocks[0].code = {make(copy, {content, value}, in.layer), make(Opcode::Assign, {state, intConstant(1)}, in.layer)};
+      } else {
+        made.push_back(make(Opcode::Eq, {free, state, intConstant(1)}, in.layer));
+        branch.blocks[0].code = {make(copy, {value, content}, in.layer)};
+        branch.blocks[1].code = {make(Opcode::Assign, {state, intConstant(2)}, in.layer)};
+      }
+      made.push_back(std::move(branch));
+      if (!sets) made.push_back(make(Opcode::Assign, {in.arguments[0], free}, in.layer));
+      block.code.erase(block.code.begin() + std::ptrdiff_t(at));
+      block.code.insert(block.code.begin() + std::ptrdiff_t(at), std::make_move_iterator(made.begin()), std::make_move_iterator(made.end()));
+      at += made.size() - 1;
+    }
+  }
+
   bool uses(const Instruction& in, int32_t layer) const {
     for (const SymbolId a : in.arguments)
       if (a >= 0 && provider_[size_t(a)] == layer) return true;
@@ -622,6 +670,7 @@ class Flattener {
       for (Instruction& in : ends) whole.push_back(std::move(in));
       code.insert(code.begin() + std::ptrdiff_t(where.at), std::make_move_iterator(whole.begin()), std::make_move_iterator(whole.end()));
     }
+    messages(flat_.code.main);
     for (const Wanted& o : outputs_) {
       const SymbolId symbol = maps_[size_t(o.layer)][size_t(o.symbol)];
       flat_.outputs.push_back({o.name, symbol, flat_.code.symbols[size_t(symbol)].type});
@@ -645,6 +694,7 @@ class Flattener {
   std::vector<int32_t> provider_;  // by flat symbol: the layer that makes its value, -1: none
   std::unordered_map<std::string, SymbolId> globals_;
   std::unordered_map<std::string, int32_t> nameNumbers_;
+  std::unordered_map<std::string, std::pair<SymbolId, SymbolId>> messages_;  // by type and name: content, state
 };
 
 }  // namespace

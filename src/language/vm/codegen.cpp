@@ -434,7 +434,7 @@ bool CodeGenerator::layOut() {
     if (x.kind == Executable::External::Output) e_->boundOutputs_[x.index].isDirect = true;
   // all that a block's instructions touch stays in the first cache; a mask of slots that live apart would be finer
   const uint32_t working = std::max(1u, e_->slots_);
-  e_->blockPoints_ = options_.blockPoints ? (options_.blockPoints + 15) / 16 * 16 : std::clamp(kL1Bytes / 4 / working / 16 * 16, 64u, 256u);
+  e_->blockPoints_ = options_.blockPoints ? (std::min(options_.blockPoints, 2048u) + 15) / 16 * 16 : std::clamp(kL1Bytes / 4 / working / 16 * 16, 64u, 256u);
   if (zeros_ != kNoRegister) {
     Executable::External x;
     x.kind = Executable::External::Global;

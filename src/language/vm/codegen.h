@@ -112,6 +112,7 @@ class CodeGenerator {
   Operand matrixBetween(const Instruction&, SymbolId from, SymbolId to);
   void scalar(const Instruction&, Scalar, std::string name = {}, uint32_t extra = 0);
   void noise(const Instruction&);
+  void gabor(const Instruction&, const std::vector<Operand>& numbers, size_t n, bool periodic, size_t firstOption);
   void spline(const Instruction&);
   void transformColor(const Instruction&, SymbolId result, Operand color, const std::string* from, const std::string* to, bool isConstructor);
   void spectral(const Instruction&, Spectral);

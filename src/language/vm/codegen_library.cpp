@@ -58,6 +58,7 @@ void CodeGenerator::noise(const Instruction& in) {
       {"cell", Noise::Cell1, false, false},          {"cellnoise", Noise::Cell1, false, false},
       {"hash", Noise::Hash1, false, false},          {"hashnoise", Noise::Hash1, false, false}};
   const auto kind = std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return name == k.name; });
+  if (name == "gabor") return gabor(in, numbers, n, periodic, end);
   if (kind == std::end(kKinds)) {
     if (name == "null") return assign(in, args[0], constant(0.f));
     if (name == "unull") return assign(in, args[0], constant(0.5f));
@@ -78,6 +79,42 @@ void CodeGenerator::noise(const Instruction& in) {
   emit(Noise(uint16_t(kind->kernel) + (kind->hasDual ? at * 2 + dual : at)), t.once);
   if (!dual) clearDerivs(t.out, t.once);
   finish(t);
+}
+
+void CodeGenerator::gabor(const Instruction& in, const std::vector<Operand>& numbers, size_t n, bool periodic, size_t firstOption) {
+  const auto& args = in.arguments;
+  Operand anisotropic = constantInt(0), filter = constantInt(1), direction = temporary(Base::Vector, 3, false), bandwidth = constant(1.f), impulses = constant(16.f);
+  images_.emplace_back(direction.reg, std::vector<uint32_t>{0x3f800000u, 0, 0});
+  bool varies = false;
+  for (const Operand& o : numbers) varies |= o.varies;
+  for (size_t k = firstOption; k + 1 < args.size(); k += 2) {
+    const std::string* token = constantString(args[k]);
+    if (!token) return scalar(in, Scalar::Refuse, "an option of noise that is not known before the run");
+    const Operand value = operand(args[k + 1]);
+    if (*token == "anisotropic") anisotropic = value;
+    else if (*token == "do_filter") filter = value;
+    else if (*token == "direction") direction = asFloat(value);
+    else if (*token == "bandwidth") bandwidth = asFloat(value);
+    else if (*token == "impulses") impulses = asFloat(value);
+    else continue;
+    varies |= value.varies;
+  }
+  if (anisotropic.varies || filter.varies) return scalar(in, Scalar::Refuse, "gabor noise with options that differ from point to point");
+  const Operand nought = constant(0.f), one = constant(1.f);
+  const uint32_t c = uint32_t(componentsOf(shader_.symbols[size_t(args[0])].type.base));
+  Operand out = temporary(c == 3 ? Base::Color : Base::Float, c, varies, true);
+  word(periodic);
+  resultWords(out, true);
+  for (size_t k = 0; k < 3; ++k) dualMixedWords(k < n ? numbers[k] : nought, 1);
+  for (size_t k = 0; k < 3; ++k) mixedWords(periodic && k < n ? numbers[n + k] : one, 1);
+  reference(anisotropic.reg, anisotropic.at);
+  reference(filter.reg, filter.at);
+  mixedWords(direction, 3);
+  mixedWords(bandwidth, 1);
+  mixedWords(impulses, 1);
+  emit(c == 3 ? Noise::Gaborx3 : Noise::Gabor, !varies);
+  out.derivs = varies;
+  assign(in, args[0], out);
 }
 
 void CodeGenerator::spectral(const Instruction& in, Spectral kernel) {

@@ -846,13 +846,22 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::Substr: return scalar(in, Scalar::Substr);
     case Opcode::StoI: return scalar(in, Scalar::StoI);
     case Opcode::StoF: return scalar(in, Scalar::StoF);
+    case Opcode::Split: return scalar(in, Scalar::Split);
+    case Opcode::RegexSearch: return scalar(in, Scalar::Regex, {}, 0);
+    case Opcode::RegexMatch: return scalar(in, Scalar::Regex, {}, 1);
+    case Opcode::Trace: return scalar(in, Scalar::Trace);
+    case Opcode::GetMessage: return in.arguments.size() == 4 ? scalar(in, Scalar::GetMessage) : scalar(in, Scalar::Refuse, "a message of a name that is not known before the run");
+    case Opcode::SetMessage: return scalar(in, Scalar::Refuse, "a message of a name that is not known before the run");
+    case Opcode::DictFind: return scalar(in, Scalar::DictFind);
+    case Opcode::DictNext: return scalar(in, Scalar::DictNext);
+    case Opcode::DictValue: return scalar(in, Scalar::DictValue);
     case Opcode::GetAttribute: return scalar(in, Scalar::GetAttribute);
     case Opcode::RayType: return scalar(in, Scalar::RayType);
     case Opcode::Backfacing: return scalar(in, Scalar::Backfacing);
     case Opcode::SurfaceArea: return scalar(in, Scalar::SurfaceArea);
-    case Opcode::Texture: return scalar(in, Scalar::Texture);
-    case Opcode::Texture3d: return scalar(in, Scalar::Texture3d);
-    case Opcode::Environment: return scalar(in, Scalar::Environment);
+    case Opcode::Texture: return scalar(in, Scalar::Texture, {}, uint32_t(TextureKind::Texture));
+    case Opcode::Texture3d: return scalar(in, Scalar::Texture, {}, uint32_t(TextureKind::Texture3d));
+    case Opcode::Environment: return scalar(in, Scalar::Texture, {}, uint32_t(TextureKind::Environment));
     case Opcode::GetTextureInfo: return scalar(in, Scalar::GetTextureInfo);
     case Opcode::IsConstant: {
       const bool constant = shader_.symbols[size_t(in.arguments[1])].kind == SymbolKind::Constant;

@@ -34,7 +34,7 @@ void RunState::attach(const Executable& e) {
   if (attached_ == e.number_) return;
   attached_ = e.number_;
   const size_t uniforms = (size_t(e.uniforms_) + 15) / 16 * 16;
-  const size_t floats = uniforms + size_t(e.slots_) * e.blockPoints_ + 16;
+  const size_t floats = uniforms + (size_t(e.slots_) + kScratch) * e.blockPoints_ + 16;
   if (memory_.size() < floats + 16) memory_.assign(floats + 16, 0.f);
   if (cells_.size() < e.cells_) cells_.resize(e.cells_);
   float* base = memory_.data();
@@ -42,6 +42,8 @@ void RunState::attach(const Executable& e) {
   for (uint32_t i = 0; i < e.uniforms_; ++i) cells_[i] = base + i;
   varying_ = base + uniforms;
   for (uint32_t i = 0; i < e.slots_; ++i) cells_[e.cells_ - e.slots_ + i] = varying_ + size_t(i) * e.blockPoints_;
+  scratch_ = varying_ + size_t(e.slots_) * e.blockPoints_;
+  blockPoints_ = e.blockPoints_;
   toldOnce.assign(e.sites_.size(), 0);
 }
 

@@ -88,6 +88,11 @@ class Executable {
   size_t instructionCount() const { return code_.size(); }
   uint32_t slotCount() const { return slots_; }
   bool usesDerivs() const { return usesDerivs_; }
+  bool usesGlobal(GlobalValues::Name name) const {
+    for (const External& x : externals_)
+      if (x.kind == External::Global && x.index == name) return true;
+    return false;
+  }
   // The uniform values of a group of this structure, for RunArguments::inputs. Empty when there are none.
   std::vector<float> inputsOf(const ShaderGroup&) const;
   void run(RunState&, const RunArguments&) const;
@@ -143,7 +148,8 @@ class RunState {
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
   bool stopped = false;           // the iteration limit was reached
-  uint64_t lanesLive = 0, lanesPossible = 0;
+  float* scratch(uint32_t k) { return scratch_ + size_t(k) * blockPoints_; }  // kScratch arrays of a block's points
+  static constexpr uint32_t kScratch = 24;
 
   void say(uint32_t point, MessageKind kind, std::string text, std::string file = {}) {
     spoken.push_back({point, kind, std::move(text), std::move(file)});
@@ -156,7 +162,8 @@ class RunState {
   std::vector<float*> cells_;
   uint64_t attached_ = 0;  // its number
   float* varying_ = nullptr;
-  float* zeros_ = nullptr;
+  float* scratch_ = nullptr;
+  uint32_t blockPoints_ = 0;
 };
 
 struct SiteAccess {

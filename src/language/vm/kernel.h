@@ -53,6 +53,8 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 // Noises of N coordinates (1 to 4) and 1 or 3 results. Words: unsigned, periodic, result, N coordinates and, where
 // periodic, N periods; operands as in KN_VM_MIXED2, periods plain. HashN: result (int), then N plain operands.
 #define KN_VM_DIMENSIONS(X, name) X(name##1) X(name##1x3) X(name##2) X(name##2x3) X(name##3) X(name##3x3) X(name##4) X(name##4x3)
+// Gabor: periodic, result (dual), 3 coordinates (dual), 3 periods, then the options {anisotropic cell}, {filter cell},
+// direction, bandwidth, impulses.
 #define KN_VM_HASH(X) X(HashWords1) X(HashWords2) X(HashWords3) X(HashWords4)
 // Colour. TransformColor: from and to (ColorSpace), then result and operand; the others are functions of one operand.
 #define KN_VM_COLOR(X) X(Luminance) X(TransformColor)
@@ -64,10 +66,10 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(Spline3DV) X(Spline3DD) X(InverseU) X(InverseV) X(InverseDU) X(InverseDV)
 // One function for all widths: work on one point after the other.
 #define KN_VM_SCALAR(X)                                                                                           \
-  X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(Printf) X(Format) X(Concat) X(Strlen) X(GetChar)    \
-  X(StartsWith) X(EndsWith) X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix)                \
-  X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(Texture3d) X(Environment)                  \
-  X(GetTextureInfo) X(Trace) X(GetMessage) X(Dictionary) X(LoopLimit) X(Refuse)
+  X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(LoopLimit) X(Refuse) X(Printf) X(Format) X(Concat) X(Strlen)         \
+  X(GetChar) X(StartsWith) X(EndsWith) X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix)     \
+  X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(GetTextureInfo) X(Trace) X(GetMessage)     \
+  X(DictFind) X(DictNext) X(DictValue)
 
 enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Noise, Color, Spline, Scalar, Count };
 
@@ -87,7 +89,7 @@ enum class Spectral : uint16_t { KN_VM_COLOR(KN_VM_DUAL) KN_VM_SPECTRUM(KN_VM_ON
 enum class Splines : uint16_t { KN_VM_SPLINE(KN_VM_ONE) Count };
 enum class Noise : uint16_t {
   KN_VM_DIMENSIONS(KN_VM_DUAL, Perlin) KN_VM_DIMENSIONS(KN_VM_DUAL, Simplex) KN_VM_DIMENSIONS(KN_VM_ONE, Cell)
-      KN_VM_DIMENSIONS(KN_VM_ONE, Hash) KN_VM_HASH(KN_VM_ONE) Count
+      KN_VM_DIMENSIONS(KN_VM_ONE, Hash) KN_VM_HASH(KN_VM_ONE) Gabor, Gaborx3, Count
 };
 
 // The functions of a family for a width of 1, 4, 8 or 16, in the order of its enumeration; null for another width.

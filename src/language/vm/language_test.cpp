@@ -112,6 +112,17 @@ const Case kCases[] = {
      }, 1e-5},
     {"struct", "struct S { float a; vector b; }; S s; s.a = u; s.b = vector(v, 2, 3); S t = s; t.b[1] += u; r = t.a + t.b[0] + t.b[1];",
      [](double u, double v) { return u + v + 2 + u; }, 1e-5},
+    {"messages", "float x = 5; r = getmessage(\"b\", x) * 100; setmessage(\"a\", u); if (v > 0.5) setmessage(\"a\", v); r += getmessage(\"a\", x) * 10 + x; setmessage(\"b\", v); r += getmessage(\"b\", x) * 1000;",
+     [](double u, double) { return 10 + u; }, 1e-5},
+    {"conditional message", "float x = 5; if (v > 0.5) setmessage(\"a\", u); r = getmessage(\"a\", x) * 10 + x;",
+     [](double u, double v) { return v > 0.5 ? 10 + u : 5; }, 1e-5},
+    {"formats", "string s = format(\"%d|%g|%s\", 3, 0.5, u > 0.5 ? \"aa\" : \"b\"); r = strlen(s) + 100 * stoi(substr(s, 0, 1)) + stof(\"0.25\") + startswith(s, \"3|\") * 10;",
+     [](double u, double) { return (u > 0.5 ? 8 : 7) + 300 + 0.25 + 10; }, 0},
+    {"split and regex", "string parts[4]; int n = split(\"a,bb,ccc\", parts, \",\"); int at[2]; r = n * 100 + strlen(parts[2]) * 10 + regex_search(parts[1], at, \"b+\") + at[1];",
+     [](double, double) { return 300 + 30 + 1 + 2.0; }, 0},
+    {"unset locals are zero", "float x; if (u > 2) x = 1; r = x;", [](double, double) { return 0.0; }, 0},
+    {"spaces that nobody knows", "point p = transform(\"nowhere\", P); r = p[0] - P[0];", [](double, double) { return 0.0; }, 0},
+    {"unsupported", "r = 3; int at[1]; r += pointcloud_search(\"x\", P, 1, 1, \"index\", at);", [](double, double) { return 3.0; }, 0},
     {"printed noise bounds", "r = noise(P * 4) >= 0 && noise(\"perlin\", P * 4) <= 1;", [](double, double) { return 1.0; }, 0},
 };
 

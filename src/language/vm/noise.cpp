@@ -3,6 +3,7 @@
 #include "language/vm/kernel.h"
 #include <kinora/simd/foreach_target.h>
 #include "language/library/cell_noise.h"
+#include "language/library/gabor.h"
 #include "language/library/perlin.h"
 #include "language/library/simplex.h"
 #include "language/vm/access.h"
@@ -48,6 +49,30 @@ void hashWords(const Frame& f, const uint32_t* w) {
   }
 }
 
+// 1 and 2 coordinates are points of an axis or a plane, a fourth one is ignored: one kernel serves all
+template <int W, int C>
+void gabor(const Frame& f, const uint32_t* w) {
+  const uint32_t* x = w + 4;
+  const uint32_t* period = x + 18;
+  const uint32_t* option = period + 9;
+  lang::GaborOptions<W> o;
+  std::memcpy(&o.anisotropic, f.cells[option[0]], 4);
+  int32_t filter;
+  std::memcpy(&filter, f.cells[option[1]], 4);
+  o.filter = filter != 0;
+  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+    Dual<W> p[3], r[C];
+    Float<W> periodOf[3];
+    for (int k = 0; k < 3; ++k) p[k] = lang::DualOperand(f, x + 6 * k, 0).get<W>(i, x[6 * k + 5]);
+    const uint32_t* d = option + 2;
+    o.direction = Vec3<W>(lang::fetch<W>(f.cells[d[0]], i, d[2]), lang::fetch<W>(f.cells[d[0] + d[1]], i, d[2]), lang::fetch<W>(f.cells[d[0] + 2 * d[1]], i, d[2]));
+    o.bandwidth = lang::fetch<W>(f.cells[d[3]], i, d[5]);
+    o.impulses = lang::fetch<W>(f.cells[d[6]], i, d[8]);
+    lang::GaborNoise::dual<3, C>(p, w[0] ? periods<3>(f, period, i, periodOf) : nullptr, o, r);
+    for (int c = 0; c < C; ++c) lang::DualCells(f, w + 1, uint32_t(c)).put(r[c], i);
+  }
+}
+
 template <int W>
 constexpr KernelFunction kNoise[] = {
 #define KN_X(Kind, N) &plain<W, Kind, N, 1>, &dual<W, Kind, N, 1>, &plain<W, Kind, N, 3>, &dual<W, Kind, N, 3>,
@@ -58,7 +83,7 @@ constexpr KernelFunction kNoise[] = {
     KN_ALL(lang::CellNoise) KN_ALL(lang::HashNoise)
 #undef KN_X
 #undef KN_ALL
-    &hashWords<W, 1>, &hashWords<W, 2>, &hashWords<W, 3>, &hashWords<W, 4>};
+    &hashWords<W, 1>, &hashWords<W, 2>, &hashWords<W, 3>, &hashWords<W, 4>, &gabor<W, 1>, &gabor<W, 3>};
 KN_VM_TABLES(kNoise)
 }  // namespace
 }  // namespace HWY_NAMESPACE

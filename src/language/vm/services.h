@@ -1,11 +1,13 @@
 // What programs ask of the renderer, as functions over a batch of points: no strings, no standard types for a point.
 // Strings are interned handles (strings.h). Every member may be null: then nothing is found, nothing is printed.
 // `points` is the number of points in the batch, `first` the first one's number within the run. A mask says which points
-// ask (-1) and which do not (0); null: all. Answers for the others may be written or not.
+// ask (-1) and which do not (0); null: all. Cells of the others must be left as they are.
 #pragma once
 #include <cstdint>
 
 namespace kinora::language {
+
+class Dictionary;
 
 // One operand or result of a batch. Component k of point i is cells[k][varies ? i : 0].
 struct Span {
@@ -40,10 +42,13 @@ struct TextureCall {
   Span alpha, error;                // outputs asked for by "alpha" and "errormessage"
 };
 
+enum class TextureKind : uint8_t { Texture, Texture3d, Environment };
+
 enum class MessageKind : uint8_t { Printf, Error, Warning, File };
 
 struct RendererServices {
   void* self = nullptr;
+  Dictionary* dictionary = nullptr;  // dict_find and its kin; null: nothing is found
   // Which of the named spaces' matrices to common (row vectors), for each point; false: no such space.
   bool (*spaceToCommon)(void* self, const Batch&, int32_t space, Span matrix) = nullptr;
   bool (*commonToSpace)(void* self, const Batch&, int32_t space, Span matrix) = nullptr;
