@@ -7,6 +7,7 @@
 #include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "app/shader_commands.h"
+#include "language/program/oso_reader.h"
 
 namespace kinora::app {
 
@@ -37,7 +38,13 @@ std::optional<language::Shader> loadShader(const std::string& name, const langua
   for (const std::string& path : candidates) {
     const std::optional<std::string> text = language::readSourceFile(path);
     if (!text) continue;
-    if (path.ends_with(".oso")) continue;
+    if (path.ends_with(".oso")) {
+      language::Shader shader;
+      std::string error;
+      if (language::readOso(*text, path, shader, error)) return shader;
+      fmt::print(stderr, "{}\n", error);
+      return std::nullopt;
+    }
     language::CompileResult result = language::compile(*text, path, options);
     for (const language::CompileMessage& m : result.messages) fmt::print(stderr, "{}\n", m.str());
     return std::move(result.shader);

@@ -246,25 +246,32 @@ Type Checker::variable(Expr* e) {
   return v->type;
 }
 
+// A chain of indices is walked from what is indexed outwards: m[i] alone is nothing, m[i][j] one node that knows
+// both.
 Type Checker::index(Expr* e) {
-  Expr* a = e->a;
-  if (a->kind != ExprKind::Index || a->c) return indexOf(e, check(a));
-  // each expression is checked once: m[i] alone is nothing, m[i][j] one node that knows both
-  const Type inner = check(a->a);
-  if (!isMatrix(inner)) {
-    a->type = indexOf(a, inner);
-    return indexOf(e, a->type);
-  }
-  e->c = e->b;
-  e->b = a->b;
-  e->a = a->a;
-  const Type row = check(e->b), column = check(e->c);
-  for (const auto& [t, x] : {std::pair<Type, Expr*>{row, e->b}, {column, e->c}})
-    if (!isPoison(t) && !isInt(t)) {
-      error(x->pos, "an index must be an int, not '" + text(t) + "'");
-      return kPoison;
+  std::vector<Expr*> chain;
+  for (Expr* x = e; x->kind == ExprKind::Index; x = x->a) chain.push_back(x);
+  Type t = check(chain.back()->a);
+  for (size_t n = chain.size(); n > 0; --n) {
+    Expr* node = chain[n - 1];
+    if (isMatrix(t) && n > 1) {
+      Expr* column = chain[--n - 1];
+      column->c = column->b;
+      column->b = node->b;
+      column->a = node->a;
+      node = column;
+      t = plain(Base::Float);
+      for (Expr* x : {node->b, node->c}) {
+        const Type i = check(x);
+        if (!isPoison(i) && !isInt(i)) error(x->pos, "an index must be an int, not '" + text(i) + "'");
+        if (!isInt(i)) t = kPoison;
+      }
+    } else {
+      t = indexOf(node, t);
     }
-  return isPoison(row) || isPoison(column) ? kPoison : plain(Base::Float);
+    node->type = t;
+  }
+  return t;
 }
 
 // t: the type of what is indexed, which is checked.

@@ -103,6 +103,8 @@ void Lowerer::assign(SymbolId to, SymbolId from, Pos pos) {
       if (typeOf(to + SymbolId(i)).base != Base::Struct) assign(to + SymbolId(i), from + SymbolId(i), pos);
     return;
   }
+  if (isPlain(type) && out_.symbols[size_t(from)].kind == SymbolKind::Constant && type.base != Base::Closure)
+    from = converted(from, type, pos);  // a literal 1 for a float is 1.0
   emit(type.arrayLength != 0 ? Opcode::ArrayCopy : Opcode::Assign, {to, from}, pos);
 }
 

@@ -418,7 +418,7 @@ class Reader {
     RawOp op;
     op.fileLine = line_;
     op.opcode = opcodeNamed(words_[0].text);
-    if (op.opcode == Opcode::Count || factsOf(op.opcode).flags & kOpOwn) return fail("operation `" + words_[0].text + "` is not known");
+    if (op.opcode == Opcode::Count) return fail("operation `" + words_[0].text + "` is not known");
     if (ops_.size() >= kMostOps) return fail("more operations than can be held");
     size_t end = 1;
     while (end < words_.size() && words_[end].kind != Word::Hint) ++end;

@@ -75,11 +75,13 @@ class Writer {
       const Symbol& s = shader_.symbols[i];
       if (s.kind == SymbolKind::Param || s.kind == SymbolKind::OutputParam) symbol(i);
     }
+    // a struct is written whole or not at all
+    std::vector<char> isNeeded(shader_.symbols.size());
+    for (size_t i = 0; i < shader_.symbols.size(); ++i)
+      if (isUsed(i)) isNeeded[whole(i)] = 1;
     for (size_t i = 0; i < shader_.symbols.size(); ++i) {
       const Symbol& s = shader_.symbols[i];
-      if (s.kind != SymbolKind::Param && s.kind != SymbolKind::OutputParam &&
-          (isUsed(i) || s.type.base == Base::Struct))
-        symbol(i);
+      if (s.kind != SymbolKind::Param && s.kind != SymbolKind::OutputParam && isNeeded[whole(i)]) symbol(i);
     }
     code();
     return std::move(s_);
@@ -99,6 +101,11 @@ class Writer {
   };
 
   bool isUsed(size_t i) const { return reads_[i].last >= 0 || writes_[i].last >= 0; }
+
+  size_t whole(size_t i) const {
+    while (shader_.symbols[i].ofStruct != kNone) i = size_t(shader_.symbols[i].ofStruct);
+    return i;
+  }
 
   void flatten(const Block& block) {
     for (const Instruction& i : block.code) {

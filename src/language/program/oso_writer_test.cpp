@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "language/front/test_support.h"
+#include "language/program/oso_reader.h"
 
 namespace kinora::language {
 namespace {
@@ -62,6 +63,29 @@ TEST(OsoWriter, StructsAndArrays) {
   EXPECT_NE(s.find("param\tstring[2]\tn\t\"a\\n\" \"b\" \t"), std::string::npos) << s;
   EXPECT_NE(s.find("param\tint[]\tk\t1 2 \t"), std::string::npos) << s;
   EXPECT_NE(s.find("param\tclosure color\tc\t\t"), std::string::npos) << s;
+}
+
+// What was written reads as what it was: the text of the form is the same but for symbols that nothing uses.
+TEST(OsoWriter, IsReadAgain) {
+  const Compiled c = compiled(
+      "struct S { float a; color b; int k[2]; };\n"
+      "float g(float x) { if (x > 1) return 1; for (int i = 0; i < 4; ++i) { if (i == 2) continue; x *= 0.5; if (x < "
+      "0.1) break; } return x; }\n"
+      "surface t [[ string help = \"h\\n\", float two[2] = {1, 2} ]] (float a = 1 [[ int lockgeom = 0 ]], S s = {1, "
+      "{2, 3, 4}, {5, 6}}, string n[] = {\"x\", \"y\"},\n"
+      "  matrix m = 2, float d = a * 2, output color r = 0) {\n"
+      "  S l = s; l.b[1] = g(a); while (l.a < 10) l.a += 1; do { l.k[1]++; } while (l.k[1] < 9);\n"
+      "  r = a > 0.5 && noise(P) > 0 ? l.b : texture(\"f\", u, v, \"wrap\", \"clamp\"); printf(\"%g %s\\n\", r, "
+      "n[0]); Ci = 0.5 * diffuse(N); }\n");
+  ASSERT_TRUE(c.result.ok()) << c.errors;
+  const std::string text = osoText(*c.result.shader);
+  Shader again;
+  std::string error;
+  ASSERT_TRUE(readOso(text, "t.oso", again, error)) << error << "\n" << text;
+  EXPECT_EQ(invalid(again), "");
+  EXPECT_EQ(osoText(again), text) << "written, read, written";
+  const std::string code = toText(again);
+  EXPECT_EQ(code.substr(code.find("\ninit ")), c.ir.substr(c.ir.find("\ninit ")));
 }
 
 }  // namespace
