@@ -130,7 +130,7 @@ size_t CodeGenerator::emit(KernelName kernel, bool once) {
   }
   wordsDone_ = e_->words_.size();
   e_->code_.push_back(in);
-  e_->names_.push_back(std::to_string(int(kernel.family)) + "." + std::to_string(kernel.number));
+  e_->names_.push_back(nameOfKernel(kernel));
   return size_t(number);
 }
 
@@ -145,7 +145,7 @@ size_t CodeGenerator::emitJump(Step step, Register condition) {
   }
   wordsDone_ = e_->words_.size();
   e_->code_.push_back(in);
-  e_->names_.push_back(step == Step::Jump ? "jump" : step == Step::End ? "end" : "jump unless");
+  e_->names_.push_back(step == Step::Jump ? "-> jump" : step == Step::End ? "end" : "-> jump unless");
   return e_->code_.size() - 1;
 }
 

@@ -117,7 +117,7 @@ class Executable {
   std::vector<std::string> warnings_;
   std::vector<MachineInstruction> code_;
   std::vector<uint32_t> words_;
-  std::vector<std::string> names_;  // of instructions, for listing()
+  std::vector<const char*> names_;  // of instructions, for listing()
   std::vector<Site> sites_;
   std::vector<External> externals_;
   std::vector<uint32_t> uniformImage_;  // what uniform cells hold when a run begins

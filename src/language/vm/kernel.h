@@ -119,4 +119,6 @@ struct KernelName {
   KernelName(Vector k) : family(Family::Vector), number(uint16_t(k)) {}
 };
 
+const char* nameOfKernel(KernelName);
+
 }  // namespace kinora::language
