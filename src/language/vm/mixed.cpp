@@ -51,6 +51,13 @@ struct SelectOp {
   template <int W>
   static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::pick(a, b, c.v); }
 };
+// the third operand holds ints
+struct SelectIOp {
+  template <int W>
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) { return lang::choose(asInt(c) != Int<W>(0), b, a); }
+  template <int W>
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::choose(asInt(c.v) != Int<W>(0), b, a); }
+};
 struct SmoothStepOp {
   template <class F>
   static KN_INLINE F of(F a, F b, F x) { return lang::smoothstep(a, b, x); }
