@@ -18,8 +18,24 @@ struct Frame {
   float* const* cells;
   uint32_t points;  // of the block; 1 for uniform instructions
   uint32_t first;   // the block's first point within the run
+  uint32_t chunks;  // bit k: some of the 16 points from 16 k on take part; nobody reads what is computed for others
   RunState* run;
 };
+
+// The next run of chunks that take part, as points; false when there is none.
+inline bool nextRun(uint32_t& chunks, uint32_t points, uint32_t& first, uint32_t& end) {
+  if (!chunks) return false;
+  const uint32_t start = uint32_t(__builtin_ctz(chunks)), length = uint32_t(__builtin_ctzll(~(uint64_t(chunks) >> start)));
+  first = start * 16;
+  end = (start + length) * 16 < points ? (start + length) * 16 : points;
+  chunks &= uint32_t(~(((uint64_t(1) << length) - 1) << start));
+  return true;
+}
+// Points i of the chunks that take part, W at a time: run by run, so that a whole block is one plain loop.
+#define KN_EACH(f, i, W)                                                                                          \
+  for (uint32_t chunks_ = (f).chunks, points_ = (f).points, first_ = 0, end_ = 0;                                 \
+       nextRun(chunks_, points_, first_, end_);)                                                                  \
+    for (uint32_t i = first_; i < end_; i += (W))
 
 using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 
