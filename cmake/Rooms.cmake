@@ -61,7 +61,7 @@ endfunction()
 
 # The program. Everything but main.cpp is the library kinora_app, so that tests link it.
 function(kinora_app)
-  kinora_room(app DEPENDS kinora_render kinora_rib kinora_film kinora_stock CLI11::CLI11 fmt::fmt
+  kinora_room(app DEPENDS kinora_render kinora_rib kinora_film kinora_language kinora_stock CLI11::CLI11 fmt::fmt
                           nlohmann_json::nlohmann_json)
   # commands run once: their headers and their optimisation would be a tenth of the build's time
   target_compile_options(kinora_app PRIVATE -O1)

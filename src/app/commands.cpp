@@ -24,6 +24,7 @@ const std::vector<Command>& commands() {
       {"maketex", "make a tiled, mip-mapped texture of an image", &runMaketex},
       {"merge", "add the parts of one frame that --samples wrote", &runMerge},
       {"rib", "convert RIB between ASCII, binary and gzip, expand archives", &runRib},
+      {"shader", "compile OSL shaders, show their parameters", &runShader},
       {"explain", "what the code of a message means", &runExplain},
   };
   return list;

@@ -16,6 +16,7 @@ int runMaketex(const Arguments& arguments);
 int runMerge(const Arguments& arguments);
 int runRib(const Arguments& arguments);
 int runExplain(const Arguments& arguments);
+int runShader(const Arguments& arguments);
 
 struct Command {
   const char* name;

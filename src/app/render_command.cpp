@@ -70,10 +70,12 @@ class RenderRun {
     if (options_.maxSeconds >= 0) stopAfter(options_.maxSeconds);
     Memory::setLimit(options_.memoryLimit);
     options_.settings.errorMap = extensionIs(options_.statsFile, ".html");
-    // textures may be named as seen from the scene's own folder
+    // textures and shaders may be named as seen from the scene's own folder
     for (const std::string& file : options_.files)
-      if (const std::string folder = std::filesystem::path(file).parent_path().string(); !folder.empty())
+      if (const std::string folder = std::filesystem::path(file).parent_path().string(); !folder.empty()) {
         options_.settings.texturePath.push_back(folder);
+        options_.settings.shaderPath.push_back(folder);
+      }
   }
 
   int run() {

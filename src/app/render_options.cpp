@@ -77,6 +77,7 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     for (std::string& directory : splitPath(path.substr(equals + 1)))
       (kind == "texture" || kind == "resource" ? s.texturePath
        : kind == "archive"                     ? out.archivePath
+       : kind == "shader"                      ? s.shaderPath
                                                : out.pluginPath)
           .push_back(std::move(directory));
   }

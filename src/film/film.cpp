@@ -218,7 +218,8 @@ uint32_t Film::inspect(const SampleSpan& span, int first, int n) {
   BlockCheck check;
   alignas(32) float padded[kBlock];
   for (size_t f = 0; f < infinityAllowed_.size(); ++f)
-    check.look(blockOf(span.values[f], first, n, padded), infinityAllowed_[f] != 0, countNegative_[f] != 0);
+    if (span.values[f] != span.zeros)
+      check.look(blockOf(span.values[f], first, n, padded), infinityAllowed_[f] != 0, countNegative_[f] != 0);
   uint32_t badBits = check.bad();
   const uint32_t negativeBits = check.negative();
   for (int i = 0; i < n; ++i)
@@ -283,7 +284,7 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
   RoundInput inputs[kChunk];
   bool isClamped = false;
   const int sums = int(sums_.size());
-  struct Run { int slot, from, count; } runs[kChunk];
+  RoundedRun runs[kChunk];
   for (int begin = 0; begin < sums;) {
     int count = 0, runCount = 0;
     for (; begin < sums && count + 2 <= kChunk; begin += 2) {
@@ -291,7 +292,8 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
       bool isZero = true;
       for (int k = begin; k < begin + 2 && isZero; ++k) {
         const SumSlot& s = sums_[size_t(k)];
-        isZero = s.record >= 0 && isZeroBlock(blockOf(span.values[s.record], first, n, padded[count]));
+        isZero = s.record >= 0 && (span.values[s.record] == span.zeros ||
+                                   isZeroBlock(blockOf(span.values[s.record], first, n, padded[count])));
       }
       if (isZero) continue;
       for (int k = 0; k < 2; ++k) {
@@ -314,16 +316,15 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
         }
         input = {values, weights[s.weight], s.scale, s.limit};
       }
-      if (runCount && runs[runCount - 1].slot + runs[runCount - 1].count == begin)
+      const int slot = kHeaderSlots + begin;
+      if (runCount && runs[runCount - 1].slot + runs[runCount - 1].count == slot)
         runs[runCount - 1].count += 2;
       else
-        runs[runCount++] = {begin, count, 2};
+        runs[runCount++] = {slot, count, 2};
       count += 2;
     }
     isClamped |= roundBlock(inputs, count, rounded);
-    for (int i = 0; i < n; ++i)
-      for (int r = 0; r < runCount && pixels[i]; ++r)
-        addRounded(pixels[i] + kHeaderSlots + runs[r].slot, rounded[i] + runs[r].from, runs[r].count);
+    addRounded(pixels, n, runs, runCount, rounded);
   }
   if (isClamped) countSaturated(span, first, n, pixels, weights);
   if (!extremes_.empty() || !nearest_.empty()) addExtremes(span, first, n, pixels);

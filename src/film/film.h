@@ -35,6 +35,7 @@ struct SampleSpan {
   const uint32_t* sampleIndex = nullptr;
   const float* weight = nullptr;         // of the importance-sampled pixel filter: about +1 or -c
   const float* const* values = nullptr;  // one array for each float of the record (ChannelLayout::recordFloats)
+  const float* zeros = nullptr;  // not null: `values` that point there are n zeros, and cost nothing
   // One array for each of ChannelLayout::filters(): what that filter weighs the samples. Null: `weight` for all.
   const float* const* filterWeights = nullptr;
 };

@@ -90,16 +90,25 @@ KINORA_AVX2 bool roundBlock(const RoundInput* slots, int count, int64_t (*rounde
   return (clamped[0] | clamped[1] | clamped[2] | clamped[3]) != 0;
 }
 
-KINORA_AVX2 void addRounded(int64_t* sums, const int64_t* rounded, int count) {
-  int k = 0;
-  for (; k + 4 <= count; k += 4) {
-    V4i s, r;
-    std::memcpy(&s, sums + k, sizeof s);
-    std::memcpy(&r, rounded + k, sizeof r);
-    s += r;
-    std::memcpy(sums + k, &s, sizeof s);
+KINORA_AVX2 void addRounded(int64_t* const* pixels, int n, const RoundedRun* runs, int runCount,
+                            const int64_t (*rounded)[kChunk]) {
+  for (int i = 0; i < n; ++i) {
+    if (!pixels[i]) continue;
+    for (int r = 0; r < runCount; ++r) {
+      int64_t* sums = pixels[i] + runs[r].slot;
+      const int64_t* add = rounded[i] + runs[r].from;
+      const int count = runs[r].count;
+      int k = 0;
+      for (; k + 4 <= count; k += 4) {
+        V4i s, a;
+        std::memcpy(&s, sums + k, sizeof s);
+        std::memcpy(&a, add + k, sizeof a);
+        s += a;
+        std::memcpy(sums + k, &s, sizeof s);
+      }
+      if (k < count) *reinterpret_cast<V2i*>(sums + k) += *reinterpret_cast<const V2i*>(add + k);
+    }
   }
-  if (k < count) *reinterpret_cast<V2i*>(sums + k) += *reinterpret_cast<const V2i*>(rounded + k);
 }
 
 }  // namespace kinora::film

@@ -41,7 +41,11 @@ struct RoundInput {
 // True when anything was clamped (or is not a number).
 bool roundBlock(const RoundInput* slots, int count, int64_t (*rounded)[kChunk]);
 
-// sums[k] += rounded[k]; both 16-byte aligned, `count` even.
-void addRounded(int64_t* sums, const int64_t* rounded, int count);
+// Neighbouring slots of a pixel, and where their values stand among those rounded.
+struct RoundedRun {
+  int slot, from, count;  // count even
+};
+// pixels[i][slot ..] += rounded[i][from ..] for each run and each of n samples whose pixel is not null; 16-byte aligned.
+void addRounded(int64_t* const* pixels, int n, const RoundedRun* runs, int runCount, const int64_t (*rounded)[kChunk]);
 
 }  // namespace kinora::film

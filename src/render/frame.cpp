@@ -307,7 +307,8 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.y = s.pixelY();
   span.sampleIndex = s.indices();
   span.weight = s.weights();
-  span.values = w.records();
+  span.values = w.values();
+  span.zeros = w.zeros();
   span.filterWeights = w.filterWeights.empty() ? nullptr : w.filterWeights.data();
   in_.film->addSamples(span);
   times_->byWorker[w.index][2] += now() - start;

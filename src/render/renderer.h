@@ -36,7 +36,7 @@ struct Settings {
   std::string bucketOrder;                           // "": the scene's, else horizontal, vertical, spiral, random ...
   std::string output;                                // -o
   bool strict = false;
-  std::vector<std::string> texturePath;              // directories, beside those of the scene
+  std::vector<std::string> texturePath, shaderPath;  // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
   double snapshotSeconds = 60;                       // 0: never
   bool errorMap = false;                             // measure each pixel's error too, for the statistics

@@ -113,8 +113,10 @@ struct Worker::Calls {
   static void contribute(Group* g, const Contributions* c) { of(g).contribute(c); }
   static void cover(Group* g, uint32_t n, const uint32_t* slots, const float* alpha) {
     Worker& w = of(g);
-    for (const int offset : w.plan_.coverage)
-      for (uint32_t i = 0; i < n; ++i) w.records_[size_t(offset)][slots[i]] = alpha[i];
+    for (const int offset : w.plan_.coverage) {
+      float* r = w.record(size_t(offset));
+      for (uint32_t i = 0; i < n; ++i) r[slots[i]] = alpha[i];
+    }
   }
   static void cross(Group* g, const Context* c, uint32_t n, const uint32_t* points) { of(g).state_.cross(c, n, points); }
   static const void* keepPaths(Group* g, uint32_t n, const uint32_t* slots) { return of(g).state_.keepPaths(n, slots); }
@@ -199,12 +201,21 @@ void Worker::begin(uint32_t count, StageKind stage) {
   emitted_.clear();
   state_.group().host = this;
   const uint32_t n = state_.group().padded + kPad;
+  recordBytes_ = n * sizeof(float);
+  if (zeros_.size() < n) zeros_.assign(n, 0.f);
   records_.resize(size_t(plan_.floats));
-  for (size_t k = 0; k < records_.size(); ++k) {
-    records_[k] = state_.arena().make<float>(n);
-    std::memset(records_[k], 0, n * sizeof(float));
+  for (float*& r : records_) r = state_.arena().make<float>(n);
+  isWritten_.assign(records_.size(), 0);
+  for (const auto& [offset, value] : plan_.cleared) {
+    std::fill_n(records_[size_t(offset)], n, value);
+    isWritten_[size_t(offset)] = 1;
   }
-  for (const auto& [offset, value] : plan_.cleared) std::fill_n(records_[size_t(offset)], n, value);
+}
+
+const float* const* Worker::values() {
+  values_.resize(records_.size());
+  for (size_t k = 0; k < records_.size(); ++k) values_[k] = isWritten_[k] ? records_[k] : zeros_.data();
+  return values_.data();
 }
 
 void Worker::primary(const Context* c) {
@@ -213,7 +224,7 @@ void Worker::primary(const Context* c) {
     const SurfaceChannels::Value v = values.of(o.source);
     for (int k = 0; k < std::min(o.width, 3); ++k) {
       if (!v.data[k]) continue;
-      float* r = records_[size_t(o.offset + k)];
+      float* r = record(size_t(o.offset + k));
       if (o.adds)
         for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] += v.data[k][i * v.stride];
       else
@@ -222,19 +233,21 @@ void Worker::primary(const Context* c) {
   }
   for (const RecordPlan::Primvar& o : plan_.primvars) {
     const Value v = c->fn->primvar(c, o.name.c_str(), nullptr);
-    for (int k = 0; k < std::min(o.width, int(v.components)); ++k)
-      for (uint32_t i = 0; i < c->count; ++i) records_[size_t(o.offset + k)][c->path[i]] = v.data[k][i * v.stride];
+    for (int k = 0; k < std::min(o.width, int(v.components)); ++k) {
+      float* r = record(size_t(o.offset + k));
+      for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v.data[k][i * v.stride];
+    }
   }
 }
 
 void Worker::setCpuTime(uint32_t count, float secondsASample) {
-  for (const int offset : plan_.cpuTime) std::fill_n(records_[size_t(offset)], count, secondsASample);
+  for (const int offset : plan_.cpuTime) std::fill_n(record(size_t(offset)), count, secondsASample);
 }
 
 void Worker::finishRecords(uint32_t count) {
   for (const auto& [offset, width, remap] : plan_.remaps)
     for (int k = 0; k < width; ++k) {
-      float* r = records_[size_t(offset + k)];
+      float* r = record(size_t(offset + k));
       for (uint32_t i = 0; i < count; ++i) r[i] = film::compress(r[i], remap);
     }
 }
@@ -248,10 +261,10 @@ void Worker::contribute(const Contributions* c) {
     for (end = first + 1; end < c->count && set(end) == which;) ++end;
     for (uint32_t t = first_[which]; t < first_[which + 1]; ++t)
       for (size_t k = 0; k < 3; ++k) {
-        float* record = records_[size_t(targets_[t].offset) + k];
+        float* const to = record(size_t(targets_[t].offset) + k);
         const float sign = targets_[t].sign;
         const float* value = c->value[k];
-        for (uint32_t i = first; i < end; ++i) record[c->slot[i]] += sign * value[i];
+        for (uint32_t i = first; i < end; ++i) to[c->slot[i]] += sign * value[i];
       }
   }
   if (print && c->kind != LightKind::Unshadowed)

@@ -3,6 +3,7 @@
 #include <kinora/integrator.h>
 
 #include <array>
+#include <cstring>
 #include <functional>
 #include <string>
 #include <vector>
@@ -47,7 +48,14 @@ class Worker {
   Services& services() { return services_; }
   // Readies the group and clears its records.
   void begin(uint32_t count, StageKind stage);
-  float* const* records() { return records_.data(); }
+  // All floats of the records, to be read and written.
+  float* const* records() {
+    for (size_t k = 0; k < records_.size(); ++k) record(k);
+    return records_.data();
+  }
+  // The same to be read: what nothing has been written to is zeros().
+  const float* const* values();
+  const float* zeros() const { return zeros_.data(); }
   // After the integrator, before the film: what concerns whole records of `count` samples.
   void finishRecords(uint32_t count);
   void setCpuTime(uint32_t count, float secondsASample);
@@ -75,7 +83,18 @@ class Worker {
   film::Film& film_;
   uint64_t lightPathsPerPass_;
   Services services_{};
-  std::vector<float*> records_;
+  float* record(size_t k) {
+    if (!isWritten_[k]) {
+      std::memset(records_[k], 0, recordBytes_);
+      isWritten_[k] = 1;
+    }
+    return records_[k];
+  }
+  std::vector<float*> records_;                  // cleared at the first use: most of a list of light paths are not reached
+  std::vector<uint8_t> isWritten_;
+  size_t recordBytes_ = 0;
+  std::vector<float> zeros_;
+  std::vector<const float*> values_;
   std::vector<uint32_t> emitted_;                // light by slot, of the group's light paths
   // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set + 1]].
   struct Target { int offset; float sign; };

@@ -378,32 +378,33 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
 
 // The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to its
 // folder is looked for there too: those folders are on the command line's path.
-std::vector<std::string> WorldBuilder::texturePath(const scene::Scene& scene) const {
+std::vector<std::string> WorldBuilder::searchPath(const scene::Scene& scene, const std::string& kind) const {
+  const std::vector<std::string>& given = kind == "shader" ? settings_.shaderPath : settings_.texturePath;
   std::vector<std::string> path;
   const auto add = [&](const std::string& directory) {
     if (std::find(path.begin(), path.end(), directory) == path.end()) path.push_back(directory);
   };
-  const std::string own = scene.options.getString("searchpath:texture", "");
+  const std::string own = scene.options.getString("searchpath:" + kind, "");
   for (size_t at = 0; at < own.size();) {
     const size_t colon = std::min(own.find(':', at), own.size());
     const std::string part = own.substr(at, colon - at);
     at = colon + 1;
     if (part.empty() || part == "&") continue;
     if (part == "@") {
-      for (const std::string& d : settings_.texturePath) add(d);
+      for (const std::string& d : given) add(d);
       continue;
     }
     add(part);
     if (part[0] != '/')
-      for (const std::string& d : settings_.texturePath) add(d + "/" + part);
+      for (const std::string& d : given) add(d + "/" + part);
   }
-  for (const std::string& d : settings_.texturePath) add(d);
+  for (const std::string& d : given) add(d);
   return path;
 }
 
 bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
-  textures_->setSearchPath(texturePath(scene));
+  textures_->setSearchPath(searchPath(scene, "texture"));
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
@@ -500,7 +501,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   shapes_ = std::move(kept);
 
   // Materials
-  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths);
+  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths, searchPath(scene, "shader"));
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
   std::map<std::array<float, 3>, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
@@ -557,6 +558,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   w.materials = materials;
   w.width = width_;
   w.textures = textures_.get();
+  w.diagnostics = &diagnostics_;
   w.samples = pmj02Table();
   w.paths = &paths;
   for (int k = 0; k < 3; ++k) w.worldOrigin[k] = origin_[k];

@@ -75,7 +75,8 @@ class WorldBuilder {
 
  private:
   struct Shape;
-  std::vector<std::string> texturePath(const scene::Scene& scene) const;
+  // Directories for files of a kind: "texture", "shader".
+  std::vector<std::string> searchPath(const scene::Scene& scene, const std::string& kind) const;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   // What light linking says of an object (lighting:subset and excludesubset) -> its link set.
   using LinkSets = std::map<std::pair<std::string, std::string>, uint32_t>;

@@ -361,6 +361,12 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   if (done[n]) return;
   done[n] = 1;
   const ProgramNode& p = program->nodes[n];
+  if (p.shader >= 0) {
+    const ShaderUse& use = program->shaders[size_t(p.shader)];
+    for (const uint32_t member : use.nodes) done[member] = 1;
+    runShaders(c, *this, use);
+    return;
+  }
   if (n >= program->patterns.size() || !program->patterns[n]) return;
   const uint32_t before = node;
   node = n;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "base/arena.h"
@@ -62,6 +63,7 @@ struct ShadingWorld {
   double worldOrigin[3] = {0, 0, 0};
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;
+  Diagnostics* diagnostics = nullptr;            // of shaders that speak; null: unheard
   bool hasMedia = false, hasPresence = false;
   bool hasLinks = false;                      // some objects are lit by some lights only
   std::vector<TraceSet> traceSets;             // by PlacementInfo::traceSet; empty: every ray sees everything
@@ -86,6 +88,7 @@ struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
   uint64_t points = 0, contexts = 0;
   uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};   // active, possible
+  uint64_t shaderLanes[2] = {0, 0};            // active, possible in programs of the shading language
   uint64_t mediaOverflow = 0, passThroughLimit = 0;
   uint64_t nanoseconds[16] = {};
 };
@@ -106,6 +109,9 @@ class GroupState {
   int32_t* pixelY() { return py_; }
   float* weights() { return weight_; }
   const ShadingWorld& world() const { return world_; }
+  language::RunState& shaderState() { return shaderState_; }
+  // Handles of textures that shaders name, by the handle of the name.
+  std::unordered_map<int32_t, int32_t>& textureOfString() { return textureOfString_; }
 
   // The services, see kinora/integrator.h.
   void trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
@@ -157,6 +163,8 @@ class GroupState {
   float* leftNg_[3] = {nullptr, nullptr, nullptr};   // its geometric normal; null without traceSets and lifts
   float* lift_[3] = {nullptr, nullptr, nullptr};     // from it to where its shadow rays start; null without lifts
   float* hole_ = nullptr;                      // by slot: where its camera ray met a hole; null without holes
+  language::RunState shaderState_;
+  std::unordered_map<int32_t, int32_t> textureOfString_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

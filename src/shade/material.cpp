@@ -104,6 +104,7 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
   if (!node) return;
   for (const scene::Parameter& q : node->params) {
     if (used.count(q.name) || q.name.starts_with("__")) continue;
+    if (sameName(node->plugin, "PxrOSL") && q.name == "shader") continue;
     diagnostics.warning("PARAM-UNKNOWN", q.pos,
                         std::string(d.name) + " '" + node->handle + "' has no parameter '" + q.name + "'", "ignored",
                         std::string("kinora plugins ") + d.name + " lists what it takes");
@@ -112,6 +113,7 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
 
 struct MaterialSet::Resolved {
   const Descriptor* plugin;
+  const ShaderNode* shader = nullptr;
   const scene::Node* node;
   std::unique_ptr<ResolvedParams> values;
   struct Link { int node = -1; uint32_t output = 0; };
@@ -119,12 +121,19 @@ struct MaterialSet::Resolved {
 };
 
 MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
-                         const film::LightPaths& paths)
-    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths) {}
+                         const film::LightPaths& paths, std::vector<std::string> shaderPath)
+    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths),
+      shaders_(std::move(shaderPath), diagnostics) {}
 
 bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
   out.node = &node;
+  if (!out.plugin && kind == Kind::Pattern) {
+    // PxrOSL names its shader; any other name may be a shader's own
+    const std::string name = sameName(node.plugin, "PxrOSL") ? node.params.getString("shader", "") : node.plugin;
+    if (!name.empty()) out.shader = shaders_.find(name, node.pos);
+    if (out.shader) out.plugin = &out.shader->descriptor;
+  }
   if (!out.plugin) return false;
   out.values = std::make_unique<ResolvedParams>(*out.plugin, &node, diagnostics_);
   out.links.resize(out.plugin->paramCount);
@@ -219,6 +228,10 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
         continue;
       }
       const Resolved& from = nodes[size_t(it->second)];
+      if (from.shader && !from.shader->shader) {  // told when it was compiled
+        if (r.plugin->params[i].type == Type::Color) r.values->setMagenta(i);
+        continue;
+      }
       uint32_t index = 0;
       bool found = false;
       for (uint32_t k = 0; k < from.plugin->paramCount && !found; ++k) {
@@ -302,6 +315,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       const Param& p = r.plugin->params[i];
       if (p.flags & kParamOutput) continue;
       const ParamValue& v = r.values->values()[i];
+      if (r.shader) key += v.given ? 'g' : 'd';
       if (r.links[i].node >= 0) {
         put("c", 1);
         put(&r.links[i], sizeof r.links[i]);
@@ -340,6 +354,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       ProgramNode n;
       n.plugin = r.plugin;
       n.handle = r.node->handle;
+      n.source = r.shader;
       n.params.resize(r.plugin->paramCount);
       for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
         const Param& q = r.plugin->params[i];
@@ -372,7 +387,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       n.wanted.assign(n.outputParam.size(), 0);
       p.nodes.push_back(std::move(n));
       if (&r != &nodes.back())
-        p.patterns.push_back(static_cast<const PatternFunctions*>(functionsFor(*r.plugin, width_)));
+        p.patterns.push_back(r.shader ? nullptr : static_cast<const PatternFunctions*>(functionsFor(*r.plugin, width_)));
     }
     for (ProgramNode& n : p.nodes)
       for (uint32_t i = 0; i < n.plugin->paramCount; ++i)
@@ -416,6 +431,7 @@ void MaterialSet::finish() {
         s.from = ParamSource::From::Constant;
         std::memcpy(s.constant, &p.blocks[s.offset], s.components * 4);
       }
+    makeShaderUses(p, executables_, width_, diagnostics_);
     const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();

@@ -14,6 +14,8 @@
 #include "film/light_paths.h"
 #include "plugin/registry.h"
 #include "scene/scene.h"
+#include "shade/shader_groups.h"
+#include "shade/shader_library.h"
 
 namespace kinora {
 class TextureSystem;
@@ -33,6 +35,8 @@ struct ParamSource {
 
 struct ProgramNode {
   const Descriptor* plugin = nullptr;
+  const ShaderNode* source = nullptr;         // a shader, which has no functions; null: a plug-in
+  int32_t shader = -1;                        // index into Program::shaders; -1: none, or it cannot run
   std::string handle;
   std::vector<ParamSource> params;            // by declared parameter
   std::vector<uint32_t> outputParam;          // output index -> parameter index
@@ -43,6 +47,7 @@ struct Program {
   std::vector<ProgramNode> nodes;             // producers first; the last one is the bxdf
   const BxdfFunctions* bxdf = nullptr;        // for the width in use
   std::vector<const PatternFunctions*> patterns;
+  std::vector<ShaderUse> shaders;
   const BxdfTraits* traits = nullptr;
   std::vector<std::string> texts;             // owns the strings
   uint32_t blockFloats = 0;
@@ -62,7 +67,7 @@ class MaterialSet {
  public:
   // `paths`: tells events of lobes apart, and by them the slots that bxdfs sum into. It must outlive the set.
   MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
-              const film::LightPaths& paths);
+              const film::LightPaths& paths, std::vector<std::string> shaderPath = {});
   // Index of the material of a network with its attributes; null network: a plain diffuse of the Color attribute.
   uint32_t add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos);
   // After the last add: finds what is uniform, and the slots that light path expressions tell apart.
@@ -87,6 +92,8 @@ class MaterialSet {
   TextureSystem& textures_;
   uint32_t width_;
   const film::LightPaths& paths_;
+  ShaderLibrary shaders_;
+  language::ExecutableCache executables_;
   std::vector<Material> materials_;
   std::vector<std::unique_ptr<Program>> programs_;
   std::map<std::string, uint32_t> programOfKey_;
@@ -104,6 +111,11 @@ class ResolvedParams {
   bool given(uint32_t i) const { return values_[i].given; }
   // A pattern feeds the parameter after all; its value becomes another node's.
   void connect(uint32_t i) { values_[i].connected = values_[i].given = 1; }
+  // Instead of a connection that brings nothing: magenta.
+  void setMagenta(uint32_t i) {
+    floats_[i] = {1, 0, 1};
+    values_[i].floats = floats_[i].data(), values_[i].count = 3, values_[i].connected = 0;
+  }
   void setNumber(uint32_t i, float v) { floats_[i].assign(1, v), values_[i].floats = floats_[i].data(), values_[i].count = 1; }
 
  private:

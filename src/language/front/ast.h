@@ -143,6 +143,7 @@ struct Function {
   uint32_t scope = 0;
   // while lowering
   bool isActive = false;
+  int8_t early = -1;  // a return leaves before the end; -1: not looked yet
 };
 
 struct ShaderDecl {

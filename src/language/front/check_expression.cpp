@@ -327,7 +327,7 @@ Type Checker::unary(Expr* e, Type expected) {
       break;
     default:
       if (isPlainNumber(t)) return t;
-      if (isPlain(t) && t.base == Base::Closure) return t;
+      if (e->op == Punct::Plus && isPlain(t) && t.base == Base::Closure) return t;
   }
   error(e->pos, "operator " + std::string(spelling(e->op)) + " takes no '" + text(t) + "'");
   return kPoison;

@@ -11,7 +11,7 @@ namespace kinora::language::front {
 
 namespace {
 
-constexpr size_t kMostInstructions = 2'000'000, kMostSymbols = 2'000'000;
+constexpr size_t kMostInstructions = 1'000'000, kMostSymbols = 2'000'000;
 constexpr size_t kMostConstantValues = 64u << 20;  // numbers in constants and defaults
 
 }  // namespace
@@ -255,13 +255,11 @@ void Lowerer::loop(Stmt* s) {
 
 // A return at the very end of a body only gives the value; any other leaves the body.
 void Lowerer::giveBack(Stmt* s, bool isLast) {
-  Frame& f = frames_.back();
   if (s->expr) {
-    const SymbolId result = f.result;
+    const SymbolId result = frames_.back().result;
     assign(result, value(s->expr, typeOf(result).base == Base::Struct ? kNone : result), s->pos);
   }
   if (isLast) return;
-  frames_.back().hasReturn = true;
   emit(Opcode::Return, {}, s->pos);
 }
 

@@ -26,7 +26,6 @@ class Lowerer {
   struct Frame {  // the function being inlined; the shader itself at the bottom
     Function* function = nullptr;
     SymbolId result = kNone;
-    bool hasReturn = false;  // one that leaves early
   };
 
   // lower.cpp: symbols, places, statements

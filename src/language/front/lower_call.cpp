@@ -36,6 +36,36 @@ SymbolId Lowerer::call(Expr* e, SymbolId want) {
   return inlined(e->function, e->list, {}, e->pos);
 }
 
+namespace {
+
+// Whether a return stands anywhere but at the very end.
+bool leaves(const Stmt* s, bool isLast) {
+  if (!s) return false;
+  switch (s->kind) {
+    case StmtKind::Return:
+      return !isLast;
+    case StmtKind::If:
+      return leaves(s->body, isLast) || leaves(s->other, isLast);
+    case StmtKind::While:
+    case StmtKind::DoWhile:
+    case StmtKind::For:
+      return leaves(s->body, false);
+    case StmtKind::Block:
+      for (size_t i = 0; i < s->list.size(); ++i)
+        if (leaves(s->list[i], isLast && i + 1 == s->list.size())) return true;
+      return false;
+    default:
+      return false;
+  }
+}
+
+bool leavesEarly(Function* f) {
+  if (f->early < 0) f->early = leaves(f->body, true);
+  return f->early != 0;
+}
+
+}  // namespace
+
 // `values`: what the arguments are, where that is known already.
 SymbolId Lowerer::inlined(Function* f, std::span<Expr*> arguments, std::span<const SymbolId> values, Pos pos) {
   if (f->definition) f = f->definition;
@@ -66,19 +96,16 @@ SymbolId Lowerer::inlined(Function* f, std::span<Expr*> arguments, std::span<con
 
   f->isActive = true;
   const SymbolId result = f->type.base == Base::Void ? kNone : temporary(f->type, pos);
-  frames_.push_back({f, result, false});
-  Block body = block(pos, [&] { statements(f->body->list, true); });
-  const bool hasReturn = frames_.back().hasReturn;
-  frames_.pop_back();
-  f->isActive = false;
-
-  if (hasReturn) {
+  frames_.push_back({f, result});
+  if (leavesEarly(f)) {
+    Block body = block(pos, [&] { statements(f->body->list, true); });
     Instruction& i = emit(Opcode::Call, {constant(name)}, pos);
     i.blocks.push_back(std::move(body));
-  } else {  // nothing leaves early: no block is needed
-    block_->code.insert(block_->code.end(), std::make_move_iterator(body.code.begin()),
-                        std::make_move_iterator(body.code.end()));
+  } else {
+    statements(f->body->list, true);
   }
+  frames_.pop_back();
+  f->isActive = false;
   libraryCall_ = outer;
   for (const Argument& a : outputs)
     if (a.isStoredBack) store(a.place, a.symbol, pos);
@@ -164,7 +191,10 @@ SymbolId Lowerer::builtin(Expr* e, SymbolId want) {
   }
   SymbolId t = kNone;
   if (hasResult) {
-    t = outputs.empty() ? result(s.result, want, e->pos) : temporary(s.result, e->pos);
+    // x = getattribute(name, x): the result may not stand where the output stands
+    for (const Argument& a : outputs)
+      if (a.symbol == want) want = kNone;
+    t = result(s.result, want, e->pos);
     arguments[0] = t;
   }
   emit(op, std::move(arguments), e->pos);

@@ -8,7 +8,7 @@ namespace kinora::language::front {
 
 namespace {
 
-constexpr uint64_t kMostWork = 8'000'000;
+constexpr uint64_t kMostWork = 4'000'000;
 constexpr uint32_t kMostNested = 200;
 
 }  // namespace

@@ -46,7 +46,9 @@ bool Parser::startsDeclaration() const {
   const auto isName = [](const Token& t) {
     return t.kind == Token::Kind::Identifier && t.name >= Name(Keyword::Count);
   };
-  return isName(a) && isName(b);
+  const bool isForeign =
+      a.kind == Token::Kind::Identifier && a.name >= kFirstReserved && a.name < Name(Keyword::Count);
+  return (isName(a) || isForeign) && isName(b);  // `bool x`: type() says what is wrong with it
 }
 
 bool Parser::startsItem() const {

@@ -18,6 +18,18 @@ namespace lang {
 template <int K, int W>
 KN_INLINE Int<W> rotate(Int<W> x) {
   const typename Int<W>::DU u;
+#if HWY_TARGET == HWY_AVX2
+  if constexpr (K % 8 == 0 && W > 1) {  // one shuffle of bytes for two shifts and an or; AVX-512 rotates
+    constexpr int b = 4 - K / 8;
+    const hn::FixedTag<uint8_t, 4 * W> bytes;
+    alignas(16) static constexpr uint8_t kFrom[16] = {
+        (0 + b) % 4,      (1 + b) % 4,      (2 + b) % 4,      (3 + b) % 4,     (0 + b) % 4 + 4, (1 + b) % 4 + 4,
+        (2 + b) % 4 + 4,  (3 + b) % 4 + 4,  (0 + b) % 4 + 8,  (1 + b) % 4 + 8, (2 + b) % 4 + 8, (3 + b) % 4 + 8,
+        (0 + b) % 4 + 12, (1 + b) % 4 + 12, (2 + b) % 4 + 12, (3 + b) % 4 + 12};
+    const auto r = hn::TableLookupBytes(hn::BitCast(bytes, x.v), hn::LoadDup128(bytes, kFrom));
+    return Int<W>(hn::BitCast(typename Int<W>::D(), r));
+  }
+#endif
   return Int<W>(hn::BitCast(typename Int<W>::D(), hn::RotateRight<32 - K>(hn::BitCast(u, x.v))));
 }
 // What n words start from.

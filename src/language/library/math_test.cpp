@@ -17,13 +17,10 @@
 #ifndef LANGUAGE_MATH_TEST_ONCE
 #define LANGUAGE_MATH_TEST_ONCE
 // one, two and three arguments, each in a plain and a dual form
-#define UNARY(X)                                                                                                 \
-  X(sin)                                                                                                         \
-  X(cos)                                                                                                         \
-  X(tan)                                                                                                         \
-  X(asin)                                                                                                        \
-  X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(exp) X(exp2) X(expm1) X(log) X(log2) X(log10) X(sqrt) X(inversesqrt) \
-      X(cbrt) X(erf) X(erfc) X(abs)
+// clang-format off
+#define UNARY(X) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(exp) X(exp2) X(expm1) X(log) \
+  X(log2) X(log10) X(sqrt) X(inversesqrt) X(cbrt) X(erf) X(erfc) X(radians) X(degrees) X(abs)
+// clang-format on
 #define PLAIN_UNARY(X) X(logb) X(round) X(trunc) X(ceil) X(sign)
 #define BINARY(X) X(pow) X(atan2) X(fmod) X(mod) X(divide) X(least) X(greatest) X(hypot)
 #define TERNARY(X) X(clampTo) X(mix) X(smoothstep) X(linearstep)
@@ -217,6 +214,10 @@ D exactOf(int f, D x) {
       return erfl(x);
     case k_erfc:
       return erfcl(x);
+    case k_radians:
+      return x * 0.01745329251994329577L;
+    case k_degrees:
+      return x * 57.2957795130823208768L;
     default:
       return fabsl(x);
   }

@@ -60,6 +60,24 @@ KN_INLINE Dual<W> abs(Dual<W> x) {
                 Dual<W>(HWY_NAMESPACE::abs(x.v), -x.dx, -x.dy));
 }
 
+// The language's isnan, isinf and isfinite, as masks.
+template <int W>
+KN_INLINE Mask<W> isNan(Float<W> x) {
+  return x != x;
+}
+template <int W>
+KN_INLINE Mask<W> isInf(Float<W> x) {
+  return HWY_NAMESPACE::abs(x) == Float<W>(__builtin_inff());
+}
+template <class F>
+KN_INLINE F radians(F x) {
+  return x * decltype(valueOf(x))(0.0174532925199432958f);
+}
+template <class F>
+KN_INLINE F degrees(F x) {
+  return x * decltype(valueOf(x))(57.2957795130823209f);
+}
+
 // ---- remainders ----
 template <int W>
 KN_INLINE Float<W> fmod(Float<W> a, Float<W> b) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "language/library/dictionary.h"
+#include "language/library/noise_name.h"
 #include "language/library/regex.h"
 #include "language/library/string_hash.h"
 #include "language/library/text.h"
@@ -188,6 +189,18 @@ TEST(LanguageText, RegularExpressions) {
   EXPECT_NE(why, "");
   EXPECT_TRUE(matchRegex(std::string(kLongestRegexSubject, 'a'), "(a|b)*", true, r.data(), 2, why));
   EXPECT_EQ(r[1], int32_t(kLongestRegexSubject));
+}
+
+TEST(LanguageText, NamesOfNoises) {
+  EXPECT_EQ(noiseKind("snoise", false, true), NoiseKind::Perlin);
+  EXPECT_EQ(noiseKind("noise", true, true), NoiseKind::UnsignedPerlin);
+  EXPECT_EQ(noiseKind("usimplex", false, true), NoiseKind::UnsignedSimplex);
+  EXPECT_EQ(noiseKind("usimplex", true, true), NoiseKind::Unknown);
+  EXPECT_EQ(noiseKind("simplexnoise", false, true), NoiseKind::Unknown);
+  EXPECT_EQ(noiseKind("simplexnoise", false, false), NoiseKind::Simplex);
+  EXPECT_EQ(noiseKind("null", false, true), NoiseKind::Unknown);
+  EXPECT_EQ(noiseKind("unull", true, false), NoiseKind::UnsignedNull);
+  EXPECT_EQ(unknownNoise("x", true, "a.osl", 7), "periodic noise type \"x\" is unknown, called from (a.osl:7)");
 }
 
 TEST(LanguageText, Dictionaries) {

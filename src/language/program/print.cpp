@@ -16,6 +16,8 @@ std::string quoted(const std::string& s) {
       out += std::string("\\") + c;
     else if (c == '\n')
       out += "\\n";
+    else if (c == '\t')
+      out += "\\t";
     else
       out += static_cast<unsigned char>(c) < 32 ? '?' : c;
   }

@@ -91,6 +91,11 @@ class Executable {
   size_t instructionCount() const { return code_.size(); }
   uint32_t slotCount() const { return slots_; }
   bool usesDerivs() const { return usesDerivs_; }
+  bool usesGlobal(GlobalValues::Name name) const {
+    for (const External& x : externals_)
+      if (x.kind == External::Global && x.index == name) return true;
+    return false;
+  }
   // The uniform values of a group of this structure, for RunArguments::inputs. Empty when there are none.
   std::vector<float> inputsOf(const ShaderGroup&) const;
   void run(RunState&, const RunArguments&) const;

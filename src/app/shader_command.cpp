@@ -1,0 +1,78 @@
+// `kinora shader compile|info`.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "app/command_line.h"
+#include "app/exit_codes.h"
+#include "app/shader_commands.h"
+
+namespace kinora::app {
+
+bool ShaderOptions::next() {
+  if (at_ >= arguments_.size()) return false;
+  word_ = arguments_[at_++];
+  isOption_ = word_.size() > 1 && word_[0] == '-';
+  if (isOption_) word_.erase(0, word_.starts_with("--") ? 2 : 1);
+  return true;
+}
+
+bool ShaderOptions::value(std::string& out) {
+  isMissing_ = at_ >= arguments_.size();
+  if (!isMissing_) out = arguments_[at_++];
+  return !isMissing_;
+}
+
+bool ShaderOptions::letter(char c, std::string& out) {
+  if (!isOption_ || word_.empty() || word_[0] != c) return false;
+  if (word_.size() == 1) return value(out);
+  out = word_.substr(1);
+  return true;
+}
+
+std::optional<language::Shader> loadShader(const std::string& name, const language::CompileOptions& options) {
+  std::vector<std::string> candidates = {name};
+  if (!name.ends_with(".osl") && !name.ends_with(".oso")) candidates = {name + ".oso", name + ".osl"};
+  for (const std::string& path : candidates) {
+    const std::optional<std::string> text = language::readSourceFile(path);
+    if (!text) continue;
+    if (path.ends_with(".oso")) continue;
+    language::CompileResult result = language::compile(*text, path, options);
+    for (const language::CompileMessage& m : result.messages) fmt::print(stderr, "{}\n", m.str());
+    return std::move(result.shader);
+  }
+  fmt::print(stderr, "{}: error: cannot read the shader\n", name);
+  return std::nullopt;
+}
+
+namespace {
+
+struct Subcommand {
+  const char* name;
+  const char* help;
+  int (*run)(const Arguments&);
+};
+constexpr Subcommand kSubcommands[] = {
+    {"compile", "compile OSL source to .oso files", &runShaderCompile},
+    {"info", "parameters, defaults and metadata of shaders", &runShaderInfo},
+};
+
+}  // namespace
+
+int runShader(const Arguments& arguments) {
+  const std::string name = arguments.empty() ? "" : arguments.front();
+  for (const Subcommand& s : kSubcommands)
+    if (name == s.name) return s.run({arguments.begin() + 1, arguments.end()});
+  const bool isHelp = name == "--help" || name == "-h" || name == "help";
+  if (!isHelp && !name.empty()) {
+    Diagnostics diagnostics;
+    return badCommandLine(diagnostics, "there is no command 'shader " + name + "'", "see `kinora shader --help`");
+  }
+  std::FILE* to = isHelp ? stdout : stderr;
+  fmt::print(to, "kinora shader: OSL shaders\n\n");
+  for (const Subcommand& s : kSubcommands) fmt::print(to, "  kinora shader {:<10}{}\n", s.name, s.help);
+  return isHelp ? kComplete : kBadCommandLine;
+}
+
+}  // namespace kinora::app

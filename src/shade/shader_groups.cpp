@@ -1,0 +1,409 @@
+#include "shade/shader_groups.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "shade/context_host.h"
+#include "shade/shader_library.h"
+#include "shade/shader_services.h"
+#include "shade/where.h"
+
+namespace kinora::shade {
+
+using language::Base;
+
+namespace {
+
+bool isShader(const ProgramNode& n) { return n.source && n.source->shader; }
+
+// Nodes of one level share a group: a shader that reads a C++ pattern which reads a shader stands one level higher.
+std::vector<int> levelsOf(const Program& p) {
+  std::vector<int> level(p.nodes.size(), 0);
+  for (size_t n = 0; n < p.nodes.size(); ++n)
+    for (const ParamSource& s : p.nodes[n].params)
+      if (s.from == ParamSource::From::Connected)
+        level[n] = std::max(level[n], level[s.node] + int(isShader(p.nodes[s.node]) && !isShader(p.nodes[n])));
+  return level;
+}
+
+language::Values valuesOf(const ProgramNode& n, uint32_t i, const language::Type& type) {
+  const ParamSource& s = n.params[i];
+  const Param& p = n.plugin->params[i];
+  language::Values v;
+  if (p.type == Type::String) {
+    v.strings.assign(1, s.text);
+  } else {
+    std::vector<float> numbers =
+        p.flags & kParamArray ? s.list : std::vector<float>(s.constant, s.constant + s.components);
+    if (type.base == Base::Int)
+      for (const float f : numbers) v.ints.push_back(int32_t(f));
+    else
+      v.floats = std::move(numbers);
+  }
+  return v;
+}
+
+}  // namespace
+
+void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width, Diagnostics& diagnostics) {
+  const std::vector<int> level = levelsOf(p);
+  std::map<int, std::vector<uint32_t>> byLevel;
+  for (uint32_t n = 0; n < p.nodes.size(); ++n)
+    if (isShader(p.nodes[n])) byLevel[level[n]].push_back(n);
+  for (const auto& [l, members] : byLevel) {
+    ShaderUse use;
+    use.nodes = members;
+    language::ShaderGroup group;
+    std::map<uint32_t, std::string> layerOf;
+    std::map<std::string, uint32_t> nodeOfLayer;
+    for (const uint32_t n : members) {
+      std::string name = p.nodes[n].handle.empty() ? "shader" : p.nodes[n].handle;
+      while (!nodeOfLayer.try_emplace(name, n).second) name += "'";
+      layerOf[n] = name;
+    }
+    std::map<std::pair<std::string, std::string>, ShaderUse::Varying> varying;  // by layer and parameter
+    for (const uint32_t n : members) {
+      const ProgramNode& node = p.nodes[n];
+      language::Layer layer{node.source->shader, layerOf[n], {}};
+      for (uint32_t i = 0; i < node.plugin->paramCount; ++i) {
+        const Param& q = node.plugin->params[i];
+        if (q.flags & kParamOutput) continue;
+        const ParamSource& s = node.params[i];
+        const language::Symbol& symbol = node.source->shader->symbols[size_t(node.source->symbolOf[i])];
+        if (s.from == ParamSource::From::Connected) {
+          const bool inside = isShader(p.nodes[s.node]) && level[s.node] == l;
+          if (inside) {
+            const ProgramNode& from = p.nodes[s.node];
+            group.connections.push_back(
+                {layerOf[s.node], from.plugin->params[from.outputParam[s.output]].name, layer.name, q.name});
+            continue;
+          }
+        }
+        ShaderUse::Varying v{n, i, false, symbol.type.base, {}};
+        const bool differs = s.from != ParamSource::From::Constant && symbol.type.arrayLength == 0;
+        if (s.given && s.from == ParamSource::From::Constant)
+          layer.settings.push_back(
+              {q.name,
+               symbol.type.arrayLength < 0
+                   ? language::Type{symbol.type.base,
+                                    int32_t(s.list.size()) / std::max(1, language::componentsOf(symbol.type.base))}
+                   : symbol.type,
+               valuesOf(node, i, symbol.type)});
+        if (!symbol.lockGeometry && symbol.type.arrayLength == 0 && s.from == ParamSource::From::Constant &&
+            (q.type != Type::String && q.type != Type::Int && q.type != Type::Matrix)) {
+          v.isPrimvar = true;
+          std::copy_n(s.constant, s.components, v.otherwise);
+          for (uint32_t k = s.components; k < 3; ++k) v.otherwise[k] = s.constant[s.components - 1];
+        }
+        if (differs || v.isPrimvar) varying[{layer.name, q.name}] = v;
+      }
+      group.layers.push_back(std::move(layer));
+    }
+    group.name = p.nodes.back().handle;
+    group.perPoint = [&](const language::Layer& layer, const language::Symbol& parameter) {
+      const auto it = varying.find({layer.name, parameter.name});
+      language::PerPoint out;
+      out.isVarying = it != varying.end();
+      out.hasDerivs = out.isVarying && it->second.isPrimvar;
+      return out;
+    };
+    // what somebody outside of the group reads
+    std::vector<ShaderUse::Out> outs;
+    for (uint32_t n = 0; n < p.nodes.size(); ++n) {
+      const bool isInside = isShader(p.nodes[n]) && level[n] == l;
+      for (const ParamSource& s : p.nodes[n].params) {
+        if (isInside || s.from != ParamSource::From::Connected || !layerOf.count(s.node)) continue;
+        const bool known = std::any_of(outs.begin(), outs.end(), [&](const ShaderUse::Out& o) {
+          return o.node == s.node && o.output == s.output;
+        });
+        if (known) continue;
+        const ProgramNode& from = p.nodes[s.node];
+        const uint32_t param = from.outputParam[s.output];
+        const language::Symbol& symbol = from.source->shader->symbols[size_t(from.source->symbolOf[param])];
+        if (symbol.type.arrayLength != 0 || language::componentsOf(symbol.type.base) > 3 ||
+            symbol.type.base == Base::String) {
+          diagnostics.warning("SHADER-OUTPUT", {},
+                              "output '" + symbol.name + "' of shader node '" + from.handle + "' is a " +
+                                  nameOf(symbol.type) + ", which only another shader can take",
+                              "what it feeds uses its default");
+          continue;
+        }
+        outs.push_back({s.node, s.output, symbol.type.base});
+        group.outputs.push_back(layerOf[s.node] + "." + symbol.name);
+      }
+    }
+    if (outs.empty()) continue;
+    language::MachineOptions options;
+    options.width = width;
+    std::string error;
+    use.code = cache.get(group, options, error);
+    if (!use.code) {
+      diagnostics.error("SHADER-GROUP", {}, "the shaders that feed '" + group.name + "' cannot run: " + error,
+                        "what they feed uses its defaults");
+      continue;
+    }
+    use.inputs = use.code->inputsOf(group);
+    for (const language::Input& input : use.code->inputs())
+      if (input.isVarying) use.varying.push_back(varying[{group.layers[size_t(input.layer)].name, input.parameter}]);
+    use.outputs = std::move(outs);
+    for (const uint32_t n : members) p.nodes[n].shader = int32_t(p.shaders.size());
+    p.shaders.push_back(std::move(use));
+  }
+}
+
+namespace {
+
+float* floats(const Context* c) { return c->alloc<float>(c->padded); }
+
+// The step from a point to the next one on the raster is twice its footprint's radius, along dPdu and across it.
+struct Steps {
+  float* x[3];  // render space
+  float* y[3];
+};
+Steps stepsOf(const Context* c) {
+  Steps s;
+  for (int k = 0; k < 3; ++k) s.x[k] = floats(c), s.y[k] = floats(c);
+  const Value du = c->builtin(Builtin::DPdu);
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const float N[3] = {c->Ng[0][i], c->Ng[1][i], c->Ng[2][i]};
+    float t[3], l2 = 0;
+    const float along = du.data[0][i] * N[0] + du.data[1][i] * N[1] + du.data[2][i] * N[2];
+    for (int k = 0; k < 3; ++k) {
+      t[k] = du.data[k][i] - along * N[k];
+      l2 += t[k] * t[k];
+    }
+    if (!(l2 > 0)) {
+      const int axis = std::fabs(N[0]) < 0.9f ? 0 : 1;
+      l2 = 0;
+      for (int k = 0; k < 3; ++k) {
+        t[k] = float(k == axis) - N[axis] * N[k];
+        l2 += t[k] * t[k];
+      }
+    }
+    const float size = 2 * c->radius[i] / std::sqrt(l2);
+    for (int k = 0; k < 3; ++k) t[k] *= size;
+    for (int k = 0; k < 3; ++k) {
+      s.x[k][i] = t[k];
+      s.y[k][i] = N[(k + 1) % 3] * t[(k + 2) % 3] - N[(k + 2) % 3] * t[(k + 1) % 3];
+    }
+  }
+  return s;
+}
+
+// How far along the triangle's edges a step goes: step = a e1 + b e2, by least squares.
+void alongEdges(const float e1[3], const float e2[3], const float step[3], float& a, float& b) {
+  float g11 = 0, g12 = 0, g22 = 0, r1 = 0, r2 = 0;
+  for (int k = 0; k < 3; ++k) {
+    g11 += e1[k] * e1[k];
+    g12 += e1[k] * e2[k];
+    g22 += e2[k] * e2[k];
+    r1 += e1[k] * step[k];
+    r2 += e2[k] * step[k];
+  }
+  const float det = g11 * g22 - g12 * g12;
+  const bool good = det > 1e-12f * g11 * g22;
+  a = good ? (g22 * r1 - g12 * r2) / det : 0.f;
+  b = good ? (g11 * r2 - g12 * r1) / det : 0.f;
+}
+
+// A parameter that primvars replace, with derivatives: by component.
+struct PrimvarArrays {
+  float* v[3];
+  float* dx[3];
+  float* dy[3];
+};
+void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Varying& in, const char* name,
+                   const Steps* steps, PrimvarArrays& out) {
+  const uint32_t width = uint32_t(language::componentsOf(in.base));
+  for (uint32_t k = 0; k < 3; ++k) {
+    out.v[k] = k < width ? floats(c) : nullptr;
+    out.dx[k] = k < width && steps ? floats(c) : nullptr;
+    out.dy[k] = k < width && steps ? floats(c) : nullptr;
+  }
+  const int coordinate = !std::strcmp(name, "s") ? 0 : !std::strcmp(name, "t") ? 1 : -1;
+  const bool isPosition = in.base == Base::Point;
+  const geometry::Mesh* last = nullptr;
+  const geometry::Primvar* p = nullptr;
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const Where k = whereOf(h, c, i);
+    if (k.mesh != last) {
+      last = k.mesh;
+      p = k.mesh->find(name);
+      if (p && (p->data.empty() || p->width < 1)) p = nullptr;
+    }
+    float corner[3][3] = {};
+    bool has = p != nullptr;
+    if (p) {
+      const uint32_t w = std::min<uint32_t>(width, uint32_t(p->width));
+      cornerValues(*p, k, w, corner);
+      for (auto& v : corner)
+        for (uint32_t j = w; j < 3; ++j) v[j] = w == 1 ? v[0] : 0.f;
+    } else if (coordinate >= 0 && width == 1) {
+      float st[3][2];
+      textureCoordinates(k, st);
+      for (int j = 0; j < 3; ++j) corner[j][0] = st[j][coordinate];
+      has = true;
+    }
+    float a[2] = {0, 0}, b[2] = {0, 0};
+    if (has && steps) {
+      float e1[3], e2[3];
+      edges(k, e1, e2);
+      const float x[3] = {steps->x[0][i], steps->x[1][i], steps->x[2][i]},
+                  y[3] = {steps->y[0][i], steps->y[1][i], steps->y[2][i]};
+      alongEdges(e1, e2, x, a[0], b[0]);
+      alongEdges(e1, e2, y, a[1], b[1]);
+    }
+    for (uint32_t j = 0; j < width; ++j) {
+      out.v[j][i] = has ? mix(k, corner[0][j], corner[1][j], corner[2][j]) : in.otherwise[j];
+      if (!steps) continue;
+      const float d1 = corner[1][j] - corner[0][j], d2 = corner[2][j] - corner[0][j];
+      out.dx[j][i] = has ? a[0] * d1 + b[0] * d2 : 0.f;
+      out.dy[j][i] = has ? a[1] * d1 + b[1] * d2 : 0.f;
+    }
+    if (has && p && width == 3 && !k.identity && (isPosition || in.base == Base::Vector || in.base == Base::Normal)) {
+      // object space to world
+      const trace::Affine inverse = in.base == Base::Normal ? k.toRender.inverse() : trace::Affine{};
+      const auto turn = [&](float* const* q, bool isPlace) {
+        float f[3], r[3];
+        for (int j = 0; j < 3; ++j) f[j] = q[j][i];
+        for (int j = 0; j < 3; ++j) {
+          r[j] = 0;
+          for (int m = 0; m < 3; ++m) r[j] += (in.base == Base::Normal ? inverse.m[m][j] : k.toRender.m[j][m]) * f[m];
+          if (isPlace) r[j] += k.toRender.t[j] + float(h.group->world().worldOrigin[j]);
+        }
+        for (int j = 0; j < 3; ++j) q[j][i] = r[j];
+      };
+      turn(out.v, isPosition);
+      if (steps) turn(out.dx, false), turn(out.dy, false);
+    }
+  }
+}
+
+}  // namespace
+
+void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
+  using G = language::GlobalValues;
+  language::GlobalValues globals;
+  const language::Executable& code = *use.code;
+  const bool derivs = code.usesDerivs();
+  const bool wantsP = code.usesGlobal(G::P), wantsUV = code.usesGlobal(G::u) || code.usesGlobal(G::v);
+  const bool hasPrimvars =
+      std::any_of(use.varying.begin(), use.varying.end(), [](const auto& v) { return v.isPrimvar; });
+  Steps steps;
+  if (derivs && (wantsP || wantsUV || hasPrimvars)) steps = stepsOf(c);
+  const auto set = [&](G::Name name, const Value& v) {
+    for (uint32_t k = 0; k < v.components; ++k) globals.of[name].v[k] = v.data[k];
+  };
+  if (wantsP) {
+    set(G::P, c->builtin(Builtin::Pworld));
+    for (int k = 0; derivs && k < 3; ++k) globals.of[G::P].dx[k] = steps.x[k], globals.of[G::P].dy[k] = steps.y[k];
+  }
+  if (wantsUV) {
+    set(G::u, c->builtin(Builtin::U));
+    set(G::v, c->builtin(Builtin::V));
+    if (derivs) {
+      float* d[4];
+      for (float*& x : d) x = floats(c);
+      const Value du = c->builtin(Builtin::DPdu), dv = c->builtin(Builtin::DPdv);
+      for (uint32_t i = 0; i < c->padded; ++i) {
+        const float a[3] = {du.data[0][i], du.data[1][i], du.data[2][i]},
+                    b[3] = {dv.data[0][i], dv.data[1][i], dv.data[2][i]};
+        const float x[3] = {steps.x[0][i], steps.x[1][i], steps.x[2][i]},
+                    y[3] = {steps.y[0][i], steps.y[1][i], steps.y[2][i]};
+        alongEdges(a, b, x, d[0][i], d[1][i]);
+        alongEdges(a, b, y, d[2][i], d[3][i]);
+      }
+      globals.of[G::u].dx[0] = d[0], globals.of[G::u].dy[0] = d[2];
+      globals.of[G::v].dx[0] = d[1], globals.of[G::v].dy[0] = d[3];
+    }
+  }
+  if (code.usesGlobal(G::I))
+    for (int k = 0; k < 3; ++k) {
+      float* in = floats(c);
+      for (uint32_t i = 0; i < c->padded; ++i) in[i] = -c->wo[k][i];
+      globals.of[G::I].v[k] = in;
+    }
+  for (int k = 0; k < 3; ++k) globals.of[G::N].v[k] = c->N[k], globals.of[G::Ng].v[k] = c->Ng[k];
+  if (code.usesGlobal(G::dPdu)) set(G::dPdu, c->builtin(Builtin::DPdu));
+  if (code.usesGlobal(G::dPdv)) set(G::dPdv, c->builtin(Builtin::DPdv));
+  globals.of[G::time].v[0] = c->time;
+
+  language::VaryingInput* varying = c->alloc<language::VaryingInput>(use.varying.size() + 1);
+  const uint32_t before = h.node;
+  for (size_t i = 0; i < use.varying.size(); ++i) {
+    const ShaderUse::Varying& in = use.varying[i];
+    const Param& param = h.program->nodes[in.node].plugin->params[in.param];
+    const float** v = c->alloc<const float*>(9);
+    varying[i] = {v, nullptr, nullptr};
+    if (in.isPrimvar) {
+      PrimvarArrays arrays;
+      gatherPrimvar(c, h, in, param.name, derivs ? &steps : nullptr, arrays);
+      for (int k = 0; k < 3; ++k) v[k] = arrays.v[k], v[3 + k] = arrays.dx[k], v[6 + k] = arrays.dy[k];
+      if (derivs) varying[i].dx = v + 3, varying[i].dy = v + 6;
+      continue;
+    }
+    h.node = in.node;
+    Value value = c->param(in.param);
+    const uint32_t components = uint32_t(language::componentsOf(in.base));
+    for (uint32_t k = 0; k < components; ++k) {
+      const float* from = value.data[std::min(k, value.components - 1)];
+      const float shift = in.base == Base::Point ? float(h.group->world().worldOrigin[k]) : 0.f;
+      if (value.stride && shift == 0 && in.base != Base::Int) {
+        v[k] = from;
+        continue;
+      }
+      float* own = floats(c);
+      for (uint32_t j = 0; j < c->padded; ++j) own[j] = from[value.stride ? j : 0] + shift;
+      if (in.base == Base::Int)
+        for (uint32_t j = 0; j < c->padded; ++j) {
+          const int32_t n = int32_t(own[j]);
+          std::memcpy(own + j, &n, 4);
+        }
+      v[k] = own;
+    }
+  }
+  h.node = before;
+
+  language::OutputValues* outputs = c->alloc<language::OutputValues>(use.outputs.size());
+  for (size_t i = 0; i < use.outputs.size(); ++i) {
+    float** to = c->alloc<float*>(3);
+    for (int k = 0; k < language::componentsOf(use.outputs[i].base); ++k) to[k] = floats(c);
+    outputs[i] = {to};
+  }
+  const ShaderServices services(c, h);
+  language::RunArguments run;
+  run.points = c->count;
+  run.globals = &globals;
+  run.inputs = use.inputs.data();
+  run.varyingInputs = varying;
+  run.outputs = outputs;
+  run.services = &services.table();
+  language::RunState& state = h.group->shaderState();
+  state.lanesLive = state.lanesPossible = 0;
+  code.run(state, run);
+  h.group->counters.shaderLanes[0] += state.lanesLive;
+  h.group->counters.shaderLanes[1] += state.lanesPossible;
+
+  for (size_t i = 0; i < use.outputs.size(); ++i) {
+    const ShaderUse::Out& out = use.outputs[i];
+    Value& value = h.outputs[h.firstOutput[out.node] + out.output];
+    value.components = uint32_t(language::componentsOf(out.base));
+    value.stride = 1;
+    for (uint32_t k = 0; k < value.components; ++k) {
+      float* v = outputs[i].v[k];
+      if (out.base == Base::Int)
+        for (uint32_t j = 0; j < c->count; ++j) {
+          int32_t n;
+          std::memcpy(&n, v + j, 4);
+          v[j] = float(n);
+        }
+      if (out.base == Base::Point)
+        for (uint32_t j = 0; j < c->count; ++j) v[j] -= float(h.group->world().worldOrigin[k]);
+      for (uint32_t j = c->count; j < c->padded; ++j) v[j] = v[c->count - 1];
+      value.data[k] = v;
+    }
+  }
+}
+
+}  // namespace kinora::shade

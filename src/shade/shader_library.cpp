@@ -1,0 +1,138 @@
+#include "shade/shader_library.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "language/front/compile.h"
+#include "language/program/oso_reader.h"
+
+namespace kinora::shade {
+
+namespace {
+
+namespace fs = std::filesystem;
+using language::Base;
+
+Type typeOf(Base base) {
+  switch (base) {
+    case Base::Int:
+      return Type::Int;
+    case Base::String:
+      return Type::String;
+    case Base::Color:
+      return Type::Color;
+    case Base::Point:
+      return Type::Point;
+    case Base::Vector:
+      return Type::Vector;
+    case Base::Normal:
+      return Type::Normal;
+    case Base::Matrix:
+      return Type::Matrix;
+    default:
+      return Type::Float;
+  }
+}
+
+// What the optimiser compiles in, and what has no place in a material's block, is part of the program.
+void describe(ShaderNode& node) {
+  const language::Shader& shader = *node.shader;
+  for (size_t i = 0; i < shader.symbols.size(); ++i) {
+    const language::Symbol& s = shader.symbols[i];
+    if (s.kind != language::SymbolKind::Param && s.kind != language::SymbolKind::OutputParam) continue;
+    if (s.type.base == Base::Struct || s.type.base == Base::Closure || s.type.base == Base::Void) continue;
+    Param p;
+    p.name = node.texts.emplace_back(s.name).c_str();
+    p.type = typeOf(s.type.base);
+    if (s.kind == language::SymbolKind::OutputParam) p.flags |= kParamOutput;
+    const bool isList = s.type.arrayLength != 0 || s.type.base == Base::Matrix;
+    if (isList) p.flags |= kParamArray | kParamFixed;
+    if (p.type == Type::String || p.type == Type::Int) p.flags |= kParamFixed;
+    std::vector<float>& list = node.lists.emplace_back(s.values.floats);
+    if (p.type == Type::Int) list.assign(s.values.ints.begin(), s.values.ints.end());
+    if (isList) {
+      p.list = list.data();
+      p.listCount = uint32_t(list.size());
+    } else {
+      for (size_t k = 0; k < 3 && !list.empty(); ++k) p.value[k] = list[std::min(k, list.size() - 1)];
+    }
+    if (p.type == Type::String && !s.values.strings.empty())
+      p.text = node.texts.emplace_back(s.values.strings[0]).c_str();
+    node.params.push_back(p);
+    node.symbolOf.push_back(language::SymbolId(i));
+  }
+  node.descriptor.params = node.params.data();
+  node.descriptor.paramCount = uint32_t(node.params.size());
+}
+
+}  // namespace
+
+std::unique_ptr<ShaderNode> ShaderLibrary::load(const std::string& path, const SourcePos& pos) {
+  auto node = std::make_unique<ShaderNode>();
+  node->file = path;
+  node->descriptor.abiVersion = kAbiVersion;
+  node->descriptor.descriptorBytes = sizeof(Descriptor);
+  node->descriptor.kind = Kind::Pattern;
+  node->descriptor.doc = "";
+  std::string wrong;
+  const std::optional<std::string> text = language::readSourceFile(path);
+  auto shader = std::make_shared<language::Shader>();
+  if (!text) {
+    wrong = "it cannot be read";
+  } else if (path.ends_with(".oso")) {
+    if (!language::readOso(*text, path, *shader, wrong) && wrong.empty()) wrong = "it is no compiled shader";
+  } else {
+    language::CompileOptions options;
+    options.includePaths = searchPath_;
+    options.includePaths.insert(options.includePaths.begin(), fs::path(path).parent_path().string());
+    options.withWarnings = false;
+    options.maxErrors = 10;
+    language::CompileResult result = language::compile(*text, path, options);
+    for (const language::CompileMessage& m : result.messages)
+      if (m.severity == Severity::Error) wrong += (wrong.empty() ? "" : "\n") + m.str();
+    if (result.ok())
+      *shader = std::move(*result.shader);
+    else if (wrong.empty())
+      wrong = "it cannot be compiled";
+  }
+  if (wrong.empty()) {
+    node->shader = std::move(shader);
+    describe(*node);
+  } else {
+    diagnostics_.error("SHADER-COMPILE", pos, "shader '" + path + "' cannot be used: " + wrong,
+                       "what it feeds is magenta where it is a colour, else has its default",
+                       "kinora shader compile says the same without rendering");
+  }
+  node->descriptor.name = node->texts.emplace_back(node->shader ? node->shader->name : path).c_str();
+  return node;
+}
+
+const ShaderNode* ShaderLibrary::find(const std::string& name, const SourcePos& pos) {
+  if (const auto it = known_.find(name); it != known_.end()) return it->second.get();
+  std::vector<fs::path> places;
+  const fs::path asked(name);
+  if (asked.is_absolute()) {
+    places.push_back(asked);
+  } else {
+    for (const std::string& directory : searchPath_) places.push_back(fs::path(directory) / asked);
+    places.push_back(asked);
+  }
+  const auto isFile = [](const fs::path& p) {
+    std::error_code ignored;
+    return fs::is_regular_file(p, ignored);
+  };
+  std::unique_ptr<ShaderNode>& found = known_[name];
+  for (const fs::path& p : places) {
+    const std::string extension = p.extension().string();
+    if ((extension == ".osl" || extension == ".oso") && isFile(p)) {
+      found = load(p.string(), pos);
+      break;
+    }
+    for (const char* end : {".osl", ".oso"})
+      if (!found && isFile(p.string() + end)) found = load(p.string() + end, pos);
+    if (found) break;
+  }
+  return found.get();
+}
+
+}  // namespace kinora::shade
