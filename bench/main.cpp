@@ -3,9 +3,11 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <span>
 #include <utility>
 
 #include "core.h"
+#include "shading.h"
 #include "simd/dispatch.h"
 
 namespace {
@@ -44,9 +46,17 @@ constexpr Group kCore[] = {
     {"first_pixel", &measureFirstPixel, "first_pixel_seconds: from a scene loaded to its first pixels in the file"},
 };
 
+constexpr Group kShading[] = {
+    {"machine", &measureShading,
+     "vm_vs_fused*: programs of the group machine against the same as fused SIMD C++; vm_width_gain*; "
+     "compile_ms_200_lines, network_100_nodes_ms: what compiling takes"},
+};
+
 int list() {
   std::puts("core: the path tracing loop (ratios within one run, repetitions in turn, medians with least and most)");
   for (const Group& g : kCore) std::printf("  %-12s %s\n", g.name, g.meaning);
+  std::puts("shading: the shading language");
+  for (const Group& g : kShading) std::printf("  %-12s %s\n", g.name, g.meaning);
   return 0;
 }
 
@@ -60,7 +70,7 @@ int main(int count, char** values) {
   CLI::App app{"Measures Kinora. NAME is a family; `kinora-bench list` says what each measures and against what."};
   std::string name, json;
   Options options;
-  app.add_option("NAME", name, "a family (core), or list")->required();
+  app.add_option("NAME", name, "a family (core, shading), or list")->required();
   app.add_option("--json", json, "write the figures here as flat JSON");
   app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
   app.add_option("--only", options.filter, "only this group of the family's measures");
@@ -73,7 +83,7 @@ int main(int count, char** values) {
     return app.exit(e) ? 2 : 0;
   }
   if (name == "list") return list();
-  if (name != "core") {
+  if (name != "core" && name != "shading") {
     std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n",
                  name.c_str());
     return 2;
@@ -81,7 +91,8 @@ int main(int count, char** values) {
   Figures figures;
   bool ran = false;
   kinora::setThreadFloatMode();
-  for (const Group& g : kCore) {
+  const std::span<const Group> groups = name == "core" ? std::span<const Group>(kCore) : std::span<const Group>(kShading);
+  for (const Group& g : groups) {
     if (!options.filter.empty() && options.filter != g.name) continue;
     std::printf("%s\n", g.name);
     g.run(options, figures);

@@ -89,7 +89,7 @@ function(kinora_bench)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/bench/*.cpp)
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
   add_executable(kinora-bench ${sources})
-  target_link_libraries(kinora-bench PRIVATE kinora_render kinora_rib kinora_testing kinora_stock CLI11::CLI11
+  target_link_libraries(kinora-bench PRIVATE kinora_render kinora_rib kinora_language kinora_testing kinora_stock CLI11::CLI11
                                              nlohmann_json::nlohmann_json OpenImageIO::OpenImageIO)
   target_compile_definitions(kinora-bench PRIVATE KINORA_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(kinora-bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

@@ -15,6 +15,7 @@ namespace kinora::language {
 namespace {
 
 bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::While || op == Opcode::DoWhile; }
+bool isFloat(Base b) { return b == Base::Float || isTriple(b); }
 bool isJump(Opcode op) { return op == Opcode::Break || op == Opcode::Continue || op == Opcode::Return || op == Opcode::Exit; }
 
 // ---- calls that nothing leaves early become plain code ----
@@ -48,6 +49,33 @@ void open(Block& block) {
     if (ends) break;  // nothing behind it runs
   }
   block.code = std::move(made);
+}
+
+// ---- a branch that only picks one of two values becomes a select ----
+void pickInstead(const Shader& shader, Block& block) {
+  for (Instruction& in : block.code) {
+    for (Block& inner : in.blocks) pickInstead(shader, inner);
+    if (in.opcode != Opcode::If || in.blocks.empty()) continue;
+    const auto& yes = in.blocks[0].code;
+    const bool two = in.blocks.size() > 1 && !in.blocks[1].code.empty();
+    const Symbol& condition = shader.symbols[size_t(in.arguments[0])];
+    if (yes.size() != 1 || yes[0].opcode != Opcode::Assign || condition.type.base != Base::Int || condition.type.arrayLength) continue;
+    if (two && (in.blocks[1].code.size() != 1 || in.blocks[1].code[0].opcode != Opcode::Assign || in.blocks[1].code[0].arguments[0] != yes[0].arguments[0])) continue;
+    const SymbolId to = yes[0].arguments[0], a = yes[0].arguments[1], b = two ? in.blocks[1].code[0].arguments[1] : to;
+    const auto fits = [&](SymbolId s) {
+      const Type &from = shader.symbols[size_t(s)].type, &type = shader.symbols[size_t(to)].type;
+      if (from.arrayLength || type.arrayLength || componentsOf(type.base) == 16) return false;
+      if (from.base == type.base || (isTriple(from.base) && isTriple(type.base))) return componentsOf(type.base) > 0;
+      return isFloat(type.base) && (from.base == Base::Float || from.base == Base::Int);
+    };
+    if (!fits(a) || !fits(b)) continue;
+    Instruction made;
+    made.opcode = Opcode::Select;
+    made.arguments = {to, b, a, in.arguments[0]};
+    made.pos = in.pos;
+    made.layer = in.layer;
+    in = std::move(made);
+  }
 }
 
 // ---- copies followed forwards, constants folded, conditions decided ----
@@ -97,8 +125,13 @@ class Propagation {
         if (accessOf(shader_, in, i) != 'r') written(in.arguments[i]);
     });
   }
-  void rollBack(size_t to) {
-    while (undo_.size() > to) {
+  struct Mark {
+    size_t values, expressions;
+  };
+  Mark mark() const { return {undo_.size(), forget_.size()}; }
+  void rollBack(Mark to) {
+    forget(to.expressions);
+    while (undo_.size() > to.values) {
       value_[size_t(undo_.back().first)] = undo_.back().second;
       undo_.pop_back();
     }
@@ -144,9 +177,9 @@ class Propagation {
         return false;
       }
       for (Block& b : in.blocks) {
-        const size_t mark = undo_.size();
+        const Mark here = mark();
         block(b);
-        rollBack(mark);
+        rollBack(here);
       }
       for (const Block& b : in.blocks) killWrites(b);
       return true;
@@ -154,12 +187,12 @@ class Propagation {
     if (isLoop(in.opcode)) {
       block(in.blocks[0]);
       for (size_t k = 1; k < 4; ++k) killWrites(in.blocks[k]);
-      const size_t mark = undo_.size();
+      const Mark here = mark();
       if (in.opcode != Opcode::DoWhile) block(in.blocks[1]);
       const SymbolId condition = lookUp(in.arguments[0]);
       bool holds = true;
       const bool never = in.opcode != Opcode::DoWhile && truth(condition, holds) && !holds;
-      const size_t inside = undo_.size();
+      const Mark inside = mark();
       block(in.blocks[2]);
       // `continue` reaches the step from anywhere in the body
       rollBack(inside);
@@ -167,7 +200,7 @@ class Propagation {
       block(in.blocks[3]);
       if (in.opcode == Opcode::DoWhile) block(in.blocks[1]);
       replace(in.arguments[0]);
-      rollBack(mark);
+      rollBack(here);
       for (size_t k = 1; k < 4; ++k) killWrites(in.blocks[k]);
       if (never) {
         changed_ = true;
@@ -178,9 +211,9 @@ class Propagation {
       return true;
     }
     if (in.opcode == Opcode::Call) {
-      const size_t mark = undo_.size();
+      const Mark here = mark();
       block(in.blocks[0]);
-      rollBack(mark);  // it was not opened, so that it may be left anywhere
+      rollBack(here);  // it was not opened, so that it may be left anywhere
       killWrites(in.blocks[0]);
       return true;
     }
@@ -203,8 +236,22 @@ class Propagation {
         in.arguments = {in.arguments[0], folded};
       }
     }
+    const std::string expression = expressionOf(in);
+    if (!expression.empty()) {
+      const auto found = computed_.find(expression);
+      if (found != computed_.end() && found->second.is != kNone && found->second.version == version_[size_t(found->second.is)] && found->second.is != in.arguments[0]) {
+        in.opcode = symbol(in.arguments[0]).type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
+        in.arguments = {in.arguments[0], found->second.is};
+        changed_ = true;
+      }
+    }
     for (uint32_t i = 0; i < in.arguments.size(); ++i)
       if (accessOf(shader_, in, i) != 'r') written(in.arguments[i]);
+    if (!expression.empty() && in.opcode != Opcode::Assign && in.opcode != Opcode::ArrayCopy) {
+      bool own = false;  // an operand that the result overwrote is another value now
+      for (size_t i = 1; i < in.arguments.size(); ++i) own |= in.arguments[i] == in.arguments[0];
+      if (!own) remember(expression, {in.arguments[0], version_[size_t(in.arguments[0])]});
+    }
     if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy) {
       SymbolId from = in.arguments[1];
       const SymbolId to = in.arguments[0];
@@ -217,6 +264,34 @@ class Propagation {
       if ((a == b || (isTriple(a) && isTriple(b))) && symbol(from).type.arrayLength == symbol(to).type.arrayLength) set(to, {from, version_[size_t(from)]});
     }
     return true;
+  }
+
+  // What an operation computes, of values as they stand here; "" for those that are more than a value.
+  std::string expressionOf(const Instruction& in) const {
+    if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy || in.opcode == Opcode::IsConstant || in.arguments.size() < 2) return {};
+    if (factsOf(in.opcode).flags & (kOpBlocks | kOpEffect | kOpGlobalState)) return {};
+    if (in.opcode == Opcode::ArrayRef || in.opcode == Opcode::GetTextureInfo) return {};
+    for (uint32_t i = 0; i < in.arguments.size(); ++i)
+      if (accessOf(shader_, in, i) != (i == 0 ? 'w' : 'r')) return {};
+    std::string key(1, char(in.opcode));
+    const auto add = [&](uint32_t w) { key.append(reinterpret_cast<const char*>(&w), 4); };
+    add(uint32_t(symbol(in.arguments[0]).type.base));
+    for (size_t i = 1; i < in.arguments.size(); ++i) {
+      add(uint32_t(in.arguments[i]));
+      add(version_[size_t(in.arguments[i])]);
+    }
+    return key;
+  }
+  void remember(const std::string& expression, Known known) {
+    Known& slot = computed_[expression];
+    forget_.emplace_back(expression, slot);
+    slot = known;
+  }
+  void forget(size_t to) {
+    while (forget_.size() > to) {
+      computed_[forget_.back().first] = forget_.back().second;
+      forget_.pop_back();
+    }
   }
 
   void replace(SymbolId& s) {
@@ -266,6 +341,8 @@ class Propagation {
   std::vector<Known> value_;
   std::vector<uint32_t> version_, writes_;
   std::vector<std::pair<SymbolId, Known>> undo_;
+  std::unordered_map<std::string, Known> computed_;  // by expression
+  std::vector<std::pair<std::string, Known>> forget_;
   bool changed_ = false;
 };
 
@@ -321,6 +398,7 @@ void optimise(FlatProgram& flat) {
   for (int round = 0; round < 4; ++round) {
     const bool moved = Propagation(flat).run();
     open(flat.code.main);
+    pickInstead(flat.code, flat.code.main);
     const bool removed = removeDead(flat);
     if (!moved && !removed) break;
   }

@@ -66,7 +66,7 @@ void plain(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const float *a = f.cells[w[2] + c * w[3]], *b = f.cells[w[4] + c * w[5]];
-    for (uint32_t i = 0, points = f.points; i < points; i += W)
+    KN_EACH(f, i, W)
       Op::of(lang::fetch<kUniformA, W>(a, i), lang::fetch<kUniformB, W>(b, i)).store(r + i);
   }
 }
@@ -75,7 +75,7 @@ void dual(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     const lang::DualCells r(f, w + 1, c);
     const lang::DualOperand a(f, w + 4, c), b(f, w + 9, c);
-    for (uint32_t i = 0, points = f.points; i < points; i += W) {
+    KN_EACH(f, i, W) {
       if constexpr (kUniformA) r.put<W>(Op::of(Float<W>(a.v[0]), b.get<W>(i)), i);
       else if constexpr (kUniformB) r.put<W>(Op::of(a.get<W>(i), Float<W>(b.v[0])), i);
       else r.put<W>(Op::of(a.get<W>(i), b.get<W>(i)), i);

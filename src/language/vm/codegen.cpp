@@ -130,7 +130,7 @@ size_t CodeGenerator::emit(KernelName kernel, bool once) {
   }
   wordsDone_ = e_->words_.size();
   e_->code_.push_back(in);
-  e_->names_.push_back(std::to_string(int(kernel.family)) + "." + std::to_string(kernel.number));
+  e_->names_.push_back(nameOfKernel(kernel));
   return size_t(number);
 }
 
@@ -145,7 +145,7 @@ size_t CodeGenerator::emitJump(Step step, Register condition) {
   }
   wordsDone_ = e_->words_.size();
   e_->code_.push_back(in);
-  e_->names_.push_back(step == Step::Jump ? "jump" : step == Step::End ? "end" : "jump unless");
+  e_->names_.push_back(step == Step::Jump ? "-> jump" : step == Step::End ? "end" : step == Step::JumpUnless ? "-> jump unless" : "chunks");
   return e_->code_.size() - 1;
 }
 
@@ -336,6 +336,7 @@ bool CodeGenerator::run(Executable& executable, std::string& error) {
   a_ = analyse(flat_);
   ofSymbol_.assign(shader_.symbols.size(), kNoRegister);
   masks_.assign(a_.regions.size(), kNoRegister);
+  chunks_ = masks_;
   bindSymbols();
   // the mask of all points stands first; without a reader it is jumped over
   rootMask_ = newRegister(1, false);
@@ -434,7 +435,7 @@ bool CodeGenerator::layOut() {
     if (x.kind == Executable::External::Output) e_->boundOutputs_[x.index].isDirect = true;
   // all that a block's instructions touch stays in the first cache; a mask of slots that live apart would be finer
   const uint32_t working = std::max(1u, e_->slots_);
-  e_->blockPoints_ = options_.blockPoints ? (std::min(options_.blockPoints, 2048u) + 15) / 16 * 16 : std::clamp(kL1Bytes / 4 / working / 16 * 16, 64u, 256u);
+  e_->blockPoints_ = options_.blockPoints ? (std::min(options_.blockPoints, 512u) + 15) / 16 * 16 : std::clamp(kL1Bytes / 4 / working / 16 * 16, 64u, 512u);
   if (zeros_ != kNoRegister) {
     Executable::External x;
     x.kind = Executable::External::Global;

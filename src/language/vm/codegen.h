@@ -83,6 +83,7 @@ class CodeGenerator {
   void call(const Instruction&, int32_t region);
   void leave(int32_t region, int32_t target);
   Register maskOf(int32_t region);
+  void useChunks(int32_t region);
   Register condition(const Operand&);
   Operand asInt(Operand);
 
@@ -133,7 +134,7 @@ class CodeGenerator {
   std::vector<std::pair<size_t, Register>> jumpConditions_;
   std::vector<Loop> loops_;
   std::vector<Scope> scopes_;
-  std::vector<Register> masks_;  // by region
+  std::vector<Register> masks_, chunks_;  // by region; chunks_: those with points of the mask
   std::vector<std::pair<Register, std::vector<uint32_t>>> images_;
   std::vector<std::pair<Register, Register>> copiedIn_;  // arrays that come from outside
   Register zeros_ = kNoRegister, rootMask_ = kNoRegister;

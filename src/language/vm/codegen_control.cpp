@@ -9,6 +9,13 @@ CodeGenerator::Register CodeGenerator::maskOf(int32_t region) {
   return masks_[size_t(region)];
 }
 
+// From here on, kernels work on the chunks that a region's points lie in.
+void CodeGenerator::useChunks(int32_t region) {
+  while (region > 0 && chunks_[size_t(region)] == kNoRegister) region = a_.regions[size_t(region)].parent;
+  if (chunks_[size_t(region)] == kNoRegister) emitJump(Step::AllChunks);
+  else emitJump(Step::Chunks, chunks_[size_t(region)]);
+}
+
 CodeGenerator::Operand CodeGenerator::asInt(Operand o) {
   if (o.base == Base::Int || o.base == Base::String) return o;
   Operand made = temporary(Base::Int, 1, o.varies);
@@ -81,16 +88,22 @@ void CodeGenerator::branch(const Instruction& in, int32_t region) {
   reference(condition.reg, condition.at);
   emit(Memory::MaskSplit, false);
   masks_[size_t(yesRegion)] = yes;
+  chunks_[size_t(yesRegion)] = anyYes;
   if (!in.blocks[0].code.empty()) {
     const size_t skip = emitJump(Step::JumpUnless, anyYes);
+    useChunks(yesRegion);
     block(in.blocks[0], yesRegion);
+    useChunks(region);
     land(skip);
   }
   if (no) {
     const int32_t noRegion = a_.regionOf.at(no);
     masks_[size_t(noRegion)] = other;
+    chunks_[size_t(noRegion)] = anyNo;
     const size_t skip = emitJump(Step::JumpUnless, anyNo);
+    useChunks(noRegion);
     block(*no, noRegion);
+    useChunks(region);
     land(skip);
   }
 }
@@ -99,8 +112,7 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
   const int32_t own = a_.regionOf.at(&in), body = a_.regionOf.at(&in.blocks[2]);
   const bool diverges = a_.regions[size_t(own)].isDivergent;
   block(in.blocks[0], region);
-  const Register any = newRegister(1, true);
-  const Register count = newRegister(1, true);
+  const Register any = newRegister(1, true), count = newRegister(1, true);
   word(1);
   reference(count);
   word(0);
@@ -132,6 +144,8 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
       emit(Memory::MaskAny, false);
     }
     exits.push_back(emitJump(Step::JumpUnless, any));
+    chunks_[size_t(own)] = any;
+    useChunks(own);
   };
   if (in.opcode != Opcode::DoWhile) test();
   scopes_.push_back({own, {}});
@@ -147,20 +161,19 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
   scopes_.pop_back();
   block(in.blocks[3], own);
   if (in.opcode == Opcode::DoWhile) test();
-  // the limit: counts turns, clears `any` when they were too many
-  word(site(in));
   reference(count);
-  reference(any);
-  word(e_->iterationLimit_);
-  emit(Scalar::LoopLimit, true);
-  exits.push_back(emitJump(Step::JumpUnless, any));
-  const size_t back = emitJump(Step::Jump);
+  word(site(in));
+  const size_t back = emit(Scalar::LoopLimit, true);
+  e_->code_[back].step = Step::Back;
   e_->code_[back].target = uint32_t(first);
   for (const size_t jump : exits) land(jump);
   for (const size_t jump : scopes_.back().jumps) land(jump);
   scopes_.pop_back();
   const int32_t last = int32_t(e_->code_.size()) - 1;
-  if (diverges) touch(masks_[size_t(own)], last);
+  if (diverges) {
+    touch(masks_[size_t(own)], last);
+    useChunks(region);
+  }
   loops_.push_back({first, last, own});
 }
 

@@ -201,7 +201,9 @@ void CodeGenerator::mixed(const Instruction& in, Mixed kernel, uint32_t firstOpe
   Operand o[3];
   bool varies = false, derivs = false;
   for (uint32_t k = 0; k < operands; ++k) {
-    o[k] = number(in.arguments[firstOperand + k]);
+    // a choice by an int, and among ints, is made by the bits
+    const bool asItIs = kernel == Mixed::SelectI && (k == 2 || shader_.symbols[size_t(in.arguments[0])].type.base == Base::Int || shader_.symbols[size_t(in.arguments[0])].type.base == Base::String);
+    o[k] = asItIs ? operand(in.arguments[firstOperand + k]) : number(in.arguments[firstOperand + k]);
     if (o[k].components != n && o[k].components != 1) return fail(in, std::string(factsOf(in.opcode).name) + " does not take operands of these types");
     varies |= o[k].varies;
     derivs |= o[k].derivs;
@@ -772,7 +774,9 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::Mix:
       if (base(0) == Base::Closure) return;
       return mixed(in, Mixed::Mix, 1, 3);
-    case Opcode::Select: return mixed(in, Mixed::Select, 1, 3);
+    case Opcode::Select:
+      if (base(3) == Base::Int && operand(in.arguments[3]).components == 1) return mixed(in, Mixed::SelectI, 1, 3);
+      return mixed(in, Mixed::Select, 1, 3);
     case Opcode::SmoothStep: return mixed(in, Mixed::SmoothStep, 1, 3);
     case Opcode::LinearStep: return mixed(in, Mixed::LinearStep, 1, 3);
     case Opcode::IsNan: return integerUnary(in, Integer::IsNan);

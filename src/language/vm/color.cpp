@@ -17,19 +17,19 @@ using namespace kinora::language;
 template <class T, int W>
 void luminance(const Frame& f, const uint32_t* w) {
   const ColorSystem& s = defaultColorSystem();
-  for (uint32_t i = 0, points = f.points; i < points; i += W) T::put(f, w, i, lang::luminance(s, T::triple(f, w + T::kResult, i)));
+  KN_EACH(f, i, W) T::put(f, w, i, lang::luminance(s, T::triple(f, w + T::kResult, i)));
 }
 template <class T, int W>
 void transformColor(const Frame& f, const uint32_t* w) {
   const ColorSystem& s = defaultColorSystem();
-  for (uint32_t i = 0, points = f.points; i < points; i += W)
+  KN_EACH(f, i, W)
     T::put(f, w + 2, i, lang::transformc(s, ColorSpace(int32_t(w[0])), ColorSpace(int32_t(w[1])), T::triple(f, w + 2 + T::kResult, i)));
 }
 template <int W, bool kBlackbody>
 void spectrum(const Frame& f, const uint32_t* w) {
   using T = lang::PlainWords<W>;
   const ColorSystem& s = defaultColorSystem();
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     const Float<W> x = T::number(f, w + T::kResult, i);
     if constexpr (kBlackbody) T::put(f, w, i, lang::blackbody(s, x));
     else T::put(f, w, i, lang::wavelengthColor(s, x));

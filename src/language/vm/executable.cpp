@@ -34,16 +34,16 @@ void RunState::attach(const Executable& e) {
   if (attached_ == e.number_) return;
   attached_ = e.number_;
   const size_t uniforms = (size_t(e.uniforms_) + 15) / 16 * 16;
-  const size_t floats = uniforms + (size_t(e.slots_) + kScratch) * e.blockPoints_ + 16;
+  const size_t floats = uniforms + (size_t(e.slots_) + kScratch) * e.stride() + 16;
   if (memory_.size() < floats + 16) memory_.assign(floats + 16, 0.f);
   if (cells_.size() < e.cells_) cells_.resize(e.cells_);
   float* base = memory_.data();
   base += (64 - (reinterpret_cast<uintptr_t>(base) & 63)) % 64 / 4;
   for (uint32_t i = 0; i < e.uniforms_; ++i) cells_[i] = base + i;
   varying_ = base + uniforms;
-  for (uint32_t i = 0; i < e.slots_; ++i) cells_[e.cells_ - e.slots_ + i] = varying_ + size_t(i) * e.blockPoints_;
-  scratch_ = varying_ + size_t(e.slots_) * e.blockPoints_;
-  blockPoints_ = e.blockPoints_;
+  for (uint32_t i = 0; i < e.slots_; ++i) cells_[e.cells_ - e.slots_ + i] = varying_ + size_t(i) * e.stride();
+  scratch_ = varying_ + size_t(e.slots_) * e.stride();
+  stride_ = e.stride();
   toldOnce.assign(e.sites_.size(), 0);
 }
 
@@ -84,14 +84,16 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
         float* const* arrays = arguments.outputs ? arguments.outputs[x.index].v : nullptr;
         if (arrays && arrays[x.component]) p = arrays[x.component];
         else {
-          cells[x.cell] = state.varying_ + size_t(x.fallback) * blockPoints_;
+          cells[x.cell] = state.varying_ + size_t(x.fallback) * stride();
           continue;
         }
       }
       cells[x.cell] = const_cast<float*>(p ? p + first : zeroPoints());
     }
-    Frame frame{cells, std::min(blockPoints_, arguments.points - first), first, &state};
-    Frame once{cells, 1, first, &state};
+    const uint32_t points = std::min(blockPoints_, arguments.points - first);
+    const uint32_t all = ~0u >> (32 - (points + 15) / 16);
+    Frame frame{cells, points, first, all, &state};
+    const Frame once{cells, 1, first, 1, &state};
     const uint32_t* const words = words_.data();
     for (const MachineInstruction* in = code_.data();;) {
       if (in->step == Step::Run) {
@@ -104,6 +106,24 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
         int32_t value;
         std::memcpy(&value, cells[words[in->words]], 4);
         in = value ? in + 1 : code_.data() + in->target;
+      } else if (in->step == Step::Back) {
+        const uint32_t* w = words + in->words;
+        uint32_t turns;
+        std::memcpy(&turns, cells[w[0]], 4);
+        ++turns;
+        std::memcpy(cells[w[0]], &turns, 4);
+        if (turns < iterationLimit_) {
+          in = code_.data() + in->target;
+        } else {
+          in->kernel(once, w);
+          ++in;
+        }
+      } else if (in->step == Step::Chunks) {
+        std::memcpy(&frame.chunks, cells[words[in->words]], 4);
+        ++in;
+      } else if (in->step == Step::AllChunks) {
+        frame.chunks = all;
+        ++in;
       } else if (in->step == Step::Jump) {
         in = code_.data() + in->target;
       } else {

@@ -54,7 +54,8 @@ struct RunArguments {
   const RendererServices* services = nullptr;
 };
 
-enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, End };
+enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
+// Chunks: those of a cell take part. Back: to a loop's first instruction, unless it has turned too often
 
 struct MachineInstruction {
   KernelFunction kernel = nullptr;
@@ -85,6 +86,8 @@ class Executable {
   const std::string& group() const { return group_; }
   uint32_t width() const { return width_; }
   uint32_t blockPoints() const { return blockPoints_; }
+  // Of slots, in points: not a power of two, or stores and loads of other slots would fall on the same 4 KiB offsets.
+  uint32_t stride() const { return blockPoints_ + 16; }
   size_t instructionCount() const { return code_.size(); }
   uint32_t slotCount() const { return slots_; }
   bool usesDerivs() const { return usesDerivs_; }
@@ -122,7 +125,7 @@ class Executable {
   std::vector<std::string> warnings_;
   std::vector<MachineInstruction> code_;
   std::vector<uint32_t> words_;
-  std::vector<std::string> names_;  // of instructions, for listing()
+  std::vector<const char*> names_;  // of instructions, for listing()
   std::vector<Site> sites_;
   std::vector<External> externals_;
   std::vector<uint32_t> uniformImage_;  // what uniform cells hold when a run begins
@@ -148,7 +151,7 @@ class RunState {
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
   bool stopped = false;           // the iteration limit was reached
-  float* scratch(uint32_t k) { return scratch_ + size_t(k) * blockPoints_; }  // kScratch arrays of a block's points
+  float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;
 
   void say(uint32_t point, MessageKind kind, std::string text, std::string file = {}) {
@@ -163,7 +166,7 @@ class RunState {
   uint64_t attached_ = 0;  // its number
   float* varying_ = nullptr;
   float* scratch_ = nullptr;
-  uint32_t blockPoints_ = 0;
+  uint32_t stride_ = 0;
 };
 
 struct SiteAccess {

@@ -61,7 +61,7 @@ void two(const Frame& f, const uint32_t* w) {
     float* r = f.cells[w[1] + c];
     const float *a = f.cells[w[2] + c * w[3]], *b = f.cells[w[5] + c * w[6]];
     const bool va = w[4], vb = w[7];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) lang::put(Op::of(lang::fetchInt<W>(a, i, va), lang::fetchInt<W>(b, i, vb)), r, i);
+    KN_EACH(f, i, W) lang::put(Op::of(lang::fetchInt<W>(a, i, va), lang::fetchInt<W>(b, i, vb)), r, i);
   }
 }
 template <int W, class Op>
@@ -69,7 +69,7 @@ void one(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const float* a = f.cells[w[2] + c * w[3]];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) lang::put(Op::of(asInt(Float<W>::load(a + i))), r, i);
+    KN_EACH(f, i, W) lang::put(Op::of(asInt(Float<W>::load(a + i))), r, i);
   }
 }
 

@@ -18,8 +18,24 @@ struct Frame {
   float* const* cells;
   uint32_t points;  // of the block; 1 for uniform instructions
   uint32_t first;   // the block's first point within the run
+  uint32_t chunks;  // bit k: some of the 16 points from 16 k on take part; nobody reads what is computed for others
   RunState* run;
 };
+
+// The next run of chunks that take part, as points; false when there is none.
+inline bool nextRun(uint32_t& chunks, uint32_t points, uint32_t& first, uint32_t& end) {
+  if (!chunks) return false;
+  const uint32_t start = uint32_t(__builtin_ctz(chunks)), length = uint32_t(__builtin_ctzll(~(uint64_t(chunks) >> start)));
+  first = start * 16;
+  end = (start + length) * 16 < points ? (start + length) * 16 : points;
+  chunks &= uint32_t(~(((uint64_t(1) << length) - 1) << start));
+  return true;
+}
+// Points i of the chunks that take part, W at a time: run by run, so that a whole block is one plain loop.
+#define KN_EACH(f, i, W)                                                                                          \
+  for (uint32_t chunks_ = (f).chunks, points_ = (f).points, first_ = 0, end_ = 0;                                 \
+       nextRun(chunks_, points_, first_, end_);)                                                                  \
+    for (uint32_t i = first_; i < end_; i += (W))
 
 using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 
@@ -34,7 +50,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 // Two and three numbers, any of them uniform, with a dual form. Words: as above, each operand followed by a flag that
 // is 1 when it varies.
 #define KN_VM_MIXED2(X) X(Pow) X(Atan2) X(Fmod) X(FloorMod) X(Step)
-#define KN_VM_MIXED3(X) X(Clamp) X(Mix) X(Select) X(SmoothStep) X(LinearStep) X(MulAdd)
+#define KN_VM_MIXED3(X) X(Clamp) X(Mix) X(Select) X(SelectI) X(SmoothStep) X(LinearStep) X(MulAdd)
 // Comparisons of numbers, result int; of triples the components' answers are joined (and for Eq, or for Neq).
 #define KN_VM_COMPARE(X) X(EqF) X(NeqF) X(LtF) X(LeF) X(GtF) X(GeF) X(EqI) X(NeqI) X(LtI) X(LeI) X(GtI) X(GeI)
 #define KN_VM_INT(X)                                                                                              \
@@ -118,5 +134,7 @@ struct KernelName {
   KernelName(Scalar k) : family(Family::Scalar), number(uint16_t(k)) {}
   KernelName(Vector k) : family(Family::Vector), number(uint16_t(k)) {}
 };
+
+const char* nameOfKernel(KernelName);
 
 }  // namespace kinora::language

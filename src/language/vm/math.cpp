@@ -66,7 +66,7 @@ void plain(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const float* a = f.cells[w[2] + c * w[3]];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) Op::of(Float<W>::load(a + i)).store(r + i);
+    KN_EACH(f, i, W) Op::of(Float<W>::load(a + i)).store(r + i);
   }
 }
 template <int W, class Op>
@@ -74,7 +74,7 @@ void dual(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     const lang::DualCells r(f, w + 1, c);
     const lang::DualOperand a(f, w + 4, c);
-    for (uint32_t i = 0, points = f.points; i < points; i += W) r.put<W>(Op::of(a.get<W>(i)), i);
+    KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i)), i);
   }
 }
 

@@ -20,9 +20,11 @@ template <int W>
 KN_INLINE void storeMask(Mask<W> m, float* p, uint32_t i) {
   lang::put(lang::choose(m, Int<W>(-1), Int<W>(0)), p, i);
 }
-KN_INLINE void setFlag(float* cell, bool flag) {
-  const int32_t value = flag;
-  std::memcpy(cell, &value, 4);
+// Which chunks hold points of a mask, as the bits of an int.
+KN_INLINE void setChunks(float* cell, uint32_t chunks) { std::memcpy(cell, &chunks, 4); }
+template <int W>
+KN_INLINE uint32_t chunkOf(Mask<W> m, uint32_t i) {
+  return m.any() ? 1u << (i / 16) : 0u;
 }
 
 // cells, result, source, step
@@ -31,7 +33,7 @@ void copy(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const float* a = f.cells[w[2] + c * w[3]];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) Float<W>::load(a + i).store(r + i);
+    KN_EACH(f, i, W) Float<W>::load(a + i).store(r + i);
   }
 }
 template <int W>
@@ -39,7 +41,7 @@ void broadcast(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const Float<W> a(f.cells[w[2] + c * w[3]][0]);
-    for (uint32_t i = 0, points = f.points; i < points; i += W) a.store(r + i);
+    KN_EACH(f, i, W) a.store(r + i);
   }
 }
 // cells, result, bits
@@ -48,7 +50,7 @@ void fill(const Frame& f, const uint32_t* w) {
   const Int<W> a(w[2]);
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) lang::put(a, r, i);
+    KN_EACH(f, i, W) lang::put(a, r, i);
   }
 }
 // cells, result, source, step, mask
@@ -58,7 +60,7 @@ void blend(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const float* a = f.cells[w[2] + c * w[3]];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) storeWhere(loadMask<W>(m, i), Float<W>::load(a + i), r + i);
+    KN_EACH(f, i, W) storeWhere(loadMask<W>(m, i), Float<W>::load(a + i), r + i);
   }
 }
 template <int W>
@@ -67,65 +69,65 @@ void blendUniform(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const Float<W> a(f.cells[w[2] + c * w[3]][0]);
-    for (uint32_t i = 0, points = f.points; i < points; i += W) storeWhere(loadMask<W>(m, i), a, r + i);
+    KN_EACH(f, i, W) storeWhere(loadMask<W>(m, i), a, r + i);
   }
 }
 // mask
 template <int W>
 void maskAll(const Frame& f, const uint32_t* w) {
   float* m = f.cells[w[0]];
-  for (uint32_t i = 0, points = f.points; i < points; i += W) storeMask(Mask<W>::firstN(int(points - i < W ? points - i : W)), m, i);
+  KN_EACH(f, i, W) storeMask(Mask<W>::firstN(int(f.points - i < W ? f.points - i : W)), m, i);
 }
 // then mask, else mask, any in then, any in else, mask, condition (int)
 template <int W>
 void maskSplit(const Frame& f, const uint32_t* w) {
   float *yes = f.cells[w[0]], *no = f.cells[w[1]];
   const float *m = f.cells[w[4]], *condition = f.cells[w[5]];
-  Mask<W> anyYes(false), anyNo(false);
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  uint32_t anyYes = 0, anyNo = 0;
+  KN_EACH(f, i, W) {
     const Mask<W> live = loadMask<W>(m, i), holds = asInt(Float<W>::load(condition + i)) != Int<W>(0);
     storeMask(live & holds, yes, i);
     storeMask(live & !holds, no, i);
-    anyYes |= live & holds;
-    anyNo |= live & !holds;
+    anyYes |= chunkOf(live & holds, i);
+    anyNo |= chunkOf(live & !holds, i);
   }
-  setFlag(f.cells[w[2]], anyYes.any());
-  setFlag(f.cells[w[3]], anyNo.any());
+  setChunks(f.cells[w[2]], anyYes);
+  setChunks(f.cells[w[3]], anyNo);
 }
 // mask &= condition (int); any
 template <int W>
 void maskAnd(const Frame& f, const uint32_t* w) {
   float* m = f.cells[w[0]];
   const float* condition = f.cells[w[1]];
-  Mask<W> any(false);
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  uint32_t any = 0;
+  KN_EACH(f, i, W) {
     const Mask<W> live = loadMask<W>(m, i) & (asInt(Float<W>::load(condition + i)) != Int<W>(0));
     storeMask(live, m, i);
-    any |= live;
+    any |= chunkOf(live, i);
   }
-  setFlag(f.cells[w[2]], any.any());
+  setChunks(f.cells[w[2]], any);
 }
 // result, mask
 template <int W>
 void maskCopy(const Frame& f, const uint32_t* w) {
   float* r = f.cells[w[0]];
   const float* m = f.cells[w[1]];
-  for (uint32_t i = 0, points = f.points; i < points; i += W) Float<W>::load(m + i).store(r + i);
+  KN_EACH(f, i, W) Float<W>::load(m + i).store(r + i);
 }
 // mask &= not other
 template <int W>
 void maskClear(const Frame& f, const uint32_t* w) {
   float* m = f.cells[w[0]];
   const float* other = f.cells[w[1]];
-  for (uint32_t i = 0, points = f.points; i < points; i += W) storeMask(loadMask<W>(m, i) & !loadMask<W>(other, i), m, i);
+  KN_EACH(f, i, W) storeMask(loadMask<W>(m, i) & !loadMask<W>(other, i), m, i);
 }
 // mask, any
 template <int W>
 void maskAny(const Frame& f, const uint32_t* w) {
   const float* m = f.cells[w[0]];
-  Mask<W> any(false);
-  for (uint32_t i = 0, points = f.points; i < points; i += W) any |= loadMask<W>(m, i);
-  setFlag(f.cells[w[1]], any.any());
+  uint32_t any = 0;
+  KN_EACH(f, i, W) any |= chunkOf(loadMask<W>(m, i), i);
+  setChunks(f.cells[w[1]], any);
 }
 
 template <int W>

@@ -51,6 +51,13 @@ struct SelectOp {
   template <int W>
   static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::pick(a, b, c.v); }
 };
+// the third operand holds ints
+struct SelectIOp {
+  template <int W>
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) { return lang::choose(asInt(c) != Int<W>(0), b, a); }
+  template <int W>
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::choose(asInt(c.v) != Int<W>(0), b, a); }
+};
 struct SmoothStepOp {
   template <class F>
   static KN_INLINE F of(F a, F b, F x) { return lang::smoothstep(a, b, x); }
@@ -71,7 +78,7 @@ void plain2(const Frame& f, const uint32_t* w) {
     float* r = f.cells[w[1] + c];
     const float *a = f.cells[w[2] + c * w[3]], *b = f.cells[w[5] + c * w[6]];
     const bool va = w[4], vb = w[7];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb)).store(r + i);
+    KN_EACH(f, i, W) Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb)).store(r + i);
   }
 }
 template <int W, class Op>
@@ -80,7 +87,7 @@ void dual2(const Frame& f, const uint32_t* w) {
     const lang::DualCells r(f, w + 1, c);
     const lang::DualOperand a(f, w + 4, c), b(f, w + 10, c);
     const bool va = w[9], vb = w[15];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb)), i);
+    KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb)), i);
   }
 }
 template <int W, class Op>
@@ -89,7 +96,7 @@ void plain3(const Frame& f, const uint32_t* w) {
     float* r = f.cells[w[1] + n];
     const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]];
     const bool va = w[4], vb = w[7], vc = w[10];
-    for (uint32_t i = 0, points = f.points; i < points; i += W)
+    KN_EACH(f, i, W)
       Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc)).store(r + i);
   }
 }
@@ -99,7 +106,7 @@ void dual3(const Frame& f, const uint32_t* w) {
     const lang::DualCells r(f, w + 1, n);
     const lang::DualOperand a(f, w + 4, n), b(f, w + 10, n), c(f, w + 16, n);
     const bool va = w[9], vb = w[15], vc = w[21];
-    for (uint32_t i = 0, points = f.points; i < points; i += W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc)), i);
+    KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc)), i);
   }
 }
 
@@ -128,7 +135,7 @@ template <int W, class Op, bool kAny>
 void compare(const Frame& f, const uint32_t* w) {
   float* r = f.cells[w[1]];
   const bool va = w[4], vb = w[7];
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     Mask<W> answer(!kAny);
     for (uint32_t c = 0; c < w[0]; ++c) {
       const Mask<W> one = Op::of(lang::fetch<W>(f.cells[w[2] + c * w[3]], i, va), lang::fetch<W>(f.cells[w[5] + c * w[6]], i, vb));

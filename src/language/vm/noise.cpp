@@ -23,7 +23,7 @@ KN_INLINE const Float<W>* periods(const Frame& f, const uint32_t* w, uint32_t i,
 }
 template <int W, class Kind, int N, int C>
 void plain(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     Float<W> x[N], p[N], r[C];
     for (int k = 0; k < N; ++k) x[k] = lang::fetch<W>(f.cells[w[3 + 3 * k]], i, w[5 + 3 * k]);
     Kind::template value<N, C, W>(x, w[1] ? periods<N>(f, w + 3 + 3 * N, i, p) : nullptr, r);
@@ -32,7 +32,7 @@ void plain(const Frame& f, const uint32_t* w) {
 }
 template <int W, class Kind, int N, int C>
 void dual(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     Dual<W> x[N], r[C];
     Float<W> p[N];
     for (int k = 0; k < N; ++k) x[k] = lang::DualOperand(f, w + 5 + 6 * k, 0).get<W>(i, w[5 + 6 * k + 5]);
@@ -42,7 +42,7 @@ void dual(const Frame& f, const uint32_t* w) {
 }
 template <int W, int N>
 void hashWords(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     Int<W> k[N];
     for (int n = 0; n < N; ++n) k[n] = lang::fetchInt<W>(f.cells[w[1 + 3 * n]], i, w[3 + 3 * n]);
     lang::put(lang::hashOf<N>(k), f.cells[w[0]], i);
@@ -60,7 +60,7 @@ void gabor(const Frame& f, const uint32_t* w) {
   int32_t filter;
   std::memcpy(&filter, f.cells[option[1]], 4);
   o.filter = filter != 0;
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     Dual<W> p[3], r[C];
     Float<W> periodOf[3];
     for (int k = 0; k < 3; ++k) p[k] = lang::DualOperand(f, x + 6 * k, 0).get<W>(i, x[6 * k + 5]);

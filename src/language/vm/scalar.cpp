@@ -33,11 +33,10 @@ void scalarArrayRead(const Frame& f, const uint32_t* w) {
 void scalarArrayWrite(const Frame& f, const uint32_t* w) {
   const uint32_t n = w[0];
   const float* index = f.cells[w[5]];
-  const int32_t* mask = w[7] ? reinterpret_cast<const int32_t*>(f.cells[w[8]]) : nullptr;
   for (uint32_t c = 0; c < n; ++c) {
     const float* value = f.cells[w[2] + c * w[3]];
     for (uint32_t i = 0; i < f.points; ++i) {
-      if (mask && intAt(f.cells[w[8]], i) == 0) continue;
+      if (w[7] && !takesPart(f, w[8], i)) continue;
       f.cells[w[1] + uint32_t(intAt(index, w[6] ? i : 0)) * n + c][i] = value[w[4] ? i : 0];
     }
   }
@@ -51,7 +50,7 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
   for (uint32_t i = 0; i < f.points; ++i) {
     const int32_t index = intAt(from, w[3] ? i : 0), kept = std::clamp(index, 0, length - 1);
     setInt(to, i, kept);
-    if (kept == index || (w[5] && intAt(f.cells[w[6]], i) == 0)) continue;
+    if (kept == index || (w[5] && !takesPart(f, w[6], i))) continue;
     const Executable& e = *f.run->program;
     if (f.run->toldOnce[w[0]] || !SiteAccess::rangeCheck(e)) continue;
     const Site& site = SiteAccess::site(e, w[0]);
@@ -59,15 +58,11 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
   }
 }
 
-// site, count, any, limit
+// count, site: a loop has turned as often as it may
 void scalarLoopLimit(const Frame& f, const uint32_t* w) {
-  const uint32_t count = uint32_t(intAt(f.cells[w[1]], 0)) + 1;
-  setInt(f.cells[w[1]], 0, int32_t(count));
-  setInt(f.cells[w[2]], 0, count < w[3]);
-  if (count < w[3]) return;
   f.run->stopped = true;
   const Executable& e = *f.run->program;
-  tellOnce(f, w[0], 0, "a loop was stopped after " + std::to_string(w[3]) + " turns: " + placeOf(e, SiteAccess::site(e, w[0])));
+  tellOnce(f, w[1], 0, "a loop was stopped after " + std::to_string(SiteAccess::iterationLimit(e)) + " turns: " + placeOf(e, SiteAccess::site(e, w[1])));
 }
 
 void scalarRefuse(const Frame& f, const uint32_t* w) {

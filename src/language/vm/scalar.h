@@ -33,6 +33,11 @@ inline void tellOnce(const Frame& f, uint32_t number, uint32_t point, const std:
   run.say(f.first + point, MessageKind::Error, text);
 }
 
+// Whether a point takes part, by the mask in a cell.
+inline bool takesPart(const Frame& f, uint32_t mask, uint32_t i) {
+  return (f.chunks >> (i / 16) & 1) && intAt(f.cells[mask], i) != 0;
+}
+
 // An operation with a list of arguments: see CodeGenerator::scalar.
 struct Call {
   const Frame& f;
@@ -41,7 +46,7 @@ struct Call {
   uint32_t siteNumber() const { return w[1]; }
   const Site& site() const { return SiteAccess::site(*f.run->program, w[1]); }
   uint32_t extra() const { return w[2]; }
-  bool isLive(uint32_t i) const { return !w[3] || intAt(f.cells[w[4]], i) != 0; }
+  bool isLive(uint32_t i) const { return !w[3] || takesPart(f, w[4], i); }
   const uint32_t* argument(uint32_t k) const { return w + 5 + 4 * k; }
   Base base(uint32_t k) const { return Base(argument(k)[1] & 255); }
   bool varies(uint32_t k) const { return argument(k)[1] >> 8 & 1; }
@@ -52,7 +57,13 @@ struct Call {
   const std::string& text(uint32_t k, uint32_t i, uint32_t c = 0) const { return stringOf(integer(k, i, c)); }
   void set(uint32_t k, uint32_t i, float value, uint32_t c = 0) const { f.cells[argument(k)[0] + c][varies(k) ? i : 0] = value; }
   void set(uint32_t k, uint32_t i, int32_t value, uint32_t c = 0) const { setInt(f.cells[argument(k)[0] + c], varies(k) ? i : 0, value); }
-  Batch batch() const { return {f.points, f.first, w[3] ? reinterpret_cast<const int32_t*>(f.cells[w[4]]) : nullptr}; }
+  // With a mask that is right for all points: that of a region holds what it did before where no point takes part.
+  Batch batch() const {
+    if (!w[3]) return {f.points, f.first, nullptr};
+    float* mask = f.run->scratch(RunState::kScratch - 1);
+    for (uint32_t i = 0; i < f.points; ++i) setInt(mask, i, isLive(i) ? -1 : 0);
+    return {f.points, f.first, reinterpret_cast<const int32_t*>(mask)};
+  }
   Span span(uint32_t k) const {
     Span s;
     s.cells = f.cells + argument(k)[0];

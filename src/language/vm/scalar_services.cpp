@@ -50,7 +50,6 @@ struct Joined {
 void scalarGetMatrix(const Frame& f, const uint32_t* w) {
   const RendererServices& services = *f.run->services;
   const bool masked = w[9] != 0;
-  const float* mask = masked ? f.cells[w[10]] : nullptr;
   const bool tell = w[masked ? 11 : 10] != 0;
   static const int32_t kCommon = internString("common"), kWorld = internString("world");
   float* other[16];
@@ -82,21 +81,21 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
   for (uint32_t first = 0; first < f.points; ++first) {
     // all points at once where they ask for the same spaces, else one after the other
     const uint32_t n = varies ? 1 : f.points;
-    if (varies && masked && intAt(mask, first) == 0) continue;
+    if (varies && masked && !takesPart(f, w[10], first)) continue;
     const int32_t from = intAt(f.cells[w[3]], w[5] ? first : 0), to = intAt(f.cells[w[6]], w[8] ? first : 0);
     for (uint32_t i = first; i < first + n; ++i) {
       identity(out, i);
       identity(other, i);
       setInt(f.cells[w[1]], i, 1);
-      setInt(pointMask, i, -1);
+      setInt(pointMask, i, !masked || takesPart(f, w[10], i) ? -1 : 0);
     }
-    Batch batch{n, f.first + first, reinterpret_cast<const int32_t*>(masked && !varies ? mask : pointMask + first)};
+    Batch batch{n, f.first + first, reinterpret_cast<const int32_t*>(pointMask + first)};
     for (uint32_t k = 0; k < 16; ++k) single[k] = out[k] + first;
     const bool knowsFrom = ask(batch, from, true, single);
     for (uint32_t k = 0; k < 16; ++k) single[k] = other[k] + first;
     const bool knowsTo = ask(batch, to, false, single);
     for (uint32_t i = first; i < first + n; ++i) {
-      if (masked && intAt(mask, i) == 0) continue;
+      if (masked && !takesPart(f, w[10], i)) continue;
       if (!knowsFrom || !knowsTo) {
         unknown(i, knowsFrom ? to : from);
         continue;

@@ -36,7 +36,7 @@ struct Source<C, VaryingKnots> {
 template <class T, int W, int C, class Knots>
 void curve(const Frame& f, const uint32_t* w) {
   using F = typename T::F;
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     F r[C];
     lang::spline<C>(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]), Source<C, Knots>::at(f, w[2], i), r);
     for (int c = 0; c < C; ++c) T::put(f, w + 5, i, r[c], uint32_t(c));
@@ -45,7 +45,7 @@ void curve(const Frame& f, const uint32_t* w) {
 template <int W, int C>
 void dualKnots(const Frame& f, const uint32_t* w) {
   using T = DualWords<W>;
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     lang::Dual<W> r[C];
     const DualKnots<VaryingKnots> knots{Source<C, VaryingKnots>::at(f, w[2], i), Source<C, VaryingKnots>::at(f, w[3], i), Source<C, VaryingKnots>::at(f, w[4], i)};
     lang::spline<C>(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]), knots, r);
@@ -54,7 +54,7 @@ void dualKnots(const Frame& f, const uint32_t* w) {
 }
 template <class T, int W, class Knots>
 void inverse(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W)
+  KN_EACH(f, i, W)
     T::put(f, w + 5, i, lang::splineinverse(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]), Source<1, Knots>::at(f, w[2], i)), 0);
 }
 

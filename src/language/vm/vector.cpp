@@ -58,25 +58,25 @@ KN_OPERATION(TransformNormal, T::put(f, r, i, lang::transformNormalByInverse(mat
 
 template <template <class> class Op, class T, int W>
 void each(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) Op<T>::run(f, w, w + T::kResult, i);
+  KN_EACH(f, i, W) Op<T>::run(f, w, w + T::kResult, i);
 }
 
 // ---- matrices: result, then operands {cell, varies} ----
 template <int W>
 void matrixMul(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) putMatrix(f, w[0], i, matrix<W>(f, w + 1, i) * matrix<W>(f, w + 3, i));
+  KN_EACH(f, i, W) putMatrix(f, w[0], i, matrix<W>(f, w + 1, i) * matrix<W>(f, w + 3, i));
 }
 template <int W>
 void matrixTranspose(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) putMatrix(f, w[0], i, lang::transpose(matrix<W>(f, w + 1, i)));
+  KN_EACH(f, i, W) putMatrix(f, w[0], i, lang::transpose(matrix<W>(f, w + 1, i)));
 }
 template <int W>
 void matrixDeterminant(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) lang::determinant(matrix<W>(f, w + 1, i)).store(f.cells[w[0]] + i);
+  KN_EACH(f, i, W) lang::determinant(matrix<W>(f, w + 1, i)).store(f.cells[w[0]] + i);
 }
 template <int W>
 void matrixInverse(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) putMatrix(f, w[0], i, lang::inverse(matrix<W>(f, w + 1, i)));
+  KN_EACH(f, i, W) putMatrix(f, w[0], i, lang::inverse(matrix<W>(f, w + 1, i)));
 }
 
 // ---- derivatives: components, result, operand as dual ----
@@ -85,12 +85,12 @@ void filterWidth(const Frame& f, const uint32_t* w) {
   for (uint32_t c = 0; c < w[0]; ++c) {
     float* r = f.cells[w[1] + c];
     const lang::DualOperand a(f, w + 2, c);
-    for (uint32_t i = 0, points = f.points; i < points; i += W) lang::filterwidth(a.get<W>(i)).store(r + i);
+    KN_EACH(f, i, W) lang::filterwidth(a.get<W>(i)).store(r + i);
   }
 }
 template <int W, bool kArea>
 void swept(const Frame& f, const uint32_t* w) {
-  for (uint32_t i = 0, points = f.points; i < points; i += W) {
+  KN_EACH(f, i, W) {
     const Dual3<W> p = DualWords<W>::triple(f, w + 1, i);
     if constexpr (kArea) lang::area(p).store(f.cells[w[0]] + i);
     else PlainWords<W>::put(f, w, i, lang::calculatenormal(p, Mask<W>(false)));
