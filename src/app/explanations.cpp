@@ -70,6 +70,19 @@ constexpr Explanation kRooms[] = {
      "The plug-in that the scene names is not in stock; the message names the one that stands in and how: a light of the same "
      "colour, intensity and about the same area, a material of the same colours and roughness. The picture is near to "
      "what is meant, not equal to it. With --strict the exit code is 4."},
+    {"SHADER-COMPILE",
+     "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version or a tool "
+     "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta where it is "
+     "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
+    {"SHADER-GROUP",
+     "Shaders that feed each other cannot run as one program: a connection between types that do not fit, a cycle, or an "
+     "operation that this renderer refuses. What they feed uses its defaults."},
+    {"SHADER-OUTPUT",
+     "A string, a matrix or an array of a shader is connected to a parameter of a plug-in, which takes numbers, colours, "
+     "points, vectors and normals. The parameter's default is used."},
+    {"SHADER-ERROR", "A shader called error(). The text is its own; rendering goes on with what it computes."},
+    {"SHADER-WARNING", "A shader called warning(), or an index ran out of an array and was clamped. The text says which."},
+    {"SHADER-PRINT", "A shader called printf()."},
     {"PLUGIN-CREATE",
      "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
      "if "

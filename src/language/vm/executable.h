@@ -90,7 +90,12 @@ class Executable {
   uint32_t stride() const { return blockPoints_ + 16; }
   size_t instructionCount() const { return code_.size(); }
   uint32_t slotCount() const { return slots_; }
-  bool usesDerivs() const { return usesDerivs_; }
+  // Whether derivatives of any global or input are read.
+  bool usesDerivs() const {
+    for (const External& x : externals_)
+      if (x.part != 0) return true;
+    return false;
+  }
   bool usesGlobal(GlobalValues::Name name) const {
     for (const External& x : externals_)
       if (x.kind == External::Global && x.index == name) return true;
@@ -131,7 +136,7 @@ class Executable {
   std::vector<uint32_t> uniformImage_;  // what uniform cells hold when a run begins
   std::vector<uint32_t> inputCells_;    // first uniform cell of each uniform input
   uint32_t uniforms_ = 0, slots_ = 0, cells_ = 0, width_ = 0, blockPoints_ = 0, iterationLimit_ = 0;
-  bool usesDerivs_ = false, rangeCheck_ = true;
+  bool rangeCheck_ = true;
   uint64_t number_ = 0;  // no other executable of this process has it: addresses come again
   friend struct SiteAccess;
 };
