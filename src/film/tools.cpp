@@ -39,7 +39,7 @@ std::string textOf(const image::MetaValue& value) {
 
 std::string windowText(const image::Window& w) { return fmt::format("{} {} to {} {}", w.x0, w.y0, w.x1, w.y1); }
 
-std::string rangesText(const std::vector<SampleRange>& ranges) {
+std::string shownRanges(const std::vector<SampleRange>& ranges) {
   std::string s;
   for (const SampleRange& r : ranges) s += fmt::format("{}{}:{}", s.empty() ? "" : " ", r.begin, r.end);
   return s;
@@ -55,7 +55,7 @@ ToolResult shardInfo(const std::string& path, Diagnostics& diagnostics) {
       "{}: shard of a frame (kinora merge makes the picture)\n  resolution: {} x {}\n  data window: {}\n  samples: "
       "{}\n"
       "  seed: {}\n  frame: {}\n  scene hash: {}\n  pixel filter: {}\n  render seconds: {:.2f}\n  Kinora: {}\n",
-      path, film.width(), film.height(), windowText(film.window()), rangesText(shard.info.ranges), shard.info.seed,
+      path, film.width(), film.height(), windowText(film.window()), shownRanges(shard.info.ranges), shard.info.seed,
       shard.info.frame, shard.info.sceneHash, shard.info.pixelFilter, shard.info.renderSeconds,
       shard.info.kinoraVersion);
   for (int c = 0; c < film.layout().size(); ++c)
@@ -133,7 +133,7 @@ ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& 
                         "render and add the missing part");
   const Film& film = *merged.film;
   ToolResult result;
-  result.text = fmt::format("{} parts, samples {}\n", parts.size(), rangesText(merged.info.ranges));
+  result.text = fmt::format("{} parts, samples {}\n", parts.size(), shownRanges(merged.info.ranges));
   if (keepShard) {
     if (const image::Status s = writeShard(output, film, merged.info); !s.ok())
       return failed(s, kToolUnwritable, diagnostics);

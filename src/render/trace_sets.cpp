@@ -11,11 +11,11 @@ namespace kinora::render {
 
 namespace {
 
-struct Kind {
+struct SetKind {
   const char *subset, *exclude;
   uint32_t bits;  // how many a subset of this kind takes
 };
-constexpr Kind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset", 1},
+constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset", 1},
                            {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
                            {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
 constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
@@ -47,7 +47,7 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
     if (!a) continue;
     groups[i] = groupNames(a->named.getString("grouping:membership", ""));
     members.insert(groups[i].begin(), groups[i].end());
-    for (const Kind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
+    for (const SetKind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
   if (!any) return;
   std::map<std::array<uint32_t, 3>, uint32_t> setOf;

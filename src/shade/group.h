@@ -88,7 +88,6 @@ struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
   uint64_t points = 0, contexts = 0;
   uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};   // active, possible
-  uint64_t shaderLanes[2] = {0, 0};            // active, possible in programs of the shading language
   uint64_t mediaOverflow = 0, passThroughLimit = 0;
   uint64_t nanoseconds[16] = {};
 };

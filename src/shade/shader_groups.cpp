@@ -154,7 +154,7 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
 
 namespace {
 
-float* floats(const Context* c) { return c->alloc<float>(c->padded); }
+float* newFloats(const Context* c) { return c->alloc<float>(c->padded); }
 
 // The step from a point to the next one on the raster is twice its footprint's radius, along dPdu and across it.
 struct Steps {
@@ -163,7 +163,7 @@ struct Steps {
 };
 Steps stepsOf(const Context* c) {
   Steps s;
-  for (int k = 0; k < 3; ++k) s.x[k] = floats(c), s.y[k] = floats(c);
+  for (int k = 0; k < 3; ++k) s.x[k] = newFloats(c), s.y[k] = newFloats(c);
   const Value du = c->builtin(Builtin::DPdu);
   for (uint32_t i = 0; i < c->padded; ++i) {
     const float N[3] = {c->Ng[0][i], c->Ng[1][i], c->Ng[2][i]};
@@ -217,9 +217,9 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
                    const Steps* steps, PrimvarArrays& out) {
   const uint32_t width = uint32_t(language::componentsOf(in.base));
   for (uint32_t k = 0; k < 3; ++k) {
-    out.v[k] = k < width ? floats(c) : nullptr;
-    out.dx[k] = k < width && steps ? floats(c) : nullptr;
-    out.dy[k] = k < width && steps ? floats(c) : nullptr;
+    out.v[k] = k < width ? newFloats(c) : nullptr;
+    out.dx[k] = k < width && steps ? newFloats(c) : nullptr;
+    out.dy[k] = k < width && steps ? newFloats(c) : nullptr;
   }
   const int coordinate = !std::strcmp(name, "s") ? 0 : !std::strcmp(name, "t") ? 1 : -1;
   const bool isPosition = in.base == Base::Point;
@@ -304,7 +304,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
     set(G::v, c->builtin(Builtin::V));
     if (derivs) {
       float* d[4];
-      for (float*& x : d) x = floats(c);
+      for (float*& x : d) x = newFloats(c);
       const Value du = c->builtin(Builtin::DPdu), dv = c->builtin(Builtin::DPdv);
       for (uint32_t i = 0; i < c->padded; ++i) {
         const float a[3] = {du.data[0][i], du.data[1][i], du.data[2][i]},
@@ -320,7 +320,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   }
   if (code.usesGlobal(G::I))
     for (int k = 0; k < 3; ++k) {
-      float* in = floats(c);
+      float* in = newFloats(c);
       for (uint32_t i = 0; i < c->padded; ++i) in[i] = -c->wo[k][i];
       globals.of[G::I].v[k] = in;
     }
@@ -353,7 +353,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
         v[k] = from;
         continue;
       }
-      float* own = floats(c);
+      float* own = newFloats(c);
       for (uint32_t j = 0; j < c->padded; ++j) own[j] = from[value.stride ? j : 0] + shift;
       if (in.base == Base::Int)
         for (uint32_t j = 0; j < c->padded; ++j) {
@@ -368,7 +368,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   language::OutputValues* outputs = c->alloc<language::OutputValues>(use.outputs.size());
   for (size_t i = 0; i < use.outputs.size(); ++i) {
     float** to = c->alloc<float*>(3);
-    for (int k = 0; k < language::componentsOf(use.outputs[i].base); ++k) to[k] = floats(c);
+    for (int k = 0; k < language::componentsOf(use.outputs[i].base); ++k) to[k] = newFloats(c);
     outputs[i] = {to};
   }
   const ShaderServices services(c, h);
@@ -379,11 +379,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   run.varyingInputs = varying;
   run.outputs = outputs;
   run.services = &services.table();
-  language::RunState& state = h.group->shaderState();
-  state.lanesLive = state.lanesPossible = 0;
-  code.run(state, run);
-  h.group->counters.shaderLanes[0] += state.lanesLive;
-  h.group->counters.shaderLanes[1] += state.lanesPossible;
+  code.run(h.group->shaderState(), run);
 
   for (size_t i = 0; i < use.outputs.size(); ++i) {
     const ShaderUse::Out& out = use.outputs[i];

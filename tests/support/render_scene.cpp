@@ -33,8 +33,11 @@ SceneRender::SceneRender(RenderRequest request) {
   scene->displays = {display};
   if (request.edit) request.edit(*scene);
   if (request.settings.threads == 0) request.settings.threads = 1;
-  if (!request.file.empty())
-    request.settings.texturePath.push_back(std::filesystem::path(request.file).parent_path().string());
+  if (!request.file.empty()) {
+    const std::string folder = std::filesystem::path(request.file).parent_path().string();
+    request.settings.texturePath.push_back(folder);
+    request.settings.shaderPath.push_back(folder);
+  }
   registry_ = std::make_unique<Registry>();
   renderer_ = std::make_unique<render::Renderer>(*registry_, *diagnostics_, request.settings);
   if (!renderer_->load(std::move(*scene))) {

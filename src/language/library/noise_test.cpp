@@ -57,13 +57,13 @@ void runNoise(const Job& j) {
     }
   }
 }
-// All forms at width 8; at the others those whose code holds the rest, which saves half of this file's compile time.
+// All forms in space at width 8; elsewhere those whose code holds the rest: this file is slow to compile.
 template <class Noise, int N, int W>
 void runComponents(const Job& j) {
   if (j.components == 3 && j.derivatives) return runNoise<Noise, N, 3, true, W>(j);
   if constexpr (W == 1 || W == 8)
     if (j.components == 1 && !j.derivatives) return runNoise<Noise, N, 1, false, W>(j);
-  if constexpr (W == 8)
+  if constexpr (W == 8 && N == 3)
     return j.components == 1 ? runNoise<Noise, N, 1, true, W>(j) : runNoise<Noise, N, 3, false, W>(j);
 }
 template <class Noise, int W>
@@ -318,7 +318,7 @@ TEST(LanguageNoise, ValuesAreThoseOfTheScalarReading) {
           for (bool periodic : {false, true}) {
             if (periodic && kind == kSimplex) continue;
             Batch b(512, size);
-            b.run(N_AVX2::kRun8, kind, n, components, false, periodic);
+            b.run(N_AVX2::kRun8, kind, n, components, components == 3 && n != 3, periodic);
             for (uint32_t k = 0; k < 512; ++k)
               for (int c = 0; c < components; ++c) {
                 float x[4], p[4];
@@ -339,12 +339,15 @@ TEST(LanguageNoise, DerivativesAgreeWithDifferences) {
     for (int n = 1; n <= 4; ++n)
       for (int components : {1, 3})
         for (int along = 0; along < n; ++along) {
+          if (components == 1 && n != 3) continue;
           Batch b(256, 20), plain(256, 20);
           b.run(N_AVX2::kRun8, kind, n, components, true, false, along);
-          plain.run(N_AVX2::kRun8, kind, n, components, false);
+          plain.run(N_AVX2::kRun8, kind, n, n == 3 ? components : 1, false);
           for (uint32_t k = 0; k < 256; ++k)
             for (int c = 0; c < components; ++c) {
-              ASSERT_EQ(b.r[c][k], plain.r[c][k]);
+              if (c == 0 || n == 3) {
+                ASSERT_EQ(b.r[c][k], plain.r[c][k]);
+              }
               double x[4], g[4] = {}, dx = 0;
               for (int i = 0; i < 4; ++i) x[i] = double(b.x[i][k]);
               const auto at = [&] {
@@ -377,7 +380,7 @@ TEST(LanguageNoise, GradientNoiseVanishesOnTheLatticeAndRepeats) {
     Batch b(1024, 64);
     for (auto& a : b.x)
       for (float& v : a) v = std::floor(v);
-    b.run(N_AVX2::kRun8, kPerlin, n, 3, false);
+    b.run(N_AVX2::kRun8, kPerlin, n, 3, true);
     for (int c = 0; c < 3; ++c)
       for (float v : b.r[c]) ASSERT_EQ(v, 0.f);
     // beyond 2^23 every float is a lattice point
@@ -408,7 +411,7 @@ TEST(LanguageNoise, RangesAndMeans) {
   for (int kind : {kPerlin, kSimplex, kCell, kHash})
     for (int n = 1; n <= 4; ++n) {
       Batch b(1 << 14, 500);
-      b.run(N_AVX2::kRun8, kind, n, 3, false);
+      b.run(N_AVX2::kRun8, kind, n, 3, true);
       const bool isSigned = kind == kPerlin || kind == kSimplex;
       for (int c = 0; c < 3; ++c) {
         double sum = 0;

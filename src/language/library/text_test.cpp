@@ -176,6 +176,14 @@ TEST(LanguageText, RegularExpressions) {
   EXPECT_NE(why, "");
   EXPECT_FALSE(matchRegex("a", "a{99999}{99999}", false, r.data(), 2, why));
   EXPECT_NE(why, "");
+  for (const char* large : {"(a?){9000}", "((a?){100}){100}", "(a|b)*(a?){3000}c", "(a{99}){99}"}) {
+    EXPECT_FALSE(matchRegex("b", large, false, r.data(), 2, why)) << large;
+    EXPECT_NE(why, "") << large;
+  }
+  EXPECT_TRUE(matchRegex("0a1b2c3d-0a1b", "[0-9a-f]{8}-[0-9a-f]{4}", true, r.data(), 2, why));
+  EXPECT_EQ(why, "");
+  EXPECT_FALSE(matchRegex(std::string(16000, 'a'), "(a|b)*(a|b)*(a?){1000}c", true, r.data(), 2, why));
+  EXPECT_NE(why, "");
   EXPECT_FALSE(matchRegex("a", std::string(5000, 'a'), false, r.data(), 2, why));
   EXPECT_NE(why, "");
   EXPECT_FALSE(matchRegex(std::string(40, 'a'), "(a*)*b", true, r.data(), 2, why));
@@ -187,6 +195,8 @@ TEST(LanguageText, RegularExpressions) {
   EXPECT_FALSE(matchRegex(std::string(16, 'a'), "(a|a)*b", true, r.data(), 2, why));
   EXPECT_FALSE(matchRegex(std::string(100000, 'a'), "a*", true, r.data(), 2, why));
   EXPECT_NE(why, "");
+  EXPECT_FALSE(matchRegex(std::string(kLongestRegexSubject, 'a'), "(a|b)*c", false, r.data(), 2, why));
+  EXPECT_NE(why, "");  // a search would start as often as there are characters
   EXPECT_TRUE(matchRegex(std::string(kLongestRegexSubject, 'a'), "(a|b)*", true, r.data(), 2, why));
   EXPECT_EQ(r[1], int32_t(kLongestRegexSubject));
 }

@@ -1,0 +1,169 @@
+// Proves: shaders of the shading language stand in scenes as pattern nodes. Their parameters, connections, primvars
+// and derivatives mean what those of C++ patterns mean; materials that differ in numbers share a program; what is
+// broken is told with its place and seen.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "support/render_scene.h"
+
+namespace kinora::tests {
+namespace {
+
+class Shaders : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "kinora_shaders_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ + "/" + name) << text; }
+  // A square that fills the picture and shows emitColor, 16 x 16 pixels; `network` is everything before the geometry.
+  RenderRequest requestOf(const std::string& network, const std::string& primvars = "") {
+    RenderRequest r;
+    r.rib = R"(Format 16 16 1
+Hider "raytrace" "int maxsamples" [1]
+PixelFilter "box" 1 1
+Projection "orthographic"
+WorldBegin
+Light "PxrDomeLight" "sky"
+Translate 0 0 1
+)" + network +
+            R"(Polygon "P" [-1 -1 0  -1 1 0  1 1 0  1 -1 0] "st" [0 0  0 1  1 1  1 0] )" + primvars + "\nWorldEnd\n";
+    r.settings.shaderPath = {folder_};
+    return r;
+  }
+  std::vector<int64_t> filmOf(const std::string& network, const std::string& primvars = "") {
+    SceneRender render(requestOf(network, primvars));
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    return render.ok() ? stateOf(render.film()) : std::vector<int64_t>();
+  }
+  std::array<float, 3> middleOf(SceneRender& render) {
+    const image::Image picture = render.channel("Ci");
+    const float* p = picture.at(8, 8);
+    return {p[0], p[1], p[2]};
+  }
+  std::string folder_;
+};
+
+constexpr const char* kShow = "Bxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:result\"]\n";
+
+TEST_F(Shaders, AConstantIsTheConstant) {
+  write("plain.osl", "shader plain(color c = color(.25, .5, .75), output color result = 0) { result = c; }");
+  const auto plain = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [.25 .5 .75]\n");
+  EXPECT_EQ(filmOf(std::string("Pattern \"plain\" \"n\"\n") + kShow), plain);
+  EXPECT_EQ(filmOf(std::string("Pattern \"PxrOSL\" \"n\" \"string shader\" [\"plain\"]\n") + kShow), plain);
+  EXPECT_EQ(filmOf(std::string("Pattern \"plain.osl\" \"n\"\n") + kShow), plain);
+  EXPECT_EQ(filmOf(std::string("Pattern \"plain\" \"n\" \"color c\" [1 0 0]\n") + kShow),
+            filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [1 0 0]\n"));
+}
+
+TEST_F(Shaders, TextureCoordinatesPrimvarsAndDefaults) {
+  write("show.osl", R"(shader show(float s = 0 [[int lockgeom = 0]], float t = 0 [[int lockgeom = 0]],
+    color tint = color(0, 0, .5) [[int lockgeom = 0]], float locked = 3, output color result = 0)
+    { result = color(s, t, tint[2] * locked); })");
+  const std::string network = std::string("Pattern \"show\" \"n\"\n") + kShow;
+  SceneRender render(requestOf(network));
+  ASSERT_TRUE(render.ok());
+  const image::Image picture = render.channel("Ci");
+  for (int y : {0, 7, 15})
+    for (int x : {0, 5, 15}) {
+      EXPECT_NEAR(picture.at(x, y)[0], (x + 0.5) / 16, 0.5 / 16 + 1e-5);
+      EXPECT_NEAR(picture.at(x, y)[1], 1 - (y + 0.5) / 16, 0.5 / 16 + 1e-5);
+      EXPECT_FLOAT_EQ(picture.at(x, y)[2], 1.5f);
+    }
+  // a primvar of the parameter's name replaces it, but not one that is locked
+  SceneRender replaced(requestOf(network, "\"constant color tint\" [0 0 .25] \"constant float locked\" [9]"));
+  ASSERT_TRUE(replaced.ok());
+  EXPECT_FLOAT_EQ(middleOf(replaced)[2], 0.75f);
+}
+
+TEST_F(Shaders, DerivativesAreThoseOfThePicture) {
+  // one step is one pixel: a sixteenth of s and t
+  write("steps.osl",
+        R"(shader steps(float s = 0 [[int lockgeom = 0]], float t = 0 [[int lockgeom = 0]], output color result = 0)
+    { result = color(filterwidth(s), filterwidth(t), sqrt(area(P))) * 8; })");
+  SceneRender render(requestOf(std::string("Pattern \"steps\" \"n\"\n") + kShow));
+  ASSERT_TRUE(render.ok());
+  const auto c = middleOf(render);
+  EXPECT_NEAR(c[0], 0.5, 1e-4);
+  EXPECT_NEAR(c[1], 0.5, 1e-4);
+  EXPECT_NEAR(c[2], 1.0, 1e-4);  // the square is 2 wide
+}
+
+TEST_F(Shaders, NetworksOfShadersAndPatternsFeedEachOther) {
+  write("twice.osl",
+        "shader twice(color a = 0, output color result = 0, output float sum = 0) { result = 2 * a; sum = a[0] + "
+        "a[1] + a[2]; }");
+  write("lift.osl", "shader lift(color a = 0, float by = 0, output color result = 0) { result = a + by; }");
+  const std::string gain =
+      "Pattern \"PxrExposure\" \"e\" \"reference color inputRGB\" [\"n1:result\"] \"float stops\" [1]\n";
+  const auto expected = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [1.25 .75 1]\n");
+  // shader -> C++ -> shader (n1 also feeds it directly): .125 .0 .0625 -> x2 x2 -> + sum ...
+  EXPECT_EQ(filmOf("Pattern \"twice\" \"n1\" \"color a\" [.125 0 .0625]\n" + gain +
+                   "Pattern \"lift\" \"n\" \"reference color a\" [\"e:resultRGB\"] \"float by\" [.75]\n" + kShow),
+            expected);
+  // shader -> shader, a float of one output to a parameter of the other
+  EXPECT_EQ(filmOf(std::string("Pattern \"twice\" \"n1\" \"color a\" [.5 .25 0]\n") +
+                   "Pattern \"lift\" \"n\" \"color a\" [.5 0 .25] \"reference float by\" [\"n1:sum\"]\n" + kShow),
+            expected);
+}
+
+TEST_F(Shaders, ShadersThatDifferInNumbersShareAProgram) {
+  write("plain.osl", "shader plain(color c = 0, float k = 1, output color result = 0) { result = c * k; }");
+  RenderRequest r = requestOf("AttributeBegin\nPattern \"plain\" \"n\" \"color c\" [.5 0 0] \"float k\" [2]\n" +
+                              std::string(kShow) +
+                              "Polygon \"P\" [-1 -1 0  -1 1 0  0 1 0  0 -1 0]\nAttributeEnd\n"
+                              "Translate 0 0 .5\nPattern \"plain\" \"n\" \"color c\" [0 .25 0] \"float k\" [3]\n" +
+                              kShow);
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  const image::Image picture = render.channel("Ci");
+  EXPECT_FLOAT_EQ(picture.at(3, 8)[0], 1);
+  EXPECT_FLOAT_EQ(picture.at(3, 8)[1], 0);
+  EXPECT_FLOAT_EQ(picture.at(12, 8)[0], 0);
+  EXPECT_FLOAT_EQ(picture.at(12, 8)[1], 0.75f);
+}
+
+TEST_F(Shaders, WhatIsBrokenIsToldWithItsPlaceAndSeen) {
+  write("broken.osl", "shader broken(output color result = 0)\n{\n  result = undefined;\n}\n");
+  SceneRender render(requestOf(std::string("Pattern \"broken\" \"n\"\n") + kShow));
+  ASSERT_TRUE(render.ok());
+  ASSERT_EQ(render.messages().size(), 1u);
+  EXPECT_NE(render.messages()[0].find("SHADER-COMPILE"), std::string::npos) << render.messages()[0];
+  EXPECT_NE(render.messages()[0].find("broken.osl:3"), std::string::npos) << render.messages()[0];
+  EXPECT_EQ(middleOf(render), (std::array<float, 3>{1, 0, 1}));
+  // a shader that is not there is a missing pattern
+  SceneRender missing(requestOf(std::string("Pattern \"nowhere\" \"n\"\n") + kShow));
+  ASSERT_TRUE(missing.ok());
+  bool told = false;
+  for (const std::string& m : missing.messages())
+    told |= m.find("PLUGIN-MISSING") != std::string::npos && m.find("nowhere") != std::string::npos;
+  EXPECT_TRUE(told);
+  // an output that is not there, a parameter that is not there
+  write("plain.osl", "shader plain(output color result = 0) { result = 1; }");
+  SceneRender wrong(
+      requestOf("Pattern \"plain\" \"n\" \"float x\" [1]\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" "
+                "[\"n:colour\"]\n"));
+  ASSERT_TRUE(wrong.ok());
+  ASSERT_EQ(wrong.messages().size(), 2u);
+  EXPECT_NE(wrong.messages()[0].find("PARAM-UNKNOWN"), std::string::npos);
+  EXPECT_NE(wrong.messages()[1].find("PARAM-CONNECTION"), std::string::npos);
+}
+
+TEST_F(Shaders, ShadersSpeak) {
+  write("speak.osl", "shader speak(output color result = 0) { if (u < 0.1) warning(\"u is %g\", 1.5); result = 1; }");
+  SceneRender render(requestOf(std::string("Pattern \"speak\" \"n\"\n") + kShow));
+  ASSERT_TRUE(render.ok());
+  ASSERT_FALSE(render.messages().empty());
+  EXPECT_NE(render.messages()[0].find("SHADER-WARNING"), std::string::npos) << render.messages()[0];
+  EXPECT_NE(render.messages()[0].find("u is 1.5"), std::string::npos) << render.messages()[0];
+}
+
+}  // namespace
+}  // namespace kinora::tests
