@@ -82,9 +82,7 @@ void printDefault(const Symbol& p, bool isVerbose) {
   const bool isMany = p.type.arrayLength != 0 || componentsOf(p.type.base) > 1;
   if (p.type.base == Base::String) {
     if (isVerbose) {
-      fmt::print("\t\tDefault value:{}", isMany ? " [" : "");
-      for (const std::string& s : p.values.strings) fmt::print(" {}", escaped(s));
-      fmt::print("{}\n", isMany ? " ]" : "");
+      for (const std::string& s : p.values.strings) fmt::print("\t\tDefault value: {}\n", escaped(s));
     } else {
       for (const std::string& s : p.values.strings) fmt::print("{} ", escaped(s));
       fmt::print("\n");
