@@ -17,9 +17,9 @@ using Imath::V4d;
 
 namespace {
 
-constexpr int kMostSegments = 1024;  // a piece
+constexpr int kMostPatchSegments = 1024;  // a piece
 
-struct Surface {
+struct ParametricSurface {
   Axis u, v;
   std::vector<std::vector<V4d>> keys;  // homogeneous control points, u fastest
 
@@ -55,7 +55,7 @@ struct Surface {
   }
 };
 
-std::string describe(const scene::Primitive& primitive, size_t pointCount, Surface& out) {
+std::string describe(const scene::Primitive& primitive, size_t pointCount, ParametricSurface& out) {
   // Before anything is made that is as large as the numbers say.
   auto tooFew = [&](int nu, int nv) {
     const double needed = double(nu) * double(nv);
@@ -87,7 +87,7 @@ std::string describe(const scene::Primitive& primitive, size_t pointCount, Surfa
 }
 
 // Segments of each span of both axes: the finest that any piece along it asks for.
-void chooseRates(const scene::Primitive& primitive, const Surface& s, const DiceRate& rate, std::vector<int>& nu,
+void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s, const DiceRate& rate, std::vector<int>& nu,
                  std::vector<int>& nv) {
   const bool displaced = primitive.attributes && primitive.attributes->displacement;
   std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
@@ -122,7 +122,7 @@ void chooseRates(const scene::Primitive& primitive, const Surface& s, const Dice
     auto round = [&](const std::vector<double>& want, std::vector<int>& out, double& sum) {
       out.clear();
       for (double w : want) {
-        out.push_back(int(std::ceil(std::clamp(w * scale - 1e-6, 1.0, double(kMostSegments)))));
+        out.push_back(int(std::ceil(std::clamp(w * scale - 1e-6, 1.0, double(kMostPatchSegments)))));
         sum += out.back();
         least &= out.back() == 1;
       }
@@ -159,7 +159,7 @@ struct Place {
   double s, t;
 };
 
-void interpolate(const Surface& surface, const SourcePrimvar& source, const Place& place, std::vector<float>& out) {
+void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, const Place& place, std::vector<float>& out) {
   const int width = int(source.parameter->elementFloats());
   const Axis &u = surface.u, &v = surface.v;
   auto value = [&](int element, int k) { return double(source.values[size_t(element) * width + k]); };
@@ -201,7 +201,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   for (size_t k = 0; k < points->keys.size(); ++k)  // a weight of 0 is legal here, unlike where points are projected
     for (const V4d& p : homogeneousPoints(primitive, k))
       if (!std::isfinite(p.x + p.y + p.z + p.w)) return refuse("GEOM-NOT-FINITE", "points that are not finite");
-  Surface surface;
+  ParametricSurface surface;
   const std::string wrong = describe(primitive, points->count, surface);
   if (!wrong.empty()) return refuse("GEOM-PATCH-SHAPE", wrong);
   const size_t needed = size_t(surface.u.controls()) * size_t(surface.v.controls());

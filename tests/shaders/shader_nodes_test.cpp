@@ -156,6 +156,16 @@ TEST_F(Shaders, WhatIsBrokenIsToldWithItsPlaceAndSeen) {
   EXPECT_NE(wrong.messages()[1].find("PARAM-CONNECTION"), std::string::npos);
 }
 
+TEST_F(Shaders, WritingThePointChangesNothingForOthers) {
+  write("shift.osl",
+        "displacement shift(output color result = 0) { result = color(P[0], 0, 0); P += N * 5; if (u > .5) P = 0; N "
+        "= -N; }");
+  write("read.osl", "shader read(color a = 0, output color result = 0) { result = color(P) * .25 + N + a * 0; }");
+  const std::string reader = "Pattern \"read\" \"n\" ";
+  EXPECT_EQ(filmOf("Pattern \"shift\" \"n1\"\n" + reader + "\"reference color a\" [\"n1:result\"]\n" + kShow),
+            filmOf(reader + "\n" + kShow));
+}
+
 TEST_F(Shaders, ShadersSpeak) {
   write("speak.osl", "shader speak(output color result = 0) { if (u < 0.1) warning(\"u is %g\", 1.5); result = 1; }");
   SceneRender render(requestOf(std::string("Pattern \"speak\" \"n\"\n") + kShow));

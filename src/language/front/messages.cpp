@@ -7,7 +7,7 @@ namespace kinora::language {
 
 namespace {
 
-constexpr size_t kMostShown = 160;  // of a source line
+constexpr size_t kLongestLineShown = 160;  // of a source line
 
 // Control characters would let a source file write over the terminal.
 std::string printable(std::string s) {
@@ -26,9 +26,9 @@ std::string CompileMessage::str() const {
   if (column == 0) return s;
   std::string line = printable(sourceLine);
   size_t at = column - 1, from = 0;
-  if (line.size() > kMostShown) {
-    from = at > kMostShown / 2 ? at - kMostShown / 2 : 0;
-    line = line.substr(std::min(from, line.size()), kMostShown);
+  if (line.size() > kLongestLineShown) {
+    from = at > kLongestLineShown / 2 ? at - kLongestLineShown / 2 : 0;
+    line = line.substr(std::min(from, line.size()), kLongestLineShown);
   }
   const std::string place = "  " + std::to_string(pos.line) + ":" + std::to_string(column);
   return s + "\n" + place + " | " + line + "\n" + std::string(place.size(), ' ') + " | " +

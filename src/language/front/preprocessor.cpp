@@ -8,7 +8,7 @@ namespace kinora::language::front {
 namespace {
 
 constexpr size_t kMostTokens = 6'000'000;
-constexpr size_t kMostDepth = 100;  // of includes; the same for #if inside #if, times ten
+constexpr size_t kMostOpenFiles = 100;  // of includes; the same for #if inside #if, times ten
 constexpr uint32_t kMostIncludes = 5000;
 
 }  // namespace
@@ -254,8 +254,8 @@ void Preprocessor::include(const Token& at) {
   }
   if (!isGood || name.empty()) return messages_.error(at.pos, "#include needs \"FILE\" or <FILE>");
   const Pos pos = rest[0].pos;
-  if (files_.size() >= kMostDepth)
-    messages_.fatal(pos, "includes are nested more than " + std::to_string(kMostDepth) + " deep: does \"" + name +
+  if (files_.size() >= kMostOpenFiles)
+    messages_.fatal(pos, "includes are nested more than " + std::to_string(kMostOpenFiles) + " deep: does \"" + name +
                              "\" include itself?");
   if (++included_ > kMostIncludes) messages_.fatal(pos, "more than " + std::to_string(kMostIncludes) + " includes");
   const size_t slash = name.rfind('/');
@@ -289,7 +289,7 @@ void Preprocessor::include(const Token& at) {
 }
 
 void Preprocessor::beginCondition(const Token& at, bool isTrue) {
-  if (conditions_.size() >= kMostDepth * 10) messages_.fatal(at.pos, "conditions are nested too deeply");
+  if (conditions_.size() >= kMostOpenFiles * 10) messages_.fatal(at.pos, "conditions are nested too deeply");
   conditions_.push_back({isTrue, false, at.pos});
   if (!isTrue) skipGroup(true);
 }

@@ -116,7 +116,7 @@ locale_t cLocale() {
   static const locale_t c = newlocale(LC_ALL_MASK, "C", nullptr);
   return c;
 }
-bool isBlank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+bool isWhite(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 }  // namespace
 
 FormatArgument formatInts(const int32_t* v, int count) {
@@ -213,7 +213,7 @@ std::string formatText(const std::vector<FormatPiece>& format, const FormatArgum
 
 int32_t stoi(std::string_view s) {
   size_t i = 0;
-  while (i < s.size() && isBlank(s[i])) ++i;
+  while (i < s.size() && isWhite(s[i])) ++i;
   bool negative = false;
   if (i < s.size() && (s[i] == '-' || s[i] == '+')) negative = s[i++] == '-';
   int64_t v = 0;
@@ -242,14 +242,14 @@ std::vector<std::string_view> split(std::string_view s, std::string_view separat
     return pieces;
   }
   for (;;) {
-    while (!s.empty() && isBlank(s.front())) s.remove_prefix(1);
+    while (!s.empty() && isWhite(s.front())) s.remove_prefix(1);
     if (s.empty()) return pieces;
     if (int(pieces.size()) + 1 == most) {
       pieces.push_back(s);
       return pieces;
     }
     size_t end = 0;
-    while (end < s.size() && !isBlank(s[end])) ++end;
+    while (end < s.size() && !isWhite(s[end])) ++end;
     pieces.push_back(s.substr(0, end));
     s.remove_prefix(end);
   }

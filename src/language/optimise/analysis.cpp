@@ -10,7 +10,6 @@ bool carriesDerivsIn(std::string_view g) { return g == "P" || g == "I" || g == "
 
 namespace {
 
-bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::While || op == Opcode::DoWhile; }
 
 class Analyser {
  public:

@@ -15,7 +15,6 @@ struct ConstantPool::Map {
 namespace {
 
 constexpr size_t kMostLayers = 4096;
-constexpr int64_t kMostElements = 1 << 20;
 
 std::string keyOf(const Type& type, const Values& values) {
   std::string key = nameOf(type) + "|";

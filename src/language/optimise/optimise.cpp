@@ -14,7 +14,6 @@ namespace kinora::language {
 
 namespace {
 
-bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::While || op == Opcode::DoWhile; }
 bool isFloat(Base b) { return b == Base::Float || isTriple(b); }
 bool isJump(Opcode op) { return op == Opcode::Break || op == Opcode::Continue || op == Opcode::Return || op == Opcode::Exit; }
 

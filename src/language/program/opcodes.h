@@ -196,6 +196,8 @@ enum class Opcode : uint8_t {
       Count
 };
 
+constexpr bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::While || op == Opcode::DoWhile; }
+
 struct OpcodeFacts {
   std::string_view name, letters;
   uint32_t flags;

@@ -39,7 +39,7 @@ std::string inQuotes(const std::string& s) {
   return out + "\"";
 }
 
-std::string number(float f) {
+std::string nineDigits(float f) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", double(f));
   return text;
@@ -158,14 +158,14 @@ class Writer {
   void metadata(const Metadata& m) {
     s_ += "%meta{" + nameOf(m.type) + "," + m.name;
     for (const int32_t i : m.values.ints) s_ += "," + std::to_string(i);
-    for (const float f : m.values.floats) s_ += "," + number(f);
+    for (const float f : m.values.floats) s_ += "," + nineDigits(f);
     for (const std::string& v : m.values.strings) s_ += "," + inQuotes(v);
     s_ += "} ";
   }
 
   void values(const Symbol& s) {
     for (const int32_t i : s.values.ints) s_ += std::to_string(i) + " ";
-    for (const float f : s.values.floats) s_ += number(f) + " ";
+    for (const float f : s.values.floats) s_ += nineDigits(f) + " ";
     for (const std::string& v : s.values.strings) s_ += inQuotes(v) + " ";
   }
 

@@ -7,7 +7,7 @@ namespace kinora::language {
 
 namespace {
 
-constexpr size_t kMostShown = 16;  // values of one symbol
+constexpr size_t kMostValuesShown = 16;  // values of one symbol
 
 std::string quoted(const std::string& s) {
   std::string out = "\"";
@@ -37,8 +37,8 @@ std::string textOf(const Values& v) {
   for (const std::string& s : v.strings) parts.push_back(quoted(s));
   if (parts.size() == 1) return parts[0];
   std::string s = "{";
-  for (size_t i = 0; i < parts.size() && i < kMostShown; ++i) s += (i ? ", " : "") + parts[i];
-  return s + (parts.size() > kMostShown ? ", ...}" : "}");
+  for (size_t i = 0; i < parts.size() && i < kMostValuesShown; ++i) s += (i ? ", " : "") + parts[i];
+  return s + (parts.size() > kMostValuesShown ? ", ...}" : "}");
 }
 
 class Printer {

@@ -15,6 +15,9 @@ namespace kinora::language {
 
 enum class Base : uint8_t { Void, Int, Float, String, Color, Point, Vector, Normal, Matrix, Closure, Struct };
 
+// Of an array; a longer one is refused before memory is taken.
+inline constexpr int32_t kMostElements = 1 << 20;
+
 struct Type {
   Base base = Base::Void;
   int32_t arrayLength = 0;  // 0: no array; -1: length comes from the instance

@@ -9,7 +9,6 @@ namespace kinora::language {
 namespace {
 
 constexpr int kMostNested = 500;
-constexpr int32_t kMostElements = 1 << 20;
 
 // Triples are one kind to the machine.
 Base kindOf(Base b) { return isTriple(b) ? Base::Color : b; }

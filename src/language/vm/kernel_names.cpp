@@ -16,7 +16,7 @@ const char* const kMixed[] = {KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) 
 const char* const kInteger[] = {KN_VM_INT(KN_VM_ONE) KN_VM_INT1(KN_VM_ONE)};
 const char* const kMemory[] = {KN_VM_MEMORY(KN_VM_ONE)};
 const char* const kVector[] = {KN_VM_VECTOR(KN_VM_DUAL) KN_VM_MATRIX(KN_VM_ONE) KN_VM_DERIV(KN_VM_ONE)};
-const char* const kScalar[] = {KN_VM_SCALAR(KN_VM_ONE)};
+const char* const kScalarNames[] = {KN_VM_SCALAR(KN_VM_ONE)};
 const char* const kColor[] = {KN_VM_COLOR(KN_VM_DUAL) KN_VM_SPECTRUM(KN_VM_ONE)};
 const char* const kSpline[] = {KN_VM_SPLINE(KN_VM_ONE)};
 const char* const kNoise[] = {KN_VM_DIMENSIONS(KN_VM_DUAL, Perlin) KN_VM_DIMENSIONS(KN_VM_DUAL, Simplex)
@@ -35,7 +35,7 @@ const char* nameOfKernel(KernelName k) {
     case Family::Noise: return kNoise[k.number];
     case Family::Color: return kColor[k.number];
     case Family::Spline: return kSpline[k.number];
-    default: return kScalar[k.number];
+    default: return kScalarNames[k.number];
   }
 }
 
