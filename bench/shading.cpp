@@ -15,7 +15,7 @@ namespace kinora::bench {
 namespace {
 using namespace kinora::language;
 
-constexpr uint32_t kPoints = 1024;
+constexpr uint32_t kShadedPoints = 1024;
 
 // A patch of a surface: neighbouring points, as groups of camera hits see it.
 struct Patch {
@@ -23,14 +23,14 @@ struct Patch {
   GlobalValues globals;
   FusedArguments fused;
   Patch() {
-    for (auto& a : arrays) a.assign(kPoints, 0.f);
-    for (uint32_t i = 0; i < kPoints; ++i) {
+    for (auto& a : arrays) a.assign(kShadedPoints, 0.f);
+    for (uint32_t i = 0; i < kShadedPoints; ++i) {
       const float u = (float(i % 32) + 0.37f) / 32, v = (float(i / 32) + 0.61f) / 32;
       const float values[17] = {3 * u - 1, 2 * v, std::sin(u * 2 + v), 3.f / 512, 0, 2 * std::cos(u * 2 + v) / 512, 0, 2.f / 512, std::cos(u * 2 + v) / 512, u, v, 1.f / 512, 0, 0, 1.f / 512};
       for (int k = 0; k < 15; ++k) arrays[k][i] = values[k];
     }
     using G = GlobalValues;
-    fused.points = kPoints;
+    fused.points = kShadedPoints;
     for (int c = 0; c < 3; ++c) {
       globals.of[G::P].v[c] = fused.P[c] = arrays[c].data();
       globals.of[G::P].dx[c] = fused.Pdx[c] = arrays[3 + c].data();
@@ -74,11 +74,11 @@ struct Runner {
     }
     inputs = program->inputsOf(group);
     for (int c = 0; c < 3; ++c) {
-      out[c].assign(kPoints, 0.f);
+      out[c].assign(kShadedPoints, 0.f);
       pointers[c] = out[c].data();
     }
     output.v = pointers;
-    run.points = kPoints;
+    run.points = kShadedPoints;
     run.globals = &patch.globals;
     run.inputs = inputs.data();
     run.outputs = &output;
@@ -109,14 +109,14 @@ void measureShading(const Options& options, Figures& figures) {
     std::vector<float> out[3];
     FusedArguments hand = patch.fused;
     for (int c = 0; c < 3; ++c) {
-      out[c].assign(kPoints, 0.f);
+      out[c].assign(kShadedPoints, 0.f);
       hand.result[c] = out[c].data();
     }
     const Fused fused = programs[k].widths[width == 16 ? 3 : 2];
     machine();
     fused(hand);
     uint32_t differ = 0;
-    for (uint32_t i = 0; i < kPoints; ++i)
+    for (uint32_t i = 0; i < kShadedPoints; ++i)
       for (int c = 0; c < 3; ++c) differ += std::memcmp(&out[c][i], &machine.out[c][i], 4) != 0;
     if (differ) std::fprintf(stderr, "kinora-bench: %s: %u values differ from the fused program's\n", programs[k].name, differ);
     const double one = secondsOf([&] { fused(hand); }, 20) / 20;
@@ -133,7 +133,7 @@ void measureShading(const Options& options, Figures& figures) {
       all.push_back(median(ratios));
       gains.push_back(median(widths));
     }
-    std::printf("    %s: %zu instructions, %u slots, blocks of %u points, %.2f ns a point by hand\n", programs[k].name, machine.program->instructionCount(), machine.program->slotCount(), machine.program->blockPoints(), 1e9 * one / kPoints);
+    std::printf("    %s: %zu instructions, %u slots, blocks of %u points, %.2f ns a point by hand\n", programs[k].name, machine.program->instructionCount(), machine.program->slotCount(), machine.program->blockPoints(), 1e9 * one / kShadedPoints);
   }
   figures.add("vm_vs_fused", all, "the programs' medians: machine over fused SIMD C++");
   figures.add("vm_width_gain", gains, "the programs' medians: width 1 over the best");

@@ -422,7 +422,7 @@ void checkCase(Judge& judge, const Descriptor& d, const Setting& s, size_t place
   }
 }
 
-std::string unusable(const Descriptor& d) {
+std::string unusableLight(const Descriptor& d) {
   if (d.kind != Kind::Light) return "not a light";
   if (!d.traits || !static_cast<const LightTraits*>(d.traits)->describe) return "has no LightTraits with describe";
   const auto tables = runnableTables(d);
@@ -438,7 +438,7 @@ std::string unusable(const Descriptor& d) {
 
 CheckReport checkLight(const Descriptor& light, const Setting& setting, const LightCheckOptions& options) {
   Judge judge(light.name);
-  if (const std::string why = unusable(light); !why.empty()) {
+  if (const std::string why = unusableLight(light); !why.empty()) {
     judge.fail("declaration", why);
     return judge.finish();
   }
@@ -450,7 +450,7 @@ CheckReport checkLight(const Descriptor& light, const Setting& setting, const Li
 
 CheckReport checkLight(const Descriptor& light, const LightCheckOptions& options) {
   Judge judge(light.name);
-  if (const std::string why = unusable(light); !why.empty()) {
+  if (const std::string why = unusableLight(light); !why.empty()) {
     judge.fail("declaration", why);
     return judge.finish();
   }

@@ -9,17 +9,17 @@ namespace kinora::testing {
 namespace {
 // 2^-18 of a face is 8e-6 rad: narrower than any lobe whose shape single-precision directions can still express
 constexpr uint32_t kDeepest = 18;
-constexpr int kPoints = 4;
+constexpr int kGaussPoints = 4;
 // Eight points just inside a cell's border see an edge of the function that lies between the border and the outermost
 // node.
-constexpr int kBorder = 8, kAll = kPoints * kPoints + kBorder;
+constexpr int kBorder = 8, kAll = kGaussPoints * kGaussPoints + kBorder;
 constexpr double kBorderU[kBorder] = {-0.999, 0, 0.999, -0.999, 0.999, -0.999, 0, 0.999};
 constexpr double kBorderV[kBorder] = {-0.999, -0.999, -0.999, 0, 0, 0.999, 0.999, 0.999};
 // Share of a cell that such an edge may hide.
 constexpr double kHidden = 0.02;
-constexpr double kNode[kPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
+constexpr double kNode[kGaussPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
                                    0.861136311594052575};
-constexpr double kWeight[kPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
+constexpr double kWeight[kGaussPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
                                      0.347854845137453857};
 }  // namespace
 
@@ -163,8 +163,8 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
       for (uint32_t i = 0; i < m; ++i) {
         const SphereCells::Cell& c = items[first + i].cell;
         const double size = 2.0 / double(1u << c.level), u0 = -1 + c.x * size, v0 = -1 + c.y * size;
-        for (int b = 0; b < kPoints; ++b)
-          for (int a = 0; a < kPoints; ++a, ++at) {
+        for (int b = 0; b < kGaussPoints; ++b)
+          for (int a = 0; a < kGaussPoints; ++a, ++at) {
             double jac;
             const Vec3 d =
                 cells.direction(c.face, u0 + 0.5 * size * (1 + kNode[a]), v0 + 0.5 * size * (1 + kNode[b]), jac);
