@@ -15,6 +15,11 @@ set(KINORA_COMMON_HEADERS
 # Tests call code that is optimised fully; their own runs once, and is compiled a third faster like this.
 set(KINORA_TEST_OPTIONS -O1)
 
+# A compilation of ours takes a few hundred megabytes: collecting garbage before that only costs time, 8 % of it.
+if(KINORA_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(--param=ggc-min-heapsize=524288)
+endif()
+
 # One target owns each set and the others reuse it; libraries are position independent, programs are not quite (-fPIE).
 if(KINORA_PRECOMPILE)
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/generated/precompiled_main.cpp CONTENT "int main() { return 0; }\n")

@@ -10,7 +10,6 @@ namespace {
 using namespace testing;
 using Floats = std::vector<float>;
 
-constexpr double kPi = 3.14159265358979323846;
 
 scene::Primitive blobby(int leaves, std::vector<int> code, Floats floats) {
   scene::OtherPrimitive o{"Blobby", {}};
@@ -32,12 +31,6 @@ Floats ball(float x, float y, float z, float size = 1) {
 Floats operator+(Floats a, const Floats& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
-}
-Mesh made(const scene::Primitive& p) {
-  Quiet d;
-  auto mesh = tessellate(p, {}, d);
-  EXPECT_EQ(d.warnings() + d.errors(), 0u);
-  return mesh ? std::move(*mesh) : Mesh{};
 }
 void expectClosed(const Mesh& m) {
   const EdgeCount e = edges(m);

@@ -8,20 +8,7 @@ namespace {
 using namespace testing;
 using scene::StorageClass;
 using scene::ValueType;
-constexpr double kPi = 3.141592653589793;
 
-Mesh made(const scene::Primitive& p, const DiceRate& rate = {}) {
-  Quiet d;
-  std::optional<Mesh> m = tessellate(p, rate, d);
-  EXPECT_TRUE(m.has_value());
-  EXPECT_EQ(d.warnings() + d.errors(), 0u);
-  return m ? std::move(*m) : Mesh{};
-}
-DiceRate edge(double e) {
-  DiceRate r;
-  r.edgeLength = [e](const V3d&) { return e; };
-  return r;
-}
 scene::PatchMesh patchMesh(bool bicubic, int nu, bool uPeriodic, int nv, bool vPeriodic) {
   return {bicubic, uPeriodic, vPeriodic, nu, nv};
 }

@@ -13,19 +13,11 @@ using namespace testing;
 using scene::PolygonMesh;
 using scene::StorageClass;
 using scene::ValueType;
-constexpr double kPi = 3.141592653589793;
 
 scene::Primitive polygons(PolygonMesh shape, std::vector<float> p) {
   scene::Primitive out = primitive(std::move(shape));
   out.primvars.set(points(std::move(p)));
   return out;
-}
-Mesh made(const scene::Primitive& p) {
-  Quiet d;
-  std::optional<Mesh> m = tessellate(p, {}, d);
-  EXPECT_TRUE(m.has_value());
-  EXPECT_EQ(d.warnings() + d.errors(), 0u);
-  return m ? std::move(*m) : Mesh{};
 }
 V3d normalOf(const Mesh& m, uint32_t t) {
   const auto c = corners(m, t);

@@ -9,15 +9,7 @@ namespace {
 
 using namespace testing;
 using Kind = scene::Quadric::Kind;
-constexpr double kPi = 3.141592653589793;
 
-Mesh made(const scene::Primitive& p, const DiceRate& rate = {}) {
-  Quiet d;
-  std::optional<Mesh> m = tessellate(p, rate, d);
-  EXPECT_TRUE(m.has_value());
-  EXPECT_EQ(d.warnings() + d.errors(), 0u);
-  return m ? std::move(*m) : Mesh{};
-}
 
 // Every vertex has a unit normal on the side of e1 x e2 of its triangles (flat wedges deviate by less than 60
 // degrees).

@@ -79,18 +79,6 @@ SubdivisionMesh::Tag tag(const char* name, std::vector<int> ints = {}, std::vect
                          std::vector<std::string> strings = {}) {
   return {name, std::move(ints), std::move(floats), std::move(strings)};
 }
-DiceRate edge(double e) {
-  DiceRate r;
-  r.edgeLength = [e](const V3d&) { return e; };
-  return r;
-}
-Mesh made(const scene::Primitive& p, const DiceRate& rate = {}) {
-  Quiet d;
-  std::optional<Mesh> m = tessellate(p, rate, d);
-  EXPECT_TRUE(m.has_value());
-  EXPECT_EQ(d.warnings() + d.errors(), 0u);
-  return m ? std::move(*m) : Mesh{};
-}
 double nearest(const Mesh& m, const V3d& p) {
   double best = 1e9;
   for (uint32_t i = 0; i < m.vertexCount; ++i) best = std::min(best, (vertex(m, i) - p).length());
@@ -152,7 +140,7 @@ CageData refine(const CageData& in) {
   }
   return out;
 }
-double volume(const CageData& c) {
+double cageVolume(const CageData& c) {
   double sum = 0;
   size_t at = 0;
   for (int size : c.sizes) {
@@ -170,12 +158,12 @@ TEST(Subdivision, CatmullClarkVolumesMatchIndependentRefinement) {
     for (int level = 0; level < 6; ++level) {
       c = refine(c);
       previous = now;
-      now = volume(c);
+      now = cageVolume(c);
     }
     const double exact = now + (now - previous) / 3;  // both converge with the square of the edge
     const Mesh m = made(subdivision(cage), edge(0.002));
-    EXPECT_NEAR(testing::volume(m) / exact, 1, 2e-3) << cage.sizes.size();
-    EXPECT_LT(testing::volume(m), exact);
+    EXPECT_NEAR(volume(m) / exact, 1, 2e-3) << cage.sizes.size();
+    EXPECT_LT(volume(m), exact);
     expectUnitNormals(m);
   }
 }
@@ -189,10 +177,10 @@ TEST(Subdivision, LimitMasks) {
   const double beta = (5 / 8.0 - 9 / 64.0) / 4, w = 3 / (8 * beta);
   const Mesh o = made(subdivision(octahedron(), "loop"));
   EXPECT_LT(nearest(o, V3d(w / (w + 4), 0, 0)), 1e-6);
-  EXPECT_GT(testing::volume(o), 0);
+  EXPECT_GT(volume(o), 0);
   // Bilinear leaves a cube a cube, and needs two triangles a face.
   const Mesh b = made(subdivision(cube(), "bilinear"));
-  EXPECT_NEAR(testing::volume(b), 8, 1e-6);
+  EXPECT_NEAR(volume(b), 8, 1e-6);
   EXPECT_EQ(b.triangleCount(), 12u);
   EXPECT_TRUE(b.quadPairs && b.faceOfTriangle.empty() && b.cornerUV.empty());
   for (uint32_t t = 0; t < 12; ++t) EXPECT_EQ(b.faceOf(t), t / 2);
@@ -211,7 +199,7 @@ TEST(Subdivision, ClosesWithoutCracks) {
         const EdgeCount e = edges(m);
         EXPECT_EQ(e.open, 0u) << scheme << ' ' << c.sizes[0];
         EXPECT_EQ(e.wrong, 0u) << scheme << ' ' << c.sizes[0];
-        EXPECT_GT(testing::volume(m), 0);
+        EXPECT_GT(volume(m), 0);
         expectUnitNormals(m);
         for (const Imath::V2f& uv : m.cornerUV) {
           ASSERT_GE(std::min(uv.x, uv.y), 0);
@@ -228,7 +216,7 @@ TEST(Subdivision, SharpCreases) {
            {0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}})
     tags.push_back(tag("crease", {e[0], e[1]}, {10}));
   const Mesh sharp = made(subdivision(cube(), "catmull-clark", tags), edge(0.1));
-  EXPECT_NEAR(testing::volume(sharp), 8, 1e-5);
+  EXPECT_NEAR(volume(sharp), 8, 1e-5);
   EXPECT_EQ(edges(sharp).open + edges(sharp).wrong, 0u);
   const Primvar* n = sharp.find("N");
   for (uint32_t t = 0; t < sharp.triangleCount(); ++t) {
@@ -240,16 +228,16 @@ TEST(Subdivision, SharpCreases) {
     }
   }
   // Semi-sharp lies between round and sharp; as one chain it says the same as edge by edge.
-  const double round = testing::volume(made(subdivision(cube()), edge(0.02)));
+  const double round = volume(made(subdivision(cube()), edge(0.02)));
   const Mesh chain =
       made(subdivision(cube(), "catmull-clark", {tag("crease", {0, 1, 3, 2, 0}, {2, 2, 2, 2})}), edge(0.02));
   const Mesh single = made(subdivision(cube(), "catmull-clark",
                                        {tag("crease", {0, 1}, {2}), tag("crease", {1, 3}, {2}),
                                         tag("crease", {3, 2}, {2}), tag("crease", {2, 0}, {2})}),
                            edge(0.02));
-  EXPECT_GT(testing::volume(chain), round + 0.1);
-  EXPECT_LT(testing::volume(chain), 8 - 0.1);
-  EXPECT_EQ(testing::volume(chain), testing::volume(single));
+  EXPECT_GT(volume(chain), round + 0.1);
+  EXPECT_LT(volume(chain), 8 - 0.1);
+  EXPECT_EQ(volume(chain), volume(single));
   EXPECT_EQ(edges(chain).open, 0u);
   // A sharp corner is a point of the surface.
   EXPECT_LT(nearest(made(subdivision(cube(), "catmull-clark", {tag("corner", {7}, {10})})), V3d(1, 1, 1)), 1e-5);

@@ -51,6 +51,24 @@ struct Quiet : Diagnostics {
   Quiet() : Diagnostics([](const std::string&, Severity) {}) {}
 };
 
+inline constexpr double kPi = 3.14159265358979323846;
+
+// The mesh of a primitive that nothing is wrong with.
+inline Mesh made(const scene::Primitive& p, const DiceRate& rate = {}) {
+  Quiet d;
+  std::optional<Mesh> m = tessellate(p, rate, d);
+  EXPECT_TRUE(m.has_value());
+  EXPECT_EQ(d.warnings() + d.errors(), 0u);
+  return m ? std::move(*m) : Mesh{};
+}
+
+// Micropolygon edges of one length everywhere.
+inline DiceRate edge(double e) {
+  DiceRate r;
+  r.edgeLength = [e](const V3d&) { return e; };
+  return r;
+}
+
 inline V3d vertex(const Mesh& m, uint32_t i, size_t key = 0) {
   return V3d(m.points[key * m.vertexCount + i]) + m.origin;
 }
