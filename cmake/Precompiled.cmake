@@ -34,6 +34,16 @@ if(KINORA_PRECOMPILE)
   endif()
 endif()
 
+# kinora_is_kernel(FILE RESULT): whether a file compiles itself once for each target.
+function(kinora_is_kernel source result)
+  file(STRINGS ${source} found REGEX "foreach_target" LIMIT_COUNT 1)
+  if(found)
+    set(${result} TRUE PARENT_SCOPE)
+  else()
+    set(${result} FALSE PARENT_SCOPE)
+  endif()
+endfunction()
+
 # Files compiled as one, up to so many: what their headers cost is then paid once (the commands took 206 s of CPU, and
 # take 40). Where headers are precompiled only: work on one file should compile that file. Kernels, which compile
 # themselves once for each target, stay alone. Names inside a file must differ from those of its neighbours.
@@ -42,7 +52,7 @@ function(kinora_unity target most)
     get_target_property(sources ${target} SOURCES)
     foreach(source ${sources})
       if(source MATCHES "\\.cpp$" AND EXISTS ${source})
-        file(STRINGS ${source} kernel REGEX "foreach_target" LIMIT_COUNT 1)
+        kinora_is_kernel(${source} kernel)
         if(kernel)
           set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
         endif()

@@ -148,16 +148,7 @@ Value builtin(const Context* c, Builtin id) {
         edges(k, e1, e2);
         derivatives(e1, e2, st, du, dv);
         const float N[3] = {c->N[0][i], c->N[1][i], c->N[2][i]};
-        const float along = du[0] * N[0] + du[1] * N[1] + du[2] * N[2];
-        float l2 = 0;
-        for (int j = 0; j < 3; ++j) { du[j] -= along * N[j]; l2 += du[j] * du[j]; }
-        if (!(l2 > 0)) {   // any direction perpendicular to N
-          const int axis = std::fabs(N[0]) < 0.9f ? 0 : 1;
-          float e[3] = {0, 0, 0};
-          e[axis] = 1;
-          l2 = 0;
-          for (int j = 0; j < 3; ++j) { du[j] = e[j] - N[axis] * N[j]; l2 += du[j] * du[j]; }
-        }
+        const float l2 = acrossNormal(N, du);
         const float inv = 1.f / std::sqrt(l2);
         for (int j = 0; j < 3; ++j) a[j][i] = du[j] * inv;
       }

@@ -147,6 +147,10 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
     for (const language::Input& input : use.code->inputs())
       if (input.isVarying) use.varying.push_back(varying[{group.layers[size_t(input.layer)].name, input.parameter}]);
     use.outputs = std::move(outs);
+    use.wantsDerivs = use.code->usesDerivs();
+    for (const ShaderUse::Varying& v : use.varying) use.hasPrimvars |= v.isPrimvar;
+    for (size_t g = 0; g < use.wants.size(); ++g)
+      use.wants[g] = use.code->usesGlobal(language::GlobalValues::Name(g));
     for (const uint32_t n : members) p.nodes[n].shader = int32_t(p.shaders.size());
     p.shaders.push_back(std::move(use));
   }
@@ -167,20 +171,8 @@ Steps stepsOf(const Context* c) {
   const Value du = c->builtin(Builtin::DPdu);
   for (uint32_t i = 0; i < c->padded; ++i) {
     const float N[3] = {c->Ng[0][i], c->Ng[1][i], c->Ng[2][i]};
-    float t[3], l2 = 0;
-    const float along = du.data[0][i] * N[0] + du.data[1][i] * N[1] + du.data[2][i] * N[2];
-    for (int k = 0; k < 3; ++k) {
-      t[k] = du.data[k][i] - along * N[k];
-      l2 += t[k] * t[k];
-    }
-    if (!(l2 > 0)) {
-      const int axis = std::fabs(N[0]) < 0.9f ? 0 : 1;
-      l2 = 0;
-      for (int k = 0; k < 3; ++k) {
-        t[k] = float(k == axis) - N[axis] * N[k];
-        l2 += t[k] * t[k];
-      }
-    }
+    float t[3] = {du.data[0][i], du.data[1][i], du.data[2][i]};
+    const float l2 = acrossNormal(N, t);
     const float size = 2 * c->radius[i] / std::sqrt(l2);
     for (int k = 0; k < 3; ++k) t[k] *= size;
     for (int k = 0; k < 3; ++k) {
@@ -285,17 +277,13 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
 void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   using G = language::GlobalValues;
   language::GlobalValues globals;
-  const language::Executable& code = *use.code;
-  const bool derivs = code.usesDerivs();
-  const bool wantsP = code.usesGlobal(G::P), wantsUV = code.usesGlobal(G::u) || code.usesGlobal(G::v);
-  const bool hasPrimvars =
-      std::any_of(use.varying.begin(), use.varying.end(), [](const auto& v) { return v.isPrimvar; });
+  const bool derivs = use.wantsDerivs, wantsUV = use.wants[G::u] || use.wants[G::v];
   Steps steps;
-  if (derivs && (wantsP || wantsUV || hasPrimvars)) steps = stepsOf(c);
+  if (derivs && (use.wants[G::P] || wantsUV || use.hasPrimvars)) steps = stepsOf(c);
   const auto set = [&](G::Name name, const Value& v) {
     for (uint32_t k = 0; k < v.components; ++k) globals.of[name].v[k] = v.data[k];
   };
-  if (wantsP) {
+  if (use.wants[G::P]) {
     set(G::P, c->builtin(Builtin::Pworld));
     for (int k = 0; derivs && k < 3; ++k) globals.of[G::P].dx[k] = steps.x[k], globals.of[G::P].dy[k] = steps.y[k];
   }
@@ -318,15 +306,15 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
       globals.of[G::v].dx[0] = d[1], globals.of[G::v].dy[0] = d[3];
     }
   }
-  if (code.usesGlobal(G::I))
+  if (use.wants[G::I])
     for (int k = 0; k < 3; ++k) {
       float* in = newFloats(c);
       for (uint32_t i = 0; i < c->padded; ++i) in[i] = -c->wo[k][i];
       globals.of[G::I].v[k] = in;
     }
   for (int k = 0; k < 3; ++k) globals.of[G::N].v[k] = c->N[k], globals.of[G::Ng].v[k] = c->Ng[k];
-  if (code.usesGlobal(G::dPdu)) set(G::dPdu, c->builtin(Builtin::DPdu));
-  if (code.usesGlobal(G::dPdv)) set(G::dPdv, c->builtin(Builtin::DPdv));
+  if (use.wants[G::dPdu]) set(G::dPdu, c->builtin(Builtin::DPdu));
+  if (use.wants[G::dPdv]) set(G::dPdv, c->builtin(Builtin::DPdv));
   globals.of[G::time].v[0] = c->time;
 
   language::VaryingInput* varying = c->alloc<language::VaryingInput>(use.varying.size() + 1);
@@ -379,7 +367,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   run.varyingInputs = varying;
   run.outputs = outputs;
   run.services = &services.table();
-  code.run(h.group->shaderState(), run);
+  use.code->run(h.group->shaderState(), run);
 
   for (size_t i = 0; i < use.outputs.size(); ++i) {
     const ShaderUse::Out& out = use.outputs[i];

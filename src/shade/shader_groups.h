@@ -1,6 +1,7 @@
 // Shaders of a network run as groups: nodes of the shading language that feed each other become one program of the
 // group machine, whatever C++ patterns stand around them. Built by MaterialSet::finish(), run by contexts.
 #pragma once
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -31,6 +32,9 @@ struct ShaderUse {
   };
   std::vector<Out> outputs;  // in the order of the machine's outputs
   std::vector<uint32_t> nodes;
+  // What the code reads, asked once.
+  bool wantsDerivs = false, hasPrimvars = false;
+  std::array<bool, language::GlobalValues::Count> wants{};
 };
 
 // Groups the program's shader nodes and compiles them. What cannot run is told, and its nodes compute nothing.

@@ -13,12 +13,28 @@ namespace kinora::shade {
 using language::Batch;
 using language::Span;
 
+namespace {
+
+// Gives back what a call took from the group's arena: shaders call in loops.
+class Borrowed {
+ public:
+  explicit Borrowed(Arena& arena) : arena_(arena), mark_(arena.mark()) {}
+  ~Borrowed() { arena_.release(mark_); }
+
+ private:
+  Arena& arena_;
+  Arena::Mark mark_;
+};
+
+}  // namespace
+
 struct ShaderServices::Calls {
   static ShaderServices& of(void* self) { return *static_cast<ShaderServices*>(self); }
 
   // "common" is world space: what shaders compute does not move with the camera.
   static bool matrix(void* self, const Batch& b, const char* from, const char* to, Span out) {
     const Context* c = of(self).context_;
+    const Borrowed memory(of(self).host_.group->arena());
     MatrixValue m{};
     if (!c->fn->matrix(c, from, to, &m)) return false;
     const uint32_t n = out.varies ? b.points : 1;
@@ -50,6 +66,7 @@ struct ShaderServices::Calls {
     ShaderServices& s = of(self);
     const Context* c = s.context_;
     const uint32_t n = batch.points, padded = (n + 15) / 16 * 16;
+    const Borrowed memory(s.host_.group->arena());
     TextureOptions options;
     options.wrapS = options.wrapT = 0;
     options.filter = 2;
@@ -79,6 +96,7 @@ struct ShaderServices::Calls {
     float* st[3];
     for (float*& x : st) x = c->alloc<float>(padded);
     int32_t* handles = c->alloc<int32_t>(padded);
+    if (!call.file.varies) handles[0] = textureOf(s.host_, call.file.integer(0, 0));
     const auto at = [&](const Span& v, uint32_t k, uint32_t i) {
       return v.components <= k                        ? 0.f
              : v.base == uint8_t(language::Base::Int) ? float(v.integer(k, i))
@@ -99,7 +117,7 @@ struct ShaderServices::Calls {
         size = std::fmax(size, 0.5f * std::sqrt(l2));
       }
       st[2][j] = size + 0.5f * std::fmax(at(blur[0], 0, i), at(blur[1], 0, i));
-      handles[j] = j < n || !call.file.varies ? textureOf(s.host_, call.file.integer(0, i)) : handles[n - 1];
+      if (call.file.varies) handles[j] = j < n ? textureOf(s.host_, call.file.integer(0, i)) : handles[n - 1];
     }
     float* rgba[4];
     for (float*& x : rgba) x = c->alloc<float>(padded);
@@ -118,6 +136,7 @@ struct ShaderServices::Calls {
   static void getAttribute(void* self, const Batch& batch, Span object, Span name, Span index, Span to, Span found) {
     ShaderServices& s = of(self);
     const Context* c = s.context_;
+    const Borrowed memory(s.host_.group->arena());
     const bool isFloat = to.base != uint8_t(language::Base::Int) && to.base != uint8_t(language::Base::String);
     int32_t last = -1;
     Value value;

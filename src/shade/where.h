@@ -175,6 +175,27 @@ inline void derivatives(const float e1[3], const float e2[3], const float uv[3][
   }
 }
 
+// Makes d perpendicular to the unit vector N; where nothing is left of it any direction across N will do. Returns its
+// squared length.
+inline float acrossNormal(const float N[3], float d[3]) {
+  const float along = d[0] * N[0] + d[1] * N[1] + d[2] * N[2];
+  float l2 = 0;
+  for (int j = 0; j < 3; ++j) {
+    d[j] -= along * N[j];
+    l2 += d[j] * d[j];
+  }
+  if (l2 > 0) return l2;
+  const int axis = std::fabs(N[0]) < 0.9f ? 0 : 1;
+  float e[3] = {0, 0, 0};
+  e[axis] = 1;
+  l2 = 0;
+  for (int j = 0; j < 3; ++j) {
+    d[j] = e[j] - N[axis] * N[j];
+    l2 += d[j] * d[j];
+  }
+  return l2;
+}
+
 // Footprint in units of a parameter that changes by f1, f2 along the edges: ratio of areas.
 inline float scaleOf(const float e1[3], const float e2[3], float f1x, float f1y, float f2x, float f2y) {
   const float cx = e1[1] * e2[2] - e1[2] * e2[1], cy = e1[2] * e2[0] - e1[0] * e2[2],

@@ -45,40 +45,6 @@ class Evaluator {
     --depth_;
     return v;
   }
-  static int precedence(Punct p) {
-    switch (p) {
-      case Punct::OrOr:
-        return 1;
-      case Punct::AndAnd:
-        return 2;
-      case Punct::Or:
-        return 3;
-      case Punct::Xor:
-        return 4;
-      case Punct::And:
-        return 5;
-      case Punct::Equal:
-      case Punct::NotEqual:
-        return 6;
-      case Punct::Less:
-      case Punct::LessEq:
-      case Punct::Greater:
-      case Punct::GreaterEq:
-        return 7;
-      case Punct::ShiftLeft:
-      case Punct::ShiftRight:
-        return 8;
-      case Punct::Plus:
-      case Punct::Minus:
-        return 9;
-      case Punct::Star:
-      case Punct::Slash:
-      case Punct::Percent:
-        return 10;
-      default:
-        return 0;
-    }
-  }
   int64_t binary(int above) {
     int64_t a = unary();
     for (;;) {

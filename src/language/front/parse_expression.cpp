@@ -11,38 +11,7 @@ namespace kinora::language::front {
 namespace {
 
 int precedence(const Token& t) {
-  switch (t.punct) {
-    case Punct::OrOr:
-      return 1;
-    case Punct::AndAnd:
-      return 2;
-    case Punct::Or:
-      return 3;
-    case Punct::Xor:
-      return 4;
-    case Punct::And:
-      return 5;
-    case Punct::Equal:
-    case Punct::NotEqual:
-      return 6;
-    case Punct::Less:
-    case Punct::LessEq:
-    case Punct::Greater:
-    case Punct::GreaterEq:
-      return 7;
-    case Punct::ShiftLeft:
-    case Punct::ShiftRight:
-      return 8;
-    case Punct::Plus:
-    case Punct::Minus:
-      return 9;
-    case Punct::Star:
-    case Punct::Slash:
-    case Punct::Percent:
-      return 10;
-    default:
-      break;
-  }
+  if (const int p = precedence(t.punct)) return p;
   if (t.name == Name(Keyword::k_or)) return 1;
   return t.name == Name(Keyword::k_and) ? 2 : 0;
 }

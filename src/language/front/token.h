@@ -36,6 +36,42 @@ enum class Keyword : Name {
 };
 constexpr Name kFirstReserved = Name(Keyword::k_bool);  // words kept for the future from here on
 
+// Of operators with two operands, 1 the weakest; 0: no such operator.
+constexpr int precedence(Punct p) {
+  switch (p) {
+    case Punct::OrOr:
+      return 1;
+    case Punct::AndAnd:
+      return 2;
+    case Punct::Or:
+      return 3;
+    case Punct::Xor:
+      return 4;
+    case Punct::And:
+      return 5;
+    case Punct::Equal:
+    case Punct::NotEqual:
+      return 6;
+    case Punct::Less:
+    case Punct::LessEq:
+    case Punct::Greater:
+    case Punct::GreaterEq:
+      return 7;
+    case Punct::ShiftLeft:
+    case Punct::ShiftRight:
+      return 8;
+    case Punct::Plus:
+    case Punct::Minus:
+      return 9;
+    case Punct::Star:
+    case Punct::Slash:
+    case Punct::Percent:
+      return 10;
+    default:
+      return 0;
+  }
+}
+
 struct Token {
   enum class Kind : uint8_t { End, Identifier, Number, String, Punct, Bad };
   Kind kind = Kind::End;

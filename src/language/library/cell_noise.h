@@ -33,34 +33,31 @@ KN_INLINE void hashResults(Int<W>* k, Float<W>* r) {
     }
   }
 }
-struct CellNoise {
+// The dual form of a noise without slopes.
+template <class Noise>
+struct SteppedNoise {
+  template <int N, int C, int W>
+  static KN_INLINE void dual(const Dual<W>* x, const Float<W>* period, Dual<W>* r) {
+    Float<W> p[N], v[C];
+    for (int i = 0; i < N; ++i) p[i] = x[i].v;
+    Noise::template value<N, C, W>(p, period, v);
+    for (int c = 0; c < C; ++c) r[c] = Dual<W>(v[c]);
+  }
+};
+struct CellNoise : SteppedNoise<CellNoise> {
   template <int N, int C, int W>
   static KN_INLINE void value(const Float<W>* x, const Float<W>* period, Float<W>* r) {
     Int<W> k[N + 1];
     for (int i = 0; i < N; ++i) k[i] = floorInt(period ? wrapCoordinate(x[i], period[i]) : x[i]);
     hashResults<N, C>(k, r);
   }
-  template <int N, int C, int W>
-  static KN_INLINE void dual(const Dual<W>* x, const Float<W>* period, Dual<W>* r) {
-    Float<W> p[N], v[C];
-    for (int i = 0; i < N; ++i) p[i] = x[i].v;
-    value<N, C, W>(p, period, v);
-    for (int c = 0; c < C; ++c) r[c] = Dual<W>(v[c]);
-  }
 };
-struct HashNoise {
+struct HashNoise : SteppedNoise<HashNoise> {
   template <int N, int C, int W>
   static KN_INLINE void value(const Float<W>* x, const Float<W>* period, Float<W>* r) {
     Int<W> k[N + 1];
     for (int i = 0; i < N; ++i) k[i] = asInt(period ? wrapCoordinate(x[i], period[i]) : x[i]);
     hashResults<N, C>(k, r);
-  }
-  template <int N, int C, int W>
-  static KN_INLINE void dual(const Dual<W>* x, const Float<W>* period, Dual<W>* r) {
-    Float<W> p[N], v[C];
-    for (int i = 0; i < N; ++i) p[i] = x[i].v;
-    value<N, C, W>(p, period, v);
-    for (int c = 0; c < C; ++c) r[c] = Dual<W>(v[c]);
   }
 };
 

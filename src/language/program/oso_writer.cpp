@@ -39,12 +39,6 @@ std::string inQuotes(const std::string& s) {
   return out + "\"";
 }
 
-std::string nineDigits(float f) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", double(f));
-  return text;
-}
-
 class Writer {
  public:
   explicit Writer(const Shader& shader)

@@ -24,16 +24,10 @@ std::string quoted(const std::string& s) {
   return out + "\"";
 }
 
-std::string number(float f) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", double(f));
-  return text;
-}
-
 std::string textOf(const Values& v) {
   std::vector<std::string> parts;
   for (const int32_t i : v.ints) parts.push_back(std::to_string(i));
-  for (const float f : v.floats) parts.push_back(number(f));
+  for (const float f : v.floats) parts.push_back(nineDigits(f));
   for (const std::string& s : v.strings) parts.push_back(quoted(s));
   if (parts.size() == 1) return parts[0];
   std::string s = "{";

@@ -1,5 +1,7 @@
 #include "language/program/program.h"
 
+#include <cstdio>
+
 namespace kinora::language {
 
 std::string nameOf(const Type& type) {
@@ -9,6 +11,12 @@ std::string nameOf(const Type& type) {
   if (type.arrayLength < 0) name += "[]";
   if (type.arrayLength > 0) name += "[" + std::to_string(type.arrayLength) + "]";
   return name;
+}
+
+std::string nineDigits(float f) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", double(f));
+  return text;
 }
 
 SymbolId Shader::find(std::string_view name) const {

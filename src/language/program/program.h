@@ -50,6 +50,8 @@ struct Values {
   friend bool operator==(const Values&, const Values&) = default;
 };
 
+std::string nineDigits(float);  // as %.9g, from which the same number is read back
+
 struct Metadata {
   std::string name;
   Type type;

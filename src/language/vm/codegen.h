@@ -106,6 +106,7 @@ class CodeGenerator {
   void arrayRead(const Instruction&, SymbolId result, Operand array, Operand index, const std::string& name);
   void arrayWrite(const Instruction&, SymbolId array, Operand whole, Operand index, Operand value, const std::string& name);
   Operand checkedIndex(const Instruction&, Operand index, uint32_t length, const std::string& name);
+  Operand matrixIndex(const Instruction&, SymbolId row, SymbolId column, const std::string& name);
   void vector(const Instruction&, Vector, uint32_t operands, bool hasDual);
   void derivative(const Instruction&, int axis);
   void swept(const Instruction&);

@@ -405,6 +405,23 @@ void CodeGenerator::arrayWrite(const Instruction& in, SymbolId array, Operand wh
   }
 }
 
+// row * 4 + column of checked indices.
+CodeGenerator::Operand CodeGenerator::matrixIndex(const Instruction& in, SymbolId row, SymbolId column, const std::string& name) {
+  const Operand r = checkedIndex(in, operand(row), 4, name), c = checkedIndex(in, operand(column), 4, name);
+  const Operand four = constantInt(4), scaled = temporary(Base::Int, 1, r.varies), sum = temporary(Base::Int, 1, r.varies || c.varies);
+  word(1);
+  resultWords(scaled, false);
+  mixedWords(r, 1);
+  mixedWords(four, 1);
+  emit(Integer::MulI, !r.varies);
+  word(1);
+  resultWords(sum, false);
+  mixedWords(scaled, 1);
+  mixedWords(c, 1);
+  emit(Integer::AddI, !sum.varies);
+  return sum;
+}
+
 void CodeGenerator::componentRead(const Instruction& in) {
   const Operand from = operand(in.arguments[1]);
   const bool matrix = in.opcode == Opcode::MatrixRef;
@@ -422,20 +439,7 @@ void CodeGenerator::componentRead(const Instruction& in) {
   cells.elements = from.components;
   cells.components = 1;
   if (!matrix) return arrayRead(in, in.arguments[0], cells, operand(in.arguments[2]), name);
-  // row * 4 + column of checked indices
-  const Operand r = checkedIndex(in, operand(in.arguments[2]), 4, name), c = checkedIndex(in, operand(in.arguments[3]), 4, name);
-  const Operand four = constantInt(4), scaled = temporary(Base::Int, 1, r.varies), sum = temporary(Base::Int, 1, r.varies || c.varies);
-  word(1);
-  resultWords(scaled, false);
-  mixedWords(r, 1);
-  mixedWords(four, 1);
-  emit(Integer::MulI, !r.varies);
-  word(1);
-  resultWords(sum, false);
-  mixedWords(scaled, 1);
-  mixedWords(c, 1);
-  emit(Integer::AddI, !sum.varies);
-  arrayRead(in, in.arguments[0], cells, sum, name);
+  arrayRead(in, in.arguments[0], cells, matrixIndex(in, in.arguments[2], in.arguments[3], name), name);
 }
 
 void CodeGenerator::componentWrite(const Instruction& in) {
@@ -461,22 +465,7 @@ void CodeGenerator::componentWrite(const Instruction& in) {
   cells.elements = whole.components;
   cells.components = 1;
   cells.base = Base::Float;
-  Operand index = operand(in.arguments[1]);
-  if (matrix) {
-    const Operand r = checkedIndex(in, index, 4, name), c = checkedIndex(in, operand(in.arguments[2]), 4, name);
-    const Operand four = constantInt(4), scaled = temporary(Base::Int, 1, r.varies);
-    index = temporary(Base::Int, 1, r.varies || c.varies);
-    word(1);
-    resultWords(scaled, false);
-    mixedWords(r, 1);
-    mixedWords(four, 1);
-    emit(Integer::MulI, !r.varies);
-    word(1);
-    resultWords(index, false);
-    mixedWords(scaled, 1);
-    mixedWords(c, 1);
-    emit(Integer::AddI, !index.varies);
-  }
+  const Operand index = matrix ? matrixIndex(in, in.arguments[1], in.arguments[2], name) : operand(in.arguments[1]);
   arrayWrite(in, target, cells, index, value, name);
 }
 

@@ -72,7 +72,6 @@ struct Site {
 };
 
 class RunState;
-struct MachineOptions;
 class Executable;
 // The machine's code for a flattened program as it stands; null with `error` (a line for each thing that is wrong).
 std::shared_ptr<const Executable> generate(const FlatProgram&, const MachineOptions&, std::string& error);

@@ -50,7 +50,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 // Two and three numbers, any of them uniform, with a dual form. Words: as above, each operand followed by a flag that
 // is 1 when it varies.
 #define KN_VM_MIXED2(X) X(Pow) X(Atan2) X(Fmod) X(FloorMod) X(Step)
-#define KN_VM_MIXED3(X) X(Clamp) X(Mix) X(Select) X(SelectI) X(SmoothStep) X(LinearStep) X(MulAdd)
+#define KN_VM_MIXED3(X) X(Clamp) X(Mix) X(Select) X(SelectI) X(SmoothStep) X(LinearStep)
 // Comparisons of numbers, result int; of triples the components' answers are joined (and for Eq, or for Neq).
 #define KN_VM_COMPARE(X) X(EqF) X(NeqF) X(LtF) X(LeF) X(GtF) X(GeF) X(EqI) X(NeqI) X(LtI) X(LeI) X(GtI) X(GeI)
 #define KN_VM_INT(X)                                                                                              \

@@ -66,10 +66,6 @@ struct LinearStepOp {
   template <class F>
   static KN_INLINE F of(F a, F b, F x) { return lang::linearstep(a, b, x); }
 };
-struct MulAddOp {  // two roundings: the same bits as apart
-  template <class F>
-  static KN_INLINE F of(F a, F b, F c) { return a * b + c; }
-};
 
 // words of an operand here: plain {cell, step, varies}, dual {cell, step, dx, dy, derivStep, varies}
 template <int W, class Op>
