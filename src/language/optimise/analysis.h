@@ -1,5 +1,5 @@
 // What code generation must know of a flattened program: which values are uniform, which carry derivatives, where masks
-// change, and between which points a value lives. Reference: docs/architecture.md, "The group machine".
+// change, and between which points a value lives. Reference: docs/architecture.md, "The shading language".
 #pragma once
 #include <cstdint>
 #include <unordered_map>
