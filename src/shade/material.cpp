@@ -113,7 +113,7 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
 
 struct MaterialSet::Resolved {
   const Descriptor* plugin;
-  const ShaderNode* shader = nullptr;
+  std::shared_ptr<const ShaderNode> shader;
   const scene::Node* node;
   std::unique_ptr<ResolvedParams> values;
   struct Link { int node = -1; uint32_t output = 0; };
@@ -121,9 +121,8 @@ struct MaterialSet::Resolved {
 };
 
 MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
-                         const film::LightPaths& paths, std::vector<std::string> shaderPath)
-    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths),
-      shaders_(std::move(shaderPath), diagnostics) {}
+                         const film::LightPaths& paths, ShaderLibrary& shaders)
+    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths), shaders_(shaders) {}
 
 bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
@@ -431,7 +430,7 @@ void MaterialSet::finish() {
         s.from = ParamSource::From::Constant;
         std::memcpy(s.constant, &p.blocks[s.offset], s.components * 4);
       }
-    makeShaderUses(p, executables_, width_, diagnostics_);
+    makeShaderUses(p, shaders_.executables(), width_, diagnostics_);
     const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();

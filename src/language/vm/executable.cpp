@@ -193,8 +193,11 @@ std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const M
 
 struct ExecutableCache::Entries {
   mutable std::mutex mutex;
-  std::unordered_map<std::string, std::shared_ptr<const Executable>> byKey;
-  std::vector<std::shared_ptr<const Shader>> kept;  // keys hold their addresses
+  struct Entry {
+    std::shared_ptr<const Executable> program;
+    std::vector<std::shared_ptr<const Shader>> shaders;  // the key holds their addresses
+  };
+  std::unordered_map<std::string, Entry> byKey;
 };
 
 ExecutableCache::ExecutableCache() : entries_(std::make_shared<Entries>()) {}
@@ -203,12 +206,20 @@ std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group,
   const std::string key = structureKey(group) + "|" + std::to_string(options.width) + "," + std::to_string(options.iterationLimit) + "," + std::to_string(options.blockPoints) + "," + std::to_string(options.optimise) + std::to_string(options.rangeCheck);
   const std::lock_guard lock(entries_->mutex);
   const auto found = entries_->byKey.find(key);
-  if (found != entries_->byKey.end()) return found->second;
+  if (found != entries_->byKey.end()) return found->second.program;
   std::shared_ptr<const Executable> made = compileGroup(group, options, error);
   if (!made) return nullptr;
-  for (const Layer& layer : group.layers) entries_->kept.push_back(layer.shader);
-  entries_->byKey.emplace(key, made);
+  Entries::Entry entry{made, {}};
+  for (const Layer& layer : group.layers) entry.shaders.push_back(layer.shader);
+  entries_->byKey.emplace(key, std::move(entry));
   return made;
+}
+
+void ExecutableCache::forget(const Shader& shader) {
+  const std::lock_guard lock(entries_->mutex);
+  std::erase_if(entries_->byKey, [&](const auto& entry) {
+    return std::any_of(entry.second.shaders.begin(), entry.second.shaders.end(), [&](const auto& s) { return s.get() == &shader; });
+  });
 }
 
 size_t ExecutableCache::size() const {

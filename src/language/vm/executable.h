@@ -188,6 +188,8 @@ std::shared_ptr<const Executable> compileGroup(const ShaderGroup&, const Machine
 class ExecutableCache {
  public:
   std::shared_ptr<const Executable> get(const ShaderGroup&, const MachineOptions&, std::string& error);
+  // Drops what was made of a shader that nobody will ask for again; programs in use live on.
+  void forget(const Shader&);
   size_t size() const;
 
  private:
