@@ -31,6 +31,7 @@ const KernelFunction* kernelsOf(Family family, uint32_t width) {
     case Family::Color: return colorKernels(width);
     case Family::Spline: return splineKernels(width);
     case Family::Noise: return noiseKernels(width);
+    case Family::Fused: return fusedKernels(width);
     default: return scalarKernels();
   }
 }
@@ -337,6 +338,7 @@ bool CodeGenerator::run(Executable& executable, std::string& error) {
   ofSymbol_.assign(shader_.symbols.size(), kNoRegister);
   masks_.assign(a_.regions.size(), kNoRegister);
   chunks_ = masks_;
+  findFused();
   bindSymbols();
   // the mask of all points stands first; without a reader it is jumped over
   rootMask_ = newRegister(1, false);

@@ -109,6 +109,7 @@ void CodeGenerator::assign(const Instruction& in, SymbolId to, Operand from) {
 }
 
 void CodeGenerator::arithmetic(const Instruction& in, Arithmetic kernel, Integer ints) {
+  if (pair(in, kernel)) return;
   const SymbolId result = in.arguments[0];
   const Base base = shader_.symbols[size_t(result)].type.base;
   Operand a = operand(in.arguments[1]), b = operand(in.arguments[2]);
@@ -126,8 +127,17 @@ void CodeGenerator::arithmetic(const Instruction& in, Arithmetic kernel, Integer
   }
   const Target t = begin(result, !a.varies && !b.varies, {a, b});
   const bool dual = t.out.derivs && (a.derivs || b.derivs);
-  int by = dual ? 3 : 0;
-  if (!t.once) by += !a.varies ? 1 : !b.varies ? 2 : 0;
+  const int kinds = t.once ? 0 : !a.varies ? 1 : !b.varies ? 2 : 0;
+  if (t.blends && !t.spreads && !t.final.derivs && options_.optimise) {
+    word(n);
+    resultWords(t.final, false);
+    plainWords(a, n);
+    plainWords(b, n);
+    reference(maskOf(region_));
+    emit(variant(Fused::Masked, int(kernel) / 6 * 3 + kinds), false);
+    return;
+  }
+  const int by = kinds + (dual ? 3 : 0);
   word(n);
   resultWords(t.out, dual);
   if (dual) {
@@ -764,6 +774,7 @@ void CodeGenerator::operation(const Instruction& in) {
       if (base(0) == Base::Closure) return;
       return mixed(in, Mixed::Mix, 1, 3);
     case Opcode::Select:
+      if (choose(in)) return;
       if (base(3) == Base::Int && operand(in.arguments[3]).components == 1) return mixed(in, Mixed::SelectI, 1, 3);
       return mixed(in, Mixed::Select, 1, 3);
     case Opcode::SmoothStep: return mixed(in, Mixed::SmoothStep, 1, 3);
