@@ -633,6 +633,9 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   statistics.triangles = world->triangleCount();
   statistics.materials = materials->size();
   statistics.programs = materials->programCount();
+  statistics.shaders.clear();
+  for (const shade::ShaderUse* use : materials->shaderUses())
+    statistics.shaders.push_back({use->name, materials->materialsOf(*use), 0, 0, 0, 0, 0, 0, {}});
   statistics.shadersCompiled = shaders_.compiled();
   statistics.shaderPrograms = shaders_.executables().size();
   statistics.shaderCompileSeconds = shaders_.compileSeconds();
@@ -643,6 +646,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   statistics.memory.push_back({"meshes", world->meshBytes()});
   statistics.memory.push_back({"scene description", scene.bytes()});
   statistics.memory.push_back({"materials", materials->bytes()});
+  if (materials->shaderBytes()) statistics.memory.push_back({"shader programs", materials->shaderBytes()});
   statistics.memory.push_back({"instances", placements_.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) + sizeof(shade::PlacementInfo))});
   return true;
 }

@@ -5,7 +5,9 @@
 #include <set>
 
 #include "base/text.h"
+#include "language/vm/strings.h"
 #include "shade/bxdf_stand_ins.h"
+#include "shade/clock.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -406,7 +408,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       const ParamValue& v = nodes[n].values->values()[i];
       if (q.flags & kParamFile) {
         const std::string file = v.count ? v.strings[0] : "";
-        const int32_t handle = file.empty() ? TextureSystem::kNoTexture
+        const int32_t handle = nodes[n].shader ? language::internString(file)
+                               : file.empty() ? TextureSystem::kNoTexture
                                             : textures_.handle(file, {nodes[n].node->pos, std::string(q.name) + " of '" + nodes[n].node->handle + "'"});
         std::memcpy(&p.blocks[base + s.offset], &handle, 4);
       } else {
@@ -418,8 +421,14 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
 }
 
 void MaterialSet::finish() {
+  // only for finding what is there already
+  known_.clear();
+  keepAlive_.clear();
+  programOfKey_.clear();
+  materials_.shrink_to_fit();
   for (const auto& owned : programs_) {
     Program& p = *owned;
+    p.blocks.shrink_to_fit();
     for (ProgramNode& n : p.nodes)
       for (ParamSource& s : n.params) {
         if (s.from != ParamSource::From::Gathered) continue;
@@ -430,7 +439,17 @@ void MaterialSet::finish() {
         s.from = ParamSource::From::Constant;
         std::memcpy(s.constant, &p.blocks[s.offset], s.components * 4);
       }
-    makeShaderUses(p, shaders_.executables(), width_, diagnostics_);
+    uint64_t nanoseconds = 0;
+    {
+      const Clock clock(nanoseconds);
+      makeShaderUses(p, shaders_.executables(), width_, diagnostics_);
+    }
+    if (!p.shaders.empty()) shaders_.addCompileSeconds(double(nanoseconds) * 1e-9);
+    for (ShaderUse& use : p.shaders) {
+      use.number = uint32_t(shaderUses_.size());
+      shaderUses_.push_back(&use);
+      materialsOfUse_.push_back(p.materials);
+    }
     const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();
@@ -452,9 +471,25 @@ void MaterialSet::finish() {
   }
 }
 
+uint64_t MaterialSet::shaderBytes() const {
+  uint64_t n = 0;
+  std::set<const language::Executable*> shared;
+  for (const ShaderUse* use : shaderUses_) {
+    n += use->bytes();
+    if (use->code && shared.insert(use->code.get()).second) n += use->code->bytes();
+  }
+  return n;
+}
+
 uint64_t MaterialSet::bytes() const {
   uint64_t n = materials_.size() * sizeof(Material);
-  for (const auto& p : programs_) n += sizeof(Program) + p->blocks.size() * 4 + p->nodes.size() * sizeof(ProgramNode);
+  for (const auto& p : programs_) {
+    n += sizeof(Program) + p->blocks.size() * 4 + p->nodes.size() * sizeof(ProgramNode);
+    for (const ProgramNode& node : p->nodes) {
+      n += node.params.size() * sizeof(ParamSource);
+      for (const ParamSource& s : node.params) n += s.list.capacity() * sizeof(float);
+    }
+  }
   return n;
 }
 

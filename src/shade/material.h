@@ -81,6 +81,9 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   uint64_t bytes() const;
+  uint64_t shaderBytes() const;   // of programs of the shading language
+  const std::vector<const ShaderUse*>& shaderUses() const { return shaderUses_; }   // by ShaderUse::number
+  uint32_t materialsOf(const ShaderUse& use) const { return materialsOfUse_[use.number]; }
   uint32_t width() const { return width_; }
 
  private:
@@ -96,6 +99,8 @@ class MaterialSet {
   ShaderLibrary& shaders_;
   std::vector<Material> materials_;
   std::vector<std::unique_ptr<Program>> programs_;
+  std::vector<const ShaderUse*> shaderUses_;
+  std::vector<uint32_t> materialsOfUse_;
   std::map<std::string, uint32_t> programOfKey_;
   std::map<std::pair<const void*, std::string>, uint32_t> known_;
   std::map<const void*, scene::NetworkPtr> keepAlive_;

@@ -18,7 +18,7 @@ namespace kinora::shade {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::string_view kReads = "# Reads ";  // in what writeBeside() writes: an included file, to its line's end
 
@@ -67,7 +67,7 @@ void ShaderLibrary::begin(std::vector<std::string> searchPath, bool keepCompiled
 }
 
 std::shared_ptr<language::Shader> ShaderLibrary::read(const std::string& path, File& file) {
-  const Clock::time_point start = Clock::now();
+  const SteadyClock::time_point start = SteadyClock::now();
   ++compiled_;
   file.wrong.clear();
   file.stamps.clear();
@@ -100,7 +100,7 @@ std::shared_ptr<language::Shader> ShaderLibrary::read(const std::string& path, F
     else if (file.wrong.empty())
       file.wrong = "it cannot be compiled";
   }
-  compileSeconds_ += std::chrono::duration<double>(Clock::now() - start).count();
+  compileSeconds_ += std::chrono::duration<double>(SteadyClock::now() - start).count();
   return file.wrong.empty() ? shader : nullptr;
 }
 

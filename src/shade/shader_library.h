@@ -25,6 +25,7 @@ class ShaderLibrary {
   // Over the life of the library.
   uint64_t compiled() const { return compiled_; }
   double compileSeconds() const { return compileSeconds_; }
+  void addCompileSeconds(double s) { compileSeconds_ += s; }  // of groups
 
  private:
   // What a file was when it was read. A file written again within its clock's tick has the same time: then the text

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "language/optimise/structure.h"
+
 namespace kinora::shade {
 
 namespace {
@@ -32,6 +34,7 @@ Type typeOf(Base base) {
 // What the optimiser compiles in, and what has no place in a material's block, is part of the program.
 void describe(ShaderNode& node) {
   const language::Shader& shader = *node.shader;
+  const std::vector<bool> decides = language::structuralSymbols(shader);
   for (size_t i = 0; i < shader.symbols.size(); ++i) {
     const language::Symbol& s = shader.symbols[i];
     if (s.kind != language::SymbolKind::Param && s.kind != language::SymbolKind::OutputParam) continue;
@@ -42,7 +45,10 @@ void describe(ShaderNode& node) {
     if (s.kind == language::SymbolKind::OutputParam) p.flags |= kParamOutput;
     const bool isList = s.type.arrayLength != 0 || s.type.base == Base::Matrix;
     if (isList) p.flags |= kParamArray | kParamFixed;
-    if (p.type == Type::String || p.type == Type::Int) p.flags |= kParamFixed;
+    if ((p.type == Type::String || p.type == Type::Int) && (isList || decides[i]))
+      p.flags |= kParamFixed;
+    else if (p.type == Type::String)
+      p.flags |= kParamFile;  // gathered by point; a shader's are handles of strings
     std::vector<float>& list = node.lists.emplace_back(s.values.floats);
     if (p.type == Type::Int) list.assign(s.values.ints.begin(), s.values.ints.end());
     if (isList) {
