@@ -45,6 +45,10 @@ Value param(const Context* c, uint32_t index) {
   h.evaluate(c, s.node);
   Value v = h.outputs[h.firstOutput[s.node] + s.output];
   if (!v.data[0]) return constantValue(s.constant, s.components);
+  if (s.part >= 0) {
+    v.data[0] = v.data[s.part];
+    v.components = 1;
+  }
   if (v.components == s.components) return v;
   if (v.components == 1) {           // a float feeds all components
     v.components = s.components;

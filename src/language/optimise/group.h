@@ -24,7 +24,7 @@ struct Layer {
 };
 
 struct Connection {
-  std::string fromLayer, from, toLayer, to;  // parameters: "name", "name.field", "name[component]"
+  std::string fromLayer, from, toLayer, to;  // parameters: "name", "name.field", "name[component]", "name[element]"
 };
 
 // A value that the renderer gives with each run: a parameter's instance value, or one that differs from point to point.
@@ -45,6 +45,7 @@ struct Output {
 
 struct PerPoint {
   bool isVarying = false, hasDerivs = false;
+  bool isConnected = false;  // what feeds it is not in the group: isconnected() says so
 };
 
 struct ShaderGroup {
