@@ -408,7 +408,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
-  tellOfDisplacements(scene, registry_, diagnostics_);
+  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
+  tellOfDisplacements(scene, registry_, shaders_, diagnostics_);
 
   // Dice rates: the finest over all placements of a shape. Distances are taken to the camera's position.
   const scene::Matrix cameraToWorld = camera_.worldToCamera.inverse();
@@ -501,7 +502,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   shapes_ = std::move(kept);
 
   // Materials
-  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
   auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths, shaders_);
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
