@@ -254,7 +254,6 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
     out.dy[k] = k < width && steps ? newFloats(c) : nullptr;
   }
   const int coordinate = !std::strcmp(name, "s") ? 0 : !std::strcmp(name, "t") ? 1 : -1;
-  const bool isPosition = in.base == Base::Point;
   const geometry::Mesh* last = nullptr;
   const geometry::Primvar* p = nullptr;
   for (uint32_t i = 0; i < c->padded; ++i) {
@@ -293,21 +292,15 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
       out.dx[j][i] = has ? a[0] * d1 + b[0] * d2 : 0.f;
       out.dy[j][i] = has ? a[1] * d1 + b[1] * d2 : 0.f;
     }
-    if (has && p && width == 3 && !k.identity && (isPosition || in.base == Base::Vector || in.base == Base::Normal)) {
-      // object space to world
-      const trace::Affine inverse = in.base == Base::Normal ? k.toRender.inverse() : trace::Affine{};
-      const auto turn = [&](float* const* q, bool isPlace) {
-        float f[3], r[3];
-        for (int j = 0; j < 3; ++j) f[j] = q[j][i];
-        for (int j = 0; j < 3; ++j) {
-          r[j] = 0;
-          for (int m = 0; m < 3; ++m) r[j] += (in.base == Base::Normal ? inverse.m[m][j] : k.toRender.m[j][m]) * f[m];
-          if (isPlace) r[j] += k.toRender.t[j] + float(h.group->world().worldOrigin[j]);
-        }
-        for (int j = 0; j < 3; ++j) q[j][i] = r[j];
+    if (has && p && width == 3 && p->width == 3) {
+      const auto turn = [&](float* const* q, bool isDifference) {
+        float f[3] = {q[0][i], q[1][i], q[2][i]};
+        if (isDifference) primvarToRender(*p, k, f, true);
+        else primvarToWorld(*p, k, h.group->world().worldOrigin, f);
+        for (int j = 0; j < 3; ++j) q[j][i] = f[j];
       };
-      turn(out.v, isPosition);
-      if (steps) turn(out.dx, false), turn(out.dy, false);
+      turn(out.v, false);
+      if (steps) turn(out.dx, true), turn(out.dy, true);
     }
   }
 }

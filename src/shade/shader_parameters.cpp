@@ -113,13 +113,16 @@ scene::Node forShader(const scene::Node& node, const ShaderNode& shader, std::ve
         out.params.set(given);
         continue;
       }
-      const int32_t most = type.arrayLength > 0    ? type.arrayLength
-                           : type.arrayLength == 0 ? language::componentsOf(type.base) > 1 ? language::componentsOf(type.base) : 0
-                                                   : int32_t(0);
+      const int32_t most = type.arrayLength > 0 ? type.arrayLength
+                           : type.arrayLength == 0
+                               ? language::componentsOf(type.base) > 1 ? language::componentsOf(type.base) : 0
+                               : int32_t(0);
       const auto add = [&](int32_t element, const std::string& from) {
         if (from.empty()) return;
-        if (element < most) parts.push_back({uint32_t(index), element, from});
-        else complain(given, "is a " + nameOf(type) + " and has no part " + std::to_string(element));
+        if (element < most)
+          parts.push_back({uint32_t(index), element, from});
+        else
+          complain(given, "is a " + nameOf(type) + " and has no part " + std::to_string(element));
       };
       if (part >= 0 && !given.strings.empty()) add(part, given.strings[0]);
       for (size_t i = 0; part < 0 && i < given.strings.size(); ++i) add(int32_t(i), given.strings[i]);
@@ -152,16 +155,19 @@ std::string connectionProblem(const Param& from, bool fromShader, int32_t fromPa
   };
   const Kind a = kindOf(from, fromPart), b = kindOf(to, toPart);
   const auto spelled = [](const Kind& k) {
-    static const char* const kNames[] = {"float", "int", "string", "color", "point", "vector", "normal", "matrix", "struct"};
+    static const char* const kNames[] = {"float",  "int",    "string", "color", "point",
+                                         "vector", "normal", "matrix", "struct"};
     const size_t n = size_t(k.type);
     return std::string(n < std::size(kNames) ? kNames[n] : "value") + (k.isArray ? "[]" : "");
   };
   const std::string wrong = "a " + spelled(a) + " cannot feed a " + spelled(b);
-  if (fromPart >= 0 && !(fromShader && (isList(from) || isTripleType(from.type) || from.type == Type::Matrix))) return wrong;
+  if (fromPart >= 0 && !(fromShader && (isList(from) || isTripleType(from.type) || from.type == Type::Matrix)))
+    return wrong;
   if (a.isArray != b.isArray) return wrong;
   if (a.type == b.type) return "";
   if (isTripleType(a.type) && isTripleType(b.type)) return "";
-  if (a.isArray || a.type == Type::String || b.type == Type::String || a.type == Type::Struct || b.type == Type::Struct)
+  if (a.isArray || a.type == Type::String || b.type == Type::String || a.type == Type::Struct ||
+      b.type == Type::Struct)
     return wrong;
   if (b.type == Type::Matrix) return a.type == Type::Float || a.type == Type::Int ? "" : wrong;
   if (a.type == Type::Matrix) return wrong;
