@@ -1,6 +1,7 @@
 // The library's functions that are opcodes, with their overloads. Asked by the checker and by lowering.
 #pragma once
 #include <array>
+#include <span>
 #include <string_view>
 
 #include "language/program/program.h"
@@ -40,6 +41,7 @@ struct Signature {
 
 // All functions of a name stand side by side; null when there is none. closures: opcode MakeClosure.
 const Builtin* builtinNamed(std::string_view name);
+std::span<const Builtin> allBuiltins();
 // Signature number `id` of the builtin; false beyond the last. Numbers count 8 for each text, one for each of its
 // letters: those that do not exist give `isThere` false.
 bool signatureOf(const Builtin&, uint32_t id, Signature& out, bool& isThere);
