@@ -198,7 +198,7 @@ void CodeGenerator::unary(const Instruction& in, Math kernel, bool hasDual) {
 
 void CodeGenerator::mixed(const Instruction& in, Mixed kernel, uint32_t firstOperand, uint32_t operands) {
   const uint32_t n = uint32_t(componentsOf(shader_.symbols[size_t(in.arguments[0])].type.base));
-  Operand o[3];
+  Operand o[4];
   bool varies = false, derivs = false;
   for (uint32_t k = 0; k < operands; ++k) {
     // a choice by an int, and among ints, is made by the bits
@@ -208,7 +208,7 @@ void CodeGenerator::mixed(const Instruction& in, Mixed kernel, uint32_t firstOpe
     varies |= o[k].varies;
     derivs |= o[k].derivs;
   }
-  const Target t = begin(in.arguments[0], !varies, {o[0], o[1], o[2]});
+  const Target t = begin(in.arguments[0], !varies, {o[0], o[1], o[2], o[3]});
   const bool dual = t.out.derivs && derivs;
   word(n);
   resultWords(t.out, dual);
@@ -783,6 +783,7 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::Reflect: return vector(in, Vector::Reflect, 2, true);
     case Opcode::Refract: return vector(in, Vector::Refract, 3, true);
     case Opcode::Rotate: return vector(in, Vector::Rotate, 3, true);
+    case Opcode::SmoothLinearStep: return mixed(in, Mixed::SmoothLinearStep, 1, 4);
     case Opcode::Determinant:
     case Opcode::Transpose: {
       const Operand m = asMatrix(operand(in.arguments[1]));
