@@ -330,9 +330,6 @@ void CodeGenerator::construct(const Instruction& in) {
     emit(Vector::MatrixMul, false);
     return assign(in, result, out);
   }
-  Operand out = temporary(symbol.type.base, 3, true);
-  resultWords(out, false);
-  mixedWords(made, 3);
   Operand m = matrix;
   if (symbol.type.base == Base::Normal) {
     m = temporary(Base::Matrix, 16, true);
@@ -341,9 +338,14 @@ void CodeGenerator::construct(const Instruction& in) {
     word(matrix.varies);
     emit(Vector::MatrixInverse, false);
   }
+  const Operand out = temporary(symbol.type.base, 3, true, made.derivs);
+  resultWords(out, made.derivs);
+  if (made.derivs) dualMixedWords(made, 3);
+  else mixedWords(made, 3);
   reference(m.reg);
   word(m.varies);
-  emit(symbol.type.base == Base::Point ? Vector::TransformPoint : symbol.type.base == Base::Vector ? Vector::TransformVector : Vector::TransformNormal, false);
+  const Vector kernel = symbol.type.base == Base::Point ? Vector::TransformPoint : symbol.type.base == Base::Vector ? Vector::TransformVector : Vector::TransformNormal;
+  emit(variant(kernel, made.derivs), false);
   assign(in, result, out);
 }
 
