@@ -607,6 +607,19 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
     else word(0);
   }
   emit(kernel, once);
+  if (kernel == Scalar::Refuse && !in.arguments.empty() && accessOf(shader_, in, 0) == 'w') {  // the answer is nothing
+    const Operand o = operand(in.arguments[0]), zero = constant(0.f);
+    word(o.cells());
+    reference(o.reg, o.at);
+    reference(zero.reg);
+    word(0);
+    if (once) {
+      emit(Memory::Copy, true);
+    } else {
+      reference(mask);
+      emit(Memory::BlendUniform, false);
+    }
+  }
   // the kernels leave derivatives alone
   for (uint32_t i = 0; i < in.arguments.size(); ++i) {
     const Operand o = operand(in.arguments[i]);
@@ -770,6 +783,7 @@ void CodeGenerator::operation(const Instruction& in) {
       return mixed(in, Mixed::Select, 1, 3);
     case Opcode::SmoothStep: return mixed(in, Mixed::SmoothStep, 1, 3);
     case Opcode::LinearStep: return mixed(in, Mixed::LinearStep, 1, 3);
+    case Opcode::SmoothLinearStep: return mixed(in, Mixed::SmoothLinearStep, 1, 4);
     case Opcode::IsNan: return integerUnary(in, Integer::IsNan);
     case Opcode::IsInf: return integerUnary(in, Integer::IsInf);
     case Opcode::IsFinite: return integerUnary(in, Integer::IsFinite);
@@ -785,7 +799,6 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::Reflect: return vector(in, Vector::Reflect, 2, true);
     case Opcode::Refract: return vector(in, Vector::Refract, 3, true);
     case Opcode::Rotate: return vector(in, Vector::Rotate, 3, true);
-    case Opcode::SmoothLinearStep: return mixed(in, Mixed::SmoothLinearStep, 1, 4);
     case Opcode::Determinant:
     case Opcode::Transpose: {
       const Operand m = asMatrix(operand(in.arguments[1]));
