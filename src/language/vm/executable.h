@@ -20,6 +20,8 @@ struct MachineOptions {
   uint32_t blockPoints = 0;            // 0: by the working set
   bool optimise = true;
   bool rangeCheck = true;              // tell of indices out of range (they are clamped in any case)
+  // Kernels of width 16 for CPUs without AVX-512: tests have some. Null, or null for a family: the library's own.
+  const KernelFunction* (*kernels16)(Family) = nullptr;
 };
 
 // The point's variables, arrays for each component, padded to a multiple of 16 points; null: zeros.
