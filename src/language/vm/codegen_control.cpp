@@ -90,9 +90,8 @@ void CodeGenerator::branch(const Instruction& in, int32_t region) {
   reference(anyNo);
   reference(maskOf(region));
   if (test) {
-    Fused kernel;
-    conditionWords(*test, Fused::Split, kernel);
-    emit(kernel, false);
+    conditionWords(*test);
+    emit(Fused(int(Fused::Split) + int(conditionOf(*test))), false);
   } else {
     reference(condition.reg, condition.at);
     emit(Memory::MaskSplit, false);

@@ -632,7 +632,13 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
 void CodeGenerator::operation(const Instruction& in) {
   const auto base = [&](size_t i) { return shader_.symbols[size_t(in.arguments[i])].type.base; };
   switch (in.opcode) {
-    case Opcode::Assign: return assign(in, in.arguments[0], operand(in.arguments[1]));
+    case Opcode::Assign:
+      if (const Instruction* maker = fused_[size_t(in.arguments[1])]) {
+        Instruction made = *maker;
+        made.arguments[0] = in.arguments[0];
+        return operation(made);
+      }
+      return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayCopy: return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayRef:
       if (base(0) == Base::Closure) return;

@@ -61,7 +61,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(Copy) X(Broadcast) X(Fill) X(Blend) X(BlendUniform) X(MaskAll) X(MaskSplit) X(MaskAnd) X(MaskCopy)            \
   X(MaskClear) X(MaskAny)
 // What a choice, the narrowing of a mask or its splitting may depend on (fused.cpp).
-#define KN_VM_CONDITION(X) X(LtF) X(LeF) X(EqF) X(NeqF) X(LtI) X(LeI) X(EqI) X(NeqI)
+#define KN_VM_CONDITION(X) X(LtF) X(LeF) X(LtI) X(LeI) X(EqF) X(NeqF) X(EqI) X(NeqI)
 // Triples. Operands as in KN_VM_MIXED2.
 #define KN_VM_VECTOR(X)                                                                                           \
   X(Dot) X(Cross) X(Length) X(Distance) X(Normalize) X(Reflect) X(Refract) X(FaceForward) X(Rotate)               \
@@ -105,15 +105,18 @@ enum class Memory : uint16_t { KN_VM_MEMORY(KN_VM_ONE) Count };
 enum class PairFirst : uint16_t { Add, AddVU, Mul, MulVU, Sub, SubUV, SubVU, Count };
 enum class PairSecond : uint16_t { Add, Sub, SubFrom, Mul, Div, Count };
 enum class Condition : uint16_t { KN_VM_CONDITION(KN_VM_ONE) Count };
+inline constexpr int kOrders = 4;  // the first conditions, of which two may stand in one kernel
 // ((first * seconds + second) * 2 + uniform) * 2 + masked; then Arithmetic's plain kernels under a mask, three for each;
-// then a choice, a mask's narrowing and its splitting, by condition.
+// then a choice, a mask's narrowing and its splitting, by condition; then two choices or narrowings at once.
 enum class Fused : uint16_t {
   Pair = 0,
   Masked = uint16_t(PairFirst::Count) * uint16_t(PairSecond::Count) * 4,
   Choose = Masked + uint16_t(Arithmetic::Count) / 2,
   Narrow = Choose + uint16_t(Condition::Count),
   Split = Narrow + uint16_t(Condition::Count),
-  Count = Split + uint16_t(Condition::Count)
+  ChooseTwice = Split + uint16_t(Condition::Count),  // outer condition * kOrders + inner
+  NarrowTwice = ChooseTwice + kOrders * kOrders,
+  Count = NarrowTwice + kOrders * kOrders
 };
 enum class Scalar : uint16_t { KN_VM_SCALAR(KN_VM_ONE) Count };
 enum class Vector : uint16_t { KN_VM_VECTOR(KN_VM_DUAL) KN_VM_MATRIX(KN_VM_ONE) KN_VM_DERIV(KN_VM_ONE) Count };

@@ -38,6 +38,9 @@ const char* const kFusedNames[] = {
 #define KN_X(name) "MaskSplit " #name,
     KN_VM_CONDITION(KN_X)
 #undef KN_X
+#define KN_TWO(what, first) what " " first " LtF", what " " first " LeF", what " " first " LtI", what " " first " LeI",
+#define KN_FOUR(what) KN_TWO(what, "LtF") KN_TWO(what, "LeF") KN_TWO(what, "LtI") KN_TWO(what, "LeI")
+    KN_FOUR("Choose") KN_FOUR("MaskAnd")
 };
 static_assert(sizeof kFusedNames / sizeof *kFusedNames == size_t(Fused::Count));
 }  // namespace
