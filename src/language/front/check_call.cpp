@@ -293,6 +293,7 @@ Type Checker::call(Expr* e, Type expected) {
     error(e->pos, "function '" + std::string(name) + "' calls itself; recursion is not possible");
     return kPoison;
   }
+  if (uses_ && (chosen.builtin || chosen.function->isPrelude)) use(signatureText(chosen));
   special(e);
   return typeOf(chosen);
 }

@@ -376,6 +376,12 @@ class Flattener {
           continue;
         case SymbolKind::Global:
           map[i] = globalNamed(s);
+          if (facts.isWritten[i] && componentsOf(s.type.base)) {  // the layer's own, which begins as the point's
+            const SymbolId given = map[i];
+            made.kind = SymbolKind::Local;
+            map[i] = addSymbol(std::move(made), layer);
+            setup.code.push_back(make(Opcode::Assign, {map[i], given}, layer));
+          }
           continue;
         case SymbolKind::Local:
         case SymbolKind::Temp:

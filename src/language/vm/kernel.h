@@ -47,10 +47,11 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(Log) X(Log2) X(Log10) X(Sqrt) X(InverseSqrt) X(Cbrt) X(Erf) X(Erfc) X(Radians) X(Degrees)
 // No derivatives.
 #define KN_VM_ROUNDING(X) X(Floor) X(Ceil) X(Round) X(Trunc) X(Sign) X(Logb)
-// Two and three numbers, any of them uniform, with a dual form. Words: as above, each operand followed by a flag that
+// Two to four numbers, any of them uniform, with a dual form. Words: as above, each operand followed by a flag that
 // is 1 when it varies.
 #define KN_VM_MIXED2(X) X(Pow) X(Atan2) X(Fmod) X(FloorMod) X(Step)
 #define KN_VM_MIXED3(X) X(Clamp) X(Mix) X(Select) X(SelectI) X(SmoothStep) X(LinearStep)
+#define KN_VM_MIXED4(X) X(SmoothLinearStep)
 // Comparisons of numbers, result int; of triples the components' answers are joined (and for Eq, or for Neq).
 #define KN_VM_COMPARE(X) X(EqF) X(NeqF) X(LtF) X(LeF) X(GtF) X(GeF) X(EqI) X(NeqI) X(LtI) X(LeI) X(GtI) X(GeI)
 #define KN_VM_INT(X)                                                                                              \
@@ -97,7 +98,7 @@ enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, 
 #define KN_VM_SIX(name) name, name##UV, name##VU, name##D, name##DUV, name##DVU,
 enum class Arithmetic : uint16_t { KN_VM_BINARY(KN_VM_SIX) Count };
 enum class Math : uint16_t { KN_VM_UNARY(KN_VM_DUAL) KN_VM_ROUNDING(KN_VM_ONE) Count };
-enum class Mixed : uint16_t { KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) KN_VM_COMPARE(KN_VM_ONE) Count };
+enum class Mixed : uint16_t { KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) KN_VM_MIXED4(KN_VM_DUAL) KN_VM_COMPARE(KN_VM_ONE) Count };
 enum class Integer : uint16_t { KN_VM_INT(KN_VM_ONE) KN_VM_INT1(KN_VM_ONE) Count };
 enum class Memory : uint16_t { KN_VM_MEMORY(KN_VM_ONE) Count };
 // Two operations at once: the first with its operands' kinds, the second, in which SubFrom takes the first's result from
