@@ -59,7 +59,7 @@ class CodeGenerator {
   void word(uint32_t w) { e_->words_.push_back(w); }
   void reference(Register reg, uint32_t at = 0);
   size_t emit(KernelName, bool once);
-  size_t emitJump(Step, Register condition = kNoRegister);
+  size_t emitJump(Step, Register condition = kNoRegister, Register mask = kNoRegister);
   void land(size_t jump) { e_->code_[jump].target = uint32_t(e_->code_.size()); }
   void touch(Register reg, int32_t instruction);
   Target begin(SymbolId result, bool isUniform, std::initializer_list<Operand> operands, bool elementwise = true);

@@ -13,7 +13,7 @@ CodeGenerator::Register CodeGenerator::maskOf(int32_t region) {
 void CodeGenerator::useChunks(int32_t region) {
   while (region > 0 && chunks_[size_t(region)] == kNoRegister) region = a_.regions[size_t(region)].parent;
   if (chunks_[size_t(region)] == kNoRegister) emitJump(Step::AllChunks);
-  else emitJump(Step::Chunks, chunks_[size_t(region)]);
+  else emitJump(Step::Chunks, chunks_[size_t(region)], maskOf(region));
 }
 
 CodeGenerator::Operand CodeGenerator::asInt(Operand o) {
