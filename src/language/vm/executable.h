@@ -52,6 +52,10 @@ struct RunArguments {
   const VaryingInput* varyingInputs = nullptr; // in the order of inputs() that vary
   const OutputValues* outputs = nullptr;      // in the order of outputs()
   const RendererServices* services = nullptr;
+  bool tellsEveryPoint = false;  // what goes wrong at one place is told for each point, not for the first alone
+  // Takes messages in place of services->message, with the point that each comes from.
+  void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text, const std::string& file) = nullptr;
+  void* listening = nullptr;
 };
 
 enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
@@ -155,6 +159,7 @@ class RunState {
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
   bool stopped = false;           // the iteration limit was reached
+  bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;
 
