@@ -41,7 +41,7 @@ struct RunJob {
   std::vector<ShadeOutput> outputs;
   std::vector<std::string> entries, path;
   std::map<std::string, std::string> options;  // --options name=value,...
-  std::string groupName, rayType = "camera", colorSpace, storedType;
+  std::string groupName, entryOutput, rayType = "camera", colorSpace, storedType;
   language::CompileOptions compile;
   int iterations = 1, threads = 0, width = 0, optimisation = 2;
   bool isQuiet = false, isVerbose = false, hasStats = false, printsOutputs = false;

@@ -9,6 +9,7 @@
 
 #include "app/shader_run.h"
 #include "language/library/text.h"
+#include "language/optimise/instrument.h"
 
 namespace kinora::app {
 
@@ -115,6 +116,10 @@ class GroupMaker {
                               pending_[0].parameter));
     for (const GroupStep& step : job_.steps)
       if (step.kind == GroupStep::Connect) connect(step.words[0], step.words[1], step.words[2], step.words[3]);
+    out_.group.primvarsAreConnected = job_.userDataIsConnected;
+    out_.group.entries = job_.entries;
+    if (!job_.entryOutput.empty()) out_.group.entries = {job_.entryOutput.substr(0, job_.entryOutput.find('.'))};
+    findEager();
     return true;
   }
 
@@ -200,9 +205,13 @@ class GroupMaker {
       std::fflush(stdout);
       std::optional<language::Shader> loaded = loadShader(name, job_.compile, job_.path);
       if (!loaded) return false;
-      known = std::make_shared<const language::Shader>(std::move(*loaded));
+      known = checked(std::move(*loaded));
     }
     return layer(known);
+  }
+  std::shared_ptr<const language::Shader> checked(language::Shader shader) {
+    return std::make_shared<const language::Shader>(
+        language::instrumented(std::move(shader), job_.debugNan, job_.debugUninit));
   }
   bool layer(const std::shared_ptr<const language::Shader>& made) {
     language::Layer layer;
@@ -229,12 +238,57 @@ class GroupMaker {
     std::fflush(stdout);
     for (const language::CompileMessage& m : result.messages) fmt::print(stderr, "{}\n", m.str());
     if (!result.ok()) return false;
-    return layer(std::make_shared<const language::Shader>(std::move(*result.shader)));
+    return layer(checked(std::move(*result.shader)));
   }
   void connect(const std::string& fromLayer, const std::string& from, const std::string& toLayer,
                const std::string& to) {
     out_.group.connections.push_back({fromLayer, from, toLayer, to});
     out_.connections += fmt::format("Connect {}.{} to {}.{}\n", fromLayer, from, toLayer, to);
+  }
+
+  // Instructions but those of branches that a parameter of the layer decides against.
+  template <class F>
+  void forEachTaken(const language::Block& block, const language::Layer& layer, F&& f) {
+    for (const language::Instruction& in : block.code) {
+      f(in);
+      bool isTrue = true, isFalse = true;
+      if (in.opcode == language::Opcode::If) {
+        const language::Symbol& condition = layer.shader->symbols[size_t(in.arguments[0])];
+        const bool isFed = std::any_of(
+            out_.group.connections.begin(), out_.group.connections.end(),
+            [&](const language::Connection& c) { return c.toLayer == layer.name && c.to == condition.name; });
+        if (condition.kind == language::SymbolKind::Param && condition.type.base == Base::Int && !isFed &&
+            !condition.hasInitCode && condition.values.ints.size() == 1) {
+          int32_t value = condition.values.ints[0];
+          for (const language::Setting& s : layer.settings)
+            if (s.parameter == condition.name && s.values.ints.size() == 1) value = s.values.ints[0];
+          (value ? isFalse : isTrue) = false;
+        }
+      }
+      for (size_t i = 0; i < in.blocks.size(); ++i)
+        if (i == 0 ? isTrue : isFalse) forEachTaken(in.blocks[i], layer, f);
+    }
+  }
+  // Layers that --options lazy...=0 run although nothing needs them.
+  void findEager() {
+    const bool lazyLayers = job_.option("lazylayers", 1), lazyGlobals = job_.option("lazyglobals", 1),
+               lazyUnconnected = job_.option("lazyunconnected", 1), lazyErrors = job_.option("lazyerror", 1),
+               lazyTraces = job_.option("lazytrace", 1);
+    for (const language::Layer& layer : out_.group.layers) {
+      bool isEager = !lazyLayers;
+      if (!lazyUnconnected)
+        isEager |= std::none_of(out_.group.connections.begin(), out_.group.connections.end(),
+                                [&](const language::Connection& c) { return c.fromLayer == layer.name; });
+      const language::Shader& shader = *layer.shader;
+      forEachTaken(shader.main, layer, [&](const language::Instruction& in) {
+        isEager |= !lazyErrors && in.opcode == language::Opcode::Error;
+        isEager |= !lazyTraces && in.opcode == language::Opcode::Trace;
+        for (uint32_t i = 0; !lazyGlobals && i < in.arguments.size(); ++i)
+          isEager |= accessOf(shader, in, i) != 'r' &&
+                     shader.symbols[size_t(in.arguments[i])].kind == language::SymbolKind::Global;
+      });
+      if (isEager && &layer != &out_.group.layers.back()) out_.group.eager.push_back(layer.name);
+    }
   }
 
   // ---- a group as text ----
@@ -291,18 +345,18 @@ class GroupMaker {
       if (const std::optional<std::string> file = language::readSourceFile(given)) text = *file;
     Text t{text};
     for (t.blanks(); !t.rest.empty(); t.blanks()) {
-      if (t.is(';')) continue;
+      if (t.is(';') || t.is(',')) continue;
       const std::string keyword = t.word();
       bool isGood = true;
       if (keyword == "param") {
         isGood = textParameter(t);
       } else if (keyword == "shader") {
-        const std::string name = t.word();
+        const std::string name = t.word(",");
         t.blanks();
-        if (t.rest.empty() || t.rest[0] != ';') layerName_ = t.word();
+        if (!t.rest.empty() && t.rest[0] != ';' && t.rest[0] != ',') layerName_ = t.word(",");
         isGood = !name.empty() ? shader(name) : fail("the group's text: 'shader' without a name");
       } else if (keyword == "connect") {
-        const std::string from = t.word(), to = t.word();
+        const std::string from = t.word(","), to = t.word(",");
         const size_t a = from.find('.'), b = to.find('.');
         if (a == std::string::npos || b == std::string::npos)
           return fail(fmt::format("the group's text: 'connect {} {}' is not LAYER.OUTPUT LAYER.INPUT", from, to));
@@ -311,7 +365,9 @@ class GroupMaker {
         return fail(fmt::format("the group's text: '{}' is no statement: param, shader, connect", keyword));
       }
       if (!isGood) return false;
-      if (!t.is(';') && !t.rest.empty())
+      t.blanks();
+      const bool isClosed = keyword == "param" && (t.rest.starts_with("param ") || t.rest.starts_with("shader "));
+      if (!t.is(';') && !t.is(',') && !t.rest.empty() && !isClosed)
         return fail(fmt::format("the group's text: ';' is missing before '{}'", t.word()));
     }
     return true;
@@ -326,10 +382,12 @@ class GroupMaker {
     const size_t most = setting.type.arrayLength < 0 ? kMostValues : components * size_t(std::max(1, setting.type.arrayLength));
     Values& v = setting.values;
     for (size_t n = 0;; ++n) {
-      t.blanks();
       t.is(',');
       t.blanks();
       if (t.rest.empty() || t.rest[0] == ';' || t.rest.starts_with("[[")) break;
+      // a comma may end the statement too
+      const bool isNext = t.rest.starts_with("param ") || t.rest.starts_with("shader ") || t.rest.starts_with("connect ");
+      if (isNext && n > 0) break;
       if (n >= most) return fail(fmt::format("the group's text: too many values for {} {}", typeName, name));
       if (setting.type.base == Base::String) {
         v.strings.push_back(t.word(","));

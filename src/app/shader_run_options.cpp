@@ -28,7 +28,7 @@ Each SHADER (.osl, .oso) is one more layer; the last one is run and calls for th
   --expr CODE            a shader of this code, with output color result, output float alpha
   --connect LAYER OUTPUT LAYER INPUT    also of components: Cout[0]
   --group TEXT, --groupname NAME        layers as text: "param float a 1; shader s l; connect l.b m.c;", or a file
-  --entry LAYER          run this layer in place of the last one; may be repeated
+  --entry LAYER          run this layer in place of the last one; may be repeated. --entryoutput LAYER.OUTPUT
   --reparam[:type=T] LAYER NAME VALUE   between iterations;  --iters N: how often all points are run (1)
   --userdata[:type=T] NAME VALUE        a primvar of all points
   --raytype NAME         the kind of ray (camera)
@@ -48,7 +48,7 @@ constexpr std::pair<const char*, int> kIgnored[] = {
     {"batched", 0}, {"debug", 0}, {"debug2", 0}, {"llvm_debug", 0}, {"llvm_opt", 1}, {"profile", 0}, {"optix", 0},
     {"saveptx", 0}, {"warmup", 0}, {"groupoutputs", 0}, {"inbuffer", 0}, {"no-output-placement", 0},
     {"shadeimage", 0}, {"noshadeimage", 0}, {"raytype_opt", 0}, {"texoptions", 1}, {"jbufferMB", 1},
-    {"use_rs_bitcode", 0}, {"print-groupdata", 0}, {"print-group-stats", 0}, {"entryoutput", 1}, {"locale", 1}};
+    {"use_rs_bitcode", 0}, {"print-groupdata", 0}, {"print-group-stats", 0}, {"locale", 1}};
 
 bool toInt(const std::string& text, int& out) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
@@ -150,6 +150,8 @@ std::optional<int> parseRun(const Arguments& arguments, RunJob& job) {
       o.value(job.groupName);
     } else if (o.is("entry")) {
       if (o.value(value)) job.entries.push_back(value);
+    } else if (o.is("entryoutput")) {
+      o.value(job.entryOutput);
     } else if (o.is("iters")) {
       whole(job.iterations, 1, 1 << 30);
     } else if (o.is("raytype")) {
