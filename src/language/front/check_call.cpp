@@ -335,7 +335,8 @@ void Checker::special(Expr* e) {
     for (; x->kind == ExprKind::Field; x = x->a) {
     }
     return x->kind == ExprKind::Variable && x->var &&
-           (x->var->kind == VarKind::Parameter || x->var->kind == VarKind::OutputParameter);
+           (x->var->kind == VarKind::Parameter || x->var->kind == VarKind::OutputParameter ||
+            x->var->kind == VarKind::Argument || x->var->kind == VarKind::OutputArgument);
   };
   switch (e->builtin->opcode) {
     case Opcode::Printf:

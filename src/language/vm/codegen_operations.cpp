@@ -633,7 +633,7 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
   // the kernels leave derivatives alone
   for (uint32_t i = 0; i < in.arguments.size(); ++i) {
     const Operand o = operand(in.arguments[i]);
-    if (accessOf(shader_, in, i) == 'r' || !o.derivs || in.opcode == Opcode::Texture || in.opcode == Opcode::Texture3d || in.opcode == Opcode::Environment) continue;
+    if (accessOf(shader_, in, i) == 'r' || !o.derivs || in.opcode == Opcode::Texture || in.opcode == Opcode::Texture3d || in.opcode == Opcode::Environment || in.opcode == Opcode::DebugUninit) continue;
     const Operand zero = constant(0.f);
     word(2 * o.cells());
     reference(o.reg, o.cells());
@@ -873,6 +873,8 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::StoI: return scalar(in, Scalar::StoI);
     case Opcode::StoF: return scalar(in, Scalar::StoF);
     case Opcode::Split: return scalar(in, Scalar::Split);
+    case Opcode::DebugNan: return scalar(in, Scalar::DebugNan);
+    case Opcode::DebugUninit: return scalar(in, Scalar::DebugUninit);
     case Opcode::RegexSearch: return scalar(in, Scalar::Regex, {}, 0);
     case Opcode::RegexMatch: return scalar(in, Scalar::Regex, {}, 1);
     case Opcode::Trace: return scalar(in, Scalar::Trace);

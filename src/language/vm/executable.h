@@ -63,6 +63,10 @@ struct RunArguments {
   const OutputValues* outputs = nullptr;      // in the order of outputs()
   const RendererServices* services = nullptr;
   RunCounts* counts = nullptr;                // null: not counted
+  bool tellsEveryPoint = false;  // what goes wrong at one place is told for each point, not for the first alone
+  // Takes messages in place of services->message, with the point that each comes from.
+  void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text, const std::string& file) = nullptr;
+  void* listening = nullptr;
 };
 
 enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
@@ -169,6 +173,7 @@ class RunState {
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
   bool stopped = false;           // the iteration limit was reached
+  bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;
 

@@ -88,7 +88,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(LoopLimit) X(Refuse) X(Printf) X(Format) X(Concat) X(Strlen)         \
   X(GetChar) X(StartsWith) X(EndsWith) X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix)     \
   X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(GetTextureInfo) X(Trace) X(GetMessage)     \
-  X(DictFind) X(DictNext) X(DictValue)
+  X(DictFind) X(DictNext) X(DictValue) X(DebugNan) X(DebugUninit)
 
 enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Noise, Color, Spline, Fused, Scalar, Count };
 
