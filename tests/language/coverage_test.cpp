@@ -32,12 +32,8 @@ std::string signatureName(const front::Builtin& b, const front::Signature& s) {
 
 Uses libraryFunctions() {
   Uses all;
-  for (const front::Builtin& b : front::allBuiltins()) {
-    front::Signature s;
-    bool isThere = false;
-    for (uint32_t id = 0; front::signatureOf(b, id, s, isThere); ++id)
-      if (isThere) all.insert(signatureName(b, s));
-  }
+  for (const front::Builtin& b : front::allBuiltins())
+    for (const front::Signature& s : front::signaturesOf(b)) all.insert(signatureName(b, s));
   // "TYPE NAME(TYPE a, output TYPE b) {" begins a function of the prelude
   static const std::regex kHead("(^|\n)([a-z][a-z ]*) (\\w+)\\(([^)]*)\\) \\{"), kName(" \\w+(,|$)");
   for (const std::string_view name : front::preludeFunctionNames()) {

@@ -73,12 +73,10 @@ std::vector<Case> cases() {
     if (b.opcode == Opcode::MakeClosure || b.opcode == Opcode::GetAttribute || b.opcode == Opcode::SetMessage ||
         b.opcode == Opcode::GetMessage)
       continue;
-    front::Signature s;
-    bool isThere = false;
-    for (uint32_t id = 0; front::signatureOf(b, id, s, isThere); ++id) {
+    for (const front::Signature& s : front::signaturesOf(b)) {
       const bool isSinCos = b.opcode == Opcode::SinCos;
       const Type result = isSinCos ? s.formals[0].type : s.result;
-      if (!isThere || !isNumber(result)) continue;
+      if (!isNumber(result)) continue;
       // lookups whose derivatives are given do not follow their coordinates
       if ((b.opcode == Opcode::Texture && s.count > 3) ||
           ((b.opcode == Opcode::Texture3d || b.opcode == Opcode::Environment) && s.count > 2))

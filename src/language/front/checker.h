@@ -27,8 +27,7 @@ class Checker {
   struct Candidate {
     Function* function = nullptr;
     const Builtin* builtin = nullptr;
-    uint32_t id = 0;
-    Signature signature;  // of a builtin
+    const Signature* signature = nullptr;  // of a builtin
     int score = 0, resultScore = 0;
   };
 

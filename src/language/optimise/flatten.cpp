@@ -140,6 +140,8 @@ class Flattener {
       checkSettings();
       for (const Connection& c : group_.connections) connect(c);
       findOutputs();
+      for (const std::string& entry : group_.entries)
+        if (layerNamed(entry) < 0) errors_ += "no layer is named `" + entry + "`, which should be run\n";
       if (errors_.empty()) order();
       if (errors_.empty()) build();
     }
@@ -509,6 +511,7 @@ class Flattener {
         }
         for (const Wanted& o : outputs_)
           if (o.layer == layer && o.symbol == asked) bits |= 2;
+        if (group_.primvarsAreConnected && group_.perPoint && group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isVarying) bits |= 1;
         made.opcode = Opcode::Assign;
         made.arguments = {map[size_t(in.arguments[0])], intConstant(bits)};
         out.code.push_back(std::move(made));
@@ -603,8 +606,9 @@ class Flattener {
     Block* block = nullptr;
     size_t at = 0;
   };
-  // The innermost block, outside of loops, that holds every use, and the place before the first.
-  Place place(Block& block, int32_t layer, bool hasEffects) const {
+  // The innermost block, outside of loops, that holds every use, and the place before the first. always: it runs
+  // whatever conditions say.
+  Place place(Block& block, int32_t layer, bool hasEffects, bool always = false) const {
     size_t first = block.code.size(), count = 0;
     for (size_t i = 0; i < block.code.size(); ++i)
       if (uses(block.code[i], layer)) {
@@ -612,19 +616,39 @@ class Flattener {
       }
     if (count == 0) return {};
     Instruction& in = block.code[first];
-    if (count == 1 && (in.opcode == Opcode::If || in.opcode == Opcode::Call)) {
+    if (count == 1 && ((in.opcode == Opcode::If && !always) || in.opcode == Opcode::Call)) {
       Block* only = nullptr;
       size_t users = 0;
       for (Block& b : in.blocks)
         if (uses(b, layer)) ++users, only = &b;
       const bool own = std::any_of(in.arguments.begin(), in.arguments.end(), [&](SymbolId a) { return a >= 0 && provider_[size_t(a)] == layer; });
       if (users == 1 && !own) {
-        const Place inside = place(*only, layer, hasEffects);
+        const Place inside = place(*only, layer, hasEffects, always);
         // at the top of a layer's code it may as well stand before that layer: blocks then nest no deeper
         if (!(in.opcode == Opcode::Call && inside.block == only && !hasEffects)) return inside;
       }
     }
     return {&block, first};
+  }
+
+  // The last layer; or the entries that no entry before them needs.
+  std::vector<int32_t> rootLayers() const {
+    if (group_.entries.empty()) return {int32_t(group_.layers.size()) - 1};
+    std::vector<int32_t> roots;
+    std::vector<bool> isDone(group_.layers.size());
+    for (const std::string& entry : group_.entries) {
+      std::vector<int32_t> stack = {layerNamed(entry)};
+      if (!isDone[size_t(stack[0])]) roots.push_back(stack[0]);
+      while (!stack.empty()) {
+        const int32_t layer = stack.back();
+        stack.pop_back();
+        if (isDone[size_t(layer)]) continue;
+        isDone[size_t(layer)] = true;
+        for (const Link& link : links_)
+          if (link.toLayer == layer) stack.push_back(link.fromLayer);
+      }
+    }
+    return roots;
   }
 
   void build() {
@@ -635,10 +659,12 @@ class Flattener {
     // who provides a connected parameter
     for (const Link& link : links_)
       if (link.toComponent < 0) provider_[size_t(maps_[size_t(link.toLayer)][size_t(link.to)])] = -1;
-    const int32_t root = int32_t(group_.layers.size()) - 1;
+    const std::vector<int32_t> roots = rootLayers();
     std::vector<int32_t> sequence(order_.rbegin(), order_.rend());
-    const auto it = std::find(sequence.begin(), sequence.end(), root);
-    std::rotate(sequence.begin(), it, it + 1);
+    for (const int32_t root : roots) {
+      const auto it = std::find(sequence.begin(), sequence.end(), root);
+      std::rotate(sequence.begin(), it, it + 1);
+    }
     for (const int32_t layer : sequence) {
       const Shader& shader = *group_.layers[size_t(layer)].shader;
       Block own = std::move(setups[size_t(layer)]);
@@ -665,9 +691,11 @@ class Flattener {
       provider_.resize(flat_.code.symbols.size(), -1);
       call.arguments.push_back(call.arguments[0]);  // two: a layer, which `exit` leaves
       call.blocks.push_back(std::move(own));
-      const bool isOutput = layer == root || std::any_of(outputs_.begin(), outputs_.end(), [&](const Wanted& o) { return o.layer == layer; });
-      Place where = layer == root ? Place{&flat_.code.main, 0} : place(flat_.code.main, layer, hasEffects);
-      if (isOutput) where = {&flat_.code.main, 0};
+      const std::string& name = group_.layers[size_t(layer)].name;
+      const auto names = [&](const std::vector<std::string>& list) { return std::find(list.begin(), list.end(), name) != list.end(); };
+      const bool isRoot = std::find(roots.begin(), roots.end(), layer) != roots.end();
+      const bool isFirst = isRoot || (group_.entries.empty() && (names(group_.eager) || std::any_of(outputs_.begin(), outputs_.end(), [&](const Wanted& o) { return o.layer == layer; })));
+      const Place where = isFirst ? Place{&flat_.code.main, 0} : place(flat_.code.main, layer, hasEffects, names(group_.entries));
       if (!where.block) continue;
       auto& code = where.block->code;
       std::vector<Instruction> whole;
@@ -773,6 +801,9 @@ std::string structureKey(const ShaderGroup& group) {
   }
   for (const Connection& c : group.connections) key += "C" + c.fromLayer + "." + c.from + ">" + c.toLayer + "." + c.to;
   for (const std::string& o : group.outputs) key += "O" + o + ";";
+  for (const std::string& e : group.entries) key += "E" + e + ";";
+  for (const std::string& e : group.eager) key += "F" + e + ";";
+  if (group.primvarsAreConnected) key += "P";
   return key;
 }
 

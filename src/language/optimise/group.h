@@ -52,6 +52,9 @@ struct ShaderGroup {
   std::vector<Layer> layers;  // the last one runs first and calls for the others
   std::vector<Connection> connections;
   std::vector<std::string> outputs;  // "layer.parameter", or "parameter" of the last layer
+  std::vector<std::string> entries;  // layers to run, in order, in place of the last one and those with outputs
+  std::vector<std::string> eager;    // layers that run before the last one although nothing needs them
+  bool primvarsAreConnected = false; // to isconnected()
   // Parameters whose value the renderer gives point by point: primvars of parameters that are not locked to their
   // geometry, instances that differ. Empty: none.
   std::function<PerPoint(const Layer&, const Symbol& parameter)> perPoint;

@@ -21,7 +21,8 @@ const OpcodeFacts& factsOf(Opcode op) { return kFacts[std::min(size_t(op), kFact
 Opcode opcodeNamed(std::string_view name) {
   static const std::map<std::string_view, Opcode> kByName = [] {
     std::map<std::string_view, Opcode> map;
-    for (size_t i = 0; i < kFacts.size(); ++i) map.emplace(kFacts[i].name, Opcode(i));
+    for (size_t i = 0; i < kFacts.size(); ++i)
+      if (Opcode(i) != Opcode::DebugNan && Opcode(i) != Opcode::DebugUninit) map.emplace(kFacts[i].name, Opcode(i));
     return map;
   }();
   const auto found = kByName.find(name);
@@ -44,10 +45,8 @@ char accessOf(Opcode op, uint32_t i, uint32_t count) {
     default:
       break;
   }
-  const std::string_view letters = factsOf(op).letters;
-  const size_t fixed = letters.ends_with('*') ? letters.size() - 2 : letters.size();
-  if (i < fixed) return letters[i];
-  return letters.ends_with('*') ? letters[letters.size() - 2] : 'r';
+  const OpcodeFacts& facts = factsOf(op);
+  return i < facts.fixed ? facts.letters[i] : facts.further;
 }
 
 }  // namespace kinora::language

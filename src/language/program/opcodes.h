@@ -183,11 +183,14 @@ enum : uint32_t {
   X(FaceForward, "faceforward", "wrrr", kOpOwn)                                                                       \
   X(Reflect, "reflect", "wrr", kOpOwn)                                                                                \
   X(Refract, "refract", "wrrr", kOpOwn)                                                                               \
-  X(Rotate, "rotate", "wrrr", kOpOwn)
+  X(Rotate, "rotate", "wrrr", kOpOwn)                                                                                 \
+  X(DebugNan, "debug_nan", "rrr*", kOpEffect | kOpOwn)                                                                \
+  X(DebugUninit, "debug_uninit", "rrWr*", kOpEffect | kOpOwn)
 // FloorMod is the function mod(): a - b * floor(a / b) for floats and triples (a where b is 0; derivatives a' - b' *
 // floor(a / b)), a % b for ints (a where b is 0). Mod is the operator %. LinearStep and SmoothLinearStep: e0, e1, x (,
 // eps), float or triples alike. Rotate: the triple, the angle, the axis, which passes through the origin and need not
-// have length 1. Formulas: reference osl-numerics, section 8.
+// have length 1. Formulas: reference osl-numerics, section 8. DebugNan and DebugUninit (instrument.h): two texts, the
+// value, and which element, component or row and column of it; no file may hold them.
 
 enum class Opcode : uint8_t {
 #define KN_X(enumerator, name, letters, flags) enumerator,
@@ -201,6 +204,9 @@ constexpr bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::Whi
 struct OpcodeFacts {
   std::string_view name, letters;
   uint32_t flags;
+  uint32_t fixed = repeats() ? uint32_t(letters.size()) - 2 : uint32_t(letters.size());  // arguments before those that repeat
+  char further = repeats() ? letters[letters.size() - 2] : 'r';
+  constexpr bool repeats() const { return !letters.empty() && letters.back() == '*'; }
 };
 const OpcodeFacts& factsOf(Opcode);
 Opcode opcodeNamed(std::string_view name);  // Opcode::Count when there is none

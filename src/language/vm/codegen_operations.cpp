@@ -109,6 +109,7 @@ void CodeGenerator::assign(const Instruction& in, SymbolId to, Operand from) {
 }
 
 void CodeGenerator::arithmetic(const Instruction& in, Arithmetic kernel, Integer ints) {
+  if (pair(in, kernel)) return;
   const SymbolId result = in.arguments[0];
   const Base base = shader_.symbols[size_t(result)].type.base;
   Operand a = operand(in.arguments[1]), b = operand(in.arguments[2]);
@@ -126,8 +127,17 @@ void CodeGenerator::arithmetic(const Instruction& in, Arithmetic kernel, Integer
   }
   const Target t = begin(result, !a.varies && !b.varies, {a, b});
   const bool dual = t.out.derivs && (a.derivs || b.derivs);
-  int by = dual ? 3 : 0;
-  if (!t.once) by += !a.varies ? 1 : !b.varies ? 2 : 0;
+  const int kinds = t.once ? 0 : !a.varies ? 1 : !b.varies ? 2 : 0;
+  if (t.blends && !t.spreads && !t.final.derivs && options_.optimise) {
+    word(n);
+    resultWords(t.final, false);
+    plainWords(a, n);
+    plainWords(b, n);
+    reference(maskOf(region_));
+    emit(variant(Fused::Masked, int(kernel) / 6 * 3 + kinds), false);
+    return;
+  }
+  const int by = kinds + (dual ? 3 : 0);
   word(n);
   resultWords(t.out, dual);
   if (dual) {
@@ -623,7 +633,7 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
   // the kernels leave derivatives alone
   for (uint32_t i = 0; i < in.arguments.size(); ++i) {
     const Operand o = operand(in.arguments[i]);
-    if (accessOf(shader_, in, i) == 'r' || !o.derivs || in.opcode == Opcode::Texture || in.opcode == Opcode::Texture3d || in.opcode == Opcode::Environment) continue;
+    if (accessOf(shader_, in, i) == 'r' || !o.derivs || in.opcode == Opcode::Texture || in.opcode == Opcode::Texture3d || in.opcode == Opcode::Environment || in.opcode == Opcode::DebugUninit) continue;
     const Operand zero = constant(0.f);
     word(2 * o.cells());
     reference(o.reg, o.cells());
@@ -637,7 +647,13 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
 void CodeGenerator::operation(const Instruction& in) {
   const auto base = [&](size_t i) { return shader_.symbols[size_t(in.arguments[i])].type.base; };
   switch (in.opcode) {
-    case Opcode::Assign: return assign(in, in.arguments[0], operand(in.arguments[1]));
+    case Opcode::Assign:
+      if (const Instruction* maker = fused_[size_t(in.arguments[1])]) {
+        Instruction made = *maker;
+        made.arguments[0] = in.arguments[0];
+        return operation(made);
+      }
+      return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayCopy: return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayRef:
       if (base(0) == Base::Closure) return;
@@ -779,6 +795,7 @@ void CodeGenerator::operation(const Instruction& in) {
       if (base(0) == Base::Closure) return;
       return mixed(in, Mixed::Mix, 1, 3);
     case Opcode::Select:
+      if (choose(in)) return;
       if (base(3) == Base::Int && operand(in.arguments[3]).components == 1) return mixed(in, Mixed::SelectI, 1, 3);
       return mixed(in, Mixed::Select, 1, 3);
     case Opcode::SmoothStep: return mixed(in, Mixed::SmoothStep, 1, 3);
@@ -856,6 +873,8 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::StoI: return scalar(in, Scalar::StoI);
     case Opcode::StoF: return scalar(in, Scalar::StoF);
     case Opcode::Split: return scalar(in, Scalar::Split);
+    case Opcode::DebugNan: return scalar(in, Scalar::DebugNan);
+    case Opcode::DebugUninit: return scalar(in, Scalar::DebugUninit);
     case Opcode::RegexSearch: return scalar(in, Scalar::Regex, {}, 0);
     case Opcode::RegexMatch: return scalar(in, Scalar::Regex, {}, 1);
     case Opcode::Trace: return scalar(in, Scalar::Trace);

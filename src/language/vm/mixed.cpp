@@ -6,6 +6,7 @@
 #include "language/library/fast_math.h"
 #include "language/library/round_math.h"
 #include "language/vm/access.h"
+#include "language/vm/operations.h"
 #include "language/vm/width_tables.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -13,6 +14,7 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 using namespace kinora::language;
+using namespace lang::operations;
 using lang::Dual;
 
 struct PowOp {
@@ -129,31 +131,16 @@ void dual4(const Frame& f, const uint32_t* w) {
   }
 }
 
-#define KN_COMPARE(Name, test)                                               \
-  struct Name##FOp {                                                         \
-    template <int W>                                                         \
-    static KN_INLINE Mask<W> of(Float<W> a, Float<W> b) { return test; }     \
-  };                                                                         \
-  struct Name##IOp {                                                         \
-    template <int W>                                                         \
-    static KN_INLINE Mask<W> of(Float<W> fa, Float<W> fb) {                  \
-      const Int<W> a = asInt(fa), b = asInt(fb);                             \
-      return test;                                                           \
-    }                                                                        \
-  };
-KN_COMPARE(Eq, a == b)
-KN_COMPARE(Neq, a != b)
-KN_COMPARE(Lt, a < b)
-KN_COMPARE(Le, (!(b < a)) & (b == b) & (a == a))
-KN_COMPARE(Gt, a > b)
-KN_COMPARE(Ge, (!(a < b)) & (a == a) & (b == b))
-#undef KN_COMPARE
-
 // words: components, result, then operands {cell, step, varies}. All components must agree, or with Neq any may differ.
 template <int W, class Op, bool kAny>
 void compare(const Frame& f, const uint32_t* w) {
   float* r = f.cells[w[1]];
   const bool va = w[4], vb = w[7];
+  if (w[0] == 1) {
+    const float *a = f.cells[w[2]], *b = f.cells[w[5]];
+    KN_EACH(f, i, W) lang::putAnswer(Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb)), r, i);
+    return;
+  }
   KN_EACH(f, i, W) {
     Mask<W> answer(!kAny);
     for (uint32_t c = 0; c < w[0]; ++c) {
@@ -166,9 +153,9 @@ void compare(const Frame& f, const uint32_t* w) {
 template <class Op>
 constexpr bool kAnyOf = false;
 template <>
-constexpr bool kAnyOf<NeqFOp> = true;
+constexpr bool kAnyOf<NeqF> = true;
 template <>
-constexpr bool kAnyOf<NeqIOp> = true;
+constexpr bool kAnyOf<NeqI> = true;
 
 template <int W>
 constexpr KernelFunction kMixed[] = {
@@ -181,7 +168,7 @@ constexpr KernelFunction kMixed[] = {
 #define KN_X(name) &plain4<W, name##Op>, &dual4<W, name##Op>,
     KN_VM_MIXED4(KN_X)
 #undef KN_X
-#define KN_X(name) &compare<W, name##Op, kAnyOf<name##Op>>,
+#define KN_X(name) &compare<W, name, kAnyOf<name>>,
     KN_VM_COMPARE(KN_X)
 #undef KN_X
 };
