@@ -15,6 +15,9 @@ struct Options {
   std::string filter;      // only groups whose name contains this
 };
 
+// Writes a tiled mip-mapped picture of side x side into the temporary directory; "" when it cannot be written.
+std::string makeTexture(int side, bool isHalf);  // core_textures.cpp
+
 void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
 void measureCurves(const Options& options, Figures& figures);      // core_curves.cpp
 void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp

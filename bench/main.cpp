@@ -50,6 +50,8 @@ constexpr Group kShading[] = {
     {"machine", &measureShading,
      "vm_vs_fused*: programs of the group machine against the same as fused SIMD C++; vm_width_gain*; "
      "compile_ms_200_lines, network_100_nodes_ms: what compiling takes"},
+    {"frames", &measureShadedFrames,
+     "frame_vs_patterns: a frame whose materials are networks of ten shaders against the same with plug-ins"},
 };
 
 int list() {

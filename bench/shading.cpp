@@ -1,8 +1,10 @@
 // The family "shading": programs of the group machine against the same written by hand as fused SIMD C++, its gain by
 // width, and what compiling costs. Machine and hand run in turn on the same points, in CPU time of one thread.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <vector>
 
 #include "language/front/compile.h"
@@ -10,6 +12,7 @@
 #include "shading.h"
 #include "shading_fused.h"
 #include "simd/dispatch.h"
+#include "texture/texture_system.h"
 
 namespace kinora::bench {
 namespace {
@@ -55,6 +58,45 @@ ShaderGroup groupOf(const char* source) {
   return group;
 }
 
+// Lookups of one picture: the same for the machine's texture calls and for the program written by hand.
+struct Pictures {
+  Diagnostics diagnostics;
+  TextureSystem system{diagnostics};
+  std::string file;
+  int32_t handle = TextureSystem::kNoTexture;
+  explicit Pictures(int side) : file(makeTexture(side, false)) {
+    if (!file.empty()) handle = system.handle(file, {});
+  }
+  ~Pictures() {
+    if (!file.empty()) std::filesystem::remove(file);
+  }
+  static void lookup(void* self, uint32_t n, const float* s, const float* t, const float* radius, float* const rgba[4]) {
+    Pictures& p = *static_cast<Pictures*>(self);
+    p.system.lookup(&p.handle, false, n, s, t, radius, {}, rgba);
+  }
+  // As the renderer answers a shader's call, for a call without options that matter.
+  static void call(void* self, const Batch& batch, const TextureCall& call) {
+    constexpr uint32_t kMost = 1024;
+    alignas(64) static thread_local float st[3][kMost], rgba[4][kMost];
+    const uint32_t n = batch.points, padded = (n + 15) / 16 * 16;
+    for (uint32_t j = 0; j < padded; ++j) {
+      const uint32_t i = j < n ? j : n - 1;
+      for (uint32_t k = 0; k < 2; ++k) st[k][j] = call.coordinates.number(k, i);
+      float size = 0;
+      for (const Span* d : {&call.dx, &call.dy}) {
+        const float x = d->components ? d->number(0, i) : 0.f, y = d->components ? d->number(1, i) : 0.f;
+        size = std::max(size, 0.5f * std::sqrt(x * x + y * y));
+      }
+      st[2][j] = size;
+    }
+    float* const to[4] = {rgba[0], rgba[1], rgba[2], rgba[3]};
+    lookup(self, padded, st[0], st[1], st[2], to);
+    for (uint32_t i = 0; i < n; ++i)
+      if (batch.isLive(i))
+        for (uint32_t k = 0; k < call.result.components; ++k) call.result.set(k, i, rgba[k][i]);
+  }
+};
+
 struct Runner {
   const Patch& patch;
   std::shared_ptr<const Executable> program;
@@ -63,7 +105,11 @@ struct Runner {
   float* pointers[3];
   OutputValues output;
   RunArguments run;
-  Runner(const Patch& p, const ShaderGroup& group, uint32_t width) : patch(p) {
+  RendererServices services;
+  Runner(const Patch& p, const ShaderGroup& group, uint32_t width, Pictures& pictures) : patch(p) {
+    services.self = &pictures;
+    services.texture = &Pictures::call;
+    run.services = &services;
     MachineOptions options;
     options.width = width;
     std::string error;
@@ -97,6 +143,7 @@ double secondsOf(F&& work, int times) {
 
 void measureShading(const Options& options, Figures& figures) {
   const Patch patch;
+  Pictures pictures(options.quick ? 128 : 2048);
   uint32_t count = 0;
   const FusedProgram* programs = fusedPrograms(count);
   const uint32_t width = bestWidth();
@@ -104,10 +151,12 @@ void measureShading(const Options& options, Figures& figures) {
   for (uint32_t k = 0; k < count; ++k) {
     const ShaderGroup group = groupOf(programs[k].source);
     if (group.layers.empty()) continue;
-    Runner machine(patch, group, width), narrow(patch, group, 1);
+    Runner machine(patch, group, width, pictures), narrow(patch, group, 1, pictures);
     if (!machine.program || !narrow.program) continue;
     std::vector<float> out[3];
     FusedArguments hand = patch.fused;
+    hand.lookup = &Pictures::lookup;
+    hand.textures = &pictures;
     for (int c = 0; c < 3; ++c) {
       out[c].assign(kShadedPoints, 0.f);
       hand.result[c] = out[c].data();

@@ -151,6 +151,48 @@ void thinLoop(const FusedArguments& a) {
   }
 }
 
+// three filtered lookups: coordinates for a group, the group's lookups, arithmetic on the answers
+template <int W>
+void textured(const FusedArguments& a) {
+  using F = Float<W>;
+  constexpr uint32_t kGroup = 256;
+  alignas(64) float s[3][kGroup], t[3][kGroup], radius[3][kGroup], rgba[3][4][kGroup];
+  const float scales[3] = {4.f, 11.f, 2.f};
+  for (uint32_t first = 0; first < a.points; first += kGroup) {
+    const uint32_t n = a.points - first < kGroup ? a.points - first : kGroup;
+    for (uint32_t i = 0; i < n; i += W) {
+      const auto at = [&](const float* p) { return F::load(p + first + i); };
+      const F u = at(a.u), v = at(a.v);
+      for (int k = 0; k < 3; ++k) {
+        const F scale(scales[k]);
+        (u * scale).store(s[k] + i);
+        (v * scale).store(t[k] + i);
+        const auto half = [&](const float* x, const float* y) {
+          const F dx = at(x) * scale, dy = at(y) * scale;
+          return F(0.5f) * sqrt(dx * dx + dy * dy);
+        };
+        const F x = half(a.udx, a.vdx), y = half(a.udy, a.vdy);
+        select(x < y, y, x).store(radius[k] + i);
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      float* const to[4] = {rgba[k][0], rgba[k][1], rgba[k][2], rgba[k][3]};
+      a.lookup(a.textures, n, s[k], t[k], radius[k], to);
+    }
+    for (uint32_t i = 0; i < n; i += W) {
+      const auto color = [&](int k) { return Vec3<W>(F::load(rgba[k][0] + i), F::load(rgba[k][1] + i), F::load(rgba[k][2] + i)); };
+      const F mask = lang::smoothstep(F(0.3f), F(0.7f), F::load(rgba[2][0] + i));
+      const Vec3<W> base = color(0), detail = color(1);
+      const Vec3<W> worn = base * detail * F(1.5f);
+      const F n1 = noise(Vec3<W>::load(a.P, first + i) * F(5.f));
+      const Vec3<W> r = mixOf(base, worn, mask) * (F(0.8f) + F(0.2f) * n1);
+      r.x.store(a.result[0] + first + i);
+      r.y.store(a.result[1] + first + i);
+      r.z.store(a.result[2] + first + i);
+    }
+  }
+}
+
 #undef KN_FUSED
 #if HWY_TARGET == HWY_AVX2
 #define KN_FUSED(name) constexpr bench::Fused k##name[3] = {&name<1>, &name<4>, &name<8>};
@@ -161,6 +203,7 @@ KN_FUSED(marble)
 KN_FUSED(brick)
 KN_FUSED(fractal)
 KN_FUSED(branches)
+KN_FUSED(textured)
 KN_FUSED(thinLoop)
 }  // namespace
 }  // namespace HWY_NAMESPACE
@@ -225,6 +268,14 @@ shader brick(output color result = 0) {
     result = color(0.1, 0.5, 0.1) * (h + 0.3);
   }
 })", KN_WIDTHS(branches)},
+    {"textures", R"(shader textures(output color result = 0) {
+  color base = texture("bench.tx", u * 4, v * 4, "wrap", "periodic");
+  color detail = texture("bench.tx", u * 11, v * 11, "wrap", "periodic");
+  float mask = texture("bench.tx", u * 2, v * 2, "wrap", "periodic");
+  color worn = base * detail * 1.5;
+  float n = noise(P * 5);
+  result = mix(base, worn, smoothstep(0.3, 0.7, mask)) * (0.8 + 0.2 * n);
+})", KN_WIDTHS(textured)},
     {"thin_loop", R"(shader thin(output color result = 0) {
   float cx = u * 3 - 2, cy = v * 2 - 1, x = 0, y = 0, turns = 0;
   while (x * x + y * y < 4 && turns < 64) {

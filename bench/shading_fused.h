@@ -10,6 +10,9 @@ struct FusedArguments {
   const float *P[3], *Pdx[3], *Pdy[3];
   const float *u, *v, *udx, *udy, *vdx, *vdy;
   float* result[3];
+  // Filtered lookups of a picture for n points, n a multiple of 16: s, t, half the footprint, colour and alpha.
+  void (*lookup)(void* textures, uint32_t n, const float* s, const float* t, const float* radius, float* const rgba[4]) = nullptr;
+  void* textures = nullptr;
 };
 using Fused = void (*)(const FusedArguments&);
 struct FusedProgram {

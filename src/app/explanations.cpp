@@ -74,6 +74,12 @@ constexpr Explanation kRooms[] = {
      "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version or a tool "
      "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta where it is "
      "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
+    {"SHADER-RECOMPILED",
+     "The scene was edited, and a file of a shader has changed since it was compiled (the shader's own, or one that it "
+     "includes): the new text is what is rendered from now on."},
+    {"SHADER-CACHE",
+     "Option \"shader\" \"int cache\" [1] asks for compiled shaders beside their sources (NAME.oso beside NAME.osl), and that "
+     "folder cannot be written. Rendering does not need it: shaders are compiled in memory, in milliseconds."},
     {"SHADER-GROUP",
      "Shaders that feed each other cannot run as one program: a connection between types that do not fit, a cycle, or an "
      "operation that this renderer refuses. What they feed uses its defaults."},

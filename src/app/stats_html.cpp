@@ -121,6 +121,7 @@ class Page {
     time();
     memory();
     rays();
+    shaders();
     noise();
     slowness();
     put("</body></html>\n");
@@ -224,6 +225,25 @@ class Page {
     raw("</table>\n");
     put("<p class=note>{} shading groups of {:.1f} points on average, {} ray groups.</p>\n", s_.shadingGroups,
         share(double(s_.shadingPoints), double(s_.shadingGroups)), s_.groups);
+  }
+
+  void shaders() {
+    if (s_.shaders.empty()) return;
+    raw("<h2>Shaders: time, with points, instructions a run and lanes in use</h2><table>\n");
+    const render::ShaderCost all = costOfShaders(s_);
+    std::vector<render::ShaderCost> rows = slowestShaders(s_, 10);
+    rows.push_back(all);
+    for (const render::ShaderCost& c : rows)
+      row(c.name,
+          fmt::format("{:.3f} s; {} points of {} materials, {:.1f} ns each; {:.0f} instructions; {:.0f} % of lanes",
+                      double(c.nanoseconds) * 1e-9, c.points, c.materials,
+                      c.points ? double(c.nanoseconds) / double(c.points) : 0,
+                      c.countedRuns ? double(c.instructions + c.uniformInstructions) / double(c.countedRuns) : 0,
+                      c.lanes.possible ? 100 * double(c.lanes.active) / double(c.lanes.possible) : 0),
+          all.nanoseconds ? double(c.nanoseconds) / double(all.nanoseconds) : 0);
+    raw("</table>\n");
+    put("<p class=note>{} files compiled to {} programs in {:.4f} s. Instructions and lanes are those of every 16th run.</p>\n",
+        s_.shadersCompiled, s_.shaderPrograms, s_.shaderCompileSeconds);
   }
 
   void noise() {

@@ -58,6 +58,18 @@ nlohmann::ordered_json asJson(const LaneUse& l) {
   return {{"active", l.active}, {"possible", l.possible}, {"share", share(l)}};
 }
 
+nlohmann::ordered_json asJson(const render::ShaderCost& c) {
+  return {{"name", c.name},
+          {"materials", c.materials},
+          {"seconds", double(c.nanoseconds) * 1e-9},
+          {"runs", c.runs},
+          {"points", c.points},
+          {"nanoseconds_per_point", ratio(double(c.nanoseconds), double(c.points))},
+          {"instructions_per_run", ratio(double(c.instructions), double(c.countedRuns))},
+          {"uniform_instructions_per_run", ratio(double(c.uniformInstructions), double(c.countedRuns))},
+          {"lane_use", asJson(c.lanes)}};
+}
+
 }  // namespace
 
 std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
@@ -106,6 +118,16 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                   {"groups", s.shadingGroups},
                   {"points_per_group", ratio(double(s.shadingPoints), double(s.shadingGroups))},
                   {"ray_groups", s.groups}};
+  if (const render::ShaderCost all = costOfShaders(s); !s.shaders.empty()) {
+    Json list = Json::array();
+    for (const render::ShaderCost& c : slowestShaders(s, 10)) list.push_back(asJson(c));
+    j["shaders"] = asJson(all);
+    j["shaders"].erase("name");
+    j["shaders"]["files_compiled"] = s.shadersCompiled;
+    j["shaders"]["compile_seconds"] = s.shaderCompileSeconds;
+    j["shaders"]["programs"] = s.shaderPrograms;
+    j["shaders"]["slowest"] = list;
+  }
   j["film"] = {{"samples", s.samples},
                {"non_finite", s.nonFiniteSamples},
                {"saturated", s.saturatedSamples},
@@ -121,6 +143,30 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
     j["worst_pixels"] = worst;
   }
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+render::ShaderCost costOfShaders(const Statistics& s) {
+  render::ShaderCost all;
+  all.name = "all";
+  for (const render::ShaderCost& c : s.shaders) {
+    all.materials += c.materials;
+    all.runs += c.runs;
+    all.points += c.points;
+    all.nanoseconds += c.nanoseconds;
+    all.countedRuns += c.countedRuns;
+    all.instructions += c.instructions;
+    all.uniformInstructions += c.uniformInstructions;
+    all.lanes.active += c.lanes.active;
+    all.lanes.possible += c.lanes.possible;
+  }
+  return all;
+}
+
+std::vector<render::ShaderCost> slowestShaders(const Statistics& s, size_t most) {
+  std::vector<render::ShaderCost> order = s.shaders;
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
+  order.resize(std::min(order.size(), most));
+  return order;
 }
 
 std::vector<render::BucketTime> slowestBuckets(const Statistics& s, size_t most) {
@@ -179,6 +225,21 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("  {} shading groups of {:.1f} points on average, {} ray groups", s.shadingGroups,
        ratio(double(s.shadingPoints), double(s.shadingGroups)), s.groups);
   line("");
+  if (!s.shaders.empty()) {
+    const render::ShaderCost all = costOfShaders(s);
+    line("Shaders (instructions and lanes of every 16th run)");
+    line("  {} files compiled to {} programs in {:.4f} s; {} materials", s.shadersCompiled, s.shaderPrograms,
+         s.shaderCompileSeconds, all.materials);
+    line("  {:<50}{:>9}{:>11}{:>10}{:>9}{:>7}", "", "seconds", "points", "ns/point", "instr.", "lanes");
+    const auto shader = [&](const render::ShaderCost& c) {
+      line("  {:<50}{:>9.3f}{:>11}{:>10.1f}{:>9.0f}{:>7.3f}", c.name.substr(0, 49), double(c.nanoseconds) * 1e-9, c.points,
+           ratio(double(c.nanoseconds), double(c.points)),
+           ratio(double(c.instructions + c.uniformInstructions), double(c.countedRuns)), share(c.lanes));
+    };
+    for (const render::ShaderCost& c : slowestShaders(s, 10)) shader(c);
+    shader(all);
+    line("");
+  }
   line("World");
   line("  {} primitives, {} instances, {} triangles, {} lights, {} materials of {} programs", s.primitives,
        s.instances, s.triangles, s.lights, s.materials, s.programs);

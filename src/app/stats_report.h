@@ -26,6 +26,8 @@ struct WorstPixel {
 };
 std::vector<WorstPixel> worstPixels(const render::Statistics& statistics, size_t most);
 std::vector<render::BucketTime> slowestBuckets(const render::Statistics& statistics, size_t most);
+std::vector<render::ShaderCost> slowestShaders(const render::Statistics& s, size_t most);
+render::ShaderCost costOfShaders(const render::Statistics& s);  // the sum of all
 
 // By the extension, .json, .html or .txt; the file appears whole or not at all. False with a message when it cannot be
 // written.

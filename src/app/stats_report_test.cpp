@@ -1,6 +1,7 @@
 // The statistics report: every figure of render/ reaches the JSON, ratios are of the right pairs, an empty frame
 // divides nothing by zero, and the file is written whole or not at all. Misses: whether the figures themselves are
 // true.
+#include "app/stats_html.h"
 #include "app/stats_report.h"
 
 #include <gtest/gtest.h>
@@ -37,6 +38,9 @@ Statistics example() {
   s.shadingPoints = 90;
   s.shadingGroups = 9;
   s.nonFiniteSamples = 1;
+  s.shadersCompiled = 2;
+  s.shaderPrograms = 2;
+  s.shaders = {{"wood", 3, 32, 1000, 2000, 2, 40, 10, {60, 80}}, {"brick + rust", 1, 16, 500, 6000, 1, 20, 0, {10, 20}}};
   s.textureLookups = 17;
   return s;
 }
@@ -46,6 +50,23 @@ std::string fileText(const std::string& name) {
   std::stringstream text;
   text << stream.rdbuf();
   return text.str();
+}
+
+TEST(StatsReport, ShadersByTheirTime) {
+  const auto j = nlohmann::json::parse(statsAsJson(example(), {"a.rib", 7, "complete", 9000}));
+  EXPECT_EQ(j["shaders"]["points"], 1500);
+  EXPECT_EQ(j["shaders"]["files_compiled"], 2);
+  EXPECT_EQ(j["shaders"]["lane_use"]["share"], 0.7);
+  EXPECT_EQ(j["shaders"]["slowest"][0]["name"], "brick + rust");
+  EXPECT_EQ(j["shaders"]["slowest"][1]["instructions_per_run"], 20);
+  EXPECT_EQ(j["shaders"]["slowest"][1]["nanoseconds_per_point"], 2);
+  for (const std::string& text : {statsAsText(example(), {}), statsAsHtml(example(), {})}) {
+    EXPECT_NE(text.find("brick + rust"), std::string::npos);
+    EXPECT_NE(text.find("1500"), std::string::npos);
+  }
+  render::Statistics none = example();
+  none.shaders.clear();
+  EXPECT_FALSE(nlohmann::json::parse(statsAsJson(none, {})).contains("shaders"));
 }
 
 TEST(StatsReport, JsonHoldsTheFiguresAndTheirRatios) {

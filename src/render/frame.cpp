@@ -394,6 +394,19 @@ void Frame::addTo(Statistics& st) const {
     st.lanesFirstHit.possible += c.lanesFirst[1];
     st.lanesDeeper.active += c.lanesDeeper[0];
     st.lanesDeeper.possible += c.lanesDeeper[1];
+    const std::vector<shade::ShaderCounts>& shaders = workers_[i]->state().shaderCounts;
+    for (size_t k = 0; k < shaders.size() && k < st.shaders.size(); ++k) {
+      const language::RunCounts& n = shaders[k].machine;
+      ShaderCost& cost = st.shaders[k];
+      cost.runs += n.runs;
+      cost.points += n.points;
+      cost.nanoseconds += shaders[k].nanoseconds;
+      cost.countedRuns += n.counted;
+      cost.instructions += n.instructions;
+      cost.uniformInstructions += n.uniform;
+      cost.lanes.active += n.lanesUsed;
+      cost.lanes.possible += n.lanesRun;
+    }
     st.lightRays += workers_[i]->lightRays;
     for (size_t k = 0; k < size_t(StageTime::Count); ++k) st.stageNanoseconds[k] += c.nanoseconds[k];
     const auto& t = times_->byWorker[i];

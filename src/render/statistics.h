@@ -23,10 +23,21 @@ struct PixelMap {
   std::vector<float> values;   // row by row; empty: not measured
 };
 
+// One program of the shading language: shaders that run together, for all materials that differ in numbers alone.
+// Instructions and lanes are those of a sixteenth of its runs.
+struct ShaderCost {
+  std::string name;
+  uint64_t materials = 0, runs = 0, points = 0, nanoseconds = 0;
+  uint64_t countedRuns = 0, instructions = 0, uniformInstructions = 0;
+  LaneUse lanes;   // of what kernels worked on: that held a point which took part
+};
+
 struct Statistics {
   // world
   double loadSeconds = 0, buildSeconds = 0, renderSeconds = 0, firstPixelSeconds = -1;
   uint64_t primitives = 0, instances = 0, triangles = 0, lights = 0, materials = 0, programs = 0;
+  uint64_t shadersCompiled = 0, shaderPrograms = 0;   // of the shading language: files, and programs of the machine
+  double shaderCompileSeconds = 0;                    // both, within buildSeconds
   uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;       // over all load() and update() calls
   // memory by owner, bytes
   struct Owner { std::string name; uint64_t bytes; };
@@ -38,6 +49,7 @@ struct Statistics {
   uint64_t shadingPoints = 0, shadingGroups = 0;
   LaneUse lanesFirstHit, lanesDeeper, lanesLights;
   uint64_t groups = 0, samples = 0;
+  std::vector<ShaderCost> shaders;
   std::vector<BucketTime> buckets;                 // of the last render
   // film
   PixelMap relativeError;                          // of the first colour, as its two halves of samples differ

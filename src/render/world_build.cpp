@@ -144,7 +144,7 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
 }
 
 WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings)
-    : registry_(registry), diagnostics_(diagnostics), settings_(settings) {
+    : registry_(registry), diagnostics_(diagnostics), settings_(settings), shaders_(diagnostics) {
   width_ = settings.width ? settings.width : bestWidth();
   if (width_ == 16 && !cpuHasAvx512()) width_ = 8;   // sixteen lanes run as two of eight: the same bits
   textures_ = std::make_unique<TextureSystem>(diagnostics);
@@ -501,7 +501,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   shapes_ = std::move(kept);
 
   // Materials
-  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths, searchPath(scene, "shader"));
+  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
+  auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths, shaders_);
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
   std::map<std::array<float, 3>, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
@@ -632,6 +633,12 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   statistics.triangles = world->triangleCount();
   statistics.materials = materials->size();
   statistics.programs = materials->programCount();
+  statistics.shaders.clear();
+  for (const shade::ShaderUse* use : materials->shaderUses())
+    statistics.shaders.push_back({use->name, materials->materialsOf(*use), 0, 0, 0, 0, 0, 0, {}});
+  statistics.shadersCompiled = shaders_.compiled();
+  statistics.shaderPrograms = shaders_.executables().size();
+  statistics.shaderCompileSeconds = shaders_.compileSeconds();
   statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   meshesHeld_.set(world->meshBytes());
   statistics.memory.clear();
@@ -639,6 +646,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   statistics.memory.push_back({"meshes", world->meshBytes()});
   statistics.memory.push_back({"scene description", scene.bytes()});
   statistics.memory.push_back({"materials", materials->bytes()});
+  if (materials->shaderBytes()) statistics.memory.push_back({"shader programs", materials->shaderBytes()});
   statistics.memory.push_back({"instances", placements_.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) + sizeof(shade::PlacementInfo))});
   return true;
 }

@@ -93,6 +93,7 @@ class WorldBuilder {
   uint32_t width_;
   Host host_{};
   std::unique_ptr<TextureSystem> textures_;
+  shade::ShaderLibrary shaders_;
   CameraState camera_;
   std::unique_ptr<shade::ShadingWorld> shading_;
   double origin_[3] = {0, 0, 0};

@@ -37,6 +37,7 @@ void ShadingWorld::fillTables() {
 
 GroupState::GroupState(const ShadingWorld& world) : world_(world) {
   countOfProgram_.assign(world.materials->programCount() + 1, 0);
+  shaderCounts.resize(world.materials->shaderUses().size());
 }
 
 void GroupState::begin(uint32_t count, StageKind stage) {

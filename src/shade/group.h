@@ -109,6 +109,7 @@ class GroupState {
   float* weights() { return weight_; }
   const ShadingWorld& world() const { return world_; }
   language::RunState& shaderState() { return shaderState_; }
+  std::vector<ShaderCounts> shaderCounts;   // by ShaderUse::number
   // Handles of textures that shaders name, by the handle of the name.
   std::unordered_map<int32_t, int32_t>& textureOfString() { return textureOfString_; }
 

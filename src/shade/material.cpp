@@ -5,7 +5,9 @@
 #include <set>
 
 #include "base/text.h"
+#include "language/vm/strings.h"
 #include "shade/bxdf_stand_ins.h"
+#include "shade/clock.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -113,7 +115,7 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
 
 struct MaterialSet::Resolved {
   const Descriptor* plugin;
-  const ShaderNode* shader = nullptr;
+  std::shared_ptr<const ShaderNode> shader;
   const scene::Node* node;
   std::unique_ptr<ResolvedParams> values;
   struct Link { int node = -1; uint32_t output = 0; };
@@ -121,9 +123,8 @@ struct MaterialSet::Resolved {
 };
 
 MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
-                         const film::LightPaths& paths, std::vector<std::string> shaderPath)
-    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths),
-      shaders_(std::move(shaderPath), diagnostics) {}
+                         const film::LightPaths& paths, ShaderLibrary& shaders)
+    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths), shaders_(shaders) {}
 
 bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
@@ -407,7 +408,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       const ParamValue& v = nodes[n].values->values()[i];
       if (q.flags & kParamFile) {
         const std::string file = v.count ? v.strings[0] : "";
-        const int32_t handle = file.empty() ? TextureSystem::kNoTexture
+        const int32_t handle = nodes[n].shader ? language::internString(file)
+                               : file.empty() ? TextureSystem::kNoTexture
                                             : textures_.handle(file, {nodes[n].node->pos, std::string(q.name) + " of '" + nodes[n].node->handle + "'"});
         std::memcpy(&p.blocks[base + s.offset], &handle, 4);
       } else {
@@ -419,8 +421,14 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
 }
 
 void MaterialSet::finish() {
+  // only for finding what is there already
+  known_.clear();
+  keepAlive_.clear();
+  programOfKey_.clear();
+  materials_.shrink_to_fit();
   for (const auto& owned : programs_) {
     Program& p = *owned;
+    p.blocks.shrink_to_fit();
     for (ProgramNode& n : p.nodes)
       for (ParamSource& s : n.params) {
         if (s.from != ParamSource::From::Gathered) continue;
@@ -431,7 +439,17 @@ void MaterialSet::finish() {
         s.from = ParamSource::From::Constant;
         std::memcpy(s.constant, &p.blocks[s.offset], s.components * 4);
       }
-    makeShaderUses(p, executables_, width_, diagnostics_);
+    uint64_t nanoseconds = 0;
+    {
+      const Clock clock(nanoseconds);
+      makeShaderUses(p, shaders_.executables(), width_, diagnostics_);
+    }
+    if (!p.shaders.empty()) shaders_.addCompileSeconds(double(nanoseconds) * 1e-9);
+    for (ShaderUse& use : p.shaders) {
+      use.number = uint32_t(shaderUses_.size());
+      shaderUses_.push_back(&use);
+      materialsOfUse_.push_back(p.materials);
+    }
     const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();
@@ -453,9 +471,25 @@ void MaterialSet::finish() {
   }
 }
 
+uint64_t MaterialSet::shaderBytes() const {
+  uint64_t n = 0;
+  std::set<const language::Executable*> shared;
+  for (const ShaderUse* use : shaderUses_) {
+    n += use->bytes();
+    if (use->code && shared.insert(use->code.get()).second) n += use->code->bytes();
+  }
+  return n;
+}
+
 uint64_t MaterialSet::bytes() const {
   uint64_t n = materials_.size() * sizeof(Material);
-  for (const auto& p : programs_) n += sizeof(Program) + p->blocks.size() * 4 + p->nodes.size() * sizeof(ProgramNode);
+  for (const auto& p : programs_) {
+    n += sizeof(Program) + p->blocks.size() * 4 + p->nodes.size() * sizeof(ProgramNode);
+    for (const ProgramNode& node : p->nodes) {
+      n += node.params.size() * sizeof(ParamSource);
+      for (const ParamSource& s : node.params) n += s.list.capacity() * sizeof(float);
+    }
+  }
   return n;
 }
 

@@ -35,7 +35,7 @@ struct ParamSource {
 
 struct ProgramNode {
   const Descriptor* plugin = nullptr;
-  const ShaderNode* source = nullptr;         // a shader, which has no functions; null: a plug-in
+  std::shared_ptr<const ShaderNode> source;   // a shader, which has no functions; null: a plug-in
   int32_t shader = -1;                        // index into Program::shaders; -1: none, or it cannot run
   std::string handle;
   std::vector<ParamSource> params;            // by declared parameter
@@ -65,9 +65,10 @@ struct Material { uint32_t program = 0, block = 0; };
 
 class MaterialSet {
  public:
-  // `paths`: tells events of lobes apart, and by them the slots that bxdfs sum into. It must outlive the set.
+  // `paths`: tells events of lobes apart, and by them the slots that bxdfs sum into. It must outlive the set, `shaders`
+  // until finish().
   MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
-              const film::LightPaths& paths, std::vector<std::string> shaderPath = {});
+              const film::LightPaths& paths, ShaderLibrary& shaders);
   // Index of the material of a network with its attributes; null network: a plain diffuse of the Color attribute.
   uint32_t add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos);
   // After the last add: finds what is uniform, and the slots that light path expressions tell apart.
@@ -80,6 +81,9 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   uint64_t bytes() const;
+  uint64_t shaderBytes() const;   // of programs of the shading language
+  const std::vector<const ShaderUse*>& shaderUses() const { return shaderUses_; }   // by ShaderUse::number
+  uint32_t materialsOf(const ShaderUse& use) const { return materialsOfUse_[use.number]; }
   uint32_t width() const { return width_; }
 
  private:
@@ -92,10 +96,11 @@ class MaterialSet {
   TextureSystem& textures_;
   uint32_t width_;
   const film::LightPaths& paths_;
-  ShaderLibrary shaders_;
-  language::ExecutableCache executables_;
+  ShaderLibrary& shaders_;
   std::vector<Material> materials_;
   std::vector<std::unique_ptr<Program>> programs_;
+  std::vector<const ShaderUse*> shaderUses_;
+  std::vector<uint32_t> materialsOfUse_;
   std::map<std::string, uint32_t> programOfKey_;
   std::map<std::pair<const void*, std::string>, uint32_t> known_;
   std::map<const void*, scene::NetworkPtr> keepAlive_;

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <map>
 
+#include "language/vm/strings.h"
+#include "shade/clock.h"
 #include "shade/context_host.h"
 #include "shade/shader_library.h"
 #include "shade/shader_services.h"
@@ -32,7 +34,9 @@ language::Values valuesOf(const ProgramNode& n, uint32_t i, const language::Type
   const Param& p = n.plugin->params[i];
   language::Values v;
   if (p.type == Type::String) {
-    v.strings.assign(1, s.text);
+    int32_t handle;
+    std::memcpy(&handle, s.constant, 4);
+    v.strings.assign(1, p.flags & kParamFile ? language::stringOf(handle).c_str() : s.text);
   } else {
     std::vector<float> numbers =
         p.flags & kParamArray ? s.list : std::vector<float>(s.constant, s.constant + s.components);
@@ -142,6 +146,11 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
       diagnostics.error("SHADER-GROUP", {}, "the shaders that feed '" + group.name + "' cannot run: " + error,
                         "what they feed uses its defaults");
       continue;
+    }
+    for (const uint32_t n : members) {
+      const std::string& shader = p.nodes[n].source->shader->name;
+      if (use.name.size() < 60) use.name += (use.name.empty() ? "" : " + ") + shader;
+      else if (!use.name.ends_with("...")) use.name += " ...";
     }
     use.inputs = use.code->inputsOf(group);
     for (const language::Input& input : use.code->inputs())
@@ -274,7 +283,14 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
 
 }  // namespace
 
+uint64_t ShaderUse::bytes() const {
+  return sizeof *this + inputs.capacity() * sizeof(float) + varying.capacity() * sizeof(Varying) +
+         outputs.capacity() * sizeof(Out) + nodes.capacity() * sizeof(uint32_t);
+}
+
 void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
+  ShaderCounts& counts = h.group->shaderCounts[use.number];
+  const Clock clock(counts.nanoseconds);
   using G = language::GlobalValues;
   language::GlobalValues globals;
   const bool derivs = use.wantsDerivs, wantsUV = use.wants[G::u] || use.wants[G::v];
@@ -337,7 +353,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
     for (uint32_t k = 0; k < components; ++k) {
       const float* from = value.data[std::min(k, value.components - 1)];
       const float shift = in.base == Base::Point ? float(h.group->world().worldOrigin[k]) : 0.f;
-      if (value.stride && shift == 0 && in.base != Base::Int) {
+      if (value.stride && shift == 0 && in.base != Base::Int) {  // of strings the bits of handles
         v[k] = from;
         continue;
       }
@@ -367,6 +383,7 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   run.varyingInputs = varying;
   run.outputs = outputs;
   run.services = &services.table();
+  run.counts = &counts.machine;
   use.code->run(h.group->shaderState(), run);
 
   for (size_t i = 0; i < use.outputs.size(); ++i) {

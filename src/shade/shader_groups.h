@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/diagnostics.h"
@@ -32,9 +33,18 @@ struct ShaderUse {
   };
   std::vector<Out> outputs;  // in the order of the machine's outputs
   std::vector<uint32_t> nodes;
+  uint32_t number = 0;           // among those of all programs, for counting
+  std::string name;              // of its shaders
+  uint64_t bytes() const;        // without its code, which others may share
   // What the code reads, asked once.
   bool wantsDerivs = false, hasPrimvars = false;
   std::array<bool, language::GlobalValues::Count> wants{};
+};
+
+// What a thread counts of one ShaderUse.
+struct ShaderCounts {
+  language::RunCounts machine;
+  uint64_t nanoseconds = 0;  // with what is made ready for the machine
 };
 
 // Groups the program's shader nodes and compiles them. What cannot run is told, and its nodes compute nothing.

@@ -1,174 +1,191 @@
 #include "shade/shader_library.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <chrono>
+#include <ctime>
 #include <filesystem>
+#include <fstream>
 
 #include "language/front/compile.h"
 #include "language/program/oso_reader.h"
+#include "language/program/oso_writer.h"
 
 namespace kinora::shade {
 
 namespace {
 
 namespace fs = std::filesystem;
-using language::Base;
+using SteadyClock = std::chrono::steady_clock;
 
-Type typeOf(Base base) {
-  switch (base) {
-    case Base::Int:
-      return Type::Int;
-    case Base::String:
-      return Type::String;
-    case Base::Color:
-      return Type::Color;
-    case Base::Point:
-      return Type::Point;
-    case Base::Vector:
-      return Type::Vector;
-    case Base::Normal:
-      return Type::Normal;
-    case Base::Matrix:
-      return Type::Matrix;
-    default:
-      return Type::Float;
-  }
+constexpr std::string_view kReads = "# Reads ";  // in what writeBeside() writes: an included file, to its line's end
+
+bool isFile(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
 }
 
-// What the optimiser compiles in, and what has no place in a material's block, is part of the program.
-void describe(ShaderNode& node) {
-  const language::Shader& shader = *node.shader;
-  for (size_t i = 0; i < shader.symbols.size(); ++i) {
-    const language::Symbol& s = shader.symbols[i];
-    if (s.kind != language::SymbolKind::Param && s.kind != language::SymbolKind::OutputParam) continue;
-    if (s.type.base == Base::Struct || s.type.base == Base::Closure || s.type.base == Base::Void) continue;
-    Param p;
-    p.name = node.texts.emplace_back(s.name).c_str();
-    p.type = typeOf(s.type.base);
-    if (s.kind == language::SymbolKind::OutputParam) p.flags |= kParamOutput;
-    const bool isList = s.type.arrayLength != 0 || s.type.base == Base::Matrix;
-    if (isList) p.flags |= kParamArray | kParamFixed;
-    if (p.type == Type::String || p.type == Type::Int) p.flags |= kParamFixed;
-    std::vector<float>& list = node.lists.emplace_back(s.values.floats);
-    if (p.type == Type::Int) list.assign(s.values.ints.begin(), s.values.ints.end());
-    if (isList) {
-      p.list = list.data();
-      p.listCount = uint32_t(list.size());
-    } else {
-      for (size_t k = 0; k < 3 && !list.empty(); ++k) p.value[k] = list[std::min(k, list.size() - 1)];
-    }
-    if (p.type == Type::String && !s.values.strings.empty())
-      p.text = node.texts.emplace_back(s.values.strings[0]).c_str();
-    node.params.push_back(p);
-    node.symbolOf.push_back(language::SymbolId(i));
-  }
-  node.descriptor.params = node.params.data();
-  node.descriptor.paramCount = uint32_t(node.params.size());
+int64_t timeOf(const struct stat& s) { return int64_t(s.st_mtim.tv_sec) * 1000000000 + s.st_mtim.tv_nsec; }
+int64_t timeOf(const std::string& path) {  // -1: no such file
+  struct stat s;
+  return stat(path.c_str(), &s) ? -1 : timeOf(s);
 }
 
-void replaceIn(language::Block& block, language::SymbolId from, language::SymbolId to) {
-  for (language::Instruction& i : block.code) {
-    std::replace(i.arguments.begin(), i.arguments.end(), from, to);
-    for (language::Block& inner : i.blocks) replaceIn(inner, from, to);
-  }
-}
-bool writes(const language::Shader& shader, const language::Block& block, language::SymbolId symbol) {
-  for (const language::Instruction& i : block.code) {
-    for (uint32_t k = 0; k < i.arguments.size(); ++k)
-      if (i.arguments[k] == symbol && accessOf(shader, i, k) != 'r') return true;
-    for (const language::Block& inner : i.blocks)
-      if (writes(shader, inner, symbol)) return true;
-  }
-  return false;
-}
-
-// Writing P, N or Ci changes nothing in a pattern: the shader gets a variable of its own instead.
-void keepGlobals(language::Shader& shader) {
-  const size_t count = shader.symbols.size();
-  for (size_t s = 0; s < count; ++s) {
-    const auto id = language::SymbolId(s);
-    if (shader.symbols[s].kind != language::SymbolKind::Global || !writes(shader, shader.main, id)) continue;
-    const auto global = language::SymbolId(shader.symbols.size());
-    shader.symbols.push_back(shader.symbols[s]);
-    shader.symbols[s].kind = language::SymbolKind::Local;
-    shader.symbols[s].name = "$own_" + shader.symbols[s].name;
-    for (language::Initialiser& i : shader.initialisers) replaceIn(i.code, id, global);
-    if (shader.symbols[s].type.base == Base::Closure) continue;
-    language::Instruction copy;
-    copy.opcode = language::Opcode::Assign;
-    copy.arguments = {id, global};
-    shader.main.code.insert(shader.main.code.begin(), std::move(copy));
-  }
-}
+uint64_t hashOf(const std::string& text) { return std::hash<std::string>()(text); }
 
 }  // namespace
 
-std::unique_ptr<ShaderNode> ShaderLibrary::load(const std::string& path, const SourcePos& pos) {
-  auto node = std::make_unique<ShaderNode>();
-  node->file = path;
-  node->descriptor.abiVersion = kAbiVersion;
-  node->descriptor.descriptorBytes = sizeof(Descriptor);
-  node->descriptor.kind = Kind::Pattern;
-  node->descriptor.doc = "";
-  std::string wrong;
-  const std::optional<std::string> text = language::readSourceFile(path);
+ShaderLibrary::Stamp ShaderLibrary::stampOf(const std::string& path) {
+  Stamp stamp;
+  stamp.path = path;
+  struct stat s;
+  if (!stat(path.c_str(), &s)) {
+    stamp.time = timeOf(s);
+    stamp.size = uint64_t(s.st_size);
+    stamp.isYoung = std::time(nullptr) - s.st_mtim.tv_sec < 2;
+  }
+  return stamp;
+}
+
+bool ShaderLibrary::isAsBefore(Stamp& stamp) {
+  Stamp now = stampOf(stamp.path);
+  if (!stamp.isYoung && now.time == stamp.time && now.size == stamp.size) return true;
+  const std::optional<std::string> text = language::readSourceFile(stamp.path);
+  now.textHash = text ? hashOf(*text) : 0;
+  if (now.textHash != stamp.textHash) return false;
+  stamp = std::move(now);
+  return true;
+}
+
+void ShaderLibrary::begin(std::vector<std::string> searchPath, bool keepCompiled) {
+  searchPath_ = std::move(searchPath);
+  keepCompiled_ = keepCompiled;
+  byName_.clear();
+  ++generation_;
+}
+
+std::shared_ptr<language::Shader> ShaderLibrary::read(const std::string& path, File& file) {
+  const SteadyClock::time_point start = SteadyClock::now();
+  ++compiled_;
+  file.wrong.clear();
+  file.stamps.clear();
+  // stamped before it is read: what is written meanwhile is seen as a change
+  const auto reader = [&](const std::string& name) {
+    Stamp stamp = stampOf(name);
+    std::optional<std::string> text = language::readSourceFile(name);
+    if (text) stamp.textHash = hashOf(*text);
+    file.stamps.push_back(std::move(stamp));
+    return text;
+  };
   auto shader = std::make_shared<language::Shader>();
+  const std::optional<std::string> text = reader(path);
   if (!text) {
-    wrong = "it cannot be read";
+    file.wrong = "it cannot be read";
   } else if (path.ends_with(".oso")) {
-    if (!language::readOso(*text, path, *shader, wrong) && wrong.empty()) wrong = "it is no compiled shader";
+    if (!language::readOso(*text, path, *shader, file.wrong) && file.wrong.empty())
+      file.wrong = "it is no compiled shader";
   } else {
     language::CompileOptions options;
     options.includePaths = searchPath_;
     options.includePaths.insert(options.includePaths.begin(), fs::path(path).parent_path().string());
     options.withWarnings = false;
     options.maxErrors = 10;
-    language::CompileResult result = language::compile(*text, path, options);
+    language::CompileResult result = language::compile(*text, path, options, reader);
     for (const language::CompileMessage& m : result.messages)
-      if (m.severity == Severity::Error) wrong += (wrong.empty() ? "" : "\n") + m.str();
+      if (m.severity == Severity::Error) file.wrong += (file.wrong.empty() ? "" : "\n") + m.str();
     if (result.ok())
       *shader = std::move(*result.shader);
-    else if (wrong.empty())
-      wrong = "it cannot be compiled";
+    else if (file.wrong.empty())
+      file.wrong = "it cannot be compiled";
   }
-  if (wrong.empty()) {
-    keepGlobals(*shader);
-    node->shader = std::move(shader);
-    describe(*node);
-  } else {
-    diagnostics_.error("SHADER-COMPILE", pos, "shader '" + path + "' cannot be used: " + wrong,
-                       "what it feeds is magenta where it is a colour, else has its default",
-                       "kinora shader compile says the same without rendering");
-  }
-  node->descriptor.name = node->texts.emplace_back(node->shader ? node->shader->name : path).c_str();
-  return node;
+  compileSeconds_ += std::chrono::duration<double>(SteadyClock::now() - start).count();
+  return file.wrong.empty() ? shader : nullptr;
 }
 
-const ShaderNode* ShaderLibrary::find(const std::string& name, const SourcePos& pos) {
-  if (const auto it = known_.find(name); it != known_.end()) return it->second.get();
+std::shared_ptr<const ShaderNode> ShaderLibrary::open(const std::string& path, const SourcePos& pos) {
+  File& file = files_[path];
+  if (file.lookedAt == generation_) return file.node;
+  file.lookedAt = generation_;
+  bool isSame = file.node != nullptr;
+  for (Stamp& stamp : file.stamps) isSame = isSame && isAsBefore(stamp);
+  // what was wrong may have been an include that was not there
+  if (isSame && file.node->shader) return file.node;
+  const std::shared_ptr<const ShaderNode> before = file.node;
+  const std::string wrongBefore = file.wrong;
+  std::shared_ptr<language::Shader> shader = read(path, file);
+  if (before && before->shader) executables_.forget(*before->shader);
+  if (before && (shader || file.wrong != wrongBefore))
+    diagnostics_.info("SHADER-RECOMPILED", pos, "shader '" + path + "' has changed and is compiled again");
+  if (shader && keepCompiled_ && path.ends_with(".osl")) writeBeside(path, *shader, file, pos);
+  if (!shader && !(before && file.wrong == wrongBefore))
+    diagnostics_.error("SHADER-COMPILE", pos, "shader '" + path + "' cannot be used: " + file.wrong,
+                       "what it feeds is magenta where it is a colour, else has its default",
+                       "kinora shader compile says the same without rendering");
+  file.node = makeShaderNode(path, std::move(shader));
+  return file.node;
+}
+
+void ShaderLibrary::writeBeside(const std::string& path, const language::Shader& shader, const File& file,
+                                const SourcePos& pos) {
+  std::string text = language::osoText(shader);
+  std::string reads;
+  for (size_t i = 1; i < file.stamps.size(); ++i)
+    if (file.stamps[i].path.find('\n') == std::string::npos)
+      reads += std::string(kReads) + file.stamps[i].path + "\n";
+  text.insert(text.find('\n') + 1, reads);
+  const std::string name = path.substr(0, path.size() - 4) + ".oso", other = name + "." + std::to_string(getpid());
+  // whole or not at all: others may read it now
+  std::ofstream out(other, std::ios::binary);
+  out << text;
+  out.close();
+  std::error_code failed;
+  if (out) fs::rename(other, name, failed);
+  if (out && !failed) return;
+  fs::remove(other, failed);
+  diagnostics_.warning("SHADER-CACHE", pos, "compiled shader '" + name + "' cannot be written",
+                       "it is compiled again next time", "Option \"shader\" \"int cache\" [0] does not ask for it");
+}
+
+// NAME.osl or NAME.oso, "" when there is neither. A compiled one counts when it is newer than all of its sources.
+std::string ShaderLibrary::choose(const std::string& base) const {
+  const std::string source = base + ".osl", compiled = base + ".oso";
+  const bool hasSource = isFile(source), hasCompiled = isFile(compiled);
+  if (!hasSource || !hasCompiled) return hasSource ? source : hasCompiled ? compiled : "";
+  if (files_.count(source)) return source;  // in memory, and looked at again
+  const int64_t written = timeOf(compiled);
+  if (timeOf(source) >= written) return source;
+  std::ifstream in(compiled);
+  std::string line;
+  std::getline(in, line);
+  if (!line.starts_with("OpenShadingLanguage 1.00")) return source;
+  while (std::getline(in, line) && line.starts_with("#"))
+    if (line.starts_with(kReads)) {
+      const int64_t time = timeOf(line.substr(kReads.size()));
+      if (time < 0 || time >= written) return source;
+    }
+  return compiled;
+}
+
+std::shared_ptr<const ShaderNode> ShaderLibrary::find(const std::string& name, const SourcePos& pos) {
+  if (const auto it = byName_.find(name); it != byName_.end()) return it->second;
   std::vector<fs::path> places;
   const fs::path asked(name);
-  if (asked.is_absolute()) {
-    places.push_back(asked);
-  } else {
+  if (!asked.is_absolute())
     for (const std::string& directory : searchPath_) places.push_back(fs::path(directory) / asked);
-    places.push_back(asked);
+  places.push_back(asked);
+  std::string path;
+  for (size_t i = 0; i < places.size() && path.empty(); ++i) {
+    const std::string extension = places[i].extension().string();
+    if ((extension == ".osl" || extension == ".oso") && isFile(places[i].string()))
+      path = places[i].string();
+    else
+      path = choose(places[i].string());
   }
-  const auto isFile = [](const fs::path& p) {
-    std::error_code ignored;
-    return fs::is_regular_file(p, ignored);
-  };
-  std::unique_ptr<ShaderNode>& found = known_[name];
-  for (const fs::path& p : places) {
-    const std::string extension = p.extension().string();
-    if ((extension == ".osl" || extension == ".oso") && isFile(p)) {
-      found = load(p.string(), pos);
-      break;
-    }
-    for (const char* end : {".osl", ".oso"})
-      if (!found && isFile(p.string() + end)) found = load(p.string() + end, pos);
-    if (found) break;
-  }
-  return found.get();
+  std::shared_ptr<const ShaderNode>& found = byName_[name];
+  if (!path.empty()) found = open(path, pos);
+  return found;
 }
 
 }  // namespace kinora::shade

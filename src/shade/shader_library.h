@@ -1,44 +1,62 @@
-// Shading-language shaders as pattern nodes: found by name along a search path, compiled in memory, and described
-// like a plug-in, so that parameters, references and messages are those of every other node. Used by MaterialSet.
+// Shaders by name, kept from one world to the next: found along a search path, compiled in memory, compiled again
+// when one of their files has changed. Owned by render's WorldBuilder, used by MaterialSet.
 #pragma once
-#include <kinora/plugin.h>
-
-#include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "base/diagnostics.h"
-#include "language/program/program.h"
+#include "language/vm/executable.h"
+#include "shade/shader_node.h"
 
 namespace kinora::shade {
 
-// One shader. Its descriptor has no functions: shader_groups.h runs it.
-struct ShaderNode {
-  std::shared_ptr<const language::Shader> shader;  // null: the file is there and cannot be compiled
-  std::string file;
-  Descriptor descriptor{};
-  std::vector<Param> params;                 // of the descriptor; structs have a parameter for each field, "s.field"
-  std::vector<language::SymbolId> symbolOf;  // by parameter
-  std::deque<std::string> texts;
-  std::deque<std::vector<float>> lists;
-};
-
 class ShaderLibrary {
  public:
-  ShaderLibrary(std::vector<std::string> searchPath, Diagnostics& diagnostics)
-      : searchPath_(std::move(searchPath)), diagnostics_(diagnostics) {}
-  // NAME, NAME.osl or NAME.oso, absolute or along the path, .osl first. Null: there is no such file; nothing was
-  // said. A file that cannot be compiled is told once.
-  const ShaderNode* find(const std::string& name, const SourcePos& pos);
+  explicit ShaderLibrary(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+  // Before each world: files are looked at again when they are next asked for. keepCompiled: what is compiled is
+  // written beside its source too, as NAME.oso.
+  void begin(std::vector<std::string> searchPath, bool keepCompiled);
+  // NAME, NAME.osl or NAME.oso, absolute or along the path; .osl before .oso, but for an .oso that is newer. Null:
+  // there is no such file; nothing was said. A file that cannot be compiled is told once for each state that it has.
+  std::shared_ptr<const ShaderNode> find(const std::string& name, const SourcePos& pos);
+  language::ExecutableCache& executables() { return executables_; }
+  // Over the life of the library.
+  uint64_t compiled() const { return compiled_; }
+  double compileSeconds() const { return compileSeconds_; }
+  void addCompileSeconds(double s) { compileSeconds_ += s; }  // of groups
 
  private:
-  std::unique_ptr<ShaderNode> load(const std::string& path, const SourcePos& pos);
-  std::vector<std::string> searchPath_;
+  // What a file was when it was read. A file written again within its clock's tick has the same time: then the text
+  // decides.
+  struct Stamp {
+    std::string path;
+    int64_t time = 0;
+    uint64_t size = 0, textHash = 0;
+    bool isYoung = true;
+  };
+  struct File {
+    std::shared_ptr<const ShaderNode> node;
+    std::vector<Stamp> stamps;  // the file's own first
+    std::string wrong;          // why it cannot be compiled
+    uint64_t lookedAt = 0;      // generation
+  };
+  static Stamp stampOf(const std::string& path);
+  static bool isAsBefore(Stamp& stamp);
+  std::string choose(const std::string& base) const;
+  std::shared_ptr<const ShaderNode> open(const std::string& path, const SourcePos& pos);
+  std::shared_ptr<language::Shader> read(const std::string& path, File& file);
+  void writeBeside(const std::string& path, const language::Shader& shader, const File& file, const SourcePos& pos);
+
   Diagnostics& diagnostics_;
-  std::map<std::string, std::unique_ptr<ShaderNode>> known_;  // by name
+  std::vector<std::string> searchPath_;
+  bool keepCompiled_ = false;
+  uint64_t generation_ = 0, compiled_ = 0;
+  double compileSeconds_ = 0;
+  std::map<std::string, std::shared_ptr<const ShaderNode>> byName_;  // of this generation
+  std::map<std::string, File> files_;                                // by path
+  language::ExecutableCache executables_;
 };
 
 }  // namespace kinora::shade

@@ -78,4 +78,16 @@ TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
   EXPECT_LT(j["scalar_difference"].get<double>(), 1e-4) << "bench/scalar_surface.cpp has fallen behind PxrSurface";
 }
 
+TEST(Bench, FramesOfShadersAreThoseOfPlugIns) {
+  const Result r = run("shading --quick --repeat 1 --only frames");
+  EXPECT_EQ(r.code, 0) << r.out;
+  EXPECT_NE(r.out.find("frame_vs_patterns"), std::string::npos) << r.out;
+  // only their noise differs
+  double shaders = 0, plugins = 0;
+  const size_t at = r.out.find("mean of the frames: ");
+  ASSERT_NE(at, std::string::npos) << r.out;
+  ASSERT_EQ(std::sscanf(r.out.c_str() + at, "mean of the frames: %lf by shaders, %lf", &shaders, &plugins), 2);
+  EXPECT_NEAR(shaders / plugins, 1, 0.15);
+}
+
 }  // namespace

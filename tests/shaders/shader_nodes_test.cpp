@@ -1,57 +1,10 @@
 // Proves: shaders of the shading language stand in scenes as pattern nodes. Their parameters, connections, primvars
 // and derivatives mean what those of C++ patterns mean; materials that differ in numbers share a program; what is
 // broken is told with its place and seen.
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <fstream>
-
-#include "support/render_scene.h"
+#include "fixture.h"
 
 namespace kinora::tests {
 namespace {
-
-class Shaders : public ::testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "kinora_shaders_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ + "/" + name) << text; }
-  // A square that fills the picture and shows emitColor, 16 x 16 pixels; `network` is everything before the geometry.
-  RenderRequest requestOf(const std::string& network, const std::string& primvars = "") {
-    RenderRequest r;
-    r.rib = R"(Format 16 16 1
-Hider "raytrace" "int maxsamples" [1]
-PixelFilter "box" 1 1
-Projection "orthographic"
-WorldBegin
-Light "PxrDomeLight" "sky"
-Translate 0 0 1
-)" + network +
-            R"(Polygon "P" [-1 -1 0  -1 1 0  1 1 0  1 -1 0] "st" [0 0  0 1  1 1  1 0] )" + primvars + "\nWorldEnd\n";
-    r.settings.shaderPath = {folder_};
-    return r;
-  }
-  std::vector<int64_t> filmOf(const std::string& network, const std::string& primvars = "") {
-    SceneRender render(requestOf(network, primvars));
-    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
-    return render.ok() ? stateOf(render.film()) : std::vector<int64_t>();
-  }
-  std::array<float, 3> middleOf(SceneRender& render) {
-    const image::Image picture = render.channel("Ci");
-    const float* p = picture.at(8, 8);
-    return {p[0], p[1], p[2]};
-  }
-  std::string folder_;
-};
-
-constexpr const char* kShow = "Bxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:result\"]\n";
 
 TEST_F(Shaders, AConstantIsTheConstant) {
   write("plain.osl", "shader plain(color c = color(.25, .5, .75), output color result = 0) { result = c; }");

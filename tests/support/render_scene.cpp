@@ -15,7 +15,7 @@ const char* const kAllChannels =
 
 SceneRender::SceneRender(RenderRequest request) {
   diagnostics_ = std::make_unique<Diagnostics>([this](const std::string& line, Severity s) {
-    if (s != Severity::Info) messages_.push_back(line);
+    (s != Severity::Info ? messages_ : infos_).push_back(line);
   });
   std::optional<scene::Scene> scene;
   rib::RibReader reader(*diagnostics_, {}, [&](scene::Scene&& s) { scene = std::move(s); });

@@ -35,14 +35,15 @@ class SceneRender {
   bool ok() const { return ok_; }
   film::Film& film() { return renderer_->film(); }
   render::Renderer& renderer() { return *renderer_; }
-  const std::vector<std::string>& messages() const { return messages_; }
+  const std::vector<std::string>& messages() const { return messages_; }  // warnings and errors
+  const std::vector<std::string>& infos() const { return infos_; }
   // One channel of the film as floats, row by row.
   image::Image channel(const std::string& name);
   // Writes `picture` under the temporary folder and returns where; call it when a test fails.
   static std::string keep(const image::Image& picture, const std::string& name);
 
  private:
-  std::vector<std::string> messages_;
+  std::vector<std::string> messages_, infos_;
   std::unique_ptr<Registry> registry_;
   std::unique_ptr<Diagnostics> diagnostics_;
   std::unique_ptr<render::Renderer> renderer_;

@@ -14,6 +14,7 @@ struct Stmt;
 struct Var;
 struct Function;
 struct Builtin;
+struct Signature;
 
 struct TypeSpec {  // as written; the checker makes a Type of it
   Base base = Base::Void;
@@ -62,7 +63,7 @@ struct Expr {
   Var* var = nullptr;                // Variable
   Function* function = nullptr;      // Call; Unary, Binary: an overloaded operator
   const Builtin* builtin = nullptr;  // Call
-  uint32_t signature = 0;            // of the builtin
+  const Signature* signature = nullptr;  // of the builtin
   int32_t field = -1;                // Field: of a structure; component of a triple
   bool isStructConstruct = false;    // Call: S(a, b)
   bool isChecked = false;            // before what it is an element of: not again

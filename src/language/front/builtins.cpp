@@ -187,9 +187,46 @@ Base baseOf(char c) {
   }
 }
 
+std::vector<Signature> signaturesIn(std::string_view texts) {
+  std::vector<Signature> all;
+  while (!texts.empty()) {
+    const std::string_view text = texts.substr(0, texts.find(' '));
+    texts.remove_prefix(std::min(texts.size(), text.size() + 1));
+    std::string_view letters = " ";
+    char family = 0;
+    for (const auto& [f, l] : {std::pair<char, std::string_view>{'T', "fcpvn"}, {'V', "cpvn"}, {'G', "pvn"}})
+      if (text.find(f) != std::string_view::npos) family = f, letters = l;
+    for (const char letter : letters) {
+      Signature& made = all.emplace_back();
+      bool isOutput = false, hasResult = false;
+      for (const char c : text) {
+        if (c == '!') {
+          isOutput = true;
+        } else if (c == '[') {
+          made.formals[made.count - 1].type.arrayLength = -1;
+        } else if (c == '+' || c == '*' || c == '@') {
+          made.rest = c;
+        } else if (!hasResult) {
+          made.result.base = baseOf(c == family ? letter : c);
+          hasResult = true;
+        } else {
+          Formal& f = made.formals[made.count++];
+          f.isAny = c == '?';
+          f.type.base = baseOf(c == family ? letter : c);
+          f.isOutput = isOutput;
+          isOutput = false;
+        }
+      }
+    }
+  }
+  return all;
+}
+
 bool isGeometric(Base b) { return b == Base::Point || b == Base::Vector || b == Base::Normal; }
 
 }  // namespace
+
+std::span<const Builtin> allBuiltins() { return kTable; }
 
 const Builtin* builtinNamed(std::string_view name) {
   const auto* at = std::lower_bound(std::begin(kTable), std::end(kTable), name,
@@ -197,42 +234,13 @@ const Builtin* builtinNamed(std::string_view name) {
   return at != std::end(kTable) && at->name == name ? at : nullptr;
 }
 
-bool signatureOf(const Builtin& builtin, uint32_t id, Signature& out, bool& isThere) {
-  std::string_view text = builtin.signatures;
-  for (uint32_t i = id / 8; i > 0; --i) {
-    const size_t space = text.find(' ');
-    if (space == std::string_view::npos) return false;
-    text.remove_prefix(space + 1);
-  }
-  text = text.substr(0, text.find(' '));
-  std::string_view letters = " ";
-  char family = 0;
-  for (const auto& [f, l] : {std::pair<char, std::string_view>{'T', "fcpvn"}, {'V', "cpvn"}, {'G', "pvn"}})
-    if (text.find(f) != std::string_view::npos) family = f, letters = l;
-  isThere = id % 8 < letters.size();
-  if (!isThere) return true;
-  const char letter = letters[id % 8];
-  out = Signature();
-  bool isOutput = false, hasResult = false;
-  for (const char c : text) {
-    if (c == '!') {
-      isOutput = true;
-    } else if (c == '[') {
-      out.formals[out.count - 1].type.arrayLength = -1;
-    } else if (c == '+' || c == '*' || c == '@') {
-      out.rest = c;
-    } else if (!hasResult) {
-      out.result.base = baseOf(c == family ? letter : c);
-      hasResult = true;
-    } else {
-      Formal& f = out.formals[out.count++];
-      f.isAny = c == '?';
-      f.type.base = baseOf(c == family ? letter : c);
-      f.isOutput = isOutput;
-      isOutput = false;
-    }
-  }
-  return true;
+std::span<const Signature> signaturesOf(const Builtin& builtin) {
+  static const std::vector<std::vector<Signature>> kAll = [] {
+    std::vector<std::vector<Signature>> all;
+    for (const Builtin& b : kTable) all.push_back(signaturesIn(b.signatures));
+    return all;
+  }();
+  return kAll[size_t(&builtin - kTable)];
 }
 
 // reference: osl-numerics, section 11

@@ -1,6 +1,7 @@
 // The library's functions that are opcodes, with their overloads. Asked by the checker and by lowering.
 #pragma once
 #include <array>
+#include <span>
 #include <string_view>
 
 #include "language/program/program.h"
@@ -40,9 +41,9 @@ struct Signature {
 
 // All functions of a name stand side by side; null when there is none. closures: opcode MakeClosure.
 const Builtin* builtinNamed(std::string_view name);
-// Signature number `id` of the builtin; false beyond the last. Numbers count 8 for each text, one for each of its
-// letters: those that do not exist give `isThere` false.
-bool signatureOf(const Builtin&, uint32_t id, Signature& out, bool& isThere);
+std::span<const Builtin> allBuiltins();
+// All of a builtin's, one for each type that a T, V or G stands for. They are made once and stay.
+std::span<const Signature> signaturesOf(const Builtin&);
 
 // Not void, which is the absence of a value, but the absence of a message: what a wrong expression has.
 constexpr Type kPoison{Base::Void, 0, -2};

@@ -108,7 +108,7 @@ bool Checker::match(Candidate& c, std::span<Expr*> arguments, Type expected) {
     }
     result = f.type;
   } else {
-    const Signature& s = c.signature;
+    const Signature& s = *c.signature;
     if (arguments.size() < s.count || (s.rest == 0 && arguments.size() > s.count)) return false;
     if (s.rest == '@' && arguments.size() > s.count) {
       const Expr* token = arguments[s.count];
@@ -136,12 +136,12 @@ std::string Checker::signatureText(const Candidate& c) const {
       s += (s.empty() ? "" : ", ") + std::string(p->isOutput ? "output " : "") + text(p->type);
     return text(c.function->type) + " " + text(c.function->name) + " (" + s + ")";
   }
-  for (uint32_t i = 0; i < c.signature.count; ++i) {
-    const Formal& f = c.signature.formals[i];
+  for (uint32_t i = 0; i < c.signature->count; ++i) {
+    const Formal& f = c.signature->formals[i];
     s += (s.empty() ? "" : ", ") + std::string(f.isOutput ? "output " : "") + (f.isAny ? "any" : text(f.type));
   }
-  if (c.signature.rest != 0) s += s.empty() ? "..." : ", ...";
-  return text(c.signature.result) + " " + std::string(c.builtin->name) + " (" + s + ")";
+  if (c.signature->rest != 0) s += s.empty() ? "..." : ", ...";
+  return text(c.signature->result) + " " + std::string(c.builtin->name) + " (" + s + ")";
 }
 
 Function* Checker::operatorFor(Expr* e, std::span<Expr*> operands, Type expected) {
@@ -212,10 +212,9 @@ Type Checker::call(Expr* e, Type expected) {
   if (const Builtin* b = builtinNamed(name)) {
     Candidate c;
     c.builtin = b;
-    bool isThere = false;
-    for (uint32_t id = 0; signatureOf(*b, id, c.signature, isThere); ++id) {
-      c.id = id;
-      if (isThere) candidates.push_back(c);
+    for (const Signature& s : signaturesOf(*b)) {
+      c.signature = &s;
+      candidates.push_back(c);
     }
   }
   if (candidates.empty()) {
@@ -246,13 +245,13 @@ Type Checker::call(Expr* e, Type expected) {
     error(e->pos, "no function '" + std::string(name) + "' takes (" + given + "); there is " + known);
     return kPoison;
   }
-  const auto typeOf = [](const Candidate& c) { return c.function ? c.function->type : c.signature.result; };
+  const auto typeOf = [](const Candidate& c) { return c.function ? c.function->type : c.signature->result; };
   size_t best = 0, ties = 1;
   const auto sameFormals = [&](const Candidate& a, const Candidate& b) {
     for (size_t i = 0; i < e->list.size(); ++i) {
       const auto formal = [&](const Candidate& c) {
         return c.function ? (i < c.function->parameters.size() ? c.function->parameters[i]->type : Type{})
-                          : c.signature.at(uint32_t(i)).type;
+                          : c.signature->at(uint32_t(i)).type;
       };
       if (formal(a) != formal(b)) return false;
     }
@@ -294,6 +293,7 @@ Type Checker::call(Expr* e, Type expected) {
     error(e->pos, "function '" + std::string(name) + "' calls itself; recursion is not possible");
     return kPoison;
   }
+  if (uses_ && (chosen.builtin || chosen.function->isPrelude)) use(signatureText(chosen));
   special(e);
   return typeOf(chosen);
 }
@@ -302,11 +302,11 @@ Type Checker::call(Expr* e, Type expected) {
 void Checker::bind(Expr* e, const Candidate& c, std::span<Expr*> arguments) {
   e->function = c.function;
   e->builtin = c.builtin;
-  e->signature = c.id;
+  e->signature = c.signature;
   for (uint32_t i = 0; i < arguments.size(); ++i) {
     Formal f;
     if (c.builtin) {
-      f = c.signature.at(i);
+      f = c.signature->at(i);
     } else if (i < c.function->parameters.size()) {
       f.type = c.function->parameters[i]->type;
       f.isOutput = c.function->parameters[i]->isOutput;
@@ -371,9 +371,8 @@ void Checker::special(Expr* e) {
       break;
   }
   // tokens and values
-  Signature s;
-  bool isThere;
-  if (!signatureOf(*e->builtin, e->signature, s, isThere) || s.rest != '@') return;
+  const Signature& s = *e->signature;
+  if (s.rest != '@') return;
   for (size_t i = s.count; i < list.size(); i += 2) {
     if (list[i]->type != Type{Base::String, 0, -1})
       return error(list[i]->pos,

@@ -126,9 +126,7 @@ SymbolId Lowerer::closure(Function* f, Expr* e) {
 
 SymbolId Lowerer::builtin(Expr* e, SymbolId want) {
   const Builtin& b = *e->builtin;
-  Signature s;
-  bool isThere;
-  signatureOf(b, e->signature, s, isThere);
+  const Signature& s = *e->signature;
   Opcode op = b.opcode;
   if (op == Opcode::TransformPoint && s.result.base == Base::Vector) op = Opcode::TransformVector;
   if (op == Opcode::TransformPoint && s.result.base == Base::Normal) op = Opcode::TransformNormal;

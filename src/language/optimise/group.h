@@ -45,6 +45,9 @@ struct Output {
 
 struct PerPoint {
   bool isVarying = false, hasDerivs = false;
+  // Not there for all points. Where code computes the default, an int input "name?" says for which; elsewhere the
+  // values given are what holds without it.
+  bool isPartial = false;
 };
 
 struct ShaderGroup {

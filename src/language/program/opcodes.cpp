@@ -45,10 +45,8 @@ char accessOf(Opcode op, uint32_t i, uint32_t count) {
     default:
       break;
   }
-  const std::string_view letters = factsOf(op).letters;
-  const size_t fixed = letters.ends_with('*') ? letters.size() - 2 : letters.size();
-  if (i < fixed) return letters[i];
-  return letters.ends_with('*') ? letters[letters.size() - 2] : 'r';
+  const OpcodeFacts& facts = factsOf(op);
+  return i < facts.fixed ? facts.letters[i] : facts.further;
 }
 
 }  // namespace kinora::language

@@ -204,6 +204,9 @@ constexpr bool isLoop(Opcode op) { return op == Opcode::For || op == Opcode::Whi
 struct OpcodeFacts {
   std::string_view name, letters;
   uint32_t flags;
+  uint32_t fixed = repeats() ? uint32_t(letters.size()) - 2 : uint32_t(letters.size());  // arguments before those that repeat
+  char further = repeats() ? letters[letters.size() - 2] : 'r';
+  constexpr bool repeats() const { return !letters.empty() && letters.back() == '*'; }
 };
 const OpcodeFacts& factsOf(Opcode);
 Opcode opcodeNamed(std::string_view name);  // Opcode::Count when there is none

@@ -286,10 +286,7 @@ class Validator {
     if (op == Opcode::TransformVector || op == Opcode::TransformNormal) name = "transform";
     const front::Builtin* b = front::builtinNamed(name);
     if (!b) return false;
-    front::Signature s;
-    bool isThere;
-    for (uint32_t id = 0; front::signatureOf(*b, id, s, isThere); ++id) {
-      if (!isThere) continue;
+    for (const front::Signature& s : front::signaturesOf(*b)) {
       const size_t first = s.result.base == Base::Void ? 0 : 1;
       if (first && (types_.empty() || !matches({s.result, false, false}, types_[0]))) continue;
       const size_t n = types_.size() - first;

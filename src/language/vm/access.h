@@ -36,6 +36,22 @@ KN_INLINE void putAnswer(Mask<W> m, float* p, uint32_t i) {
   put(choose(m, Int<W>(1), Int<W>(0)), p, i);
 }
 
+// A mask is a cell of -1 for points that take part and 0 for the others.
+template <int W>
+KN_INLINE Mask<W> loadMask(const float* p, uint32_t i) {
+  return asInt(Float<W>::load(p + i)) < Int<W>(0);
+}
+template <int W>
+KN_INLINE void storeMask(Mask<W> m, float* p, uint32_t i) {
+  put(choose(m, Int<W>(-1), Int<W>(0)), p, i);
+}
+// Which chunks hold points of a mask, as the bits of an int.
+KN_INLINE void setChunks(float* cell, uint32_t chunks) { __builtin_memcpy(cell, &chunks, 4); }
+template <int W>
+KN_INLINE uint32_t chunkOf(Mask<W> m, uint32_t i) {
+  return m.any() ? 1u << (i / 16) : 0u;
+}
+
 // The words of a result with derivatives and of its operands, one component at a time.
 struct DualCells {
   float *v, *dx, *dy;

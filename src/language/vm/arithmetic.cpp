@@ -5,6 +5,7 @@
 #include <kinora/simd/foreach_target.h>
 #include "language/library/dual.h"
 #include "language/vm/access.h"
+#include "language/vm/operations.h"
 #include "language/vm/width_tables.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -12,54 +13,7 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 using namespace kinora::language;
-using lang::Dual;
-
-struct AddOp {
-  template <class A, class B>
-  static KN_INLINE auto of(A a, B b) { return a + b; }
-};
-struct SubOp {
-  template <class A, class B>
-  static KN_INLINE auto of(A a, B b) { return a - b; }
-};
-struct MulOp {
-  template <class A, class B>
-  static KN_INLINE auto of(A a, B b) { return a * b; }
-};
-struct DivOp {
-  template <class A, class B>
-  static KN_INLINE auto of(A a, B b) { return lang::divide(a, b); }
-  template <int W>
-  static KN_INLINE Dual<W> of(Float<W> a, Dual<W> b) { return lang::divide(Dual<W>(a), b); }
-};
-// by a divisor that is known not to be 0
-struct DivPlainOp {
-  template <int W>
-  static KN_INLINE Float<W> of(Float<W> a, Float<W> b) { return a / b; }
-  template <class A, class B>
-  static KN_INLINE auto of(A a, B b) { return DivOp::of(a, b); }
-  template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Float<W> b) {
-    const Float<W> inverse = Float<W>(1.f) / b;
-    return {a.v / b, inverse * a.dx, inverse * a.dy};
-  }
-};
-struct MinOp {
-  template <class A>
-  static KN_INLINE A of(A a, A b) { return lang::least(a, b); }
-  template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Float<W> b) { return lang::least(a, Dual<W>(b)); }
-  template <int W>
-  static KN_INLINE Dual<W> of(Float<W> a, Dual<W> b) { return lang::least(Dual<W>(a), b); }
-};
-struct MaxOp {
-  template <class A>
-  static KN_INLINE A of(A a, A b) { return lang::greatest(a, b); }
-  template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Float<W> b) { return lang::greatest(a, Dual<W>(b)); }
-  template <int W>
-  static KN_INLINE Dual<W> of(Float<W> a, Dual<W> b) { return lang::greatest(Dual<W>(a), b); }
-};
+using namespace lang::operations;
 
 template <int W, class Op, bool kUniformA, bool kUniformB>
 void plain(const Frame& f, const uint32_t* w) {
@@ -86,8 +40,8 @@ void dual(const Frame& f, const uint32_t* w) {
 template <int W>
 constexpr KernelFunction kArithmetic[] = {
 #define KN_X(name)                                                                                           \
-  &plain<W, name##Op, false, false>, &plain<W, name##Op, true, false>, &plain<W, name##Op, false, true>,     \
-      &dual<W, name##Op, false, false>, &dual<W, name##Op, true, false>, &dual<W, name##Op, false, true>,
+  &plain<W, name, false, false>, &plain<W, name, true, false>, &plain<W, name, false, true>,     \
+      &dual<W, name, false, false>, &dual<W, name, true, false>, &dual<W, name, false, true>,
     KN_VM_BINARY(KN_X)
 #undef KN_X
 };

@@ -31,6 +31,7 @@ const KernelFunction* kernelsOf(Family family, uint32_t width) {
     case Family::Color: return colorKernels(width);
     case Family::Spline: return splineKernels(width);
     case Family::Noise: return noiseKernels(width);
+    case Family::Fused: return fusedKernels(width);
     default: return scalarKernels();
   }
 }
@@ -134,15 +135,16 @@ size_t CodeGenerator::emit(KernelName kernel, bool once) {
   return size_t(number);
 }
 
-size_t CodeGenerator::emitJump(Step step, Register condition) {
+size_t CodeGenerator::emitJump(Step step, Register condition, Register mask) {
   MachineInstruction in;
   in.step = step;
   in.words = uint32_t(e_->words_.size());
-  if (condition != kNoRegister) {
-    reference(condition);
-    touch(condition, int32_t(e_->code_.size()));
-    firstRelocation_.push_back(e_->code_.size());
-  }
+  for (const Register r : {condition, mask})
+    if (r != kNoRegister) {
+      reference(r);
+      touch(r, int32_t(e_->code_.size()));
+      firstRelocation_.push_back(e_->code_.size());
+    }
   wordsDone_ = e_->words_.size();
   e_->code_.push_back(in);
   e_->names_.push_back(step == Step::Jump ? "-> jump" : step == Step::End ? "end" : step == Step::JumpUnless ? "-> jump unless" : "chunks");
@@ -337,6 +339,7 @@ bool CodeGenerator::run(Executable& executable, std::string& error) {
   ofSymbol_.assign(shader_.symbols.size(), kNoRegister);
   masks_.assign(a_.regions.size(), kNoRegister);
   chunks_ = masks_;
+  findFused();
   bindSymbols();
   // the mask of all points stands first; without a reader it is jumped over
   rootMask_ = newRegister(1, false);

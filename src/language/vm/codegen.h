@@ -59,7 +59,7 @@ class CodeGenerator {
   void word(uint32_t w) { e_->words_.push_back(w); }
   void reference(Register reg, uint32_t at = 0);
   size_t emit(KernelName, bool once);
-  size_t emitJump(Step, Register condition = kNoRegister);
+  size_t emitJump(Step, Register condition = kNoRegister, Register mask = kNoRegister);
   void land(size_t jump) { e_->code_[jump].target = uint32_t(e_->code_.size()); }
   void touch(Register reg, int32_t instruction);
   Target begin(SymbolId result, bool isUniform, std::initializer_list<Operand> operands, bool elementwise = true);
@@ -86,6 +86,21 @@ class CodeGenerator {
   void useChunks(int32_t region);
   Register condition(const Operand&);
   Operand asInt(Operand);
+
+  // codegen_fused.cpp
+  void findFused();
+  void findFused(const Block&);
+  const Instruction* makerOf(const Block&, size_t reader, SymbolId, uint32_t readers = 1) const;
+  bool isChangedBetween(const Block&, size_t maker, size_t reader, const Instruction&) const;
+  bool joins(const Instruction& maker, const Instruction& reader) const;
+  bool joinsAll(const Block&, size_t maker) const;
+  bool isCondition(const Instruction&) const;
+  Condition conditionOf(const Instruction&) const;
+  bool isFused(const Instruction& in) const { return !in.arguments.empty() && fused_[size_t(in.arguments[0])] == &in; }
+  void conditionWords(const Instruction&);
+  void narrowMask(SymbolId condition, int32_t region, Register any);
+  bool pair(const Instruction&, Arithmetic);
+  bool choose(const Instruction&);
 
   // codegen_operations.cpp
   void operation(const Instruction&);
@@ -138,6 +153,11 @@ class CodeGenerator {
   std::vector<Register> masks_, chunks_;  // by region; chunks_: those with points of the mask
   std::vector<std::pair<Register, std::vector<uint32_t>>> images_;
   std::vector<std::pair<Register, Register>> copiedIn_;  // arrays that come from outside
+  std::vector<const Instruction*> fused_;  // by symbol: what makes it, when its readers do that in passing
+  struct Uses {
+    uint32_t reads = 0, writes = 0;
+  };
+  std::vector<Uses> uses_;  // by symbol
   Register zeros_ = kNoRegister, rootMask_ = kNoRegister;
   int32_t region_ = 0;  // of the code being made
   size_t wordsDone_ = 0;

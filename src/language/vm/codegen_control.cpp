@@ -13,7 +13,7 @@ CodeGenerator::Register CodeGenerator::maskOf(int32_t region) {
 void CodeGenerator::useChunks(int32_t region) {
   while (region > 0 && chunks_[size_t(region)] == kNoRegister) region = a_.regions[size_t(region)].parent;
   if (chunks_[size_t(region)] == kNoRegister) emitJump(Step::AllChunks);
-  else emitJump(Step::Chunks, chunks_[size_t(region)]);
+  else emitJump(Step::Chunks, chunks_[size_t(region)], maskOf(region));
 }
 
 CodeGenerator::Operand CodeGenerator::asInt(Operand o) {
@@ -31,6 +31,7 @@ void CodeGenerator::block(const Block& code, int32_t region) {
   const int32_t outer = region_;
   region_ = region;
   for (const Instruction& in : code.code) {
+    if (isFused(in)) continue;
     switch (in.opcode) {
       case Opcode::Nop:
       case Opcode::End:
@@ -64,9 +65,12 @@ void CodeGenerator::block(const Block& code, int32_t region) {
 }
 
 void CodeGenerator::branch(const Instruction& in, int32_t region) {
-  Operand condition = operand(in.arguments[0]);
+  const Instruction* test = fused_[size_t(in.arguments[0])];
+  Operand condition;
+  if (test) condition.varies = true;
+  else condition = operand(in.arguments[0]);
   if (condition.components > 1) return fail(in, "a condition must be a single number");
-  condition = asInt(condition);
+  if (!test) condition = asInt(condition);
   const Block* no = in.blocks.size() > 1 && !in.blocks[1].code.empty() ? &in.blocks[1] : nullptr;
   const int32_t yesRegion = a_.regionOf.at(&in.blocks[0]);
   if (!condition.varies) {
@@ -85,8 +89,13 @@ void CodeGenerator::branch(const Instruction& in, int32_t region) {
   reference(anyYes);
   reference(anyNo);
   reference(maskOf(region));
-  reference(condition.reg, condition.at);
-  emit(Memory::MaskSplit, false);
+  if (test) {
+    conditionWords(*test);
+    emit(Fused(int(Fused::Split) + int(conditionOf(*test))), false);
+  } else {
+    reference(condition.reg, condition.at);
+    emit(Memory::MaskSplit, false);
+  }
   masks_[size_t(yesRegion)] = yes;
   chunks_[size_t(yesRegion)] = anyYes;
   if (!in.blocks[0].code.empty()) {
@@ -127,22 +136,25 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
   std::vector<size_t> exits;
   const auto test = [&] {
     block(in.blocks[1], own);
+    const SymbolId asked = in.arguments[0];
+    if (diverges && a_.isVarying[size_t(asked)]) {
+      const int32_t outer = region_;
+      region_ = own;
+      narrowMask(asked, own, any);
+      region_ = outer;
+      exits.push_back(emitJump(Step::JumpUnless, any));
+      chunks_[size_t(own)] = any;
+      return useChunks(own);
+    }
     const int32_t outer = region_;
     region_ = own;
-    const Operand condition = asInt(operand(in.arguments[0]));
+    const Operand condition = asInt(operand(asked));
     region_ = outer;
     if (!condition.varies) exits.push_back(emitJump(Step::JumpUnless, condition.reg));
     if (!diverges) return;
-    if (condition.varies) {
-      reference(masks_[size_t(own)]);
-      reference(condition.reg, condition.at);
-      reference(any);
-      emit(Memory::MaskAnd, false);
-    } else {
-      reference(masks_[size_t(own)]);
-      reference(any);
-      emit(Memory::MaskAny, false);
-    }
+    reference(masks_[size_t(own)]);
+    reference(any);
+    emit(Memory::MaskAny, false);
     exits.push_back(emitJump(Step::JumpUnless, any));
     chunks_[size_t(own)] = any;
     useChunks(own);

@@ -140,7 +140,7 @@ void CodeGenerator::transformColor(const Instruction& in, SymbolId result, Opera
   if (a == ColorSpace::Unknown || b == ColorSpace::Unknown) {
     word(0);
     word(site(in, "Unknown color space transformation \"" + (from ? *from : "RGB") + "\" -> \"" + (to ? *to : "RGB") + "\""));
-    word(uint32_t(2));
+    word(uint32_t(2));  // a message of its own
     const Register mask = maskOf(region_);
     word(mask != rootMask_);
     reference(mask);

@@ -1,6 +1,7 @@
 #include "language/vm/executable.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <mutex>
 #include <unordered_map>
@@ -20,7 +21,28 @@ const float* zeroPoints() {
   return kZeros;
 }
 
+// Points of a mask within the chunks that take part.
+uint32_t liveIn(const Frame& frame, const float* mask) {
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < frame.points; ++i) {
+    int32_t isLive;
+    std::memcpy(&isLive, mask + i, 4);
+    n += (frame.chunks >> (i / 16) & 1) && isLive;
+  }
+  return n;
+}
+
 }  // namespace
+
+void RunCounts::add(const RunCounts& o) {
+  runs += o.runs;
+  points += o.points;
+  counted += o.counted;
+  instructions += o.instructions;
+  uniform += o.uniform;
+  lanesRun += o.lanesRun;
+  lanesUsed += o.lanesUsed;
+}
 
 int32_t GlobalValues::named(std::string_view name) {
   static constexpr std::string_view kNames[] = {"P", "I", "N", "Ng", "dPdu", "dPdv", "Ps", "dPdtime", "u", "v", "time", "dtime"};
@@ -47,6 +69,56 @@ void RunState::attach(const Executable& e) {
   toldOnce.assign(e.sites_.size(), 0);
 }
 
+template <bool kCounts>
+void Executable::runBlock(Frame frame, const Frame& once, [[maybe_unused]] RunCounts* counts) const {
+  const uint32_t all = frame.chunks;
+  [[maybe_unused]] uint32_t used = frame.points;
+  const uint32_t* const words = words_.data();
+  for (const MachineInstruction* in = code_.data();;) {
+    if (in->step == Step::Run) {
+      in->kernel(frame, words + in->words);
+      if constexpr (kCounts) {
+        ++counts->instructions;
+        counts->lanesRun += 16 * uint32_t(std::popcount(frame.chunks));
+        counts->lanesUsed += used;
+      }
+      ++in;
+    } else if (in->step == Step::RunOnce) {
+      in->kernel(once, words + in->words);
+      if constexpr (kCounts) ++counts->uniform;
+      ++in;
+    } else if (in->step == Step::JumpUnless) {
+      int32_t value;
+      std::memcpy(&value, frame.cells[words[in->words]], 4);
+      in = value ? in + 1 : code_.data() + in->target;
+    } else if (in->step == Step::Back) {
+      const uint32_t* w = words + in->words;
+      uint32_t turns;
+      std::memcpy(&turns, frame.cells[w[0]], 4);
+      ++turns;
+      std::memcpy(frame.cells[w[0]], &turns, 4);
+      if (turns < iterationLimit_) {
+        in = code_.data() + in->target;
+      } else {
+        in->kernel(once, w);
+        ++in;
+      }
+    } else if (in->step == Step::Chunks) {
+      std::memcpy(&frame.chunks, frame.cells[words[in->words]], 4);
+      if constexpr (kCounts) used = liveIn(frame, frame.cells[words[in->words + 1]]);
+      ++in;
+    } else if (in->step == Step::AllChunks) {
+      frame.chunks = all;
+      if constexpr (kCounts) used = frame.points;
+      ++in;
+    } else if (in->step == Step::Jump) {
+      in = code_.data() + in->target;
+    } else {
+      break;
+    }
+  }
+}
+
 void Executable::run(RunState& state, const RunArguments& arguments) const {
   static const GlobalValues kNoGlobals;
   const GlobalValues& globals = arguments.globals ? *arguments.globals : kNoGlobals;
@@ -67,6 +139,12 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
       std::memcpy(uniforms + inputCells_[number++], from, n * 4);
       from += n;
     }
+  }
+  RunCounts* counts = arguments.counts;
+  if (counts) {
+    counts->points += arguments.points;
+    if (counts->runs++ % RunCounts::kEvery) counts = nullptr;
+    else ++counts->counted;
   }
   float** const cells = state.cells_.data();
   for (uint32_t first = 0; first < arguments.points; first += blockPoints_) {
@@ -93,44 +171,10 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
     }
     const uint32_t points = std::min(blockPoints_, arguments.points - first);
     const uint32_t all = ~0u >> (32 - (points + 15) / 16);
-    Frame frame{cells, points, first, all, &state};
+    const Frame frame{cells, points, first, all, &state};
     const Frame once{cells, 1, first, 1, &state};
-    const uint32_t* const words = words_.data();
-    for (const MachineInstruction* in = code_.data();;) {
-      if (in->step == Step::Run) {
-        in->kernel(frame, words + in->words);
-        ++in;
-      } else if (in->step == Step::RunOnce) {
-        in->kernel(once, words + in->words);
-        ++in;
-      } else if (in->step == Step::JumpUnless) {
-        int32_t value;
-        std::memcpy(&value, cells[words[in->words]], 4);
-        in = value ? in + 1 : code_.data() + in->target;
-      } else if (in->step == Step::Back) {
-        const uint32_t* w = words + in->words;
-        uint32_t turns;
-        std::memcpy(&turns, cells[w[0]], 4);
-        ++turns;
-        std::memcpy(cells[w[0]], &turns, 4);
-        if (turns < iterationLimit_) {
-          in = code_.data() + in->target;
-        } else {
-          in->kernel(once, w);
-          ++in;
-        }
-      } else if (in->step == Step::Chunks) {
-        std::memcpy(&frame.chunks, cells[words[in->words]], 4);
-        ++in;
-      } else if (in->step == Step::AllChunks) {
-        frame.chunks = all;
-        ++in;
-      } else if (in->step == Step::Jump) {
-        in = code_.data() + in->target;
-      } else {
-        break;
-      }
-    }
+    if (counts) runBlock<true>(frame, once, counts);
+    else runBlock<false>(frame, once, nullptr);
     for (size_t k = 0; k < boundOutputs_.size(); ++k) {
       const BoundOutput& bound = boundOutputs_[k];
       float* const* out = arguments.outputs ? arguments.outputs[k].v : nullptr;
@@ -174,6 +218,12 @@ std::vector<float> Executable::inputsOf(const ShaderGroup& group) const {
   return out;
 }
 
+uint64_t Executable::bytes() const {
+  const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+  return sizeof *this + of(inputs_) + of(outputs_) + of(boundOutputs_) + of(code_) + of(words_) + of(names_) + of(sites_) +
+         of(externals_) + of(uniformImage_) + of(inputCells_);
+}
+
 std::string Executable::listing() const {
   std::string text;
   for (size_t i = 0; i < code_.size(); ++i) {
@@ -196,8 +246,11 @@ std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const M
 
 struct ExecutableCache::Entries {
   mutable std::mutex mutex;
-  std::unordered_map<std::string, std::shared_ptr<const Executable>> byKey;
-  std::vector<std::shared_ptr<const Shader>> kept;  // keys hold their addresses
+  struct Entry {
+    std::shared_ptr<const Executable> program;
+    std::vector<std::shared_ptr<const Shader>> shaders;  // the key holds their addresses
+  };
+  std::unordered_map<std::string, Entry> byKey;
 };
 
 ExecutableCache::ExecutableCache() : entries_(std::make_shared<Entries>()) {}
@@ -206,12 +259,20 @@ std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group,
   const std::string key = structureKey(group) + "|" + std::to_string(options.width) + "," + std::to_string(options.iterationLimit) + "," + std::to_string(options.blockPoints) + "," + std::to_string(options.optimise) + std::to_string(options.rangeCheck);
   const std::lock_guard lock(entries_->mutex);
   const auto found = entries_->byKey.find(key);
-  if (found != entries_->byKey.end()) return found->second;
+  if (found != entries_->byKey.end()) return found->second.program;
   std::shared_ptr<const Executable> made = compileGroup(group, options, error);
   if (!made) return nullptr;
-  for (const Layer& layer : group.layers) entries_->kept.push_back(layer.shader);
-  entries_->byKey.emplace(key, made);
+  Entries::Entry entry{made, {}};
+  for (const Layer& layer : group.layers) entry.shaders.push_back(layer.shader);
+  entries_->byKey.emplace(key, std::move(entry));
   return made;
+}
+
+void ExecutableCache::forget(const Shader& shader) {
+  const std::lock_guard lock(entries_->mutex);
+  std::erase_if(entries_->byKey, [&](const auto& entry) {
+    return std::any_of(entry.second.shaders.begin(), entry.second.shaders.end(), [&](const auto& s) { return s.get() == &shader; });
+  });
 }
 
 size_t ExecutableCache::size() const {

@@ -45,6 +45,16 @@ struct OutputValues {
   float* const* v = nullptr;  // by component, padded to a multiple of 16 points; null: not wanted
 };
 
+// What runs cost, counted in one run of kEvery: the others pay nothing for it.
+struct RunCounts {
+  static constexpr uint64_t kEvery = 16;
+  uint64_t runs = 0, points = 0;
+  uint64_t counted = 0;                     // runs that the rest is of
+  uint64_t instructions = 0, uniform = 0;   // over points, and once for all of them
+  uint64_t lanesRun = 0, lanesUsed = 0;     // that kernels worked on, that held a point which took part
+  void add(const RunCounts&);
+};
+
 struct RunArguments {
   uint32_t points = 0;
   const GlobalValues* globals = nullptr;
@@ -56,10 +66,11 @@ struct RunArguments {
   // Takes messages in place of services->message, with the point that each comes from.
   void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text, const std::string& file) = nullptr;
   void* listening = nullptr;
+  RunCounts* counts = nullptr;                // null: not counted
 };
 
 enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
-// Chunks: those of a cell take part. Back: to a loop's first instruction, unless it has turned too often
+// Chunks: those of a cell take part, and their points are in a mask (for RunCounts). Back: to a loop's first instruction, unless it has turned too often
 
 struct MachineInstruction {
   KernelFunction kernel = nullptr;
@@ -107,9 +118,12 @@ class Executable {
   // The uniform values of a group of this structure, for RunArguments::inputs. Empty when there are none.
   std::vector<float> inputsOf(const ShaderGroup&) const;
   void run(RunState&, const RunArguments&) const;
+  uint64_t bytes() const;  // held for it
   std::string listing() const;  // for people
 
  private:
+  template <bool kCounts>
+  void runBlock(Frame, const Frame& once, RunCounts*) const;
   friend class CodeGenerator;
   friend std::shared_ptr<const Executable> generate(const FlatProgram&, const MachineOptions&, std::string&);
   friend class RunState;
@@ -193,6 +207,8 @@ std::shared_ptr<const Executable> compileGroup(const ShaderGroup&, const Machine
 class ExecutableCache {
  public:
   std::shared_ptr<const Executable> get(const ShaderGroup&, const MachineOptions&, std::string& error);
+  // Drops what was made of a shader that nobody will ask for again; programs in use live on.
+  void forget(const Shader&);
   size_t size() const;
 
  private:

@@ -1,4 +1,4 @@
-// Copies, blends under a mask, and masks. A mask is a cell of -1 for points that take part and 0 for the others.
+// Copies, blends under a mask, and masks.
 #define KINORA_KERNEL_FILE "language/vm/memory.cpp"
 #include "language/vm/kernel.h"
 #include <kinora/simd/foreach_target.h>
@@ -11,21 +11,10 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 using namespace kinora::language;
-
-template <int W>
-KN_INLINE Mask<W> loadMask(const float* p, uint32_t i) {
-  return asInt(Float<W>::load(p + i)) < Int<W>(0);
-}
-template <int W>
-KN_INLINE void storeMask(Mask<W> m, float* p, uint32_t i) {
-  lang::put(lang::choose(m, Int<W>(-1), Int<W>(0)), p, i);
-}
-// Which chunks hold points of a mask, as the bits of an int.
-KN_INLINE void setChunks(float* cell, uint32_t chunks) { std::memcpy(cell, &chunks, 4); }
-template <int W>
-KN_INLINE uint32_t chunkOf(Mask<W> m, uint32_t i) {
-  return m.any() ? 1u << (i / 16) : 0u;
-}
+using lang::chunkOf;
+using lang::loadMask;
+using lang::setChunks;
+using lang::storeMask;
 
 // cells, result, source, step
 template <int W>

@@ -1,4 +1,4 @@
-// Functions of two and three numbers, of which any may be uniform: asked at each vector, because here that costs little.
+// Functions of two to four numbers, of which any may be uniform: asked at each vector, because here that costs little.
 // Comparisons stand here too.
 #define KINORA_KERNEL_FILE "language/vm/mixed.cpp"
 #include "language/vm/kernel.h"
@@ -6,6 +6,7 @@
 #include "language/library/fast_math.h"
 #include "language/library/round_math.h"
 #include "language/vm/access.h"
+#include "language/vm/operations.h"
 #include "language/vm/width_tables.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -13,6 +14,7 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 using namespace kinora::language;
+using namespace lang::operations;
 using lang::Dual;
 
 struct PowOp {
@@ -66,6 +68,10 @@ struct LinearStepOp {
   template <class F>
   static KN_INLINE F of(F a, F b, F x) { return lang::linearstep(a, b, x); }
 };
+struct SmoothLinearStepOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b, F x, F eps) { return lang::smoothLinearstep(a, b, x, eps); }
+};
 
 // words of an operand here: plain {cell, step, varies}, dual {cell, step, dx, dy, derivStep, varies}
 template <int W, class Op>
@@ -105,32 +111,36 @@ void dual3(const Frame& f, const uint32_t* w) {
     KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc)), i);
   }
 }
-
-#define KN_COMPARE(Name, test)                                               \
-  struct Name##FOp {                                                         \
-    template <int W>                                                         \
-    static KN_INLINE Mask<W> of(Float<W> a, Float<W> b) { return test; }     \
-  };                                                                         \
-  struct Name##IOp {                                                         \
-    template <int W>                                                         \
-    static KN_INLINE Mask<W> of(Float<W> fa, Float<W> fb) {                  \
-      const Int<W> a = asInt(fa), b = asInt(fb);                             \
-      return test;                                                           \
-    }                                                                        \
-  };
-KN_COMPARE(Eq, a == b)
-KN_COMPARE(Neq, a != b)
-KN_COMPARE(Lt, a < b)
-KN_COMPARE(Le, (!(b < a)) & (b == b) & (a == a))
-KN_COMPARE(Gt, a > b)
-KN_COMPARE(Ge, (!(a < b)) & (a == a) & (b == b))
-#undef KN_COMPARE
+template <int W, class Op>
+void plain4(const Frame& f, const uint32_t* w) {
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    float* r = f.cells[w[1] + n];
+    const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]], *d = f.cells[w[11] + n * w[12]];
+    const bool va = w[4], vb = w[7], vc = w[10], vd = w[13];
+    KN_EACH(f, i, W)
+      Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc), lang::fetch<W>(d, i, vd)).store(r + i);
+  }
+}
+template <int W, class Op>
+void dual4(const Frame& f, const uint32_t* w) {
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    const lang::DualCells r(f, w + 1, n);
+    const lang::DualOperand a(f, w + 4, n), b(f, w + 10, n), c(f, w + 16, n), d(f, w + 22, n);
+    const bool va = w[9], vb = w[15], vc = w[21], vd = w[27];
+    KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc), d.get<W>(i, vd)), i);
+  }
+}
 
 // words: components, result, then operands {cell, step, varies}. All components must agree, or with Neq any may differ.
 template <int W, class Op, bool kAny>
 void compare(const Frame& f, const uint32_t* w) {
   float* r = f.cells[w[1]];
   const bool va = w[4], vb = w[7];
+  if (w[0] == 1) {
+    const float *a = f.cells[w[2]], *b = f.cells[w[5]];
+    KN_EACH(f, i, W) lang::putAnswer(Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb)), r, i);
+    return;
+  }
   KN_EACH(f, i, W) {
     Mask<W> answer(!kAny);
     for (uint32_t c = 0; c < w[0]; ++c) {
@@ -143,9 +153,9 @@ void compare(const Frame& f, const uint32_t* w) {
 template <class Op>
 constexpr bool kAnyOf = false;
 template <>
-constexpr bool kAnyOf<NeqFOp> = true;
+constexpr bool kAnyOf<NeqF> = true;
 template <>
-constexpr bool kAnyOf<NeqIOp> = true;
+constexpr bool kAnyOf<NeqI> = true;
 
 template <int W>
 constexpr KernelFunction kMixed[] = {
@@ -155,7 +165,10 @@ constexpr KernelFunction kMixed[] = {
 #define KN_X(name) &plain3<W, name##Op>, &dual3<W, name##Op>,
     KN_VM_MIXED3(KN_X)
 #undef KN_X
-#define KN_X(name) &compare<W, name##Op, kAnyOf<name##Op>>,
+#define KN_X(name) &plain4<W, name##Op>, &dual4<W, name##Op>,
+    KN_VM_MIXED4(KN_X)
+#undef KN_X
+#define KN_X(name) &compare<W, name, kAnyOf<name>>,
     KN_VM_COMPARE(KN_X)
 #undef KN_X
 };

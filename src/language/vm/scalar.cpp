@@ -69,7 +69,7 @@ void scalarRefuse(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
   for (uint32_t i = 0; i < f.points; ++i) {
     if (!call.isLive(i)) continue;
-    tellOnce(f, call.siteNumber(), i, call.site().name + " is not supported: " + placeOf(*f.run->program, call.site()));
+    tellOnce(f, call.siteNumber(), i, call.site().name + (call.extra() == 2 ? ": " : " is not supported: ") + placeOf(*f.run->program, call.site()));
     break;
   }
 }
