@@ -132,7 +132,9 @@ TEST(ShaderRun, Networks) {
   };
   EXPECT_EQ(run({}).out, "down -1 -1 -1 -1\n");
   EXPECT_EQ(run({"--connect", "u", "f", "d", "a", "--connect", "u", "c", "d", "b"}).out, "down up 5 5 2 3\n");
-  EXPECT_EQ(run({"-connect", "u", "c[1]", "d", "a", "-connect", "u", "f", "d", "b[2]"}).out, "down up 2 -1 -1 5\n");
+  // what feeds a component runs before the layer that it feeds
+  EXPECT_EQ(run({"-connect", "u", "c[1]", "d", "a", "-connect", "u", "f", "d", "b[2]"}).out, "up down 2 -1 -1 5\n");
+  EXPECT_EQ(run({"-connect", "u", "c[1]", "d", "a"}).out, "down up 2 -1 -1 -1\n");
   EXPECT_EQ(run({"--connect", "u", "f", "d", "b"}).out, "down up -1 5 5 5\n");
   EXPECT_EQ(w.run({"shader", "run", "--layer", "u", "up", "--layer", "d", "down", "--connect", "u", "f", "d", "a"}).out,
             "Connect u.f to d.a\ndown up 1 -1 -1 -1\n\n");
