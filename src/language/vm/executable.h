@@ -62,11 +62,11 @@ struct RunArguments {
   const VaryingInput* varyingInputs = nullptr; // in the order of inputs() that vary
   const OutputValues* outputs = nullptr;      // in the order of outputs()
   const RendererServices* services = nullptr;
+  RunCounts* counts = nullptr;                // null: not counted
   bool tellsEveryPoint = false;  // what goes wrong at one place is told for each point, not for the first alone
   // Takes messages in place of services->message, with the point that each comes from.
   void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text, const std::string& file) = nullptr;
   void* listening = nullptr;
-  RunCounts* counts = nullptr;                // null: not counted
 };
 
 enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
