@@ -344,6 +344,15 @@ const language::VaryingInput* ShadeWorld::Slice::inputs(const language::Executab
     std::vector<const float*>& cells = s.inputCells[number++];
     cells.clear();
     for (uint32_t k = 0; k < 3 * components; ++k) cells.push_back(memory.data() + k * room);
+    if (input.parameter.ends_with('?')) {  // whether it is there
+      const std::string name = input.parameter.substr(0, input.parameter.size() - 1);
+      for (uint32_t i = 0; i < s.padded; ++i) {
+        Attribute found;
+        const int32_t isThere = s.primvar(name, i, found, nullptr);
+        std::memcpy(&memory[i], &isThere, 4);
+      }
+      continue;
+    }
     // what holds where the primvar is not
     const language::Layer& layer = group.layers[size_t(input.layer)];
     const language::SymbolId id = layer.shader->find(input.parameter);

@@ -371,6 +371,7 @@ class Flattener {
     for (const Link& link : links_)
       if (link.toLayer == layer) (link.toComponent < 0 ? wholly : partly)[size_t(link.to)] = 1;
     std::vector<std::pair<SymbolId, SymbolId>> literals;  // parameter, its first value
+    std::unordered_map<SymbolId, std::pair<SymbolId, SymbolId>> partial;  // parameter: value of a point, whether it is there
     for (size_t i = 0; i < shader.symbols.size(); ++i) {
       const Symbol& s = shader.symbols[i];
       Symbol made = s;
@@ -404,6 +405,21 @@ class Flattener {
       }
       const PerPoint perPoint = group_.perPoint ? group_.perPoint(l, s) : PerPoint();
       const Setting* setting = settingOf(l, s.name);
+      if (perPoint.isVarying && perPoint.isPartial && s.hasInitCode && !setting && made.type.arrayLength == 0) {
+        const auto input = [&](const Type& type, const std::string& name, bool hasDerivs) {
+          Symbol in = made;
+          in.type = type;
+          in.name = l.name + "." + name;
+          const SymbolId id = addSymbol(std::move(in), -1);
+          flat_.code.symbols[size_t(id)].kind = SymbolKind::Param;
+          flat_.code.symbols[size_t(id)].values = Values();
+          flat_.inputs.push_back({layer, name, type, id, true, hasDerivs, Values()});
+          return id;
+        };
+        partial[SymbolId(i)] = {input(made.type, s.name, perPoint.hasDerivs), input({Base::Int, 0, -1}, s.name + "?", false)};
+        map[i] = addSymbol(std::move(made), layer);
+        continue;
+      }
       const bool hasCode = s.hasInitCode && !setting && !perPoint.isVarying;
       SymbolId value = kNone;
       if (!hasCode && componentsOf(s.type.base)) {
@@ -443,10 +459,17 @@ class Flattener {
         const bool isArray = flat_.code.symbols[size_t(map[i])].type.arrayLength != 0;
         setup.code.push_back(make(isArray ? Opcode::ArrayCopy : Opcode::Assign, {map[i], literals[nextLiteral++].second}, layer));
       }
-      const bool given = wholly[i] || settingOf(l, s.name) || (group_.perPoint && group_.perPoint(l, s).isVarying);
+      const auto part = partial.find(SymbolId(i));
+      const bool given = wholly[i] || settingOf(l, s.name) || (part == partial.end() && group_.perPoint && group_.perPoint(l, s).isVarying);
       if (s.hasInitCode && !given)
         for (const Initialiser& init : shader.initialisers)
           if (init.parameter == SymbolId(i)) append(shader, layer, init.code, setup);
+      if (part != partial.end()) {
+        Instruction branch = make(Opcode::If, {part->second.second}, layer);
+        branch.blocks.resize(2);
+        branch.blocks[0].code = {make(Opcode::Assign, {map[i], part->second.first}, layer)};
+        setup.code.push_back(std::move(branch));
+      }
     }
     for (const Link& link : links_) {
       if (link.toLayer != layer || link.toComponent < 0) continue;
@@ -811,7 +834,7 @@ std::string structureKey(const ShaderGroup& group) {
       for (const Symbol& s : layer.shader->symbols)
         if (isParam(s)) {
           const PerPoint p = group.perPoint(layer, s);
-          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "");
+          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
         }
     key += "}";
   }

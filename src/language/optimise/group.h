@@ -46,6 +46,9 @@ struct Output {
 struct PerPoint {
   bool isVarying = false, hasDerivs = false;
   bool isConnected = false;  // what feeds it is not in the group: isconnected() says so
+  // Not there for all points. Where code computes the default, an int input "name?" says for which; elsewhere the
+  // values given are what holds without it.
+  bool isPartial = false;
 };
 
 struct ShaderGroup {
