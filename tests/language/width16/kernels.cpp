@@ -13,6 +13,7 @@ const KernelFunction* pairedVectorKernels(uint32_t width);
 const KernelFunction* pairedNoiseKernels(uint32_t width);
 const KernelFunction* pairedColorKernels(uint32_t width);
 const KernelFunction* pairedSplineKernels(uint32_t width);
+const KernelFunction* pairedFusedKernels(uint32_t width);
 
 }  // namespace kinora::language
 
@@ -41,6 +42,8 @@ const language::KernelFunction* pairedKernels(language::Family family) {
       return language::pairedColorKernels(16);
     case Family::Spline:
       return language::pairedSplineKernels(16);
+    case Family::Fused:
+      return language::pairedFusedKernels(16);
     default:
       return nullptr;
   }
