@@ -1,4 +1,4 @@
-// `kinora shader compile|info`.
+// `kinora shader compile|info|run`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,20 +32,29 @@ bool ShaderOptions::letter(char c, std::string& out) {
   return true;
 }
 
-std::optional<language::Shader> loadShader(const std::string& name, const language::CompileOptions& options) {
-  std::vector<std::string> candidates = {name};
-  if (!name.ends_with(".osl") && !name.ends_with(".oso")) candidates = {name + ".oso", name + ".osl"};
-  for (const std::string& path : candidates) {
-    const std::optional<std::string> text = language::readSourceFile(path);
+std::optional<language::Shader> loadShader(const std::string& name, const language::CompileOptions& options,
+                                           const std::vector<std::string>& path) {
+  const bool hasEnding = name.ends_with(".osl") || name.ends_with(".oso");
+  std::vector<std::string> candidates;
+  for (size_t i = 0; i <= path.size(); ++i) {
+    if (i < path.size() && name.starts_with('/')) continue;
+    const std::string place = i < path.size() ? path[i] + "/" + name : name;
+    if (hasEnding)
+      candidates.push_back(place);
+    else
+      for (const char* ending : {".oso", ".osl"}) candidates.push_back(place + ending);
+  }
+  for (const std::string& file : candidates) {
+    const std::optional<std::string> text = language::readSourceFile(file);
     if (!text) continue;
-    if (path.ends_with(".oso")) {
+    if (file.ends_with(".oso")) {
       language::Shader shader;
       std::string error;
-      if (language::readOso(*text, path, shader, error)) return shader;
+      if (language::readOso(*text, file, shader, error)) return shader;
       fmt::print(stderr, "{}\n", error);
       return std::nullopt;
     }
-    language::CompileResult result = language::compile(*text, path, options);
+    language::CompileResult result = language::compile(*text, file, options);
     for (const language::CompileMessage& m : result.messages) fmt::print(stderr, "{}\n", m.str());
     return std::move(result.shader);
   }
@@ -63,6 +72,7 @@ struct Subcommand {
 constexpr Subcommand kSubcommands[] = {
     {"compile", "compile OSL source to .oso files", &runShaderCompile},
     {"info", "parameters, defaults and metadata of shaders", &runShaderInfo},
+    {"run", "run a shader or a network over a grid of points", &runShaderRun},
 };
 
 }  // namespace

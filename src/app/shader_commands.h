@@ -13,6 +13,7 @@ namespace kinora::app {
 
 int runShaderCompile(const Arguments& arguments);
 int runShaderInfo(const Arguments& arguments);
+int runShaderRun(const Arguments& arguments);
 
 // One argument after the other. An option is compared without its dashes.
 class ShaderOptions {
@@ -37,6 +38,8 @@ class ShaderOptions {
 
 // A shader from NAME.osl (compiled in memory), NAME.oso, or NAME with one of these endings. Nothing: why not was said
 // on standard error.
-std::optional<language::Shader> loadShader(const std::string& name, const language::CompileOptions& options);
+// Relative names are sought in the directories of `path`, then here.
+std::optional<language::Shader> loadShader(const std::string& name, const language::CompileOptions& options,
+                                           const std::vector<std::string>& path = {});
 
 }  // namespace kinora::app

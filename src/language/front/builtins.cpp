@@ -226,6 +226,8 @@ bool isGeometric(Base b) { return b == Base::Point || b == Base::Vector || b == 
 
 }  // namespace
 
+std::span<const Builtin> allBuiltins() { return kTable; }
+
 const Builtin* builtinNamed(std::string_view name) {
   const auto* at = std::lower_bound(std::begin(kTable), std::end(kTable), name,
                                     [](const Builtin& b, std::string_view n) { return b.name < n; });

@@ -41,6 +41,7 @@ struct Signature {
 
 // All functions of a name stand side by side; null when there is none. closures: opcode MakeClosure.
 const Builtin* builtinNamed(std::string_view name);
+std::span<const Builtin> allBuiltins();
 // All of a builtin's, one for each type that a T, V or G stands for. They are made once and stay.
 std::span<const Signature> signaturesOf(const Builtin&);
 

@@ -293,6 +293,7 @@ Type Checker::call(Expr* e, Type expected) {
     error(e->pos, "function '" + std::string(name) + "' calls itself; recursion is not possible");
     return kPoison;
   }
+  if (uses_ && (chosen.builtin || chosen.function->isPrelude)) use(signatureText(chosen));
   special(e);
   return typeOf(chosen);
 }
@@ -334,7 +335,8 @@ void Checker::special(Expr* e) {
     for (; x->kind == ExprKind::Field; x = x->a) {
     }
     return x->kind == ExprKind::Variable && x->var &&
-           (x->var->kind == VarKind::Parameter || x->var->kind == VarKind::OutputParameter);
+           (x->var->kind == VarKind::Parameter || x->var->kind == VarKind::OutputParameter ||
+            x->var->kind == VarKind::Argument || x->var->kind == VarKind::OutputArgument);
   };
   switch (e->builtin->opcode) {
     case Opcode::Printf:

@@ -282,6 +282,7 @@ Type Checker::indexOf(Expr* e, Type t) {
     error(e->b->pos, "an index must be an int, not '" + text(i) + "'");
     return kPoison;
   }
+  if (uses_) use(text(t.arrayLength != 0 ? Type{t.base, -1, t.structure} : t) + " []");
   if (t.arrayLength != 0) return {t.base, 0, t.structure};
   if (isTriple(t.base)) return plain(Base::Float);
   if (t.base == Base::Matrix)
@@ -308,6 +309,7 @@ Type Checker::field(Expr* e) {
     const std::string_view n = names_.text(e->name);
     const size_t at = n.size() == 1 ? std::string_view("xyzrgb").find(n[0]) : std::string_view::npos;
     if (at != std::string_view::npos) {
+      if (uses_) use(text(t) + " ." + std::string(n));
       e->field = int32_t(at % 3);
       return plain(Base::Float);
     }
@@ -325,10 +327,11 @@ Type Checker::unary(Expr* e, Type expected) {
   Expr* operand[] = {e->a};
   if (e->op != Punct::Plus)
     if (Function* f = operatorFor(e, operand, expected)) return f->type;
+  if (uses_) use(std::string(spelling(e->op)) + " " + text(t));
   switch (e->op) {
     case Punct::Not:
-      if (isSimple(t)) return plain(Base::Int);
-      break;
+      if (!isSimple(t)) break;
+      return plain(Base::Int);
     case Punct::Tilde:
       if (isInt(t)) return t;
       break;
@@ -394,7 +397,10 @@ Type Checker::binary(Expr* e, Type expected) {
   if (e->op != Punct::AndAnd && e->op != Punct::OrOr)
     if (Function* f = operatorFor(e, operands, expected)) return f->type;
   const Type t = binaryType(e->op, a, b);
-  if (t.base != Base::Void) return t;
+  if (t.base != Base::Void) {
+    if (uses_) use(text(a) + " " + std::string(spelling(e->op)) + " " + text(b));
+    return t;
+  }
   if (a == Type{} || b == Type{})
     error(a == Type{} ? e->a->pos : e->b->pos, "this has no value");
   else
@@ -440,6 +446,7 @@ Type Checker::assign(Expr* e) {
   if (e->op == Punct::Assign) {
     const Type from = checkAs(e->b, isPoison(t) ? kPoison : t, "assign");
     if (isPoison(t) || isPoison(from) || !writable(e->a)) return kPoison;
+    if (uses_) use(text(t) + " = " + text(from));
     return t;
   }
   // a op= b: lowered from the operation that c stands for, its left side evaluated once
@@ -461,6 +468,7 @@ Type Checker::assign(Expr* e) {
     operation->type = f->type;
   else
     operation->type = binaryType(operation->op, t, b);
+  if (uses_ && !operation->function) use(text(t) + " " + std::string(spelling(operation->op)) + "= " + text(b));
   if (operation->type.base == Base::Void) {
     error(e->pos,
           "operator " + std::string(spelling(operation->op)) + "= takes no '" + text(t) + "' and '" + text(b) + "'");
@@ -484,6 +492,7 @@ Type Checker::increment(Expr* e) {
           std::string("operator ") + (e->op == Punct::Increment ? "++" : "--") + " takes no '" + text(t) + "'");
     return kPoison;
   }
+  if (uses_) use((e->op == Punct::Increment ? "++ " : "-- ") + text(t));
   return writable(e->a) ? t : kPoison;
 }
 
@@ -503,6 +512,7 @@ Type Checker::ternary(Expr* e, Type expected) {
     b = check(e->c, e->c->kind == ExprKind::List && expected.base == Base::Void ? a : expected);
   }
   if (isPoison(a) || isPoison(b) || isPoison(c)) return kPoison;
+  if (uses_) use("? " + text(a) + " : " + text(b));
   if (a == b && a != Type{}) return a;
   if (isScalar(a) && isScalar(b)) return plain(Base::Float);
   if (isTripleValue(a) && (isTripleValue(b) || isScalar(b))) return a;
@@ -516,6 +526,7 @@ Type Checker::cast(Expr* e) {
   const Type to = resolve(e->spec, false);
   const Type from = check(e->a, to);
   if (isPoison(to) || isPoison(from)) return kPoison;
+  if (uses_) use("(" + text(to) + ") " + text(from));
   if (assignable(to, from) || (isInt(to) && isScalar(from))) return to;
   error(e->pos, "'" + text(from) + "' cannot be cast to '" + text(to) + "'");
   return kPoison;
@@ -539,6 +550,11 @@ Type Checker::construct(Expr* e) {
     return true;
   };
   const bool hasSpace = n > 0 && types[0] == plain(Base::String);
+  if (uses_) {
+    std::string given;
+    for (const Type& t : types) given += (given.empty() ? "" : ", ") + text(t);
+    use(text(to) + " from (" + given + ")");
+  }
   switch (to.base) {
     case Base::Int:
     case Base::Float:

@@ -12,7 +12,8 @@ namespace kinora::language::front {
 
 class Checker {
  public:
-  Checker(Pool& pool, Names& names, Messages& messages) : pool_(pool), names_(names), messages_(messages) {}
+  Checker(Pool& pool, Names& names, Messages& messages, std::vector<std::string>* uses = nullptr)
+      : pool_(pool), names_(names), messages_(messages), uses_(uses) {}
   ShaderDecl* run(const Program& program);  // null when the program has none
   std::vector<Structure> takeStructures() { return std::move(structures_); }
 
@@ -80,6 +81,9 @@ class Checker {
 
   std::string text(const Type& type) const;
   std::string text(Name name) const { return std::string(names_.text(name)); }
+  void use(const std::string& what) const {
+    if (uses_ && !isInPrelude_) uses_->push_back(what);
+  }
   void error(Pos pos, std::string what) { messages_.error(pos, std::move(what)); }
 
   struct StructInfo {
@@ -108,6 +112,7 @@ class Checker {
   Pool& pool_;
   Names& names_;
   Messages& messages_;
+  std::vector<std::string>* uses_;
   std::vector<Structure> structures_;
   std::vector<StructInfo> infos_;
   struct VarEntry {

@@ -37,7 +37,7 @@ void run(std::string_view source, const std::string& name, const CompileOptions&
   if (messages.hasErrors()) return;  // a missing include alone would make a hundred names unknown
   const Program program = Parser(tokens, pool, names, messages).run();
   if (messages.hasErrors()) return;  // what was skipped would be missed
-  Checker checker(pool, names, messages);
+  Checker checker(pool, names, messages, options.uses);
   ShaderDecl* shader = checker.run(program);
   if (!shader && !messages.hasErrors()) messages.error({1, 0, 0}, "there is no shader in \"" + name + "\"");
   if (messages.hasErrors()) return;

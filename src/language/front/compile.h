@@ -31,6 +31,8 @@ struct CompileOptions {
   bool warningsAreErrors = false;
   bool withWarnings = true;
   uint32_t maxErrors = 50;  // then the compilation stops
+  // Gets each operator and library function that the source uses, with types: "float + color", "float sin (float)".
+  std::vector<std::string>* uses = nullptr;
 };
 
 // The text of a file, or nothing when it cannot be read. `path` is as the include has it, after a search path where

@@ -158,6 +158,10 @@ SymbolId Lowerer::builtin(Expr* e, SymbolId want) {
       break;
     case Opcode::IsConnected:
       while (typeOf(arguments[1]).base == Base::Struct) ++arguments[1];  // as its first field is
+      // a function's argument may be anything
+      if (const SymbolKind kind = out_.symbols[size_t(arguments[1])].kind;
+          kind != SymbolKind::Param && kind != SymbolKind::OutputParam)
+        return constant(0);
       break;
     case Opcode::FaceForward:
       if (arguments.size() == 3) {

@@ -26,14 +26,15 @@ std::string_view preludeMacros() {
 )";
 }
 
-std::string_view preludeFunction(std::string_view name) {
-  // formulas: reference osl-numerics, section 8
-  static constexpr std::pair<std::string_view, std::string_view> kFunctions[] = {
-      {"hypot", R"(
+namespace {
+
+// formulas: reference osl-numerics, section 8
+constexpr std::pair<std::string_view, std::string_view> kFunctions[] = {
+    {"hypot", R"(
 float hypot(float x, float y) { return sqrt(x * x + y * y); }
 float hypot(float x, float y, float z) { return sqrt(x * x + y * y + z * z); }
 )"},
-      {"distance", R"(
+    {"distance", R"(
 float distance(point a, point b, point q) {
   vector d = b - a;
   float dd = dot(d, d);
@@ -41,7 +42,7 @@ float distance(point a, point b, point q) {
   return distance(a + clamp(dot(q - a, d) / dd, 0.0, 1.0) * d, q);
 }
 )"},
-      {"fresnel", R"(
+    {"fresnel", R"(
 void fresnel(vector I, normal N, float eta, output float Kr, output float Kt) {
   float c = fabs(dot(I, N));
   float g2 = 1.0 / (eta * eta) - 1.0 + c * c;
@@ -74,7 +75,7 @@ void fresnel(vector I, normal N, float eta, output float Kr, output float Kt, ou
   }
 }
 )"},
-      {"aastep", R"(
+    {"aastep", R"(
 float aastep(float edge, float s, float dedge, float ds) {
   float width = fabs(dedge) + fabs(ds);
   float half_width = 0.5 * width;
@@ -84,11 +85,11 @@ float aastep(float edge, float s, float dedge, float ds) {
 float aastep(float edge, float s, float ds) { return aastep(edge, s, filterwidth(edge), ds); }
 float aastep(float edge, float s) { return aastep(edge, s, filterwidth(edge), filterwidth(s)); }
 )"},
-      {"mix", R"(
+    {"mix", R"(
 closure color mix(closure color a, closure color b, float x) { return a * (1.0 - x) + b * x; }
 closure color mix(closure color a, closure color b, color x) { return a * (color(1.0) - x) + b * x; }
 )"},
-      {"transformu", R"(
+    {"transformu", R"(
 float transformu(string fromunits, string tounits, float x) {
   string names[7] = {"mm", "cm", "m", "km", "in", "ft", "mi"};
   float metres[7] = {0.001, 0.01, 1.0, 1000.0, 0.0254, 0.3048, 1609.344};
@@ -106,7 +107,7 @@ float transformu(string fromunits, string tounits, float x) {
 }
 float transformu(string tounits, float x) { return transformu("common", tounits, x); }
 )"},
-      {"displace", R"(
+    {"displace", R"(
 void displace(vector offset) { P += offset; N = normalize(calculatenormal(P)); }
 void displace(float amp) { displace(amp * normalize(N)); }
 void displace(string space, float amp) {
@@ -114,7 +115,7 @@ void displace(string space, float amp) {
   displace(amp * n / length(transform(space, n)));
 }
 )"},
-      {"bump", R"(
+    {"bump", R"(
 void bump(vector offset) { N = normalize(calculatenormal(P + offset)); }
 void bump(float amp) { bump(amp * normalize(N)); }
 void bump(string space, float amp) {
@@ -122,8 +123,8 @@ void bump(string space, float amp) {
   bump(amp * n / length(transform(space, n)));
 }
 )"},
-      // Gulbrandsen 2014, "Artist Friendly Metallic Fresnel"
-      {"artistic_ior", R"(
+    // Gulbrandsen 2014, "Artist Friendly Metallic Fresnel"
+    {"artistic_ior", R"(
 void artistic_ior(color reflectivity, color edge_tint, output color ior, output color extinction) {
   color r = clamp(reflectivity, color(0.0), color(0.99));
   color s = sqrt(r);
@@ -135,10 +136,20 @@ void artistic_ior(color reflectivity, color edge_tint, output color ior, output 
   extinction = sqrt(max((r * np1 * np1 - nm1 * nm1) / (1.0 - r), color(0.0)));
 }
 )"},
-  };
+};
+
+}  // namespace
+
+std::string_view preludeFunction(std::string_view name) {
   for (const auto& [own, text] : kFunctions)
     if (own == name) return text;
   return {};
+}
+
+std::vector<std::string_view> preludeFunctionNames() {
+  std::vector<std::string_view> names;
+  for (const auto& f : kFunctions) names.push_back(f.first);
+  return names;
 }
 
 }  // namespace kinora::language::front

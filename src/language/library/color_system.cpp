@@ -94,7 +94,9 @@ const ColorSystem* findColorSystem(std::string_view name) {
     if (s.name == name) return &s;
   return nullptr;
 }
-const ColorSystem& defaultColorSystem() { return systems().front(); }
+static const ColorSystem* theDefault = nullptr;
+const ColorSystem& defaultColorSystem() { return theDefault ? *theDefault : systems().front(); }
+void setDefaultColorSystem(const ColorSystem& system) { theDefault = &system; }
 
 // Planck's law over the matching functions.
 std::array<float, 3> blackbodyColor(const ColorSystem& system, float kelvin) {

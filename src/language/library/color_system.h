@@ -24,6 +24,8 @@ struct ColorSystem {
 // null for a name that is none. Built once, at the first call.
 const ColorSystem* findColorSystem(std::string_view name);
 const ColorSystem& defaultColorSystem();  // Rec709
+// The working system of this process: set before anything is compiled.
+void setDefaultColorSystem(const ColorSystem& system);
 // The colour of a black body (W/m^2/sr, negative components 0), by the spectrum.
 std::array<float, 3> blackbodyColor(const ColorSystem& system, float kelvin);
 // kWavelengths x 3, the matching functions.

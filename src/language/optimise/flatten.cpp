@@ -140,6 +140,8 @@ class Flattener {
       checkSettings();
       for (const Connection& c : group_.connections) connect(c);
       findOutputs();
+      for (const std::string& entry : group_.entries)
+        if (layerNamed(entry) < 0) errors_ += "no layer is named `" + entry + "`, which should be run\n";
       if (errors_.empty()) order();
       if (errors_.empty()) build();
     }
@@ -369,6 +371,7 @@ class Flattener {
     for (const Link& link : links_)
       if (link.toLayer == layer) (link.toComponent < 0 ? wholly : partly)[size_t(link.to)] = 1;
     std::vector<std::pair<SymbolId, SymbolId>> literals;  // parameter, its first value
+    std::unordered_map<SymbolId, std::pair<SymbolId, SymbolId>> partial;  // parameter: value of a point, whether it is there
     for (size_t i = 0; i < shader.symbols.size(); ++i) {
       const Symbol& s = shader.symbols[i];
       Symbol made = s;
@@ -380,6 +383,12 @@ class Flattener {
           continue;
         case SymbolKind::Global:
           map[i] = globalNamed(s);
+          if (facts.isWritten[i] && componentsOf(s.type.base)) {  // the layer's own, which begins as the point's
+            const SymbolId given = map[i];
+            made.kind = SymbolKind::Local;
+            map[i] = addSymbol(std::move(made), layer);
+            setup.code.push_back(make(Opcode::Assign, {map[i], given}, layer));
+          }
           continue;
         case SymbolKind::Local:
         case SymbolKind::Temp:
@@ -396,6 +405,21 @@ class Flattener {
       }
       const PerPoint perPoint = group_.perPoint ? group_.perPoint(l, s) : PerPoint();
       const Setting* setting = settingOf(l, s.name);
+      if (perPoint.isVarying && perPoint.isPartial && s.hasInitCode && !setting && made.type.arrayLength == 0) {
+        const auto input = [&](const Type& type, const std::string& name, bool hasDerivs) {
+          Symbol in = made;
+          in.type = type;
+          in.name = l.name + "." + name;
+          const SymbolId id = addSymbol(std::move(in), -1);
+          flat_.code.symbols[size_t(id)].kind = SymbolKind::Param;
+          flat_.code.symbols[size_t(id)].values = Values();
+          flat_.inputs.push_back({layer, name, type, id, true, hasDerivs, Values()});
+          return id;
+        };
+        partial[SymbolId(i)] = {input(made.type, s.name, perPoint.hasDerivs), input({Base::Int, 0, -1}, s.name + "?", false)};
+        map[i] = addSymbol(std::move(made), layer);
+        continue;
+      }
       const bool hasCode = s.hasInitCode && !setting && !perPoint.isVarying;
       SymbolId value = kNone;
       if (!hasCode && componentsOf(s.type.base)) {
@@ -435,10 +459,17 @@ class Flattener {
         const bool isArray = flat_.code.symbols[size_t(map[i])].type.arrayLength != 0;
         setup.code.push_back(make(isArray ? Opcode::ArrayCopy : Opcode::Assign, {map[i], literals[nextLiteral++].second}, layer));
       }
-      const bool given = wholly[i] || settingOf(l, s.name) || (group_.perPoint && group_.perPoint(l, s).isVarying);
+      const auto part = partial.find(SymbolId(i));
+      const bool given = wholly[i] || settingOf(l, s.name) || (part == partial.end() && group_.perPoint && group_.perPoint(l, s).isVarying);
       if (s.hasInitCode && !given)
         for (const Initialiser& init : shader.initialisers)
           if (init.parameter == SymbolId(i)) append(shader, layer, init.code, setup);
+      if (part != partial.end()) {
+        Instruction branch = make(Opcode::If, {part->second.second}, layer);
+        branch.blocks.resize(2);
+        branch.blocks[0].code = {make(Opcode::Assign, {map[i], part->second.first}, layer)};
+        setup.code.push_back(std::move(branch));
+      }
     }
     for (const Link& link : links_) {
       if (link.toLayer != layer || link.toComponent < 0) continue;
@@ -614,8 +645,9 @@ class Flattener {
     Block* block = nullptr;
     size_t at = 0;
   };
-  // The innermost block, outside of loops, that holds every use, and the place before the first.
-  Place place(Block& block, int32_t layer, bool hasEffects) const {
+  // The innermost block, outside of loops, that holds every use, and the place before the first. always: it runs
+  // whatever conditions say.
+  Place place(Block& block, int32_t layer, bool hasEffects, bool always = false) const {
     size_t first = block.code.size(), count = 0;
     for (size_t i = 0; i < block.code.size(); ++i)
       if (uses(block.code[i], layer)) {
@@ -623,19 +655,39 @@ class Flattener {
       }
     if (count == 0) return {};
     Instruction& in = block.code[first];
-    if (count == 1 && (in.opcode == Opcode::If || in.opcode == Opcode::Call)) {
+    if (count == 1 && ((in.opcode == Opcode::If && !always) || in.opcode == Opcode::Call)) {
       Block* only = nullptr;
       size_t users = 0;
       for (Block& b : in.blocks)
         if (uses(b, layer)) ++users, only = &b;
       const bool own = std::any_of(in.arguments.begin(), in.arguments.end(), [&](SymbolId a) { return a >= 0 && provider_[size_t(a)] == layer; });
       if (users == 1 && !own) {
-        const Place inside = place(*only, layer, hasEffects);
+        const Place inside = place(*only, layer, hasEffects, always);
         // at the top of a layer's code it may as well stand before that layer: blocks then nest no deeper
         if (!(in.opcode == Opcode::Call && inside.block == only && !hasEffects)) return inside;
       }
     }
     return {&block, first};
+  }
+
+  // The last layer; or the entries that no entry before them needs.
+  std::vector<int32_t> rootLayers() const {
+    if (group_.entries.empty()) return {int32_t(group_.layers.size()) - 1};
+    std::vector<int32_t> roots;
+    std::vector<bool> isDone(group_.layers.size());
+    for (const std::string& entry : group_.entries) {
+      std::vector<int32_t> stack = {layerNamed(entry)};
+      if (!isDone[size_t(stack[0])]) roots.push_back(stack[0]);
+      while (!stack.empty()) {
+        const int32_t layer = stack.back();
+        stack.pop_back();
+        if (isDone[size_t(layer)]) continue;
+        isDone[size_t(layer)] = true;
+        for (const Link& link : links_)
+          if (link.toLayer == layer) stack.push_back(link.fromLayer);
+      }
+    }
+    return roots;
   }
 
   void build() {
@@ -646,10 +698,12 @@ class Flattener {
     // who provides a connected parameter
     for (const Link& link : links_)
       if (link.toComponent < 0) provider_[size_t(maps_[size_t(link.toLayer)][size_t(link.to)])] = -1;
-    const int32_t root = int32_t(group_.layers.size()) - 1;
+    const std::vector<int32_t> roots = rootLayers();
     std::vector<int32_t> sequence(order_.rbegin(), order_.rend());
-    const auto it = std::find(sequence.begin(), sequence.end(), root);
-    std::rotate(sequence.begin(), it, it + 1);
+    for (const int32_t root : roots) {
+      const auto it = std::find(sequence.begin(), sequence.end(), root);
+      std::rotate(sequence.begin(), it, it + 1);
+    }
     for (const int32_t layer : sequence) {
       const Shader& shader = *group_.layers[size_t(layer)].shader;
       Block own = std::move(setups[size_t(layer)]);
@@ -676,9 +730,11 @@ class Flattener {
       provider_.resize(flat_.code.symbols.size(), -1);
       call.arguments.push_back(call.arguments[0]);  // two: a layer, which `exit` leaves
       call.blocks.push_back(std::move(own));
-      const bool isOutput = layer == root || std::any_of(outputs_.begin(), outputs_.end(), [&](const Wanted& o) { return o.layer == layer; });
-      Place where = layer == root ? Place{&flat_.code.main, 0} : place(flat_.code.main, layer, hasEffects);
-      if (isOutput) where = {&flat_.code.main, 0};
+      const std::string& name = group_.layers[size_t(layer)].name;
+      const auto names = [&](const std::vector<std::string>& list) { return std::find(list.begin(), list.end(), name) != list.end(); };
+      const bool isRoot = std::find(roots.begin(), roots.end(), layer) != roots.end();
+      const bool isFirst = isRoot || (group_.entries.empty() && (names(group_.eager) || std::any_of(outputs_.begin(), outputs_.end(), [&](const Wanted& o) { return o.layer == layer; })));
+      const Place where = isFirst ? Place{&flat_.code.main, 0} : place(flat_.code.main, layer, hasEffects, names(group_.entries));
       if (!where.block) continue;
       auto& code = where.block->code;
       std::vector<Instruction> whole;
@@ -778,12 +834,14 @@ std::string structureKey(const ShaderGroup& group) {
       for (const Symbol& s : layer.shader->symbols)
         if (isParam(s)) {
           const PerPoint p = group.perPoint(layer, s);
-          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "");
+          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
         }
     key += "}";
   }
   for (const Connection& c : group.connections) key += "C" + c.fromLayer + "." + c.from + ">" + c.toLayer + "." + c.to;
   for (const std::string& o : group.outputs) key += "O" + o + ";";
+  for (const std::string& e : group.entries) key += "E" + e + ";";
+  for (const std::string& e : group.eager) key += "F" + e + ";";
   return key;
 }
 

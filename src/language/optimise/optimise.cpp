@@ -398,6 +398,7 @@ void optimise(FlatProgram& flat) {
     const bool moved = Propagation(flat).run();
     open(flat.code.main);
     pickInstead(flat.code, flat.code.main);
+    renameValues(flat);
     const bool removed = removeDead(flat);
     if (!moved && !removed) break;
   }

@@ -6,6 +6,7 @@
 namespace kinora::language {
 
 void optimise(FlatProgram&);
+void renameValues(FlatProgram&);  // rename.cpp, a pass of optimise()
 
 // The values that a layer's settings give to a parameter, in `type`; `values` stays when there is none.
 void settingValues(const Layer&, const std::string& parameter, const Type& type, Values& values);

@@ -21,7 +21,8 @@ const OpcodeFacts& factsOf(Opcode op) { return kFacts[std::min(size_t(op), kFact
 Opcode opcodeNamed(std::string_view name) {
   static const std::map<std::string_view, Opcode> kByName = [] {
     std::map<std::string_view, Opcode> map;
-    for (size_t i = 0; i < kFacts.size(); ++i) map.emplace(kFacts[i].name, Opcode(i));
+    for (size_t i = 0; i < kFacts.size(); ++i)
+      if (Opcode(i) != Opcode::DebugNan && Opcode(i) != Opcode::DebugUninit) map.emplace(kFacts[i].name, Opcode(i));
     return map;
   }();
   const auto found = kByName.find(name);

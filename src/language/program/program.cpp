@@ -28,6 +28,10 @@ SymbolId Shader::find(std::string_view name) const {
 char accessOf(const Shader& shader, const Instruction& instruction, uint32_t argument) {
   const auto& arguments = instruction.arguments;
   const char access = accessOf(instruction.opcode, argument, uint32_t(arguments.size()));
+  if (instruction.opcode == Opcode::ArrayCopy && argument == 0) {  // the rest of a longer array stays
+    const auto length = [&](size_t i) { return shader.symbols[size_t(arguments[i])].type.arrayLength; };
+    return length(1) < length(0) ? 'W' : access;
+  }
   if (access != 'r' || argument == 0 || !(factsOf(instruction.opcode).flags & kOpTable)) return access;
   const Symbol& token = shader.symbols[size_t(arguments[argument - 1])];
   if (token.kind != SymbolKind::Constant || token.type.base != Base::String || token.values.strings.empty())

@@ -116,7 +116,7 @@ struct Shader {
   SymbolId find(std::string_view name) const;  // kNone when there is none
 };
 
-// accessOf() of opcodes.h, with the outputs that tokens announce.
+// accessOf() of opcodes.h, with the outputs that tokens announce, and arrays that are overwritten in part.
 char accessOf(const Shader&, const Instruction&, uint32_t argument);
 
 // Every number that other code relies on: symbol ids in range, operand counts and types that the opcode takes, block

@@ -90,11 +90,14 @@ class CodeGenerator {
   // codegen_fused.cpp
   void findFused();
   void findFused(const Block&);
-  const Instruction* onlyMaker(const Block&, size_t reader, SymbolId) const;
+  const Instruction* makerOf(const Block&, size_t reader, SymbolId, uint32_t readers = 1) const;
+  bool isChangedBetween(const Block&, size_t maker, size_t reader, const Instruction&) const;
   bool joins(const Instruction& maker, const Instruction& reader) const;
+  bool joinsAll(const Block&, size_t maker) const;
   bool isCondition(const Instruction&) const;
+  Condition conditionOf(const Instruction&) const;
   bool isFused(const Instruction& in) const { return !in.arguments.empty() && fused_[size_t(in.arguments[0])] == &in; }
-  void conditionWords(const Instruction&, Fused first, Fused& kernel);
+  void conditionWords(const Instruction&);
   void narrowMask(SymbolId condition, int32_t region, Register any);
   bool pair(const Instruction&, Arithmetic);
   bool choose(const Instruction&);
@@ -150,8 +153,11 @@ class CodeGenerator {
   std::vector<Register> masks_, chunks_;  // by region; chunks_: those with points of the mask
   std::vector<std::pair<Register, std::vector<uint32_t>>> images_;
   std::vector<std::pair<Register, Register>> copiedIn_;  // arrays that come from outside
-  std::vector<const Instruction*> fused_;  // by symbol: what makes it, when its only reader does that in passing
-  std::vector<uint8_t> uses_;              // by symbol: 4 * writes + reads, at most 3 of each
+  std::vector<const Instruction*> fused_;  // by symbol: what makes it, when its readers do that in passing
+  struct Uses {
+    uint32_t reads = 0, writes = 0;
+  };
+  std::vector<Uses> uses_;  // by symbol
   Register zeros_ = kNoRegister, rootMask_ = kNoRegister;
   int32_t region_ = 0;  // of the code being made
   size_t wordsDone_ = 0;

@@ -1,6 +1,6 @@
 // Which operations are done together with the one that reads them, and the instructions for that. A value joins its
 // reader when nobody else reads it, when it stands in the same block of code before it, and when nothing between the
-// two changes what it is made from.
+// two changes what it is made from. Values that cost less to make again than to keep join several readers.
 #include "language/optimise/walk.h"
 #include "language/vm/codegen.h"
 
@@ -9,6 +9,7 @@ namespace kinora::language {
 namespace {
 
 constexpr size_t kFarthest = 32;  // instructions between a value and its reader that are looked through
+constexpr uint32_t kMostReaders = 4;
 
 bool isComparison(Opcode op) {
   return op == Opcode::Eq || op == Opcode::Neq || op == Opcode::Lt || op == Opcode::Le || op == Opcode::Gt ||
@@ -28,10 +29,24 @@ bool CodeGenerator::isCondition(const Instruction& in) const {
   return a_.isVarying[size_t(in.arguments[1])] || a_.isVarying[size_t(in.arguments[2])];
 }
 
-const Instruction* CodeGenerator::onlyMaker(const Block& code, size_t reader, SymbolId s) const {
+// Whether anything from `maker` to `reader` writes what `in` reads, or what those read that joined it.
+bool CodeGenerator::isChangedBetween(const Block& code, size_t maker, size_t reader, const Instruction& in) const {
+  for (size_t m = 1; m < in.arguments.size(); ++m) {
+    const SymbolId operand = in.arguments[m];
+    if (const Instruction* inner = fused_[size_t(operand)]; inner && isChangedBetween(code, maker, reader, *inner))
+      return true;
+    for (size_t k = maker + 1; k < reader; ++k)
+      for (uint32_t n = 0; n < code.code[k].arguments.size(); ++n)
+        if (code.code[k].arguments[n] == operand && accessOf(shader_, code.code[k], n) != 'r') return true;
+  }
+  return false;
+}
+
+// What makes `s` for `reader` and as many readers as are given in all.
+const Instruction* CodeGenerator::makerOf(const Block& code, size_t reader, SymbolId s, uint32_t readers) const {
   const Symbol& symbol = shader_.symbols[size_t(s)];
-  if (uses_[size_t(s)] != 4 + 1 || (symbol.kind != SymbolKind::Local && symbol.kind != SymbolKind::Temp) ||
-      symbol.type.arrayLength != 0)
+  if (uses_[size_t(s)].reads != readers || uses_[size_t(s)].writes != 1 ||
+      (symbol.kind != SymbolKind::Local && symbol.kind != SymbolKind::Temp) || symbol.type.arrayLength != 0)
     return nullptr;
   if (!a_.isVarying[size_t(s)] || a_.hasDerivs[size_t(s)] || a_.needsZero[size_t(s)]) return nullptr;
   const size_t last = reader > kFarthest ? reader - kFarthest : 0;
@@ -39,23 +54,22 @@ const Instruction* CodeGenerator::onlyMaker(const Block& code, size_t reader, Sy
     const Instruction& in = code.code[i];
     if (!in.blocks.empty()) return nullptr;
     if (in.arguments.empty() || in.arguments[0] != s) continue;
-    if (!isArithmetic(in.opcode) && !isComparison(in.opcode) && in.opcode != Opcode::And) return nullptr;
-    for (size_t k = i + 1; k < reader; ++k)
-      for (uint32_t n = 0; n < code.code[k].arguments.size(); ++n)
-        if (accessOf(shader_, code.code[k], n) != 'r')
-          for (size_t m = 1; m < in.arguments.size(); ++m)
-            if (code.code[k].arguments[n] == in.arguments[m]) return nullptr;
-    return &in;
+    if (!isArithmetic(in.opcode) && !isComparison(in.opcode) && in.opcode != Opcode::And &&
+        in.opcode != Opcode::Select)
+      return nullptr;
+    return isChangedBetween(code, i, reader, in) ? nullptr : &in;
   }
   return nullptr;
 }
 
 // (a op b) op c of floats or triples without derivatives.
 bool CodeGenerator::joins(const Instruction& maker, const Instruction& reader) const {
-  if (!isArithmetic(maker.opcode) || maker.opcode == Opcode::Div || !isArithmetic(reader.opcode)) return false;
+  if (!isArithmetic(maker.opcode) || maker.opcode == Opcode::Div || !isArithmetic(reader.opcode) ||
+      reader.arguments[1] == reader.arguments[2])
+    return false;
   if (reader.opcode == Opcode::Div && reader.arguments[1] != maker.arguments[0]) return false;
-  for (const SymbolId s : {maker.arguments[1], maker.arguments[2]})  // it has joined with another already
-    if (fused_[size_t(s)]) return false;
+  for (const SymbolId s : {maker.arguments[1], maker.arguments[2], reader.arguments[1], reader.arguments[2]})
+    if (fused_[size_t(s)]) return false;  // one of them has joined with another already
   const SymbolId result = reader.arguments[0], made = maker.arguments[0];
   const int32_t n = componentsOf(shader_.symbols[size_t(result)].type.base);
   if (!isFloatBased(shader_.symbols[size_t(result)].type.base) || n > 3 || a_.hasDerivs[size_t(result)]) return false;
@@ -71,21 +85,48 @@ bool CodeGenerator::joins(const Instruction& maker, const Instruction& reader) c
   return true;
 }
 
+// A varying number and a uniform one: its readers load no more when they make the value themselves.
+bool CodeGenerator::joinsAll(const Block& code, size_t maker) const {
+  const Instruction& in = code.code[maker];
+  if (!isArithmetic(in.opcode)) return false;
+  const SymbolId s = in.arguments[0];
+  const uint32_t readers = uses_[size_t(s)].reads;
+  if (readers < 2 || readers > kMostReaders ||
+      a_.isVarying[size_t(in.arguments[1])] == a_.isVarying[size_t(in.arguments[2])])
+    return false;
+  uint32_t found = 0;
+  for (size_t j = maker + 1; j < std::min(code.code.size(), maker + kFarthest) && found < readers; ++j)
+    for (size_t k = 1; k < code.code[j].arguments.size(); ++k) {
+      if (code.code[j].arguments[k] != s) continue;
+      if (!joins(in, code.code[j]) || makerOf(code, j, s, readers) != &in) return false;
+      ++found;
+    }
+  return found == readers;
+}
+
 void CodeGenerator::findFused(const Block& code) {
   const auto join = [&](const Instruction& maker) { fused_[size_t(maker.arguments[0])] = &maker; };
+  const auto isPlain = [&](SymbolId s) { return shader_.symbols[size_t(s)].type.arrayLength == 0; };
   for (size_t j = 0; j < code.code.size(); ++j) {
     const Instruction& in = code.code[j];
     for (const Block& inner : in.blocks) findFused(inner);
     if (isArithmetic(in.opcode)) {
       for (const size_t k : {size_t(1), size_t(2)}) {
-        const Instruction* maker = in.arguments[1] == in.arguments[2] ? nullptr : onlyMaker(code, j, in.arguments[k]);
+        const Instruction* maker = makerOf(code, j, in.arguments[k]);
         if (!maker || !joins(*maker, in)) continue;
         join(*maker);
         break;
       }
+      if (joinsAll(code, j) && !fused_[size_t(in.arguments[1])] && !fused_[size_t(in.arguments[2])]) join(in);
+    } else if (in.opcode == Opcode::Assign) {  // what was made to be copied is made in its place
+      const Instruction* maker = makerOf(code, j, in.arguments[1]);
+      if (maker && isArithmetic(maker->opcode) &&
+          shader_.symbols[size_t(in.arguments[0])].type == shader_.symbols[size_t(in.arguments[1])].type &&
+          !a_.hasDerivs[size_t(in.arguments[0])])
+        join(*maker);
     } else if (in.opcode == Opcode::Select || in.opcode == Opcode::If) {
       const size_t asked = in.opcode == Opcode::If ? 0 : 3;
-      const Instruction* maker = onlyMaker(code, j, in.arguments[asked]);
+      const Instruction* maker = makerOf(code, j, in.arguments[asked]);
       if (!maker || !isCondition(*maker)) continue;
       if (in.opcode == Opcode::Select) {
         const Symbol &r = shader_.symbols[size_t(in.arguments[0])], &a = shader_.symbols[size_t(in.arguments[1])],
@@ -97,18 +138,27 @@ void CodeGenerator::findFused(const Block& code) {
                             (componentsOf(s.type.base) == componentsOf(r.type.base) || componentsOf(s.type.base) == 1)
                       : s.type.base == r.type.base && componentsOf(s.type.base) == 1);
         };
-        if (a_.hasDerivs[size_t(in.arguments[0])] || !fits(a) || !fits(b)) continue;
+        if (a_.hasDerivs[size_t(in.arguments[0])] || !isPlain(in.arguments[0]) || !fits(a) || !fits(b)) continue;
+        join(*maker);
+        // c ? x : (d ? y : z)
+        const Instruction* inner = in.arguments[1] == in.arguments[2] ? nullptr : makerOf(code, j, in.arguments[1]);
+        if (inner && inner->opcode == Opcode::Select && fused_[size_t(inner->arguments[3])] &&
+            !fused_[size_t(inner->arguments[1])] && int(conditionOf(*maker)) < kOrders &&
+            int(conditionOf(*fused_[size_t(inner->arguments[3])])) < kOrders &&
+            componentsOf(a.type.base) == componentsOf(r.type.base))
+          join(*inner);
+        continue;
       }
       join(*maker);
     } else if (isLoop(in.opcode)) {
       // a loop's points are narrowed by each condition that must hold, one after the other
       const Block& test = in.blocks[1];
       std::vector<SymbolId> asked{in.arguments[0]};
-      size_t end = test.code.size();
+      const size_t end = test.code.size();
       while (!asked.empty()) {
         const SymbolId s = asked.back();
         asked.pop_back();
-        const Instruction* maker = onlyMaker(test, end, s);
+        const Instruction* maker = makerOf(test, end, s);
         if (!maker) continue;
         if (isCondition(*maker)) {
           join(*maker);
@@ -129,11 +179,10 @@ void CodeGenerator::findFused(const Block& code) {
 void CodeGenerator::findFused() {
   fused_.assign(shader_.symbols.size(), nullptr);
   if (!options_.optimise) return;
-  uses_.assign(shader_.symbols.size(), 0);
+  uses_.assign(shader_.symbols.size(), {});
   const auto use = [&](SymbolId s, char access) {
-    uint8_t& u = uses_[size_t(s)];
-    if (access != 'w' && (u & 3) < 3) ++u;
-    if (access != 'r' && u < 12) u = uint8_t(u + 4);
+    if (access != 'w') ++uses_[size_t(s)].reads;
+    if (access != 'r') ++uses_[size_t(s)].writes;
   };
   forEachInstruction(shader_.main, [&](const Instruction& in) {
     for (uint32_t k = 0; k < in.arguments.size(); ++k)
@@ -143,15 +192,24 @@ void CodeGenerator::findFused() {
   findFused(shader_.main);
 }
 
-// {a, varies, b, varies}; which of the kernels from `first` on tests that.
-void CodeGenerator::conditionWords(const Instruction& in, Fused first, Fused& kernel) {
+Condition CodeGenerator::conditionOf(const Instruction& in) const {
+  const bool ints = shader_.symbols[size_t(in.arguments[1])].type.base == Base::Int;
+  switch (in.opcode) {
+    case Opcode::Eq:
+      return ints ? Condition::EqI : Condition::EqF;
+    case Opcode::Neq:
+      return ints ? Condition::NeqI : Condition::NeqF;
+    case Opcode::Lt:
+    case Opcode::Gt:
+      return ints ? Condition::LtI : Condition::LtF;
+    default:
+      return ints ? Condition::LeI : Condition::LeF;
+  }
+}
+// {a, varies, b, varies}
+void CodeGenerator::conditionWords(const Instruction& in) {
   Operand a = operand(in.arguments[1]), b = operand(in.arguments[2]);
   if (in.opcode == Opcode::Gt || in.opcode == Opcode::Ge) std::swap(a, b);
-  const Condition floats = in.opcode == Opcode::Eq                              ? Condition::EqF
-                           : in.opcode == Opcode::Neq                           ? Condition::NeqF
-                           : in.opcode == Opcode::Lt || in.opcode == Opcode::Gt ? Condition::LtF
-                                                                                : Condition::LeF;
-  kernel = Fused(int(first) + int(floats) + (a.base == Base::Int ? int(Condition::LtI) - int(Condition::LtF) : 0));
   for (const Operand& o : {a, b}) {
     reference(o.reg, o.at);
     word(o.varies);
@@ -162,16 +220,27 @@ void CodeGenerator::conditionWords(const Instruction& in, Fused first, Fused& ke
 void CodeGenerator::narrowMask(SymbolId condition, int32_t region, Register any) {
   const Instruction* test = fused_[size_t(condition)];
   if (test && test->opcode == Opcode::And) {
+    const Instruction *left = fused_[size_t(test->arguments[1])], *right = fused_[size_t(test->arguments[2])];
+    const auto isOrder = [&](const Instruction* in) {
+      return in && in->opcode != Opcode::And && int(conditionOf(*in)) < kOrders;
+    };
+    if (isOrder(left) && isOrder(right)) {
+      reference(masks_[size_t(region)]);
+      reference(any);
+      conditionWords(*left);
+      conditionWords(*right);
+      emit(Fused(int(Fused::NarrowTwice) + int(conditionOf(*left)) * kOrders + int(conditionOf(*right))), false);
+      return;
+    }
     narrowMask(test->arguments[1], region, any);
     return narrowMask(test->arguments[2], region, any);
   }
   const Operand asked = test ? Operand() : asInt(operand(condition));
   reference(masks_[size_t(region)]);
   if (test) {
-    Fused kernel;
     reference(any);
-    conditionWords(*test, Fused::Narrow, kernel);
-    emit(kernel, false);
+    conditionWords(*test);
+    emit(Fused(int(Fused::Narrow) + int(conditionOf(*test))), false);
     return;
   }
   reference(asked.reg, asked.at);
@@ -216,16 +285,25 @@ bool CodeGenerator::pair(const Instruction& in, Arithmetic kernel) {
 bool CodeGenerator::choose(const Instruction& in) {
   const Instruction* test = fused_[size_t(in.arguments[3])];
   if (!test) return false;
-  const Operand no = operand(in.arguments[1]), yes = operand(in.arguments[2]);
-  const Target t = begin(in.arguments[0], false, {no, yes});
+  const Instruction* inner = fused_[size_t(in.arguments[1])];
+  const Operand yes = operand(in.arguments[2]);
+  const Target t = begin(in.arguments[0], false, {yes});
   const uint32_t n = t.final.components;
   word(n);
   resultWords(t.out, false);
-  Fused kernel;
-  conditionWords(*test, Fused::Choose, kernel);
-  mixedWords(no, n);
+  conditionWords(*test);
+  int kernel = int(Fused::Choose) + int(conditionOf(*test));
+  if (inner) {
+    const Instruction& innerTest = *fused_[size_t(inner->arguments[3])];
+    kernel = int(Fused::ChooseTwice) + int(conditionOf(*test)) * kOrders + int(conditionOf(innerTest));
+    conditionWords(innerTest);
+    mixedWords(operand(inner->arguments[1]), n);
+    mixedWords(operand(inner->arguments[2]), n);
+  } else {
+    mixedWords(operand(in.arguments[1]), n);
+  }
   mixedWords(yes, n);
-  emit(kernel, false);
+  emit(Fused(kernel), false);
   finish(t);
   return true;
 }

@@ -133,13 +133,14 @@ void CodeGenerator::spectral(const Instruction& in, Spectral kernel) {
 void CodeGenerator::transformColor(const Instruction& in, SymbolId result, Operand color, const std::string* from, const std::string* to, bool isConstructor) {
   const auto find = [&](const std::string* name) {
     if (!name) return ColorSpace::Rgb;
-    return isConstructor ? findConstructorSpace(*name, "Rec709") : findColorSpace(*name, "Rec709");
+    const std::string_view working = defaultColorSystem().name;
+    return isConstructor ? findConstructorSpace(*name, working) : findColorSpace(*name, working);
   };
   const ColorSpace a = find(from), b = find(to);
   if (a == ColorSpace::Unknown || b == ColorSpace::Unknown) {
     word(0);
     word(site(in, "Unknown color space transformation \"" + (from ? *from : "RGB") + "\" -> \"" + (to ? *to : "RGB") + "\""));
-    word(uint32_t(2));
+    word(uint32_t(2));  // a message of its own
     const Register mask = maskOf(region_);
     word(mask != rootMask_);
     reference(mask);

@@ -208,7 +208,7 @@ void CodeGenerator::unary(const Instruction& in, Math kernel, bool hasDual) {
 
 void CodeGenerator::mixed(const Instruction& in, Mixed kernel, uint32_t firstOperand, uint32_t operands) {
   const uint32_t n = uint32_t(componentsOf(shader_.symbols[size_t(in.arguments[0])].type.base));
-  Operand o[3];
+  Operand o[4];
   bool varies = false, derivs = false;
   for (uint32_t k = 0; k < operands; ++k) {
     // a choice by an int, and among ints, is made by the bits
@@ -218,7 +218,7 @@ void CodeGenerator::mixed(const Instruction& in, Mixed kernel, uint32_t firstOpe
     varies |= o[k].varies;
     derivs |= o[k].derivs;
   }
-  const Target t = begin(in.arguments[0], !varies, {o[0], o[1], o[2]});
+  const Target t = begin(in.arguments[0], !varies, {o[0], o[1], o[2], o[3]});
   const bool dual = t.out.derivs && derivs;
   word(n);
   resultWords(t.out, dual);
@@ -340,9 +340,6 @@ void CodeGenerator::construct(const Instruction& in) {
     emit(Vector::MatrixMul, false);
     return assign(in, result, out);
   }
-  Operand out = temporary(symbol.type.base, 3, true);
-  resultWords(out, false);
-  mixedWords(made, 3);
   Operand m = matrix;
   if (symbol.type.base == Base::Normal) {
     m = temporary(Base::Matrix, 16, true);
@@ -351,9 +348,14 @@ void CodeGenerator::construct(const Instruction& in) {
     word(matrix.varies);
     emit(Vector::MatrixInverse, false);
   }
+  const Operand out = temporary(symbol.type.base, 3, true, made.derivs);
+  resultWords(out, made.derivs);
+  if (made.derivs) dualMixedWords(made, 3);
+  else mixedWords(made, 3);
   reference(m.reg);
   word(m.varies);
-  emit(symbol.type.base == Base::Point ? Vector::TransformPoint : symbol.type.base == Base::Vector ? Vector::TransformVector : Vector::TransformNormal, false);
+  const Vector kernel = symbol.type.base == Base::Point ? Vector::TransformPoint : symbol.type.base == Base::Vector ? Vector::TransformVector : Vector::TransformNormal;
+  emit(variant(kernel, made.derivs), false);
   assign(in, result, out);
 }
 
@@ -615,10 +617,23 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
     else word(0);
   }
   emit(kernel, once);
+  if (kernel == Scalar::Refuse && !in.arguments.empty() && accessOf(shader_, in, 0) == 'w') {  // the answer is nothing
+    const Operand o = operand(in.arguments[0]), zero = constant(0.f);
+    word(o.cells());
+    reference(o.reg, o.at);
+    reference(zero.reg);
+    word(0);
+    if (once) {
+      emit(Memory::Copy, true);
+    } else {
+      reference(mask);
+      emit(Memory::BlendUniform, false);
+    }
+  }
   // the kernels leave derivatives alone
   for (uint32_t i = 0; i < in.arguments.size(); ++i) {
     const Operand o = operand(in.arguments[i]);
-    if (accessOf(shader_, in, i) == 'r' || !o.derivs || in.opcode == Opcode::Texture || in.opcode == Opcode::Texture3d || in.opcode == Opcode::Environment) continue;
+    if (accessOf(shader_, in, i) == 'r' || !o.derivs || in.opcode == Opcode::Texture || in.opcode == Opcode::Texture3d || in.opcode == Opcode::Environment || in.opcode == Opcode::DebugUninit) continue;
     const Operand zero = constant(0.f);
     word(2 * o.cells());
     reference(o.reg, o.cells());
@@ -632,7 +647,13 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
 void CodeGenerator::operation(const Instruction& in) {
   const auto base = [&](size_t i) { return shader_.symbols[size_t(in.arguments[i])].type.base; };
   switch (in.opcode) {
-    case Opcode::Assign: return assign(in, in.arguments[0], operand(in.arguments[1]));
+    case Opcode::Assign:
+      if (const Instruction* maker = fused_[size_t(in.arguments[1])]) {
+        Instruction made = *maker;
+        made.arguments[0] = in.arguments[0];
+        return operation(made);
+      }
+      return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayCopy: return assign(in, in.arguments[0], operand(in.arguments[1]));
     case Opcode::ArrayRef:
       if (base(0) == Base::Closure) return;
@@ -779,6 +800,7 @@ void CodeGenerator::operation(const Instruction& in) {
       return mixed(in, Mixed::Select, 1, 3);
     case Opcode::SmoothStep: return mixed(in, Mixed::SmoothStep, 1, 3);
     case Opcode::LinearStep: return mixed(in, Mixed::LinearStep, 1, 3);
+    case Opcode::SmoothLinearStep: return mixed(in, Mixed::SmoothLinearStep, 1, 4);
     case Opcode::IsNan: return integerUnary(in, Integer::IsNan);
     case Opcode::IsInf: return integerUnary(in, Integer::IsInf);
     case Opcode::IsFinite: return integerUnary(in, Integer::IsFinite);
@@ -851,6 +873,8 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::StoI: return scalar(in, Scalar::StoI);
     case Opcode::StoF: return scalar(in, Scalar::StoF);
     case Opcode::Split: return scalar(in, Scalar::Split);
+    case Opcode::DebugNan: return scalar(in, Scalar::DebugNan);
+    case Opcode::DebugUninit: return scalar(in, Scalar::DebugUninit);
     case Opcode::RegexSearch: return scalar(in, Scalar::Regex, {}, 0);
     case Opcode::RegexMatch: return scalar(in, Scalar::Regex, {}, 1);
     case Opcode::Trace: return scalar(in, Scalar::Trace);

@@ -126,6 +126,7 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
   state.services = arguments.services ? arguments.services : &kNoServices;
   state.attach(*this);
   state.stopped = false;
+  state.tellsEveryPoint = arguments.tellsEveryPoint;
   std::fill(state.toldOnce.begin(), state.toldOnce.end(), uint8_t(0));
   float* const uniforms = uniforms_ ? state.cells_[0] : nullptr;
   if (uniforms_) std::memcpy(uniforms, uniformImage_.data(), size_t(uniforms_) * 4);
@@ -188,7 +189,9 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
   }
   if (state.spoken.empty()) return;
   std::stable_sort(state.spoken.begin(), state.spoken.end(), [](const RunState::Spoken& a, const RunState::Spoken& b) { return a.point < b.point; });
-  if (state.services->message)
+  if (arguments.listener)
+    for (const RunState::Spoken& s : state.spoken) arguments.listener(arguments.listening, s.point, s.kind, s.text, s.file);
+  else if (state.services->message)
     for (const RunState::Spoken& s : state.spoken) state.services->message(state.services->self, s.kind, s.text.data(), uint32_t(s.text.size()), s.file.c_str());
   state.spoken.clear();
 }

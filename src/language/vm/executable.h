@@ -20,6 +20,8 @@ struct MachineOptions {
   uint32_t blockPoints = 0;            // 0: by the working set
   bool optimise = true;
   bool rangeCheck = true;              // tell of indices out of range (they are clamped in any case)
+  // Kernels of width 16 for CPUs without AVX-512: tests have some. Null, or null for a family: the library's own.
+  const KernelFunction* (*kernels16)(Family) = nullptr;
 };
 
 // The point's variables, arrays for each component, padded to a multiple of 16 points; null: zeros.
@@ -63,6 +65,10 @@ struct RunArguments {
   const OutputValues* outputs = nullptr;      // in the order of outputs()
   const RendererServices* services = nullptr;
   RunCounts* counts = nullptr;                // null: not counted
+  bool tellsEveryPoint = false;  // what goes wrong at one place is told for each point, not for the first alone
+  // Takes messages in place of services->message, with the point that each comes from.
+  void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text, const std::string& file) = nullptr;
+  void* listening = nullptr;
 };
 
 enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
@@ -169,6 +175,7 @@ class RunState {
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
   bool stopped = false;           // the iteration limit was reached
+  bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;
 

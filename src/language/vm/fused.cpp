@@ -77,6 +77,22 @@ void choose(const Frame& f, const uint32_t* w) {
     lang::choose(condition.at(i), lang::fetch<W>(yes, i, vyes), lang::fetch<W>(no, i, vno)).store(r + i);
   }
 }
+// words: components, result, outer condition, inner condition, then {cell, step, varies} where neither holds, where
+// only the inner one does, where the outer one does
+template <int W, class Outer, class Inner>
+void chooseTwice(const Frame& f, const uint32_t* w) {
+  const Test<W, Outer> outer(f, w + 2);
+  const Test<W, Inner> inner(f, w + 6);
+  const bool v0 = w[12], v1 = w[15], v2 = w[18];
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    float* r = f.cells[w[1] + n];
+    const float *a = f.cells[w[10] + n * w[11]], *b = f.cells[w[13] + n * w[14]], *c = f.cells[w[16] + n * w[17]];
+    KN_EACH(f, i, W) {
+      const Float<W> first = lang::choose(inner.at(i), lang::fetch<W>(b, i, v1), lang::fetch<W>(a, i, v0));
+      lang::choose(outer.at(i), lang::fetch<W>(c, i, v2), first).store(r + i);
+    }
+  }
+}
 // words: mask, any, condition. mask &= condition
 template <int W, class Op>
 void narrow(const Frame& f, const uint32_t* w) {
@@ -85,6 +101,20 @@ void narrow(const Frame& f, const uint32_t* w) {
   uint32_t any = 0;
   KN_EACH(f, i, W) {
     const Mask<W> live = lang::loadMask<W>(m, i) & condition.at(i);
+    lang::storeMask(live, m, i);
+    any |= lang::chunkOf(live, i);
+  }
+  lang::setChunks(f.cells[w[1]], any);
+}
+// words: mask, any, two conditions
+template <int W, class Op, class Other>
+void narrowTwice(const Frame& f, const uint32_t* w) {
+  float* m = f.cells[w[0]];
+  const Test<W, Op> condition(f, w + 2);
+  const Test<W, Other> other(f, w + 6);
+  uint32_t any = 0;
+  KN_EACH(f, i, W) {
+    const Mask<W> live = lang::loadMask<W>(m, i) & condition.at(i) & other.at(i);
     lang::storeMask(live, m, i);
     any |= lang::chunkOf(live, i);
   }
@@ -113,10 +143,10 @@ constexpr KernelFunction kFused[] = {
 #define KN_SECOND(First, ua, ub, Second)                                                       \
   &pair<W, First, Second, ua, ub, false, false>, &pair<W, First, Second, ua, ub, false, true>, \
       &pair<W, First, Second, ua, ub, true, false>, &pair<W, First, Second, ua, ub, true, true>,
-#define KN_FIRST(First, ua, ub)                                                                 \
-  KN_SECOND(First, ua, ub, Add)                                                                 \
-  KN_SECOND(First, ua, ub, Sub) KN_SECOND(First, ua, ub, SubFrom) KN_SECOND(First, ua, ub, Mul) \
-      KN_SECOND(First, ua, ub, Div)
+#define KN_FIRST(First, ua, ub) \
+  KN_SECOND(First, ua, ub, Add) \
+  KN_SECOND(First, ua, ub, Sub) \
+  KN_SECOND(First, ua, ub, SubFrom) KN_SECOND(First, ua, ub, Mul) KN_SECOND(First, ua, ub, Div)
     KN_FIRST(Add, false, false) KN_FIRST(Add, false, true) KN_FIRST(Mul, false, false) KN_FIRST(Mul, false, true)
         KN_FIRST(Sub, false, false) KN_FIRST(Sub, true, false) KN_FIRST(Sub, false, true)
 #undef KN_FIRST
@@ -133,6 +163,12 @@ constexpr KernelFunction kFused[] = {
 #define KN_X(Op) &split<W, Op>,
                         KN_VM_CONDITION(KN_X)
 #undef KN_X
+#define KN_TWO(kernel, First) \
+  &kernel<W, First, LtF>, &kernel<W, First, LeF>, &kernel<W, First, LtI>, &kernel<W, First, LeI>,
+#define KN_FOUR(kernel) KN_TWO(kernel, LtF) KN_TWO(kernel, LeF) KN_TWO(kernel, LtI) KN_TWO(kernel, LeI)
+                            KN_FOUR(chooseTwice) KN_FOUR(narrowTwice)
+#undef KN_FOUR
+#undef KN_TWO
 };
 KN_VM_TABLES(kFused)
 }  // namespace

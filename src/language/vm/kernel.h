@@ -47,10 +47,11 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(Log) X(Log2) X(Log10) X(Sqrt) X(InverseSqrt) X(Cbrt) X(Erf) X(Erfc) X(Radians) X(Degrees)
 // No derivatives.
 #define KN_VM_ROUNDING(X) X(Floor) X(Ceil) X(Round) X(Trunc) X(Sign) X(Logb)
-// Two and three numbers, any of them uniform, with a dual form. Words: as above, each operand followed by a flag that
+// Two to four numbers, any of them uniform, with a dual form. Words: as above, each operand followed by a flag that
 // is 1 when it varies.
 #define KN_VM_MIXED2(X) X(Pow) X(Atan2) X(Fmod) X(FloorMod) X(Step)
 #define KN_VM_MIXED3(X) X(Clamp) X(Mix) X(Select) X(SelectI) X(SmoothStep) X(LinearStep)
+#define KN_VM_MIXED4(X) X(SmoothLinearStep)
 // Comparisons of numbers, result int; of triples the components' answers are joined (and for Eq, or for Neq).
 #define KN_VM_COMPARE(X) X(EqF) X(NeqF) X(LtF) X(LeF) X(GtF) X(GeF) X(EqI) X(NeqI) X(LtI) X(LeI) X(GtI) X(GeI)
 #define KN_VM_INT(X)                                                                                              \
@@ -61,7 +62,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(Copy) X(Broadcast) X(Fill) X(Blend) X(BlendUniform) X(MaskAll) X(MaskSplit) X(MaskAnd) X(MaskCopy)            \
   X(MaskClear) X(MaskAny)
 // What a choice, the narrowing of a mask or its splitting may depend on (fused.cpp).
-#define KN_VM_CONDITION(X) X(LtF) X(LeF) X(EqF) X(NeqF) X(LtI) X(LeI) X(EqI) X(NeqI)
+#define KN_VM_CONDITION(X) X(LtF) X(LeF) X(LtI) X(LeI) X(EqF) X(NeqF) X(EqI) X(NeqI)
 // Triples. Operands as in KN_VM_MIXED2.
 #define KN_VM_VECTOR(X)                                                                                           \
   X(Dot) X(Cross) X(Length) X(Distance) X(Normalize) X(Reflect) X(Refract) X(FaceForward) X(Rotate)               \
@@ -87,7 +88,7 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
   X(ArrayRead) X(ArrayWrite) X(CheckIndex) X(LoopLimit) X(Refuse) X(Printf) X(Format) X(Concat) X(Strlen)         \
   X(GetChar) X(StartsWith) X(EndsWith) X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix)     \
   X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(GetTextureInfo) X(Trace) X(GetMessage)     \
-  X(DictFind) X(DictNext) X(DictValue)
+  X(DictFind) X(DictNext) X(DictValue) X(DebugNan) X(DebugUninit)
 
 enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, Noise, Color, Spline, Fused, Scalar, Count };
 
@@ -97,7 +98,7 @@ enum class Family : uint8_t { Arithmetic, Math, Mixed, Integer, Memory, Vector, 
 #define KN_VM_SIX(name) name, name##UV, name##VU, name##D, name##DUV, name##DVU,
 enum class Arithmetic : uint16_t { KN_VM_BINARY(KN_VM_SIX) Count };
 enum class Math : uint16_t { KN_VM_UNARY(KN_VM_DUAL) KN_VM_ROUNDING(KN_VM_ONE) Count };
-enum class Mixed : uint16_t { KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) KN_VM_COMPARE(KN_VM_ONE) Count };
+enum class Mixed : uint16_t { KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) KN_VM_MIXED4(KN_VM_DUAL) KN_VM_COMPARE(KN_VM_ONE) Count };
 enum class Integer : uint16_t { KN_VM_INT(KN_VM_ONE) KN_VM_INT1(KN_VM_ONE) Count };
 enum class Memory : uint16_t { KN_VM_MEMORY(KN_VM_ONE) Count };
 // Two operations at once: the first with its operands' kinds, the second, in which SubFrom takes the first's result from
@@ -105,15 +106,18 @@ enum class Memory : uint16_t { KN_VM_MEMORY(KN_VM_ONE) Count };
 enum class PairFirst : uint16_t { Add, AddVU, Mul, MulVU, Sub, SubUV, SubVU, Count };
 enum class PairSecond : uint16_t { Add, Sub, SubFrom, Mul, Div, Count };
 enum class Condition : uint16_t { KN_VM_CONDITION(KN_VM_ONE) Count };
+inline constexpr int kOrders = 4;  // the first conditions, of which two may stand in one kernel
 // ((first * seconds + second) * 2 + uniform) * 2 + masked; then Arithmetic's plain kernels under a mask, three for each;
-// then a choice, a mask's narrowing and its splitting, by condition.
+// then a choice, a mask's narrowing and its splitting, by condition; then two choices or narrowings at once.
 enum class Fused : uint16_t {
   Pair = 0,
   Masked = uint16_t(PairFirst::Count) * uint16_t(PairSecond::Count) * 4,
   Choose = Masked + uint16_t(Arithmetic::Count) / 2,
   Narrow = Choose + uint16_t(Condition::Count),
   Split = Narrow + uint16_t(Condition::Count),
-  Count = Split + uint16_t(Condition::Count)
+  ChooseTwice = Split + uint16_t(Condition::Count),  // outer condition * kOrders + inner
+  NarrowTwice = ChooseTwice + kOrders * kOrders,
+  Count = NarrowTwice + kOrders * kOrders
 };
 enum class Scalar : uint16_t { KN_VM_SCALAR(KN_VM_ONE) Count };
 enum class Vector : uint16_t { KN_VM_VECTOR(KN_VM_DUAL) KN_VM_MATRIX(KN_VM_ONE) KN_VM_DERIV(KN_VM_ONE) Count };

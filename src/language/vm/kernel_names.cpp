@@ -12,7 +12,7 @@ namespace {
 #define KN_VM_SIX(name) #name, #name " uv", #name " vu", #name "'", #name "' uv", #name "' vu",
 const char* const kArithmetic[] = {KN_VM_BINARY(KN_VM_SIX)};
 const char* const kMath[] = {KN_VM_UNARY(KN_VM_DUAL) KN_VM_ROUNDING(KN_VM_ONE)};
-const char* const kMixed[] = {KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) KN_VM_COMPARE(KN_VM_ONE)};
+const char* const kMixed[] = {KN_VM_MIXED2(KN_VM_DUAL) KN_VM_MIXED3(KN_VM_DUAL) KN_VM_MIXED4(KN_VM_DUAL) KN_VM_COMPARE(KN_VM_ONE)};
 const char* const kInteger[] = {KN_VM_INT(KN_VM_ONE) KN_VM_INT1(KN_VM_ONE)};
 const char* const kMemory[] = {KN_VM_MEMORY(KN_VM_ONE)};
 const char* const kVector[] = {KN_VM_VECTOR(KN_VM_DUAL) KN_VM_MATRIX(KN_VM_ONE) KN_VM_DERIV(KN_VM_ONE)};
@@ -38,6 +38,9 @@ const char* const kFusedNames[] = {
 #define KN_X(name) "MaskSplit " #name,
     KN_VM_CONDITION(KN_X)
 #undef KN_X
+#define KN_TWO(what, first) what " " first " LtF", what " " first " LeF", what " " first " LtI", what " " first " LeI",
+#define KN_FOUR(what) KN_TWO(what, "LtF") KN_TWO(what, "LeF") KN_TWO(what, "LtI") KN_TWO(what, "LeI")
+    KN_FOUR("Choose") KN_FOUR("MaskAnd")
 };
 static_assert(sizeof kFusedNames / sizeof *kFusedNames == size_t(Fused::Count));
 }  // namespace

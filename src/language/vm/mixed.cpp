@@ -1,4 +1,4 @@
-// Functions of two and three numbers, of which any may be uniform: asked at each vector, because here that costs little.
+// Functions of two to four numbers, of which any may be uniform: asked at each vector, because here that costs little.
 // Comparisons stand here too.
 #define KINORA_KERNEL_FILE "language/vm/mixed.cpp"
 #include "language/vm/kernel.h"
@@ -68,6 +68,10 @@ struct LinearStepOp {
   template <class F>
   static KN_INLINE F of(F a, F b, F x) { return lang::linearstep(a, b, x); }
 };
+struct SmoothLinearStepOp {
+  template <class F>
+  static KN_INLINE F of(F a, F b, F x, F eps) { return lang::smoothLinearstep(a, b, x, eps); }
+};
 
 // words of an operand here: plain {cell, step, varies}, dual {cell, step, dx, dy, derivStep, varies}
 template <int W, class Op>
@@ -107,6 +111,25 @@ void dual3(const Frame& f, const uint32_t* w) {
     KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc)), i);
   }
 }
+template <int W, class Op>
+void plain4(const Frame& f, const uint32_t* w) {
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    float* r = f.cells[w[1] + n];
+    const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]], *d = f.cells[w[11] + n * w[12]];
+    const bool va = w[4], vb = w[7], vc = w[10], vd = w[13];
+    KN_EACH(f, i, W)
+      Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc), lang::fetch<W>(d, i, vd)).store(r + i);
+  }
+}
+template <int W, class Op>
+void dual4(const Frame& f, const uint32_t* w) {
+  for (uint32_t n = 0; n < w[0]; ++n) {
+    const lang::DualCells r(f, w + 1, n);
+    const lang::DualOperand a(f, w + 4, n), b(f, w + 10, n), c(f, w + 16, n), d(f, w + 22, n);
+    const bool va = w[9], vb = w[15], vc = w[21], vd = w[27];
+    KN_EACH(f, i, W) r.put<W>(Op::of(a.get<W>(i, va), b.get<W>(i, vb), c.get<W>(i, vc), d.get<W>(i, vd)), i);
+  }
+}
 
 // words: components, result, then operands {cell, step, varies}. All components must agree, or with Neq any may differ.
 template <int W, class Op, bool kAny>
@@ -141,6 +164,9 @@ constexpr KernelFunction kMixed[] = {
 #undef KN_X
 #define KN_X(name) &plain3<W, name##Op>, &dual3<W, name##Op>,
     KN_VM_MIXED3(KN_X)
+#undef KN_X
+#define KN_X(name) &plain4<W, name##Op>, &dual4<W, name##Op>,
+    KN_VM_MIXED4(KN_X)
 #undef KN_X
 #define KN_X(name) &compare<W, name, kAnyOf<name>>,
     KN_VM_COMPARE(KN_X)

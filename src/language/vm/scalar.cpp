@@ -52,7 +52,7 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
     setInt(to, i, kept);
     if (kept == index || (w[5] && !takesPart(f, w[6], i))) continue;
     const Executable& e = *f.run->program;
-    if (f.run->toldOnce[w[0]] || !SiteAccess::rangeCheck(e)) continue;
+    if ((f.run->toldOnce[w[0]] && !f.run->tellsEveryPoint) || !SiteAccess::rangeCheck(e)) continue;
     const Site& site = SiteAccess::site(e, w[0]);
     tellOnce(f, w[0], i, "Index [" + std::to_string(index) + "] out of range " + site.name + "[0.." + std::to_string(length - 1) + "]: " + placeOf(e, site));
   }
@@ -69,7 +69,7 @@ void scalarRefuse(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
   for (uint32_t i = 0; i < f.points; ++i) {
     if (!call.isLive(i)) continue;
-    tellOnce(f, call.siteNumber(), i, call.site().name + " is not supported: " + placeOf(*f.run->program, call.site()));
+    tellOnce(f, call.siteNumber(), i, call.site().name + (call.extra() == 2 ? ": " : " is not supported: ") + placeOf(*f.run->program, call.site()));
     break;
   }
 }

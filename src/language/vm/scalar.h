@@ -25,10 +25,10 @@ inline std::string placeOf(const Executable& e, const Site& site) {
   return site.position + " (group " + e.group() + ", layer " + std::to_string(site.layer) + " " + SiteAccess::layer(e, site.layer) + ", shader " + SiteAccess::shader(e, site.layer) + ")";
 }
 
-// A message of a site, once a run: that of the first point that has cause.
+// A message of a site, once a run: that of the first point that has cause; or that of each.
 inline void tellOnce(const Frame& f, uint32_t number, uint32_t point, const std::string& text) {
   RunState& run = *f.run;
-  if (run.toldOnce[number]) return;
+  if (run.toldOnce[number] && !run.tellsEveryPoint) return;
   run.toldOnce[number] = 1;
   run.say(f.first + point, MessageKind::Error, text);
 }
