@@ -1,5 +1,7 @@
 #include "language/width16/kernels.h"
 
+#include <cstdlib>
+
 #include "simd/dispatch.h"
 
 namespace kinora::language {
@@ -13,6 +15,7 @@ const KernelFunction* pairedVectorKernels(uint32_t width);
 const KernelFunction* pairedNoiseKernels(uint32_t width);
 const KernelFunction* pairedColorKernels(uint32_t width);
 const KernelFunction* pairedSplineKernels(uint32_t width);
+const KernelFunction* pairedFusedKernels(uint32_t width);
 
 }  // namespace kinora::language
 
@@ -41,9 +44,13 @@ const language::KernelFunction* pairedKernels(language::Family family) {
       return language::pairedColorKernels(16);
     case Family::Spline:
       return language::pairedSplineKernels(16);
-    default:
+    case Family::Fused:
+      return language::pairedFusedKernels(16);
+    case Family::Scalar:
+    case Family::Count:
       return nullptr;
   }
+  std::abort();  // a family without a file here
 }
 
 }  // namespace

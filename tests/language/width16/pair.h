@@ -263,3 +263,4 @@ HWY_AFTER_NAMESPACE();
 #define noiseKernels pairedNoiseKernels
 #define colorKernels pairedColorKernels
 #define splineKernels pairedSplineKernels
+#define fusedKernels pairedFusedKernels
