@@ -135,6 +135,9 @@ class Flattener {
       for (const Layer& layer : group_.layers) {
         flat_.layers.push_back(layer.name);
         flat_.shaders.push_back(layer.shader->name);
+        flat_.mostTurns.push_back(0);
+        for (const Metadata& m : layer.shader->metadata)
+          if (m.name == "kinora_max_iterations" && m.values.ints.size() == 1) flat_.mostTurns.back() = uint32_t(std::clamp(m.values.ints[0], 1, 1 << 30));
         facts_.push_back(factsOfShader(*layer.shader));
       }
       checkSettings();

