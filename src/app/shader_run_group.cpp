@@ -116,7 +116,6 @@ class GroupMaker {
                               pending_[0].parameter));
     for (const GroupStep& step : job_.steps)
       if (step.kind == GroupStep::Connect) connect(step.words[0], step.words[1], step.words[2], step.words[3]);
-    out_.group.primvarsAreConnected = job_.userDataIsConnected;
     out_.group.entries = job_.entries;
     if (!job_.entryOutput.empty()) out_.group.entries = {job_.entryOutput.substr(0, job_.entryOutput.find('.'))};
     findEager();

@@ -8,6 +8,7 @@
 #include "language/front/builtins.h"
 #include "language/front/compile.h"
 #include "language/program_runner.h"
+#include "language/width16/kernels.h"
 
 namespace kinora::oracle {
 namespace {
@@ -171,10 +172,12 @@ TEST(Programs, EveryFunctionsDerivativesAreThoseOfDifferences) {
     const auto at = [&](const Points& p, float du, float dv) { return runOnce(*program, group, p, du, dv); };
     const Ran ran = at(here, 0, 0), r = at(right, h, 0), l = at(left, -h, 0), u = at(up, 0, h), d = at(down, 0, -h);
     EXPECT_TRUE(ran.messages.empty()) << ran.messages[0].text;
-    MachineOptions narrow;
-    narrow.width = 1;
-    narrow.optimise = false;
-    const Ran alone = runOnce(*compileGroup(group, narrow, error), group, here);
+    std::vector<Ran> others;
+    for (const uint32_t width : {1u, 4u, 16u}) {
+      MachineOptions other = optionsOfWidth(width);
+      other.optimise = width != 1;
+      others.push_back(runOnce(*compileGroup(group, other, error), group, here));
+    }
     // without derivatives the same value comes from other kernels
     ShaderGroup plain = group;
     plain.outputs = {"r"};
@@ -185,12 +188,13 @@ TEST(Programs, EveryFunctionsDerivativesAreThoseOfDifferences) {
       if (bad++ == 0) first = what;
     };
     for (const auto& [name, values] : ran.values) {
-      for (uint32_t i = 0; i < n; ++i)
-        if (std::memcmp(&values[i], &alone.values.at(name)[i], 4) != 0) {
-          ADD_FAILURE() << name << " of point " << i << " differs by width: " << values[i] << " and "
-                        << alone.values.at(name)[i];
-          break;
-        }
+      for (const Ran& alone : others)
+        for (uint32_t i = 0; i < n; ++i)
+          if (std::memcmp(&values[i], &alone.values.at(name)[i], 4) != 0) {
+            ADD_FAILURE() << name << " of point " << i << " differs by width: " << values[i] << " and "
+                          << alone.values.at(name)[i];
+            break;
+          }
       if (name[0] != 'r') continue;
       const std::string tail = name.substr(1);
       for (uint32_t i = 0; i < n; ++i) {

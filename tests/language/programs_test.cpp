@@ -12,6 +12,7 @@
 #include "language/program_runner.h"
 #include "language/vm/strings.h"
 #include "language/vm/test_runner.h"
+#include "language/width16/kernels.h"
 
 namespace kinora::oracle {
 namespace {
@@ -204,9 +205,8 @@ bool check(const ProgramFile& p, const char* roadName, const std::function<Road(
   bool isFirst = true;
   for (const bool optimised : {false, true})
     for (const uint32_t width : {1u, 4u, 8u, 16u}) {
-      if ((width == 16 && !cpuHasAvx512()) || (!isThorough && (width != 8 || !optimised))) continue;
-      MachineOptions options;
-      options.width = width;
+      if (!isThorough && (width != 8 || !optimised)) continue;
+      MachineOptions options = optionsOfWidth(width);
       options.optimise = optimised;
       options.blockPoints = width == 4 ? 64 : 0;
       options.iterationLimit = 2000;

@@ -1,4 +1,4 @@
-// Random valid programs: the group machine, at two widths, optimised or not, against the slow interpreter. Programs
+// Random valid programs: the group machine, at three widths, optimised or not, against the slow interpreter. Programs
 // whose answer moves when every function's result is disturbed by a few units of the last place decide nothing and
 // are left out. KINORA_PROGRAMS: how many programs (400); KINORA_SEED: the first one's seed.
 #include <gtest/gtest.h>
@@ -9,6 +9,7 @@
 #include "fuzz/osl_mutator.h"
 #include "language/interpreter.h"
 #include "language/vm/test_runner.h"
+#include "language/width16/kernels.h"
 
 namespace kinora::oracle {
 namespace {
@@ -69,9 +70,9 @@ TEST(RandomPrograms, TheMachineAgreesWithTheInterpreter) {
     group.layers.push_back({shader, "layer", {}});
     group.outputs = {"r"};
     for (const bool optimised : {false, true})
-      for (const uint32_t width : {1u, 8u}) {
-        language::MachineOptions options;
-        options.width = width;
+      for (const uint32_t width : {1u, 8u, 16u}) {
+        if (width == 16 && optimised) continue;
+        language::MachineOptions options = optionsOfWidth(width);
         options.optimise = optimised;
         std::string error;
         const auto program = language::compileGroup(group, options, error);

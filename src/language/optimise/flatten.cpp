@@ -200,8 +200,9 @@ class Flattener {
       return false;
     }
     const Type& type = group_.layers[size_t(layer)].shader->symbols[size_t(symbol)].type;
-    if (component >= 0 && (type.arrayLength != 0 || component >= componentsOf(type.base) || componentsOf(type.base) < 3)) {
-      errors_ += "ConnectShaders: `" + text + "` is no component of a " + nameOf(type) + "\n        group: " + flat_.group + "\n";
+    const int32_t parts = type.arrayLength > 0 ? type.arrayLength : type.arrayLength < 0 || componentsOf(type.base) < 3 ? 0 : componentsOf(type.base);
+    if (component >= parts) {
+      errors_ += "ConnectShaders: `" + text + "` is no part of a " + nameOf(type) + "\n        group: " + flat_.group + "\n";
       return false;
     }
     return true;
@@ -227,6 +228,9 @@ class Flattener {
     return false;
   }
 
+  // Of an element of an array, else of a component.
+  static Type partType(const Type& type) { return {type.arrayLength ? type.base : Base::Float, 0, -1}; }
+
   void connect(const Connection& c) {
     Link link;
     if (!endpoint(c.fromLayer, c.from, link.fromLayer, link.from, link.fromComponent) || !endpoint(c.toLayer, c.to, link.toLayer, link.to, link.toComponent)) return;
@@ -242,8 +246,8 @@ class Flattener {
       if (from.base != to.base || from.arrayLength != to.arrayLength || !connectFields(link, a, b)) refuse();
       return;
     }
-    if (link.fromComponent >= 0) from = {Base::Float, 0, -1};
-    if (link.toComponent >= 0) to = {Base::Float, 0, -1};
+    if (link.fromComponent >= 0) from = partType(from);
+    if (link.toComponent >= 0) to = partType(to);
     if (!isAssignable(to, from)) return refuse();
     links_.push_back(link);
   }
@@ -469,7 +473,17 @@ class Flattener {
     }
     for (const Link& link : links_) {
       if (link.toLayer != layer || link.toComponent < 0) continue;
-      const SymbolId part = partOf(link, setup);
+      SymbolId part = partOf(link, setup);
+      const Type wanted = partType(flat_.code.symbols[size_t(map[size_t(link.to)])].type), given = flat_.code.symbols[size_t(part)].type;
+      if (wanted.base != given.base && !(isTriple(wanted.base) && isTriple(given.base))) {
+        Symbol temp;
+        temp.name = "$part" + std::to_string(flat_.code.symbols.size());
+        temp.kind = SymbolKind::Temp;
+        temp.type = wanted;
+        const SymbolId converted = addSymbol(std::move(temp), layer);
+        setup.code.push_back(make(Opcode::Assign, {converted, part}, layer));
+        part = converted;
+      }
       setComponent(setup, layer, map[size_t(link.to)], link.toComponent, part);
     }
   }
@@ -481,17 +495,19 @@ class Flattener {
     Symbol temp;
     temp.name = "$component" + std::to_string(flat_.code.symbols.size());
     temp.kind = SymbolKind::Temp;
-    temp.type.base = Base::Float;
+    temp.type = partType(flat_.code.symbols[size_t(source)].type);
     const SymbolId id = addSymbol(std::move(temp), link.toLayer);
     component(code, link.fromLayer, id, source, link.fromComponent);
     return id;
   }
   void component(Block& code, int32_t layer, SymbolId to, SymbolId from, int32_t c) {
-    if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
+    if (flat_.code.symbols[size_t(from)].type.arrayLength) code.code.push_back(make(Opcode::ArrayRef, {to, from, intConstant(c)}, layer));
+    else if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
     else code.code.push_back(make(Opcode::ComponentRef, {to, from, intConstant(c)}, layer));
   }
   void setComponent(Block& code, int32_t layer, SymbolId to, int32_t c, SymbolId from) {
-    if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
+    if (flat_.code.symbols[size_t(to)].type.arrayLength) code.code.push_back(make(Opcode::ArrayAssign, {to, intConstant(c), from}, layer));
+    else if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
     else code.code.push_back(make(Opcode::ComponentAssign, {to, intConstant(c), from}, layer));
   }
   SymbolId intConstant(int32_t i) {
@@ -534,7 +550,7 @@ class Flattener {
         }
         for (const Wanted& o : outputs_)
           if (o.layer == layer && o.symbol == asked) bits |= 2;
-        if (group_.primvarsAreConnected && group_.perPoint && group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isVarying) bits |= 1;
+        if (group_.perPoint && group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isConnected) bits |= 1;
         made.opcode = Opcode::Assign;
         made.arguments = {map[size_t(in.arguments[0])], intConstant(bits)};
         out.code.push_back(std::move(made));
@@ -875,7 +891,7 @@ std::string structureKey(const ShaderGroup& group) {
       for (const Symbol& s : layer.shader->symbols)
         if (isParam(s)) {
           const PerPoint p = group.perPoint(layer, s);
-          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isPartial ? "?" : "");
+          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
         }
     key += "}";
   }
@@ -883,7 +899,6 @@ std::string structureKey(const ShaderGroup& group) {
   for (const std::string& o : group.outputs) key += "O" + o + ";";
   for (const std::string& e : group.entries) key += "E" + e + ";";
   for (const std::string& e : group.eager) key += "F" + e + ";";
-  if (group.primvarsAreConnected) key += "P";
   return key;
 }
 

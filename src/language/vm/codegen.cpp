@@ -119,7 +119,8 @@ void CodeGenerator::touch(Register reg, int32_t instruction) {
 
 // Call it when the instruction's words have been written.
 size_t CodeGenerator::emit(KernelName kernel, bool once) {
-  const KernelFunction* table = kernelsOf(kernel.family, once ? 1 : e_->width_);
+  const KernelFunction* table = e_->width_ == 16 && !once && options_.kernels16 ? options_.kernels16(kernel.family) : nullptr;
+  if (!table) table = kernelsOf(kernel.family, once ? 1 : e_->width_);
   MachineInstruction in;
   in.kernel = table[kernel.number];
   in.words = uint32_t(wordsDone_);
@@ -323,7 +324,7 @@ void CodeGenerator::bindSymbols() {
 bool CodeGenerator::run(Executable& executable, std::string& error) {
   e_ = &executable;
   e_->width_ = options_.width ? options_.width : bestWidth();
-  if (!arithmeticKernels(e_->width_) || (e_->width_ == 16 && !cpuHasAvx512())) {
+  if (!arithmeticKernels(e_->width_) || (e_->width_ == 16 && !cpuHasAvx512() && !options_.kernels16)) {
     error = "programs of width " + std::to_string(e_->width_) + " cannot run here";
     return false;
   }

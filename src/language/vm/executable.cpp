@@ -14,6 +14,9 @@ namespace kinora::language {
 namespace {
 
 constexpr uint32_t kZeroPoints = 4096;
+// Loops in loops: together they may turn this often as many times as one may. What a shader that is stopped so gives
+// depends on the points of its block.
+constexpr uint64_t kAllTurns = 64;
 
 // Zeros for values that a caller does not give: read by whole blocks, never written.
 const float* zeroPoints() {
@@ -97,7 +100,7 @@ void Executable::runBlock(Frame frame, const Frame& once, [[maybe_unused]] RunCo
       std::memcpy(&turns, frame.cells[w[0]], 4);
       ++turns;
       std::memcpy(frame.cells[w[0]], &turns, 4);
-      if (turns < iterationLimit_) {
+      if (++frame.run->turns < kAllTurns * iterationLimit_ && turns < iterationLimit_) {
         in = code_.data() + in->target;
       } else {
         in->kernel(once, w);
@@ -125,7 +128,6 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
   static const RendererServices kNoServices;
   state.services = arguments.services ? arguments.services : &kNoServices;
   state.attach(*this);
-  state.stopped = false;
   state.tellsEveryPoint = arguments.tellsEveryPoint;
   std::fill(state.toldOnce.begin(), state.toldOnce.end(), uint8_t(0));
   float* const uniforms = uniforms_ ? state.cells_[0] : nullptr;
@@ -173,6 +175,7 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
     const uint32_t all = ~0u >> (32 - (points + 15) / 16);
     const Frame frame{cells, points, first, all, &state};
     const Frame once{cells, 1, first, 1, &state};
+    state.turns = 0;
     if (counts) runBlock<true>(frame, once, counts);
     else runBlock<false>(frame, once, nullptr);
     for (size_t k = 0; k < boundOutputs_.size(); ++k) {

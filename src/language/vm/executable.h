@@ -16,10 +16,12 @@ namespace kinora::language {
 
 struct MachineOptions {
   uint32_t width = 0;                  // 1, 4, 8, 16; 0: the widest of this CPU
-  uint32_t iterationLimit = 1u << 20;  // of one loop in one block of points
+  uint32_t iterationLimit = 1u << 20;  // turns of one loop; all loops of a block of points together: 64 times as many
   uint32_t blockPoints = 0;            // 0: by the working set
   bool optimise = true;
   bool rangeCheck = true;              // tell of indices out of range (they are clamped in any case)
+  // Kernels of width 16 for CPUs without AVX-512: tests have some. Null, or null for a family: the library's own.
+  const KernelFunction* (*kernels16)(Family) = nullptr;
 };
 
 // The point's variables, arrays for each component, padded to a multiple of 16 points; null: zeros.
@@ -172,7 +174,7 @@ class RunState {
   const Executable* program = nullptr;
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
-  bool stopped = false;           // the iteration limit was reached
+  uint64_t turns = 0;             // of all loops, in the block at hand
   bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;

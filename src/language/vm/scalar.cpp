@@ -60,9 +60,12 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
 
 // count, site: a loop has turned as often as it may
 void scalarLoopLimit(const Frame& f, const uint32_t* w) {
-  f.run->stopped = true;
   const Executable& e = *f.run->program;
-  tellOnce(f, w[1], 0, "a loop was stopped after " + std::to_string(SiteAccess::iterationLimit(e)) + " turns: " + placeOf(e, SiteAccess::site(e, w[1])));
+  uint32_t turns;
+  std::memcpy(&turns, f.cells[w[0]], 4);
+  const std::string why = turns >= SiteAccess::iterationLimit(e) ? "a loop was stopped after " + std::to_string(turns) + " turns: "
+                                                                 : "a loop was stopped, because it and others have taken " + std::to_string(f.run->turns) + " turns: ";
+  tellOnce(f, w[1], 0, why + placeOf(e, SiteAccess::site(e, w[1])));
 }
 
 void scalarRefuse(const Frame& f, const uint32_t* w) {

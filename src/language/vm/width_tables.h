@@ -1,7 +1,11 @@
 // Turns a family's list of kernels into its tables, one for each width. A family's file defines, per target,
 // `template <int W> constexpr KernelFunction kFamily[] = {...}`. Included per target: no include guard.
+// KINORA_ONLY_WIDTH_16: width 16 alone, where a test brings sixteen lanes to AVX2 (tests/language/width16).
 #undef KN_VM_TABLES
-#if HWY_TARGET == HWY_AVX2
+#ifdef KINORA_ONLY_WIDTH_16
+#define KN_VM_TABLES(list) const KernelFunction* const kFamily16 = list<16>;
+#define KN_VM_PICK(width) ((width) == 16 ? HWY_NAMESPACE::kFamily16 : nullptr)
+#elif HWY_TARGET == HWY_AVX2
 #define KN_VM_TABLES(list)                                  \
   const KernelFunction* const kFamily1 = list<1>;           \
   const KernelFunction* const kFamily4 = list<4>;           \

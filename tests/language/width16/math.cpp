@@ -1,0 +1,3 @@
+#include "language/width16/pair.h"
+
+#include "language/vm/math.cpp"
