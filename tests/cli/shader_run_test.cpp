@@ -33,7 +33,8 @@ TEST(ShaderRun, PointsInOrderAtAnyWidthAndThreads) {
     for (const char* optimise : {"-O0", "-O2"})
       EXPECT_EQ(quiet(w, {"-g", "3", "2", "--width", width, optimise, "p"}).out, expected) << width << optimise;
   // more points than a slice holds
-  const Result one = quiet(w, {"--res", "67", "71", "-t", "1", "p"}), four = quiet(w, {"-g", "67", "71", "-t", "4", "p"});
+  const Result one = quiet(w, {"--res", "67", "71", "-t", "1", "p"}),
+               four = quiet(w, {"-g", "67", "71", "-t", "4", "p"});
   EXPECT_EQ(one.exitCode, 0);
   EXPECT_EQ(std::count(one.out.begin(), one.out.end(), '\n'), 67 * 71);
   EXPECT_EQ(one.out, four.out);
@@ -43,17 +44,19 @@ TEST(ShaderRun, PointsInOrderAtAnyWidthAndThreads) {
 
 TEST(ShaderRun, TheWorld) {
   Workplace w;
-  w.write("d.osl",
-          "shader d() { printf(\"%g %g %g|%g %g|%g %g %g %g|%g %g|%g %g %g\\n\", P, u, v, Dx(P), Dy(P), Dx(u), Dy(u), "
-          "Dx(v), Dy(v), N, Ng, dPdu, dPdv, surfacearea()); }");
+  w.write(
+      "d.osl",
+      "shader d() { printf(\"%g %g %g|%g %g|%g %g %g %g|%g %g|%g %g %g\\n\", P, u, v, Dx(P), Dy(P), Dx(u), Dy(u), "
+      "Dx(v), Dy(v), N, Ng, dPdu, dPdv, surfacearea()); }");
   EXPECT_EQ(quiet(w, {"d"}).out, "0.5 0.5 1 0.5 0.5|1 0 0 0 1 0|1 0 0 1|0 0 1 0 0 1|1 0 0 0 1 0 1\n");
   EXPECT_EQ(quiet(w, {"--center", "-g", "2", "1", "--scaleuv", "2", "4", "--offsetuv", "1", "-1", "d"}).out,
             "1.5 1 1 1.5 1|2 0 0 0 4 0|1 0 0 4|0 0 1 0 0 1|1 0 0 0 1 0 1\n"
             "2.5 1 1 2.5 1|2 0 0 0 4 0|1 0 0 4|0 0 1 0 0 1|1 0 0 0 1 0 1\n");
-  EXPECT_EQ(quiet(w, {"--vary_pdxdy", "--vary_udxdy", "--vary_vdxdy", "-g", "3", "1", "-scalest", "0.5", "0.5", "d"}).out,
-            "0 0.25 1 0 0.25|1 0.75 0 0.75 1 0.125|1 0 0.75 0.25|0 0 1 0 0 1|1 0 0 0 1 0 1\n"
-            "0.25 0.25 1 0.25 0.25|0.75 0.75 0.125 0.75 0.75 0.125|0.75 0.25 0.75 0.25|0 0 1 0 0 1|1 0 0 0 1 0 1\n"
-            "0.5 0.25 1 0.5 0.25|0.5 0.75 0.25 0.75 0.5 0.125|0.5 0.5 0.75 0.25|0 0 1 0 0 1|1 0 0 0 1 0 1\n");
+  EXPECT_EQ(
+      quiet(w, {"--vary_pdxdy", "--vary_udxdy", "--vary_vdxdy", "-g", "3", "1", "-scalest", "0.5", "0.5", "d"}).out,
+      "0 0.25 1 0 0.25|1 0.75 0 0.75 1 0.125|1 0 0.75 0.25|0 0 1 0 0 1|1 0 0 0 1 0 1\n"
+      "0.25 0.25 1 0.25 0.25|0.75 0.75 0.125 0.75 0.75 0.125|0.75 0.25 0.75 0.25|0 0 1 0 0 1|1 0 0 0 1 0 1\n"
+      "0.5 0.25 1 0.5 0.25|0.5 0.75 0.25 0.75 0.5 0.125|0.5 0.5 0.75 0.25|0 0 1 0 0 1|1 0 0 0 1 0 1\n");
   w.write("s.osl",
           "shader s() { printf(\"%.4f|%.4f|%.4f|%.4f|%.4f\\n\", transform(\"shader\", \"common\", point(1, 0, 0)), "
           "transform(\"object\", \"common\", point(1, 0, 0)), transform(\"myspace\", point(1, 4, 1)), "
@@ -61,13 +64,14 @@ TEST(ShaderRun, TheWorld) {
   EXPECT_EQ(quiet(w, {"s"}).out,
             "1.7071 0.7071 0.0000|-0.0000 2.0000 0.0000|1.0000 2.0000 1.0000|0.7500 0.2500 0.9501|0.5000 0.5000 "
             "0.9801\n");
-  w.write("a.osl",
-          "shader a(float s = 9 [[int lockgeom = 0]], float red = -1 [[int lockgeom = 0]], int face_idx = 9 [[int "
-          "lockgeom = 0]], float green = -1) { float f = 0; int n[2] = {0, 0}; string k = \"\"; "
-          "printf(\"%g %g %d %g|\", s, red, face_idx, green); printf(\"%d %g \", getattribute(\"camera:fov\", f), f); "
-          "printf(\"%d %d %d \", getattribute(\"camera:resolution\", n), n[0], n[1]); "
-          "printf(\"%d %s \", getattribute(\"camera:projection\", k), k); "
-          "printf(\"%d %g\\n\", getattribute(\"nothing\", f), Dx(s)); }");
+  w.write(
+      "a.osl",
+      "shader a(float s = 9 [[int lockgeom = 0]], float red = -1 [[int lockgeom = 0]], int face_idx = 9 [[int "
+      "lockgeom = 0]], float green = -1) { float f = 0; int n[2] = {0, 0}; string k = \"\"; "
+      "printf(\"%g %g %d %g|\", s, red, face_idx, green); printf(\"%d %g \", getattribute(\"camera:fov\", f), f); "
+      "printf(\"%d %d %d \", getattribute(\"camera:resolution\", n), n[0], n[1]); "
+      "printf(\"%d %s \", getattribute(\"camera:projection\", k), k); "
+      "printf(\"%d %g\\n\", getattribute(\"nothing\", f), Dx(s)); }");
   EXPECT_EQ(quiet(w, {"-g", "3", "1", "a"}).out,
             "0 -1 0 -1|1 90 1 3 1 1 perspective 0 0.5\n0.5 -1 2 -1|1 90 1 3 1 1 perspective 0 0.5\n"
             "1 1 4 -1|1 90 1 3 1 1 perspective 0 0.5\n");
@@ -76,8 +80,9 @@ TEST(ShaderRun, TheWorld) {
   w.write("r.osl", "shader r() { printf(\"%d %d\\n\", raytype(\"camera\"), raytype(\"shadow\")); }");
   EXPECT_EQ(quiet(w, {"r"}).out, "1 0\n");
   EXPECT_EQ(quiet(w, {"--raytype", "shadow", "r"}).out, "0 1\n");
-  w.write("c.osl", "shader c() { printf(\"%.4f %d\\n\", luminance(color(1, 0, 0)), transformc(\"ACEScg\", \"RGB\", "
-                   "color(0.25)) == color(0.25)); }");
+  w.write("c.osl",
+          "shader c() { printf(\"%.4f %d\\n\", luminance(color(1, 0, 0)), transformc(\"ACEScg\", \"RGB\", "
+          "color(0.25)) == color(0.25)); }");
   EXPECT_EQ(quiet(w, {"c"}).out.substr(0, 6), "0.2125");
   EXPECT_EQ(quiet(w, {"--colorspace", "ACEScg", "c"}).out, "0.2722 1\n");
 }
@@ -90,10 +95,37 @@ TEST(ShaderRun, Parameters) {
           "string t[] = {\"z\"}, pair p = {4, \"y\"}, color cs[2] = {0, 0}) { printf(\"%d %g %g %s %g %g %s(%d) %g%s "
           "%g\\n\", i, f, c, s, m[3][0], l, t, arraylength(t), p.a, p.b, cs); }");
   EXPECT_EQ(quiet(w, {"q"}).out, "1 2 3 3 3 x 0 1 2 z(1) 4y 0 0 0 0 0 0\n");
-  EXPECT_EQ(quiet(w, {"--param", "i", "7", "-param", "f", "0.5", "--param", "c", "1,2,3", "--param", "s", "a b",
-                      "--param", "m", "1,0,0,0,0,1,0,0,0,0,1,0,9,0,0,1", "--param:type=float[2]", "l", "5,6",
-                      "--param:type=string[]", "t", "u,v,w", "--param", "p.a", "8", "--param", "p.b", "k",
-                      "--param:type=color[2]", "cs", "1,2,3,4,5,6", "q"})
+  EXPECT_EQ(quiet(w, {"--param",
+                      "i",
+                      "7",
+                      "-param",
+                      "f",
+                      "0.5",
+                      "--param",
+                      "c",
+                      "1,2,3",
+                      "--param",
+                      "s",
+                      "a b",
+                      "--param",
+                      "m",
+                      "1,0,0,0,0,1,0,0,0,0,1,0,9,0,0,1",
+                      "--param:type=float[2]",
+                      "l",
+                      "5,6",
+                      "--param:type=string[]",
+                      "t",
+                      "u,v,w",
+                      "--param",
+                      "p.a",
+                      "8",
+                      "--param",
+                      "p.b",
+                      "k",
+                      "--param:type=color[2]",
+                      "cs",
+                      "1,2,3,4,5,6",
+                      "q"})
                 .out,
             "7 0.5 1 2 3 a b 9 5 6 u v w(3) 8k 1 2 3 4 5 6\n");
   EXPECT_EQ(quiet(w, {"--param:type=color", "c", "2", "q"}).out.substr(0, 9), "1 2 2 0 0");
@@ -104,10 +136,13 @@ TEST(ShaderRun, Parameters) {
   r = quiet(w, {"--param", "nothing", "1", "q"});
   EXPECT_EQ(r.exitCode, 0);
   EXPECT_TRUE(holds(r.err, "has no parameter `nothing`")) << r.err;
-  for (const std::vector<std::string>& bad :
-       {std::vector<std::string>{"--param:type=int", "i", "x", "q"}, {"--param:type=float[2]", "l", "1,2,3", "q"},
-        {"--param:type=float[0]", "l", "1", "q"}, {"--param:type=float[99999999999]", "l", "1", "q"},
-        {"--param:type=thing", "i", "1", "q"}, {"--param:strange=1", "i", "1", "q"}, {"q", "--param", "i", "1"}}) {
+  for (const std::vector<std::string>& bad : {std::vector<std::string>{"--param:type=int", "i", "x", "q"},
+                                              {"--param:type=float[2]", "l", "1,2,3", "q"},
+                                              {"--param:type=float[0]", "l", "1", "q"},
+                                              {"--param:type=float[99999999999]", "l", "1", "q"},
+                                              {"--param:type=thing", "i", "1", "q"},
+                                              {"--param:strange=1", "i", "1", "q"},
+                                              {"q", "--param", "i", "1"}}) {
     r = quiet(w, bad);
     EXPECT_EQ(r.exitCode, 1) << bad[0];
     EXPECT_TRUE(r.err.starts_with("error: ")) << r.err;
@@ -123,8 +158,12 @@ TEST(ShaderRun, Parameters) {
 
 TEST(ShaderRun, Networks) {
   Workplace w;
-  w.write("up.osl", "shader up(float k = 1, output color c = 0, output float f = 0) { printf(\"up \"); c = color(k, 2, 3); f = k; }");
-  w.write("down.osl", "shader down(float a = -1, color b = -1, int on = 1) { printf(\"down \"); if (on) printf(\"%g %g\\n\", a, b); }");
+  w.write("up.osl",
+          "shader up(float k = 1, output color c = 0, output float f = 0) { printf(\"up \"); c = color(k, 2, 3); f = "
+          "k; }");
+  w.write("down.osl",
+          "shader down(float a = -1, color b = -1, int on = 1) { printf(\"down \"); if (on) printf(\"%g %g\\n\", a, "
+          "b); }");
   const std::vector<std::string> layers = {"--param", "k", "5", "--layer", "u", "up", "--shader", "down", "d"};
   const auto run = [&](std::vector<std::string> more) {
     more.insert(more.begin(), layers.begin(), layers.end());
@@ -136,8 +175,9 @@ TEST(ShaderRun, Networks) {
   EXPECT_EQ(run({"-connect", "u", "c[1]", "d", "a", "-connect", "u", "f", "d", "b[2]"}).out, "up down 2 -1 -1 5\n");
   EXPECT_EQ(run({"-connect", "u", "c[1]", "d", "a"}).out, "down up 2 -1 -1 -1\n");
   EXPECT_EQ(run({"--connect", "u", "f", "d", "b"}).out, "down up -1 5 5 5\n");
-  EXPECT_EQ(w.run({"shader", "run", "--layer", "u", "up", "--layer", "d", "down", "--connect", "u", "f", "d", "a"}).out,
-            "Connect u.f to d.a\ndown up 1 -1 -1 -1\n\n");
+  EXPECT_EQ(
+      w.run({"shader", "run", "--layer", "u", "up", "--layer", "d", "down", "--connect", "u", "f", "d", "a"}).out,
+      "Connect u.f to d.a\ndown up 1 -1 -1 -1\n\n");
   // lazy, eager, by entry
   EXPECT_EQ(run({"--options", "lazyunconnected=0"}).out, "up down -1 -1 -1 -1\n");
   EXPECT_EQ(run({"--entry", "u"}).out, "up ");
@@ -148,11 +188,14 @@ TEST(ShaderRun, Networks) {
   w.write("n.oslgroup", text);
   EXPECT_EQ(quiet(w, {"--group", "n.oslgroup"}).out, "down up 5 5 2 3\n");
   const Result verbose = w.run({"shader", "run", "-v", "--groupname", "g", "--group", "n.oslgroup"});
-  EXPECT_TRUE(holds(verbose.out, "Shader group:\n---\nparam float k 5 ;\nshader up u ;\nshader down d ;\nconnect u.f d.a ;\nconnect u.c d.b ;\n---\n"
-                                 "\nShader group \"g\" layers are:\n    u\n    d\n"))
+  EXPECT_TRUE(holds(verbose.out,
+                    "Shader group:\n---\nparam float k 5 ;\nshader up u ;\nshader down d ;\nconnect u.f d.a "
+                    ";\nconnect u.c d.b ;\n---\n"
+                    "\nShader group \"g\" layers are:\n    u\n    d\n"))
       << verbose.out;
-  EXPECT_EQ(quiet(w, {"--expr", "printf(\"%g \", s + t); result = color(u, v, 0);", "--print", "-o", "result", "null"}).out,
-            "1 Pixel (0, 0):\n  result : 0.5 0.5 0\n");
+  EXPECT_EQ(
+      quiet(w, {"--expr", "printf(\"%g \", s + t); result = color(u, v, 0);", "--print", "-o", "result", "null"}).out,
+      "1 Pixel (0, 0):\n  result : 0.5 0.5 0\n");
 
   struct Bad {
     std::vector<std::string> words;
@@ -182,16 +225,19 @@ TEST(ShaderRun, Networks) {
 
 TEST(ShaderRun, Outputs) {
   Workplace w;
-  w.write("o.osl", "shader o(output color Cout = 0, output float f[2] = {0, 0}, output int n = 0, output string s = \"\") "
-                   "{ Cout = color(u, v, 2); f[1] = u; n = int(2 * u); printf(\"%d\", isconnected(Cout)); }");
-  Result r = w.run({"shader", "run", "-g", "2", "2", "-o", "Cout", "c.exr", "-o", "o_0.n", "n.exr", "-o", "f", "null", "o"});
+  w.write("o.osl",
+          "shader o(output color Cout = 0, output float f[2] = {0, 0}, output int n = 0, output string s = \"\") "
+          "{ Cout = color(u, v, 2); f[1] = u; n = int(2 * u); printf(\"%d\", isconnected(Cout)); }");
+  Result r =
+      w.run({"shader", "run", "-g", "2", "2", "-o", "Cout", "c.exr", "-o", "o_0.n", "n.exr", "-o", "f", "null", "o"});
   EXPECT_EQ(r.exitCode, 0) << r.err;
   EXPECT_EQ(r.out, "\nOutput Cout to c.exr\nOutput o_0.n to n.exr\n2222");
   r = w.run({"info", "c.exr"});
   EXPECT_TRUE(holds(r.out, "channel B (float): 2 to 2")) << r.out;
   EXPECT_TRUE(holds(w.run({"info", "n.exr"}).out, "(float): 0 to 2")) << r.out;
-  EXPECT_EQ(quiet(w, {"-g", "2", "1", "--print", "-o", "Cout", "x.exr", "-o", "f", "null", "-o", "n", "null", "o"}).out,
-            "2Pixel (0, 0):\n  Cout : 0 0.5 2\n  f : 0 0\n  n : 0\n2Pixel (1, 0):\n  Cout : 1 0.5 2\n  f : 0 1\n  n : 2\n");
+  EXPECT_EQ(
+      quiet(w, {"-g", "2", "1", "--print", "-o", "Cout", "x.exr", "-o", "f", "null", "-o", "n", "null", "o"}).out,
+      "2Pixel (0, 0):\n  Cout : 0 0.5 2\n  f : 0 0\n  n : 0\n2Pixel (1, 0):\n  Cout : 1 0.5 2\n  f : 0 1\n  n : 2\n");
   EXPECT_FALSE(w.has("x.exr"));
   EXPECT_EQ(quiet(w, {"-o", "Cout", "h.exr", "-od", "half", "o"}).exitCode, 0);
   EXPECT_TRUE(holds(w.run({"info", "h.exr"}).out, "(half)"));
@@ -212,27 +258,43 @@ TEST(ShaderRun, Outputs) {
 
 TEST(ShaderRun, Messages) {
   Workplace w;
-  w.write("m.osl", "shader m() { float a[2] = {1, 2}; warning(\"w\"); error(\"e %g\", u); warning(\"w\"); "
-                   "printf(\"%g;\", a[int(4 * u)]); fprintf(\"log.txt\", \"%g\\n\", u); }");
+  w.write("m.osl",
+          "shader m() { float a[2] = {1, 2}; warning(\"w\"); error(\"e %g\", u); warning(\"w\"); "
+          "printf(\"%g;\", a[int(4 * u)]); fprintf(\"log.txt\", \"%g\\n\", u); }");
   Result r = quiet(w, {"-g", "2", "1", "m"});
   EXPECT_EQ(r.exitCode, 0);
   EXPECT_EQ(r.out, "1;2;");
-  EXPECT_EQ(r.err, "WARNING: Shader warning [m]: w\nERROR: Shader error [m]: e 0\nERROR: Shader error [m]: e 1\n"
-                   "ERROR: Index [4] out of range a[0..1]: m.osl:1 (group unnamed_group_1, layer 0 m_0, shader m)\n");
+  EXPECT_EQ(r.err,
+            "WARNING: Shader warning [m]: w\nERROR: Shader error [m]: e 0\nERROR: Shader error [m]: e 1\n"
+            "ERROR: Index [4] out of range a[0..1]: m.osl:1 (group unnamed_group_1, layer 0 m_0, shader m)\n");
   EXPECT_EQ(textOf(w, "log.txt"), "0\n1\n");
   r = quiet(w, {"-g", "2", "1", "--options", "error_repeats=1,range_checking=0", "m"});
   EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 6) << r.err;
   EXPECT_EQ(textOf(w, "log.txt"), "0\n1\n0\n1\n");
+  w.write("t.osl",
+          "shader t() {\n int i = 5;\n setmessage(\"a\", u);\n printf(\"%d \", getmessage(\"a\", i));\n "
+          "setmessage(\"a\", v);\n printf(\"%d %d;\", getmessage(\"b\", i), i);\n setmessage(\"b\", 1);\n}");
+  r = quiet(w, {"-g", "2", "1", "t"});
+  EXPECT_EQ(r.out, "0 0 5;0 0 5;");
+  EXPECT_EQ(
+      r.err,
+      "ERROR: type mismatch for message \"a\" (created as float here: t.osl:3) cannot fetch as int from t.osl:4\n"
+      "ERROR: message \"a\" already exists (created here: t.osl:3) cannot set again from t.osl:5\n"
+      "ERROR: message \"b\" was queried before being set (queried here: t.osl:6) setting it now (t.osl:7) would lead "
+      "to inconsistent results\n");
   w.write("out.osl", "shader out(string f = \"../escaped.txt\") { fprintf(f, \"x\"); }");
   for (const char* file : {"../escaped.txt", "/tmp/kinora_escaped.txt", ".", ""}) {
     r = quiet(w, {"-g", "2", "1", "--param:type=string", "f", file, "out"});
     EXPECT_EQ(r.exitCode, 1) << file;
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
   }
-  w.write("n.osl", "shader n(output color Cout = 0) {\n  float x;\n  Cout = x;\n  Cout[1] = exp(100) * exp(100 * u);\n}");
+  w.write("n.osl",
+          "shader n(output color Cout = 0) {\n  float x;\n  Cout = x;\n  Cout[1] = exp(100) * exp(100 * u);\n}");
   r = quiet(w, {"-g", "2", "1", "--debuguninit", "n"});
-  EXPECT_TRUE(holds(r.err, "Detected possible use of uninitialized value in float x at n.osl:3 (group unnamed_group_1, layer 0 "
-                           "n_0, shader n, op "))
+  EXPECT_TRUE(
+      holds(r.err,
+            "Detected possible use of uninitialized value in float x at n.osl:3 (group unnamed_group_1, layer 0 "
+            "n_0, shader n, op "))
       << r.err;
   r = quiet(w, {"-g", "2", "1", "--debugnan", "--print", "-o", "Cout", "null", "n"});
   EXPECT_TRUE(holds(r.err, "Detected inf value in ")) << r.err;
@@ -245,11 +307,24 @@ TEST(ShaderRun, Messages) {
 TEST(ShaderRun, BadCommandLines) {
   Workplace w;
   w.write("b.osl", "shader b() {}");
-  for (const std::vector<std::string>& bad :
-       {std::vector<std::string>{}, {"--param", "a"}, {"-g", "0", "1", "b"}, {"-g", "1", "b"}, {"-g", "-4", "4", "b"},
-        {"-g", "99999999", "1", "b"}, {"-g", "100000", "100000", "b"}, {"--width", "3", "b"}, {"-t", "x", "b"},
-        {"-t", "99999", "b"}, {"--iters", "0", "b"}, {"--fancy", "b"}, {"-od", "int", "b"}, {"--colorspace", "none", "b"},
-        {"--scaleuv", "1", "nan", "b"}, {"--raytype"}, {"-o", "x"}, {"--connect", "a", "b", "c"}}) {
+  for (const std::vector<std::string>& bad : {std::vector<std::string>{},
+                                              {"--param", "a"},
+                                              {"-g", "0", "1", "b"},
+                                              {"-g", "1", "b"},
+                                              {"-g", "-4", "4", "b"},
+                                              {"-g", "99999999", "1", "b"},
+                                              {"-g", "100000", "100000", "b"},
+                                              {"--width", "3", "b"},
+                                              {"-t", "x", "b"},
+                                              {"-t", "99999", "b"},
+                                              {"--iters", "0", "b"},
+                                              {"--fancy", "b"},
+                                              {"-od", "int", "b"},
+                                              {"--colorspace", "none", "b"},
+                                              {"--scaleuv", "1", "nan", "b"},
+                                              {"--raytype"},
+                                              {"-o", "x"},
+                                              {"--connect", "a", "b", "c"}}) {
     const Result r = quiet(w, bad);
     EXPECT_EQ(r.exitCode, 2) << (bad.empty() ? "" : bad[0]);
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;

@@ -81,7 +81,7 @@ TEST_P(Gallery, LooksAsItsReference) {
   std::printf("%s: blocks differ by %.4f of the mean, the mean by %+.4f\n", scene.name, error, mean);
   if (error > scene.blockError || std::abs(mean) > scene.meanError) {
     image::Image difference;
-    image::differencePicture(picture, reference, 4, difference);
+    ASSERT_TRUE(image::differencePicture(picture, reference, 4, difference).ok());
     ADD_FAILURE() << "blocks differ by " << error << " of the mean (at most " << scene.blockError << "), the mean by "
                   << mean << " (at most " << scene.meanError << "); picture "
                   << SceneRender::keep(picture, std::string(scene.name) + "-picture") << ", reference "

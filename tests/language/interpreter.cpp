@@ -94,8 +94,8 @@ Interpreter::Flow Interpreter::loop(const Instruction& i) {
   const size_t condition = size_t(i.arguments[0]);
   if (const Flow f = block(i.blocks[0]); f != Flow::On) return f;
   for (bool isFirst = i.opcode == Opcode::DoWhile;; isFirst = false) {
-    if (--left_ < 0) {  // a loop without a body counts too
-      why_ = "too many instructions";
+    if (--left_ < 0) {  // a body may be empty
+      if (why_.empty()) why_ = "too many instructions";
       return Flow::Exit;
     }
     if (!isFirst) {

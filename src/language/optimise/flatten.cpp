@@ -135,6 +135,9 @@ class Flattener {
       for (const Layer& layer : group_.layers) {
         flat_.layers.push_back(layer.name);
         flat_.shaders.push_back(layer.shader->name);
+        flat_.mostTurns.push_back(0);
+        for (const Metadata& m : layer.shader->metadata)
+          if (m.name == "kinora_max_iterations" && m.values.ints.size() == 1) flat_.mostTurns.back() = uint32_t(std::clamp(m.values.ints[0], 1, 1 << 30));
         facts_.push_back(factsOfShader(*layer.shader));
       }
       checkSettings();
@@ -580,48 +583,105 @@ class Flattener {
     }
   }
 
-  // setmessage and getmessage within the group: a message is a symbol and a flag that it was set (1) or missed (2).
-  // Setting it again, or after it was missed, does nothing.
+  // setmessage and getmessage within the group. A message is its content, for each type that sets it, and what is known
+  // of it: state (1 set, 2 asked for in vain), type, place and layer. Setting it again, or after it was missed, or asking
+  // for another type or from a layer before the one that set it is an error and does nothing.
+  struct Message {
+    SymbolId state = kNone, type = kNone, where = kNone, layer = kNone;
+    std::unordered_map<std::string, SymbolId> contents;  // by type
+  };
+  SymbolId messageSymbol(const std::string& name, const Type& type) {
+    Symbol made;
+    made.name = name;
+    made.type = type;
+    return addSymbol(std::move(made), -1);
+  }
+  Message& messageNamed(const std::string& name) {
+    Message& m = messages_[name];
+    if (m.state == kNone) {
+      m.state = messageSymbol("$message." + name + ".state", {Base::Int, 0, -1});
+      m.type = messageSymbol("$message." + name + ".type", {Base::String, 0, -1});
+      m.where = messageSymbol("$message." + name + ".where", {Base::String, 0, -1});
+      m.layer = messageSymbol("$message." + name + ".layer", {Base::Int, 0, -1});
+    }
+    return m;
+  }
+  SymbolId text(const std::string& s) {
+    const SymbolId id = pool_.ofString(s);
+    provider_.resize(flat_.code.symbols.size(), -1);
+    return id;
+  }
+  SymbolId temporary(int32_t layer) {
+    Symbol temp;
+    temp.name = "$free" + std::to_string(flat_.code.symbols.size());
+    temp.kind = SymbolKind::Temp;
+    temp.type = {Base::Int, 0, -1};
+    return addSymbol(std::move(temp), layer);
+  }
   void messages(Block& block) {
     for (size_t at = 0; at < block.code.size(); ++at) {
       for (Block& inner : block.code[at].blocks) messages(inner);
       const Instruction in = block.code[at];
       const bool sets = in.opcode == Opcode::SetMessage;
       if (!(sets && in.arguments.size() == 2) && !(in.opcode == Opcode::GetMessage && in.arguments.size() == 3)) continue;
-      const Symbol& name = flat_.code.symbols[size_t(in.arguments[sets ? 0 : 1])];
-      if (name.kind != SymbolKind::Constant || name.values.strings.size() != 1) continue;
+      const SymbolId nameId = in.arguments[sets ? 0 : 1];
+      const Symbol& nameSymbol = flat_.code.symbols[size_t(nameId)];
+      if (nameSymbol.kind != SymbolKind::Constant || nameSymbol.values.strings.size() != 1) continue;
+      const std::string name = nameSymbol.values.strings[0];
       const SymbolId value = in.arguments[sets ? 1 : 2];
       const Type type = flat_.code.symbols[size_t(value)].type;
-      const auto [found, isNew] = messages_.emplace(nameOf(type) + " " + name.values.strings[0], std::pair(kNone, kNone));
-      if (isNew) {
-        Symbol made;
-        made.name = "$message." + name.values.strings[0];
-        made.type = type;
-        const SymbolId content = addSymbol(made, -1);
-        made.name += ".state";
-        made.type = {Base::Int, 0, -1};
-        found->second = {content, addSymbol(made, -1)};
-      }
-      const auto [content, state] = found->second;
-      Symbol temp;
-      temp.name = "$free" + std::to_string(flat_.code.symbols.size());
-      temp.kind = SymbolKind::Temp;
-      temp.type = {Base::Int, 0, -1};
-      const SymbolId free = addSymbol(temp, in.layer);
+      Message& m = messageNamed(name);
+      const auto [found, isNew] = m.contents.emplace(nameOf(type), kNone);
+      if (isNew) found->second = messageSymbol("$message." + name, type);
+      const SymbolId content = found->second, here = text(in.pos.str()), typeText = text(nameOf(type));
       const Opcode copy = type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
-      Instruction branch = make(Opcode::If, {free}, in.layer);
-      branch.blocks.resize(2);
       std::vector<Instruction> made;
+      const auto emit = [&](std::vector<Instruction>& to, Opcode op, std::vector<SymbolId> arguments) {
+        to.push_back(make(op, std::move(arguments), in.layer));
+        to.back().pos = in.pos;
+      };
+      const auto branch = [&](std::vector<Instruction>& to, SymbolId condition) -> Instruction& {
+        to.push_back(make(Opcode::If, {condition}, in.layer));
+        to.back().blocks.resize(2);
+        return to.back();
+      };
+      const SymbolId isFree = temporary(in.layer);
       if (sets) {
-        made.push_back(make(Opcode::Eq, {free, state, intConstant(0)}, in.layer));
-        branch.blocks[0].code = {make(copy, {content, value}, in.layer), make(Opcode::Assign, {state, intConstant(1)}, in.layer)};
+        emit(made, Opcode::Eq, {isFree, m.state, intConstant(0)});
+        const SymbolId isSet = temporary(in.layer);
+        Instruction& free = branch(made, isFree);
+        emit(free.blocks[0].code, copy, {content, value});
+        emit(free.blocks[0].code, Opcode::Assign, {m.state, intConstant(1)});
+        emit(free.blocks[0].code, Opcode::Assign, {m.type, typeText});
+        emit(free.blocks[0].code, Opcode::Assign, {m.where, here});
+        emit(free.blocks[0].code, Opcode::Assign, {m.layer, intConstant(in.layer)});
+        std::vector<Instruction>& other = free.blocks[1].code;
+        emit(other, Opcode::Eq, {isSet, m.state, intConstant(1)});
+        Instruction& again = branch(other, isSet);
+        emit(again.blocks[0].code, Opcode::Complain, {text("message \"%s\" already exists (created here: %s) cannot set again from %s"), nameId, m.where, here});
+        emit(again.blocks[1].code, Opcode::Complain, {text("message \"%s\" was queried before being set (queried here: %s) setting it now (%s) would lead to inconsistent results"), nameId, m.where, here});
       } else {
-        made.push_back(make(Opcode::Eq, {free, state, intConstant(1)}, in.layer));
-        branch.blocks[0].code = {make(copy, {value, content}, in.layer)};
-        branch.blocks[1].code = {make(Opcode::Assign, {state, intConstant(2)}, in.layer)};
+        // found when it is set, of this type, by no later layer
+        const SymbolId isAlike = temporary(in.layer), isBefore = temporary(in.layer), isSet = temporary(in.layer);
+        emit(made, Opcode::Assign, {in.arguments[0], intConstant(0)});
+        emit(made, Opcode::Eq, {isSet, m.state, intConstant(1)});
+        Instruction& set = branch(made, isSet);
+        std::vector<Instruction>& there = set.blocks[0].code;
+        emit(there, Opcode::Eq, {isAlike, m.type, typeText});
+        Instruction& alike = branch(there, isAlike);
+        std::vector<Instruction>& fits = alike.blocks[0].code;
+        emit(fits, Opcode::Le, {isBefore, m.layer, intConstant(in.layer)});
+        Instruction& before = branch(fits, isBefore);
+        emit(before.blocks[0].code, copy, {value, content});
+        emit(before.blocks[0].code, Opcode::Assign, {in.arguments[0], intConstant(1)});
+        emit(before.blocks[1].code, Opcode::Complain, {text("message \"%s\" was set by layer #%d (%s) but is being queried by layer #%d (%s) - messages may only be transferred from nodes that appear earlier in the shading network"), nameId, m.layer, m.where, intConstant(in.layer), here});
+        emit(alike.blocks[1].code, Opcode::Complain, {text("type mismatch for message \"%s\" (created as %s here: %s) cannot fetch as %s from %s"), nameId, m.type, m.where, typeText, here});
+        std::vector<Instruction>& missed = set.blocks[1].code;
+        emit(missed, Opcode::Eq, {isFree, m.state, intConstant(0)});
+        Instruction& first = branch(missed, isFree);
+        emit(first.blocks[0].code, Opcode::Assign, {m.state, intConstant(2)});
+        emit(first.blocks[0].code, Opcode::Assign, {m.where, here});
       }
-      made.push_back(std::move(branch));
-      if (!sets) made.push_back(make(Opcode::Assign, {in.arguments[0], free}, in.layer));
       block.code.erase(block.code.begin() + std::ptrdiff_t(at));
       block.code.insert(block.code.begin() + std::ptrdiff_t(at), std::make_move_iterator(made.begin()), std::make_move_iterator(made.end()));
       at += made.size() - 1;
@@ -766,7 +826,7 @@ class Flattener {
   std::vector<int32_t> provider_;  // by flat symbol: the layer that makes its value, -1: none
   std::unordered_map<std::string, SymbolId> globals_;
   std::unordered_map<std::string, int32_t> nameNumbers_;
-  std::unordered_map<std::string, std::pair<SymbolId, SymbolId>> messages_;  // by type and name: content, state
+  std::unordered_map<std::string, Message> messages_;  // by name
 };
 
 }  // namespace

@@ -68,6 +68,7 @@ struct FlatProgram {
   std::vector<std::string> layers;  // names; Instruction::layer
   std::vector<std::string> shaders; // names, by layer
   std::vector<std::string> names;   // Instruction::name
+  std::vector<uint32_t> mostTurns;  // by layer: of a loop, by the shader's metadata `kinora_max_iterations`; 0: not said
   std::string group;
   std::vector<Input> inputs;
   std::vector<Output> outputs;

@@ -22,7 +22,11 @@ void Liveness::step(const Instruction& in, SymbolSet& live, const Targets& targe
     case Opcode::While:
     case Opcode::DoWhile: {
       const SymbolSet after = live;
-      SymbolSet head(after), body(after);
+      // sets only grow from one turn of an outer loop to the next: what was found before is where to go on from, or loops
+      // inside each other would cost twice as much with each level
+      SymbolSet& known = heads_.try_emplace(&in, after).first->second;
+      known.unite(after);
+      SymbolSet head(known), body(after);
       for (bool changed = true; changed;) {
         const SymbolSet before = head;
         SymbolSet turn = head;
@@ -52,6 +56,7 @@ void Liveness::step(const Instruction& in, SymbolSet& live, const Targets& targe
         changed = !(turn == before);
         head = turn;
       }
+      heads_.at(&in) = head;
       if (atEntry) {
         atEntry(&in.blocks[2], body);
         atEntry(&in, head);

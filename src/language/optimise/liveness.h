@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <unordered_map>
 #include <vector>
 
 #include "language/program/program.h"
@@ -32,7 +33,10 @@ class Liveness {
   // instruction is asked again until nothing changes: the last answer counts.
   std::function<bool(const Instruction&, const SymbolSet& after)> isDead;
   // live: behind the block; becomes what is live before it.
-  void run(const Block& block, SymbolSet& live) { go(block, live, Targets()); }
+  void run(const Block& block, SymbolSet& live) {
+    heads_.clear();
+    go(block, live, Targets());
+  }
 
  private:
   struct Targets {
@@ -41,6 +45,7 @@ class Liveness {
   void go(const Block&, SymbolSet& live, const Targets&);
   void step(const Instruction&, SymbolSet& live, const Targets&);
   const Shader& shader_;
+  std::unordered_map<const Instruction*, SymbolSet> heads_;  // of loops: before a turn
 };
 
 }  // namespace kinora::language

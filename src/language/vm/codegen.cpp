@@ -335,6 +335,9 @@ bool CodeGenerator::run(Executable& executable, std::string& error) {
   e_->outputs_ = flat_.outputs;
   e_->warnings_ = flat_.warnings;
   e_->iterationLimit_ = std::max(1u, options_.iterationLimit);
+  e_->mostTurns_ = e_->iterationLimit_;
+  for (const uint32_t n : flat_.mostTurns) e_->mostTurns_ = std::max(e_->mostTurns_, uint64_t(n));
+  e_->mostTurns_ *= 16;
   e_->rangeCheck_ = options_.rangeCheck;
   a_ = analyse(flat_);
   ofSymbol_.assign(shader_.symbols.size(), kNoRegister);

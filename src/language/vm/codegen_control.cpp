@@ -184,6 +184,8 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
   if (in.opcode == Opcode::DoWhile) test();
   reference(count);
   word(site(in));
+  const uint32_t ofShader = size_t(in.layer) < flat_.mostTurns.size() ? flat_.mostTurns[size_t(in.layer)] : 0;
+  word(ofShader ? ofShader : e_->iterationLimit_);
   const size_t back = emit(Scalar::LoopLimit, true);
   e_->code_[back].step = Step::Back;
   e_->code_[back].target = uint32_t(first);

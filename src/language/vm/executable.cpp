@@ -72,6 +72,7 @@ void RunState::attach(const Executable& e) {
 template <bool kCounts>
 void Executable::runBlock(Frame frame, const Frame& once, [[maybe_unused]] RunCounts* counts) const {
   const uint32_t all = frame.chunks;
+  uint64_t turnsLeft = mostTurns_;
   [[maybe_unused]] uint32_t used = frame.points;
   const uint32_t* const words = words_.data();
   for (const MachineInstruction* in = code_.data();;) {
@@ -97,10 +98,13 @@ void Executable::runBlock(Frame frame, const Frame& once, [[maybe_unused]] RunCo
       std::memcpy(&turns, frame.cells[w[0]], 4);
       ++turns;
       std::memcpy(frame.cells[w[0]], &turns, 4);
-      if (turns < iterationLimit_) {
+      if (turns < w[2] && --turnsLeft) {
         in = code_.data() + in->target;
       } else {
-        in->kernel(once, w);
+        const bool wasSpent = frame.run->isSpent;
+        frame.run->isSpent |= turnsLeft == 0;
+        if (!wasSpent) in->kernel(once, w);
+        if (turnsLeft == 0) return;
         ++in;
       }
     } else if (in->step == Step::Chunks) {
@@ -125,7 +129,7 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
   static const RendererServices kNoServices;
   state.services = arguments.services ? arguments.services : &kNoServices;
   state.attach(*this);
-  state.stopped = false;
+  state.isSpent = false;
   state.tellsEveryPoint = arguments.tellsEveryPoint;
   std::fill(state.toldOnce.begin(), state.toldOnce.end(), uint8_t(0));
   float* const uniforms = uniforms_ ? state.cells_[0] : nullptr;

@@ -16,7 +16,7 @@ namespace kinora::language {
 
 struct MachineOptions {
   uint32_t width = 0;                  // 1, 4, 8, 16; 0: the widest of this CPU
-  uint32_t iterationLimit = 1u << 20;  // of one loop in one block of points
+  uint32_t iterationLimit = 1u << 20;  // of one loop in one block of points, unless its shader says another
   uint32_t blockPoints = 0;            // 0: by the working set
   bool optimise = true;
   bool rangeCheck = true;              // tell of indices out of range (they are clamped in any case)
@@ -155,6 +155,7 @@ class Executable {
   std::vector<uint32_t> uniformImage_;  // what uniform cells hold when a run begins
   std::vector<uint32_t> inputCells_;    // first uniform cell of each uniform input
   uint32_t uniforms_ = 0, slots_ = 0, cells_ = 0, width_ = 0, blockPoints_ = 0, iterationLimit_ = 0;
+  uint64_t mostTurns_ = 0;  // of all loops in one block: loops inside each other must end too
   bool rangeCheck_ = true;
   uint64_t number_ = 0;  // no other executable of this process has it: addresses come again
   friend struct SiteAccess;
@@ -174,7 +175,7 @@ class RunState {
   const Executable* program = nullptr;
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
-  bool stopped = false;           // the iteration limit was reached
+  bool isSpent = false;           // so was that of all loops together: a block was left as it was
   bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;
@@ -199,7 +200,7 @@ struct SiteAccess {
   static const std::string& layer(const Executable& e, int32_t i) { return e.layers_[size_t(i)]; }
   static const std::string& shader(const Executable& e, int32_t i) { return e.shaders_[size_t(i)]; }
   static bool rangeCheck(const Executable& e) { return e.rangeCheck_; }
-  static uint32_t iterationLimit(const Executable& e) { return e.iterationLimit_; }
+  static uint64_t mostTurns(const Executable& e) { return e.mostTurns_; }
 };
 
 // Null with `error` (one line for each thing that is wrong) when the group cannot run.

@@ -1,5 +1,7 @@
 #include "language/width16/kernels.h"
 
+#include <cstdlib>
+
 #include "simd/dispatch.h"
 
 namespace kinora::language {
@@ -44,9 +46,11 @@ const language::KernelFunction* pairedKernels(language::Family family) {
       return language::pairedSplineKernels(16);
     case Family::Fused:
       return language::pairedFusedKernels(16);
-    default:
+    case Family::Scalar:
+    case Family::Count:
       return nullptr;
   }
+  std::abort();  // a family without a file here
 }
 
 }  // namespace
