@@ -18,7 +18,7 @@ using language::TextureCall;
 
 namespace {
 
-constexpr float kPi = 3.14159265358979f;
+constexpr float kHalfTurn = 3.14159265358979f;
 
 // Gives back what a call took from the group's arena: shaders call in loops.
 class BorrowedArena {
@@ -232,8 +232,8 @@ void lookUpEnvironment(const Context* c, ContextHost& h, const Batch& batch, con
   Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
   const auto place = [](float x, float y, float z, float& s, float& t) {
     const float across = std::sqrt(x * x + z * z);
-    s = across > 0 ? std::atan2(-x, z) / (2 * kPi) + 0.5f : 0.5f;
-    t = 0.5f - std::atan2(y, across) / kPi;
+    s = across > 0 ? std::atan2(-x, z) / (2 * kHalfTurn) + 0.5f : 0.5f;
+    t = 0.5f - std::atan2(y, across) / kHalfTurn;
   };
   const bool hasSteps = call.dx.components >= 3 && call.dy.components >= 3;
   for (int k = 0; hasSteps && k < 4; ++k) at.step[k] = c->alloc<float>(n);
@@ -248,7 +248,7 @@ void lookUpEnvironment(const Context* c, ContextHost& h, const Batch& batch, con
       for (uint32_t k = 0; k < 3; ++k) d[k] = numberAt(*steps[axis], k, i), d2 += d[k] * d[k];
       const uint32_t side = uint32_t(axis);
       const float width = o.width[side].components ? numberAt(o.width[side], 0, i) : 1.f;
-      if (l2 > 0) size = std::fmax(size, 0.5f * width * std::sqrt(d2 / l2) / kPi);
+      if (l2 > 0) size = std::fmax(size, 0.5f * width * std::sqrt(d2 / l2) / kHalfTurn);
       if (!hasSteps) continue;
       float s, t;
       place(r[0] + d[0], r[1] + d[1], r[2] + d[2], s, t);
