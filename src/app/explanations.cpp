@@ -74,6 +74,17 @@ constexpr Explanation kRooms[] = {
      "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version or a tool "
      "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta where it is "
      "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
+    {"SHADER-CALL",
+     "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders trace rays, or "
+     "texture3d(), because files of volumes are not read yet. The call answers as if nothing were there. The message stands "
+     "once for each kind of call."},
+    {"SHADER-DICTIONARY",
+     "dict_find() of a shader was given a text that is no XML or a query that is no XPath; the message says what is wrong. "
+     "Nothing is found in it."},
+    {"SHADER-CLOSURE",
+     "A shader makes closures (diffuse(), emission() ...), as surface shaders of other renderers do. Here shaders are patterns: "
+     "they compute colours and numbers, and a Bxdf scatters the light. The closure has no value and Ci no effect; connect the "
+     "shader's other outputs to a Bxdf."},
     {"SHADER-RECOMPILED",
      "The scene was edited, and a file of a shader has changed since it was compiled (the shader's own, or one that it "
      "includes): the new text is what is rendered from now on."},
@@ -162,7 +173,8 @@ constexpr Explanation kRooms[] = {
      "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
      "stands in."},
     {"RENDER-DISPLACEMENT",
-     "Displacement plug-ins are found and kept, but geometry is not displaced yet. Bump and normal maps work."},
+     "Displacement plug-ins are found and kept, but geometry is not displaced yet. A shader of the shading language that a Displace names is "
+     "compiled and kept too. Bump and normal maps work."},
     {"LIGHT-LINK",
      "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object names a light, or a group of lights, "
      "that the scene has not. An object whose subset names no light at all is lit by none, only by what other objects "

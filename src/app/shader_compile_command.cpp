@@ -135,7 +135,8 @@ int runShaderCompile(const Arguments& arguments) {
       job.options.withWarnings = false;
     } else if (o.is("Werror")) {
       job.options.warningsAreErrors = true;
-    } else if (o.is("O") || o.is("O0") || o.is("O1") || o.is("O2")) {
+    } else if (o.is("O") || o.is("O0") || o.is("O1") || o.is("O2") || o.is("d") || o.is("buffer") ||
+               o.is("embed-source") || o.is("embed")) {  // of other compilers; they mean nothing here
     } else if (o.is("o")) {
       o.value(job.output);
     } else if (o.letter('I', value)) {

@@ -89,6 +89,7 @@ class ShadeWorld {
   ShadeWorld(const ShadeWorld&) = delete;
   // Whether a primvar of that name and type is there for some points at least.
   bool hasPrimvar(const std::string& name, const language::Type& type) const;
+  static bool isPartial(const std::string& name) { return name == "red" || name == "green" || name == "blue"; }
 
   // One worker's slice of points.
   class Slice {

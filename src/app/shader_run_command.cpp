@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint32_t kSlicePoints = 1024, kSlices = 64;     // at once
+constexpr uint32_t kSlicePoints = 1024, kSlices = 64;      // at once
 constexpr uint64_t kMostPictureBytes = uint64_t(8) << 30;  // of one output
 
 struct Spoken {
@@ -86,8 +86,8 @@ class Speaker {
     if (isWritten) return;
     refused_.insert(name);
     hasFailed_ = true;
-    toError("error: fprintf: ",
-            isInside ? "cannot write '" + name + "'" : "'" + name + "' is not in the working directory: nothing is written");
+    toError("error: fprintf: ", isInside ? "cannot write '" + name + "'"
+                                         : "'" + name + "' is not in the working directory: nothing is written");
   }
 
   const bool repeats_;
@@ -158,7 +158,8 @@ class Runner {
       std::string variable = o.variable, closure;
       for (auto layer = run_.group.layers.rbegin(); layer != run_.group.layers.rend() && !found; ++layer)
         for (const std::string& name :
-             {o.variable, o.variable.starts_with(layer->name + ".") ? o.variable.substr(layer->name.size() + 1) : ""}) {
+             {o.variable,
+              o.variable.starts_with(layer->name + ".") ? o.variable.substr(layer->name.size() + 1) : ""}) {
           const language::SymbolId id = name.empty() ? language::kNone : layer->shader->find(name);
           if (id == language::kNone || found) continue;
           const language::Symbol& s = layer->shader->symbols[size_t(id)];
@@ -177,14 +178,16 @@ class Runner {
         run_.group.outputs.push_back(found->name + "." + variable);
       } else if (!job_.outputs.empty() && o.file != "null") {
         hasMissingOutput_ = true;
-        missing_.push_back(closure.empty() ? fmt::format("no layer has an output '{}': {} is not written", o.variable, o.file)
-                                           : fmt::format("output '{}' is a {}: {} is not written", o.variable, closure, o.file));
+        missing_.push_back(closure.empty()
+                               ? fmt::format("no layer has an output '{}': {} is not written", o.variable, o.file)
+                               : fmt::format("output '{}' is a {}: {} is not written", o.variable, closure, o.file));
       }
     }
     if (!job_.isQuiet) {
       fmt::print("{}", run_.connections);
       if (job_.isVerbose) {
-        fmt::print("Shader group:\n---\n{}---\n\nShader group \"{}\" layers are:\n", serialised(run_), run_.group.name);
+        fmt::print("Shader group:\n---\n{}---\n\nShader group \"{}\" layers are:\n", serialised(run_),
+                   run_.group.name);
         for (const language::Layer& l : run_.group.layers) fmt::print("    {}\n", l.name);
         fmt::print("\n");
       }
@@ -213,6 +216,8 @@ class Runner {
       const bool isFree = run_.unlocked.count(name) || (!parameter.lockGeometry && !run_.locked.count(name));
       language::PerPoint p;
       p.isVarying = isFree && world_.hasPrimvar(parameter.name, parameter.type);
+      p.isConnected = p.isVarying && job_.userDataIsConnected;
+      p.isPartial = p.isVarying && world_.isPartial(parameter.name);
       p.hasDerivs = p.isVarying && parameter.type.base == Base::Float && parameter.type.arrayLength == 0;
       return p;
     };
@@ -318,8 +323,7 @@ class Runner {
       for (; next < slice.spoken.size() && slice.spoken[next].point == i; ++next) speaker_.say(slice.spoken[next]);
       if (!isLast) continue;
       const uint64_t at = slice.first + i;
-      if (job_.printsOutputs)
-        fmt::print("Pixel ({}, {}):\n", at % job_.grid.width, at / job_.grid.width);
+      if (job_.printsOutputs) fmt::print("Pixel ({}, {}):\n", at % job_.grid.width, at / job_.grid.width);
       for (size_t k = 0; k < wanted_.size(); ++k) {
         Wanted& w = wanted_[k];
         std::string line;
@@ -372,8 +376,7 @@ class Runner {
     fmt::print("\nlayers {}\ninstructions {}\nvalues {}\nwidth {}\npoints a block {}\n", run_.group.layers.size(),
                code_->instructionCount(), code_->slotCount(), code_->width(), code_->blockPoints());
     fmt::print("compile {:.3f} ms\nrun {:.3f} ms\nnanoseconds a point {:.1f}\n",
-               std::chrono::duration<double, std::milli>(compiling).count(), seconds * 1e3,
-               seconds * 1e9 / points);
+               std::chrono::duration<double, std::milli>(compiling).count(), seconds * 1e3, seconds * 1e9 / points);
   }
 
   const RunJob& job_;

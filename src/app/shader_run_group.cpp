@@ -39,8 +39,8 @@ bool typeNamed(std::string text, Type& type) {
     }
   }
   static constexpr std::pair<const char*, Base> kNames[] = {
-      {"int", Base::Int},       {"float", Base::Float},   {"string", Base::String}, {"color", Base::Color},
-      {"point", Base::Point},   {"vector", Base::Vector}, {"normal", Base::Normal}, {"matrix", Base::Matrix}};
+      {"int", Base::Int},     {"float", Base::Float},   {"string", Base::String}, {"color", Base::Color},
+      {"point", Base::Point}, {"vector", Base::Vector}, {"normal", Base::Normal}, {"matrix", Base::Matrix}};
   for (const auto& [name, base] : kNames)
     if (text == name) {
       type.base = base;
@@ -52,7 +52,8 @@ bool typeNamed(std::string text, Type& type) {
 // A number at the front of `text`, which then begins behind it.
 template <class T>
 bool takeNumber(std::string_view& text, T& out) {
-  while (!text.empty() && (text[0] == ' ' || text[0] == '\t' || text[0] == '\n' || text[0] == '\r')) text.remove_prefix(1);
+  while (!text.empty() && (text[0] == ' ' || text[0] == '\t' || text[0] == '\n' || text[0] == '\r'))
+    text.remove_prefix(1);
   const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
   const auto [end, error] = std::from_chars(first, text.data() + text.size(), out);
   if (error == std::errc::result_out_of_range && std::is_same_v<T, float>) {
@@ -116,7 +117,6 @@ class GroupMaker {
                               pending_[0].parameter));
     for (const GroupStep& step : job_.steps)
       if (step.kind == GroupStep::Connect) connect(step.words[0], step.words[1], step.words[2], step.words[3]);
-    out_.group.primvarsAreConnected = job_.userDataIsConnected;
     out_.group.entries = job_.entries;
     if (!job_.entryOutput.empty()) out_.group.entries = {job_.entryOutput.substr(0, job_.entryOutput.find('.'))};
     findEager();
@@ -379,14 +379,16 @@ class GroupMaker {
     if (!typeNamed(typeName, setting.type))
       return fail(fmt::format("the group's text: '{}' is no type of a parameter", typeName));
     const size_t components = size_t(std::max(1, language::componentsOf(setting.type.base)));
-    const size_t most = setting.type.arrayLength < 0 ? kMostValues : components * size_t(std::max(1, setting.type.arrayLength));
+    const size_t most =
+        setting.type.arrayLength < 0 ? kMostValues : components * size_t(std::max(1, setting.type.arrayLength));
     Values& v = setting.values;
     for (size_t n = 0;; ++n) {
       t.is(',');
       t.blanks();
       if (t.rest.empty() || t.rest[0] == ';' || t.rest.starts_with("[[")) break;
       // a comma may end the statement too
-      const bool isNext = t.rest.starts_with("param ") || t.rest.starts_with("shader ") || t.rest.starts_with("connect ");
+      const bool isNext =
+          t.rest.starts_with("param ") || t.rest.starts_with("shader ") || t.rest.starts_with("connect ");
       if (isNext && n > 0) break;
       if (n >= most) return fail(fmt::format("the group's text: too many values for {} {}", typeName, name));
       if (setting.type.base == Base::String) {
@@ -399,7 +401,8 @@ class GroupMaker {
           isGood = takeNumber(rest, v.ints.emplace_back());
         else
           isGood = takeNumber(rest, v.floats.emplace_back());
-        if (!isGood || !rest.empty()) return fail(fmt::format("the group's text: '{}' is no value of {} {}", number, typeName, name));
+        if (!isGood || !rest.empty())
+          return fail(fmt::format("the group's text: '{}' is no value of {} {}", number, typeName, name));
       }
     }
     if (t.is("[[")) {
@@ -439,7 +442,8 @@ std::string quoted(const std::string& s) {
 
 }  // namespace
 
-bool parseValue(const std::string& typeName, const std::string& text, Type& type, Values& values, std::string& error) {
+bool parseValue(const std::string& typeName, const std::string& text, Type& type, Values& values,
+                std::string& error) {
   values = {};
   const bool isFree = typeName.empty();
   type = {};
@@ -506,7 +510,8 @@ std::string serialised(const RunGroup& run) {
     }
     text += fmt::format("shader {} {} ;\n", layer.shader->name, layer.name);
     for (const language::Connection& c : run.group.connections)
-      if (c.toLayer == layer.name) text += fmt::format("connect {}.{} {}.{} ;\n", c.fromLayer, c.from, c.toLayer, c.to);
+      if (c.toLayer == layer.name)
+        text += fmt::format("connect {}.{} {}.{} ;\n", c.fromLayer, c.from, c.toLayer, c.to);
   }
   return text;
 }

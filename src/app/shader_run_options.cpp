@@ -45,10 +45,12 @@ Each SHADER (.osl, .oso) is one more layer; the last one is run and calls for th
 
 // Of the tool whose options these are, with the number of values that follow: accepted, without effect.
 constexpr std::pair<const char*, int> kIgnored[] = {
-    {"batched", 0}, {"debug", 0}, {"debug2", 0}, {"llvm_debug", 0}, {"llvm_opt", 1}, {"profile", 0}, {"optix", 0},
-    {"saveptx", 0}, {"warmup", 0}, {"groupoutputs", 0}, {"inbuffer", 0}, {"no-output-placement", 0},
-    {"shadeimage", 0}, {"noshadeimage", 0}, {"raytype_opt", 0}, {"texoptions", 1}, {"jbufferMB", 1},
-    {"use_rs_bitcode", 0}, {"print-groupdata", 0}, {"print-group-stats", 0}, {"locale", 1}};
+    {"batched", 0},    {"debug", 0},          {"debug2", 0},          {"llvm_debug", 0},
+    {"llvm_opt", 1},   {"profile", 0},        {"optix", 0},           {"saveptx", 0},
+    {"warmup", 0},     {"groupoutputs", 0},   {"inbuffer", 0},        {"no-output-placement", 0},
+    {"shadeimage", 0}, {"noshadeimage", 0},   {"raytype_opt", 0},     {"texoptions", 1},
+    {"jbufferMB", 1},  {"use_rs_bitcode", 0}, {"print-groupdata", 0}, {"print-group-stats", 0},
+    {"locale", 1}};
 
 bool toInt(const std::string& text, int& out) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
@@ -87,7 +89,7 @@ std::optional<int> parseRun(const Arguments& arguments, RunJob& job) {
     else
       out = value;
   };
-  const auto pair = [&](float (&out)[2]) {
+  const auto pair = [&](float(&out)[2]) {
     const std::vector<std::string> list = words(2);
     for (int i = 0; i < 2 && !o.isMissing(); ++i)
       if (!toFloat(list[size_t(i)], out[i])) wrong = fmt::format("'-{}' takes two numbers", o.word());
@@ -100,8 +102,8 @@ std::optional<int> parseRun(const Arguments& arguments, RunJob& job) {
     const size_t colon = o.word().find(':');
     const std::string name = o.word().substr(0, colon);
     const std::string modifiers = colon == std::string::npos ? "" : o.word().substr(colon + 1);
-    const auto ignored = std::find_if(std::begin(kIgnored), std::end(kIgnored),
-                                      [&](const auto& entry) { return o.is(entry.first); });
+    const auto ignored =
+        std::find_if(std::begin(kIgnored), std::end(kIgnored), [&](const auto& entry) { return o.is(entry.first); });
     if (!o.isOption()) {
       job.steps.push_back({GroupStep::Shader, {}, {o.word()}});
     } else if (o.is("help") || o.is("h")) {

@@ -44,7 +44,9 @@ ShadeTextures::~ShadeTextures() = default;
 
 namespace {
 
-int wrapNamed(std::string_view text) { return text == "clamp" ? 2 : text == "periodic" ? 3 : text == "mirror" ? 1 : 0; }
+int wrapNamed(std::string_view text) {
+  return text == "clamp" ? 2 : text == "periodic" ? 3 : text == "mirror" ? 1 : 0;
+}
 
 float valueAt(const Span& v, uint32_t k, uint32_t i) {
   return v.components <= k ? 0.f : v.base == uint8_t(Base::Int) ? float(v.integer(k, i)) : v.number(k, i);

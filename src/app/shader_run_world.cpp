@@ -1,6 +1,6 @@
 // The world of `kinora shader run`, as CLI.md describes it: a flat patch with spaces, a camera and a few primvars.
-// Values and derivatives that nothing here names are zeros. Also what a ray finds (trace): nothing is there, the answer
-// is one that tests can predict, u / dot(P, R) > 0.5.
+// Values and derivatives that nothing here names are zeros. Also what a ray finds (trace): nothing is there, the
+// answer is one that tests can predict, u / dot(P, R) > 0.5.
 #include <ImathMatrix.h>
 
 #include <cmath>
@@ -107,9 +107,9 @@ bool giveAttribute(const Type& type, const Values& values, Span to, uint32_t poi
     for (uint32_t k = 0; k < 16; k += 5) put(k, 0);
     return true;
   }
-  const bool fits = n == 1                ? to.components == 1 || base != Base::Int
-                    : n == to.components  ? isInt || base != Base::Int
-                                          : n == 2 && to.components == 3 && language::isTriple(base);
+  const bool fits = n == 1               ? to.components == 1 || base != Base::Int
+                    : n == to.components ? isInt || base != Base::Int
+                                         : n == 2 && to.components == 3 && language::isTriple(base);
   if (n == 0 || !fits) return false;
   for (uint32_t k = 0; k < to.components; ++k) {
     if (n == 2 && k == 2 && to.components == 3)
@@ -131,7 +131,8 @@ bool ShadeWorld::hasPrimvar(const std::string& name, const Type& type) const {
     return true;
   if (name == "face_idx" && type == Type{Base::Int, 0, -1}) return true;
   for (const NamedValue& v : impl_->userData) {
-    const bool isAlike = v.type.base == type.base || (language::isTriple(v.type.base) && language::isTriple(type.base));
+    const bool isAlike =
+        v.type.base == type.base || (language::isTriple(v.type.base) && language::isTriple(type.base));
     if (v.name == name && isAlike && v.type.arrayLength == type.arrayLength) return true;
   }
   return false;
@@ -152,7 +153,8 @@ struct ShadeWorld::Slice::Impl {
   std::vector<std::vector<const float*>> inputCells;
   std::vector<language::VaryingInput> varying;
 
-  Impl(const ShadeWorld::Impl& w, language::Dictionary& dictionary, uint32_t mostPoints) : world(w), most(mostPoints) {
+  Impl(const ShadeWorld::Impl& w, language::Dictionary& dictionary, uint32_t mostPoints)
+      : world(w), most(mostPoints) {
     memory.assign(size_t(Arrays) * ((most + 15) / 16 * 16 + 16), 0.f);
     services.self = this;
     services.dictionary = &dictionary;
@@ -286,7 +288,8 @@ struct ShadeWorld::Slice::Impl {
     count = points;
     padded = (points + 15) / 16 * 16;
     const float w = float(g.width), h = float(g.height);
-    const float stepU = g.scale[0] / float(std::max(1u, g.width - 1)), stepV = g.scale[1] / float(std::max(1u, g.height - 1));
+    const float stepU = g.scale[0] / float(std::max(1u, g.width - 1)),
+                stepV = g.scale[1] / float(std::max(1u, g.height - 1));
     for (uint32_t i = 0; i < padded; ++i) {
       const uint64_t at = from + std::min(i, points - 1);
       const float x = float(at % g.width), y = float(at / g.width);
@@ -344,6 +347,15 @@ const language::VaryingInput* ShadeWorld::Slice::inputs(const language::Executab
     std::vector<const float*>& cells = s.inputCells[number++];
     cells.clear();
     for (uint32_t k = 0; k < 3 * components; ++k) cells.push_back(memory.data() + k * room);
+    if (input.parameter.ends_with('?')) {  // whether it is there
+      const std::string name = input.parameter.substr(0, input.parameter.size() - 1);
+      for (uint32_t i = 0; i < s.padded; ++i) {
+        Attribute found;
+        const int32_t isThere = s.primvar(name, i, found, nullptr);
+        std::memcpy(&memory[i], &isThere, 4);
+      }
+      continue;
+    }
     // what holds where the primvar is not
     const language::Layer& layer = group.layers[size_t(input.layer)];
     const language::SymbolId id = layer.shader->find(input.parameter);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "base/text.h"
 
@@ -235,26 +236,29 @@ std::vector<light::LightFilterEntry> makeLightFilters(
   return list;
 }
 
-void tellOfDisplacements(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics) {
+void tellOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders, Diagnostics& diagnostics) {
   const scene::Node* displacement = nullptr;
+  std::string first;
+  std::set<std::string> seen;
   const auto look = [&](const scene::Primitive& p) {
-    if (p.attributes && p.attributes->displacement && p.attributes->displacement->terminal) {
-      const scene::Node* n = p.attributes->displacement->terminal.get();
-      if (!displacement) displacement = n;
-      if (displacement != n && displacement->plugin != n->plugin)
-        registry.find(Kind::Displacement, n->plugin, diagnostics, n->pos);  // a library that is broken says so
-    }
+    if (!p.attributes || !p.attributes->displacement || !p.attributes->displacement->terminal) return;
+    const scene::Node* n = p.attributes->displacement->terminal.get();
+    const std::string shader = sameName(n->plugin, "PxrOSL") ? n->params.getString("shader", "") : n->plugin;
+    if (!seen.insert(shader).second) return;
+    // a library or a shader that is broken says so
+    const bool isPlugin = registry.find(Kind::Displacement, n->plugin, diagnostics, n->pos);
+    const bool isShader = !isPlugin && shaders.find(shader, n->pos);
+    if (displacement) return;
+    displacement = n;
+    first = (isShader ? "shader '" : "displacement '") + shader + "' (node '" + n->handle + "')" +
+            (isPlugin || isShader ? "" : ", which no plug-in or shader is known for,");
   };
   for (const auto& p : scene.primitives) look(*p);
   for (const auto& proto : scene.prototypes)
     for (const auto& p : proto.primitives) look(*p);
-  if (displacement) {
-    const bool known = registry.find(Kind::Displacement, displacement->plugin, diagnostics, displacement->pos);
-    diagnostics.warning("RENDER-DISPLACEMENT", displacement->pos,
-                        "displacement '" + displacement->plugin + "' (node '" + displacement->handle + "')" +
-                            (known ? "" : ", which no plug-in is known for,") + " is kept, not rendered yet",
+  if (displacement)
+    diagnostics.warning("RENDER-DISPLACEMENT", displacement->pos, first + " is kept, not rendered yet",
                         "surfaces are where they are without it");
-  }
 }
 
 }  // namespace kinora::render

@@ -22,6 +22,7 @@
 #include "scene/bytes.h"
 #include "scene/uniform_keys.h"
 #include "shade/bxdf_stand_ins.h"
+#include "shade/shader_scene.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
 
@@ -376,6 +377,53 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     instantiate(instantiate, inst, inst.toWorld, 0, inst.attributes.get());
 }
 
+namespace {
+
+// What getattribute() of shaders knows of the camera (OSL's names).
+scene::ParameterList cameraAttributes(const scene::Scene& scene, const CameraState& state) {
+  const scene::Camera camera = scene.cameras.empty() ? scene::Camera() : scene.cameras.front();
+  scene::ParameterList list;
+  const auto numbers = [&](const char* name, std::vector<float> v) {
+    scene::Parameter p;
+    p.name = std::string("camera:") + name;
+    p.floats = std::move(v);
+    list.set(std::move(p));
+  };
+  scene::Parameter resolution;
+  resolution.name = "camera:resolution";
+  resolution.type = scene::ValueType::Int;
+  resolution.ints = {state.resolution[0], state.resolution[1]};
+  list.set(std::move(resolution));
+  const std::string kind = camera.projection ? lowerCase(camera.projection->plugin) : "orthographic";
+  const bool isPerspective = kind.ends_with("perspective") || kind.ends_with("camera");
+  scene::Parameter projection;
+  projection.name = "camera:projection";
+  projection.type = scene::ValueType::String;
+  projection.strings = {isPerspective ? "perspective" : kind.ends_with("orthographic") ? "orthographic" : kind};
+  list.set(std::move(projection));
+  if (isPerspective) numbers("fov", {camera.projection->params.getFloat("fov", 90)});
+  numbers("pixelaspect", {scene.pixelAspect > 0 ? scene.pixelAspect : 1.f});
+  const bool clips = camera.clipping[1] > camera.clipping[0];  // else RI_EPSILON and RI_INFINITY
+  const float clip[2] = {clips ? camera.clipping[0] : 1e-10f, clips ? camera.clipping[1] : 1e38f};
+  numbers("clip_near", {clip[0]});
+  numbers("clip_far", {clip[1]});
+  numbers("clip", {clip[0], clip[1]});
+  numbers("shutter_open", {float(state.shutterOpen)});
+  numbers("shutter_close", {float(state.shutterClose)});
+  numbers("shutter", {float(state.shutterOpen), float(state.shutterClose)});
+  // without a ScreenWindow the shorter side runs from -1 to 1
+  std::array<float, 4> window = camera.screenWindow;
+  if (window == std::array<float, 4>{0, 0, 0, 0}) {
+    const float shape = float(state.resolution[0]) / float(state.resolution[1]) * (scene.pixelAspect > 0 ? scene.pixelAspect : 1.f);
+    const float x = std::max(shape, 1.f), y = std::max(1 / shape, 1.f);
+    window = {-x, x, -y, y};
+  }
+  numbers("screen_window", {window[0], window[2], window[1], window[3]});
+  return list;
+}
+
+}  // namespace
+
 // The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to its
 // folder is looked for there too: those folders are on the command line's path.
 std::vector<std::string> WorldBuilder::searchPath(const scene::Scene& scene, const std::string& kind) const {
@@ -408,7 +456,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
-  tellOfDisplacements(scene, registry_, diagnostics_);
+  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
+  tellOfDisplacements(scene, registry_, shaders_, diagnostics_);
 
   // Dice rates: the finest over all placements of a shape. Distances are taken to the camera's position.
   const scene::Matrix cameraToWorld = camera_.worldToCamera.inverse();
@@ -501,7 +550,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   shapes_ = std::move(kept);
 
   // Materials
-  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
   auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths, shaders_);
   auto next = std::make_unique<shade::ShadingWorld>();
   std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
@@ -611,6 +659,14 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   w.spaces["camera"] = cameraToWorld * shift;
   for (const auto& [name, t] : scene.coordinateSystems)
     w.spaces[name] = t.at(0.5 * (camera_.shutterOpen + camera_.shutterClose)) * shift;
+
+  if (!materials->shaderUses().empty()) {
+    w.shaders = std::make_shared<shade::ShaderScene>(diagnostics_);
+    for (uint32_t g = 0; g < world->geometryCount(); ++g)
+      w.shaders->ofGeometry.push_back(primitiveOfShape_[shapeOfMesh.at(&world->mesh(g))]->attributes.get());
+    w.shaders->ofPlacement = attributesOfPlacement_;
+    w.shaders->camera = cameraAttributes(scene, camera_);
+  }
 
   // Link sets: objects by what lights they name
   LinkSets linkSetOf;

@@ -45,6 +45,10 @@ Value param(const Context* c, uint32_t index) {
   h.evaluate(c, s.node);
   Value v = h.outputs[h.firstOutput[s.node] + s.output];
   if (!v.data[0]) return constantValue(s.constant, s.components);
+  if (s.part >= 0) {
+    v.data[0] = v.data[s.part];
+    v.components = 1;
+  }
   if (v.components == s.components) return v;
   if (v.components == 1) {           // a float feeds all components
     v.components = s.components;
@@ -257,21 +261,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     cornerValues(*p, k, w, v);
     for (uint32_t j = 0; j < w; ++j) f[j] = mix(k, v[0][j], v[1][j], v[2][j]);
     if (w == 1) f[1] = f[2] = f[0];
-    const scene::ValueType type = p->type;
-    if (w == 3 && !k.identity && (type == scene::ValueType::Point || type == scene::ValueType::Vector || type == scene::ValueType::Normal)) {
-      float q[3];
-      if (type == scene::ValueType::Point)   // the mesh's own points are stored from its origin, primvars are not
-        for (int j = 0; j < 3; ++j) f[j] -= float(k.mesh->origin[j]);
-      if (type == scene::ValueType::Normal) {
-        const trace::Affine inv = k.toRender.inverse();
-        for (int j = 0; j < 3; ++j) q[j] = inv.m[0][j] * f[0] + inv.m[1][j] * f[1] + inv.m[2][j] * f[2];
-      } else {
-        for (int j = 0; j < 3; ++j)
-          q[j] = k.toRender.m[j][0] * f[0] + k.toRender.m[j][1] * f[1] + k.toRender.m[j][2] * f[2] +
-                 (type == scene::ValueType::Point ? k.toRender.t[j] : 0.f);
-      }
-      std::memcpy(f, q, 12);
-    }
+    if (w == 3) primvarToRender(*p, k, f);
     for (uint32_t j = 0; j < width; ++j) a[j][i] = f[j];
     if (r) {
       float e1[3], e2[3];

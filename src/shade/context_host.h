@@ -18,6 +18,7 @@ struct ContextHost {
   Value builtins[size_t(Builtin::Count)];
   bool haveBuiltin[size_t(Builtin::Count)] = {};
   bool computing = false;
+  RayKind rayKind = RayKind::Camera; // of the rays that met its points
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);

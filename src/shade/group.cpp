@@ -109,6 +109,7 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots, float* passed) {
 void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]) {
   const trace::World& w = *world_.world;
   const Clock clock(counters.nanoseconds[kind == RayKind::Camera ? kTimeTraceCamera : kTimeTraceIndirect]);
+  rayKind_ = kind;
   if (listener) listener->closest(kind, depth, group_.rays, n, slots);
   const uint32_t mask = kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect;
   if (kind == RayKind::Camera && n == group_.count && n % 16 == 0) {

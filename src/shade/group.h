@@ -20,6 +20,8 @@
 
 namespace kinora::shade {
 
+struct ShaderScene;
+
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
   uint32_t material = 0xffffffffu;     // none: the placement's
@@ -64,6 +66,7 @@ struct ShadingWorld {
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;
   Diagnostics* diagnostics = nullptr;            // of shaders that speak; null: unheard
+  std::shared_ptr<ShaderScene> shaders;          // what shaders ask; null: the scene has none
   bool hasMedia = false, hasPresence = false;
   bool hasLinks = false;                      // some objects are lit by some lights only
   std::vector<TraceSet> traceSets;             // by PlacementInfo::traceSet; empty: every ray sees everything
@@ -163,6 +166,7 @@ class GroupState {
   float* leftNg_[3] = {nullptr, nullptr, nullptr};   // its geometric normal; null without traceSets and lifts
   float* lift_[3] = {nullptr, nullptr, nullptr};     // from it to where its shadow rays start; null without lifts
   float* hole_ = nullptr;                      // by slot: where its camera ray met a hole; null without holes
+  RayKind rayKind_ = RayKind::Camera;   // of the rays whose hits are shaded
   language::RunState shaderState_;
   std::unordered_map<int32_t, int32_t> textureOfString_;
   // scratch of grouping

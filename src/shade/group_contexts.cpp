@@ -74,6 +74,7 @@ PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n,
   c = new (arena_.allocate(sizeof(Context))) Context();
   ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
   h->group = this;
+  h->rayKind = rayKind_;
   h->slot = slot;
   c->count = n;
   c->padded = m;

@@ -128,7 +128,10 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
     for (uint32_t i = 0; i < k; ++i)
       if (!std::isinf(h.t[open[i]])) hit[hitCount++] = open[i];
     Context* const* contexts;
+    const RayKind before = rayKind_;
+    rayKind_ = RayKind::Transmission;
     const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, hitCount, hit, &contexts);
+    rayKind_ = before;
     uint32_t* next = arena_.make<uint32_t>(padded(hitCount));
     uint32_t nextCount = 0;
     for (uint32_t c = 0; c < count; ++c) {

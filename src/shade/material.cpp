@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cstring>
 #include <set>
+#include <tuple>
 
 #include "base/text.h"
 #include "language/vm/strings.h"
 #include "shade/bxdf_stand_ins.h"
 #include "shade/clock.h"
+#include "shade/shader_parameters.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -29,6 +31,7 @@ bool isNumeric(Type t) { return t != Type::String && t != Type::Struct; }
 ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Diagnostics& diagnostics) {
   values_.resize(d.paramCount);
   floats_.resize(d.paramCount);
+  ints_.resize(d.paramCount);
   strings_.resize(d.paramCount);
   pointers_.resize(d.paramCount);
   std::set<std::string> used;
@@ -59,7 +62,10 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
       }
     } else if (given && isNumeric(p.type)) {
       floats_[i] = given->floats;
-      if (floats_[i].empty()) floats_[i].assign(given->ints.begin(), given->ints.end());
+      if (floats_[i].empty()) {
+        floats_[i].assign(given->ints.begin(), given->ints.end());
+        if (p.type == Type::Int) ints_[i] = given->ints;
+      }
       bool finite = true;
       for (float f : floats_[i]) finite &= (f - f) == 0.f;
       if (!finite) {
@@ -106,7 +112,6 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
   if (!node) return;
   for (const scene::Parameter& q : node->params) {
     if (used.count(q.name) || q.name.starts_with("__")) continue;
-    if (sameName(node->plugin, "PxrOSL") && q.name == "shader") continue;
     diagnostics.warning("PARAM-UNKNOWN", q.pos,
                         std::string(d.name) + " '" + node->handle + "' has no parameter '" + q.name + "'", "ignored",
                         std::string("kinora plugins ") + d.name + " lists what it takes");
@@ -118,8 +123,10 @@ struct MaterialSet::Resolved {
   std::shared_ptr<const ShaderNode> shader;
   const scene::Node* node;
   std::unique_ptr<ResolvedParams> values;
-  struct Link { int node = -1; uint32_t output = 0; };
+  struct Link { int node = -1; uint32_t output = 0; int32_t part = -1; };
   std::vector<Link> links;     // by parameter
+  std::vector<PartReference> wantedParts;
+  std::vector<PartSource> parts;
 };
 
 MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
@@ -136,7 +143,12 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     if (out.shader) out.plugin = &out.shader->descriptor;
   }
   if (!out.plugin) return false;
-  out.values = std::make_unique<ResolvedParams>(*out.plugin, &node, diagnostics_);
+  if (out.shader) {
+    const scene::Node own = forShader(node, *out.shader, out.wantedParts, diagnostics_);
+    out.values = std::make_unique<ResolvedParams>(*out.plugin, out.shader->shader ? &own : nullptr, diagnostics_);
+  } else {
+    out.values = std::make_unique<ResolvedParams>(*out.plugin, &node, diagnostics_);
+  }
   out.links.resize(out.plugin->paramCount);
   return true;
 }
@@ -169,8 +181,11 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
     for (const scene::NodePtr& p : network->patterns) {
       Resolved r;
       if (!resolve(*p, Kind::Pattern, r)) {
-        diagnostics_.warning("PLUGIN-MISSING", p->pos, "no pattern '" + p->plugin + "' (node '" + p->handle + "')",
-                             "what it feeds uses its defaults", "is its library on the plug-in path?");
+        const std::string shader = sameName(p->plugin, "PxrOSL") ? p->params.getString("shader", "") : "";
+        diagnostics_.warning("PLUGIN-MISSING", p->pos,
+                             (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
+                             "what it feeds uses its defaults",
+                             shader.empty() ? "is its library on the plug-in path?" : "is its folder on the search path for shaders?");
         continue;
       }
       nodes.push_back(std::move(r));
@@ -211,46 +226,54 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   // connections
   for (size_t n = 0; n < nodes.size(); ++n) {
     Resolved& r = nodes[n];
-    for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
-      const ParamValue& v = r.values->values()[i];
-      if (!v.connected || !v.strings) continue;
-      const std::string ref = v.strings[0];
+    // What "handle:output" names; node -1 after a message.
+    const auto follow = [&](const std::string& ref, uint32_t i, int32_t toPart, Resolved::Link& link) {
+      const Param& to = r.plugin->params[i];
       const size_t colon = ref.rfind(':');
       const std::string handle = ref.substr(0, colon);
-      const std::string output = colon == std::string::npos ? "result" : ref.substr(colon + 1);
+      std::string output = colon == std::string::npos ? "result" : ref.substr(colon + 1);
       const auto it = byHandle.find(handle);
       const auto warn = [&](const std::string& what) {
         diagnostics_.warning("PARAM-CONNECTION", r.node->pos,
-                             std::string(r.plugin->name) + "." + r.plugin->params[i].name + " of '" + r.node->handle +
-                                 "' is connected to '" + ref + "': " + what, "its default is used");
+                             std::string(r.plugin->name) + "." + to.name + (toPart < 0 ? "" : "[" + std::to_string(toPart) + "]") +
+                                 " of '" + r.node->handle + "' is connected to '" + ref + "': " + what,
+                             "its default is used");
       };
-      if (it == byHandle.end() || size_t(it->second) >= n) {
-        warn("there is no such node before it");
-        continue;
-      }
+      if (it == byHandle.end() || size_t(it->second) >= n) return warn("there is no such node before it");
       const Resolved& from = nodes[size_t(it->second)];
       if (from.shader && !from.shader->shader) {  // told when it was compiled
-        if (r.plugin->params[i].type == Type::Color) r.values->setMagenta(i);
-        continue;
+        if (to.type == Type::Color) r.values->setMagenta(i);
+        return;
       }
-      uint32_t index = 0;
-      bool found = false;
-      for (uint32_t k = 0; k < from.plugin->paramCount && !found; ++k) {
-        if (!(from.plugin->params[k].flags & kParamOutput)) continue;
-        found = sameName(from.plugin->params[k].name, output);
-        if (found && (from.plugin->params[k].type == Type::Struct) != (r.plugin->params[i].type == Type::Struct)) {
-          warn("the types do not fit");
-          found = false;
-          index = ~0u;
-          break;
+      const auto find = [&] {
+        uint32_t index = 0;
+        for (uint32_t k = 0; k < from.plugin->paramCount; ++k) {
+          if (!(from.plugin->params[k].flags & kParamOutput)) continue;
+          if (sameName(from.plugin->params[k].name, output)) return std::pair(index, &from.plugin->params[k]);
+          ++index;
         }
-        if (!found) ++index;
-      }
-      if (!found) {
-        if (index != ~0u) warn(std::string(from.plugin->name) + " has no output '" + output + "'");
-        continue;
-      }
-      r.links[i] = {it->second, index};
+        return std::pair(index, static_cast<const Param*>(nullptr));
+      };
+      int32_t part = -1;
+      auto [index, found] = find();
+      if (!found && from.shader && (part = splitIndex(output)) >= 0) std::tie(index, found) = find();
+      if (!found) return warn(std::string(from.plugin->name) + " has no output '" + output + "'");
+      std::string problem;
+      if (from.shader || r.shader) problem = connectionProblem(*found, from.shader != nullptr, part, to, r.shader != nullptr, toPart);
+      else if ((found->type == Type::Struct) != (to.type == Type::Struct)) problem = "the types do not fit";
+      if (problem.empty() && toPart >= 0 && !from.shader) problem = "only a shader can feed a part of a parameter";
+      if (!problem.empty()) return warn(problem);
+      link = {it->second, index, part};
+    };
+    for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
+      const ParamValue& v = r.values->values()[i];
+      if (v.connected && v.strings) follow(v.strings[0], i, -1, r.links[i]);
+    }
+    for (const PartReference& wanted : r.wantedParts) {
+      Resolved::Link link;
+      follow(wanted.from, wanted.parameter, wanted.part, link);
+      if (link.node >= 0)
+        r.parts.push_back({wanted.parameter, wanted.part, uint32_t(link.node), link.output, link.part});
     }
     for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
       if (r.plugin->params[i].type == Type::Struct && r.links[i].node >= 0) connectMembers(nodes, r, i);
@@ -320,6 +343,10 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       if (r.links[i].node >= 0) {
         put("c", 1);
         put(&r.links[i], sizeof r.links[i]);
+      } else if (r.shader && p.type == Type::Int && (p.flags & kParamFixed)) {  // floats do not hold all of them
+        put(v.floats, v.count * sizeof(float));
+        put(r.values->ints(i).data(), r.values->ints(i).size() * sizeof(int));
+        key += '\2';
       } else if (p.type == Type::String && !(p.flags & kParamFile)) {
         for (uint32_t k = 0; k < v.count; ++k) { key += v.strings[k]; key += '\1'; }
       } else if (p.flags & kParamFixed && !(p.flags & kParamFile)) {  // files are handles, gathered by point
@@ -329,6 +356,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
         key += 'v';
       }
     }
+    put(r.parts.data(), r.parts.size() * sizeof(PartSource));
+    key += '\3';
   }
   if (traits && traits->programKey) {
     const uint64_t k = traits->programKey(last.values->values(), last.values->count());
@@ -355,6 +384,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       ProgramNode n;
       n.plugin = r.plugin;
       n.handle = r.node->handle;
+      n.pos = r.node->pos;
+      n.parts = r.parts;
       n.source = r.shader;
       n.params.resize(r.plugin->paramCount);
       for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
@@ -371,14 +402,18 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
           s.from = ParamSource::From::Connected;
           s.node = uint32_t(r.links[i].node);
           s.output = r.links[i].output;
+          s.part = r.links[i].part;
           p.nodes[s.node].wanted[s.output] = 1;
         } else if (q.type == Type::Struct) {
           s.from = ParamSource::From::Constant;
         } else if (q.type == Type::String && !(q.flags & kParamFile)) {
           p.texts.push_back(v.count ? v.strings[0] : "");
           s.offset = uint32_t(p.texts.size() - 1);
+          if (q.flags & kParamArray)
+            for (uint32_t k = 0; k < v.count; ++k) s.strings.push_back(v.strings[k]);
         } else if (q.flags & kParamArray) {
           s.list.assign(v.floats, v.floats + v.count);
+          s.ints = r.values->ints(i);
         } else {
           s.from = ParamSource::From::Gathered;
           s.offset = p.blockFloats;
@@ -412,6 +447,10 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
                                : file.empty() ? TextureSystem::kNoTexture
                                             : textures_.handle(file, {nodes[n].node->pos, std::string(q.name) + " of '" + nodes[n].node->handle + "'"});
         std::memcpy(&p.blocks[base + s.offset], &handle, 4);
+      } else if (nodes[n].shader && q.type == Type::Int) {  // of shaders the bits: floats do not hold all of them
+        const std::vector<int>& ints = nodes[n].values->ints(i);
+        const int32_t own = ints.empty() ? int32_t(v.floats[0]) : ints[0];
+        std::memcpy(&p.blocks[base + s.offset], &own, 4);
       } else {
         for (uint32_t c = 0; c < s.components && c < v.count; ++c) p.blocks[base + s.offset + c] = v.floats[c];
       }

@@ -28,9 +28,20 @@ struct ParamSource {
   bool given = false;               // the scene sets it (all materials of the program alike)
   uint32_t offset = 0;              // Gathered: floats into the material's block
   uint32_t node = 0, output = 0;    // Connected: producer and its output (index among the outputs)
+  int32_t part = -1;                // Connected: one element or component of it; -1: the whole
   float constant[3] = {0, 0, 0};
   const char* text = "";            // strings
   std::vector<float> list;          // arrays
+  std::vector<int32_t> ints;        // of shaders: arrays of integers, of strings
+  std::vector<std::string> strings;
+};
+
+// An element of an array or a component of a parameter of a shader that another shader feeds.
+struct PartSource {
+  uint32_t param = 0;
+  int32_t part = 0;
+  uint32_t node = 0, output = 0;
+  int32_t fromPart = -1;
 };
 
 struct ProgramNode {
@@ -38,7 +49,9 @@ struct ProgramNode {
   std::shared_ptr<const ShaderNode> source;   // a shader, which has no functions; null: a plug-in
   int32_t shader = -1;                        // index into Program::shaders; -1: none, or it cannot run
   std::string handle;
+  SourcePos pos;                              // of the first material's
   std::vector<ParamSource> params;            // by declared parameter
+  std::vector<PartSource> parts;
   std::vector<uint32_t> outputParam;          // output index -> parameter index
   std::vector<uint8_t> wanted;                // outputs that somebody reads
 };
@@ -114,6 +127,8 @@ class ResolvedParams {
   const ParamValue* values() const { return values_.data(); }
   uint32_t count() const { return uint32_t(values_.size()); }
   bool given(uint32_t i) const { return values_[i].given; }
+  // Given integers as they are; values() has them as floats.
+  const std::vector<int>& ints(uint32_t i) const { return ints_[i]; }
   // A pattern feeds the parameter after all; its value becomes another node's.
   void connect(uint32_t i) { values_[i].connected = values_[i].given = 1; }
   // Instead of a connection that brings nothing: magenta.
@@ -126,6 +141,7 @@ class ResolvedParams {
  private:
   std::vector<ParamValue> values_;
   std::vector<std::vector<float>> floats_;
+  std::vector<std::vector<int>> ints_;
   std::vector<std::vector<std::string>> strings_;
   std::vector<std::vector<const char*>> pointers_;
 };

@@ -23,10 +23,24 @@ bool isShader(const ProgramNode& n) { return n.source && n.source->shader; }
 std::vector<int> levelsOf(const Program& p) {
   std::vector<int> level(p.nodes.size(), 0);
   for (size_t n = 0; n < p.nodes.size(); ++n)
-    for (const ParamSource& s : p.nodes[n].params)
-      if (s.from == ParamSource::From::Connected)
-        level[n] = std::max(level[n], level[s.node] + int(isShader(p.nodes[s.node]) && !isShader(p.nodes[n])));
+    {
+      const auto reads = [&](uint32_t node) {
+        level[n] = std::max(level[n], level[node] + int(isShader(p.nodes[node]) && !isShader(p.nodes[n])));
+      };
+      for (const ParamSource& s : p.nodes[n].params)
+        if (s.from == ParamSource::From::Connected) reads(s.node);
+      for (const PartSource& s : p.nodes[n].parts) reads(s.node);
+    }
   return level;
+}
+
+std::string partName(const std::string& name, int32_t part) {
+  return part < 0 ? name : name + "[" + std::to_string(part) + "]";
+}
+size_t lengthOf(const ParamSource& s, Base base) {
+  return base == Base::String ? s.strings.size()
+         : base == Base::Int  ? s.ints.size()
+                              : s.list.size() / size_t(std::max(1, language::componentsOf(base)));
 }
 
 language::Values valuesOf(const ProgramNode& n, uint32_t i, const language::Type& type) {
@@ -36,14 +50,18 @@ language::Values valuesOf(const ProgramNode& n, uint32_t i, const language::Type
   if (p.type == Type::String) {
     int32_t handle;
     std::memcpy(&handle, s.constant, 4);
-    v.strings.assign(1, p.flags & kParamFile ? language::stringOf(handle).c_str() : s.text);
+    if (p.flags & kParamFile) v.strings.assign(1, language::stringOf(handle));
+    else if (p.flags & kParamArray) v.strings = s.strings;
+    else v.strings.assign(1, s.text);
+  } else if (type.base == Base::Int) {
+    if (p.flags & kParamArray) {
+      v.ints = s.ints;
+    } else {
+      v.ints.resize(1);
+      std::memcpy(v.ints.data(), s.constant, 4);
+    }
   } else {
-    std::vector<float> numbers =
-        p.flags & kParamArray ? s.list : std::vector<float>(s.constant, s.constant + s.components);
-    if (type.base == Base::Int)
-      for (const float f : numbers) v.ints.push_back(int32_t(f));
-    else
-      v.floats = std::move(numbers);
+    v.floats = p.flags & kParamArray ? s.list : std::vector<float>(s.constant, s.constant + s.components);
   }
   return v;
 }
@@ -79,19 +97,19 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
           const bool inside = isShader(p.nodes[s.node]) && level[s.node] == l;
           if (inside) {
             const ProgramNode& from = p.nodes[s.node];
-            group.connections.push_back(
-                {layerOf[s.node], from.plugin->params[from.outputParam[s.output]].name, layer.name, q.name});
+            group.connections.push_back({layerOf[s.node], partName(from.plugin->params[from.outputParam[s.output]].name, s.part),
+                                         layer.name, q.name});
             continue;
           }
         }
-        ShaderUse::Varying v{n, i, false, symbol.type.base, {}};
+        ShaderUse::Varying v{n, i, false, symbol.type.base, {}, s.from == ParamSource::From::Connected};
         const bool differs = s.from != ParamSource::From::Constant && symbol.type.arrayLength == 0;
         if (s.given && s.from == ParamSource::From::Constant)
           layer.settings.push_back(
               {q.name,
                symbol.type.arrayLength < 0
                    ? language::Type{symbol.type.base,
-                                    int32_t(s.list.size()) / std::max(1, language::componentsOf(symbol.type.base))}
+                                    int32_t(lengthOf(s, symbol.type.base))}
                    : symbol.type,
                valuesOf(node, i, symbol.type)});
         if (!symbol.lockGeometry && symbol.type.arrayLength == 0 && s.from == ParamSource::From::Constant &&
@@ -102,6 +120,18 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
         }
         if (differs || v.isPrimvar) varying[{layer.name, q.name}] = v;
       }
+      for (const PartSource& s : node.parts) {
+        const ProgramNode& from = p.nodes[s.node];
+        const std::string name = from.plugin->params[from.outputParam[s.output]].name;
+        if (level[s.node] == l)
+          group.connections.push_back({layerOf[s.node], partName(name, s.fromPart), layer.name,
+                                       partName(node.plugin->params[s.param].name, s.part)});
+        else
+          diagnostics.warning("SHADER-OUTPUT", node.pos,
+                              "part " + std::to_string(s.part) + " of '" + node.plugin->params[s.param].name + "' of shader node '" +
+                                  node.handle + "' is fed by '" + from.handle + "' from behind a plug-in",
+                              "its default is used");
+      }
       group.layers.push_back(std::move(layer));
     }
     group.name = p.nodes.back().handle;
@@ -110,6 +140,7 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
       language::PerPoint out;
       out.isVarying = it != varying.end();
       out.hasDerivs = out.isVarying && it->second.isPrimvar;
+      out.isConnected = out.isVarying && it->second.isConnected;
       return out;
     };
     // what somebody outside of the group reads
@@ -127,7 +158,7 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
         const language::Symbol& symbol = from.source->shader->symbols[size_t(from.source->symbolOf[param])];
         if (symbol.type.arrayLength != 0 || language::componentsOf(symbol.type.base) > 3 ||
             symbol.type.base == Base::String) {
-          diagnostics.warning("SHADER-OUTPUT", {},
+          diagnostics.warning("SHADER-OUTPUT", from.pos,
                               "output '" + symbol.name + "' of shader node '" + from.handle + "' is a " +
                                   nameOf(symbol.type) + ", which only another shader can take",
                               "what it feeds uses its default");
@@ -143,7 +174,7 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
     std::string error;
     use.code = cache.get(group, options, error);
     if (!use.code) {
-      diagnostics.error("SHADER-GROUP", {}, "the shaders that feed '" + group.name + "' cannot run: " + error,
+      diagnostics.error("SHADER-GROUP", p.nodes[members.back()].pos, "the shaders that feed '" + group.name + "' cannot run: " + error,
                         "what they feed uses its defaults");
       continue;
     }
@@ -223,7 +254,6 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
     out.dy[k] = k < width && steps ? newFloats(c) : nullptr;
   }
   const int coordinate = !std::strcmp(name, "s") ? 0 : !std::strcmp(name, "t") ? 1 : -1;
-  const bool isPosition = in.base == Base::Point;
   const geometry::Mesh* last = nullptr;
   const geometry::Primvar* p = nullptr;
   for (uint32_t i = 0; i < c->padded; ++i) {
@@ -262,21 +292,15 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
       out.dx[j][i] = has ? a[0] * d1 + b[0] * d2 : 0.f;
       out.dy[j][i] = has ? a[1] * d1 + b[1] * d2 : 0.f;
     }
-    if (has && p && width == 3 && !k.identity && (isPosition || in.base == Base::Vector || in.base == Base::Normal)) {
-      // object space to world
-      const trace::Affine inverse = in.base == Base::Normal ? k.toRender.inverse() : trace::Affine{};
-      const auto turn = [&](float* const* q, bool isPlace) {
-        float f[3], r[3];
-        for (int j = 0; j < 3; ++j) f[j] = q[j][i];
-        for (int j = 0; j < 3; ++j) {
-          r[j] = 0;
-          for (int m = 0; m < 3; ++m) r[j] += (in.base == Base::Normal ? inverse.m[m][j] : k.toRender.m[j][m]) * f[m];
-          if (isPlace) r[j] += k.toRender.t[j] + float(h.group->world().worldOrigin[j]);
-        }
-        for (int j = 0; j < 3; ++j) q[j][i] = r[j];
+    if (has && p && width == 3 && p->width == 3) {
+      const auto turn = [&](float* const* q, bool isDifference) {
+        float f[3] = {q[0][i], q[1][i], q[2][i]};
+        if (isDifference) primvarToRender(*p, k, f, true);
+        else primvarToWorld(*p, k, h.group->world().worldOrigin, f);
+        for (int j = 0; j < 3; ++j) q[j][i] = f[j];
       };
-      turn(out.v, isPosition);
-      if (steps) turn(out.dx, false), turn(out.dy, false);
+      turn(out.v, false);
+      if (steps) turn(out.dx, true), turn(out.dy, true);
     }
   }
 }
@@ -348,12 +372,14 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
       continue;
     }
     h.node = in.node;
+    const ParamSource& source = h.program->nodes[in.node].params[in.param];
     Value value = c->param(in.param);
     const uint32_t components = uint32_t(language::componentsOf(in.base));
     for (uint32_t k = 0; k < components; ++k) {
       const float* from = value.data[std::min(k, value.components - 1)];
       const float shift = in.base == Base::Point ? float(h.group->world().worldOrigin[k]) : 0.f;
-      if (value.stride && shift == 0 && in.base != Base::Int) {  // of strings the bits of handles
+      const bool isBits = param.type == Type::String || (param.type == Type::Int && source.from == ParamSource::From::Gathered);
+      if (value.stride && shift == 0 && (isBits || in.base != Base::Int)) {
         v[k] = from;
         continue;
       }

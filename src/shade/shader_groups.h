@@ -25,6 +25,7 @@ struct ShaderUse {
     bool isPrimvar = false;  // of the parameter's name where an object has it, else the parameter's value
     language::Base base = language::Base::Float;
     float otherwise[3] = {0, 0, 0};
+    bool isConnected = false;  // to what is not in the group
   };
   std::vector<Varying> varying;  // in the order of the machine's varying inputs
   struct Out {

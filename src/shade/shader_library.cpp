@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "language/front/compile.h"
+#include "language/optimise/walk.h"
 #include "language/program/oso_reader.h"
 #include "language/program/oso_writer.h"
 
@@ -34,6 +35,25 @@ int64_t timeOf(const std::string& path) {  // -1: no such file
 }
 
 uint64_t hashOf(const std::string& text) { return std::hash<std::string>()(text); }
+
+// A pattern computes values; what scatters light is the bxdf that they feed.
+void tellOfClosures(const language::Shader& shader, Diagnostics& diagnostics) {
+  const language::Instruction* first = nullptr;
+  language::forEachInstruction(shader.main, [&](const language::Instruction& in) {
+    if (in.opcode == language::Opcode::MakeClosure && !first) first = &in;
+  });
+  if (!first) return;
+  const language::Symbol* name = nullptr;
+  for (size_t i = 1; i < first->arguments.size() && !name; ++i) {
+    const language::Symbol& s = shader.symbols[size_t(first->arguments[i])];
+    if (s.type.base == language::Base::String && s.values.strings.size() == 1) name = &s;
+  }
+  diagnostics.warning("SHADER-CLOSURE", first->pos,
+                      "closure " + (name ? name->values.strings[0] + "()" : std::string()) + " of shader '" + shader.name +
+                          "' has no effect in a pattern",
+                      "Ci and outputs that are closures are left out; its other outputs are computed",
+                      "connect them to a Bxdf, which scatters the light");
+}
 
 }  // namespace
 
@@ -123,6 +143,7 @@ std::shared_ptr<const ShaderNode> ShaderLibrary::open(const std::string& path, c
     diagnostics_.error("SHADER-COMPILE", pos, "shader '" + path + "' cannot be used: " + file.wrong,
                        "what it feeds is magenta where it is a colour, else has its default",
                        "kinora shader compile says the same without rendering");
+  if (shader) tellOfClosures(*shader, diagnostics_);
   file.node = makeShaderNode(path, std::move(shader));
   return file.node;
 }

@@ -82,12 +82,14 @@ bool writes(const language::Shader& shader, const language::Block& block, langua
   return false;
 }
 
-// Writing P, N or Ci changes nothing in a pattern: the shader gets a variable of its own instead.
-void keepGlobals(language::Shader& shader) {
+// Writing P, N or Ci changes nothing in a pattern: the shader gets a variable of its own instead. False: it writes none.
+bool keepGlobals(language::Shader& shader) {
+  bool hasChanged = false;
   const size_t count = shader.symbols.size();
   for (size_t s = 0; s < count; ++s) {
     const auto id = language::SymbolId(s);
     if (shader.symbols[s].kind != language::SymbolKind::Global || !writes(shader, shader.main, id)) continue;
+    hasChanged = true;
     const auto global = language::SymbolId(shader.symbols.size());
     shader.symbols.push_back(shader.symbols[s]);
     shader.symbols[s].kind = language::SymbolKind::Local;
@@ -99,6 +101,7 @@ void keepGlobals(language::Shader& shader) {
     copy.arguments = {id, global};
     shader.main.code.insert(shader.main.code.begin(), std::move(copy));
   }
+  return hasChanged;
 }
 
 }  // namespace
@@ -111,8 +114,10 @@ std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::s
   node->descriptor.kind = Kind::Pattern;
   node->descriptor.doc = "";
   if (shader) {
-    keepGlobals(*shader);
-    node->shader = std::move(shader);
+    auto pattern = std::make_shared<language::Shader>(*shader);
+    const bool isSame = !keepGlobals(*pattern);
+    node->shader = std::move(pattern);
+    node->compiled = isSame ? node->shader : std::move(shader);
     describe(*node);
   }
   node->descriptor.name = node->texts.emplace_back(node->shader ? node->shader->name : file).c_str();

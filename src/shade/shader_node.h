@@ -16,6 +16,9 @@ namespace kinora::shade {
 // One shader. Its descriptor has no functions: shader_groups.h runs it.
 struct ShaderNode {
   std::shared_ptr<const language::Shader> shader;  // null: the file is there and cannot be compiled
+  // The same as it was compiled, where it writes P, N or Ci: in a pattern they are its own variables, for who displaces
+  // they are not.
+  std::shared_ptr<const language::Shader> compiled;
   std::string file;
   Descriptor descriptor{};
   std::vector<Param> params;                 // of the descriptor; structs have a parameter for each field, "s.field"

@@ -6,7 +6,9 @@
 
 #include "language/program/program.h"
 #include "language/vm/strings.h"
-#include "texture/texture_system.h"
+#include "shade/shader_attributes.h"
+#include "shade/shader_scene.h"
+#include "shade/shader_textures.h"
 
 namespace kinora::shade {
 
@@ -49,119 +51,38 @@ struct ShaderServices::Calls {
     return matrix(self, b, "world", language::stringOf(space).c_str(), out);
   }
 
-  static int32_t textureOf(ContextHost& h, int32_t name) {
-    auto& known = h.group->textureOfString();
-    const auto [it, isNew] = known.try_emplace(name, TextureSystem::kNoTexture);
-    const std::string& file = language::stringOf(name);
-    if (isNew && !file.empty())
-      it->second = h.group->world().textures->handle(file, {{}, "a texture call of a shader"});
-    return it->second;
+  static void texture(void* self, const Batch& b, const language::TextureCall& call) {
+    lookUpTexture(of(self).context_, of(self).host_, b, call);
+  }
+  static void texture3d(void* self, const Batch& b, const language::TextureCall& call) {
+    lookUpVolume(of(self).context_, of(self).host_, b, call);
+  }
+  static void environment(void* self, const Batch& b, const language::TextureCall& call) {
+    lookUpEnvironment(of(self).context_, of(self).host_, b, call);
+  }
+  static void getTextureInfo(void* self, const Batch& b, Span file, Span place, Span name, Span to, Span found) {
+    giveTextureInfo(of(self).context_, of(self).host_, b, file, place, name, to, found);
+  }
+  static void getAttribute(void* self, const Batch& b, Span object, Span name, Span index, Span to, Span found) {
+    giveAttribute(of(self).context_, of(self).host_, b, object, name, index, to, found);
+  }
+  static void surfaceArea(void* self, const Batch& b, Span result) {
+    giveSurfaceArea(of(self).context_, of(self).host_, b, result);
+  }
+  static void trace(void* self, const Batch&, Span, Span, const Span*, const Span*, uint32_t, Span) {
+    if (ShaderScene* scene = of(self).host_.group->world().shaders.get()) scene->refuse(ShaderScene::Trace);
   }
 
-  static int wrapOf(std::string_view text, int otherwise) {
-    return text == "black" ? 0 : text == "clamp" ? 2 : text == "periodic" ? 3 : otherwise;
-  }
-
-  static void texture(void* self, const Batch& batch, const language::TextureCall& call) {
-    ShaderServices& s = of(self);
-    const Context* c = s.context_;
-    const uint32_t n = batch.points, padded = (n + 15) / 16 * 16;
-    const Borrowed memory(s.host_.group->arena());
-    TextureOptions options;
-    options.wrapS = options.wrapT = 0;
-    options.filter = 2;
-    Span width[2], blur[2];
-    for (uint32_t k = 0; k < call.options; ++k) {
-      const std::string_view token = language::stringOf(call.tokens[k].integer(0, 0));
-      const Span& v = call.values[k];
-      const auto text = [&] { return std::string_view(language::stringOf(v.integer(0, 0))); };
-      const auto number = [&](uint32_t i) {
-        return v.base == uint8_t(language::Base::Int) ? float(v.integer(i, 0)) : v.number(i, 0);
-      };
-      if (token == "width") width[0] = width[1] = v;
-      if (token == "swidth") width[0] = v;
-      if (token == "twidth") width[1] = v;
-      if (token == "blur") blur[0] = blur[1] = v;
-      if (token == "sblur") blur[0] = v;
-      if (token == "tblur") blur[1] = v;
-      if (token == "wrap" || token == "swrap") options.wrapS = wrapOf(text(), 1);
-      if (token == "wrap" || token == "twrap") options.wrapT = wrapOf(text(), 1);
-      if (token == "firstchannel") options.firstChannel = int(number(0));
-      if (token == "interp" && text() == "closest") options.filter = 0;
-      if (token == "missingcolor" && v.components >= 3)
-        for (uint32_t j = 0; j < 3; ++j) options.missingColor[j] = number(j);
-      if (token == "missingalpha") options.missingAlpha = number(0);
-      if (token == "colorspace") options.linearize = text() == "sRGB" ? 1 : 0;
-    }
-    float* st[3];
-    for (float*& x : st) x = c->alloc<float>(padded);
-    int32_t* handles = c->alloc<int32_t>(padded);
-    if (!call.file.varies) handles[0] = textureOf(s.host_, call.file.integer(0, 0));
-    const auto at = [&](const Span& v, uint32_t k, uint32_t i) {
-      return v.components <= k                        ? 0.f
-             : v.base == uint8_t(language::Base::Int) ? float(v.integer(k, i))
-                                                      : v.number(k, i);
-    };
-    for (uint32_t j = 0; j < padded; ++j) {
-      const uint32_t i = j < n ? j : n - 1;
-      st[0][j] = call.coordinates.number(0, i);
-      st[1][j] = call.coordinates.number(1, i);
-      // half the longer step across the picture, as footprints of hits are
-      float size = 0;
-      for (const Span* d : {&call.dx, &call.dy}) {
-        float l2 = 0;
-        for (uint32_t k = 0; k < 2; ++k) {
-          const float x = at(*d, k, i) * (width[k].components ? at(width[k], 0, i) : 1.f);
-          l2 += x * x;
-        }
-        size = std::fmax(size, 0.5f * std::sqrt(l2));
-      }
-      st[2][j] = size + 0.5f * std::fmax(at(blur[0], 0, i), at(blur[1], 0, i));
-      if (call.file.varies) handles[j] = j < n ? textureOf(s.host_, call.file.integer(0, i)) : handles[n - 1];
-    }
-    float* rgba[4];
-    for (float*& x : rgba) x = c->alloc<float>(padded);
-    s.host_.group->world().textures->lookup(handles, call.file.varies, padded, st[0], st[1], st[2], options, rgba);
-    for (uint32_t i = 0; i < n; ++i) {
-      if (!batch.isLive(i)) continue;
-      for (uint32_t k = 0; k < call.result.components; ++k) call.result.set(k, i, rgba[k][i]);
-      if (call.alpha.components) call.alpha.set(0, i, rgba[3][i]);
-      if (call.error.components)
-        call.error.set(
-            0, i, language::internString(handles[call.file.varies ? i : 0] < 0 ? "the texture is not there" : ""));
-    }
-  }
-
-  // Primvars by name; points and directions arrive in world space.
-  static void getAttribute(void* self, const Batch& batch, Span object, Span name, Span index, Span to, Span found) {
-    ShaderServices& s = of(self);
-    const Context* c = s.context_;
-    const Borrowed memory(s.host_.group->arena());
-    const bool isFloat = to.base != uint8_t(language::Base::Int) && to.base != uint8_t(language::Base::String);
-    int32_t last = -1;
-    Value value;
-    const uint32_t n = found.varies ? batch.points : 1;
-    for (uint32_t i = 0; i < n; ++i) {
-      if (!batch.isLive(i)) continue;
-      const int32_t asked = name.integer(0, i);
-      if (asked != last) {
-        last = asked;
-        value = c->fn->primvar(c, language::stringOf(asked).c_str(), nullptr);
-      }
-      const bool has = isFloat && value.components > 0 && object.components == 0 && index.components == 0;
-      for (uint32_t k = 0; has && k < to.components; ++k)
-        to.set(k, i,
-               value.components == 1  ? value.data[0][batch.first + i]
-               : k < value.components ? value.data[k][batch.first + i]
-                                      : 0.f);
-      found.set(0, i, int32_t(has));
-    }
-  }
-
+  // Integrators say no more of a path than that it is a camera's first hit or a shadow ray.
   static void rayType(void* self, const Batch& batch, Span name, Span result) {
     const Context* c = of(self).context_;
-    for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i)
-      result.set(0, i, int32_t((c->traits & kTraitPrimaryHit) && language::stringOf(name.integer(0, i)) == "camera"));
+    const RayKind kind = of(self).host_.rayKind;
+    const bool isCamera = c->traits & kTraitPrimaryHit || (c->traits & kTraitPresenceQuery && kind == RayKind::Camera);
+    for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i) {
+      const std::string& asked = language::stringOf(name.integer(0, i));
+      result.set(0, i, int32_t((isCamera && asked == "camera") ||
+                               (kind == RayKind::Transmission && (asked == "shadow" || asked == "transmission"))));
+    }
   }
   static void backfacing(void* self, const Batch& batch, Span result) {
     const Context* c = of(self).context_;
@@ -186,7 +107,13 @@ ShaderServices::ShaderServices(const Context* c, ContextHost& host) : context_(c
   table_.self = this;
   table_.spaceToCommon = &Calls::spaceToCommon;
   table_.commonToSpace = &Calls::commonToSpace;
+  if (host.group->world().shaders) table_.dictionary = &host.group->world().shaders->dictionary;
   table_.texture = &Calls::texture;
+  table_.texture3d = &Calls::texture3d;
+  table_.environment = &Calls::environment;
+  table_.getTextureInfo = &Calls::getTextureInfo;
+  table_.surfaceArea = &Calls::surfaceArea;
+  table_.trace = &Calls::trace;
   table_.getAttribute = &Calls::getAttribute;
   table_.rayType = &Calls::rayType;
   table_.backfacing = &Calls::backfacing;

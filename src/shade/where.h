@@ -141,6 +141,30 @@ inline void cornerValues(const geometry::Primvar& p, const Where& k, uint32_t n,
   }
 }
 
+// A primvar's value, or a difference of values, of three components: points, vectors and normals from object to render
+// space, other types stay. Those of objects baked into render space are there already. (The points of a mesh are stored
+// from its origin, primvars are not.)
+inline void primvarToRender(const geometry::Primvar& p, const Where& k, float v[3], bool isDifference = false) {
+  const bool isNormal = p.type == scene::ValueType::Normal, isPoint = p.type == scene::ValueType::Point && !isDifference;
+  if (k.identity || !(isNormal || p.type == scene::ValueType::Point || p.type == scene::ValueType::Vector)) return;
+  float q[3];
+  if (isNormal) {
+    const trace::Affine inv = k.toRender.inverse();
+    for (int j = 0; j < 3; ++j) q[j] = inv.m[0][j] * v[0] + inv.m[1][j] * v[1] + inv.m[2][j] * v[2];
+  } else {
+    float f[3];
+    for (int j = 0; j < 3; ++j) f[j] = isPoint ? v[j] - float(k.mesh->origin[j]) : v[j];
+    for (int j = 0; j < 3; ++j)
+      q[j] = k.toRender.m[j][0] * f[0] + k.toRender.m[j][1] * f[1] + k.toRender.m[j][2] * f[2] + (isPoint ? k.toRender.t[j] : 0.f);
+  }
+  std::memcpy(v, q, 12);
+}
+// The same to world space, as shaders have it.
+inline void primvarToWorld(const geometry::Primvar& p, const Where& k, const double origin[3], float v[3]) {
+  primvarToRender(p, k, v);
+  for (int j = 0; p.type == scene::ValueType::Point && j < 3; ++j) v[j] += float(origin[j]);
+}
+
 // Texture coordinates of the corners: primvar st, else s and t, else the patch parameters.
 inline void textureCoordinates(const Where& k, float st[3][2]) {
   float x[3][3], y[3][3];

@@ -73,6 +73,8 @@ TextureOpt::Wrap wrapOf(int code, TextureOpt::Wrap file) {
       return TextureOpt::WrapClamp;
     case 3:
       return TextureOpt::WrapPeriodic;
+    case 4:
+      return TextureOpt::WrapMirror;
     default:
       return file;
   }
@@ -281,7 +283,7 @@ struct TextureSystem::Impl {
                                        : texture::Wrap::Periodic;
     return true;
   }
-  void bind(Bound& b, Source* s, const TextureOptions& o, bool atlas, OIIO::ImageCache::Perthread* thread) {
+  void bind(Bound& b, Source* s, const TextureOptions& o, const Part& part, bool atlas, OIIO::ImageCache::Perthread* thread) {
     b.source = s;
     b.handle = o.linearize ? decoded(*s) : s->plain;
     const int available = s->facts.channels - std::max(o.firstChannel, 0);
@@ -293,7 +295,10 @@ struct TextureSystem::Impl {
     b.opt.mipmode = o.interpolateLevels ? TextureOpt::MipModeTrilinear : TextureOpt::MipModeOneLevel;
     b.opt.anisotropic = 1;
     b.levels = nullptr;
-    if (b.channels > 0 && b.opt.interpmode == TextureOpt::InterpBilinear && simple(b.opt.swrap, b.kind.wrapS) &&
+    b.opt.subimage = std::max(part.number, 0);
+    b.opt.subimagename = part.name.empty() ? OIIO::ustring() : OIIO::ustring(std::string(part.name));
+    const bool isFirst = part.number <= 0 && part.name.empty();
+    if (isFirst && b.channels > 0 && b.opt.interpmode == TextureOpt::InterpBilinear && simple(b.opt.swrap, b.kind.wrapS) &&
         simple(b.opt.twrap, b.kind.wrapT)) {
       const texture::Pyramid& levels = levelsOf(*s, o.linearize != 0, thread);
       if (!levels.levels.empty()) b.levels = &levels;
@@ -329,7 +334,7 @@ struct TextureSystem::Impl {
   }
 
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
-              const TextureOptions& o, float* const rgba[4]) {
+              const TextureOptions& o, const Part& part, float* const rgba[4]) {
     Cache::Perthread* thread = cache->get_perthread_info();
     OIIO::ImageCache& images = *cache->imagecache();
     OIIO::ImageCache::Perthread* imageThread = images.get_perthread_info();
@@ -352,7 +357,7 @@ struct TextureSystem::Impl {
       float value[4] = {o.missingColor[0], o.missingColor[1], o.missingColor[2], o.missingAlpha};
       bool found = false;
       if (source) {
-        if (source != bound.source) bind(bound, source, o, atlas, imageThread);
+        if (source != bound.source) bind(bound, source, o, part, atlas, imageThread);
         if (bound.channels > 0) {
           const float r = safeRadius(radius[i], o.blur);
           float texel[4];
@@ -463,7 +468,64 @@ int TextureSystem::handle(const std::string& file, const TextureRequest& request
 }
 void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
                            const float* radius, const TextureOptions& options, float* const rgba[4]) {
-  impl_->lookup(handles, varying, n, s, t, radius, options, rgba);
+  impl_->lookup(handles, varying, n, s, t, radius, options, Part(), rgba);
+}
+void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
+                           const float* radius, const TextureOptions& options, const Part& part, float* const rgba[4]) {
+  impl_->lookup(handles, varying, n, s, t, radius, options, part, rgba);
+}
+
+int TextureSystem::channels(int h) const {
+  if (h < 0 || size_t(h) >= impl_->entries.size()) return 0;
+  Entry& entry = impl_->entries[size_t(h)];
+  float s = 0.5f, t = 0.5f;
+  Source* source = entry.single ? entry.single : entry.atlas ? entry.atlas->find(s, t) : nullptr;
+  return source ? source->facts.channels : 0;
+}
+
+std::string TextureSystem::find(const std::string& file, float s, float t) {
+  const std::lock_guard lock(impl_->mutex);
+  if (texture::isAtlas(file)) {
+    const int u = int(std::floor(s)), v = int(std::floor(1 - t));
+    for (const texture::AtlasTile& tile : texture::atlasTiles(file, impl_->searchPath))
+      if (tile.u == u && tile.v == v) return tile.path;
+    return "";
+  }
+  size_t exact = 0;
+  for (const std::string& path : texture::candidates(file, impl_->searchPath, exact)) {
+    FileFacts facts;
+    if (texture::examine(path, facts).empty()) return path;
+  }
+  return "";
+}
+
+bool TextureSystem::fact(const std::string& path, const std::string& name, int count, int* ints, float* floats,
+                         std::string* text) {
+  OIIO::TextureSystem& cache = *impl_->cache;
+  const OIIO::ustring file(path), what(name == "type" ? "texturetype" : name);
+  const auto get = [&](OIIO::TypeDesc type, void* to) {
+    const bool has = cache.get_texture_info(file, 0, what, type, to);
+    if (!has) cache.geterror();  // not left for somebody else's message
+    return has;
+  };
+  if (text) {
+    const char* s = nullptr;
+    if (!get(OIIO::TypeDesc::STRING, &s) || !s) return false;
+    *text = s;
+    return true;
+  }
+  const auto of = [&](OIIO::TypeDesc::BASETYPE base, int n) {
+    return n == 1 ? OIIO::TypeDesc(base) : OIIO::TypeDesc(base, n);
+  };
+  if (ints) return get(of(OIIO::TypeDesc::INT, count), ints);
+  // triples and matrices are known by their own types
+  if (get(of(OIIO::TypeDesc::FLOAT, count), floats)) return true;
+  if (count == 3 && get(OIIO::TypeDesc::TypeColor, floats)) return true;
+  if (count == 16 && get(OIIO::TypeDesc::TypeMatrix, floats)) return true;
+  std::vector<int> whole(size_t(count) + 1);
+  if (count > 16 || !get(of(OIIO::TypeDesc::INT, count), whole.data())) return false;
+  std::copy_n(whole.begin(), count, floats);
+  return true;
 }
 const HostImage* TextureSystem::image(const std::string& file, int linearize, const TextureRequest& request) {
   return impl_->image(file, linearize, request);

@@ -26,7 +26,9 @@ struct Scene {
 const Scene kScenes[] = {{"cornell", {128, 72}, 0.025, 0.01},   {"materials", {144, 60}, 0.035, 0.005},
                          {"field", {128, 72}, 0.04, 0.01},      {"grass", {128, 72}, 0.015, 0.005},
                          {"still_life", {128, 80}, 0.12, 0.01}, {"dragon", {128, 80}, 0.02, 0.005},
-                         {"shaders", {128, 80}, 0.05, 0.01}};
+                         {"osl_wood", {128, 72}, 0.05, 0.01},   {"osl_brick", {128, 72}, 0.05, 0.01},
+                         {"osl_rust", {128, 72}, 0.05, 0.01},   {"osl_weave", {128, 72}, 0.05, 0.01},
+                         {"osl_paint", {128, 72}, 0.05, 0.01},  {"osl_sky", {128, 72}, 0.05, 0.01}};
 
 class Gallery : public ::testing::TestWithParam<Scene> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Gallery, ::testing::ValuesIn(kScenes),
@@ -79,7 +81,7 @@ TEST_P(Gallery, LooksAsItsReference) {
   std::printf("%s: blocks differ by %.4f of the mean, the mean by %+.4f\n", scene.name, error, mean);
   if (error > scene.blockError || std::abs(mean) > scene.meanError) {
     image::Image difference;
-    image::differencePicture(picture, reference, 4, difference);
+    ASSERT_TRUE(image::differencePicture(picture, reference, 4, difference).ok());
     ADD_FAILURE() << "blocks differ by " << error << " of the mean (at most " << scene.blockError << "), the mean by "
                   << mean << " (at most " << scene.meanError << "); picture "
                   << SceneRender::keep(picture, std::string(scene.name) + "-picture") << ", reference "

@@ -221,7 +221,9 @@ bool Interpreter::math(const Instruction& i) {
     case Opcode::Fmod:
       return each([&](size_t k) {
         const Dual a = number(1, k), b = number(2, k);
-        return b.v == 0 ? Dual() : Dual{rounded(std::fmod(a.v, b.v)), a.dx, a.dy};
+        // by the formula of osl-numerics, section 8, each step rounded: not the remainder of exact numbers
+        const double whole = std::trunc(rounded(a.v / b.v));
+        return b.v == 0 ? Dual() : Dual{rounded(a.v - rounded(whole * b.v)), a.dx, a.dy};
       });
     case Opcode::FloorMod:
       if (isInt) {

@@ -203,8 +203,9 @@ class Flattener {
       return false;
     }
     const Type& type = group_.layers[size_t(layer)].shader->symbols[size_t(symbol)].type;
-    if (component >= 0 && (type.arrayLength != 0 || component >= componentsOf(type.base) || componentsOf(type.base) < 3)) {
-      errors_ += "ConnectShaders: `" + text + "` is no component of a " + nameOf(type) + "\n        group: " + flat_.group + "\n";
+    const int32_t parts = type.arrayLength > 0 ? type.arrayLength : type.arrayLength < 0 || componentsOf(type.base) < 3 ? 0 : componentsOf(type.base);
+    if (component >= parts) {
+      errors_ += "ConnectShaders: `" + text + "` is no part of a " + nameOf(type) + "\n        group: " + flat_.group + "\n";
       return false;
     }
     return true;
@@ -230,6 +231,9 @@ class Flattener {
     return false;
   }
 
+  // Of an element of an array, else of a component.
+  static Type partType(const Type& type) { return {type.arrayLength ? type.base : Base::Float, 0, -1}; }
+
   void connect(const Connection& c) {
     Link link;
     if (!endpoint(c.fromLayer, c.from, link.fromLayer, link.from, link.fromComponent) || !endpoint(c.toLayer, c.to, link.toLayer, link.to, link.toComponent)) return;
@@ -245,8 +249,8 @@ class Flattener {
       if (from.base != to.base || from.arrayLength != to.arrayLength || !connectFields(link, a, b)) refuse();
       return;
     }
-    if (link.fromComponent >= 0) from = {Base::Float, 0, -1};
-    if (link.toComponent >= 0) to = {Base::Float, 0, -1};
+    if (link.fromComponent >= 0) from = partType(from);
+    if (link.toComponent >= 0) to = partType(to);
     if (!isAssignable(to, from)) return refuse();
     links_.push_back(link);
   }
@@ -370,6 +374,7 @@ class Flattener {
     for (const Link& link : links_)
       if (link.toLayer == layer) (link.toComponent < 0 ? wholly : partly)[size_t(link.to)] = 1;
     std::vector<std::pair<SymbolId, SymbolId>> literals;  // parameter, its first value
+    std::unordered_map<SymbolId, std::pair<SymbolId, SymbolId>> partial;  // parameter: value of a point, whether it is there
     for (size_t i = 0; i < shader.symbols.size(); ++i) {
       const Symbol& s = shader.symbols[i];
       Symbol made = s;
@@ -403,6 +408,21 @@ class Flattener {
       }
       const PerPoint perPoint = group_.perPoint ? group_.perPoint(l, s) : PerPoint();
       const Setting* setting = settingOf(l, s.name);
+      if (perPoint.isVarying && perPoint.isPartial && s.hasInitCode && !setting && made.type.arrayLength == 0) {
+        const auto input = [&](const Type& type, const std::string& name, bool hasDerivs) {
+          Symbol in = made;
+          in.type = type;
+          in.name = l.name + "." + name;
+          const SymbolId id = addSymbol(std::move(in), -1);
+          flat_.code.symbols[size_t(id)].kind = SymbolKind::Param;
+          flat_.code.symbols[size_t(id)].values = Values();
+          flat_.inputs.push_back({layer, name, type, id, true, hasDerivs, Values()});
+          return id;
+        };
+        partial[SymbolId(i)] = {input(made.type, s.name, perPoint.hasDerivs), input({Base::Int, 0, -1}, s.name + "?", false)};
+        map[i] = addSymbol(std::move(made), layer);
+        continue;
+      }
       const bool hasCode = s.hasInitCode && !setting && !perPoint.isVarying;
       SymbolId value = kNone;
       if (!hasCode && componentsOf(s.type.base)) {
@@ -442,14 +462,31 @@ class Flattener {
         const bool isArray = flat_.code.symbols[size_t(map[i])].type.arrayLength != 0;
         setup.code.push_back(make(isArray ? Opcode::ArrayCopy : Opcode::Assign, {map[i], literals[nextLiteral++].second}, layer));
       }
-      const bool given = wholly[i] || settingOf(l, s.name) || (group_.perPoint && group_.perPoint(l, s).isVarying);
+      const auto part = partial.find(SymbolId(i));
+      const bool given = wholly[i] || settingOf(l, s.name) || (part == partial.end() && group_.perPoint && group_.perPoint(l, s).isVarying);
       if (s.hasInitCode && !given)
         for (const Initialiser& init : shader.initialisers)
           if (init.parameter == SymbolId(i)) append(shader, layer, init.code, setup);
+      if (part != partial.end()) {
+        Instruction branch = make(Opcode::If, {part->second.second}, layer);
+        branch.blocks.resize(2);
+        branch.blocks[0].code = {make(Opcode::Assign, {map[i], part->second.first}, layer)};
+        setup.code.push_back(std::move(branch));
+      }
     }
     for (const Link& link : links_) {
       if (link.toLayer != layer || link.toComponent < 0) continue;
-      const SymbolId part = partOf(link, setup);
+      SymbolId part = partOf(link, setup);
+      const Type wanted = partType(flat_.code.symbols[size_t(map[size_t(link.to)])].type), given = flat_.code.symbols[size_t(part)].type;
+      if (wanted.base != given.base && !(isTriple(wanted.base) && isTriple(given.base))) {
+        Symbol temp;
+        temp.name = "$part" + std::to_string(flat_.code.symbols.size());
+        temp.kind = SymbolKind::Temp;
+        temp.type = wanted;
+        const SymbolId converted = addSymbol(std::move(temp), layer);
+        setup.code.push_back(make(Opcode::Assign, {converted, part}, layer));
+        part = converted;
+      }
       setComponent(setup, layer, map[size_t(link.to)], link.toComponent, part);
     }
   }
@@ -461,17 +498,19 @@ class Flattener {
     Symbol temp;
     temp.name = "$component" + std::to_string(flat_.code.symbols.size());
     temp.kind = SymbolKind::Temp;
-    temp.type.base = Base::Float;
+    temp.type = partType(flat_.code.symbols[size_t(source)].type);
     const SymbolId id = addSymbol(std::move(temp), link.toLayer);
     component(code, link.fromLayer, id, source, link.fromComponent);
     return id;
   }
   void component(Block& code, int32_t layer, SymbolId to, SymbolId from, int32_t c) {
-    if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
+    if (flat_.code.symbols[size_t(from)].type.arrayLength) code.code.push_back(make(Opcode::ArrayRef, {to, from, intConstant(c)}, layer));
+    else if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
     else code.code.push_back(make(Opcode::ComponentRef, {to, from, intConstant(c)}, layer));
   }
   void setComponent(Block& code, int32_t layer, SymbolId to, int32_t c, SymbolId from) {
-    if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
+    if (flat_.code.symbols[size_t(to)].type.arrayLength) code.code.push_back(make(Opcode::ArrayAssign, {to, intConstant(c), from}, layer));
+    else if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
     else code.code.push_back(make(Opcode::ComponentAssign, {to, intConstant(c), from}, layer));
   }
   SymbolId intConstant(int32_t i) {
@@ -514,7 +553,7 @@ class Flattener {
         }
         for (const Wanted& o : outputs_)
           if (o.layer == layer && o.symbol == asked) bits |= 2;
-        if (group_.primvarsAreConnected && group_.perPoint && group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isVarying) bits |= 1;
+        if (group_.perPoint && group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isConnected) bits |= 1;
         made.opcode = Opcode::Assign;
         made.arguments = {map[size_t(in.arguments[0])], intConstant(bits)};
         out.code.push_back(std::move(made));
@@ -544,48 +583,105 @@ class Flattener {
     }
   }
 
-  // setmessage and getmessage within the group: a message is a symbol and a flag that it was set (1) or missed (2).
-  // Setting it again, or after it was missed, does nothing.
+  // setmessage and getmessage within the group. A message is its content, for each type that sets it, and what is known
+  // of it: state (1 set, 2 asked for in vain), type, place and layer. Setting it again, or after it was missed, or asking
+  // for another type or from a layer before the one that set it is an error and does nothing.
+  struct Message {
+    SymbolId state = kNone, type = kNone, where = kNone, layer = kNone;
+    std::unordered_map<std::string, SymbolId> contents;  // by type
+  };
+  SymbolId messageSymbol(const std::string& name, const Type& type) {
+    Symbol made;
+    made.name = name;
+    made.type = type;
+    return addSymbol(std::move(made), -1);
+  }
+  Message& messageNamed(const std::string& name) {
+    Message& m = messages_[name];
+    if (m.state == kNone) {
+      m.state = messageSymbol("$message." + name + ".state", {Base::Int, 0, -1});
+      m.type = messageSymbol("$message." + name + ".type", {Base::String, 0, -1});
+      m.where = messageSymbol("$message." + name + ".where", {Base::String, 0, -1});
+      m.layer = messageSymbol("$message." + name + ".layer", {Base::Int, 0, -1});
+    }
+    return m;
+  }
+  SymbolId text(const std::string& s) {
+    const SymbolId id = pool_.ofString(s);
+    provider_.resize(flat_.code.symbols.size(), -1);
+    return id;
+  }
+  SymbolId temporary(int32_t layer) {
+    Symbol temp;
+    temp.name = "$free" + std::to_string(flat_.code.symbols.size());
+    temp.kind = SymbolKind::Temp;
+    temp.type = {Base::Int, 0, -1};
+    return addSymbol(std::move(temp), layer);
+  }
   void messages(Block& block) {
     for (size_t at = 0; at < block.code.size(); ++at) {
       for (Block& inner : block.code[at].blocks) messages(inner);
       const Instruction in = block.code[at];
       const bool sets = in.opcode == Opcode::SetMessage;
       if (!(sets && in.arguments.size() == 2) && !(in.opcode == Opcode::GetMessage && in.arguments.size() == 3)) continue;
-      const Symbol& name = flat_.code.symbols[size_t(in.arguments[sets ? 0 : 1])];
-      if (name.kind != SymbolKind::Constant || name.values.strings.size() != 1) continue;
+      const SymbolId nameId = in.arguments[sets ? 0 : 1];
+      const Symbol& nameSymbol = flat_.code.symbols[size_t(nameId)];
+      if (nameSymbol.kind != SymbolKind::Constant || nameSymbol.values.strings.size() != 1) continue;
+      const std::string name = nameSymbol.values.strings[0];
       const SymbolId value = in.arguments[sets ? 1 : 2];
       const Type type = flat_.code.symbols[size_t(value)].type;
-      const auto [found, isNew] = messages_.emplace(nameOf(type) + " " + name.values.strings[0], std::pair(kNone, kNone));
-      if (isNew) {
-        Symbol made;
-        made.name = "$message." + name.values.strings[0];
-        made.type = type;
-        const SymbolId content = addSymbol(made, -1);
-        made.name += ".state";
-        made.type = {Base::Int, 0, -1};
-        found->second = {content, addSymbol(made, -1)};
-      }
-      const auto [content, state] = found->second;
-      Symbol temp;
-      temp.name = "$free" + std::to_string(flat_.code.symbols.size());
-      temp.kind = SymbolKind::Temp;
-      temp.type = {Base::Int, 0, -1};
-      const SymbolId free = addSymbol(temp, in.layer);
+      Message& m = messageNamed(name);
+      const auto [found, isNew] = m.contents.emplace(nameOf(type), kNone);
+      if (isNew) found->second = messageSymbol("$message." + name, type);
+      const SymbolId content = found->second, here = text(in.pos.str()), typeText = text(nameOf(type));
       const Opcode copy = type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
-      Instruction branch = make(Opcode::If, {free}, in.layer);
-      branch.blocks.resize(2);
       std::vector<Instruction> made;
+      const auto emit = [&](std::vector<Instruction>& to, Opcode op, std::vector<SymbolId> arguments) {
+        to.push_back(make(op, std::move(arguments), in.layer));
+        to.back().pos = in.pos;
+      };
+      const auto branch = [&](std::vector<Instruction>& to, SymbolId condition) -> Instruction& {
+        to.push_back(make(Opcode::If, {condition}, in.layer));
+        to.back().blocks.resize(2);
+        return to.back();
+      };
+      const SymbolId isFree = temporary(in.layer);
       if (sets) {
-        made.push_back(make(Opcode::Eq, {free, state, intConstant(0)}, in.layer));
-        branch.blocks[0].code = {make(copy, {content, value}, in.layer), make(Opcode::Assign, {state, intConstant(1)}, in.layer)};
+        emit(made, Opcode::Eq, {isFree, m.state, intConstant(0)});
+        const SymbolId isSet = temporary(in.layer);
+        Instruction& free = branch(made, isFree);
+        emit(free.blocks[0].code, copy, {content, value});
+        emit(free.blocks[0].code, Opcode::Assign, {m.state, intConstant(1)});
+        emit(free.blocks[0].code, Opcode::Assign, {m.type, typeText});
+        emit(free.blocks[0].code, Opcode::Assign, {m.where, here});
+        emit(free.blocks[0].code, Opcode::Assign, {m.layer, intConstant(in.layer)});
+        std::vector<Instruction>& other = free.blocks[1].code;
+        emit(other, Opcode::Eq, {isSet, m.state, intConstant(1)});
+        Instruction& again = branch(other, isSet);
+        emit(again.blocks[0].code, Opcode::Complain, {text("message \"%s\" already exists (created here: %s) cannot set again from %s"), nameId, m.where, here});
+        emit(again.blocks[1].code, Opcode::Complain, {text("message \"%s\" was queried before being set (queried here: %s) setting it now (%s) would lead to inconsistent results"), nameId, m.where, here});
       } else {
-        made.push_back(make(Opcode::Eq, {free, state, intConstant(1)}, in.layer));
-        branch.blocks[0].code = {make(copy, {value, content}, in.layer)};
-        branch.blocks[1].code = {make(Opcode::Assign, {state, intConstant(2)}, in.layer)};
+        // found when it is set, of this type, by no later layer
+        const SymbolId isAlike = temporary(in.layer), isBefore = temporary(in.layer), isSet = temporary(in.layer);
+        emit(made, Opcode::Assign, {in.arguments[0], intConstant(0)});
+        emit(made, Opcode::Eq, {isSet, m.state, intConstant(1)});
+        Instruction& set = branch(made, isSet);
+        std::vector<Instruction>& there = set.blocks[0].code;
+        emit(there, Opcode::Eq, {isAlike, m.type, typeText});
+        Instruction& alike = branch(there, isAlike);
+        std::vector<Instruction>& fits = alike.blocks[0].code;
+        emit(fits, Opcode::Le, {isBefore, m.layer, intConstant(in.layer)});
+        Instruction& before = branch(fits, isBefore);
+        emit(before.blocks[0].code, copy, {value, content});
+        emit(before.blocks[0].code, Opcode::Assign, {in.arguments[0], intConstant(1)});
+        emit(before.blocks[1].code, Opcode::Complain, {text("message \"%s\" was set by layer #%d (%s) but is being queried by layer #%d (%s) - messages may only be transferred from nodes that appear earlier in the shading network"), nameId, m.layer, m.where, intConstant(in.layer), here});
+        emit(alike.blocks[1].code, Opcode::Complain, {text("type mismatch for message \"%s\" (created as %s here: %s) cannot fetch as %s from %s"), nameId, m.type, m.where, typeText, here});
+        std::vector<Instruction>& missed = set.blocks[1].code;
+        emit(missed, Opcode::Eq, {isFree, m.state, intConstant(0)});
+        Instruction& first = branch(missed, isFree);
+        emit(first.blocks[0].code, Opcode::Assign, {m.state, intConstant(2)});
+        emit(first.blocks[0].code, Opcode::Assign, {m.where, here});
       }
-      made.push_back(std::move(branch));
-      if (!sets) made.push_back(make(Opcode::Assign, {in.arguments[0], free}, in.layer));
       block.code.erase(block.code.begin() + std::ptrdiff_t(at));
       block.code.insert(block.code.begin() + std::ptrdiff_t(at), std::make_move_iterator(made.begin()), std::make_move_iterator(made.end()));
       at += made.size() - 1;
@@ -730,7 +826,7 @@ class Flattener {
   std::vector<int32_t> provider_;  // by flat symbol: the layer that makes its value, -1: none
   std::unordered_map<std::string, SymbolId> globals_;
   std::unordered_map<std::string, int32_t> nameNumbers_;
-  std::unordered_map<std::string, std::pair<SymbolId, SymbolId>> messages_;  // by type and name: content, state
+  std::unordered_map<std::string, Message> messages_;  // by name
 };
 
 }  // namespace
@@ -798,7 +894,7 @@ std::string structureKey(const ShaderGroup& group) {
       for (const Symbol& s : layer.shader->symbols)
         if (isParam(s)) {
           const PerPoint p = group.perPoint(layer, s);
-          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "");
+          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
         }
     key += "}";
   }
@@ -806,7 +902,6 @@ std::string structureKey(const ShaderGroup& group) {
   for (const std::string& o : group.outputs) key += "O" + o + ";";
   for (const std::string& e : group.entries) key += "E" + e + ";";
   for (const std::string& e : group.eager) key += "F" + e + ";";
-  if (group.primvarsAreConnected) key += "P";
   return key;
 }
 

@@ -24,7 +24,7 @@ struct Layer {
 };
 
 struct Connection {
-  std::string fromLayer, from, toLayer, to;  // parameters: "name", "name.field", "name[component]"
+  std::string fromLayer, from, toLayer, to;  // parameters: "name", "name.field", "name[component]", "name[element]"
 };
 
 // A value that the renderer gives with each run: a parameter's instance value, or one that differs from point to point.
@@ -45,6 +45,10 @@ struct Output {
 
 struct PerPoint {
   bool isVarying = false, hasDerivs = false;
+  bool isConnected = false;  // what feeds it is not in the group: isconnected() says so
+  // Not there for all points. Where code computes the default, an int input "name?" says for which; elsewhere the
+  // values given are what holds without it.
+  bool isPartial = false;
 };
 
 struct ShaderGroup {
@@ -54,7 +58,6 @@ struct ShaderGroup {
   std::vector<std::string> outputs;  // "layer.parameter", or "parameter" of the last layer
   std::vector<std::string> entries;  // layers to run, in order, in place of the last one and those with outputs
   std::vector<std::string> eager;    // layers that run before the last one although nothing needs them
-  bool primvarsAreConnected = false; // to isconnected()
   // Parameters whose value the renderer gives point by point: primvars of parameters that are not locked to their
   // geometry, instances that differ. Empty: none.
   std::function<PerPoint(const Layer&, const Symbol& parameter)> perPoint;

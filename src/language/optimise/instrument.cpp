@@ -100,7 +100,8 @@ class Instrumenter {
       for (uint32_t i = 0; nan_ && isPlain && in.blocks.empty() && i < in.arguments.size(); ++i) {
         const Symbol& s = shader_.symbols[size_t(in.arguments[i])];
         const bool isFloat = s.type.base == Base::Float || isTriple(s.type.base) || s.type.base == Base::Matrix;
-        if (accessOf(shader_, in, i) != 'r' && isFloat && s.type.arrayLength >= 0) written.push_back({plainName(s.name), i});
+        if (accessOf(shader_, in, i) != 'r' && isFloat && s.type.arrayLength >= 0)
+          written.push_back({plainName(s.name), i});
       }
       made.push_back(in);
       for (const auto& [symbol, i] : written) check(Opcode::DebugNan, symbol, name, i);

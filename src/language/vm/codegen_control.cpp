@@ -126,6 +126,15 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
   reference(count);
   word(0);
   emit(Memory::Fill, true);
+  // all points may have left the code around it: nobody would ever end the loop
+  const bool mayBeEmpty = maskOf(region) != rootMask_ && (!diverges || in.opcode == Opcode::DoWhile);
+  size_t skip = 0;
+  if (mayBeEmpty) {
+    reference(maskOf(region));
+    reference(any);
+    emit(Memory::MaskAny, false);
+    skip = emitJump(Step::JumpUnless, any);
+  }
   if (diverges) {
     masks_[size_t(own)] = newRegister(1, false);
     reference(masks_[size_t(own)]);
@@ -188,6 +197,7 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
     touch(masks_[size_t(own)], last);
     useChunks(region);
   }
+  if (mayBeEmpty) land(skip);
   loops_.push_back({first, last, own});
 }
 

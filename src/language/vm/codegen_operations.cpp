@@ -599,7 +599,7 @@ void CodeGenerator::scalar(const Instruction& in, Scalar kernel, std::string nam
     if (access != 'w') varies |= v;
     if (access != 'r') anyVaryingResult |= v;
   }
-  const bool messages = in.opcode == Opcode::Printf || in.opcode == Opcode::Error || in.opcode == Opcode::Warning || in.opcode == Opcode::Fprintf;
+  const bool messages = in.opcode == Opcode::Printf || in.opcode == Opcode::Error || in.opcode == Opcode::Warning || in.opcode == Opcode::Fprintf || in.opcode == Opcode::Complain;
   const bool once = !varies && !anyVaryingResult && !messages;
   for (const SymbolId s : in.arguments) operand(s);
   word(uint32_t(in.arguments.size()));
@@ -873,6 +873,7 @@ void CodeGenerator::operation(const Instruction& in) {
     case Opcode::StoI: return scalar(in, Scalar::StoI);
     case Opcode::StoF: return scalar(in, Scalar::StoF);
     case Opcode::Split: return scalar(in, Scalar::Split);
+    case Opcode::Complain: return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Error) | 256);
     case Opcode::DebugNan: return scalar(in, Scalar::DebugNan);
     case Opcode::DebugUninit: return scalar(in, Scalar::DebugUninit);
     case Opcode::RegexSearch: return scalar(in, Scalar::Regex, {}, 0);

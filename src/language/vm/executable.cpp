@@ -129,7 +129,7 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
   static const RendererServices kNoServices;
   state.services = arguments.services ? arguments.services : &kNoServices;
   state.attach(*this);
-  state.stopped = state.isSpent = false;
+  state.isSpent = false;
   state.tellsEveryPoint = arguments.tellsEveryPoint;
   std::fill(state.toldOnce.begin(), state.toldOnce.end(), uint8_t(0));
   float* const uniforms = uniforms_ ? state.cells_[0] : nullptr;

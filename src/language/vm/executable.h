@@ -175,7 +175,6 @@ class RunState {
   const Executable* program = nullptr;
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
-  bool stopped = false;           // the iteration limit was reached
   bool isSpent = false;           // so was that of all loops together: a block was left as it was
   bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points

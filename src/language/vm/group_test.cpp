@@ -104,7 +104,7 @@ TEST(LanguageGroups, WhatCannotBeConnectedIsSaid) {
   EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "f", "b", "s"}})).find("cannot connect a float (f) to a string (s)"), std::string::npos);
   EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "f", "b", "nothing"}})).find("`nothing` is no parameter"), std::string::npos);
   EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"zzz", "f", "b", "s"}})).find("no layer is named `zzz`"), std::string::npos);
-  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "c[5]", "b", "g"}})).find("no component"), std::string::npos);
+  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "c[5]", "b", "g"}})).find("`c[5]` is no part of a color"), std::string::npos);
   EXPECT_NE(errorOf(network({{"a", "shader s(float x = 0, output float f = 0) { f = x; }"}, {"b", "shader s(float x = 0, output float r = 0) { r = x; }"}}, {{"a", "f", "b", "x"}, {"b", "r", "a", "x"}})).find("cyclic"), std::string::npos);
   EXPECT_NE(errorOf(network({{"a", kSource}}, {}, {"nothing"})).find("no output"), std::string::npos);
   ShaderGroup bad = network({{"a", kSource}}, {}, {"f"});

@@ -227,5 +227,22 @@ TEST(LanguagePrograms, EndlessLoopsStopWithAMessage) {
   }
 }
 
+// Each of these loops stays within its own limit.
+TEST(LanguagePrograms, EndlessLoopsInLoopsStopWithAMessage) {
+  const auto group = groupOf(shaderWith("for (;;) { int i = 0; while (i < 900) i++; r += i; }"), {"r"});
+  MachineOptions options;
+  options.iterationLimit = 1000;
+  std::string error;
+  const auto program = compileGroup(group, options, error);
+  ASSERT_TRUE(program) << error;
+  const Answer a = runOn(*program, group, Points(64));
+  ASSERT_FALSE(a.messages.empty());
+  EXPECT_NE(a.messages[0].find("loops inside each other were stopped after 16000 turns"), std::string::npos) << a.messages[0];
+  const auto deep = groupOf(shaderWith("do do do do r += 1; while (1); while (1); while (1); while (1);"), {"r"});
+  const auto endless = compileGroup(deep, options, error);
+  ASSERT_TRUE(endless) << error;
+  EXPECT_FALSE(runOn(*endless, deep, Points(8)).messages.empty());
+}
+
 }  // namespace
 }  // namespace kinora::language

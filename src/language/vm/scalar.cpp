@@ -60,7 +60,6 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
 
 // count, site, limit: a loop has turned as often as it may, or all loops together have
 void scalarLoopLimit(const Frame& f, const uint32_t* w) {
-  f.run->stopped = true;
   const Executable& e = *f.run->program;
   const std::string place = " turns: " + placeOf(e, SiteAccess::site(e, w[1]));
   if (f.run->isSpent) f.run->say(f.first, MessageKind::Error, "loops inside each other were stopped after " + std::to_string(SiteAccess::mostTurns(e)) + place);

@@ -41,9 +41,12 @@ void scalarDebugNan(const Frame& f, const uint32_t* w) {
     const auto tell = [&](float value, bool isDerivative) {
       if (value - value == 0) return false;
       tellOnce(f, call.siteNumber(), i,
-               std::string("Detected ") + (std::isnan(value) ? "nan" : value < 0 ? "-inf" : "inf") + " value in " +
-                   (isDerivative ? "the derivatives of " : "") + call.text(0, 0) + " at " + call.site().position +
-                   " (op " + call.text(1, 0) + ")");
+               std::string("Detected ") +
+                   (std::isnan(value) ? "nan"
+                    : value < 0       ? "-inf"
+                                      : "inf") +
+                   " value in " + (isDerivative ? "the derivatives of " : "") + call.text(0, 0) + " at " +
+                   call.site().position + " (op " + call.text(1, 0) + ")");
       return true;
     };
     bool isTold = false;
@@ -67,7 +70,9 @@ void scalarDebugUninit(const Frame& f, const uint32_t* w) {
     for (uint32_t c = looked.first; c < looked.end; ++c) {
       const int32_t bits = call.integer(2, i, c);
       const float value = call.number(2, i, c);
-      const bool isBad = base == Base::String ? bits == kMark : base == Base::Int ? bits == INT32_MIN : value - value != 0;
+      const bool isBad = base == Base::String ? bits == kMark
+                         : base == Base::Int  ? bits == INT32_MIN
+                                              : value - value != 0;
       if (!isBad) continue;
       isFound = true;
       call.set(2, i, int32_t(0), c);

@@ -77,16 +77,19 @@ void misfit(const Call& call, uint32_t point) {
 
 void scalarPrintf(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
-  const MessageKind kind = MessageKind(call.extra());
+  const MessageKind kind = MessageKind(call.extra() & 255);
+  const bool isOwn = call.extra() & 256;  // not the shader's words
   const uint32_t first = kind == MessageKind::File ? 1 : 0;
   const Executable& e = *f.run->program;
   std::string prefix, text;
-  if (kind == MessageKind::Error) prefix = "Shader error [" + SiteAccess::shader(e, call.site().layer) + "]: ";
+  if (kind == MessageKind::Error && !isOwn) prefix = "Shader error [" + SiteAccess::shader(e, call.site().layer) + "]: ";
   if (kind == MessageKind::Warning) prefix = "Shader warning [" + SiteAccess::shader(e, call.site().layer) + "]: ";
   Formatter formatter(call, first);
   for (uint32_t i = 0; i < f.points; ++i) {
     if (!call.isLive(i)) continue;
-    if (formatter.text(i, text)) f.run->say(f.first + i, kind, prefix + text, first ? call.text(0, i) : std::string());
+    if (isOwn && f.run->toldOnce[call.siteNumber()] && !f.run->tellsEveryPoint) break;
+    if (isOwn && formatter.text(i, text)) tellOnce(f, call.siteNumber(), i, text);
+    else if (formatter.text(i, text)) f.run->say(f.first + i, kind, prefix + text, first ? call.text(0, i) : std::string());
     else misfit(call, i);
   }
 }

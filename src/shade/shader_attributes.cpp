@@ -1,0 +1,209 @@
+#include "shade/shader_attributes.h"
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "language/program/program.h"
+#include "language/vm/strings.h"
+#include "shade/shader_scene.h"
+#include "shade/where.h"
+
+namespace kinora::shade {
+
+using language::Batch;
+using language::Span;
+
+namespace {
+
+// `n` numbers as the destination takes them: the same count, one for all, two for a triple (z is 0).
+bool giveNumbers(const float* v, uint32_t n, const Span& to, uint32_t i) {
+  if (to.base == uint8_t(language::Base::String) || n == 0) return false;
+  const bool isTriple = language::isTriple(language::Base(to.base));
+  if (n != to.components && !(n == 1 && to.components <= 4) && !(n == 2 && to.components == 3 && isTriple))
+    return false;
+  for (uint32_t k = 0; k < to.components; ++k) {
+    const float x = n == 1 ? v[0] : k < n ? v[k] : 0.f;
+    if (to.base == uint8_t(language::Base::Int))
+      to.set(k, i, x >= -2147483648.f && x < 2147483648.f ? int32_t(x) : 0);
+    else
+      to.set(k, i, x);
+  }
+  return true;
+}
+
+// An attribute, or with an index one of its elements.
+bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uint32_t i) {
+  size_t first = 0, n = p.size();
+  if (index >= 0) {
+    const size_t per = scene::isFloatBased(p.type) ? size_t(scene::componentsOf(p.type)) : 1;
+    first = size_t(index) * per;
+    if (first + per > n) return false;
+    n = per;
+  }
+  if (!p.strings.empty()) {
+    if (to.base != uint8_t(language::Base::String) || n != to.components) return false;
+    for (uint32_t k = 0; k < to.components; ++k) to.set(k, i, language::internString(p.strings[first + k]));
+    return true;
+  }
+  if (p.ints.empty()) return giveNumbers(p.floats.data() + first, uint32_t(n), to, i);
+  if (to.base == uint8_t(language::Base::Int) && n == to.components) {
+    for (uint32_t k = 0; k < to.components; ++k) to.set(k, i, int32_t(p.ints[first + k]));
+    return true;
+  }
+  float v[16];
+  if (n > 16) return false;
+  for (size_t k = 0; k < n; ++k) v[k] = float(p.ints[first + k]);
+  return giveNumbers(v, uint32_t(n), to, i);
+}
+
+bool givePrimvar(const Context* c, const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to,
+                 uint32_t i) {
+  if (p.data.empty() || p.width < 1 || p.width > 16) return false;
+  float v[16];
+  if (p.width <= 3) {
+    float corner[3][3];
+    cornerValues(p, k, uint32_t(p.width), corner);
+    for (int j = 0; j < p.width; ++j) v[j] = mix(k, corner[0][j], corner[1][j], corner[2][j]);
+    if (p.width == 3) primvarToWorld(p, k, h.group->world().worldOrigin, v);
+  } else if (p.rate == geometry::Primvar::Rate::Constant) {
+    for (int j = 0; j < p.width; ++j) v[j] = p.data[size_t(j)];
+  } else {
+    return false;
+  }
+  (void)c;
+  return giveNumbers(v, uint32_t(p.width), to, i);
+}
+
+// RenderMan's names for what every point has.
+bool giveBuiltin(const Context* c, const ContextHost& h, std::string_view name, uint32_t point, const Span& to,
+                 uint32_t i) {
+  const auto triple = [&](const float* const v[3], double shift) {
+    const double* o = h.group->world().worldOrigin;
+    const float x[3] = {float(v[0][point] + shift * o[0]), float(v[1][point] + shift * o[1]),
+                        float(v[2][point] + shift * o[2])};
+    return giveNumbers(x, 3, to, i);
+  };
+  const auto builtin = [&](Builtin b) {
+    const Value v = c->builtin(b);
+    float x[3];
+    for (uint32_t k = 0; k < v.components; ++k) x[k] = v.data[k][v.stride ? point : 0];
+    return giveNumbers(x, v.components, to, i);
+  };
+  const auto number = [&](float x) { return giveNumbers(&x, 1, to, i); };
+  if (name == "P") return triple(c->P, 1);
+  if (name == "Po") return builtin(Builtin::Po);
+  if (name == "Nn" || name == "N") return triple(c->N, 0);
+  if (name == "Ngn" || name == "Ng") return triple(c->Ng, 0);
+  if (name == "Vn") return triple(c->wo, 0);
+  if (name == "Tn") return builtin(Builtin::Tangent);
+  if (name == "dPdu") return builtin(Builtin::DPdu);
+  if (name == "dPdv") return builtin(Builtin::DPdv);
+  if (name == "u") return builtin(Builtin::U);
+  if (name == "v") return builtin(Builtin::V);
+  if (name == "st") return builtin(Builtin::St);
+  if (name == "id") return builtin(Builtin::ObjectId);
+  if (name == "PRadius" || name == "incidentRayRadius") return number(c->radius[point]);
+  if (name == "incidentRaySpread") return number(c->spread[point]);
+  if (name == "time") return number(c->time[point]);
+  return false;
+}
+
+}  // namespace
+
+void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span object, Span name, Span index, Span to,
+                   Span found) {
+  const ShadingWorld& world = h.group->world();
+  const ShaderScene* scene = world.shaders.get();
+  const Group& g = h.group->group();
+  static const int32_t kBuiltin = language::internString("builtin");
+  const bool inSpace = c->traits & kTraitInSpace;
+  // names are looked up again only where they, or the object, change from one point to the next
+  int32_t last = -1;
+  const std::string* asked = nullptr;
+  uint32_t lastGeometry = ~0u, lastInstance = ~0u;
+  const geometry::Primvar* primvar = nullptr;
+  const scene::Parameter* attribute = nullptr;
+  bool isCoordinate = false;
+  const uint32_t n = found.varies ? batch.points : 1;
+  for (uint32_t i = 0; i < n; ++i) {
+    if (!batch.isLive(i)) continue;
+    const uint32_t point = batch.first + i;
+    const uint32_t slot = inSpace ? 0 : h.slot[point];
+    const uint32_t geometry = inSpace ? 0 : g.hits.geometry[slot], instance = inSpace ? 0 : g.hits.instance[slot];
+    const int32_t handle = name.integer(0, i);
+    if (handle != last || geometry != lastGeometry || instance != lastInstance) {
+      last = handle, lastGeometry = geometry, lastInstance = instance;
+      asked = &language::stringOf(handle);
+      primvar = nullptr;
+      attribute = nullptr;
+      if (!inSpace) {
+        primvar = world.world->mesh(geometry).find(asked->c_str());
+        const auto in = [&](const std::vector<const scene::Attributes*>& list, size_t k) {
+          if (!attribute && k < list.size() && list[k]) attribute = list[k]->named.find(*asked);
+        };
+        if (scene) {
+          in(scene->ofGeometry, geometry);
+          in(scene->ofPlacement, world.world->instance(instance).user);
+        }
+      }
+      if (scene && !attribute) attribute = scene->camera.find(*asked);
+      isCoordinate = !primvar && !inSpace && (*asked == "s" || *asked == "t" || *asked == "st");
+    }
+    const int32_t element = index.components ? index.integer(0, i) : -1;
+    bool has = false;
+    if (object.components && object.integer(0, i) != 0) {
+      has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
+    } else {
+      if (primvar && element < 0) has = givePrimvar(c, h, whereOf(h, c, point), *primvar, to, i);
+      if (!has && isCoordinate && element < 0) {
+        const Value st = c->builtin(Builtin::St);
+        const float v[2] = {st.data[*asked == "t" ? 1 : 0][st.stride ? point : 0], st.data[1][st.stride ? point : 0]};
+        has = giveNumbers(v, *asked == "st" ? 2 : 1, to, i);
+      }
+      if (!has && attribute && !(index.components && element < 0)) has = giveParameter(*attribute, element, to, i);
+    }
+    found.set(0, i, int32_t(has));
+  }
+}
+
+void giveSurfaceArea(const Context* c, ContextHost& h, const Batch& batch, Span result) {
+  const ShadingWorld& world = h.group->world();
+  if (!world.shaders || c->traits & kTraitInSpace) return;
+  const Group& g = h.group->group();
+  uint64_t last = ~uint64_t(0);
+  double area = 0;
+  for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i) {
+    if (!batch.isLive(i)) continue;
+    const uint32_t slot = h.slot[batch.first + i];
+    const uint64_t object = uint64_t(g.hits.instance[slot]) << 32 | g.hits.geometry[slot];
+    if (object != last) {
+      last = object;
+      area = world.shaders->areaOf(object);
+      if (area < 0) {
+        // of the triangles when the shutter opens, as large as they stand in the world then
+        area = 0;
+        const geometry::Mesh& mesh = world.world->mesh(g.hits.geometry[slot]);
+        const trace::Instance& placed = world.world->instance(g.hits.instance[slot]);
+        const trace::Affine m =
+            placed.baked ? trace::Affine{} : world.world->objectToRender(g.hits.instance[slot], 0);
+        for (size_t t = 0; !mesh.isStrand() && t + 2 < mesh.indices.size(); t += 3) {
+          double e[2][3];
+          for (int k = 0; k < 2; ++k) {
+            const Imath::V3f d = mesh.points[mesh.indices[t + 1 + size_t(k)]] - mesh.points[mesh.indices[t]];
+            for (int j = 0; j < 3; ++j)
+              e[k][j] =
+                  placed.baked ? d[j] : double(m.m[j][0]) * d.x + double(m.m[j][1]) * d.y + double(m.m[j][2]) * d.z;
+          }
+          const double x = e[0][1] * e[1][2] - e[0][2] * e[1][1], y = e[0][2] * e[1][0] - e[0][0] * e[1][2],
+                       z = e[0][0] * e[1][1] - e[0][1] * e[1][0];
+          area += 0.5 * std::sqrt(x * x + y * y + z * z);
+        }
+        world.shaders->setArea(object, area);
+      }
+    }
+    result.set(0, i, float(area));
+  }
+}
+
+}  // namespace kinora::shade

@@ -1,0 +1,34 @@
+#include "shade/shader_scene.h"
+
+#include "base/diagnostics.h"
+
+namespace kinora::shade {
+
+ShaderScene::ShaderScene(Diagnostics& diagnostics)
+    : dictionary([&diagnostics](const std::string& what) {
+        diagnostics.warning("SHADER-DICTIONARY", {}, what, "nothing is found in it");
+      }),
+      diagnostics_(diagnostics) {}
+
+void ShaderScene::refuse(Refusal what) {
+  const uint32_t bit = 1u << what;
+  if (told_.load(std::memory_order_relaxed) & bit || told_.fetch_or(bit) & bit) return;
+  if (what == Trace)
+    diagnostics_.warning("SHADER-CALL", {}, "a shader calls trace(), which no integrator grants",
+                         "it hits nothing and returns 0");
+  else
+    diagnostics_.warning("SHADER-CALL", {}, "a shader calls texture3d(), and files of volumes are not read yet",
+                         "it gives its missing colour, else black");
+}
+
+double ShaderScene::areaOf(uint64_t object) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = areas_.find(object);
+  return it == areas_.end() ? -1 : it->second;
+}
+void ShaderScene::setArea(uint64_t object, double area) {
+  const std::lock_guard lock(mutex_);
+  areas_[object] = area;
+}
+
+}  // namespace kinora::shade

@@ -1,0 +1,333 @@
+#include "shade/shader_textures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+
+#include "language/program/program.h"
+#include "language/vm/strings.h"
+#include "shade/shader_scene.h"
+#include "texture/texture_system.h"
+
+namespace kinora::shade {
+
+using language::Batch;
+using language::Span;
+using language::TextureCall;
+
+namespace {
+
+constexpr float kPi = 3.14159265358979f;
+
+// Gives back what a call took from the group's arena: shaders call in loops.
+class BorrowedArena {
+ public:
+  explicit BorrowedArena(Arena& arena) : arena_(arena), mark_(arena.mark()) {}
+  ~BorrowedArena() { arena_.release(mark_); }
+
+ private:
+  Arena& arena_;
+  Arena::Mark mark_;
+};
+
+float numberAt(const Span& v, uint32_t k, uint32_t i) {
+  return v.components <= k ? 0.f : v.base == uint8_t(language::Base::Int) ? float(v.integer(k, i)) : v.number(k, i);
+}
+std::string_view textAt(const Span& v, uint32_t i) { return language::stringOf(v.integer(0, i)); }
+
+int32_t textureOfName(ContextHost& h, int32_t name) {
+  auto& known = h.group->textureOfString();
+  const auto [it, isNew] = known.try_emplace(name, TextureSystem::kNoTexture);
+  const std::string& file = language::stringOf(name);
+  if (isNew && !file.empty())
+    it->second = h.group->world().textures->handle(file, {{}, "a texture call of a shader"});
+  return it->second;
+}
+
+// The options of a call; those of numbers that vary are read at each point, the others hold for a run of points.
+struct CallOptions {
+  TextureOptions plain;
+  TextureSystem::Part part;
+  Span width[2], blur[2];
+  float fill = 0;
+  bool hasFill = false, hasMissing = false;
+
+  static int wrapCode(std::string_view text) {
+    return text == "black" ? 0 : text == "clamp" ? 2 : text == "periodic" ? 3 : text == "mirror" ? 4 : 1;
+  }
+  CallOptions(const TextureCall& call, uint32_t i) {
+    plain.wrapS = plain.wrapT = 0;
+    plain.filter = 2;
+    for (uint32_t k = 0; k < call.options; ++k) {
+      const std::string_view token = textAt(call.tokens[k], i);
+      const Span& v = call.values[k];
+      if (token == "width")
+        width[0] = width[1] = v;
+      else if (token == "swidth")
+        width[0] = v;
+      else if (token == "twidth")
+        width[1] = v;
+      else if (token == "blur")
+        blur[0] = blur[1] = v;
+      else if (token == "sblur")
+        blur[0] = v;
+      else if (token == "tblur")
+        blur[1] = v;
+      else if (token == "wrap")
+        plain.wrapS = plain.wrapT = wrapCode(textAt(v, i));
+      else if (token == "swrap")
+        plain.wrapS = wrapCode(textAt(v, i));
+      else if (token == "twrap")
+        plain.wrapT = wrapCode(textAt(v, i));
+      else if (token == "firstchannel")
+        plain.firstChannel = int(numberAt(v, 0, i));
+      else if (token == "fill")
+        fill = numberAt(v, 0, i), hasFill = true;
+      else if (token == "interp") {
+        const std::string_view how = textAt(v, i);
+        plain.filter = how == "closest" ? 0 : how == "cubic" ? 3 : how == "smartcubic" ? 7 : 2;
+      } else if (token == "subimage") {
+        if (v.base == uint8_t(language::Base::String))
+          part.name = textAt(v, i);
+        else
+          part.number = int(numberAt(v, 0, i));
+      } else if (token == "missingcolor") {
+        for (uint32_t j = 0; j < 3; ++j) plain.missingColor[j] = numberAt(v, v.components >= 3 ? j : 0, i);
+        hasMissing = true;
+      } else if (token == "missingalpha") {
+        plain.missingAlpha = numberAt(v, 0, i);
+      } else if (token == "colorspace") {
+        plain.linearize = textAt(v, i) == "sRGB" ? 1 : 0;
+      }
+    }
+  }
+};
+
+// Whether points i and j ask with the same options, but for widths and blurs, which are each point's own anyway.
+bool sameOptions(const TextureCall& call, uint32_t i, uint32_t j) {
+  const auto same = [&](const Span& v) {
+    for (uint32_t k = 0; v.varies && k < v.components; ++k)
+      if (v.integer(k, i) != v.integer(k, j)) return false;
+    return true;
+  };
+  for (uint32_t k = 0; k < call.options; ++k) {
+    if (!same(call.tokens[k])) return false;
+    const std::string_view token = textAt(call.tokens[k], i);
+    if (token.ends_with("width") || token.ends_with("blur")) continue;
+    if (!same(call.values[k])) return false;
+  }
+  return true;
+}
+
+// What a lookup needs of each point: place and footprint in the picture, and the steps of the place for derivatives.
+struct Places {
+  float *s, *t, *radius;
+  float* step[4];  // s and t along x, then along y; null without derivatives
+};
+
+void lookUpAt(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call, const Places& at) {
+  const uint32_t n = batch.points;
+  TextureSystem& textures = *h.group->world().textures;
+  int32_t* handles = c->alloc<int32_t>(n);
+  for (uint32_t i = 0; i < n; ++i)
+    handles[i] = batch.isLive(i) ? textureOfName(h, call.file.integer(0, i))
+                 : i             ? handles[i - 1]
+                                 : TextureSystem::kNoTexture;
+  float *rgba[4], *moved[4], *place[2];
+  for (float*& x : rgba) x = c->alloc<float>(n);
+  for (float*& x : moved) x = c->alloc<float>(n);
+  for (float*& x : place) x = c->alloc<float>(n);
+  const bool wantsDerivs = at.step[0] && (call.resultDx.components || call.resultDy.components);
+  const uint32_t components = call.result.components;
+  for (uint32_t first = 0; first < n;) {
+    uint32_t end = first + 1;
+    while (end < n && (!batch.isLive(end) || sameOptions(call, first, end))) ++end;
+    const CallOptions o(call, first);
+    const auto part = [&](float* const from[4], float* to[4]) {
+      for (int k = 0; k < 4; ++k) to[k] = from[k] + first;
+    };
+    float* out[4];
+    part(rgba, out);
+    textures.lookup(handles + first, true, end - first, at.s + first, at.t + first, at.radius + first, o.plain,
+                    o.part, out);
+    for (uint32_t i = first; i < end; ++i) {
+      if (!batch.isLive(i)) continue;
+      const int channels = textures.channels(handles[i]) - std::max(o.plain.firstChannel, 0);
+      const bool isThere = channels > 0;
+      // files of one channel are grey, unless the call speaks of channels
+      const bool byChannel = isThere && (o.hasFill || o.plain.firstChannel > 0);
+      for (uint32_t k = 0; k < components; ++k)
+        call.result.set(k, i,
+                        !byChannel                ? rgba[k][i]
+                        : int(k) >= channels      ? o.fill
+                        : channels == 2 && k == 1 ? rgba[3][i]
+                                                  : rgba[k][i]);
+      // the channel behind those of the result
+      if (call.alpha.components) call.alpha.set(0, i, components == 1 && channels >= 3 ? rgba[1][i] : rgba[3][i]);
+      if (call.error.components) {
+        static const int32_t kNotThere = language::internString("the texture is not there");
+        static const int32_t kNoChannel = language::internString("the texture has no such channel");
+        call.error.set(0, i, handles[i] < 0 ? kNotThere : isThere ? 0 : kNoChannel);
+      }
+    }
+    for (uint32_t axis = 0; wantsDerivs && axis < 2; ++axis) {
+      const Span& to = axis ? call.resultDy : call.resultDx;
+      if (!to.components) continue;
+      for (uint32_t i = first; i < end; ++i) {
+        place[0][i] = at.s[i] + at.step[2 * axis][i];
+        place[1][i] = at.t[i] + at.step[2 * axis + 1][i];
+      }
+      part(moved, out);
+      textures.lookup(handles + first, true, end - first, place[0] + first, place[1] + first, at.radius + first,
+                      o.plain, o.part, out);
+      for (uint32_t i = first; i < end; ++i)
+        for (uint32_t k = 0; batch.isLive(i) && k < to.components; ++k) to.set(k, i, moved[k][i] - rgba[k][i]);
+    }
+    first = end;
+  }
+}
+
+}  // namespace
+
+void lookUpTexture(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call) {
+  const uint32_t n = batch.points;
+  const BorrowedArena memory(h.group->arena());
+  Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
+  const bool hasSteps = call.dx.components >= 2 && call.dy.components >= 2;
+  for (int k = 0; hasSteps && k < 4; ++k) at.step[k] = c->alloc<float>(n);
+  const bool isUniform = [&] {
+    for (uint32_t k = 0; k < call.options; ++k)
+      if (call.tokens[k].varies) return false;
+    return true;
+  }();
+  CallOptions o(call, 0);
+  for (uint32_t i = 0; i < n; ++i) {
+    if (!isUniform) o = CallOptions(call, i);
+    at.s[i] = call.coordinates.number(0, i);
+    at.t[i] = call.coordinates.number(1, i);
+    // half the longer step across the picture, as footprints of hits are
+    float size = 0;
+    const Span* const steps[2] = {&call.dx, &call.dy};
+    for (int axis = 0; axis < 2; ++axis) {
+      float l2 = 0;
+      for (uint32_t k = 0; k < 2; ++k) {
+        const float d = numberAt(*steps[axis], k, i);
+        if (hasSteps) at.step[2 * axis + int(k)][i] = d;
+        const float x = d * (o.width[k].components ? numberAt(o.width[k], 0, i) : 1.f);
+        l2 += x * x;
+      }
+      size = std::fmax(size, 0.5f * std::sqrt(l2));
+    }
+    at.radius[i] = size + 0.5f * std::fmax(numberAt(o.blur[0], 0, i), numberAt(o.blur[1], 0, i));
+  }
+  lookUpAt(c, h, batch, call, at);
+}
+
+// Latitude and longitude, y up: the picture's middle lies along +z, its left edge is -z seen over +x (OpenImageIO's
+// convention for "latlong" files).
+void lookUpEnvironment(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call) {
+  const uint32_t n = batch.points;
+  const BorrowedArena memory(h.group->arena());
+  Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
+  const auto place = [](float x, float y, float z, float& s, float& t) {
+    const float across = std::sqrt(x * x + z * z);
+    s = across > 0 ? std::atan2(-x, z) / (2 * kPi) + 0.5f : 0.5f;
+    t = 0.5f - std::atan2(y, across) / kPi;
+  };
+  const bool hasSteps = call.dx.components >= 3 && call.dy.components >= 3;
+  for (int k = 0; hasSteps && k < 4; ++k) at.step[k] = c->alloc<float>(n);
+  const CallOptions o(call, 0);
+  for (uint32_t i = 0; i < n; ++i) {
+    float r[3], l2 = 0, size = 0;
+    for (uint32_t k = 0; k < 3; ++k) r[k] = numberAt(call.coordinates, k, i), l2 += r[k] * r[k];
+    place(r[0], r[1], r[2], at.s[i], at.t[i]);
+    const Span* const steps[2] = {&call.dx, &call.dy};
+    for (int axis = 0; axis < 2; ++axis) {
+      float d[3], d2 = 0;
+      for (uint32_t k = 0; k < 3; ++k) d[k] = numberAt(*steps[axis], k, i), d2 += d[k] * d[k];
+      const uint32_t side = uint32_t(axis);
+      const float width = o.width[side].components ? numberAt(o.width[side], 0, i) : 1.f;
+      if (l2 > 0) size = std::fmax(size, 0.5f * width * std::sqrt(d2 / l2) / kPi);
+      if (!hasSteps) continue;
+      float s, t;
+      place(r[0] + d[0], r[1] + d[1], r[2] + d[2], s, t);
+      s -= at.s[i];
+      at.step[2 * axis][i] = s - std::round(s);  // over the seam
+      at.step[2 * axis + 1][i] = t - at.t[i];
+    }
+    at.radius[i] = size + 0.5f * std::fmax(numberAt(o.blur[0], 0, i), numberAt(o.blur[1], 0, i));
+  }
+  // around the horizon the picture goes on, at the poles it ends
+  static const int32_t kS = language::internString("swrap"), kT = language::internString("twrap"),
+                       kPeriodic = language::internString("periodic"), kClamp = language::internString("clamp");
+  float bits[4];
+  const int32_t texts[4] = {kS, kT, kPeriodic, kClamp};
+  std::memcpy(bits, texts, sizeof bits);
+  float* cells[4] = {&bits[0], &bits[1], &bits[2], &bits[3]};
+  Span tokens[34], values[34];
+  TextureCall wrapped = call;
+  wrapped.options = std::min(call.options, 32u);
+  std::copy_n(call.tokens, wrapped.options, tokens);
+  std::copy_n(call.values, wrapped.options, values);
+  for (int k = 0; k < 2; ++k) {
+    tokens[wrapped.options] = Span{cells + k, 1, uint8_t(language::Base::String), false};
+    values[wrapped.options++] = Span{cells + 2 + k, 1, uint8_t(language::Base::String), false};
+  }
+  wrapped.tokens = tokens;
+  wrapped.values = values;
+  lookUpAt(c, h, batch, wrapped, at);
+}
+
+void lookUpVolume(const Context*, ContextHost& h, const Batch& batch, const TextureCall& call) {
+  if (h.group->world().shaders) h.group->world().shaders->refuse(ShaderScene::Volumes);
+  static const int32_t kRefused = language::internString("files of volumes are not read yet");
+  for (uint32_t i = 0; i < (call.result.varies ? batch.points : 1); ++i) {
+    if (!batch.isLive(i)) continue;
+    const CallOptions o(call, i);
+    for (uint32_t k = 0; k < call.result.components; ++k)
+      call.result.set(k, i, o.hasMissing ? o.plain.missingColor[k] : 0.f);
+    if (call.alpha.components) call.alpha.set(0, i, o.hasMissing ? o.plain.missingAlpha : 0.f);
+    if (call.error.components) call.error.set(0, i, kRefused);
+  }
+}
+
+void giveTextureInfo(const Context*, ContextHost& h, const Batch& batch, Span file, Span coordinates, Span name,
+                     Span to, Span found) {
+  TextureSystem& textures = *h.group->world().textures;
+  int32_t lastFile = -1;
+  std::string path;
+  const bool isAtlasPlace = coordinates.components >= 2;
+  for (uint32_t i = 0; i < (found.varies ? batch.points : 1); ++i) {
+    if (!batch.isLive(i)) continue;
+    if (file.integer(0, i) != lastFile || isAtlasPlace) {
+      lastFile = file.integer(0, i);
+      path = textures.find(language::stringOf(lastFile), isAtlasPlace ? coordinates.number(0, i) : 0.f,
+                           isAtlasPlace ? coordinates.number(1, i) : 0.5f);
+    }
+    const std::string& what = language::stringOf(name.integer(0, i));
+    bool has = false;
+    if (what == "exists") {
+      has = to.base == uint8_t(language::Base::Int) && to.components == 1;
+      if (has) to.set(0, i, int32_t(!path.empty()));
+    } else if (!path.empty()) {
+      const int count = int(to.components);
+      if (to.base == uint8_t(language::Base::String)) {
+        std::string text;
+        has = count == 1 && textures.fact(path, what, 1, nullptr, nullptr, &text);
+        if (has) to.set(0, i, language::internString(text));
+      } else if (to.base == uint8_t(language::Base::Int)) {
+        int v[16];
+        has = count <= 16 && textures.fact(path, what, count, v, nullptr, nullptr);
+        for (int k = 0; has && k < count; ++k) to.set(uint32_t(k), i, int32_t(v[k]));
+      } else {
+        float v[16];
+        has = count <= 16 && textures.fact(path, what, count, nullptr, v, nullptr);
+        for (int k = 0; has && k < count; ++k) to.set(uint32_t(k), i, v[k]);
+      }
+    }
+    found.set(0, i, int32_t(has));
+  }
+}
+
+}  // namespace kinora::shade
