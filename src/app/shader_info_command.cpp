@@ -6,6 +6,7 @@
 #include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "app/shader_commands.h"
+#include "language/program/quoted.h"
 
 namespace kinora::app {
 
@@ -29,32 +30,6 @@ constexpr const char* kInfoHelp =
   -I DIR, -D NAME[=VALUE], -U NAME  for source, as `kinora shader compile` takes them
 )";
 
-std::string escaped(const std::string& s) {
-  std::string out = "\"";
-  for (const char c : s) {
-    switch (c) {
-      case '"':
-        out += "\\\"";
-        break;
-      case '\\':
-        out += "\\\\";
-        break;
-      case '\n':
-        out += "\\n";
-        break;
-      case '\t':
-        out += "\\t";
-        break;
-      case '\r':
-        out += "\\r";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out + "\"";
-}
-
 std::string numbers(const Values& v) {
   std::string s;
   for (const int i : v.ints) s += fmt::format(" {}", i);
@@ -69,7 +44,7 @@ std::string numbers(const Values& v) {
 void printMetadata(const std::vector<Metadata>& list) {
   for (const Metadata& m : list) {
     std::string s = numbers(m.values);
-    for (const std::string& v : m.values.strings) s += " " + escaped(v);
+    for (const std::string& v : m.values.strings) s += " " + language::quoted(v);
     fmt::print("\t\tmetadata: {} {} ={}\n", nameOf(m.type), m.name, s);
   }
 }
@@ -82,9 +57,9 @@ void printDefault(const Symbol& p, bool isVerbose) {
   const bool isMany = p.type.arrayLength != 0 || componentsOf(p.type.base) > 1;
   if (p.type.base == Base::String) {
     if (isVerbose) {
-      for (const std::string& s : p.values.strings) fmt::print("\t\tDefault value: {}\n", escaped(s));
+      for (const std::string& s : p.values.strings) fmt::print("\t\tDefault value: {}\n", language::quoted(s));
     } else {
-      for (const std::string& s : p.values.strings) fmt::print("{} ", escaped(s));
+      for (const std::string& s : p.values.strings) fmt::print("{} ", language::quoted(s));
       fmt::print("\n");
     }
     return;

@@ -1,43 +1,13 @@
 #include "language/program/oso_writer.h"
 
+#include "language/program/quoted.h"
+
 #include <climits>
 #include <cstdio>
 
 namespace kinora::language {
 
 namespace {
-
-std::string inQuotes(const std::string& s) {
-  std::string out = "\"";
-  for (const char c : s) {
-    switch (c) {
-      case '"':
-        out += "\\\"";
-        break;
-      case '\\':
-        out += "\\\\";
-        break;
-      case '\n':
-        out += "\\n";
-        break;
-      case '\t':
-        out += "\\t";
-        break;
-      case '\r':
-        out += "\\r";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) < 32) {
-          char octal[8];
-          std::snprintf(octal, sizeof octal, "\\%03o", static_cast<unsigned char>(c));
-          out += octal;
-        } else {
-          out += c;
-        }
-    }
-  }
-  return out + "\"";
-}
 
 class Writer {
  public:
@@ -153,14 +123,14 @@ class Writer {
     s_ += "%meta{" + nameOf(m.type) + "," + m.name;
     for (const int32_t i : m.values.ints) s_ += "," + std::to_string(i);
     for (const float f : m.values.floats) s_ += "," + nineDigits(f);
-    for (const std::string& v : m.values.strings) s_ += "," + inQuotes(v);
+    for (const std::string& v : m.values.strings) s_ += "," + quoted(v);
     s_ += "} ";
   }
 
   void values(const Symbol& s) {
     for (const int32_t i : s.values.ints) s_ += std::to_string(i) + " ";
     for (const float f : s.values.floats) s_ += nineDigits(f) + " ";
-    for (const std::string& v : s.values.strings) s_ += inQuotes(v) + " ";
+    for (const std::string& v : s.values.strings) s_ += quoted(v) + " ";
   }
 
   void symbol(size_t id) {
@@ -213,7 +183,7 @@ class Writer {
       std::string hints;
       if (op.pos.file && *op.pos.file != file) {
         file = *op.pos.file;
-        hints += "%filename{" + inQuotes(file) + "} ";
+        hints += "%filename{" + quoted(file) + "} ";
       }
       if (op.pos.line && op.pos.line != line) {
         line = op.pos.line;

@@ -2,27 +2,13 @@
 #include <cstdio>
 
 #include "language/program/program.h"
+#include "language/program/quoted.h"
 
 namespace kinora::language {
 
 namespace {
 
 constexpr size_t kMostValuesShown = 16;  // values of one symbol
-
-std::string quoted(const std::string& s) {
-  std::string out = "\"";
-  for (const char c : s) {
-    if (c == '"' || c == '\\')
-      out += std::string("\\") + c;
-    else if (c == '\n')
-      out += "\\n";
-    else if (c == '\t')
-      out += "\\t";
-    else
-      out += static_cast<unsigned char>(c) < 32 ? '?' : c;
-  }
-  return out + "\"";
-}
 
 std::string textOf(const Values& v) {
   std::vector<std::string> parts;

@@ -1,0 +1,10 @@
+// Strings as source and .oso files spell them.
+#pragma once
+#include <string>
+
+namespace kinora::language {
+
+// In quotes, with the escapes of C.
+std::string quoted(const std::string&);
+
+}  // namespace kinora::language
