@@ -98,7 +98,7 @@ void Messages::error(Pos pos, std::string text) {
 }
 
 void Messages::warning(Pos pos, std::string text) {
-  if (!options_.withWarnings) return;
+  if (!options_.withWarnings || quiet_.count(uint64_t(pos.file) << 32 | pos.line)) return;
   if (options_.warningsAreErrors)
     error(pos, std::move(text));
   else if (messages_.size() < 10000)

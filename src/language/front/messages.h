@@ -34,6 +34,7 @@ class Messages {
   void error(Pos, std::string text);
   void warning(Pos, std::string text);
   [[noreturn]] void fatal(Pos, std::string text);  // an error after which nothing follows
+  void keepQuiet(uint16_t file, uint32_t line) { quiet_.insert(uint64_t(file) << 32 | line); }  // no warnings of it
   bool hasErrors() const { return errors_ > 0; }
   std::vector<CompileMessage> take() { return std::move(messages_); }
 
@@ -50,6 +51,7 @@ class Messages {
   std::deque<File> files_;
   std::vector<CompileMessage> messages_;
   std::unordered_set<std::string> said_;
+  std::unordered_set<uint64_t> quiet_;
   uint32_t errors_ = 0;
 };
 

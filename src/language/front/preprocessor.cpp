@@ -177,7 +177,9 @@ void Preprocessor::pragma(const Token& at) {
     return message(at, t.text == "error");
   else if (t.text != "osl")
     messages_.warning(t.pos, "unknown pragma '" + std::string(t.text) + "'");
-  files_.back().lexer.skipLine();  // what #pragma osl says is for tools
+  else if (files_.back().lexer.nextInLine(t) && t.text == "nowarn")
+    messages_.keepQuiet(at.pos.file, at.pos.line + 1);
+  files_.back().lexer.skipLine();  // what else #pragma osl says is for tools
 }
 
 void Preprocessor::define(const Token& at) {
