@@ -44,7 +44,7 @@ std::string numbers(const Values& v) {
 void printMetadata(const std::vector<Metadata>& list) {
   for (const Metadata& m : list) {
     std::string s = numbers(m.values);
-    for (const std::string& v : m.values.strings) s += " " + language::quoted(v);
+    for (const std::string& v : m.values.strings) s += " " + language::inQuotes(v);
     fmt::print("\t\tmetadata: {} {} ={}\n", nameOf(m.type), m.name, s);
   }
 }
@@ -57,9 +57,9 @@ void printDefault(const Symbol& p, bool isVerbose) {
   const bool isMany = p.type.arrayLength != 0 || componentsOf(p.type.base) > 1;
   if (p.type.base == Base::String) {
     if (isVerbose) {
-      for (const std::string& s : p.values.strings) fmt::print("\t\tDefault value: {}\n", language::quoted(s));
+      for (const std::string& s : p.values.strings) fmt::print("\t\tDefault value: {}\n", language::inQuotes(s));
     } else {
-      for (const std::string& s : p.values.strings) fmt::print("{} ", language::quoted(s));
+      for (const std::string& s : p.values.strings) fmt::print("{} ", language::inQuotes(s));
       fmt::print("\n");
     }
     return;

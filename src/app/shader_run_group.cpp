@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "app/shader_run.h"
+#include "language/program/quoted.h"
 #include "language/library/text.h"
 #include "language/optimise/instrument.h"
 
@@ -431,15 +432,6 @@ class GroupMaker {
   int expressions_ = 0;
 };
 
-std::string quoted(const std::string& s) {
-  std::string out = "\"";
-  for (const char c : s) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c == '\n' ? std::string("\\n") : std::string(1, c);
-  }
-  return out + "\"";
-}
-
 }  // namespace
 
 bool parseValue(const std::string& typeName, const std::string& text, Type& type, Values& values,
@@ -503,7 +495,7 @@ std::string serialised(const RunGroup& run) {
       text += fmt::format("param {} {}", nameOf(s.type), s.parameter);
       for (const int32_t i : s.values.ints) text += fmt::format(" {}", i);
       for (const float f : s.values.floats) text += " " + language::nineDigits(f);
-      for (const std::string& v : s.values.strings) text += " " + quoted(v);
+      for (const std::string& v : s.values.strings) text += " " + language::inQuotes(v);
       const std::string full = layer.name + "." + s.parameter;
       if (run.unlocked.count(full)) text += " [[int lockgeom=0]]";
       text += " ;\n";

@@ -123,14 +123,14 @@ class Writer {
     s_ += "%meta{" + nameOf(m.type) + "," + m.name;
     for (const int32_t i : m.values.ints) s_ += "," + std::to_string(i);
     for (const float f : m.values.floats) s_ += "," + nineDigits(f);
-    for (const std::string& v : m.values.strings) s_ += "," + quoted(v);
+    for (const std::string& v : m.values.strings) s_ += "," + inQuotes(v);
     s_ += "} ";
   }
 
   void values(const Symbol& s) {
     for (const int32_t i : s.values.ints) s_ += std::to_string(i) + " ";
     for (const float f : s.values.floats) s_ += nineDigits(f) + " ";
-    for (const std::string& v : s.values.strings) s_ += quoted(v) + " ";
+    for (const std::string& v : s.values.strings) s_ += inQuotes(v) + " ";
   }
 
   void symbol(size_t id) {
@@ -183,7 +183,7 @@ class Writer {
       std::string hints;
       if (op.pos.file && *op.pos.file != file) {
         file = *op.pos.file;
-        hints += "%filename{" + quoted(file) + "} ";
+        hints += "%filename{" + inQuotes(file) + "} ";
       }
       if (op.pos.line && op.pos.line != line) {
         line = op.pos.line;

@@ -14,7 +14,7 @@ std::string textOf(const Values& v) {
   std::vector<std::string> parts;
   for (const int32_t i : v.ints) parts.push_back(std::to_string(i));
   for (const float f : v.floats) parts.push_back(nineDigits(f));
-  for (const std::string& s : v.strings) parts.push_back(quoted(s));
+  for (const std::string& s : v.strings) parts.push_back(inQuotes(s));
   if (parts.size() == 1) return parts[0];
   std::string s = "{";
   for (size_t i = 0; i < parts.size() && i < kMostValuesShown; ++i) s += (i ? ", " : "") + parts[i];

@@ -4,7 +4,7 @@
 
 namespace kinora::language {
 
-std::string quoted(const std::string& s) {
+std::string inQuotes(const std::string& s) {
   std::string out = "\"";
   for (const char c : s) {
     switch (c) {

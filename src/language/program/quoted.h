@@ -5,6 +5,6 @@
 namespace kinora::language {
 
 // In quotes, with the escapes of C.
-std::string quoted(const std::string&);
+std::string inQuotes(const std::string&);
 
 }  // namespace kinora::language
