@@ -440,7 +440,7 @@ TEST_P(SameBits, Replayed) {
   const double step = film.layout()[ci].step();
   int compared = 0, lit = 0;
   for (int y = 1; y < film.height(); y += 5)
-    for (int x = 2; x < film.width(); x += 7) {
+    for (int x = 2; x < film.width(); x += 5) {
       std::vector<std::string> lines;
       ASSERT_TRUE(replayer.renderer().replay(x, y, kSample, [&](const std::string& l) { lines.push_back(l); }));
       const auto line =
