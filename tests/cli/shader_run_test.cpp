@@ -204,7 +204,7 @@ TEST(ShaderRun, Networks) {
   for (const Bad& bad : {Bad{{"--connect", "x", "f", "d", "a"}, "no layer is named `x`"},
                          {{"--connect", "u", "x", "d", "a"}, "`x` is no parameter of shader up"},
                          {{"--connect", "u", "c", "d", "a"}, "cannot connect a color (c) to a float (a)"},
-                         {{"--connect", "u", "c[7]", "d", "a"}, "`c[7]` is no component of a color"},
+                         {{"--connect", "u", "c[7]", "d", "a"}, "`c[7]` is no part of a color"},
                          {{"--connect", "u", "f", "d", "a", "--connect", "d", "a", "u", "k"}, "cyclic"},
                          {{"--connect", "d", "a", "d", "a"}, "cyclic"},
                          {{"--entry", "none"}, "no layer is named `none`"},
