@@ -254,7 +254,6 @@ class Runner {
   struct Worker {
     std::unique_ptr<ShadeWorld::Slice> points;
     language::RunState state;
-    std::vector<Spoken>* spoken = nullptr;
   };
 
   void iterate(bool isLast) {
@@ -287,10 +286,6 @@ class Runner {
     const uint32_t padded = (slice.count + 15) / 16 * 16;
     worker.points->fill(slice.first, slice.count);
     language::RendererServices services = worker.points->services();
-    struct Listener {
-      void* self;
-      std::vector<Spoken>* spoken;
-    };
     std::vector<language::OutputValues> outputs(code_->outputs().size());
     std::vector<std::vector<float*>> cells(outputs.size());
     slice.values.resize(wanted_.size());

@@ -56,4 +56,17 @@ class Arena {
   size_t current_ = 0, used_ = 0;
 };
 
+// Gives back at its end what was taken from an arena since it was made.
+class ArenaScope {
+ public:
+  explicit ArenaScope(Arena& arena) : arena_(arena), mark_(arena.mark()) {}
+  ~ArenaScope() { arena_.release(mark_); }
+  ArenaScope(const ArenaScope&) = delete;
+  ArenaScope& operator=(const ArenaScope&) = delete;
+
+ private:
+  Arena& arena_;
+  const Arena::Mark mark_;
+};
+
 }  // namespace kinora

@@ -243,7 +243,7 @@ void tellOfDisplacements(const scene::Scene& scene, Registry& registry, shade::S
   const auto look = [&](const scene::Primitive& p) {
     if (!p.attributes || !p.attributes->displacement || !p.attributes->displacement->terminal) return;
     const scene::Node* n = p.attributes->displacement->terminal.get();
-    const std::string shader = sameName(n->plugin, "PxrOSL") ? n->params.getString("shader", "") : n->plugin;
+    const std::string shader = shade::shaderNameOf(*n);
     if (!seen.insert(shader).second) return;
     // a library or a shader that is broken says so
     const bool isPlugin = registry.find(Kind::Displacement, n->plugin, diagnostics, n->pos);

@@ -368,7 +368,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
 void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                    const uint32_t* light) {
   Arena& arena = state_.arena();
-  const Arena::Mark mark = arena.mark();
+  const ArenaScope memory(arena);
   int32_t *px = arena.make<int32_t>(padded(n)), *py = arena.make<int32_t>(padded(n));
   uint32_t* index = arena.make<uint32_t>(padded(n));
   float* v[3];
@@ -388,7 +388,6 @@ void Worker::splat(uint32_t n, const float* const raster[2], const float* const 
     }
     if (m) film_.splat({m, splatChannels_[k], px, py, index, v});
   }
-  arena.release(mark);
 }
 
 }  // namespace kinora::render

@@ -137,8 +137,7 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
   out.node = &node;
   if (!out.plugin && kind == Kind::Pattern) {
-    // PxrOSL names its shader; any other name may be a shader's own
-    const std::string name = sameName(node.plugin, "PxrOSL") ? node.params.getString("shader", "") : node.plugin;
+    const std::string name = shaderNameOf(node);
     if (!name.empty()) out.shader = shaders_.find(name, node.pos);
     if (out.shader) out.plugin = &out.shader->descriptor;
   }

@@ -57,7 +57,7 @@ bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uin
   return giveNumbers(v, uint32_t(n), to, i);
 }
 
-bool givePrimvar(const Context* c, const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to,
+bool givePrimvar(const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to,
                  uint32_t i) {
   if (p.data.empty() || p.width < 1 || p.width > 16) return false;
   float v[16];
@@ -71,7 +71,6 @@ bool givePrimvar(const Context* c, const ContextHost& h, const Where& k, const g
   } else {
     return false;
   }
-  (void)c;
   return giveNumbers(v, uint32_t(p.width), to, i);
 }
 
@@ -155,7 +154,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
     if (object.components && object.integer(0, i) != 0) {
       has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
     } else {
-      if (primvar && element < 0) has = givePrimvar(c, h, whereOf(h, c, point), *primvar, to, i);
+      if (primvar && element < 0) has = givePrimvar(h, whereOf(h, c, point), *primvar, to, i);
       if (!has && isCoordinate && element < 0) {
         const Value st = c->builtin(Builtin::St);
         const float v[2] = {st.data[*asked == "t" ? 1 : 0][st.stride ? point : 0], st.data[1][st.stride ? point : 0]};

@@ -22,15 +22,14 @@ bool isShader(const ProgramNode& n) { return n.source && n.source->shader; }
 // Nodes of one level share a group: a shader that reads a C++ pattern which reads a shader stands one level higher.
 std::vector<int> levelsOf(const Program& p) {
   std::vector<int> level(p.nodes.size(), 0);
-  for (size_t n = 0; n < p.nodes.size(); ++n)
-    {
-      const auto reads = [&](uint32_t node) {
-        level[n] = std::max(level[n], level[node] + int(isShader(p.nodes[node]) && !isShader(p.nodes[n])));
-      };
-      for (const ParamSource& s : p.nodes[n].params)
-        if (s.from == ParamSource::From::Connected) reads(s.node);
-      for (const PartSource& s : p.nodes[n].parts) reads(s.node);
-    }
+  for (size_t n = 0; n < p.nodes.size(); ++n) {
+    const auto reads = [&](uint32_t node) {
+      level[n] = std::max(level[n], level[node] + int(isShader(p.nodes[node]) && !isShader(p.nodes[n])));
+    };
+    for (const ParamSource& s : p.nodes[n].params)
+      if (s.from == ParamSource::From::Connected) reads(s.node);
+    for (const PartSource& s : p.nodes[n].parts) reads(s.node);
+  }
   return level;
 }
 

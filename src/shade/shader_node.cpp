@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/text.h"
 #include "language/optimise/structure.h"
 
 namespace kinora::shade {
@@ -66,45 +67,11 @@ void describe(ShaderNode& node) {
   node.descriptor.paramCount = uint32_t(node.params.size());
 }
 
-void replaceIn(language::Block& block, language::SymbolId from, language::SymbolId to) {
-  for (language::Instruction& i : block.code) {
-    std::replace(i.arguments.begin(), i.arguments.end(), from, to);
-    for (language::Block& inner : i.blocks) replaceIn(inner, from, to);
-  }
-}
-bool writes(const language::Shader& shader, const language::Block& block, language::SymbolId symbol) {
-  for (const language::Instruction& i : block.code) {
-    for (uint32_t k = 0; k < i.arguments.size(); ++k)
-      if (i.arguments[k] == symbol && accessOf(shader, i, k) != 'r') return true;
-    for (const language::Block& inner : i.blocks)
-      if (writes(shader, inner, symbol)) return true;
-  }
-  return false;
-}
-
-// Writing P, N or Ci changes nothing in a pattern: the shader gets a variable of its own instead. False: it writes none.
-bool keepGlobals(language::Shader& shader) {
-  bool hasChanged = false;
-  const size_t count = shader.symbols.size();
-  for (size_t s = 0; s < count; ++s) {
-    const auto id = language::SymbolId(s);
-    if (shader.symbols[s].kind != language::SymbolKind::Global || !writes(shader, shader.main, id)) continue;
-    hasChanged = true;
-    const auto global = language::SymbolId(shader.symbols.size());
-    shader.symbols.push_back(shader.symbols[s]);
-    shader.symbols[s].kind = language::SymbolKind::Local;
-    shader.symbols[s].name = "$own_" + shader.symbols[s].name;
-    for (language::Initialiser& i : shader.initialisers) replaceIn(i.code, id, global);
-    if (shader.symbols[s].type.base == Base::Closure) continue;
-    language::Instruction copy;
-    copy.opcode = language::Opcode::Assign;
-    copy.arguments = {id, global};
-    shader.main.code.insert(shader.main.code.begin(), std::move(copy));
-  }
-  return hasChanged;
-}
-
 }  // namespace
+
+std::string shaderNameOf(const scene::Node& node) {
+  return sameName(node.plugin, "PxrOSL") ? node.params.getString("shader", "") : node.plugin;
+}
 
 std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::shared_ptr<language::Shader> shader) {
   auto node = std::make_shared<ShaderNode>();
@@ -114,10 +81,7 @@ std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::s
   node->descriptor.kind = Kind::Pattern;
   node->descriptor.doc = "";
   if (shader) {
-    auto pattern = std::make_shared<language::Shader>(*shader);
-    const bool isSame = !keepGlobals(*pattern);
-    node->shader = std::move(pattern);
-    node->compiled = isSame ? node->shader : std::move(shader);
+    node->shader = std::move(shader);
     describe(*node);
   }
   node->descriptor.name = node->texts.emplace_back(node->shader ? node->shader->name : file).c_str();

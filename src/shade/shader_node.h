@@ -10,15 +10,13 @@
 
 #include "base/diagnostics.h"
 #include "language/program/program.h"
+#include "scene/scene.h"
 
 namespace kinora::shade {
 
 // One shader. Its descriptor has no functions: shader_groups.h runs it.
 struct ShaderNode {
   std::shared_ptr<const language::Shader> shader;  // null: the file is there and cannot be compiled
-  // The same as it was compiled, where it writes P, N or Ci: in a pattern they are its own variables, for who displaces
-  // they are not.
-  std::shared_ptr<const language::Shader> compiled;
   std::string file;
   Descriptor descriptor{};
   std::vector<Param> params;                 // of the descriptor; structs have a parameter for each field, "s.field"
@@ -26,6 +24,9 @@ struct ShaderNode {
   std::deque<std::string> texts;
   std::deque<std::vector<float>> lists;
 };
+
+// Which shader a node of a scene means: PxrOSL names its shader, any other name may be a shader's own.
+std::string shaderNameOf(const scene::Node& node);
 
 // `shader`: null for a file that cannot be compiled.
 std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::shared_ptr<language::Shader> shader);

@@ -15,28 +15,13 @@ namespace kinora::shade {
 using language::Batch;
 using language::Span;
 
-namespace {
-
-// Gives back what a call took from the group's arena: shaders call in loops.
-class Borrowed {
- public:
-  explicit Borrowed(Arena& arena) : arena_(arena), mark_(arena.mark()) {}
-  ~Borrowed() { arena_.release(mark_); }
-
- private:
-  Arena& arena_;
-  Arena::Mark mark_;
-};
-
-}  // namespace
-
 struct ShaderServices::Calls {
   static ShaderServices& of(void* self) { return *static_cast<ShaderServices*>(self); }
 
   // "common" is world space: what shaders compute does not move with the camera.
   static bool matrix(void* self, const Batch& b, const char* from, const char* to, Span out) {
     const Context* c = of(self).context_;
-    const Borrowed memory(of(self).host_.group->arena());
+    const ArenaScope memory(of(self).host_.group->arena());
     MatrixValue m{};
     if (!c->fn->matrix(c, from, to, &m)) return false;
     const uint32_t n = out.varies ? b.points : 1;

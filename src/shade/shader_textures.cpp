@@ -20,17 +20,6 @@ namespace {
 
 constexpr float kHalfTurn = 3.14159265358979f;
 
-// Gives back what a call took from the group's arena: shaders call in loops.
-class BorrowedArena {
- public:
-  explicit BorrowedArena(Arena& arena) : arena_(arena), mark_(arena.mark()) {}
-  ~BorrowedArena() { arena_.release(mark_); }
-
- private:
-  Arena& arena_;
-  Arena::Mark mark_;
-};
-
 float numberAt(const Span& v, uint32_t k, uint32_t i) {
   return v.components <= k ? 0.f : v.base == uint8_t(language::Base::Int) ? float(v.integer(k, i)) : v.number(k, i);
 }
@@ -104,7 +93,16 @@ struct CallOptions {
   }
 };
 
-// Whether points i and j ask with the same options, but for widths and blurs, which are each point's own anyway.
+// Whether options differ from point to point, but for widths and blurs, which are each point's own anyway.
+bool hasVaryingOptions(const TextureCall& call) {
+  for (uint32_t k = 0; k < call.options; ++k) {
+    if (call.tokens[k].varies) return true;
+    const std::string_view token = textAt(call.tokens[k], 0);
+    if (call.values[k].varies && !token.ends_with("width") && !token.ends_with("blur")) return true;
+  }
+  return false;
+}
+// Whether points i and j ask with the same ones.
 bool sameOptions(const TextureCall& call, uint32_t i, uint32_t j) {
   const auto same = [&](const Span& v) {
     for (uint32_t k = 0; v.varies && k < v.components; ++k)
@@ -130,18 +128,25 @@ void lookUpAt(const Context* c, ContextHost& h, const Batch& batch, const Textur
   const uint32_t n = batch.points;
   TextureSystem& textures = *h.group->world().textures;
   int32_t* handles = c->alloc<int32_t>(n);
-  for (uint32_t i = 0; i < n; ++i)
-    handles[i] = batch.isLive(i) ? textureOfName(h, call.file.integer(0, i))
-                 : i             ? handles[i - 1]
-                                 : TextureSystem::kNoTexture;
+  int32_t name = 0;  // of the empty string, which no texture has
+  int32_t handle = TextureSystem::kNoTexture;
+  for (uint32_t i = 0; i < n; ++i) {
+    if (batch.isLive(i) && call.file.integer(0, i) != name) {
+      name = call.file.integer(0, i);
+      handle = textureOfName(h, name);
+    }
+    handles[i] = handle;
+  }
   float *rgba[4], *moved[4], *place[2];
   for (float*& x : rgba) x = c->alloc<float>(n);
   for (float*& x : moved) x = c->alloc<float>(n);
   for (float*& x : place) x = c->alloc<float>(n);
   const bool wantsDerivs = at.step[0] && (call.resultDx.components || call.resultDy.components);
   const uint32_t components = call.result.components;
+  const bool isUniform = !hasVaryingOptions(call);
   for (uint32_t first = 0; first < n;) {
     uint32_t end = first + 1;
+    if (isUniform) end = n;
     while (end < n && (!batch.isLive(end) || sameOptions(call, first, end))) ++end;
     const CallOptions o(call, first);
     const auto part = [&](float* const from[4], float* to[4]) {
@@ -192,7 +197,7 @@ void lookUpAt(const Context* c, ContextHost& h, const Batch& batch, const Textur
 
 void lookUpTexture(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call) {
   const uint32_t n = batch.points;
-  const BorrowedArena memory(h.group->arena());
+  const ArenaScope memory(h.group->arena());
   Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
   const bool hasSteps = call.dx.components >= 2 && call.dy.components >= 2;
   for (int k = 0; hasSteps && k < 4; ++k) at.step[k] = c->alloc<float>(n);
@@ -228,7 +233,7 @@ void lookUpTexture(const Context* c, ContextHost& h, const Batch& batch, const T
 // convention for "latlong" files).
 void lookUpEnvironment(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call) {
   const uint32_t n = batch.points;
-  const BorrowedArena memory(h.group->arena());
+  const ArenaScope memory(h.group->arena());
   Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
   const auto place = [](float x, float y, float z, float& s, float& t) {
     const float across = std::sqrt(x * x + z * z);

@@ -87,10 +87,6 @@ class Propagation {
   }
   bool run() {
     block(shader_.main);
-    for (Output& o : flat_.outputs) {
-      // outputs keep their symbols: what reads them elsewhere was replaced already
-      (void)o;
-    }
     return changed_;
   }
 
@@ -346,10 +342,9 @@ class Propagation {
 };
 
 // ---- what nothing reads ----
-bool hasEffect(const Shader& shader, const Instruction& in) {
+bool hasEffect(const Instruction& in) {
   if (in.opcode == Opcode::MakeClosure) return false;
   if (factsOf(in.opcode).flags & kOpEffect) return true;
-  (void)shader;
   return in.arguments.empty();
 }
 bool isEmpty(const Block& block) { return block.code.empty(); }
@@ -360,7 +355,7 @@ bool removeDead(FlatProgram& flat) {
   std::unordered_map<const Instruction*, bool> isDead;
   Liveness liveness(shader);
   liveness.isDead = [&](const Instruction& in, const SymbolSet& after) {
-    bool needed = hasEffect(shader, in);
+    bool needed = hasEffect(in);
     for (uint32_t i = 0; i < in.arguments.size() && !needed; ++i)
       if (accessOf(shader, in, i) != 'r') needed = after.has(in.arguments[i]);
     isDead[&in] = !needed;

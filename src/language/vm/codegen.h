@@ -9,6 +9,12 @@
 
 namespace kinora::language {
 
+// The kernel that stands `by` places behind another in its family's list.
+template <class K>
+K variant(K base, int by) {
+  return K(uint16_t(base) + uint16_t(by));
+}
+
 class CodeGenerator {
  public:
   CodeGenerator(const FlatProgram& flat, const MachineOptions& options) : flat_(flat), shader_(flat.code), options_(options) {}
@@ -102,6 +108,15 @@ class CodeGenerator {
   bool pair(const Instruction&, Arithmetic);
   bool choose(const Instruction&);
 
+  // codegen_elements.cpp
+  void construct(const Instruction&);
+  void componentRead(const Instruction&);
+  void componentWrite(const Instruction&);
+  void arrayRead(const Instruction&, SymbolId result, Operand array, Operand index, const std::string& name);
+  void arrayWrite(const Instruction&, SymbolId array, Operand whole, Operand index, Operand value, const std::string& name);
+  Operand checkedIndex(const Instruction&, Operand index, uint32_t length, const std::string& name);
+  Operand matrixIndex(const Instruction&, SymbolId row, SymbolId column, const std::string& name);
+
   // codegen_operations.cpp
   void operation(const Instruction&);
   Operand number(SymbolId s) { return asFloat(operand(s)); }
@@ -115,13 +130,6 @@ class CodeGenerator {
   void integers(const Instruction&, Integer);
   void integerUnary(const Instruction&, Integer);
   void compare(const Instruction&, Mixed floats, Mixed ints);
-  void construct(const Instruction&);
-  void componentRead(const Instruction&);
-  void componentWrite(const Instruction&);
-  void arrayRead(const Instruction&, SymbolId result, Operand array, Operand index, const std::string& name);
-  void arrayWrite(const Instruction&, SymbolId array, Operand whole, Operand index, Operand value, const std::string& name);
-  Operand checkedIndex(const Instruction&, Operand index, uint32_t length, const std::string& name);
-  Operand matrixIndex(const Instruction&, SymbolId row, SymbolId column, const std::string& name);
   void vector(const Instruction&, Vector, uint32_t operands, bool hasDual);
   void derivative(const Instruction&, int axis);
   void swept(const Instruction&);

@@ -146,24 +146,20 @@ void CodeGenerator::loop(const Instruction& in, int32_t region) {
   const auto test = [&] {
     block(in.blocks[1], own);
     const SymbolId asked = in.arguments[0];
-    if (diverges && a_.isVarying[size_t(asked)]) {
-      const int32_t outer = region_;
-      region_ = own;
-      narrowMask(asked, own, any);
-      region_ = outer;
-      exits.push_back(emitJump(Step::JumpUnless, any));
-      chunks_[size_t(own)] = any;
-      return useChunks(own);
-    }
     const int32_t outer = region_;
     region_ = own;
-    const Operand condition = asInt(operand(asked));
+    if (a_.isVarying[size_t(asked)]) {  // such a loop diverges
+      narrowMask(asked, own, any);
+    } else {
+      exits.push_back(emitJump(Step::JumpUnless, asInt(operand(asked)).reg));
+      if (diverges) {
+        reference(masks_[size_t(own)]);
+        reference(any);
+        emit(Memory::MaskAny, false);
+      }
+    }
     region_ = outer;
-    if (!condition.varies) exits.push_back(emitJump(Step::JumpUnless, condition.reg));
     if (!diverges) return;
-    reference(masks_[size_t(own)]);
-    reference(any);
-    emit(Memory::MaskAny, false);
     exits.push_back(emitJump(Step::JumpUnless, any));
     chunks_[size_t(own)] = any;
     useChunks(own);

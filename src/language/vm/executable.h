@@ -175,7 +175,7 @@ class RunState {
   const Executable* program = nullptr;
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
-  bool isSpent = false;           // so was that of all loops together: a block was left as it was
+  bool isSpent = false;           // loops together have turned as often as they may: a block was left as it was
   bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;
