@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <vector>
 
+#include "base/arena.h"
 #include "language/front/compile.h"
 #include "language/vm/executable.h"
 #include "shading.h"
 #include "shading_fused.h"
+#include "shade/shader_textures.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
 
@@ -62,6 +64,8 @@ ShaderGroup groupOf(const char* source) {
 struct Pictures {
   Diagnostics diagnostics;
   TextureSystem system{diagnostics};
+  Arena arena;
+  shade::ShaderTextures calls{&system, arena};
   std::string file;
   int32_t handle = TextureSystem::kNoTexture;
   explicit Pictures(int side) : file(makeTexture(side, false)) {
@@ -70,30 +74,16 @@ struct Pictures {
   ~Pictures() {
     if (!file.empty()) std::filesystem::remove(file);
   }
+  // With the options of a shader's call that names none.
   static void lookup(void* self, uint32_t n, const float* s, const float* t, const float* radius, float* const rgba[4]) {
     Pictures& p = *static_cast<Pictures*>(self);
-    p.system.lookup(&p.handle, false, n, s, t, radius, {}, rgba);
+    TextureOptions options;
+    options.wrapS = options.wrapT = 0;
+    options.filter = 2;
+    p.system.lookup(&p.handle, false, n, s, t, radius, options, rgba);
   }
-  // As the renderer answers a shader's call, for a call without options that matter.
   static void call(void* self, const Batch& batch, const TextureCall& call) {
-    constexpr uint32_t kMost = 1024;
-    alignas(64) static thread_local float st[3][kMost], rgba[4][kMost];
-    const uint32_t n = batch.points, padded = (n + 15) / 16 * 16;
-    for (uint32_t j = 0; j < padded; ++j) {
-      const uint32_t i = j < n ? j : n - 1;
-      for (uint32_t k = 0; k < 2; ++k) st[k][j] = call.coordinates.number(k, i);
-      float size = 0;
-      for (const Span* d : {&call.dx, &call.dy}) {
-        const float x = d->components ? d->number(0, i) : 0.f, y = d->components ? d->number(1, i) : 0.f;
-        size = std::max(size, 0.5f * std::sqrt(x * x + y * y));
-      }
-      st[2][j] = size;
-    }
-    float* const to[4] = {rgba[0], rgba[1], rgba[2], rgba[3]};
-    lookup(self, padded, st[0], st[1], st[2], to);
-    for (uint32_t i = 0; i < n; ++i)
-      if (batch.isLive(i))
-        for (uint32_t k = 0; k < call.result.components; ++k) call.result.set(k, i, rgba[k][i]);
+    static_cast<Pictures*>(self)->calls.texture(batch, call);
   }
 };
 

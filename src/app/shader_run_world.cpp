@@ -7,8 +7,12 @@
 #include <cstring>
 
 #include "app/shader_run.h"
+#include "base/arena.h"
+#include "base/diagnostics.h"
 #include "language/library/dictionary.h"
 #include "language/vm/strings.h"
+#include "shade/shader_textures.h"
+#include "texture/texture_system.h"
 
 namespace kinora::app {
 
@@ -44,6 +48,8 @@ struct ShadeWorld::Impl {
   std::map<int32_t, std::pair<Matrix, Matrix>> spaces;  // by name: to common and back
   std::map<std::string, Attribute> attributes;
   std::string rayType;
+  mutable Diagnostics diagnostics;
+  mutable TextureSystem textures{diagnostics};  // files are named from the working directory
 
   void addSpace(const char* name, const Matrix& toCommon) {
     spaces[language::internString(name)] = {toCommon, toCommon.inverse()};
@@ -144,7 +150,8 @@ struct ShadeWorld::Slice::Impl {
   uint32_t count = 0, most, padded = 0;
   language::GlobalValues globals;
   language::RendererServices services;
-  ShadeTextures textures;
+  Arena arena;
+  shade::ShaderTextures textures;
   enum Array { U, V, UX, UY, VX, VY, One, PX, PY = PX + 3, Arrays = PY + 3 };
   std::vector<float> memory;
   float* array(int k) { return memory.data() + size_t(k) * ((most + 15) / 16 * 16 + 16); }
@@ -154,7 +161,7 @@ struct ShadeWorld::Slice::Impl {
   std::vector<language::VaryingInput> varying;
 
   Impl(const ShadeWorld::Impl& w, language::Dictionary& dictionary, uint32_t mostPoints)
-      : world(w), most(mostPoints) {
+      : world(w), most(mostPoints), textures(&w.textures, arena) {
     memory.assign(size_t(Arrays) * ((most + 15) / 16 * 16 + 16), 0.f);
     services.self = this;
     services.dictionary = &dictionary;
@@ -170,8 +177,14 @@ struct ShadeWorld::Slice::Impl {
     services.texture = [](void* self, const Batch& b, const language::TextureCall& call) {
       of(self).textures.texture(b, call);
     };
-    services.getTextureInfo = [](void* self, const Batch& b, Span file, Span, Span name, Span to, Span found) {
-      of(self).textures.info(b, file, name, to, found);
+    services.texture3d = [](void* self, const Batch& b, const language::TextureCall& call) {
+      of(self).textures.volume(b, call);
+    };
+    services.environment = [](void* self, const Batch& b, const language::TextureCall& call) {
+      of(self).textures.environment(b, call);
+    };
+    services.getTextureInfo = [](void* self, const Batch& b, Span file, Span place, Span name, Span to, Span found) {
+      of(self).textures.info(b, file, place, name, to, found);
     };
     services.rayType = [](void* self, const Batch& b, Span name, Span result) {
       for (uint32_t i = 0; i < (result.varies ? b.points : 1); ++i)

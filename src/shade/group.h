@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "base/arena.h"
@@ -16,6 +15,7 @@
 #include "shade/material.h"
 #include "shade/points.h"
 #include "shade/ray_listener.h"
+#include "shade/shader_textures.h"
 #include "trace/world.h"
 
 namespace kinora::shade {
@@ -113,8 +113,7 @@ class GroupState {
   const ShadingWorld& world() const { return world_; }
   language::RunState& shaderState() { return shaderState_; }
   std::vector<ShaderCounts> shaderCounts;   // by ShaderUse::number
-  // Handles of textures that shaders name, by the handle of the name.
-  std::unordered_map<int32_t, int32_t>& textureOfString() { return textureOfString_; }
+  ShaderTextures& shaderTextures() { return shaderTextures_; }
 
   // The services, see kinora/integrator.h.
   void trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
@@ -168,7 +167,7 @@ class GroupState {
   float* hole_ = nullptr;                      // by slot: where its camera ray met a hole; null without holes
   RayKind rayKind_ = RayKind::Camera;   // of the rays whose hits are shaded
   language::RunState shaderState_;
-  std::unordered_map<int32_t, int32_t> textureOfString_;
+  ShaderTextures shaderTextures_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

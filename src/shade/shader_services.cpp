@@ -17,6 +17,7 @@ using language::Span;
 
 struct ShaderServices::Calls {
   static ShaderServices& of(void* self) { return *static_cast<ShaderServices*>(self); }
+  static ShaderTextures& texturesOf(void* self) { return of(self).host_.group->shaderTextures(); }
 
   // "common" is world space: what shaders compute does not move with the camera.
   static bool matrix(void* self, const Batch& b, const char* from, const char* to, Span out) {
@@ -37,16 +38,17 @@ struct ShaderServices::Calls {
   }
 
   static void texture(void* self, const Batch& b, const language::TextureCall& call) {
-    lookUpTexture(of(self).context_, of(self).host_, b, call);
+    texturesOf(self).texture(b, call);
   }
   static void texture3d(void* self, const Batch& b, const language::TextureCall& call) {
-    lookUpVolume(of(self).context_, of(self).host_, b, call);
+    if (ShaderScene* scene = of(self).host_.group->world().shaders.get()) scene->refuse(ShaderScene::Volumes);
+    texturesOf(self).volume(b, call);
   }
   static void environment(void* self, const Batch& b, const language::TextureCall& call) {
-    lookUpEnvironment(of(self).context_, of(self).host_, b, call);
+    texturesOf(self).environment(b, call);
   }
   static void getTextureInfo(void* self, const Batch& b, Span file, Span place, Span name, Span to, Span found) {
-    giveTextureInfo(of(self).context_, of(self).host_, b, file, place, name, to, found);
+    texturesOf(self).info(b, file, place, name, to, found);
   }
   static void getAttribute(void* self, const Batch& b, Span object, Span name, Span index, Span to, Span found) {
     giveAttribute(of(self).context_, of(self).host_, b, object, name, index, to, found);

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <string_view>
 
+#include "base/arena.h"
 #include "language/program/program.h"
 #include "language/vm/strings.h"
-#include "shade/shader_scene.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -24,15 +24,6 @@ float numberAt(const Span& v, uint32_t k, uint32_t i) {
   return v.components <= k ? 0.f : v.base == uint8_t(language::Base::Int) ? float(v.integer(k, i)) : v.number(k, i);
 }
 std::string_view textAt(const Span& v, uint32_t i) { return language::stringOf(v.integer(0, i)); }
-
-int32_t textureOfName(ContextHost& h, int32_t name) {
-  auto& known = h.group->textureOfString();
-  const auto [it, isNew] = known.try_emplace(name, TextureSystem::kNoTexture);
-  const std::string& file = language::stringOf(name);
-  if (isNew && !file.empty())
-    it->second = h.group->world().textures->handle(file, {{}, "a texture call of a shader"});
-  return it->second;
-}
 
 // The options of a call; those of numbers that vary are read at each point, the others hold for a run of points.
 struct CallOptions {
@@ -118,29 +109,48 @@ bool sameOptions(const TextureCall& call, uint32_t i, uint32_t j) {
   return true;
 }
 
+// A call whose arguments are the same for all points is answered once.
+Batch pointsOf(const Batch& batch, const TextureCall& call) {
+  const bool varies = call.result.varies || call.alpha.varies || call.error.varies;
+  return varies ? batch : Batch{1, batch.first, nullptr};
+}
+
+}  // namespace
+
 // What a lookup needs of each point: place and footprint in the picture, and the steps of the place for derivatives.
-struct Places {
+struct ShaderTextures::Places {
   float *s, *t, *radius;
   float* step[4];  // s and t along x, then along y; null without derivatives
+  Places(Arena& arena, uint32_t n, bool hasSteps)
+      : s(arena.make<float>(n)), t(arena.make<float>(n)), radius(arena.make<float>(n)), step{} {
+    for (int k = 0; hasSteps && k < 4; ++k) step[k] = arena.make<float>(n);
+  }
 };
 
-void lookUpAt(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call, const Places& at) {
+int32_t ShaderTextures::handleOf(int32_t name) {
+  const auto [it, isNew] = handles_.try_emplace(name, TextureSystem::kNoTexture);
+  const std::string& file = language::stringOf(name);
+  if (isNew && !file.empty()) it->second = system_->handle(file, {{}, "a texture call of a shader"});
+  return it->second;
+}
+
+void ShaderTextures::lookUp(const Batch& batch, const TextureCall& call, const Places& at) {
   const uint32_t n = batch.points;
-  TextureSystem& textures = *h.group->world().textures;
-  int32_t* handles = c->alloc<int32_t>(n);
+  TextureSystem& textures = *system_;
+  int32_t* handles = arena_.make<int32_t>(n);
   int32_t name = 0;  // of the empty string, which no texture has
   int32_t handle = TextureSystem::kNoTexture;
   for (uint32_t i = 0; i < n; ++i) {
     if (batch.isLive(i) && call.file.integer(0, i) != name) {
       name = call.file.integer(0, i);
-      handle = textureOfName(h, name);
+      handle = handleOf(name);
     }
     handles[i] = handle;
   }
   float *rgba[4], *moved[4], *place[2];
-  for (float*& x : rgba) x = c->alloc<float>(n);
-  for (float*& x : moved) x = c->alloc<float>(n);
-  for (float*& x : place) x = c->alloc<float>(n);
+  for (float*& x : rgba) x = arena_.make<float>(n);
+  for (float*& x : moved) x = arena_.make<float>(n);
+  for (float*& x : place) x = arena_.make<float>(n);
   const bool wantsDerivs = at.step[0] && (call.resultDx.components || call.resultDy.components);
   const uint32_t components = call.result.components;
   const bool isUniform = !hasVaryingOptions(call);
@@ -193,14 +203,12 @@ void lookUpAt(const Context* c, ContextHost& h, const Batch& batch, const Textur
   }
 }
 
-}  // namespace
-
-void lookUpTexture(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call) {
+void ShaderTextures::texture(const Batch& all, const TextureCall& call) {
+  const Batch batch = pointsOf(all, call);
   const uint32_t n = batch.points;
-  const ArenaScope memory(h.group->arena());
-  Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
+  const ArenaScope memory(arena_);
   const bool hasSteps = call.dx.components >= 2 && call.dy.components >= 2;
-  for (int k = 0; hasSteps && k < 4; ++k) at.step[k] = c->alloc<float>(n);
+  const Places at(arena_, n, hasSteps);
   const bool isUniform = [&] {
     for (uint32_t k = 0; k < call.options; ++k)
       if (call.tokens[k].varies) return false;
@@ -226,22 +234,20 @@ void lookUpTexture(const Context* c, ContextHost& h, const Batch& batch, const T
     }
     at.radius[i] = size + 0.5f * std::fmax(numberAt(o.blur[0], 0, i), numberAt(o.blur[1], 0, i));
   }
-  lookUpAt(c, h, batch, call, at);
+  lookUp(batch, call, at);
 }
 
-// Latitude and longitude, y up: the picture's middle lies along +z, its left edge is -z seen over +x (OpenImageIO's
-// convention for "latlong" files).
-void lookUpEnvironment(const Context* c, ContextHost& h, const Batch& batch, const TextureCall& call) {
+void ShaderTextures::environment(const Batch& all, const TextureCall& call) {
+  const Batch batch = pointsOf(all, call);
   const uint32_t n = batch.points;
-  const ArenaScope memory(h.group->arena());
-  Places at{c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n), {}};
+  const ArenaScope memory(arena_);
   const auto place = [](float x, float y, float z, float& s, float& t) {
     const float across = std::sqrt(x * x + z * z);
     s = across > 0 ? std::atan2(-x, z) / (2 * kHalfTurn) + 0.5f : 0.5f;
     t = 0.5f - std::atan2(y, across) / kHalfTurn;
   };
   const bool hasSteps = call.dx.components >= 3 && call.dy.components >= 3;
-  for (int k = 0; hasSteps && k < 4; ++k) at.step[k] = c->alloc<float>(n);
+  const Places at(arena_, n, hasSteps);
   const CallOptions o(call, 0);
   for (uint32_t i = 0; i < n; ++i) {
     float r[3], l2 = 0, size = 0;
@@ -281,11 +287,10 @@ void lookUpEnvironment(const Context* c, ContextHost& h, const Batch& batch, con
   }
   wrapped.tokens = tokens;
   wrapped.values = values;
-  lookUpAt(c, h, batch, wrapped, at);
+  lookUp(batch, wrapped, at);
 }
 
-void lookUpVolume(const Context*, ContextHost& h, const Batch& batch, const TextureCall& call) {
-  if (h.group->world().shaders) h.group->world().shaders->refuse(ShaderScene::Volumes);
+void ShaderTextures::volume(const Batch& batch, const TextureCall& call) {
   static const int32_t kRefused = language::internString("files of volumes are not read yet");
   for (uint32_t i = 0; i < (call.result.varies ? batch.points : 1); ++i) {
     if (!batch.isLive(i)) continue;
@@ -297,9 +302,8 @@ void lookUpVolume(const Context*, ContextHost& h, const Batch& batch, const Text
   }
 }
 
-void giveTextureInfo(const Context*, ContextHost& h, const Batch& batch, Span file, Span coordinates, Span name,
-                     Span to, Span found) {
-  TextureSystem& textures = *h.group->world().textures;
+void ShaderTextures::info(const Batch& batch, Span file, Span coordinates, Span name, Span to, Span found) {
+  TextureSystem& textures = *system_;
   int32_t lastFile = -1;
   std::string path;
   const bool isAtlasPlace = coordinates.components >= 2;
