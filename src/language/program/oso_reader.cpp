@@ -381,7 +381,45 @@ class Reader {
       if (owner.type.arrayLength != 0 && symbol.type.arrayLength == owner.type.arrayLength) type.arrayLength = 0;
       structure.fields[size_t(symbol.field)].type = type;
     }
+    orderStructs();
     return true;
+  }
+
+  // Structs behind those that they hold: a file describes the outer one first. One that holds itself keeps its place
+  // behind all others, which invalid() tells.
+  void orderStructs() {
+    std::vector<Structure>& all = shader_.structures;
+    const auto isHeld = [&](const Type& t) {
+      return t.base == Base::Struct && t.structure >= 0 && size_t(t.structure) < all.size();
+    };
+    std::vector<std::vector<size_t>> holders(all.size());
+    std::vector<size_t> waitsFor(all.size(), 0), order;
+    for (size_t i = 0; i < all.size(); ++i)
+      for (const Field& f : all[i].fields)
+        if (isHeld(f.type)) {
+          holders[size_t(f.type.structure)].push_back(i);
+          ++waitsFor[i];
+        }
+    for (size_t i = 0; i < all.size(); ++i)
+      if (waitsFor[i] == 0) order.push_back(i);
+    for (size_t k = 0; k < order.size(); ++k)
+      for (const size_t holder : holders[order[k]])
+        if (--waitsFor[holder] == 0) order.push_back(holder);
+    for (size_t i = 0; i < all.size(); ++i)
+      if (waitsFor[i] > 0) order.push_back(i);
+    std::vector<int32_t> place(all.size());
+    std::vector<Structure> ordered;
+    for (const size_t i : order) {
+      place[i] = int32_t(ordered.size());
+      ordered.push_back(all[i]);
+    }
+    const auto move = [&](Type& t) {
+      if (isHeld(t)) t.structure = place[size_t(t.structure)];
+    };
+    for (Structure& structure : ordered)
+      for (Field& f : structure.fields) move(f.type);
+    for (Symbol& symbol : shader_.symbols) move(symbol.type);
+    all = std::move(ordered);
   }
 
   bool section() {
