@@ -31,6 +31,14 @@ struct Hits {              // by slot, like Rays
   uint32_t* level;         // of resolution
 };
 
+// How the vertex that a ray comes from sent it on, in Group::origin. None of them: a diffuse reflection.
+enum RayOrigin : uint32_t {
+  kFromDiscrete = 1,       // no light sample could have found its direction: mirrors, perfect glass, the camera
+  kFromSpecular = 2,       // by a specular lobe
+  kFromTransmission = 4,   // through the surface
+  kOriginBits = 16         // bits from this one on are the integrator's own
+};
+
 enum class StageKind : uint32_t { CameraPaths, LightPaths, Barrier };
 struct Stage { StageKind kind; uint32_t pathsPerSample; };   // LightPaths: how many a pixel sample; Barrier: 0
 
@@ -48,6 +56,8 @@ struct Group {
   const int32_t* pixel[2];        // raster pixel of the sample
   const float* rayWeight;         // camera's weight of the sample
   void* host;
+  uint32_t* origin;               // by slot: RayOrigin bits of the ray, 0 unless the integrator writes them with each new
+                                  // direction; shaders ask for them by raytype()
 };
 
 // Lights' answer at the points of a context: one light sample a point.

@@ -59,7 +59,7 @@ class PathLoop {
     }
     pdf_ = floats(n);
     state_ = words(n);
-    flags_ = words(n);
+    flags_ = g_->origin;
   }
 
   void run() {
@@ -73,7 +73,7 @@ class PathLoop {
       throughput_[0][i] = throughput_[1][i] = throughput_[2][i] = g_->rayWeight[i < n ? i : n - 1];
       pdf_[i] = 0;
       state_[i] = sv_->paths.start;
-      flags_[i] = kDiscrete;
+      flags_[i] = kFromDiscrete;
     }
     // camera vertex
     sv_->trace(g_, RayKind::Camera, 0, n, live, medium());
@@ -96,7 +96,8 @@ class PathLoop {
   }
 
  private:
-  enum Flags : uint32_t { kDiscrete = 1, kHadDiffuse = 2, kCaustic = 4, kLastSpecular = 8 };
+  // Beside the bits of RayOrigin.
+  enum Flags : uint32_t { kHadDiffuse = 1u << kOriginBits, kCaustic = 2u << kOriginBits };
 
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
@@ -127,12 +128,12 @@ class PathLoop {
       const uint32_t s = h.slot[i];
       if (!o_.allowCaustics && (flags_[s] & kCaustic)) continue;
       float w = 1;
-      if (!(flags_[s] & kDiscrete)) {
+      if (!(flags_[s] & kFromDiscrete)) {
         // power heuristic over all samples of both techniques
         const float r = h.pdf[i] * float(lightParts) / (pdf_[s] * float(bxdfParts));
         w = 1.f / (1.f + r * r);
       }
-      w *= depth == 0 ? 1.f : (flags_[s] & kLastSpecular) ? h.specular[i] : h.diffuse[i];
+      w *= depth == 0 ? 1.f : (flags_[s] & kFromSpecular) ? h.specular[i] : h.diffuse[i];
       w /= float(bxdfParts);
       float v[3];
       for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
@@ -159,7 +160,7 @@ class PathLoop {
       sv_->contribute(g_, &all);
       return;
     }
-    for (const uint32_t kept : {uint32_t(kDiscrete), 0u}) {
+    for (const uint32_t kept : {uint32_t(kFromDiscrete), 0u}) {
       const uint32_t room = padded(all.count + 1);
       Contributions part = all;
       uint32_t *slot = words(room), *light = words(room), m = 0;
@@ -167,7 +168,7 @@ class PathLoop {
       float* value[3];
       for (int c = 0; c < 3; ++c) part.value[c] = value[c] = floats(room);
       for (uint32_t i = 0; i < all.count; ++i) {
-        if ((flags_[all.slot[i]] & kDiscrete) != kept) continue;
+        if ((flags_[all.slot[i]] & kFromDiscrete) != kept) continue;
         for (int c = 0; c < 3; ++c) value[c][m] = all.value[c][i];
         slot[m] = all.slot[i];
         light[m] = all.light[i];
@@ -443,11 +444,13 @@ class PathLoop {
             gather(sv_->paths.next, s.get(state_) * Int<W>(sv_->paths.eventCount) + select(on, event, Int<W>(0)));
         s.put(on, next, state_);
         const Int<W> had = s.get(flags_) & Int<W>(uint32_t(kHadDiffuse));
-        const Int<W> caustic = select(had != Int<W>(0), Int<W>(uint32_t(kDiscrete | kCaustic)), Int<W>(uint32_t(kDiscrete)));
+        const Mask<W> transmits = (fl & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
+        const Int<W> caustic = select(had != Int<W>(0), Int<W>(uint32_t(kFromDiscrete) | uint32_t(kCaustic)), Int<W>(uint32_t(kFromDiscrete)));
         const Int<W> now = had | select(discrete, caustic, Int<W>(uint32_t(kHadDiffuse))) |
-                           select((event & Int<W>(1)) != Int<W>(0), Int<W>(uint32_t(kLastSpecular)), Int<W>(0));
+                           select((event & Int<W>(1)) != Int<W>(0), Int<W>(uint32_t(kFromSpecular)), Int<W>(0)) |
+                           select(transmits, Int<W>(uint32_t(kFromTransmission)), Int<W>(0));
         s.put(on, now, flags_);
-        if (const Mask<W> goesThrough = on & ((fl & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0)); goesThrough.any()) {
+        if (const Mask<W> goesThrough = on & transmits; goesThrough.any()) {
           const Packer<W> pack(goesThrough);
           pack.put(Int<W>::lanes(int32_t(i)), through + throughCount);
           throughCount += uint32_t(pack.count);
@@ -499,7 +502,7 @@ class PathLoop {
       const uint32_t s = live[i];
       for (int c = 0; c < 3; ++c) throughput_[c][s] = firstThroughput_[c][s];
       state_[s] = firstState_[s];
-      flags_[s] = kDiscrete;
+      flags_[s] = kFromDiscrete;
     }
     sv_->restorePaths(g_, first_);
   }

@@ -231,7 +231,8 @@ struct Renderer::Impl {
     sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
     displayFilters.make(Kind::DisplayFilter, scene.displayFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
     record = planRecord(plan.layout);
-    paths = std::make_unique<film::LightPaths>(record.sources, WorldBuilder::lightsNeedSplit(scene), film::LobeNumbers(scene.options));
+    builder.openShaders(scene);
+    paths = std::make_unique<film::LightPaths>(record.sources, builder.needsSplit(scene), film::LobeNumbers(scene.options));
     addUserLobes(*paths, record);
     tellOfPaths();
     makeRatios();

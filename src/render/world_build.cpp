@@ -158,12 +158,6 @@ WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const S
 
 WorldBuilder::~WorldBuilder() { delete[] static_cast<void**>(host_.self); }
 
-bool WorldBuilder::lightsNeedSplit(const scene::Scene& scene) {
-  for (const scene::Light& l : scene.lights)
-    if (l.node && l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
-  return false;
-}
-
 bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   scene::Camera camera;
   if (!scene.cameras.empty()) camera = scene.cameras.front();
@@ -410,7 +404,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
-  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
   tellOfDisplacements(scene, registry_, shaders_, diagnostics_);
 
   // Dice rates: the finest over all placements of a shape. Distances are taken to the camera's position.

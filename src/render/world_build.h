@@ -70,8 +70,11 @@ class WorldBuilder {
   TextureSystem& textures() { return *textures_; }
   const Host& host() const { return host_; }
   uint32_t width() const { return width_; }
-  // True when some light has different factors for diffuse and specular.
-  static bool lightsNeedSplit(const scene::Scene& scene);
+  // Looks the shaders of the scene's materials up; before needsSplit() and buildWorld().
+  void openShaders(const scene::Scene& scene);
+  // Whether diffuse and specular must be told apart at every bounce: some light has different factors for them, or some
+  // shader asks for the type of a ray.
+  bool needsSplit(const scene::Scene& scene) const;
 
  private:
   struct Shape;
@@ -94,6 +97,7 @@ class WorldBuilder {
   Host host_{};
   std::unique_ptr<TextureSystem> textures_;
   shade::ShaderLibrary shaders_;
+  bool asksRayType_ = false;   // some shader does
   CameraState camera_;
   std::unique_ptr<shade::ShadingWorld> shading_;
   double origin_[3] = {0, 0, 0};

@@ -69,6 +69,8 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   group_.rayWeight = weight_;
   linkSet_ = u();
   std::memset(linkSet_, 0, n * sizeof(uint32_t));
+  group_.origin = u();
+  std::memset(group_.origin, 0, n * sizeof(uint32_t));
   const auto zeros = [&] {
     float* x = f();
     std::memset(x, 0, n * sizeof(float));

@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "language/optimise/structure.h"
+#include "language/optimise/walk.h"
 
 namespace kinora::shade {
 
@@ -83,6 +84,11 @@ std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::s
   if (shader) {
     node->shader = std::move(shader);
     describe(*node);
+    const auto look = [&](const language::Instruction& in) {
+      node->asksRayType |= in.opcode == language::Opcode::RayType;
+    };
+    for (const language::Initialiser& i : node->shader->initialisers) language::forEachInstruction(i.code, look);
+    language::forEachInstruction(node->shader->main, look);
   }
   node->descriptor.name = node->texts.emplace_back(node->shader ? node->shader->name : file).c_str();
   return node;

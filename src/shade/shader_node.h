@@ -21,6 +21,7 @@ struct ShaderNode {
   Descriptor descriptor{};
   std::vector<Param> params;                 // of the descriptor; structs have a parameter for each field, "s.field"
   std::vector<language::SymbolId> symbolOf;  // by parameter
+  bool asksRayType = false;                  // calls raytype()
   std::deque<std::string> texts;
   std::deque<std::vector<float>> lists;
 };

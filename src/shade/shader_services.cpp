@@ -27,7 +27,8 @@ struct ShaderServices::Calls {
     if (!c->fn->matrix(c, from, to, &m)) return false;
     const uint32_t n = out.varies ? b.points : 1;
     for (uint32_t k = 0; k < 16; ++k)
-      for (uint32_t i = 0; i < n; ++i) out.set(k, i, m.m[k][m.uniform() ? 0 : b.first + i]);
+      for (uint32_t i = 0; i < n; ++i)
+        if (n == 1 || b.isLive(i)) out.set(k, i, m.m[k][m.uniform() ? 0 : b.first + i]);
     return true;
   }
   static bool spaceToCommon(void* self, const Batch& b, int32_t space, Span out) {
@@ -60,21 +61,30 @@ struct ShaderServices::Calls {
     if (ShaderScene* scene = of(self).host_.group->world().shaders.get()) scene->refuse(ShaderScene::Trace);
   }
 
-  // Integrators say no more of a path than that it is a camera's first hit or a shadow ray.
+  // What a ray is to shaders. Reflections and refractions are those of specular lobes, as lighters use the words.
+  static bool isOfType(RayKind kind, uint32_t origin, std::string_view asked) {
+    if (kind == RayKind::Transmission) return asked == "shadow" || asked == "transmission";
+    if (kind == RayKind::Camera) return asked == "camera";
+    if (!(origin & kFromSpecular)) return asked == "diffuse";
+    if (asked == (origin & kFromTransmission ? "refraction" : "reflection")) return true;
+    return asked == "specular" || asked == (origin & kFromDiscrete ? "singular" : "glossy");
+  }
   static void rayType(void* self, const Batch& batch, Span name, Span result) {
     const Context* c = of(self).context_;
-    const RayKind kind = of(self).host_.rayKind;
-    const bool isCamera = c->traits & kTraitPrimaryHit || (c->traits & kTraitPresenceQuery && kind == RayKind::Camera);
+    const ContextHost& host = of(self).host_;
+    const bool isCamera = c->traits & kTraitPrimaryHit;
+    const uint32_t* origin = host.group->group().origin;
     for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i) {
-      const std::string& asked = language::stringOf(name.integer(0, i));
-      result.set(0, i, int32_t((isCamera && asked == "camera") ||
-                               (kind == RayKind::Transmission && (asked == "shadow" || asked == "transmission"))));
+      if (!batch.isLive(i)) continue;
+      const RayKind kind = isCamera ? RayKind::Camera : host.rayKind;
+      const uint32_t from = origin[c->path[batch.first + i]];
+      result.set(0, i, int32_t(isOfType(kind, from, language::stringOf(name.integer(0, i)))));
     }
   }
   static void backfacing(void* self, const Batch& batch, Span result) {
     const Context* c = of(self).context_;
     for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i)
-      result.set(0, i, int32_t(c->entering[batch.first + i] == 0));
+      if (batch.isLive(i)) result.set(0, i, int32_t(c->entering[batch.first + i] == 0));
   }
   static void message(void* self, language::MessageKind kind, const char* text, uint32_t length, const char*) {
     Diagnostics* d = of(self).host_.group->world().diagnostics;

@@ -188,10 +188,70 @@ TEST_F(ShaderServiceCalls, MessagesRaysAndSurfaces) {
   EXPECT_EQ(middleOf(render), (Rgb{1, 3, 1}));
   EXPECT_EQ(asked("result = color(raytype(\"camera\"), raytype(\"shadow\"), raytype(\"diffuse\"));"), (Rgb{1, 0, 0}));
   EXPECT_NEAR(asked("result = surfacearea();")[0], 4, 1e-5);
+  // asked at some of the points, the others keep what they had
+  EXPECT_EQ(
+      asked("int a = 5, b = 5; if (u > 2) { a = raytype(\"camera\"); b = backfacing(); } result = color(a, b, 1);"),
+      (Rgb{5, 5, 1}));
+  SceneRender halves(requestFor("int a = 5; if (P[0] > 0) a = raytype(\"camera\"); result = a;"));
+  const image::Image picture = halves.channel("Ci");
+  EXPECT_EQ(picture.at(2, 8)[0] + picture.at(13, 8)[0], 6);
   EXPECT_EQ(asked("int n = dict_find(\"<a><b x='2.5'/></a>\", \"//b\"); float x = 0; int found = dict_value(n, "
                   "\"x\", x); result = "
                   "color(n > 0, found, x);"),
             (Rgb{1, 1, 2.5f}));
+}
+
+// What an enclosing sphere says of the rays that reach it from a square in its middle.
+TEST_F(ShaderServiceCalls, RayTypesOfPaths) {
+  const auto shader = [&](const char* type, const std::string& value) {
+    write("asks.osl", "shader asks(output " + std::string(type) + " result = 0) { result = " + value + "; }");
+  };
+  const auto seen = [&](const std::string& material, const std::string& red, const std::string& green,
+                        const std::string& blue) {
+    shader("color", "color(raytype(\"" + red + "\"), raytype(\"" + green + "\"), raytype(\"" + blue + "\"))");
+    RenderRequest request = requestOf("AttributeBegin\nPattern \"asks\" \"n\"\n" + std::string(kShow) +
+                                      "Sphere 10 -10 10 360\nAttributeEnd\n" + material);
+    request.settings.samplesPerPixel = 16;
+    SceneRender render(request);
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    const image::Image picture = render.channel("Ci");
+    Rgb mean{};
+    for (int y = 0; y < 16; ++y)
+      for (int x = 0; x < 16; ++x)
+        for (size_t c = 0; c < 3; ++c) mean[c] += picture.at(x, y)[c] / 256;
+    return mean;
+  };
+  const std::string matte = "Bxdf \"PxrDiffuse\" \"m\" \"color diffuseColor\" [1 1 1]\n";
+  const Rgb diffuse = seen(matte, "diffuse", "reflection", "camera");
+  EXPECT_NEAR(diffuse[0], 1, 1e-5);
+  EXPECT_EQ(diffuse[1] + diffuse[2], 0);
+  EXPECT_EQ(seen(matte, "specular", "glossy", "shadow"), (Rgb{0, 0, 0}));
+  // through one sheet into the glass, where radiance is smaller by the square of the index: 0.96 / 1.5^2
+  const std::string glass = "Bxdf \"PxrGlass\" \"m\" \"float roughness\" ";
+  const Rgb clear = seen(glass + "[0]\n", "reflection", "refraction", "singular");
+  EXPECT_NEAR(clear[0], 0.04f, 0.015f);  // 4,096 samples: sigma is 0.003
+  EXPECT_NEAR(clear[1], 0.96f / 2.25f, 0.007f);
+  EXPECT_NEAR(clear[2], clear[0] + clear[1], 1e-5);
+  EXPECT_EQ(seen(glass + "[0]\n", "glossy", "diffuse", "camera"), (Rgb{0, 0, 0}));
+  const Rgb rough = seen(glass + "[.4]\n", "glossy", "specular", "singular");
+  EXPECT_GT(rough[0], 0.3f);
+  EXPECT_EQ(rough[0], rough[1]);
+  EXPECT_EQ(rough[2], 0);
+  // there for one type of ray only: what only shadow rays see darkens, what others see does not
+  for (const char* type : {"shadow", "transmission", "diffuse", "specular"}) {
+    shader("float", "raytype(\"" + std::string(type) + "\")");
+    RenderRequest request = requestOf(
+        "AttributeBegin\nPattern \"asks\" \"n\"\n"
+        "Bxdf \"PxrDiffuse\" \"m\" \"reference float presence\" [\"n:result\"]\n"
+        "Sphere .5 -.5 .5 360\nAttributeEnd\n" +
+        matte);
+    const std::string dome = "Light \"PxrDomeLight\" \"sky\"";
+    request.rib.replace(request.rib.find(dome), dome.size(), "Light \"PxrDistantLight\" \"sun\"");
+    SceneRender render(request);
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    const bool isShadow = std::string(type) == "shadow" || std::string(type) == "transmission";
+    EXPECT_EQ(middleOf(render)[0] > 0, !isShadow) << type;
+  }
 }
 
 TEST_F(ShaderServiceCalls, WhatIsNotGrantedIsToldOnce) {

@@ -1,0 +1,44 @@
+// What a world's making must know of the shaders in a scene before light paths are planned.
+#include <set>
+
+#include "render/world_build.h"
+
+namespace kinora::render {
+
+void WorldBuilder::openShaders(const scene::Scene& scene) {
+  shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
+  asksRayType_ = false;
+  std::set<const scene::Network*> seen;
+  const auto look = [&](const scene::AttributesPtr& attributes) {
+    if (!attributes || !attributes->bxdf || !seen.insert(attributes->bxdf.get()).second) return;
+    for (const scene::NodePtr& n : attributes->bxdf->patterns) {
+      if (!n || registry_.find(Kind::Pattern, n->plugin, diagnostics_, n->pos)) continue;
+      const std::string name = shade::shaderNameOf(*n);
+      const auto shader = name.empty() ? nullptr : shaders_.find(name, n->pos);
+      asksRayType_ |= shader && shader->asksRayType;
+    }
+  };
+  const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives, const std::vector<scene::Instance>& instances) {
+    const scene::Attributes* last = nullptr;   // most objects share those of the one before
+    for (const auto& p : primitives)
+      if (p->attributes.get() != last) {
+        last = p->attributes.get();
+        look(p->attributes);
+      }
+    for (const scene::Instance& i : instances)
+      if (i.attributes.get() != last) {
+        last = i.attributes.get();
+        look(i.attributes);
+      }
+  };
+  lookAll(scene.primitives, scene.instances);
+  for (const scene::Prototype& p : scene.prototypes) lookAll(p.primitives, p.instances);
+}
+
+bool WorldBuilder::needsSplit(const scene::Scene& scene) const {
+  for (const scene::Light& l : scene.lights)
+    if (l.node && l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
+  return asksRayType_;
+}
+
+}  // namespace kinora::render
