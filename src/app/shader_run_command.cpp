@@ -216,7 +216,7 @@ class Runner {
       const bool isFree = run_.unlocked.count(name) || (!parameter.lockGeometry && !run_.locked.count(name));
       language::PerPoint p;
       p.isVarying = isFree && world_.hasPrimvar(parameter.name, parameter.type);
-      p.isConnected = p.isVarying && job_.userDataIsConnected;
+      p.isConnected = isFree && job_.userDataIsConnected;
       p.isPartial = p.isVarying && world_.isPartial(parameter.name);
       p.hasDerivs = p.isVarying && parameter.type.base == Base::Float && parameter.type.arrayLength == 0;
       return p;

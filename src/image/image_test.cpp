@@ -245,6 +245,8 @@ TEST_F(ImageFile, MissingEmptyAndFolderAreSaid) {
   EXPECT_EQ(read(path("empty.exr"), back).code, "IMAGE-OPEN");
   put(path("text.exr"), "this is no picture at all");
   EXPECT_EQ(read(path("text.exr"), back).code, "IMAGE-OPEN");
+  put(path("cloud.exr"), std::string(" BDV\0\0\0\0", 8) + std::string(300, '\1'));
+  EXPECT_NE(read(path("cloud.exr"), back).what.find("holds volumes (OpenVDB), no picture"), std::string::npos);
 }
 
 TEST_F(ImageFile, UnwritableTargetsGiveAnErrorAndLeaveTheOldFile) {

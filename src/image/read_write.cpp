@@ -92,6 +92,7 @@ Status open(const std::string& path, Image& out, const ReadOptions& options,
     return Status::fail("IMAGE-OPEN", "cannot open " + quoted(path) + ": " + std::strerror(errno));
   if (!S_ISREG(info.st_mode)) return Status::fail("IMAGE-OPEN", quoted(path) + " is not a file");
   if (info.st_size == 0) return Status::fail("IMAGE-OPEN", quoted(path) + " is empty");
+  if (holdsVolumes(path)) return Status::fail("IMAGE-OPEN", quoted(path) + " holds volumes (OpenVDB), no picture");
   input = oiio::ImageInput::open(path);
   if (!input) {
     std::string why = oiio::geterror();

@@ -146,6 +146,7 @@ std::string examine(const std::string& path, FileFacts& facts) {
     const double fileBytes = double(fs::file_size(path, ec));
     if (ec) return "it cannot be read (" + ec.message() + ")";
     if (fileBytes == 0) return "it is empty";
+    if (image::holdsVolumes(path)) return "it holds volumes (OpenVDB), no picture";
     auto input = OIIO::ImageInput::open(path);
     if (!input) {
       std::string why = OIIO::geterror();

@@ -133,6 +133,14 @@ TEST_F(TextureTest, DamagedFilesAreRefusedOrGiveTheMissingColour) {
     EXPECT_EQ(system_.image(path(name), -1, {}), nullptr) << name;
   }
   EXPECT_LT(system_.statistics().cacheBytes, 1u << 24);
+  // the library that reads volumes ends the program at damaged ones: it is not asked, whatever the name says
+  for (const char* name : {"cloud.vdb", "cloud.tif"}) {
+    std::ofstream(path(name), std::ios::binary) << std::string(" BDV\0\0\0\0", 8) << std::string(300, '\1');
+    EXPECT_EQ(system_.handle(path(name), {}), TextureSystem::kNoTexture) << name;
+    EXPECT_EQ(system_.find(path(name)), "") << name;
+    EXPECT_NE(diagnostics_.messages().back().what.find("it holds volumes (OpenVDB), no picture"), std::string::npos)
+        << diagnostics_.messages().back().what;
+  }
 }
 
 TEST_F(TextureTest, TruncatedFilesGiveWhatTheyHold) {

@@ -80,6 +80,12 @@ TEST(ShaderRun, TheWorld) {
   w.write("r.osl", "shader r() { printf(\"%d %d\\n\", raytype(\"camera\"), raytype(\"shadow\")); }");
   EXPECT_EQ(quiet(w, {"r"}).out, "1 0\n");
   EXPECT_EQ(quiet(w, {"--raytype", "shadow", "r"}).out, "0 1\n");
+  // whether a primvar comes is known to no compiler: the option says that it does
+  w.write("c.osl",
+          "shader c(float x = 0 [[ int lockgeom = 0 ]], float y = 0) { printf(\"%d %d\\n\", isconnected(x), "
+          "isconnected(y)); }");
+  EXPECT_EQ(quiet(w, {"c"}).out, "0 0\n");
+  EXPECT_EQ(quiet(w, {"--userdata_isconnected", "c"}).out, "1 0\n");
   w.write("c.osl",
           "shader c() { printf(\"%.4f %d\\n\", luminance(color(1, 0, 0)), transformc(\"ACEScg\", \"RGB\", "
           "color(0.25)) == color(0.25)); }");

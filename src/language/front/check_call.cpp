@@ -268,6 +268,12 @@ Type Checker::call(Expr* e, Type expected) {
       if (rankOf(typeOf(c).base) < rankOf(typeOf(b).base)) best = i;
     }
   }
+  // what a function hides is what its own body means by the name
+  const auto isActive = [&](const Candidate& c) {
+    return c.function && std::find(checking_.begin(), checking_.end(), c.function) != checking_.end();
+  };
+  for (size_t i = 0; i < fitting.size() && isActive(fitting[best]); ++i)
+    if (!isActive(fitting[i]) && sameFormals(fitting[i], fitting[best])) best = i;
   const Candidate chosen = fitting[best];
   if (ties > 1) {
     std::string given, known;
@@ -289,7 +295,7 @@ Type Checker::call(Expr* e, Type expected) {
     messages_.warning(e->pos, what + "taken is " + signatureText(chosen) + "; it may be " + known);
   }
   bind(e, chosen, e->list);
-  if (e->function && std::find(checking_.begin(), checking_.end(), e->function) != checking_.end()) {
+  if (isActive(chosen)) {
     error(e->pos, "function '" + std::string(name) + "' calls itself; recursion is not possible");
     return kPoison;
   }

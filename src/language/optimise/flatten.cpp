@@ -894,7 +894,7 @@ std::string structureKey(const ShaderGroup& group) {
       for (const Symbol& s : layer.shader->symbols)
         if (isParam(s)) {
           const PerPoint p = group.perPoint(layer, s);
-          if (p.isVarying) key += "~" + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
+          if (p.isVarying || p.isConnected) key += (p.isVarying ? "~" : "!") + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
         }
     key += "}";
   }

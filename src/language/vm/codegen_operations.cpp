@@ -341,7 +341,6 @@ CodeGenerator::Operand CodeGenerator::matrixBetween(const Instruction& in, Symbo
   const Register mask = maskOf(region_);
   word(mask != rootMask_);
   if (mask != rootMask_) reference(mask);
-  word(in.opcode != Opcode::GetMatrix);  // tell of unknown spaces
   emit(Scalar::GetMatrix, false);
   if (in.opcode == Opcode::GetMatrix) {
     assign(in, in.arguments[0], found);

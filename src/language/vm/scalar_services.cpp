@@ -46,11 +46,10 @@ struct Joined {
 
 }  // namespace
 
-// site, found, matrix, from, to (plain operands), has a mask, [mask,] whether to tell of unknown spaces
+// site, found, matrix, from, to (plain operands), has a mask, [mask]
 void scalarGetMatrix(const Frame& f, const uint32_t* w) {
   const RendererServices& services = *f.run->services;
   const bool masked = w[9] != 0;
-  const bool tell = w[masked ? 11 : 10] != 0;
   static const int32_t kCommon = internString("common"), kWorld = internString("world");
   float* other[16];
   float* single[16];
@@ -74,7 +73,6 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
   const auto unknown = [&](uint32_t i, int32_t space) {
     setInt(f.cells[w[1]], i, 0);
     identity(out, i);
-    if (!tell) return;
     const Executable& e = *f.run->program;
     tellOnce(f, w[0], i, "Unknown transformation \"" + stringOf(space) + "\": " + placeOf(e, SiteAccess::site(e, w[0])));
   };
