@@ -65,7 +65,7 @@ struct Pictures {
   Diagnostics diagnostics;
   TextureSystem system{diagnostics};
   Arena arena;
-  shade::ShaderTextures calls{&system, arena};
+  shade::ShaderTextures calls{&system, nullptr, arena};
   std::string file;
   int32_t handle = TextureSystem::kNoTexture;
   explicit Pictures(int side) : file(makeTexture(side, false)) {

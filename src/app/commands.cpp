@@ -12,6 +12,7 @@
 #include "app/exit_codes.h"
 #include "render/version.h"
 #include "base/diagnostics.h"
+#include "volume/read_process.h"
 
 namespace kinora::app {
 
@@ -55,6 +56,7 @@ int dispatch(const Arguments& arguments) {
   }
   for (const Command& c : commands())
     if (first == c.name) return c.run({arguments.begin() + 1, arguments.end()});
+  if (first == volume::kReadCommand && arguments.size() == 5) return runReadVolume({arguments.begin() + 1, arguments.end()});
   return runRender(arguments);
 }
 

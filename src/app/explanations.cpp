@@ -75,9 +75,8 @@ constexpr Explanation kRooms[] = {
      "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta where it is "
      "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
     {"SHADER-CALL",
-     "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders trace rays, or "
-     "texture3d(), because files of volumes are not read yet. The call answers as if nothing were there. The message stands "
-     "once for each kind of call."},
+     "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders trace rays. "
+     "The call answers as if nothing were there. The message stands once for each kind of call."},
     {"SHADER-DICTIONARY",
      "dict_find() of a shader was given a text that is no XML or a query that is no XPath; the message says what is wrong. "
      "Nothing is found in it."},
@@ -114,6 +113,14 @@ constexpr Explanation kRooms[] = {
      "A texture file was found but not all of it can be used: it cannot be read, lacks the channels asked for, or "
      "had to "
      "be converted on the fly. The message says what stands in for it."},
+    {"ASSET-VOLUME-MISSING",
+     "A volume file that a shader names in texture3d() is not found beside the scene, on the scene's texture search path, or "
+     "under --search-path texture=DIRS. Lookups give the call's missingcolor, else black. With --strict the exit code is 4."},
+    {"ASSET-VOLUME-READ",
+     "A volume file was found but cannot be used: it is no OpenVDB file, it is damaged, it has no such grid (grids of single "
+     "floats and of triples of them are read, with linear transforms), or it does not fit into memory. Such files are read in a "
+     "process of their own, so that a damaged one cannot end the frame; that process has a limit of time: a minute, and more "
+     "for large files. Lookups give the call's missingcolor, else black. With --strict the exit code is 4."},
     {"ASSET-COLOR-CONFIG",
      "The environment names an OpenColorIO configuration ($OCIO) that is missing, broken, or has no role scene_linear. "
      "Colours are what they are without one: the working space is linear light with the primaries of sRGB and Rec.709, "

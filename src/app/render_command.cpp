@@ -18,6 +18,7 @@
 #include "plugin/registry.h"
 #include "render/renderer.h"
 #include "rib/reader.h"
+#include "volume/read_process.h"
 
 namespace kinora::app {
 
@@ -68,6 +69,7 @@ class RenderRun {
     options_.settings.stop = stopOnSignals();
     options_.settings.snapshotNow = snapshotOnSignal();
     if (options_.maxSeconds >= 0) stopAfter(options_.maxSeconds);
+    options_.settings.volumeReader = volume::thisProgram();
     Memory::setLimit(options_.memoryLimit);
     options_.settings.errorMap = extensionIs(options_.statsFile, ".html");
     // textures and shaders may be named as seen from the scene's own folder

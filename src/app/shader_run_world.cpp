@@ -13,6 +13,7 @@
 #include "language/vm/strings.h"
 #include "shade/shader_textures.h"
 #include "texture/texture_system.h"
+#include "volume/volume_system.h"
 
 namespace kinora::app {
 
@@ -49,7 +50,9 @@ struct ShadeWorld::Impl {
   std::map<std::string, Attribute> attributes;
   std::string rayType;
   mutable Diagnostics diagnostics;
-  mutable TextureSystem textures{diagnostics};  // files are named from the working directory
+  // files are named from the working directory
+  mutable TextureSystem textures{diagnostics};
+  mutable VolumeSystem volumes{diagnostics, volume::thisProgram()};
 
   void addSpace(const char* name, const Matrix& toCommon) {
     spaces[language::internString(name)] = {toCommon, toCommon.inverse()};
@@ -161,7 +164,7 @@ struct ShadeWorld::Slice::Impl {
   std::vector<language::VaryingInput> varying;
 
   Impl(const ShadeWorld::Impl& w, language::Dictionary& dictionary, uint32_t mostPoints)
-      : world(w), most(mostPoints), textures(&w.textures, arena) {
+      : world(w), most(mostPoints), textures(&w.textures, &w.volumes, arena) {
     memory.assign(size_t(Arrays) * ((most + 15) / 16 * 16 + 16), 0.f);
     services.self = this;
     services.dictionary = &dictionary;

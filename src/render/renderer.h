@@ -12,6 +12,7 @@
 #include "base/diagnostics.h"
 #include "render/statistics.h"
 #include "scene/scene.h"
+#include "volume/read_process.h"
 
 namespace kinora {
 class Registry;
@@ -38,6 +39,7 @@ struct Settings {
   bool strict = false;
   std::vector<std::string> texturePath, shaderPath;  // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
+  volume::ReaderProgram volumeReader;                // reads files of volumes; without a command none are
   double snapshotSeconds = 60;                       // 0: never
   bool errorMap = false;                             // measure each pixel's error too, for the statistics
   shade::RayListener* rayListener = nullptr;         // for measurements

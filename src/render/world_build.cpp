@@ -26,6 +26,7 @@
 #include "shade/shader_scene.h"
 #include "simd/dispatch.h"
 #include "texture/texture_system.h"
+#include "volume/volume_system.h"
 
 namespace kinora::render {
 
@@ -150,6 +151,7 @@ WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const S
   width_ = settings.width ? settings.width : bestWidth();
   if (width_ == 16 && !cpuHasAvx512()) width_ = 8;   // sixteen lanes run as two of eight: the same bits
   textures_ = std::make_unique<TextureSystem>(diagnostics);
+  volumes_ = std::make_unique<VolumeSystem>(diagnostics, settings.volumeReader);
   static_assert(sizeof(void*) == 8);
   auto* pointers = new void*[2]{&diagnostics_, textures_.get()};
   host_ = Host{pointers, &hostWarn, &hostImage};
@@ -401,6 +403,7 @@ std::vector<std::string> WorldBuilder::searchPath(const scene::Scene& scene, con
 bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
   textures_->setSearchPath(searchPath(scene, "texture"));
+  volumes_->setSearchPath(searchPath(scene, "texture"));
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);
@@ -554,6 +557,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   w.materials = materials;
   w.width = width_;
   w.textures = textures_.get();
+  w.volumes = volumes_.get();
   w.diagnostics = &diagnostics_;
   w.samples = pmj02Table();
   w.paths = &paths;

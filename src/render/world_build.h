@@ -22,6 +22,7 @@
 
 namespace kinora {
 class TextureSystem;
+class VolumeSystem;
 namespace render {
 
 // A plug-in's data for one node, destroyed with it.
@@ -96,6 +97,7 @@ class WorldBuilder {
   uint32_t width_;
   Host host_{};
   std::unique_ptr<TextureSystem> textures_;
+  std::unique_ptr<VolumeSystem> volumes_;
   shade::ShaderLibrary shaders_;
   bool asksRayType_ = false;   // some shader does
   CameraState camera_;

@@ -35,7 +35,7 @@ void ShadingWorld::fillTables() {
   }
 }
 
-GroupState::GroupState(const ShadingWorld& world) : world_(world), shaderTextures_(world.textures, arena_) {
+GroupState::GroupState(const ShadingWorld& world) : world_(world), shaderTextures_(world.textures, world.volumes, arena_) {
   countOfProgram_.assign(world.materials->programCount() + 1, 0);
   shaderCounts.resize(world.materials->shaderUses().size());
 }

@@ -62,6 +62,7 @@ struct ShadingWorld {
   std::map<std::string, scene::Matrix> spaces;   // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>> primvarWidths;   // name -> components (at most 3), the widest of all objects
   TextureSystem* textures = nullptr;
+  VolumeSystem* volumes = nullptr;
   double worldOrigin[3] = {0, 0, 0};
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;

@@ -13,12 +13,8 @@ ShaderScene::ShaderScene(Diagnostics& diagnostics)
 void ShaderScene::refuse(Refusal what) {
   const uint32_t bit = 1u << what;
   if (told_.load(std::memory_order_relaxed) & bit || told_.fetch_or(bit) & bit) return;
-  if (what == Trace)
-    diagnostics_.warning("SHADER-CALL", {}, "a shader calls trace(), which no integrator grants",
-                         "it hits nothing and returns 0");
-  else
-    diagnostics_.warning("SHADER-CALL", {}, "a shader calls texture3d(), and files of volumes are not read yet",
-                         "it gives its missing colour, else black");
+  diagnostics_.warning("SHADER-CALL", {}, "a shader calls trace(), which no integrator grants",
+                       "it hits nothing and returns 0");
 }
 
 double ShaderScene::areaOf(uint64_t object) const {

@@ -21,7 +21,7 @@ struct ShaderScene {
   scene::ParameterList camera;  // "camera:fov" and its kin
   language::Dictionary dictionary;
   // Says once for all threads what shaders are not given here.
-  enum Refusal : uint32_t { Trace, Volumes, Count };
+  enum Refusal : uint32_t { Trace, Count };
   void refuse(Refusal what);
   // Surface of an object, by instance and geometry; -1: not known yet.
   double areaOf(uint64_t object) const;

@@ -42,7 +42,6 @@ struct ShaderServices::Calls {
     texturesOf(self).texture(b, call);
   }
   static void texture3d(void* self, const Batch& b, const language::TextureCall& call) {
-    if (ShaderScene* scene = of(self).host_.group->world().shaders.get()) scene->refuse(ShaderScene::Volumes);
     texturesOf(self).volume(b, call);
   }
   static void environment(void* self, const Batch& b, const language::TextureCall& call) {

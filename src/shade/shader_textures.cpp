@@ -6,114 +6,14 @@
 #include <string_view>
 
 #include "base/arena.h"
-#include "language/program/program.h"
-#include "language/vm/strings.h"
-#include "texture/texture_system.h"
+#include "shade/texture_call.h"
+#include "volume/volume_system.h"
 
 namespace kinora::shade {
-
-using language::Batch;
-using language::Span;
-using language::TextureCall;
 
 namespace {
 
 constexpr float kHalfTurn = 3.14159265358979f;
-
-float numberAt(const Span& v, uint32_t k, uint32_t i) {
-  return v.components <= k ? 0.f : v.base == uint8_t(language::Base::Int) ? float(v.integer(k, i)) : v.number(k, i);
-}
-std::string_view textAt(const Span& v, uint32_t i) { return language::stringOf(v.integer(0, i)); }
-
-// The options of a call; those of numbers that vary are read at each point, the others hold for a run of points.
-struct CallOptions {
-  TextureOptions plain;
-  TextureSystem::Part part;
-  Span width[2], blur[2];
-  float fill = 0;
-  bool hasFill = false, hasMissing = false;
-
-  static int wrapCode(std::string_view text) {
-    return text == "black" ? 0 : text == "clamp" ? 2 : text == "periodic" ? 3 : text == "mirror" ? 4 : 1;
-  }
-  CallOptions(const TextureCall& call, uint32_t i) {
-    plain.wrapS = plain.wrapT = 0;
-    plain.filter = 2;
-    for (uint32_t k = 0; k < call.options; ++k) {
-      const std::string_view token = textAt(call.tokens[k], i);
-      const Span& v = call.values[k];
-      if (token == "width")
-        width[0] = width[1] = v;
-      else if (token == "swidth")
-        width[0] = v;
-      else if (token == "twidth")
-        width[1] = v;
-      else if (token == "blur")
-        blur[0] = blur[1] = v;
-      else if (token == "sblur")
-        blur[0] = v;
-      else if (token == "tblur")
-        blur[1] = v;
-      else if (token == "wrap")
-        plain.wrapS = plain.wrapT = wrapCode(textAt(v, i));
-      else if (token == "swrap")
-        plain.wrapS = wrapCode(textAt(v, i));
-      else if (token == "twrap")
-        plain.wrapT = wrapCode(textAt(v, i));
-      else if (token == "firstchannel")
-        plain.firstChannel = int(numberAt(v, 0, i));
-      else if (token == "fill")
-        fill = numberAt(v, 0, i), hasFill = true;
-      else if (token == "interp") {
-        const std::string_view how = textAt(v, i);
-        plain.filter = how == "closest" ? 0 : how == "cubic" ? 3 : how == "smartcubic" ? 7 : 2;
-      } else if (token == "subimage") {
-        if (v.base == uint8_t(language::Base::String))
-          part.name = textAt(v, i);
-        else
-          part.number = int(numberAt(v, 0, i));
-      } else if (token == "missingcolor") {
-        for (uint32_t j = 0; j < 3; ++j) plain.missingColor[j] = numberAt(v, v.components >= 3 ? j : 0, i);
-        hasMissing = true;
-      } else if (token == "missingalpha") {
-        plain.missingAlpha = numberAt(v, 0, i);
-      } else if (token == "colorspace") {
-        plain.linearize = textAt(v, i) == "sRGB" ? 1 : 0;
-      }
-    }
-  }
-};
-
-// Whether options differ from point to point, but for widths and blurs, which are each point's own anyway.
-bool hasVaryingOptions(const TextureCall& call) {
-  for (uint32_t k = 0; k < call.options; ++k) {
-    if (call.tokens[k].varies) return true;
-    const std::string_view token = textAt(call.tokens[k], 0);
-    if (call.values[k].varies && !token.ends_with("width") && !token.ends_with("blur")) return true;
-  }
-  return false;
-}
-// Whether points i and j ask with the same ones.
-bool sameOptions(const TextureCall& call, uint32_t i, uint32_t j) {
-  const auto same = [&](const Span& v) {
-    for (uint32_t k = 0; v.varies && k < v.components; ++k)
-      if (v.integer(k, i) != v.integer(k, j)) return false;
-    return true;
-  };
-  for (uint32_t k = 0; k < call.options; ++k) {
-    if (!same(call.tokens[k])) return false;
-    const std::string_view token = textAt(call.tokens[k], i);
-    if (token.ends_with("width") || token.ends_with("blur")) continue;
-    if (!same(call.values[k])) return false;
-  }
-  return true;
-}
-
-// A call whose arguments are the same for all points is answered once.
-Batch pointsOf(const Batch& batch, const TextureCall& call) {
-  const bool varies = call.result.varies || call.alpha.varies || call.error.varies;
-  return varies ? batch : Batch{1, batch.first, nullptr};
-}
 
 }  // namespace
 
@@ -158,7 +58,7 @@ void ShaderTextures::lookUp(const Batch& batch, const TextureCall& call, const P
     uint32_t end = first + 1;
     if (isUniform) end = n;
     while (end < n && (!batch.isLive(end) || sameOptions(call, first, end))) ++end;
-    const CallOptions o(call, first);
+    const TextureCallOptions o(call, first);
     const auto part = [&](float* const from[4], float* to[4]) {
       for (int k = 0; k < 4; ++k) to[k] = from[k] + first;
     };
@@ -214,9 +114,9 @@ void ShaderTextures::texture(const Batch& all, const TextureCall& call) {
       if (call.tokens[k].varies) return false;
     return true;
   }();
-  CallOptions o(call, 0);
+  TextureCallOptions o(call, 0);
   for (uint32_t i = 0; i < n; ++i) {
-    if (!isUniform) o = CallOptions(call, i);
+    if (!isUniform) o = TextureCallOptions(call, i);
     at.s[i] = call.coordinates.number(0, i);
     at.t[i] = call.coordinates.number(1, i);
     // half the longer step across the picture, as footprints of hits are
@@ -248,7 +148,7 @@ void ShaderTextures::environment(const Batch& all, const TextureCall& call) {
   };
   const bool hasSteps = call.dx.components >= 3 && call.dy.components >= 3;
   const Places at(arena_, n, hasSteps);
-  const CallOptions o(call, 0);
+  const TextureCallOptions o(call, 0);
   for (uint32_t i = 0; i < n; ++i) {
     float r[3], l2 = 0, size = 0;
     for (uint32_t k = 0; k < 3; ++k) r[k] = numberAt(call.coordinates, k, i), l2 += r[k] * r[k];
@@ -290,33 +190,36 @@ void ShaderTextures::environment(const Batch& all, const TextureCall& call) {
   lookUp(batch, wrapped, at);
 }
 
-void ShaderTextures::volume(const Batch& batch, const TextureCall& call) {
-  static const int32_t kRefused = language::internString("files of volumes are not read yet");
-  for (uint32_t i = 0; i < (call.result.varies ? batch.points : 1); ++i) {
-    if (!batch.isLive(i)) continue;
-    const CallOptions o(call, i);
-    for (uint32_t k = 0; k < call.result.components; ++k)
-      call.result.set(k, i, o.hasMissing ? o.plain.missingColor[k] : 0.f);
-    if (call.alpha.components) call.alpha.set(0, i, o.hasMissing ? o.plain.missingAlpha : 0.f);
-    if (call.error.components) call.error.set(0, i, kRefused);
-  }
-}
-
 void ShaderTextures::info(const Batch& batch, Span file, Span coordinates, Span name, Span to, Span found) {
   TextureSystem& textures = *system_;
   int32_t lastFile = -1;
   std::string path;
+  bool isVolume = false;
   const bool isAtlasPlace = coordinates.components >= 2;
   for (uint32_t i = 0; i < (found.varies ? batch.points : 1); ++i) {
     if (!batch.isLive(i)) continue;
     if (file.integer(0, i) != lastFile || isAtlasPlace) {
       lastFile = file.integer(0, i);
-      path = textures.find(language::stringOf(lastFile), isAtlasPlace ? coordinates.number(0, i) : 0.f,
-                           isAtlasPlace ? coordinates.number(1, i) : 0.5f);
+      isVolume = volumes_ && !volumes_->find(language::stringOf(lastFile)).empty();
+      if (isVolume)
+        path.clear();
+      else
+        path = textures.find(language::stringOf(lastFile), isAtlasPlace ? coordinates.number(0, i) : 0.f,
+                             isAtlasPlace ? coordinates.number(1, i) : 0.5f);
     }
     const std::string& what = language::stringOf(name.integer(0, i));
     bool has = false;
-    if (what == "exists") {
+    if (isVolume) {
+      float v[3];
+      has = to.base != uint8_t(language::Base::String) && volumeFact(lastFile, what, int(to.components), v);
+      const bool isInt = to.base == uint8_t(language::Base::Int);
+      for (uint32_t k = 0; has && k < to.components; ++k) {
+        if (isInt)
+          to.set(k, i, int32_t(v[k]));
+        else
+          to.set(k, i, v[k]);
+      }
+    } else if (what == "exists") {
       has = to.base == uint8_t(language::Base::Int) && to.components == 1;
       if (has) to.set(0, i, int32_t(!path.empty()));
     } else if (!path.empty()) {

@@ -1,0 +1,81 @@
+#include "volume/volume_system.h"
+
+#include <filesystem>
+
+#include "image/pixels.h"
+
+namespace kinora {
+
+namespace fs = std::filesystem;
+using volume::VoxelGrid;
+
+void VolumeSystem::setSearchPath(std::vector<std::string> directories) {
+  const std::lock_guard lock(mutex_);
+  searchPath_ = std::move(directories);
+}
+
+// Names from other machines are sought by ever shorter tails, as those of textures are.
+std::string VolumeSystem::place(const std::string& file, bool& isExact) const {
+  const auto sought = [&](const std::string& name) -> std::string {
+    std::error_code ec;
+    for (const std::string& directory : searchPath_)
+      if (const fs::path p = fs::path(directory) / name; fs::is_regular_file(p, ec)) return p.string();
+    return fs::is_regular_file(name, ec) ? name : "";
+  };
+  isExact = true;
+  std::string found = sought(file);
+  for (size_t slash = file.find('/'); found.empty() && slash != std::string::npos;
+       slash = file.find('/', slash + 1)) {
+    const std::string tail = file.substr(slash + 1);
+    isExact = false;
+    if (!tail.empty() && tail[0] != '/') found = sought(tail);
+  }
+  return found;
+}
+
+std::string VolumeSystem::find(const std::string& file) const {
+  const std::lock_guard lock(mutex_);
+  bool isExact;
+  const std::string path = file.empty() ? "" : place(file, isExact);
+  return !path.empty() && image::holdsVolumes(path) ? path : "";
+}
+
+const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& which, const std::string& asker) {
+  const std::string named = "volume '" + file + "' of " + asker;
+  bool isExact;
+  const std::string path = place(file, isExact);
+  if (path.empty()) {
+    diagnostics_.warning("ASSET-VOLUME-MISSING", {}, named + " is not there", "lookups give the missing colour",
+                         "check the texture search path");
+    return nullptr;
+  }
+  if (!isExact)
+    diagnostics_.warning("ASSET-VOLUME-MISSING", {}, named + " is not there", "'" + path + "' is used instead");
+  std::string why = "it holds no volumes (OpenVDB)";
+  std::unique_ptr<VoxelGrid> grid;
+  try {
+    if (image::holdsVolumes(path)) grid = volume::readGrid(program_, path, which, why);
+  } catch (const std::exception& e) {
+    grid.reset();
+    why = e.what();
+  }
+  if (!grid) {
+    diagnostics_.warning("ASSET-VOLUME-READ", {}, named + " cannot be used: '" + path + "': " + why,
+                         "lookups give the missing colour");
+    return nullptr;
+  }
+  // one grid may be asked for by name, by number and as the usual one
+  const auto [it, isNew] = held_.try_emplace({path, grid->shape().subimage}, nullptr);
+  if (isNew) it->second = std::move(grid);
+  return it->second.get();
+}
+
+const VoxelGrid* VolumeSystem::grid(const std::string& file, const std::string& which, const std::string& asker) {
+  if (file.empty()) return nullptr;
+  const std::lock_guard lock(mutex_);
+  const auto [it, isNew] = grids_.try_emplace(Key{file, which}, nullptr);
+  if (isNew) it->second = read(file, which, asker);
+  return it->second;
+}
+
+}  // namespace kinora

@@ -1,0 +1,45 @@
+// Grids of volume files by name, for lookups of shaders: read once, kept for life. Called by shade/; knows no scene.
+// Problems go to Diagnostics, once for each file and grid, and nothing throws.
+#pragma once
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "volume/read_process.h"
+#include "volume/voxel_grid.h"
+
+namespace kinora {
+
+// Thread-safe. Who asks for a grid that is being read waits; grids stay valid for the life of the system.
+class VolumeSystem {
+ public:
+  VolumeSystem(Diagnostics& diagnostics, volume::ReaderProgram program)
+      : diagnostics_(diagnostics), program_(std::move(program)) {}
+  VolumeSystem(const VolumeSystem&) = delete;
+  VolumeSystem& operator=(const VolumeSystem&) = delete;
+
+  // Directories for relative names, in order; the working directory comes last.
+  void setSearchPath(std::vector<std::string> directories);
+  // The file that a name stands for; "" when it is not there, or holds no volumes.
+  std::string find(const std::string& file) const;
+  // A grid, named as volume/grid_stream.h says; null after a message. `asker`: "a shader".
+  const volume::VoxelGrid* grid(const std::string& file, const std::string& which, const std::string& asker);
+
+ private:
+  std::string place(const std::string& file, bool& isExact) const;
+  const volume::VoxelGrid* read(const std::string& file, const std::string& which, const std::string& asker);
+
+  Diagnostics& diagnostics_;
+  const volume::ReaderProgram program_;
+  mutable std::mutex mutex_;
+  std::vector<std::string> searchPath_;
+  using Key = std::pair<std::string, std::string>;
+  std::map<Key, const volume::VoxelGrid*> grids_;  // by file and grid as they were asked for
+  std::map<std::pair<std::string, int32_t>, std::unique_ptr<volume::VoxelGrid>> held_;  // by path and number
+};
+
+}  // namespace kinora

@@ -1,0 +1,73 @@
+// The voxels of one grid: bricks of 8 x 8 x 8 in a table over the grid's box, and lookups between them. Made by
+// receiveGrid() of what another process read; read by shade/ on any thread. Voxel centres lie at whole index
+// positions; what no brick holds is 0. A lookup is a function of position and options alone, the same bits wherever
+// it is asked.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/memory.h"
+
+namespace kinora::volume {
+
+enum class VoxelWrap : uint8_t { Black, Clamp, Periodic, Mirror };
+
+struct VoxelLookup {
+  VoxelWrap wrap[3] = {VoxelWrap::Black, VoxelWrap::Black, VoxelWrap::Black};
+  bool isClosest = false;
+  // Sides of the box around the position over which the grid is averaged, in voxels. Two places along each side
+  // longer than a voxel stand for it.
+  float size[3] = {0, 0, 0};
+};
+
+// What a grid is, apart from its voxels.
+struct GridShape {
+  int32_t subimage = 0;          // its number in the file
+  int32_t channels = 1;          // 1 or 3
+  int32_t first[3] = {};         // index of the first voxel of the box
+  int32_t size[3] = {};          // voxels of the box
+  double worldToIndex[16] = {};  // for row vectors, affine
+
+  static constexpr int32_t kSide = 8, kVoxels = kSide * kSide * kSide;
+  // Bricks begin at multiples of 8.
+  int32_t firstBrick(int axis) const { return first[axis] >> 3; }
+  int32_t bricks(int axis) const { return ((first[axis] + size[axis] - 1) >> 3) - firstBrick(axis) + 1; }
+  uint64_t brickCount() const { return uint64_t(bricks(0)) * uint64_t(bricks(1)) * uint64_t(bricks(2)); }
+  // "" or what is not believed of it. Sizes are bounded here: a table of 16 million bricks takes 128 MiB.
+  const char* disbelief() const;
+};
+
+class VoxelGrid {
+ public:
+  // Throws MemoryExceeded or bad_alloc. The shape is one without disbelief().
+  explicit VoxelGrid(const GridShape& shape);
+  const GridShape& shape() const { return shape_; }
+  uint64_t bytes() const { return memory_.bytes(); }
+  // Room for the brick of that number (x fastest), to be filled by the caller: channels of a voxel side by side,
+  // voxels x fastest. Throws as the constructor does.
+  float* addBrick(uint64_t number);
+  // A brick of one value; those of a value in a row share memory.
+  void addConstantBrick(uint64_t number, const float* value);
+
+  void toIndex(const float world[3], double index[3]) const;
+  // Lengths of a step of world space along the axes of the grid, in voxels.
+  void stepToIndex(const float world[3], double index[3]) const;
+  // channels numbers.
+  void lookUp(const double index[3], const VoxelLookup& how, float* out) const;
+
+ private:
+  const float* voxel(const int32_t at[3]) const;
+  void sample(const double place[3], const VoxelLookup& how, float* out) const;
+
+  GridShape shape_;
+  int32_t offset_[3];   // of the box's first voxel in its brick
+  uint64_t stride_[2];  // of the table
+  std::vector<const float*> table_;
+  std::vector<std::unique_ptr<float[]>> slabs_;  // of kSlab bricks
+  uint32_t usedOfSlab_ = 0;
+  const float* lastConstant_ = nullptr;
+  MemoryHold memory_{MemoryUse::Textures};
+};
+
+}  // namespace kinora::volume
