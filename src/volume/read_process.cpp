@@ -144,14 +144,15 @@ std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::str
     return nullptr;
   }
   std::error_code ec;
-  const double seconds = program.seconds + double(std::filesystem::file_size(path, ec)) / 20e6;
+  const double size = double(std::filesystem::file_size(path, ec)), seconds = program.seconds + size / 20e6;
   if (ec) {
     error = "it cannot be read (" + ec.message() + ")";
     return nullptr;
   }
+  // a small file may not fill the machine, however well it is packed
+  const uint64_t most = uint64_t(std::min({double(Memory::left()), double(physicalMemory()), 0x1p30 + 100 * size}));
   std::vector<std::string> words = program.command;
-  words.insert(words.end(), {path, which, std::to_string(std::min(Memory::left(), physicalMemory())),
-                             std::to_string(long(std::min(seconds + 1, 1e6)))});
+  words.insert(words.end(), {path, which, std::to_string(most), std::to_string(long(std::min(seconds + 1, 1e6)))});
   Descriptor in, out;
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) {
@@ -167,7 +168,7 @@ std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::str
   out.close();
   const auto wait = std::chrono::duration<double>(std::min(2 * seconds, 1e6));
   PipeReader pipe(in.number, Clock::now() + std::chrono::duration_cast<Clock::duration>(wait));
-  auto grid = receiveGrid([&](void* to, size_t bytes) { return pipe.read(to, bytes); }, error);
+  auto grid = receiveGrid([&](void* to, size_t bytes) { return pipe.read(to, bytes); }, most, error);
   if (grid || !error.empty()) return grid;
   if (pipe.isLate()) {
     error = "it was not read within " + std::to_string(long(std::min(2 * seconds, 1e6))) + " seconds";

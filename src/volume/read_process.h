@@ -10,6 +10,10 @@
 
 namespace kinora::volume {
 
+// A reader's memory and that of the grid: 1 GiB and a hundred times the file's size, within what the machine has and
+// what
+// --memory-limit leaves.
+//
 // How to start the process that reads. FILE, GRID (grid_stream.h), the bytes it may take and the seconds of computing
 // that it may last follow the command.
 struct ReaderProgram {

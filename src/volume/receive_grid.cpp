@@ -8,7 +8,8 @@ namespace kinora::volume {
 std::string gridByNumber(int number) { return "#" + std::to_string(number); }
 std::string gridByName(const std::string& name) { return "=" + name; }
 
-std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>& read, std::string& error) {
+std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>& read, uint64_t most,
+                                       std::string& error) {
   error.clear();
   std::unique_ptr<VoxelGrid> grid;
   uint64_t records = 0, next = 0;
@@ -48,6 +49,10 @@ std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>&
     const bool isConstant = kind == GridRecord::Constant;
     if ((!isConstant && kind != GridRecord::Brick) || head[1] < next || head[1] >= grid->shape().brickCount())
       return nullptr;
+    if (grid->bytes() > most) {
+      error = "its voxels take more memory (" + asBinaryBytes(most) + ") than is given to a file of its size";
+      return nullptr;
+    }
     next = head[1] + uint64_t(1);
     ++records;
     error.clear();

@@ -71,10 +71,13 @@ bool namesFrustum(const std::string& path) {
   return false;
 }
 
+constexpr const char* kTooLarge = "reading it takes more memory than there is";
+
 // "Could not open 'FILE': WHY" -> "WHY"
 std::string reasonOf(std::string text) {
   if (const size_t line = text.find('\n'); line != std::string::npos) text.resize(line);
   if (const size_t colon = text.rfind("': "); colon != std::string::npos) text.erase(0, colon + 3);
+  if (text.find("bad_alloc") != std::string::npos) return kTooLarge;
   return text.empty() ? "its reader gives no reason" : text;
 }
 
@@ -174,7 +177,7 @@ bool sendGrid(const std::string& path, const std::string& which, int descriptor)
     ::setenv("OPENVDB_DISABLE_DELAYED_LOAD", "1", 1);
     why = send(path, which, writer);
   } catch (const std::bad_alloc&) {
-    why = "it takes more memory than there is for reading it";
+    why = kTooLarge;
   } catch (const std::exception& e) {
     why = reasonOf(e.what());
   }

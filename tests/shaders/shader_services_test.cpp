@@ -259,11 +259,6 @@ TEST_F(ShaderServiceCalls, WhatIsNotGrantedIsToldOnce) {
   EXPECT_EQ(traced.messages().size(), 1u);
   EXPECT_EQ(told(traced, "SHADER-CALL"), 1u);
   EXPECT_EQ(middleOf(traced), (Rgb{.5f, 0, 0}));
-  SceneRender volume(
-      requestFor("string why = \"\"; result = texture3d(\"cloud.vdb\", P, \"missingcolor\", color(.25), "
-                 "\"errormessage\", why); if (why == \"\") result = 9;"));
-  EXPECT_EQ(told(volume, "SHADER-CALL"), 1u);
-  EXPECT_EQ(middleOf(volume), (Rgb{.25f, .25f, .25f}));
   SceneRender cloud(requestFor("int i[2]; result = pointcloud_search(\"c\", P, 1, 2, \"index\", i);"));
   ASSERT_FALSE(cloud.messages().empty());
   EXPECT_NE(cloud.messages()[0].find("pointcloud_search"), std::string::npos) << cloud.messages()[0];

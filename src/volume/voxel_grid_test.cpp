@@ -1,0 +1,171 @@
+// Proves: lookups of a grid give the closed forms of a linear field and of single voxels, at voxels, between them and
+// outside for each wrap, over bricks that begin below zero; footprints; shapes that are not believed.
+#include "volume/voxel_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace kinora::volume {
+namespace {
+
+// x + 10 y + 100 z of the place in the box, and its negative in a second channel and 1 in the third.
+std::unique_ptr<VoxelGrid> linearGrid(int channels, std::array<int, 3> first, std::array<int, 3> size) {
+  GridShape shape;
+  shape.channels = channels;
+  for (int k = 0; k < 3; ++k) {
+    shape.first[k] = first[size_t(k)];
+    shape.size[k] = size[size_t(k)];
+    shape.worldToIndex[5 * k] = 2;
+  }
+  shape.worldToIndex[12] = -2, shape.worldToIndex[13] = -4, shape.worldToIndex[14] = -6, shape.worldToIndex[15] = 1;
+  EXPECT_EQ(shape.disbelief(), nullptr);
+  auto grid = std::make_unique<VoxelGrid>(shape);
+  uint64_t number = 0;
+  for (int bz = 0; bz < shape.bricks(2); ++bz)
+    for (int by = 0; by < shape.bricks(1); ++by)
+      for (int bx = 0; bx < shape.bricks(0); ++bx) {
+        float* to = grid->addBrick(number++);
+        const int corner[3] = {(shape.firstBrick(0) + bx) * 8, (shape.firstBrick(1) + by) * 8,
+                               (shape.firstBrick(2) + bz) * 8};
+        for (int i = 0; i < GridShape::kVoxels; ++i) {
+          const float v = float(corner[0] + i % 8 - first[0] + 10 * (corner[1] + i / 8 % 8 - first[1]) +
+                                100 * (corner[2] + i / 64 - first[2]));
+          *to++ = v;
+          if (channels == 3) *to++ = -v, *to++ = 1;
+        }
+      }
+  return grid;
+}
+float valueAt(const VoxelGrid& grid, double x, double y, double z, const VoxelLookup& how = {}) {
+  const double index[3] = {grid.shape().first[0] + x, grid.shape().first[1] + y, grid.shape().first[2] + z};
+  float v[3] = {};
+  grid.lookUp(index, how, v);
+  return v[0];
+}
+
+TEST(VoxelGrid, ALinearFieldIsExact) {
+  for (const auto& first : {std::array{0, 0, 0}, std::array{-3, 5, 9}, std::array{-17, -8, -1}}) {
+    const auto grid = linearGrid(1, first, {20, 9, 6});
+    for (double z : {0., 1., 2.5, 4.25})
+      for (double y : {0., 3.5, 7.75, 8.})
+        for (double x : {0., 2.25, 7.5, 15.125, 19.})
+          EXPECT_EQ(valueAt(*grid, x, y, z), float(x + 10 * y + 100 * z)) << x << ' ' << y << ' ' << z;
+    VoxelLookup closest;
+    closest.isClosest = true;
+    EXPECT_EQ(valueAt(*grid, 2.25, 3.75, 0.4, closest), 42.f);
+  }
+  const auto colour = linearGrid(3, {-3, 5, 9}, {20, 9, 6});
+  const double index[3] = {-3 + 2.5, 5 + 1, 9 + 0.5};
+  float v[3];
+  colour->lookUp(index, {}, v);
+  EXPECT_EQ(v[0], 62.5f);
+  EXPECT_EQ(v[1], -62.5f);
+  EXPECT_EQ(v[2], 1.f);
+}
+
+TEST(VoxelGrid, WorldBecomesIndex) {
+  const auto grid = linearGrid(1, {0, 0, 0}, {8, 6, 4});
+  const float world[3] = {2, 3, 3.5f}, step[3] = {0.5f, 0, 0.25f};
+  double index[3];
+  grid->toIndex(world, index);
+  EXPECT_EQ(index[0], 2);
+  EXPECT_EQ(index[1], 2);
+  EXPECT_EQ(index[2], 1);
+  grid->stepToIndex(step, index);
+  EXPECT_EQ(index[0], 1);
+  EXPECT_EQ(index[1], 0);
+  EXPECT_EQ(index[2], 0.5);
+}
+
+TEST(VoxelGrid, Wraps) {
+  const auto grid = linearGrid(1, {-3, 5, 9}, {20, 9, 6});
+  const auto along = [&](VoxelWrap wrap, double x, bool isClosest = false) {
+    VoxelLookup how;
+    how.wrap[0] = wrap;
+    how.isClosest = isClosest;
+    return valueAt(*grid, x, 1, 0, how) - (wrap == VoxelWrap::Black ? 0 : 10);
+  };
+  // black: half of the last voxel's value half a voxel outside
+  EXPECT_EQ(along(VoxelWrap::Black, 19.5), 14.5f);
+  EXPECT_EQ(along(VoxelWrap::Black, -0.75), 2.5f);
+  EXPECT_EQ(along(VoxelWrap::Black, 20), 0.f);
+  EXPECT_EQ(along(VoxelWrap::Black, -1), 0.f);
+  EXPECT_EQ(along(VoxelWrap::Black, 19.25, true), 29.f);
+  EXPECT_EQ(along(VoxelWrap::Black, 19.75, true), 0.f);
+  EXPECT_EQ(along(VoxelWrap::Clamp, 25), 19.f);
+  EXPECT_EQ(along(VoxelWrap::Clamp, -5), 0.f);
+  EXPECT_EQ(along(VoxelWrap::Periodic, 23), 3.f);
+  EXPECT_EQ(along(VoxelWrap::Periodic, -17.5), 2.5f);
+  EXPECT_EQ(along(VoxelWrap::Periodic, 19.75), 4.75f);  // between the last voxel and the first
+  EXPECT_EQ(along(VoxelWrap::Periodic, -0.25), 4.75f);
+  EXPECT_EQ(along(VoxelWrap::Mirror, 19.5), 19.f);
+  EXPECT_EQ(along(VoxelWrap::Mirror, 22), 17.f);
+  EXPECT_EQ(along(VoxelWrap::Mirror, -0.25), 0.f);
+  EXPECT_EQ(along(VoxelWrap::Mirror, -3.5), 2.5f);
+  EXPECT_EQ(along(VoxelWrap::Mirror, 45), 5.f);
+  // one axis alone
+  VoxelLookup how;
+  how.wrap[2] = VoxelWrap::Clamp;
+  EXPECT_EQ(valueAt(*grid, 1, 1, 50, how), 511.f);
+  EXPECT_EQ(valueAt(*grid, 1, 50, 1, how), 0.f);
+  for (VoxelWrap wrap : {VoxelWrap::Black, VoxelWrap::Clamp, VoxelWrap::Periodic, VoxelWrap::Mirror})
+    for (double x : {1e300, -1e300, 1e14, -1e14, double(NAN), double(INFINITY)}) {
+      const float v = along(wrap, x) + (wrap == VoxelWrap::Black ? 0 : 10);
+      EXPECT_TRUE(v >= 0 && v <= 29) << x;
+    }
+}
+
+TEST(VoxelGrid, BricksThatAreNotThereAreBlackAndConstantOnesShareMemory) {
+  GridShape shape;
+  shape.size[0] = 800, shape.size[1] = 8, shape.size[2] = 8;
+  for (int k = 0; k < 4; ++k) shape.worldToIndex[5 * k] = 1;
+  VoxelGrid grid(shape);
+  const uint64_t empty = grid.bytes();
+  const float two = 2;
+  for (uint64_t k = 1; k < 100; ++k) grid.addConstantBrick(k, &two);
+  EXPECT_LT(grid.bytes() - empty, 33u * 2048);
+  EXPECT_EQ(valueAt(grid, 3, 3, 3), 0.f);
+  EXPECT_EQ(valueAt(grid, 7.25, 3, 3), 0.5f);
+  EXPECT_EQ(valueAt(grid, 795.5, 3, 3.5), 2.f);
+}
+
+// Eight places stand for a box: a linear field keeps its value, a step becomes wider by the box.
+TEST(VoxelGrid, FootprintsAreAveraged) {
+  const auto grid = linearGrid(1, {0, 0, 0}, {20, 9, 6});
+  VoxelLookup how;
+  how.size[0] = 4, how.size[1] = 0.5f, how.size[2] = 2;
+  EXPECT_EQ(valueAt(*grid, 8.25, 4, 2.5, how), 298.25f);
+  // at the edge half of the places along x see nothing, the others lie a voxel inside
+  EXPECT_EQ(valueAt(*grid, -0.001, 4, 2.5, how), float((0.999 + 40 + 250) / 2));
+  how.isClosest = true;
+  EXPECT_EQ(valueAt(*grid, 8.25, 4, 2.5, how), 348.f);
+  how.isClosest = false;
+  how.size[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(valueAt(*grid, 8.25, 4, 2.5, how), 298.25f);
+}
+
+TEST(VoxelGrid, ShapesThatAreNotBelieved) {
+  GridShape good;
+  good.size[0] = good.size[1] = good.size[2] = 8;
+  for (int k = 0; k < 4; ++k) good.worldToIndex[5 * k] = 1;
+  ASSERT_EQ(good.disbelief(), nullptr);
+  const auto spoiled = [&](auto&& change) {
+    GridShape shape = good;
+    change(shape);
+    return shape.disbelief() != nullptr;
+  };
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.channels = 2; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.channels = -1; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.size[1] = 0; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.size[1] = INT32_MIN; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.size[2] = INT32_MAX; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.size[0] = s.size[1] = s.size[2] = 1 << 20; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.first[0] = INT32_MIN; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.worldToIndex[4] = NAN; }));
+  EXPECT_TRUE(spoiled([](GridShape& s) { s.worldToIndex[3] = 1; }));
+}
+
+}  // namespace
+}  // namespace kinora::volume
