@@ -71,6 +71,7 @@ bool namesFrustum(const std::string& path) {
   return false;
 }
 
+constexpr const char* kNoGrid = "it holds no grid of single floats or triples of them";
 constexpr const char* kTooLarge = "reading it takes more memory than there is";
 
 // "Could not open 'FILE': WHY" -> "WHY"
@@ -97,7 +98,7 @@ int find(OIIO::ImageInput& input, const std::string& which, std::string& error) 
     if (names.size() < 200) names += (count ? ", '" : "'") + name + "'";
   }
   if (count == 0) {
-    error = "it holds no grid of single floats or triples of them";
+    error = kNoGrid;
     return -1;
   }
   if (byName >= 0) return byName;
@@ -119,7 +120,10 @@ std::string send(const std::string& path, const std::string& which, GridWriter& 
   if (!input) return "OpenImageIO was built without OpenVDB";
   OIIO::ImageSpec opened;
   if (namesFrustum(path)) return "its grids lie in the frustum of a camera, which is not read";
-  if (!input->open(path, opened)) return reasonOf(input->geterror());
+  if (!input->open(path, opened)) {
+    const std::string error = input->geterror();
+    return error.empty() ? kNoGrid : reasonOf(error);
+  }
   std::string error;
   const int number = find(*input, which, error);
   if (number < 0) return error;

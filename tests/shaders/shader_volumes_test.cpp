@@ -178,7 +178,7 @@ TEST_F(ShaderVolumes, AlteredFilesGiveAGridOrAReason) {
   for (int k = 0; k < 40; ++k) {
     std::string bytes = good;
     for (uint32_t n = 1u << random() % 3; n > 0; --n) {
-      const uint32_t to[3] = {0, 255, random()};
+      const uint32_t to[3] = {0, 255, uint32_t(random())};
       bytes[random() % bytes.size()] = char(to[random() % 3]);
     }
     write("altered.vdb", bytes);
