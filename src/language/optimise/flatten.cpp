@@ -240,11 +240,12 @@ class Flattener {
     const Shader& a = *group_.layers[size_t(link.fromLayer)].shader;
     const Shader& b = *group_.layers[size_t(link.toLayer)].shader;
     Type from = a.symbols[size_t(link.from)].type, to = b.symbols[size_t(link.to)].type;
-    const auto refuse = [&] {
-      errors_ += "ConnectShaders: cannot connect a " + spelled(link.fromLayer, link.from) + " to a " + spelled(link.toLayer, link.to) + "\n        group: " + flat_.group + "\n";
+    const auto refuse = [&](const char* why = "") {
+      errors_ += "ConnectShaders: cannot connect a " + spelled(link.fromLayer, link.from) + " to a " + spelled(link.toLayer, link.to) + why + "\n        group: " + flat_.group + "\n";
     };
     for (const Metadata& meta : b.symbols[size_t(link.to)].metadata)
-      if (meta.name == "allowconnect" && !meta.values.ints.empty() && meta.values.ints[0] == 0) return refuse();
+      if (meta.name == "allowconnect" && !meta.values.ints.empty() && meta.values.ints[0] == 0)
+        return refuse(": its metadata has allowconnect = 0");
     if (from.base == Base::Struct || to.base == Base::Struct) {
       if (from.base != to.base || from.arrayLength != to.arrayLength || !connectFields(link, a, b)) refuse();
       return;
@@ -361,6 +362,14 @@ class Flattener {
     const size_t n = setting ? elementsIn(setting->type, setting->values) : elementsIn(type, s.values);
     type.arrayLength = int32_t(std::clamp<size_t>(n, 1, size_t(kMostElements)));
     return type;
+  }
+
+  // An array whose default is {} and that is given nothing: one element of zero stands for what is never there.
+  bool hasNoElements(int32_t layer, SymbolId id) const {
+    const Layer& l = group_.layers[size_t(layer)];
+    const Symbol& s = l.shader->symbols[size_t(id)];
+    const bool isLinked = std::any_of(links_.begin(), links_.end(), [&](const Link& link) { return link.toLayer == layer && link.to == id; });
+    return s.type.arrayLength < 0 && componentsOf(s.type.base) && !isLinked && !settingOf(l, s.name) && elementsIn(s.type, s.values) == 0;
   }
 
   // The layer's symbols and the code that sets its parameters up.
@@ -561,7 +570,8 @@ class Flattener {
       }
       if (in.opcode == Opcode::ArrayLength && in.arguments.size() == 2) {
         made.opcode = Opcode::Assign;
-        made.arguments = {map[size_t(in.arguments[0])], intConstant(std::max(1, flat_.code.symbols[size_t(map[size_t(in.arguments[1])])].type.arrayLength))};
+        const int32_t length = hasNoElements(layer, in.arguments[1]) ? 0 : std::max(1, flat_.code.symbols[size_t(map[size_t(in.arguments[1])])].type.arrayLength);
+        made.arguments = {map[size_t(in.arguments[0])], intConstant(length)};
         out.code.push_back(std::move(made));
         continue;
       }
