@@ -114,8 +114,4 @@ class ShadeWorld {
   std::unique_ptr<Impl> impl_;
 };
 
-// A value given to whoever asks, in the type asked for; false where the types do not go together (osl-numerics,
-// section 11: int to float-based; float to int, triple, float[2], float[4]; float[3] and triple; float[2] to triple).
-bool giveAttribute(const language::Type& type, const language::Values& values, language::Span to, uint32_t point);
-
 }  // namespace kinora::app

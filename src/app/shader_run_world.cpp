@@ -41,6 +41,12 @@ struct Attribute {
   Values values;
 };
 
+language::GivenValue givenOf(const Type& type, const Values& v) {
+  if (type.base == Base::String) return {nullptr, nullptr, v.strings.data(), v.strings.size()};
+  if (type.base == Base::Int) return {nullptr, v.ints.data(), nullptr, v.ints.size()};
+  return {v.floats.data(), nullptr, nullptr, v.floats.size()};
+}
+
 }  // namespace
 
 struct ShadeWorld::Impl {
@@ -94,40 +100,6 @@ struct ShadeWorld::Impl {
     floats("camera:shutter_close", {1});
   }
 };
-
-bool giveAttribute(const Type& type, const Values& values, Span to, uint32_t point) {
-  const Base base = Base(to.base);
-  if (type.base == Base::String || base == Base::String) {
-    if (type.base != base || values.strings.size() != to.components) return false;
-    for (uint32_t k = 0; k < to.components; ++k) to.set(k, point, language::internString(values.strings[k]));
-    return true;
-  }
-  const bool isInt = type.base == Base::Int;
-  const size_t n = isInt ? values.ints.size() : values.floats.size();
-  const auto put = [&](uint32_t k, size_t from) {
-    const float f = isInt ? float(values.ints[from]) : values.floats[from];
-    if (base == Base::Int)
-      to.set(k, point, isInt ? values.ints[from] : f >= 2147483648.f || f < -2147483648.f ? INT32_MIN : int32_t(f));
-    else
-      to.set(k, point, f);
-  };
-  if (n == 1 && base == Base::Matrix) {
-    for (uint32_t k = 0; k < 16; ++k) to.set(k, point, 0.f);
-    for (uint32_t k = 0; k < 16; k += 5) put(k, 0);
-    return true;
-  }
-  const bool fits = n == 1               ? to.components == 1 || base != Base::Int
-                    : n == to.components ? isInt || base != Base::Int
-                                         : n == 2 && to.components == 3 && language::isTriple(base);
-  if (n == 0 || !fits) return false;
-  for (uint32_t k = 0; k < to.components; ++k) {
-    if (n == 2 && k == 2 && to.components == 3)
-      to.set(k, point, 0.f);
-    else
-      put(k, n == 1 ? 0 : k);
-  }
-  return true;
-}
 
 ShadeWorld::ShadeWorld(const RunJob& job, std::vector<NamedValue> userData) : impl_(std::make_unique<Impl>(job)) {
   impl_->userData = std::move(userData);
@@ -273,7 +245,7 @@ struct ShadeWorld::Slice::Impl {
       } else if (owner.empty() && !index.components) {
         isThere = primvar(asked, b.first + i, answer, nullptr);
       }
-      found.set(0, i, int32_t(isThere && giveAttribute(answer.type, answer.values, to, i)));
+      found.set(0, i, int32_t(isThere && language::giveValue(givenOf(answer.type, answer.values), to, i)));
     }
   }
 
@@ -388,11 +360,11 @@ const language::VaryingInput* ShadeWorld::Slice::inputs(const language::Executab
     for (uint32_t i = 0; i < s.padded; ++i) {
       Attribute found;
       float d[1][2] = {{0, 0}};
-      if (s.primvar(input.parameter, i, found, d) && giveAttribute(found.type, found.values, span, i)) {
+      if (s.primvar(input.parameter, i, found, d) && language::giveValue(givenOf(found.type, found.values), span, i)) {
         memory[components * room + i] = d[0][0];
         memory[2 * components * room + i] = d[0][1];
       } else {
-        giveAttribute(input.type, otherwise, span, i);
+        language::giveValue(givenOf(input.type, otherwise), span, i);
       }
     }
   }

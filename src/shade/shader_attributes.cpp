@@ -16,20 +16,8 @@ using language::Span;
 
 namespace {
 
-// `n` numbers as the destination takes them: the same count, one for all, two for a triple (z is 0).
 bool giveNumbers(const float* v, uint32_t n, const Span& to, uint32_t i) {
-  if (to.base == uint8_t(language::Base::String) || n == 0) return false;
-  const bool isTriple = language::isTriple(language::Base(to.base));
-  if (n != to.components && !(n == 1 && to.components <= 4) && !(n == 2 && to.components == 3 && isTriple))
-    return false;
-  for (uint32_t k = 0; k < to.components; ++k) {
-    const float x = n == 1 ? v[0] : k < n ? v[k] : 0.f;
-    if (to.base == uint8_t(language::Base::Int))
-      to.set(k, i, x >= -2147483648.f && x < 2147483648.f ? int32_t(x) : 0);
-    else
-      to.set(k, i, x);
-  }
-  return true;
+  return language::giveValue({v, nullptr, nullptr, n}, to, i);
 }
 
 // An attribute, or with an index one of its elements.
@@ -41,20 +29,15 @@ bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uin
     if (first + per > n) return false;
     n = per;
   }
-  if (!p.strings.empty()) {
-    if (to.base != uint8_t(language::Base::String) || n != to.components) return false;
-    for (uint32_t k = 0; k < to.components; ++k) to.set(k, i, language::internString(p.strings[first + k]));
-    return true;
-  }
-  if (p.ints.empty()) return giveNumbers(p.floats.data() + first, uint32_t(n), to, i);
-  if (to.base == uint8_t(language::Base::Int) && n == to.components) {
-    for (uint32_t k = 0; k < to.components; ++k) to.set(k, i, int32_t(p.ints[first + k]));
-    return true;
-  }
-  float v[16];
-  if (n > 16) return false;
-  for (size_t k = 0; k < n; ++k) v[k] = float(p.ints[first + k]);
-  return giveNumbers(v, uint32_t(n), to, i);
+  language::GivenValue value;
+  value.count = n;
+  if (!p.strings.empty())
+    value.strings = p.strings.data() + first;
+  else if (!p.ints.empty())
+    value.ints = p.ints.data() + first;
+  else
+    value.floats = p.floats.data() + first;
+  return language::giveValue(value, to, i);
 }
 
 bool givePrimvar(const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to,

@@ -80,7 +80,10 @@ bool Checker::fits(Expr* list, const Type& type) const {
       if (!elementFits(list->list[i], fields[i].type)) return false;
     return true;
   }
-  if (isTriple(type.base)) return list->list.size() == 3 || list->list.size() == 1 || list->list.size() == 4;
+  if (isTriple(type.base)) {
+    const bool hasSpace = list->list.size() == 4 && list->list[0]->type.base == Base::String;
+    return list->list.size() == 3 || list->list.size() == 1 || hasSpace;
+  }
   if (type.base == Base::Matrix) return list->list.size() == 16 || list->list.size() == 1;
   return list->list.size() == 1;
 }

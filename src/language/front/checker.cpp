@@ -287,6 +287,12 @@ void Checker::initialise(Var* v) {
   if (v->init->kind == ExprKind::Comma && v->init->isParenthesised)
     messages_.warning(v->init->pos, "a comma in parentheses gives the last value alone; " + text(v->type) +
                                         "(...) or {...} is meant?");
+  // an array that has as many elements as it is given, and none otherwise
+  if (v->kind == VarKind::Parameter && v->type.arrayLength < 0 && componentsOf(v->type.base) != 0 &&
+      v->init->kind == ExprKind::List && v->init->list.empty()) {
+    v->init->type = v->type;
+    return;
+  }
   const Type t = checkAs(v->init, v->type, "initialise");
   if (v->type.arrayLength < 0 && v->kind == VarKind::Local && !isPoison(t)) v->type.arrayLength = t.arrayLength;
 }

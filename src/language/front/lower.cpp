@@ -163,6 +163,9 @@ void Lowerer::parameter(Var* v, SymbolId id, const Type& type, Expr* init) {
       const SymbolId field = fieldOf(id, int32_t(i));
       parameter(v, field, Type(typeOf(field)), init->list[i]);
     }
+    // what the list leaves out is zero
+    for (auto s = size_t(fieldOf(id, int32_t(init->list.size()))); s < size_t(id) + sizeOf(type); ++s)
+      if (componentsOf(out_.symbols[s].type.base)) out_.symbols[s].values = zeros(out_.symbols[s].type);
     return;
   }
   if (type.base == Base::Struct) return initialiser(v, id, type, init, {});

@@ -410,6 +410,18 @@ void Lowerer::fillList(Expr* e, SymbolId into) {
     const SymbolId field = fieldOf(into, int32_t(i));
     assign(field, x->kind == ExprKind::List ? list(x, field) : value(x), x->pos);
   }
+  if (type.arrayLength == 0) {
+    // what the list leaves out is zero
+    const SymbolId end = into + SymbolId(sizeOf(type));
+    for (SymbolId s = fieldOf(into, int32_t(e->list.size())); s < end; ++s) {
+      const Type t = typeOf(s);
+      if (t.base == Base::Struct) continue;
+      const SymbolId zero = t.base == Base::Closure ? constant(0) : constant(t, zeros(t));
+      if (t.base != Base::Closure || t.arrayLength == 0)
+        emit(t.arrayLength ? Opcode::ArrayCopy : Opcode::Assign, {s, zero}, e->pos);
+    }
+    return;
+  }
   if (type.base == Base::Struct || int32_t(e->list.size()) >= type.arrayLength) return;
   Values zero = zeros({type.base, 0, -1});
   const SymbolId rest = type.base == Base::Closure ? constant(0) : constant({type.base, 0, -1}, std::move(zero));

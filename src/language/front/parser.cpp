@@ -198,7 +198,7 @@ std::vector<Var*> Parser::formals(bool isShader) {
     return list;
   }
   do {
-    if (isShader && is(Punct::RParen)) break;  // a comma after the last
+    if (is(Punct::RParen) && !list.empty()) break;  // a comma after the last
     auto* v = pool_.make<Var>();
     v->isOutput = take(Keyword::k_output);
     if (!startsDeclaration()) wrong(peek(), "expected a parameter, found " + found());

@@ -1,120 +1,16 @@
 #include <algorithm>
-#include <cstring>
 #include <unordered_map>
 
 #include "language/optimise/group.h"
 #include "language/optimise/optimise.h"
+#include "language/optimise/settings.h"
 #include "language/optimise/walk.h"
 
 namespace kinora::language {
 
-struct ConstantPool::Map {
-  std::unordered_map<std::string, SymbolId> byText;
-};
-
 namespace {
 
 constexpr size_t kMostLayers = 4096;
-
-std::string keyOf(const Type& type, const Values& values) {
-  std::string key = nameOf(type) + "|";
-  const auto add = [&](const void* data, size_t bytes) { key.append(static_cast<const char*>(data), bytes); };
-  add(values.ints.data(), values.ints.size() * 4);
-  add(values.floats.data(), values.floats.size() * 4);
-  for (const std::string& s : values.strings) key += std::to_string(s.size()) + ":" + s;
-  return key;
-}
-
-size_t countOf(const Type& type) { return size_t(componentsOf(type.base)) * size_t(std::max(1, type.arrayLength)); }
-size_t elementsIn(const Type& type, const Values& values) {
-  const size_t per = std::max<size_t>(1, size_t(componentsOf(type.base)));
-  const size_t n = type.base == Base::String ? values.strings.size() : type.base == Base::Int ? values.ints.size() : values.floats.size();
-  return n / per;
-}
-
-// `values` of type `from` as `to`; false when an instance value of that type may not be given.
-bool convertSetting(const Type& from, const Values& values, const Type& to, Values& out) {
-  out = Values();
-  const size_t n = countOf(to);
-  if (to.base == Base::String) {
-    if (from.base != Base::String) return false;
-    out.strings = values.strings;
-    if (out.strings.size() != n) return false;
-    return true;
-  }
-  if (to.base == Base::Int) {
-    if (from.base != Base::Int) return false;
-    out.ints = values.ints;
-    return out.ints.size() == n;
-  }
-  std::vector<float> numbers = values.floats;
-  if (from.base == Base::Int)
-    for (const int32_t i : values.ints) numbers.push_back(float(i));
-  else if (from.base == Base::String || from.base == Base::Closure || from.base == Base::Struct)
-    return false;
-  if (isTriple(to.base) && (from.base == Base::Float || from.base == Base::Int) && numbers.size() * 3 == n) {
-    for (const float f : numbers) out.floats.insert(out.floats.end(), 3, f);
-    return true;
-  }
-  if (to.base == Base::Matrix && from.base != Base::Matrix && numbers.size() == 1 && n == 16) {
-    out.floats.assign(16, 0.f);
-    for (int i = 0; i < 4; ++i) out.floats[size_t(i) * 5] = numbers[0];
-    return true;
-  }
-  if (componentsOf(from.base) != componentsOf(to.base) && !(from.base == Base::Float && numbers.size() == n)) return false;
-  out.floats = std::move(numbers);
-  return out.floats.size() == n;
-}
-
-// Which symbols the code of a shader writes, and which ints decide something when the program is made.
-struct ShaderFacts {
-  std::vector<bool> isWritten, isStructural;
-};
-void gatherFacts(const Shader& shader, const Block& block, ShaderFacts& facts) {
-  forEachInstruction(block, [&](const Instruction& in) {
-    bool keepsInts = false;
-    switch (in.opcode) {
-      case Opcode::Assign:
-      case Opcode::Add:
-      case Opcode::Sub:
-      case Opcode::Mul:
-      case Opcode::Div:
-      case Opcode::MakeColor:
-      case Opcode::MakePoint:
-      case Opcode::MakeVector:
-      case Opcode::MakeNormal:
-        keepsInts = !in.arguments.empty() && shader.symbols[size_t(in.arguments[0])].type.base != Base::Int;
-        break;
-      default:
-        break;
-    }
-    for (uint32_t i = 0; i < in.arguments.size(); ++i) {
-      const char access = accessOf(shader, in, i);
-      if (access != 'r') facts.isWritten[size_t(in.arguments[i])] = true;
-      else if (!keepsInts) facts.isStructural[size_t(in.arguments[i])] = true;
-    }
-  });
-}
-ShaderFacts factsOfShader(const Shader& shader) {
-  ShaderFacts facts;
-  facts.isWritten.resize(shader.symbols.size());
-  facts.isStructural.resize(shader.symbols.size());
-  gatherFacts(shader, shader.main, facts);
-  for (const Initialiser& i : shader.initialisers) gatherFacts(shader, i.code, facts);
-  return facts;
-}
-bool isCompiledIn(const ShaderFacts& facts, const Shader& shader, SymbolId id) {
-  const Base base = shader.symbols[size_t(id)].type.base;
-  return base == Base::String || (base == Base::Int && facts.isStructural[size_t(id)]);
-}
-
-bool isParam(const Symbol& s) { return s.kind == SymbolKind::Param || s.kind == SymbolKind::OutputParam; }
-
-const Setting* settingOf(const Layer& layer, const std::string& name) {
-  for (auto s = layer.settings.rbegin(); s != layer.settings.rend(); ++s)
-    if (s->parameter == name) return &*s;
-  return nullptr;
-}
 
 struct Link {  // one connection of values that are no structs
   int32_t fromLayer, toLayer;
@@ -240,11 +136,12 @@ class Flattener {
     const Shader& a = *group_.layers[size_t(link.fromLayer)].shader;
     const Shader& b = *group_.layers[size_t(link.toLayer)].shader;
     Type from = a.symbols[size_t(link.from)].type, to = b.symbols[size_t(link.to)].type;
-    const auto refuse = [&] {
-      errors_ += "ConnectShaders: cannot connect a " + spelled(link.fromLayer, link.from) + " to a " + spelled(link.toLayer, link.to) + "\n        group: " + flat_.group + "\n";
+    const auto refuse = [&](const char* why = "") {
+      errors_ += "ConnectShaders: cannot connect a " + spelled(link.fromLayer, link.from) + " to a " + spelled(link.toLayer, link.to) + why + "\n        group: " + flat_.group + "\n";
     };
     for (const Metadata& meta : b.symbols[size_t(link.to)].metadata)
-      if (meta.name == "allowconnect" && !meta.values.ints.empty() && meta.values.ints[0] == 0) return refuse();
+      if (meta.name == "allowconnect" && !meta.values.ints.empty() && meta.values.ints[0] == 0)
+        return refuse(": its metadata has allowconnect = 0");
     if (from.base == Base::Struct || to.base == Base::Struct) {
       if (from.base != to.base || from.arrayLength != to.arrayLength || !connectFields(link, a, b)) refuse();
       return;
@@ -361,6 +258,14 @@ class Flattener {
     const size_t n = setting ? elementsIn(setting->type, setting->values) : elementsIn(type, s.values);
     type.arrayLength = int32_t(std::clamp<size_t>(n, 1, size_t(kMostElements)));
     return type;
+  }
+
+  // An array whose default is {} and that is given nothing: one element of zero stands for what is never there.
+  bool hasNoElements(int32_t layer, SymbolId id) const {
+    const Layer& l = group_.layers[size_t(layer)];
+    const Symbol& s = l.shader->symbols[size_t(id)];
+    const bool isLinked = std::any_of(links_.begin(), links_.end(), [&](const Link& link) { return link.toLayer == layer && link.to == id; });
+    return s.type.arrayLength < 0 && componentsOf(s.type.base) && !isLinked && !settingOf(l, s.name) && elementsIn(s.type, s.values) == 0;
   }
 
   // The layer's symbols and the code that sets its parameters up.
@@ -561,7 +466,8 @@ class Flattener {
       }
       if (in.opcode == Opcode::ArrayLength && in.arguments.size() == 2) {
         made.opcode = Opcode::Assign;
-        made.arguments = {map[size_t(in.arguments[0])], intConstant(std::max(1, flat_.code.symbols[size_t(map[size_t(in.arguments[1])])].type.arrayLength))};
+        const int32_t length = hasNoElements(layer, in.arguments[1]) ? 0 : std::max(1, flat_.code.symbols[size_t(map[size_t(in.arguments[1])])].type.arrayLength);
+        made.arguments = {map[size_t(in.arguments[0])], intConstant(length)};
         out.code.push_back(std::move(made));
         continue;
       }
@@ -580,111 +486,6 @@ class Flattener {
         append(shader, layer, block, made.blocks.back());
       }
       out.code.push_back(std::move(made));
-    }
-  }
-
-  // setmessage and getmessage within the group. A message is its content, for each type that sets it, and what is known
-  // of it: state (1 set, 2 asked for in vain), type, place and layer. Setting it again, or after it was missed, or asking
-  // for another type or from a layer before the one that set it is an error and does nothing.
-  struct Message {
-    SymbolId state = kNone, type = kNone, where = kNone, layer = kNone;
-    std::unordered_map<std::string, SymbolId> contents;  // by type
-  };
-  SymbolId messageSymbol(const std::string& name, const Type& type) {
-    Symbol made;
-    made.name = name;
-    made.type = type;
-    return addSymbol(std::move(made), -1);
-  }
-  Message& messageNamed(const std::string& name) {
-    Message& m = messages_[name];
-    if (m.state == kNone) {
-      m.state = messageSymbol("$message." + name + ".state", {Base::Int, 0, -1});
-      m.type = messageSymbol("$message." + name + ".type", {Base::String, 0, -1});
-      m.where = messageSymbol("$message." + name + ".where", {Base::String, 0, -1});
-      m.layer = messageSymbol("$message." + name + ".layer", {Base::Int, 0, -1});
-    }
-    return m;
-  }
-  SymbolId text(const std::string& s) {
-    const SymbolId id = pool_.ofString(s);
-    provider_.resize(flat_.code.symbols.size(), -1);
-    return id;
-  }
-  SymbolId temporary(int32_t layer) {
-    Symbol temp;
-    temp.name = "$free" + std::to_string(flat_.code.symbols.size());
-    temp.kind = SymbolKind::Temp;
-    temp.type = {Base::Int, 0, -1};
-    return addSymbol(std::move(temp), layer);
-  }
-  void messages(Block& block) {
-    for (size_t at = 0; at < block.code.size(); ++at) {
-      for (Block& inner : block.code[at].blocks) messages(inner);
-      const Instruction in = block.code[at];
-      const bool sets = in.opcode == Opcode::SetMessage;
-      if (!(sets && in.arguments.size() == 2) && !(in.opcode == Opcode::GetMessage && in.arguments.size() == 3)) continue;
-      const SymbolId nameId = in.arguments[sets ? 0 : 1];
-      const Symbol& nameSymbol = flat_.code.symbols[size_t(nameId)];
-      if (nameSymbol.kind != SymbolKind::Constant || nameSymbol.values.strings.size() != 1) continue;
-      const std::string name = nameSymbol.values.strings[0];
-      const SymbolId value = in.arguments[sets ? 1 : 2];
-      const Type type = flat_.code.symbols[size_t(value)].type;
-      Message& m = messageNamed(name);
-      const auto [found, isNew] = m.contents.emplace(nameOf(type), kNone);
-      if (isNew) found->second = messageSymbol("$message." + name, type);
-      const SymbolId content = found->second, here = text(in.pos.str()), typeText = text(nameOf(type));
-      const Opcode copy = type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
-      std::vector<Instruction> made;
-      const auto emit = [&](std::vector<Instruction>& to, Opcode op, std::vector<SymbolId> arguments) {
-        to.push_back(make(op, std::move(arguments), in.layer));
-        to.back().pos = in.pos;
-      };
-      const auto branch = [&](std::vector<Instruction>& to, SymbolId condition) -> Instruction& {
-        to.push_back(make(Opcode::If, {condition}, in.layer));
-        to.back().blocks.resize(2);
-        return to.back();
-      };
-      const SymbolId isFree = temporary(in.layer);
-      if (sets) {
-        emit(made, Opcode::Eq, {isFree, m.state, intConstant(0)});
-        const SymbolId isSet = temporary(in.layer);
-        Instruction& free = branch(made, isFree);
-        emit(free.blocks[0].code, copy, {content, value});
-        emit(free.blocks[0].code, Opcode::Assign, {m.state, intConstant(1)});
-        emit(free.blocks[0].code, Opcode::Assign, {m.type, typeText});
-        emit(free.blocks[0].code, Opcode::Assign, {m.where, here});
-        emit(free.blocks[0].code, Opcode::Assign, {m.layer, intConstant(in.layer)});
-        std::vector<Instruction>& other = free.blocks[1].code;
-        emit(other, Opcode::Eq, {isSet, m.state, intConstant(1)});
-        Instruction& again = branch(other, isSet);
-        emit(again.blocks[0].code, Opcode::Complain, {text("message \"%s\" already exists (created here: %s) cannot set again from %s"), nameId, m.where, here});
-        emit(again.blocks[1].code, Opcode::Complain, {text("message \"%s\" was queried before being set (queried here: %s) setting it now (%s) would lead to inconsistent results"), nameId, m.where, here});
-      } else {
-        // found when it is set, of this type, by no later layer
-        const SymbolId isAlike = temporary(in.layer), isBefore = temporary(in.layer), isSet = temporary(in.layer);
-        emit(made, Opcode::Assign, {in.arguments[0], intConstant(0)});
-        emit(made, Opcode::Eq, {isSet, m.state, intConstant(1)});
-        Instruction& set = branch(made, isSet);
-        std::vector<Instruction>& there = set.blocks[0].code;
-        emit(there, Opcode::Eq, {isAlike, m.type, typeText});
-        Instruction& alike = branch(there, isAlike);
-        std::vector<Instruction>& fits = alike.blocks[0].code;
-        emit(fits, Opcode::Le, {isBefore, m.layer, intConstant(in.layer)});
-        Instruction& before = branch(fits, isBefore);
-        emit(before.blocks[0].code, copy, {value, content});
-        emit(before.blocks[0].code, Opcode::Assign, {in.arguments[0], intConstant(1)});
-        emit(before.blocks[1].code, Opcode::Complain, {text("message \"%s\" was set by layer #%d (%s) but is being queried by layer #%d (%s) - messages may only be transferred from nodes that appear earlier in the shading network"), nameId, m.layer, m.where, intConstant(in.layer), here});
-        emit(alike.blocks[1].code, Opcode::Complain, {text("type mismatch for message \"%s\" (created as %s here: %s) cannot fetch as %s from %s"), nameId, m.type, m.where, typeText, here});
-        std::vector<Instruction>& missed = set.blocks[1].code;
-        emit(missed, Opcode::Eq, {isFree, m.state, intConstant(0)});
-        Instruction& first = branch(missed, isFree);
-        emit(first.blocks[0].code, Opcode::Assign, {m.state, intConstant(2)});
-        emit(first.blocks[0].code, Opcode::Assign, {m.where, here});
-      }
-      block.code.erase(block.code.begin() + std::ptrdiff_t(at));
-      block.code.insert(block.code.begin() + std::ptrdiff_t(at), std::make_move_iterator(made.begin()), std::make_move_iterator(made.end()));
-      at += made.size() - 1;
     }
   }
 
@@ -802,7 +603,7 @@ class Flattener {
       for (Instruction& in : ends) whole.push_back(std::move(in));
       code.insert(code.begin() + std::ptrdiff_t(where.at), std::make_move_iterator(whole.begin()), std::make_move_iterator(whole.end()));
     }
-    messages(flat_.code.main);
+    linkMessages(flat_);
     for (const Wanted& o : outputs_) {
       const SymbolId symbol = maps_[size_t(o.layer)][size_t(o.symbol)];
       flat_.outputs.push_back({o.name, symbol, flat_.code.symbols[size_t(symbol)].type});
@@ -826,83 +627,13 @@ class Flattener {
   std::vector<int32_t> provider_;  // by flat symbol: the layer that makes its value, -1: none
   std::unordered_map<std::string, SymbolId> globals_;
   std::unordered_map<std::string, int32_t> nameNumbers_;
-  std::unordered_map<std::string, Message> messages_;  // by name
 };
 
 }  // namespace
 
-ConstantPool::ConstantPool(Shader& shader) : shader_(shader), map_(std::make_shared<Map>()) {
-  for (size_t i = 0; i < shader.symbols.size(); ++i)
-    if (shader.symbols[i].kind == SymbolKind::Constant) map_->byText.emplace(keyOf(shader.symbols[i].type, shader.symbols[i].values), SymbolId(i));
-}
-SymbolId ConstantPool::find(const Type& type, Values values) {
-  const auto [at, isNew] = map_->byText.emplace(keyOf(type, values), SymbolId(shader_.symbols.size()));
-  if (isNew) {
-    Symbol symbol;
-    symbol.name = "$const" + std::to_string(shader_.symbols.size());
-    symbol.kind = SymbolKind::Constant;
-    symbol.type = type;
-    symbol.values = std::move(values);
-    shader_.symbols.push_back(std::move(symbol));
-  }
-  return at->second;
-}
-SymbolId ConstantPool::ofInt(int32_t i) {
-  Values values;
-  values.ints = {i};
-  return find({Base::Int, 0, -1}, std::move(values));
-}
-SymbolId ConstantPool::ofFloat(float f) {
-  Values values;
-  values.floats = {f};
-  return find({Base::Float, 0, -1}, std::move(values));
-}
-SymbolId ConstantPool::ofString(const std::string& s) {
-  Values values;
-  values.strings = {s};
-  return find({Base::String, 0, -1}, std::move(values));
-}
-
-void settingValues(const Layer& layer, const std::string& parameter, const Type& type, Values& values) {
-  const Setting* setting = settingOf(layer, parameter);
-  Values converted;
-  if (setting && convertSetting(setting->type, setting->values, type, converted)) values = std::move(converted);
-}
-
 bool flatten(const ShaderGroup& group, FlatProgram& flat, std::string& error) {
   flat = FlatProgram();
   return Flattener(group, flat).run(error);
-}
-
-std::string structureKey(const ShaderGroup& group) {
-  std::string key;
-  for (const Layer& layer : group.layers) {
-    const ShaderFacts facts = factsOfShader(*layer.shader);
-    key += "L" + layer.name + "@" + std::to_string(reinterpret_cast<uintptr_t>(layer.shader.get())) + "{";
-    std::vector<const Setting*> settings;
-    for (const Setting& s : layer.settings)
-      if (settingOf(layer, s.parameter) == &s) settings.push_back(&s);
-    std::sort(settings.begin(), settings.end(), [](const Setting* a, const Setting* b) { return a->parameter < b->parameter; });
-    for (const Setting* s : settings) {
-      const SymbolId id = layer.shader->find(s->parameter);
-      if (id == kNone) continue;
-      key += s->parameter + ":" + nameOf(s->type) + std::to_string(elementsIn(s->type, s->values)) + "=";
-      if (isCompiledIn(facts, *layer.shader, id)) key += keyOf(s->type, s->values);
-      key += ";";
-    }
-    if (group.perPoint)
-      for (const Symbol& s : layer.shader->symbols)
-        if (isParam(s)) {
-          const PerPoint p = group.perPoint(layer, s);
-          if (p.isVarying || p.isConnected) key += (p.isVarying ? "~" : "!") + s.name + (p.hasDerivs ? "'" : "") + (p.isConnected ? "<" : "") + (p.isPartial ? "?" : "");
-        }
-    key += "}";
-  }
-  for (const Connection& c : group.connections) key += "C" + c.fromLayer + "." + c.from + ">" + c.toLayer + "." + c.to;
-  for (const std::string& o : group.outputs) key += "O" + o + ";";
-  for (const std::string& e : group.entries) key += "E" + e + ";";
-  for (const std::string& e : group.eager) key += "F" + e + ";";
-  return key;
 }
 
 }  // namespace kinora::language

@@ -94,6 +94,10 @@ class Propagation {
   struct Known {
     SymbolId is = kNone;
     uint32_t version = 0;  // of `is`
+    // another value whose derivatives differ from this one's at most in the sign of a zero; isFlat: they are zero
+    SymbolId slopes = kNone;
+    uint32_t slopesVersion = 0;
+    bool isFlat = false;
   };
   void grow() {
     value_.resize(shader_.symbols.size());
@@ -136,6 +140,39 @@ class Propagation {
     return known.is != kNone && version_[size_t(known.is)] == known.version ? known.is : s;
   }
   const Symbol& symbol(SymbolId s) const { return shader_.symbols[size_t(s)]; }
+
+  bool isFlat(SymbolId s) const {
+    return symbol(s).kind == SymbolKind::Constant || !isFloat(symbol(s).type.base) || value_[size_t(s)].isFlat;
+  }
+  SymbolId slopesOf(SymbolId s) const {
+    const Known& known = value_[size_t(s)];
+    return known.slopes != kNone && version_[size_t(known.slopes)] == known.slopesVersion ? known.slopes : s;
+  }
+  // What is known of the derivatives of what was just written. filterwidth(x - floor(x)) then asks x, and the
+  // difference needs none.
+  void learnSlopes(const Instruction& in) {
+    const uint32_t flags = factsOf(in.opcode).flags;
+    if (flags & (kOpBlocks | kOpEffect | kOpTable | kOpTakesDerivs | kOpGlobalState) || in.arguments.size() < 2) return;
+    const SymbolId to = in.arguments[0];
+    if (!isFloat(symbol(to).type.base) || symbol(to).type.arrayLength) return;
+    bool allFlat = true;
+    for (uint32_t i = 0; i < in.arguments.size(); ++i) {
+      if (accessOf(shader_, in, i) != (i == 0 ? 'w' : 'r') || (i > 0 && in.arguments[i] == to)) return;
+      allFlat &= i == 0 || isFlat(in.arguments[i]);
+    }
+    Known known = value_[size_t(to)];
+    if (flags & kOpDropsDerivs || allFlat) {
+      known.isFlat = true;
+      return set(to, known);
+    }
+    if (in.opcode != Opcode::Add && in.opcode != Opcode::Sub) return;
+    const SymbolId a = in.arguments[1], b = in.arguments[2];
+    const SymbolId from = isFlat(b) ? a : in.opcode == Opcode::Add && isFlat(a) ? b : kNone;
+    if (from == kNone || componentsOf(symbol(from).type.base) != componentsOf(symbol(to).type.base)) return;
+    known.slopes = slopesOf(from);
+    known.slopesVersion = version_[size_t(known.slopes)];
+    set(to, known);
+  }
 
   bool truth(SymbolId s, bool& answer) const {
     const Symbol& c = symbol(s);
@@ -215,6 +252,11 @@ class Propagation {
     if (isJump(in.opcode)) return true;
     for (uint32_t i = 0; i < in.arguments.size(); ++i)
       if (accessOf(shader_, in, i) == 'r') replace(in.arguments[i]);
+    if (in.opcode == Opcode::FilterWidth) {
+      const SymbolId asked = slopesOf(in.arguments[1]);
+      changed_ |= asked != in.arguments[1];
+      in.arguments[1] = asked;
+    }
     simplify(in);
     if (in.opcode == Opcode::Assign && in.arguments[0] == in.arguments[1]) {
       changed_ = true;
@@ -245,7 +287,7 @@ class Propagation {
     if (!expression.empty() && in.opcode != Opcode::Assign && in.opcode != Opcode::ArrayCopy) {
       bool own = false;  // an operand that the result overwrote is another value now
       for (size_t i = 1; i < in.arguments.size(); ++i) own |= in.arguments[i] == in.arguments[0];
-      if (!own) remember(expression, {in.arguments[0], version_[size_t(in.arguments[0])]});
+      if (!own) remember(expression, {in.arguments[0], version_[size_t(in.arguments[0])], kNone, 0, false});
     }
     if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy) {
       SymbolId from = in.arguments[1];
@@ -256,8 +298,14 @@ class Propagation {
         if (converted != kNone) in.arguments[1] = from = converted;
       }
       const Base a = symbol(from).type.base, b = symbol(to).type.base;
-      if ((a == b || (isTriple(a) && isTriple(b))) && symbol(from).type.arrayLength == symbol(to).type.arrayLength) set(to, {from, version_[size_t(from)]});
+      if ((a == b || (isTriple(a) && isTriple(b))) && symbol(from).type.arrayLength == symbol(to).type.arrayLength) {
+        Known known;
+        known.is = from;
+        known.version = version_[size_t(from)];
+        set(to, known);
+      }
     }
+    learnSlopes(in);
     return true;
   }
 

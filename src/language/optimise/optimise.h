@@ -5,6 +5,7 @@
 
 namespace kinora::language {
 
+void linkMessages(FlatProgram&);  // messages.cpp, the last step of flatten()
 void optimise(FlatProgram&);
 void renameValues(FlatProgram&);  // rename.cpp, a pass of optimise()
 

@@ -218,7 +218,8 @@ class Validator {
       case Opcode::ArrayRef:
         return t[1].arrayLength && t[1].base != Base::Struct && is(t[0], t[1].base) && is(t[2], Base::Int);
       case Opcode::ArrayAssign:
-        return t[0].arrayLength && t[0].base != Base::Struct && is(t[2], t[0].base) && is(t[1], Base::Int);
+        return t[0].arrayLength && t[0].base != Base::Struct && is(t[1], Base::Int) &&
+               (is(t[2], t[0].base) || (t[0].base == Base::Closure && is(t[2], Base::Int)));
       case Opcode::ComponentRef:
         return is(t[0], Base::Float) && isTripleValue(t[1]) && is(t[2], Base::Int);
       case Opcode::ComponentAssign:

@@ -3,7 +3,9 @@
 // `points` is the number of points in the batch, `first` the first one's number within the run. A mask says which points
 // ask (-1) and which do not (0); null: all. Cells of the others must be left as they are.
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace kinora::language {
 
@@ -41,6 +43,18 @@ struct TextureCall {
   Span result, resultDx, resultDy;  // 1 or 3 components; derivatives are zero unless set
   Span alpha, error;                // outputs asked for by "alpha" and "errormessage"
 };
+
+// A value that a renderer has for getattribute() and its kin: one of the three, and how many.
+struct GivenValue {
+  const float* floats = nullptr;
+  const int32_t* ints = nullptr;
+  const std::string* strings = nullptr;
+  size_t count = 0;
+};
+// Gives it to a point in the type that is asked for; false, and nothing done, where the types do not go together
+// (osl-numerics, section 11: int to float-based; float to int, triple, float[2], float[4]; float[3] and triple; float[2]
+// to triple, whose z is 0; one number to a matrix, along its diagonal). Floats that no int holds give the least int.
+bool giveValue(const GivenValue& value, const Span& to, uint32_t point);
 
 enum class TextureKind : uint8_t { Texture, Texture3d, Environment };
 
