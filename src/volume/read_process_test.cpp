@@ -103,8 +103,21 @@ TEST_F(ReadProcess, AGridComesWhole) {
     EXPECT_EQ(value(*colour, 2.5, 1.25, 3, 1), 1.25f);
     EXPECT_EQ(value(*colour, 2.5, 1.25, 3, 2), 3.f);
   }
-  EXPECT_EQ(errorOf(giving(streamOf("=fuel"))), "it has no grid 'fuel'; it holds 'Cd', 'density'");
-  EXPECT_EQ(errorOf(giving(streamOf("#2"))), "it has no grid number 2; it holds 'Cd', 'density'");
+  const auto turned = readGrid(giving(streamOf("=turned")), kVolumes, "=turned", error);
+  ASSERT_NE(turned, nullptr) << error;
+  EXPECT_EQ(value(*turned, -2, -3, -5), 7.f);
+  EXPECT_EQ(value(*turned, -43, -3, -5), 3.f);
+  EXPECT_EQ(value(*turned, -30.5, -12, -9), 2.f);
+  EXPECT_EQ(value(*turned, -40.5, -12, -12.25), 1.f);
+  EXPECT_EQ(value(*turned, -20, -3, -5), 0.f);
+  const float world[3] = {1 - 0.5f * -3, 2 + 0.5f * -43, 3 + 0.5f * -5};
+  double index[3];
+  turned->toIndex(world, index);
+  EXPECT_EQ(index[0], -43);
+  EXPECT_EQ(index[1], -3);
+  EXPECT_EQ(index[2], -5);
+  EXPECT_EQ(errorOf(giving(streamOf("=fuel"))), "it has no grid 'fuel'; it holds 'Cd', 'density', 'turned'");
+  EXPECT_EQ(errorOf(giving(streamOf("#3"))), "it has no grid number 3; it holds 'Cd', 'density', 'turned'");
 }
 
 TEST_F(ReadProcess, StreamsThatAreNotBelieved) {

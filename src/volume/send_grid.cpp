@@ -135,7 +135,7 @@ std::string send(const std::string& path, const std::string& which, GridWriter& 
   GridShape shape;
   shape.subimage = number;
   shape.channels = spec.nchannels;
-  // the box of active voxels; that of the tiles is wrong where it begins below 0
+  // the box of active voxels; that of the tiles is larger by a voxel at least
   const int first[3] = {spec.full_x, spec.full_y, spec.full_z};
   const int size[3] = {spec.full_width, spec.full_height, spec.full_depth};
   std::copy_n(first, 3, shape.first);
@@ -154,7 +154,6 @@ std::string send(const std::string& path, const std::string& which, GridWriter& 
       for (place[0] = 0; place[0] < shape.bricks(0); ++place[0], ++at) {
         int corner[3];
         for (int k = 0; k < 3; ++k) corner[k] = (shape.firstBrick(k) + place[k]) * GridShape::kSide;
-        // its own call: read_tiles() thinks in the wrong box
         if (!input->read_native_tile(number, 0, corner[0], corner[1], corner[2], brick.data()))
           return reasonOf(input->geterror());
         const size_t bytes = channels * sizeof(float);

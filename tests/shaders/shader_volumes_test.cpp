@@ -67,6 +67,8 @@ TEST_F(ShaderVolumes, OptionsOfACall) {
                   "at(0, 2, 1), vector(2, 0, 0), vector(0), vector(0)"),
             (Rgb{178, 173, 60.5f}));
   EXPECT_EQ(asked("result = texture3d(\"volumes.vdb\", at(3, 2, 1), \"subimage\", \"Cd\");"), (Rgb{3, 2, 1}));
+  EXPECT_EQ(asked("result = texture3d(\"volumes.vdb\", point(2.5, -19.5, .5), \"subimage\", \"turned\");"),
+            (Rgb{3, 3, 3}));
   EXPECT_EQ(asked("result = texture3d(\"volumes.vdb\", at(3, 2, 1));"), (Rgb{123, 123, 123}));
   EXPECT_EQ(asked("result = texture3d(\"volumes.vdb\", at(3, 2, 1), \"fill\", .5);"), (Rgb{123, .5f, .5f}));
   EXPECT_EQ(asked("result = texture3d(\"volumes.vdb\", at(3, 2, 1), \"subimage\", \"Cd\", \"firstchannel\", 1);"),
@@ -138,8 +140,8 @@ TEST_F(ShaderVolumes, WhatIsNotThereIsToldOnce) {
   refused("\"lost.vdb\", P", "ASSET-VOLUME-MISSING", "'lost.vdb'");
   refused("\"words.vdb\", P", "ASSET-VOLUME-READ", "it holds no volumes (OpenVDB)");
   refused("\"volumes.vdb\", P, \"subimage\", \"fuel\"", "ASSET-VOLUME-READ",
-          "it has no grid 'fuel'; it holds 'Cd', 'density'");
-  refused("\"volumes.vdb\", P, \"subimage\", 2", "ASSET-VOLUME-READ", "it has no grid number 2");
+          "it has no grid 'fuel'; it holds 'Cd', 'density', 'turned'");
+  refused("\"volumes.vdb\", P, \"subimage\", 3", "ASSET-VOLUME-READ", "it has no grid number 3");
   refused("\"volumes.vdb\", P, \"subimage\", -1", "ASSET-VOLUME-READ", "it has no grid number -1");
   // black without a word about it
   SceneRender lost(requestFor("result = texture3d(\"lost.vdb\", P);"));
