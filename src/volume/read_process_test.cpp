@@ -155,6 +155,12 @@ TEST_F(ReadProcess, StreamsThatAreNotBelieved) {
   }
   // more memory than is granted
   EXPECT_NE(received(good, grid, 1).find("take more memory"), std::string::npos);
+  // a reason with anything in it
+  const uint32_t refusal[2] = {uint32_t(GridRecord::Refusal), 1000};
+  std::string told(reinterpret_cast<const char*>(refusal), sizeof refusal);
+  told += "no \n\x1b[2J\xff" + std::string(1000 - 9, '\0');
+  EXPECT_EQ(received(told, grid).substr(0, 10), "no ??[2J??");
+  EXPECT_EQ(received(told, grid).size(), 300u);
   // the same brick twice
   const std::string one = good.substr(brick, good.size() - 8 - brick);
   EXPECT_NE(received(good.substr(0, good.size() - 8) + one + good.substr(good.size() - 8), grid), "");

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 
 #include "volume/grid_stream.h"
 
@@ -20,8 +19,9 @@ std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>&
     if (kind == GridRecord::Refusal) {
       std::string text(std::min(head[1], 1000u), ' ');
       if (!read(text.data(), text.size())) return nullptr;
-      for (char& c : text)
-        if (std::iscntrl(static_cast<unsigned char>(c))) c = ' ';
+      text.resize(std::min<size_t>(text.size(), 300));
+      for (char& c : text)  // words of a damaged file may stand in it
+        if (c < ' ' || c > '~') c = '?';
       error = text.empty() ? "no reason was given" : text;
       return nullptr;
     }
