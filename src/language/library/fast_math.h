@@ -212,13 +212,14 @@ KN_INLINE Float<W> lessPi(Float<W> x, Float<W> count, float scale) {
   x = count * F(-3.7747668102383613586e-08f * scale) + x;
   return count * F(-1.2816720341285448015e-12f * scale) + x;
 }
+// Programs of others round the reduced angle to the last digit of pi/2 once more; that loses sin(x) of small x, so that
+// sin(x) / x is noise near 0, and osl-numerics, section 8, does not have it.
 // Clamped: far out (beyond 2.6e5) the reduction fails and the polynomials leave [-1, 1].
 template <int W>
 KN_INLINE void sincos(Float<W> angle, Float<W>& s, Float<W>& c) {
   using F = Float<W>;
   const Int<W> q = toNearestInt(angle * F(0.318309886183790672f));
   F x = lessPi(angle, toFloat(q), 4.f);
-  x = F(kHalfPi) - (F(kHalfPi) - x);  // to the grid of pi/2's last digit, as the reference
   const F x2 = x * x;
   const Mask<W> odd = isOdd(q);
   x = negateWhere(odd, x);
@@ -266,7 +267,6 @@ KN_INLINE Float<W> tan(Float<W> angle) {
   const Int<W> q = toNearestInt(angle * F(0.636619772367581343f));
   const Mask<W> odd = isOdd(q);
   F x = lessPi(angle, toFloat(q), 2.f);
-  x = choose(odd, x, F(0.5f * kHalfPi) - (F(0.5f * kHalfPi) - x));
   const F x2 = x * x;
   F u = horner(x2, 0.00927245803177356719970703f, 0.00331984995864331722259521f, 0.0242998078465461730957031f,
                0.0534495301544666290283203f, 0.133383005857467651367188f, 0.333331853151321411132812f);
