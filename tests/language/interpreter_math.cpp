@@ -20,8 +20,8 @@ Dual power(Dual x, Dual y) {
     v = 0;
   else if (x.v < 0 && std::floor(y.v) != y.v)
     v = 0;
-  else
-    v = std::pow(x.v, y.v);
+  else if (v = std::pow(x.v, y.v); y.v != 1 && y.v != 2 && std::fabs(v) < 0x1p-126)
+    v = std::copysign(0x1p-126, v);  // exp2() takes no less than -126
   if (!(std::fabs(v) <= double(kLargest))) v = v < 0 ? -kLargest : kLargest;
   const double byX = x.v == 0 || (x.v < 0 && std::floor(y.v) != y.v) ? 0 : y.v * std::pow(x.v, y.v - 1);
   const double byY = x.v > 0 ? std::log(x.v) * v : 0;
