@@ -147,7 +147,8 @@ BareEmbree::BareEmbree(const CurveSet& curves) : BareEmbree() {
   points_ = curves.controls;
   for (size_t i = 0; i < curves.pieceCount(); ++i) indices_.push_back(uint32_t(4 * i));
   const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, points_.data(), 0, 16, points_.size() / 4);
+  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, points_.data(), 0, 16,
+                             points_.size() / 4);
   rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, indices_.data(), 0, 4, indices_.size());
   attach(g);
 }

@@ -1,5 +1,6 @@
-// Bare Embree on recorded rays: the same triangles or curves in a scene of its own, the same device string and kind of BVH, and
-// for each kind of ray (camera, indirect by depth, shadow by depth) the fastest of Embree's calls. It shades nothing.
+// Bare Embree on recorded rays: the same triangles or curves in a scene of its own, the same device string and kind
+// of BVH, and for each kind of ray (camera, indirect by depth, shadow by depth) the fastest of Embree's calls. It
+// shades nothing.
 #pragma once
 #include <embree3/rtcore.h>
 

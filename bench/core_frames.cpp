@@ -187,7 +187,8 @@ void measureLightPaths(const Options& options, Figures& figures) {
     std::nth_element(pairs.begin(), pairs.begin() + long(pairs.size() / 2), pairs.end());
     cost.push_back(pairs[pairs.size() / 2]);
   }
-  figures.add("lpe_cost_12", cost, "CPU time of scenes/cornell.rib with 12 light path channels over that without, less 1");
+  figures.add("lpe_cost_12", cost,
+              "CPU time of scenes/cornell.rib with 12 light path channels over that without, less 1");
 }
 
 namespace {

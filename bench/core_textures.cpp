@@ -1,5 +1,5 @@
-// texture_vs_oiio: trilinear lookups of groups of 256 points, by the renderer's texture system and by OpenImageIO's own
-// call with the same options, on the same points of one tiled mip-mapped file that lies in the cache.
+// texture_vs_oiio: trilinear lookups of groups of 256 points, by the renderer's texture system and by OpenImageIO's
+// own call with the same options, on the same points of one tiled mip-mapped file that lies in the cache.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/texture.h>
@@ -45,7 +45,8 @@ std::string makeTexture(int side, bool isHalf) {
   OIIO::ImageBuf image(OIIO::ImageSpec(side, side, 3, OIIO::TypeDesc::FLOAT));
   for (OIIO::ImageBuf::Iterator<float> it(image); !it.done(); ++it)
     for (int c = 0; c < 3; ++c) it[c] = 0.5f + 0.5f * std::sin(float(it.x() * (c + 1) + it.y() * 3) * 0.05f);
-  const std::string file = (std::filesystem::temp_directory_path() / ("kinora-bench-" + std::to_string(getpid()) + ".tx")).string();
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("kinora-bench-" + std::to_string(getpid()) + ".tx")).string();
   OIIO::ImageSpec config;
   config.tile_width = config.tile_height = 64;
   config.set_format(isHalf ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::UINT8);
@@ -81,7 +82,8 @@ void measureTextures(const Options& options, Figures& figures) {
     TextureOptions request;
     const auto runOurs = [&] {
       for (uint32_t g = 0; g < groups; ++g)
-        ours.lookup(&handle, false, kGroup, &points.s[g * kGroup], &points.t[g * kGroup], &points.radius[g * kGroup], request, rgba);
+        ours.lookup(&handle, false, kGroup, &points.s[g * kGroup], &points.t[g * kGroup], &points.radius[g * kGroup],
+                    request, rgba);
     };
     OIIO::TextureSystem* theirs = OIIO::TextureSystem::create(false);
     OIIO::TextureSystem::Perthread* thread = theirs->get_perthread_info();

@@ -31,7 +31,8 @@ constexpr Group kCore[] = {
      "large "
      "meshes, over bare Embree's growth"},
     {"curves", &measureCurves,
-     "curves_vs_embree: closest hits of round cubic curves through a render's trace stages against bare Embree on the "
+     "curves_vs_embree: closest hits of round cubic curves through a render's trace stages against bare Embree on "
+     "the "
      "same rays with the best call for each kind"},
     {"frames", &measureFrames,
      "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
@@ -39,7 +40,8 @@ constexpr Group kCore[] = {
      "against two"},
     {"light_paths", &measureLightPaths, "lpe_cost_12: what 12 light path channels add to a frame's CPU time"},
     {"textures", &measureTextures,
-     "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; million_lookups*"},
+     "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; "
+     "million_lookups*"},
     {"memory", &measureMemory,
      "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},
@@ -93,7 +95,8 @@ int main(int count, char** values) {
   Figures figures;
   bool ran = false;
   kinora::setThreadFloatMode();
-  const std::span<const Group> groups = name == "core" ? std::span<const Group>(kCore) : std::span<const Group>(kShading);
+  const std::span<const Group> groups =
+      name == "core" ? std::span<const Group>(kCore) : std::span<const Group>(kShading);
   for (const Group& g : groups) {
     if (!options.filter.empty() && options.filter != g.name) continue;
     std::printf("%s\n", g.name);

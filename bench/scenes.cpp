@@ -234,7 +234,8 @@ void addCurves(scene::Scene& scene, const CurveSet& curves, const scene::Network
     points.insert(points.end(), &curves.controls[i], &curves.controls[i] + 3);
     widths.push_back(2 * curves.controls[i + 3]);
   }
-  for (scene::Parameter v : {numbers("P", scene::ValueType::Point, points), numbers("width", scene::ValueType::Float, widths)}) {
+  for (scene::Parameter v :
+       {numbers("P", scene::ValueType::Point, points), numbers("width", scene::ValueType::Float, widths)}) {
     v.storage = scene::StorageClass::Vertex;
     p.primvars.set(std::move(v));
   }

@@ -31,7 +31,11 @@ struct Patch {
     for (auto& a : arrays) a.assign(kShadedPoints, 0.f);
     for (uint32_t i = 0; i < kShadedPoints; ++i) {
       const float u = (float(i % 32) + 0.37f) / 32, v = (float(i / 32) + 0.61f) / 32;
-      const float values[17] = {3 * u - 1, 2 * v, std::sin(u * 2 + v), 3.f / 512, 0, 2 * std::cos(u * 2 + v) / 512, 0, 2.f / 512, std::cos(u * 2 + v) / 512, u, v, 1.f / 512, 0, 0, 1.f / 512};
+      const float values[17] = {3 * u - 1, 2 * v,     std::sin(u * 2 + v),
+                                3.f / 512, 0,         2 * std::cos(u * 2 + v) / 512,
+                                0,         2.f / 512, std::cos(u * 2 + v) / 512,
+                                u,         v,         1.f / 512,
+                                0,         0,         1.f / 512};
       for (int k = 0; k < 15; ++k) arrays[k][i] = values[k];
     }
     using G = GlobalValues;
@@ -75,7 +79,8 @@ struct Pictures {
     if (!file.empty()) std::filesystem::remove(file);
   }
   // With the options of a shader's call that names none.
-  static void lookup(void* self, uint32_t n, const float* s, const float* t, const float* radius, float* const rgba[4]) {
+  static void lookup(void* self, uint32_t n, const float* s, const float* t, const float* radius,
+                     float* const rgba[4]) {
     Pictures& p = *static_cast<Pictures*>(self);
     TextureOptions options;
     options.wrapS = options.wrapT = 0;
@@ -157,22 +162,28 @@ void measureShading(const Options& options, Figures& figures) {
     uint32_t differ = 0;
     for (uint32_t i = 0; i < kShadedPoints; ++i)
       for (int c = 0; c < 3; ++c) differ += std::memcmp(&out[c][i], &machine.out[c][i], 4) != 0;
-    if (differ) std::fprintf(stderr, "kinora-bench: %s: %u values differ from the fused program's\n", programs[k].name, differ);
+    if (differ)
+      std::fprintf(stderr, "kinora-bench: %s: %u values differ from the fused program's\n", programs[k].name, differ);
     const double one = secondsOf([&] { fused(hand); }, 20) / 20;
     const int times = options.quick ? 2 : std::max(2, int(0.01 / one));
     std::vector<double> ratios, widths;
     for (int r = 0; r < options.repeat * 5; ++r) {
       const double a = secondsOf([&] { machine(); }, times), b = secondsOf([&] { fused(hand); }, times);
       ratios.push_back(a / b);
-      if (r < options.repeat) widths.push_back(secondsOf([&] { narrow(); }, std::max(1, times / 8)) / std::max(1, times / 8) * times / a);
+      if (r < options.repeat)
+        widths.push_back(secondsOf([&] { narrow(); }, std::max(1, times / 8)) / std::max(1, times / 8) * times / a);
     }
-    figures.add(std::string("vm_vs_fused_") + programs[k].name, ratios, "time of the machine over that of fused SIMD C++");
-    figures.add(std::string("vm_width_gain_") + programs[k].name, widths, "time of the machine at width 1 over that at the best");
+    figures.add(std::string("vm_vs_fused_") + programs[k].name, ratios,
+                "time of the machine over that of fused SIMD C++");
+    figures.add(std::string("vm_width_gain_") + programs[k].name, widths,
+                "time of the machine at width 1 over that at the best");
     if (std::string_view(programs[k].name) != "thin_loop") {
       all.push_back(median(ratios));
       gains.push_back(median(widths));
     }
-    std::printf("    %s: %zu instructions, %u slots, blocks of %u points, %.2f ns a point by hand\n", programs[k].name, machine.program->instructionCount(), machine.program->slotCount(), machine.program->blockPoints(), 1e9 * one / kShadedPoints);
+    std::printf("    %s: %zu instructions, %u slots, blocks of %u points, %.2f ns a point by hand\n",
+                programs[k].name, machine.program->instructionCount(), machine.program->slotCount(),
+                machine.program->blockPoints(), 1e9 * one / kShadedPoints);
   }
   figures.add("vm_vs_fused", all, "the programs' medians: machine over fused SIMD C++");
   figures.add("vm_width_gain", gains, "the programs' medians: width 1 over the best");
@@ -181,12 +192,16 @@ void measureShading(const Options& options, Figures& figures) {
   std::string lines = "shader lengthy(float a = 1, output color result = 0) {\n  float x = u;\n";
   for (int k = 0; k < 195; ++k) {
     char line[128];
-    std::snprintf(line, sizeof line, "  x = %s(x * %d.5 + v) + noise(P * %d) * a;\n", k % 3 ? "sin" : "abs", k % 7, k % 5 + 1);
+    std::snprintf(line, sizeof line, "  x = %s(x * %d.5 + v) + noise(P * %d) * a;\n", k % 3 ? "sin" : "abs", k % 7,
+                  k % 5 + 1);
     lines += line;
   }
   lines += "  result = x;\n}\n";
   std::vector<double> front, back, network;
-  const CompileResult node = compile("shader node(float a = 0.5, color b = 0, float c = 1, output color result = 0) { color n = noise(P * c); result = mix(b, n, a) * 0.9 + 0.05; }", "node.osl");
+  const CompileResult node = compile(
+      "shader node(float a = 0.5, color b = 0, float c = 1, output color result = 0) { color n = noise(P * c); "
+      "result = mix(b, n, a) * 0.9 + 0.05; }",
+      "node.osl");
   const auto shader = std::make_shared<Shader>(*node.shader);
   for (int r = 0; r < options.repeat; ++r) {
     double start = threadSeconds();

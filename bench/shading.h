@@ -4,7 +4,7 @@
 
 namespace kinora::bench {
 
-void measureShading(const Options& options, Figures& figures);  // shading.cpp
+void measureShading(const Options& options, Figures& figures);       // shading.cpp
 void measureShadedFrames(const Options& options, Figures& figures);  // shading_frames.cpp
 
 }  // namespace kinora::bench

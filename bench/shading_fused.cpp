@@ -46,7 +46,8 @@ void marble(const FusedArguments& a) {
       frequency = frequency * F(2.f);
     }
     const F m = lang::sin(p.x * F(2.f) + t * F(6.f)) * F(0.5f) + F(0.5f);
-    const Vec3<W> r = mixOf(Vec3<W>(F(0.1f), F(0.15f), F(0.2f)), Vec3<W>(F(0.9f), F(0.85f), F(0.8f)), lang::pow(m, F(0.7f)));
+    const Vec3<W> r =
+        mixOf(Vec3<W>(F(0.1f), F(0.15f), F(0.2f)), Vec3<W>(F(0.9f), F(0.85f), F(0.8f)), lang::pow(m, F(0.7f)));
     r.store(a.result, i);
   }
 }
@@ -77,7 +78,8 @@ void brick(const FusedArguments& a) {
     const F bx = aastep(F(0.05f), fx) * (F(1.f) - aastep(F(0.95f), fx));
     const F by = aastep(F(0.1f), fy) * (F(1.f) - aastep(F(0.9f), fy));
     const F shade = F(0.7f) + F(0.3f) * cell(column, row);
-    const Vec3<W> r = mixOf(Vec3<W>(F(0.6f), F(0.6f), F(0.55f)), Vec3<W>(F(0.7f), F(0.25f), F(0.2f)) * shade, bx * by);
+    const Vec3<W> r =
+        mixOf(Vec3<W>(F(0.6f), F(0.6f), F(0.55f)), Vec3<W>(F(0.7f), F(0.25f), F(0.2f)) * shade, bx * by);
     r.store(a.result, i);
   }
 }
@@ -96,7 +98,8 @@ void fractal(const FusedArguments& a) {
       amplitude = amplitude * F(0.5f);
       q = q * F(2.1f) + Vec3<W>(F(1.7f), F(9.2f), F(3.3f));
     }
-    const Vec3<W> r = mixOf(Vec3<W>(F(0.2f), F(0.3f), F(0.1f)), Vec3<W>(F(1.f), F(1.f), F(0.95f)), lang::smoothstep(F(0.2f), F(0.9f), sum));
+    const Vec3<W> r = mixOf(Vec3<W>(F(0.2f), F(0.3f), F(0.1f)), Vec3<W>(F(1.f), F(1.f), F(0.95f)),
+                            lang::smoothstep(F(0.2f), F(0.9f), sum));
     r.store(a.result, i);
   }
 }
@@ -180,7 +183,9 @@ void textured(const FusedArguments& a) {
       a.lookup(a.textures, n, s[k], t[k], radius[k], to);
     }
     for (uint32_t i = 0; i < n; i += W) {
-      const auto color = [&](int k) { return Vec3<W>(F::load(rgba[k][0] + i), F::load(rgba[k][1] + i), F::load(rgba[k][2] + i)); };
+      const auto color = [&](int k) {
+        return Vec3<W>(F::load(rgba[k][0] + i), F::load(rgba[k][1] + i), F::load(rgba[k][2] + i));
+      };
       const F mask = lang::smoothstep(F(0.3f), F(0.7f), F::load(rgba[2][0] + i));
       const Vec3<W> base = color(0), detail = color(1);
       const Vec3<W> worn = base * detail * F(1.5f);
@@ -213,7 +218,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kinora::bench {
 namespace {
-#define KN_WIDTHS(name) {N_AVX2::k##name[0], N_AVX2::k##name[1], N_AVX2::k##name[2], N_AVX3::k##name[0]}
+#define KN_WIDTHS(name) \
+  { N_AVX2::k##name[0], N_AVX2::k##name[1], N_AVX2::k##name[2], N_AVX3::k##name[0] }
 const FusedProgram kPrograms[] = {
     {"marble", R"(shader marble(output color result = 0) {
   point p = P * 4;
@@ -221,7 +227,8 @@ const FusedProgram kPrograms[] = {
   for (int k = 0; k < 4; k++) { t += amplitude * noise(p * frequency); amplitude *= 0.5; frequency *= 2; }
   float m = sin(p[0] * 2 + t * 6) * 0.5 + 0.5;
   result = mix(color(0.1, 0.15, 0.2), color(0.9, 0.85, 0.8), pow(m, 0.7));
-})", KN_WIDTHS(marble)},
+})",
+     KN_WIDTHS(marble)},
     {"brick", R"(
 float soft(float edge, float s) {
   float width = abs(filterwidth(s));
@@ -240,7 +247,8 @@ shader brick(output color result = 0) {
   float by = soft(0.1, fy) * (1 - soft(0.9, fy));
   float shade = 0.7 + 0.3 * noise("cell", column, row);
   result = mix(color(0.6, 0.6, 0.55), color(0.7, 0.25, 0.2) * shade, bx * by);
-})", KN_WIDTHS(brick)},
+})",
+     KN_WIDTHS(brick)},
     {"fractal", R"(shader fractal(output color result = 0) {
   float sum = 0, amplitude = 0.5, weight = 1;
   point q = P * 2;
@@ -253,7 +261,8 @@ shader brick(output color result = 0) {
     q = q * 2.1 + vector(1.7, 9.2, 3.3);
   }
   result = mix(color(0.2, 0.3, 0.1), color(1, 1, 0.95), smoothstep(0.2, 0.9, sum));
-})", KN_WIDTHS(fractal)},
+})",
+     KN_WIDTHS(fractal)},
     {"branches", R"(shader branches(output color result = 0) {
   float k = noise(P * 3);
   if (k < 0.4) {
@@ -267,7 +276,8 @@ shader brick(output color result = 0) {
     if (n > 0.5) h = pow(n, 2.5) + v;
     result = color(0.1, 0.5, 0.1) * (h + 0.3);
   }
-})", KN_WIDTHS(branches)},
+})",
+     KN_WIDTHS(branches)},
     {"textures", R"(shader textures(output color result = 0) {
   color base = texture("bench.tx", u * 4, v * 4, "wrap", "periodic");
   color detail = texture("bench.tx", u * 11, v * 11, "wrap", "periodic");
@@ -275,7 +285,8 @@ shader brick(output color result = 0) {
   color worn = base * detail * 1.5;
   float n = noise(P * 5);
   result = mix(base, worn, smoothstep(0.3, 0.7, mask)) * (0.8 + 0.2 * n);
-})", KN_WIDTHS(textured)},
+})",
+     KN_WIDTHS(textured)},
     {"thin_loop", R"(shader thin(output color result = 0) {
   float cx = u * 3 - 2, cy = v * 2 - 1, x = 0, y = 0, turns = 0;
   while (x * x + y * y < 4 && turns < 64) {
@@ -285,7 +296,8 @@ shader brick(output color result = 0) {
     turns += 1;
   }
   result = turns / 64;
-})", KN_WIDTHS(thinLoop)},
+})",
+     KN_WIDTHS(thinLoop)},
 };
 }  // namespace
 const FusedProgram* fusedPrograms(uint32_t& count) {

@@ -1,5 +1,6 @@
-// The programs of the family "shading" as a person would write them in C++ for speed: one loop over vectors of points,
-// everything in registers, on the public width type and the language's own functions. Same values as the machine's.
+// The programs of the family "shading" as a person would write them in C++ for speed: one loop over vectors of
+// points, everything in registers, on the public width type and the language's own functions. Same values as the
+// machine's.
 #pragma once
 #include <cstdint>
 
@@ -11,7 +12,8 @@ struct FusedArguments {
   const float *u, *v, *udx, *udy, *vdx, *vdy;
   float* result[3];
   // Filtered lookups of a picture for n points, n a multiple of 16: s, t, half the footprint, colour and alpha.
-  void (*lookup)(void* textures, uint32_t n, const float* s, const float* t, const float* radius, float* const rgba[4]) = nullptr;
+  void (*lookup)(void* textures, uint32_t n, const float* s, const float* t, const float* radius,
+                 float* const rgba[4]) = nullptr;
   void* textures = nullptr;
 };
 using Fused = void (*)(const FusedArguments&);

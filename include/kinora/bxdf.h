@@ -1,8 +1,8 @@
 // The interface of a surface material (bxdf): a closure bound to a shading context, and the author's layer over it.
 // Called by the renderer (begin, presence, interior, albedo) and by integrators (generate, evaluate, emission).
 // Conventions: weights include the cosine |N.wi| and are values of the bsdf, not divided by a pdf; pdfs are per solid
-// angle; a discrete lobe is flagged and gives a probability instead. Radiance is transported from wi to wo; refraction
-// weights carry the factor (eta)^2 of radiance unless the context transports importance.
+// angle; a discrete lobe is flagged and gives a probability instead. Radiance is transported from wi to wo;
+// refraction weights carry the factor (eta)^2 of radiance unless the context transports importance.
 #pragma once
 #include <kinora/context.h>
 
@@ -11,7 +11,7 @@ namespace kinora {
 // What a lobe is to light path expressions: <R|T  D|S>.
 enum LobeFlags : uint32_t { kLobeReflect = 0, kLobeTransmit = 1, kLobeDiffuse = 0, kLobeSpecular = 2 };
 struct LobeDecl {
-  const char* name;   // "Diffuse", "Specular": mapped to a lobe number by Option "lpe"
+  const char* name;  // "Diffuse", "Specular": mapped to a lobe number by Option "lpe"
   uint32_t flags;
 };
 
@@ -20,58 +20,59 @@ inline constexpr uint32_t kNoLobe = 0xff;
 
 // Directions asked for or made, one a point; arrays of the context's padded length.
 struct EvaluateArgs {
-  const float* wi[3];             // unit, render space
+  const float* wi[3];  // unit, render space
   // out; slots are cleared by the callee
-  float* weight[kMaxSlots][3];    // per slot
-  float* pdf;                     // of generate() making wi, all lobes together
-  float* pdfReverse;              // of making wo from wi; null: not wanted
+  float* weight[kMaxSlots][3];  // per slot
+  float* pdf;                   // of generate() making wi, all lobes together
+  float* pdfReverse;            // of making wo from wi; null: not wanted
 };
 struct GenerateArgs {
-  const float* u[4];              // in [0, 1): direction (0, 1), lobe (2), slot (3)
-  float* wi[3];                   // out: unit, render space
-  float* weight[3];               // out: weight of the slot chosen, divided by that choice's probability
-  float* pdf;                     // out: of all lobes together; a probability where discrete
-  float* pdfReverse;              // out; may be null
-  uint32_t* slot;                 // out: slot chosen, kNoLobe where there is no sample
-  uint32_t* flags;                // out: kSampleDiscrete | kSampleTransmit
+  const float* u[4];  // in [0, 1): direction (0, 1), lobe (2), slot (3)
+  float* wi[3];       // out: unit, render space
+  float* weight[3];   // out: weight of the slot chosen, divided by that choice's probability
+  float* pdf;         // out: of all lobes together; a probability where discrete
+  float* pdfReverse;  // out; may be null
+  uint32_t* slot;     // out: slot chosen, kNoLobe where there is no sample
+  uint32_t* flags;    // out: kSampleDiscrete | kSampleTransmit
 };
 enum SampleFlags : uint32_t { kSampleDiscrete = 1, kSampleTransmit = 2 };
 
 // The medium behind a surface, by point: what a path enters that is transmitted.
 struct InteriorArgs {
-  float* ior;                     // relative to vacuum
-  float* absorption[3];           // per render unit, >= 0
+  float* ior;            // relative to vacuum
+  float* absorption[3];  // per render unit, >= 0
 };
 
 struct BxdfFunctions {
-  void* (*begin)(const Context*);                                  // evaluates parameters; never null
+  void* (*begin)(const Context*);  // evaluates parameters; never null
   void (*generate)(const Context*, const void* closure, const GenerateArgs*);
   void (*evaluate)(const Context*, const void* closure, const EvaluateArgs*);
   // Many directions (padded count n) at one point of the context.
   void (*evaluateAt)(const Context*, const void* closure, uint32_t point, uint32_t n, const EvaluateArgs*);
-  void (*emission)(const Context*, const void* closure, float* const rgb[3]);       // null: none
-  void (*albedo)(const Context*, const void* closure, float* const rgb[3]);         // for the albedo channel; null: black
-  void (*presence)(const Context*, float* presence);                               // 0..1; null: always 1
-  void (*interior)(const Context*, const InteriorArgs*);                           // null: no medium behind it
+  void (*emission)(const Context*, const void* closure, float* const rgb[3]);  // null: none
+  void (*albedo)(const Context*, const void* closure, float* const rgb[3]);    // for the albedo channel; null: black
+  void (*presence)(const Context*, float* presence);                           // 0..1; null: always 1
+  void (*interior)(const Context*, const InteriorArgs*);                       // null: no medium behind it
   // What a straight "thin" shadow ray keeps where the surface is present (tinted glass); null: nothing.
   void (*thinShadow)(const Context*, float* const rgb[3]);
 };
 
 // Descriptor::flags of a bxdf.
 enum BxdfDescriptorFlags : uint32_t {
-  kBxdfNotReciprocal = 1   // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
+  kBxdfNotReciprocal = 1  // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
 };
 
 struct BxdfTraits {
   const LobeDecl* lobes;
   uint32_t lobeCount;
-  int presenceParam;              // index, or -1: with its default and unconnected the surface is opaque
+  int presenceParam;  // index, or -1: with its default and unconnected the surface is opaque
   // Materials whose key differs never share a program: e.g. a bit for each lobe that is on. null: 0. Connected values
   // are flagged in ParamValue.
   uint64_t (*programKey)(const ParamValue*, uint32_t count);
   // 1: this material encloses a medium (glass): interior() is called and paths keep it on their stack of media.
   uint32_t (*enclosesMedium)(const ParamValue*, uint32_t count);
-  // Test settings, null-terminated list of "name=v[ v v]; name=v" strings: albedo 1 within 1 % (lossless and compensated).
+  // Test settings, null-terminated list of "name=v[ v v]; name=v" strings: albedo 1 within 1 % (lossless and
+  // compensated).
   const char* const* lossless;
   // Settings that must never reflect more than they receive, tried besides the covering array; null: none.
   const char* const* conserving;

@@ -6,8 +6,8 @@
 //     static void begin(const Context& c, Closure& k);    // k.color = c.param(kColor);
 //     template <int W> struct Lanes {                     // W points
 //       Lanes(const Closure& k, const Surface<W>& s);     // load what evaluation needs
-//       void evaluate(Vec3<W> wi, LobeSum<W>& out) const; // out.add(lobe, weight with cosine), out.pdf, out.pdfReverse
-//       void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
+//       void evaluate(Vec3<W> wi, LobeSum<W>& out) const; // out.add(lobe, weight with cosine), out.pdf,
+//       out.pdfReverse void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
 //     };
 //     // optional: template <int W> emission / albedo, and presence / interior over whole contexts
 //   };
@@ -27,25 +27,36 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 
 // Which points a chunk of lanes stands for: W following ones, or one point on all lanes (evaluateAt).
-struct At { uint32_t first; bool broadcast; };
+struct At {
+  uint32_t first;
+  bool broadcast;
+};
 
-template <int W> KN_INLINE Float<W> loadFloat(const float* p, At at) {
+template <int W>
+KN_INLINE Float<W> loadFloat(const float* p, At at) {
   return at.broadcast ? Float<W>(p[at.first]) : Float<W>::load(p + at.first);
 }
-template <int W> KN_INLINE Vec3<W> loadVec(const float* const p[3], At at) {
+template <int W>
+KN_INLINE Vec3<W> loadVec(const float* const p[3], At at) {
   return {loadFloat<W>(p[0], at), loadFloat<W>(p[1], at), loadFloat<W>(p[2], at)};
 }
-template <int W> KN_INLINE Int<W> loadInt(const uint32_t* p, At at) {
+template <int W>
+KN_INLINE Int<W> loadInt(const uint32_t* p, At at) {
   return at.broadcast ? Int<W>(p[at.first]) : Int<W>::load(p + at.first);
 }
-template <int W> KN_INLINE Float<W> loadFloat(const Value& v, At at) {
+template <int W>
+KN_INLINE Float<W> loadFloat(const Value& v, At at) {
   return v.stride ? loadFloat<W>(v.data[0], at) : Float<W>(v.data[0][0]);
 }
-template <int W> KN_INLINE Rgb<W> loadRgb(const Value& v, At at) {
+template <int W>
+KN_INLINE Rgb<W> loadRgb(const Value& v, At at) {
   if (v.stride) return loadVec<W>(v.data, at);
   return {Float<W>(v.data[0][0]), Float<W>(v.data[1][0]), Float<W>(v.data[2][0])};
 }
-template <int W> KN_INLINE Vec3<W> loadVec(const Value& v, At at) { return loadRgb<W>(v, at); }
+template <int W>
+KN_INLINE Vec3<W> loadVec(const Value& v, At at) {
+  return loadRgb<W>(v, at);
+}
 
 // The surface at W points, as bxdfs see it. Render space.
 template <int W>
@@ -53,7 +64,7 @@ struct Surface {
   Vec3<W> N, Ng, wo;
   Float<W> outerIor;
   Mask<W> entering;
-  Float<W> cosO;       // N.wo, at least 1e-6
+  Float<W> cosO;  // N.wo, at least 1e-6
   At at;
   const Context* context;
   KN_INLINE Surface(const Context& c, At a) : at(a), context(&c) {
@@ -71,7 +82,8 @@ inline bool isBumped(const Value& n) {
   return n.components == 3 && (n.stride || n.data[0][0] != 0.f || n.data[1][0] != 0.f || n.data[2][0] != 0.f);
 }
 // The normal of a bump input on wo's side, bent until wo sees it (never flipped alone: DESIGN section 2).
-template <int W> KN_INLINE Vec3<W> bumpedNormal(const Value& n, const Surface<W>& s) {
+template <int W>
+KN_INLINE Vec3<W> bumpedNormal(const Value& n, const Surface<W>& s) {
   using F = Float<W>;
   Vec3<W> b = loadVec<W>(n, s.at);
   const F l2 = dot(b, b);
@@ -89,7 +101,7 @@ inline void copyFloat(const Value& v, uint32_t n, float* out) {
 // Sums over lobes at one direction. Weights include the cosine.
 template <int W>
 struct LobeSum {
-  Float<W> pdf, pdfReverse;           // selection probabilities included
+  Float<W> pdf, pdfReverse;  // selection probabilities included
   Rgb<W> slot[kMaxSlots];
   const uint8_t* slotOfLobe;
   KN_INLINE LobeSum() {}  // written out: implicit constructors would miss the target's instruction set
@@ -134,8 +146,7 @@ struct BxdfRunner {
   template <int W>
   static void evaluate(const Context* c, const void* closure, const EvaluateArgs* a) {
     const Closure& k = *static_cast<const Closure*>(closure);
-    for (uint32_t i = 0; i < c->count; i += W)
-      evaluateChunk<W>(c, k, At{i, false}, Vec3<W>::load(a->wi, i), i, a);
+    for (uint32_t i = 0; i < c->count; i += W) evaluateChunk<W>(c, k, At{i, false}, Vec3<W>::load(a->wi, i), i, a);
   }
 
   template <int W>
@@ -208,7 +219,8 @@ struct BxdfRunner {
       select(valid, slot, Int<W>(kNoLobe)).store(a->slot + i);
       const Mask<W> through = dot(sample.wi, s.Ng) < F(0.f);
       (select(sample.discrete, Int<W>(uint32_t(kSampleDiscrete)), Int<W>(0)) |
-       select(through, Int<W>(uint32_t(kSampleTransmit)), Int<W>(0))).store(a->flags + i);
+       select(through, Int<W>(uint32_t(kSampleTransmit)), Int<W>(0)))
+          .store(a->flags + i);
     }
   }
 

@@ -1,5 +1,5 @@
-// First hits of a group's camera rays, shaded: what integrators that follow no paths begin with (occlusion, visualisation,
-// checks). Traces, marks alpha and makes contexts. Included per target.
+// First hits of a group's camera rays, shaded: what integrators that follow no paths begin with (occlusion,
+// visualisation, checks). Traces, marks alpha and makes contexts. Included per target.
 #include <kinora/integrator.h>
 #include <kinora/simd/wide.h>
 
@@ -47,7 +47,7 @@ class CameraHits {
   float* floats(uint32_t n) const { return static_cast<float*>(services_->alloc(group_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(services_->alloc(group_, n * sizeof(uint32_t))); }
 
-  uint32_t count = 0;                // slots whose ray hit a surface
+  uint32_t count = 0;  // slots whose ray hit a surface
   const uint32_t* slots = nullptr;
   uint32_t contextCount = 0;
   Context* const* contexts = nullptr;

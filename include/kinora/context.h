@@ -1,6 +1,7 @@
-// A shading context: n points that share one shading program (bxdf and network structure), made by the renderer from a
-// group of hits. Bxdfs, patterns and integrators read it; everything is in render space (world moved by a constant).
-// All arrays have `padded` elements; the padding repeats the last point, so kernels never need a tail mask.
+// A shading context: n points that share one shading program (bxdf and network structure), made by the renderer from
+// a group of hits. Bxdfs, patterns and integrators read it; everything is in render space (world moved by a
+// constant). All arrays have `padded` elements; the padding repeats the last point, so kernels never need a tail
+// mask.
 #pragma once
 #include <kinora/plugin.h>
 
@@ -14,8 +15,8 @@ struct Value {
   bool uniform() const { return stride == 0; }
 };
 
-// A matrix over the points of a context, for row vectors: x' = x m[0] + y m[4] + z m[8] + m[12]. 16 arrays of n floats
-// (stride 1), or of one float each (stride 0).
+// A matrix over the points of a context, for row vectors: x' = x m[0] + y m[4] + z m[8] + m[12]. 16 arrays of n
+// floats (stride 1), or of one float each (stride 0).
 struct MatrixValue {
   const float* m[16];
   uint32_t stride = 0;
@@ -24,30 +25,33 @@ struct MatrixValue {
 
 // What a surface manifold pattern hands on ("struct" connections): 2D texture coordinates or a 3D position.
 struct Manifold {
-  Value q;                 // 2D: s, t in data[0], data[1]; 3D: a position
-  Value radius;            // footprint radius in units of q
+  Value q;       // 2D: s, t in data[0], data[1]; 3D: a position
+  Value radius;  // footprint radius in units of q
   uint32_t dimensions = 2;
 };
 
 // Built-in variables beyond those held directly; computed on first use, cached for the context.
 enum class Builtin : uint32_t {
-  U, V,                // patch parameters 0..1
-  St,                  // texture coordinates: primvar "st", else (s, t), else (u, v)
-  StRadius,            // footprint radius in st units
-  DPdu, DPdv,          // render space, unnormalised
-  Tangent,             // unit, along st's first direction, perpendicular to N
-  Po,                  // position in object space of the undeformed instance, object units
-  PoRadius,            // footprint radius in object units
-  Pworld,              // world space
-  ObjectId,            // identifier:id
+  U,
+  V,         // patch parameters 0..1
+  St,        // texture coordinates: primvar "st", else (s, t), else (u, v)
+  StRadius,  // footprint radius in st units
+  DPdu,
+  DPdv,      // render space, unnormalised
+  Tangent,   // unit, along st's first direction, perpendicular to N
+  Po,        // position in object space of the undeformed instance, object units
+  PoRadius,  // footprint radius in object units
+  Pworld,    // world space
+  ObjectId,  // identifier:id
   Count
 };
 
 enum ContextTraits : uint32_t {
-  kTraitEyePath = 1, kTraitLightPath = 2,   // radiance or importance is transported
-  kTraitPrimaryHit = 4,                     // first hit seen from the camera
-  kTraitPresenceQuery = 8,                  // made for presence or opacity only; no closure will be bound
-  kTraitInSpace = 16,                       // points of a medium: no surface, no bxdf
+  kTraitEyePath = 1,
+  kTraitLightPath = 2,      // radiance or importance is transported
+  kTraitPrimaryHit = 4,     // first hit seen from the camera
+  kTraitPresenceQuery = 8,  // made for presence or opacity only; no closure will be bound
+  kTraitInSpace = 16,       // points of a medium: no surface, no bxdf
 };
 
 struct Context;
@@ -59,9 +63,10 @@ struct ContextFunctions {
   // The value of parameter `index` of the node being evaluated: constant, gathered by point, or computed by the
   // pattern connected to it (each node runs once a context). Files: data[0] holds handles, bit-cast int32.
   Value (*param)(const Context*, uint32_t index);
-  const Manifold* (*manifold)(const Context*, uint32_t index);   // of a struct parameter; null when not connected
-  const char* (*text)(const Context*, uint32_t index);           // of a (fixed) string parameter
-  uint32_t (*list)(const Context*, uint32_t index, const float** numbers);  // of a (fixed) array parameter; its length
+  const Manifold* (*manifold)(const Context*, uint32_t index);  // of a struct parameter; null when not connected
+  const char* (*text)(const Context*, uint32_t index);          // of a (fixed) string parameter
+  uint32_t (*list)(const Context*, uint32_t index,
+                   const float** numbers);  // of a (fixed) array parameter; its length
   Value (*builtin)(const Context*, Builtin);
   // A primvar by name: components 0 when the object has none of that name. radius (may be null) gets the footprint in
   // units of the primvar. Point, vector and normal primvars arrive in render space.
@@ -70,49 +75,52 @@ struct ContextFunctions {
   // options fixed for the context. Writes 3 + 1 channels; missing files give missingColor / missingAlpha.
   void (*texture)(const Context*, const Value* handles, const float* s, const float* t, const float* radius,
                   const struct TextureOptions* options, float* const rgba[4]);
-  // The matrix from `from` to `to`: "render", "world", "object" (each point's own, at the middle of the shutter), "camera",
-  // or a named coordinate system. 0 when unknown (identity is returned).
+  // The matrix from `from` to `to`: "render", "world", "object" (each point's own, at the middle of the shutter),
+  // "camera", or a named coordinate system. 0 when unknown (identity is returned).
   int (*matrix)(const Context*, const char* from, const char* to, MatrixValue* out);
 };
 
 struct TextureOptions {
   int firstChannel = 0;
-  int filter = 1;              // PxrTexture's codes: 0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian
+  int filter = 1;  // PxrTexture's codes: 0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian
   int interpolateLevels = 1;
-  int wrapS = 1, wrapT = 1;    // 0 black, 1 as the file says, else periodic, 2 clamp, 3 periodic
-  float blur = 0;              // added to the radius, fraction of the image
+  int wrapS = 1, wrapT = 1;  // 0 black, 1 as the file says, else periodic, 2 clamp, 3 periodic
+  float blur = 0;            // added to the radius, fraction of the image
   float missingColor[3] = {1, 0, 1};
   float missingAlpha = 1;
-  int linearize = 0;           // 1: decode sRGB
+  int linearize = 0;  // 1: decode sRGB
 };
 
 struct Context {
   uint32_t count, padded, width;  // points; arrays' length; SIMD width in use
   uint32_t traits;
-  const uint32_t* path;           // path slot in the ray group
-  const float* P[3];              // hit point
-  const float* N[3];              // shading normal, unit, on wo's side of the surface
-  const float* Ng[3];             // geometric normal, unit, on wo's side
-  const float* wo[3];             // unit, towards where the path came from
-  const float* radius;            // path footprint at the hit: radius, render units
-  const float* spread;            // growth of the radius per unit distance
-  const float* time;              // 0..1 over the shutter
-  const float* bias;              // distance by which rays leaving the surface start off it, render units
-  const uint32_t* entering;       // ~0: wo is outside the object (the side its outward normal points to), 0: inside
-  const float* outerIor;          // index of refraction around the object (1 in empty space)
-  const uint32_t* sampleSeed;     // address of random numbers, see random.h
+  const uint32_t* path;        // path slot in the ray group
+  const float* P[3];           // hit point
+  const float* N[3];           // shading normal, unit, on wo's side of the surface
+  const float* Ng[3];          // geometric normal, unit, on wo's side
+  const float* wo[3];          // unit, towards where the path came from
+  const float* radius;         // path footprint at the hit: radius, render units
+  const float* spread;         // growth of the radius per unit distance
+  const float* time;           // 0..1 over the shutter
+  const float* bias;           // distance by which rays leaving the surface start off it, render units
+  const uint32_t* entering;    // ~0: wo is outside the object (the side its outward normal points to), 0: inside
+  const float* outerIor;       // index of refraction around the object (1 in empty space)
+  const uint32_t* sampleSeed;  // address of random numbers, see random.h
   const uint32_t* sampleIndex;
-  uint32_t depth;                 // bounces before this vertex
+  uint32_t depth;  // bounces before this vertex
   // Lobes. The host maps each declared lobe of the bxdf to a slot that active outputs tell apart.
   uint32_t lobeCount, slotCount;
-  const uint8_t* slotOfLobe;      // lobeCount
-  const uint16_t* eventOfSlot;    // slotCount: event code of the light path automaton; bit 0: the slot is specular
+  const uint8_t* slotOfLobe;    // lobeCount
+  const uint16_t* eventOfSlot;  // slotCount: event code of the light path automaton; bit 0: the slot is specular
   const struct BxdfFunctions* bxdf;
-  void* closure;                  // bound by the host before the integrator sees the context
+  void* closure;  // bound by the host before the integrator sees the context
   const ContextFunctions* fn;
-  void* host;                     // the renderer's part
+  void* host;  // the renderer's part
 
-  template <class T> T* alloc(size_t n) const { return static_cast<T*>(fn->alloc(this, n * sizeof(T))); }
+  template <class T>
+  T* alloc(size_t n) const {
+    return static_cast<T*>(fn->alloc(this, n * sizeof(T)));
+  }
   Value param(uint32_t i) const { return fn->param(this, i); }
   Value builtin(Builtin b) const { return fn->builtin(this, b); }
 };

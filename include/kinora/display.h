@@ -15,8 +15,8 @@ enum class DisplayPixelType : uint32_t { Half, Float };
 struct DisplayChannelInfo {
   const char* name;       // as the file should call it: "R", "A", "Z", "diffuse.G", "id"
   DisplayPixelType type;  // what the data needs: colours Half, depths, positions and ids Float
-  // 1: scene-linear colour (8-bit formats encode it); 0: alpha or data; 2: a colour that is encoded already, given only
-  // to drivers with a string parameter "view" when it names a view of the colour configuration.
+  // 1: scene-linear colour (8-bit formats encode it); 0: alpha or data; 2: a colour that is encoded already, given
+  // only to drivers with a string parameter "view" when it names a view of the colour configuration.
   uint32_t isColor;
 };
 

@@ -13,97 +13,100 @@ enum class RayKind : uint32_t { Camera, Indirect, Transmission };
 // Rays by slot. A ray's slot never changes while its sample lives; live slots are listed, not moved.
 struct Rays {
   float* o[3];
-  float* d[3];             // unit
-  float* tMax;             // in: farthest distance
+  float* d[3];  // unit
+  float* tMax;  // in: farthest distance
   float* time;
-  float* radius;           // footprint radius at o
-  float* spread;           // its growth per unit distance
+  float* radius;  // footprint radius at o
+  float* spread;  // its growth per unit distance
 };
 
-struct Hits {              // by slot, like Rays
-  float* t;                // distance; infinity: the ray escaped
-  float* u;                // barycentric b1, b2 (triangles) or the geometry's own parameters
+struct Hits {  // by slot, like Rays
+  float* t;    // distance; infinity: the ray escaped
+  float* u;    // barycentric b1, b2 (triangles) or the geometry's own parameters
   float* v;
-  float* ng[3];            // geometric normal in the geometry's own space, unnormalised
-  uint32_t* instance;      // index of the instance in the world
-  uint32_t* geometry;      // index of the geometry in the world
-  uint32_t* primitive;     // patch
-  uint32_t* level;         // of resolution
+  float* ng[3];         // geometric normal in the geometry's own space, unnormalised
+  uint32_t* instance;   // index of the instance in the world
+  uint32_t* geometry;   // index of the geometry in the world
+  uint32_t* primitive;  // patch
+  uint32_t* level;      // of resolution
 };
 
 // How the vertex that a ray comes from sent it on, in Group::origin. None of them: a diffuse reflection.
 enum RayOrigin : uint32_t {
-  kFromDiscrete = 1,       // no light sample could have found its direction: mirrors, perfect glass, the camera
-  kFromSpecular = 2,       // by a specular lobe
-  kFromTransmission = 4,   // through the surface
-  kOriginBits = 16         // bits from this one on are the integrator's own
+  kFromDiscrete = 1,      // no light sample could have found its direction: mirrors, perfect glass, the camera
+  kFromSpecular = 2,      // by a specular lobe
+  kFromTransmission = 4,  // through the surface
+  kOriginBits = 16        // bits from this one on are the integrator's own
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths, Barrier };
-struct Stage { StageKind kind; uint32_t pathsPerSample; };   // LightPaths: how many a pixel sample; Barrier: 0
+struct Stage {
+  StageKind kind;
+  uint32_t pathsPerSample;
+};  // LightPaths: how many a pixel sample; Barrier: 0
 
 // One group of samples. For camera stages rays hold the camera rays; for light stages emitted rays are made by
 // Services::emitLight.
 struct Group {
-  uint32_t count;          // samples (slots) in use
+  uint32_t count;  // samples (slots) in use
   uint32_t padded;
-  uint32_t width;          // SIMD width
+  uint32_t width;  // SIMD width
   StageKind stage;
   Rays rays;
   Hits hits;
-  const uint32_t* sampleSeed;     // address of random numbers
+  const uint32_t* sampleSeed;  // address of random numbers
   const uint32_t* sampleIndex;
-  const int32_t* pixel[2];        // raster pixel of the sample
-  const float* rayWeight;         // camera's weight of the sample
+  const int32_t* pixel[2];  // raster pixel of the sample
+  const float* rayWeight;   // camera's weight of the sample
   void* host;
-  uint32_t* origin;               // by slot: RayOrigin bits of the ray, 0 unless the integrator writes them with each new
-                                  // direction; shaders ask for them by raytype()
+  uint32_t* origin;  // by slot: RayOrigin bits of the ray, 0 unless the integrator writes them with each new
+                     // direction; shaders ask for them by raytype()
 };
 
 // Lights' answer at the points of a context: one light sample a point.
 struct LightSamples {
   const float* wi[3];
   const float* distance;
-  const float* radiance[3];       // unshadowed
-  const float* pdf;               // choice of the light included; 0: none
-  const float* diffuse;           // factors on diffuse and specular slots
+  const float* radiance[3];  // unshadowed
+  const float* pdf;          // choice of the light included; 0: none
+  const float* diffuse;      // factors on diffuse and specular slots
   const float* specular;
-  const uint32_t* flags;          // LightSampleFlags
-  const uint32_t* light;          // index, for light path events
+  const uint32_t* flags;  // LightSampleFlags
+  const uint32_t* light;  // index, for light path events
 };
 
-// Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit. Entries are sorted by
-// slot order of the list given, and by light.
+// Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit. Entries are sorted
+// by slot order of the list given, and by light.
 struct LightHits {
   uint32_t count;
   const uint32_t* slot;
   const float* radiance[3];
-  const float* pdf;               // with which lightSamples() at the previous vertex would have made this direction
+  const float* pdf;  // with which lightSamples() at the previous vertex would have made this direction
   const float* t;
   const float* diffuse;
   const float* specular;
   const uint32_t* light;
-  const uint32_t* blocks;         // 1: camera ray that ends here (a light seen by the camera); hits.t was set to infinity
+  const uint32_t* blocks;  // 1: camera ray that ends here (a light seen by the camera); hits.t was set to infinity
 };
 
 // Beside LobeFlags: scattering in a medium, <V..> to light path expressions. Only integrators say it.
 inline constexpr uint32_t kLobeVolume = 4;
 
-// How shadows have to do with a contribution. Only where Services::wantsUnshadowed is set do the last three matter: some
-// output wants light as if nothing were in its way.
+// How shadows have to do with a contribution. Only where Services::wantsUnshadowed is set do the last three matter:
+// some output wants light as if nothing were in its way.
 enum class LightKind : uint32_t {
-  Arrives,      // no shadow could have fallen on it: glow, lights seen directly or by a mirror
-  Shadowed,     // light samples behind their shadow rays, or lights found by chance: one estimate in two parts
-  Unshadowed    // light samples as if unoccluded, without the weight that they share with lights found by chance
+  Arrives,    // no shadow could have fallen on it: glow, lights seen directly or by a mirror
+  Shadowed,   // light samples behind their shadow rays, or lights found by chance: one estimate in two parts
+  Unshadowed  // light samples as if unoccluded, without the weight that they share with lights found by chance
 };
 
 // A contribution to the picture: value times throughput, with the state of its light path (see PathStates).
 struct Contributions {
   uint32_t count;
-  const uint32_t* slot;           // each slot at most once a call
+  const uint32_t* slot;  // each slot at most once a call
   const float* value[3];
-  const uint32_t* state;          // after all events but the light's
-  const uint32_t* light;          // index of the light, or kNoLight for emission of surfaces
+  const uint32_t* state;  // after all events but the light's
+  const uint32_t* light;  // index of the light, or kNoLight for emission of surfaces
   LightKind kind = LightKind::Arrives;
 };
 inline constexpr uint32_t kNoLight = 0xffffffffu;
@@ -116,28 +119,30 @@ struct ShadowRays {
   const float* tMax;
   const float* time;
   const uint32_t* slot;
-  uint32_t thin;                  // 1: straight tinted shadows through glass (stock default where caustics are off)
-  float* transmittance[3];        // out
+  uint32_t thin;            // 1: straight tinted shadows through glass (stock default where caustics are off)
+  float* transmittance[3];  // out
 };
 
 // The automaton over light path expressions: an integrator keeps a state for each path and steps it at each event.
 struct PathStates {
-  const uint32_t* next;           // [state * eventCount + event]
+  const uint32_t* next;  // [state * eventCount + event]
   uint32_t eventCount;
-  uint32_t start;                 // after "C"
+  uint32_t start;  // after "C"
 };
 
 // A connection of a light path's vertex to the camera, by point of a context.
 struct CameraConnection {
-  const float* wi[3];             // towards the lens, unit, render space
+  const float* wi[3];  // towards the lens, unit, render space
   const float* distance;
-  const float* importance;        // cosine at the lens included; 0: not seen. A splat is
-                                  // throughput * f * |cosine at the point| * importance / distance^2
-  const float* pdf;               // of the camera making this direction, per solid angle at the lens
+  const float* importance;  // cosine at the lens included; 0: not seen. A splat is
+                            // throughput * f * |cosine at the point| * importance / distance^2
+  const float* pdf;         // of the camera making this direction, per solid angle at the lens
   const float* raster[2];
 };
 
-struct MemoryMark { uint64_t block, used; };
+struct MemoryMark {
+  uint64_t block, used;
+};
 
 struct Services {
   void* host;
@@ -145,20 +150,22 @@ struct Services {
   PathStates paths;
   float worldCenter[3], worldRadius;
   uint32_t lightCount;
-  uint32_t hasMedia;              // 0: all of space is empty, and trace() may be given no transmittance
-  uint32_t wantsUnshadowed;       // 1: light samples are to be contributed twice, see LightKind
+  uint32_t hasMedia;         // 0: all of space is empty, and trace() may be given no transmittance
+  uint32_t wantsUnshadowed;  // 1: light samples are to be contributed twice, see LightKind
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
-  // Nearest accepted hit of each listed ray: presence is decided, surfaces inside a medium of higher priority are passed.
-  // Writes group->hits. `transmittance` gets what the media passed let through (1 in empty space). `depth` addresses the
-  // random numbers of presence.
+  // Nearest accepted hit of each listed ray: presence is decided, surfaces inside a medium of higher priority are
+  // passed. Writes group->hits. `transmittance` gets what the media passed let through (1 in empty space). `depth`
+  // addresses the random numbers of presence.
   void (*trace)(Group*, RayKind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
-  // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends or their
-  // memory is released. Returns their number. Rays that escaped must not be listed. `traits`: eye or light path.
-  uint32_t (*shade)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
-  // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs only
-  // its last vertex keeps within the cache that way.
+  // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends or
+  // their memory is released. Returns their number. Rays that escaped must not be listed. `traits`: eye or light
+  // path.
+  uint32_t (*shade)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                    Context* const** contexts);
+  // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs
+  // only its last vertex keeps within the cache that way.
   MemoryMark (*markMemory)(Group*);
   void (*releaseMemory)(Group*, MemoryMark);
   // One light sample for each point; u: kDimLightChoice and kDimLight of the vertex, sub-sample `part` of `parts`.
@@ -171,22 +178,24 @@ struct Services {
   void (*cover)(Group*, uint32_t n, const uint32_t* slots, const float* alpha);
   // Tells the media stack of each listed point's path that it went through the surface (transmitted samples).
   void (*cross)(Group*, const Context*, uint32_t n, const uint32_t* points);
-  // For several directions from one vertex: remembers where the listed paths stand (hit, media around, lights linked);
-  // restorePaths() puts that back before the next direction is followed. Rays are not kept.
+  // For several directions from one vertex: remembers where the listed paths stand (hit, media around, lights
+  // linked); restorePaths() puts that back before the next direction is followed. Rays are not kept.
   const void* (*keepPaths)(Group*, uint32_t n, const uint32_t* slots);
   void (*restorePaths)(Group*, const void* kept);
   // Light paths: fills rays of the first n slots with emitted rays; throughput = radiance * cos / pdfs.
   void (*emitLight)(Group*, uint32_t n, float* const throughput[3], uint32_t* light);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);
-  // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer. The state
-  // is that of the path read from the camera; `light`: the index of the light it began at, by splat.
+  // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer. The
+  // state is that of the path read from the camera; `light`: the index of the light it began at, by splat.
   void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                 const uint32_t* light);
-  // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase function.
+  // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase
+  // function.
   uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
-  // Points in space at distance t[slot] along the listed rays: where a medium scatters. The context takes light samples
-  // and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
-  Context* (*pointsInSpace)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
+  // Points in space at distance t[slot] along the listed rays: where a medium scatters. The context takes light
+  // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
+  Context* (*pointsInSpace)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                            const float* t);
 };
 
 struct IntegratorFunctions {

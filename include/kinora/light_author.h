@@ -232,8 +232,9 @@ struct LightRunner {
 };
 
 // For lights from infinitely far, known by direction alone. `B` has
-//   template <int W> static Vec3<W> direction(const Data&, Float<W> u, Float<W> v);              // towards the light, unit
-//   template <int W> static void at(const Data&, Vec3<W> d, Rgb<W>& radiance, Float<W>& pdf);     // of that direction
+//   template <int W> static Vec3<W> direction(const Data&, Float<W> u, Float<W> v);              // towards the
+//   light, unit template <int W> static void at(const Data&, Vec3<W> d, Rgb<W>& radiance, Float<W>& pdf);     // of
+//   that direction
 // and Data has isBlack.
 template <class B, class DataType>
 struct DirectionalLight {
@@ -268,16 +269,26 @@ struct DirectionalLight {
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();
 
-// Under HWY_ONCE, in namespace kinora: the descriptor of light `Name` with its array of parameters, LightTraits, create()
-// and the type that it makes.
+// Under HWY_ONCE, in namespace kinora: the descriptor of light `Name` with its array of parameters, LightTraits,
+// create() and the type that it makes.
 #undef KINORA_REGISTER_LIGHT
-#define KINORA_REGISTER_LIGHT(Name, doc, params, traits, create, Data)                                                 \
-  namespace {                                                                                                         \
-  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                                                                     \
-  const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Light, 0, #Name, doc, params.data(),            \
-                               uint32_t(params.size()), kTables, std::size(kTables), &traits, create,                 \
-                               [](void* d) { delete static_cast<Data*>(d); }};                                        \
-  }                                                                                                                   \
+#define KINORA_REGISTER_LIGHT(Name, doc, params, traits, create, Data)         \
+  namespace {                                                                  \
+  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                              \
+  const Descriptor kDescriptor{kAbiVersion,                                    \
+                               sizeof(Descriptor),                             \
+                               Kind::Light,                                    \
+                               0,                                              \
+                               #Name,                                          \
+                               doc,                                            \
+                               params.data(),                                  \
+                               uint32_t(params.size()),                        \
+                               kTables,                                        \
+                               std::size(kTables),                             \
+                               &traits,                                        \
+                               create,                                         \
+                               [](void* d) { delete static_cast<Data*>(d); }}; \
+  }                                                                            \
   KINORA_REGISTER(Name, kDescriptor)
 
 #endif

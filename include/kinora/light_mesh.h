@@ -1,5 +1,5 @@
-// The geometry that emits as a light (CreateInfo::extra of PxrMeshLight): triangles in render space, at the middle of the
-// shutter. Made by the host from the primitive that the light's attributes hold; lives as long as create().
+// The geometry that emits as a light (CreateInfo::extra of PxrMeshLight): triangles in render space, at the middle of
+// the shutter. Made by the host from the primitive that the light's attributes hold; lives as long as create().
 #pragma once
 #include <cstdint>
 
@@ -7,8 +7,8 @@ namespace kinora {
 
 struct LightMesh {
   uint32_t vertexCount = 0, triangleCount = 0;
-  const float* P = nullptr;              // 3 a vertex
-  const uint32_t* triangles = nullptr;   // 3 indices each; (P1 - P0) x (P2 - P0) points to the side that emits
+  const float* P = nullptr;             // 3 a vertex
+  const uint32_t* triangles = nullptr;  // 3 indices each; (P1 - P0) x (P2 - P0) points to the side that emits
 };
 
 }  // namespace kinora

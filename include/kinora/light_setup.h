@@ -272,17 +272,19 @@ inline LightDescription describeLight(const LightCommon& common, bool isBlack, d
   d.specular = common.specular;
   return d;
 }
-// A light from infinitely far: the integral of its radiance over directions; the host multiplies by pi R^2 of the world.
+// A light from infinitely far: the integral of its radiance over directions; the host multiplies by pi R^2 of the
+// world.
 inline LightDescription describeInfiniteLight(const LightCommon& common, bool isBlack, double integral) {
   LightDescription d = describeLight(common, isBlack, integral);
   d.radius = -1;
   d.isInfinite = 1;
   return d;
 }
-// A light with a surface of this area (render units) that lies within `radius` of `center`: pi A L, with its shaping and the
-// mean of its map.
-inline LightDescription describeSurfaceLight(const LightCommon& common, const Shaping& shaping, bool isBlack, Float3 center,
-                                             double radius, double area, const double mapMean[3] = nullptr) {
+// A light with a surface of this area (render units) that lies within `radius` of `center`: pi A L, with its shaping
+// and the mean of its map.
+inline LightDescription describeSurfaceLight(const LightCommon& common, const Shaping& shaping, bool isBlack,
+                                             Float3 center, double radius, double area,
+                                             const double mapMean[3] = nullptr) {
   double power = 0;
   for (int c = 0; c < 3; ++c) {
     const double shaped = mapMean ? std::fabs(common.radiance[c] * mapMean[c]) * shaping.power[c]

@@ -1,6 +1,6 @@
 // The forward path loop: next-event estimation and bxdf sampling with multiple importance sampling, over one group of
-// camera samples. Stock integrators are thin settings over it; authors may use it, or copy the way it calls the services.
-// Included per target.
+// camera samples. Stock integrators are thin settings over it; authors may use it, or copy the way it calls the
+// services. Included per target.
 #include <kinora/integrator.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
@@ -9,14 +9,14 @@
 #define KINORA_PATH_LOOP_ONCE
 namespace kinora {
 struct PathLoopOptions {
-  uint32_t maxIndirectBounces = 8;      // 0: direct light only
-  uint32_t lightSamples = 1;            // at camera hits; deeper vertices take one
-  uint32_t indirectSamples = 1;         // directions followed from each camera hit
-  uint32_t clampDepth = 2;              // ray depth (camera ray: 1) from which contributions are clamped
-  float clampLuminance = 10;            // largest luminance of one contribution there
-  uint32_t rouletteDepth = 4;           // vertex from which Russian roulette is played
-  float rouletteThreshold = 0.2f;       // on paths whose throughput is below
-  bool allowCaustics = false;           // light found through a mirror or lens after a diffuse bounce counts
+  uint32_t maxIndirectBounces = 8;  // 0: direct light only
+  uint32_t lightSamples = 1;        // at camera hits; deeper vertices take one
+  uint32_t indirectSamples = 1;     // directions followed from each camera hit
+  uint32_t clampDepth = 2;          // ray depth (camera ray: 1) from which contributions are clamped
+  float clampLuminance = 10;        // largest luminance of one contribution there
+  uint32_t rouletteDepth = 4;       // vertex from which Russian roulette is played
+  float rouletteThreshold = 0.2f;   // on paths whose throughput is below
+  bool allowCaustics = false;       // light found through a mirror or lens after a diffuse bounce counts
 };
 }  // namespace kinora
 #endif
@@ -85,7 +85,7 @@ class PathLoop {
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
     for (uint32_t part = 0; part < o_.lightSamples; ++part)
       directLight(count, contexts, 0, part, o_.lightSamples, parts);
-    if (parts > 1) {   // the first vertex is needed again
+    if (parts > 1) {  // the first vertex is needed again
       keepFirst(hits, live);
       mark = sv_->markMemory(g_);
     }
@@ -149,7 +149,10 @@ class PathLoop {
       float* alpha = floats(padded(h.count));
       uint32_t k = 0;
       for (uint32_t i = 0; i < h.count; ++i)
-        if (h.blocks[i]) { slot[k] = h.slot[i]; alpha[k++] = 1.f; }
+        if (h.blocks[i]) {
+          slot[k] = h.slot[i];
+          alpha[k++] = 1.f;
+        }
       if (k) sv_->cover(g_, k, slot, alpha);
     }
   }
@@ -264,12 +267,14 @@ class PathLoop {
     const uint32_t room = padded(points) + kPad;
     float *o[3], *d[3], *T[3], *value[3];
     for (int c = 0; c < 3; ++c) {
-      o[c] = floats(room); d[c] = floats(room); T[c] = floats(room);
+      o[c] = floats(room);
+      d[c] = floats(room);
+      T[c] = floats(room);
       value[c] = floats(room * mostSlots);
     }
     float *tMax = floats(room), *time = floats(room);
     uint32_t* slot = words(room);
-    uint32_t* ray = words(room * mostSlots);      // of each contribution
+    uint32_t* ray = words(room * mostSlots);  // of each contribution
     uint32_t* owner = words(room * mostSlots);
     uint32_t* light = words(room * mostSlots);
     uint32_t* state = words(room * mostSlots);
@@ -307,7 +312,7 @@ class PathLoop {
             const F lum = luminance(v);
             v = select(lum > F(o_.clampLuminance), v * (F(o_.clampLuminance) / max(lum, F(1e-30f))), v);
           }
-          v.store(e.weight[l], i);   // reused: contribution of the slot
+          v.store(e.weight[l], i);  // reused: contribution of the slot
           lit = lit | (some & isThere(v));
         }
         const uint32_t bits = lit.bits();
@@ -341,8 +346,10 @@ class PathLoop {
           const Packer<W> keep(some);
           v.pack(keep, value, entries);
           keep.put(s.s, owner + entries);
-          if (c.slotCount > 1) keep.put(rank, ray + entries);
-          else Int<W>::lanes(int32_t(firstRay)).store(ray + entries);   // every ray has one entry
+          if (c.slotCount > 1)
+            keep.put(rank, ray + entries);
+          else
+            Int<W>::lanes(int32_t(firstRay)).store(ray + entries);  // every ray has one entry
           keep.put(Int<W>::load(ls.light + i), light + entries);
           keep.put(gather(sv_->paths.next, row + Int<W>(uint32_t(c.eventOfSlot[l]))), state + entries);
           entries += uint32_t(keep.count);
@@ -351,7 +358,8 @@ class PathLoop {
     }
     if (!rays) return;
     if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
-    const ShadowRays shadow{rays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, o_.allowCaustics ? 0u : 1u, {T[0], T[1], T[2]}};
+    const ShadowRays shadow{rays, {o[0], o[1], o[2]},         {d[0], d[1], d[2]}, tMax, time,
+                            slot, o_.allowCaustics ? 0u : 1u, {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
     for (uint32_t i = 0; i < entries; i += W) {
@@ -380,7 +388,10 @@ class PathLoop {
       const Context& c = *contexts[k];
       float *u[4], *wi[3], *weight[3];
       for (float*& x : u) x = floats(c.padded);
-      for (int x = 0; x < 3; ++x) { wi[x] = floats(c.padded); weight[x] = floats(c.padded); }
+      for (int x = 0; x < 3; ++x) {
+        wi[x] = floats(c.padded);
+        weight[x] = floats(c.padded);
+      }
       float* pdf = floats(c.padded);
       uint32_t *slot = words(c.padded), *flags = words(c.padded);
       const uint32_t dim = dimensionAt(depth);
@@ -395,7 +406,13 @@ class PathLoop {
         a.store(u[2] + i);
         b.store(u[3] + i);
       }
-      const GenerateArgs ga{{u[0], u[1], u[2], u[3]}, {wi[0], wi[1], wi[2]}, {weight[0], weight[1], weight[2]}, pdf, nullptr, slot, flags};
+      const GenerateArgs ga{{u[0], u[1], u[2], u[3]},
+                            {wi[0], wi[1], wi[2]},
+                            {weight[0], weight[1], weight[2]},
+                            pdf,
+                            nullptr,
+                            slot,
+                            flags};
       c.bxdf->generate(&c, c.closure, &ga);
       uint32_t* through = words(c.padded + kPad);
       uint32_t throughCount = 0;
@@ -410,7 +427,8 @@ class PathLoop {
         // Russian roulette on weak paths
         if (depth >= o_.rouletteDepth) {
           F r, unused;
-          draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i), dim + kDimRoulette, r, unused);
+          draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i), dim + kDimRoulette, r,
+                unused);
           const F q = clamp(maxComponent(t) * F(1.f / o_.rouletteThreshold), F(0.05f), F(1.f));
           on = on & (r < q);
           t = t * (F(1.f) / q);
@@ -445,7 +463,8 @@ class PathLoop {
         s.put(on, next, state_);
         const Int<W> had = s.get(flags_) & Int<W>(uint32_t(kHadDiffuse));
         const Mask<W> transmits = (fl & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
-        const Int<W> caustic = select(had != Int<W>(0), Int<W>(uint32_t(kFromDiscrete) | uint32_t(kCaustic)), Int<W>(uint32_t(kFromDiscrete)));
+        const Int<W> caustic = select(had != Int<W>(0), Int<W>(uint32_t(kFromDiscrete) | uint32_t(kCaustic)),
+                                      Int<W>(uint32_t(kFromDiscrete)));
         const Int<W> now = had | select(discrete, caustic, Int<W>(uint32_t(kHadDiffuse))) |
                            select((event & Int<W>(1)) != Int<W>(0), Int<W>(uint32_t(kFromSpecular)), Int<W>(0)) |
                            select(transmits, Int<W>(uint32_t(kFromTransmission)), Int<W>(0));
@@ -466,7 +485,8 @@ class PathLoop {
   }
 
   // `mark`: all that was made since is needed until the next directions are chosen, and no longer.
-  void follow(uint32_t count, Context* const* contexts, uint32_t part, uint32_t parts, MemoryMark mark, uint32_t* live) {
+  void follow(uint32_t count, Context* const* contexts, uint32_t part, uint32_t parts, MemoryMark mark,
+              uint32_t* live) {
     for (uint32_t depth = 0;; ++depth) {
       const bool first = depth == 0;
       const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
@@ -475,7 +495,7 @@ class PathLoop {
       sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium());
       applyMedium(n, live);
       collectLights(RayKind::Indirect, depth + 1, first ? o_.lightSamples : 1, first ? parts : 1, n, live);
-      if (depth >= o_.maxIndirectBounces) return;   // the last directions only looked for light
+      if (depth >= o_.maxIndirectBounces) return;  // the last directions only looked for light
       const uint32_t hits = keepHits(n, live);
       if (!hits) return;
       if (first && parts > 1)

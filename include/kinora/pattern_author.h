@@ -47,7 +47,8 @@ inline bool allUniform(std::initializer_list<const Value*> values) {
 }
 
 // One component of a value; a component that it lacks repeats the last one it has.
-template <int W> KN_INLINE Float<W> loadComponent(const Value& v, uint32_t k, At at) {
+template <int W>
+KN_INLINE Float<W> loadComponent(const Value& v, uint32_t k, At at) {
   const uint32_t last = v.components > 1 ? v.components - 1 : 0;
   const float* p = v.data[k < last ? k : last];
   return v.stride ? loadFloat<W>(p, at) : Float<W>(p[0]);
@@ -62,7 +63,8 @@ inline Manifold surfaceManifold(const Context& c, uint32_t index) {
   return m;
 }
 // A manifold's position at W points; z is 0 of a 2D one.
-template <int W> KN_INLINE Vec3<W> loadPosition(const Manifold& m, At at) {
+template <int W>
+KN_INLINE Vec3<W> loadPosition(const Manifold& m, At at) {
   return {loadComponent<W>(m.q, 0, at), loadComponent<W>(m.q, 1, at),
           m.dimensions > 2 ? loadComponent<W>(m.q, 2, at) : Float<W>(0.f)};
 }
@@ -112,18 +114,23 @@ inline Value constantValue(const Context& c, uint32_t count, const float* number
 // `B` has `template <int W> static void compute(const Context*, const PatternArgs*)`.
 template <class B>
 struct PatternRunner {
-  template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&B::template compute<W>}; }
+  template <int W>
+  static constexpr PatternFunctions table() {
+    return PatternFunctions{&B::template compute<W>};
+  }
 };
 
 // ---- spaces ----
 // How a value moves with a matrix: points with its translation, normals with the inverse's transpose.
 enum class Moves { No, Point, Vector, Normal };
 inline Moves movesLike(const char* type) {
-  return !std::strcmp(type, "point") ? Moves::Point : !std::strcmp(type, "vector") ? Moves::Vector
-         : !std::strcmp(type, "normal") ? Moves::Normal : Moves::No;
+  return !std::strcmp(type, "point")    ? Moves::Point
+         : !std::strcmp(type, "vector") ? Moves::Vector
+         : !std::strcmp(type, "normal") ? Moves::Normal
+                                        : Moves::No;
 }
-// A vector at W points moved by a matrix. Normals move by its inverse's transpose: for them hand over the matrix of the
-// way back.
+// A vector at W points moved by a matrix. Normals move by its inverse's transpose: for them hand over the matrix of
+// the way back.
 template <int W>
 KN_INLINE Vec3<W> moveBy(const MatrixValue& m, Moves how, Vec3<W> v, At at) {
   using F = Float<W>;
@@ -143,7 +150,8 @@ template <int W>
 inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
   MatrixValue m;
   const bool normal = how == Moves::Normal;
-  if (how == Moves::No || !(normal ? c.fn->matrix(&c, space, "render", &m) : c.fn->matrix(&c, "render", space, &m))) return;
+  if (how == Moves::No || !(normal ? c.fn->matrix(&c, space, "render", &m) : c.fn->matrix(&c, "render", space, &m)))
+    return;
   const bool one = v.uniform() && m.uniform();
   const Value in = v;
   float* out[3];
@@ -156,10 +164,11 @@ inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
 }
 
 // For nodes that make one colour (kComponents 3) or number (1) of inputs at the same point. `B` has
-//   struct Setup { explicit Setup(const Context&); bool uniform() const; };   // values, modes, ...: read once a context
-//   static constexpr uint32_t kComponents;
-//   template <int W> static KN_INLINE Vec3<W> at(const Setup&, At);          // x alone counts for numbers
-// The first output is the result; further ones are a colour's parts, or a number's repetition as a colour and its parts.
+//   struct Setup { explicit Setup(const Context&); bool uniform() const; };   // values, modes, ...: read once a
+//   context static constexpr uint32_t kComponents; template <int W> static KN_INLINE Vec3<W> at(const Setup&, At); //
+//   x alone counts for numbers
+// The first output is the result; further ones are a colour's parts, or a number's repetition as a colour and its
+// parts.
 template <class B>
 struct PointwiseRunner {
   template <int W>
@@ -184,16 +193,19 @@ struct PointwiseRunner {
       shareComponents(*a, 1);
     }
   }
-  template <int W> static constexpr PatternFunctions table() { return PatternFunctions{&compute<W>}; }
+  template <int W>
+  static constexpr PatternFunctions table() {
+    return PatternFunctions{&compute<W>};
+  }
 };
 #undef KINORA_POINTWISE_TABLES
-#define KINORA_POINTWISE_TABLES(Node) \
+#define KINORA_POINTWISE_TABLES(Node)   \
   using Runner = PointwiseRunner<Node>; \
   KINORA_WIDTH_TABLES(Runner, PatternFunctions)
 
 // Inside the per-target namespace, after the node's struct; then KINORA_REGISTER_PATTERN after all of it.
 #undef KINORA_PATTERN_TABLES
-#define KINORA_PATTERN_TABLES(Node) \
+#define KINORA_PATTERN_TABLES(Node)   \
   using Runner = PatternRunner<Node>; \
   KINORA_WIDTH_TABLES(Runner, PatternFunctions)
 
@@ -203,13 +215,14 @@ HWY_AFTER_NAMESPACE();
 
 // Under HWY_ONCE: the descriptor of pattern `Name` with its array of parameters.
 #undef KINORA_REGISTER_PATTERN
-#define KINORA_REGISTER_PATTERN(Name, doc, params)                                                                    \
-  namespace kinora {                                                                                                  \
-  namespace {                                                                                                         \
-  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                                                                     \
-  const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Pattern, 0, #Name, doc, params, std::size(params), \
-                               kTables, std::size(kTables), nullptr, nullptr, nullptr};                               \
-  }                                                                                                                   \
-  KINORA_REGISTER(Name, kDescriptor)                                                                                  \
+#define KINORA_REGISTER_PATTERN(Name, doc, params)                                                     \
+  namespace kinora {                                                                                   \
+  namespace {                                                                                          \
+  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                                                      \
+  const Descriptor kDescriptor{                                                                        \
+      kAbiVersion, sizeof(Descriptor), Kind::Pattern, 0,       #Name,  doc, params, std::size(params), \
+      kTables,     std::size(kTables), nullptr,       nullptr, nullptr};                               \
+  }                                                                                                    \
+  KINORA_REGISTER(Name, kDescriptor)                                                                   \
   }
 #endif

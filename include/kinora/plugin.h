@@ -1,7 +1,7 @@
 // What every plug-in exports: one C descriptor with its parameters and, for each width it was built for, a table of
 // functions over padded spans. Only plain data crosses this boundary: no templates, no standard-library types, no
-// exceptions. Authors write against the thin C++ layers in bxdf.h, pattern.h, light.h, integrator.h, ...; the host reads
-// nothing but what is declared here and there.
+// exceptions. Authors write against the thin C++ layers in bxdf.h, pattern.h, light.h, integrator.h, ...; the host
+// reads nothing but what is declared here and there.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,17 +16,29 @@ inline constexpr uint32_t kPad = 16;
 inline constexpr uint32_t padded(uint32_t n) { return (n + kPad - 1) & ~(kPad - 1); }
 
 enum class Kind : uint32_t {
-  Bxdf, Pattern, Light, LightFilter, Integrator, Projection, Displacement, Volume,
-  PixelFilter, SampleFilter, DisplayFilter, Display, Geometry, Hider
+  Bxdf,
+  Pattern,
+  Light,
+  LightFilter,
+  Integrator,
+  Projection,
+  Displacement,
+  Volume,
+  PixelFilter,
+  SampleFilter,
+  DisplayFilter,
+  Display,
+  Geometry,
+  Hider
 };
 enum class Type : uint32_t { Float, Int, String, Color, Point, Vector, Normal, Matrix, Struct };
 
 enum ParamFlags : uint32_t {
-  kParamOutput = 1,       // computed by the node (patterns)
-  kParamArray = 2,        // type[]; any length
-  kParamFile = 4,         // a string that names a texture: each point gets the handle (an int), see Context::param
+  kParamOutput = 1,  // computed by the node (patterns)
+  kParamArray = 2,   // type[]; any length
+  kParamFile = 4,    // a string that names a texture: each point gets the handle (an int), see Context::param
   kParamNotConnectable = 8,
-  kParamFixed = 16        // part of the shading program: materials that differ in it never share a shading group
+  kParamFixed = 16  // part of the shading program: materials that differ in it never share a shading group
 };
 
 // One parameter, declared once: read by the RIB reader, `kinora plugins NAME`, the manual and every test loop.
@@ -34,55 +46,111 @@ struct Param {
   const char* name = "";
   Type type = Type::Float;
   uint32_t flags = 0;
-  float value[3] = {0, 0, 0};         // default of numeric types (ints as floats)
-  const char* text = "";              // default of strings
-  const float* list = nullptr;        // default of arrays: listCount numbers
+  float value[3] = {0, 0, 0};   // default of numeric types (ints as floats)
+  const char* text = "";        // default of strings
+  const float* list = nullptr;  // default of arrays: listCount numbers
   uint32_t listCount = 0;
-  float low = 0, high = 1;            // range that makes sense, ends included: tests walk it, interfaces show it
-  const char* choices = "";           // "0 Beckmann, 1 GGX", "down|right|up|left"; "" when free
-  const char* doc = "";               // meaning, unit, space
+  float low = 0, high = 1;   // range that makes sense, ends included: tests walk it, interfaces show it
+  const char* choices = "";  // "0 Beckmann, 1 GGX", "down|right|up|left"; "" when free
+  const char* doc = "";      // meaning, unit, space
 
-  constexpr Param range(float lo, float hi) const { Param p = *this; p.low = lo; p.high = hi; return p; }
-  constexpr Param help(const char* text_) const { Param p = *this; p.doc = text_; return p; }
-  constexpr Param options(const char* list_) const { Param p = *this; p.choices = list_; return p; }
-  constexpr Param fixed() const { Param p = *this; p.flags |= kParamFixed | kParamNotConnectable; return p; }
-  constexpr Param file() const { Param p = *this; p.flags |= kParamFile | kParamNotConnectable; return p; }
+  constexpr Param range(float lo, float hi) const {
+    Param p = *this;
+    p.low = lo;
+    p.high = hi;
+    return p;
+  }
+  constexpr Param help(const char* text_) const {
+    Param p = *this;
+    p.doc = text_;
+    return p;
+  }
+  constexpr Param options(const char* list_) const {
+    Param p = *this;
+    p.choices = list_;
+    return p;
+  }
+  constexpr Param fixed() const {
+    Param p = *this;
+    p.flags |= kParamFixed | kParamNotConnectable;
+    return p;
+  }
+  constexpr Param file() const {
+    Param p = *this;
+    p.flags |= kParamFile | kParamNotConnectable;
+    return p;
+  }
 };
 
 namespace param {
 constexpr Param make(Type t, const char* name, float a, float b, float c) {
-  Param p; p.name = name; p.type = t; p.value[0] = a; p.value[1] = b; p.value[2] = c; return p;
+  Param p;
+  p.name = name;
+  p.type = t;
+  p.value[0] = a;
+  p.value[1] = b;
+  p.value[2] = c;
+  return p;
 }
 constexpr Param number(const char* name, float v) { return make(Type::Float, name, v, v, v); }
 // Integers steer structure (modes, switches), so they are part of the program unless declared otherwise.
 constexpr Param integer(const char* name, int v) { return make(Type::Int, name, float(v), 0, 0).fixed(); }
 constexpr Param color(const char* name, float v) { return make(Type::Color, name, v, v, v); }
 constexpr Param color(const char* name, float r, float g, float b) { return make(Type::Color, name, r, g, b); }
-constexpr Param point(const char* name, float x, float y, float z) { return make(Type::Point, name, x, y, z).range(-10, 10); }
-constexpr Param vector(const char* name, float x, float y, float z) { return make(Type::Vector, name, x, y, z).range(-1, 1); }
+constexpr Param point(const char* name, float x, float y, float z) {
+  return make(Type::Point, name, x, y, z).range(-10, 10);
+}
+constexpr Param vector(const char* name, float x, float y, float z) {
+  return make(Type::Vector, name, x, y, z).range(-1, 1);
+}
 // 0 0 0 means "not connected: use the shading normal".
 constexpr Param normal(const char* name) { return make(Type::Normal, name, 0, 0, 0).range(-1, 1); }
 constexpr Param string(const char* name, const char* v) {
-  Param p; p.name = name; p.type = Type::String; p.text = v; p.flags = kParamFixed | kParamNotConnectable; return p;
+  Param p;
+  p.name = name;
+  p.type = Type::String;
+  p.text = v;
+  p.flags = kParamFixed | kParamNotConnectable;
+  return p;
 }
-constexpr Param structure(const char* name) { Param p; p.name = name; p.type = Type::Struct; return p; }
+constexpr Param structure(const char* name) {
+  Param p;
+  p.name = name;
+  p.type = Type::Struct;
+  return p;
+}
 constexpr Param array(Type t, const char* name, const float* list, uint32_t count) {
-  Param p; p.name = name; p.type = t; p.flags = kParamArray | kParamFixed | kParamNotConnectable; p.list = list; p.listCount = count; return p;
+  Param p;
+  p.name = name;
+  p.type = t;
+  p.flags = kParamArray | kParamFixed | kParamNotConnectable;
+  p.list = list;
+  p.listCount = count;
+  return p;
 }
-constexpr Param output(Type t, const char* name) { Param p; p.name = name; p.type = t; p.flags = kParamOutput; return p; }
+constexpr Param output(Type t, const char* name) {
+  Param p;
+  p.name = name;
+  p.type = t;
+  p.flags = kParamOutput;
+  return p;
+}
 }  // namespace param
 
 // A resolved parameter of one node: the default where the scene gives none. Valid during create() only.
 struct ParamValue {
-  const float* floats = nullptr;          // numeric types, ints converted
+  const float* floats = nullptr;  // numeric types, ints converted
   const char* const* strings = nullptr;
-  uint32_t count = 0;                     // floats or strings
-  uint32_t given = 0;                     // 1: the scene sets it
-  uint32_t connected = 0;                 // 1: fed by a pattern; the value is not known yet
+  uint32_t count = 0;      // floats or strings
+  uint32_t given = 0;      // 1: the scene sets it
+  uint32_t connected = 0;  // 1: fed by a pattern; the value is not known yet
 };
 
 // An image for set-up code (light maps). Row-major, top row first, `channels` floats a pixel, scene-linear.
-struct HostImage { const float* pixels; uint32_t width, height, channels; };
+struct HostImage {
+  const float* pixels;
+  uint32_t width, height, channels;
+};
 
 // Services of the renderer for set-up code. Thread-safe. Strings are UTF-8 and live as long as the call.
 struct Host {
@@ -95,16 +163,17 @@ struct Host {
 
 // Where a light, a projection or an instance of a plug-in stands. Matrices are row-vector (p' = p M), row-major.
 struct Placement {
-  double localToRender[16];   // render space: world moved by a constant, so that the camera is near the origin
-  double worldOrigin[3];      // render = world - worldOrigin
-  int isStatic;               // 0: localToRender is the one at the middle of the shutter
+  double localToRender[16];  // render space: world moved by a constant, so that the camera is near the origin
+  double worldOrigin[3];     // render = world - worldOrigin
+  int isStatic;              // 0: localToRender is the one at the middle of the shutter
 };
 
-// What create() learns. `extra` points to a struct of the kind: LightInfo ..., ProjectionInfo, DisplayInfo; else null.
+// What create() learns. `extra` points to a struct of the kind: LightInfo ..., ProjectionInfo, DisplayInfo; else
+// null.
 struct CreateInfo {
   const Host* host;
-  const char* handle;             // the node's name, for messages
-  const ParamValue* values;       // one for each declared parameter, in order
+  const char* handle;        // the node's name, for messages
+  const ParamValue* values;  // one for each declared parameter, in order
   uint32_t valueCount;
   const Placement* placement;
   const void* extra;
@@ -115,12 +184,17 @@ struct CreateInfo {
 };
 
 // Filled by a create() that fails; the host shows it and uses a fallback.
-struct ErrorText { char text[512]; };
+struct ErrorText {
+  char text[512];
+};
 
-struct WidthTable { uint32_t width; const void* functions; };  // BxdfFunctions, LightFunctions, ... of the kind
+struct WidthTable {
+  uint32_t width;
+  const void* functions;
+};  // BxdfFunctions, LightFunctions, ... of the kind
 
 struct Descriptor {
-  uint32_t abiVersion;            // first, and never moved
+  uint32_t abiVersion;  // first, and never moved
   uint32_t descriptorBytes;
   Kind kind;
   uint32_t flags;
@@ -130,7 +204,7 @@ struct Descriptor {
   uint32_t paramCount;
   const WidthTable* tables;
   uint32_t tableCount;
-  const void* traits;             // BxdfTraits ... of the kind; may be null
+  const void* traits;  // BxdfTraits ... of the kind; may be null
   // Data of one node (light, integrator, projection, ...), made once before rendering; null: the node has none.
   void* (*create)(const CreateInfo*, ErrorText*);
   void (*destroy)(void*);
@@ -171,8 +245,8 @@ void* guardedCreate(ErrorText* error, F&& make) noexcept {
 #define KINORA_REGISTER(Name, descriptorObject) \
   const ::kinora::Descriptor* kinoraStock_##Name() { return &descriptorObject; }
 #else
-#define KINORA_REGISTER(Name, descriptorObject)                                            \
+#define KINORA_REGISTER(Name, descriptorObject)                                        \
   extern "C" KINORA_EXPORT const ::kinora::Descriptor* kinoraPlugins(uint32_t index) { \
-    return index == 0 ? &descriptorObject : nullptr;                                       \
+    return index == 0 ? &descriptorObject : nullptr;                                   \
   }
 #endif

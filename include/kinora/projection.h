@@ -5,38 +5,38 @@
 
 namespace kinora {
 
-struct ProjectionInfo {               // CreateInfo::extra
-  float screenWindow[4];              // left right bottom top, on the plane at distance 1 for perspective with fov 90
-  int screenWindowGiven;              // 0: the default for the frame's aspect ratio
-  float frameAspect;                  // width / height of the picture, pixel aspect included
+struct ProjectionInfo {   // CreateInfo::extra
+  float screenWindow[4];  // left right bottom top, on the plane at distance 1 for perspective with fov 90
+  int screenWindowGiven;  // 0: the default for the frame's aspect ratio
+  float frameAspect;      // width / height of the picture, pixel aspect included
   uint32_t resolution[2];
-  float fStop, focalLength, focalDistance;   // DepthOfField request; fStop 0: pinhole
-  float clipping[2];                  // near, far along z; 0 0: none
-  double worldToCamera[16];           // at the middle of the shutter; row-major, for row vectors; all 0: not known
+  float fStop, focalLength, focalDistance;  // DepthOfField request; fStop 0: pinhole
+  float clipping[2];                        // near, far along z; 0 0: none
+  double worldToCamera[16];  // at the middle of the shutter; row-major, for row vectors; all 0: not known
 };
 
 struct CameraSampleArgs {
   uint32_t count;
-  const float* raster[2];             // pixels, origin at the top left corner, y down
-  const float* lens[2];               // in [0, 1)
-  const float* time;                  // 0..1 over the shutter
-  float* o[3];                        // out, camera space
-  float* d[3];                        // out, unit
-  float* weight;                      // out: importance over pdf; 1 for plain cameras
-  float* radius;                      // out: footprint radius at the origin
-  float* spread;                      // out: growth of the radius per unit distance: half a pixel's angle
+  const float* raster[2];  // pixels, origin at the top left corner, y down
+  const float* lens[2];    // in [0, 1)
+  const float* time;       // 0..1 over the shutter
+  float* o[3];             // out, camera space
+  float* d[3];             // out, unit
+  float* weight;           // out: importance over pdf; 1 for plain cameras
+  float* radius;           // out: footprint radius at the origin
+  float* spread;           // out: growth of the radius per unit distance: half a pixel's angle
 };
 
 struct CameraConnectArgs {
   uint32_t count;
-  const float* P[3];                  // camera space
+  const float* P[3];  // camera space
   const float* lens[2];
   const float* time;
-  float* o[3];                        // out: point on the lens
-  float* raster[2];                   // out: pixels
-  float* importance;                  // out: of the pixel-normalised sensor: We such that the mean over a pixel's
-                                      // samples of L * (path of the camera) equals the sum of splats; 0: not seen
-  float* pdf;                         // out: per solid angle at the lens point, of rays() making this direction
+  float* o[3];        // out: point on the lens
+  float* raster[2];   // out: pixels
+  float* importance;  // out: of the pixel-normalised sensor: We such that the mean over a pixel's
+                      // samples of L * (path of the camera) equals the sum of splats; 0: not seen
+  float* pdf;         // out: per solid angle at the lens point, of rays() making this direction
 };
 
 struct ProjectionFunctions {

@@ -79,10 +79,10 @@ KN_INLINE Mask<W> insideRaster(const ScreenMap& m, Float<W> x, Float<W> y) {
   return (x >= F(0.f)) & (x < F(m.width)) & (y >= F(0.f)) & (y < F(m.height));
 }
 
-// A thin lens at the eye, sharp on a plane; a pinhole where its radius is 0. With q = dot(sharp, D) the ray of D, whose z
-// is 1, through the middle of the lens is sharp at distance 1 / q, and D - o q is its ray through the lens point o. Where
-// the plane lies behind (q < 0) the ray is sharp at infinity. Tilted planes scale areas of directions by the determinant
-// of D -> D - o q, which is 1 - dot(sharp, o) (o.z = 0).
+// A thin lens at the eye, sharp on a plane; a pinhole where its radius is 0. With q = dot(sharp, D) the ray of D,
+// whose z is 1, through the middle of the lens is sharp at distance 1 / q, and D - o q is its ray through the lens
+// point o. Where the plane lies behind (q < 0) the ray is sharp at infinity. Tilted planes scale areas of directions
+// by the determinant of D -> D - o q, which is 1 - dot(sharp, o) (o.z = 0).
 struct ThinLensProjection {
   using Data = ThinLens;
 

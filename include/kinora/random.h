@@ -1,12 +1,11 @@
-// Random numbers by address: (seed of the pixel, sample index, dimension) -> two numbers in [0, 1). Nothing is drawn from
-// a stream, so a sample's numbers do not depend on what else was rendered. The table holds PMJ02 sequences (Christensen,
-// Kensler, Kilpatrick, EGSR 2018). A hash picks the sequence, shuffles the index so that every aligned block of 2^k
-// samples stays one (a bit may change with those above it only), and exclusive-ors the digits, which keeps all base-2
-// strata. The shuffle must not be a mere exclusive or: sample 2k + 1 of all these sequences lies in the other half than
-// sample 2k, so that the leading digits of any two dimensions would agree. Included per target.
+// Random numbers by address: (seed of the pixel, sample index, dimension) -> two numbers in [0, 1). Nothing is drawn
+// from a stream, so a sample's numbers do not depend on what else was rendered. The table holds PMJ02 sequences
+// (Christensen, Kensler, Kilpatrick, EGSR 2018). A hash picks the sequence, shuffles the index so that every aligned
+// block of 2^k samples stays one (a bit may change with those above it only), and exclusive-ors the digits, which
+// keeps all base-2 strata. The shuffle must not be a mere exclusive or: sample 2k + 1 of all these sequences lies in
+// the other half than sample 2k, so that the leading digits of any two dimensions would agree. Included per target.
 #include <kinora/sample_table.h>
 #include <kinora/simd/wide.h>
-
 
 #if defined(KINORA_RANDOM_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_RANDOM_H_TARGET
@@ -19,7 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 
-template <int W> KN_INLINE Int<W> hashWords(Int<W> a, Int<W> b) {
+template <int W>
+KN_INLINE Int<W> hashWords(Int<W> a, Int<W> b) {
   Int<W> x = a ^ (b * Int<W>(0x9E3779B9u) + Int<W>(0x85EBCA6Bu));
   x = x ^ x.template shr<16>();
   x = x * Int<W>(0x7feb352du);
@@ -29,7 +29,8 @@ template <int W> KN_INLINE Int<W> hashWords(Int<W> a, Int<W> b) {
 }
 
 // The low 16 bits in reverse.
-template <int W> KN_INLINE Int<W> reverse16(Int<W> x) {
+template <int W>
+KN_INLINE Int<W> reverse16(Int<W> x) {
   using I = Int<W>;
   x = ((x & I(0x5555)).template shl<1>()) | (x.template shr<1>() & I(0x5555));
   x = ((x & I(0x3333)).template shl<2>()) | (x.template shr<2>() & I(0x3333));
@@ -43,15 +44,18 @@ KN_INLINE void draw2(const SampleTable& t, Int<W> seed, Int<W> sample, uint32_t 
   const Int<W> mask(uint32_t((1u << t.logSamples) - 1));
   // samples beyond the table's length go on with other sequences
   Int<W> h = hashWords(seed, Int<W>(dimension));
-  Int<W> high = Int<W>(hn::BitCast(typename Int<W>::D(), hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), sample.v), int(t.logSamples))));
+  Int<W> high = Int<W>(hn::BitCast(
+      typename Int<W>::D(), hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), sample.v), int(t.logSamples))));
   h = h ^ (high * Int<W>(0xC2B2AE35u));
   const Int<W> set = h & Int<W>(uint32_t((1u << t.logSets) - 1));
   const Int<W> h2 = h * Int<W>(0x2C1B3C6Du);
   const Int<W> h3 = (h ^ h.template shr<13>()) * Int<W>(0x297A2D39u);
-  // Nested shuffle in reversed bit order, where products and sums carry the right way: Laine and Karras' hash (EGSR 2011)
-  // with N. Vegdahl's constants (2021).
+  // Nested shuffle in reversed bit order, where products and sums carry the right way: Laine and Karras' hash (EGSR
+  // 2011) with N. Vegdahl's constants (2021).
   const Int<W> h4 = h ^ h.template shr<15>();
-  Int<W> x = Int<W>(hn::BitCast(typename Int<W>::D(), hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), reverse16(sample).v), int(16 - t.logSamples))));
+  Int<W> x = Int<W>(hn::BitCast(
+      typename Int<W>::D(),
+      hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), reverse16(sample).v), int(16 - t.logSamples))));
   x = x ^ (x * Int<W>(0x3d20adeau));
   x = x + h4.template shr<4>();
   x = x * (h2.template shr<16>() | Int<W>(1));

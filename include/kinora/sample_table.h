@@ -1,4 +1,5 @@
-// Where random numbers come from, for plain code: the table, the addresses, the hashes. random.h draws from it in kernels.
+// Where random numbers come from, for plain code: the table, the addresses, the hashes. random.h draws from it in
+// kernels.
 #pragma once
 #include <cstdint>
 
@@ -8,12 +9,16 @@ namespace kinora {
 struct SampleTable {
   const uint32_t* xs;
   const uint32_t* ys;
-  uint32_t logSets, logSamples;   // both powers of two
+  uint32_t logSets, logSamples;  // both powers of two
 };
 // 32-bit mix of two words (constants of "lowbias32", C. Wellons, 2018).
 inline uint32_t hashWords(uint32_t a, uint32_t b) {
   uint32_t x = a ^ (b * 0x9E3779B9u + 0x85EBCA6Bu);
-  x ^= x >> 16; x *= 0x7feb352du; x ^= x >> 15; x *= 0x846ca68bu; x ^= x >> 16;
+  x ^= x >> 16;
+  x *= 0x7feb352du;
+  x ^= x >> 15;
+  x *= 0x846ca68bu;
+  x ^= x >> 16;
   return x;
 }
 // Seed of a pixel; x and y are raster coordinates.
@@ -24,6 +29,11 @@ inline uint32_t pixelSeed(int x, int y, uint32_t frameSeed) {
 inline constexpr uint32_t kDimFilter = 0, kDimLens = 1, kDimTime = 2, kDimFirstVertex = 8, kDimsPerDepth = 16;
 inline constexpr uint32_t dimensionAt(uint32_t depth) { return kDimFirstVertex + depth * kDimsPerDepth; }
 enum VertexDimension : uint32_t {  // offsets within a vertex's dimensions
-  kDimBxdf = 0, kDimLobe = 1, kDimRoulette = 2, kDimLightChoice = 3, kDimLight = 4, kDimUser = 8
+  kDimBxdf = 0,
+  kDimLobe = 1,
+  kDimRoulette = 2,
+  kDimLightChoice = 3,
+  kDimLight = 4,
+  kDimUser = 8
 };
 }  // namespace kinora

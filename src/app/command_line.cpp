@@ -84,7 +84,11 @@ std::optional<double> parseTime(const std::string& text) {
   double value = 0;
   std::string unit;
   if (!splitUnit(text, value, unit)) return std::nullopt;
-  const double scale = unit.empty() || unit == "s" ? 1 : unit == "m" || unit == "min" ? 60 : unit == "h" ? 3600 : unit == "d" ? 86400 : 0;
+  const double scale = unit.empty() || unit == "s"    ? 1
+                       : unit == "m" || unit == "min" ? 60
+                       : unit == "h"                  ? 3600
+                       : unit == "d"                  ? 86400
+                                                      : 0;
   if (scale == 0 || value * scale > 1e9) return std::nullopt;
   return value * scale;
 }

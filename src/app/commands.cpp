@@ -56,7 +56,8 @@ int dispatch(const Arguments& arguments) {
   }
   for (const Command& c : commands())
     if (first == c.name) return c.run({arguments.begin() + 1, arguments.end()});
-  if (first == volume::kReadCommand && arguments.size() == 5) return runReadVolume({arguments.begin() + 1, arguments.end()});
+  if (first == volume::kReadCommand && arguments.size() == 5)
+    return runReadVolume({arguments.begin() + 1, arguments.end()});
   return runRender(arguments);
 }
 
@@ -78,7 +79,7 @@ int runProgram(const Arguments& arguments) {
     Diagnostics().error("APP-MEMORY", {}, "out of memory", "stopped", "render fewer pixels or simplify the scene");
     code = kOutOfMemory;
   } catch (const std::exception& e) {
-    if (std::ferror(stdout)) {   // printing has failed, not the program
+    if (std::ferror(stdout)) {  // printing has failed, not the program
       Diagnostics().error("APP-WRITE", {}, std::string("standard output cannot be written: ") + e.what());
       return kCannotWrite;
     }

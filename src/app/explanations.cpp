@@ -33,18 +33,21 @@ constexpr Explanation kOwn[] = {
      "SIGINT, SIGTERM or --max-time ended the program before there was a picture: while the scene was read or built. "
      "Exit code 7; files of the names asked for are what they were before."},
     {"APP-FRAMES",
-     "--frames names frames that the scene does not have. Those it has are rendered; the exit code is 3, so that a farm "
+     "--frames names frames that the scene does not have. Those it has are rendered; the exit code is 3, so that a "
+     "farm "
      "notices. The number is the one after FrameBegin; worlds outside FrameBegin ... FrameEnd count from 0."},
     {"MEMORY-LIMIT",
      "What the frame needs does not fit into --memory-limit. Sizes are counted before they are taken: the scene "
-     "description while it is read, meshes, the hierarchies that rays are traced in, the picture's sums and the textures "
+     "description while it is read, meshes, the hierarchies that rays are traced in, the picture's sums and the "
+     "textures "
      "held; the message names the largest. Exit code 5. Fewer pixels or channels make the film smaller, a larger "
      "dice:micropolygonlength the meshes; the texture cache shrinks by itself to what is left."},
     {"APP-CPU", "Kinora's kernels need AVX2, FMA, BMI2 and F16C (x86-64 processors since about 2013). Exit code 9."},
     {"CLI-SET",
      "--set takes KIND.NAME=VALUE. KIND is integrator, hider, projection, option, light or display; NAME is a "
      "parameter "
-     "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. A NAME that nothing of the kind has is a mistake. "
+     "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. A NAME "
+     "that nothing of the kind has is a mistake. "
      "Exit code 2."},
 };
 
@@ -67,37 +70,50 @@ constexpr Explanation kRooms[] = {
      "there "
      "is; --plugin-path names more folders. With --strict the exit code is 4."},
     {"PLUGIN-STAND-IN",
-     "The plug-in that the scene names is not in stock; the message names the one that stands in and how: a light of the same "
-     "colour, intensity and about the same area, a material of the same colours and roughness. The picture is near to "
+     "The plug-in that the scene names is not in stock; the message names the one that stands in and how: a light of "
+     "the same "
+     "colour, intensity and about the same area, a material of the same colours and roughness. The picture is near "
+     "to "
      "what is meant, not equal to it. With --strict the exit code is 4."},
     {"SHADER-COMPILE",
-     "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version or a tool "
-     "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta where it is "
+     "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version "
+     "or a tool "
+     "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta "
+     "where it is "
      "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
     {"SHADER-CALL",
-     "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders trace rays. "
+     "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders "
+     "trace rays. "
      "The call answers as if nothing were there. The message stands once for each kind of call."},
     {"SHADER-DICTIONARY",
-     "dict_find() of a shader was given a text that is no XML or a query that is no XPath; the message says what is wrong. "
+     "dict_find() of a shader was given a text that is no XML or a query that is no XPath; the message says what is "
+     "wrong. "
      "Nothing is found in it."},
     {"SHADER-CLOSURE",
-     "A shader makes closures (diffuse(), emission() ...), as surface shaders of other renderers do. Here shaders are patterns: "
-     "they compute colours and numbers, and a Bxdf scatters the light. The closure has no value and Ci no effect; connect the "
+     "A shader makes closures (diffuse(), emission() ...), as surface shaders of other renderers do. Here shaders "
+     "are patterns: "
+     "they compute colours and numbers, and a Bxdf scatters the light. The closure has no value and Ci no effect; "
+     "connect the "
      "shader's other outputs to a Bxdf."},
     {"SHADER-RECOMPILED",
-     "The scene was edited, and a file of a shader has changed since it was compiled (the shader's own, or one that it "
+     "The scene was edited, and a file of a shader has changed since it was compiled (the shader's own, or one that "
+     "it "
      "includes): the new text is what is rendered from now on."},
     {"SHADER-CACHE",
-     "Option \"shader\" \"int cache\" [1] asks for compiled shaders beside their sources (NAME.oso beside NAME.osl), and that "
+     "Option \"shader\" \"int cache\" [1] asks for compiled shaders beside their sources (NAME.oso beside NAME.osl), "
+     "and that "
      "folder cannot be written. Rendering does not need it: shaders are compiled in memory, in milliseconds."},
     {"SHADER-GROUP",
-     "Shaders that feed each other cannot run as one program: a connection between types that do not fit, a cycle, or an "
+     "Shaders that feed each other cannot run as one program: a connection between types that do not fit, a cycle, "
+     "or an "
      "operation that this renderer refuses. What they feed uses its defaults."},
     {"SHADER-OUTPUT",
-     "A string, a matrix or an array of a shader is connected to a parameter of a plug-in, which takes numbers, colours, "
+     "A string, a matrix or an array of a shader is connected to a parameter of a plug-in, which takes numbers, "
+     "colours, "
      "points, vectors and normals. The parameter's default is used."},
     {"SHADER-ERROR", "A shader called error(). The text is its own; rendering goes on with what it computes."},
-    {"SHADER-WARNING", "A shader called warning(), or an index ran out of an array and was clamped. The text says which."},
+    {"SHADER-WARNING",
+     "A shader called warning(), or an index ran out of an array and was clamped. The text says which."},
     {"SHADER-PRINT", "A shader called printf()."},
     {"PLUGIN-CREATE",
      "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
@@ -114,17 +130,25 @@ constexpr Explanation kRooms[] = {
      "had to "
      "be converted on the fly. The message says what stands in for it."},
     {"ASSET-VOLUME-MISSING",
-     "A volume file that a shader names in texture3d() is not found beside the scene, on the scene's texture search path, or "
-     "under --search-path texture=DIRS. Lookups give the call's missingcolor, else black. With --strict the exit code is 4."},
+     "A volume file that a shader names in texture3d() is not found beside the scene, on the scene's texture search "
+     "path, or "
+     "under --search-path texture=DIRS. Lookups give the call's missingcolor, else black. With --strict the exit "
+     "code is 4."},
     {"ASSET-VOLUME-READ",
-     "A volume file was found but cannot be used: it is no OpenVDB file, it is damaged, it has no such grid (grids of single "
-     "floats and of triples of them are read, with linear transforms), or it does not fit into memory. Such files are read in a "
-     "process of their own, so that a damaged one cannot end the frame; that process has a limit of time: a minute, and more "
+     "A volume file was found but cannot be used: it is no OpenVDB file, it is damaged, it has no such grid (grids "
+     "of single "
+     "floats and of triples of them are read, with linear transforms), or it does not fit into memory. Such files "
+     "are read in a "
+     "process of their own, so that a damaged one cannot end the frame; that process has a limit of time: a minute, "
+     "and more "
      "for large files. Lookups give the call's missingcolor, else black. With --strict the exit code is 4."},
     {"ASSET-COLOR-CONFIG",
-     "The environment names an OpenColorIO configuration ($OCIO) that is missing, broken, or has no role scene_linear. "
-     "Colours are what they are without one: the working space is linear light with the primaries of sRGB and Rec.709, "
-     "textures of 8 bits are sRGB where they are linearized, PNG, JPEG and TIFF are sRGB-encoded. With --strict the exit "
+     "The environment names an OpenColorIO configuration ($OCIO) that is missing, broken, or has no role "
+     "scene_linear. "
+     "Colours are what they are without one: the working space is linear light with the primaries of sRGB and "
+     "Rec.709, "
+     "textures of 8 bits are sRGB where they are linearized, PNG, JPEG and TIFF are sRGB-encoded. With --strict the "
+     "exit "
      "code is 4."},
     {"PARAM-UNKNOWN",
      "A node is given a parameter that its plug-in does not have; it is ignored. `kinora plugins NAME` lists those "
@@ -143,10 +167,12 @@ constexpr Explanation kRooms[] = {
      "A camera parameter cannot be used: a field of view outside 0 to 180 degrees, or a lens that cannot exist. The "
      "message says what is used instead."},
     {"RENDER-CLASSIC-LIGHT",
-     "An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) is rendered as the modern light of its shape, "
+     "An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) is rendered as the modern light of its "
+     "shape, "
      "which takes the place of its geometry. Radiance follows intensity and exposure as they stand."},
     {"DISPLAY-FOLDER",
-     "With -o, further pictures of the scene whose folder does not exist here are written beside the first one, under their "
+     "With -o, further pictures of the scene whose folder does not exist here are written beside the first one, "
+     "under their "
      "own names."},
     {"RENDER-MEMORY", "There is not enough memory for the scene or the picture. Exit code 5."},
     {"RENDER-RESOLUTION",
@@ -156,16 +182,21 @@ constexpr Explanation kRooms[] = {
      "All of a finished picture's colour is 0. Either the camera sees no object (alpha is 0 everywhere), or no light "
      "reaches those that it sees. Messages before this one often say what was left out."},
     {"RENDER-SAMPLES",
-     "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say how "
+     "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say "
+     "how "
      "many samples a pixel has."},
     {"RENDER-CROP", "The crop window, rounded to pixels as RIB says, is empty. The whole picture is rendered."},
     {"RENDER-SHUTTER",
-     "The numbers of the shutter's opening shape (shutterOpenTime, shutterCloseTime and shutteropening of a Camera, or "
-     "shutteropening of the Hider) do not lie in 0 to 1, are in the wrong order or too few. The shutter opens and closes "
+     "The numbers of the shutter's opening shape (shutterOpenTime, shutterCloseTime and shutteropening of a Camera, "
+     "or "
+     "shutteropening of the Hider) do not lie in 0 to 1, are in the wrong order or too few. The shutter opens and "
+     "closes "
      "at once."},
     {"RENDER-TRACE-SET",
-     "A subset of objects for rays (trace:reflectsubset, shadowsubset, transmitsubset and their exclude forms) names a "
-     "group that no object is a member of (grouping:membership), or there are more different subsets than rays can tell "
+     "A subset of objects for rays (trace:reflectsubset, shadowsubset, transmitsubset and their exclude forms) names "
+     "a "
+     "group that no object is a member of (grouping:membership), or there are more different subsets than rays can "
+     "tell "
      "apart (28; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
     {"RENDER-CAMERA", "The camera's transform cannot be inverted or holds NaN. The identity stands in for it."},
@@ -180,18 +211,22 @@ constexpr Explanation kRooms[] = {
      "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
      "stands in."},
     {"RENDER-DISPLACEMENT",
-     "Displacement plug-ins are found and kept, but geometry is not displaced yet. A shader of the shading language that a Displace names is "
+     "Displacement plug-ins are found and kept, but geometry is not displaced yet. A shader of the shading language "
+     "that a Displace names is "
      "compiled and kept too. Bump and normal maps work."},
     {"LIGHT-LINK",
-     "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object names a light, or a group of lights, "
-     "that the scene has not. An object whose subset names no light at all is lit by none, only by what other objects "
+     "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object names a light, or a group of "
+     "lights, "
+     "that the scene has not. An object whose subset names no light at all is lit by none, only by what other "
+     "objects "
      "send it. The message stands once for each name."},
     {"LIGHT-FILTER-SPACE",
      "The coordsys of a light filter names no coordinate system of the scene. CoordinateSystem or "
      "ScopedCoordinateSystem makes one; the light's own space stands in."},
     {"LIGHT-FILTER-COMBINE", "Light filters multiply, whatever PxrCombinerLightFilter says of max, min and screen."},
     {"FILTER-REFERENCE",
-     "A filter combiner names a SampleFilter or DisplayFilter by a handle that no such request has. It is left out; the "
+     "A filter combiner names a SampleFilter or DisplayFilter by a handle that no such request has. It is left out; "
+     "the "
      "others run in the order in which the combiner names them."},
     {"FILTER-CHANNEL",
      "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
@@ -202,8 +237,10 @@ constexpr Explanation kRooms[] = {
      "mean "
      "of the others. The message names the first; --only-sample X,Y,S prints what its path met."},
     {"LPE-SYNTAX",
-     "A light path expression (\"lpe:...\" as the source of a DisplayChannel) is malformed; the message shows where. The "
-     "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing surface; "
+     "A light path expression (\"lpe:...\" as the source of a DisplayChannel) is malformed; the message shows where. "
+     "The "
+     "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
+     "surface; "
      "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, sets [...], and the operators | * + ? {n,m} ( )."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
@@ -217,10 +254,12 @@ constexpr Explanation kRooms[] = {
      "display and "
      "says what is written instead; the other channels and displays are not affected."},
     {"RENDER-NO-SAMPLES",
-     "A part of a frame (`kinora render --samples`) was interrupted before every pixel had its first sample. There is "
+     "A part of a frame (`kinora render --samples`) was interrupted before every pixel had its first sample. There "
+     "is "
      "nothing that could be merged, so no file is written."},
     {"DISPLAY-SNAPSHOT",
-     "The picture so far could not be written in the middle of a render, mostly because the disk is full. The file is "
+     "The picture so far could not be written in the middle of a render, mostly because the disk is full. The file "
+     "is "
      "what it was before, the render goes on, and the next snapshot and the end try again."},
     {"FILM-MEMORY",
      "The picture with all its channels does not fit the memory. Exit code 5. Fewer channels need less."},

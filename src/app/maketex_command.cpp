@@ -1,4 +1,5 @@
-// `kinora maketex IN [OUT]`; the making is texture/make_texture.h's. Flags may be spelt as txmake spells them, with one dash.
+// `kinora maketex IN [OUT]`; the making is texture/make_texture.h's. Flags may be spelt as txmake spells them, with
+// one dash.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -19,9 +20,9 @@ namespace {
 
 // "-mode" becomes "--mode"; what is no flag of ours stays, so that the parser names it as it was written.
 Arguments withTwoDashes(const Arguments& arguments) {
-  static const std::set<std::string> kFlags{"mode",  "smode", "tmode", "resize",  "filter",  "format", "byte",
-                                            "short", "half",  "float", "envlatl", "newer",   "verbose", "compression",
-                                            "nomip", "linearize", "tile", "threads"};
+  static const std::set<std::string> kFlags{"mode",    "smode",       "tmode", "resize",    "filter",  "format",
+                                            "byte",    "short",       "half",  "float",     "envlatl", "newer",
+                                            "verbose", "compression", "nomip", "linearize", "tile",    "threads"};
   Arguments out;
   for (const std::string& a : arguments) {
     // txmake's -t:4 is a number of threads
@@ -43,23 +44,25 @@ bool isNewer(const std::string& output, const std::string& input) {
 
 int runMaketex(const Arguments& arguments) {
   Diagnostics diagnostics;
-  const auto parser = makeParser("maketex",
-                                 "Makes a tiled, mip-mapped texture of an image of any format. Flags may be written with one "
-                                 "dash, as txmake takes them.");
+  const auto parser =
+      makeParser("maketex",
+                 "Makes a tiled, mip-mapped texture of an image of any format. Flags may be written with one "
+                 "dash, as txmake takes them.");
   std::string input, output, mode;
   texture::MakeTextureOptions o;
   bool byte = false, shorts = false, half = false, floats = false, newer = false, verbose = false, flat = false;
   const CLI::IsMember wraps({"black", "clamp", "periodic", "mirror"});
   parser->add_option("IN", input, "an image")->required();
   parser->add_option("OUT", output, "the texture (IN with the ending .tx)");
-  parser->add_option("--mode", mode, "what lies beyond the edges: periodic, black, clamp, mirror (periodic)")->check(wraps);
+  parser->add_option("--mode", mode, "what lies beyond the edges: periodic, black, clamp, mirror (periodic)")
+      ->check(wraps);
   parser->add_option("--smode", o.wrapS, "the same, of s alone")->check(wraps);
   parser->add_option("--tmode", o.wrapT, "the same, of t alone")->check(wraps);
   parser->add_option("--resize", o.resize, "sides to powers of two: up, down, round, none (none)")
       ->check(CLI::IsMember({"up", "down", "round", "none", "up-", "down-", "round-"}));
   parser->add_option("--filter", o.filter, "filter of the mip levels (box)")
-      ->check(CLI::IsMember({"point", "box", "triangle", "catmull-rom", "gaussian", "gaussian-soft", "sinc", "lanczos3",
-                             "mitchell", "bspline", "blackman-harris"}));
+      ->check(CLI::IsMember({"point", "box", "triangle", "catmull-rom", "gaussian", "gaussian-soft", "sinc",
+                             "lanczos3", "mitchell", "bspline", "blackman-harris"}));
   parser->add_option("--format", o.format, "tiff, openexr; pixar becomes tiff (by the ending)")
       ->check(CLI::IsMember({"tiff", "openexr", "pixar"}));
   parser->add_flag("--byte", byte, "8-bit integers");
@@ -80,7 +83,8 @@ int runMaketex(const Arguments& arguments) {
   if (output.empty()) output = std::filesystem::path(input).replace_extension(".tx").string();
   std::error_code ec;
   if (output == input || std::filesystem::equivalent(input, output, ec))
-    return badCommandLine(diagnostics, "the texture would take the place of its source '" + input + "'", "name another OUT");
+    return badCommandLine(diagnostics, "the texture would take the place of its source '" + input + "'",
+                          "name another OUT");
   if (!mode.empty()) {
     if (!parser->count("--smode")) o.wrapS = mode;
     if (!parser->count("--tmode")) o.wrapT = mode;
@@ -98,7 +102,8 @@ int runMaketex(const Arguments& arguments) {
   std::string why;
   switch (texture::makeTexture(input, output, o, why)) {
     case texture::MakeTextureResult::BadInput:
-      diagnostics.error("ASSET-TEXTURE-READ", {}, "'" + input + "' cannot be made a texture: " + why, "nothing was written");
+      diagnostics.error("ASSET-TEXTURE-READ", {}, "'" + input + "' cannot be made a texture: " + why,
+                        "nothing was written");
       return kBadScene;
     case texture::MakeTextureResult::CannotWrite:
       diagnostics.error("APP-WRITE", {}, "'" + output + "' cannot be written: " + why, "nothing was written");

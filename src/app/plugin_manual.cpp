@@ -112,7 +112,8 @@ std::string pluginText(const Descriptor& d) {
 
 std::string pluginsMarkdown(const std::vector<const Descriptor*>& plugins) {
   std::string out =
-      "# Plug-ins\n\nMade by `tools/make_plugin_pages` from the plug-ins' own declarations; a test compares the two. Each has "
+      "# Plug-ins\n\nMade by `tools/make_plugin_pages` from the plug-ins' own declarations; a test compares the two. "
+      "Each has "
       "a page\nwith its parameters. Names match without case.\n";
   const char* kind = "";
   for (const Descriptor* d : sorted(plugins)) {

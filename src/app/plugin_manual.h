@@ -1,5 +1,5 @@
-// What `kinora plugins` prints, from the declarations of the plug-ins alone: a list, one plug-in in full, and as Markdown
-// the index docs/plugins.md and the pages docs/plugins/NAME.md. It loads nothing.
+// What `kinora plugins` prints, from the declarations of the plug-ins alone: a list, one plug-in in full, and as
+// Markdown the index docs/plugins.md and the pages docs/plugins/NAME.md. It loads nothing.
 #pragma once
 #include <kinora/plugin.h>
 

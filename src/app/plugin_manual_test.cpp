@@ -1,6 +1,6 @@
-// What `kinora plugins` prints, over a plug-in of the test's own and over the whole registry; and that docs/plugins.md and
-// docs/plugins/*.md are what the program prints, with a picture where one is shown and no page of what is no more.
-// Misses: whether the help is true, and whether pictures are up to date.
+// What `kinora plugins` prints, over a plug-in of the test's own and over the whole registry; and that
+// docs/plugins.md and docs/plugins/*.md are what the program prints, with a picture where one is shown and no page of
+// what is no more. Misses: whether the help is true, and whether pictures are up to date.
 #include "app/plugin_manual.h"
 
 #include <gtest/gtest.h>

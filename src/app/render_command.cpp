@@ -84,7 +84,8 @@ class RenderRun {
     try {
       return runAll();
     } catch (const MemoryExceeded& e) {
-      diagnostics_.error("MEMORY-LIMIT", {}, e.what(), "stopped", "raise --memory-limit, or simplify what is largest");
+      diagnostics_.error("MEMORY-LIMIT", {}, e.what(), "stopped",
+                         "raise --memory-limit, or simplify what is largest");
       return kOutOfMemory;
     }
   }
@@ -145,8 +146,11 @@ class RenderRun {
 
   void take(scene::Scene&& scene) {
     if (isOver() || isStopped() || !isWanted(scene)) return;
-    const auto isOneName = [](const std::string& name) { return !name.empty() && name.find('#') == std::string::npos; };
-    const bool mustWait = !options_.frames.isSingle() && (isOneName(options_.settings.output) || isOneName(options_.statsFile));
+    const auto isOneName = [](const std::string& name) {
+      return !name.empty() && name.find('#') == std::string::npos;
+    };
+    const bool mustWait =
+        !options_.frames.isSingle() && (isOneName(options_.settings.output) || isOneName(options_.statsFile));
     if (waiting_) {
       for (const std::string& name : {options_.settings.output, options_.statsFile})
         if (!name.empty() && name.find('#') == std::string::npos) {
@@ -208,15 +212,17 @@ class RenderRun {
     }
     if (!isLoaded) {
       if (isStopped()) return stoppedEarly();
-      const bool isMemory =
-          diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") + diagnostics_.count("MEMORY-LIMIT") > 0;
+      const bool isMemory = diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") +
+                                diagnostics_.count("MEMORY-LIMIT") >
+                            0;
       return isMemory ? kOutOfMemory : kBadScene;
     }
     if (options_.verbose > 0 || options_.check) fmt::print("{}\n", renderer.summary());
     if (options_.check) return kComplete;
     if (options_.onlySample) return replay(renderer);
 
-    const std::string label = frames_ > 1 || options_.files.size() > 1 || !options_.frames.isAll() ? fmt::format("frame {}", frame) : "";
+    const std::string label =
+        frames_ > 1 || options_.files.size() > 1 || !options_.frames.isAll() ? fmt::format("frame {}", frame) : "";
     const Outcome outcome = renderWithProgress(renderer, label);
     int code = exitCodeOf(outcome);
     if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {

@@ -29,7 +29,8 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
-  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, maxTime, snapshot;
+  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, maxTime,
+                                               snapshot;
   std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };
@@ -88,9 +89,8 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     if (!frames) return "--frames '" + texts.frames + "' is neither A-B nor A,B,C with A <= B";
     out.frames = *frames;
   }
-  for (const auto& [option, text, to] :
-       {std::tuple{"--memory-limit", &texts.memoryLimit, &out.memoryLimit},
-        std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes}})
+  for (const auto& [option, text, to] : {std::tuple{"--memory-limit", &texts.memoryLimit, &out.memoryLimit},
+                                         std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes}})
     if (!text->empty() && (*to = parseSize(*text)) == 0)
       return std::string(option) + " '" + *text + "' is no size: 4G, 512M";
   for (const auto& [option, text, to] : {std::tuple{"--max-time", &texts.maxTime, &out.maxSeconds},
@@ -160,10 +160,12 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("X,Y,S");
   app.add_option("--progress", texts.progress, "auto, bar, lines, json (on standard output) or none")
       ->type_name("MODE");
-  app.add_option("--stats", out.statsFile, "write where time and memory went; .json, .html or .txt")->type_name("FILE");
+  app.add_option("--stats", out.statsFile, "write where time and memory went; .json, .html or .txt")
+      ->type_name("FILE");
   list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
            ->type_name("DIR"));
-  list(app.add_option("--search-path", texts.searchPaths, "look for files of KIND here too: texture, archive, plugin, shader ...")
+  list(app.add_option("--search-path", texts.searchPaths,
+                      "look for files of KIND here too: texture, archive, plugin, shader ...")
            ->type_name("KIND=DIRS"));
   list(app.add_option("--dirmap", texts.dirmaps, "replace the start of paths that the scene names; may be repeated")
            ->type_name("FROM=TO"));
@@ -171,9 +173,11 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("A-B|A,B,C");
   app.add_option("--memory-limit", texts.memoryLimit, "refuse to hold more than this: 4G, 512M (exit code 5)")
       ->type_name("SIZE");
-  app.add_option("--texture-cache", texts.textureCache, "memory for texture tiles; less costs time only")->type_name("SIZE");
+  app.add_option("--texture-cache", texts.textureCache, "memory for texture tiles; less costs time only")
+      ->type_name("SIZE");
   app.add_option("--max-time", texts.maxTime, "stop as SIGTERM would after this time: 90s, 5m, 2h")->type_name("T");
-  app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")->type_name("T");
+  app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")
+      ->type_name("T");
   app.add_option("--width", s.width, "SIMD width: 1, 4, 8, 16; changes no pixel")
       ->type_name("N")
       ->check(CLI::IsMember({1, 4, 8, 16}));

@@ -360,7 +360,8 @@ const language::VaryingInput* ShadeWorld::Slice::inputs(const language::Executab
     for (uint32_t i = 0; i < s.padded; ++i) {
       Attribute found;
       float d[1][2] = {{0, 0}};
-      if (s.primvar(input.parameter, i, found, d) && language::giveValue(givenOf(found.type, found.values), span, i)) {
+      if (s.primvar(input.parameter, i, found, d) &&
+          language::giveValue(givenOf(found.type, found.values), span, i)) {
         memory[components * room + i] = d[0][0];
         memory[2 * components * room + i] = d[0][1];
       } else {

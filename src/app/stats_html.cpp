@@ -74,8 +74,9 @@ image::Image reduced(const image::Image& source, int most) {
 std::string imageTag(const image::Image& picture, bool encodeSrgb, const std::string& alternative, bool isPixelated) {
   std::vector<unsigned char> bytes;
   if (!image::pngBytes(picture, encodeSrgb, bytes).ok()) return "<p class=note>no picture</p>\n";
-  return fmt::format("<img alt=\"{}\" width={} height={}{} src=\"data:image/png;base64,{}\">\n", htmlEscaped(alternative),
-                     picture.width(), picture.height(), isPixelated ? " class=map" : "", base64(bytes));
+  return fmt::format("<img alt=\"{}\" width={} height={}{} src=\"data:image/png;base64,{}\">\n",
+                     htmlEscaped(alternative), picture.width(), picture.height(), isPixelated ? " class=map" : "",
+                     base64(bytes));
 }
 
 // Black, violet, red, orange, pale yellow: brighter is more, on any screen and in grey.
@@ -242,7 +243,8 @@ class Page {
                       c.lanes.possible ? 100 * double(c.lanes.active) / double(c.lanes.possible) : 0),
           all.nanoseconds ? double(c.nanoseconds) / double(all.nanoseconds) : 0);
     raw("</table>\n");
-    put("<p class=note>{} files compiled to {} programs in {:.4f} s. Instructions and lanes are those of every 16th run.</p>\n",
+    put("<p class=note>{} files compiled to {} programs in {:.4f} s. Instructions and lanes are those of every 16th "
+        "run.</p>\n",
         s_.shadersCompiled, s_.shaderPrograms, s_.shaderCompileSeconds);
   }
 

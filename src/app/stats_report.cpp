@@ -139,7 +139,8 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   j["slowest_buckets"] = slow;
   if (!s.relativeError.values.empty()) {
     Json worst = Json::array();
-    for (const WorstPixel& p : worstPixels(s, 10)) worst.push_back({{"x", p.x}, {"y", p.y}, {"relative_error", p.error}});
+    for (const WorstPixel& p : worstPixels(s, 10))
+      worst.push_back({{"x", p.x}, {"y", p.y}, {"relative_error", p.error}});
     j["worst_pixels"] = worst;
   }
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
@@ -164,14 +165,16 @@ render::ShaderCost costOfShaders(const Statistics& s) {
 
 std::vector<render::ShaderCost> slowestShaders(const Statistics& s, size_t most) {
   std::vector<render::ShaderCost> order = s.shaders;
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
   order.resize(std::min(order.size(), most));
   return order;
 }
 
 std::vector<render::BucketTime> slowestBuckets(const Statistics& s, size_t most) {
   std::vector<render::BucketTime> order = s.buckets;
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
   order.resize(std::min(order.size(), most));
   return order;
 }
@@ -186,7 +189,8 @@ std::vector<WorstPixel> worstPixels(const Statistics& s, size_t most) {
   });
   std::vector<WorstPixel> list;
   for (size_t k = 0; k < shown; ++k)
-    list.push_back({m.x0 + int(order[k] % size_t(m.width)), m.y0 + int(order[k] / size_t(m.width)), m.values[order[k]]});
+    list.push_back(
+        {m.x0 + int(order[k] % size_t(m.width)), m.y0 + int(order[k] / size_t(m.width)), m.values[order[k]]});
   return list;
 }
 
@@ -232,8 +236,8 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
          s.shaderCompileSeconds, all.materials);
     line("  {:<50}{:>9}{:>11}{:>10}{:>9}{:>7}", "", "seconds", "points", "ns/point", "instr.", "lanes");
     const auto shader = [&](const render::ShaderCost& c) {
-      line("  {:<50}{:>9.3f}{:>11}{:>10.1f}{:>9.0f}{:>7.3f}", c.name.substr(0, 49), double(c.nanoseconds) * 1e-9, c.points,
-           ratio(double(c.nanoseconds), double(c.points)),
+      line("  {:<50}{:>9.3f}{:>11}{:>10.1f}{:>9.0f}{:>7.3f}", c.name.substr(0, 49), double(c.nanoseconds) * 1e-9,
+           c.points, ratio(double(c.nanoseconds), double(c.points)),
            ratio(double(c.instructions + c.uniformInstructions), double(c.countedRuns)), share(c.lanes));
     };
     for (const render::ShaderCost& c : slowestShaders(s, 10)) shader(c);
@@ -260,10 +264,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
 
 bool writeStats(const std::string& file, const Statistics& statistics, const StatsHeading& heading,
                 Diagnostics& diagnostics) {
-  const std::string text =
-      file.ends_with(".json")   ? statsAsJson(statistics, heading)
-      : file.ends_with(".html") ? statsAsHtml(statistics, heading)
-                                : statsAsText(statistics, heading);
+  const std::string text = file.ends_with(".json")   ? statsAsJson(statistics, heading)
+                           : file.ends_with(".html") ? statsAsHtml(statistics, heading)
+                                                     : statsAsText(statistics, heading);
   image::AtomicFile target(file);
   bool isWritten = false;
   {

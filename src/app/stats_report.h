@@ -1,4 +1,5 @@
-// Where time and memory of a frame went, as JSON for scripts, as text and as a page (stats_html.h) for people. Called by the render command for
+// Where time and memory of a frame went, as JSON for scripts, as text and as a page (stats_html.h) for people. Called
+// by the render command for
 // --stats and -v. The figures are render/'s; nothing is measured here.
 #pragma once
 #include <string>
@@ -29,8 +30,8 @@ std::vector<render::BucketTime> slowestBuckets(const render::Statistics& statist
 std::vector<render::ShaderCost> slowestShaders(const render::Statistics& s, size_t most);
 render::ShaderCost costOfShaders(const render::Statistics& s);  // the sum of all
 
-// By the extension, .json, .html or .txt; the file appears whole or not at all. False with a message when it cannot be
-// written.
+// By the extension, .json, .html or .txt; the file appears whole or not at all. False with a message when it cannot
+// be written.
 bool writeStats(const std::string& file, const render::Statistics& statistics, const StatsHeading& heading,
                 Diagnostics& diagnostics);
 

@@ -40,7 +40,8 @@ Statistics example() {
   s.nonFiniteSamples = 1;
   s.shadersCompiled = 2;
   s.shaderPrograms = 2;
-  s.shaders = {{"wood", 3, 32, 1000, 2000, 2, 40, 10, {60, 80}}, {"brick + rust", 1, 16, 500, 6000, 1, 20, 0, {10, 20}}};
+  s.shaders = {{"wood", 3, 32, 1000, 2000, 2, 40, 10, {60, 80}},
+               {"brick + rust", 1, 16, 500, 6000, 1, 20, 0, {10, 20}}};
   s.textureLookups = 17;
   return s;
 }

@@ -1,5 +1,5 @@
-// Memory of one thread for one group of rays: a pointer moves forward, everything is let go at once. It grows while the
-// first groups run and then never asks the system again. Not thread-safe, runs no destructors.
+// Memory of one thread for one group of rays: a pointer moves forward, everything is let go at once. It grows while
+// the first groups run and then never asks the system again. Not thread-safe, runs no destructors.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -31,12 +31,23 @@ class Arena {
     used_ += bytes;
     return p;
   }
-  template <class T> T* make(size_t n) { return static_cast<T*>(allocate(n * sizeof(T))); }
+  template <class T>
+  T* make(size_t n) {
+    return static_cast<T*>(allocate(n * sizeof(T)));
+  }
 
-  struct Mark { size_t block, used; };
+  struct Mark {
+    size_t block, used;
+  };
   Mark mark() const { return {current_, used_}; }
-  void release(Mark m) { current_ = m.block; used_ = m.used; }
-  void reset() { current_ = 0; used_ = 0; }
+  void release(Mark m) {
+    current_ = m.block;
+    used_ = m.used;
+  }
+  void reset() {
+    current_ = 0;
+    used_ = 0;
+  }
   size_t bytes() const {
     size_t n = 0;
     for (const Block& b : blocks_) n += b.size;
@@ -44,7 +55,10 @@ class Arena {
   }
 
  private:
-  struct Block { char* memory; size_t size; };
+  struct Block {
+    char* memory;
+    size_t size;
+  };
   void grow(size_t least) {
     const size_t size = (least > kBlock ? least : kBlock);
     void* m = std::aligned_alloc(kAlign, size);

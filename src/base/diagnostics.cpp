@@ -27,7 +27,8 @@ std::string Message::str() const {
   if (!done.empty()) s += "; " + done;
   const size_t line = s.size();
   if (!advice.empty()) s += (advice[0] == kExcerpt ? "" : "; ") + advice;
-  // a message is one line, whatever a scene's strings hold; but for an excerpt with its caret at the end of the advice
+  // a message is one line, whatever a scene's strings hold; but for an excerpt with its caret at the end of the
+  // advice
   for (size_t i = 0; i < s.size(); ++i)
     if (static_cast<unsigned char>(s[i]) < 32) s[i] = i >= line && s[i] == kExcerpt ? '\n' : ' ';
   return s;
@@ -75,10 +76,22 @@ uint64_t Diagnostics::count(std::string_view code) const {
   const auto it = counts_.find(code);
   return it == counts_.end() ? 0 : it->second;
 }
-uint64_t Diagnostics::errors() const { std::lock_guard lock(mutex_); return errors_; }
-uint64_t Diagnostics::warnings() const { std::lock_guard lock(mutex_); return warnings_; }
-uint64_t Diagnostics::assetProblems() const { std::lock_guard lock(mutex_); return asset_; }
-std::vector<Message> Diagnostics::messages() const { std::lock_guard lock(mutex_); return kept_; }
+uint64_t Diagnostics::errors() const {
+  std::lock_guard lock(mutex_);
+  return errors_;
+}
+uint64_t Diagnostics::warnings() const {
+  std::lock_guard lock(mutex_);
+  return warnings_;
+}
+uint64_t Diagnostics::assetProblems() const {
+  std::lock_guard lock(mutex_);
+  return asset_;
+}
+std::vector<Message> Diagnostics::messages() const {
+  std::lock_guard lock(mutex_);
+  return kept_;
+}
 
 void Diagnostics::summary() {
   std::lock_guard lock(mutex_);

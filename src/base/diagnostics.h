@@ -1,5 +1,6 @@
-// What the program says to a person about a scene: one line a message, with position, code, and what was done instead.
-// Called by every floor above; thread-safe. It decides nothing: exit codes belong to app/, fallbacks to the caller.
+// What the program says to a person about a scene: one line a message, with position, code, and what was done
+// instead. Called by every floor above; thread-safe. It decides nothing: exit codes belong to app/, fallbacks to the
+// caller.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -21,14 +22,15 @@ struct SourcePos {
 
 enum class Severity { Info, Warning, Error };
 
-// One message. `code` is stable, short and in capitals (for `kinora explain` and for scripts), e.g. "RIB-ARRAY-LENGTH".
+// One message. `code` is stable, short and in capitals (for `kinora explain` and for scripts), e.g.
+// "RIB-ARRAY-LENGTH".
 struct Message {
   Severity severity = Severity::Warning;
   std::string code;
   SourcePos pos;
-  std::string what;    // what is wrong, naming the object
-  std::string done;    // what was done instead ("" when nothing)
-  std::string advice;  // what to try ("" when nothing)
+  std::string what;         // what is wrong, naming the object
+  std::string done;         // what was done instead ("" when nothing)
+  std::string advice;       // what to try ("" when nothing)
   std::string str() const;  // `file.rib:LINE: warning CODE: what; done; advice`
 };
 
@@ -38,17 +40,19 @@ class Diagnostics {
   using Sink = std::function<void(const std::string& line, Severity)>;
   explicit Diagnostics(Sink sink = {});  // empty sink: standard error
   void report(Message m);
-  void error(std::string code, const SourcePos& pos, std::string what, std::string done = {}, std::string advice = {});
-  void warning(std::string code, const SourcePos& pos, std::string what, std::string done = {}, std::string advice = {});
+  void error(std::string code, const SourcePos& pos, std::string what, std::string done = {},
+             std::string advice = {});
+  void warning(std::string code, const SourcePos& pos, std::string what, std::string done = {},
+               std::string advice = {});
   void info(std::string code, const SourcePos& pos, std::string what);
   // --strict: warnings whose code is in the "asset" family (ASSET-*, PLUGIN-*) are counted as errors of class Asset.
   uint64_t count(std::string_view code) const;
   uint64_t errors() const;
   uint64_t warnings() const;
-  uint64_t assetProblems() const;  // messages with a code that begins with "ASSET-" or "PLUGIN-"
-  std::vector<Message> messages() const;  // the first of each code and text, at most 1,000
-  void summary();                         // prints "N more of CODE, at FILE:LINE, ..." lines
-  void setShown(uint64_t n) { shown_ = n; }  // of each code, for -v
+  uint64_t assetProblems() const;               // messages with a code that begins with "ASSET-" or "PLUGIN-"
+  std::vector<Message> messages() const;        // the first of each code and text, at most 1,000
+  void summary();                               // prints "N more of CODE, at FILE:LINE, ..." lines
+  void setShown(uint64_t n) { shown_ = n; }     // of each code, for -v
   void setQuiet(int level) { quiet_ = level; }  // 1: no infos; 2: no warnings
 
  private:

@@ -68,8 +68,8 @@ Channel positionChannel(std::string name, std::string source = {});  // step 2^-
 Channel normalChannel(std::string name, std::string source = {});    // data, step 2^-30
 Channel depthChannel(std::string name, std::string source = {});     // Min of one float: z of the first hit
 
-// The compression and its inverse; `a < b < c`. x <= a stays; above, the curve begins with slope 1 and bends so that c
-// comes to b.
+// The compression and its inverse; `a < b < c`. x <= a stays; above, the curve begins with slope 1 and bends so that
+// c comes to b.
 float compress(float x, const std::array<float, 3>& remap);
 float expand(float y, const std::array<float, 3>& remap);
 // Name of the record entry that holds a source's values compressed, and back (the source itself when it is none).

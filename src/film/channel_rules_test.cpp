@@ -110,7 +110,7 @@ TEST(ChannelLayout, RefusesRulesThatCannotBe) {
 TEST(FilterRatio, WeighsSamplesOfOneFilterForAnother) {
   const auto f = [](double x, double y) { return 1 + 0.5 * x + 0.3 * y * y + 0.2 * x * y; };
   const std::tuple<const char*, float, const char*, float> pairs[] = {
-      {"gaussian", 2, "box", 1},   {"gaussian", 3, "triangle", 2}, {"mitchell", 4, "gaussian", 2},
+      {"gaussian", 2, "box", 1},    {"gaussian", 3, "triangle", 2}, {"mitchell", 4, "gaussian", 2},
       {"box", 3, "catmull-rom", 3}, {"disk", 2, "box", 1},          {"catmull-rom", 4, "disk", 2}};
   for (const auto& [frameName, frameWidth, ownName, ownWidth] : pairs) {
     PixelFilter frame, own;

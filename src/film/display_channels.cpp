@@ -22,14 +22,20 @@ std::optional<Channel> channelOfType(const scene::DisplayChannel& d, const std::
   const int n = std::max(1, d.arrayLength);
   std::optional<Channel> c;
   switch (d.type) {
-    case scene::ValueType::Color: c = colorChannel(d.name, source); break;
-    case scene::ValueType::Point: c = positionChannel(d.name, source); break;
+    case scene::ValueType::Color:
+      c = colorChannel(d.name, source);
+      break;
+    case scene::ValueType::Point:
+      c = positionChannel(d.name, source);
+      break;
     // vectors may be motion in pixels or derivatives: they need a position's range
     case scene::ValueType::Vector:
       c = positionChannel(d.name, source);
       c->type = ChannelType::Vector;
       break;
-    case scene::ValueType::Normal: c = normalChannel(d.name, source); break;
+    case scene::ValueType::Normal:
+      c = normalChannel(d.name, source);
+      break;
     case scene::ValueType::HPoint:
       c = positionChannel(d.name, source);
       c->width = 4;
@@ -46,7 +52,8 @@ std::optional<Channel> channelOfType(const scene::DisplayChannel& d, const std::
       c->reducer = Reducer::Sum;
       c->width = n;
       return n <= 4 ? c : std::nullopt;
-    default: return std::nullopt;
+    default:
+      return std::nullopt;
   }
   return n == 1 ? c : std::nullopt;
 }
@@ -258,9 +265,10 @@ Channel describeChannel(const scene::Scene& scene, const std::string& name, cons
       d.type = scene::ValueType::Float;
     } else if (!LightPaths::knows(name)) {
       const std::string like = sourceLike(name);
-      diagnostics.warning("DISPLAY-CHANNEL", display.pos, "channel \"" + name + "\" is not declared",
-                          "it is taken as a primvar of that name, a colour",
-                          like.empty() ? "add DisplayChannel \"color " + name + "\"" : "did you mean \"" + like + "\"?");
+      diagnostics.warning(
+          "DISPLAY-CHANNEL", display.pos, "channel \"" + name + "\" is not declared",
+          "it is taken as a primvar of that name, a colour",
+          like.empty() ? "add DisplayChannel \"color " + name + "\"" : "did you mean \"" + like + "\"?");
       return colorChannel(name);
     }
   }

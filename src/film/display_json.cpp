@@ -56,8 +56,13 @@ image::Status outputsFromJson(const std::string& text, const ChannelLayout& layo
         channel.isColor = c.at("isColor").get<bool>();
         const auto exposure = c.at("exposure").get<std::array<float, 2>>();
         const auto quantize = c.at("quantize").get<std::array<float, 4>>();
-        channel.values = {exposure[0], exposure[1], quantize[0], quantize[1],
-                          quantize[2], quantize[3], c.at("dither").get<float>()};
+        channel.values = {exposure[0],
+                          exposure[1],
+                          quantize[0],
+                          quantize[1],
+                          quantize[2],
+                          quantize[3],
+                          c.at("dither").get<float>()};
         if (channel.channel < 0 || int(channel.names.size()) != layout[channel.channel].width)
           throw std::runtime_error("a picture names a channel that the shard lacks");
         output.channels.push_back(std::move(channel));

@@ -109,7 +109,27 @@ std::string rangesText(const std::vector<SampleRange>& ranges) {
 }  // namespace
 
 std::vector<std::string> commonDisplayParameters() {
-  return {"quantize", "dither", "exposure", "filter", "filterwidth", "merge", "camera", "origin", "mode", "remap", "resolution", "asrgba", "asrgbacolorchannel", "asrgbaalphachannel", "dspyParams", "connection", "resolutionunit", "format", "compression", "exrcompression", "view"};
+  return {"quantize",
+          "dither",
+          "exposure",
+          "filter",
+          "filterwidth",
+          "merge",
+          "camera",
+          "origin",
+          "mode",
+          "remap",
+          "resolution",
+          "asrgba",
+          "asrgbacolorchannel",
+          "asrgbaalphachannel",
+          "dspyParams",
+          "connection",
+          "resolutionunit",
+          "format",
+          "compression",
+          "exrcompression",
+          "view"};
 }
 
 std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
@@ -232,8 +252,8 @@ bool DisplayOutput::writeOne(const Output& output, const Film& film, const Filte
   return writeByImage(output, std::move(picture));
 }
 
-// A driver that has a parameter "view" may be given colours as a view of $OCIO shows them: they are codes then, no longer
-// light. True when the picture was changed.
+// A driver that has a parameter "view" may be given colours as a view of $OCIO shows them: they are codes then, no
+// longer light. True when the picture was changed.
 bool DisplayOutput::applyView(const Output& output, const Descriptor& driver, image::Image& picture) {
   const std::string view = output.params.getString("view", "");
   const bool isOffered = std::any_of(driver.params, driver.params + driver.paramCount,
@@ -245,14 +265,17 @@ bool DisplayOutput::applyView(const Output& output, const Descriptor& driver, im
   size_t first = 0;
   for (const OutputChannel& c : output.channels) {
     if (isDone && c.isColor && c.names.size() == 3)
-      isDone = colors.toView(name, picture.pixels.data() + first, size_t(picture.data.pixels()), picture.channels.size());
+      isDone =
+          colors.toView(name, picture.pixels.data() + first, size_t(picture.data.pixels()), picture.channels.size());
     first += c.names.size();
   }
   if (isDone) return true;
   std::string known;
   for (const std::string& v : colors.views()) known += (known.empty() ? "" : ", ") + v;
-  diagnostics_.warning("DISPLAY-VIEW", output.pos, "picture \"" + output.file + "\" asks for view \"" + view + "\", which is not known",
-                       "it is sRGB-encoded", known.empty() ? "views come from the configuration that $OCIO names" : "there are: " + known);
+  diagnostics_.warning("DISPLAY-VIEW", output.pos,
+                       "picture \"" + output.file + "\" asks for view \"" + view + "\", which is not known",
+                       "it is sRGB-encoded",
+                       known.empty() ? "views come from the configuration that $OCIO names" : "there are: " + known);
   return false;
 }
 
@@ -268,7 +291,9 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
     for (size_t i = 0; i < c.names.size(); ++i, ++k) {
       const bool isHalf = picture.channels[k].type == image::StoredType::Half;
       channels.push_back({c.names[i].c_str(), isHalf ? DisplayPixelType::Half : DisplayPixelType::Float,
-                          !c.isColor ? 0u : isView ? 2u : 1u});
+                          !c.isColor ? 0u
+                          : isView   ? 2u
+                                     : 1u});
       pointers.push_back(picture.pixels.data() + k);
     }
   std::vector<DisplayMetadata> metadata;

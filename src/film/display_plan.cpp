@@ -140,8 +140,9 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
     o.isColor = summed.type == ChannelType::Color && !summed.isData;
     const auto declared = std::find_if(scene.channels.rbegin(), scene.channels.rend(),
                                        [&](const scene::DisplayChannel& d) { return d.name == name; });
-    o.values = displayValues(scene.exposure, display.params, declared == scene.channels.rend() ? nullptr : &declared->params,
-                             name, display.pos, diagnostics);
+    o.values =
+        displayValues(scene.exposure, display.params, declared == scene.channels.rend() ? nullptr : &declared->params,
+                      name, display.pos, diagnostics);
     if (asRgba && summed.width == 3 && name == (colour.empty() ? "Ci" : colour))
       o.names = {"R", "G", "B"};
     else if (asRgba && summed.width == 1 && name == (alpha.empty() ? "a" : alpha))
@@ -212,7 +213,8 @@ bool storesIntegers(const Output& output, const ChannelLayout& layout) {
   // a TIFF can be told to hold floats, and does where it holds data
   const std::vector<float> quantize = output.params.getFloats("quantize");
   const std::string format = output.params.getString("format", "");
-  if (quantize.size() == 4 || !format.empty()) return format != "float32" && !(quantize.size() == 4 && quantize[1] == 0);
+  if (quantize.size() == 4 || !format.empty())
+    return format != "float32" && !(quantize.size() == 4 && quantize[1] == 0);
   return std::none_of(output.channels.begin(), output.channels.end(),
                       [&](const OutputChannel& c) { return layout[c.channel].isData; });
 }

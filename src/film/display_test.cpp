@@ -25,7 +25,9 @@ const Descriptor* kinoraStock_png();
 const Descriptor* kinoraStock_jpeg();
 const Descriptor* kinoraStock_tiff();
 // the table that the build generates from plugins/, cut down to the drivers
-std::vector<const Descriptor*> stockPlugins() { return {kinoraStock_openexr(), kinoraStock_png(), kinoraStock_jpeg(), kinoraStock_tiff()}; }
+std::vector<const Descriptor*> stockPlugins() {
+  return {kinoraStock_openexr(), kinoraStock_png(), kinoraStock_jpeg(), kinoraStock_tiff()};
+}
 }  // namespace kinora
 
 namespace kinora::film {
@@ -156,11 +158,16 @@ TEST_F(Displays, AsRgbaOffKeepsNames) {
 TEST_F(Displays, DriversFollowTheirNameThenTheExtension) {
   const std::tuple<const char*, const char*, const char*, const char*, int> table[] = {
       // file, driver, file written, writer, warnings
-      {"a.exr", "openexr", "a.exr", "openexr", 0},      {"a", "png", "a.png", "png", 0},
-      {"a.tif", "tiff", "a.tif", "tiff", 0},            {"a.tiff", "file", "a.tiff", "tiff", 0},
-      {"a.png", "framebuffer", "a.png", "png", 1},      {"RenderMan", "framebuffer", "RenderMan.exr", "openexr", 1},
-      {"untitled", "it", "untitled.exr", "openexr", 1}, {"shad.z", "zfile", "shad.z.exr", "openexr", 1},
-      {"a.tif", "openexr", "a.tif.exr", "openexr", 0},  {"x.pic", "file", "x.pic.exr", "openexr", 0}};
+      {"a.exr", "openexr", "a.exr", "openexr", 0},
+      {"a", "png", "a.png", "png", 0},
+      {"a.tif", "tiff", "a.tif", "tiff", 0},
+      {"a.tiff", "file", "a.tiff", "tiff", 0},
+      {"a.png", "framebuffer", "a.png", "png", 1},
+      {"RenderMan", "framebuffer", "RenderMan.exr", "openexr", 1},
+      {"untitled", "it", "untitled.exr", "openexr", 1},
+      {"shad.z", "zfile", "shad.z.exr", "openexr", 1},
+      {"a.tif", "openexr", "a.tif.exr", "openexr", 0},
+      {"x.pic", "file", "x.pic.exr", "openexr", 0}};
   for (const auto& [file, driver, written, writer, warnings] : table) {
     scene_.displays.clear();
     const uint64_t before = diagnostics_.count("DISPLAY-DRIVER");

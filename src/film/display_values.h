@@ -11,10 +11,11 @@
 namespace kinora::film {
 
 struct DisplayValues {
-  float gain = 1, gamma = 1;  // exposure: (value x gain)^(1 / gamma), of colours; a gamma takes the place of a driver's sRGB
+  float gain = 1,
+        gamma = 1;  // exposure: (value x gain)^(1 / gamma), of colours; a gamma takes the place of a driver's sRGB
   // quantize [zero one min max]: value 0 becomes `zero`, 1 becomes `one`, all is cut to min..max; one 0: none.
   float zero = 0, one = 0, least = 0, most = 0;
-  float dither = 0;           // amplitude in quantised steps
+  float dither = 0;  // amplitude in quantised steps
   bool isExposed() const { return gain != 1 || gamma != 1; }
   bool isQuantised() const { return one != 0; }
   bool operator==(const DisplayValues&) const = default;
@@ -26,8 +27,8 @@ DisplayValues displayValues(const std::array<float, 2>& exposure, const scene::P
                             const scene::ParameterList* channel, const std::string& name, const SourcePos& pos,
                             Diagnostics& diagnostics);
 
-// One float of a pixel. `isEncoded`: the driver stores integers of the sRGB-encoded value: dither is laid out there, and
-// steps are the driver's. `component` tells the floats of a pixel apart.
+// One float of a pixel. `isEncoded`: the driver stores integers of the sRGB-encoded value: dither is laid out there,
+// and steps are the driver's. `component` tells the floats of a pixel apart.
 float displayed(float value, const DisplayValues& v, bool isColor, bool toIntegers, bool isEncoded, int x, int y,
                 int component);
 

@@ -35,7 +35,7 @@ struct SampleSpan {
   const uint32_t* sampleIndex = nullptr;
   const float* weight = nullptr;         // of the importance-sampled pixel filter: about +1 or -c
   const float* const* values = nullptr;  // one array for each float of the record (ChannelLayout::recordFloats)
-  const float* zeros = nullptr;  // not null: `values` that point there are n zeros, and cost nothing
+  const float* zeros = nullptr;          // not null: `values` that point there are n zeros, and cost nothing
   // One array for each of ChannelLayout::filters(): what that filter weighs the samples. Null: `weight` for all.
   const float* const* filterWeights = nullptr;
 };
@@ -133,7 +133,7 @@ class Film {
   static int squareStepLog2(const Channel& c) { return c.isData ? -8 : -26; }
   // A slot that takes value x weight, rounded: one float of a Sum, Average or Total channel.
   struct SumSlot {
-    int record;  // float of the sample record; -1: the weight itself
+    int record;      // float of the sample record; -1: the weight itself
     uint8_t weight;  // WeightKind and on
     bool isSquare;   // (value x weight)^2
     int16_t channel;
@@ -172,7 +172,7 @@ class Film {
   int slots_ = 0, stride_ = 0;
   std::vector<SlotRule> rules_;
   std::vector<int> firstSlot_, firstSplatSlot_;
-  std::vector<SumSlot> sums_;  // slot kHeaderSlots + i
+  std::vector<SumSlot> sums_;    // slot kHeaderSlots + i
   std::vector<int> weightSlot_;  // by channel: sum of its filter's weights; -1: the frame's, in the header
   std::vector<ExtremeSlot> extremes_;
   std::vector<Nearest> nearest_;

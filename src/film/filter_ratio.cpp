@@ -5,8 +5,9 @@
 
 namespace kinora::film {
 
-// The frame's cells all have the same probability, so that a sample in cell c counts with the integral of the own filter
-// over c times the number of cells: then the mean of weight x value is the integral of filter x value, cell by cell.
+// The frame's cells all have the same probability, so that a sample in cell c counts with the integral of the own
+// filter over c times the number of cells: then the mean of weight x value is the integral of filter x value, cell by
+// cell.
 FilterRatio::FilterRatio(const PixelFilter& frame, const PixelFilter& own) {
   const FilterTable t = frame.sampleTable();
   cells_ = std::min({t.cellsX, t.cellsY, kMostCells});
@@ -24,8 +25,7 @@ FilterRatio::FilterRatio(const PixelFilter& frame, const PixelFilter& own) {
       double mean = 0, meanAbsolute = 0;
       for (int b = 0; b < kPoints; ++b)
         for (int a = 0; a < kPoints; ++a) {
-          const double f =
-              own.evaluate(x0 + (x1 - x0) * (a + 0.5) / kPoints, y0 + (y1 - y0) * (b + 0.5) / kPoints);
+          const double f = own.evaluate(x0 + (x1 - x0) * (a + 0.5) / kPoints, y0 + (y1 - y0) * (b + 0.5) / kPoints);
           mean += f / (kPoints * kPoints);
           meanAbsolute += std::fabs(f) / (kPoints * kPoints);
         }

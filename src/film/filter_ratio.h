@@ -1,6 +1,6 @@
 // A pixel filter of a channel's own, over samples that the frame's filter placed: the weight with which such a sample
-// counts for that channel. Built once a frame; render/ asks it beside PixelFilter::sample, with the same numbers. Where
-// the frame's filter puts no sample the channel's own one is cut off.
+// counts for that channel. Built once a frame; render/ asks it beside PixelFilter::sample, with the same numbers.
+// Where the frame's filter puts no sample the channel's own one is cut off.
 #pragma once
 #include <algorithm>
 #include <vector>

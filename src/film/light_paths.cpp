@@ -11,7 +11,10 @@ namespace kinora::film {
 namespace {
 
 // The standard set: from "emissive" to "volume" they are disjoint and hold every path, so they sum to beauty.
-struct Named { const char* name; const char* expression; };
+struct Named {
+  const char* name;
+  const char* expression;
+};
 constexpr Named kNamed[] = {
     {"Ci", "C[DS]*[<L.>O]"},
     {"beauty", "C[DS]*[<L.>O]"},
@@ -42,7 +45,10 @@ const char* namedExpression(std::string_view name) {
 constexpr std::string_view kPrefix = "lpe:";
 
 // Which lobes of stock materials have which number where the scene does not say (rib.md 4.3, Option "lpe").
-struct Numbered { const char* option; const char* lobes; };
+struct Numbered {
+  const char* option;
+  const char* lobes;
+};
 constexpr Numbered kNumbered[] = {
     {"diffuse2", "Diffuse,HairDiffuse,diffuse,translucent,hair4,irradiance"},
     {"diffuse3", "Subsurface,subsurface"},
@@ -68,7 +74,7 @@ LobeNumbers::LobeNumbers(const scene::ParameterList& options) {
       if (c != ',' && !std::isspace(static_cast<unsigned char>(c)))
         name += c;
       else if (!name.empty())
-        (isDiffuse ? diffuse_ : specular_).try_emplace(std::exchange(name, {}), lobe);   // the first list counts
+        (isDiffuse ? diffuse_ : specular_).try_emplace(std::exchange(name, {}), lobe);  // the first list counts
     }
   }
 }
@@ -100,7 +106,7 @@ LightPaths::LightPaths(const std::vector<std::string>& sources, bool needSplit, 
     if (!knows(sources[i])) continue;
     PathSyntaxError ignored;
     std::optional<PathExpression> e = parse(sources[i], ignored);
-    if (!e) continue;   // told by display_channels.cpp, which puts kVisibleFallback in its place
+    if (!e) continue;  // told by display_channels.cpp, which puts kVisibleFallback in its place
     if (e->flags.unoccluded) lights_[i] = PathLight::Unoccluded;
     if (e->flags.shadows) lights_[i] = PathLight::Blocked;
     list.push_back(std::move(*e));
@@ -136,7 +142,9 @@ bool LightPaths::usesSurface(std::string_view group) const { return labelOf(grou
 
 uint16_t LightPaths::event(uint32_t lobeFlags, std::string_view lobe, std::string_view surface) const {
   const bool isSpecular = lobeFlags & kLobeSpecular;
-  const uint8_t type = lobeFlags & kLobeVolume ? kPathVolume : lobeFlags & kLobeTransmit ? kPathTransmit : kPathReflect;
+  const uint8_t type = lobeFlags & kLobeVolume     ? kPathVolume
+                       : lobeFlags & kLobeTransmit ? kPathTransmit
+                                                   : kPathReflect;
   return uint16_t(automaton_.event(type, lobes_.of(isSpecular, lobe), labelOf(surface), labelOf(lobe)));
 }
 

@@ -23,7 +23,7 @@ class LobeNumbers {
  public:
   LobeNumbers() : LobeNumbers(scene::ParameterList()) {}
   explicit LobeNumbers(const scene::ParameterList& options);
-  int of(bool isSpecular, std::string_view lobe) const;   // 0..11, as in PathPattern::lobes
+  int of(bool isSpecular, std::string_view lobe) const;  // 0..11, as in PathPattern::lobes
 
  private:
   std::map<std::string, int, std::less<>> diffuse_, specular_;
@@ -69,7 +69,7 @@ class LightPaths {
   int labelOf(std::string_view text) const;
   LobeNumbers lobes_;
   PathAutomaton automaton_;
-  std::vector<std::vector<uint16_t>> outputs_;   // by state and end
+  std::vector<std::vector<uint16_t>> outputs_;  // by state and end
   std::vector<PathLight> lights_;
   std::vector<uint32_t> userLobes_;
   std::vector<uint16_t> unmatched_;

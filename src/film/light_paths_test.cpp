@@ -110,8 +110,8 @@ TEST(LightPathExpression, LobeNumbersLabelsAndGroups) {
 }
 
 TEST(LightPathExpression, UserLobesArePrefixesAndSignals) {
-  const LightPaths p({"lpe:nothruput;noinfinitecheck;noclamp;unoccluded;overwrite;C<.S'passthru'>*((U2L)|O)", "lpe:CU6L",
-                      "lpe:unoccluded;C[DS]+[LO]", "lpe:shadows;CDL", "lpe:C.*L"},
+  const LightPaths p({"lpe:nothruput;noinfinitecheck;noclamp;unoccluded;overwrite;C<.S'passthru'>*((U2L)|O)",
+                      "lpe:CU6L", "lpe:unoccluded;C[DS]+[LO]", "lpe:shadows;CDL", "lpe:C.*L"},
                      false);
   EXPECT_EQ(p.userLobes(0), 2u);
   EXPECT_EQ(p.userLobes(1), 32u);
@@ -123,15 +123,30 @@ TEST(LightPathExpression, UserLobesArePrefixesAndSignals) {
 }
 
 TEST(LightPathExpression, MistakesNameTheirPlace) {
-  const std::tuple<const char*, size_t, const char*> table[] = {
-      {"lpe:", 4, "no expression"},       {"lpe:D", 4, "begins with C"},      {"lpe:CD(", 7, "missing"},
-      {"lpe:C(DL", 5, "not closed"},      {"lpe:C[DS", 5, "not closed"},      {"lpe:C<RD", 5, "not closed"},
-      {"lpe:CX", 5, "no event"},          {"lpe:C<XD>", 6, "type of the event"}, {"lpe:C<RX>L", 7, "the event"},
-      {"lpe:CD)L", 6, "closes nothing"},  {"lpe:CL*DCL", 8, "beginning only"}, {"lpe:C[]L", 5, "empty"},
-      {"lpe:CD{3,1}L", 6, "before it begins"}, {"lpe:CD{99}L", 7, "at most 64"}, {"lpe:CD{L", 7, "number"},
-      {"lpe:CD5L", 6, "1 to 4"},          {"lpe:CS9L", 6, "1 to 8"},          {"lpe:C<RD'floor>L", 8, "quotation"},
-      {"lpe:C<O'x'>", 7, "no label"},     {"lpe:shadow;CL", 4, "no prefix"},  {"lpe:C|", 6, "missing"},
-      {"lpe:[CL]", 5, "set"},             {"lpe:C<RD''>L", 8, "empty"},       {"lpe:C<RDL>", 8, "\">\""}};
+  const std::tuple<const char*, size_t, const char*> table[] = {{"lpe:", 4, "no expression"},
+                                                                {"lpe:D", 4, "begins with C"},
+                                                                {"lpe:CD(", 7, "missing"},
+                                                                {"lpe:C(DL", 5, "not closed"},
+                                                                {"lpe:C[DS", 5, "not closed"},
+                                                                {"lpe:C<RD", 5, "not closed"},
+                                                                {"lpe:CX", 5, "no event"},
+                                                                {"lpe:C<XD>", 6, "type of the event"},
+                                                                {"lpe:C<RX>L", 7, "the event"},
+                                                                {"lpe:CD)L", 6, "closes nothing"},
+                                                                {"lpe:CL*DCL", 8, "beginning only"},
+                                                                {"lpe:C[]L", 5, "empty"},
+                                                                {"lpe:CD{3,1}L", 6, "before it begins"},
+                                                                {"lpe:CD{99}L", 7, "at most 64"},
+                                                                {"lpe:CD{L", 7, "number"},
+                                                                {"lpe:CD5L", 6, "1 to 4"},
+                                                                {"lpe:CS9L", 6, "1 to 8"},
+                                                                {"lpe:C<RD'floor>L", 8, "quotation"},
+                                                                {"lpe:C<O'x'>", 7, "no label"},
+                                                                {"lpe:shadow;CL", 4, "no prefix"},
+                                                                {"lpe:C|", 6, "missing"},
+                                                                {"lpe:[CL]", 5, "set"},
+                                                                {"lpe:C<RD''>L", 8, "empty"},
+                                                                {"lpe:C<RDL>", 8, "\">\""}};
   for (const auto& [text, column, what] : table) {
     PathSyntaxError error;
     EXPECT_FALSE(LightPaths::parse(text, error)) << text;
@@ -178,8 +193,9 @@ TEST(LightPaths, TellsEventsApartOnlyAsFarAsNeeded) {
 
 // Every path of up to 4 bounces is in exactly one of the disjoint set, and in beauty.
 TEST(LightPaths, StandardSetIsDisjointAndWhole) {
-  const std::vector<std::string> names{"emissive", "diffuse", "indirectDiffuse", "specular", "indirectSpecular",
-                                       "subsurface", "transmissive", "volume", "beauty"};
+  const std::vector<std::string> names{"emissive",     "diffuse",          "indirectDiffuse",
+                                       "specular",     "indirectSpecular", "subsurface",
+                                       "transmissive", "volume",           "beauty"};
   const LightPaths p(names, false);
   std::vector<Event> path;
   int checked = 0;
@@ -210,21 +226,29 @@ TEST(LightPaths, StandardSetIsDisjointAndWhole) {
 TEST(LightPaths, AgreesWithAnotherMatcherOnRandomExpressions) {
   std::mt19937 random(7);
   const auto pick = [&](int n) { return int(random() % uint32_t(n)); };
-  const std::pair<const char*, const char*> atoms[] = {
-      {"D", "[de]"}, {"S", "[sz]"}, {"<RD>", "d"}, {"<TS>", "z"}, {"[^D]", "[sz]"}, {"R", "[ds]"}, {"[<RD><TS>]", "[dz]"}};
-  std::function<std::pair<std::string, std::string>(int)> make = [&](int depth) -> std::pair<std::string, std::string> {
+  const std::pair<const char*, const char*> atoms[] = {{"D", "[de]"},         {"S", "[sz]"},    {"<RD>", "d"},
+                                                       {"<TS>", "z"},         {"[^D]", "[sz]"}, {"R", "[ds]"},
+                                                       {"[<RD><TS>]", "[dz]"}};
+  std::function<std::pair<std::string, std::string>(int)> make =
+      [&](int depth) -> std::pair<std::string, std::string> {
     if (depth == 0 || pick(3) == 0) {
       const auto& [a, b] = atoms[pick(7)];
       return {a, b};
     }
     const auto x = make(depth - 1), y = make(depth - 1);
     switch (pick(6)) {
-      case 0: return {"(" + x.first + "|" + y.first + ")", "(" + x.second + "|" + y.second + ")"};
-      case 1: return {"(" + x.first + ")*", "(" + x.second + ")*"};
-      case 2: return {"(" + x.first + ")+", "(" + x.second + ")+"};
-      case 3: return {"(" + x.first + ")?" + y.first, "(" + x.second + ")?" + y.second};
-      case 4: return {"(" + x.first + "){1,2}", "(" + x.second + "){1,2}"};
-      default: return {x.first + y.first, x.second + y.second};
+      case 0:
+        return {"(" + x.first + "|" + y.first + ")", "(" + x.second + "|" + y.second + ")"};
+      case 1:
+        return {"(" + x.first + ")*", "(" + x.second + ")*"};
+      case 2:
+        return {"(" + x.first + ")+", "(" + x.second + ")+"};
+      case 3:
+        return {"(" + x.first + ")?" + y.first, "(" + x.second + ")?" + y.second};
+      case 4:
+        return {"(" + x.first + "){1,2}", "(" + x.second + "){1,2}"};
+      default:
+        return {x.first + y.first, x.second + y.second};
     }
   };
   std::vector<std::string> sources;

@@ -31,15 +31,15 @@ bool takes(const PathAtom& atom, const Symbol& s) {
 // Thompson's construction (1968) over all expressions; atoms are numbered over all of them.
 struct Net {
   struct Node {
-    int atom = -1, to = -1;    // an edge that takes an event, or
-    int free[2] = {-1, -1};    // up to two that take none
-    int ends = -1;             // the expression that is matched here
+    int atom = -1, to = -1;  // an edge that takes an event, or
+    int free[2] = {-1, -1};  // up to two that take none
+    int ends = -1;           // the expression that is matched here
   };
   std::vector<Node> nodes;
   std::vector<const PathAtom*> atoms;
   std::vector<int> starts;
   bool isFull = false;
-  mutable size_t work = 0;   // nodes visited: bounds the time that hostile expressions take
+  mutable size_t work = 0;  // nodes visited: bounds the time that hostile expressions take
 
   int node() {
     if (nodes.size() >= PathAutomaton::kMostNodes) isFull = true;
@@ -110,7 +110,7 @@ struct Net {
     return to;
   }
 
-  using Set = std::vector<int>;   // sorted
+  using Set = std::vector<int>;  // sorted
   Set closure(Set from) const {
     std::vector<uint8_t> in(nodes.size(), 0);
     Set open = from, all;
@@ -174,7 +174,8 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
   const auto label = [&](int i) { return i < 0 ? nullptr : &labels_[size_t(i)]; };
   std::vector<std::vector<bool>> signatures;
   std::map<std::vector<bool>, uint32_t> classOf;
-  std::vector<uint32_t> classOfRaw(3u * uint32_t(kFirstUserLobe) * uint32_t(labelCount + 1) * uint32_t(labelCount + 1));
+  std::vector<uint32_t> classOfRaw(3u * uint32_t(kFirstUserLobe) * uint32_t(labelCount + 1) *
+                                   uint32_t(labelCount + 1));
   for (const uint8_t type : {kPathReflect, kPathTransmit, kPathVolume})
     for (int lobe = 0; lobe < kFirstUserLobe; ++lobe)
       for (int a = -1; a < labelCount; ++a)
@@ -194,7 +195,7 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
   begin = net.step(begin, [&](size_t atom) { return takes(*net.atoms[atom], camera); });
   std::vector<Net::Set> sets{begin};
   std::map<Net::Set, uint32_t> known;
-  std::vector<uint32_t> step;   // by state and class
+  std::vector<uint32_t> step;  // by state and class
   for (size_t s = 0; s < sets.size(); ++s)
     for (uint32_t c = 0; c < classes; ++c) {
       const Net::Set to = net.step(sets[s], [&](size_t atom) { return bool(signatures[c][atom]); });
@@ -237,7 +238,7 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
         key.push_back(part[s]);
         for (uint32_t c = 0; c < classes; ++c) key.push_back(part[step[s * classes + c]]);
       }
-      next[s] = ids.try_emplace(key, uint32_t(ids.size())).first->second;   // numbered as met: state 0 stays 0
+      next[s] = ids.try_emplace(key, uint32_t(ids.size())).first->second;  // numbered as met: state 0 stays 0
     }
     part = next;
     if (ids.size() == parts) break;

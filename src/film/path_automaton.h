@@ -1,6 +1,6 @@
-// One deterministic automaton for all light path expressions of a frame. A path steps a state number at each event; where
-// it meets light, (state, kind of light) says which expressions take it. Built once a frame by light_paths.h; equal
-// input gives equal numbers. It tells events apart only as far as some expression does.
+// One deterministic automaton for all light path expressions of a frame. A path steps a state number at each event;
+// where it meets light, (state, kind of light) says which expressions take it. Built once a frame by light_paths.h;
+// equal input gives equal numbers. It tells events apart only as far as some expression does.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -31,7 +31,9 @@ class PathAutomaton {
 
   // Where paths end: 0 at a glowing surface, 1 + i at a light of lightGroups()[i - 1] (1: of none of them).
   uint32_t ends() const { return 2 + uint32_t(lightGroups_.size()); }
-  const std::vector<uint16_t>& accepted(uint32_t state, uint32_t end) const { return accepted_[state * ends() + end]; }
+  const std::vector<uint16_t>& accepted(uint32_t state, uint32_t end) const {
+    return accepted_[state * ends() + end];
+  }
   // Bit n: expression takes "C U(n+1) L", the signal of a user lobe of the first surface.
   uint32_t userLobes(size_t expression) const { return userLobes_[expression]; }
   // True when the expression takes some path.

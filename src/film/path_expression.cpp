@@ -20,7 +20,8 @@ class Parser {
   explicit Parser(std::string_view text) : text_(text) {}
 
   PathExpression run() {
-    if (text_.size() > kMostText) fail(0, "the expression is longer than " + std::to_string(kMostText) + " characters");
+    if (text_.size() > kMostText)
+      fail(0, "the expression is longer than " + std::to_string(kMostText) + " characters");
     readFlags();
     if (atEnd()) fail(at_, "there is no expression");
     std::vector<int> choices{sequence()};
@@ -28,7 +29,8 @@ class Parser {
       ++at_;
       choices.push_back(sequence());
     }
-    if (!atEnd()) fail(at_, head() == ')' ? "\")\" closes nothing" : std::string("\"") + text_[at_] + "\" is not expected here");
+    if (!atEnd())
+      fail(at_, head() == ')' ? "\")\" closes nothing" : std::string("\"") + text_[at_] + "\" is not expected here");
     // Only the first alternative has to say C: "C(D[DS]*L)|[LO]" is written for "C(D[DS]*L|[LO])".
     for (size_t i = 0; i < choices.size(); ++i) {
       if (beginsAtCamera(choices[i])) continue;
@@ -79,9 +81,12 @@ class Parser {
 
   void readFlags() {
     static constexpr std::pair<const char*, bool PathFlags::*> kNames[] = {
-        {"shadows", &PathFlags::shadows},           {"holdouts", &PathFlags::holdouts},
-        {"unoccluded", &PathFlags::unoccluded},     {"nothruput", &PathFlags::noThroughput},
-        {"noinfinitecheck", &PathFlags::noInfiniteCheck}, {"noclamp", &PathFlags::noClamp},
+        {"shadows", &PathFlags::shadows},
+        {"holdouts", &PathFlags::holdouts},
+        {"unoccluded", &PathFlags::unoccluded},
+        {"nothruput", &PathFlags::noThroughput},
+        {"noinfinitecheck", &PathFlags::noInfiniteCheck},
+        {"noclamp", &PathFlags::noClamp},
         {"overwrite", &PathFlags::overwrite}};
     for (;;) {
       skip();
@@ -110,9 +115,15 @@ class Parser {
     for (;;) {
       int least, most;
       switch (head()) {
-        case '*': least = 0, most = -1; break;
-        case '+': least = 1, most = -1; break;
-        case '?': least = 0, most = 1; break;
+        case '*':
+          least = 0, most = -1;
+          break;
+        case '+':
+          least = 1, most = -1;
+          break;
+        case '?':
+          least = 0, most = 1;
+          break;
         case '{': {
           const size_t open = at_++;
           least = number("how often");
@@ -126,7 +137,8 @@ class Parser {
           --at_;
           break;
         }
-        default: return node;
+        default:
+          return node;
       }
       ++at_;
       node = inner(PathNode::Kind::Repeat, {node}, column);
@@ -191,22 +203,42 @@ class Parser {
     const size_t column = at_;
     PathPattern p;
     switch (const char c = take()) {
-      case '\0': fail(column, "an event is missing here");
-      case 'C': p.kind = PathEventKind::Camera; break;
-      case 'L': p.kind = PathEventKind::Light; break;
-      case 'O': p.kind = PathEventKind::Object; break;
-      case 'R': p.types = kPathReflect; break;
-      case 'T': p.types = kPathTransmit; break;
-      case 'V': p.types = kPathVolume; break;
-      case 'D': case 'S': case 'U': p.lobes = lobes(c); break;
+      case '\0':
+        fail(column, "an event is missing here");
+      case 'C':
+        p.kind = PathEventKind::Camera;
+        break;
+      case 'L':
+        p.kind = PathEventKind::Light;
+        break;
+      case 'O':
+        p.kind = PathEventKind::Object;
+        break;
+      case 'R':
+        p.types = kPathReflect;
+        break;
+      case 'T':
+        p.types = kPathTransmit;
+        break;
+      case 'V':
+        p.types = kPathVolume;
+        break;
+      case 'D':
+      case 'S':
+      case 'U':
+        p.lobes = lobes(c);
+        break;
       case '.':
         out.push_back(p);
         p.kind = PathEventKind::Light;
         out.push_back(p);
         p.kind = PathEventKind::Object;
         break;
-      case '<': p = group(column); break;
-      default: fail(column, std::string("\"") + c + "\" is no event: C, L, O, D, S, U, R, T, V, \".\" or <...> are");
+      case '<':
+        p = group(column);
+        break;
+      default:
+        fail(column, std::string("\"") + c + "\" is no event: C, L, O, D, S, U, R, T, V, \".\" or <...> are");
     }
     out.push_back(std::move(p));
   }
@@ -260,7 +292,9 @@ class Parser {
     } else {
       p.types = uint8_t(place(
           kPathAnyType, kPathAnyType,
-          [](char t) { return uint32_t(t == 'R' ? kPathReflect : t == 'T' ? kPathTransmit : t == 'V' ? kPathVolume : 0); },
+          [](char t) {
+            return uint32_t(t == 'R' ? kPathReflect : t == 'T' ? kPathTransmit : t == 'V' ? kPathVolume : 0);
+          },
           "the type of the event: R, T, V, a set of them, or \".\""));
       if (head() != '>' && head() != '\'' && head() != '"')
         p.lobes = place(
@@ -286,8 +320,10 @@ class Parser {
   bool isNullable(int n) const {
     const PathNode& node = e_.nodes[size_t(n)];
     switch (node.kind) {
-      case PathNode::Kind::Atom: return false;
-      case PathNode::Kind::Repeat: return node.least == 0 || isNullable(node.children[0]);
+      case PathNode::Kind::Atom:
+        return false;
+      case PathNode::Kind::Repeat:
+        return node.least == 0 || isNullable(node.children[0]);
       case PathNode::Kind::Choice:
         return std::any_of(node.children.begin(), node.children.end(), [&](int c) { return isNullable(c); });
       case PathNode::Kind::Sequence:

@@ -45,7 +45,9 @@ bool roundBlock(const RoundInput* slots, int count, int64_t (*rounded)[kChunk]);
 struct RoundedRun {
   int slot, from, count;  // count even
 };
-// pixels[i][slot ..] += rounded[i][from ..] for each run and each of n samples whose pixel is not null; 16-byte aligned.
-void addRounded(int64_t* const* pixels, int n, const RoundedRun* runs, int runCount, const int64_t (*rounded)[kChunk]);
+// pixels[i][slot ..] += rounded[i][from ..] for each run and each of n samples whose pixel is not null; 16-byte
+// aligned.
+void addRounded(int64_t* const* pixels, int n, const RoundedRun* runs, int runCount,
+                const int64_t (*rounded)[kChunk]);
 
 }  // namespace kinora::film

@@ -76,11 +76,21 @@ const SourceInfo* findSource(std::string_view name) {
 Channel channelOf(const SourceInfo& info, std::string name) {
   Channel c;
   switch (info.kind) {
-    case SourceKind::Color: c = colorChannel(std::move(name), info.name); break;
-    case SourceKind::Mask: c = floatChannel(std::move(name), info.name); break;
-    case SourceKind::Unit: c = normalChannel(std::move(name), info.name); break;
-    case SourceKind::Position: c = positionChannel(std::move(name), info.name); break;
-    default: c = depthChannel(std::move(name), info.name); break;
+    case SourceKind::Color:
+      c = colorChannel(std::move(name), info.name);
+      break;
+    case SourceKind::Mask:
+      c = floatChannel(std::move(name), info.name);
+      break;
+    case SourceKind::Unit:
+      c = normalChannel(std::move(name), info.name);
+      break;
+    case SourceKind::Position:
+      c = positionChannel(std::move(name), info.name);
+      break;
+    default:
+      c = depthChannel(std::move(name), info.name);
+      break;
   }
   c.width = info.width;
   c.type = info.type;

@@ -10,7 +10,6 @@ namespace {
 using namespace testing;
 using Floats = std::vector<float>;
 
-
 scene::Primitive blobby(int leaves, std::vector<int> code, Floats floats) {
   scene::OtherPrimitive o{"Blobby", {}};
   const auto ints = [](const char* name, std::vector<int> v) {

@@ -21,8 +21,8 @@ size_t Mesh::bytes() const {
   size_t n = spine.capacity() * sizeof(Imath::V4f) + spineNormals.capacity() * sizeof(Imath::V3f) +
              along.capacity() * sizeof(Imath::V2f);
   n += sizeof(Mesh) + points.capacity() * sizeof(Imath::V3f) + times.capacity() * sizeof(double) +
-             (indices.capacity() + faceOfTriangle.capacity()) * sizeof(uint32_t) +
-             (cornerUV.capacity() + vertexUV.capacity()) * sizeof(Imath::V2f) + primvars.capacity() * sizeof(Primvar);
+       (indices.capacity() + faceOfTriangle.capacity()) * sizeof(uint32_t) +
+       (cornerUV.capacity() + vertexUV.capacity()) * sizeof(Imath::V2f) + primvars.capacity() * sizeof(Primvar);
   for (const Primvar& p : primvars) {
     n += p.name.capacity() + p.data.capacity() * sizeof(float) + p.strings.capacity() * sizeof(std::string);
     for (const std::string& s : p.strings) n += s.capacity();

@@ -31,15 +31,23 @@ struct Primvar {
 // normal, and normals from the user are turned as a whole when most of them point to the other side. Single ones may
 // still disagree.
 struct Mesh {
-  // Strands: tubes and ribbons along curves, and balls and discs at points. Cubic ones are Bezier pieces whatever basis
-  // the user said; ribbons and discs face the ray or, "oriented", stand as their normals say.
+  // Strands: tubes and ribbons along curves, and balls and discs at points. Cubic ones are Bezier pieces whatever
+  // basis the user said; ribbons and discs face the ray or, "oriented", stand as their normals say.
   enum class Kind : uint8_t {
-    Triangles, LinearTube, LinearRibbon, CubicTube, CubicRibbon, OrientedRibbon, Ball, Disc, OrientedDisc
+    Triangles,
+    LinearTube,
+    LinearRibbon,
+    CubicTube,
+    CubicRibbon,
+    OrientedRibbon,
+    Ball,
+    Disc,
+    OrientedDisc
   };
   Kind kind = Kind::Triangles;
-  // Strands only. A primitive of one is a piece of a curve, or a point; `indices` holds the first control point of each,
-  // `faceOfTriangle` the curve of each (empty for points: all belong to face 0), `vertexCount` counts control points.
-  // PerVertex primvars go with the control points.
+  // Strands only. A primitive of one is a piece of a curve, or a point; `indices` holds the first control point of
+  // each, `faceOfTriangle` the curve of each (empty for points: all belong to face 0), `vertexCount` counts control
+  // points. PerVertex primvars go with the control points.
   std::vector<Imath::V4f> spine;         // keys x vertexCount: as `points`, with the radius
   std::vector<Imath::V3f> spineNormals;  // keys x vertexCount: oriented kinds; any length but 0
   std::vector<Imath::V2f> along;         // curve parameter v at both ends of each piece

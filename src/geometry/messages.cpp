@@ -6,8 +6,10 @@ namespace {
 
 constexpr Explanation kExplanations[] = {
     {"GEOM-CURVE-COUNT",
-     "The number of vertices of a curve does not fit its kind: a linear curve needs 2 (3 when periodic), a cubic one 4 "
-     "and then a whole number of steps of its basis (periodic: a whole number of steps). Such curves are left out, the "
+     "The number of vertices of a curve does not fit its kind: a linear curve needs 2 (3 when periodic), a cubic one "
+     "4 "
+     "and then a whole number of steps of its basis (periodic: a whole number of steps). Such curves are left out, "
+     "the "
      "others of the primitive are rendered. See Basis; its default is bezier with step 3."},
     {"GEOM-CURVE-LENGTH",
      "Some curves have no length: all their vertices are in one place. They are left out, the others are rendered."},
@@ -47,7 +49,8 @@ constexpr Explanation kExplanations[] = {
      "a "
      "subdivision mesh becomes polygons without them, any other primitive is left out as a whole."},
     {"GEOM-BLOBBY",
-     "The instructions of a Blobby cannot be followed: a code that is not known, a number or an operand that is not there, "
+     "The instructions of a Blobby cannot be followed: a code that is not known, a number or an operand that is not "
+     "there, "
      "a leaf count that does not fit; it is left out. Or a leaf of it is of a kind that is not rendered (a repelling "
      "plane, a field plug-in) or has no volume; that leaf counts as nothing."},
     {"GEOM-NOT-RENDERED-YET-",
@@ -79,11 +82,14 @@ constexpr Explanation kExplanations[] = {
      "A single primitive has more faces than its triangles could be numbered. Cut it into several primitives."},
     {"GEOM-TRIM", "A NURBS surface has trim curves. They are not rendered yet, so the surface appears whole."},
     {"GEOM-POINTS-TYPE",
-     "Points are rendered as discs that face the ray (type \"particle\", the default), as discs that stand as N says or "
-     "face the ray without N (\"disk\", \"patch\") or as spheres (\"sphere\", \"blobby\"). Another type was named, or one "
+     "Points are rendered as discs that face the ray (type \"particle\", the default), as discs that stand as N says "
+     "or "
+     "face the ray without N (\"disk\", \"patch\") or as spheres (\"sphere\", \"blobby\"). Another type was named, "
+     "or one "
      "that has a stand-in only."},
     {"GEOM-WIDTH",
-     "Some widths (width, constantwidth) are negative, not a number or infinite. A curve or point is absent where its "
+     "Some widths (width, constantwidth) are negative, not a number or infinite. A curve or point is absent where "
+     "its "
      "width is negative; a width that is no finite number is replaced by the first good one, or 1."},
     {"GEOM-ZERO-AREA",
      "Nothing of a primitive would be visible: a radius or sweep is zero, all faces are degenerate, or (for "

@@ -87,8 +87,8 @@ std::string describe(const scene::Primitive& primitive, size_t pointCount, Param
 }
 
 // Segments of each span of both axes: the finest that any piece along it asks for.
-void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s, const DiceRate& rate, std::vector<int>& nu,
-                 std::vector<int>& nv) {
+void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s, const DiceRate& rate,
+                 std::vector<int>& nu, std::vector<int>& nv) {
   const bool displaced = primitive.attributes && primitive.attributes->displacement;
   std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
   constexpr int kSamples = 4;
@@ -159,7 +159,8 @@ struct Place {
   double s, t;
 };
 
-void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, const Place& place, std::vector<float>& out) {
+void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, const Place& place,
+                 std::vector<float>& out) {
   const int width = int(source.parameter->elementFloats());
   const Axis &u = surface.u, &v = surface.v;
   auto value = [&](int element, int k) { return double(source.values[size_t(element) * width + k]); };

@@ -10,7 +10,6 @@ namespace {
 using namespace testing;
 using Kind = scene::Quadric::Kind;
 
-
 // Every vertex has a unit normal on the side of e1 x e2 of its triangles (flat wedges deviate by less than 60
 // degrees).
 void expectNormals(const Mesh& m) {

@@ -20,7 +20,8 @@ void filterRadiance(const LightEntry& l, uint32_t width, Arena& arena, uint32_t 
   for (float*& f : factor) f = arena.make<float>(n);
   for (const LightFilterEntry& f : l.filters) {
     if (uniformOnly && !f.isUniform) continue;
-    const LightFilterArgs a{count, {P[0], P[1], P[2]}, {wi[0], wi[1], wi[2]}, distance, time, {factor[0], factor[1], factor[2]}};
+    const LightFilterArgs a{
+        count, {P[0], P[1], P[2]}, {wi[0], wi[1], wi[2]}, distance, time, {factor[0], factor[1], factor[2]}};
     f.byWidth[width]->factor(f.instance, &a);
     for (int c = 0; c < 3; ++c)
       for (uint32_t i = 0; i < count; ++i) radiance[c][i] *= factor[c][i];
@@ -29,8 +30,8 @@ void filterRadiance(const LightEntry& l, uint32_t width, Arena& arena, uint32_t 
 
 }  // namespace
 
-LightSet::LightSet(std::vector<LightEntry> lights, std::vector<std::vector<uint32_t>> linkSets, const float worldCenter[3],
-                   float worldRadius)
+LightSet::LightSet(std::vector<LightEntry> lights, std::vector<std::vector<uint32_t>> linkSets,
+                   const float worldCenter[3], float worldRadius)
     : lights_(std::move(lights)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
   if (linkSets.empty()) linkSets.push_back({});
   for (auto& list : linkSets) {
@@ -55,7 +56,8 @@ LightSet::LightSet(std::vector<LightEntry> lights, std::vector<std::vector<uint3
 }
 
 uint32_t LightSet::choose(const LinkSet& s, float u, float* pdf, float* rest) const {
-  const size_t k = std::min<size_t>(std::upper_bound(s.cdf.begin(), s.cdf.end(), u) - s.cdf.begin(), s.cdf.size() - 1);
+  const size_t k =
+      std::min<size_t>(std::upper_bound(s.cdf.begin(), s.cdf.end(), u) - s.cdf.begin(), s.cdf.size() - 1);
   const float below = k ? s.cdf[k - 1] : 0.f;
   *pdf = s.pdfOfLight[s.lights[k]];
   *rest = std::min((u - below) / std::max(s.cdf[k] - below, 1e-20f), 0.99999994f);
@@ -80,7 +82,10 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   float* specular = arena.make<float>(n);
   uint32_t* flags = arena.make<uint32_t>(n);
   uint32_t* light = arena.make<uint32_t>(n);
-  for (int c = 0; c < 3; ++c) { out->wi[c] = wi[c]; out->radiance[c] = radiance[c]; }
+  for (int c = 0; c < 3; ++c) {
+    out->wi[c] = wi[c];
+    out->radiance[c] = radiance[c];
+  }
   out->distance = distance;
   out->pdf = pdf;
   out->diffuse = diffuse;
@@ -96,7 +101,11 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     const uint32_t index = sets_[0].lights[0];
     const LightEntry& l = lights_[index];
     a.count = p.count;
-    for (int c = 0; c < 3; ++c) { a.P[c] = p.P[c]; a.wi[c] = wi[c]; a.radiance[c] = radiance[c]; }
+    for (int c = 0; c < 3; ++c) {
+      a.P[c] = p.P[c];
+      a.wi[c] = wi[c];
+      a.radiance[c] = radiance[c];
+    }
     a.time = p.time;
     a.u[0] = p.u[0];
     a.u[1] = p.u[1];
@@ -131,9 +140,11 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   uint32_t* cursor = arena.make<uint32_t>(lights_.size() + 1);
   std::memcpy(cursor, count, (lights_.size() + 1) * sizeof(uint32_t));
   for (uint32_t i = 0; i < p.count; ++i)
-    if (light[i] != kNoLight) order[cursor[light[i]]++] = i;
-    else pdf[i] = 0, flags[i] = 0, distance[i] = 0, wi[0][i] = 0, wi[1][i] = 0, wi[2][i] = 1, diffuse[i] = specular[i] = 0,
-         radiance[0][i] = radiance[1][i] = radiance[2][i] = 0;
+    if (light[i] != kNoLight)
+      order[cursor[light[i]]++] = i;
+    else
+      pdf[i] = 0, flags[i] = 0, distance[i] = 0, wi[0][i] = 0, wi[1][i] = 0, wi[2][i] = 1,
+      diffuse[i] = specular[i] = 0, radiance[0][i] = radiance[1][i] = radiance[2][i] = 0;
   float* t[13];
   for (float*& x : t) x = arena.make<float>(n + kPad);
   uint32_t* f = arena.make<uint32_t>(n + kPad);
@@ -149,7 +160,11 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
       t[5][i] = p.u[1][j];
     }
     a.count = m;
-    for (int c = 0; c < 3; ++c) { a.P[c] = t[c]; a.wi[c] = t[6 + c]; a.radiance[c] = t[9 + c]; }
+    for (int c = 0; c < 3; ++c) {
+      a.P[c] = t[c];
+      a.wi[c] = t[6 + c];
+      a.radiance[c] = t[9 + c];
+    }
     a.time = t[3];
     a.u[0] = t[4];
     a.u[1] = t[5];
@@ -162,7 +177,10 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     filterRadiance(entry, width, arena, m, a.P, a.wi, a.distance, a.time, a.radiance);
     for (uint32_t i = 0; i < m; ++i) {
       const uint32_t j = order[first + i];
-      for (int c = 0; c < 3; ++c) { wi[c][j] = t[6 + c][i]; radiance[c][j] = t[9 + c][i]; }
+      for (int c = 0; c < 3; ++c) {
+        wi[c][j] = t[6 + c][i];
+        radiance[c][j] = t[9 + c][i];
+      }
       distance[j] = t[12][i];
       // the choice's probability divides the estimate: discrete lights carry it in pdf too
       pdf[j] = pdfs[i] * choice[j];
@@ -174,9 +192,16 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   arena.release(mark);
   for (uint32_t i = p.count; i < n && p.count; ++i) {
     const uint32_t j = p.count - 1;
-    for (int c = 0; c < 3; ++c) { wi[c][i] = wi[c][j]; radiance[c][i] = radiance[c][j]; }
-    distance[i] = distance[j]; pdf[i] = pdf[j]; flags[i] = flags[j]; light[i] = light[j];
-    diffuse[i] = diffuse[j]; specular[i] = specular[j];
+    for (int c = 0; c < 3; ++c) {
+      wi[c][i] = wi[c][j];
+      radiance[c][i] = radiance[c][j];
+    }
+    distance[i] = distance[j];
+    pdf[i] = pdf[j];
+    flags[i] = flags[j];
+    light[i] = light[j];
+    diffuse[i] = diffuse[j];
+    specular[i] = specular[j];
   }
 }
 
@@ -203,7 +228,10 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
 
   float* o[3];
   float* d[3];
-  for (int c = 0; c < 3; ++c) { o[c] = arena.make<float>(np); d[c] = arena.make<float>(np); }
+  for (int c = 0; c < 3; ++c) {
+    o[c] = arena.make<float>(np);
+    d[c] = arena.make<float>(np);
+  }
   float* time = arena.make<float>(np);
   float* t = arena.make<float>(np);
   uint32_t* met = arena.make<uint32_t>(np);
@@ -220,20 +248,37 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     const LightEntry& entry = lights_[l];
     if (entry.description.isDelta || !(entry.visibility & (camera ? 1 : 2))) continue;
     const LightDescription& shape = entry.description;
-    const NearRaysArgs near{n, list.slots, list.rays, list.tHit, shape.isInfinite != 0,
-                            {shape.center[0], shape.center[1], shape.center[2]}, shape.radius * shape.radius * 1.0001f,
-                            {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, time, t, who};
+    const NearRaysArgs near{n,
+                            list.slots,
+                            list.rays,
+                            list.tHit,
+                            shape.isInfinite != 0,
+                            {shape.center[0], shape.center[1], shape.center[2]},
+                            shape.radius * shape.radius * 1.0001f,
+                            {o[0], o[1], o[2]},
+                            {d[0], d[1], d[2]},
+                            time,
+                            t,
+                            who};
     const uint32_t k = nearRaysKernel(width)(near);
     if (!k) continue;
     const uint32_t kp = padded(k);
     for (uint32_t i = k; i < kp; ++i) {
-      for (int c = 0; c < 3; ++c) { o[c][i] = o[c][k - 1]; d[c][i] = d[c][k - 1]; }
+      for (int c = 0; c < 3; ++c) {
+        o[c][i] = o[c][k - 1];
+        d[c][i] = d[c][k - 1];
+      }
       time[i] = time[k - 1];
       t[i] = t[k - 1];
     }
     LightRayArgs a{};
     a.count = k;
-    for (int c = 0; c < 3; ++c) { a.o[c] = o[c]; a.d[c] = d[c]; a.worldCenter[c] = center_[c]; a.radiance[c] = answer[c]; }
+    for (int c = 0; c < 3; ++c) {
+      a.o[c] = o[c];
+      a.d[c] = d[c];
+      a.worldCenter[c] = center_[c];
+      a.radiance[c] = answer[c];
+    }
     a.worldRadius = radius_;
     a.time = time;
     a.t = t;
@@ -248,7 +293,10 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     for (uint32_t i = 0; i < k; ++i) {
       if (!met[i]) continue;
       if (found != i) {
-        for (int c = 0; c < 3; ++c) { o[c][found] = o[c][i]; d[c][found] = d[c][i]; }
+        for (int c = 0; c < 3; ++c) {
+          o[c][found] = o[c][i];
+          d[c][found] = d[c][i];
+        }
         time[found] = time[i];
         t[found] = t[i];
         who[found] = who[i];
@@ -257,7 +305,10 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     }
     if (!found) continue;
     for (uint32_t i = found; i < padded(found); ++i) {
-      for (int c = 0; c < 3; ++c) { o[c][i] = o[c][found - 1]; d[c][i] = d[c][found - 1]; }
+      for (int c = 0; c < 3; ++c) {
+        o[c][i] = o[c][found - 1];
+        d[c][i] = d[c][found - 1];
+      }
       time[i] = time[found - 1];
       t[i] = t[found - 1];
     }
@@ -305,8 +356,12 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
       if (kept != e) {
         slot[kept] = slot[e];
         for (int c = 0; c < 3; ++c) radiance[c][kept] = radiance[c][e];
-        pdf[kept] = pdf[e]; tOut[kept] = tOut[e]; diffuse[kept] = diffuse[e]; specular[kept] = specular[e];
-        light[kept] = light[e]; blocks[kept] = blocks[e];
+        pdf[kept] = pdf[e];
+        tOut[kept] = tOut[e];
+        diffuse[kept] = diffuse[e];
+        specular[kept] = specular[e];
+        light[kept] = light[e];
+        blocks[kept] = blocks[e];
       }
       ++kept;
     }
@@ -355,7 +410,13 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
     a.count = k;
     for (int c = 0; c < 4; ++c) a.u[c] = t[c];
     a.time = t[4];
-    for (int c = 0; c < 3; ++c) { a.o[c] = t[5 + c]; a.d[c] = t[8 + c]; a.N[c] = t[11 + c]; a.radiance[c] = t[14 + c]; a.worldCenter[c] = center_[c]; }
+    for (int c = 0; c < 3; ++c) {
+      a.o[c] = t[5 + c];
+      a.d[c] = t[8 + c];
+      a.N[c] = t[11 + c];
+      a.radiance[c] = t[14 + c];
+      a.worldCenter[c] = center_[c];
+    }
     a.pdfPosition = t[17];
     a.pdfDirection = t[18];
     a.worldRadius = radius_;
@@ -366,7 +427,11 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
     for (uint32_t i = 0; i < k; ++i) {
       const uint32_t j = who[i];
       float cosine = 0;
-      for (int c = 0; c < 3; ++c) { o[c][j] = t[5 + c][i]; d[c][j] = t[8 + c][i]; cosine += t[8 + c][i] * t[11 + c][i]; }
+      for (int c = 0; c < 3; ++c) {
+        o[c][j] = t[5 + c][i];
+        d[c][j] = t[8 + c][i];
+        cosine += t[8 + c][i] * t[11 + c][i];
+      }
       const float pdf = t[17][i] * t[18][i] * choice[j];
       const float scale = pdf > 0 && cosine > 0 ? cosine / pdf : 0.f;
       for (int c = 0; c < 3; ++c) throughput[c][j] = t[14 + c][i] * scale;

@@ -27,8 +27,8 @@ uint32_t nearRays(const NearRaysArgs& a) {
       const Vec3<W> p = center - o;
       const F along = dot(p, d), p2 = dot(p, p);
       // difference of near numbers: widen by what rounding may take
-      const Mask<W> past = (p2 - along * along > F(a.radius2) + F(1e-5f) * p2) |
-                           ((along < F(0.f)) & (p2 > F(a.radius2)));
+      const Mask<W> past =
+          (p2 - along * along > F(a.radius2) + F(1e-5f) * p2) | ((along < F(0.f)) & (p2 > F(a.radius2)));
       is = is & !past;
       if (is.none()) continue;
     }
@@ -59,10 +59,14 @@ HWY_AFTER_NAMESPACE();
 namespace kinora::light {
 NearRaysKernel nearRaysKernel(uint32_t width) {
   switch (width) {
-    case 1: return &N_AVX2::nearRays1;
-    case 4: return &N_AVX2::nearRays4;
-    case 16: return &N_AVX3::nearRays16;
-    default: return &N_AVX2::nearRays8;
+    case 1:
+      return &N_AVX2::nearRays1;
+    case 4:
+      return &N_AVX2::nearRays4;
+    case 16:
+      return &N_AVX3::nearRays16;
+    default:
+      return &N_AVX2::nearRays8;
   }
 }
 }  // namespace kinora::light

@@ -1,5 +1,5 @@
-// simd/wide.h: packing and access by slot do what a loop over lanes does, at every width and for every mask; minima and
-// maxima treat NaN and signed zero alike at every width, which "the same bits at all widths" stands on.
+// simd/wide.h: packing and access by slot do what a loop over lanes does, at every width and for every mask; minima
+// and maxima treat NaN and signed zero alike at every width, which "the same bits at all widths" stands on.
 #define KINORA_KERNEL_FILE "math/wide_test.cpp"
 #include <gtest/gtest.h>
 #include <cmath>
@@ -106,7 +106,7 @@ TEST(Wide, PacksTheLanesOfAnyMaskInOrder) {
 
 TEST(Wide, SlotsReadAndWriteLikeALoop) {
   for (const Width& w : widths())
-    for (const uint32_t step : {1u, 3u})   // a run, and not
+    for (const uint32_t step : {1u, 3u})  // a run, and not
       for (const uint32_t mask : {0u, 0xffffu, 0x5a5au, 1u}) {
         Data d = filled(mask, 7, step);
         w.run(d);
@@ -125,16 +125,20 @@ TEST(Wide, ListsMayEndWithinAVector) {
     for (uint32_t listed = 1; listed <= 16; ++listed) {
       Data d = filled(0, 3, 2);
       d.listed = listed;
-      for (uint32_t i = listed; i < 16; ++i) d.slots[i] = 63;   // not to be taken
+      for (uint32_t i = listed; i < 16; ++i) d.slots[i] = 63;  // not to be taken
       w.run(d);
-      for (uint32_t i = 0; i < uint32_t(w.lanes); ++i) EXPECT_EQ(d.tail[i], d.slots[i < listed ? i : 0]) << w.lanes << ' ' << listed;
+      for (uint32_t i = 0; i < uint32_t(w.lanes); ++i)
+        EXPECT_EQ(d.tail[i], d.slots[i < listed ? i : 0]) << w.lanes << ' ' << listed;
     }
 }
 
 TEST(Wide, MinimaAndMaximaOfOddNumbersAreTheSameAtAllWidths) {
   const float odd[8] = {0.f, -0.f, 1.f, -1.f, INFINITY, -INFINITY, NAN, -NAN};
   Data base = filled(0, 0, 1);
-  for (int i = 0; i < 64; ++i) { base.pairs[0][i] = odd[i / 8]; base.pairs[1][i] = odd[i % 8]; }
+  for (int i = 0; i < 64; ++i) {
+    base.pairs[0][i] = odd[i / 8];
+    base.pairs[1][i] = odd[i % 8];
+  }
   Data one = base;
   widths()[0].run(one);
   for (const Width& w : widths()) {

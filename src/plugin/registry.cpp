@@ -19,7 +19,7 @@ std::string lower(std::string_view s) { return lowerCase(std::string(s)); }
 struct Registry::Impl {
   std::vector<const Descriptor*> list;
   std::vector<std::string> path;
-  std::map<std::string, bool> tried;   // files already opened: was anything in them of use?
+  std::map<std::string, bool> tried;  // files already opened: was anything in them of use?
   std::vector<void*> handles;
   mutable std::recursive_mutex mutex;
 
@@ -77,9 +77,10 @@ bool Registry::load(const std::string& file, Diagnostics& diagnostics, const Sou
       return refuse("its descriptor is malformed");
     if (d->tableCount && !functionsFor(*d, 16)) return refuse("it has no function table that this CPU runs");
     if (impl_->lookup(d->kind, lower(d->name))) {
-      diagnostics.warning("PLUGIN-DUPLICATE", pos,
-                          "plug-in '" + std::string(d->name) + "' in '" + file + "' has the name of one already known",
-                          "the first one is used");
+      diagnostics.warning(
+          "PLUGIN-DUPLICATE", pos,
+          "plug-in '" + std::string(d->name) + "' in '" + file + "' has the name of one already known",
+          "the first one is used");
       ++known;
       continue;
     }
@@ -131,9 +132,9 @@ std::vector<const Descriptor*> Registry::all() const {
 }
 
 const char* nameOf(Kind kind) {
-  static const char* const kNames[] = {"bxdf",        "pattern",      "light",         "lightfilter", "integrator",
-                                       "projection",  "displacement", "volume",        "pixelfilter", "samplefilter",
-                                       "displayfilter", "display",    "geometry",      "hider"};
+  static const char* const kNames[] = {"bxdf",          "pattern",      "light",    "lightfilter", "integrator",
+                                       "projection",    "displacement", "volume",   "pixelfilter", "samplefilter",
+                                       "displayfilter", "display",      "geometry", "hider"};
   return uint32_t(kind) < std::size(kNames) ? kNames[uint32_t(kind)] : "unknown kind";
 }
 

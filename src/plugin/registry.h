@@ -16,12 +16,12 @@ std::vector<const Descriptor*> stockPlugins();  // generated
 
 class Registry {
  public:
-  Registry();                                   // the stock plug-ins
+  Registry();  // the stock plug-ins
   ~Registry();
   // Directories looked through for NAME.so when a name is not known; nothing is opened before it is asked for.
   void setPath(std::vector<std::string> directories);
-  // Case does not matter. Null when there is none of the name and kind; a library that is there but cannot be used (another
-  // ABI, missing symbol) is reported once through `diagnostics`.
+  // Case does not matter. Null when there is none of the name and kind; a library that is there but cannot be used
+  // (another ABI, missing symbol) is reported once through `diagnostics`.
   const Descriptor* find(Kind kind, std::string_view name, Diagnostics& diagnostics, const SourcePos& pos);
   // A plug-in that is linked into the program (tests, bindings). The descriptor outlives the registry.
   void add(const Descriptor& plugin);
@@ -37,10 +37,10 @@ class Registry {
   std::unique_ptr<Impl> impl_;
 };
 
-const char* nameOf(Kind kind);   // "bxdf", "pattern" ...
+const char* nameOf(Kind kind);  // "bxdf", "pattern" ...
 
-// The functions of a descriptor for a SIMD width: the widest table that is not wider than `width` and that this CPU runs;
-// null when there is none.
+// The functions of a descriptor for a SIMD width: the widest table that is not wider than `width` and that this CPU
+// runs; null when there is none.
 const void* functionsFor(const Descriptor& d, uint32_t width, uint32_t* got = nullptr);
 
 }  // namespace kinora

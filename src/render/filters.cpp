@@ -236,7 +236,8 @@ std::vector<light::LightFilterEntry> makeLightFilters(
   return list;
 }
 
-void tellOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders, Diagnostics& diagnostics) {
+void tellOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
+                         Diagnostics& diagnostics) {
   const scene::Node* displacement = nullptr;
   std::string first;
   std::set<std::string> seen;

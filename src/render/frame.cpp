@@ -19,13 +19,15 @@ namespace {
 constexpr int kBucket = 16, kBlock = 4;
 
 uint64_t now() {
-  return uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+  return uint64_t(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+          .count());
 }
 
 }  // namespace
 
 struct Frame::Times {
-  std::vector<std::array<uint64_t, 4>> byWorker;   // camera rays, integrator, film, groups
+  std::vector<std::array<uint64_t, 4>> byWorker;  // camera rays, integrator, film, groups
   uint64_t samples = 0;
 };
 
@@ -95,11 +97,13 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   const CameraState& camera = in_.world->camera();
   for (const Stage& s : stages_)
     if (s.kind == StageKind::LightPaths)
-      lightPathsPerSample_ += uint64_t(s.pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+      lightPathsPerSample_ +=
+          uint64_t(s.pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
   in_.groupSize = std::clamp<uint32_t>(in_.groupSize / 16 * 16, 16, 8192);
 
   const auto& win = camera.window;
-  const int x0 = win[0] / kBucket, x1 = (win[2] + kBucket - 1) / kBucket, y0 = win[1] / kBucket, y1 = (win[3] + kBucket - 1) / kBucket;
+  const int x0 = win[0] / kBucket, x1 = (win[2] + kBucket - 1) / kBucket, y0 = win[1] / kBucket,
+            y1 = (win[3] + kBucket - 1) / kBucket;
   for (int y = y0; y < y1; ++y)
     for (int x = x0; x < x1; ++x) buckets_.push_back({x * kBucket, y * kBucket});
   const std::string& order = in_.bucketOrder;
@@ -110,7 +114,8 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   if (order == "vertical") {
     std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) { return a.x < b.x; });
   } else if (order == "spiral" || order == "circle") {
-    std::stable_sort(buckets_.begin(), buckets_.end(), [&](const Bucket& a, const Bucket& b) { return center(a) < center(b); });
+    std::stable_sort(buckets_.begin(), buckets_.end(),
+                     [&](const Bucket& a, const Bucket& b) { return center(a) < center(b); });
   } else if (order == "zigzag-x") {
     std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
       if (a.y != b.y) return a.y < b.y;
@@ -128,13 +133,16 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   } else if (order == "spacefill") {
     const auto morton = [](const Bucket& b) {
       uint64_t m = 0;
-      for (int i = 0; i < 16; ++i) m |= uint64_t(b.x / kBucket >> i & 1) << (2 * i) | uint64_t(b.y / kBucket >> i & 1) << (2 * i + 1);
+      for (int i = 0; i < 16; ++i)
+        m |= uint64_t(b.x / kBucket >> i & 1) << (2 * i) | uint64_t(b.y / kBucket >> i & 1) << (2 * i + 1);
       return m;
     };
-    std::stable_sort(buckets_.begin(), buckets_.end(), [&](const Bucket& a, const Bucket& b) { return morton(a) < morton(b); });
+    std::stable_sort(buckets_.begin(), buckets_.end(),
+                     [&](const Bucket& a, const Bucket& b) { return morton(a) < morton(b); });
   }
   for (int t = 0; t < std::max(1, in_.threads); ++t)
-    workers_.push_back(std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
+    workers_.push_back(
+        std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
   for (size_t i = 0; i < workers_.size(); ++i) {
     workers_[i]->index = i;
     workers_[i]->state().listener = in_.rayListener;
@@ -183,7 +191,8 @@ bool Frame::pass(int first, int last) {
       });
     } else if (stages_[s].kind == StageKind::LightPaths) {
       const CameraState& camera = in_.world->camera();
-      const uint64_t paths = uint64_t(stages_[s].pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+      const uint64_t paths =
+          uint64_t(stages_[s].pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
       const uint64_t perItem = in_.groupSize;
       const uint64_t items = (paths + perItem - 1) / perItem;
       parallel([&](size_t t) {
@@ -232,10 +241,15 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
   }
   Rays& r = s.group().rays;
   float* weight = x[6];
-  const CameraSampleArgs a{n, {x[0], x[1]}, {x[2], x[3]}, r.time, {r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]}, weight, r.radius, r.spread};
+  const CameraSampleArgs a{
+      n,      {x[0], x[1]}, {x[2], x[3]}, r.time, {r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]},
+      weight, r.radius,     r.spread};
   camera.functions->rays(camera.projection.data(), &a);
   for (uint32_t i = n; i < m; ++i) {
-    for (int c = 0; c < 3; ++c) { r.o[c][i] = r.o[c][n - 1]; r.d[c][i] = r.d[c][n - 1]; }
+    for (int c = 0; c < 3; ++c) {
+      r.o[c][i] = r.o[c][n - 1];
+      r.d[c][i] = r.d[c][n - 1];
+    }
     r.radius[i] = r.radius[n - 1];
     r.spread[i] = r.spread[n - 1];
     weight[i] = weight[n - 1];
@@ -259,7 +273,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     if (!camera.cuts.empty()) {
       float first = 0;
       cutRay(camera.cuts, o, d, first, last);
-      if (!(last > first)) first = last = 0;   // nothing is left of it
+      if (!(last > first)) first = last = 0;  // nothing is left of it
       for (int c = 0; c < 3; ++c) o[c] += d[c] * first;
       r.radius[i] += r.spread[i] * first;
       last -= first;
@@ -326,7 +340,7 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   for (uint32_t i = 0; i < m; ++i) {
     const uint64_t path = firstPath + std::min(i, count - 1);
     s.pixelX()[i] = int32_t(path & 0xffffffff);
-    s.pixelY()[i] = int32_t(path >> 32) + 0x40000000;   // no pixel's address
+    s.pixelY()[i] = int32_t(path >> 32) + 0x40000000;  // no pixel's address
     s.indices()[i] = uint32_t(sample);
     s.seeds()[i] = pixelSeed(s.pixelX()[i], s.pixelY()[i], in_.seed);
     weight[i] = 1;
@@ -380,7 +394,8 @@ uint64_t Frame::arenaBytes() const {
 
 void Frame::addTo(Statistics& st) const {
   st.buckets.clear();
-  for (size_t i = 0; i < buckets_.size(); ++i) st.buckets.push_back({buckets_[i].x, buckets_[i].y, kBucket, bucketTimes_[i]});
+  for (size_t i = 0; i < buckets_.size(); ++i)
+    st.buckets.push_back({buckets_[i].x, buckets_[i].y, kBucket, bucketTimes_[i]});
   for (size_t i = 0; i < workers_.size(); ++i) {
     const shade::GroupCounters& c = workers_[i]->state().counters;
     st.cameraRays += c.cameraRays;

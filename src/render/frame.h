@@ -1,5 +1,5 @@
-// The loop over a frame: passes, stages, buckets, groups. Each pass is a range of sample indices over the whole picture;
-// between stages all threads meet. Called by Renderer; it decides nothing about files.
+// The loop over a frame: passes, stages, buckets, groups. Each pass is a range of sample indices over the whole
+// picture; between stages all threads meet. Called by Renderer; it decides nothing about files.
 #pragma once
 #include <functional>
 #include <memory>
@@ -24,9 +24,9 @@ struct FrameInput {
   const FilterChain* sampleFilters = nullptr;
   std::vector<film::FilterRatio> ratios;  // by filter of the film's layout
   film::Film* film;
-  const Hider* hider = nullptr;           // null: the loop over rays
+  const Hider* hider = nullptr;  // null: the loop over rays
   uint32_t seed = 0;
-  int firstSample = 0, lastSample = 64;   // half open
+  int firstSample = 0, lastSample = 64;  // half open
   int threads = 1;
   uint32_t groupSize = 1024;
   std::string bucketOrder = "horizontal";
@@ -49,7 +49,9 @@ class Frame {
   uint64_t arenaBytes() const;
 
  private:
-  struct Bucket { int x, y; };
+  struct Bucket {
+    int x, y;
+  };
   class RayLoop;
   void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
   void retire(Worker& w, uint32_t count);
@@ -59,7 +61,7 @@ class Frame {
   const IntegratorFunctions* functions_;
   std::vector<Stage> stages_;
   std::vector<Bucket> buckets_;
-  std::vector<uint64_t> bucketTimes_;   // nanoseconds; each entry is one worker's at a time
+  std::vector<uint64_t> bucketTimes_;  // nanoseconds; each entry is one worker's at a time
   std::vector<std::unique_ptr<Worker>> workers_;
   std::unique_ptr<Hider> rayLoop_;
   const Hider* hider_;

@@ -1,4 +1,5 @@
-// The geometry of a light (PxrMeshLight's, or an old area light's) as triangles for its plug-in. Called by WorldBuilder.
+// The geometry of a light (PxrMeshLight's, or an old area light's) as triangles for its plug-in. Called by
+// WorldBuilder.
 #pragma once
 #include <kinora/light_mesh.h>
 

@@ -84,9 +84,10 @@ struct Renderer::Impl {
   Clock::time_point loadedAt;
   MemoryHold sceneHeld{MemoryUse::Description}, filmHeld{MemoryUse::Film}, picturesHeld{MemoryUse::Pictures};
   std::array<int, 2> halves{-1, -1};  // channels of the even and the odd samples; -1: not measured
-  std::vector<int64_t> passStart;  // the film's sums before the running pass; for parts of a frame only
+  std::vector<int64_t> passStart;     // the film's sums before the running pass; for parts of a frame only
 
-  Impl(Registry& r, Diagnostics& d, Settings s) : registry(r), diagnostics(d), settings(std::move(s)), builder(r, d, settings) {
+  Impl(Registry& r, Diagnostics& d, Settings s)
+      : registry(r), diagnostics(d), settings(std::move(s)), builder(r, d, settings) {
     threads = threadCount(settings.threads);
   }
 
@@ -215,24 +216,29 @@ struct Renderer::Impl {
     options.splats = hasLightStage();
     plan = film::planDisplays(scene, options, drivers(), diagnostics);
     if (!settings.output.empty()) {
-      // with -o the primary picture is where the user wants it; others that name a folder of another machine go beside it
+      // with -o the primary picture is where the user wants it; others that name a folder of another machine go
+      // beside it
       const std::filesystem::path beside = std::filesystem::path(settings.output).parent_path();
       for (size_t i = 1; i < plan.outputs.size(); ++i) {
         std::error_code ec;
         const std::filesystem::path file = plan.outputs[i].file, folder = file.parent_path();
         if (folder.empty() || std::filesystem::is_directory(folder, ec)) continue;
         plan.outputs[i].file = (beside / file.filename()).string();
-        diagnostics.warning("DISPLAY-FOLDER", plan.outputs[i].pos, "the folder of picture \"" + file.string() + "\" does not exist",
+        diagnostics.warning("DISPLAY-FOLDER", plan.outputs[i].pos,
+                            "the folder of picture \"" + file.string() + "\" does not exist",
                             "it is written as \"" + plan.outputs[i].file + "\"");
       }
     }
     makePixelFilter(scene, registry, builder.host(), diagnostics, filter);
     if (settings.errorMap && settings.firstSample < 0) addHalves();
-    sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
-    displayFilters.make(Kind::DisplayFilter, scene.displayFilters, plan.layout, registry, builder.host(), builder.width(), diagnostics);
+    sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(),
+                       builder.width(), diagnostics);
+    displayFilters.make(Kind::DisplayFilter, scene.displayFilters, plan.layout, registry, builder.host(),
+                        builder.width(), diagnostics);
     record = planRecord(plan.layout);
     builder.openShaders(scene);
-    paths = std::make_unique<film::LightPaths>(record.sources, builder.needsSplit(scene), film::LobeNumbers(scene.options));
+    paths = std::make_unique<film::LightPaths>(record.sources, builder.needsSplit(scene),
+                                               film::LobeNumbers(scene.options));
     addUserLobes(*paths, record);
     tellOfPaths();
     makeRatios();
@@ -240,7 +246,8 @@ struct Renderer::Impl {
     film::Status made;
     film.reset();
     chargeFilm({c.window[0], c.window[1], c.window[2], c.window[3]});
-    film = film::Film::create(c.resolution[0], c.resolution[1], {c.window[0], c.window[1], c.window[2], c.window[3]}, plan.layout, made);
+    film = film::Film::create(c.resolution[0], c.resolution[1], {c.window[0], c.window[1], c.window[2], c.window[3]},
+                              plan.layout, made);
     if (!film) {
       diagnostics.error("FILM-MEMORY", scene.pos, made.what, "nothing is rendered");
       return false;
@@ -254,8 +261,8 @@ struct Renderer::Impl {
     for (const uint16_t i : paths->unmatched()) {
       const std::string what = "the light path expression \"" + record.sources[i] + "\" ";
       if (paths->isTooLarge())
-        diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others", "its channel stays black",
-                            "fewer repetitions ({n,m}), labels and channels need less");
+        diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others",
+                            "its channel stays black", "fewer repetitions ({n,m}), labels and channels need less");
       else
         diagnostics.warning("LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
                             "paths end with L, a light, or O, a glowing surface");
@@ -266,11 +273,12 @@ struct Renderer::Impl {
     ratios.clear();
     for (const film::ChannelFilter& f : plan.layout.filters()) {
       film::PixelFilter own;
-      if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;   // checked by the plan
+      if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;  // checked by the plan
       ratios.emplace_back(filter, own);
       if (ratios.back().covered() < 0.98)
         diagnostics.warning("DISPLAY-CHANNEL-FILTER", scene.pos,
-                            "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" + filter.name() + "\"",
+                            "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" +
+                                filter.name() + "\"",
                             "it is cut there", "give PixelFilter the widest filter of the frame");
     }
   }
@@ -280,7 +288,8 @@ struct Renderer::Impl {
     for (const RecordPlan::Primvar& p : record.primvars)
       if (!builder.world().primvarWidths.contains(p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
-                            "no output and no primvar named \"" + p.name + "\" is in the scene", "its channel stays black");
+                            "no output and no primvar named \"" + p.name + "\" is in the scene",
+                            "its channel stays black");
   }
 
   void hashScene() {
@@ -309,8 +318,10 @@ struct Renderer::Impl {
       const uint64_t kind = p.shape.index();
       h.bytes(&kind, sizeof kind);
       if (const auto* q = std::get_if<scene::Quadric>(&p.shape)) h.bytes(q->args.data(), sizeof q->args);
-      if (const auto* m = std::get_if<scene::PolygonMesh>(&p.shape)) h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
-      if (const auto* m = std::get_if<scene::SubdivisionMesh>(&p.shape)) h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
+      if (const auto* m = std::get_if<scene::PolygonMesh>(&p.shape))
+        h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
+      if (const auto* m = std::get_if<scene::SubdivisionMesh>(&p.shape))
+        h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
       if (const auto* m = std::get_if<scene::Curves>(&p.shape)) {
         h.bytes(&m->cubic, sizeof m->cubic);
         h.bytes(&m->periodic, sizeof m->periodic);
@@ -345,7 +356,8 @@ struct Renderer::Impl {
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) m.worldToCamera[size_t(4 * i + j)] = float(c.worldToCamera[i][j]);
     m.worldToNdc = m.worldToCamera;
-    if (const auto* traits = static_cast<const ProjectionTraits*>(c.projection.plugin()->traits); traits && traits->screenMatrix) {
+    if (const auto* traits = static_cast<const ProjectionTraits*>(c.projection.plugin()->traits);
+        traits && traits->screenMatrix) {
       double s[16];
       traits->screenMatrix(c.projection.data(), s);
       scene::Matrix screen;
@@ -384,7 +396,8 @@ struct Renderer::Impl {
     in.lastSample = lastSample;
     in.threads = threads;
     if (settings.groupSize) in.groupSize = settings.groupSize;
-    in.bucketOrder = !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
+    in.bucketOrder =
+        !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = !scene.hider || scene.hider->params.getInt("jitter", 1) != 0;
     in.stop = settings.stop;
     in.rayListener = settings.rayListener;
@@ -401,7 +414,8 @@ struct Renderer::Impl {
       constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
       if (Memory::limit() > 0)
         builder.textures().setCacheLimit(std::max(
-            kLeast, std::min(settings.textureCacheBytes ? settings.textureCacheBytes : kUsual, Memory::left() / 4 * 3)));
+            kLeast,
+            std::min(settings.textureCacheBytes ? settings.textureCacheBytes : kUsual, Memory::left() / 4 * 3)));
       return true;
     } catch (const MemoryExceeded& e) {
       diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "nothing is rendered",
@@ -442,16 +456,17 @@ struct Renderer::Impl {
         if (!filtered.find(alpha, x, y, values)) f.resolvePixel(alpha, x, y, values);
         isCovered = values[0] != 0;
       }
-    diagnostics.warning("RENDER-BLACK", scene.pos,
-                        isCovered ? "every pixel is black: no light reaches what the camera sees"
-                                  : "every pixel is black and empty: the camera sees nothing",
-                        "the picture is written",
-                        isCovered ? "look at the lights, their distance and their linking; old lights and shaders may not be rendered"
-                                  : "look at the camera's transform, the clipping planes and the messages about objects left out");
+    diagnostics.warning(
+        "RENDER-BLACK", scene.pos,
+        isCovered ? "every pixel is black: no light reaches what the camera sees"
+                  : "every pixel is black and empty: the camera sees nothing",
+        "the picture is written",
+        isCovered ? "look at the lights, their distance and their linking; old lights and shaders may not be rendered"
+                  : "look at the camera's transform, the clipping planes and the messages about objects left out");
   }
 
-  // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that would
-  // outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
+  // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
+  // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
     int b = lastSample;
     for (const auto& [from, to] : Frame::passes(firstSample, lastSample))
@@ -559,10 +574,13 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     for (uint64_t n : counters.saturated) stats.saturatedSamples += n;
     if (counters.nonFinite) {
       const film::BadSample bad = counters.bad.empty() ? film::BadSample() : counters.bad.front();
-      diagnostics.warning("RENDER-NONFINITE", {}, std::to_string(counters.nonFinite) + " samples were not finite; the first at pixel " +
-                              std::to_string(bad.x) + "," + std::to_string(bad.y) + " sample " + std::to_string(bad.sampleIndex),
+      diagnostics.warning("RENDER-NONFINITE", {},
+                          std::to_string(counters.nonFinite) + " samples were not finite; the first at pixel " +
+                              std::to_string(bad.x) + "," + std::to_string(bad.y) + " sample " +
+                              std::to_string(bad.sampleIndex),
                           "they were left out with their weight",
-                          "--only-sample " + std::to_string(bad.x) + "," + std::to_string(bad.y) + "," + std::to_string(bad.sampleIndex) + " shows the path");
+                          "--only-sample " + std::to_string(bad.x) + "," + std::to_string(bad.y) + "," +
+                              std::to_string(bad.sampleIndex) + " shows the path");
     }
     const TextureStatistics t = builder.textures().statistics();
     stats.textureLookups = t.lookups;
@@ -591,7 +609,9 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
 }
 
 Outcome Renderer::render(const std::function<void(const Progress&)>& progress) { return impl_->run(true, progress); }
-Outcome Renderer::renderFilm(const std::function<void(const Progress&)>& progress) { return impl_->run(false, progress); }
+Outcome Renderer::renderFilm(const std::function<void(const Progress&)>& progress) {
+  return impl_->run(false, progress);
+}
 film::Film& Renderer::film() { return *impl_->film; }
 void Renderer::setHider(const Hider* hider) { impl_->hider = hider; }
 const Statistics& Renderer::statistics() const { return impl_->stats; }
@@ -632,9 +652,10 @@ std::string Renderer::summary() const {
   const Statistics& s = impl_->stats;
   const auto& c = impl_->builder.camera();
   return std::to_string(c.resolution[0]) + " x " + std::to_string(c.resolution[1]) + " pixels, " +
-         std::to_string(impl_->lastSample - impl_->firstSample) + " samples a pixel; " + std::to_string(s.primitives) +
-         " primitives, " + std::to_string(s.instances) + " placements, " + std::to_string(s.triangles) + " triangles; " +
-         std::to_string(s.lights) + " lights; " + std::to_string(s.materials) + " materials of " + std::to_string(s.programs) + " programs";
+         std::to_string(impl_->lastSample - impl_->firstSample) + " samples a pixel; " +
+         std::to_string(s.primitives) + " primitives, " + std::to_string(s.instances) + " placements, " +
+         std::to_string(s.triangles) + " triangles; " + std::to_string(s.lights) + " lights; " +
+         std::to_string(s.materials) + " materials of " + std::to_string(s.programs) + " programs";
 }
 
 }  // namespace kinora::render

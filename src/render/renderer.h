@@ -1,5 +1,6 @@
-// Renders one scene: world snapshot, passes, film. The one door of render/ for app/, tests and bench/. It prints nothing
-// (messages go through Diagnostics, progress through a callback) and writes files only through film/'s displays.
+// Renders one scene: world snapshot, passes, film. The one door of render/ for app/, tests and bench/. It prints
+// nothing (messages go through Diagnostics, progress through a callback) and writes files only through film/'s
+// displays.
 #pragma once
 #include <array>
 #include <atomic>
@@ -16,26 +17,30 @@
 
 namespace kinora {
 class Registry;
-namespace film { class Film; }
-namespace shade { class RayListener; }
+namespace film {
+class Film;
+}
+namespace shade {
+class RayListener;
+}
 namespace render {
 
 class Hider;
 
 // What the command line (or a test) sets on top of the scene.
 struct Settings {
-  int threads = 0;                                   // 0: all; -n: all but n
-  int samplesPerPixel = 0;                           // 0: what the scene says
-  int firstSample = -1, lastSample = -1;             // --samples A:B (B exclusive); -1: not given
-  std::array<int, 2> resolution{0, 0};               // 0: the scene's
-  std::array<float, 4> crop{-1, -1, -1, -1};         // xmin xmax ymin ymax; -1: the scene's
-  std::string integrator;                            // "": the scene's
+  int threads = 0;                                        // 0: all; -n: all but n
+  int samplesPerPixel = 0;                                // 0: what the scene says
+  int firstSample = -1, lastSample = -1;                  // --samples A:B (B exclusive); -1: not given
+  std::array<int, 2> resolution{0, 0};                    // 0: the scene's
+  std::array<float, 4> crop{-1, -1, -1, -1};              // xmin xmax ymin ymax; -1: the scene's
+  std::string integrator;                                 // "": the scene's
   std::vector<std::pair<std::string, std::string>> sets;  // --set KIND.NAME=VALUE, unparsed
   uint32_t seed = 0;
-  uint32_t width = 0;                                // SIMD width 1, 4, 8, 16; 0: best
-  uint32_t groupSize = 0;                            // rays a group; 0: default
-  std::string bucketOrder;                           // "": the scene's, else horizontal, vertical, spiral, random ...
-  std::string output;                                // -o
+  uint32_t width = 0;       // SIMD width 1, 4, 8, 16; 0: best
+  uint32_t groupSize = 0;   // rays a group; 0: default
+  std::string bucketOrder;  // "": the scene's, else horizontal, vertical, spiral, random ...
+  std::string output;       // -o
   bool strict = false;
   std::vector<std::string> texturePath, shaderPath;  // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
@@ -48,11 +53,11 @@ struct Settings {
 };
 
 struct Progress {
-  double fraction = 0;        // of the samples wanted
-  double secondsLeft = -1;    // -1: not known yet
+  double fraction = 0;      // of the samples wanted
+  double secondsLeft = -1;  // -1: not known yet
   double seconds = 0;
   uint64_t memoryBytes = 0;
-  int samplesDone = 0, samplesWanted = 0;   // whole passes, a pixel
+  int samplesDone = 0, samplesWanted = 0;  // whole passes, a pixel
 };
 
 enum class Outcome { Complete, Interrupted, BadScene, OutOfMemory, CannotWrite, Internal };
@@ -76,8 +81,8 @@ class Renderer {
   // Replays one sample at width 1; `print` gets one line for each event of its path. False: no such pixel.
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   const Statistics& statistics() const;
-  // Writes the film's integers as a mergeable shard (--samples): after an interruption those of the samples that every
-  // pixel has. False with a message when it cannot be written or when no pass was complete.
+  // Writes the film's integers as a mergeable shard (--samples): after an interruption those of the samples that
+  // every pixel has. False with a message when it cannot be written or when no pass was complete.
   bool writeShard(const std::string& file);
   // How many samples of each pixel are complete.
   int samplesDone() const;

@@ -18,8 +18,9 @@ void WorldBuilder::openShaders(const scene::Scene& scene) {
       asksRayType_ |= shader && shader->asksRayType;
     }
   };
-  const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives, const std::vector<scene::Instance>& instances) {
-    const scene::Attributes* last = nullptr;   // most objects share those of the one before
+  const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives,
+                           const std::vector<scene::Instance>& instances) {
+    const scene::Attributes* last = nullptr;  // most objects share those of the one before
     for (const auto& p : primitives)
       if (p->attributes.get() != last) {
         last = p->attributes.get();

@@ -49,7 +49,8 @@ void addUserLobes(const film::LightPaths& paths, RecordPlan& plan) {
       {2, film::Source::Albedo}, {3, film::Source::P}, {6, film::Source::Nn}};
   for (size_t i = 0; i < plan.sources.size(); ++i)
     for (const auto& [lobe, source] : kSignals)
-      if (paths.userLobes(i) >> (lobe - 1) & 1) plan.surfaces.push_back({source, plan.offsets[i], plan.widths[i], true});
+      if (paths.userLobes(i) >> (lobe - 1) & 1)
+        plan.surfaces.push_back({source, plan.offsets[i], plan.widths[i], true});
 }
 
 // Plain functions for the table: each finds the worker through the group.
@@ -67,21 +68,24 @@ struct Worker::Calls {
         char line[512];
         const Rays& r = g->rays;
         if (std::isinf(g->hits.t[p])) {
-          std::snprintf(line, sizeof line, "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): escapes", depth, r.o[0][p],
-                        r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p]);
+          std::snprintf(line, sizeof line, "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): escapes", depth,
+                        r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p]);
         } else {
           const shade::ShadingWorld& sw = s.world();
           const shade::PlacementInfo& place = sw.placements[sw.world->instance(g->hits.instance[p]).user];
-          std::snprintf(line, sizeof line,
-                        "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): hits '%s' (%s) face %u at distance %.9g", depth,
-                        r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p],
-                        sw.geometries[g->hits.geometry[p]].name.c_str(), place.name.c_str(), g->hits.primitive[p], g->hits.t[p]);
+          std::snprintf(
+              line, sizeof line,
+              "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): hits '%s' (%s) face %u at distance %.9g", depth,
+              r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p],
+              sw.geometries[g->hits.geometry[p]].name.c_str(), place.name.c_str(), g->hits.primitive[p],
+              g->hits.t[p]);
         }
         w.print(line);
       }
     }
   }
-  static uint32_t shade(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts) {
+  static uint32_t shade(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                        Context* const** contexts) {
     Worker& w = of(g);
     if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty()) n = w.keepLinked(n, &slots);
     const uint32_t count = w.state_.shade(traits, depth, n, slots, contexts);
@@ -91,8 +95,8 @@ struct Worker::Calls {
           const Context& x = *(*contexts)[c];
           if (x.path[i] != w.printSlot) continue;
           char line[512];
-          std::snprintf(line, sizeof line, "vertex %u: P (%.9g %.9g %.9g) N (%.9g %.9g %.9g) footprint %.6g %s", depth, x.P[0][i],
-                        x.P[1][i], x.P[2][i], x.N[0][i], x.N[1][i], x.N[2][i], x.radius[i],
+          std::snprintf(line, sizeof line, "vertex %u: P (%.9g %.9g %.9g) N (%.9g %.9g %.9g) footprint %.6g %s",
+                        depth, x.P[0][i], x.P[1][i], x.P[2][i], x.N[0][i], x.N[1][i], x.N[2][i], x.radius[i],
                         x.entering[i] ? "from outside" : "from inside");
           w.print(line);
         }
@@ -102,7 +106,9 @@ struct Worker::Calls {
     const Arena::Mark m = of(g).state_.arena().mark();
     return {m.block, m.used};
   }
-  static void releaseMemory(Group* g, MemoryMark m) { of(g).state_.arena().release({size_t(m.block), size_t(m.used)}); }
+  static void releaseMemory(Group* g, MemoryMark m) {
+    of(g).state_.arena().release({size_t(m.block), size_t(m.used)});
+  }
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
@@ -118,13 +124,17 @@ struct Worker::Calls {
       for (uint32_t i = 0; i < n; ++i) r[slots[i]] = alpha[i];
     }
   }
-  static void cross(Group* g, const Context* c, uint32_t n, const uint32_t* points) { of(g).state_.cross(c, n, points); }
-  static const void* keepPaths(Group* g, uint32_t n, const uint32_t* slots) { return of(g).state_.keepPaths(n, slots); }
+  static void cross(Group* g, const Context* c, uint32_t n, const uint32_t* points) {
+    of(g).state_.cross(c, n, points);
+  }
+  static const void* keepPaths(Group* g, uint32_t n, const uint32_t* slots) {
+    return of(g).state_.keepPaths(n, slots);
+  }
   static void restorePaths(Group* g, const void* kept) { of(g).state_.restorePaths(kept); }
   static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
-  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
-                    const uint32_t* light) {
+  static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3],
+                    const uint32_t* state, const uint32_t* light) {
     of(g).splat(n, raster, value, state, light);
   }
   static Context* pointsInSpace(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
@@ -175,7 +185,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
       for (uint32_t end = 0; end < endCount_; ++end) {
         std::vector<std::pair<int, float>> targets;
         for (const uint16_t o : paths.outputs(state, end))
-          if (const float sign = signs[size_t(paths.light(o))]; sign != 0) targets.emplace_back(plan.offsets[o], sign);
+          if (const float sign = signs[size_t(paths.light(o))]; sign != 0)
+            targets.emplace_back(plan.offsets[o], sign);
         const auto [it, isNew] = sets.try_emplace(targets, uint16_t(sets.size()));
         setOf_.push_back(it->second);
         if (!isNew) continue;
@@ -272,11 +283,11 @@ void Worker::contribute(const Contributions* c) {
       if (c->slot[i] != printSlot) continue;
       char line[256];
       if (c->light[i] == kNoLight)
-        std::snprintf(line, sizeof line, "contribution: (%.9g %.9g %.9g) emitted by the surface, state %u", c->value[0][i],
-                      c->value[1][i], c->value[2][i], c->state[i]);
+        std::snprintf(line, sizeof line, "contribution: (%.9g %.9g %.9g) emitted by the surface, state %u",
+                      c->value[0][i], c->value[1][i], c->value[2][i], c->state[i]);
       else
-        std::snprintf(line, sizeof line, "contribution: (%.9g %.9g %.9g) from light %u, state %u", c->value[0][i], c->value[1][i],
-                      c->value[2][i], c->light[i], c->state[i]);
+        std::snprintf(line, sizeof line, "contribution: (%.9g %.9g %.9g) from light %u, state %u", c->value[0][i],
+                      c->value[1][i], c->value[2][i], c->light[i], c->state[i]);
       print(line);
     }
 }
@@ -292,7 +303,8 @@ void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) 
   draw(services_.samples, m, g.sampleSeed, g.sampleIndex, kDimLens, u[1], u[2]);
   draw(services_.samples, m, g.sampleSeed, g.sampleIndex, kDimLens + 3, u[3], u[4]);
   const float* four[4] = {u[1], u[2], u[3], u[4]};
-  state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.rays.time, g.rays.o, g.rays.d, throughput, light);
+  state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.rays.time, g.rays.o, g.rays.d, throughput,
+                              light);
   for (uint32_t i = 0; i < n; ++i) {
     g.rays.tMax[i] = 1e30f;
     g.rays.radius[i] = 0;
@@ -345,7 +357,8 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     for (int k = 0; k < 3; ++k) x[k][i] = q[k];
     if (cut) cut[i] = cutAway(camera_.cuts, q);
   }
-  const CameraConnectArgs a{c->count, {x[0], x[1], x[2]}, {x[3], x[4]}, c->time, {x[5], x[6], x[7]}, {x[8], x[9]}, x[10], x[11]};
+  const CameraConnectArgs a{c->count,           {x[0], x[1], x[2]}, {x[3], x[4]}, c->time,
+                            {x[5], x[6], x[7]}, {x[8], x[9]},       x[10],        x[11]};
   camera_.functions->connect(camera_.projection.data(), &a);
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
@@ -357,7 +370,10 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];
-    for (int k = 0; k < 3; ++k) { d[k] = q[k] - c->P[k][i]; d2 += d[k] * d[k]; }
+    for (int k = 0; k < 3; ++k) {
+      d[k] = q[k] - c->P[k][i];
+      d2 += d[k] * d[k];
+    }
     const float length = std::sqrt(d2), inv = length > 0 ? 1.f / length : 0.f;
     for (int k = 0; k < 3; ++k) x[12 + k][i] = d[k] * inv;
     x[0][i] = length;

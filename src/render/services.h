@@ -22,28 +22,42 @@ struct RecordPlan {
   // By record entry: the source behind it (the same for an entry whose values are remapped).
   std::vector<std::string> sources;
   std::vector<int> offsets, widths;
-  std::vector<std::vector<int>> splatChannels;   // of the film, that take splats of this entry
-  struct Surface { film::Source source; int offset, width; bool adds; };
-  std::vector<Surface> surfaces;                 // at camera hits
-  struct Primvar { std::string name; int offset, width; };
+  std::vector<std::vector<int>> splatChannels;  // of the film, that take splats of this entry
+  struct Surface {
+    film::Source source;
+    int offset, width;
+    bool adds;
+  };
+  std::vector<Surface> surfaces;  // at camera hits
+  struct Primvar {
+    std::string name;
+    int offset, width;
+  };
   std::vector<Primvar> primvars;
-  struct Constant { int offset; float value; };
-  std::vector<Constant> cleared;                 // what is not cleared to 0
-  std::vector<int> coverage;                     // floats that lights seen by the camera set to 1
+  struct Constant {
+    int offset;
+    float value;
+  };
+  std::vector<Constant> cleared;  // what is not cleared to 0
+  std::vector<int> coverage;      // floats that lights seen by the camera set to 1
   std::vector<int> cpuTime;
-  struct Remap { int offset, width; std::array<float, 3> remap; };
-  std::vector<Remap> remaps;                     // before the film gets the record
+  struct Remap {
+    int offset, width;
+    std::array<float, 3> remap;
+  };
+  std::vector<Remap> remaps;  // before the film gets the record
   int floats = 0;
 };
 RecordPlan planRecord(const film::ChannelLayout& layout);
-// What the expressions say beyond paths: signals of user lobes (U2 albedo, U3 position, U6 normal) at the first surface.
+// What the expressions say beyond paths: signals of user lobes (U2 albedo, U3 position, U6 normal) at the first
+// surface.
 void addUserLobes(const film::LightPaths& paths, RecordPlan& plan);
 
 // One thread's part of a render.
 class Worker {
  public:
-  Worker(const shade::ShadingWorld& world, const CameraState& camera, const RecordPlan& plan, const film::LightPaths& paths,
-         film::Film& film, uint64_t lightPathsPerPass);
+  Worker(const shade::ShadingWorld& world, const CameraState& camera, const RecordPlan& plan,
+         const film::LightPaths& paths, film::Film& film, uint64_t lightPathsPerPass);
   shade::GroupState& state() { return state_; }
   Services& services() { return services_; }
   // Readies the group and clears its records.
@@ -59,11 +73,11 @@ class Worker {
   // After the integrator, before the film: what concerns whole records of `count` samples.
   void finishRecords(uint32_t count);
   void setCpuTime(uint32_t count, float secondsASample);
-  std::function<void(const std::string&)> print;   // while a sample is replayed
+  std::function<void(const std::string&)> print;  // while a sample is replayed
   uint32_t printSlot = 0;
   uint64_t lightRays = 0;
-  std::vector<float*> filterWeights;   // by filter of the film's layout: of the samples of the group
-  size_t index = 0;   // of the worker in its frame
+  std::vector<float*> filterWeights;  // by filter of the film's layout: of the samples of the group
+  size_t index = 0;                   // of the worker in its frame
 
  private:
   struct Calls;
@@ -90,21 +104,25 @@ class Worker {
     }
     return records_[k];
   }
-  std::vector<float*> records_;                  // cleared at the first use: most of a list of light paths are not reached
+  std::vector<float*> records_;  // cleared at the first use: most of a list of light paths are not reached
   std::vector<uint8_t> isWritten_;
   size_t recordBytes_ = 0;
   std::vector<float> zeros_;
   std::vector<const float*> values_;
-  std::vector<uint32_t> emitted_;                // light by slot, of the group's light paths
-  // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set + 1]].
-  struct Target { int offset; float sign; };
+  std::vector<uint32_t> emitted_;  // light by slot, of the group's light paths
+  // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set +
+  // 1]].
+  struct Target {
+    int offset;
+    float sign;
+  };
   std::vector<Target> targets_;
   std::vector<uint16_t> setOf_;
   std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
-  std::vector<uint16_t> ends_;                   // by light
+  std::vector<uint16_t> ends_;  // by light
   std::vector<int> splatChannels_;
-  std::vector<uint8_t> takesSplat_;              // by splat channel, state and end
+  std::vector<uint8_t> takesSplat_;  // by splat channel, state and end
 };
 
 }  // namespace kinora::render

@@ -30,22 +30,24 @@ std::shared_ptr<scene::Node> makeNode(const scene::Node& from, const char* plugi
   n->plugin = plugin;
   n->handle = from.handle;
   n->pos = from.pos;
-  for (const char* same : {"intensity", "exposure", "lightColor", "enableTemperature", "temperature", "coneAngle", "coneSoftness",
-                           "areaNormalize", "emissionFocus", "emissionFocusTint", "diffuse", "specular", "enableShadows"})
+  for (const char* same :
+       {"intensity", "exposure", "lightColor", "enableTemperature", "temperature", "coneAngle", "coneSoftness",
+        "areaNormalize", "emissionFocus", "emissionFocusTint", "diffuse", "specular", "enableShadows"})
     rename(*n, from, same, same);
   return n;
 }
 
 bool isFull(const scene::Quadric& q, size_t sweep) { return std::fabs(q.args[sweep]) >= 359.999f; }
 
-// PxrStdAreaLight and its kin: the geometry says the shape. Geometry of the scene's own emits from its outside; the shapes
-// by name (Geometry "rectlight" ...) shone along -Z then. Their power did not grow with their size unless the file says
-// so: lights of radius 10 at exposure 8 stand in real files.
+// PxrStdAreaLight and its kin: the geometry says the shape. Geometry of the scene's own emits from its outside; the
+// shapes by name (Geometry "rectlight" ...) shone along -Z then. Their power did not grow with their size unless the
+// file says so: lights of radius 10 at exposure 8 stand in real files.
 bool fromClassic(const scene::Light& l, scene::Light& out) {
   std::string plugin = lowerCase(l.node->plugin);
-  // exporters compiled a shader for each of these lights and named it after the object: scene/PxrStdEnvMapLightShape1_rfm
+  // exporters compiled a shader for each of these lights and named it after the object:
+  // scene/PxrStdEnvMapLightShape1_rfm
   if (l.node->kind == "AreaLightSource" && plugin.ends_with("_rfm"))
-    plugin = plugin.find("envmap") != std::string::npos ? "pxrstdenvmaplight"
+    plugin = plugin.find("envmap") != std::string::npos   ? "pxrstdenvmaplight"
              : plugin.find("envday") != std::string::npos ? "pxrstdenvdaylight"
                                                           : "pxrstdarealight";
   if (plugin != "pxrstdarealight" && plugin != "pxrstdenvmaplight" && plugin != "pxrstdenvdaylight" &&
@@ -58,7 +60,8 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
     quadric = std::get_if<scene::Quadric>(&l.geometry->shape);
     if (const auto* other = std::get_if<scene::OtherPrimitive>(&l.geometry->shape)) {
       named = true;
-      if (const scene::Parameter* name = other->args.find("name"); name && !name->strings.empty()) shape = lowerCase(name->strings[0]);
+      if (const scene::Parameter* name = other->args.find("name"); name && !name->strings.empty())
+        shape = lowerCase(name->strings[0]);
     }
   }
   out = l;
@@ -85,8 +88,8 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
   } else if (plugin != "pxrstdarealight") {
     auto n = makeNode(*l.node, "PxrEnvDayLight");
     rename(*n, *l.node, "direction", "sunDirection");
-    for (const char* same : {"sunDirection", "haziness", "skyTint", "sunTint", "sunSize", "groundMode", "groundColor", "month",
-                             "day", "year", "hour", "zone", "latitude", "longitude"})
+    for (const char* same : {"sunDirection", "haziness", "skyTint", "sunTint", "sunSize", "groundMode", "groundColor",
+                             "month", "day", "year", "hour", "zone", "latitude", "longitude"})
       rename(*n, *l.node, same, same);
     out.node = n;
   } else if (quadric && quadric->kind == scene::Quadric::Kind::Sphere && isFull(*quadric, 3) &&
@@ -119,9 +122,9 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
   return true;
 }
 
-// Lights of the shading-language age by the kind that their name tells. Such lights met surfaces without the 1 / pi of a
-// Lambert surface: a point light of intensity I gives irradiance pi I / d^2 here. Points become small spheres; nobody sees
-// any of them directly.
+// Lights of the shading-language age by the kind that their name tells. Such lights met surfaces without the 1 / pi
+// of a Lambert surface: a point light of intensity I gives irradiance pi I / d^2 here. Points become small spheres;
+// nobody sees any of them directly.
 bool fromShader(const scene::Light& l, scene::Light& out) {
   if (l.node->kind != "LightSource") return false;
   const std::string name = lowerCase(l.node->plugin);
@@ -154,9 +157,11 @@ bool fromShader(const scene::Light& l, scene::Light& out) {
   rename(*n, *l.node, "lightcolor", "lightColor");
   out = l;
   // local +Z along the light's axis
-  const Imath::V3d side = (std::fabs(axis.x) < 0.9 ? Imath::V3d(1, 0, 0) : Imath::V3d(0, 1, 0)).cross(axis).normalized();
+  const Imath::V3d side =
+      (std::fabs(axis.x) < 0.9 ? Imath::V3d(1, 0, 0) : Imath::V3d(0, 1, 0)).cross(axis).normalized();
   const Imath::V3d up = axis.cross(side);
-  scene::Matrix m(side.x, side.y, side.z, 0, up.x, up.y, up.z, 0, axis.x, axis.y, axis.z, 0, from.x, from.y, from.z, 1);
+  scene::Matrix m(side.x, side.y, side.z, 0, up.x, up.y, up.z, 0, axis.x, axis.y, axis.z, 0, from.x, from.y, from.z,
+                  1);
   constexpr double kRadius = 0.02;
   if (has("ambient")) {
     n->plugin = "PxrDomeLight";
@@ -171,7 +176,8 @@ bool fromShader(const scene::Light& l, scene::Light& out) {
     number("intensity", intensity / (kRadius * kRadius));
     if (has("spot")) {
       // the classic defaults: 30 degrees, the outer 5 of them soft, the cosine's square
-      const double cone = given.getFloat("coneangle", 0.5235988f), delta = given.getFloat("conedeltaangle", 0.0872665f);
+      const double cone = given.getFloat("coneangle", 0.5235988f),
+                   delta = given.getFloat("conedeltaangle", 0.0872665f);
       number("coneAngle", cone * 57.29577951);
       number("coneSoftness", cone > 0 ? delta / cone : 0);
       number("emissionFocus", given.getFloat("beamdistribution", 2));
@@ -183,7 +189,8 @@ bool fromShader(const scene::Light& l, scene::Light& out) {
   }
   out.node = n;
   out.toWorld = concat(scene::Transform::fixed(m), l.toWorld);
-  auto unseen = l.attributes ? std::make_shared<scene::Attributes>(*l.attributes) : std::make_shared<scene::Attributes>();
+  auto unseen =
+      l.attributes ? std::make_shared<scene::Attributes>(*l.attributes) : std::make_shared<scene::Attributes>();
   scene::Parameter p;
   p.name = "visibility:camera";
   p.type = scene::ValueType::Int;
@@ -219,9 +226,10 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
   constexpr size_t kMost = 1'000'000;
   const std::vector<bool> holdLights = prototypesWithLights(scene);
   size_t opened = 0;  // without a bound, prototypes that hold the next one twice, level after level, never end
-  const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld, int depth) -> void {
-    if (inst.prototype >= scene.prototypes.size() || !holdLights[inst.prototype] || depth > 32 || all.size() > kMost ||
-        ++opened > all.size() + kMost)
+  const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld,
+                               int depth) -> void {
+    if (inst.prototype >= scene.prototypes.size() || !holdLights[inst.prototype] || depth > 32 ||
+        all.size() > kMost || ++opened > all.size() + kMost)
       return;
     const scene::Prototype& p = scene.prototypes[inst.prototype];
     for (scene::Light l : p.lights) {
@@ -236,12 +244,16 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     scene::Light out;
     if (!l.node || (!fromClassic(l, out) && !fromShader(l, out))) continue;
     if (l.geometry) shapes.insert(l.geometry->id);
-    diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is of an old kind",
+    diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
+                        l.node->kind + " '" + l.node->plugin + "' is of an old kind",
                         out.node->plugin + " stands in");
     all.push_back(std::move(out));
   }
-  struct Substitute { const char *missing, *use; };
-  static constexpr Substitute kTable[] = {{"pxrstdenvmaplight", "PxrDomeLight"}, {"pxrstdenvdaylight", "PxrEnvDayLight"}};
+  struct Substitute {
+    const char *missing, *use;
+  };
+  static constexpr Substitute kTable[] = {{"pxrstdenvmaplight", "PxrDomeLight"},
+                                          {"pxrstdenvdaylight", "PxrEnvDayLight"}};
   for (scene::Light& l : all) {
     if (!l.node) continue;
     Diagnostics quiet([](const std::string&, Severity) {});
@@ -251,7 +263,8 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
       auto n = makeNode(*l.node, s.use);
       rename(*n, *l.node, "rman__EnvMap", "lightColorMap");
       rename(*n, *l.node, "skyTint", "lightColor");
-      diagnostics.warning("PLUGIN-STAND-IN", l.node->pos, "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')",
+      diagnostics.warning("PLUGIN-STAND-IN", l.node->pos,
+                          "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')",
                           std::string(s.use) + " stands in");
       l.node = n;
       break;

@@ -1,5 +1,6 @@
-// The lights of a scene as they are rendered: those of prototypes for each instance, the area lights of old RIS files as
-// their modern kind, lights of the shading-language age by what their name tells, and for light plug-ins that are not there the nearest one that is. Each substitution is reported.
+// The lights of a scene as they are rendered: those of prototypes for each instance, the area lights of old RIS files
+// as their modern kind, lights of the shading-language age by what their name tells, and for light plug-ins that are
+// not there the nearest one that is. Each substitution is reported.
 #pragma once
 #include <set>
 #include <vector>

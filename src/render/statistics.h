@@ -1,4 +1,5 @@
-// Where time and memory went. Filled by render/ from per-thread counters at barriers; written by app/ as .json and .txt.
+// Where time and memory went. Filled by render/ from per-thread counters at barriers; written by app/ as .json and
+// .txt.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -8,19 +9,34 @@
 namespace kinora::render {
 
 // Stages of the group loop; time is taken once a group and stage, never per ray.
-enum class StageTime : uint32_t { CameraRays, TraceCamera, TraceIndirect, TraceShadow, Grouping, Closures, Lights,
-                                  Integrator, Film, Count };
+enum class StageTime : uint32_t {
+  CameraRays,
+  TraceCamera,
+  TraceIndirect,
+  TraceShadow,
+  Grouping,
+  Closures,
+  Lights,
+  Integrator,
+  Film,
+  Count
+};
 const char* nameOf(StageTime s);
 
-struct LaneUse { uint64_t active = 0, possible = 0; };
+struct LaneUse {
+  uint64_t active = 0, possible = 0;
+};
 
 // Time of one bucket, all passes together.
-struct BucketTime { int x = 0, y = 0, size = 0; uint64_t nanoseconds = 0; };
+struct BucketTime {
+  int x = 0, y = 0, size = 0;
+  uint64_t nanoseconds = 0;
+};
 
 // One number for each pixel of the rendered window.
 struct PixelMap {
   int x0 = 0, y0 = 0, width = 0, height = 0;
-  std::vector<float> values;   // row by row; empty: not measured
+  std::vector<float> values;  // row by row; empty: not measured
 };
 
 // One program of the shading language: shaders that run together, for all materials that differ in numbers alone.
@@ -29,18 +45,21 @@ struct ShaderCost {
   std::string name;
   uint64_t materials = 0, runs = 0, points = 0, nanoseconds = 0;
   uint64_t countedRuns = 0, instructions = 0, uniformInstructions = 0;
-  LaneUse lanes;   // of what kernels worked on: that held a point which took part
+  LaneUse lanes;  // of what kernels worked on: that held a point which took part
 };
 
 struct Statistics {
   // world
   double loadSeconds = 0, buildSeconds = 0, renderSeconds = 0, firstPixelSeconds = -1;
   uint64_t primitives = 0, instances = 0, triangles = 0, lights = 0, materials = 0, programs = 0;
-  uint64_t shadersCompiled = 0, shaderPrograms = 0;   // of the shading language: files, and programs of the machine
-  double shaderCompileSeconds = 0;                    // both, within buildSeconds
-  uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;       // over all load() and update() calls
+  uint64_t shadersCompiled = 0, shaderPrograms = 0;  // of the shading language: files, and programs of the machine
+  double shaderCompileSeconds = 0;                   // both, within buildSeconds
+  uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;         // over all load() and update() calls
   // memory by owner, bytes
-  struct Owner { std::string name; uint64_t bytes; };
+  struct Owner {
+    std::string name;
+    uint64_t bytes;
+  };
   std::vector<Owner> memory;
   // loop
   std::array<uint64_t, size_t(StageTime::Count)> stageNanoseconds{};
@@ -50,9 +69,9 @@ struct Statistics {
   LaneUse lanesFirstHit, lanesDeeper, lanesLights;
   uint64_t groups = 0, samples = 0;
   std::vector<ShaderCost> shaders;
-  std::vector<BucketTime> buckets;                 // of the last render
+  std::vector<BucketTime> buckets;  // of the last render
   // film
-  PixelMap relativeError;                          // of the first colour, as its two halves of samples differ
+  PixelMap relativeError;  // of the first colour, as its two halves of samples differ
   uint64_t nonFiniteSamples = 0, saturatedSamples = 0, negativeSamples = 0;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;

@@ -19,23 +19,38 @@ SurfaceChannels::Value SurfaceChannels::of(Source source) {
     return Value{{v.data[0], v.data[1], v.data[2]}, v.stride};
   };
   switch (source) {
-    case Source::Alpha: case Source::Opacity: return constant(1);
-    case Source::Depth: case Source::FiniteDepth: return depth();
-    case Source::Id: return one(builtin(Builtin::ObjectId).data[0]);
-    case Source::Id2: return id2();
-    case Source::P: return builtin(Builtin::Pworld);
-    case Source::Po: return builtin(Builtin::Po);
-    case Source::PRadius: case Source::RayRadius: return one(c_->radius);
-    case Source::RaySpread: return one(c_->spread);
+    case Source::Alpha:
+    case Source::Opacity:
+      return constant(1);
+    case Source::Depth:
+    case Source::FiniteDepth:
+      return depth();
+    case Source::Id:
+      return one(builtin(Builtin::ObjectId).data[0]);
+    case Source::Id2:
+      return id2();
+    case Source::P:
+      return builtin(Builtin::Pworld);
+    case Source::Po:
+      return builtin(Builtin::Po);
+    case Source::PRadius:
+    case Source::RayRadius:
+      return one(c_->radius);
+    case Source::RaySpread:
+      return one(c_->spread);
     case Source::MpSize: {
       float* x = floats();
       for (uint32_t i = 0; i < c_->count; ++i) x[i] = 2 * c_->radius[i];
       return one(x);
     }
-    case Source::Nn: return three(c_->N);
-    case Source::Ngn: return three(c_->Ng);
-    case Source::Tn: return builtin(Builtin::Tangent);
-    case Source::Vn: return three(c_->wo);
+    case Source::Nn:
+      return three(c_->N);
+    case Source::Ngn:
+      return three(c_->Ng);
+    case Source::Tn:
+      return builtin(Builtin::Tangent);
+    case Source::Vn:
+      return three(c_->wo);
     case Source::VLen: {
       float* x = floats();
       for (uint32_t i = 0; i < c_->count; ++i) x[i] = state_.group().hits.t[c_->path[i]];
@@ -50,23 +65,48 @@ SurfaceChannels::Value SurfaceChannels::of(Source source) {
       }
       return three(rgb);
     }
-    case Source::Curvature: return curvature();
-    case Source::U: return builtin(Builtin::U);
-    case Source::V: return builtin(Builtin::V);
-    case Source::Du: return footprintIn(Builtin::DPdu);
-    case Source::Dv: return footprintIn(Builtin::DPdv);
-    case Source::St: return builtin(Builtin::St);
-    case Source::S: return one(builtin(Builtin::St).data[0]);
-    case Source::T: return one(builtin(Builtin::St).data[1]);
-    case Source::DPdu: return builtin(Builtin::DPdu);
-    case Source::DPdv: return builtin(Builtin::DPdv);
-    case Source::DPdtime: case Source::DPcameradtime: case Source::MotionFore: case Source::MotionBack: return motion(source);
-    case Source::Time: return one(c_->time);
-    case Source::OutsideIor: return one(c_->outerIor);
-    case Source::BiasR: case Source::BiasT: return one(c_->bias);
+    case Source::Curvature:
+      return curvature();
+    case Source::U:
+      return builtin(Builtin::U);
+    case Source::V:
+      return builtin(Builtin::V);
+    case Source::Du:
+      return footprintIn(Builtin::DPdu);
+    case Source::Dv:
+      return footprintIn(Builtin::DPdv);
+    case Source::St:
+      return builtin(Builtin::St);
+    case Source::S:
+      return one(builtin(Builtin::St).data[0]);
+    case Source::T:
+      return one(builtin(Builtin::St).data[1]);
+    case Source::DPdu:
+      return builtin(Builtin::DPdu);
+    case Source::DPdv:
+      return builtin(Builtin::DPdv);
+    case Source::DPdtime:
+    case Source::DPcameradtime:
+    case Source::MotionFore:
+    case Source::MotionBack:
+      return motion(source);
+    case Source::Time:
+      return one(c_->time);
+    case Source::OutsideIor:
+      return one(c_->outerIor);
+    case Source::BiasR:
+    case Source::BiasT:
+      return one(c_->bias);
     // surfaces have no third parameter; the others are not made here
-    case Source::W: case Source::Dw: case Source::DPdw: case Source::LightPath: case Source::Primvar: case Source::Fallback:
-    case Source::CpuTime: case Source::SampleCount: break;
+    case Source::W:
+    case Source::Dw:
+    case Source::DPdw:
+    case Source::LightPath:
+    case Source::Primvar:
+    case Source::Fallback:
+    case Source::CpuTime:
+    case Source::SampleCount:
+      break;
   }
   return constant(0);
 }
@@ -216,15 +256,18 @@ SurfaceChannels::Value SurfaceChannels::motion(Source source) const {
   return rasterMotion(d, source == Source::MotionBack ? -1.f : 1.f);
 }
 
-// The projection says where points are in the picture, but not beyond its border: a short step, on or back, is scaled up,
-// and what lies outside already is looked at a little nearer to the axis.
+// The projection says where points are in the picture, but not beyond its border: a short step, on or back, is scaled
+// up, and what lies outside already is looked at a little nearer to the axis.
 SurfaceChannels::Value SurfaceChannels::rasterMotion(const float* const d[3], float sign) const {
   constexpr float kStep = 1.f / 64, kInside = 0.95f;
   const uint32_t n = c_->padded;
-  float *lens = floats(), *o[3] = {floats(), floats(), floats()}, *p[3] = {floats(), floats(), floats()}, *pdf = floats(), *zero = floats();
+  float *lens = floats(), *o[3] = {floats(), floats(), floats()}, *p[3] = {floats(), floats(), floats()},
+        *pdf = floats(), *zero = floats();
   std::fill_n(lens, n, 0.5f);
   std::fill_n(zero, n, 0.f);
-  struct Seen { float *raster[2], *importance; };
+  struct Seen {
+    float *raster[2], *importance;
+  };
   const auto look = [&](float step, float scale) {
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t j = std::min(i, c_->count - 1);
@@ -234,7 +277,8 @@ SurfaceChannels::Value SurfaceChannels::rasterMotion(const float* const d[3], fl
       for (int k = 0; k < 3; ++k) p[k][i] = q[k] * (k < 2 ? scale : 1.f) + step * d[k][j];
     }
     const Seen s{{floats(), floats()}, floats()};
-    const CameraConnectArgs args{c_->count, {p[0], p[1], p[2]}, {lens, lens}, c_->time, {o[0], o[1], o[2]}, {s.raster[0], s.raster[1]}, s.importance, pdf};
+    const CameraConnectArgs args{c_->count,          {p[0], p[1], p[2]},         {lens, lens}, c_->time,
+                                 {o[0], o[1], o[2]}, {s.raster[0], s.raster[1]}, s.importance, pdf};
     camera_.functions->connect(camera_.projection.data(), &args);
     return s;
   };

@@ -16,8 +16,8 @@ struct SetKind {
   uint32_t bits;  // how many a subset of this kind takes
 };
 constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset", 1},
-                           {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
-                           {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
+                              {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
+                              {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
 constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
 
 }  // namespace

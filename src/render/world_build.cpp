@@ -32,7 +32,7 @@ namespace kinora::render {
 
 namespace {
 
-constexpr double kPixelsPerEdge = 2.0;   // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
+constexpr double kPixelsPerEdge = 2.0;  // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
 
 // Whose create() this thread is in: messages and images that a plug-in asks for there are about that node.
 thread_local const scene::Node* nodeBeingMade = nullptr;
@@ -64,7 +64,8 @@ bool finite(const scene::Matrix& m) {
   return true;
 }
 
-// Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing moves.
+// Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing
+// moves.
 void uniformKeys(geometry::Mesh& mesh, double open, double close) {
   if (mesh.keyCount() < 2) return;
   const auto at = [&](double time, const float* data, size_t stride, std::vector<float>& out) {
@@ -103,8 +104,8 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
 
 }  // namespace
 
-bool Instance::create(const Descriptor& plugin, const scene::Node* node, const Placement* placement, const void* extra,
-                      const Host& host, Diagnostics& diagnostics) {
+bool Instance::create(const Descriptor& plugin, const scene::Node* node, const Placement* placement,
+                      const void* extra, const Host& host, Diagnostics& diagnostics) {
   plugin_ = &plugin;
   data_.reset();
   if (!plugin.create) return true;
@@ -133,8 +134,8 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
   }
   if (!made) {
     diagnostics.warning("PLUGIN-CREATE", node ? node->pos : SourcePos{},
-                        std::string(plugin.name) + " '" + info.handle + "' cannot be made: " +
-                            (error.text[0] ? error.text : "no reason given"),
+                        std::string(plugin.name) + " '" + info.handle +
+                            "' cannot be made: " + (error.text[0] ? error.text : "no reason given"),
                         "a fallback is used");
     plugin_ = nullptr;
     return false;
@@ -149,11 +150,11 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
 WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings)
     : registry_(registry), diagnostics_(diagnostics), settings_(settings), shaders_(diagnostics) {
   width_ = settings.width ? settings.width : bestWidth();
-  if (width_ == 16 && !cpuHasAvx512()) width_ = 8;   // sixteen lanes run as two of eight: the same bits
+  if (width_ == 16 && !cpuHasAvx512()) width_ = 8;  // sixteen lanes run as two of eight: the same bits
   textures_ = std::make_unique<TextureSystem>(diagnostics);
   volumes_ = std::make_unique<VolumeSystem>(diagnostics, settings.volumeReader);
   static_assert(sizeof(void*) == 8);
-  auto* pointers = new void*[2]{&diagnostics_, textures_.get()};
+  auto* pointers = new void* [2] { &diagnostics_, textures_.get() };
   host_ = Host{pointers, &hostWarn, &hostImage};
   if (settings.textureCacheBytes) textures_->setCacheLimit(settings.textureCacheBytes);
 }
@@ -169,18 +170,21 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   if (res[0] <= 0) res[0] = 640;
   if (res[1] <= 0) res[1] = 480;
   if (scene.frameAspect > 0 && settings_.resolution[0] <= 0) {
-    // The largest part of the format that has this shape is the picture. Ratios are rounded numbers: what differs by less
-    // than 1 % is meant to be the format's own.
+    // The largest part of the format that has this shape is the picture. Ratios are rounded numbers: what differs by
+    // less than 1 % is meant to be the format's own.
     const double pixel = scene.pixelAspect > 0 ? scene.pixelAspect : 1, whole = res[0] * pixel / res[1];
     const double f = scene.frameAspect;
-    if (f > whole * 1.01) res[1] = std::max(1, int(std::lround(res[0] * pixel / f)));
-    else if (f < whole * 0.99) res[0] = std::max(1, int(std::lround(res[1] * f / pixel)));
+    if (f > whole * 1.01)
+      res[1] = std::max(1, int(std::lround(res[0] * pixel / f)));
+    else if (f < whole * 0.99)
+      res[0] = std::max(1, int(std::lround(res[1] * f / pixel)));
   }
   constexpr int kMost = 1 << 16;
   if (res[0] > kMost || res[1] > kMost || int64_t(res[0]) * res[1] > (int64_t(1) << 31)) {
-    diagnostics_.error("RENDER-RESOLUTION", scene.pos,
-                       "a picture of " + std::to_string(res[0]) + " x " + std::to_string(res[1]) + " pixels is too large",
-                       "nothing is rendered", "at most 65536 on a side and 2^31 pixels in all");
+    diagnostics_.error(
+        "RENDER-RESOLUTION", scene.pos,
+        "a picture of " + std::to_string(res[0]) + " x " + std::to_string(res[1]) + " pixels is too large",
+        "nothing is rendered", "at most 65536 on a side and 2^31 pixels in all");
     return false;
   }
   c.resolution = res;
@@ -199,7 +203,8 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   const double middle = 0.5 * (c.shutterOpen + c.shutterClose);
   c.worldToCamera = camera.worldToCamera.at(middle);
   if (!finite(c.worldToCamera) || std::fabs(c.worldToCamera.determinant()) < 1e-30) {
-    diagnostics_.warning("RENDER-CAMERA", camera.pos, "the camera's transform is singular or not finite", "the identity is used");
+    diagnostics_.warning("RENDER-CAMERA", camera.pos, "the camera's transform is singular or not finite",
+                         "the identity is used");
     camera.worldToCamera = scene::Transform();
     c.worldToCamera = scene::Matrix();
   }
@@ -214,9 +219,10 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   }
   const bool moves = !camera.worldToCamera.isStatic() && c.shutterClose > c.shutterOpen;
   // the way back from the camera is no straight line between keys: twice as many follow it better
-  const int keys = moves ? std::max(int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)),
-                                    scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, 65))
-                         : 1;
+  const int keys =
+      moves ? std::max(int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)),
+                       scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, 65))
+            : 1;
   c.toRender.clear();
   c.fromRender.clear();
   scene::Matrix shift;
@@ -231,8 +237,9 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   ProjectionInfo info{};
   for (int k = 0; k < 4; ++k) info.screenWindow[k] = camera.screenWindow[size_t(k)];
   info.screenWindowGiven = camera.screenWindow != std::array<float, 4>{0, 0, 0, 0};
-  info.frameAspect = scene.frameAspect > 0 ? scene.frameAspect
-                                           : float(res[0]) / float(res[1]) * (scene.pixelAspect > 0 ? scene.pixelAspect : 1);
+  info.frameAspect = scene.frameAspect > 0
+                         ? scene.frameAspect
+                         : float(res[0]) / float(res[1]) * (scene.pixelAspect > 0 ? scene.pixelAspect : 1);
   info.resolution[0] = uint32_t(res[0]);
   info.resolution[1] = uint32_t(res[1]);
   info.fStop = camera.depthOfField[0];
@@ -245,7 +252,8 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
     for (int j = 0; j < 4; ++j) info.worldToCamera[4 * i + j] = toCamera[i][j];
   std::string name = camera.projection ? camera.projection->plugin : "orthographic";
   if (scene.cameras.empty()) {
-    diagnostics_.warning("RENDER-NO-CAMERA", scene.pos, "the scene has no camera", "an orthographic one at the origin looks along +z");
+    diagnostics_.warning("RENDER-NO-CAMERA", scene.pos, "the scene has no camera",
+                         "an orthographic one at the origin looks along +z");
   }
   const std::string key = lowerCase(name);
   if (key == "perspective") name = "PxrPerspective";
@@ -323,16 +331,16 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     parts_.push_back(std::move(part));
     place(uint32_t(parts_.size() - 1), p->toWorld, p->attributes.get(), p->revision, p->name());
   }
-  // prototypes in use: their primitives keep their own transform inside the prototype, so each becomes a part of its own
-  // placed by every instance; nested instances are flattened (the packaged Embree has one level)
+  // prototypes in use: their primitives keep their own transform inside the prototype, so each becomes a part of its
+  // own placed by every instance; nested instances are flattened (the packaged Embree has one level)
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> partOf;
   // Prototypes that hold the next one twice, level after level, are countless also where they place nothing.
   uint64_t placed = 0, opened = 0;
   constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
   constexpr int kMostNesting = 32;
   bool isTooMany = false, isTooDeep = false;
-  const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld, int depth,
-                               const scene::Attributes* attributes) -> void {
+  const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld,
+                               int depth, const scene::Attributes* attributes) -> void {
     if (isTooMany || inst.prototype >= scene.prototypes.size()) return;
     if (++opened % 4096 == 0) {
       isTooMany = settings_.stop && settings_.stop->load(std::memory_order_relaxed);
@@ -368,14 +376,15 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
       place(it->second, concat(p.toWorld, toWorld), attributes, inst.revision, proto.name);
     }
     for (const scene::Instance& nested : proto.instances)
-      self(self, nested, concat(nested.toWorld, toWorld), depth + 1, nested.attributes ? nested.attributes.get() : attributes);
+      self(self, nested, concat(nested.toWorld, toWorld), depth + 1,
+           nested.attributes ? nested.attributes.get() : attributes);
   };
   for (const scene::Instance& inst : scene.instances)
     instantiate(instantiate, inst, inst.toWorld, 0, inst.attributes.get());
 }
 
-// The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to its
-// folder is looked for there too: those folders are on the command line's path.
+// The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to
+// its folder is looked for there too: those folders are on the command line's path.
 std::vector<std::string> WorldBuilder::searchPath(const scene::Scene& scene, const std::string& kind) const {
   const std::vector<std::string>& given = kind == "shader" ? settings_.shaderPath : settings_.texturePath;
   std::vector<std::string> path;
@@ -423,10 +432,14 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       raster[1][i] = 0.5f * float(camera_.resolution[1]);
       lens[0][i] = lens[1][i] = time[i] = 0.5f;
     }
-    const CameraSampleArgs a{1, {raster[0], raster[1]}, {lens[0], lens[1]}, time, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, w, radius, spread};
+    const CameraSampleArgs a{
+        1,     {raster[0], raster[1]}, {lens[0], lens[1]}, time, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, w, radius,
+        spread};
     camera_.functions->rays(camera_.projection.data(), &a);
-    if (spread[0] > 0) pixelAngle = 2.0 * spread[0];
-    else pixelAngle = 0;
+    if (spread[0] > 0)
+      pixelAngle = 2.0 * spread[0];
+    else
+      pixelAngle = 0;
     pixelSize = 2.0 * radius[0];
   }
   const size_t count = primitiveOfShape_.size();
@@ -459,7 +472,10 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     const double length = p.attributes ? p.attributes->named.getFloat("dice:micropolygonlength", 1) : 1;
     const double pixels = kPixelsPerEdge * (length > 0 ? length : 1);
     // nearest placements' transforms, object -> world, with the length they give to an object unit
-    struct Use { scene::Matrix m; double scale; };
+    struct Use {
+      scene::Matrix m;
+      double scale;
+    };
     std::vector<Use> uses;
     for (uint32_t k : placementsOfShape[i]) {
       scene::Matrix m = placements_[k].toRender.at(0.5 * (camera_.shutterOpen + camera_.shutterClose));
@@ -527,7 +543,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       const shade::Program& program = materials->program((*materials)[m].program);
       clear |= !program.opaque || (program.encloses && program.bxdf->thinShadow);
     };
-    if (materialOfShape[i] != 0xffffffffu) look(materialOfShape[i]);
+    if (materialOfShape[i] != 0xffffffffu)
+      look(materialOfShape[i]);
     else
       for (uint32_t k : placementsOfShape[i]) look(placementInfos_[k].material);
     uint32_t v = trace::kSeenByCamera | trace::kSeenByIndirect;
@@ -536,7 +553,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     if (p.attributes) {
       if (!p.attributes->getInt("visibility:camera", 1)) v &= ~uint32_t(trace::kSeenByCamera);
       if (!p.attributes->getInt("visibility:indirect", 1)) v &= ~uint32_t(trace::kSeenByIndirect);
-      if (!p.attributes->getInt("visibility:transmission", 1)) v &= ~uint32_t(trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow);
+      if (!p.attributes->getInt("visibility:transmission", 1))
+        v &= ~uint32_t(trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow);
     }
     shapeInputs_[i].visibility = v;
     next->hasMedia |= false;
@@ -588,7 +606,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
                        info.N->rate != geometry::Primvar::Rate::Constant &&
                        std::holds_alternative<scene::PolygonMesh>(p.shape);
     w.liftsShadows |= lifts;
-    info.flags = (lifts ? shade::kLiftsShadows : 0u) | (info.N ? shade::kHasNormals : 0u) | (mesh.doubleSided ? 0u : shade::kOneSided);
+    info.flags = (lifts ? shade::kLiftsShadows : 0u) | (info.N ? shade::kHasNormals : 0u) |
+                 (mesh.doubleSided ? 0u : shade::kOneSided);
     info.priority = p.attributes ? p.attributes->getInt("trace:intersectpriority", 0) : 0;
     info.objectId2 = p.attributes ? uint32_t(p.attributes->getInt("identifier:id2", 0)) : 0;
     info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
@@ -654,7 +673,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   statistics.memory.push_back({"scene description", scene.bytes()});
   statistics.memory.push_back({"materials", materials->bytes()});
   if (materials->shaderBytes()) statistics.memory.push_back({"shader programs", materials->shaderBytes()});
-  statistics.memory.push_back({"instances", placements_.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) + sizeof(shade::PlacementInfo))});
+  statistics.memory.push_back({"instances", placements_.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) +
+                                                                  sizeof(shade::PlacementInfo))});
   return true;
 }
 

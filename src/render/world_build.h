@@ -1,5 +1,5 @@
-// From a scene description to what passes read: tessellated shapes, BVHs, materials, lights, camera. After an edit only
-// what changed is made again. Called by Renderer.
+// From a scene description to what passes read: tessellated shapes, BVHs, materials, lights, camera. After an edit
+// only what changed is made again. Called by Renderer.
 #pragma once
 #include <kinora/projection.h>
 
@@ -43,15 +43,15 @@ class Instance {
 
 struct CameraState {
   Instance projection;
-  const ProjectionFunctions* functions = nullptr;   // for the width in use
+  const ProjectionFunctions* functions = nullptr;  // for the width in use
   std::array<int, 2> resolution{640, 480};
-  std::array<int, 4> window{0, 0, 640, 480};        // x0 y0 x1 y1 of the crop, half open
-  std::vector<trace::Affine> toRender;              // camera to render, uniform keys over the shutter
+  std::array<int, 4> window{0, 0, 640, 480};  // x0 y0 x1 y1 of the crop, half open
+  std::vector<trace::Affine> toRender;        // camera to render, uniform keys over the shutter
   std::vector<trace::Affine> fromRender;
   double shutterOpen = 0, shutterClose = 0;
-  std::vector<float> times;                         // warp of sample times by the shutter's shape; empty: none
-  std::vector<CutPlane> cuts;                       // camera space
-  scene::Matrix worldToCamera;                      // at the middle of the shutter
+  std::vector<float> times;     // warp of sample times by the shutter's shape; empty: none
+  std::vector<CutPlane> cuts;   // camera space
+  scene::Matrix worldToCamera;  // at the middle of the shutter
 };
 
 // Names in a list of groups (grouping:membership, subsets); a "+" that stands alone is none.
@@ -73,8 +73,8 @@ class WorldBuilder {
   uint32_t width() const { return width_; }
   // Looks the shaders of the scene's materials up; before needsSplit() and buildWorld().
   void openShaders(const scene::Scene& scene);
-  // Whether diffuse and specular must be told apart at every bounce: some light has different factors for them, or some
-  // shader asks for the type of a ray.
+  // Whether diffuse and specular must be told apart at every bounce: some light has different factors for them, or
+  // some shader asks for the type of a ray.
   bool needsSplit(const scene::Scene& scene) const;
 
  private:
@@ -84,7 +84,8 @@ class WorldBuilder {
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   // What light linking says of an object (lighting:subset and excludesubset) -> its link set.
   using LinkSets = std::map<std::pair<std::string, std::string>, uint32_t>;
-  std::shared_ptr<const light::LightSet> makeLights(const scene::Scene& scene, const std::vector<scene::Light>& sources,
+  std::shared_ptr<const light::LightSet> makeLights(const scene::Scene& scene,
+                                                    const std::vector<scene::Light>& sources,
                                                     const film::LightPaths& paths, const LinkSets& links);
   // Subsets that attributes of placements name: bits of shapes and placements, masks of rays.
   void traceSets(shade::ShadingWorld& world);
@@ -99,16 +100,16 @@ class WorldBuilder {
   std::unique_ptr<TextureSystem> textures_;
   std::unique_ptr<VolumeSystem> volumes_;
   shade::ShaderLibrary shaders_;
-  bool asksRayType_ = false;   // some shader does
+  bool asksRayType_ = false;  // some shader does
   CameraState camera_;
   std::unique_ptr<shade::ShadingWorld> shading_;
   double origin_[3] = {0, 0, 0};
   bool haveOrigin_ = false;
   // shapes by primitive id, kept between edits
   struct Kept {
-    uint64_t revision;      // of the primitive
-    std::string settings;   // of the camera, as far as the mesh depends on them
-    uint64_t made;          // serial number of the mesh: what the world compares
+    uint64_t revision;     // of the primitive
+    std::string settings;  // of the camera, as far as the mesh depends on them
+    uint64_t made;         // serial number of the mesh: what the world compares
     std::shared_ptr<geometry::Mesh> mesh;
   };
   std::map<uint64_t, Kept> shapes_;

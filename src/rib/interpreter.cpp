@@ -309,7 +309,8 @@ void Interpreter::substituteStrings(Request& r) {
 
 // Whatever begins as a mapped folder does is a path of another machine; search paths hold several.
 void Interpreter::mapDirectories(Request& r) {
-  const bool isList = r.name == "Option" && r.count > 0 && r.args[0].isString() && r.args[0].strings[0] == "searchpath";
+  const bool isList =
+      r.name == "Option" && r.count > 0 && r.args[0].isString() && r.args[0].strings[0] == "searchpath";
   for (size_t i = 0; i < r.count; ++i)
     for (std::string& s : r.args[i].strings) {
       if (!isList) {

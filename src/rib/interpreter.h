@@ -265,7 +265,7 @@ class Interpreter {
 
   std::vector<Condition> conditions_;
   size_t unopenedIfs_ = 0;  // inside the deepest one that is allowed
-  size_t inactive_ = 0;  // conditions that are not active
+  size_t inactive_ = 0;     // conditions that are not active
   bool inEdit_ = false;
   char marker_ = '$';        // Option "ribparse" "varsubst"
   bool bareMarker_ = false;  // asked for by the scene: "$name" besides "${name}"

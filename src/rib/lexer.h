@@ -36,7 +36,7 @@ class Lexer {
   void junk();
   void readArray(Request& r, bool& ended);
   void readNumberRun(Argument& a);
-  bool skipBrackets(char bracket);  // and the space between them; true when there were any
+  bool skipBrackets(char bracket);                   // and the space between them; true when there were any
   bool parseNumber(double& value, bool& isInteger);  // at cursor_; leaves it behind the number
   bool wordToNumber();                               // nan, inf, infinity
   bool looksLikeNewRequest(const char* at) const;    // after a line break inside quotes

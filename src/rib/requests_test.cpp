@@ -368,8 +368,8 @@ TEST(Shading, ABxdfMayBeNamedAsThePatternItReads) {
   EXPECT_EQ(r.primitive().attributes->bxdf->patterns[0]->plugin, "P");
 }
 
-// A Bxdf line of nothing but __materialid names a material that another scope bound; with a parameter, another handle or
-// an id that nobody bound it is a material of its own.
+// A Bxdf line of nothing but __materialid names a material that another scope bound; with a parameter, another handle
+// or an id that nobody bound it is a material of its own.
 TEST(Shading, MaterialsAreFoundByTheirId) {
   const Read r = readWorld(R"(AttributeBegin
 Pattern "P" "p"
@@ -511,8 +511,7 @@ Procedural2 "DynamicLoad2" "SimpleBound" "string dsoname" ["x.so"] "float[6] bou
   EXPECT_EQ(r.primitive(2).primvars.getFloats("resolution").size(), 2u);
   EXPECT_EQ(o(3).args.find("data")->strings[0], "rm -rf x");
   EXPECT_EQ(r.primitive(4).primvars.getString("dsoname", ""), "x.so");
-  for (const char* code :
-       {"RIB-KEPT-VOLUME", "RIB-KEPT-GEOMETRY", "RIB-KEPT-PROCEDURAL", "RIB-KEPT-PROCEDURAL2"})
+  for (const char* code : {"RIB-KEPT-VOLUME", "RIB-KEPT-GEOMETRY", "RIB-KEPT-PROCEDURAL", "RIB-KEPT-PROCEDURAL2"})
     EXPECT_EQ(r.count(code), 1u) << code;
 }
 
@@ -639,12 +638,27 @@ TEST(Options, ClippingPlaneIsKeptInCameraSpace) {
 }
 
 TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
-  const char* const kNames[] = {
-      "Bound",       "ColorSamples", "ConnectShaderLayers",     "Detail",
-      "DetailRange", "EnableLightFilter", "ErrorHandler", "GeometricApproximation",  "GeometricRepresentation",
-      "Imager",      "MakeBrickMap",      "MakeBump",     "MakeCubeFaceEnvironment", "MakeLatLongEnvironment",
-      "MakeShadow",  "MakeTexture",       "Quantize",     "RelativeDetail",          "ShaderLayer",
-      "System",      "VolumePixelSamples"};
+  const char* const kNames[] = {"Bound",
+                                "ColorSamples",
+                                "ConnectShaderLayers",
+                                "Detail",
+                                "DetailRange",
+                                "EnableLightFilter",
+                                "ErrorHandler",
+                                "GeometricApproximation",
+                                "GeometricRepresentation",
+                                "Imager",
+                                "MakeBrickMap",
+                                "MakeBump",
+                                "MakeCubeFaceEnvironment",
+                                "MakeLatLongEnvironment",
+                                "MakeShadow",
+                                "MakeTexture",
+                                "Quantize",
+                                "RelativeDetail",
+                                "ShaderLayer",
+                                "System",
+                                "VolumePixelSamples"};
   std::string text;
   for (int twice = 0; twice < 2; ++twice)
     for (const char* n : kNames) text += std::string(n) + " \"a\" 1 \"string x\" [\"y\"]\n";

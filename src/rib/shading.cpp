@@ -126,7 +126,8 @@ scene::NetworkPtr Interpreter::bind(const NodePtr& terminal, NodePtr& late) {
   return network;
 }
 
-// Maya's exporter binds a material once, in a scope that holds no object, and elsewhere names it by __materialid alone.
+// Maya's exporter binds a material once, in a scope that holds no object, and elsewhere names it by __materialid
+// alone.
 void Interpreter::bxdf(Request& r) {
   auto n = node(r, true);
   if (!n) return;

@@ -21,13 +21,14 @@ void span(const SampleTable& table, uint32_t n, const uint32_t* seed, const uint
 }
 
 #if HWY_TARGET == HWY_AVX2
-#define KN_DRAW(W)                                                                                                   \
-  void draw##W(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, float* u, float* v) { \
-    span<W>(t, n, s, i, d, 0, 1, u, v);                                                                              \
-  }                                                                                                                  \
-  void split##W(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, uint32_t p,      \
-                uint32_t ps, float* u, float* v) {                                                                   \
-    span<W>(t, n, s, i, d, p, ps, u, v);                                                                             \
+#define KN_DRAW(W)                                                                                              \
+  void draw##W(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, float* u,    \
+               float* v) {                                                                                      \
+    span<W>(t, n, s, i, d, 0, 1, u, v);                                                                         \
+  }                                                                                                             \
+  void split##W(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, uint32_t p, \
+                uint32_t ps, float* u, float* v) {                                                              \
+    span<W>(t, n, s, i, d, p, ps, u, v);                                                                        \
   }
 KN_DRAW(1)
 KN_DRAW(4)
@@ -39,8 +40,8 @@ float event1(uint32_t seed, uint32_t sample, uint32_t dimension, uint32_t event)
 void draw16(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, float* u, float* v) {
   span<16>(t, n, s, i, d, 0, 1, u, v);
 }
-void split16(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, uint32_t p, uint32_t ps,
-             float* u, float* v) {
+void split16(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, uint32_t p,
+             uint32_t ps, float* u, float* v) {
   span<16>(t, n, s, i, d, p, ps, u, v);
 }
 #endif
@@ -55,7 +56,10 @@ DrawSpan drawSpan(uint32_t width) {
   return width == 1 ? &N_AVX2::draw1 : width == 4 ? &N_AVX2::draw4 : width == 16 ? &N_AVX3::draw16 : &N_AVX2::draw8;
 }
 DrawSplit drawSplit(uint32_t width) {
-  return width == 1 ? &N_AVX2::split1 : width == 4 ? &N_AVX2::split4 : width == 16 ? &N_AVX3::split16 : &N_AVX2::split8;
+  return width == 1    ? &N_AVX2::split1
+         : width == 4  ? &N_AVX2::split4
+         : width == 16 ? &N_AVX3::split16
+                       : &N_AVX2::split8;
 }
 float drawEvent(uint32_t seed, uint32_t sample, uint32_t dimension, uint32_t event) {
   return N_AVX2::event1(seed, sample, dimension, event);

@@ -8,10 +8,16 @@ namespace kinora::shade {
 
 namespace {
 
-struct Renamed { const char *from, *to; };
+struct Renamed {
+  const char *from, *to;
+};
 
 // A parameter set to a number (all components alike) whatever the node says; Renamed may overwrite it.
-struct Fixed { const char* name; scene::ValueType type; float value; };
+struct Fixed {
+  const char* name;
+  scene::ValueType type;
+  float value;
+};
 
 struct StandIn {
   const char *missing, *use;
@@ -26,38 +32,76 @@ constexpr auto kColor = scene::ValueType::Color;
 // Fresnel of the PxrLM plastics and metals is physical. PxrLMMetal's specularColor is what its users set to say which
 // metal, so that it is the colour seen face on where it is given.
 const StandIn kTable[] = {
-    {"pxrlmdiffuse", "PxrSurface",
+    {"pxrlmdiffuse",
+     "PxrSurface",
      {{"diffuseDoubleSided", kInt, 1}},
-     {{"frontColor", "diffuseColor"}, {"backColor", "diffuseBackColor"}, {"roughness", "diffuseRoughness"},
-      {"transmission", "diffuseTransmitGain"}, {"incandescence", "glowColor"}, {"bumpNormal", "bumpNormal"},
+     {{"frontColor", "diffuseColor"},
+      {"backColor", "diffuseBackColor"},
+      {"roughness", "diffuseRoughness"},
+      {"transmission", "diffuseTransmitGain"},
+      {"incandescence", "glowColor"},
+      {"bumpNormal", "bumpNormal"},
       {"presence", "presence"}}},
-    {"pxrlmplastic", "PxrSurface",
+    {"pxrlmplastic",
+     "PxrSurface",
      {{"specularFresnelMode", kInt, 1}, {"clearcoatFresnelMode", kInt, 1}, {"specularEdgeColor", kColor, 1}},
-     {{"diffuseColor", "diffuseColor"}, {"diffuseRoughness", "diffuseRoughness"}, {"specularColor", "specularEdgeColor"},
-      {"specularEta", "specularIor"}, {"specularRoughness", "specularRoughness"}, {"specularAnisotropy", "specularAnisotropy"},
-      {"clearcoatColor", "clearcoatEdgeColor"}, {"clearcoatEta", "clearcoatIor"}, {"clearcoatRoughness", "clearcoatRoughness"},
-      {"incandescence", "glowColor"}, {"diffuseNn", "diffuseBumpNormal"}, {"specularNn", "specularBumpNormal"},
-      {"clearcoatNn", "clearcoatBumpNormal"}, {"presence", "presence"}}},
-    {"pxrlmmetal", "PxrSurface",
-     {{"diffuseGain", kFloat, 0}, {"specularFresnelMode", kInt, 1}, {"specularEdgeColor", kColor, 1}},
-     {{"eta", "specularIor"}, {"kappa", "specularExtinctionCoeff"}, {"roughness", "specularRoughness"},
-      {"anisotropy", "specularAnisotropy"}, {"specularColor", "specularFaceColor"}, {"bumpNormal", "bumpNormal"},
+     {{"diffuseColor", "diffuseColor"},
+      {"diffuseRoughness", "diffuseRoughness"},
+      {"specularColor", "specularEdgeColor"},
+      {"specularEta", "specularIor"},
+      {"specularRoughness", "specularRoughness"},
+      {"specularAnisotropy", "specularAnisotropy"},
+      {"clearcoatColor", "clearcoatEdgeColor"},
+      {"clearcoatEta", "clearcoatIor"},
+      {"clearcoatRoughness", "clearcoatRoughness"},
+      {"incandescence", "glowColor"},
+      {"diffuseNn", "diffuseBumpNormal"},
+      {"specularNn", "specularBumpNormal"},
+      {"clearcoatNn", "clearcoatBumpNormal"},
       {"presence", "presence"}}},
-    {"pxrlmglass", "PxrGlass", {},
-     {{"reflectionColor", "reflectionColor"}, {"refractionColor", "refractionColor"}, {"transmissionColor", "transmissionColor"},
-      {"roughness", "roughness"}, {"eta", "ior"}, {"bumpNormal", "bumpNormal"}}},
-    {"pxrlmsubsurface", "PxrSurface", {},
-     {{"nearColor", "diffuseColor"}, {"midColor", "diffuseColor"}, {"diffuseTint", "diffuseColor"}, {"bumpNormal", "bumpNormal"}}},
-    {"pxrskin", "PxrSurface", {},
-     {{"nearColor", "diffuseColor"}, {"midColor", "diffuseColor"}, {"diffuseTint", "diffuseColor"}, {"bumpNormal", "bumpNormal"}}},
+    {"pxrlmmetal",
+     "PxrSurface",
+     {{"diffuseGain", kFloat, 0}, {"specularFresnelMode", kInt, 1}, {"specularEdgeColor", kColor, 1}},
+     {{"eta", "specularIor"},
+      {"kappa", "specularExtinctionCoeff"},
+      {"roughness", "specularRoughness"},
+      {"anisotropy", "specularAnisotropy"},
+      {"specularColor", "specularFaceColor"},
+      {"bumpNormal", "bumpNormal"},
+      {"presence", "presence"}}},
+    {"pxrlmglass",
+     "PxrGlass",
+     {},
+     {{"reflectionColor", "reflectionColor"},
+      {"refractionColor", "refractionColor"},
+      {"transmissionColor", "transmissionColor"},
+      {"roughness", "roughness"},
+      {"eta", "ior"},
+      {"bumpNormal", "bumpNormal"}}},
+    {"pxrlmsubsurface",
+     "PxrSurface",
+     {},
+     {{"nearColor", "diffuseColor"},
+      {"midColor", "diffuseColor"},
+      {"diffuseTint", "diffuseColor"},
+      {"bumpNormal", "bumpNormal"}}},
+    {"pxrskin",
+     "PxrSurface",
+     {},
+     {{"nearColor", "diffuseColor"},
+      {"midColor", "diffuseColor"},
+      {"diffuseTint", "diffuseColor"},
+      {"bumpNormal", "bumpNormal"}}},
 };
 
 scene::Parameter number(const char* name, scene::ValueType type, float value) {
   scene::Parameter p;
   p.name = name;
   p.type = type;
-  if (type == kInt) p.ints = {int(value)};
-  else p.floats.assign(type == kColor ? 3 : 1, value);
+  if (type == kInt)
+    p.ints = {int(value)};
+  else
+    p.floats.assign(type == kColor ? 3 : 1, value);
   return p;
 }
 
@@ -78,7 +122,8 @@ std::optional<scene::Node> bxdfStandIn(const scene::Node& node) {
       if (!given) continue;
       scene::Parameter p = *given;
       p.name = r.to;
-      const bool spread = !p.isReference && p.floats.size() == 1 && name == "pxrlmplastic" && std::string_view(r.to) == "clearcoatIor";
+      const bool spread = !p.isReference && p.floats.size() == 1 && name == "pxrlmplastic" &&
+                          std::string_view(r.to) == "clearcoatIor";
       if (spread) {
         p.type = kColor;
         p.floats.assign(3, p.floats[0]);
@@ -87,7 +132,8 @@ std::optional<scene::Node> bxdfStandIn(const scene::Node& node) {
       if (std::string_view(r.to) == "glowColor") out.params.set(number("glowGain", kFloat, 1));
       if (std::string_view(r.to) == "diffuseBackColor") out.params.set(number("diffuseBackUseDiffuseColor", kInt, 0));
     }
-    if (name == "pxrlmmetal" && out.params.find("specularFaceColor")) out.params.set(number("specularFresnelMode", kInt, 0));
+    if (name == "pxrlmmetal" && out.params.find("specularFaceColor"))
+      out.params.set(number("specularFresnelMode", kInt, 0));
     return out;
   }
   return std::nullopt;

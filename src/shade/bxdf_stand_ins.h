@@ -1,5 +1,6 @@
 // Materials of renderers' earlier releases that no plug-in of their name is there for, as nodes of the stock ones:
-// PxrLM* and PxrSkin. What they say of colour, roughness and refraction is kept, layers and subsurface lengths are not.
+// PxrLM* and PxrSkin. What they say of colour, roughness and refraction is kept, layers and subsurface lengths are
+// not.
 #pragma once
 #include <optional>
 

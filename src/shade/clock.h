@@ -9,7 +9,10 @@ struct Clock {
   uint64_t& sum;
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   explicit Clock(uint64_t& s) : sum(s) {}
-  ~Clock() { sum += uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count()); }
+  ~Clock() {
+    sum += uint64_t(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count());
+  }
 };
 
 }  // namespace kinora::shade

@@ -25,7 +25,8 @@ Value param(const Context* c, uint32_t index) {
   ContextHost& h = ContextHost::of(c);
   const ParamSource& s = h.program->nodes[h.node].params[index];
   switch (s.from) {
-    case ParamSource::From::Constant: return constantValue(s.constant, s.components);
+    case ParamSource::From::Constant:
+      return constantValue(s.constant, s.components);
     case ParamSource::From::Gathered: {
       Value r;
       r.components = s.components;
@@ -40,7 +41,8 @@ Value param(const Context* c, uint32_t index) {
       }
       return r;
     }
-    case ParamSource::From::Connected: break;
+    case ParamSource::From::Connected:
+      break;
   }
   h.evaluate(c, s.node);
   Value v = h.outputs[h.firstOutput[s.node] + s.output];
@@ -50,7 +52,7 @@ Value param(const Context* c, uint32_t index) {
     v.components = 1;
   }
   if (v.components == s.components) return v;
-  if (v.components == 1) {           // a float feeds all components
+  if (v.components == 1) {  // a float feeds all components
     v.components = s.components;
     for (uint32_t k = 1; k < s.components; ++k) v.data[k] = v.data[0];
     return v;
@@ -99,7 +101,8 @@ Value builtin(const Context* c, Builtin id) {
   };
   const uint32_t n = c->padded;
   switch (id) {
-    case Builtin::U: case Builtin::V: {
+    case Builtin::U:
+    case Builtin::V: {
       float *u = floats(c), *v = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
@@ -112,7 +115,8 @@ Value builtin(const Context* c, Builtin id) {
       keep(Builtin::V, {v});
       break;
     }
-    case Builtin::St: case Builtin::StRadius: {
+    case Builtin::St:
+    case Builtin::StRadius: {
       float *s = floats(c), *t = floats(c), *r = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
@@ -121,13 +125,15 @@ Value builtin(const Context* c, Builtin id) {
         edges(k, e1, e2);
         s[i] = mix(k, st[0][0], st[1][0], st[2][0]);
         t[i] = mix(k, st[0][1], st[1][1], st[2][1]);
-        r[i] = c->radius[i] * scaleOf(e1, e2, st[1][0] - st[0][0], st[1][1] - st[0][1], st[2][0] - st[0][0], st[2][1] - st[0][1]);
+        r[i] = c->radius[i] *
+               scaleOf(e1, e2, st[1][0] - st[0][0], st[1][1] - st[0][1], st[2][0] - st[0][0], st[2][1] - st[0][1]);
       }
       keep(Builtin::St, {s, t});
       keep(Builtin::StRadius, {r});
       break;
     }
-    case Builtin::DPdu: case Builtin::DPdv: {
+    case Builtin::DPdu:
+    case Builtin::DPdv: {
       float* a[6];
       for (float*& x : a) x = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
@@ -136,7 +142,10 @@ Value builtin(const Context* c, Builtin id) {
         patchUV(k, uv);
         edges(k, e1, e2);
         derivatives(e1, e2, uv, du, dv);
-        for (int j = 0; j < 3; ++j) { a[j][i] = du[j]; a[3 + j][i] = dv[j]; }
+        for (int j = 0; j < 3; ++j) {
+          a[j][i] = du[j];
+          a[3 + j][i] = dv[j];
+        }
       }
       keep(Builtin::DPdu, {a[0], a[1], a[2]});
       keep(Builtin::DPdv, {a[3], a[4], a[5]});
@@ -159,7 +168,8 @@ Value builtin(const Context* c, Builtin id) {
       keep(Builtin::Tangent, {a[0], a[1], a[2]});
       break;
     }
-    case Builtin::Po: case Builtin::PoRadius: {
+    case Builtin::Po:
+    case Builtin::PoRadius: {
       float* a[4];
       for (float*& x : a) x = floats(c);
       const trace::World& w = *h.group->world().world;
@@ -169,7 +179,8 @@ Value builtin(const Context* c, Builtin id) {
         float p[3];
         float scale = 1;
         if (k.identity) {
-          const trace::Affine& back = h.group->world().placements[w.instance(g.hits.instance[h.slot[i]]).user].renderToObject;
+          const trace::Affine& back =
+              h.group->world().placements[w.instance(g.hits.instance[h.slot[i]]).user].renderToObject;
           const float q[3] = {c->P[0][i], c->P[1][i], c->P[2][i]};
           back.point(q, p);
           const float det = back.m[0][0] * (back.m[1][1] * back.m[2][2] - back.m[1][2] * back.m[2][1]) -
@@ -179,17 +190,20 @@ Value builtin(const Context* c, Builtin id) {
         } else if (k.strand) {
           std::memcpy(p, k.on.rest, sizeof p);
           const auto& m = k.toRender.m;
-          const float det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+          const float det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                            m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
           scale = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
         } else {
-          const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
+          const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]],
+                           *p2 = &k.mesh->points[k.v[2]];
           for (int j = 0; j < 3; ++j) p[j] = mix(k, (*p0)[j], (*p1)[j], (*p2)[j]) + float(k.mesh->origin[j]);
           float e1[3], e2[3];
           edges(k, e1, e2);
           const Imath::V3f o1 = *p1 - *p0, o2 = *p2 - *p0;
           const float ox = o1.y * o2.z - o1.z * o2.y, oy = o1.z * o2.x - o1.x * o2.z, oz = o1.x * o2.y - o1.y * o2.x;
-          const float rx = e1[1] * e2[2] - e1[2] * e2[1], ry = e1[2] * e2[0] - e1[0] * e2[2], rz = e1[0] * e2[1] - e1[1] * e2[0];
+          const float rx = e1[1] * e2[2] - e1[2] * e2[1], ry = e1[2] * e2[0] - e1[0] * e2[2],
+                      rz = e1[0] * e2[1] - e1[1] * e2[0];
           const float render = ox * ox + oy * oy + oz * oz, object = rx * rx + ry * ry + rz * rz;
           scale = object > 0 ? std::sqrt(std::sqrt(render / object)) : 1.f;
         }
@@ -210,7 +224,8 @@ Value builtin(const Context* c, Builtin id) {
       keep(Builtin::Pworld, {a[0], a[1], a[2]});
       break;
     }
-    case Builtin::ObjectId: case Builtin::Count: {
+    case Builtin::ObjectId:
+    case Builtin::Count: {
       float* a = floats(c);
       const ShadingWorld& w = h.group->world();
       const Group& g = h.group->group();
@@ -267,7 +282,8 @@ Value primvar(const Context* c, const char* name, Value* radius) {
       float e1[3], e2[3];
       edges(k, e1, e2);
       if (w >= 2) {
-        r[i] = c->radius[i] * scaleOf(e1, e2, v[1][0] - v[0][0], v[1][1] - v[0][1], v[2][0] - v[0][0], v[2][1] - v[0][1]);
+        r[i] = c->radius[i] *
+               scaleOf(e1, e2, v[1][0] - v[0][0], v[1][1] - v[0][1], v[2][0] - v[0][0], v[2][1] - v[0][1]);
       } else {
         // a number changes along a strand, on a triangle its first edge will do
         const float* e = k.strand ? e2 : e1;
@@ -293,8 +309,8 @@ Value primvar(const Context* c, const char* name, Value* radius) {
 void texture(const Context* c, const Value* handles, const float* s, const float* t, const float* radius,
              const TextureOptions* options, float* const rgba[4]) {
   ContextHost& h = ContextHost::of(c);
-  h.group->world().textures->lookup(reinterpret_cast<const int32_t*>(handles->data[0]), handles->stride != 0, c->padded, s,
-                                    t, radius, *options, rgba);
+  h.group->world().textures->lookup(reinterpret_cast<const int32_t*>(handles->data[0]), handles->stride != 0,
+                                    c->padded, s, t, radius, *options, rgba);
 }
 
 int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
@@ -326,7 +342,8 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   bool one = true;
   for (uint32_t i = 1; objects && one && i < c->padded; ++i) one = instanceOf[h.slot[i]] == instance;
   float* entries[16];
-  for (int k = 0; k < 16; ++k) out->m[k] = entries[k] = one ? static_cast<float*>(alloc(c, sizeof(float))) : floats(c);
+  for (int k = 0; k < 16; ++k)
+    out->m[k] = entries[k] = one ? static_cast<float*>(alloc(c, sizeof(float))) : floats(c);
   out->stride = one ? 0 : 1;
   scene::Matrix m = isObject(from) && isObject(to) ? scene::Matrix() : between(instance);
   for (uint32_t i = 0; i < (one ? 1 : c->padded); ++i) {
@@ -360,6 +377,7 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   node = before;
 }
 
-const ContextFunctions kContextFunctions{&alloc, &param, &manifold, &text, &list, &builtin, &primvar, &texture, &matrix};
+const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,  &list,
+                                         &builtin, &primvar, &texture,  &matrix};
 
 }  // namespace kinora::shade

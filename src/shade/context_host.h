@@ -8,17 +8,17 @@ namespace kinora::shade {
 struct ContextHost {
   GroupState* group;
   const Program* program;
-  uint32_t node = 0;                 // node being evaluated
-  const uint32_t* block;             // by point: material block in the program
-  const uint32_t* slot;              // by point
-  Value* outputs = nullptr;          // by node and output
+  uint32_t node = 0;         // node being evaluated
+  const uint32_t* block;     // by point: material block in the program
+  const uint32_t* slot;      // by point
+  Value* outputs = nullptr;  // by node and output
   Manifold* manifolds = nullptr;
-  uint32_t* firstOutput = nullptr;   // by node
-  uint8_t* done = nullptr;           // by node
+  uint32_t* firstOutput = nullptr;  // by node
+  uint8_t* done = nullptr;          // by node
   Value builtins[size_t(Builtin::Count)];
   bool haveBuiltin[size_t(Builtin::Count)] = {};
   bool computing = false;
-  RayKind rayKind = RayKind::Camera; // of the rays that met its points
+  RayKind rayKind = RayKind::Camera;  // of the rays that met its points
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);

@@ -10,7 +10,7 @@
 namespace kinora::shade {
 
 namespace {
-constexpr uint32_t kDimPresence = 12;   // offset within a vertex's dimensions: kDimUser and up are free
+constexpr uint32_t kDimPresence = 12;  // offset within a vertex's dimensions: kDimUser and up are free
 }  // namespace
 
 void ShadingWorld::fillTables() {
@@ -35,7 +35,8 @@ void ShadingWorld::fillTables() {
   }
 }
 
-GroupState::GroupState(const ShadingWorld& world) : world_(world), shaderTextures_(world.textures, world.volumes, arena_) {
+GroupState::GroupState(const ShadingWorld& world)
+    : world_(world), shaderTextures_(world.textures, world.volumes, arena_) {
   countOfProgram_.assign(world.materials->programCount() + 1, 0);
   shaderCounts.resize(world.materials->shaderUses().size());
 }
@@ -51,12 +52,23 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   group_.width = world_.width;
   group_.stage = stage;
   Rays& r = group_.rays;
-  for (int c = 0; c < 3; ++c) { r.o[c] = f(); r.d[c] = f(); }
-  r.tMax = f(); r.time = f(); r.radius = f(); r.spread = f();
+  for (int c = 0; c < 3; ++c) {
+    r.o[c] = f();
+    r.d[c] = f();
+  }
+  r.tMax = f();
+  r.time = f();
+  r.radius = f();
+  r.spread = f();
   Hits& h = group_.hits;
-  h.t = f(); h.u = f(); h.v = f();
+  h.t = f();
+  h.u = f();
+  h.v = f();
   for (int c = 0; c < 3; ++c) h.ng[c] = f();
-  h.instance = u(); h.geometry = u(); h.primitive = u(); h.level = u();
+  h.instance = u();
+  h.geometry = u();
+  h.primitive = u();
+  h.level = u();
   seed_ = u();
   index_ = u();
   px_ = arena_.make<int32_t>(n);
@@ -108,7 +120,8 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots, float* passed) {
   }
 }
 
-void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]) {
+void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots,
+                       float* const transmittance[3]) {
   const trace::World& w = *world_.world;
   const Clock clock(counters.nanoseconds[kind == RayKind::Camera ? kTimeTraceCamera : kTimeTraceIndirect]);
   rayKind_ = kind;
@@ -144,8 +157,8 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         if (std::isinf(group_.hits.t[s])) continue;
         const uint32_t material = world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]);
         if (world_.hasMedia && world_.materials->encloses(material) && insideHigherPriority(s)) {
-          // the boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's boundary
-          // stays, whatever surrounds it.
+          // the boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's
+          // boundary stays, whatever surrounds it.
           Context* const* contexts;
           const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, 1, &s, &contexts);
           const uint32_t zero = 0;
@@ -160,7 +173,8 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
           if (!inst.baked) {
             const trace::Affine inverse = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]).inverse();
             float q[3];
-            for (int c = 0; c < 3; ++c) q[c] = inverse.m[0][c] * ng[0] + inverse.m[1][c] * ng[1] + inverse.m[2][c] * ng[2];
+            for (int c = 0; c < 3; ++c)
+              q[c] = inverse.m[0][c] * ng[0] + inverse.m[1][c] * ng[1] + inverse.m[2][c] * ng[2];
             std::memcpy(ng, q, sizeof ng);
           }
           float d = 0;
@@ -205,13 +219,15 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
         begun.radius[s] = group_.rays.radius[s];
       }
       passThrough(k, onward, passed);
-      if (traceSet_ && kind != RayKind::Camera) closestInSets(false, k, onward);
-      else w.closest(group_.rays, group_.hits, mask, k, onward);
+      if (traceSet_ && kind != RayKind::Camera)
+        closestInSets(false, k, onward);
+      else
+        w.closest(group_.rays, group_.hits, mask, k, onward);
       open = onward;
       m = k;
     }
-    // The ray is again the one that left the last vertex: lights in front of what was passed are met, and their densities
-    // are those of that vertex.
+    // The ray is again the one that left the last vertex: lights in front of what was passed are met, and their
+    // densities are those of that vertex.
     if (passed)
       for (uint32_t i = 0; i < n; ++i) {
         const uint32_t s = slots[i];

@@ -1,6 +1,6 @@
-// One group of samples with all that its thread keeps for it: rays, hits, contexts, media, counters. The services that
-// integrators call (kinora/integrator.h) end here: trace with presence and media, grouping and shading, lights, shadows.
-// Used by render/, one object a thread; nothing in it is shared while it runs, but the world that it reads.
+// One group of samples with all that its thread keeps for it: rays, hits, contexts, media, counters. The services
+// that integrators call (kinora/integrator.h) end here: trace with presence and media, grouping and shading, lights,
+// shadows. Used by render/, one object a thread; nothing in it is shared while it runs, but the world that it reads.
 #pragma once
 #include <kinora/integrator.h>
 
@@ -24,12 +24,12 @@ struct ShaderScene;
 
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
-  uint32_t material = 0xffffffffu;     // none: the placement's
+  uint32_t material = 0xffffffffu;  // none: the placement's
   uint32_t flags = 0;
-  float side = 1;                      // -1: the mesh's normals are flipped
-  int priority = 0;                    // trace:intersectpriority
-  uint32_t objectId = 0, objectId2 = 0;   // identifier:id, id2
-  const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;   // found once
+  float side = 1;                        // -1: the mesh's normals are flipped
+  int priority = 0;                      // trace:intersectpriority
+  uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
+  const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kLiftsShadows = 4 };
@@ -39,9 +39,9 @@ struct PlacementInfo {
   uint32_t linkSet = 0;
   int priority = 0;
   uint32_t objectId = 0, objectId2 = 0;
-  uint32_t traceSet = 0;               // index into ShadingWorld::traceSets
-  bool hole = false;                   // Matte, trace:holdout: black and clear where a camera ray meets it
-  trace::Affine renderToObject;        // at the middle of the shutter
+  uint32_t traceSet = 0;         // index into ShadingWorld::traceSets
+  bool hole = false;             // Matte, trace:holdout: black and clear where a camera ray meets it
+  trace::Affine renderToObject;  // at the middle of the shutter
   std::string name;
 };
 
@@ -58,22 +58,23 @@ struct ShadingWorld {
   std::shared_ptr<const light::LightSet> lights;
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
-  SurfaceTables tables;                       // of the above, for gathers; see fillTables()
-  std::map<std::string, scene::Matrix> spaces;   // name -> (that space to render)
-  std::map<std::string, uint32_t, std::less<>> primvarWidths;   // name -> components (at most 3), the widest of all objects
+  SurfaceTables tables;                         // of the above, for gathers; see fillTables()
+  std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
+  std::map<std::string, uint32_t, std::less<>>
+      primvarWidths;  // name -> components (at most 3), the widest of all objects
   TextureSystem* textures = nullptr;
   VolumeSystem* volumes = nullptr;
   double worldOrigin[3] = {0, 0, 0};
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;
-  Diagnostics* diagnostics = nullptr;            // of shaders that speak; null: unheard
-  std::shared_ptr<ShaderScene> shaders;          // what shaders ask; null: the scene has none
+  Diagnostics* diagnostics = nullptr;    // of shaders that speak; null: unheard
+  std::shared_ptr<ShaderScene> shaders;  // what shaders ask; null: the scene has none
   bool hasMedia = false, hasPresence = false;
-  bool hasLinks = false;                      // some objects are lit by some lights only
-  std::vector<TraceSet> traceSets;             // by PlacementInfo::traceSet; empty: every ray sees everything
+  bool hasLinks = false;            // some objects are lit by some lights only
+  std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   bool hasHoles = false, liftsShadows = false;
   uint32_t width = 8;
-  void fillTables();                          // once all else is set
+  void fillTables();  // once all else is set
   uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
     const uint32_t m = tables.materialOfGeometry[geometry];
     return m != 0xffffffffu ? m : tables.materialOfInstance[instance];
@@ -83,7 +84,12 @@ struct ShadingWorld {
 // A path's media, innermost last. Small: glass in water in glass is four.
 struct MediaStack {
   static constexpr uint32_t kDepth = 4;
-  struct Entry { uint32_t object; int priority; float ior; float absorption[3]; };
+  struct Entry {
+    uint32_t object;
+    int priority;
+    float ior;
+    float absorption[3];
+  };
   uint32_t count = 0;
   Entry entries[kDepth];
 };
@@ -91,13 +97,20 @@ struct MediaStack {
 struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
   uint64_t points = 0, contexts = 0;
-  uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};   // active, possible
+  uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};  // active, possible
   uint64_t mediaOverflow = 0, passThroughLimit = 0;
   uint64_t nanoseconds[16] = {};
 };
 
 // Indices of GroupCounters::nanoseconds, in the order of render/statistics.h. Taken once a call for a whole group.
-enum GroupStage : uint32_t { kTimeTraceCamera = 1, kTimeTraceIndirect, kTimeTraceShadow, kTimeGrouping, kTimeClosures, kTimeLights };
+enum GroupStage : uint32_t {
+  kTimeTraceCamera = 1,
+  kTimeTraceIndirect,
+  kTimeTraceShadow,
+  kTimeGrouping,
+  kTimeClosures,
+  kTimeLights
+};
 
 class GroupState {
  public:
@@ -113,7 +126,7 @@ class GroupState {
   float* weights() { return weight_; }
   const ShadingWorld& world() const { return world_; }
   language::RunState& shaderState() { return shaderState_; }
-  std::vector<ShaderCounts> shaderCounts;   // by ShaderUse::number
+  std::vector<ShaderCounts> shaderCounts;  // by ShaderUse::number
   ShaderTextures& shaderTextures() { return shaderTextures_; }
 
   // The services, see kinora/integrator.h.
@@ -129,15 +142,16 @@ class GroupState {
 
   GroupCounters counters;
   RayListener* listener = nullptr;
-  std::function<void(const std::string&)> print;   // set while one sample is replayed: events go here
+  std::function<void(const std::string&)> print;  // set while one sample is replayed: events go here
   // Called with each first-hit context, so that render/ can write surface channels.
   std::function<void(const Context*)> onPrimary;
 
  private:
   friend struct ContextHost;
-  static constexpr int kMostPasses = 256;   // surfaces a ray may pass for want of presence or priority
+  static constexpr int kMostPasses = 256;  // surfaces a ray may pass for want of presence or priority
   PointsArgs startContext(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context*& context);
-  Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, bool bind);
+  Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                       bool bind);
   // trace_sets.cpp; worlds with traceSets or hasHoles only.
   uint32_t maskOf(uint32_t slot, bool clearShadow) const;
   void closestInSets(bool clearShadow, uint32_t n, const uint32_t* slots);
@@ -161,12 +175,12 @@ class GroupState {
   int32_t *px_ = nullptr, *py_ = nullptr;
   float* weight_ = nullptr;
   MediaStack* media_ = nullptr;
-  uint32_t* linkSet_ = nullptr;                // by slot, of the vertex last shaded
-  uint32_t* traceSet_ = nullptr;               // by slot, of the vertex last shaded; null without traceSets
-  float* leftNg_[3] = {nullptr, nullptr, nullptr};   // its geometric normal; null without traceSets and lifts
-  float* lift_[3] = {nullptr, nullptr, nullptr};     // from it to where its shadow rays start; null without lifts
-  float* hole_ = nullptr;                      // by slot: where its camera ray met a hole; null without holes
-  RayKind rayKind_ = RayKind::Camera;   // of the rays whose hits are shaded
+  uint32_t* linkSet_ = nullptr;                     // by slot, of the vertex last shaded
+  uint32_t* traceSet_ = nullptr;                    // by slot, of the vertex last shaded; null without traceSets
+  float* leftNg_[3] = {nullptr, nullptr, nullptr};  // its geometric normal; null without traceSets and lifts
+  float* lift_[3] = {nullptr, nullptr, nullptr};    // from it to where its shadow rays start; null without lifts
+  float* hole_ = nullptr;                           // by slot: where its camera ray met a hole; null without holes
+  RayKind rayKind_ = RayKind::Camera;               // of the rays whose hits are shaded
   language::RunState shaderState_;
   ShaderTextures shaderTextures_;
   // scratch of grouping

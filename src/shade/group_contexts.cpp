@@ -10,11 +10,12 @@
 
 namespace kinora::shade {
 
-uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts) {
+uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                           Context* const** contexts) {
   *contexts = nullptr;
   if (!n) return 0;
   const bool query = traits & kTraitPresenceQuery;
-  uint64_t unused = 0;   // queries happen inside the time of tracing
+  uint64_t unused = 0;  // queries happen inside the time of tracing
   const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
   // Counting sort by program; within a program the order of the list stays.
   uint32_t* programOf = arena_.make<uint32_t>(padded(n));
@@ -32,7 +33,7 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   for (size_t k = 0; k < touched_.size(); ++k) {
     first[k] = sum;
     const uint32_t c = countOfProgram_[touched_[k]];
-    countOfProgram_[touched_[k]] = sum;   // cursor
+    countOfProgram_[touched_[k]] = sum;  // cursor
     sum += c;
   }
   first[touched_.size()] = sum;
@@ -62,8 +63,8 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   return count;
 }
 
-// A context of the listed slots with room for its points, and what the kernel of points reads of the group and writes there.
-// The distances, normals and sides are the caller's.
+// A context of the listed slots with room for its points, and what the kernel of points reads of the group and writes
+// there. The distances, normals and sides are the caller's.
 PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context*& c) {
   const uint32_t m = padded(n);
   const auto f = [&] { return arena_.make<float>(m); };
@@ -89,10 +90,18 @@ PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n,
   a.slots = slot;
   const Rays& r = group_.rays;
   for (int k = 0; k < 3; ++k) {
-    a.o[k] = r.o[k]; a.d[k] = r.d[k];
-    c->P[k] = a.P[k] = f(); c->N[k] = a.N[k] = f(); c->Ng[k] = a.Ng[k] = f(); c->wo[k] = a.wo[k] = f();
+    a.o[k] = r.o[k];
+    a.d[k] = r.d[k];
+    c->P[k] = a.P[k] = f();
+    c->N[k] = a.N[k] = f();
+    c->Ng[k] = a.Ng[k] = f();
+    c->wo[k] = a.wo[k] = f();
   }
-  a.radius = r.radius; a.spread = r.spread; a.time = r.time; a.seed = seed_; a.index = index_;
+  a.radius = r.radius;
+  a.spread = r.spread;
+  a.time = r.time;
+  a.seed = seed_;
+  a.index = index_;
   c->radius = a.outRadius = f();
   c->spread = a.outSpread = f();
   c->time = a.outTime = f();
@@ -103,8 +112,8 @@ PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n,
   return a;
 }
 
-Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
-                                 bool bind) {
+Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_t depth, uint32_t n,
+                                 const uint32_t* slots, bool bind) {
   const Program& program = world_.materials->program(programIndex);
   const trace::World& w = *world_.world;
   Context* c;
@@ -117,12 +126,25 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   const Hits& hits = group_.hits;
   a.t = hits.t;
   float* ng[3];
-  for (int k = 0; k < 3; ++k) { ng[k] = arena_.make<float>(m); a.ng[k] = ng[k]; }
+  for (int k = 0; k < 3; ++k) {
+    ng[k] = arena_.make<float>(m);
+    a.ng[k] = ng[k];
+  }
   float* side = arena_.make<float>(m);
   uint32_t* block = arena_.make<uint32_t>(m);
   // what a ray only passes does not choose its lights
-  SurfacesArgs surfaces{m, slot, hits.instance, hits.geometry, {hits.ng[0], hits.ng[1], hits.ng[2]}, &world_.tables,
-                        bind && world_.hasLinks ? linkSet_ : nullptr, block, side, {ng[0], ng[1], ng[2]}, 0, 0};
+  SurfacesArgs surfaces{m,
+                        slot,
+                        hits.instance,
+                        hits.geometry,
+                        {hits.ng[0], hits.ng[1], hits.ng[2]},
+                        &world_.tables,
+                        bind && world_.hasLinks ? linkSet_ : nullptr,
+                        block,
+                        side,
+                        {ng[0], ng[1], ng[2]},
+                        0,
+                        0};
   surfacesKernel(world_.width)(surfaces);
   const bool smooth = surfaces.anyFlags & kHasNormals, placed = surfaces.anyPlaced;
   float* nn[3] = {nullptr, nullptr, nullptr};
@@ -143,10 +165,10 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
         const float b[3] = {b0, b1, b2};
         size_t at[3];
         for (int k = 0; k < 3; ++k)
-          at[k] = p.rate == geometry::Primvar::Rate::PerVertex ? mesh.indices[3 * size_t(t) + k]
+          at[k] = p.rate == geometry::Primvar::Rate::PerVertex   ? mesh.indices[3 * size_t(t) + k]
                   : p.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(t) + k
-                  : p.rate == geometry::Primvar::Rate::PerFace ? mesh.faceOf(t)
-                                                               : 0;
+                  : p.rate == geometry::Primvar::Rate::PerFace   ? mesh.faceOf(t)
+                                                                 : 0;
         // keys of a deforming mesh: nearest key pair
         size_t key0 = 0, key1 = 0;
         float f = 0;
@@ -192,7 +214,9 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
       }
     }
   }
-  const auto pad = [&](float* x) { for (uint32_t i = n; i < m; ++i) x[i] = x[n - 1]; };
+  const auto pad = [&](float* x) {
+    for (uint32_t i = n; i < m; ++i) x[i] = x[n - 1];
+  };
   for (int k = 0; k < 3; ++k) {
     if (placed) pad(ng[k]);
     if (nn[k]) pad(nn[k]);
@@ -213,7 +237,8 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
     for (uint32_t i = 0; i < n; ++i)
       for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
   if (bind && traceSet_)
-    for (uint32_t i = 0; i < n; ++i) traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
+    for (uint32_t i = 0; i < n; ++i)
+      traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 
   float* outer = arena_.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
@@ -258,7 +283,7 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
       c->closure = program.bxdf->begin(c);
     }
     counters.nanoseconds[kTimeClosures] += time;
-    counters.nanoseconds[kTimeGrouping] -= time;   // runs inside shade()'s clock
+    counters.nanoseconds[kTimeGrouping] -= time;  // runs inside shade()'s clock
   }
   return c;
 }
@@ -269,7 +294,8 @@ void GroupState::biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) c
     const uint32_t s = slots[i];
     const geometry::Mesh& mesh = w.mesh(group_.hits.geometry[s]);
     if (!mesh.isStrand()) continue;
-    float radius = strandRadius(mesh, group_.hits.primitive[s], group_.hits.u[s], std::clamp(group_.rays.time[s], 0.f, 1.f));
+    float radius =
+        strandRadius(mesh, group_.hits.primitive[s], group_.hits.u[s], std::clamp(group_.rays.time[s], 0.f, 1.f));
     if (!w.instance(group_.hits.instance[s]).baked) {
       const trace::Affine a = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
       radius *= std::sqrt(a.m[0][0] * a.m[0][0] + a.m[1][0] * a.m[1][0] + a.m[2][0] * a.m[2][0]);
@@ -278,7 +304,8 @@ void GroupState::biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) c
   }
 }
 
-Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t) {
+Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                   const float* t) {
   if (!n) return nullptr;
   Context* c;
   PointsArgs a = startContext(traits | kTraitInSpace, depth, n, slots, c);
@@ -290,7 +317,7 @@ Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, 
   for (uint32_t i = 0; i < m; ++i) {
     for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
     side[i] = outer[i] = 1.f;
-    linkSet_[slot[i]] = 0;   // a medium is lit by all lights
+    linkSet_[slot[i]] = 0;  // a medium is lit by all lights
     if (traceSet_) traceSet_[slot[i]] = 0;
     if (lift_[0])
       for (int k = 0; k < 3; ++k) lift_[k][slot[i]] = 0;

@@ -72,8 +72,10 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
       radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
     }
   }
-  if (traceSet_) occludedInSets(*rays, radius, spread, blocked);
-  else w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
+  if (traceSet_)
+    occludedInSets(*rays, radius, spread, blocked);
+  else
+    w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
   for (uint32_t i = 0; i < n; ++i) {
     const float t = blocked[i] ? 0.f : 1.f;
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
@@ -93,13 +95,23 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   Rays r;
   Hits h;
   for (int c = 0; c < 3; ++c) {
-    r.o[c] = f(); r.d[c] = f(); h.ng[c] = f();
+    r.o[c] = f();
+    r.d[c] = f();
+    h.ng[c] = f();
     std::memcpy(r.o[c], rays->o[c], n * 4);
     std::memcpy(r.d[c], rays->d[c], n * 4);
   }
-  r.tMax = f(); r.time = f(); r.radius = f(); r.spread = f();
-  h.t = f(); h.u = f(); h.v = f();
-  h.instance = u(); h.geometry = u(); h.primitive = u(); h.level = u();
+  r.tMax = f();
+  r.time = f();
+  r.radius = f();
+  r.spread = f();
+  h.t = f();
+  h.u = f();
+  h.v = f();
+  h.instance = u();
+  h.geometry = u();
+  h.primitive = u();
+  h.level = u();
   uint32_t *seed = u(), *index = u(), *open = u(), *links = u();
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; ++i) {
@@ -121,8 +133,10 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   traceSet_ = sets;
   media_ = nullptr;
   for (int pass = 0; k && pass < kMostPasses; ++pass) {
-    if (traceSet_) closestInSets(true, k, open);
-    else w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
+    if (traceSet_)
+      closestInSets(true, k, open);
+    else
+      w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
     uint32_t* hit = arena_.make<uint32_t>(padded(k));
     uint32_t hitCount = 0;
     for (uint32_t i = 0; i < k; ++i)
@@ -137,8 +151,10 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
     for (uint32_t c = 0; c < count; ++c) {
       const Context* x = contexts[c];
       float* presence = x->alloc<float>(x->padded);
-      if (x->bxdf->presence) x->bxdf->presence(x, presence);
-      else std::fill_n(presence, x->padded, 1.f);
+      if (x->bxdf->presence)
+        x->bxdf->presence(x, presence);
+      else
+        std::fill_n(presence, x->padded, 1.f);
       float* keep[3] = {nullptr, nullptr, nullptr};
       if (rays->thin && x->bxdf->thinShadow) {
         for (float*& q : keep) q = x->alloc<float>(x->padded);

@@ -18,9 +18,15 @@ namespace {
 
 uint32_t componentsOf(Type t) {
   switch (t) {
-    case Type::Color: case Type::Point: case Type::Vector: case Type::Normal: return 3;
-    case Type::Matrix: return 16;
-    default: return 1;
+    case Type::Color:
+    case Type::Point:
+    case Type::Vector:
+    case Type::Normal:
+      return 3;
+    case Type::Matrix:
+      return 16;
+    default:
+      return 1;
   }
 }
 
@@ -83,9 +89,10 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
         ok = true;
       }
       if (!ok && finite)
-        diagnostics.warning("PARAM-TYPE", given->pos,
-                            std::string(d.name) + "." + p.name + " of '" + node->handle + "' has the wrong type or length",
-                            "its default is used");
+        diagnostics.warning(
+            "PARAM-TYPE", given->pos,
+            std::string(d.name) + "." + p.name + " of '" + node->handle + "' has the wrong type or length",
+            "its default is used");
     } else if (given && p.type != Type::Struct) {
       diagnostics.warning("PARAM-TYPE", given->pos,
                           std::string(d.name) + "." + p.name + " of '" + node->handle + "' has the wrong type",
@@ -99,8 +106,10 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
       v.count = uint32_t(pointers_[i].size());
     } else {
       if (floats_[i].empty()) {
-        if (p.flags & kParamArray) floats_[i].assign(p.list, p.list + p.listCount);
-        else floats_[i].assign(p.value, p.value + std::min(width, 3u));
+        if (p.flags & kParamArray)
+          floats_[i].assign(p.list, p.list + p.listCount);
+        else
+          floats_[i].assign(p.value, p.value + std::min(width, 3u));
       }
       if (v.connected)
         for (const std::string& s : strings_[i]) pointers_[i].push_back(s.c_str());
@@ -123,15 +132,24 @@ struct MaterialSet::Resolved {
   std::shared_ptr<const ShaderNode> shader;
   const scene::Node* node;
   std::unique_ptr<ResolvedParams> values;
-  struct Link { int node = -1; uint32_t output = 0; int32_t part = -1; };
-  std::vector<Link> links;     // by parameter
+  struct Link {
+    int node = -1;
+    uint32_t output = 0;
+    int32_t part = -1;
+  };
+  std::vector<Link> links;  // by parameter
   std::vector<PartReference> wantedParts;
   std::vector<PartSource> parts;
 };
 
 MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
                          const film::LightPaths& paths, ShaderLibrary& shaders)
-    : registry_(registry), diagnostics_(diagnostics), textures_(textures), width_(width), paths_(paths), shaders_(shaders) {}
+    : registry_(registry),
+      diagnostics_(diagnostics),
+      textures_(textures),
+      width_(width),
+      paths_(paths),
+      shaders_(shaders) {}
 
 bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   out.plugin = registry_.find(kind, node.plugin, diagnostics_, node.pos);
@@ -152,7 +170,8 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   return true;
 }
 
-uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos) {
+uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attributes* attributes,
+                          const SourcePos& pos) {
   // objects without a bxdf differ by their Color
   std::string variant;
   scene::Node plain;
@@ -181,10 +200,11 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
       Resolved r;
       if (!resolve(*p, Kind::Pattern, r)) {
         const std::string shader = sameName(p->plugin, "PxrOSL") ? p->params.getString("shader", "") : "";
-        diagnostics_.warning("PLUGIN-MISSING", p->pos,
-                             (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
-                             "what it feeds uses its defaults",
-                             shader.empty() ? "is its library on the plug-in path?" : "is its folder on the search path for shaders?");
+        diagnostics_.warning(
+            "PLUGIN-MISSING", p->pos,
+            (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
+            "what it feeds uses its defaults",
+            shader.empty() ? "is its library on the plug-in path?" : "is its folder on the search path for shaders?");
         continue;
       }
       nodes.push_back(std::move(r));
@@ -197,7 +217,8 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   if (!resolve(*node, Kind::Bxdf, terminal)) {
     const std::string who = "no bxdf '" + node->plugin + "' (node '" + node->handle + "')";
     if (std::optional<scene::Node> near = bxdfStandIn(*node)) {
-      diagnostics_.warning("PLUGIN-STAND-IN", node->pos, who, near->plugin + " stands in, with its colours and roughness");
+      diagnostics_.warning("PLUGIN-STAND-IN", node->pos, who,
+                           near->plugin + " stands in, with its colours and roughness");
       fallback = std::move(*near);
     } else {
       // keeps the look where the missing material says a colour, else magenta
@@ -206,7 +227,8 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
       p.name = "diffuseColor";
       p.type = scene::ValueType::Color;
       p.floats = {0.8f, 0.f, 0.8f};
-      for (const char* name : {"diffuseColor", "baseColor", "frontColor", "color", "surfaceColor", "nearColor", "edgeColor", "emitColor"}) {
+      for (const char* name : {"diffuseColor", "baseColor", "frontColor", "color", "surfaceColor", "nearColor",
+                               "edgeColor", "emitColor"}) {
         const scene::Parameter* q = node->params.find(name);
         if (!q || (!q->isReference && q->floats.size() != 3)) continue;
         p = *q;
@@ -234,8 +256,9 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
       const auto it = byHandle.find(handle);
       const auto warn = [&](const std::string& what) {
         diagnostics_.warning("PARAM-CONNECTION", r.node->pos,
-                             std::string(r.plugin->name) + "." + to.name + (toPart < 0 ? "" : "[" + std::to_string(toPart) + "]") +
-                                 " of '" + r.node->handle + "' is connected to '" + ref + "': " + what,
+                             std::string(r.plugin->name) + "." + to.name +
+                                 (toPart < 0 ? "" : "[" + std::to_string(toPart) + "]") + " of '" + r.node->handle +
+                                 "' is connected to '" + ref + "': " + what,
                              "its default is used");
       };
       if (it == byHandle.end() || size_t(it->second) >= n) return warn("there is no such node before it");
@@ -258,8 +281,10 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
       if (!found && from.shader && (part = splitIndex(output)) >= 0) std::tie(index, found) = find();
       if (!found) return warn(std::string(from.plugin->name) + " has no output '" + output + "'");
       std::string problem;
-      if (from.shader || r.shader) problem = connectionProblem(*found, from.shader != nullptr, part, to, r.shader != nullptr, toPart);
-      else if ((found->type == Type::Struct) != (to.type == Type::Struct)) problem = "the types do not fit";
+      if (from.shader || r.shader)
+        problem = connectionProblem(*found, from.shader != nullptr, part, to, r.shader != nullptr, toPart);
+      else if ((found->type == Type::Struct) != (to.type == Type::Struct))
+        problem = "the types do not fit";
       if (problem.empty() && toPart >= 0 && !from.shader) problem = "only a shader can feed a part of a parameter";
       if (!problem.empty()) return warn(problem);
       link = {it->second, index, part};
@@ -282,9 +307,9 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   return m;
 }
 
-// A struct that is connected brings its members along: the output's companions O_x feed the parameters S_x, or x where
-// the node has no S_x (a layered surface). What the scene connects by itself stays; switches S_enableX that it does not
-// set are those of the producer, and on where the producer has none.
+// A struct that is connected brings its members along: the output's companions O_x feed the parameters S_x, or x
+// where the node has no S_x (a layered surface). What the scene connects by itself stays; switches S_enableX that it
+// does not set are those of the producer, and on where the producer has none.
 void MaterialSet::connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter) {
   const Resolved::Link link = to.links[parameter];
   const Descriptor &from = *nodes[size_t(link.node)].plugin, &plugin = *to.plugin;
@@ -297,7 +322,8 @@ void MaterialSet::connectMembers(std::vector<Resolved>& nodes, Resolved& to, uin
   std::string whole;
   uint32_t output = 0;
   for (uint32_t k = 0; k < from.paramCount; ++k)
-    if (from.params[k].flags & kParamOutput && output++ == link.output) whole = std::string(from.params[k].name) + "_";
+    if (from.params[k].flags & kParamOutput && output++ == link.output)
+      whole = std::string(from.params[k].name) + "_";
   output = 0;
   for (uint32_t k = 0; k < from.paramCount; ++k) {
     if (!(from.params[k].flags & kParamOutput)) continue;
@@ -325,8 +351,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   const auto put = [&](const void* p, size_t n) { key.append(static_cast<const char*>(p), n); };
   const Resolved& last = nodes.back();
   const auto* traits = static_cast<const BxdfTraits*>(last.plugin->traits);
-  const bool encloses = traits && traits->enclosesMedium &&
-                        traits->enclosesMedium(last.values->values(), last.values->count());
+  const bool encloses =
+      traits && traits->enclosesMedium && traits->enclosesMedium(last.values->values(), last.values->count());
   bool opaque = true;
   if (traits && traits->presenceParam >= 0) {
     const ParamValue& v = last.values->values()[traits->presenceParam];
@@ -347,7 +373,10 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
         put(r.values->ints(i).data(), r.values->ints(i).size() * sizeof(int));
         key += '\2';
       } else if (p.type == Type::String && !(p.flags & kParamFile)) {
-        for (uint32_t k = 0; k < v.count; ++k) { key += v.strings[k]; key += '\1'; }
+        for (uint32_t k = 0; k < v.count; ++k) {
+          key += v.strings[k];
+          key += '\1';
+        }
       } else if (p.flags & kParamFixed && !(p.flags & kParamFile)) {  // files are handles, gathered by point
         put(v.floats, v.count * sizeof(float));
         key += '\2';
@@ -422,7 +451,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       n.wanted.assign(n.outputParam.size(), 0);
       p.nodes.push_back(std::move(n));
       if (&r != &nodes.back())
-        p.patterns.push_back(r.shader ? nullptr : static_cast<const PatternFunctions*>(functionsFor(*r.plugin, width_)));
+        p.patterns.push_back(r.shader ? nullptr
+                                      : static_cast<const PatternFunctions*>(functionsFor(*r.plugin, width_)));
     }
     for (ProgramNode& n : p.nodes)
       for (uint32_t i = 0; i < n.plugin->paramCount; ++i)
@@ -443,8 +473,10 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       if (q.flags & kParamFile) {
         const std::string file = v.count ? v.strings[0] : "";
         const int32_t handle = nodes[n].shader ? language::internString(file)
-                               : file.empty() ? TextureSystem::kNoTexture
-                                            : textures_.handle(file, {nodes[n].node->pos, std::string(q.name) + " of '" + nodes[n].node->handle + "'"});
+                               : file.empty()
+                                   ? TextureSystem::kNoTexture
+                                   : textures_.handle(file, {nodes[n].node->pos, std::string(q.name) + " of '" +
+                                                                                     nodes[n].node->handle + "'"});
         std::memcpy(&p.blocks[base + s.offset], &handle, 4);
       } else if (nodes[n].shader && q.type == Type::Int) {  // of shaders the bits: floats do not hold all of them
         const std::vector<int>& ints = nodes[n].values->ints(i);
@@ -499,7 +531,8 @@ void MaterialSet::finish() {
         slot = kMaxSlots - 1;
         diagnostics_.warning("LPE-LOBES", {},
                              std::string("expressions tell more than ") + std::to_string(kMaxSlots) + " lobes of " +
-                                 p.nodes.back().plugin->name + " apart", "the last ones share their outputs");
+                                 p.nodes.back().plugin->name + " apart",
+                             "the last ones share their outputs");
       }
       if (slot == p.eventOfSlot.size()) p.eventOfSlot.push_back(e);
       p.slotOfLobe[l] = uint8_t(slot);

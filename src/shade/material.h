@@ -1,6 +1,6 @@
-// Materials and the shading programs they share. A program is a bxdf and the structure of the pattern network that feeds
-// it; materials that differ only in parameter values are instances of one program, with their numbers in a block each.
-// Built by render/ from the scene's networks; read by contexts.
+// Materials and the shading programs they share. A program is a bxdf and the structure of the pattern network that
+// feeds it; materials that differ only in parameter values are instances of one program, with their numbers in a
+// block each. Built by render/ from the scene's networks; read by contexts.
 #pragma once
 #include <kinora/bxdf.h>
 #include <kinora/pattern.h>
@@ -25,14 +25,14 @@ namespace shade {
 struct ParamSource {
   enum class From : uint8_t { Constant, Gathered, Connected } from = From::Constant;
   uint8_t components = 1;
-  bool given = false;               // the scene sets it (all materials of the program alike)
-  uint32_t offset = 0;              // Gathered: floats into the material's block
-  uint32_t node = 0, output = 0;    // Connected: producer and its output (index among the outputs)
-  int32_t part = -1;                // Connected: one element or component of it; -1: the whole
+  bool given = false;             // the scene sets it (all materials of the program alike)
+  uint32_t offset = 0;            // Gathered: floats into the material's block
+  uint32_t node = 0, output = 0;  // Connected: producer and its output (index among the outputs)
+  int32_t part = -1;              // Connected: one element or component of it; -1: the whole
   float constant[3] = {0, 0, 0};
-  const char* text = "";            // strings
-  std::vector<float> list;          // arrays
-  std::vector<int32_t> ints;        // of shaders: arrays of integers, of strings
+  const char* text = "";      // strings
+  std::vector<float> list;    // arrays
+  std::vector<int32_t> ints;  // of shaders: arrays of integers, of strings
   std::vector<std::string> strings;
 };
 
@@ -46,40 +46,42 @@ struct PartSource {
 
 struct ProgramNode {
   const Descriptor* plugin = nullptr;
-  std::shared_ptr<const ShaderNode> source;   // a shader, which has no functions; null: a plug-in
-  int32_t shader = -1;                        // index into Program::shaders; -1: none, or it cannot run
+  std::shared_ptr<const ShaderNode> source;  // a shader, which has no functions; null: a plug-in
+  int32_t shader = -1;                       // index into Program::shaders; -1: none, or it cannot run
   std::string handle;
-  SourcePos pos;                              // of the first material's
-  std::vector<ParamSource> params;            // by declared parameter
+  SourcePos pos;                    // of the first material's
+  std::vector<ParamSource> params;  // by declared parameter
   std::vector<PartSource> parts;
-  std::vector<uint32_t> outputParam;          // output index -> parameter index
-  std::vector<uint8_t> wanted;                // outputs that somebody reads
+  std::vector<uint32_t> outputParam;  // output index -> parameter index
+  std::vector<uint8_t> wanted;        // outputs that somebody reads
 };
 
 struct Program {
-  std::vector<ProgramNode> nodes;             // producers first; the last one is the bxdf
-  const BxdfFunctions* bxdf = nullptr;        // for the width in use
+  std::vector<ProgramNode> nodes;       // producers first; the last one is the bxdf
+  const BxdfFunctions* bxdf = nullptr;  // for the width in use
   std::vector<const PatternFunctions*> patterns;
   std::vector<ShaderUse> shaders;
   const BxdfTraits* traits = nullptr;
-  std::vector<std::string> texts;             // owns the strings
+  std::vector<std::string> texts;  // owns the strings
   uint32_t blockFloats = 0;
-  std::vector<float> blocks;                  // materials' blocks, one after the other
+  std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;
-  bool opaque = true;                         // presence is 1 everywhere
-  bool encloses = false;                      // paths that go in keep a medium
+  bool opaque = true;     // presence is 1 everywhere
+  bool encloses = false;  // paths that go in keep a medium
   uint32_t slotCount = 1;
-  std::string lpeGroup;                       // of its objects, where expressions tell it apart
+  std::string lpeGroup;  // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
   std::vector<uint16_t> eventOfSlot;
 };
 
-struct Material { uint32_t program = 0, block = 0; };
+struct Material {
+  uint32_t program = 0, block = 0;
+};
 
 class MaterialSet {
  public:
-  // `paths`: tells events of lobes apart, and by them the slots that bxdfs sum into. It must outlive the set, `shaders`
-  // until finish().
+  // `paths`: tells events of lobes apart, and by them the slots that bxdfs sum into. It must outlive the set,
+  // `shaders` until finish().
   MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
               const film::LightPaths& paths, ShaderLibrary& shaders);
   // Index of the material of a network with its attributes; null network: a plain diffuse of the Color attribute.
@@ -94,13 +96,13 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   uint64_t bytes() const;
-  uint64_t shaderBytes() const;   // of programs of the shading language
-  const std::vector<const ShaderUse*>& shaderUses() const { return shaderUses_; }   // by ShaderUse::number
+  uint64_t shaderBytes() const;  // of programs of the shading language
+  const std::vector<const ShaderUse*>& shaderUses() const { return shaderUses_; }  // by ShaderUse::number
   uint32_t materialsOf(const ShaderUse& use) const { return materialsOfUse_[use.number]; }
   uint32_t width() const { return width_; }
 
  private:
-  struct Resolved;   // a node with its values
+  struct Resolved;  // a node with its values
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
   uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
   void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
@@ -136,7 +138,9 @@ class ResolvedParams {
     floats_[i] = {1, 0, 1};
     values_[i].floats = floats_[i].data(), values_[i].count = 3, values_[i].connected = 0;
   }
-  void setNumber(uint32_t i, float v) { floats_[i].assign(1, v), values_[i].floats = floats_[i].data(), values_[i].count = 1; }
+  void setNumber(uint32_t i, float v) {
+    floats_[i].assign(1, v), values_[i].floats = floats_[i].data(), values_[i].count = 1;
+  }
 
  private:
   std::vector<ParamValue> values_;

@@ -102,7 +102,7 @@ void surfaces(shade::SurfacesArgs& a) {
 }
 
 #if HWY_TARGET == HWY_AVX2
-#define KN_SURFACES(W)                                                              \
+#define KN_SURFACES(W)                                                                \
   [[maybe_unused]] void programs##W(const shade::ProgramsArgs& a) { programs<W>(a); } \
   [[maybe_unused]] void surfaces##W(shade::SurfacesArgs& a) { surfaces<W>(a); }
 KN_SURFACES(1)
@@ -125,26 +125,38 @@ HWY_AFTER_NAMESPACE();
 namespace kinora::shade {
 ProgramsKernel programsKernel(uint32_t width) {
   switch (width) {
-    case 1: return &N_AVX2::programs1;
-    case 4: return &N_AVX2::programs4;
-    case 16: return &N_AVX3::programs16;
-    default: return &N_AVX2::programs8;
+    case 1:
+      return &N_AVX2::programs1;
+    case 4:
+      return &N_AVX2::programs4;
+    case 16:
+      return &N_AVX3::programs16;
+    default:
+      return &N_AVX2::programs8;
   }
 }
 SurfacesKernel surfacesKernel(uint32_t width) {
   switch (width) {
-    case 1: return &N_AVX2::surfaces1;
-    case 4: return &N_AVX2::surfaces4;
-    case 16: return &N_AVX3::surfaces16;
-    default: return &N_AVX2::surfaces8;
+    case 1:
+      return &N_AVX2::surfaces1;
+    case 4:
+      return &N_AVX2::surfaces4;
+    case 16:
+      return &N_AVX3::surfaces16;
+    default:
+      return &N_AVX2::surfaces8;
   }
 }
 PointsKernel pointsKernel(uint32_t width) {
   switch (width) {
-    case 1: return &N_AVX2::points1;
-    case 4: return &N_AVX2::points4;
-    case 16: return &N_AVX3::points16;
-    default: return &N_AVX2::points8;
+    case 1:
+      return &N_AVX2::points1;
+    case 4:
+      return &N_AVX2::points4;
+    case 16:
+      return &N_AVX3::points16;
+    default:
+      return &N_AVX2::points8;
   }
 }
 }  // namespace kinora::shade

@@ -6,7 +6,7 @@
 namespace kinora::shade {
 
 struct PointsArgs {
-  uint32_t n;                         // padded; slots are repeated at the end
+  uint32_t n;  // padded; slots are repeated at the end
   const uint32_t* slots;
   // by slot
   const float* o[3];
@@ -17,7 +17,8 @@ struct PointsArgs {
   const float* time;
   const uint32_t* seed;
   const uint32_t* index;
-  // by point: geometric normal in render space (not unit), side +-1; normal (unit, oriented; zero: Ng is taken) or null: all Ng
+  // by point: geometric normal in render space (not unit), side +-1; normal (unit, oriented; zero: Ng is taken) or
+  // null: all Ng
   const float* ng[3];
   const float* side;
   const float* smooth[3];
@@ -37,9 +38,9 @@ struct PointsArgs {
 
 // What grouping asks of each hit, as arrays for gathers.
 struct SurfaceTables {
-  std::vector<uint32_t> materialOfGeometry, flagsOfGeometry;   // material ~0: the instance's; GeometryFlags
+  std::vector<uint32_t> materialOfGeometry, flagsOfGeometry;  // material ~0: the instance's; GeometryFlags
   std::vector<float> sideOfGeometry;
-  std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;   // placed: ~0, baked: 0
+  std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;  // placed: ~0, baked: 0
   std::vector<uint32_t> programOfMaterial, blockOfMaterial;
 };
 
@@ -47,9 +48,9 @@ struct SurfaceTables {
 struct ProgramsArgs {
   uint32_t n;
   const uint32_t* slots;
-  const uint32_t *instance, *geometry;   // by slot
+  const uint32_t *instance, *geometry;  // by slot
   const SurfaceTables* tables;
-  uint32_t* program;                  // room to the next multiple of 16
+  uint32_t* program;  // room to the next multiple of 16
 };
 using ProgramsKernel = void (*)(const ProgramsArgs&);
 ProgramsKernel programsKernel(uint32_t width);
@@ -58,15 +59,15 @@ ProgramsKernel programsKernel(uint32_t width);
 struct SurfacesArgs {
   uint32_t n;
   const uint32_t* slots;
-  const uint32_t *instance, *geometry;   // by slot
-  const float* ng[3];                 // by slot
+  const uint32_t *instance, *geometry;  // by slot
+  const float* ng[3];                   // by slot
   const SurfaceTables* tables;
-  uint32_t* linkSet;                  // by slot, written; null: not wanted
+  uint32_t* linkSet;  // by slot, written; null: not wanted
   // out, by point
   uint32_t* block;
   float* side;
   float* outNg[3];
-  uint32_t anyFlags, anyPlaced;       // out: what some point has
+  uint32_t anyFlags, anyPlaced;  // out: what some point has
 };
 using SurfacesKernel = void (*)(SurfacesArgs&);
 SurfacesKernel surfacesKernel(uint32_t width);

@@ -40,8 +40,7 @@ bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uin
   return language::giveValue(value, to, i);
 }
 
-bool givePrimvar(const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to,
-                 uint32_t i) {
+bool givePrimvar(const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to, uint32_t i) {
   if (p.data.empty() || p.width < 1 || p.width > 16) return false;
   float v[16];
   if (p.width <= 3) {

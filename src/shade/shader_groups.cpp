@@ -49,9 +49,12 @@ language::Values valuesOf(const ProgramNode& n, uint32_t i, const language::Type
   if (p.type == Type::String) {
     int32_t handle;
     std::memcpy(&handle, s.constant, 4);
-    if (p.flags & kParamFile) v.strings.assign(1, language::stringOf(handle));
-    else if (p.flags & kParamArray) v.strings = s.strings;
-    else v.strings.assign(1, s.text);
+    if (p.flags & kParamFile)
+      v.strings.assign(1, language::stringOf(handle));
+    else if (p.flags & kParamArray)
+      v.strings = s.strings;
+    else
+      v.strings.assign(1, s.text);
   } else if (type.base == Base::Int) {
     if (p.flags & kParamArray) {
       v.ints = s.ints;
@@ -96,7 +99,8 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
           const bool inside = isShader(p.nodes[s.node]) && level[s.node] == l;
           if (inside) {
             const ProgramNode& from = p.nodes[s.node];
-            group.connections.push_back({layerOf[s.node], partName(from.plugin->params[from.outputParam[s.output]].name, s.part),
+            group.connections.push_back({layerOf[s.node],
+                                         partName(from.plugin->params[from.outputParam[s.output]].name, s.part),
                                          layer.name, q.name});
             continue;
           }
@@ -104,13 +108,11 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
         ShaderUse::Varying v{n, i, false, symbol.type.base, {}, s.from == ParamSource::From::Connected};
         const bool differs = s.from != ParamSource::From::Constant && symbol.type.arrayLength == 0;
         if (s.given && s.from == ParamSource::From::Constant)
-          layer.settings.push_back(
-              {q.name,
-               symbol.type.arrayLength < 0
-                   ? language::Type{symbol.type.base,
-                                    int32_t(lengthOf(s, symbol.type.base))}
-                   : symbol.type,
-               valuesOf(node, i, symbol.type)});
+          layer.settings.push_back({q.name,
+                                    symbol.type.arrayLength < 0
+                                        ? language::Type{symbol.type.base, int32_t(lengthOf(s, symbol.type.base))}
+                                        : symbol.type,
+                                    valuesOf(node, i, symbol.type)});
         if (!symbol.lockGeometry && symbol.type.arrayLength == 0 && s.from == ParamSource::From::Constant &&
             (q.type != Type::String && q.type != Type::Int && q.type != Type::Matrix)) {
           v.isPrimvar = true;
@@ -127,8 +129,9 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
                                        partName(node.plugin->params[s.param].name, s.part)});
         else
           diagnostics.warning("SHADER-OUTPUT", node.pos,
-                              "part " + std::to_string(s.part) + " of '" + node.plugin->params[s.param].name + "' of shader node '" +
-                                  node.handle + "' is fed by '" + from.handle + "' from behind a plug-in",
+                              "part " + std::to_string(s.part) + " of '" + node.plugin->params[s.param].name +
+                                  "' of shader node '" + node.handle + "' is fed by '" + from.handle +
+                                  "' from behind a plug-in",
                               "its default is used");
       }
       group.layers.push_back(std::move(layer));
@@ -173,14 +176,17 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
     std::string error;
     use.code = cache.get(group, options, error);
     if (!use.code) {
-      diagnostics.error("SHADER-GROUP", p.nodes[members.back()].pos, "the shaders that feed '" + group.name + "' cannot run: " + error,
+      diagnostics.error("SHADER-GROUP", p.nodes[members.back()].pos,
+                        "the shaders that feed '" + group.name + "' cannot run: " + error,
                         "what they feed uses its defaults");
       continue;
     }
     for (const uint32_t n : members) {
       const std::string& shader = p.nodes[n].source->shader->name;
-      if (use.name.size() < 60) use.name += (use.name.empty() ? "" : " + ") + shader;
-      else if (!use.name.ends_with("...")) use.name += " ...";
+      if (use.name.size() < 60)
+        use.name += (use.name.empty() ? "" : " + ") + shader;
+      else if (!use.name.ends_with("..."))
+        use.name += " ...";
     }
     use.inputs = use.code->inputsOf(group);
     for (const language::Input& input : use.code->inputs())
@@ -294,8 +300,10 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
     if (has && p && width == 3 && p->width == 3) {
       const auto turn = [&](float* const* q, bool isDifference) {
         float f[3] = {q[0][i], q[1][i], q[2][i]};
-        if (isDifference) primvarToRender(*p, k, f, true);
-        else primvarToWorld(*p, k, h.group->world().worldOrigin, f);
+        if (isDifference)
+          primvarToRender(*p, k, f, true);
+        else
+          primvarToWorld(*p, k, h.group->world().worldOrigin, f);
         for (int j = 0; j < 3; ++j) q[j][i] = f[j];
       };
       turn(out.v, false);
@@ -377,7 +385,8 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
     for (uint32_t k = 0; k < components; ++k) {
       const float* from = value.data[std::min(k, value.components - 1)];
       const float shift = in.base == Base::Point ? float(h.group->world().worldOrigin[k]) : 0.f;
-      const bool isBits = param.type == Type::String || (param.type == Type::Int && source.from == ParamSource::From::Gathered);
+      const bool isBits =
+          param.type == Type::String || (param.type == Type::Int && source.from == ParamSource::From::Gathered);
       if (value.stride && shift == 0 && (isBits || in.base != Base::Int)) {
         v[k] = from;
         continue;

@@ -34,9 +34,9 @@ struct ShaderUse {
   };
   std::vector<Out> outputs;  // in the order of the machine's outputs
   std::vector<uint32_t> nodes;
-  uint32_t number = 0;           // among those of all programs, for counting
-  std::string name;              // of its shaders
-  uint64_t bytes() const;        // without its code, which others may share
+  uint32_t number = 0;     // among those of all programs, for counting
+  std::string name;        // of its shaders
+  uint64_t bytes() const;  // without its code, which others may share
   // What the code reads, asked once.
   bool wantsDerivs = false, hasPrimvars = false;
   std::array<bool, language::GlobalValues::Count> wants{};

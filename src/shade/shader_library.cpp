@@ -49,8 +49,8 @@ void tellOfClosures(const language::Shader& shader, Diagnostics& diagnostics) {
     if (s.type.base == language::Base::String && s.values.strings.size() == 1) name = &s;
   }
   diagnostics.warning("SHADER-CLOSURE", first->pos,
-                      "closure " + (name ? name->values.strings[0] + "()" : std::string()) + " of shader '" + shader.name +
-                          "' has no effect in a pattern",
+                      "closure " + (name ? name->values.strings[0] + "()" : std::string()) + " of shader '" +
+                          shader.name + "' has no effect in a pattern",
                       "Ci and outputs that are closures are left out; its other outputs are computed",
                       "connect them to a Bxdf, which scatters the light");
 }

@@ -141,11 +141,12 @@ inline void cornerValues(const geometry::Primvar& p, const Where& k, uint32_t n,
   }
 }
 
-// A primvar's value, or a difference of values, of three components: points, vectors and normals from object to render
-// space, other types stay. Those of objects baked into render space are there already. (The points of a mesh are stored
-// from its origin, primvars are not.)
+// A primvar's value, or a difference of values, of three components: points, vectors and normals from object to
+// render space, other types stay. Those of objects baked into render space are there already. (The points of a mesh
+// are stored from its origin, primvars are not.)
 inline void primvarToRender(const geometry::Primvar& p, const Where& k, float v[3], bool isDifference = false) {
-  const bool isNormal = p.type == scene::ValueType::Normal, isPoint = p.type == scene::ValueType::Point && !isDifference;
+  const bool isNormal = p.type == scene::ValueType::Normal,
+             isPoint = p.type == scene::ValueType::Point && !isDifference;
   if (k.identity || !(isNormal || p.type == scene::ValueType::Point || p.type == scene::ValueType::Vector)) return;
   float q[3];
   if (isNormal) {
@@ -155,7 +156,8 @@ inline void primvarToRender(const geometry::Primvar& p, const Where& k, float v[
     float f[3];
     for (int j = 0; j < 3; ++j) f[j] = isPoint ? v[j] - float(k.mesh->origin[j]) : v[j];
     for (int j = 0; j < 3; ++j)
-      q[j] = k.toRender.m[j][0] * f[0] + k.toRender.m[j][1] * f[1] + k.toRender.m[j][2] * f[2] + (isPoint ? k.toRender.t[j] : 0.f);
+      q[j] = k.toRender.m[j][0] * f[0] + k.toRender.m[j][1] * f[1] + k.toRender.m[j][2] * f[2] +
+             (isPoint ? k.toRender.t[j] : 0.f);
   }
   std::memcpy(v, q, 12);
 }

@@ -4,9 +4,9 @@
 
 namespace kinora {
 
-bool cpuHasAvx2();      // AVX2, FMA, BMI2 and F16C: the least that Kinora runs on
-bool cpuHasAvx512();    // F, VL, DQ, BW
-uint32_t bestWidth();   // 16 with AVX-512, else 8
+bool cpuHasAvx2();     // AVX2, FMA, BMI2 and F16C: the least that Kinora runs on
+bool cpuHasAvx512();   // F, VL, DQ, BW
+uint32_t bestWidth();  // 16 with AVX-512, else 8
 // Flush-to-zero and denormals-are-zero for this thread: part of the "same bits" contract, and Embree's advice.
 void setThreadFloatMode();
 

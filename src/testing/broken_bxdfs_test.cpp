@@ -206,7 +206,8 @@ TEST_P(Kit, FindsWhatIsBroken) {
   testing::BxdfCheckOptions options;
   options.randomSettings = 4;
   options.statisticalSettings = 6;
-  testing::expectVerdict(testing::checkBxdf(GetParam().descriptor, options), GetParam().check, GetParam().descriptor.name);
+  testing::expectVerdict(testing::checkBxdf(GetParam().descriptor, options), GetParam().check,
+                         GetParam().descriptor.name);
 }
 
 INSTANTIATE_TEST_SUITE_P(Broken, Kit, ::testing::ValuesIn(cases()),

@@ -1,4 +1,5 @@
-// What the tests of plug-ins broken on purpose ask of a check's report. Shared by broken_bxdfs_test and broken_lights_test.
+// What the tests of plug-ins broken on purpose ask of a check's report. Shared by broken_bxdfs_test and
+// broken_lights_test.
 #pragma once
 #include <gtest/gtest.h>
 #include <kinora/testing/report.h>

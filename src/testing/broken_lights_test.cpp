@@ -259,7 +259,8 @@ TEST_P(LightKit, FindsWhatIsBroken) {
   setThreadFloatMode();
   testing::LightCheckOptions options;
   options.randomSettings = 2;
-  testing::expectVerdict(testing::checkLight(GetParam().descriptor, options), GetParam().check, GetParam().descriptor.name);
+  testing::expectVerdict(testing::checkLight(GetParam().descriptor, options), GetParam().check,
+                         GetParam().descriptor.name);
 }
 
 INSTANTIATE_TEST_SUITE_P(Broken, LightKit, ::testing::ValuesIn(cases()),

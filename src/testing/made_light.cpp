@@ -24,10 +24,10 @@ const HostImage* testImage() {
 }  // namespace
 
 TestMesh::TestMesh(const Placement& placement) {
-  // A square and a triangle beside it, both looking along +Z: no part hides another, as the checks of emitted rays take
-  // for granted, and none is seen edge-on alone.
+  // A square and a triangle beside it, both looking along +Z: no part hides another, as the checks of emitted rays
+  // take for granted, and none is seen edge-on alone.
   static constexpr double kPoints[7][3] = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0},
-                                           {0.7, -0.3, 0}, {1.1, 0.1, 0}, {0.6, 0.4, 0}};
+                                           {0.7, -0.3, 0},  {1.1, 0.1, 0},  {0.6, 0.4, 0}};
   static constexpr uint32_t kTriangles[9] = {0, 1, 2, 0, 2, 3, 4, 5, 6};
   for (const auto& p : kPoints)
     for (int c = 0; c < 3; ++c) {

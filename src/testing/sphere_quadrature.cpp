@@ -18,9 +18,9 @@ constexpr double kBorderV[kBorder] = {-0.999, -0.999, -0.999, 0, 0, 0.999, 0.999
 // Share of a cell that such an edge may hide.
 constexpr double kHidden = 0.02;
 constexpr double kNode[kGaussPoints] = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
-                                   0.861136311594052575};
+                                        0.861136311594052575};
 constexpr double kWeight[kGaussPoints] = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
-                                     0.347854845137453857};
+                                          0.347854845137453857};
 }  // namespace
 
 SphereCells::SphereCells(Vec3 z, uint32_t level) : level_(level) {

@@ -21,8 +21,8 @@ inline float fromHalf(uint16_t h) {
   return std::bit_cast<float>(sign | ((rest << 13) + 0x38000000u));
 }
 
-// Four channels from `first` on; those beyond the texel's own are whatever follows it. What would be read beyond the tile
-// counts as 0.
+// Four channels from `first` on; those beyond the texel's own are whatever follows it. What would be read beyond the
+// tile counts as 0.
 inline V4f texel(const char* pixels, uint32_t bytes, uint32_t offset, int type, int first) {
   if (type == OIIO::TypeDesc::UINT8) {
     offset += uint32_t(first);
@@ -79,7 +79,8 @@ bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thr
   levels.clear();
   for (int i = 0; i < count; ++i) {
     const OIIO::ImageSpec* spec = cache.imagespec(handle, thread, 0, i);
-    if (!spec || spec->width < 1 || spec->height < 1 || spec->tile_width < 1 || spec->tile_height < 1 || spec->x || spec->y)
+    if (!spec || spec->width < 1 || spec->height < 1 || spec->tile_width < 1 || spec->tile_height < 1 || spec->x ||
+        spec->y)
       return false;
     levels.push_back({spec->width, spec->height, spec->tile_width, spec->tile_height, shiftOf(spec->tile_width),
                       shiftOf(spec->tile_height)});
@@ -102,7 +103,8 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
   OIIO::ImageCache::Tile* handle =
       cache_.get_tile(p.handle, thread_, 0, level, tileX * l.tileWidth, tileY * l.tileHeight, 0);
   if (!handle) {
-    // the cache keeps a tile that it could not read, and hands it out the next time: the file goes the other way for good
+    // the cache keeps a tile that it could not read, and hands it out the next time: the file goes the other way for
+    // good
     std::atomic_ref(p.isBroken).store(true, std::memory_order_relaxed);
     return nullptr;
   }
@@ -141,7 +143,8 @@ bool TileTable::bilinear(const Pyramid& p, const LookupKind& kind, int level, fl
     if (xs[a] < 0 || ys[b] < 0) continue;  // black
     if (!tile || tile->x != tx[a] || tile->y != ty[b]) tile = find(p, level, tx[a], ty[b]);
     if (!tile) return false;
-    const uint32_t at = uint32_t(ys[b] - ty[b] * l.tileHeight) * uint32_t(l.tileWidth) + uint32_t(xs[a] - tx[a] * l.tileWidth);
+    const uint32_t at =
+        uint32_t(ys[b] - ty[b] * l.tileHeight) * uint32_t(l.tileWidth) + uint32_t(xs[a] - tx[a] * l.tileWidth);
     c[k] = texel(tile->pixels, tile->bytes, at * tile->stride, tile->type, kind.firstChannel);
   }
   const float ax = x - fx, ay = y - fy;
@@ -153,7 +156,8 @@ bool TileTable::bilinear(const Pyramid& p, const LookupKind& kind, int level, fl
 bool TileTable::lookUp(const Pyramid& p, const LookupKind& kind, float s, float t, float radius, float* out) {
   if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return false;
   const Pyramid::Level& finest = p.levels[0];
-  // how many texels of the finest level the footprint spans: level k where it spans 2^k, in between a mix in proportion
+  // how many texels of the finest level the footprint spans: level k where it spans 2^k, in between a mix in
+  // proportion
   const float texels = radius * float(finest.width < finest.height ? finest.width : finest.height);
   int level = 0;
   float blend = 0;

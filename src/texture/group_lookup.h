@@ -1,7 +1,7 @@
-// Bilinear and trilinear lookups for a group of points, straight from the tiles of OpenImageIO's cache: each tile is asked
-// for once a group, the four channels are filtered together, the mip level follows from the footprint. Called by
-// TextureSystem for the filters that most lookups use; the rest go through OpenImageIO's own call. A lookup's value is that
-// of one point alone: the group only shares the search for tiles.
+// Bilinear and trilinear lookups for a group of points, straight from the tiles of OpenImageIO's cache: each tile is
+// asked for once a group, the four channels are filtered together, the mip level follows from the footprint. Called
+// by TextureSystem for the filters that most lookups use; the rest go through OpenImageIO's own call. A lookup's
+// value is that of one point alone: the group only shares the search for tiles.
 #pragma once
 #include <OpenImageIO/imagecache.h>
 

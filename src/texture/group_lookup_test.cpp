@@ -1,6 +1,6 @@
-// Proves: group lookups are OpenImageIO's own within rounding, for each pixel type, wrap mode and number of channels, on
-// prepared and plain files; a point's value does not depend on the group; the cache's budget holds; headers that claim more
-// than their file can hold are refused; atlases with holes; one hint a file. Misses: speed (kinora-bench).
+// Proves: group lookups are OpenImageIO's own within rounding, for each pixel type, wrap mode and number of channels,
+// on prepared and plain files; a point's value does not depend on the group; the cache's budget holds; headers that
+// claim more than their file can hold are refused; atlases with holes; one hint a file. Misses: speed (kinora-bench).
 #include "texture/group_lookup.h"
 
 #include <OpenImageIO/imagebuf.h>
@@ -36,7 +36,9 @@ class GroupLookup : public testing::Test {
     OIIO::ImageBuf image(spec);
     for (OIIO::ImageBuf::Iterator<float> it(image); !it.done(); ++it)
       for (int c = 0; c < channels; ++c)
-        it[c] = value >= 0 ? value : 0.5f + 0.45f * std::sin(float(it.x()) * (0.3f + 0.1f * float(c)) + float(it.y()) * 0.21f);
+        it[c] = value >= 0
+                    ? value
+                    : 0.5f + 0.45f * std::sin(float(it.x()) * (0.3f + 0.1f * float(c)) + float(it.y()) * 0.21f);
     if (prepared) {
       OIIO::ImageSpec config;
       if (wrap) config.attribute("wrapmodes", wrap);
@@ -80,13 +82,17 @@ TEST_F(GroupLookup, IsOpenImageIOsOwnCall) {
     double tolerance;
   };
   const Case cases[] = {
-      {"a.tx", OIIO::TypeUInt8, 3, "periodic,periodic", true, 3e-5}, {"b.tx", OIIO::TypeUInt16, 4, "clamp,clamp", true, 3e-5},
-      {"c.tx", OIIO::TypeHalf, 3, "black,clamp", true, 3e-5},        {"d.tx", OIIO::TypeFloat, 1, "periodic,black", true, 3e-5},
-      {"e.tif", OIIO::TypeUInt8, 3, "clamp,periodic", false, 3e-5},  {"f.exr", OIIO::TypeHalf, 4, nullptr, false, 3e-5},
+      {"a.tx", OIIO::TypeUInt8, 3, "periodic,periodic", true, 3e-5},
+      {"b.tx", OIIO::TypeUInt16, 4, "clamp,clamp", true, 3e-5},
+      {"c.tx", OIIO::TypeHalf, 3, "black,clamp", true, 3e-5},
+      {"d.tx", OIIO::TypeFloat, 1, "periodic,black", true, 3e-5},
+      {"e.tif", OIIO::TypeUInt8, 3, "clamp,periodic", false, 3e-5},
+      {"f.exr", OIIO::TypeHalf, 4, nullptr, false, 3e-5},
       {"g.tx", OIIO::TypeFloat, 2, "clamp,clamp", true, 3e-5},
   };
   OIIO::TextureSystem* theirs = OIIO::TextureSystem::create(false);
-  for (const char* attribute : {"automip", "accept_untiled", "accept_unmipped", "unassociatedalpha"}) theirs->attribute(attribute, 1);
+  for (const char* attribute : {"automip", "accept_untiled", "accept_unmipped", "unassociatedalpha"})
+    theirs->attribute(attribute, 1);
   theirs->attribute("autotile", 64);
   for (const Case& c : cases) {
     // sides of powers of two: in others OpenImageIO's mix of levels jumps where sides are rounded, ours does not

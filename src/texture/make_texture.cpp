@@ -36,7 +36,8 @@ MakeTextureResult makeTexture(const std::string& input, const std::string& outpu
   namespace fs = std::filesystem;
   // beside the target, with its ending, by which a format is chosen
   const fs::path target(output);
-  const fs::path temporary = target.parent_path() / ("." + target.stem().string() + ".making" + target.extension().string());
+  const fs::path temporary =
+      target.parent_path() / ("." + target.stem().string() + ".making" + target.extension().string());
   try {
     OIIO::ImageBuf image(input);
     if (!image.read(0, 0, true, OIIO::TypeFloat)) {
@@ -48,14 +49,15 @@ MakeTextureResult makeTexture(const std::string& input, const std::string& outpu
                  facts.alphaChannel, facts.bytes);
     if (options.resize != "none" && !options.resize.empty()) {
       const int w = powerOfTwo(facts.width, options.resize), h = powerOfTwo(facts.height, options.resize);
-      if (w != facts.width || h != facts.height) image = OIIO::ImageBufAlgo::resize(image, "", 0, OIIO::ROI(0, w, 0, h));
+      if (w != facts.width || h != facts.height)
+        image = OIIO::ImageBufAlgo::resize(image, "", 0, OIIO::ROI(0, w, 0, h));
     }
     OIIO::ImageSpec config;
     const auto& type = options.type;
-    config.set_format(type == "byte"    ? OIIO::TypeDesc(OIIO::TypeDesc::UINT8)
-                      : type == "short" ? OIIO::TypeDesc(OIIO::TypeDesc::UINT16)
-                      : type == "half"  ? OIIO::TypeDesc(OIIO::TypeDesc::HALF)
-                      : type == "float" ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT)
+    config.set_format(type == "byte"                     ? OIIO::TypeDesc(OIIO::TypeDesc::UINT8)
+                      : type == "short"                  ? OIIO::TypeDesc(OIIO::TypeDesc::UINT16)
+                      : type == "half"                   ? OIIO::TypeDesc(OIIO::TypeDesc::HALF)
+                      : type == "float"                  ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT)
                       : options.linearize && facts.bytes ? OIIO::TypeDesc(OIIO::TypeDesc::HALF)
                                                          : image.nativespec().format);
     config.tile_width = config.tile_height = options.tileSize;
@@ -63,7 +65,8 @@ MakeTextureResult makeTexture(const std::string& input, const std::string& outpu
     config.attribute("wrapmodes", options.wrapS + "," + options.wrapT);
     config.attribute("maketx:filtername", options.filter);
     config.attribute("maketx:nomipmap", options.mipMapped ? 0 : 1);
-    if (!options.format.empty()) config.attribute("maketx:fileformatname", options.format == "pixar" ? "tiff" : options.format);
+    if (!options.format.empty())
+      config.attribute("maketx:fileformatname", options.format == "pixar" ? "tiff" : options.format);
     if (!options.compression.empty()) config.attribute("compression", options.compression);
     if (options.threads > 0) OIIO::attribute("threads", options.threads);
     const auto mode = options.latlong ? OIIO::ImageBufAlgo::MakeTxEnvLatl : OIIO::ImageBufAlgo::MakeTxTexture;

@@ -82,12 +82,8 @@ Token findToken(const std::string& name, size_t& at, size_t& length) {
   static const struct {
     const char* text;
     Token token;
-  } kTokens[] = {{"<UDIM>", Token::Udim},
-                 {"<udim>", Token::Udim},
-                 {"%(UDIM)d", Token::Udim},
-                 {"<u>_<v>", Token::LowerUv},
-                 {"<U>_<V>", Token::UpperUv},
-                 {"_MAPID_", Token::MapId}};
+  } kTokens[] = {{"<UDIM>", Token::Udim},     {"<udim>", Token::Udim},     {"%(UDIM)d", Token::Udim},
+                 {"<u>_<v>", Token::LowerUv}, {"<U>_<V>", Token::UpperUv}, {"_MAPID_", Token::MapId}};
   for (const auto& t : kTokens) {
     at = name.rfind(t.text);
     length = std::string(t.text).size();

@@ -278,12 +278,13 @@ struct TextureSystem::Impl {
   };
   static bool simple(TextureOpt::Wrap w, texture::Wrap& out) {
     if (w != TextureOpt::WrapBlack && w != TextureOpt::WrapClamp && w != TextureOpt::WrapPeriodic) return false;
-    out = w == TextureOpt::WrapBlack ? texture::Wrap::Black
+    out = w == TextureOpt::WrapBlack   ? texture::Wrap::Black
           : w == TextureOpt::WrapClamp ? texture::Wrap::Clamp
                                        : texture::Wrap::Periodic;
     return true;
   }
-  void bind(Bound& b, Source* s, const TextureOptions& o, const Part& part, bool atlas, OIIO::ImageCache::Perthread* thread) {
+  void bind(Bound& b, Source* s, const TextureOptions& o, const Part& part, bool atlas,
+            OIIO::ImageCache::Perthread* thread) {
     b.source = s;
     b.handle = o.linearize ? decoded(*s) : s->plain;
     const int available = s->facts.channels - std::max(o.firstChannel, 0);
@@ -298,8 +299,8 @@ struct TextureSystem::Impl {
     b.opt.subimage = std::max(part.number, 0);
     b.opt.subimagename = part.name.empty() ? OIIO::ustring() : OIIO::ustring(std::string(part.name));
     const bool isFirst = part.number <= 0 && part.name.empty();
-    if (isFirst && b.channels > 0 && b.opt.interpmode == TextureOpt::InterpBilinear && simple(b.opt.swrap, b.kind.wrapS) &&
-        simple(b.opt.twrap, b.kind.wrapT)) {
+    if (isFirst && b.channels > 0 && b.opt.interpmode == TextureOpt::InterpBilinear &&
+        simple(b.opt.swrap, b.kind.wrapS) && simple(b.opt.twrap, b.kind.wrapT)) {
       const texture::Pyramid& levels = levelsOf(*s, o.linearize != 0, thread);
       if (!levels.levels.empty()) b.levels = &levels;
       b.kind.blendLevels = o.interpolateLevels != 0;
@@ -326,11 +327,11 @@ struct TextureSystem::Impl {
   void complainOfHole(Atlas& a) {
     if (a.complained.exchange(true)) return;
     const std::string holes = a.holes();
-    diagnostics.warning("ASSET-TEXTURE-TILE", a.pos,
-                        a.name + " is looked up at a tile that has no file" +
-                            (holes.empty() ? " (outside of those that it has)" : " (there is none for " + holes + ")"),
-                        "lookups there give the missing colour",
-                        "add the files, or keep the texture coordinates inside the set");
+    diagnostics.warning(
+        "ASSET-TEXTURE-TILE", a.pos,
+        a.name + " is looked up at a tile that has no file" +
+            (holes.empty() ? " (outside of those that it has)" : " (there is none for " + holes + ")"),
+        "lookups there give the missing colour", "add the files, or keep the texture coordinates inside the set");
   }
 
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
@@ -362,8 +363,9 @@ struct TextureSystem::Impl {
           const float r = safeRadius(radius[i], o.blur);
           float texel[4];
           const float x = safeCoordinate(si, bound.opt.swrap), y = safeCoordinate(ti, bound.opt.twrap);
-          found = bound.levels ? tiles.lookUp(*bound.levels, bound.kind, x, y, r, texel)
-                               : cache->texture(bound.handle, thread, bound.opt, x, y, r, 0.f, 0.f, r, bound.channels, texel);
+          found = bound.levels
+                      ? tiles.lookUp(*bound.levels, bound.kind, x, y, r, texel)
+                      : cache->texture(bound.handle, thread, bound.opt, x, y, r, 0.f, 0.f, r, bound.channels, texel);
           if (found) {
             value[0] = texel[0];
             value[1] = bound.channels >= 3 ? texel[1] : texel[0];
@@ -415,16 +417,16 @@ struct TextureSystem::Impl {
         if (input) {
           held->memory.add(uint64_t(facts.width) * uint64_t(facts.height) * uint64_t(channels) * sizeof(float));
           held->pixels.resize(size_t(facts.width) * size_t(facts.height) * size_t(channels));
-          if (!image::readPixels(*input, channels, held->pixels.data()))
-            why = firstLine(input->geterror());
+          if (!image::readPixels(*input, channels, held->pixels.data())) why = firstLine(input->geterror());
         } else {
           why = firstLine(OIIO::geterror());
         }
         if (why.empty()) {
           const int alpha = facts.alphaChannel < channels ? facts.alphaChannel : -1;
           const size_t pixels = size_t(facts.width) * size_t(facts.height);
-          if (linearize != 0 && !image::Colors::ofEnvironment().toWorking(list[i], facts.bytes, held->pixels.data(), pixels,
-                                                                          channels, alpha) &&
+          if (linearize != 0 &&
+              !image::Colors::ofEnvironment().toWorking(list[i], facts.bytes, held->pixels.data(), pixels, channels,
+                                                        alpha) &&
               (linearize == 1 || facts.srgb))
             texture::decodeSrgb(held->pixels.data(), pixels, channels, alpha, facts.bytes);
           held->image = {held->pixels.data(), uint32_t(facts.width), uint32_t(facts.height), uint32_t(channels)};
@@ -471,7 +473,8 @@ void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, con
   impl_->lookup(handles, varying, n, s, t, radius, options, Part(), rgba);
 }
 void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
-                           const float* radius, const TextureOptions& options, const Part& part, float* const rgba[4]) {
+                           const float* radius, const TextureOptions& options, const Part& part,
+                           float* const rgba[4]) {
   impl_->lookup(handles, varying, n, s, t, radius, options, part, rgba);
 }
 

@@ -61,7 +61,8 @@ class TextureSystem {
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
               const TextureOptions& options, float* const rgba[4]);
 
-  // lookup() of another part of the files: by number, or by name where there is one. mirror: wrap modes 4 of the options.
+  // lookup() of another part of the files: by number, or by name where there is one. mirror: wrap modes 4 of the
+  // options.
   struct Part {
     int number = 0;
     std::string_view name;
@@ -72,8 +73,8 @@ class TextureSystem {
   int channels(int handle) const;
   // The file that a name stands for, at a place of an atlas; "" without a message when there is none.
   std::string find(const std::string& file, float s = 0, float t = 0);
-  // A fact of a file by its name (OpenImageIO's: "resolution", "channels", "averagecolor", any metadata) as `count` ints,
-  // floats or one string. False: there is no such fact, or not of this type.
+  // A fact of a file by its name (OpenImageIO's: "resolution", "channels", "averagecolor", any metadata) as `count`
+  // ints, floats or one string. False: there is no such fact, or not of this type.
   bool fact(const std::string& path, const std::string& name, int count, int* ints, float* floats, std::string* text);
 
   // A whole image as floats, top row first, kept for the life of the system. linearize: 1 decodes sRGB, 0 takes

@@ -7,8 +7,9 @@ namespace kinora::trace {
 
 inline constexpr const char* kDeviceConfig = "isa=avx2,threads=0,set_affinity=0";
 RTCDevice device();
-// After a build: MemoryExceeded when Embree was refused memory since the last call; what was built is then not usable.
+// After a build: MemoryExceeded when Embree was refused memory since the last call; what was built is then not
+// usable.
 void throwIfRefused();
-uint64_t deviceBytes();   // memory Embree holds now
+uint64_t deviceBytes();  // memory Embree holds now
 
 }  // namespace kinora::trace

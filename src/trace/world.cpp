@@ -16,7 +16,7 @@ namespace kinora::trace {
 namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
-constexpr uint32_t kMergeBelow = 256;       // triangles: smaller shapes of a batch share one Embree geometry
+constexpr uint32_t kMergeBelow = 256;  // triangles: smaller shapes of a batch share one Embree geometry
 constexpr uint32_t kBatchTriangles = 200000;
 
 int keyCountFor(const scene::Transform& t, double open, double close) {
@@ -51,15 +51,17 @@ Affine Affine::inverse() const {
 // A BVH over shapes, with the tables that lead from Embree's ids to ours.
 struct World::Part {
   uint64_t key = 0;
-  std::vector<std::pair<uint64_t, uint64_t>> identity;   // (shape key, revision) of all it holds, for reuse
+  std::vector<std::pair<uint64_t, uint64_t>> identity;  // (shape key, revision) of all it holds, for reuse
   RTCScene scene = nullptr;
-  std::vector<std::shared_ptr<geometry::Mesh>> meshes;   // in part order
-  std::vector<std::shared_ptr<const UserGeometry>> users;   // as meshes; null: triangles
+  std::vector<std::shared_ptr<geometry::Mesh>> meshes;     // in part order
+  std::vector<std::shared_ptr<const UserGeometry>> users;  // as meshes; null: triangles
   std::vector<uint32_t> visibility;
   bool hasUser = false;
   // Embree geometry -> first of its merged shapes; a shape alone has one entry with start 0
-  struct Slice { uint32_t start, shape; };               // first triangle, index into meshes
-  std::vector<uint32_t> firstSlice;                      // by Embree geometry id, one more at the end
+  struct Slice {
+    uint32_t start, shape;
+  };                                 // first triangle, index into meshes
+  std::vector<uint32_t> firstSlice;  // by Embree geometry id, one more at the end
   std::vector<Slice> slices;
   std::vector<std::vector<float>> mergedPoints;
   std::vector<std::vector<uint32_t>> mergedIndices;
@@ -74,7 +76,7 @@ struct World::Part {
 
 void World::Part::build() {
   scene = rtcNewScene(device());
-  std::map<uint32_t, std::vector<uint32_t>> small;       // visibility -> shapes to merge
+  std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
   const auto attach = [&](RTCGeometry g, uint32_t mask) {
     rtcSetGeometryMask(g, mask);
     rtcCommitGeometry(g);
@@ -106,7 +108,8 @@ void World::Part::build() {
     rtcSetGeometryTimeStepCount(g, unsigned(mesh.keyCount()));
     for (int k = 0; k < mesh.keyCount(); ++k)
       rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3, mesh.points.data(),
-                                 size_t(k) * mesh.vertexCount * sizeof(Imath::V3f), sizeof(Imath::V3f), mesh.vertexCount);
+                                 size_t(k) * mesh.vertexCount * sizeof(Imath::V3f), sizeof(Imath::V3f),
+                                 mesh.vertexCount);
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                                3 * sizeof(uint32_t), mesh.triangleCount());
     attach(g, visibility[i]);
@@ -126,8 +129,10 @@ void World::Part::build() {
     }
     points.push_back(0);
     const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points.data(), 0, 12, points.size() / 3);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0, 12, indices.size() / 3);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points.data(), 0, 12,
+                               points.size() / 3);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0, 12,
+                               indices.size() / 3);
     attach(g, mask);
     firstSlice.back() = first;
   }
@@ -136,13 +141,18 @@ void World::Part::build() {
   throwIfRefused();
   RTCBounds b;
   rtcGetSceneBounds(scene, &b);
-  lower[0] = b.lower_x; lower[1] = b.lower_y; lower[2] = b.lower_z;
-  upper[0] = b.upper_x; upper[1] = b.upper_y; upper[2] = b.upper_z;
+  lower[0] = b.lower_x;
+  lower[1] = b.lower_y;
+  lower[2] = b.lower_z;
+  upper[0] = b.upper_x;
+  upper[1] = b.upper_y;
+  upper[2] = b.upper_z;
 }
 
 namespace {
 
-// Moves a mesh's points, and primvars that are points, vectors or normals, into render space for good: the object is static and placed once.
+// Moves a mesh's points, and primvars that are points, vectors or normals, into render space for good: the object is
+// static and placed once.
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
   bakeStrands(mesh, local);
@@ -155,14 +165,18 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   if (!mesh.isStrand() && toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
   const scene::Matrix it = toRender.inverse().transposed();
   for (geometry::Primvar& v : mesh.primvars) {
-    const bool shading = v.name == "N", point = v.type == scene::ValueType::Point, vector = v.type == scene::ValueType::Vector;
+    const bool shading = v.name == "N", point = v.type == scene::ValueType::Point,
+               vector = v.type == scene::ValueType::Vector;
     if (v.width % 3 != 0 || !(shading || point || vector || v.type == scene::ValueType::Normal)) continue;
     for (size_t i = 0; i + 2 < v.data.size(); i += 3) {
       const Imath::V3d x(v.data[i], v.data[i + 1], v.data[i + 2]);
       Imath::V3d y;
-      if (point && !shading) y = x * toRender;
-      else if (vector && !shading) toRender.multDirMatrix(x, y);
-      else it.multDirMatrix(x, y);
+      if (point && !shading)
+        y = x * toRender;
+      else if (vector && !shading)
+        toRender.multDirMatrix(x, y);
+      else
+        it.multDirMatrix(x, y);
       if (shading) y.normalize();
       for (int k = 0; k < 3; ++k) v.data[i + size_t(k)] = float(y[k]);
     }
@@ -182,7 +196,12 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   for (const PlacementInput& p : placements) ++uses[p.part];
 
   // Which parts are baked into batches: static, placed once, not a prototype.
-  struct Plan { std::vector<uint32_t> placements; std::vector<uint32_t> shapes; bool batch = false; uint32_t triangles = 0; };
+  struct Plan {
+    std::vector<uint32_t> placements;
+    std::vector<uint32_t> shapes;
+    bool batch = false;
+    uint32_t triangles = 0;
+  };
   std::vector<Plan> plans;
   std::vector<uint32_t> planOfPart(partInputs.size(), kNone);
   uint32_t openBatch = kNone;
@@ -208,7 +227,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       Plan& plan = small ? plans[openBatch] : plans.back();
       plan.triangles += triangles;
       for (uint32_t s : in.shapes) {
-        plan.placements.push_back(i);   // one entry a shape
+        plan.placements.push_back(i);  // one entry a shape
         plan.shapes.push_back(s);
       }
     } else {
@@ -244,19 +263,23 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
 
   // Parts: kept from the previous world when all they hold is unchanged.
   std::map<uint64_t, std::shared_ptr<const Part>> old;
-  std::set<const geometry::Mesh*> baked;   // already in render space
+  std::set<const geometry::Mesh*> baked;  // already in render space
   if (previous)
     for (const auto& p : previous->parts_) {
       old.emplace(p->key, p);
       if (p->batch)
         for (const auto& m : p->meshes) baked.insert(m.get());
     }
-  struct Top { uint32_t part, instance; uint32_t visibility; };
+  struct Top {
+    uint32_t part, instance;
+    uint32_t visibility;
+  };
   std::vector<Top> tops;
   float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
   const auto grow = [&](const Part& p, const Affine& a) {
     for (int c = 0; c < 8; ++c) {
-      const float q[3] = {c & 1 ? p.upper[0] : p.lower[0], c & 2 ? p.upper[1] : p.lower[1], c & 4 ? p.upper[2] : p.lower[2]};
+      const float q[3] = {c & 1 ? p.upper[0] : p.lower[0], c & 2 ? p.upper[1] : p.lower[1],
+                          c & 4 ? p.upper[2] : p.lower[2]};
       float r[3];
       a.point(q, r);
       for (int k = 0; k < 3; ++k) {
@@ -290,7 +313,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         uint32_t visibility = s.visibility;
         if (plan.batch) {
           const PlacementInput& place = placements[plan.placements[i]];
-          if (!baked.count(s.mesh.get())) bake(*s.mesh, place.toRender.at(0.5 * (options.shutterOpen + options.shutterClose)));
+          if (!baked.count(s.mesh.get()))
+            bake(*s.mesh, place.toRender.at(0.5 * (options.shutterOpen + options.shutterClose)));
           visibility &= place.visibility;
         }
         made->meshes.push_back(s.mesh);
@@ -315,7 +339,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.parts_.push_back(part);
     if (plan.batch) {
       placeInTables.firstInstance = uint32_t(w.instances_.size());
-      for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
+      for (size_t i = 0; i < plan.shapes.size(); ++i)
+        addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
       tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
@@ -362,7 +387,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       for (uint32_t k = 0; k < keys; ++k) {
         const Affine a = tops[i].instance == kNone ? Affine() : w.keys_[w.instances_[tops[i].instance].firstKey + k];
         const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
-                             a.m[0][2], a.m[1][2], a.m[2][2], a.t[0], a.t[1], a.t[2]};
+                             a.m[0][2], a.m[1][2], a.m[2][2], a.t[0],    a.t[1],    a.t[2]};
         rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
       }
       rtcSetGeometryMask(g, tops[i].visibility);
@@ -392,7 +417,8 @@ bool World::sameTop(const World& previous) const {
       keys_.size() != previous.keys_.size() || instances_.size() != previous.instances_.size())
     return false;
   for (size_t i = 0; i < instances_.size(); ++i)
-    if (instances_[i].firstKey != previous.instances_[i].firstKey || instances_[i].keyCount != previous.instances_[i].keyCount)
+    if (instances_[i].firstKey != previous.instances_[i].firstKey ||
+        instances_[i].keyCount != previous.instances_[i].keyCount)
       return false;
   return keys_.empty() || std::memcmp(keys_.data(), previous.keys_.data(), keys_.size() * sizeof(Affine)) == 0;
 }
@@ -451,7 +477,7 @@ inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uin
   hits.geometry[slot] = places_[index].firstGeometry + s.shape;
   hits.primitive[slot] = primId - s.start;
   hits.instance[slot] = instance == kNone ? places_[index].firstInstance + s.shape : instance;
-  hits.level[slot] = 0;   // user geometry, which writes its own, is never merged
+  hits.level[slot] = 0;  // user geometry, which writes its own, is never merged
 }
 
 void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
@@ -498,8 +524,12 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
   alignas(64) RTCRayHit r;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
-    r.ray.org_x = rays.o[0][s]; r.ray.org_y = rays.o[1][s]; r.ray.org_z = rays.o[2][s];
-    r.ray.dir_x = rays.d[0][s]; r.ray.dir_y = rays.d[1][s]; r.ray.dir_z = rays.d[2][s];
+    r.ray.org_x = rays.o[0][s];
+    r.ray.org_y = rays.o[1][s];
+    r.ray.org_z = rays.o[2][s];
+    r.ray.dir_x = rays.d[0][s];
+    r.ray.dir_y = rays.d[1][s];
+    r.ray.dir_z = rays.d[2][s];
     r.ray.tnear = 0;
     r.ray.tfar = rays.tMax[s];
     r.ray.time = rays.time[s];
@@ -516,17 +546,20 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
     hits.t[s] = r.ray.tfar;
     hits.u[s] = r.hit.u;
     hits.v[s] = r.hit.v;
-    hits.ng[0][s] = r.hit.Ng_x; hits.ng[1][s] = r.hit.Ng_y; hits.ng[2][s] = r.hit.Ng_z;
+    hits.ng[0][s] = r.hit.Ng_x;
+    hits.ng[1][s] = r.hit.Ng_y;
+    hits.ng[2][s] = r.hit.Ng_z;
     resolve(hits, s, r.hit.geomID, r.hit.primID, r.hit.instID[0]);
   }
   if (hasFacing_) turnToRays(rays, hits, n, slots);
 }
 
-void World::occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
-                     uint32_t mask, uint32_t* blocked, const float* radius, const float* spread) const {
+void World::occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax,
+                     const float* time, uint32_t mask, uint32_t* blocked, const float* radius,
+                     const float* spread) const {
   QueryContext context(false, radius, spread, nullptr);
-  // Streams answer "is something in the way" like single rays, bit for bit, whatever else is in the stream: no nearest
-  // hit has to be told from an equal one (world_test.cpp holds that). Over instances single rays are faster.
+  // Streams answer "is something in the way" like single rays, bit for bit, whatever else is in the stream: no
+  // nearest hit has to be told from an equal one (world_test.cpp holds that). Over instances single rays are faster.
   if (single_ && !moving_ && !hasUser_ && !hasStrands_) {
     constexpr uint32_t kStream = 512;
     alignas(64) float near[kStream], far[kStream];
@@ -540,10 +573,14 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
       std::memcpy(far, tMax + first, count * sizeof(float));
       // Embree's struct has no const; only tfar is written
       const auto in = [&](const float* p) { return const_cast<float*>(p + first); };
-      for (uint32_t i = 0; i < count; ++i) ids[i] = first + i;   // the ray, for geometry that asks for its footprint
+      for (uint32_t i = 0; i < count; ++i) ids[i] = first + i;  // the ray, for geometry that asks for its footprint
       RTCRayNp r{};
-      r.org_x = in(o[0]); r.org_y = in(o[1]); r.org_z = in(o[2]);
-      r.dir_x = in(d[0]); r.dir_y = in(d[1]); r.dir_z = in(d[2]);
+      r.org_x = in(o[0]);
+      r.org_y = in(o[1]);
+      r.org_z = in(o[2]);
+      r.dir_x = in(d[0]);
+      r.dir_y = in(d[1]);
+      r.dir_z = in(d[2]);
       r.tnear = near;
       r.tfar = far;
       r.time = in(time);
@@ -557,8 +594,12 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
   }
   alignas(64) RTCRay r;
   for (uint32_t i = 0; i < n; ++i) {
-    r.org_x = o[0][i]; r.org_y = o[1][i]; r.org_z = o[2][i];
-    r.dir_x = d[0][i]; r.dir_y = d[1][i]; r.dir_z = d[2][i];
+    r.org_x = o[0][i];
+    r.org_y = o[1][i];
+    r.org_z = o[2][i];
+    r.dir_x = d[0][i];
+    r.dir_y = d[1][i];
+    r.dir_z = d[2][i];
     r.tnear = 0;
     r.tfar = tMax[i];
     r.time = time[i];

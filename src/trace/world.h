@@ -1,10 +1,10 @@
-// The world that rays see: BVHs over placed shapes, an immutable snapshot made from the scene and, after an edit, from
-// the previous snapshot (unchanged parts are kept). Built by render/; asked by shade/ and by the tracing stages.
+// The world that rays see: BVHs over placed shapes, an immutable snapshot made from the scene and, after an edit,
+// from the previous snapshot (unchanged parts are kept). Built by render/; asked by shade/ and by the tracing stages.
 // Outside trace/ a hit is (instance, geometry, primitive, u, v, level); Embree ids end here.
 //
-// Parts: shapes that share a BVH. A prototype is a part placed many times; a moving or large object is a part of its own;
-// small static objects are baked into render space and share batch parts. The top level holds placements of parts; a world
-// of one unmoved part needs none.
+// Parts: shapes that share a BVH. A prototype is a part placed many times; a moving or large object is a part of its
+// own; small static objects are baked into render space and share batch parts. The top level holds placements of
+// parts; a world of one unmoved part needs none.
 #pragma once
 #include <embree3/rtcore.h>
 #include <kinora/integrator.h>
@@ -28,46 +28,52 @@ struct Affine {
   Affine inverse() const;
 };
 
-// Bits of Embree's ray and geometry masks. A ray sees a shape if they share a visibility bit; shadow rays ask for opaque
-// and for other shapes apart.
+// Bits of Embree's ray and geometry masks. A ray sees a shape if they share a visibility bit; shadow rays ask for
+// opaque and for other shapes apart.
 enum VisibilityBits : uint32_t {
-  kSeenByCamera = 1, kSeenByIndirect = 2, kSeenByOpaqueShadow = 4, kSeenByClearShadow = 8
+  kSeenByCamera = 1,
+  kSeenByIndirect = 2,
+  kSeenByOpaqueShadow = 4,
+  kSeenByClearShadow = 8
 };
 
 // A tessellated primitive as the builder gets it.
 struct ShapeInput {
-  uint64_t key = 0;                  // stable over edits: primitive id
-  uint64_t revision = 0;             // of its geometry and transform; equal revision: nothing to rebuild
-  std::shared_ptr<geometry::Mesh> mesh;   // taken over: static objects placed once are moved into render space in place
-  uint32_t visibility = 15;          // VisibilityBits
-  std::shared_ptr<const UserGeometry> user;   // instead of triangles: `mesh` then holds none (null will do)
+  uint64_t key = 0;       // stable over edits: primitive id
+  uint64_t revision = 0;  // of its geometry and transform; equal revision: nothing to rebuild
+  std::shared_ptr<geometry::Mesh>
+      mesh;                  // taken over: static objects placed once are moved into render space in place
+  uint32_t visibility = 15;  // VisibilityBits
+  std::shared_ptr<const UserGeometry> user;  // instead of triangles: `mesh` then holds none (null will do)
 };
 // Shapes in one space, placed one or more times.
 struct PartInput {
-  uint64_t key = 0;                  // prototype: index + 1 << 32; single object: its primitive id
-  std::vector<uint32_t> shapes;      // indices into the list of shapes
-  bool instanced = false;            // prototype: never baked
+  uint64_t key = 0;              // prototype: index + 1 << 32; single object: its primitive id
+  std::vector<uint32_t> shapes;  // indices into the list of shapes
+  bool instanced = false;        // prototype: never baked
 };
 struct PlacementInput {
   uint32_t part = 0;
   uint32_t visibility = 15;
-  scene::Transform toRender;         // over shutter time in scene units
+  scene::Transform toRender;  // over shutter time in scene units
   uint64_t revision = 0;
 };
 
 // A placed part or object, as shading sees it.
 struct Instance {
-  uint32_t firstKey = 0, keyCount = 1;   // Affine keys, uniform over the shutter
-  uint32_t user = 0;                     // the caller's index (placement)
-  bool baked = false;                    // object space is render space
+  uint32_t firstKey = 0, keyCount = 1;  // Affine keys, uniform over the shutter
+  uint32_t user = 0;                    // the caller's index (placement)
+  bool baked = false;                   // object space is render space
 };
 
 struct BuildOptions {
   double shutterOpen = 0, shutterClose = 0;
-  uint32_t smallShape = 20000;           // triangles below which static objects share batch parts
+  uint32_t smallShape = 20000;  // triangles below which static objects share batch parts
 };
 
-struct BuildCounters { uint64_t partsBuilt = 0, partsKept = 0, topLevelBuilds = 0; };
+struct BuildCounters {
+  uint64_t partsBuilt = 0, partsKept = 0, topLevelBuilds = 0;
+};
 
 class World {
  public:
@@ -76,20 +82,20 @@ class World {
                                             const World* previous, BuildCounters& counters);
   ~World();
 
-  // Closest hits of the listed slots. Camera rays come in aligned runs of 16 slots (4x4 pixels at one sample index) and
-  // are traced as such, so that a packet's answer never depends on what else is in the group.
-  void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;                // all slots 0..slots-1
+  // Closest hits of the listed slots. Camera rays come in aligned runs of 16 slots (4x4 pixels at one sample index)
+  // and are traced as such, so that a packet's answer never depends on what else is in the group.
+  void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;  // all slots 0..slots-1
   void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const;
-  // Opaque occlusion of packed rays; writes 1 where something of `mask` is in the way. Footprints (by ray) matter to user
-  // geometry only; null: the finest level.
+  // Opaque occlusion of packed rays; writes 1 where something of `mask` is in the way. Footprints (by ray) matter to
+  // user geometry only; null: the finest level.
   void occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
                 uint32_t mask, uint32_t* blocked, const float* radius = nullptr, const float* spread = nullptr) const;
 
   bool hasUserGeometry() const { return hasUser_; }
-  bool hasStrands() const { return hasStrands_; }          // some mesh is curves or points
-  bool hasClearShadows() const { return clearShadows_; }   // some shape lets part of a shadow ray through
+  bool hasStrands() const { return hasStrands_; }         // some mesh is curves or points
+  bool hasClearShadows() const { return clearShadows_; }  // some shape lets part of a shadow ray through
   bool isMoving() const { return moving_; }
-  const float* center() const { return center_; }          // bounding sphere, render space
+  const float* center() const { return center_; }  // bounding sphere, render space
   float radius() const { return radius_; }
   uint64_t triangleCount() const { return triangles_; }
   const geometry::Mesh& mesh(uint32_t geometry) const { return *meshes_[geometry]; }
@@ -100,7 +106,7 @@ class World {
   // Object to render at shutter time 0..1.
   Affine objectToRender(uint32_t instance, float time) const;
   uint64_t meshBytes() const;
-  static uint64_t embreeBytes();     // what Embree holds in this process
+  static uint64_t embreeBytes();  // what Embree holds in this process
 
  private:
   World() = default;
@@ -111,17 +117,22 @@ class World {
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
 
   RTCScene top_ = nullptr;
-  bool single_ = false;                                   // top_ is the only part's scene
-  std::vector<std::shared_ptr<const Part>> parts_;        // shared between snapshots
-  struct PartPlace { uint32_t firstGeometry = 0, firstInstance = 0, firstTarget = 0; };   // batches: instance of shape i is first + i
+  bool single_ = false;                             // top_ is the only part's scene
+  std::vector<std::shared_ptr<const Part>> parts_;  // shared between snapshots
+  struct PartPlace {
+    uint32_t firstGeometry = 0, firstInstance = 0, firstTarget = 0;
+  };  // batches: instance of shape i is first + i
   // Where a hit of an Embree geometry leads when it holds one shape only.
-  struct Target { uint32_t geometry, instance; bool merged, writesLevel; };
-  std::vector<Target> targets_;                           // by part, then Embree geometry
-  std::vector<PartPlace> places_;                         // by part
-  std::vector<uint32_t> partOfTop_;                       // Embree instance id -> part
-  std::vector<uint32_t> instanceOfTop_;                   // Embree instance id -> instance, or none (batch)
+  struct Target {
+    uint32_t geometry, instance;
+    bool merged, writesLevel;
+  };
+  std::vector<Target> targets_;          // by part, then Embree geometry
+  std::vector<PartPlace> places_;        // by part
+  std::vector<uint32_t> partOfTop_;      // Embree instance id -> part
+  std::vector<uint32_t> instanceOfTop_;  // Embree instance id -> instance, or none (batch)
   std::vector<uint32_t> visibilityOfTop_;
-  std::vector<std::shared_ptr<geometry::Mesh>> meshes_;   // by geometry index
+  std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
   std::vector<Instance> instances_;
   std::vector<Affine> keys_;
   float center_[3] = {0, 0, 0}, radius_ = 0;

@@ -31,9 +31,8 @@ Result run(const std::string& arguments) {
 TEST(Bench, ListSaysWhatEachFamilyMeasures) {
   const Result r = run("list");
   EXPECT_EQ(r.code, 0) << r.out;
-  for (const char* word :
-       {"core", "trace_vs_embree", "surface_width_gain", "threads_2", "texture_vs_oiio", "bytes_per_triangle",
-        "lane_use_first_hit"})
+  for (const char* word : {"core", "trace_vs_embree", "surface_width_gain", "threads_2", "texture_vs_oiio",
+                           "bytes_per_triangle", "lane_use_first_hit"})
     EXPECT_NE(r.out.find(word), std::string::npos) << word;
 }
 
@@ -65,8 +64,8 @@ TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
   for (const char* name :
        {"curves_vs_embree", "trace_vs_embree_10k", "trace_vs_embree_1m", "frame_vs_embree_10k", "frame_vs_embree_1m",
         "rays_per_sample_10k", "rays_per_sample_1m", "surface_width_gain", "width1_vs_scalar", "frame_width_gain",
-        "frame_width_gain_textures", "texture_vs_oiio", "threads_2", "bytes_per_triangle", "lane_use_first_hit", "first_pixel_seconds",
-        "time_growth_1e4_1e6", "ns_shading_10k", "ns_film_1m"}) {
+        "frame_width_gain_textures", "texture_vs_oiio", "threads_2", "bytes_per_triangle", "lane_use_first_hit",
+        "first_pixel_seconds", "time_growth_1e4_1e6", "ns_shading_10k", "ns_film_1m"}) {
     ASSERT_TRUE(j.contains(name)) << name;
     ASSERT_TRUE(j.contains(std::string(name) + "_min") && j.contains(std::string(name) + "_max")) << name;
     EXPECT_GT(j[name].get<double>(), 0) << name;

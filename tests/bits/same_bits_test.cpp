@@ -1,9 +1,9 @@
 // Proves: all channels of a frame are the same integers at all SIMD widths, with 1 and 2 threads, in groups of 64 to
 // 1,024, in any order of buckets, in parts that are merged (through files too), under crop, and as replayed; and that
 // they are the integers kept in hashes.txt. Scenes: the gallery, one with coplanar surfaces, instances (also with
-// presence and media) and motion blur, that with every kind of display channel, one of curves, points and what deforms,
-// and one of objects whose own spaces differ. Misses: other compilers and libraries (their code may round differently:
-// the kept hashes would tell), and sample counts above 64.
+// presence and media) and motion blur, that with every kind of display channel, one of curves, points and what
+// deforms, and one of objects whose own spaces differ. Misses: other compilers and libraries (their code may round
+// differently: the kept hashes would tell), and sample counts above 64.
 //
 // A change of the pictures on purpose: run test_bits with KINORA_WRITE_HASHES=1 and look at the pictures first.
 #include <gtest/gtest.h>
@@ -103,8 +103,8 @@ AttributeEnd
 WorldEnd
 )";
 
-// One program over objects whose own spaces differ, with a primvar that is a point in one and absent in the other, and
-// one that is a colour in one and a number in the other; one of them moves.
+// One program over objects whose own spaces differ, with a primvar that is a point in one and absent in the other,
+// and one that is a colour in one and a number in the other; one of them moves.
 const char* const kSpaces = R"(
 Hider "raytrace" "int maxsamples" [16]
 Integrator "PxrPathTracer" "i" "int maxIndirectBounces" [3]
@@ -169,10 +169,13 @@ DisplayChannel "color plain" "string source" ["Ci"] "string filter" ["average"]
 DisplayChannel "color all" "string source" ["Ci"] "string filter" ["sum"]
 )";
 const char* const kEverySource =
-    "Ci,a,Oi,z,zback,zfiltered,depth,id,id2,sampleCount,albedo,P,Po,PRadius,incidentRayRadius,incidentRaySpread,mpSize,N,Nn,"
-    "Ngn,Tn,Vn,VLen,curvature,u,v,w,du,dv,dw,dufp,dvfp,st,s,t,dPdu,dPdv,dPdw,dPdtime,dPcameradtime,motionFore,motionBack,"
+    "Ci,a,Oi,z,zback,zfiltered,depth,id,id2,sampleCount,albedo,P,Po,PRadius,incidentRayRadius,incidentRaySpread,"
+    "mpSize,N,Nn,"
+    "Ngn,Tn,Vn,VLen,curvature,u,v,w,du,dv,dw,dufp,dvfp,st,s,t,dPdu,dPdv,dPdw,dPdtime,dPcameradtime,motionFore,"
+    "motionBack,"
     "time,outsideIOR,biasR,biasT,emissive,diffuse,indirectDiffuse,specular,indirectSpecular,subsurface,transmissive,"
-    "key,caustic,labelled,twice,notDiffuse,coat,through,glass,open,shade,signal,magenta,tint,even,odd,var,zmse,own,calm,"
+    "key,caustic,labelled,twice,notDiffuse,coat,through,glass,open,shade,signal,magenta,tint,even,odd,var,zmse,own,"
+    "calm,"
     "nearN,farP,most,least,plain,all";
 std::string channelsScene() {
   std::string text = kChannels + std::string(kOverlap);
@@ -182,12 +185,14 @@ std::string channelsScene() {
     if (at != std::string::npos) text.insert(at, what);
   };
   put("\"float intensity\" [6]", "\"string lightGroup\" [\"key\"] ");
-  put("Bxdf \"PxrSurface\" \"patch\"", "Attribute \"identifier\" \"string lpegroup\" [\"marked\"] \"int id\" [3] \"int id2\" [12]\n  ");
+  put("Bxdf \"PxrSurface\" \"patch\"",
+      "Attribute \"identifier\" \"string lpegroup\" [\"marked\"] \"int id\" [3] \"int id2\" [12]\n  ");
   put("\"vertex point P\" [0.2 0.1 -1", "\"vertex color tint\" [1 0 0  0 1 0  0 0 1  1 1 1] ");
   return text;
 }
-// Curves and points of every kind, deforming, placed, half present and of glass; meshes that deform with uneven keys; a
-// shutter that opens slowly, planes that cut, holes, subsets for rays, and a coarse smooth mesh that lifts its shadows.
+// Curves and points of every kind, deforming, placed, half present and of glass; meshes that deform with uneven keys;
+// a shutter that opens slowly, planes that cut, holes, subsets for rays, and a coarse smooth mesh that lifts its
+// shadows.
 const char* const kStrands = R"(
 Hider "raytrace" "int maxsamples" [16]
 Integrator "PxrPathTracer" "i" "int maxIndirectBounces" [4] "int allowCaustics" [1]
@@ -286,21 +291,26 @@ struct Scene {
   const char* name;
   std::array<int, 2> resolution;
 };
-const Scene kScenes[] = {{"cornell", {64, 36}}, {"materials", {72, 30}},  {"field", {64, 36}},  {"overlap", {64, 48}},
-                         {"spaces", {64, 40}},  {"channels", {64, 48}},   {"strands", {64, 48}}, {"grass", {64, 36}},
-                         {"dragon", {64, 40}},  {"still_life", {64, 40}}, {"osl_wood", {48, 27}},
-                         {"osl_brick", {48, 27}}, {"osl_rust", {48, 27}}, {"osl_weave", {48, 27}}, {"osl_paint", {48, 27}},
-                         {"osl_sky", {48, 27}}};
+const Scene kScenes[] = {
+    {"cornell", {64, 36}},  {"materials", {72, 30}},  {"field", {64, 36}},     {"overlap", {64, 48}},
+    {"spaces", {64, 40}},   {"channels", {64, 48}},   {"strands", {64, 48}},   {"grass", {64, 36}},
+    {"dragon", {64, 40}},   {"still_life", {64, 40}}, {"osl_wood", {48, 27}},  {"osl_brick", {48, 27}},
+    {"osl_rust", {48, 27}}, {"osl_weave", {48, 27}},  {"osl_paint", {48, 27}}, {"osl_sky", {48, 27}}};
 
 RenderRequest requestOf(const Scene& s) {
   RenderRequest r;
   r.channels = kAllChannels;
   const std::string name = s.name;
-  if (name == "overlap") r.rib = kOverlap;
-  else if (name == "spaces") r.rib = kSpaces;
-  else if (name == "strands") r.rib = kStrands;
-  else if (name == "channels") r.rib = channelsScene(), r.channels = kEverySource;
-  else r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
+  if (name == "overlap")
+    r.rib = kOverlap;
+  else if (name == "spaces")
+    r.rib = kSpaces;
+  else if (name == "strands")
+    r.rib = kStrands;
+  else if (name == "channels")
+    r.rib = channelsScene(), r.channels = kEverySource;
+  else
+    r.file = std::string(KINORA_SOURCE_DIR "/scenes/") + s.name + ".rib";
   r.settings.resolution = s.resolution;
   r.settings.samplesPerPixel = kSamples;
   r.settings.width = 8;
@@ -465,8 +475,8 @@ TEST_P(SameBits, Replayed) {
   EXPECT_GT(lit, 50);
 }
 
-// Embree starts its divisions from the CPU's reciprocal estimates, and those are the maker's own: the last bits of a hit
-// differ between makers, and hashes are kept for each.
+// Embree starts its divisions from the CPU's reciprocal estimates, and those are the maker's own: the last bits of a
+// hit differ between makers, and hashes are kept for each.
 const char* cpuMaker() { return __builtin_cpu_is("intel") ? "intel" : __builtin_cpu_is("amd") ? "amd" : "other"; }
 
 TEST_P(SameBits, AsTheKeptHashes) {
@@ -489,8 +499,8 @@ TEST_P(SameBits, AsTheKeptHashes) {
       for (const auto& [n, h] : kept) out << n << ' ' << h << '\n';
     }
     if (!kept.count(name)) GTEST_SKIP() << "no hash is kept for this maker's CPUs; here it is " << text;
-    EXPECT_EQ(text, kept[name]) << "width " << width
-                                << "; picture: " << SceneRender::keep(r.channel("Ci"), std::string(GetParam().name) + "-hash");
+    EXPECT_EQ(text, kept[name]) << "width " << width << "; picture: "
+                                << SceneRender::keep(r.channel("Ci"), std::string(GetParam().name) + "-hash");
   }
 }
 

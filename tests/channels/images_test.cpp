@@ -1,6 +1,6 @@
-// Proves, end to end through files: exposure, quantisation and dither in the written pictures; a channel with a filter of
-// its own equals a render with that filter; variance and mse foretell the spread between renders with other seeds; half
-// buffers average to the whole. Misses: drivers but openexr and png.
+// Proves, end to end through files: exposure, quantisation and dither in the written pictures; a channel with a
+// filter of its own equals a render with that filter; variance and mse foretell the spread between renders with other
+// seeds; half buffers average to the whole. Misses: drivers but openexr and png.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,20 +13,27 @@ namespace {
 // Noise of known size: a floor under a small bright light and a half shadowed corner.
 RenderRequest noisy(const std::string& channels, const std::string& options, int samples) {
   RenderRequest r;
-  r.rib = "Hider \"raytrace\" \"int maxsamples\" [64]\nFormat 24 24 1\nIntegrator \"PxrPathTracer\" \"i\" \"int maxIndirectBounces\" [1]\n" +
-          options +
-          "Projection \"perspective\" \"fov\" [50]\nTranslate 0 -1 4\nWorldBegin\nAttributeBegin\nConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  0 2.5 0 1]\n"
-          "Light \"PxrRectLight\" \"key\" \"float intensity\" [6]\nAttributeEnd\nBxdf \"PxrDiffuse\" \"floor\" \"color diffuseColor\" [0.5 0.5 0.5]\n"
-          "Polygon \"vertex point P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\nPolygon \"vertex point P\" [-3 0 1  3 0 1  3 3 1  -3 3 1]\n"
-          "Polygon \"vertex point P\" [-0.5 0.6 -0.5  0.5 0.6 -0.5  0.5 0.6 0.5  -0.5 0.6 0.5]\nWorldEnd\n";
+  r.rib =
+      "Hider \"raytrace\" \"int maxsamples\" [64]\nFormat 24 24 1\nIntegrator \"PxrPathTracer\" \"i\" \"int "
+      "maxIndirectBounces\" [1]\n" +
+      options +
+      "Projection \"perspective\" \"fov\" [50]\nTranslate 0 -1 4\nWorldBegin\nAttributeBegin\nConcatTransform [1 0 0 "
+      "0  0 0 1 0  0 -1 0 0  0 2.5 0 1]\n"
+      "Light \"PxrRectLight\" \"key\" \"float intensity\" [6]\nAttributeEnd\nBxdf \"PxrDiffuse\" \"floor\" \"color "
+      "diffuseColor\" [0.5 0.5 0.5]\n"
+      "Polygon \"vertex point P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\nPolygon \"vertex point P\" [-3 0 1  3 0 1  3 3 1 "
+      " -3 3 1]\n"
+      "Polygon \"vertex point P\" [-0.5 0.6 -0.5  0.5 0.6 -0.5  0.5 0.6 0.5  -0.5 0.6 0.5]\nWorldEnd\n";
   r.channels = channels;
   r.settings.samplesPerPixel = samples;
   return r;
 }
 
 TEST(ChannelStatistics, MseIsTheSpreadBetweenRenders) {
-  const std::string declared = "PixelFilter \"box\" 1 1\nDisplayChannel \"color var\" \"string source\" [\"Ci\"] \"string statistics\" [\"variance\"]\n"
-                               "DisplayChannel \"color mse\" \"string source\" [\"Ci\"] \"string statistics\" [\"mse\"]\n";
+  const std::string declared =
+      "PixelFilter \"box\" 1 1\nDisplayChannel \"color var\" \"string source\" [\"Ci\"] \"string statistics\" "
+      "[\"variance\"]\n"
+      "DisplayChannel \"color mse\" \"string source\" [\"Ci\"] \"string statistics\" [\"mse\"]\n";
   constexpr int kSeeds = 64, kSamples = 16;
   std::vector<testing::Moments> spread;
   double claimed = 0, variance = 0;
@@ -57,8 +64,11 @@ TEST(ChannelStatistics, MseIsTheSpreadBetweenRenders) {
 }
 
 TEST(ChannelStatistics, HalvesAverageToTheWhole) {
-  SceneRender r(noisy("Ci,even,odd", "PixelFilter \"gaussian\" 2 2\nDisplayChannel \"color even\" \"string source\" [\"Ci\"] \"string statistics\" [\"even\"]\n"
-                      "DisplayChannel \"color odd\" \"string source\" [\"Ci\"] \"string statistics\" [\"odd\"]\n", 16));
+  SceneRender r(noisy("Ci,even,odd",
+                      "PixelFilter \"gaussian\" 2 2\nDisplayChannel \"color even\" \"string source\" [\"Ci\"] "
+                      "\"string statistics\" [\"even\"]\n"
+                      "DisplayChannel \"color odd\" \"string source\" [\"Ci\"] \"string statistics\" [\"odd\"]\n",
+                      16));
   ASSERT_TRUE(r.ok());
   const image::Image ci = r.channel("Ci"), even = r.channel("even"), odd = r.channel("odd");
   bool differ = false;
@@ -74,7 +84,10 @@ TEST(ChannelFilters, AreWhatAFrameOfThatFilterIs) {
   testing::Moments a, b;
   double worstPixel = 0;
   for (uint32_t seed = 1; seed <= 8; ++seed) {
-    RenderRequest wide = noisy("Ci,sharp", "PixelFilter \"gaussian\" 3 3\nDisplayChannel \"color sharp\" \"string source\" [\"Ci\"] \"string filter\" [\"box\"] \"float[2] filterwidth\" [1 1]\n", 64);
+    RenderRequest wide = noisy("Ci,sharp",
+                               "PixelFilter \"gaussian\" 3 3\nDisplayChannel \"color sharp\" \"string source\" "
+                               "[\"Ci\"] \"string filter\" [\"box\"] \"float[2] filterwidth\" [1 1]\n",
+                               64);
     RenderRequest box = noisy("Ci", "PixelFilter \"box\" 1 1\n", 64);
     wide.settings.seed = seed;
     box.settings.seed = seed + 50;

@@ -1,6 +1,6 @@
-// Proves: the standard set sums to beauty with every integrator on every gallery scene; light groups and lpegroups part
-// the light; unoccluded and blocked light add up; a malformed expression is told with a caret and seen; signals of user
-// lobes. Misses: volumes.
+// Proves: the standard set sums to beauty with every integrator on every gallery scene; light groups and lpegroups
+// part the light; unoccluded and blocked light add up; a malformed expression is told with a caret and seen; signals
+// of user lobes. Misses: volumes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,9 +38,10 @@ double mean(SceneRender& r, const std::string& channel) {
   return s / 3;
 }
 
-// Every gallery scene with every stock integrator. Those that transport light fill all parts; those that show something
-// else (openness, geometry, the soundness of a material) send one signal from the first hit to the eye, which is emission
-// to an expression: it stands in "emissive", and the sum holds for them too. KINORA_LPE_SCALE=N renders N times as wide.
+// Every gallery scene with every stock integrator. Those that transport light fill all parts; those that show
+// something else (openness, geometry, the soundness of a material) send one signal from the first hit to the eye,
+// which is emission to an expression: it stands in "emissive", and the sum holds for them too. KINORA_LPE_SCALE=N
+// renders N times as wide.
 TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
   std::vector<std::string> files;
   for (const auto& e : std::filesystem::directory_iterator(KINORA_SOURCE_DIR "/scenes"))
@@ -126,8 +127,9 @@ std::string channel(const std::string& name, const std::string& expression) {
 TEST(LightPathChannels, GroupsOfLightsAndSurfaces) {
   RenderRequest q;
   q.rib = room(channel("key", "C.*<L.'key'>") + channel("fill", "C.*<L.'fill'>") + channel("other", "C.*<L.'none'>") +
-               channel("glow", "C[DS]*O") + channel("floor", "C<.D'floor'>[DS]*[LO]") + channel("rest", "C[^<.D'floor'>][DS]*[LO]") +
-               channel("sky", "C[LO]") + channel("d1", "CD1.*L") + channel("d2", "C<RD'Diffuse'>.*L"));
+               channel("glow", "C[DS]*O") + channel("floor", "C<.D'floor'>[DS]*[LO]") +
+               channel("rest", "C[^<.D'floor'>][DS]*[LO]") + channel("sky", "C[LO]") + channel("d1", "CD1.*L") +
+               channel("d2", "C<RD'Diffuse'>.*L"));
   q.channels = "Ci,key,fill,other,floor,rest,sky,d1,d2,indirect,direct";
   SceneRender r(q);
   ASSERT_TRUE(r.ok());
@@ -147,7 +149,8 @@ TEST(LightPathChannels, GroupsOfLightsAndSurfaces) {
 // The light that the wall blocks is the difference between a room without shadows and the room: against a scene in
 // which the wall and the ball cast none.
 TEST(LightPathChannels, UnoccludedAndBlockedLight) {
-  const std::string channels = channel("open", "unoccluded;CDL") + channel("shade", "shadows;CDL") + channel("lit", "CDL");
+  const std::string channels =
+      channel("open", "unoccluded;CDL") + channel("shade", "shadows;CDL") + channel("lit", "CDL");
   RenderRequest q;
   q.rib = room(channels);
   q.channels = "Ci,open,shade,lit";
@@ -194,8 +197,11 @@ TEST(LightPathChannels, MalformedOnesAreToldAndSeen) {
   ASSERT_TRUE(r.ok());
   std::string all;
   for (const std::string& m : r.messages()) all += m + "\n";
-  EXPECT_NE(all.find("test.rib:6: warning LPE-SYNTAX: the light path expression of channel \"bad\" is malformed at character"),
-            std::string::npos) << all;
+  EXPECT_NE(
+      all.find(
+          "test.rib:6: warning LPE-SYNTAX: the light path expression of channel \"bad\" is malformed at character"),
+      std::string::npos)
+      << all;
   EXPECT_NE(all.find("\n    lpe:C<RD[DS]*L\n            ^\n"), std::string::npos) << all;
   EXPECT_NE(all.find("LPE-EMPTY"), std::string::npos) << all;
   EXPECT_NE(all.find("DISPLAY-CHANNEL-TYPE: channel \"wrong\""), std::string::npos) << all;

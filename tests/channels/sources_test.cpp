@@ -14,14 +14,17 @@ constexpr int kSide = 32;
 // An orthographic view of the square -1..1, with what `world` says in it.
 RenderRequest request(const std::string& channels, const std::string& world, const std::string& options = "") {
   RenderRequest r;
-  r.rib = "Hider \"raytrace\" \"int maxsamples\" [16]\nFormat 32 32 1\nPixelFilter \"box\" 1 1\n"
-          "Projection \"orthographic\"\n" + options + "WorldBegin\nLight \"PxrDomeLight\" \"sky\"\n" + world + "\nWorldEnd\n";
+  r.rib =
+      "Hider \"raytrace\" \"int maxsamples\" [16]\nFormat 32 32 1\nPixelFilter \"box\" 1 1\n"
+      "Projection \"orthographic\"\n" +
+      options + "WorldBegin\nLight \"PxrDomeLight\" \"sky\"\n" + world + "\nWorldEnd\n";
   r.channels = channels;
   return r;
 }
 const char* const kBall = "Translate 0.1 0 5\nSphere 0.8 -0.8 0.8 360\n";
 // A square of 2 by 2 at depth 3, facing the camera, u to the right, v up.
-const char* const kSquare = "Translate 0 0 3\nPatch \"bilinear\" \"vertex point P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\n";
+const char* const kSquare =
+    "Translate 0 0 3\nPatch \"bilinear\" \"vertex point P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\n";
 
 float at(SceneRender& r, const std::string& channel, int x, int y, int k = 0) {
   const image::Image i = r.channel(channel);
@@ -31,8 +34,9 @@ float at(SceneRender& r, const std::string& channel, int x, int y, int k = 0) {
 float screen(int x) { return (float(x) + 0.5f) / (kSide / 2.f) - 1.f; }
 
 TEST(Sources, OfABall) {
-  SceneRender r(request("Ci,a,Oi,z,zback,zfiltered,depth,P,N,Nn,Ngn,Vn,VLen,curvature,outsideIOR,sampleCount,cpuTime,PRadius,mpSize,id",
-                        std::string("Attribute \"identifier\" \"int id\" [7]\n") + kBall));
+  SceneRender r(request(
+      "Ci,a,Oi,z,zback,zfiltered,depth,P,N,Nn,Ngn,Vn,VLen,curvature,outsideIOR,sampleCount,cpuTime,PRadius,mpSize,id",
+      std::string("Attribute \"identifier\" \"int id\" [7]\n") + kBall));
   ASSERT_TRUE(r.ok());
   EXPECT_TRUE(r.messages().empty()) << r.messages()[0];
   const int x = 13, y = 18;
@@ -67,9 +71,10 @@ TEST(Sources, OfABall) {
 }
 
 TEST(Sources, OfASquare) {
-  SceneRender r(request("Ci,u,v,w,s,t,st,__st,du,dvfp,dw,dPdu,dPdv,dPdw,Tn,Po,dPdtime,dPcameradtime,motionFore,motionBack,biasR,biasT,"
-                        "incidentRaySpread,incidentRayRadius,PRadius,time,id2",
-                        std::string("Attribute \"identifier\" \"int id2\" [9]\n") + kSquare));
+  SceneRender r(request(
+      "Ci,u,v,w,s,t,st,__st,du,dvfp,dw,dPdu,dPdv,dPdw,Tn,Po,dPdtime,dPcameradtime,motionFore,motionBack,biasR,biasT,"
+      "incidentRaySpread,incidentRayRadius,PRadius,time,id2",
+      std::string("Attribute \"identifier\" \"int id2\" [9]\n") + kSquare));
   ASSERT_TRUE(r.ok());
   EXPECT_TRUE(r.messages().empty()) << r.messages()[0];
   const int x = 5, y = 20;
@@ -101,10 +106,12 @@ TEST(Sources, OfASquare) {
 
 // Rigid and deforming motion say the same.
 TEST(Sources, MotionInTheWorldAndInThePicture) {
-  const std::string rigid = "MotionBegin [0 1]\nTranslate 0 0 3\nTranslate 0.25 0.125 3\nMotionEnd\n"
-                            "Polygon \"vertex point P\" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]\n";
-  const std::string deforming = "Translate 0 0 3\nMotionBegin [0 1]\nPolygon \"vertex point P\" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]\n"
-                                "Polygon \"vertex point P\" [-1.75 -1.875 0  2.25 -1.875 0  2.25 2.125 0  -1.75 2.125 0]\nMotionEnd\n";
+  const std::string rigid =
+      "MotionBegin [0 1]\nTranslate 0 0 3\nTranslate 0.25 0.125 3\nMotionEnd\n"
+      "Polygon \"vertex point P\" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]\n";
+  const std::string deforming =
+      "Translate 0 0 3\nMotionBegin [0 1]\nPolygon \"vertex point P\" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]\n"
+      "Polygon \"vertex point P\" [-1.75 -1.875 0  2.25 -1.875 0  2.25 2.125 0  -1.75 2.125 0]\nMotionEnd\n";
   for (const std::string& world : {rigid, deforming}) {
     SceneRender r(request("Ci,dPdtime,dPcameradtime,motionFore,motionBack", world, "Shutter 0 1\n"));
     ASSERT_TRUE(r.ok());
@@ -119,7 +126,8 @@ TEST(Sources, MotionInTheWorldAndInThePicture) {
     }
   }
   // a camera that moves instead: P stands still, its place in the picture does not
-  SceneRender r(request("Ci,dPdtime,dPcameradtime,motionFore", kSquare, "Shutter 0 1\nMotionBegin [0 1]\nTranslate 0 0 0\nTranslate 0.25 0 0\nMotionEnd\n"));
+  SceneRender r(request("Ci,dPdtime,dPcameradtime,motionFore", kSquare,
+                        "Shutter 0 1\nMotionBegin [0 1]\nTranslate 0 0 0\nTranslate 0.25 0 0\nMotionEnd\n"));
   ASSERT_TRUE(r.ok());
   EXPECT_NEAR(at(r, "dPdtime", 16, 16, 0), 0, 1e-3);
   EXPECT_NEAR(at(r, "dPcameradtime", 16, 16, 0), 0.25, 2e-3);
@@ -127,11 +135,14 @@ TEST(Sources, MotionInTheWorldAndInThePicture) {
 }
 
 TEST(Sources, PrimvarsAndWhatIsMissing) {
-  const std::string world = "Translate 0 0 3\nPolygon \"vertex point P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \"vertex color warmth\" [1 0 0  1 0 0  0 0 1  0 0 1]"
-                            " \"uniform float weight\" [0.25]\n";
-  SceneRender r(request("Ci,warmth,heavy,nothing",
-                        world, "DisplayChannel \"color warmth\"\nDisplayChannel \"float heavy\" \"string source\" [\"float weight\"]\n"
-                               "DisplayChannel \"color nothing\"\n"));
+  const std::string world =
+      "Translate 0 0 3\nPolygon \"vertex point P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \"vertex color warmth\" [1 0 0  "
+      "1 0 0  0 0 1  0 0 1]"
+      " \"uniform float weight\" [0.25]\n";
+  SceneRender r(
+      request("Ci,warmth,heavy,nothing", world,
+              "DisplayChannel \"color warmth\"\nDisplayChannel \"float heavy\" \"string source\" [\"float weight\"]\n"
+              "DisplayChannel \"color nothing\"\n"));
   ASSERT_TRUE(r.ok());
   const float v = (-screen(10) + 1) / 2;
   EXPECT_NEAR(at(r, "warmth", 7, 10, 0), 1 - v, 2e-3f);
@@ -141,7 +152,8 @@ TEST(Sources, PrimvarsAndWhatIsMissing) {
   std::string all;
   for (const std::string& m : r.messages()) all += m + "\n";
   EXPECT_NE(all.find("DISPLAY-SOURCE: no output and no primvar named \"nothing\""), std::string::npos) << all;
-  SceneRender misspelt(request("Ci,zz,Nn", world, "DisplayChannel \"float zz\" \"string source\" [\"PRADIUS\"]\nDisplayChannel \"int Nn\"\n"));
+  SceneRender misspelt(request(
+      "Ci,zz,Nn", world, "DisplayChannel \"float zz\" \"string source\" [\"PRADIUS\"]\nDisplayChannel \"int Nn\"\n"));
   ASSERT_TRUE(misspelt.ok());
   all.clear();
   for (const std::string& m : misspelt.messages()) all += m + "\n";

@@ -1,5 +1,5 @@
-// `kinora maketex`: flags in both spellings, what is written, and each way to fail with its exit code. Misses: the mip
-// levels' values, which are OpenImageIO's.
+// `kinora maketex`: flags in both spellings, what is written, and each way to fail with its exit code. Misses: the
+// mip levels' values, which are OpenImageIO's.
 #include <gtest/gtest.h>
 
 #include "run_program.h"
@@ -25,12 +25,14 @@ TEST(Maketex, MakesATextureBesideItsSource) {
 TEST(Maketex, TakesTxmakesSpelling) {
   Workplace w;
   ASSERT_EQ(picture(w).exitCode, 0);
-  Result r = w.run({"maketex", "-mode", "clamp", "-resize", "up-", "-byte", "-newer", "-verbose", "-t:1", "in.png", "out.tex.tif"});
+  Result r = w.run({"maketex", "-mode", "clamp", "-resize", "up-", "-byte", "-newer", "-verbose", "-t:1", "in.png",
+                    "out.tex.tif"});
   EXPECT_EQ(r.exitCode, 0) << r.err;
   EXPECT_NE(r.out.find("wrote out.tex.tif"), std::string::npos) << r.out;
   r = w.run({"maketex", "-newer", "-verbose", "in.png", "out.tex.tif"});
   EXPECT_NE(r.out.find("up to date"), std::string::npos) << r.out;
-  r = w.run({"maketex", "--smode", "black", "--tmode", "periodic", "--half", "--format", "openexr", "in.png", "out.exr"});
+  r = w.run(
+      {"maketex", "--smode", "black", "--tmode", "periodic", "--half", "--format", "openexr", "in.png", "out.exr"});
   EXPECT_EQ(r.exitCode, 0) << r.err;
   EXPECT_TRUE(w.has("out.exr"));
 }

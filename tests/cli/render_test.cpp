@@ -225,7 +225,8 @@ TEST(Render, GalleryRendersWithoutAWord) {
   EXPECT_GE(scenes.size(), 6u);
   for (const std::string& scene : scenes) {
     Workplace w;
-    const Result r = w.run({KINORA_SOURCE_DIR "/scenes/" + scene + ".rib", "--spp", "1", "--res", "64x36", "--progress", "none", "-q", "--strict"});
+    const Result r = w.run({KINORA_SOURCE_DIR "/scenes/" + scene + ".rib", "--spp", "1", "--res", "64x36",
+                            "--progress", "none", "-q", "--strict"});
     EXPECT_EQ(r.exitCode, 0) << scene;
     EXPECT_EQ(r.err, "") << scene;
     EXPECT_TRUE(w.has(scene + ".exr")) << scene;

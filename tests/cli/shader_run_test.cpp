@@ -42,13 +42,15 @@ TEST(ShaderRun, PointsInOrderAtAnyWidthAndThreads) {
   EXPECT_EQ(w.run({"shader", "run", "p"}).out, "0.5 0.5; right;\n\n");
 }
 
-// The fixture is that of tests/shaders/shader_volumes_test.cpp: density = x + 10 y + 100 z, voxel (0, 0, 0) at (1, 2, 3).
+// The fixture is that of tests/shaders/shader_volumes_test.cpp: density = x + 10 y + 100 z, voxel (0, 0, 0) at (1, 2,
+// 3).
 TEST(ShaderRun, Volumes) {
   Workplace w;
   w.write("t.osl",
           "shader t(string file = \"volumes.vdb\", string part = \"density\") {\n"
           "  point p = point(1 + 2 * u, 2 + v, 3.5); string why = \"\";\n"
-          "  float d = texture3d(file, p, \"width\", 0, \"subimage\", part, \"missingcolor\", color(.5), \"errormessage\", why);\n"
+          "  float d = texture3d(file, p, \"width\", 0, \"subimage\", part, \"missingcolor\", color(.5), "
+          "\"errormessage\", why);\n"
           "  int size[3] = {0, 0, 0}; gettextureinfo(file, \"resolution\", size);\n"
           "  printf(\"%g %g %g %d %d %d%s\\n\", d, Dx(d), Dy(d), size[0], size[1], size[2], why); }");
   std::ifstream from(KINORA_SOURCE_DIR "/tests/shaders/volumes.vdb", std::ios::binary);
@@ -65,13 +67,13 @@ TEST(ShaderRun, Volumes) {
       EXPECT_EQ(r.exitCode, 0);
       EXPECT_EQ(r.err, "");
     }
-  EXPECT_EQ(quiet(w, {"-g", "3", "1", "--param", "part", "Cd", "t"}).out,
-            "0 2 0 8 6 4\n2 2 0 8 6 4\n4 2 0 8 6 4\n");
+  EXPECT_EQ(quiet(w, {"-g", "3", "1", "--param", "part", "Cd", "t"}).out, "0 2 0 8 6 4\n2 2 0 8 6 4\n4 2 0 8 6 4\n");
   w.write("cut.vdb", file.substr(0, 9000));
   for (const char* name : {"cut.vdb", "t.osl", "lost.vdb"}) {
     const Result r = quiet(w, {"--param", "file", name, "t"});
     EXPECT_EQ(r.out, "0.5 0 0 0 0 0the volume is not there\n") << name;
-    EXPECT_TRUE(holds(r.err, std::string(name) == "lost.vdb" ? "ASSET-VOLUME-MISSING" : "ASSET-VOLUME-READ")) << r.err;
+    EXPECT_TRUE(holds(r.err, std::string(name) == "lost.vdb" ? "ASSET-VOLUME-MISSING" : "ASSET-VOLUME-READ"))
+        << r.err;
     EXPECT_EQ(r.signal, 0) << name;
   }
   // not in the help, and no command for people

@@ -12,8 +12,8 @@
 
 __attribute__((section("__libfuzzer_extra_counters"))) static uint8_t outcomes[8192];
 
-// OpenImageIO 2.4's PNG reader leaves a read that failed by longjmp, past the string that it holds: some thirty bytes for
-// each cut file, not ours to mend.
+// OpenImageIO 2.4's PNG reader leaves a read that failed by longjmp, past the string that it holds: some thirty bytes
+// for each cut file, not ours to mend.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:OpenImageIO_v2_4::ImageInput::geterror\n"; }
 

@@ -307,7 +307,8 @@ std::string OslMutator::program() {
       "color g(color x) { return x; }\nvoid g(color x, output float y) { y += x[0]; }\n"
       "S __operator__add__(S a, S b) { return S(a.a + b.a, a.c + b.c); }\n"
       "surface t(float p = u * 2, S q = {1, 2}, output color r = 0) {\n"
-      "float a = 1, b = 2; color c = 0; S s = {1, color(2)}; S k[3] = {{1, 2}, {3, 4}, {5, 6}}; float arr[4] = {1, 2}; matrix m = 1; string t = "
+      "float a = 1, b = 2; color c = 0; S s = {1, color(2)}; S k[3] = {{1, 2}, {3, 4}, {5, 6}}; float arr[4] = {1, "
+      "2}; matrix m = 1; string t = "
       "\"x\"; int i = 0;\n";
   for (uint32_t n = 1 + below(8); n > 0; --n) s += statement(3) + "\n";
   return s + "r = c; }\n";

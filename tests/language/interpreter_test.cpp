@@ -123,7 +123,8 @@ TEST(Interpreter, GivesUpWhereItKnowsNothing) {
   Interpreter e(*endless.shader);
   e.instructionLimit = 1000;
   EXPECT_EQ(e.run(), "too many instructions");
-  const language::CompileResult empty = language::compile("shader t(output float f = 0) { do { } while (1); }", "t.osl");
+  const language::CompileResult empty =
+      language::compile("shader t(output float f = 0) { do { } while (1); }", "t.osl");
   Interpreter n(*empty.shader);
   n.instructionLimit = 1000;
   EXPECT_EQ(n.run(), "too many instructions");

@@ -122,7 +122,9 @@ class LightPaths {
     uint32_t m = 0;
     for (uint32_t l = 0; l < c.slotCount; ++l) {
       // the vertex that the camera sees is the first of the path as expressions read it
-      const auto step = [&](uint32_t s, uint16_t event) { return sv_->paths.next[s * sv_->paths.eventCount + event]; };
+      const auto step = [&](uint32_t s, uint16_t event) {
+        return sv_->paths.next[s * sv_->paths.eventCount + event];
+      };
       const uint32_t first = step(sv_->paths.start, c.eventOfSlot[l]);
       for (uint32_t i = 0; i < c.count; ++i) {
         if (!(camera.importance[i] > 0)) continue;
@@ -192,8 +194,8 @@ class LightPaths {
   const Data& data_;
   float* throughput_[3];
   uint32_t room_ = 0;
-  uint32_t* light_ = nullptr;      // by slot
-  uint16_t* events_ = nullptr;     // by depth from the light, and slot
+  uint32_t* light_ = nullptr;   // by slot
+  uint16_t* events_ = nullptr;  // by depth from the light, and slot
 };
 
 struct LightTracer {
@@ -357,8 +359,8 @@ TEST(LightTracer, EqualsPathTracerUnderTwoLightsWithGlossyFloor) {
   expectSamePicture(room(std::string(kRect) + kSphere, kGlossy, kGlossy));
 }
 
-// The ball is lit by the rect light alone, the rest by both: light paths obey links, and channels by light group and by
-// label take the same share of them as of the camera's paths.
+// The ball is lit by the rect light alone, the rest by both: light paths obey links, and channels by light group and
+// by label take the same share of them as of the camera's paths.
 TEST(LightTracer, ObeysLightLinkingAndChannels) {
   const std::string lights = std::string(kRect) + R"(
     AttributeBegin
@@ -367,7 +369,10 @@ TEST(LightTracer, ObeysLightLinkingAndChannels) {
       Scale 0.3 0.3 0.3
       Light "PxrSphereLight" "bulb" "float intensity" [12] "color lightColor" [0.6 0.8 1] "string lightGroup" ["bulb"]
     AttributeEnd)";
-  const std::string ball = std::string("Attribute \"lighting\" \"string excludesubset\" [\"blue\"]\nAttribute \"identifier\" \"string lpegroup\" [\"ball\"]\n") + kGrey;
+  const std::string ball = std::string(
+                               "Attribute \"lighting\" \"string excludesubset\" [\"blue\"]\nAttribute \"identifier\" "
+                               "\"string lpegroup\" [\"ball\"]\n") +
+                           kGrey;
   std::string text = room(lights, kGrey, ball);
   text.replace(text.find("\"Ci,a,directDiffuse\""), 20, "\"Ci,a,bulb,ball,bulbOnBall,indirect\"");
   text.insert(text.find("Format"), R"(DisplayChannel "color bulb" "string source" ["lpe:C.*<L.'bulb'>"]
@@ -384,7 +389,9 @@ DisplayChannel "color bulbOnBall" "string source" ["lpe:C<.D'ball'><L.'bulb'>"]
       s.seed = 100 + 400 * uint32_t(k) + seed;
       s.integrator = k ? "ProbeLightTracer" : "PxrPathTracer";
       if (!k)
-        s.sets = {{"integrator.maxIndirectBounces", "3"}, {"integrator.clampLuminance", "1e30"}, {"integrator.rouletteThreshold", "0"}};
+        s.sets = {{"integrator.maxIndirectBounces", "3"},
+                  {"integrator.clampLuminance", "1e30"},
+                  {"integrator.rouletteThreshold", "0"}};
       const auto renderer = stage.load(sceneOf(text, stage.messages), s);
       ASSERT_EQ(renderer->renderFilm(), render::Outcome::Complete);
       for (const std::string& name : names)
@@ -396,7 +403,8 @@ DisplayChannel "color bulbOnBall" "string source" ["lpe:C<.D'ball'><L.'bulb'>"]
     const TileTest t = compareTiles(moments[1][name], moments[0][name]);
     EXPECT_GT(moments[0][name].mean(), 0.003) << name;
     EXPECT_TRUE(t.agrees()) << name << ": worst z " << t.worstZ << ", means " << moments[1][name].mean() << " and "
-                            << moments[0][name].mean() << "\n" << stage.said;
+                            << moments[0][name].mean() << "\n"
+                            << stage.said;
   }
 }
 

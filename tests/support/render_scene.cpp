@@ -14,9 +14,8 @@ const char* const kAllChannels =
     "transmissive";
 
 SceneRender::SceneRender(RenderRequest request) {
-  diagnostics_ = std::make_unique<Diagnostics>([this](const std::string& line, Severity s) {
-    (s != Severity::Info ? messages_ : infos_).push_back(line);
-  });
+  diagnostics_ = std::make_unique<Diagnostics>(
+      [this](const std::string& line, Severity s) { (s != Severity::Info ? messages_ : infos_).push_back(line); });
   std::optional<scene::Scene> scene;
   rib::RibReader reader(*diagnostics_, {}, [&](scene::Scene&& s) { scene = std::move(s); });
   const bool read =

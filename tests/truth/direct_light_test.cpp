@@ -95,19 +95,20 @@ TEST(Irradiance, OfADisk) {
     expectIrradiance(light, e, "disk");
     if (height < 1) expectByBxdfSamplesAlone(light, e, "disk");
   }
-  // aslant and squeezed: the plane sees it edge-on in part; closed form by its own polygon (the light's test proves it)
-  // is not asked here, but the two techniques must agree
-  const std::string askew = kUnseen +
-                            "Translate 0.4 0 0.2 Rotate 60 0 1 0 Scale 1.5 0.5 1 Light \"PxrDiskLight\" \"l\" \"float "
-                            "intensity\" [1] AttributeEnd\n";
+  // aslant and squeezed: the plane sees it edge-on in part; closed form by its own polygon (the light's test proves
+  // it) is not asked here, but the two techniques must agree
+  const std::string askew =
+      kUnseen +
+      "Translate 0.4 0 0.2 Rotate 60 0 1 0 Scale 1.5 0.5 1 Light \"PxrDiskLight\" \"l\" \"float "
+      "intensity\" [1] AttributeEnd\n";
   RenderRequest a, b;
   a.rib = whitePlane(askew, unbiased(0, "\"int numLightSamples\" [4]"));
   b.rib = whitePlane(askew, unbiased(0, "\"int numLightSamples\" [0]"));
   EXPECT_SAME_MEAN(overSeeds(a, 32), overSeeds(b, 32), 0.003);
 }
 
-// Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-30: from an element whose normal meets the end of
-// a cylinder at a right angle to its axis; radius r, length l, distance h from the axis.
+// Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-30: from an element whose normal meets the
+// end of a cylinder at a right angle to its axis; radius r, length l, distance h from the axis.
 double viewFactorOfCylinder(double r, double l, double h) {
   const double L = l / r, H = h / r, X = (1 + H) * (1 + H) + L * L, Y = (1 - H) * (1 - H) + L * L;
   return std::atan(L / std::sqrt(H * H - 1)) / (kPi * H) +
@@ -128,10 +129,13 @@ TEST(Irradiance, OfACylinder) {
 
 TEST(Irradiance, OfMeshes) {
   const double a = 0.5, h = 0.7, q = std::sqrt(a * a + h * h), square = 4 * a / q * std::atan(a / q);
-  const std::string place = kUnseen + "Translate 0 0 0.3 ", mesh = "Light \"PxrMeshLight\" \"l\" \"float intensity\" [1]\n";
-  const std::string points = " \"P\" [-0.5 -0.5 0  0.5 -0.5 0  0.5 0.5 0  -0.5 0.5 0]\n",
-                    grid = "PointsPolygons [4 3 3] [0 1 4 3  1 2 4  4 2 5] \"P\" [-0.5 -0.5 0  0 -0.5 0  0.5 -0.5 0  -0.5 0.5 0  0 "
-                           "0.5 0  0.5 0.5 0]\n";
+  const std::string place = kUnseen + "Translate 0 0 0.3 ",
+                    mesh = "Light \"PxrMeshLight\" \"l\" \"float intensity\" [1]\n";
+  const std::string
+      points = " \"P\" [-0.5 -0.5 0  0.5 -0.5 0  0.5 0.5 0  -0.5 0.5 0]\n",
+      grid =
+          "PointsPolygons [4 3 3] [0 1 4 3  1 2 4  4 2 5] \"P\" [-0.5 -0.5 0  0 -0.5 0  0.5 -0.5 0  -0.5 0.5 0  0 "
+          "0.5 0  0.5 0.5 0]\n";
   expectIrradiance(place + mesh + "Polygon" + points + "AttributeEnd\n", square, "square");
   expectByBxdfSamplesAlone(place + mesh + "Polygon" + points + "AttributeEnd\n", square, "square");
   expectIrradiance(place + mesh + grid + "AttributeEnd\n", square, "square of three faces");
@@ -148,12 +152,14 @@ TEST(Irradiance, OfMeshes) {
 
 TEST(Irradiance, OfOldAreaLights) {
   // real geometry emits from its outside, and its power does not grow with its size unless the file says so
-  const std::string begin = kUnseen + "AreaLightSource \"PxrStdAreaLight\" \"old\" \"int areaNormalize\" [0]\nTranslate 0 0 ";
+  const std::string begin =
+      kUnseen + "AreaLightSource \"PxrStdAreaLight\" \"old\" \"int areaNormalize\" [0]\nTranslate 0 0 ";
   expectIrradiance(begin + "-1\nDisk 0 0.5 360\nAttributeEnd\n", kPi * 0.25 / 4.25, "disk of an old kind");
   expectIrradiance(begin + "-1\nSphere 0.5 -0.5 0.5 360\nAttributeEnd\n", kPi * 0.25 / 4, "sphere of an old kind");
-  expectIrradiance(begin + "-1\nScale 1 1 -1 Geometry \"rectlight\"\nAttributeEnd\n", 1.0 / 4.25 * std::sqrt(4.25) * 2 * std::atan(0.5 / std::sqrt(4.25)),
-                   "rectangle of an old kind");
-  const std::string scaled = kUnseen + "AreaLightSource \"PxrStdAreaLight\" \"old\"\nTranslate 0 0 -1\nDisk 0 0.5 360\nAttributeEnd\n";
+  expectIrradiance(begin + "-1\nScale 1 1 -1 Geometry \"rectlight\"\nAttributeEnd\n",
+                   1.0 / 4.25 * std::sqrt(4.25) * 2 * std::atan(0.5 / std::sqrt(4.25)), "rectangle of an old kind");
+  const std::string scaled =
+      kUnseen + "AreaLightSource \"PxrStdAreaLight\" \"old\"\nTranslate 0 0 -1\nDisk 0 0.5 360\nAttributeEnd\n";
   expectIrradiance(scaled, 1 / 4.25, "disk of an old kind, its power of its own");
 }
 

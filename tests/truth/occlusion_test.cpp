@@ -1,6 +1,6 @@
-// Proves: PxrOcclusion against closed forms for each distribution, its distance limits, and against the path tracer under
-// a white dome; PxrValidateBxdf shows a sound material's albedo and nothing else; PxrVisualizer's styles on a plane whose
-// answer is known. Misses: how the edges of its wireframe look.
+// Proves: PxrOcclusion against closed forms for each distribution, its distance limits, and against the path tracer
+// under a white dome; PxrValidateBxdf shows a sound material's albedo and nothing else; PxrVisualizer's styles on a
+// plane whose answer is known. Misses: how the edges of its wireframe look.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,10 +16,13 @@ std::string plane(const std::string& integrator, const std::string& around, int 
   return orthographic(16, 1e-4, samples) + integrator +
          "WorldBegin\nBxdf \"PxrDiffuse\" \"white\" \"color diffuseColor\" [0.5 0.5 0.5]\n" +
          "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\n" + around +
-         "AttributeEnd\nAttributeBegin Translate 0 0 1\nPolygon \"vertex point P\" [-50 -50 0  -50 50 0  50 50 0  50 -50 0] "
+         "AttributeEnd\nAttributeBegin Translate 0 0 1\nPolygon \"vertex point P\" [-50 -50 0  -50 50 0  50 50 0  50 "
+         "-50 0] "
          "\"st\" [0 0  0 1  1 1  1 0]\nAttributeEnd\nWorldEnd\n";
 }
-std::string occlusion(const std::string& parameters) { return "Integrator \"PxrOcclusion\" \"i\" " + parameters + "\n"; }
+std::string occlusion(const std::string& parameters) {
+  return "Integrator \"PxrOcclusion\" \"i\" " + parameters + "\n";
+}
 
 void expectOpen(const std::string& parameters, const std::string& around, double expected) {
   RenderRequest r;
@@ -50,7 +53,8 @@ TEST(Occlusion, FallsOffWithDistance) {
 }
 
 TEST(Occlusion, IsWhatAWhiteDomeLights) {
-  const std::string things = "Translate 0.3 0.1 0.5 Sphere 0.3 -0.3 0.3 360 Translate -1 0 0.3 Sphere 0.4 -0.4 0.4 360\n";
+  const std::string things =
+      "Translate 0.3 0.1 0.5 Sphere 0.3 -0.3 0.3 360 Translate -1 0 0.3 Sphere 0.4 -0.4 0.4 360\n";
   RenderRequest a, b;
   a.rib = plane(occlusion("\"int useAlbedo\" [1]"), things);
   b.rib = plane(unbiased(0), "Light \"PxrDomeLight\" \"d\" \"float intensity\" [1]\n" + things);
@@ -59,7 +63,10 @@ TEST(Occlusion, IsWhatAWhiteDomeLights) {
 
 TEST(Occlusion, BadNumbersAreTamed) {
   RenderRequest r;
-  r.rib = plane(occlusion("\"int numSamples\" [-3] \"float maxDistance\" [-1] \"float falloff\" [-5] \"float cosineSpread\" [-2]"), "", 4);
+  r.rib = plane(
+      occlusion(
+          "\"int numSamples\" [-3] \"float maxDistance\" [-1] \"float falloff\" [-5] \"float cosineSpread\" [-2]"),
+      "", 4);
   EXPECT_EQ(overSeeds(r, 1).mean(), 1);
 }
 
@@ -91,7 +98,10 @@ TEST(Visualizer, StylesOfAPlane) {
   EXPECT_GT(show("\"string style\" [\"flat\"]", 1), 0.1);
   EXPECT_NEAR(show("\"string style\" [\"nonsense\"]", 0), 1, 1e-5) << "shaded stands in";
   RenderRequest r;
-  r.rib = plane("Integrator \"PxrVisualizer\" \"i\" \"float wireframeWidth\" [1e9] \"float wireframeOpacity\" [1] \"color wireframeColor\" [0 1 0]\n", "", 4);
+  r.rib = plane(
+      "Integrator \"PxrVisualizer\" \"i\" \"float wireframeWidth\" [1e9] \"float wireframeOpacity\" [1] \"color "
+      "wireframeColor\" [0 1 0]\n",
+      "", 4);
   SceneRender wires(r);
   EXPECT_NEAR(overPixels(wires.channel("Ci"), 1).mean(), 1, 1e-5);
   EXPECT_NEAR(overPixels(wires.channel("Ci"), 0).mean(), 0, 1e-5);

@@ -1,7 +1,7 @@
-// Elementary functions for wide values, our own polynomials: the same bits at every width and on every CPU. Accuracy is
-// stated beside each, measured by src/math/elementary_test.cpp. Included per target, like wide.h.
-// Polynomial coefficients: minimax fits on the reduced range (Cephes' published single-precision tables, S. Moshier,
-// for sin, cos, log, exp, atan, asin); evaluation order is fixed by explicit fused operations.
+// Elementary functions for wide values, our own polynomials: the same bits at every width and on every CPU. Accuracy
+// is stated beside each, measured by src/math/elementary_test.cpp. Included per target, like wide.h. Polynomial
+// coefficients: minimax fits on the reduced range (Cephes' published single-precision tables, S. Moshier, for sin,
+// cos, log, exp, atan, asin); evaluation order is fixed by explicit fused operations.
 #include <kinora/simd/wide.h>
 
 #if defined(KINORA_ELEMENTARY_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -15,8 +15,10 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 
-// sin and cos of x in radians; absolute error below 1.5e-7 for |x| < 8192; larger arguments lose accuracy with ulp(x).
-template <int W> KN_INLINE void sincos(Float<W> x, Float<W>& s, Float<W>& c) {
+// sin and cos of x in radians; absolute error below 1.5e-7 for |x| < 8192; larger arguments lose accuracy with
+// ulp(x).
+template <int W>
+KN_INLINE void sincos(Float<W> x, Float<W>& s, Float<W>& c) {
   using F = Float<W>;
   const Int<W> q = toNearestInt(x * F(0.636619772367581343f));  // multiples of pi/2
   const F k = toFloat(q);
@@ -36,13 +38,29 @@ template <int W> KN_INLINE void sincos(Float<W> x, Float<W>& s, Float<W>& c) {
   s = select((q & Int<W>(2)) == Int<W>(2), -ss, ss);
   c = select(((q + Int<W>(1)) & Int<W>(2)) == Int<W>(2), -cc, cc);
 }
-template <int W> KN_INLINE Float<W> sin(Float<W> x) { Float<W> s, c; sincos(x, s, c); return s; }
-template <int W> KN_INLINE Float<W> cos(Float<W> x) { Float<W> s, c; sincos(x, s, c); return c; }
+template <int W>
+KN_INLINE Float<W> sin(Float<W> x) {
+  Float<W> s, c;
+  sincos(x, s, c);
+  return s;
+}
+template <int W>
+KN_INLINE Float<W> cos(Float<W> x) {
+  Float<W> s, c;
+  sincos(x, s, c);
+  return c;
+}
 // tan x; relative error below 1e-6 for |x| < 1.5.
-template <int W> KN_INLINE Float<W> tan(Float<W> x) { Float<W> s, c; sincos(x, s, c); return s / c; }
+template <int W>
+KN_INLINE Float<W> tan(Float<W> x) {
+  Float<W> s, c;
+  sincos(x, s, c);
+  return s / c;
+}
 
 // 2^x; relative error below 2e-7; 0 below -126, infinity above 128.
-template <int W> KN_INLINE Float<W> exp2(Float<W> x) {
+template <int W>
+KN_INLINE Float<W> exp2(Float<W> x) {
   using F = Float<W>;
   const F y = clamp(x, F(-126.f), F(127.99999f));
   const Int<W> n = toNearestInt(y);
@@ -62,7 +80,8 @@ template <int W> KN_INLINE Float<W> exp2(Float<W> x) {
   return select(x != x, x, r);
 }
 // e^x; relative error below 2e-7; 0 below -87.33, infinity above 88.72.
-template <int W> KN_INLINE Float<W> exp(Float<W> x) {
+template <int W>
+KN_INLINE Float<W> exp(Float<W> x) {
   using F = Float<W>;
   const F y = clamp(x, F(-87.33654f), F(88.72283f));
   const Int<W> n = toNearestInt(y * F(1.44269504088896341f));
@@ -83,7 +102,8 @@ template <int W> KN_INLINE Float<W> exp(Float<W> x) {
   return select(x != x, x, e);
 }
 // ln x; relative error below 2e-7 away from 1, absolute 1e-7 near it; -infinity at 0, NaN below.
-template <int W> KN_INLINE Float<W> log(Float<W> x) {
+template <int W>
+KN_INLINE Float<W> log(Float<W> x) {
   using F = Float<W>;
   const Mask<W> tiny = x < F(1.17549435e-38f);
   const F y = select(tiny, x * F(8388608.f), x);
@@ -111,16 +131,21 @@ template <int W> KN_INLINE Float<W> log(Float<W> x) {
   r = select(x < F(0.f), F(__builtin_nanf("")), r);
   return select((x == F(__builtin_inff())) | (x != x), x, r);
 }
-template <int W> KN_INLINE Float<W> log2(Float<W> x) { return log(x) * Float<W>(1.44269504088896341f); }
+template <int W>
+KN_INLINE Float<W> log2(Float<W> x) {
+  return log(x) * Float<W>(1.44269504088896341f);
+}
 // x^y for x >= 0 (negative x: NaN; 0^y is 0 for y > 0, 1 for y = 0). Relative error about |y ln x| * 1e-7.
-template <int W> KN_INLINE Float<W> pow(Float<W> x, Float<W> y) {
+template <int W>
+KN_INLINE Float<W> pow(Float<W> x, Float<W> y) {
   using F = Float<W>;
   F r = exp(y * log(x));
   r = select((x == F(0.f)) & (y > F(0.f)), F(0.f), r);
   return select((y == F(0.f)) | (x == F(1.f)), F(1.f), r);
 }
 // atan x; absolute error below 2e-7.
-template <int W> KN_INLINE Float<W> atan(Float<W> x) {
+template <int W>
+KN_INLINE Float<W> atan(Float<W> x) {
   using F = Float<W>;
   const F a = abs(x);
   const Mask<W> big = a > F(2.414213562373095f), mid = (a > F(0.4142135623730950f)) & !big;
@@ -133,7 +158,8 @@ template <int W> KN_INLINE Float<W> atan(Float<W> x) {
   return copySign(y0 + fma(p * z, t, t), x);
 }
 // Angle of (x, y) in [-pi, pi]; 0 at the origin; absolute error below 4e-7.
-template <int W> KN_INLINE Float<W> atan2(Float<W> y, Float<W> x) {
+template <int W>
+KN_INLINE Float<W> atan2(Float<W> y, Float<W> x) {
   using F = Float<W>;
   const F ax = abs(x), ay = abs(y);
   const F hi = max(ax, ay), lo = min(ax, ay);
@@ -143,7 +169,8 @@ template <int W> KN_INLINE Float<W> atan2(Float<W> y, Float<W> x) {
   return copySign(r, y);
 }
 // asin x; x is clamped to [-1, 1]; absolute error below 2e-7.
-template <int W> KN_INLINE Float<W> asin(Float<W> x) {
+template <int W>
+KN_INLINE Float<W> asin(Float<W> x) {
   using F = Float<W>;
   const F a = min(abs(x), F(1.f));
   const Mask<W> big = a > F(0.5f);
@@ -157,7 +184,8 @@ template <int W> KN_INLINE Float<W> asin(Float<W> x) {
   return copySign(select(big, F(1.57079632679489662f) - (p + p), p), x);
 }
 // acos x; x is clamped to [-1, 1]; absolute error below 4e-7, 2e-7 for x > 0.5.
-template <int W> KN_INLINE Float<W> acos(Float<W> x) {
+template <int W>
+KN_INLINE Float<W> acos(Float<W> x) {
   using F = Float<W>;
   const F a = min(abs(x), F(1.f));
   // near 1 through the half angle, so that small angles keep relative accuracy

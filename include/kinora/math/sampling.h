@@ -1,5 +1,5 @@
-// Warps and frames for wide values: what bxdfs, lights and integrators share. Directions are unit vectors; pdfs are per
-// solid angle unless the name says otherwise. Included per target, like wide.h.
+// Warps and frames for wide values: what bxdfs, lights and integrators share. Directions are unit vectors; pdfs are
+// per solid angle unless the name says otherwise. Included per target, like wide.h.
 #include <kinora/math/elementary.h>
 
 #if defined(KINORA_SAMPLING_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -50,26 +50,30 @@ struct Frame {
 };
 
 // Uniform on the unit disk by Shirley and Chiu's concentric map: keeps strata compact.
-template <int W> KN_INLINE void concentricDisk(Float<W> u, Float<W> v, Float<W>& x, Float<W>& y) {
+template <int W>
+KN_INLINE void concentricDisk(Float<W> u, Float<W> v, Float<W>& x, Float<W>& y) {
   using F = Float<W>;
   const F a = fma(u, F(2.f), F(-1.f)), b = fma(v, F(2.f), F(-1.f));
   const Mask<W> first = a * a > b * b;
   const F r = select(first, a, b);
   const F q = select(first, b, a) / select(r == F(0.f), F(1.f), r);
-  const F phi = select(first, q * F(0.785398163397448310f), fnma(q, F(0.785398163397448310f), F(1.57079632679489662f)));
+  const F phi =
+      select(first, q * F(0.785398163397448310f), fnma(q, F(0.785398163397448310f), F(1.57079632679489662f)));
   F s, c;
   sincos(phi, s, c);
   x = r * c;
   y = r * s;
 }
 // Cosine-weighted direction about +z; pdf = z / pi.
-template <int W> KN_INLINE Vec3<W> cosineHemisphere(Float<W> u, Float<W> v) {
+template <int W>
+KN_INLINE Vec3<W> cosineHemisphere(Float<W> u, Float<W> v) {
   Float<W> x, y;
   concentricDisk(u, v, x, y);
   return {x, y, safeSqrt(fnma(x, x, fnma(y, y, Float<W>(1.f))))};
 }
 // Uniform on the unit sphere; pdf = 1 / (4 pi).
-template <int W> KN_INLINE Vec3<W> uniformSphere(Float<W> u, Float<W> v) {
+template <int W>
+KN_INLINE Vec3<W> uniformSphere(Float<W> u, Float<W> v) {
   using F = Float<W>;
   const F z = fnma(F(2.f), u, F(1.f)), r = safeSqrt(fnma(z, z, F(1.f)));
   F s, c;
@@ -78,40 +82,47 @@ template <int W> KN_INLINE Vec3<W> uniformSphere(Float<W> u, Float<W> v) {
 }
 // Uniform in a cone about +z with the given cosine of its half angle; pdf = 1 / (2 pi (1 - cosMax)).
 // oneMinusCosMax is passed instead of the cosine so that narrow cones keep accuracy.
-template <int W> KN_INLINE Vec3<W> uniformCone(Float<W> u, Float<W> v, Float<W> oneMinusCosMax) {
+template <int W>
+KN_INLINE Vec3<W> uniformCone(Float<W> u, Float<W> v, Float<W> oneMinusCosMax) {
   using F = Float<W>;
-  const F h = u * oneMinusCosMax;                   // 1 - cos
+  const F h = u * oneMinusCosMax;  // 1 - cos
   const F z = F(1.f) - h, r = safeSqrt(h * (F(2.f) - h));
   F s, c;
   sincos(v * F(kTwoPi), s, c);
   return {r * c, r * s, z};
 }
 // Balance heuristic for one sample of each of two techniques; both densities in the same measure (Veach 1995).
-template <int W> KN_INLINE Float<W> misBalance(Float<W> mine, Float<W> other) {
+template <int W>
+KN_INLINE Float<W> misBalance(Float<W> mine, Float<W> other) {
   return mine / max(mine + other, Float<W>(1e-38f));
 }
 // Power heuristic with exponent 2, written so that large densities do not overflow.
-template <int W> KN_INLINE Float<W> misPower(Float<W> mine, Float<W> other) {
+template <int W>
+KN_INLINE Float<W> misPower(Float<W> mine, Float<W> other) {
   using F = Float<W>;
   const F r = other / max(mine, F(1e-38f));
   return F(1.f) / fma(r, r, F(1.f));
 }
 // Direction reflected about the unit normal n: both point away from the surface.
-template <int W> KN_INLINE Vec3<W> reflect(Vec3<W> wo, Vec3<W> n) {
+template <int W>
+KN_INLINE Vec3<W> reflect(Vec3<W> wo, Vec3<W> n) {
   const Float<W> d = dot(wo, n);
   return fma(n, d + d, -wo);
 }
 // Refraction of wo (away from the surface) through n on wo's side; eta = ior(wo side) / ior(other side).
 // Returns false lanes on total internal reflection.
-template <int W> KN_INLINE Mask<W> refract(Vec3<W> wo, Vec3<W> n, Float<W> eta, Vec3<W>& wt) {
+template <int W>
+KN_INLINE Mask<W> refract(Vec3<W> wo, Vec3<W> n, Float<W> eta, Vec3<W>& wt) {
   using F = Float<W>;
   const F c = dot(wo, n), s2 = eta * eta * max(fnma(c, c, F(1.f)), F(0.f));
   const F ct = safeSqrt(F(1.f) - s2);
   wt = fma(n, fms(eta, c, ct), -(wo * eta));
   return s2 < F(1.f);
 }
-// Unpolarised Fresnel reflectance of a dielectric; cosine on the incident side (>= 0), eta = ior(incident) / ior(other).
-template <int W> KN_INLINE Float<W> fresnelDielectric(Float<W> cosI, Float<W> eta) {
+// Unpolarised Fresnel reflectance of a dielectric; cosine on the incident side (>= 0), eta = ior(incident) /
+// ior(other).
+template <int W>
+KN_INLINE Float<W> fresnelDielectric(Float<W> cosI, Float<W> eta) {
   using F = Float<W>;
   const F s2 = eta * eta * max(fnma(cosI, cosI, F(1.f)), F(0.f));
   const F cosT = safeSqrt(F(1.f) - s2);

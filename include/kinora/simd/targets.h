@@ -1,5 +1,6 @@
-// Which instruction sets kernels are compiled for. Included before any Highway header, by every kernel file; nothing here
-// runs. Kernels exist for AVX2 with FMA (widths 1, 4, 8) and for AVX-512 (width 16); the dispatcher picks at run time.
+// Which instruction sets kernels are compiled for. Included before any Highway header, by every kernel file; nothing
+// here runs. Kernels exist for AVX2 with FMA (widths 1, 4, 8) and for AVX-512 (width 16); the dispatcher picks at run
+// time.
 #pragma once
 #if defined(HIGHWAY_HWY_BASE_H_) && !defined(KINORA_TARGETS_SET)
 #error "include <kinora/...> before any Highway header"

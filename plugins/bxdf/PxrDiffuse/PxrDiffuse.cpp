@@ -13,9 +13,12 @@ namespace kinora::pxrDiffuse {
 enum : uint32_t { kDiffuseColor, kTransmissionBehavior, kTransmissionColor, kPresence, kBumpNormal };
 constexpr Param kParams[] = {
     param::color("diffuseColor", 0.5f).help("Fraction of light reflected."),
-    param::integer("transmissionBehavior", 2).range(0, 2).options("0 as diffuseColor, 1 as transmissionColor, 2 none")
+    param::integer("transmissionBehavior", 2)
+        .range(0, 2)
+        .options("0 as diffuseColor, 1 as transmissionColor, 2 none")
         .help("Light let through: the colour of reflection, transmissionColor, or none."),
-    param::color("transmissionColor", 0.f).help("Fraction of light transmitted diffusely where transmissionBehavior is 1."),
+    param::color("transmissionColor", 0.f)
+        .help("Fraction of light transmitted diffusely where transmissionBehavior is 1."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
 };
@@ -102,9 +105,19 @@ namespace {
 const char* const kLossless[] = {"diffuseColor=1 1 1", nullptr};
 constexpr BxdfTraits kTraits{pxrDiffuse::kLobes, 2, pxrDiffuse::kPresence, nullptr, nullptr, kLossless, kLossless};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0, "PxrDiffuse",
-                             "Ideal diffuse reflection and transmission.", pxrDiffuse::kParams,
-                             std::size(pxrDiffuse::kParams), kTables, 4, &kTraits, nullptr, nullptr};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Bxdf,
+                             0,
+                             "PxrDiffuse",
+                             "Ideal diffuse reflection and transmission.",
+                             pxrDiffuse::kParams,
+                             std::size(pxrDiffuse::kParams),
+                             kTables,
+                             4,
+                             &kTraits,
+                             nullptr,
+                             nullptr};
 }  // namespace
 KINORA_REGISTER(PxrDiffuse, kDescriptor)
 }  // namespace kinora

@@ -1,5 +1,5 @@
-// A picture encoded in memory and written whole at the end: OpenImageIO's writers do not notice a full disk. For formats
-// whose files are small (PNG, JPEG).
+// A picture encoded in memory and written whole at the end: OpenImageIO's writers do not notice a full disk. For
+// formats whose files are small (PNG, JPEG).
 #pragma once
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -21,7 +21,8 @@ struct EncodedFile {
   std::vector<unsigned char> bytes;
 
   // `name`: of the format, as messages write it. Throws.
-  void encode(const std::string& format, const char* name, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
+  void encode(const std::string& format, const char* name, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+              const void* pixels) {
     OIIO::Filesystem::IOVecOutput memory;
     std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(format);
     if (!out) throw std::runtime_error(std::string("this OpenImageIO cannot write ") + name);

@@ -57,10 +57,19 @@ void abort(void*) {}
 
 const DisplayFunctions kFunctions{DriverCalls<Jpeg>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{
-    kAbiVersion, sizeof(Descriptor), Kind::Display, 0, "jpeg",  "JPEG pictures to look at: sRGB, 8 bits, no alpha.",
-    kParams,     std::size(kParams), kTables,       1, nullptr, DriverCalls<Jpeg>::create,
-    DriverCalls<Jpeg>::destroy};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Display,
+                             0,
+                             "jpeg",
+                             "JPEG pictures to look at: sRGB, 8 bits, no alpha.",
+                             kParams,
+                             std::size(kParams),
+                             kTables,
+                             1,
+                             nullptr,
+                             DriverCalls<Jpeg>::create,
+                             DriverCalls<Jpeg>::destroy};
 }  // namespace
 KINORA_REGISTER(jpeg, kDescriptor)
 }  // namespace kinora

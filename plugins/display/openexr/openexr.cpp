@@ -236,12 +236,18 @@ void abort(void* display) { static_cast<OpenExr*>(display)->file->finish(); }
 
 const DisplayFunctions kFunctions{write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,   sizeof(Descriptor),
-                             Kind::Display, 0,
-                             "openexr",     "OpenEXR pictures, scene-linear, with layers and metadata.",
-                             kParams,       std::size(kParams),
-                             kTables,       1,
-                             nullptr,       DriverCalls<OpenExr>::create,
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Display,
+                             0,
+                             "openexr",
+                             "OpenEXR pictures, scene-linear, with layers and metadata.",
+                             kParams,
+                             std::size(kParams),
+                             kTables,
+                             1,
+                             nullptr,
+                             DriverCalls<OpenExr>::create,
                              DriverCalls<OpenExr>::destroy};
 }  // namespace
 KINORA_REGISTER(openexr, kDescriptor)

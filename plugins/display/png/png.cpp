@@ -14,7 +14,8 @@ namespace {
 
 const Param kParams[] = {
     param::integer("quantize", 1).range(0, 1).help("1: 8 bits a channel; 0: 16 bits"),
-    param::string("view", "").help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": plain sRGB"),
+    param::string("view", "")
+        .help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": plain sRGB"),
 };
 
 struct Png {
@@ -51,8 +52,7 @@ struct Png {
 
   template <typename Int>
   void encode(const DisplayPixels& p) {
-    const std::vector<Int> data =
-        pictureCodes<Int>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
+    const std::vector<Int> data = pictureCodes<Int>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
     file.encode("png", "PNG", spec, is16 ? OIIO::TypeUInt16 : OIIO::TypeUInt8, data.data());
   }
   void write(const DisplayPixels& p) {
@@ -68,10 +68,19 @@ void abort(void*) {}
 
 const DisplayFunctions kFunctions{DriverCalls<Png>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{
-    kAbiVersion, sizeof(Descriptor), Kind::Display, 0, "png",   "PNG pictures to look at: sRGB, 8 or 16 bits.",
-    kParams,     std::size(kParams), kTables,       1, nullptr, DriverCalls<Png>::create,
-    DriverCalls<Png>::destroy};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Display,
+                             0,
+                             "png",
+                             "PNG pictures to look at: sRGB, 8 or 16 bits.",
+                             kParams,
+                             std::size(kParams),
+                             kTables,
+                             1,
+                             nullptr,
+                             DriverCalls<Png>::create,
+                             DriverCalls<Png>::destroy};
 }  // namespace
 KINORA_REGISTER(png, kDescriptor)
 }  // namespace kinora

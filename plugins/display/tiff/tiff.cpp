@@ -134,7 +134,9 @@ struct Tiff {
 int close(void* display, ErrorText* error) {
   Tiff& d = *static_cast<Tiff*>(display);
   try {
-    return d.close() ? 1 : say(error, d.out ? orUnfinished(d.out->geterror()).c_str() : "what was written cannot be read back");
+    return d.close()
+               ? 1
+               : say(error, d.out ? orUnfinished(d.out->geterror()).c_str() : "what was written cannot be read back");
   } catch (const std::exception& e) {
     return say(error, e.what());
   }
@@ -143,12 +145,18 @@ void abort(void* display) { static_cast<Tiff*>(display)->out.reset(); }
 
 const DisplayFunctions kFunctions{DriverCalls<Tiff>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,   sizeof(Descriptor),
-                             Kind::Display, 0,
-                             "tiff",        "TIFF pictures: any channels, 8 or 16 bits (sRGB) or floats.",
-                             kParams,       std::size(kParams),
-                             kTables,       1,
-                             nullptr,       DriverCalls<Tiff>::create,
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Display,
+                             0,
+                             "tiff",
+                             "TIFF pictures: any channels, 8 or 16 bits (sRGB) or floats.",
+                             kParams,
+                             std::size(kParams),
+                             kTables,
+                             1,
+                             nullptr,
+                             DriverCalls<Tiff>::create,
                              DriverCalls<Tiff>::destroy};
 }  // namespace
 KINORA_REGISTER(tiff, kDescriptor)

@@ -1,5 +1,6 @@
-// PxrDefault: every surface lit from the eye, for a first look at scenes without lights. No shadows, no bounces: the bxdf
-// answers for light coming from where it is seen (radiance pi, so that a white diffuse surface facing the eye is white).
+// PxrDefault: every surface lit from the eye, for a first look at scenes without lights. No shadows, no bounces: the
+// bxdf answers for light coming from where it is seen (radiance pi, so that a white diffuse surface facing the eye is
+// white).
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrDefault/PxrDefault.cpp"
 #include <kinora/integrator.h>
 #include <iterator>
@@ -59,7 +60,10 @@ struct Runner {
       }
     }
   }
-  template <int W> static constexpr IntegratorFunctions table() { return IntegratorFunctions{&integrate<W>}; }
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
 };
 KINORA_WIDTH_TABLES(Runner, IntegratorFunctions)
 
@@ -73,9 +77,14 @@ namespace kinora {
 namespace {
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "PxrDefault",
-                             "A headlight: each surface lit from the eye, for scenes without lights.", nullptr, 0, kTables, 4,
-                             &kTraits, nullptr, nullptr};
+const Descriptor kDescriptor{
+    kAbiVersion,      sizeof(Descriptor),
+    Kind::Integrator, 0,
+    "PxrDefault",     "A headlight: each surface lit from the eye, for scenes without lights.",
+    nullptr,          0,
+    kTables,          4,
+    &kTraits,         nullptr,
+    nullptr};
 }  // namespace
 KINORA_REGISTER(PxrDefault, kDescriptor)
 }  // namespace kinora

@@ -27,7 +27,10 @@ struct Runner {
   static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
     PathLoop<W>(group, services, *static_cast<const PathLoopOptions*>(integrator)).run();
   }
-  template <int W> static constexpr IntegratorFunctions table() { return IntegratorFunctions{&integrate<W>}; }
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
 };
 KINORA_WIDTH_TABLES(Runner, IntegratorFunctions)
 
@@ -56,9 +59,19 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void destroy(void* p) { delete static_cast<PathLoopOptions*>(p); }
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "PxrDirectLighting",
-                             "Direct light and emission only.", kParams,
-                             std::size(kParams), kTables, 4, &kTraits, &create, &destroy};
+const Descriptor kDescriptor{kAbiVersion,
+                             sizeof(Descriptor),
+                             Kind::Integrator,
+                             0,
+                             "PxrDirectLighting",
+                             "Direct light and emission only.",
+                             kParams,
+                             std::size(kParams),
+                             kTables,
+                             4,
+                             &kTraits,
+                             &create,
+                             &destroy};
 }  // namespace
 KINORA_REGISTER(PxrDirectLighting, kDescriptor)
 }  // namespace kinora

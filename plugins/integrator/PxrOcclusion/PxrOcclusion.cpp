@@ -1,5 +1,5 @@
-// PxrOcclusion: how open each visible point is: the share of directions, spread as `distribution` says, in which nothing is
-// met. Lights play no part. A direction that meets something at distance t is closed by exp(-falloff t).
+// PxrOcclusion: how open each visible point is: the share of directions, spread as `distribution` says, in which
+// nothing is met. Lights play no part. A direction that meets something at distance t is closed by exp(-falloff t).
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrOcclusion/PxrOcclusion.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
@@ -151,7 +151,8 @@ struct PxrOcclusion {
     for (uint32_t x = 0; x < hits.contextCount; ++x) {
       const Context& c = *hits.contexts[x];
       float* rgb[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
-      for (uint32_t i = 0; i < c.padded; ++i) rgb[0][i] = rgb[1][i] = rgb[2][i] = open[c.path[i < c.count ? i : c.count - 1]] * scale;
+      for (uint32_t i = 0; i < c.padded; ++i)
+        rgb[0][i] = rgb[1][i] = rgb[2][i] = open[c.path[i < c.count ? i : c.count - 1]] * scale;
       if (k.useAlbedo && c.bxdf->albedo) {
         float* albedo[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
         c.bxdf->albedo(&c, c.closure, albedo);
@@ -181,17 +182,25 @@ void* create(const CreateInfo* info, ErrorText* error) {
   return guardedCreate(error, [&]() -> void* {
     const int samples = info->integer(kNumSamples);
     const auto positive = [](float x) { return x > 0 && x < 1e30f ? x : 0.f; };
-    return new Data{uint32_t(samples < 1 ? 1 : samples > 4096 ? 4096 : samples), info->integer(kDistribution),
-                    positive(info->number(kCosineSpread)), positive(info->number(kFalloff)),
-                    positive(info->number(kMaxDistance)), info->integer(kUseAlbedo) != 0};
+    return new Data{uint32_t(samples < 1      ? 1
+                             : samples > 4096 ? 4096
+                                              : samples),
+                    info->integer(kDistribution),
+                    positive(info->number(kCosineSpread)),
+                    positive(info->number(kFalloff)),
+                    positive(info->number(kMaxDistance)),
+                    info->integer(kUseAlbedo) != 0};
   });
 }
 void destroy(void* data) { delete static_cast<Data*>(data); }
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "PxrOcclusion",
-                             "How open each visible point is to its surroundings; lights play no part.", kParams,
-                             std::size(kParams), kTables, 4, &kTraits, &create, &destroy};
+const Descriptor kDescriptor{
+    kAbiVersion, sizeof(Descriptor), Kind::Integrator,
+    0,           "PxrOcclusion",     "How open each visible point is to its surroundings; lights play no part.",
+    kParams,     std::size(kParams), kTables,
+    4,           &kTraits,           &create,
+    &destroy};
 }  // namespace
 KINORA_REGISTER(PxrOcclusion, kDescriptor)
 }  // namespace kinora

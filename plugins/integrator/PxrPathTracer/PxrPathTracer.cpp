@@ -9,20 +9,41 @@
 #ifndef PXRPATHTRACER_ONCE
 #define PXRPATHTRACER_ONCE
 namespace kinora::pxrPathTracer {
-enum : uint32_t { kMaxBounces, kLightSamples, kIndirectSamples, kClampDepth, kClampLuminance, kRouletteDepth,
-                  kRouletteThreshold, kAllowCaustics };
+enum : uint32_t {
+  kMaxBounces,
+  kLightSamples,
+  kIndirectSamples,
+  kClampDepth,
+  kClampLuminance,
+  kRouletteDepth,
+  kRouletteThreshold,
+  kAllowCaustics
+};
 constexpr Param kParams[] = {
     param::integer("maxIndirectBounces", 8).range(0, 64).help("Indirect bounces allowed; 0 is direct light only."),
-    param::integer("numLightSamples", 1).range(0, 64).help("Light samples at each camera hit; deeper vertices take one."),
+    param::integer("numLightSamples", 1)
+        .range(0, 64)
+        .help("Light samples at each camera hit; deeper vertices take one."),
     param::integer("numIndirectSamples", 1).range(1, 64).help("Directions followed from each camera hit."),
-    param::integer("clampDepth", 2).range(1, 64).help("Ray depth (the camera ray is 1) from which contributions are clamped."),
-    param::number("clampLuminance", 10.f).range(0, 1e30f).help("Largest luminance of one contribution there; 1e30 is off."),
+    param::integer("clampDepth", 2)
+        .range(1, 64)
+        .help("Ray depth (the camera ray is 1) from which contributions are clamped."),
+    param::number("clampLuminance", 10.f)
+        .range(0, 1e30f)
+        .help("Largest luminance of one contribution there; 1e30 is off."),
     param::integer("rouletteDepth", 4).range(1, 64).help("Path length from which Russian roulette is played."),
-    param::number("rouletteThreshold", 0.2f).range(0, 1).help("Only paths whose throughput is below this play it; 0 is off."),
-    param::integer("allowCaustics", 0).range(0, 1).options("0 off, 1 on")
-        .help("Keep light that reaches a diffuse surface through mirrors or lenses; off: shadows of glass are tinted instead."),
+    param::number("rouletteThreshold", 0.2f)
+        .range(0, 1)
+        .help("Only paths whose throughput is below this play it; 0 is off."),
+    param::integer("allowCaustics", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Keep light that reaches a diffuse surface through mirrors or lenses; off: shadows of glass are tinted "
+              "instead."),
     param::integer("accumOpacity", 0).range(0, 1).help("Refraction contributes partial alpha. No effect yet."),
-    param::integer("numBxdfSamples", 1).range(1, 64).help("Accepted for old scenes; indirect directions serve as bxdf samples."),
+    param::integer("numBxdfSamples", 1)
+        .range(1, 64)
+        .help("Accepted for old scenes; indirect directions serve as bxdf samples."),
     param::integer("numDiffuseSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
     param::integer("numSpecularSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
     param::integer("numRefractionSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
@@ -54,7 +75,10 @@ struct Runner {
   static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
     PathLoop<W>(group, services, *static_cast<const PathLoopOptions*>(integrator)).run();
   }
-  template <int W> static constexpr IntegratorFunctions table() { return IntegratorFunctions{&integrate<W>}; }
+  template <int W>
+  static constexpr IntegratorFunctions table() {
+    return IntegratorFunctions{&integrate<W>};
+  }
 };
 KINORA_WIDTH_TABLES(Runner, IntegratorFunctions)
 
@@ -88,9 +112,11 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void destroy(void* p) { delete static_cast<PathLoopOptions*>(p); }
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "PxrPathTracer",
-                             "Forward path tracing with next-event estimation.", kParams,
-                             std::size(kParams), kTables, 4, &kTraits, &create, &destroy};
+const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator,
+                             0,           "PxrPathTracer",    "Forward path tracing with next-event estimation.",
+                             kParams,     std::size(kParams), kTables,
+                             4,           &kTraits,           &create,
+                             &destroy};
 }  // namespace
 KINORA_REGISTER(PxrPathTracer, kDescriptor)
 }  // namespace kinora

@@ -1,8 +1,8 @@
-// PxrValidateBxdf: shows where a material's two halves disagree. At each camera hit directions are generated and evaluated
-// again. Green: the albedo that the samples estimate (a white furnace: energy appears where it is above 1). Red: the mean
-// relative difference of the densities that generate and evaluate give for the same direction (of continuous lobes, and of
-// the weights where the picture does not tell lobes apart). Blue: samples that are broken: not finite, no unit
-// direction, negative density. A sound material is pure green.
+// PxrValidateBxdf: shows where a material's two halves disagree. At each camera hit directions are generated and
+// evaluated again. Green: the albedo that the samples estimate (a white furnace: energy appears where it is above 1).
+// Red: the mean relative difference of the densities that generate and evaluate give for the same direction (of
+// continuous lobes, and of the weights where the picture does not tell lobes apart). Blue: samples that are broken:
+// not finite, no unit direction, negative density. A sound material is pure green.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrValidateBxdf/PxrValidateBxdf.cpp"
 #include <kinora/bxdf.h>
 #include <cmath>
@@ -64,7 +64,8 @@ struct PxrValidateBxdf {
     uint32_t* state = hits.words(c.padded);  // 0 no sample, 1 sound, 2 broken
     for (uint32_t i = 0; i < c.padded; ++i) {
       const float l2 = g.wi[0][i] * g.wi[0][i] + g.wi[1][i] * g.wi[1][i] + g.wi[2][i] * g.wi[2][i];
-      const bool finite = std::isfinite(g.weight[0][i]) && std::isfinite(g.weight[1][i]) && std::isfinite(g.weight[2][i]);
+      const bool finite =
+          std::isfinite(g.weight[0][i]) && std::isfinite(g.weight[1][i]) && std::isfinite(g.weight[2][i]);
       const bool none = g.slot[i] == kNoLobe || g.pdf[i] == 0;
       state[i] = none ? 0 : std::fabs(l2 - 1) < 1e-4f && finite && g.pdf[i] > 0 && std::isfinite(g.pdf[i]) ? 1 : 2;
       for (int x = 0; x < 3; ++x) wi[x][i] = state[i] == 1 ? g.wi[x][i] : c.N[x][i];
@@ -78,7 +79,8 @@ struct PxrValidateBxdf {
     for (uint32_t i = 0; i < c.count; ++i) {
       if (state[i] == 2) rgb[2][i] += share;
       if (state[i] != 1) continue;
-      rgb[1][i] += share * (0.2126f * g.weight[0][i] + 0.7152f * g.weight[1][i] + 0.0722f * g.weight[2][i]) / g.pdf[i];
+      rgb[1][i] +=
+          share * (0.2126f * g.weight[0][i] + 0.7152f * g.weight[1][i] + 0.0722f * g.weight[2][i]) / g.pdf[i];
       if (g.flags[i] & kSampleDiscrete) continue;
       float off = std::fabs(e.pdf[i] - g.pdf[i]) / g.pdf[i];
       if (c.slotCount == 1)
@@ -129,10 +131,21 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void destroy(void* data) { delete static_cast<Data*>(data); }
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "PxrValidateBxdf",
-                             "Shows where materials are unsound: red densities that disagree, green the albedo, blue broken "
-                             "samples. A sound material is pure green.",
-                             kParams, std::size(kParams), kTables, 4, &kTraits, &create, &destroy};
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Integrator,
+    0,
+    "PxrValidateBxdf",
+    "Shows where materials are unsound: red densities that disagree, green the albedo, blue broken "
+    "samples. A sound material is pure green.",
+    kParams,
+    std::size(kParams),
+    kTables,
+    4,
+    &kTraits,
+    &create,
+    &destroy};
 }  // namespace
 KINORA_REGISTER(PxrValidateBxdf, kDescriptor)
 }  // namespace kinora

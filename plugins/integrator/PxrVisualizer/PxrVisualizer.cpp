@@ -1,7 +1,7 @@
-// PxrVisualizer: shows geometry without light: shaded by its angle to the view, by a headlight through its material, in a
-// flat colour of its own, or as its normals, texture coordinates or a sphere map ("matcap"). Edges of micropolygons are
-// drawn over it from the hit's barycentric coordinates; the triangle's shape is not known here, so that widths are those
-// of an equilateral triangle of the same area.
+// PxrVisualizer: shows geometry without light: shaded by its angle to the view, by a headlight through its material,
+// in a flat colour of its own, or as its normals, texture coordinates or a sphere map ("matcap"). Edges of
+// micropolygons are drawn over it from the hit's barycentric coordinates; the triangle's shape is not known here, so
+// that widths are those of an equilateral triangle of the same area.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrVisualizer/PxrVisualizer.cpp"
 #include <kinora/bxdf.h>
 #include <kinora/named_values.h>
@@ -19,16 +19,21 @@ namespace kinora::pxrVisualizer {
 constexpr std::array kParams = {
     param::string("style", "shaded")
         .options("bxdf|shaded|flat|normals|objectnormals|st|matcap")
-        .help("What is shown: the material under a headlight, the angle to the view, a colour for each object, normals in "
+        .help("What is shown: the material under a headlight, the angle to the view, a colour for each object, "
+              "normals in "
               "world or object space, texture coordinates, or matCap."),
     param::integer("wireframe", 1).range(0, 1).options("0 off, 1 on").help("Draw the edges of micropolygons."),
     param::color("wireframeColor", 0.f).help("Of the edges."),
     param::number("wireframeOpacity", 0.5f).help("Of the edges."),
     param::number("wireframeWidth", 1.f).range(0, 10).help("Of the edges, pixels."),
     param::integer("normalCheck", 0).range(0, 1).options("0 off, 1 on").help("Orange where the inside is seen."),
-    param::integer("normalMap", 0).range(0, 1).options("0 off, 1 on").help("Normals from -1 to 1 are shown as 0 to 1."),
+    param::integer("normalMap", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Normals from -1 to 1 are shown as 0 to 1."),
     param::string("matCap", "").help("Image of a lit sphere, looked up by the normal in camera space."),
-    param::string("shadedPrimVar", "displayColor").help("Colour primvar that tints the style shaded; objects without it are white."),
+    param::string("shadedPrimVar", "displayColor")
+        .help("Colour primvar that tints the style shaded; objects without it are white."),
 };
 enum class Style { Bxdf, Shaded, Flat, Normals, ObjectNormals, St, MatCap };
 struct Data {
@@ -85,7 +90,8 @@ struct PxrVisualizer {
       const int i = int((0.5f + 0.5f * x) * float(size));
       return uint32_t(i < 0 ? 0 : i >= int(size) ? int(size) - 1 : i);
     };
-    const float* p = image.pixels + (size_t(texel(-ny, image.height)) * image.width + texel(nx, image.width)) * image.channels;
+    const float* p =
+        image.pixels + (size_t(texel(-ny, image.height)) * image.width + texel(nx, image.width)) * image.channels;
     for (uint32_t k = 0; k < 3; ++k) rgb[k] = p[image.channels >= 3 ? k : 0];
   }
 
@@ -115,7 +121,8 @@ struct PxrVisualizer {
         case Style::Flat: {
           // three bytes of a hash of the object's number (or, where it has none, of its instance)
           const float number = id.components ? id.data[0][id.stride ? i : 0] : 0.f;
-          uint32_t h = (number != 0 ? uint32_t(int32_t(number)) : hits.instance(c.path[i])) * 0x9E3779B9u + 0x7feb352du;
+          uint32_t h =
+              (number != 0 ? uint32_t(int32_t(number)) : hits.instance(c.path[i])) * 0x9E3779B9u + 0x7feb352du;
           h = (h ^ h >> 15) * 0x846ca68bu;
           h ^= h >> 16;
           for (int x = 0; x < 3; ++x) out[x] = 0.15f + 0.75f * float(h >> (8 * x) & 255u) / 255.f;
@@ -151,8 +158,10 @@ struct PxrVisualizer {
     const bool known = c.fn->matrix(&c, "object", "render", &m) != 0;
     for (uint32_t i = 0; i < c.padded; ++i) {
       const uint32_t s = c.path[i < c.count ? i : c.count - 1], at = known && m.stride ? i : 0;
-      const float b1 = g.hits.u[s], b2 = g.hits.v[s], b0 = 1 - b1 - b2, b = b0 < b1 ? (b0 < b2 ? b0 : b2) : (b1 < b2 ? b1 : b2);
-      const float ng2 = g.hits.ng[0][s] * g.hits.ng[0][s] + g.hits.ng[1][s] * g.hits.ng[1][s] + g.hits.ng[2][s] * g.hits.ng[2][s];
+      const float b1 = g.hits.u[s], b2 = g.hits.v[s], b0 = 1 - b1 - b2,
+                  b = b0 < b1 ? (b0 < b2 ? b0 : b2) : (b1 < b2 ? b1 : b2);
+      const float ng2 =
+          g.hits.ng[0][s] * g.hits.ng[0][s] + g.hits.ng[1][s] * g.hits.ng[1][s] + g.hits.ng[2][s] * g.hits.ng[2][s];
       // |Ng| is twice the triangle's area: height of the equilateral one, sqrt(sqrt(3) area)
       float height = sqrt(Float<1>(0.8660254f * sqrt(Float<1>(ng2)).lane0())).lane0();
       if (known) {
@@ -205,8 +214,10 @@ void* create(const CreateInfo* info, ErrorText* error) {
         k->style = Style(i);
         found = true;
       }
-    if (!found) v.warn("PARAM-CHOICE", "style '" + style + "' is not one of bxdf, shaded, flat, normals, objectnormals, st, matcap",
-                       "shaded is used");
+    if (!found)
+      v.warn("PARAM-CHOICE",
+             "style '" + style + "' is not one of bxdf, shaded, flat, normals, objectnormals, st, matcap",
+             "shaded is used");
     k->wireframe = v.integer("wireframe") != 0;
     k->normalCheck = v.integer("normalCheck") != 0;
     k->normalMap = v.integer("normalMap") != 0;
@@ -217,7 +228,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
     const std::string file = v.string("matCap");
     if (k->style == Style::MatCap && info->host && info->host->image) {
       k->matCap = file.empty() ? nullptr : info->host->image(info->host->self, file.c_str(), -1);
-      if (k->matCap && (!k->matCap->pixels || !k->matCap->width || !k->matCap->height || !k->matCap->channels)) k->matCap = nullptr;
+      if (k->matCap && (!k->matCap->pixels || !k->matCap->width || !k->matCap->height || !k->matCap->channels))
+        k->matCap = nullptr;
     }
     return k.release();
   });
@@ -225,9 +237,14 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void destroy(void* data) { delete static_cast<Data*>(data); }
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0, "PxrVisualizer",
-                             "Shows geometry without light: shading by the view, normals, texture coordinates, edges.",
-                             kParams.data(), uint32_t(kParams.size()), kTables, 4, &kTraits, &create, &destroy};
+const Descriptor kDescriptor{
+    kAbiVersion,      sizeof(Descriptor),
+    Kind::Integrator, 0,
+    "PxrVisualizer",  "Shows geometry without light: shading by the view, normals, texture coordinates, edges.",
+    kParams.data(),   uint32_t(kParams.size()),
+    kTables,          4,
+    &kTraits,         &create,
+    &destroy};
 }  // namespace
 KINORA_REGISTER(PxrVisualizer, kDescriptor)
 }  // namespace kinora

@@ -3,9 +3,9 @@
 // wall in straight lines; a plane is chosen by its angle phi about the point, and in it Y, the sine of the angle
 // against the planes across the axis, evenly between the line's ends. In the coordinates (phi, Y) solid angle is area
 // (Archimedes), so the density is p(phi) over the slice's length; p(phi) is a tent between the lengths at the middle
-// and at the limb. Any affine placement: everything happens in local space, where the wall is round; density is carried
-// over by the Jacobian of the normalised linear map, as in PxrSphereLight. From inside and beyond the ends, where the
-// point is nearer to the axis than the wall, it is dark.
+// and at the limb. Any affine placement: everything happens in local space, where the wall is round; density is
+// carried over by the Jacobian of the normalised linear map, as in PxrSphereLight. From inside and beyond the ends,
+// where the point is nearer to the axis than the wall, it is dark.
 #define KINORA_KERNEL_FILE "plugins/light/PxrCylinderLight/PxrCylinderLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
@@ -46,8 +46,8 @@ KN_INLINE Vec3<W> times(Vec3<W> v, const Float3 m[3]) {
   return fma(wide<W>(m[0]), v.x, fma(wide<W>(m[1]), v.y, wide<W>(m[2]) * v.z));
 }
 
-// h(y) = y / sqrt(y^2 + d^2), the sine under which the wall's line at distance d begins (y0) and ends (y1): as 1 + h0,
-// 1 - h1 and h1 - h0, each without the loss of digits of their differences where d is small beside y or large.
+// h(y) = y / sqrt(y^2 + d^2), the sine under which the wall's line at distance d begins (y0) and ends (y1): as 1 +
+// h0, 1 - h1 and h1 - h0, each without the loss of digits of their differences where d is small beside y or large.
 template <int W>
 KN_INLINE void sineRange(Float<W> y0, Float<W> y1, Float<W> d2, Float<W>& above0, Float<W>& below1, Float<W>& range) {
   using F = Float<W>;
@@ -56,7 +56,8 @@ KN_INLINE void sineRange(Float<W> y0, Float<W> y1, Float<W> d2, Float<W>& above0
   above0 = select(y0 < zero, c0, one + y0 / l0);
   below1 = select(y1 > zero, c1, one - y1 / l1);
   // on one side: the difference of squares over the sum, with the length as it is, not as y1 - y0 rounds it
-  const F oneSide = d2 * (abs(y0 + y1) * F(2 * kHalfLength)) / max(l0 * l1 * fma(abs(y1), l0, abs(y0) * l1), F(1e-37f));
+  const F oneSide =
+      d2 * (abs(y0 + y1) * F(2 * kHalfLength)) / max(l0 * l1 * fma(abs(y1), l0, abs(y0) * l1), F(1e-37f));
   range = select((y0 > zero) | (y1 < zero), oneSide, y1 / l1 - y0 / l0);
 }
 
@@ -67,8 +68,8 @@ struct View {
   Float<W> towardsY, towardsZ;  // unit, from the point to the axis
   Float<W> rho, beyond;         // distance from the axis; rho^2 - r^2
   Float<W> phiMax;
-  Float<W> start, end;          // along the axis, from the point
-  Float<W> middle, limb;        // lengths of slices
+  Float<W> start, end;    // along the axis, from the point
+  Float<W> middle, limb;  // lengths of slices
   Mask<W> outside;
   KN_INLINE View(const Data& k, Vec3<W> render) {
     using F = Float<W>;
@@ -313,9 +314,11 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrCylinderLight,
-                      "Wall of the cylinder of radius 0.5 and length 1 along local X, emitting outwards; its ends are open and dark. Focus "
-                      "and cone are measured from local +Z (emissionFocusNormalize as for a sphere); a coneAngle of 90 cuts nothing.",
-                      pxrCylinderLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrCylinderLight,
+    "Wall of the cylinder of radius 0.5 and length 1 along local X, emitting outwards; its ends are open and dark. "
+    "Focus "
+    "and cone are measured from local +Z (emissionFocusNormalize as for a sphere); a coneAngle of 90 cuts nothing.",
+    pxrCylinderLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

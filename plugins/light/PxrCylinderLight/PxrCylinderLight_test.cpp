@@ -1,5 +1,6 @@
 // Proves: irradiance against a published view factor and against looking, from near the wall to far away; sheared
-// placements; densities, power, darkness inside and beyond the open ends, widths, degenerate placements. Misses: motion.
+// placements; densities, power, darkness inside and beyond the open ends, widths, degenerate placements. Misses:
+// motion.
 #include "plugins/light/light_testing.h"
 
 namespace kinora {
@@ -31,7 +32,8 @@ TEST(PxrCylinderLight, IrradianceByThePublishedViewFactor) {
 
 TEST(PxrCylinderLight, PlacesAroundAgreeWithLooking) {
   const Matrix sheared = {2, 0.1, 0, 0, 0.7, 1, 0.4, 0, 0.2, 0, 0.5, 0, 0.5, 0, 0, 1};
-  for (const Matrix& m : {turned(1, 1, 1, {0, 0, 0}), turned(3, 1, 0.5, {1, 0, 0}), turned(-1, 1, 2, {0, 0, 0}), sheared}) {
+  for (const Matrix& m :
+       {turned(1, 1, 1, {0, 0, 0}), turned(3, 1, 0.5, {1, 0, 0}), turned(-1, 1, 2, {0, 0, 0}), sheared}) {
     TestLight light(kName, {}, m);
     for (Vec p : pointsAround(light, 6, 1.02, 4)) {
       for (int c = 0; c < 3; ++c) p[size_t(c)] = float(p[size_t(c)]);

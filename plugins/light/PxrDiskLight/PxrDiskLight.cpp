@@ -1,11 +1,11 @@
-// PxrDiskLight: the disk of radius 0.5 in the local XY plane, emitting to the side of local +Z. Sampled by solid angle
-// within the elliptic cone that it fills (its axes as in Guillen, Urena, King, Fajardo, Georgiev, Lopez-Moreno and
-// Jarabo, "Area-Preserving Parameterizations for Spherical Ellipses", EGSR 2017, section 3). Their maps need elliptic
-// integrals; here a direction is made as (phi, Y), the coordinates of Archimedes' equal-area cylinder about the cone's
-// wider axis: Y evenly between the ends of the slice at phi, phi from a mixture of the two profiles that are exact in
-// the limits of narrow cones (a half circle) and of half-open lunes (flat). So densities are evaluated exactly and
-// vary little. Everything happens in local space, where the disk is round; density is carried over by the Jacobian of
-// the normalised linear map, as in PxrSphereLight.
+// PxrDiskLight: the disk of radius 0.5 in the local XY plane, emitting to the side of local +Z. Sampled by solid
+// angle within the elliptic cone that it fills (its axes as in Guillen, Urena, King, Fajardo, Georgiev, Lopez-Moreno
+// and Jarabo, "Area-Preserving Parameterizations for Spherical Ellipses", EGSR 2017, section 3). Their maps need
+// elliptic integrals; here a direction is made as (phi, Y), the coordinates of Archimedes' equal-area cylinder about
+// the cone's wider axis: Y evenly between the ends of the slice at phi, phi from a mixture of the two profiles that
+// are exact in the limits of narrow cones (a half circle) and of half-open lunes (flat). So densities are evaluated
+// exactly and vary little. Everything happens in local space, where the disk is round; density is carried over by the
+// Jacobian of the normalised linear map, as in PxrSphereLight.
 #define KINORA_KERNEL_FILE "plugins/light/PxrDiskLight/PxrDiskLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
@@ -23,10 +23,10 @@ struct Data {
   LightCommon common;
   Shaping shaping;
   Float3 center, normal;
-  Float3 rows[3];       // local to render: X, Y, and the normal times a length between theirs
-  Float3 inverse[3];    // dot(v, inverse[i]) is local coordinate i
+  Float3 rows[3];     // local to render: X, Y, and the normal times a length between theirs
+  Float3 inverse[3];  // dot(v, inverse[i]) is local coordinate i
   float determinant = 1, area = 0;
-  float rounding = 0;   // of a local position a local distance 1 away, generously
+  float rounding = 0;  // of a local position a local distance 1 away, generously
   double boundingRadius = 0;
   bool isBlack = true;
   Double3 axisX, axisY, center64, normal64;
@@ -55,10 +55,10 @@ template <int W>
 struct View {
   Vec3<W> P;
   Float<W> alongX, alongY;
-  Float<W> sinTilt, cosTilt;      // of the cone's axis against the way straight down
-  Float<W> alpha;                 // half angle in the symmetry plane
-  Float<W> sin2Alpha, tan2Beta;   // beta: half angle across it, the larger one
-  Float<W> flat;                  // share of the flat profile
+  Float<W> sinTilt, cosTilt;     // of the cone's axis against the way straight down
+  Float<W> alpha;                // half angle in the symmetry plane
+  Float<W> sin2Alpha, tan2Beta;  // beta: half angle across it, the larger one
+  Float<W> flat;                 // share of the flat profile
   Mask<W> front;
   KN_INLINE View(const Data& k, Vec3<W> render) {
     using F = Float<W>;
@@ -134,8 +134,8 @@ struct PxrDiskLight {
     F x, y;
     concentricDisk(clamp(u, F(0.f), one), in.v, x, y);
     const F place = select(even, fms(two, u, one), x);
-    const F across = select(even, fms(two, in.v, one),
-                            clamp(y / max(safeSqrt(fnma(x, x, one)), F(1e-12f)), F(-1.f), one));
+    const F across =
+        select(even, fms(two, in.v, one), clamp(y / max(safeSqrt(fnma(x, x, one)), F(1e-12f)), F(-1.f), one));
     const F phi = clamp(place, F(-1.f), one) * view.alpha;
     F sines, ratio, sine, cosine;
     view.edges(phi, sines, ratio);
@@ -159,8 +159,7 @@ struct PxrDiskLight {
     const Vec3<W> p = toLocal<W>(k, o - wide<W>(k.center)), l = toLocal<W>(k, d);
     const F at = p.z / max(-l.z, F(1e-30f));
     const F x = fma(l.x, at, p.x), y = fma(l.y, at, p.y);
-    const Mask<W> hit =
-        (l.z < F(0.f)) & (p.z > F(0.f)) & (fma(x, x, y * y) <= F(kRadius * kRadius)) & (at < t);
+    const Mask<W> hit = (l.z < F(0.f)) & (p.z > F(0.f)) & (fma(x, x, y * y) <= F(kRadius * kRadius)) & (at < t);
     t = select(hit, at, t);
     return hit;
   }
@@ -179,7 +178,8 @@ struct PxrDiskLight {
     const F rim = fma(reach * reach / max(view.P.z, F(1e-20f)), F(k.rounding), F(kRadius * (1 + 2e-6f)));
     const Mask<W> hit = view.front & (local.z < F(0.f)) & (fma(x0, x0, y0 * y0) <= rim * rim);
     const F level = fma(local.x, view.alongX, local.y * view.alongY);
-    const F x = fma(level, view.cosTilt, local.z * view.sinTilt), z = fms(level, view.sinTilt, local.z * view.cosTilt);
+    const F x = fma(level, view.cosTilt, local.z * view.sinTilt),
+            z = fms(level, view.sinTilt, local.z * view.cosTilt);
     const F phi = clamp(atan2(x, z), -view.alpha, view.alpha);
     l = zeroUnless(hit, radiance<W>(k, -dot(ray.d, wide<W>(k.normal))));
     pdf = zeroUnless(hit, view.density(k, phi, F(1.f) / max(inverseStretch, F(1e-30f))));
@@ -310,8 +310,9 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrDiskLight,
-                      "Disk of radius 0.5 in the local XY plane (an ellipse when scaled unevenly), emitting to the side of local +Z.",
-                      pxrDiskLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrDiskLight,
+    "Disk of radius 0.5 in the local XY plane (an ellipse when scaled unevenly), emitting to the side of local +Z.",
+    pxrDiskLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

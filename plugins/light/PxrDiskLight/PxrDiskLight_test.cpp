@@ -1,5 +1,5 @@
-// Proves: irradiance against closed forms from touching to far away, at grazing points and on tilted receivers; ellipses
-// against looking; densities, power, the dark back, widths, degenerate placements. Misses: motion.
+// Proves: irradiance against closed forms from touching to far away, at grazing points and on tilted receivers;
+// ellipses against looking; densities, power, the dark back, widths, degenerate placements. Misses: motion.
 #include "plugins/light/light_testing.h"
 
 namespace kinora {

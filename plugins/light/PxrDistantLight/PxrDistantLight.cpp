@@ -155,8 +155,9 @@ double irradiance(const void* data, const double*, const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrDistantLight,
-                      "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
-                      pxrDistantLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrDistantLight,
+    "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
+    pxrDistantLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

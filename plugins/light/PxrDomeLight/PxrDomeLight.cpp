@@ -277,10 +277,11 @@ double irradiance(const void* data, const double*, const double*) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrDomeLight,
-                      "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
-                      "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
-                      "placement count.",
-                      pxrDomeLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrDomeLight,
+    "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
+    "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
+    "placement count.",
+    pxrDomeLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

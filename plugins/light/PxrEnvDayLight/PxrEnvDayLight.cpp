@@ -1,7 +1,7 @@
 // PxrEnvDayLight: sky and sun by the model of Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight"
 // (SIGGRAPH 1999): Perez' distribution of luminance and chromaticity over the sky for a turbidity, the sun's position
-// from date and place, its light after Rayleigh and aerosol scattering (appendix A; ozone and water vapour are left out,
-// they take a few percent of green and red).
+// from date and place, its light after Rayleigh and aerosol scattering (appendix A; ozone and water vapour are left
+// out, they take a few percent of green and red).
 //
 // Orientation as of PxrDomeLight: the native frame is Z-up, and rotation and mirroring of the placement count. +X is
 // north and +Y east, which makes east lie right of north where the placement turns a left-handed light space into the
@@ -31,7 +31,9 @@ inline constexpr std::array kDay = {
     param::number("haziness", 2.f).range(1.7f, 10).help("Turbidity: 2 is a clear sky, 10 haze."),
     param::color("skyTint", 1.f).help("Factor on the sky's colour."),
     param::color("sunTint", 1.f).help("Factor on the sun's colour."),
-    param::number("sunSize", 1.f).range(0, 10).help("Of the sun's disc, 1 is 0.55 degrees; its power stays the same."),
+    param::number("sunSize", 1.f)
+        .range(0, 10)
+        .help("Of the sun's disc, 1 is 0.55 degrees; its power stays the same."),
     param::integer("groundMode", 0)
         .range(0, 2)
         .options("0 and 1 horizon's colour, 2 diffuse ground")
@@ -192,7 +194,8 @@ using pxrEnvDayLight::Perez;
 // Local direction to the sun (+X north, +Y east, +Z up) by the paper's appendix A.6.
 Double3 sunOf(const NamedValues& v) {
   if (v.integer("month") == 0) {
-    const Double3 d = normalized({v.number("sunDirection", 0), v.number("sunDirection", 1), v.number("sunDirection", 2)});
+    const Double3 d =
+        normalized({v.number("sunDirection", 0), v.number("sunDirection", 1), v.number("sunDirection", 2)});
     return length(d) > 0 ? d : Double3{0, 0, 1};
   }
   static constexpr int kBefore[12] = {0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334};
@@ -200,7 +203,8 @@ Double3 sunOf(const NamedValues& v) {
   const bool leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
   const double J = kBefore[month - 1] + std::clamp(v.integer("day"), 1, 31) + (leap && month > 2 ? 1 : 0);
   const double solar = v.number("hour") + 0.170 * std::sin(4 * kPi * (J - 80) / 373) -
-                       0.129 * std::sin(2 * kPi * (J - 8) / 355) + (v.number("longitude") - 15 * v.number("zone")) / 15;
+                       0.129 * std::sin(2 * kPi * (J - 8) / 355) +
+                       (v.number("longitude") - 15 * v.number("zone")) / 15;
   const double declination = 0.4093 * std::sin(2 * kPi * (J - 81) / 368), angle = kPi * (solar - 12) / 12;
   const double latitude = v.number("latitude") * kPi / 180, sl = std::sin(latitude), cl = std::cos(latitude);
   const double sd = std::sin(declination), cd = std::cos(declination);
@@ -240,8 +244,8 @@ void setSky(Data& k, double T, double s) {
 }
 
 // Irradiance of the sun on a surface that faces it, in the light's units: 128 klx above the atmosphere (the solar
-// illuminance constant), with the colour of a black body of 5778 K at wavelengths that stand for Rec. 709's primaries,
-// behind the paper's Rayleigh and Angstrom turbidity terms (appendix A.1; Iqbal 1983).
+// illuminance constant), with the colour of a black body of 5778 K at wavelengths that stand for Rec. 709's
+// primaries, behind the paper's Rayleigh and Angstrom turbidity terms (appendix A.1; Iqbal 1983).
 void sunIrradiance(double T, double elevation, double rgb[3]) {
   constexpr double kLambda[3] = {0.610, 0.549, 0.467};  // micrometres
   const double degrees = 90 - elevation * 180 / kPi;
@@ -277,9 +281,15 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
         const double turn = 2 * kPi * (i + 0.5) / (kColumns * kPlaces);
         const double l[3] = {s * std::cos(turn), s * std::sin(turn), z};
         for (int c = 0; c < 3; ++c) {
-          const float a[3] = {c == 0 ? k.axis[0].x : c == 1 ? k.axis[0].y : k.axis[0].z,
-                              c == 0 ? k.axis[1].x : c == 1 ? k.axis[1].y : k.axis[1].z,
-                              c == 0 ? k.axis[2].x : c == 1 ? k.axis[2].y : k.axis[2].z};
+          const float a[3] = {c == 0   ? k.axis[0].x
+                              : c == 1 ? k.axis[0].y
+                                       : k.axis[0].z,
+                              c == 0   ? k.axis[1].x
+                              : c == 1 ? k.axis[1].y
+                                       : k.axis[1].z,
+                              c == 0   ? k.axis[2].x
+                              : c == 1 ? k.axis[2].y
+                                       : k.axis[2].z};
           d[c][size_t(i)] = float(l[0] * a[0] + l[1] * a[1] + l[2] * a[2]);
         }
       }
@@ -355,7 +365,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
     const double haze = std::clamp(values.number("haziness"), 1.7, 10.0);
     Double3 sun = sunOf(values);
     const double height = std::asin(std::clamp(sun.z, -1.0, 1.0));
-    // the model ends at the horizon: the sky after sunset is that of sunset, which fades over civil twilight (6 degrees)
+    // the model ends at the horizon: the sky after sunset is that of sunset, which fades over civil twilight (6
+    // degrees)
     double dusk = 1;
     if (height < 0) {
       values.warn("LIGHT-SUN-SET", "the sun stands below the horizon", "the sky is that of dusk, without the sun");
@@ -417,9 +428,11 @@ void describe(const void* data, LightDescription* d) {
 
 constexpr LightTraits kTraits{describe, nullptr};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrEnvDayLight,
-                      "Sky and sun by date and place, or by the sun's direction, after the daylight model of Preetham, Shirley and Smits "
-                      "(1999). Z-up: local +Z is the zenith, +X north, +Y east. Only rotation and mirroring of the placement count.",
-                      pxrEnvDayLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrEnvDayLight,
+    "Sky and sun by date and place, or by the sun's direction, after the daylight model of Preetham, Shirley and "
+    "Smits "
+    "(1999). Z-up: local +Z is the zenith, +X north, +Y east. Only rotation and mirroring of the placement count.",
+    pxrEnvDayLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

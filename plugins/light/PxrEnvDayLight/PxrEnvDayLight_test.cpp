@@ -1,6 +1,7 @@
-// Proves: the sun stands where almanacs have it; its irradiance is that of its disc whatever its size; the sky is blue
-// away from the sun, warmer in haze and at its brightest around the sun; the ground reflects what sky and sun give; the
-// density integrates to 1 and agrees with samples; power, widths, sun below the horizon. Misses: the model's own truth.
+// Proves: the sun stands where almanacs have it; its irradiance is that of its disc whatever its size; the sky is
+// blue away from the sun, warmer in haze and at its brightest around the sun; the ground reflects what sky and sun
+// give; the density integrates to 1 and agrees with samples; power, widths, sun below the horizon. Misses: the
+// model's own truth.
 #include "plugins/light/light_testing.h"
 
 namespace kinora {
@@ -36,8 +37,8 @@ TEST(PxrEnvDayLight, TheSunStandsWhereAlmanacsHaveIt) {
   EXPECT_LT(s[0], -0.6);
   EXPECT_NEAR(s[1], 0, 0.03);
   // June solstice at noon, 23.4 degrees north: overhead; morning sun stands in the east (+Y)
-  TestLight tropic(kName, {set("month", 6), set("day", 21), set("hour", 12.03f), set("zone", 0), set("latitude", 23.44f),
-                           set("longitude", 0)});
+  TestLight tropic(kName, {set("month", 6), set("day", 21), set("hour", 12.03f), set("zone", 0),
+                           set("latitude", 23.44f), set("longitude", 0)});
   EXPECT_GT(brightest(tropic)[2], 0.999);
   TestLight morning(kName, {set("month", 3), set("day", 20), set("hour", 8), set("zone", 0), set("latitude", 0),
                             set("longitude", 0)});
@@ -59,7 +60,8 @@ TEST(PxrEnvDayLight, IrradianceByBothRoads) {
     TestLight sky(kName, {set("month", 0), set("sunDirection", 0.5f, 0.3f, 1), set("sunSize", 0)});
     double e = lookAround(sky, {0, 0, 0}, n, n, kPi / 2).irradiance;
     if (size > 0)
-      e += lookAround(light, {0, 0, 0}, n, sun, half, 512).irradiance - lookAround(sky, {0, 0, 0}, n, sun, half, 512).irradiance;
+      e += lookAround(light, {0, 0, 0}, n, sun, half, 512).irradiance -
+           lookAround(sky, {0, 0, 0}, n, sun, half, 512).irradiance;
     EXPECT_NEAR(irradianceBySampling(light, {0, 0, 0}, n), e, 4e-3 * e) << size;
     EXPECT_NEAR(lookAround(sky, {0, 0, 0}, n, n, kPi).pdf, 1, 3e-3);
   }

@@ -1,7 +1,8 @@
-// PxrMeshLight: the geometry of its attribute block emits, from the side of its outward normal. Sampled by area: a triangle
-// by inversion of the areas' sums, then a point in it. Each triangle keeps the density with which it is really chosen
-// (sums are rounded), so that sample and evaluate agree exactly. A ray meets the first triangle whose emitting side it
-// sees; what lies behind it on the same ray belongs to nobody, so sample() rejects points that the light itself hides.
+// PxrMeshLight: the geometry of its attribute block emits, from the side of its outward normal. Sampled by area: a
+// triangle by inversion of the areas' sums, then a point in it. Each triangle keeps the density with which it is
+// really chosen (sums are rounded), so that sample and evaluate agree exactly. A ray meets the first triangle whose
+// emitting side it sees; what lies behind it on the same ray belongs to nobody, so sample() rejects points that the
+// light itself hides.
 #define KINORA_KERNEL_FILE "plugins/light/PxrMeshLight/PxrMeshLight.cpp"
 #include <kinora/light_mesh.h>
 #include <kinora/light_setup.h>
@@ -65,7 +66,8 @@ template <int W>
 KN_INLINE Vec3<W> pointIn(const Data& k, Int<W> triangle, Float<W> u, Float<W> v) {
   using F = Float<W>;
   const F root = sqrt(u), b1 = root * (F(1.f) - v), b2 = root * v;
-  return fma(at<W>(k.triangles.e1, triangle), b1, fma(at<W>(k.triangles.e2, triangle), b2, at<W>(k.triangles.v0, triangle)));
+  return fma(at<W>(k.triangles.e1, triangle), b1,
+             fma(at<W>(k.triangles.e2, triangle), b2, at<W>(k.triangles.v0, triangle)));
 }
 
 // One ray after the other through the tree: first triangles (as they are where none) and distances.
@@ -208,8 +210,8 @@ uint32_t gatherTriangles(const LightMesh& m, Data& k) {
       ++left;
       continue;
     }
-    const double parts[4][3] = {{p[0].x, p[0].y, p[0].z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z},
-                                {n.x / twice, n.y / twice, n.z / twice}};
+    const double parts[4][3] = {
+        {p[0].x, p[0].y, p[0].z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, {n.x / twice, n.y / twice, n.z / twice}};
     for (int c = 0; c < 3; ++c) {
       k.triangles.v0[c].push_back(float(parts[0][c]));
       k.triangles.e1[c].push_back(float(parts[1][c]));
@@ -268,7 +270,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
     const LightMesh* mesh = static_cast<const LightMesh*>(info->extra);
     const uint32_t left = mesh ? gatherTriangles(*mesh, *light) : 0;
     if (left)
-      values.warn("LIGHT-DEGENERATE", std::to_string(left) + " triangles of the light have no area", "they do not emit");
+      values.warn("LIGHT-DEGENERATE", std::to_string(left) + " triangles of the light have no area",
+                  "they do not emit");
     if (light->triangles.count()) {
       light->tree.build(light->triangles);
       buildDistribution(*light);
@@ -292,8 +295,8 @@ void describe(const void* data, LightDescription* d) {
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, Float3(k.center), k.radius * (1 + 1e-6), k.area);
 }
 
-// Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may hide
-// each other or shaping makes the radiance vary.
+// Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may
+// hide each other or shaping makes the radiance vary.
 double irradiance(const void* data, const double P[3], const double N[3]) {
   const Data& k = *static_cast<const Data*>(data);
   if (k.isBlack) return 0;
@@ -326,7 +329,8 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
 KINORA_REGISTER_LIGHT(PxrMeshLight,
-                      "The geometry that follows in its attribute block emits, from the side of its outward normal; the geometry itself "
+                      "The geometry that follows in its attribute block emits, from the side of its outward normal; "
+                      "the geometry itself "
                       "is not rendered. Focus and cone are measured from the surface's normal.",
                       pxrMeshLight::kParams, kTraits, create, Data)
 }  // namespace kinora

@@ -1,6 +1,6 @@
-// Proves: one square of two triangles is the rectangle's closed form; a closed convex body and a bowl that hides itself
-// against looking; densities, power, the dark back, many triangles, widths, and what is no geometry. Misses: motion, and
-// how the renderer makes the mesh (tests/truth).
+// Proves: one square of two triangles is the rectangle's closed form; a closed convex body and a bowl that hides
+// itself against looking; densities, power, the dark back, many triangles, widths, and what is no geometry. Misses:
+// motion, and how the renderer makes the mesh (tests/truth).
 #include <kinora/light_mesh.h>
 
 #include "plugins/light/light_testing.h"

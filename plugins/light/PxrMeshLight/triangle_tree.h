@@ -1,5 +1,5 @@
-// The triangles of a mesh light and a tree of boxes over them: which one a ray meets first with its emitting side. Plain
-// code in single precision, one ray at a time: the same bits whoever calls it. Used by PxrMeshLight alone.
+// The triangles of a mesh light and a tree of boxes over them: which one a ray meets first with its emitting side.
+// Plain code in single precision, one ray at a time: the same bits whoever calls it. Used by PxrMeshLight alone.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,8 @@ class TriangleTree {
  private:
   struct Node {
     float low[3], high[3];
-    uint32_t begin = 0, count = 0;  // leaf: its triangles; else count 0 and begin the second child (the first follows)
+    uint32_t begin = 0,
+             count = 0;  // leaf: its triangles; else count 0 and begin the second child (the first follows)
   };
   uint32_t split(std::vector<uint32_t>& order, const std::vector<float>& boxes, uint32_t begin, uint32_t end);
   std::vector<Node> nodes_;
@@ -86,9 +87,8 @@ inline uint32_t TriangleTree::split(std::vector<uint32_t>& order, const std::vec
     if (node.high[c] - node.low[c] > node.high[axis] - node.low[axis]) axis = c;
   const uint32_t middle = (begin + end) / 2;
   const auto centre = [&](uint32_t i) { return boxes[size_t(i) * 6 + axis] + boxes[size_t(i) * 6 + 3 + axis]; };
-  std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end, [&](uint32_t a, uint32_t b) {
-    return centre(a) != centre(b) ? centre(a) < centre(b) : a < b;
-  });
+  std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
+                   [&](uint32_t a, uint32_t b) { return centre(a) != centre(b) ? centre(a) < centre(b) : a < b; });
   split(order, boxes, begin, middle);
   node.begin = split(order, boxes, middle, end);
   nodes_[at] = node;

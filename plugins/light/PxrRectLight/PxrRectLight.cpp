@@ -293,9 +293,10 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrRectLight,
-                      "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
-                      "front with local +Y up, a map stands upright with its left edge at local +X.",
-                      pxrRectLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrRectLight,
+    "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
+    "front with local +Y up, a map stands upright with its left edge at local +X.",
+    pxrRectLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

@@ -244,9 +244,10 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 
 constexpr LightTraits kTraits{describe, irradiance};
 }  // namespace
-KINORA_REGISTER_LIGHT(PxrSphereLight,
-                      "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
-                      "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
-                      pxrSphereLight::kParams, kTraits, create, Data)
+KINORA_REGISTER_LIGHT(
+    PxrSphereLight,
+    "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
+    "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
+    pxrSphereLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif

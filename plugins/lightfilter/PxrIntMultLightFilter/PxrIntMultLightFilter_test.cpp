@@ -1,5 +1,5 @@
-// The factor from the parameters, and that a wrong number is refused. That samples and hits take it alike is tested in
-// src/light and tests/filters.
+// The factor from the parameters, and that a wrong number is refused. That samples and hits take it alike is tested
+// in src/light and tests/filters.
 #include <gtest/gtest.h>
 #include <kinora/light_filter.h>
 
@@ -47,7 +47,8 @@ TEST(PxrIntMultLightFilter, FactorsFollowTheParameters) {
   EXPECT_EQ(factor({{"intensity", {3}}, {"density", {0.25f}}, {"invert", {1}}}), (V{2.5f, 2.5f, 2.5f}));
   EXPECT_EQ(factor({{"intensity", {-1}}}), (V{0, 0, 0})) << "light is not negative";
   EXPECT_TRUE(factor({{"intensity", {3e38f}}, {"exposure", {10}}}).empty());
-  for (uint32_t width : {1u, 4u, 16u}) EXPECT_EQ(factor({{"intensity", {0.3f}}}, width), factor({{"intensity", {0.3f}}}));
+  for (uint32_t width : {1u, 4u, 16u})
+    EXPECT_EQ(factor({{"intensity", {0.3f}}}, width), factor({{"intensity", {0.3f}}}));
 }
 
 }  // namespace

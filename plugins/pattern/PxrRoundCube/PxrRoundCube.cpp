@@ -1,6 +1,6 @@
-// PxrRoundCube: texture coordinates by projection along the three axes, chosen by the normal ("triplanar"). Where faces
-// blend, each sample takes one of them with the probability of its weight: the mean over samples is the blend, unbiased
-// where what is looked up is used linearly (colours), and one lookup instead of three.
+// PxrRoundCube: texture coordinates by projection along the three axes, chosen by the normal ("triplanar"). Where
+// faces blend, each sample takes one of them with the probability of its weight: the mean over samples is the blend,
+// unbiased where what is looked up is used linearly (colours), and one lookup instead of three.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrRoundCube/PxrRoundCube.cpp"
 #include <kinora/pattern.h>
 #include <iterator>
@@ -19,7 +19,10 @@ constexpr Param kParams[] = {
         .help("How many textures the faces share; the third component of the result says which."),
     param::number("frequency", 1.f).range(0.01f, 32).help("Repetitions per unit of length."),
     param::number("transitionWidth", 0.5f).help("0: faces meet in edges, 1: they blend all over."),
-    param::integer("use", 0).range(0, 1).options("0 position and normal, 1 primitive variables pref and nref").help("Of what."),
+    param::integer("use", 0)
+        .range(0, 1)
+        .options("0 position and normal, 1 primitive variables pref and nref")
+        .help("Of what."),
     param::string("pref", "__Pref").help("Primitive variable with the reference position."),
     param::string("nref", "__Nref").help("Primitive variable with the reference normal."),
     param::string("coordsys", "object").help("Space whose axes are meant."),
@@ -83,7 +86,8 @@ struct PxrRoundCube {
       const F floor = most * (one - clamp(loadFloat<W>(transition, at), zero, one)) - most * F(1e-6f);
       const F wx = max(ax - floor, zero), wy = max(ay - floor, zero), wz = max(az - floor, zero);
       const F sum = max(wx + wy + wz, F(1e-30f));
-      const F u = drawHashed<W>(I::load(c->sampleSeed + i), I::load(c->sampleIndex + i), kDimension, I(c->depth)) * sum;
+      const F u =
+          drawHashed<W>(I::load(c->sampleSeed + i), I::load(c->sampleIndex + i), kDimension, I(c->depth)) * sum;
       const Mask<W> isX = u < wx, isY = !isX & (u < wx + wy);
       const F along = select(isX, N.x, select(isY, N.y, N.z)), sign = select(along < zero, -one, one);
       // seen from outside, s runs to the right and t down in a right-handed space

@@ -1,5 +1,5 @@
-// Proves which face a point takes and what coordinates it gets; that blends keep their shares over samples; textures' numbers;
-// reference variables; equal bits at all widths. Misses: how blended textures look.
+// Proves which face a point takes and what coordinates it gets; that blends keep their shares over samples; textures'
+// numbers; reference variables; equal bits at all widths. Misses: how blended textures look.
 #include <cmath>
 
 #include "plugins/pattern/test_context.h"
@@ -42,7 +42,8 @@ TEST(PxrRoundCube, FacesByTheNormal) {
 TEST(PxrRoundCube, BlendsKeepTheirShares) {
   constexpr uint32_t kSamples = 8192;
   Cube t(kSamples);
-  t.setVectors(t.c.N, {std::vector<float>(kSamples, 0.8f), std::vector<float>(kSamples, 0.f), std::vector<float>(kSamples, 0.6f)});
+  t.setVectors(t.c.N, {std::vector<float>(kSamples, 0.8f), std::vector<float>(kSamples, 0.f),
+                       std::vector<float>(kSamples, 0.6f)});
   t.set("numberOfTextures", 3);
   t.set("transitionWidth", 0.5f);  // weights 0.8 - 0.4 and 0.6 - 0.4
   ASSERT_TRUE(t.run(8));

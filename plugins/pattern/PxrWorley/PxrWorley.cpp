@@ -1,6 +1,7 @@
-// PxrWorley: distances to the nearest and second nearest of points scattered one a lattice cell (Worley, "A Cellular Texture
-// Basis Function", SIGGRAPH 1996), mixed by c1 and c2. With points at most half a cell off the middle the nearest two lie in
-// the 27 cells around by the Euclidean metric but for rare misses of the second, which all implementations of the kind share.
+// PxrWorley: distances to the nearest and second nearest of points scattered one a lattice cell (Worley, "A Cellular
+// Texture Basis Function", SIGGRAPH 1996), mixed by c1 and c2. With points at most half a cell off the middle the
+// nearest two lie in the 27 cells around by the Euclidean metric but for rare misses of the second, which all
+// implementations of the kind share.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrWorley/PxrWorley.cpp"
 #include <kinora/pattern.h>
 #include <iterator>

@@ -1,5 +1,6 @@
-// Proves distances on the unjittered lattice in each metric, that the first distance is below the second wherever it is
-// asked, clamps and inversion, flat cells, and equal bits at all widths. Misses: the statistics of jittered points.
+// Proves distances on the unjittered lattice in each metric, that the first distance is below the second wherever it
+// is asked, clamps and inversion, flat cells, and equal bits at all widths. Misses: the statistics of jittered
+// points.
 #include <cmath>
 
 #include "plugins/pattern/test_context.h"
@@ -56,7 +57,8 @@ TEST(PxrWorley, FirstIsBelowSecondAndCellsAreFlat) {
 
 TEST(PxrWorley, SameBitsAtAllWidths) {
   TestContext t("PxrWorley", 45);
-  t.setManifold("manifold", {spread(45, -9, 9), spread(45, -9, 9, 11), spread(45, -9, 9, 13)}, {spread(45, 0, 2, 17)});
+  t.setManifold("manifold", {spread(45, -9, 9), spread(45, -9, 9, 11), spread(45, -9, 9, 13)},
+                {spread(45, 0, 2, 17)});
   t.set("randomScale", 0.5f);
   for (int metric = 0; metric < 4; ++metric) {
     t.set("distancemetric", float(metric));

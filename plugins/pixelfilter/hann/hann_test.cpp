@@ -29,7 +29,8 @@ TEST(Hann, IsARaisedCosineOverTheWidths) {
   double sum = 0;
   constexpr int n = 200;  // the midpoint rule is exact for a cosine over its period
   for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) sum += fn->value(f, 3 * ((i + 0.5) / n - 0.5), 5 * ((j + 0.5) / n - 0.5)) * 15 / (n * n);
+    for (int i = 0; i < n; ++i)
+      sum += fn->value(f, 3 * ((i + 0.5) / n - 0.5), 5 * ((j + 0.5) / n - 0.5)) * 15 / (n * n);
   EXPECT_NEAR(sum, 15 / 4.0, 1e-9);
   d->destroy(f);
 }

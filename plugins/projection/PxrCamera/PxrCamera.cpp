@@ -38,8 +38,9 @@ constexpr std::array kOwn = {
               "clockwise."),
     number("tilt", 0.f).range(-45, 45).help("No effect yet: tilt of the lens in degrees."),
     point("focus1", 0, 0, 0)
-        .help("World space. With focus2 and focus3: three points that the plane of focus passes through, which may be "
-              "tilted; instead of focalDistance. Used when they are not all the same."),
+        .help(
+            "World space. With focus2 and focus3: three points that the plane of focus passes through, which may be "
+            "tilted; instead of focalDistance. Used when they are not all the same."),
     point("focus2", 0, 0, 0).help("World space; see focus1."),
     point("focus3", 0, 0, 0).help("World space; see focus1."),
     integer("lensType", 2).range(0, 2).help("No effect yet: model of lens distortion."),

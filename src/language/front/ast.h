@@ -60,13 +60,13 @@ struct Expr {
   std::span<Expr*> list;  // Call, Construct: arguments; List, Comma: elements
   // from the checker
   Type type;
-  Var* var = nullptr;                // Variable
-  Function* function = nullptr;      // Call; Unary, Binary: an overloaded operator
-  const Builtin* builtin = nullptr;  // Call
+  Var* var = nullptr;                    // Variable
+  Function* function = nullptr;          // Call; Unary, Binary: an overloaded operator
+  const Builtin* builtin = nullptr;      // Call
   const Signature* signature = nullptr;  // of the builtin
-  int32_t field = -1;                // Field: of a structure; component of a triple
-  bool isStructConstruct = false;    // Call: S(a, b)
-  bool isChecked = false;            // before what it is an element of: not again
+  int32_t field = -1;                    // Field: of a structure; component of a triple
+  bool isStructConstruct = false;        // Call: S(a, b)
+  bool isChecked = false;                // before what it is an element of: not again
 };
 
 struct MetaDecl {

@@ -204,7 +204,8 @@ Type Checker::list(Expr* e, Type target) {
   }
   if (target.base == Base::Struct) {
     const Structure& s = structures_[size_t(target.structure)];
-    const bool isConstructor = e->kind == ExprKind::Call;  // which takes all fields; a list may leave the last ones out
+    const bool isConstructor =
+        e->kind == ExprKind::Call;  // which takes all fields; a list may leave the last ones out
     if (e->list.size() > s.fields.size() || (isConstructor && e->list.size() < s.fields.size())) {
       error(e->pos, "struct '" + s.name + "' has " + std::to_string(s.fields.size()) + " fields, the list " +
                         std::to_string(e->list.size()) + (e->list.size() == 1 ? " value" : " values"));

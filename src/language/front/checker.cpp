@@ -12,7 +12,6 @@ namespace kinora::language::front {
 
 namespace {
 
-
 enum : uint8_t { kSurface = 1, kDisplacement = 2, kVolume = 4, kAll = 7 };
 struct Global {
   std::string_view name;

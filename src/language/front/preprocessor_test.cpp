@@ -105,7 +105,8 @@ TEST(Preprocessor, WarningsOfTheSource) {
   EXPECT_EQ(c.warnings, "1:2 #warning be careful\n3:2 #warning twice\n");
   EXPECT_TRUE(compiled("#define A 1\n#define A 2\nshader t() { }").says("macro 'A' is defined again"));
   EXPECT_EQ(compiled("#define A 1\n#define A 1\nshader t() { }").warnings, "");
-  EXPECT_EQ(compiled("shader t() {\n#pragma osl nowarn\n  int i = 1.5;\n  int k = 2.5;\n}").warnings.substr(0, 2), "4:");
+  EXPECT_EQ(compiled("shader t() {\n#pragma osl nowarn\n  int i = 1.5;\n  int k = 2.5;\n}").warnings.substr(0, 2),
+            "4:");
 }
 
 }  // namespace

@@ -212,9 +212,9 @@ KN_INLINE Float<W> lessPi(Float<W> x, Float<W> count, float scale) {
   x = count * F(-3.7747668102383613586e-08f * scale) + x;
   return count * F(-1.2816720341285448015e-12f * scale) + x;
 }
-// Programs of others round the reduced angle to the last digit of pi/2 once more; that loses sin(x) of small x, so that
-// sin(x) / x is noise near 0, and osl-numerics, section 8, does not have it.
-// Clamped: far out (beyond 2.6e5) the reduction fails and the polynomials leave [-1, 1].
+// Programs of others round the reduced angle to the last digit of pi/2 once more; that loses sin(x) of small x, so
+// that sin(x) / x is noise near 0, and osl-numerics, section 8, does not have it. Clamped: far out (beyond 2.6e5) the
+// reduction fails and the polynomials leave [-1, 1].
 template <int W>
 KN_INLINE void sincos(Float<W> angle, Float<W>& s, Float<W>& c) {
   using F = Float<W>;

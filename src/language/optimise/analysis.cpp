@@ -10,7 +10,6 @@ bool carriesDerivsIn(std::string_view g) { return g == "P" || g == "I" || g == "
 
 namespace {
 
-
 class Analyser {
  public:
   explicit Analyser(const FlatProgram& flat) : flat_(flat), shader_(flat.code) {}
@@ -41,8 +40,10 @@ class Analyser {
   }
   int32_t common(int32_t a, int32_t b) const {
     while (a != b) {
-      if (depth_[size_t(a)] >= depth_[size_t(b)]) a = a_.regions[size_t(a)].parent;
-      else b = a_.regions[size_t(b)].parent;
+      if (depth_[size_t(a)] >= depth_[size_t(b)])
+        a = a_.regions[size_t(a)].parent;
+      else
+        b = a_.regions[size_t(b)].parent;
     }
     return a;
   }
@@ -59,7 +60,9 @@ class Analyser {
       for (const SymbolId s : in.arguments) touch(s, own);
       if (in.opcode == Opcode::If)
         for (const Block& b : in.blocks) findRegions(b, addRegion(Region::Branch, region, &b));
-      if (in.opcode == Opcode::Call) findRegions(in.blocks[0], addRegion(in.arguments.size() == 2 ? Region::Layer : Region::Call, region, &in.blocks[0]));
+      if (in.opcode == Opcode::Call)
+        findRegions(in.blocks[0],
+                    addRegion(in.arguments.size() == 2 ? Region::Layer : Region::Call, region, &in.blocks[0]));
       if (loop) {
         findRegions(in.blocks[0], region);
         findRegions(in.blocks[1], own);
@@ -83,8 +86,10 @@ class Analyser {
       if (home < 0) continue;
       while (home > 0 && entry[size_t(home)].has(SymbolId(s))) home = a_.regions[size_t(home)].parent;
       const SymbolKind kind = shader_.symbols[s].kind;
-      if (kind == SymbolKind::Local || kind == SymbolKind::Temp) a_.needsZero[s] = entry[0].has(SymbolId(s));
-      else home = 0;
+      if (kind == SymbolKind::Local || kind == SymbolKind::Temp)
+        a_.needsZero[s] = entry[0].has(SymbolId(s));
+      else
+        home = 0;
     }
   }
 
@@ -108,7 +113,8 @@ class Analyser {
       if (a_.regions[size_t(r)].kind == Region::Loop || a_.regions[size_t(r)].kind == Region::Call) diverge(r);
   }
   int32_t enclosing(int32_t region, Region::Kind kind, Region::Kind orKind) const {
-    while (region > 0 && a_.regions[size_t(region)].kind != kind && a_.regions[size_t(region)].kind != orKind) region = a_.regions[size_t(region)].parent;
+    while (region > 0 && a_.regions[size_t(region)].kind != kind && a_.regions[size_t(region)].kind != orKind)
+      region = a_.regions[size_t(region)].parent;
     return region;
   }
 
@@ -177,7 +183,9 @@ class Analyser {
     if (!(factsOf(in.opcode).flags & kOpTakesDerivs)) return false;
     if (in.opcode != Opcode::Noise && in.opcode != Opcode::PNoise) return true;
     const Symbol& name = shader.symbols[size_t(in.arguments[1])];
-    return !(name.kind == SymbolKind::Constant && name.type.base == Base::String && !name.values.strings.empty() && name.values.strings[0] != "gabor") && name.type.base == Base::String;
+    return !(name.kind == SymbolKind::Constant && name.type.base == Base::String && !name.values.strings.empty() &&
+             name.values.strings[0] != "gabor") &&
+           name.type.base == Base::String;
   }
 
   void findDerivs() {

@@ -1,5 +1,5 @@
-// What code generation must know of a flattened program: which values are uniform, which carry derivatives, where masks
-// change, and between which points a value lives. Reference: docs/architecture.md, "The shading language".
+// What code generation must know of a flattened program: which values are uniform, which carry derivatives, where
+// masks change, and between which points a value lives. Reference: docs/architecture.md, "The shading language".
 #pragma once
 #include <cstdint>
 #include <unordered_map>
@@ -9,7 +9,8 @@
 
 namespace kinora::language {
 
-// A piece of code that runs under one mask: a branch, a loop (its condition and step), a loop's body, a function's body.
+// A piece of code that runs under one mask: a branch, a loop (its condition and step), a loop's body, a function's
+// body.
 struct Region {
   enum Kind : uint8_t { Root, Branch, Loop, Body, Call, Layer } kind = Root;
   int32_t parent = -1;
@@ -17,10 +18,10 @@ struct Region {
 };
 
 struct Analysis {
-  std::vector<Region> regions;  // 0: the whole program
+  std::vector<Region> regions;                        // 0: the whole program
   std::unordered_map<const void*, int32_t> regionOf;  // Block* of branches and bodies, Instruction* of loops
   // by symbol
-  std::vector<int32_t> home;       // the innermost region that holds its whole life; -1: never used
+  std::vector<int32_t> home;  // the innermost region that holds its whole life; -1: never used
   std::vector<uint8_t> isVarying, hasDerivs, needsZero;  // needsZero: may be read before it is written
 
   // Whether a write in `region` must spare points outside of its mask.

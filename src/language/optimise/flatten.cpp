@@ -26,14 +26,16 @@ class Flattener {
     flat_.group = group_.name.empty() ? "unnamed_group" : group_.name;
     flat_.code.name = flat_.group;
     if (group_.layers.empty()) errors_ += "the shader group has no layer\n";
-    if (group_.layers.size() > kMostLayers) errors_ += "the shader group has more than " + std::to_string(kMostLayers) + " layers\n";
+    if (group_.layers.size() > kMostLayers)
+      errors_ += "the shader group has more than " + std::to_string(kMostLayers) + " layers\n";
     if (errors_.empty()) {
       for (const Layer& layer : group_.layers) {
         flat_.layers.push_back(layer.name);
         flat_.shaders.push_back(layer.shader->name);
         flat_.mostTurns.push_back(0);
         for (const Metadata& m : layer.shader->metadata)
-          if (m.name == "kinora_max_iterations" && m.values.ints.size() == 1) flat_.mostTurns.back() = uint32_t(std::clamp(m.values.ints[0], 1, 1 << 30));
+          if (m.name == "kinora_max_iterations" && m.values.ints.size() == 1)
+            flat_.mostTurns.back() = uint32_t(std::clamp(m.values.ints[0], 1, 1 << 30));
         facts_.push_back(factsOfShader(*layer.shader));
       }
       checkSettings();
@@ -74,13 +76,16 @@ class Flattener {
         if (type.arrayLength < 0) type.arrayLength = int32_t(elementsIn(setting.type, setting.values));
         Values converted;
         if (type.arrayLength > kMostElements || !convertSetting(setting.type, setting.values, type, converted))
-          errors_ += "parameter `" + setting.parameter + "` of shader " + layer.shader->name + " is a " + nameOf(layer.shader->symbols[size_t(id)].type) + " and was given a " + nameOf(setting.type) + "\n";
+          errors_ += "parameter `" + setting.parameter + "` of shader " + layer.shader->name + " is a " +
+                     nameOf(layer.shader->symbols[size_t(id)].type) + " and was given a " + nameOf(setting.type) +
+                     "\n";
       }
     }
   }
 
   // "name" or "name[component]".
-  bool endpoint(const std::string& layerName, const std::string& text, int32_t& layer, SymbolId& symbol, int32_t& component) {
+  bool endpoint(const std::string& layerName, const std::string& text, int32_t& layer, SymbolId& symbol,
+                int32_t& component) {
     layer = layerNamed(layerName);
     if (layer < 0) {
       errors_ += "ConnectShaders: no layer is named `" + layerName + "`\n        group: " + flat_.group + "\n";
@@ -95,13 +100,18 @@ class Flattener {
     }
     symbol = paramNamed(layer, name);
     if (symbol == kNone) {
-      errors_ += "ConnectShaders: `" + name + "` is no parameter of shader " + group_.layers[size_t(layer)].shader->name + " (layer " + layerName + ")\n        group: " + flat_.group + "\n";
+      errors_ += "ConnectShaders: `" + name + "` is no parameter of shader " +
+                 group_.layers[size_t(layer)].shader->name + " (layer " + layerName +
+                 ")\n        group: " + flat_.group + "\n";
       return false;
     }
     const Type& type = group_.layers[size_t(layer)].shader->symbols[size_t(symbol)].type;
-    const int32_t parts = type.arrayLength > 0 ? type.arrayLength : type.arrayLength < 0 || componentsOf(type.base) < 3 ? 0 : componentsOf(type.base);
+    const int32_t parts = type.arrayLength > 0                                  ? type.arrayLength
+                          : type.arrayLength < 0 || componentsOf(type.base) < 3 ? 0
+                                                                                : componentsOf(type.base);
     if (component >= parts) {
-      errors_ += "ConnectShaders: `" + text + "` is no part of a " + nameOf(type) + "\n        group: " + flat_.group + "\n";
+      errors_ +=
+          "ConnectShaders: `" + text + "` is no part of a " + nameOf(type) + "\n        group: " + flat_.group + "\n";
       return false;
     }
     return true;
@@ -110,7 +120,9 @@ class Flattener {
   std::string spelled(int32_t layer, SymbolId symbol) const {
     const Shader& shader = *group_.layers[size_t(layer)].shader;
     const Symbol& s = shader.symbols[size_t(symbol)];
-    const std::string type = s.type.base == Base::Struct && s.type.structure >= 0 ? "struct " + shader.structures[size_t(s.type.structure)].name : nameOf(s.type);
+    const std::string type = s.type.base == Base::Struct && s.type.structure >= 0
+                                 ? "struct " + shader.structures[size_t(s.type.structure)].name
+                                 : nameOf(s.type);
     return type + " (" + s.name + ")";
   }
 
@@ -132,12 +144,15 @@ class Flattener {
 
   void connect(const Connection& c) {
     Link link;
-    if (!endpoint(c.fromLayer, c.from, link.fromLayer, link.from, link.fromComponent) || !endpoint(c.toLayer, c.to, link.toLayer, link.to, link.toComponent)) return;
+    if (!endpoint(c.fromLayer, c.from, link.fromLayer, link.from, link.fromComponent) ||
+        !endpoint(c.toLayer, c.to, link.toLayer, link.to, link.toComponent))
+      return;
     const Shader& a = *group_.layers[size_t(link.fromLayer)].shader;
     const Shader& b = *group_.layers[size_t(link.toLayer)].shader;
     Type from = a.symbols[size_t(link.from)].type, to = b.symbols[size_t(link.to)].type;
     const auto refuse = [&](const char* why = "") {
-      errors_ += "ConnectShaders: cannot connect a " + spelled(link.fromLayer, link.from) + " to a " + spelled(link.toLayer, link.to) + why + "\n        group: " + flat_.group + "\n";
+      errors_ += "ConnectShaders: cannot connect a " + spelled(link.fromLayer, link.from) + " to a " +
+                 spelled(link.toLayer, link.to) + why + "\n        group: " + flat_.group + "\n";
     };
     for (const Metadata& meta : b.symbols[size_t(link.to)].metadata)
       if (meta.name == "allowconnect" && !meta.values.ints.empty() && meta.values.ints[0] == 0)
@@ -156,7 +171,9 @@ class Flattener {
     std::vector<SymbolId> fields;
     for (size_t i = 0; i < shader.symbols.size(); ++i)
       if (shader.symbols[i].ofStruct == whole) fields.push_back(SymbolId(i));
-    std::sort(fields.begin(), fields.end(), [&](SymbolId x, SymbolId y) { return shader.symbols[size_t(x)].field < shader.symbols[size_t(y)].field; });
+    std::sort(fields.begin(), fields.end(), [&](SymbolId x, SymbolId y) {
+      return shader.symbols[size_t(x)].field < shader.symbols[size_t(y)].field;
+    });
     return fields;
   }
   bool connectFields(const Link& link, const Shader& a, const Shader& b) {
@@ -186,8 +203,10 @@ class Flattener {
         layer = layerNamed(name.substr(0, dot));
         if (layer >= 0) symbol = paramNamed(layer, name.substr(dot + 1));
       }
-      if (symbol == kNone || group_.layers[size_t(layer)].shader->symbols[size_t(symbol)].type.base == Base::Struct) errors_ += "`" + name + "` is no output of the group\n";
-      else outputs_.push_back({name, layer, symbol});
+      if (symbol == kNone || group_.layers[size_t(layer)].shader->symbols[size_t(symbol)].type.base == Base::Struct)
+        errors_ += "`" + name + "` is no output of the group\n";
+      else
+        outputs_.push_back({name, layer, symbol});
     }
   }
 
@@ -212,7 +231,8 @@ class Flattener {
           errors_ += "the shader network is cyclic: ";
           size_t first = 0;
           while (stack[first].first != source) ++first;
-          for (size_t i = first; i < stack.size(); ++i) errors_ += group_.layers[size_t(stack[i].first)].name + " <- ";
+          for (size_t i = first; i < stack.size(); ++i)
+            errors_ += group_.layers[size_t(stack[i].first)].name + " <- ";
           errors_ += group_.layers[size_t(source)].name + "\n        group: " + flat_.group + "\n";
           return;
         }
@@ -253,7 +273,8 @@ class Flattener {
     Type type = s.type;
     if (type.arrayLength >= 0) return type;
     for (const Link& link : links_)
-      if (link.toLayer == layer && link.to == id) return {type.base, std::max(1, resolved(link.fromLayer, link.from).arrayLength), type.structure};
+      if (link.toLayer == layer && link.to == id)
+        return {type.base, std::max(1, resolved(link.fromLayer, link.from).arrayLength), type.structure};
     const Setting* setting = settingOf(l, s.name);
     const size_t n = setting ? elementsIn(setting->type, setting->values) : elementsIn(type, s.values);
     type.arrayLength = int32_t(std::clamp<size_t>(n, 1, size_t(kMostElements)));
@@ -264,8 +285,10 @@ class Flattener {
   bool hasNoElements(int32_t layer, SymbolId id) const {
     const Layer& l = group_.layers[size_t(layer)];
     const Symbol& s = l.shader->symbols[size_t(id)];
-    const bool isLinked = std::any_of(links_.begin(), links_.end(), [&](const Link& link) { return link.toLayer == layer && link.to == id; });
-    return s.type.arrayLength < 0 && componentsOf(s.type.base) && !isLinked && !settingOf(l, s.name) && elementsIn(s.type, s.values) == 0;
+    const bool isLinked = std::any_of(links_.begin(), links_.end(),
+                                      [&](const Link& link) { return link.toLayer == layer && link.to == id; });
+    return s.type.arrayLength < 0 && componentsOf(s.type.base) && !isLinked && !settingOf(l, s.name) &&
+           elementsIn(s.type, s.values) == 0;
   }
 
   // The layer's symbols and the code that sets its parameters up.
@@ -279,7 +302,8 @@ class Flattener {
     for (const Link& link : links_)
       if (link.toLayer == layer) (link.toComponent < 0 ? wholly : partly)[size_t(link.to)] = 1;
     std::vector<std::pair<SymbolId, SymbolId>> literals;  // parameter, its first value
-    std::unordered_map<SymbolId, std::pair<SymbolId, SymbolId>> partial;  // parameter: value of a point, whether it is there
+    std::unordered_map<SymbolId, std::pair<SymbolId, SymbolId>>
+        partial;  // parameter: value of a point, whether it is there
     for (size_t i = 0; i < shader.symbols.size(); ++i) {
       const Symbol& s = shader.symbols[i];
       Symbol made = s;
@@ -324,7 +348,8 @@ class Flattener {
           flat_.inputs.push_back({layer, name, type, id, true, hasDerivs, Values()});
           return id;
         };
-        partial[SymbolId(i)] = {input(made.type, s.name, perPoint.hasDerivs), input({Base::Int, 0, -1}, s.name + "?", false)};
+        partial[SymbolId(i)] = {input(made.type, s.name, perPoint.hasDerivs),
+                                input({Base::Int, 0, -1}, s.name + "?", false)};
         map[i] = addSymbol(std::move(made), layer);
         continue;
       }
@@ -332,11 +357,16 @@ class Flattener {
       SymbolId value = kNone;
       if (!hasCode && componentsOf(s.type.base)) {
         Values values;
-        if (setting) convertSetting(setting->type, setting->values, made.type, values);
-        else values = s.values;
-        if (made.type.base == Base::String) values.strings.resize(countOf(made.type));
-        else if (made.type.base == Base::Int) values.ints.resize(countOf(made.type));
-        else values.floats.resize(countOf(made.type));
+        if (setting)
+          convertSetting(setting->type, setting->values, made.type, values);
+        else
+          values = s.values;
+        if (made.type.base == Base::String)
+          values.strings.resize(countOf(made.type));
+        else if (made.type.base == Base::Int)
+          values.ints.resize(countOf(made.type));
+        else
+          values.floats.resize(countOf(made.type));
         if (perPoint.isVarying || (setting && !isCompiledIn(facts, shader, SymbolId(i)))) {
           Symbol input = made;
           input.kind = SymbolKind::Local;
@@ -344,7 +374,8 @@ class Flattener {
           value = addSymbol(std::move(input), -1);
           flat_.code.symbols[size_t(value)].kind = SymbolKind::Param;
           flat_.code.symbols[size_t(value)].values = Values();
-          flat_.inputs.push_back({layer, s.name, made.type, value, perPoint.isVarying, perPoint.hasDerivs, perPoint.isVarying ? Values() : values});
+          flat_.inputs.push_back({layer, s.name, made.type, value, perPoint.isVarying, perPoint.hasDerivs,
+                                  perPoint.isVarying ? Values() : values});
         } else {
           value = pool_.find(made.type, std::move(values));
           provider_.resize(flat_.code.symbols.size(), -1);
@@ -365,10 +396,12 @@ class Flattener {
       if (!isParam(s)) continue;
       if (nextLiteral < literals.size() && literals[nextLiteral].first == SymbolId(i)) {
         const bool isArray = flat_.code.symbols[size_t(map[i])].type.arrayLength != 0;
-        setup.code.push_back(make(isArray ? Opcode::ArrayCopy : Opcode::Assign, {map[i], literals[nextLiteral++].second}, layer));
+        setup.code.push_back(
+            make(isArray ? Opcode::ArrayCopy : Opcode::Assign, {map[i], literals[nextLiteral++].second}, layer));
       }
       const auto part = partial.find(SymbolId(i));
-      const bool given = wholly[i] || settingOf(l, s.name) || (part == partial.end() && group_.perPoint && group_.perPoint(l, s).isVarying);
+      const bool given = wholly[i] || settingOf(l, s.name) ||
+                         (part == partial.end() && group_.perPoint && group_.perPoint(l, s).isVarying);
       if (s.hasInitCode && !given)
         for (const Initialiser& init : shader.initialisers)
           if (init.parameter == SymbolId(i)) append(shader, layer, init.code, setup);
@@ -382,7 +415,8 @@ class Flattener {
     for (const Link& link : links_) {
       if (link.toLayer != layer || link.toComponent < 0) continue;
       SymbolId part = partOf(link, setup);
-      const Type wanted = partType(flat_.code.symbols[size_t(map[size_t(link.to)])].type), given = flat_.code.symbols[size_t(part)].type;
+      const Type wanted = partType(flat_.code.symbols[size_t(map[size_t(link.to)])].type),
+                 given = flat_.code.symbols[size_t(part)].type;
       if (wanted.base != given.base && !(isTriple(wanted.base) && isTriple(given.base))) {
         Symbol temp;
         temp.name = "$part" + std::to_string(flat_.code.symbols.size());
@@ -398,7 +432,8 @@ class Flattener {
 
   // The source's value for a connection, converted to a float where a component feeds or is fed.
   SymbolId partOf(const Link& link, Block& code) {
-    const SymbolId source = maps_[size_t(link.fromLayer)].empty() ? kNone : maps_[size_t(link.fromLayer)][size_t(link.from)];
+    const SymbolId source =
+        maps_[size_t(link.fromLayer)].empty() ? kNone : maps_[size_t(link.fromLayer)][size_t(link.from)];
     if (link.fromComponent < 0) return source;
     Symbol temp;
     temp.name = "$component" + std::to_string(flat_.code.symbols.size());
@@ -409,14 +444,20 @@ class Flattener {
     return id;
   }
   void component(Block& code, int32_t layer, SymbolId to, SymbolId from, int32_t c) {
-    if (flat_.code.symbols[size_t(from)].type.arrayLength) code.code.push_back(make(Opcode::ArrayRef, {to, from, intConstant(c)}, layer));
-    else if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
-    else code.code.push_back(make(Opcode::ComponentRef, {to, from, intConstant(c)}, layer));
+    if (flat_.code.symbols[size_t(from)].type.arrayLength)
+      code.code.push_back(make(Opcode::ArrayRef, {to, from, intConstant(c)}, layer));
+    else if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix)
+      code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
+    else
+      code.code.push_back(make(Opcode::ComponentRef, {to, from, intConstant(c)}, layer));
   }
   void setComponent(Block& code, int32_t layer, SymbolId to, int32_t c, SymbolId from) {
-    if (flat_.code.symbols[size_t(to)].type.arrayLength) code.code.push_back(make(Opcode::ArrayAssign, {to, intConstant(c), from}, layer));
-    else if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix) code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
-    else code.code.push_back(make(Opcode::ComponentAssign, {to, intConstant(c), from}, layer));
+    if (flat_.code.symbols[size_t(to)].type.arrayLength)
+      code.code.push_back(make(Opcode::ArrayAssign, {to, intConstant(c), from}, layer));
+    else if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix)
+      code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
+    else
+      code.code.push_back(make(Opcode::ComponentAssign, {to, intConstant(c), from}, layer));
   }
   SymbolId intConstant(int32_t i) {
     const SymbolId id = pool_.ofInt(i);
@@ -458,7 +499,9 @@ class Flattener {
         }
         for (const Wanted& o : outputs_)
           if (o.layer == layer && o.symbol == asked) bits |= 2;
-        if (group_.perPoint && group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isConnected) bits |= 1;
+        if (group_.perPoint &&
+            group_.perPoint(group_.layers[size_t(layer)], shader.symbols[size_t(asked)]).isConnected)
+          bits |= 1;
         made.opcode = Opcode::Assign;
         made.arguments = {map[size_t(in.arguments[0])], intConstant(bits)};
         out.code.push_back(std::move(made));
@@ -466,7 +509,10 @@ class Flattener {
       }
       if (in.opcode == Opcode::ArrayLength && in.arguments.size() == 2) {
         made.opcode = Opcode::Assign;
-        const int32_t length = hasNoElements(layer, in.arguments[1]) ? 0 : std::max(1, flat_.code.symbols[size_t(map[size_t(in.arguments[1])])].type.arrayLength);
+        const int32_t length =
+            hasNoElements(layer, in.arguments[1])
+                ? 0
+                : std::max(1, flat_.code.symbols[size_t(map[size_t(in.arguments[1])])].type.arrayLength);
         made.arguments = {map[size_t(in.arguments[0])], intConstant(length)};
         out.code.push_back(std::move(made));
         continue;
@@ -475,11 +521,16 @@ class Flattener {
       switch (in.opcode) {
         case Opcode::ArrayRef:
         case Opcode::ComponentRef:
-        case Opcode::MatrixRef: made.name = nameIn(shader, in.arguments[1]); break;
+        case Opcode::MatrixRef:
+          made.name = nameIn(shader, in.arguments[1]);
+          break;
         case Opcode::ArrayAssign:
         case Opcode::ComponentAssign:
-        case Opcode::MatrixAssign: made.name = nameIn(shader, in.arguments[0]); break;
-        default: break;
+        case Opcode::MatrixAssign:
+          made.name = nameIn(shader, in.arguments[0]);
+          break;
+        default:
+          break;
       }
       for (const Block& block : in.blocks) {
         made.blocks.emplace_back();
@@ -521,7 +572,8 @@ class Flattener {
       size_t users = 0;
       for (Block& b : in.blocks)
         if (uses(b, layer)) ++users, only = &b;
-      const bool own = std::any_of(in.arguments.begin(), in.arguments.end(), [&](SymbolId a) { return a >= 0 && provider_[size_t(a)] == layer; });
+      const bool own = std::any_of(in.arguments.begin(), in.arguments.end(),
+                                   [&](SymbolId a) { return a >= 0 && provider_[size_t(a)] == layer; });
       if (users == 1 && !own) {
         const Place inside = place(*only, layer, hasEffects, always);
         // at the top of a layer's code it may as well stand before that layer: blocks then nest no deeper
@@ -572,7 +624,9 @@ class Flattener {
       bool hasEffects = false;
       forEachInstruction(own, [&](const Instruction& in) {
         const uint32_t flags = factsOf(in.opcode).flags;
-        if ((flags & kOpEffect) && in.opcode != Opcode::Break && in.opcode != Opcode::Continue && in.opcode != Opcode::Return && in.opcode != Opcode::Exit && in.opcode != Opcode::MakeClosure) hasEffects = true;
+        if ((flags & kOpEffect) && in.opcode != Opcode::Break && in.opcode != Opcode::Continue &&
+            in.opcode != Opcode::Return && in.opcode != Opcode::Exit && in.opcode != Opcode::MakeClosure)
+          hasEffects = true;
       });
       // what the layer gives to others is set when it ends, however it ends
       std::vector<Instruction> ends;
@@ -583,7 +637,8 @@ class Flattener {
         Block code;
         const SymbolId from = partOf(link, code);
         for (Instruction& in : code.code) ends.push_back(std::move(in));
-        ends.push_back(make(flat_.code.symbols[size_t(to)].type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign, {to, from}, layer));
+        ends.push_back(make(flat_.code.symbols[size_t(to)].type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign,
+                            {to, from}, layer));
         given.push_back(to);
       }
       for (const SymbolId to : given) provider_[size_t(to)] = layer;
@@ -592,16 +647,23 @@ class Flattener {
       call.arguments.push_back(call.arguments[0]);  // two: a layer, which `exit` leaves
       call.blocks.push_back(std::move(own));
       const std::string& name = group_.layers[size_t(layer)].name;
-      const auto names = [&](const std::vector<std::string>& list) { return std::find(list.begin(), list.end(), name) != list.end(); };
+      const auto names = [&](const std::vector<std::string>& list) {
+        return std::find(list.begin(), list.end(), name) != list.end();
+      };
       const bool isRoot = std::find(roots.begin(), roots.end(), layer) != roots.end();
-      const bool isFirst = isRoot || (group_.entries.empty() && (names(group_.eager) || std::any_of(outputs_.begin(), outputs_.end(), [&](const Wanted& o) { return o.layer == layer; })));
-      const Place where = isFirst ? Place{&flat_.code.main, 0} : place(flat_.code.main, layer, hasEffects, names(group_.entries));
+      const bool isFirst =
+          isRoot || (group_.entries.empty() &&
+                     (names(group_.eager) || std::any_of(outputs_.begin(), outputs_.end(),
+                                                         [&](const Wanted& o) { return o.layer == layer; })));
+      const Place where =
+          isFirst ? Place{&flat_.code.main, 0} : place(flat_.code.main, layer, hasEffects, names(group_.entries));
       if (!where.block) continue;
       auto& code = where.block->code;
       std::vector<Instruction> whole;
       whole.push_back(std::move(call));
       for (Instruction& in : ends) whole.push_back(std::move(in));
-      code.insert(code.begin() + std::ptrdiff_t(where.at), std::make_move_iterator(whole.begin()), std::make_move_iterator(whole.end()));
+      code.insert(code.begin() + std::ptrdiff_t(where.at), std::make_move_iterator(whole.begin()),
+                  std::make_move_iterator(whole.end()));
     }
     linkMessages(flat_);
     for (const Wanted& o : outputs_) {

@@ -1,6 +1,6 @@
-// A shader group as the renderer describes it: layers, the values given to their parameters, and connections. flatten()
-// makes one program of it: one tree of code, in which each layer stands once, where its outputs are first needed.
-// Layers that nothing needs vanish. Reference: osl-numerics, section 11 "Precedence", "Connections", "Lazy".
+// A shader group as the renderer describes it: layers, the values given to their parameters, and connections.
+// flatten() makes one program of it: one tree of code, in which each layer stands once, where its outputs are first
+// needed. Layers that nothing needs vanish. Reference: osl-numerics, section 11 "Precedence", "Connections", "Lazy".
 #pragma once
 #include <functional>
 #include <memory>
@@ -27,7 +27,8 @@ struct Connection {
   std::string fromLayer, from, toLayer, to;  // parameters: "name", "name.field", "name[component]", "name[element]"
 };
 
-// A value that the renderer gives with each run: a parameter's instance value, or one that differs from point to point.
+// A value that the renderer gives with each run: a parameter's instance value, or one that differs from point to
+// point.
 struct Input {
   int32_t layer = 0;
   std::string parameter;
@@ -64,11 +65,12 @@ struct ShaderGroup {
 };
 
 struct FlatProgram {
-  Shader code;                      // symbols: Constant, Global, Param (an input), Local and Temp
-  std::vector<std::string> layers;  // names; Instruction::layer
-  std::vector<std::string> shaders; // names, by layer
-  std::vector<std::string> names;   // Instruction::name
-  std::vector<uint32_t> mostTurns;  // by layer: of a loop, by the shader's metadata `kinora_max_iterations`; 0: not said
+  Shader code;                       // symbols: Constant, Global, Param (an input), Local and Temp
+  std::vector<std::string> layers;   // names; Instruction::layer
+  std::vector<std::string> shaders;  // names, by layer
+  std::vector<std::string> names;    // Instruction::name
+  std::vector<uint32_t>
+      mostTurns;  // by layer: of a loop, by the shader's metadata `kinora_max_iterations`; 0: not said
   std::string group;
   std::vector<Input> inputs;
   std::vector<Output> outputs;
@@ -78,8 +80,8 @@ struct FlatProgram {
 // False with `error`, one line for each thing that is wrong, when the group cannot run.
 bool flatten(const ShaderGroup&, FlatProgram&, std::string& error);
 
-// The structure that decides a program: shaders, connections, outputs, which parameters are given, and the values that
-// are compiled in. Groups of equal keys share one executable; their float-like values are its inputs.
+// The structure that decides a program: shaders, connections, outputs, which parameters are given, and the values
+// that are compiled in. Groups of equal keys share one executable; their float-like values are its inputs.
 std::string structureKey(const ShaderGroup&);
 
 // Of passes: the symbol of a constant, made when there is none like it.

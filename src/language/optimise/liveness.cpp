@@ -22,8 +22,8 @@ void Liveness::step(const Instruction& in, SymbolSet& live, const Targets& targe
     case Opcode::While:
     case Opcode::DoWhile: {
       const SymbolSet after = live;
-      // sets only grow from one turn of an outer loop to the next: what was found before is where to go on from, or loops
-      // inside each other would cost twice as much with each level
+      // sets only grow from one turn of an outer loop to the next: what was found before is where to go on from, or
+      // loops inside each other would cost twice as much with each level
       SymbolSet& known = heads_.try_emplace(&in, after).first->second;
       known.unite(after);
       SymbolSet head(known), body(after);

@@ -15,7 +15,9 @@ namespace kinora::language {
 namespace {
 
 bool isFloat(Base b) { return b == Base::Float || isTriple(b); }
-bool isJump(Opcode op) { return op == Opcode::Break || op == Opcode::Continue || op == Opcode::Return || op == Opcode::Exit; }
+bool isJump(Opcode op) {
+  return op == Opcode::Break || op == Opcode::Continue || op == Opcode::Return || op == Opcode::Exit;
+}
 
 // ---- calls that nothing leaves early become plain code ----
 bool leavesEarly(const Block& block, bool isLayer, bool nested) {
@@ -37,7 +39,9 @@ void open(Block& block) {
     if (in.opcode == Opcode::Call) {
       auto& code = in.blocks[0].code;
       // an end at the very end is no early one
-      while (!code.empty() && (code.back().opcode == Opcode::Return || (code.back().opcode == Opcode::Exit && in.arguments.size() == 2))) code.pop_back();
+      while (!code.empty() && (code.back().opcode == Opcode::Return ||
+                               (code.back().opcode == Opcode::Exit && in.arguments.size() == 2)))
+        code.pop_back();
       if (!leavesEarly(in.blocks[0], in.arguments.size() == 2, false)) {
         std::move(code.begin(), code.end(), std::back_inserter(made));
         continue;
@@ -58,9 +62,14 @@ void pickInstead(const Shader& shader, Block& block) {
     const auto& yes = in.blocks[0].code;
     const bool two = in.blocks.size() > 1 && !in.blocks[1].code.empty();
     const Symbol& condition = shader.symbols[size_t(in.arguments[0])];
-    if (yes.size() != 1 || yes[0].opcode != Opcode::Assign || condition.type.base != Base::Int || condition.type.arrayLength) continue;
-    if (two && (in.blocks[1].code.size() != 1 || in.blocks[1].code[0].opcode != Opcode::Assign || in.blocks[1].code[0].arguments[0] != yes[0].arguments[0])) continue;
-    const SymbolId to = yes[0].arguments[0], a = yes[0].arguments[1], b = two ? in.blocks[1].code[0].arguments[1] : to;
+    if (yes.size() != 1 || yes[0].opcode != Opcode::Assign || condition.type.base != Base::Int ||
+        condition.type.arrayLength)
+      continue;
+    if (two && (in.blocks[1].code.size() != 1 || in.blocks[1].code[0].opcode != Opcode::Assign ||
+                in.blocks[1].code[0].arguments[0] != yes[0].arguments[0]))
+      continue;
+    const SymbolId to = yes[0].arguments[0], a = yes[0].arguments[1],
+                   b = two ? in.blocks[1].code[0].arguments[1] : to;
     const auto fits = [&](SymbolId s) {
       const Type &from = shader.symbols[size_t(s)].type, &type = shader.symbols[size_t(to)].type;
       if (from.arrayLength || type.arrayLength || componentsOf(type.base) == 16) return false;
@@ -80,7 +89,8 @@ void pickInstead(const Shader& shader, Block& block) {
 // ---- copies followed forwards, constants folded, conditions decided ----
 class Propagation {
  public:
-  explicit Propagation(FlatProgram& flat) : flat_(flat), shader_(flat.code), pool_(flat.code), folder_(flat.code, pool_) {
+  explicit Propagation(FlatProgram& flat)
+      : flat_(flat), shader_(flat.code), pool_(flat.code), folder_(flat.code, pool_) {
     value_.assign(shader_.symbols.size(), {});
     version_.assign(shader_.symbols.size(), 0);
     countWrites();
@@ -152,7 +162,8 @@ class Propagation {
   // difference needs none.
   void learnSlopes(const Instruction& in) {
     const uint32_t flags = factsOf(in.opcode).flags;
-    if (flags & (kOpBlocks | kOpEffect | kOpTable | kOpTakesDerivs | kOpGlobalState) || in.arguments.size() < 2) return;
+    if (flags & (kOpBlocks | kOpEffect | kOpTable | kOpTakesDerivs | kOpGlobalState) || in.arguments.size() < 2)
+      return;
     const SymbolId to = in.arguments[0];
     if (!isFloat(symbol(to).type.base) || symbol(to).type.arrayLength) return;
     bool allFlat = true;
@@ -177,10 +188,14 @@ class Propagation {
   bool truth(SymbolId s, bool& answer) const {
     const Symbol& c = symbol(s);
     if (c.kind != SymbolKind::Constant) return false;
-    if (!c.values.ints.empty()) answer = c.values.ints[0] != 0;
-    else if (!c.values.floats.empty()) answer = c.values.floats[0] != 0;
-    else if (!c.values.strings.empty()) answer = !c.values.strings[0].empty();
-    else return false;
+    if (!c.values.ints.empty())
+      answer = c.values.ints[0] != 0;
+    else if (!c.values.floats.empty())
+      answer = c.values.floats[0] != 0;
+    else if (!c.values.strings.empty())
+      answer = !c.values.strings[0].empty();
+    else
+      return false;
     return true;
   }
 
@@ -276,7 +291,8 @@ class Propagation {
     const std::string expression = expressionOf(in);
     if (!expression.empty()) {
       const auto found = computed_.find(expression);
-      if (found != computed_.end() && found->second.is != kNone && found->second.version == version_[size_t(found->second.is)] && found->second.is != in.arguments[0]) {
+      if (found != computed_.end() && found->second.is != kNone &&
+          found->second.version == version_[size_t(found->second.is)] && found->second.is != in.arguments[0]) {
         in.opcode = symbol(in.arguments[0]).type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
         in.arguments = {in.arguments[0], found->second.is};
         changed_ = true;
@@ -311,7 +327,9 @@ class Propagation {
 
   // What an operation computes, of values as they stand here; "" for those that are more than a value.
   std::string expressionOf(const Instruction& in) const {
-    if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy || in.opcode == Opcode::IsConstant || in.arguments.size() < 2) return {};
+    if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy || in.opcode == Opcode::IsConstant ||
+        in.arguments.size() < 2)
+      return {};
     if (factsOf(in.opcode).flags & (kOpBlocks | kOpEffect | kOpGlobalState)) return {};
     if (in.opcode == Opcode::ArrayRef || in.opcode == Opcode::GetTextureInfo) return {};
     for (uint32_t i = 0; i < in.arguments.size(); ++i)
@@ -350,9 +368,12 @@ class Propagation {
     const Type result = symbol(in.arguments[0]).type;
     const auto isAll = [&](SymbolId s, float value) {
       const Symbol& c = symbol(s);
-      if (c.kind != SymbolKind::Constant || c.type.arrayLength || c.type.base == Base::Matrix || c.type.base == Base::String) return false;
+      if (c.kind != SymbolKind::Constant || c.type.arrayLength || c.type.base == Base::Matrix ||
+          c.type.base == Base::String)
+        return false;
       if (c.type.base == Base::Int) return float(c.values.ints[0]) == value;
-      return std::all_of(c.values.floats.begin(), c.values.floats.end(), [&](float f) { return f == value && !std::signbit(f); });
+      return std::all_of(c.values.floats.begin(), c.values.floats.end(),
+                         [&](float f) { return f == value && !std::signbit(f); });
     };
     const auto become = [&](SymbolId from) {
       const Base base = symbol(from).type.base;
@@ -366,9 +387,13 @@ class Propagation {
     if (in.opcode == Opcode::Mul && isAll(a, 1)) return become(b);
     if (in.opcode == Opcode::Div && isAll(b, 1) && result.base == Base::Int) return become(a);
     if (in.opcode == Opcode::Sub && isAll(b, 0)) return become(a);
-    if (in.opcode == Opcode::Pow && result.base == Base::Float && symbol(b).kind == SymbolKind::Constant && symbol(b).type.base == Base::Float) {
+    if (in.opcode == Opcode::Pow && result.base == Base::Float && symbol(b).kind == SymbolKind::Constant &&
+        symbol(b).type.base == Base::Float) {
       const float y = symbol(b).values.floats[0];
-      const Opcode other = y == 0.5f ? Opcode::Sqrt : y == -0.5f ? Opcode::InverseSqrt : y == 1.f / 3 ? Opcode::Cbrt : Opcode::Pow;
+      const Opcode other = y == 0.5f      ? Opcode::Sqrt
+                           : y == -0.5f   ? Opcode::InverseSqrt
+                           : y == 1.f / 3 ? Opcode::Cbrt
+                                          : Opcode::Pow;
       if (other != Opcode::Pow) {  // the reference rewrites these, so it is what the language gives
         in.opcode = other;
         in.arguments = {in.arguments[0], a};
@@ -418,9 +443,12 @@ bool removeDead(FlatProgram& flat) {
       for (Block& inner : in.blocks) sweep(inner);
     std::erase_if(block.code, [&](const Instruction& in) {
       bool gone = false;
-      if (in.opcode == Opcode::Nop || in.opcode == Opcode::UseParam) gone = true;
-      else if (in.opcode == Opcode::If || in.opcode == Opcode::Call) gone = std::all_of(in.blocks.begin(), in.blocks.end(), isEmpty);
-      else if (isLoop(in.opcode) || isJump(in.opcode)) gone = false;
+      if (in.opcode == Opcode::Nop || in.opcode == Opcode::UseParam)
+        gone = true;
+      else if (in.opcode == Opcode::If || in.opcode == Opcode::Call)
+        gone = std::all_of(in.blocks.begin(), in.blocks.end(), isEmpty);
+      else if (isLoop(in.opcode) || isJump(in.opcode))
+        gone = false;
       else {
         const auto found = isDead.find(&in);
         gone = found != isDead.end() && found->second;

@@ -1,5 +1,5 @@
-// Passes over a flattened program: constants folded by the machine's own kernels, copies followed, conditions that are
-// known decided, calls without early ends opened, and what nothing reads removed. The answer has the same bits.
+// Passes over a flattened program: constants folded by the machine's own kernels, copies followed, conditions that
+// are known decided, calls without early ends opened, and what nothing reads removed. The answer has the same bits.
 #pragma once
 #include "language/optimise/group.h"
 

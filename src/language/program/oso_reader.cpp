@@ -21,14 +21,22 @@ struct Word {
 
 char unescaped(char c) {
   switch (c) {
-    case 'n': return '\n';
-    case 't': return '\t';
-    case 'r': return '\r';
-    case 'a': return '\a';
-    case 'b': return '\b';
-    case 'f': return '\f';
-    case 'v': return '\v';
-    default: return c;
+    case 'n':
+      return '\n';
+    case 't':
+      return '\t';
+    case 'r':
+      return '\r';
+    case 'a':
+      return '\a';
+    case 'b':
+      return '\b';
+    case 'f':
+      return '\f';
+    case 'v':
+      return '\v';
+    default:
+      return c;
   }
 }
 
@@ -44,7 +52,8 @@ bool readString(std::string_view text, size_t& at, std::string& out) {
       const char c = text[++at];
       if (c >= '0' && c <= '7') {
         int value = 0, digits = 0;
-        while (digits < 3 && at < text.size() && text[at] >= '0' && text[at] <= '7') value = value * 8 + text[at++] - '0', ++digits;
+        while (digits < 3 && at < text.size() && text[at] >= '0' && text[at] <= '7')
+          value = value * 8 + text[at++] - '0', ++digits;
         --at;
         out += char(value);
       } else {
@@ -80,8 +89,10 @@ const char* splitLine(std::string_view line, std::vector<Word>& words) {
         const size_t body = ++at;
         std::string ignored;
         while (at < line.size() && line[at] != '}') {
-          if (line[at] != '"') ++at;
-          else if (!readString(line, at, ignored)) return "a string has no end";
+          if (line[at] != '"')
+            ++at;
+          else if (!readString(line, at, ignored))
+            return "a string has no end";
         }
         if (at >= line.size()) return "a hint has no closing brace";
         word.body = line.substr(body, at - body);
@@ -138,8 +149,9 @@ bool toFloat(const std::string& text, float& value) {
 
 bool baseNamed(std::string_view name, Base& base) {
   static const std::unordered_map<std::string_view, Base> kBases = {
-      {"void", Base::Void},   {"int", Base::Int},       {"float", Base::Float},   {"string", Base::String}, {"color", Base::Color},
-      {"point", Base::Point}, {"vector", Base::Vector}, {"normal", Base::Normal}, {"matrix", Base::Matrix}};
+      {"void", Base::Void},     {"int", Base::Int},       {"float", Base::Float},
+      {"string", Base::String}, {"color", Base::Color},   {"point", Base::Point},
+      {"vector", Base::Vector}, {"normal", Base::Normal}, {"matrix", Base::Matrix}};
   const auto found = kBases.find(name);
   if (found == kBases.end()) return false;
   base = found->second;
@@ -186,8 +198,10 @@ class Reader {
   bool read() {
     shader_ = Shader();
     error_.clear();
-    if (!nextLine() || words_.size() < 2 || words_[0].text != "OpenShadingLanguage") return fail("not an .oso file: its first line must be `OpenShadingLanguage 1.00`");
-    if (words_[1].text.rfind("1.", 0) != 0) return fail("version " + words_[1].text + " of the .oso format is not known; 1.00 is");
+    if (!nextLine() || words_.size() < 2 || words_[0].text != "OpenShadingLanguage")
+      return fail("not an .oso file: its first line must be `OpenShadingLanguage 1.00`");
+    if (words_[1].text.rfind("1.", 0) != 0)
+      return fail("version " + words_[1].text + " of the .oso format is not known; 1.00 is");
     if (!nextLine()) return error_.empty() ? fail("the file ends before the shader's name") : false;
     if (!header()) return false;
     bool more = nextLine();
@@ -210,7 +224,8 @@ class Reader {
       }
     }
     if (!error_.empty()) return false;
-    if (sections_.empty() || sections_.back().name != "___main___") return fail("the file is truncated: there is no code section ___main___");
+    if (sections_.empty() || sections_.back().name != "___main___")
+      return fail("the file is truncated: there is no code section ___main___");
     if (!ended) return fail("the file is truncated: the code has no `end`");
     sections_.back().end = uint32_t(ops_.size()) - 1;
     return build();
@@ -218,7 +233,8 @@ class Reader {
 
  private:
   bool fail(const std::string& what, uint32_t line = 0) {
-    if (error_.empty()) error_ = std::string(fileName_) + ":" + std::to_string(line ? line : line_) + ": error: " + what;
+    if (error_.empty())
+      error_ = std::string(fileName_) + ":" + std::to_string(line ? line : line_) + ": error: " + what;
     return false;
   }
 
@@ -239,10 +255,12 @@ class Reader {
     const std::vector<std::string> parts = splitList(word.body);
     Metadata meta;
     std::string_view base;
-    if (parts.size() < 2 || !splitArray(parts[0], base, meta.type.arrayLength) || !baseNamed(base, meta.type.base)) return fail("metadata that cannot be read: %meta{" + word.body + "}");
+    if (parts.size() < 2 || !splitArray(parts[0], base, meta.type.arrayLength) || !baseNamed(base, meta.type.base))
+      return fail("metadata that cannot be read: %meta{" + word.body + "}");
     meta.name = parts[1];
     for (size_t i = 2; i < parts.size(); ++i)
-      if (!addValue(meta.type.base, parts[i], meta.values)) return fail("metadata `" + meta.name + "`: `" + parts[i] + "` is no value of its type");
+      if (!addValue(meta.type.base, parts[i], meta.values))
+        return fail("metadata `" + meta.name + "`: `" + parts[i] + "` is no value of its type");
     list.push_back(std::move(meta));
     return true;
   }
@@ -264,14 +282,19 @@ class Reader {
 
   bool header() {
     static const std::unordered_map<std::string_view, ShaderKind> kKinds = {
-        {"shader", ShaderKind::Shader}, {"surface", ShaderKind::Surface}, {"displacement", ShaderKind::Displacement},
-        {"volume", ShaderKind::Volume}, {"light", ShaderKind::Surface}};
+        {"shader", ShaderKind::Shader},
+        {"surface", ShaderKind::Surface},
+        {"displacement", ShaderKind::Displacement},
+        {"volume", ShaderKind::Volume},
+        {"light", ShaderKind::Surface}};
     const auto kind = kKinds.find(words_[0].text);
-    if (kind == kKinds.end() || words_.size() < 2 || words_[1].kind != Word::Plain) return fail("expected the kind of shader and its name");
+    if (kind == kKinds.end() || words_.size() < 2 || words_[1].kind != Word::Plain)
+      return fail("expected the kind of shader and its name");
     shader_.kind = kind->second;
     shader_.name = words_[1].text;
     for (size_t i = 2; i < words_.size(); ++i)
-      if (words_[i].kind == Word::Hint && words_[i].text == "meta" && !metadata(words_[i], shader_.metadata)) return false;
+      if (words_[i].kind == Word::Hint && words_[i].text == "meta" && !metadata(words_[i], shader_.metadata))
+        return false;
     return true;
   }
 
@@ -288,39 +311,49 @@ class Reader {
     std::string structName;
     if (words_.size() > 2 && words_[1].text == "closure") {
       std::string_view name;
-      if (!splitArray(words_[2].text, name, symbol.type.arrayLength) || name != "color") return fail("expected `closure color`");
+      if (!splitArray(words_[2].text, name, symbol.type.arrayLength) || name != "color")
+        return fail("expected `closure color`");
       symbol.type.base = Base::Closure;
       at = 3;
     } else if (words_.size() > 2 && words_[1].text == "struct") {
       std::string_view name;
-      if (!splitArray(words_[2].text, name, symbol.type.arrayLength)) return fail("an array length that is not between 1 and 1048576");
+      if (!splitArray(words_[2].text, name, symbol.type.arrayLength))
+        return fail("an array length that is not between 1 and 1048576");
       structName = name;
       symbol.type.base = Base::Struct;
       at = 3;
     } else {
       std::string_view name;
-      if (words_.size() < 3 || !splitArray(words_[1].text, name, symbol.type.arrayLength)) return fail("a symbol needs a type, with an array length between 1 and 1048576, and a name");
+      if (words_.size() < 3 || !splitArray(words_[1].text, name, symbol.type.arrayLength))
+        return fail("a symbol needs a type, with an array length between 1 and 1048576, and a name");
       if (!baseNamed(name, symbol.type.base)) return fail("`" + words_[1].text + "` is no type");
       at = 2;
     }
     if (at >= words_.size() || words_[at].kind != Word::Plain) return fail("a symbol has no name");
     symbol.name = words_[at++].text;
     const size_t perElement = size_t(componentsOf(symbol.type.base));
-    const size_t most = symbol.type.arrayLength < 0 ? kLongestArray * perElement : perElement * size_t(std::max(1, symbol.type.arrayLength));
+    const size_t most = symbol.type.arrayLength < 0 ? kLongestArray * perElement
+                                                    : perElement * size_t(std::max(1, symbol.type.arrayLength));
     size_t given = 0;
     for (; at < words_.size() && words_[at].kind != Word::Hint; ++at, ++given) {
       if (perElement == 0) continue;  // closures and structs have no literal value
       if (given >= most) return fail("`" + symbol.name + "` has more values than its type holds");
-      if ((words_[at].kind == Word::String) != (symbol.type.base == Base::String) || !addValue(symbol.type.base, words_[at].text, symbol.values))
+      if ((words_[at].kind == Word::String) != (symbol.type.base == Base::String) ||
+          !addValue(symbol.type.base, words_[at].text, symbol.values))
         return fail("`" + words_[at].text + "` is no value for `" + symbol.name + "` of type " + nameOf(symbol.type));
     }
     if (symbol.kind == SymbolKind::Constant && given == 0) return fail("constant `" + symbol.name + "` has no value");
-    const bool hasValue = symbol.kind == SymbolKind::Param || symbol.kind == SymbolKind::OutputParam || symbol.kind == SymbolKind::Constant;
+    const bool hasValue = symbol.kind == SymbolKind::Param || symbol.kind == SymbolKind::OutputParam ||
+                          symbol.kind == SymbolKind::Constant;
     if (hasValue && symbol.type.arrayLength >= 0 && perElement) {
-      if (symbol.type.base == Base::String) symbol.values.strings.resize(most);
-      else if (symbol.type.base == Base::Int) symbol.values.ints.resize(most);
-      else if (isTriple(symbol.type.base) && given == 1) symbol.values.floats.resize(3, symbol.values.floats[0]);
-      else symbol.values.floats.resize(most);
+      if (symbol.type.base == Base::String)
+        symbol.values.strings.resize(most);
+      else if (symbol.type.base == Base::Int)
+        symbol.values.ints.resize(most);
+      else if (isTriple(symbol.type.base) && given == 1)
+        symbol.values.floats.resize(3, symbol.values.floats[0]);
+      else
+        symbol.values.floats.resize(most);
     } else if (!hasValue) {
       symbol.values = Values();
     }
@@ -333,7 +366,8 @@ class Reader {
       if (hint.text == "initexpr") symbol.hasInitCode = true;
       if (hint.text == "structfields" && !structure(structName, hint, symbol)) return false;
       if (hint.text == "mystruct") owner = hint.body;
-      if (hint.text == "mystructfield" && (!toInt(hint.body, field) || field < 0)) return fail("a field's number that cannot be read");
+      if (hint.text == "mystructfield" && (!toInt(hint.body, field) || field < 0))
+        return fail("a field's number that cannot be read");
     }
     for (const Metadata& meta : symbol.metadata) {
       if (meta.values.ints.empty()) continue;
@@ -347,11 +381,13 @@ class Reader {
     }
     if (!owner.empty()) {
       const auto found = byName_.find(owner);
-      if (found == byName_.end() || shader_.symbols[size_t(found->second)].type.base != Base::Struct) return fail("`" + symbol.name + "` names a struct `" + owner + "` that is not there");
+      if (found == byName_.end() || shader_.symbols[size_t(found->second)].type.base != Base::Struct)
+        return fail("`" + symbol.name + "` names a struct `" + owner + "` that is not there");
       symbol.ofStruct = found->second;
       symbol.field = int32_t(field);
     }
-    if (!byName_.emplace(symbol.name, SymbolId(shader_.symbols.size())).second) return fail("symbol `" + symbol.name + "` stands twice");
+    if (!byName_.emplace(symbol.name, SymbolId(shader_.symbols.size())).second)
+      return fail("symbol `" + symbol.name + "` stands twice");
     shader_.symbols.push_back(std::move(symbol));
     return true;
   }
@@ -376,7 +412,8 @@ class Reader {
       if (symbol.ofStruct == kNone) continue;
       const Symbol& owner = shader_.symbols[size_t(symbol.ofStruct)];
       Structure& structure = shader_.structures[size_t(owner.type.structure)];
-      if (symbol.field < 0 || size_t(symbol.field) >= structure.fields.size()) return fail("`" + symbol.name + "` is no field of struct `" + structure.name + "`");
+      if (symbol.field < 0 || size_t(symbol.field) >= structure.fields.size())
+        return fail("`" + symbol.name + "` is no field of struct `" + structure.name + "`");
       Type type = symbol.type;
       if (owner.type.arrayLength != 0 && symbol.type.arrayLength == owner.type.arrayLength) type.arrayLength = 0;
       structure.fields[size_t(symbol.field)].type = type;
@@ -432,7 +469,8 @@ class Reader {
       const auto found = byName_.find(name);
       if (found == byName_.end()) return fail("code for `" + name + "`, which is no parameter");
       Symbol& symbol = shader_.symbols[size_t(found->second)];
-      if (symbol.kind != SymbolKind::Param && symbol.kind != SymbolKind::OutputParam) return fail("code for `" + name + "`, which is no parameter");
+      if (symbol.kind != SymbolKind::Param && symbol.kind != SymbolKind::OutputParam)
+        return fail("code for `" + name + "`, which is no parameter");
       symbol.hasInitCode = true;
       for (const Section& other : sections_)
         if (other.name == name) return fail("code for `" + name + "` stands twice");
@@ -443,12 +481,16 @@ class Reader {
 
   static uint32_t jumpsOf(Opcode op) {
     switch (op) {
-      case Opcode::If: return 2;
+      case Opcode::If:
+        return 2;
       case Opcode::For:
       case Opcode::While:
-      case Opcode::DoWhile: return 4;
-      case Opcode::Call: return 1;
-      default: return 0;
+      case Opcode::DoWhile:
+        return 4;
+      case Opcode::Call:
+        return 1;
+      default:
+        return 0;
     }
   }
 
@@ -470,7 +512,8 @@ class Reader {
     }
     for (size_t i = lastArgument; i < end; ++i) {
       int64_t jump = 0;
-      if (!toInt(words_[i].text, jump) || jump < 0 || jump > int64_t(kMostOps)) return fail("a jump that cannot be read: `" + words_[i].text + "`");
+      if (!toInt(words_[i].text, jump) || jump < 0 || jump > int64_t(kMostOps))
+        return fail("a jump that cannot be read: `" + words_[i].text + "`");
       op.jumps[i - lastArgument] = uint32_t(jump);
     }
     for (size_t i = end; i < words_.size(); ++i) {
@@ -486,7 +529,8 @@ class Reader {
     op.pos = {sourceFile_, sourceLine_};
     const std::string_view letters = factsOf(op.opcode).letters;
     const size_t fixed = letters.ends_with('*') ? letters.size() - 2 : letters.size();
-    if (op.arguments.size() < fixed || (!letters.ends_with('*') && op.arguments.size() > fixed)) return fail("`" + words_[0].text + "` has " + std::to_string(op.arguments.size()) + " arguments");
+    if (op.arguments.size() < fixed || (!letters.ends_with('*') && op.arguments.size() > fixed))
+      return fail("`" + words_[0].text + "` has " + std::to_string(op.arguments.size()) + " arguments");
     ops_.push_back(std::move(op));
     return true;
   }
@@ -506,7 +550,8 @@ class Reader {
       uint32_t edges[6] = {at + 1};
       for (uint32_t j = 0; j < op.jumpCount; ++j) {
         edges[j + 1] = op.jumps[j];
-        if (edges[j + 1] < edges[j] || edges[j + 1] > end) return fail("a jump to " + std::to_string(op.jumps[j]) + " leaves its block", op.fileLine);
+        if (edges[j + 1] < edges[j] || edges[j + 1] > end)
+          return fail("a jump to " + std::to_string(op.jumps[j]) + " leaves its block", op.fileLine);
       }
       for (uint32_t j = 0; j < op.jumpCount; ++j) {
         made.blocks.emplace_back();

@@ -77,7 +77,9 @@ TEST(OsoReader, RefusesWhatIsNot) {
       {with("$c1\t0.5", "$c1"), "has no value"},
       {with("temp\tint\t$t1", "temp\tstring\t$t1"), "error"},
   };
-  for (const auto& c : cases) EXPECT_NE(errorOf(c.text).find(c.message), std::string::npos) << "wanted: " << c.message << "\ngot: " << errorOf(c.text);
+  for (const auto& c : cases)
+    EXPECT_NE(errorOf(c.text).find(c.message), std::string::npos)
+        << "wanted: " << c.message << "\ngot: " << errorOf(c.text);
   // every beginning of a file is refused or read, and none is a fault
   for (size_t n = 0; n < kGood.size(); ++n) {
     Shader shader;
@@ -88,8 +90,11 @@ TEST(OsoReader, RefusesWhatIsNot) {
 }
 
 TEST(OsoReader, ReadsWhatOurWriterWrites) {
-  for (const char* text : {"shader a(float k = 2, output float r = 0) { for (int i = 0; i < 5; i++) { if (i > u * 5) continue; r += v * k; } do { r += 1; } while (r < 3); }",
-                           "struct S { float a; color b; }; shader a(S s = {1, 2}, float q[] = {3, 4}, float z = sin(s.a), output float r = 0) { float f(float x) { if (x > 0.5) return 1; return x; } r = f(u) + s.b[1] + q[1] + z + noise(\"cell\", P); }"}) {
+  for (const char* text : {"shader a(float k = 2, output float r = 0) { for (int i = 0; i < 5; i++) { if (i > u * 5) "
+                           "continue; r += v * k; } do { r += 1; } while (r < 3); }",
+                           "struct S { float a; color b; }; shader a(S s = {1, 2}, float q[] = {3, 4}, float z = "
+                           "sin(s.a), output float r = 0) { float f(float x) { if (x > 0.5) return 1; return x; } r "
+                           "= f(u) + s.b[1] + q[1] + z + noise(\"cell\", P); }"}) {
     const auto shader = shaderOf(text);
     ShaderGroup group;
     group.layers.push_back({shader, "layer", {}});

@@ -69,29 +69,30 @@ struct Symbol {
   std::string name;
   SymbolKind kind = SymbolKind::Local;
   Type type;
-  Values values;                  // Constant: its value. Params: the literal default (zeros where code computes it)
-  bool hasInitCode = false;       // Params: Shader::initialisers holds code for the default
-  bool lockGeometry = true;       // Params: false: a primvar of that name replaces the value
+  Values values;             // Constant: its value. Params: the literal default (zeros where code computes it)
+  bool hasInitCode = false;  // Params: Shader::initialisers holds code for the default
+  bool lockGeometry = true;  // Params: false: a primvar of that name replaces the value
   std::vector<Metadata> metadata;
-  SymbolId ofStruct = kNone;      // this is field `field` of that struct symbol
+  SymbolId ofStruct = kNone;  // this is field `field` of that struct symbol
   int32_t field = -1;
   SourcePos pos;
 };
 
 struct Block;
 
-// One operation. `arguments` are results and operands in the order of the opcode table (result first). Blocks, by opcode:
+// One operation. `arguments` are results and operands in the order of the opcode table (result first). Blocks, by
+// opcode:
 //   If              condition; blocks {then, else}
-//   For, While,     condition symbol, re-evaluated by block 1; blocks {init, condition, body, step}; unused ones empty.
-//   DoWhile         DoWhile runs {init}, then body, step, condition. `continue` goes to step, `break` leaves.
+//   For, While,     condition symbol, re-evaluated by block 1; blocks {init, condition, body, step}; unused ones
+//   empty. DoWhile         DoWhile runs {init}, then body, step, condition. `continue` goes to step, `break` leaves.
 //   Call            an inlined function, blocks {body}; `return` inside it leaves that body. `text` is the function.
 struct Instruction {
   Opcode opcode = Opcode::Nop;
   std::vector<SymbolId> arguments;
   std::vector<Block> blocks;
   SourcePos pos;
-  int32_t layer = 0;   // of a flattened network: the layer that it comes from
-  int32_t name = -1;   // of a flattened network: what messages call the array or triple indexed, FlatProgram::names
+  int32_t layer = 0;  // of a flattened network: the layer that it comes from
+  int32_t name = -1;  // of a flattened network: what messages call the array or triple indexed, FlatProgram::names
 };
 
 struct Block {

@@ -15,8 +15,10 @@ using kinora::language::Frame;
 
 template <bool kUniform, int W>
 KN_INLINE Float<W> fetch(const float* p, uint32_t i) {
-  if constexpr (kUniform) return Float<W>(p[0]);
-  else return Float<W>::load(p + i);
+  if constexpr (kUniform)
+    return Float<W>(p[0]);
+  else
+    return Float<W>::load(p + i);
 }
 template <int W>
 KN_INLINE Float<W> fetch(const float* p, uint32_t i, bool varies) {
@@ -55,7 +57,8 @@ KN_INLINE uint32_t chunkOf(Mask<W> m, uint32_t i) {
 // The words of a result with derivatives and of its operands, one component at a time.
 struct DualCells {
   float *v, *dx, *dy;
-  KN_INLINE DualCells(const Frame& f, const uint32_t* w, uint32_t c) : v(f.cells[w[0] + c]), dx(f.cells[w[1] + c]), dy(f.cells[w[2] + c]) {}
+  KN_INLINE DualCells(const Frame& f, const uint32_t* w, uint32_t c)
+      : v(f.cells[w[0] + c]), dx(f.cells[w[1] + c]), dy(f.cells[w[2] + c]) {}
   template <int W>
   KN_INLINE void put(const Dual<W>& x, uint32_t i) const {
     x.v.store(v + i);

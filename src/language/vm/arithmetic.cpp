@@ -1,5 +1,5 @@
-// Cheap operations of two numbers. Each of them exists for operands that vary or are uniform, plain and dual: here the
-// dispatch is most of the time.
+// Cheap operations of two numbers. Each of them exists for operands that vary or are uniform, plain and dual: here
+// the dispatch is most of the time.
 #define KINORA_KERNEL_FILE "language/vm/arithmetic.cpp"
 #include "language/vm/kernel.h"
 #include <kinora/simd/foreach_target.h>
@@ -21,7 +21,7 @@ void plain(const Frame& f, const uint32_t* w) {
     float* r = f.cells[w[1] + c];
     const float *a = f.cells[w[2] + c * w[3]], *b = f.cells[w[4] + c * w[5]];
     KN_EACH(f, i, W)
-      Op::of(lang::fetch<kUniformA, W>(a, i), lang::fetch<kUniformB, W>(b, i)).store(r + i);
+    Op::of(lang::fetch<kUniformA, W>(a, i), lang::fetch<kUniformB, W>(b, i)).store(r + i);
   }
 }
 template <int W, class Op, bool kUniformA, bool kUniformB>
@@ -30,17 +30,20 @@ void dual(const Frame& f, const uint32_t* w) {
     const lang::DualCells r(f, w + 1, c);
     const lang::DualOperand a(f, w + 4, c), b(f, w + 9, c);
     KN_EACH(f, i, W) {
-      if constexpr (kUniformA) r.put<W>(Op::of(Float<W>(a.v[0]), b.get<W>(i)), i);
-      else if constexpr (kUniformB) r.put<W>(Op::of(a.get<W>(i), Float<W>(b.v[0])), i);
-      else r.put<W>(Op::of(a.get<W>(i), b.get<W>(i)), i);
+      if constexpr (kUniformA)
+        r.put<W>(Op::of(Float<W>(a.v[0]), b.get<W>(i)), i);
+      else if constexpr (kUniformB)
+        r.put<W>(Op::of(a.get<W>(i), Float<W>(b.v[0])), i);
+      else
+        r.put<W>(Op::of(a.get<W>(i), b.get<W>(i)), i);
     }
   }
 }
 
 template <int W>
 constexpr KernelFunction kArithmetic[] = {
-#define KN_X(name)                                                                                           \
-  &plain<W, name, false, false>, &plain<W, name, true, false>, &plain<W, name, false, true>,     \
+#define KN_X(name)                                                                           \
+  &plain<W, name, false, false>, &plain<W, name, true, false>, &plain<W, name, false, true>, \
       &dual<W, name, false, false>, &dual<W, name, true, false>, &dual<W, name, false, true>,
     KN_VM_BINARY(KN_X)
 #undef KN_X

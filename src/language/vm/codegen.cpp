@@ -22,17 +22,28 @@ uint32_t bitsOf(float f) {
 
 const KernelFunction* kernelsOf(Family family, uint32_t width) {
   switch (family) {
-    case Family::Arithmetic: return arithmeticKernels(width);
-    case Family::Math: return mathKernels(width);
-    case Family::Mixed: return mixedKernels(width);
-    case Family::Integer: return integerKernels(width);
-    case Family::Memory: return memoryKernels(width);
-    case Family::Vector: return vectorKernels(width);
-    case Family::Color: return colorKernels(width);
-    case Family::Spline: return splineKernels(width);
-    case Family::Noise: return noiseKernels(width);
-    case Family::Fused: return fusedKernels(width);
-    default: return scalarKernels();
+    case Family::Arithmetic:
+      return arithmeticKernels(width);
+    case Family::Math:
+      return mathKernels(width);
+    case Family::Mixed:
+      return mixedKernels(width);
+    case Family::Integer:
+      return integerKernels(width);
+    case Family::Memory:
+      return memoryKernels(width);
+    case Family::Vector:
+      return vectorKernels(width);
+    case Family::Color:
+      return colorKernels(width);
+    case Family::Spline:
+      return splineKernels(width);
+    case Family::Noise:
+      return noiseKernels(width);
+    case Family::Fused:
+      return fusedKernels(width);
+    default:
+      return scalarKernels();
   }
 }
 
@@ -119,7 +130,8 @@ void CodeGenerator::touch(Register reg, int32_t instruction) {
 
 // Call it when the instruction's words have been written.
 size_t CodeGenerator::emit(KernelName kernel, bool once) {
-  const KernelFunction* table = e_->width_ == 16 && !once && options_.kernels16 ? options_.kernels16(kernel.family) : nullptr;
+  const KernelFunction* table =
+      e_->width_ == 16 && !once && options_.kernels16 ? options_.kernels16(kernel.family) : nullptr;
   if (!table) table = kernelsOf(kernel.family, once ? 1 : e_->width_);
   MachineInstruction in;
   in.kernel = table[kernel.number];
@@ -148,11 +160,15 @@ size_t CodeGenerator::emitJump(Step step, Register condition, Register mask) {
     }
   wordsDone_ = e_->words_.size();
   e_->code_.push_back(in);
-  e_->names_.push_back(step == Step::Jump ? "-> jump" : step == Step::End ? "end" : step == Step::JumpUnless ? "-> jump unless" : "chunks");
+  e_->names_.push_back(step == Step::Jump         ? "-> jump"
+                       : step == Step::End        ? "end"
+                       : step == Step::JumpUnless ? "-> jump unless"
+                                                  : "chunks");
   return e_->code_.size() - 1;
 }
 
-CodeGenerator::Target CodeGenerator::begin(SymbolId result, bool isUniform, std::initializer_list<Operand> operands, bool elementwise) {
+CodeGenerator::Target CodeGenerator::begin(SymbolId result, bool isUniform, std::initializer_list<Operand> operands,
+                                           bool elementwise) {
   Target t;
   t.final = operand(result);
   t.out = t.final;
@@ -178,7 +194,8 @@ CodeGenerator::Target CodeGenerator::begin(SymbolId result, bool isUniform, std:
   return t;
 }
 
-void CodeGenerator::copyCells(Register to, uint32_t toAt, Register from, uint32_t fromAt, uint32_t n, bool fromVaries, uint32_t step) {
+void CodeGenerator::copyCells(Register to, uint32_t toAt, Register from, uint32_t fromAt, uint32_t n, bool fromVaries,
+                              uint32_t step) {
   const bool once = registers_[size_t(to)].isUniform;
   word(n);
   reference(to, toAt);
@@ -270,7 +287,8 @@ uint32_t CodeGenerator::site(const Instruction& in, std::string name) {
 void CodeGenerator::fail(const Instruction& in, const std::string& what) {
   if (error_.size() > 4000) return;
   const std::string at = in.pos.str();
-  error_ += (at.empty() ? "" : at + ": ") + "error: " + what + " (layer " + flat_.layers[size_t(in.layer)] + ", shader " + flat_.shaders[size_t(in.layer)] + ")\n";
+  error_ += (at.empty() ? "" : at + ": ") + "error: " + what + " (layer " + flat_.layers[size_t(in.layer)] +
+            ", shader " + flat_.shaders[size_t(in.layer)] + ")\n";
 }
 
 // Symbols that come from outside, or that must hold zeros.
@@ -314,7 +332,9 @@ void CodeGenerator::bindSymbols() {
     const SymbolKind kind = shader_.symbols[size_t(output.symbol)].kind;
     const uint32_t index = number++;
     if (kind != SymbolKind::Local && kind != SymbolKind::Temp) continue;  // an input or a constant handed through
-    if (!a_.isVarying[size_t(output.symbol)] || a_.hasDerivs[size_t(output.symbol)] || ofSymbol_[size_t(output.symbol)] != kNoRegister) continue;
+    if (!a_.isVarying[size_t(output.symbol)] || a_.hasDerivs[size_t(output.symbol)] ||
+        ofSymbol_[size_t(output.symbol)] != kNoRegister)
+      continue;
     const Operand o = operand(output.symbol);
     if (o.elements > 1) continue;
     external(o.reg, Executable::External::Output, index, o);
@@ -350,7 +370,8 @@ bool CodeGenerator::run(Executable& executable, std::string& error) {
   masks_[0] = rootMask_;
   reference(rootMask_);
   emit(Memory::MaskAll, false);
-  for (const auto& [inside, outside] : copiedIn_) copyCells(inside, 0, outside, 0, registers_[size_t(inside)].cells, true, 1);
+  for (const auto& [inside, outside] : copiedIn_)
+    copyCells(inside, 0, outside, 0, registers_[size_t(inside)].cells, true, 1);
   for (size_t s = 0; s < shader_.symbols.size(); ++s) {
     if (!a_.needsZero[s] || a_.home[s] < 0 || componentsOf(shader_.symbols[s].type.base) == 0) continue;
     const Operand o = operand(SymbolId(s));
@@ -396,14 +417,17 @@ bool CodeGenerator::layOut() {
   std::vector<size_t> order;
   for (size_t i = 0; i < registers_.size(); ++i)
     if (!registers_[i].isUniform && !registers_[i].isFixed && registers_[i].last >= 0) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return registers_[a].first < registers_[b].first; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return registers_[a].first < registers_[b].first; });
   std::vector<int32_t> busyUntil;  // by slot: the last instruction of the value in it
   for (const size_t i : order) {
     RegisterFacts& r = registers_[i];
     size_t at = 0, free = 0;
     for (size_t s = 0; s < busyUntil.size() && free < r.cells; ++s) {
-      if (busyUntil[s] < r.first) ++free;
-      else free = 0, at = s + 1;
+      if (busyUntil[s] < r.first)
+        ++free;
+      else
+        free = 0, at = s + 1;
     }
     if (at + r.cells > busyUntil.size()) {
       if (at + r.cells > kMostCells) {
@@ -431,7 +455,8 @@ bool CodeGenerator::layOut() {
   }
   for (const Relocation& r : relocations_) e_->words_[r.word] += registers_[size_t(r.reg)].cell;
   e_->uniformImage_.assign(e_->uniforms_, 0);
-  for (const auto& [reg, image] : images_) std::copy(image.begin(), image.end(), e_->uniformImage_.begin() + registers_[size_t(reg)].cell);
+  for (const auto& [reg, image] : images_)
+    std::copy(image.begin(), image.end(), e_->uniformImage_.begin() + registers_[size_t(reg)].cell);
   for (const Input& input : flat_.inputs)
     if (!input.isVarying) e_->inputCells_.push_back(registers_[size_t(ofSymbol_[size_t(input.symbol)])].cell);
   for (const Output& output : flat_.outputs) {
@@ -442,7 +467,8 @@ bool CodeGenerator::layOut() {
     if (x.kind == Executable::External::Output) e_->boundOutputs_[x.index].isDirect = true;
   // all that a block's instructions touch stays in the first cache; a mask of slots that live apart would be finer
   const uint32_t working = std::max(1u, e_->slots_);
-  e_->blockPoints_ = options_.blockPoints ? (std::min(options_.blockPoints, 512u) + 15) / 16 * 16 : std::clamp(kL1Bytes / 4 / working / 16 * 16, 64u, 512u);
+  e_->blockPoints_ = options_.blockPoints ? (std::min(options_.blockPoints, 512u) + 15) / 16 * 16
+                                          : std::clamp(kL1Bytes / 4 / working / 16 * 16, 64u, 512u);
   if (zeros_ != kNoRegister) {
     Executable::External x;
     x.kind = Executable::External::Global;
@@ -453,7 +479,8 @@ bool CodeGenerator::layOut() {
   return true;
 }
 
-std::shared_ptr<const Executable> generate(const FlatProgram& flat, const MachineOptions& options, std::string& error) {
+std::shared_ptr<const Executable> generate(const FlatProgram& flat, const MachineOptions& options,
+                                           std::string& error) {
   static std::atomic<uint64_t> made{0};
   auto executable = std::make_shared<Executable>();
   executable->number_ = ++made;

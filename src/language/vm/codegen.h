@@ -17,7 +17,8 @@ K variant(K base, int by) {
 
 class CodeGenerator {
  public:
-  CodeGenerator(const FlatProgram& flat, const MachineOptions& options) : flat_(flat), shader_(flat.code), options_(options) {}
+  CodeGenerator(const FlatProgram& flat, const MachineOptions& options)
+      : flat_(flat), shader_(flat.code), options_(options) {}
   bool run(Executable& executable, std::string& error);
 
  private:
@@ -76,7 +77,8 @@ class CodeGenerator {
   void dualMixedWords(const Operand&, uint32_t wanted);
   void resultWords(const Operand&, bool dual);
   void clearDerivs(const Operand&, bool once);
-  void copyCells(Register to, uint32_t toAt, Register from, uint32_t fromAt, uint32_t n, bool fromVaries, uint32_t step);
+  void copyCells(Register to, uint32_t toAt, Register from, uint32_t fromAt, uint32_t n, bool fromVaries,
+                 uint32_t step);
   uint32_t site(const Instruction&, std::string name = {});
   void fail(const Instruction&, const std::string& what);
   bool layOut();
@@ -102,7 +104,9 @@ class CodeGenerator {
   bool joinsAll(const Block&, size_t maker) const;
   bool isCondition(const Instruction&) const;
   Condition conditionOf(const Instruction&) const;
-  bool isFused(const Instruction& in) const { return !in.arguments.empty() && fused_[size_t(in.arguments[0])] == &in; }
+  bool isFused(const Instruction& in) const {
+    return !in.arguments.empty() && fused_[size_t(in.arguments[0])] == &in;
+  }
   void conditionWords(const Instruction&);
   void narrowMask(SymbolId condition, int32_t region, Register any);
   bool pair(const Instruction&, Arithmetic);
@@ -113,11 +117,12 @@ class CodeGenerator {
   void componentRead(const Instruction&);
   void componentWrite(const Instruction&);
   void arrayRead(const Instruction&, SymbolId result, Operand array, Operand index, const std::string& name);
-  void arrayWrite(const Instruction&, SymbolId array, Operand whole, Operand index, Operand value, const std::string& name);
+  void arrayWrite(const Instruction&, SymbolId array, Operand whole, Operand index, Operand value,
+                  const std::string& name);
   Operand checkedIndex(const Instruction&, Operand index, uint32_t length, const std::string& name);
   Operand matrixIndex(const Instruction&, SymbolId row, SymbolId column, const std::string& name);
 
-  // codegen_operations.cpp
+  // codegen_operations.cpp, codegen_arithmetic.cpp
   void operation(const Instruction&);
   Operand number(SymbolId s) { return asFloat(operand(s)); }
   Operand asFloat(Operand);
@@ -139,9 +144,12 @@ class CodeGenerator {
   void noise(const Instruction&);
   void gabor(const Instruction&, const std::vector<Operand>& numbers, size_t n, bool periodic, size_t firstOption);
   void spline(const Instruction&);
-  void transformColor(const Instruction&, SymbolId result, Operand color, const std::string* from, const std::string* to, bool isConstructor);
+  void transformColor(const Instruction&, SymbolId result, Operand color, const std::string* from,
+                      const std::string* to, bool isConstructor);
   void spectral(const Instruction&, Spectral);
-  std::string nameOf(const Instruction& in) const { return in.name < 0 ? std::string() : flat_.names[size_t(in.name)]; }
+  std::string nameOf(const Instruction& in) const {
+    return in.name < 0 ? std::string() : flat_.names[size_t(in.name)];
+  }
   const std::string* constantString(SymbolId) const;
   bool constantInt(SymbolId, int32_t&) const;
 

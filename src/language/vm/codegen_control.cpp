@@ -1,5 +1,5 @@
-// Control flow: jumps where all points agree, masks where they may not. A mask only ever narrows; what leaves a region
-// early is taken out of the masks of every region up to the one that it leaves.
+// Control flow: jumps where all points agree, masks where they may not. A mask only ever narrows; what leaves a
+// region early is taken out of the masks of every region up to the one that it leaves.
 #include "language/vm/codegen.h"
 
 namespace kinora::language {
@@ -12,8 +12,10 @@ CodeGenerator::Register CodeGenerator::maskOf(int32_t region) {
 // From here on, kernels work on the chunks that a region's points lie in.
 void CodeGenerator::useChunks(int32_t region) {
   while (region > 0 && chunks_[size_t(region)] == kNoRegister) region = a_.regions[size_t(region)].parent;
-  if (chunks_[size_t(region)] == kNoRegister) emitJump(Step::AllChunks);
-  else emitJump(Step::Chunks, chunks_[size_t(region)], maskOf(region));
+  if (chunks_[size_t(region)] == kNoRegister)
+    emitJump(Step::AllChunks);
+  else
+    emitJump(Step::Chunks, chunks_[size_t(region)], maskOf(region));
 }
 
 CodeGenerator::Operand CodeGenerator::asInt(Operand o) {
@@ -35,12 +37,19 @@ void CodeGenerator::block(const Block& code, int32_t region) {
     switch (in.opcode) {
       case Opcode::Nop:
       case Opcode::End:
-      case Opcode::UseParam: break;
-      case Opcode::If: branch(in, region); break;
+      case Opcode::UseParam:
+        break;
+      case Opcode::If:
+        branch(in, region);
+        break;
       case Opcode::For:
       case Opcode::While:
-      case Opcode::DoWhile: loop(in, region); break;
-      case Opcode::Call: call(in, region); break;
+      case Opcode::DoWhile:
+        loop(in, region);
+        break;
+      case Opcode::Call:
+        call(in, region);
+        break;
       case Opcode::Break:
       case Opcode::Continue:
       case Opcode::Return:
@@ -48,17 +57,23 @@ void CodeGenerator::block(const Block& code, int32_t region) {
         int32_t target = region;
         const auto leaves = [&](Region::Kind kind) {
           switch (in.opcode) {
-            case Opcode::Break: return kind == Region::Loop;
-            case Opcode::Continue: return kind == Region::Body;
-            case Opcode::Return: return kind == Region::Call || kind == Region::Layer;
-            default: return kind == Region::Layer;
+            case Opcode::Break:
+              return kind == Region::Loop;
+            case Opcode::Continue:
+              return kind == Region::Body;
+            case Opcode::Return:
+              return kind == Region::Call || kind == Region::Layer;
+            default:
+              return kind == Region::Layer;
           }
         };
         while (target > 0 && !leaves(a_.regions[size_t(target)].kind)) target = a_.regions[size_t(target)].parent;
         leave(region, target);
         break;
       }
-      default: operation(in); break;
+      default:
+        operation(in);
+        break;
     }
   }
   region_ = outer;
@@ -67,8 +82,10 @@ void CodeGenerator::block(const Block& code, int32_t region) {
 void CodeGenerator::branch(const Instruction& in, int32_t region) {
   const Instruction* test = fused_[size_t(in.arguments[0])];
   Operand condition;
-  if (test) condition.varies = true;
-  else condition = operand(in.arguments[0]);
+  if (test)
+    condition.varies = true;
+  else
+    condition = operand(in.arguments[0]);
   if (condition.components > 1) return fail(in, "a condition must be a single number");
   if (!test) condition = asInt(condition);
   const Block* no = in.blocks.size() > 1 && !in.blocks[1].code.empty() ? &in.blocks[1] : nullptr;
@@ -83,7 +100,8 @@ void CodeGenerator::branch(const Instruction& in, int32_t region) {
     land(end);
     return;
   }
-  const Register yes = newRegister(1, false), other = newRegister(1, false), anyYes = newRegister(1, true), anyNo = newRegister(1, true);
+  const Register yes = newRegister(1, false), other = newRegister(1, false), anyYes = newRegister(1, true),
+                 anyNo = newRegister(1, true);
   reference(yes);
   reference(other);
   reference(anyYes);

@@ -13,7 +13,8 @@ void CodeGenerator::construct(const Instruction& in) {
   const bool spaced = in.arguments.size() > 1 && shader_.symbols[size_t(in.arguments[1])].type.base == Base::String;
   if (spaced) ++first;
   const uint32_t n = uint32_t(componentsOf(symbol.type.base)), given = uint32_t(in.arguments.size()) - first;
-  if (symbol.type.base == Base::Matrix && spaced && given == 1 && shader_.symbols[size_t(in.arguments[2])].type.base == Base::String) {
+  if (symbol.type.base == Base::Matrix && spaced && given == 1 &&
+      shader_.symbols[size_t(in.arguments[2])].type.base == Base::String) {
     const Operand m = matrixBetween(in, in.arguments[1], in.arguments[2]);
     return assign(in, result, m);
   }
@@ -42,8 +43,10 @@ void CodeGenerator::construct(const Instruction& in) {
     copyCells(made.reg, k, o.reg, at, 1, o.varies, 0);
     if (!made.derivs) continue;
     for (uint32_t d = 1; d <= 2; ++d) {
-      if (o.derivs) copyCells(made.reg, d * n + k, o.reg, at + d * (registers_[size_t(o.reg)].cells / 3), 1, true, 0);
-      else copyCells(made.reg, d * n + k, zeros(), 0, 1, true, 0);
+      if (o.derivs)
+        copyCells(made.reg, d * n + k, o.reg, at + d * (registers_[size_t(o.reg)].cells / 3), 1, true, 0);
+      else
+        copyCells(made.reg, d * n + k, zeros(), 0, 1, true, 0);
     }
   }
   if (direct) return;
@@ -74,16 +77,21 @@ void CodeGenerator::construct(const Instruction& in) {
   }
   const Operand out = temporary(symbol.type.base, 3, true, made.derivs);
   resultWords(out, made.derivs);
-  if (made.derivs) dualMixedWords(made, 3);
-  else mixedWords(made, 3);
+  if (made.derivs)
+    dualMixedWords(made, 3);
+  else
+    mixedWords(made, 3);
   reference(m.reg);
   word(m.varies);
-  const Vector kernel = symbol.type.base == Base::Point ? Vector::TransformPoint : symbol.type.base == Base::Vector ? Vector::TransformVector : Vector::TransformNormal;
+  const Vector kernel = symbol.type.base == Base::Point    ? Vector::TransformPoint
+                        : symbol.type.base == Base::Vector ? Vector::TransformVector
+                                                           : Vector::TransformNormal;
   emit(variant(kernel, made.derivs), false);
   assign(in, result, out);
 }
 
-CodeGenerator::Operand CodeGenerator::checkedIndex(const Instruction& in, Operand index, uint32_t length, const std::string& name) {
+CodeGenerator::Operand CodeGenerator::checkedIndex(const Instruction& in, Operand index, uint32_t length,
+                                                   const std::string& name) {
   Operand made = temporary(Base::Int, 1, index.varies);
   word(site(in, name));
   reference(made.reg);
@@ -98,13 +106,16 @@ CodeGenerator::Operand CodeGenerator::checkedIndex(const Instruction& in, Operan
 }
 
 // words: elements, components of one, result, array, array varies, index, index varies
-void CodeGenerator::arrayRead(const Instruction& in, SymbolId result, Operand array, Operand index, const std::string& name) {
+void CodeGenerator::arrayRead(const Instruction& in, SymbolId result, Operand array, Operand index,
+                              const std::string& name) {
   index = checkedIndex(in, index, array.elements, name);
   const uint32_t n = array.components;
   const bool varies = array.varies || index.varies;
   const Symbol& symbol = shader_.symbols[size_t(result)];
   Operand out = temporary(array.base, n, varies, array.derivs && operand(result).derivs);
-  if (symbol.type.base == array.base && !varies == !operand(result).varies && !a_.blends(region_, result) && operand(result).reg != array.reg && out.derivs == operand(result).derivs) out = operand(result);
+  if (symbol.type.base == array.base && !varies == !operand(result).varies && !a_.blends(region_, result) &&
+      operand(result).reg != array.reg && out.derivs == operand(result).derivs)
+    out = operand(result);
   const uint32_t third = registers_[size_t(array.reg)].cells / (array.derivs ? 3 : 1);
   for (uint32_t d = 0; d < (out.derivs ? 3u : 1u); ++d) {
     word(n);
@@ -119,17 +130,22 @@ void CodeGenerator::arrayRead(const Instruction& in, SymbolId result, Operand ar
 }
 
 // words: components of one element, array, value, its step, value varies, index, index varies, has a mask, mask
-void CodeGenerator::arrayWrite(const Instruction& in, SymbolId array, Operand whole, Operand index, Operand value, const std::string& name) {
+void CodeGenerator::arrayWrite(const Instruction& in, SymbolId array, Operand whole, Operand index, Operand value,
+                               const std::string& name) {
   index = checkedIndex(in, index, whole.elements, name);
-  if (whole.base == Base::Int ? value.base != Base::Int : (whole.base == Base::String) != (value.base == Base::String)) return fail(in, "an element cannot take a value of this type");
+  if (whole.base == Base::Int ? value.base != Base::Int
+                              : (whole.base == Base::String) != (value.base == Base::String))
+    return fail(in, "an element cannot take a value of this type");
   if (whole.base != Base::Int) value = asFloat(value);
   const bool blends = a_.blends(region_, array);
   const uint32_t third = registers_[size_t(whole.reg)].cells / (whole.derivs ? 3 : 1);
   for (uint32_t d = 0; d < (whole.derivs ? 3u : 1u); ++d) {
     word(whole.components);
     reference(whole.reg, whole.at + d * third);
-    if (d && !value.derivs) reference(zeros());
-    else reference(value.reg, value.at + d * (registers_[size_t(value.reg)].cells / 3));
+    if (d && !value.derivs)
+      reference(zeros());
+    else
+      reference(value.reg, value.at + d * (registers_[size_t(value.reg)].cells / 3));
     word(value.components > 1 && !(d && !value.derivs));
     word(d && !value.derivs ? 1 : value.varies);
     reference(index.reg, index.at);
@@ -141,9 +157,11 @@ void CodeGenerator::arrayWrite(const Instruction& in, SymbolId array, Operand wh
 }
 
 // row * 4 + column of checked indices.
-CodeGenerator::Operand CodeGenerator::matrixIndex(const Instruction& in, SymbolId row, SymbolId column, const std::string& name) {
+CodeGenerator::Operand CodeGenerator::matrixIndex(const Instruction& in, SymbolId row, SymbolId column,
+                                                  const std::string& name) {
   const Operand r = checkedIndex(in, operand(row), 4, name), c = checkedIndex(in, operand(column), 4, name);
-  const Operand four = constantInt(4), scaled = temporary(Base::Int, 1, r.varies), sum = temporary(Base::Int, 1, r.varies || c.varies);
+  const Operand four = constantInt(4), scaled = temporary(Base::Int, 1, r.varies),
+                sum = temporary(Base::Int, 1, r.varies || c.varies);
   word(1);
   resultWords(scaled, false);
   mixedWords(r, 1);
@@ -162,7 +180,8 @@ void CodeGenerator::componentRead(const Instruction& in) {
   const bool matrix = in.opcode == Opcode::MatrixRef;
   int32_t row = 0, column = 0;
   const std::string name = nameOf(in);
-  if (matrix && constantInt(in.arguments[2], row) && constantInt(in.arguments[3], column) && row >= 0 && row < 4 && column >= 0 && column < 4)
+  if (matrix && constantInt(in.arguments[2], row) && constantInt(in.arguments[3], column) && row >= 0 && row < 4 &&
+      column >= 0 && column < 4)
     return assign(in, in.arguments[0], part(from, uint32_t(row * 4 + column)));
   if (!matrix && constantInt(in.arguments[2], column) && column >= 0 && column < int32_t(from.components)) {
     Operand one = part(from, uint32_t(column));
@@ -184,15 +203,20 @@ void CodeGenerator::componentWrite(const Instruction& in) {
   const std::string name = nameOf(in);
   const Operand value = number(in.arguments[matrix ? 3 : 2]);
   int32_t row = 0, column = 0;
-  const bool known = matrix ? constantInt(in.arguments[1], row) && constantInt(in.arguments[2], column) && row >= 0 && row < 4 && column >= 0 && column < 4
-                            : constantInt(in.arguments[1], column) && column >= 0 && column < int32_t(whole.components);
+  const bool known = matrix
+                         ? constantInt(in.arguments[1], row) && constantInt(in.arguments[2], column) && row >= 0 &&
+                               row < 4 && column >= 0 && column < 4
+                         : constantInt(in.arguments[1], column) && column >= 0 && column < int32_t(whole.components);
   if (known && !(whole.varies && a_.blends(region_, target))) {
     const uint32_t at = uint32_t(row * 4 + column), all = whole.cells();
     copyCells(whole.reg, at, value.reg, value.at, 1, value.varies, 0);
     if (whole.derivs)
       for (uint32_t d = 1; d <= 2; ++d) {
-        if (value.derivs) copyCells(whole.reg, at + d * all, value.reg, value.at + d * (registers_[size_t(value.reg)].cells / 3), 1, true, 0);
-        else copyCells(whole.reg, at + d * all, zeros(), 0, 1, true, 0);
+        if (value.derivs)
+          copyCells(whole.reg, at + d * all, value.reg, value.at + d * (registers_[size_t(value.reg)].cells / 3), 1,
+                    true, 0);
+        else
+          copyCells(whole.reg, at + d * all, zeros(), 0, 1, true, 0);
       }
     return;
   }

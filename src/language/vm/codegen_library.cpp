@@ -11,7 +11,10 @@ void CodeGenerator::noise(const Instruction& in) {
   const auto& args = in.arguments;
   const auto base = [&](size_t i) { return shader_.symbols[size_t(args[i])].type.base; };
   size_t first = 1;
-  std::string name = in.opcode == Opcode::SNoise || in.opcode == Opcode::PSNoise ? "snoise" : in.opcode == Opcode::CellNoise ? "cellnoise" : in.opcode == Opcode::HashNoise ? "hashnoise" : "noise";
+  std::string name = in.opcode == Opcode::SNoise || in.opcode == Opcode::PSNoise ? "snoise"
+                     : in.opcode == Opcode::CellNoise                            ? "cellnoise"
+                     : in.opcode == Opcode::HashNoise                            ? "hashnoise"
+                                                                                 : "noise";
   const bool periodic = in.opcode == Opcode::PNoise || in.opcode == Opcode::PSNoise;
   if (args.size() > 2 && base(1) == Base::String && in.opcode != Opcode::Hash) {
     const std::string* given = constantString(args[1]);
@@ -33,7 +36,8 @@ void CodeGenerator::noise(const Instruction& in) {
     }
   }
   const size_t n = periodic ? numbers.size() / 2 : numbers.size();
-  if (n < 1 || n > 4 || (periodic && numbers.size() != 2 * n)) return fail(in, "noise of these operands is not known");
+  if (n < 1 || n > 4 || (periodic && numbers.size() != 2 * n))
+    return fail(in, "noise of these operands is not known");
   bool varies = false, derivs = false;
   for (const Operand& o : numbers) varies |= o.varies;
   for (size_t k = 0; k < n; ++k) derivs |= numbers[k].derivs;
@@ -50,13 +54,13 @@ void CodeGenerator::noise(const Instruction& in) {
     bool isUnsigned, hasDual;
   };
   static const Kind kKinds[] = {
-      {"perlin", Noise::Perlin1, false, true},       {"snoise", Noise::Perlin1, false, true},
-      {"psnoise", Noise::Perlin1, false, true},      {"uperlin", Noise::Perlin1, true, true},
-      {"noise", Noise::Perlin1, true, true},         {"pnoise", Noise::Perlin1, true, true},
-      {"simplex", Noise::Simplex1, false, true},     {"simplexnoise", Noise::Simplex1, false, true},
-      {"usimplex", Noise::Simplex1, true, true},     {"usimplexnoise", Noise::Simplex1, true, true},
-      {"cell", Noise::Cell1, false, false},          {"cellnoise", Noise::Cell1, false, false},
-      {"hash", Noise::Hash1, false, false},          {"hashnoise", Noise::Hash1, false, false}};
+      {"perlin", Noise::Perlin1, false, true},   {"snoise", Noise::Perlin1, false, true},
+      {"psnoise", Noise::Perlin1, false, true},  {"uperlin", Noise::Perlin1, true, true},
+      {"noise", Noise::Perlin1, true, true},     {"pnoise", Noise::Perlin1, true, true},
+      {"simplex", Noise::Simplex1, false, true}, {"simplexnoise", Noise::Simplex1, false, true},
+      {"usimplex", Noise::Simplex1, true, true}, {"usimplexnoise", Noise::Simplex1, true, true},
+      {"cell", Noise::Cell1, false, false},      {"cellnoise", Noise::Cell1, false, false},
+      {"hash", Noise::Hash1, false, false},      {"hashnoise", Noise::Hash1, false, false}};
   const auto kind = std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return name == k.name; });
   if (name == "gabor") return gabor(in, numbers, n, periodic, end);
   if (kind == std::end(kKinds)) {
@@ -71,8 +75,10 @@ void CodeGenerator::noise(const Instruction& in) {
   word(periodic);
   resultWords(t.out, dual);
   for (size_t k = 0; k < n; ++k) {
-    if (dual) dualMixedWords(numbers[k], 1);
-    else mixedWords(numbers[k], 1);
+    if (dual)
+      dualMixedWords(numbers[k], 1);
+    else
+      mixedWords(numbers[k], 1);
   }
   for (size_t k = n; k < numbers.size(); ++k) mixedWords(numbers[k], 1);
   const uint16_t at = uint16_t((n - 1) * 2 + triple);
@@ -81,9 +87,11 @@ void CodeGenerator::noise(const Instruction& in) {
   finish(t);
 }
 
-void CodeGenerator::gabor(const Instruction& in, const std::vector<Operand>& numbers, size_t n, bool periodic, size_t firstOption) {
+void CodeGenerator::gabor(const Instruction& in, const std::vector<Operand>& numbers, size_t n, bool periodic,
+                          size_t firstOption) {
   const auto& args = in.arguments;
-  Operand anisotropic = constantInt(0), filter = constantInt(1), direction = temporary(Base::Vector, 3, false), bandwidth = constant(1.f), impulses = constant(16.f);
+  Operand anisotropic = constantInt(0), filter = constantInt(1), direction = temporary(Base::Vector, 3, false),
+          bandwidth = constant(1.f), impulses = constant(16.f);
   images_.emplace_back(direction.reg, std::vector<uint32_t>{0x3f800000u, 0, 0});
   bool varies = false;
   for (const Operand& o : numbers) varies |= o.varies;
@@ -91,15 +99,22 @@ void CodeGenerator::gabor(const Instruction& in, const std::vector<Operand>& num
     const std::string* token = constantString(args[k]);
     if (!token) return scalar(in, Scalar::Refuse, "an option of noise that is not known before the run");
     const Operand value = operand(args[k + 1]);
-    if (*token == "anisotropic") anisotropic = value;
-    else if (*token == "do_filter") filter = value;
-    else if (*token == "direction") direction = asFloat(value);
-    else if (*token == "bandwidth") bandwidth = asFloat(value);
-    else if (*token == "impulses") impulses = asFloat(value);
-    else continue;
+    if (*token == "anisotropic")
+      anisotropic = value;
+    else if (*token == "do_filter")
+      filter = value;
+    else if (*token == "direction")
+      direction = asFloat(value);
+    else if (*token == "bandwidth")
+      bandwidth = asFloat(value);
+    else if (*token == "impulses")
+      impulses = asFloat(value);
+    else
+      continue;
     varies |= value.varies;
   }
-  if (anisotropic.varies || filter.varies) return scalar(in, Scalar::Refuse, "gabor noise with options that differ from point to point");
+  if (anisotropic.varies || filter.varies)
+    return scalar(in, Scalar::Refuse, "gabor noise with options that differ from point to point");
   const Operand nought = constant(0.f), one = constant(1.f);
   const uint32_t c = uint32_t(componentsOf(shader_.symbols[size_t(args[0])].type.base));
   Operand out = temporary(c == 3 ? Base::Color : Base::Float, c, varies, true);
@@ -122,15 +137,18 @@ void CodeGenerator::spectral(const Instruction& in, Spectral kernel) {
   const Target t = begin(in.arguments[0], !a.varies, {a}, false);
   const bool dual = kernel == Spectral::Luminance && t.out.derivs && a.derivs;
   resultWords(t.out, dual);
-  if (dual) dualMixedWords(a, 3);
-  else mixedWords(a, 3);
+  if (dual)
+    dualMixedWords(a, 3);
+  else
+    mixedWords(a, 3);
   emit(Spectral(uint16_t(kernel) + dual), t.once);
   if (!dual) clearDerivs(t.out, t.once);
   finish(t);
 }
 
 // From a space (null: RGB) to another (null: RGB).
-void CodeGenerator::transformColor(const Instruction& in, SymbolId result, Operand color, const std::string* from, const std::string* to, bool isConstructor) {
+void CodeGenerator::transformColor(const Instruction& in, SymbolId result, Operand color, const std::string* from,
+                                   const std::string* to, bool isConstructor) {
   const auto find = [&](const std::string* name) {
     if (!name) return ColorSpace::Rgb;
     const std::string_view working = defaultColorSystem().name;
@@ -139,7 +157,8 @@ void CodeGenerator::transformColor(const Instruction& in, SymbolId result, Opera
   const ColorSpace a = find(from), b = find(to);
   if (a == ColorSpace::Unknown || b == ColorSpace::Unknown) {
     word(0);
-    word(site(in, "Unknown color space transformation \"" + (from ? *from : "RGB") + "\" -> \"" + (to ? *to : "RGB") + "\""));
+    word(site(in, "Unknown color space transformation \"" + (from ? *from : "RGB") + "\" -> \"" + (to ? *to : "RGB") +
+                      "\""));
     word(uint32_t(2));  // a message of its own
     const Register mask = maskOf(region_);
     word(mask != rootMask_);
@@ -152,8 +171,10 @@ void CodeGenerator::transformColor(const Instruction& in, SymbolId result, Opera
   word(uint32_t(a));
   word(uint32_t(b));
   resultWords(t.out, dual);
-  if (dual) dualMixedWords(color, 3);
-  else mixedWords(color, 3);
+  if (dual)
+    dualMixedWords(color, 3);
+  else
+    mixedWords(color, 3);
   emit(dual ? Spectral::TransformColorD : Spectral::TransformColor, t.once);
   if (!dual) clearDerivs(t.out, t.once);
   finish(t);
@@ -172,8 +193,10 @@ void CodeGenerator::spline(const Instruction& in) {
     knots = operand(args.back());
     count = knots.elements;
     int32_t wanted = 0;
-    if (args.size() == 5 && constantInt(args[3], wanted)) count = uint32_t(std::clamp(wanted, 1, int32_t(count)));
-    else if (args.size() == 5) return scalar(in, Scalar::Refuse, "a number of knots that is not known before the run");
+    if (args.size() == 5 && constantInt(args[3], wanted))
+      count = uint32_t(std::clamp(wanted, 1, int32_t(count)));
+    else if (args.size() == 5)
+      return scalar(in, Scalar::Refuse, "a number of knots that is not known before the run");
   } else {
     count = uint32_t(args.size() - 3);
     bool varies = false, derivs = false;
@@ -191,8 +214,11 @@ void CodeGenerator::spline(const Instruction& in) {
       for (uint32_t d = 0; d < (derivs ? 3u : 1u); ++d) {
         const Operand& o = values[k];
         const uint32_t to = d * count * n + k * n;
-        if (d && !o.derivs) copyCells(knots.reg, to, zeros(), 0, n, true, 0);
-        else copyCells(knots.reg, to, o.reg, o.at + d * (registers_[size_t(o.reg)].cells / 3), n, o.varies, o.components > 1);
+        if (d && !o.derivs)
+          copyCells(knots.reg, to, zeros(), 0, n, true, 0);
+        else
+          copyCells(knots.reg, to, o.reg, o.at + d * (registers_[size_t(o.reg)].cells / 3), n, o.varies,
+                    o.components > 1);
       }
   }
   if (knots.components != n) return fail(in, "a spline's knots must be of the type of its result");
@@ -202,10 +228,13 @@ void CodeGenerator::spline(const Instruction& in) {
   const bool dual = t.out.derivs && (x.derivs || knotDerivs);
   word(uint32_t(splineBasis(*basis)));
   word(count);
-  for (uint32_t d = 0; d < 3; ++d) reference(knots.reg, d && knotDerivs ? d * (registers_[size_t(knots.reg)].cells / 3) : 0);
+  for (uint32_t d = 0; d < 3; ++d)
+    reference(knots.reg, d && knotDerivs ? d * (registers_[size_t(knots.reg)].cells / 3) : 0);
   resultWords(t.out, dual);
-  if (dual) dualMixedWords(x, 1);
-  else mixedWords(x, 1);
+  if (dual)
+    dualMixedWords(x, 1);
+  else
+    mixedWords(x, 1);
   const Splines first = inverse ? Splines::InverseU : n == 3 ? Splines::Spline3U : Splines::Spline1U;
   emit(Splines(uint16_t(first) + (dual ? (knotDerivs ? 4 : 2 + knots.varies) : knots.varies)), t.once);
   if (!dual) clearDerivs(t.out, t.once);

@@ -23,7 +23,9 @@ template <class T, int W>
 void transformColor(const Frame& f, const uint32_t* w) {
   const ColorSystem& s = defaultColorSystem();
   KN_EACH(f, i, W)
-    T::put(f, w + 2, i, lang::transformc(s, ColorSpace(int32_t(w[0])), ColorSpace(int32_t(w[1])), T::triple(f, w + 2 + T::kResult, i)));
+  T::put(
+      f, w + 2, i,
+      lang::transformc(s, ColorSpace(int32_t(w[0])), ColorSpace(int32_t(w[1])), T::triple(f, w + 2 + T::kResult, i)));
 }
 template <int W, bool kBlackbody>
 void spectrum(const Frame& f, const uint32_t* w) {
@@ -31,15 +33,20 @@ void spectrum(const Frame& f, const uint32_t* w) {
   const ColorSystem& s = defaultColorSystem();
   KN_EACH(f, i, W) {
     const Float<W> x = T::number(f, w + T::kResult, i);
-    if constexpr (kBlackbody) T::put(f, w, i, lang::blackbody(s, x));
-    else T::put(f, w, i, lang::wavelengthColor(s, x));
+    if constexpr (kBlackbody)
+      T::put(f, w, i, lang::blackbody(s, x));
+    else
+      T::put(f, w, i, lang::wavelengthColor(s, x));
   }
 }
 
 template <int W>
-constexpr KernelFunction kColor[] = {&luminance<lang::PlainWords<W>, W>,      &luminance<lang::DualWords<W>, W>,
-                                     &transformColor<lang::PlainWords<W>, W>, &transformColor<lang::DualWords<W>, W>,
-                                     &spectrum<W, true>,                      &spectrum<W, false>};
+constexpr KernelFunction kColor[] = {&luminance<lang::PlainWords<W>, W>,
+                                     &luminance<lang::DualWords<W>, W>,
+                                     &transformColor<lang::PlainWords<W>, W>,
+                                     &transformColor<lang::DualWords<W>, W>,
+                                     &spectrum<W, true>,
+                                     &spectrum<W, false>};
 KN_VM_TABLES(kColor)
 }  // namespace
 }  // namespace HWY_NAMESPACE

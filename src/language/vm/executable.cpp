@@ -45,7 +45,8 @@ void RunCounts::add(const RunCounts& o) {
 }
 
 int32_t GlobalValues::named(std::string_view name) {
-  static constexpr std::string_view kNames[] = {"P", "I", "N", "Ng", "dPdu", "dPdv", "Ps", "dPdtime", "u", "v", "time", "dtime"};
+  static constexpr std::string_view kNames[] = {"P",  "I",       "N", "Ng", "dPdu", "dPdv",
+                                                "Ps", "dPdtime", "u", "v",  "time", "dtime"};
   for (int32_t i = 0; i < int32_t(Count); ++i)
     if (kNames[i] == name) return i;
   return -1;
@@ -147,8 +148,10 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
   RunCounts* counts = arguments.counts;
   if (counts) {
     counts->points += arguments.points;
-    if (counts->runs++ % RunCounts::kEvery) counts = nullptr;
-    else ++counts->counted;
+    if (counts->runs++ % RunCounts::kEvery)
+      counts = nullptr;
+    else
+      ++counts->counted;
   }
   float** const cells = state.cells_.data();
   for (uint32_t first = 0; first < arguments.points; first += blockPoints_) {
@@ -165,7 +168,8 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
         if (arrays) p = arrays[x.component];
       } else {
         float* const* arrays = arguments.outputs ? arguments.outputs[x.index].v : nullptr;
-        if (arrays && arrays[x.component]) p = arrays[x.component];
+        if (arrays && arrays[x.component])
+          p = arrays[x.component];
         else {
           cells[x.cell] = state.varying_ + size_t(x.fallback) * stride();
           continue;
@@ -177,8 +181,10 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
     const uint32_t all = ~0u >> (32 - (points + 15) / 16);
     const Frame frame{cells, points, first, all, &state};
     const Frame once{cells, 1, first, 1, &state};
-    if (counts) runBlock<true>(frame, once, counts);
-    else runBlock<false>(frame, once, nullptr);
+    if (counts)
+      runBlock<true>(frame, once, counts);
+    else
+      runBlock<false>(frame, once, nullptr);
     for (size_t k = 0; k < boundOutputs_.size(); ++k) {
       const BoundOutput& bound = boundOutputs_[k];
       float* const* out = arguments.outputs ? arguments.outputs[k].v : nullptr;
@@ -186,17 +192,22 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
       for (uint32_t c = 0; c < bound.components; ++c) {
         if (!out[c]) continue;
         const float* from = cells[bound.cell + c];
-        if (bound.varies) std::memcpy(out[c] + first, from, size_t(frame.points) * 4);
-        else std::fill(out[c] + first, out[c] + first + frame.points, from[0]);
+        if (bound.varies)
+          std::memcpy(out[c] + first, from, size_t(frame.points) * 4);
+        else
+          std::fill(out[c] + first, out[c] + first + frame.points, from[0]);
       }
     }
   }
   if (state.spoken.empty()) return;
-  std::stable_sort(state.spoken.begin(), state.spoken.end(), [](const RunState::Spoken& a, const RunState::Spoken& b) { return a.point < b.point; });
+  std::stable_sort(state.spoken.begin(), state.spoken.end(),
+                   [](const RunState::Spoken& a, const RunState::Spoken& b) { return a.point < b.point; });
   if (arguments.listener)
-    for (const RunState::Spoken& s : state.spoken) arguments.listener(arguments.listening, s.point, s.kind, s.text, s.file);
+    for (const RunState::Spoken& s : state.spoken)
+      arguments.listener(arguments.listening, s.point, s.kind, s.text, s.file);
   else if (state.services->message)
-    for (const RunState::Spoken& s : state.spoken) state.services->message(state.services->self, s.kind, s.text.data(), uint32_t(s.text.size()), s.file.c_str());
+    for (const RunState::Spoken& s : state.spoken)
+      state.services->message(state.services->self, s.kind, s.text.data(), uint32_t(s.text.size()), s.file.c_str());
   state.spoken.clear();
 }
 
@@ -205,7 +216,8 @@ std::vector<float> Executable::inputsOf(const ShaderGroup& group) const {
   for (const Input& input : inputs_) {
     if (input.isVarying) continue;
     Values values = input.values;
-    if (size_t(input.layer) < group.layers.size()) settingValues(group.layers[size_t(input.layer)], input.parameter, input.type, values);
+    if (size_t(input.layer) < group.layers.size())
+      settingValues(group.layers[size_t(input.layer)], input.parameter, input.type, values);
     for (const float f : values.floats) out.push_back(f);
     for (const int32_t i : values.ints) {
       float bits;
@@ -224,8 +236,8 @@ std::vector<float> Executable::inputsOf(const ShaderGroup& group) const {
 
 uint64_t Executable::bytes() const {
   const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  return sizeof *this + of(inputs_) + of(outputs_) + of(boundOutputs_) + of(code_) + of(words_) + of(names_) + of(sites_) +
-         of(externals_) + of(uniformImage_) + of(inputCells_);
+  return sizeof *this + of(inputs_) + of(outputs_) + of(boundOutputs_) + of(code_) + of(words_) + of(names_) +
+         of(sites_) + of(externals_) + of(uniformImage_) + of(inputCells_);
 }
 
 std::string Executable::listing() const {
@@ -241,7 +253,8 @@ std::string Executable::listing() const {
   return text;
 }
 
-std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const MachineOptions& options, std::string& error) {
+std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const MachineOptions& options,
+                                               std::string& error) {
   FlatProgram flat;
   if (!flatten(group, flat, error)) return nullptr;
   if (options.optimise) optimise(flat);
@@ -259,8 +272,11 @@ struct ExecutableCache::Entries {
 
 ExecutableCache::ExecutableCache() : entries_(std::make_shared<Entries>()) {}
 
-std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group, const MachineOptions& options, std::string& error) {
-  const std::string key = structureKey(group) + "|" + std::to_string(options.width) + "," + std::to_string(options.iterationLimit) + "," + std::to_string(options.blockPoints) + "," + std::to_string(options.optimise) + std::to_string(options.rangeCheck);
+std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group, const MachineOptions& options,
+                                                       std::string& error) {
+  const std::string key = structureKey(group) + "|" + std::to_string(options.width) + "," +
+                          std::to_string(options.iterationLimit) + "," + std::to_string(options.blockPoints) + "," +
+                          std::to_string(options.optimise) + std::to_string(options.rangeCheck);
   const std::lock_guard lock(entries_->mutex);
   const auto found = entries_->byKey.find(key);
   if (found != entries_->byKey.end()) return found->second.program;
@@ -275,7 +291,8 @@ std::shared_ptr<const Executable> ExecutableCache::get(const ShaderGroup& group,
 void ExecutableCache::forget(const Shader& shader) {
   const std::lock_guard lock(entries_->mutex);
   std::erase_if(entries_->byKey, [&](const auto& entry) {
-    return std::any_of(entry.second.shaders.begin(), entry.second.shaders.end(), [&](const auto& s) { return s.get() == &shader; });
+    return std::any_of(entry.second.shaders.begin(), entry.second.shaders.end(),
+                       [&](const auto& s) { return s.get() == &shader; });
   });
 }
 

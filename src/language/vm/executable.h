@@ -1,5 +1,5 @@
-// A program of the group machine: instructions over cells, made once from a shader group's structure, run by any number
-// of threads at once, each with a RunState of its own. compileGroup() is the door for everybody outside.
+// A program of the group machine: instructions over cells, made once from a shader group's structure, run by any
+// number of threads at once, each with a RunState of its own. compileGroup() is the door for everybody outside.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ struct MachineOptions {
   uint32_t iterationLimit = 1u << 20;  // of one loop in one block of points, unless its shader says another
   uint32_t blockPoints = 0;            // 0: by the working set
   bool optimise = true;
-  bool rangeCheck = true;              // tell of indices out of range (they are clamped in any case)
+  bool rangeCheck = true;  // tell of indices out of range (they are clamped in any case)
   // Kernels of width 16 for CPUs without AVX-512: tests have some. Null, or null for a family: the library's own.
   const KernelFunction* (*kernels16)(Family) = nullptr;
 };
@@ -51,33 +51,35 @@ struct OutputValues {
 struct RunCounts {
   static constexpr uint64_t kEvery = 16;
   uint64_t runs = 0, points = 0;
-  uint64_t counted = 0;                     // runs that the rest is of
-  uint64_t instructions = 0, uniform = 0;   // over points, and once for all of them
-  uint64_t lanesRun = 0, lanesUsed = 0;     // that kernels worked on, that held a point which took part
+  uint64_t counted = 0;                    // runs that the rest is of
+  uint64_t instructions = 0, uniform = 0;  // over points, and once for all of them
+  uint64_t lanesRun = 0, lanesUsed = 0;    // that kernels worked on, that held a point which took part
   void add(const RunCounts&);
 };
 
 struct RunArguments {
   uint32_t points = 0;
   const GlobalValues* globals = nullptr;
-  const float* inputs = nullptr;              // Executable::inputsOf(group)
-  const VaryingInput* varyingInputs = nullptr; // in the order of inputs() that vary
-  const OutputValues* outputs = nullptr;      // in the order of outputs()
+  const float* inputs = nullptr;                // Executable::inputsOf(group)
+  const VaryingInput* varyingInputs = nullptr;  // in the order of inputs() that vary
+  const OutputValues* outputs = nullptr;        // in the order of outputs()
   const RendererServices* services = nullptr;
-  RunCounts* counts = nullptr;                // null: not counted
+  RunCounts* counts = nullptr;   // null: not counted
   bool tellsEveryPoint = false;  // what goes wrong at one place is told for each point, not for the first alone
   // Takes messages in place of services->message, with the point that each comes from.
-  void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text, const std::string& file) = nullptr;
+  void (*listener)(void* listening, uint32_t point, MessageKind, const std::string& text,
+                   const std::string& file) = nullptr;
   void* listening = nullptr;
 };
 
 enum class Step : uint8_t { Run, RunOnce, Jump, JumpUnless, Chunks, AllChunks, Back, End };
-// Chunks: those of a cell take part, and their points are in a mask (for RunCounts). Back: to a loop's first instruction, unless it has turned too often
+// Chunks: those of a cell take part, and their points are in a mask (for RunCounts). Back: to a loop's first
+// instruction, unless it has turned too often
 
 struct MachineInstruction {
   KernelFunction kernel = nullptr;
-  uint32_t words = 0;  // index into words_
-  uint32_t target = 0; // of jumps
+  uint32_t words = 0;   // index into words_
+  uint32_t target = 0;  // of jumps
   Step step = Step::Run;
 };
 
@@ -85,7 +87,7 @@ struct MachineInstruction {
 struct Site {
   std::string position;  // "file:line", or ""
   int32_t layer = 0;
-  std::string name;      // of the array indexed, of the operation refused ...
+  std::string name;  // of the array indexed, of the operation refused ...
 };
 
 class RunState;
@@ -120,7 +122,7 @@ class Executable {
   // The uniform values of a group of this structure, for RunArguments::inputs. Empty when there are none.
   std::vector<float> inputsOf(const ShaderGroup&) const;
   void run(RunState&, const RunArguments&) const;
-  uint64_t bytes() const;  // held for it
+  uint64_t bytes() const;       // held for it
   std::string listing() const;  // for people
 
  private:
@@ -132,8 +134,8 @@ class Executable {
   struct External {
     enum Kind : uint8_t { Global, Input, Output } kind = Global;
     uint32_t index = 0, component = 0;
-    uint8_t part = 0;   // 0 value, 1 dx, 2 dy
-    uint32_t cell = 0;  // that points to it
+    uint8_t part = 0;       // 0 value, 1 dx, 2 dy
+    uint32_t cell = 0;      // that points to it
     uint32_t fallback = 0;  // slot for an output that nobody wants
   };
   struct BoundOutput {
@@ -161,8 +163,8 @@ class Executable {
   friend struct SiteAccess;
 };
 
-// A thread's memory for running programs: made once, grows to the largest program it has seen, no allocation after that
-// but for messages.
+// A thread's memory for running programs: made once, grows to the largest program it has seen, no allocation after
+// that but for messages.
 class RunState {
  public:
   // What one point had to say.

@@ -12,7 +12,8 @@ struct Folder::Machine {
   FlatProgram flat;
 };
 
-Folder::Folder(Shader& shader, ConstantPool& pool) : shader_(shader), pool_(pool), machine_(std::make_unique<Machine>()) {}
+Folder::Folder(Shader& shader, ConstantPool& pool)
+    : shader_(shader), pool_(pool), machine_(std::make_unique<Machine>()) {}
 Folder::~Folder() = default;
 
 SymbolId Folder::fold(const Instruction& in) {
@@ -41,15 +42,20 @@ SymbolId Folder::fold(const Instruction& in) {
   }
   // spaces are the renderer's
   const Opcode op = in.opcode;
-  if (op == Opcode::MakeColor || op == Opcode::MakePoint || op == Opcode::MakeVector || op == Opcode::MakeNormal || op == Opcode::MakeMatrix)
-    if (in.arguments.size() > 1 && shader_.symbols[size_t(in.arguments[1])].type.base == Base::String && op != Opcode::MakeColor) return kNone;
+  if (op == Opcode::MakeColor || op == Opcode::MakePoint || op == Opcode::MakeVector || op == Opcode::MakeNormal ||
+      op == Opcode::MakeMatrix)
+    if (in.arguments.size() > 1 && shader_.symbols[size_t(in.arguments[1])].type.base == Base::String &&
+        op != Opcode::MakeColor)
+      return kNone;
   const Type type = shader_.symbols[size_t(in.arguments[0])].type;
   if (componentsOf(type.base) == 0 || type.arrayLength != 0) return kNone;
   return evaluate(in, type);
 }
 
 SymbolId Folder::convert(SymbolId constant, const Type& type) {
-  if (componentsOf(type.base) == 0 || type.arrayLength != 0 || shader_.symbols[size_t(constant)].type.arrayLength != 0) return kNone;
+  if (componentsOf(type.base) == 0 || type.arrayLength != 0 ||
+      shader_.symbols[size_t(constant)].type.arrayLength != 0)
+    return kNone;
   Instruction in;
   in.opcode = Opcode::Assign;
   in.arguments = {0, constant};
@@ -84,7 +90,9 @@ SymbolId Folder::evaluate(const Instruction& in, const Type& type) {
   bool said = false;
   RendererServices services;
   services.self = &said;
-  services.message = [](void* self, MessageKind, const char*, uint32_t, const char*) { *static_cast<bool*>(self) = true; };
+  services.message = [](void* self, MessageKind, const char*, uint32_t, const char*) {
+    *static_cast<bool*>(self) = true;
+  };
   const uint32_t n = uint32_t(componentsOf(type.base));
   float cells[16][16] = {};
   float* pointers[16];
@@ -104,8 +112,10 @@ SymbolId Folder::evaluate(const Instruction& in, const Type& type) {
     } else {
       int32_t bits;
       std::memcpy(&bits, &cells[k][0], 4);
-      if (type.base == Base::Int) values.ints.push_back(bits);
-      else values.strings.push_back(stringOf(bits));
+      if (type.base == Base::Int)
+        values.ints.push_back(bits);
+      else
+        values.strings.push_back(stringOf(bits));
     }
   }
   return pool_.find(type, std::move(values));

@@ -6,7 +6,8 @@ namespace kinora::language {
 namespace {
 using namespace testing;
 
-ShaderGroup network(std::vector<std::pair<std::string, std::string>> layers, std::vector<Connection> connections, std::vector<std::string> outputs = {"r"}) {
+ShaderGroup network(std::vector<std::pair<std::string, std::string>> layers, std::vector<Connection> connections,
+                    std::vector<std::string> outputs = {"r"}) {
   ShaderGroup group;
   for (auto& [name, text] : layers) group.layers.push_back({shaderOf(text), name, {}});
   group.connections = std::move(connections);
@@ -26,11 +27,15 @@ Setting number(const std::string& name, float value) {
   return s;
 }
 
-const char* const kSource = "shader source(float gain = 2, output float f = 0, output color c = 0, output int i = 0) { f = u * gain; c = color(u, v, f); i = int(u * 5); }";
+const char* const kSource =
+    "shader source(float gain = 2, output float f = 0, output color c = 0, output int i = 0) { f = u * gain; c = "
+    "color(u, v, f); i = int(u * 5); }";
 
 TEST(LanguageGroups, ValuesPassConnections) {
-  const Answer a = runEverywhere(network({{"a", kSource}, {"b", "shader sink(float x = 7, color y = 0, float z = 1, output float r = 0) { r = x + y[1] * 10 + z; }"}},
-                                         {{"a", "f", "b", "x"}, {"a", "c", "b", "y"}, {"a", "i", "b", "z"}}));
+  const Answer a = runEverywhere(network(
+      {{"a", kSource},
+       {"b", "shader sink(float x = 7, color y = 0, float z = 1, output float r = 0) { r = x + y[1] * 10 + z; }"}},
+      {{"a", "f", "b", "x"}, {"a", "c", "b", "y"}, {"a", "i", "b", "z"}}));
   for (uint32_t k = 0; k < 300; ++k) {
     const float u = Points::uOf(k), v = Points::vOf(k);
     EXPECT_EQ(a.of("r", k), u * 2 + v * 10 + float(int(u * 5)));
@@ -38,7 +43,10 @@ TEST(LanguageGroups, ValuesPassConnections) {
 }
 
 TEST(LanguageGroups, ComponentsAndScalarsConvert) {
-  const Answer a = runEverywhere(network({{"a", kSource}, {"b", "shader sink(color x = color(5, 6, 7), color y = 0, output float r = 0) { r = x[0] + 10 * x[1] + 100 * x[2] + y[2]; }"}},
+  const Answer a = runEverywhere(network({{"a", kSource},
+                                          {"b",
+                                           "shader sink(color x = color(5, 6, 7), color y = 0, output float r = 0) { "
+                                           "r = x[0] + 10 * x[1] + 100 * x[2] + y[2]; }"}},
                                          {{"a", "c[1]", "b", "x[1]"}, {"a", "f", "b", "y"}}));
   for (uint32_t k = 0; k < 300; ++k) {
     const float u = Points::uOf(k), v = Points::vOf(k);
@@ -48,24 +56,32 @@ TEST(LanguageGroups, ComponentsAndScalarsConvert) {
 
 TEST(LanguageGroups, StructsConnectWhole) {
   const std::string s = "struct S { float a; color b; };\n";
-  const Answer a = runEverywhere(network({{"a", s + "shader source(output S o = {1, 2}) { o.a = u; o.b = color(v, 1, 2); }"}, {"b", s + "shader sink(S i = {0, 0}, output float r = 0) { r = i.a + i.b[0] * 2; }"}},
-                                         {{"a", "o", "b", "i"}}));
+  const Answer a =
+      runEverywhere(network({{"a", s + "shader source(output S o = {1, 2}) { o.a = u; o.b = color(v, 1, 2); }"},
+                             {"b", s + "shader sink(S i = {0, 0}, output float r = 0) { r = i.a + i.b[0] * 2; }"}},
+                            {{"a", "o", "b", "i"}}));
   for (uint32_t k = 0; k < 300; ++k) EXPECT_FLOAT_EQ(a.of("r", k), Points::uOf(k) + Points::vOf(k) * 2);
 }
 
 TEST(LanguageGroups, DerivativesPassConnections) {
-  const Answer a = runEverywhere(network({{"a", kSource}, {"b", "shader sink(float x = 7, output float r = 0) { r = Dx(x * x); }"}}, {{"a", "f", "b", "x"}}));
+  const Answer a = runEverywhere(
+      network({{"a", kSource}, {"b", "shader sink(float x = 7, output float r = 0) { r = Dx(x * x); }"}},
+              {{"a", "f", "b", "x"}}));
   for (uint32_t k = 0; k < 300; ++k) EXPECT_FLOAT_EQ(a.of("r", k), 2 * (Points::uOf(k) * 2) * (2 * Points::kStep));
 }
 
 TEST(LanguageGroups, LayersRunOnceAndOnlyWhereNeeded) {
   const char* talking = "shader source(output float f = 0) { printf(\"ran\"); f = u; }";
   // twice used: once run
-  const auto twice = network({{"a", talking}, {"b", "shader mid(float x = 0, output float f = 0) { f = x * 2; }"}, {"c", "shader sink(float x = 0, float y = 0, output float r = 0) { r = x + y; }"}},
+  const auto twice = network({{"a", talking},
+                              {"b", "shader mid(float x = 0, output float f = 0) { f = x * 2; }"},
+                              {"c", "shader sink(float x = 0, float y = 0, output float r = 0) { r = x + y; }"}},
                              {{"a", "f", "b", "x"}, {"a", "f", "c", "x"}, {"b", "f", "c", "y"}});
   EXPECT_EQ(runEverywhere(twice).messages.size(), 300u);
   // needed by some points only
-  const Answer some = runEverywhere(network({{"a", talking}, {"b", "shader sink(float x = 0, output float r = 0) { r = 1; if (v > 0.5) r = x; }"}}, {{"a", "f", "b", "x"}}));
+  const Answer some = runEverywhere(
+      network({{"a", talking}, {"b", "shader sink(float x = 0, output float r = 0) { r = 1; if (v > 0.5) r = x; }"}},
+              {{"a", "f", "b", "x"}}));
   size_t wanted = 0;
   for (uint32_t k = 0; k < 300; ++k) {
     const bool needs = Points::vOf(k) > 0.5f;
@@ -74,13 +90,19 @@ TEST(LanguageGroups, LayersRunOnceAndOnlyWhereNeeded) {
   }
   EXPECT_EQ(some.messages.size(), wanted);
   // by nobody
-  EXPECT_TRUE(runEverywhere(network({{"a", talking}, {"b", "shader sink(float x = 0, output float r = 0) { r = 1; }"}}, {{"a", "f", "b", "x"}})).messages.empty());
+  EXPECT_TRUE(
+      runEverywhere(network({{"a", talking}, {"b", "shader sink(float x = 0, output float r = 0) { r = 1; }"}},
+                            {{"a", "f", "b", "x"}}))
+          .messages.empty());
 }
 
 TEST(LanguageGroups, ExitEndsItsLayerAlone) {
-  const Answer a = runEverywhere(network({{"a", "shader source(output float f = 3) { if (u > 0.5) { f = 4; exit(); } f = 5; }"}, {"b", "shader sink(float x = 0, output float r = 0) { r = x; if (v > 0.5) return; r += 100; }"}},
-                                         {{"a", "f", "b", "x"}}));
-  for (uint32_t k = 0; k < 300; ++k) EXPECT_EQ(a.of("r", k), (Points::uOf(k) > 0.5f ? 4.f : 5.f) + (Points::vOf(k) > 0.5f ? 0.f : 100.f));
+  const Answer a = runEverywhere(
+      network({{"a", "shader source(output float f = 3) { if (u > 0.5) { f = 4; exit(); } f = 5; }"},
+               {"b", "shader sink(float x = 0, output float r = 0) { r = x; if (v > 0.5) return; r += 100; }"}},
+              {{"a", "f", "b", "x"}}));
+  for (uint32_t k = 0; k < 300; ++k)
+    EXPECT_EQ(a.of("r", k), (Points::uOf(k) > 0.5f ? 4.f : 5.f) + (Points::vOf(k) > 0.5f ? 0.f : 100.f));
 }
 
 TEST(LanguageGroups, DefaultsSettingsAndConnectionsHaveTheirRanks) {
@@ -94,18 +116,33 @@ TEST(LanguageGroups, DefaultsSettingsAndConnectionsHaveTheirRanks) {
 }
 
 TEST(LanguageGroups, IsConnectedKnowsBothSides) {
-  const Answer a = runEverywhere(network({{"a", "shader source(output float f = 0, output float g = 0) { f = isconnected(f) * 10 + isconnected(g); }"}, {"b", "shader sink(float x = 0, output float r = 0) { r = x * 10 + isconnected(x); }"}},
-                                         {{"a", "f", "b", "x"}}));
+  const Answer a = runEverywhere(network(
+      {{"a", "shader source(output float f = 0, output float g = 0) { f = isconnected(f) * 10 + isconnected(g); }"},
+       {"b", "shader sink(float x = 0, output float r = 0) { r = x * 10 + isconnected(x); }"}},
+      {{"a", "f", "b", "x"}}));
   EXPECT_EQ(a.of("r", 0), 201.f);
 }
 
 TEST(LanguageGroups, WhatCannotBeConnectedIsSaid) {
-  const char* sink = "shader sink(string s = \"\", float x[2] = {0, 0}, color c = 0, output float r = 0, float g = 0) { r = c[0] + x[0] + g; }";
-  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "f", "b", "s"}})).find("cannot connect a float (f) to a string (s)"), std::string::npos);
-  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "f", "b", "nothing"}})).find("`nothing` is no parameter"), std::string::npos);
-  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"zzz", "f", "b", "s"}})).find("no layer is named `zzz`"), std::string::npos);
-  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "c[5]", "b", "g"}})).find("`c[5]` is no part of a color"), std::string::npos);
-  EXPECT_NE(errorOf(network({{"a", "shader s(float x = 0, output float f = 0) { f = x; }"}, {"b", "shader s(float x = 0, output float r = 0) { r = x; }"}}, {{"a", "f", "b", "x"}, {"b", "r", "a", "x"}})).find("cyclic"), std::string::npos);
+  const char* sink =
+      "shader sink(string s = \"\", float x[2] = {0, 0}, color c = 0, output float r = 0, float g = 0) { r = c[0] + "
+      "x[0] + g; }";
+  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "f", "b", "s"}}))
+                .find("cannot connect a float (f) to a string (s)"),
+            std::string::npos);
+  EXPECT_NE(
+      errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "f", "b", "nothing"}})).find("`nothing` is no parameter"),
+      std::string::npos);
+  EXPECT_NE(errorOf(network({{"a", kSource}, {"b", sink}}, {{"zzz", "f", "b", "s"}})).find("no layer is named `zzz`"),
+            std::string::npos);
+  EXPECT_NE(
+      errorOf(network({{"a", kSource}, {"b", sink}}, {{"a", "c[5]", "b", "g"}})).find("`c[5]` is no part of a color"),
+      std::string::npos);
+  EXPECT_NE(errorOf(network({{"a", "shader s(float x = 0, output float f = 0) { f = x; }"},
+                             {"b", "shader s(float x = 0, output float r = 0) { r = x; }"}},
+                            {{"a", "f", "b", "x"}, {"b", "r", "a", "x"}}))
+                .find("cyclic"),
+            std::string::npos);
   EXPECT_NE(errorOf(network({{"a", kSource}}, {}, {"nothing"})).find("no output"), std::string::npos);
   ShaderGroup bad = network({{"a", kSource}}, {}, {"f"});
   Setting s;

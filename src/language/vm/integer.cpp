@@ -16,18 +16,20 @@ template <int W>
 KN_INLINE Int<W> answer(Mask<W> m) {
   return lang::choose(m, Int<W>(1), Int<W>(0));
 }
-#define KN_INT(Name, expression)                                            \
-  struct Name##Op {                                                         \
-    template <int W>                                                        \
-    static KN_INLINE Int<W> of(Int<W> a, Int<W> b) { return expression; }   \
+#define KN_INT(Name, expression)                     \
+  struct Name##Op {                                  \
+    template <int W>                                 \
+    static KN_INLINE Int<W> of(Int<W> a, Int<W> b) { \
+      return expression;                             \
+    }                                                \
   };
 KN_INT(AddI, a + b)
 KN_INT(SubI, a - b)
-KN_INT(MulI, a * b)
+KN_INT(MulI, a* b)
 KN_INT(DivI, lang::divide(a, b))
 KN_INT(ModI, lang::remainder(a, b))
 KN_INT(FloorModI, lang::mod(a, b))
-KN_INT(AndBits, a & b)
+KN_INT(AndBits, a& b)
 KN_INT(OrBits, a | b)
 KN_INT(XorBits, a ^ b)
 KN_INT(Shl, lang::shiftLeft(a, b))
@@ -38,10 +40,12 @@ KN_INT(AndI, answer((a != Int<W>(0)) & (b != Int<W>(0))))
 KN_INT(OrI, answer((a != Int<W>(0)) | (b != Int<W>(0))))
 #undef KN_INT
 
-#define KN_INT1(Name, expression)                                        \
-  struct Name##Op {                                                      \
-    template <int W>                                                     \
-    static KN_INLINE Int<W> of(Int<W> a) { return expression; }          \
+#define KN_INT1(Name, expression)          \
+  struct Name##Op {                        \
+    template <int W>                       \
+    static KN_INLINE Int<W> of(Int<W> a) { \
+      return expression;                   \
+    }                                      \
   };
 KN_INT1(NegI, Int<W>(0) - a)
 KN_INT1(AbsI, lang::choose(a < Int<W>(0), Int<W>(0) - a, a))
@@ -79,7 +83,7 @@ constexpr KernelFunction kInteger[] = {
     KN_VM_INT(KN_X)
 #undef KN_X
 #define KN_X(name) &one<W, name##Op>,
-    KN_VM_INT1(KN_X)
+        KN_VM_INT1(KN_X)
 #undef KN_X
 };
 KN_VM_TABLES(kInteger)

@@ -1,5 +1,6 @@
-// Proves that programs of the group machine give what their text says, at every width, block and number of points with
-// the same bits. Expected values are computed here, point by point. It misses the front end: programs are .oso text.
+// Proves that programs of the group machine give what their text says, at every width, block and number of points
+// with the same bits. Expected values are computed here, point by point. It misses the front end: programs are .oso
+// text.
 #include "language/vm/test_runner.h"
 
 namespace kinora::language {
@@ -25,7 +26,8 @@ code ___main___
 	sub	$t2 $t2 sum
 	add	mixed $t2 $t2
 	end
-)", {"sum", "mixed"}));
+)",
+                                         {"sum", "mixed"}));
   for (uint32_t i = 0; i < 300; ++i) {
     const float u = Points::uOf(i), v = Points::vOf(i), sum = u * 2.5f + v;
     EXPECT_EQ(a.of("sum", i), sum);
@@ -78,7 +80,8 @@ code ___main___
 	return
 	add	r r $ten
 	end
-)", {"r", "turns"}));
+)",
+                                         {"r", "turns"}));
   for (uint32_t k = 0; k < 300; ++k) {
     const float u = Points::uOf(k), v = Points::vOf(k);
     float x = u;

@@ -14,10 +14,12 @@ namespace {
 using namespace kinora::language;
 using lang::Dual;
 
-#define KN_CALL(Name, function)                             \
-  struct Name##Op {                                         \
-    template <class F>                                      \
-    static KN_INLINE F of(F x) { return function(x); }      \
+#define KN_CALL(Name, function)  \
+  struct Name##Op {              \
+    template <class F>           \
+    static KN_INLINE F of(F x) { \
+      return function(x);        \
+    }                            \
   };
 KN_CALL(Neg, -)
 KN_CALL(Abs, lang::abs)
@@ -49,16 +51,24 @@ KN_CALL(Sign, lang::sign)
 KN_CALL(Logb, lang::logb)
 #undef KN_CALL
 template <int W>
-KN_INLINE Float<W> times(Float<W> x, float s) { return x * Float<W>(s); }
+KN_INLINE Float<W> times(Float<W> x, float s) {
+  return x * Float<W>(s);
+}
 template <int W>
-KN_INLINE Dual<W> times(Dual<W> x, float s) { return x * Float<W>(s); }
+KN_INLINE Dual<W> times(Dual<W> x, float s) {
+  return x * Float<W>(s);
+}
 struct RadiansOp {
   template <class F>
-  static KN_INLINE F of(F x) { return times(x, 0.0174532925199432958f); }
+  static KN_INLINE F of(F x) {
+    return times(x, 0.0174532925199432958f);
+  }
 };
 struct DegreesOp {
   template <class F>
-  static KN_INLINE F of(F x) { return times(x, 57.2957795130823209f); }
+  static KN_INLINE F of(F x) {
+    return times(x, 57.2957795130823209f);
+  }
 };
 
 template <int W, class Op>
@@ -84,7 +94,7 @@ constexpr KernelFunction kMath[] = {
     KN_VM_UNARY(KN_X)
 #undef KN_X
 #define KN_X(name) &plain<W, name##Op>,
-    KN_VM_ROUNDING(KN_X)
+        KN_VM_ROUNDING(KN_X)
 #undef KN_X
 };
 KN_VM_TABLES(kMath)

@@ -120,8 +120,9 @@ void maskAny(const Frame& f, const uint32_t* w) {
 }
 
 template <int W>
-constexpr KernelFunction kMemory[] = {&copy<W>,     &broadcast<W>, &fill<W>,     &blend<W>,     &blendUniform<W>, &maskAll<W>,
-                                      &maskSplit<W>, &maskAnd<W>,   &maskCopy<W>, &maskClear<W>, &maskAny<W>};
+constexpr KernelFunction kMemory[] = {&copy<W>,         &broadcast<W>, &fill<W>,      &blend<W>,
+                                      &blendUniform<W>, &maskAll<W>,   &maskSplit<W>, &maskAnd<W>,
+                                      &maskCopy<W>,     &maskClear<W>, &maskAny<W>};
 KN_VM_TABLES(kMemory)
 }  // namespace
 }  // namespace HWY_NAMESPACE

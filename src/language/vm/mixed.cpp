@@ -1,5 +1,5 @@
-// Functions of two to four numbers, of which any may be uniform: asked at each vector, because here that costs little.
-// Comparisons stand here too.
+// Functions of two to four numbers, of which any may be uniform: asked at each vector, because here that costs
+// little. Comparisons stand here too.
 #define KINORA_KERNEL_FILE "language/vm/mixed.cpp"
 #include "language/vm/kernel.h"
 #include <kinora/simd/foreach_target.h>
@@ -19,58 +19,88 @@ using lang::Dual;
 
 struct PowOp {
   template <class F>
-  static KN_INLINE F of(F a, F b) { return lang::pow(a, b); }
+  static KN_INLINE F of(F a, F b) {
+    return lang::pow(a, b);
+  }
 };
 struct Atan2Op {
   template <class F>
-  static KN_INLINE F of(F a, F b) { return lang::atan2(a, b); }
+  static KN_INLINE F of(F a, F b) {
+    return lang::atan2(a, b);
+  }
 };
 struct FmodOp {
   template <class F>
-  static KN_INLINE F of(F a, F b) { return lang::fmod(a, b); }
+  static KN_INLINE F of(F a, F b) {
+    return lang::fmod(a, b);
+  }
 };
 struct FloorModOp {
   template <class F>
-  static KN_INLINE F of(F a, F b) { return lang::mod(a, b); }
+  static KN_INLINE F of(F a, F b) {
+    return lang::mod(a, b);
+  }
 };
 struct StepOp {
   template <int W>
-  static KN_INLINE Float<W> of(Float<W> a, Float<W> b) { return lang::step(a, b); }
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b) {
+    return lang::step(a, b);
+  }
   template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b) { return Dual<W>(lang::step(a.v, b.v)); }
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b) {
+    return Dual<W>(lang::step(a.v, b.v));
+  }
 };
 struct ClampOp {
   template <class F>
-  static KN_INLINE F of(F x, F lo, F hi) { return lang::clampTo(x, lo, hi); }
+  static KN_INLINE F of(F x, F lo, F hi) {
+    return lang::clampTo(x, lo, hi);
+  }
 };
 struct MixOp {
   template <class F>
-  static KN_INLINE F of(F a, F b, F x) { return lang::mix(a, b, x); }
+  static KN_INLINE F of(F a, F b, F x) {
+    return lang::mix(a, b, x);
+  }
 };
 struct SelectOp {
   template <int W>
-  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) { return lang::pick(a, b, c); }
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) {
+    return lang::pick(a, b, c);
+  }
   template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::pick(a, b, c.v); }
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) {
+    return lang::pick(a, b, c.v);
+  }
 };
 // the third operand holds ints
 struct SelectIOp {
   template <int W>
-  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) { return lang::choose(asInt(c) != Int<W>(0), b, a); }
+  static KN_INLINE Float<W> of(Float<W> a, Float<W> b, Float<W> c) {
+    return lang::choose(asInt(c) != Int<W>(0), b, a);
+  }
   template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) { return lang::choose(asInt(c.v) != Int<W>(0), b, a); }
+  static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) {
+    return lang::choose(asInt(c.v) != Int<W>(0), b, a);
+  }
 };
 struct SmoothStepOp {
   template <class F>
-  static KN_INLINE F of(F a, F b, F x) { return lang::smoothstep(a, b, x); }
+  static KN_INLINE F of(F a, F b, F x) {
+    return lang::smoothstep(a, b, x);
+  }
 };
 struct LinearStepOp {
   template <class F>
-  static KN_INLINE F of(F a, F b, F x) { return lang::linearstep(a, b, x); }
+  static KN_INLINE F of(F a, F b, F x) {
+    return lang::linearstep(a, b, x);
+  }
 };
 struct SmoothLinearStepOp {
   template <class F>
-  static KN_INLINE F of(F a, F b, F x, F eps) { return lang::smoothLinearstep(a, b, x, eps); }
+  static KN_INLINE F of(F a, F b, F x, F eps) {
+    return lang::smoothLinearstep(a, b, x, eps);
+  }
 };
 
 // words of an operand here: plain {cell, step, varies}, dual {cell, step, dx, dy, derivStep, varies}
@@ -99,7 +129,7 @@ void plain3(const Frame& f, const uint32_t* w) {
     const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]];
     const bool va = w[4], vb = w[7], vc = w[10];
     KN_EACH(f, i, W)
-      Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc)).store(r + i);
+    Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc)).store(r + i);
   }
 }
 template <int W, class Op>
@@ -115,10 +145,12 @@ template <int W, class Op>
 void plain4(const Frame& f, const uint32_t* w) {
   for (uint32_t n = 0; n < w[0]; ++n) {
     float* r = f.cells[w[1] + n];
-    const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]], *d = f.cells[w[11] + n * w[12]];
+    const float *a = f.cells[w[2] + n * w[3]], *b = f.cells[w[5] + n * w[6]], *c = f.cells[w[8] + n * w[9]],
+                *d = f.cells[w[11] + n * w[12]];
     const bool va = w[4], vb = w[7], vc = w[10], vd = w[13];
     KN_EACH(f, i, W)
-      Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc), lang::fetch<W>(d, i, vd)).store(r + i);
+    Op::of(lang::fetch<W>(a, i, va), lang::fetch<W>(b, i, vb), lang::fetch<W>(c, i, vc), lang::fetch<W>(d, i, vd))
+        .store(r + i);
   }
 }
 template <int W, class Op>
@@ -131,7 +163,8 @@ void dual4(const Frame& f, const uint32_t* w) {
   }
 }
 
-// words: components, result, then operands {cell, step, varies}. All components must agree, or with Neq any may differ.
+// words: components, result, then operands {cell, step, varies}. All components must agree, or with Neq any may
+// differ.
 template <int W, class Op, bool kAny>
 void compare(const Frame& f, const uint32_t* w) {
   float* r = f.cells[w[1]];
@@ -144,7 +177,8 @@ void compare(const Frame& f, const uint32_t* w) {
   KN_EACH(f, i, W) {
     Mask<W> answer(!kAny);
     for (uint32_t c = 0; c < w[0]; ++c) {
-      const Mask<W> one = Op::of(lang::fetch<W>(f.cells[w[2] + c * w[3]], i, va), lang::fetch<W>(f.cells[w[5] + c * w[6]], i, vb));
+      const Mask<W> one =
+          Op::of(lang::fetch<W>(f.cells[w[2] + c * w[3]], i, va), lang::fetch<W>(f.cells[w[5] + c * w[6]], i, vb));
       answer = kAny ? answer | one : answer & one;
     }
     lang::putAnswer(answer, r, i);
@@ -163,13 +197,13 @@ constexpr KernelFunction kMixed[] = {
     KN_VM_MIXED2(KN_X)
 #undef KN_X
 #define KN_X(name) &plain3<W, name##Op>, &dual3<W, name##Op>,
-    KN_VM_MIXED3(KN_X)
+        KN_VM_MIXED3(KN_X)
 #undef KN_X
 #define KN_X(name) &plain4<W, name##Op>, &dual4<W, name##Op>,
-    KN_VM_MIXED4(KN_X)
+            KN_VM_MIXED4(KN_X)
 #undef KN_X
 #define KN_X(name) &compare<W, name, kAnyOf<name>>,
-    KN_VM_COMPARE(KN_X)
+                KN_VM_COMPARE(KN_X)
 #undef KN_X
 };
 KN_VM_TABLES(kMixed)

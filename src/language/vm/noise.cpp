@@ -65,7 +65,8 @@ void gabor(const Frame& f, const uint32_t* w) {
     Float<W> periodOf[3];
     for (int k = 0; k < 3; ++k) p[k] = lang::DualOperand(f, x + 6 * k, 0).get<W>(i, x[6 * k + 5]);
     const uint32_t* d = option + 2;
-    o.direction = Vec3<W>(lang::fetch<W>(f.cells[d[0]], i, d[2]), lang::fetch<W>(f.cells[d[0] + d[1]], i, d[2]), lang::fetch<W>(f.cells[d[0] + 2 * d[1]], i, d[2]));
+    o.direction = Vec3<W>(lang::fetch<W>(f.cells[d[0]], i, d[2]), lang::fetch<W>(f.cells[d[0] + d[1]], i, d[2]),
+                          lang::fetch<W>(f.cells[d[0] + 2 * d[1]], i, d[2]));
     o.bandwidth = lang::fetch<W>(f.cells[d[3]], i, d[5]);
     o.impulses = lang::fetch<W>(f.cells[d[6]], i, d[8]);
     lang::GaborNoise::dual<3, C>(p, w[0] ? periods<3>(f, period, i, periodOf) : nullptr, o, r);
@@ -80,10 +81,15 @@ constexpr KernelFunction kNoise[] = {
     KN_ALL(lang::PerlinNoise) KN_ALL(lang::SimplexNoise)
 #undef KN_X
 #define KN_X(Kind, N) &plain<W, Kind, N, 1>, &plain<W, Kind, N, 3>,
-    KN_ALL(lang::CellNoise) KN_ALL(lang::HashNoise)
+            KN_ALL(lang::CellNoise) KN_ALL(lang::HashNoise)
 #undef KN_X
 #undef KN_ALL
-    &hashWords<W, 1>, &hashWords<W, 2>, &hashWords<W, 3>, &hashWords<W, 4>, &gabor<W, 1>, &gabor<W, 3>};
+        & hashWords<W, 1>,
+    &hashWords<W, 2>,
+    &hashWords<W, 3>,
+    &hashWords<W, 4>,
+    &gabor<W, 1>,
+    &gabor<W, 3>};
 KN_VM_TABLES(kNoise)
 }  // namespace
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,5 @@
-// Work that goes point by point, the same for every width: array elements by an index that varies, the limit of loops,
-// refusals. Text stands in scalar_text.cpp, what the renderer answers in scalar_services.cpp.
+// Work that goes point by point, the same for every width: array elements by an index that varies, the limit of
+// loops, refusals. Text stands in scalar_text.cpp, what the renderer answers in scalar_services.cpp.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -18,8 +18,10 @@ void scalarArrayRead(const Frame& f, const uint32_t* w) {
     for (uint32_t c = 0; c < n; ++c) {
       const float* from = f.cells[w[2] + at + c];
       float* to = f.cells[w[1] + c];
-      if (varies) std::memcpy(to, from, size_t(f.points) * 4);
-      else std::fill(to, to + f.points, from[0]);
+      if (varies)
+        std::memcpy(to, from, size_t(f.points) * 4);
+      else
+        std::fill(to, to + f.points, from[0]);
     }
     return;
   }
@@ -54,7 +56,9 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
     const Executable& e = *f.run->program;
     if ((f.run->toldOnce[w[0]] && !f.run->tellsEveryPoint) || !SiteAccess::rangeCheck(e)) continue;
     const Site& site = SiteAccess::site(e, w[0]);
-    tellOnce(f, w[0], i, "Index [" + std::to_string(index) + "] out of range " + site.name + "[0.." + std::to_string(length - 1) + "]: " + placeOf(e, site));
+    tellOnce(f, w[0], i,
+             "Index [" + std::to_string(index) + "] out of range " + site.name + "[0.." + std::to_string(length - 1) +
+                 "]: " + placeOf(e, site));
   }
 }
 
@@ -62,15 +66,20 @@ void scalarCheckIndex(const Frame& f, const uint32_t* w) {
 void scalarLoopLimit(const Frame& f, const uint32_t* w) {
   const Executable& e = *f.run->program;
   const std::string place = " turns: " + placeOf(e, SiteAccess::site(e, w[1]));
-  if (f.run->isSpent) f.run->say(f.first, MessageKind::Error, "loops inside each other were stopped after " + std::to_string(SiteAccess::mostTurns(e)) + place);
-  else tellOnce(f, w[1], 0, "a loop was stopped after " + std::to_string(w[2]) + place);
+  if (f.run->isSpent)
+    f.run->say(f.first, MessageKind::Error,
+               "loops inside each other were stopped after " + std::to_string(SiteAccess::mostTurns(e)) + place);
+  else
+    tellOnce(f, w[1], 0, "a loop was stopped after " + std::to_string(w[2]) + place);
 }
 
 void scalarRefuse(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
   for (uint32_t i = 0; i < f.points; ++i) {
     if (!call.isLive(i)) continue;
-    tellOnce(f, call.siteNumber(), i, call.site().name + (call.extra() == 2 ? ": " : " is not supported: ") + placeOf(*f.run->program, call.site()));
+    tellOnce(f, call.siteNumber(), i,
+             call.site().name + (call.extra() == 2 ? ": " : " is not supported: ") +
+                 placeOf(*f.run->program, call.site()));
     break;
   }
 }

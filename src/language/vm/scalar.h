@@ -22,7 +22,8 @@ inline int32_t intAt(const float* p, uint32_t i) {
 inline void setInt(float* p, uint32_t i, int32_t value) { std::memcpy(p + i, &value, 4); }
 
 inline std::string placeOf(const Executable& e, const Site& site) {
-  return site.position + " (group " + e.group() + ", layer " + std::to_string(site.layer) + " " + SiteAccess::layer(e, site.layer) + ", shader " + SiteAccess::shader(e, site.layer) + ")";
+  return site.position + " (group " + e.group() + ", layer " + std::to_string(site.layer) + " " +
+         SiteAccess::layer(e, site.layer) + ", shader " + SiteAccess::shader(e, site.layer) + ")";
 }
 
 // A message of a site, once a run: that of the first point that has cause; or that of each.
@@ -52,11 +53,19 @@ struct Call {
   bool varies(uint32_t k) const { return argument(k)[1] >> 8 & 1; }
   bool isArray(uint32_t k) const { return argument(k)[1] >> 10 & 1; }
   uint32_t cells(uint32_t k) const { return argument(k)[2]; }
-  float number(uint32_t k, uint32_t i, uint32_t c = 0) const { return f.cells[argument(k)[0] + c][varies(k) ? i : 0]; }
-  int32_t integer(uint32_t k, uint32_t i, uint32_t c = 0) const { return intAt(f.cells[argument(k)[0] + c], varies(k) ? i : 0); }
+  float number(uint32_t k, uint32_t i, uint32_t c = 0) const {
+    return f.cells[argument(k)[0] + c][varies(k) ? i : 0];
+  }
+  int32_t integer(uint32_t k, uint32_t i, uint32_t c = 0) const {
+    return intAt(f.cells[argument(k)[0] + c], varies(k) ? i : 0);
+  }
   const std::string& text(uint32_t k, uint32_t i, uint32_t c = 0) const { return stringOf(integer(k, i, c)); }
-  void set(uint32_t k, uint32_t i, float value, uint32_t c = 0) const { f.cells[argument(k)[0] + c][varies(k) ? i : 0] = value; }
-  void set(uint32_t k, uint32_t i, int32_t value, uint32_t c = 0) const { setInt(f.cells[argument(k)[0] + c], varies(k) ? i : 0, value); }
+  void set(uint32_t k, uint32_t i, float value, uint32_t c = 0) const {
+    f.cells[argument(k)[0] + c][varies(k) ? i : 0] = value;
+  }
+  void set(uint32_t k, uint32_t i, int32_t value, uint32_t c = 0) const {
+    setInt(f.cells[argument(k)[0] + c], varies(k) ? i : 0, value);
+  }
   // With a mask that is right for all points: that of a region holds what it did before where no point takes part.
   Batch batch() const {
     if (!w[3]) return {f.points, f.first, nullptr};
@@ -74,8 +83,10 @@ struct Call {
   }
   Span derivs(uint32_t k, uint32_t axis) const {  // no components: none
     Span s = span(k);
-    if (argument(k)[1] >> 9 & 1) s.cells = f.cells + argument(k)[3] + (axis == 1 ? 0 : cells(k));
-    else s.components = 0;
+    if (argument(k)[1] >> 9 & 1)
+      s.cells = f.cells + argument(k)[3] + (axis == 1 ? 0 : cells(k));
+    else
+      s.components = 0;
     return s;
   }
 };

@@ -74,7 +74,8 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
     setInt(f.cells[w[1]], i, 0);
     identity(out, i);
     const Executable& e = *f.run->program;
-    tellOnce(f, w[0], i, "Unknown transformation \"" + stringOf(space) + "\": " + placeOf(e, SiteAccess::site(e, w[0])));
+    tellOnce(f, w[0], i,
+             "Unknown transformation \"" + stringOf(space) + "\": " + placeOf(e, SiteAccess::site(e, w[0])));
   };
   for (uint32_t first = 0; first < f.points; ++first) {
     // all points at once where they ask for the same spaces, else one after the other
@@ -124,7 +125,7 @@ void scalarGetAttribute(const Frame& f, const uint32_t* w) {
   if (object.components == 0 && index.components == 0 && !call.varies(name)) {
     const std::string& asked = call.text(name, 0);
     const Executable& e = *f.run->program;
-    const std::string* answer = asked == "shader:shadername" ? &SiteAccess::shader(e, call.site().layer)
+    const std::string* answer = asked == "shader:shadername"  ? &SiteAccess::shader(e, call.site().layer)
                                 : asked == "shader:layername" ? &SiteAccess::layer(e, call.site().layer)
                                 : asked == "shader:groupname" ? &e.group()
                                                               : nullptr;
@@ -137,12 +138,15 @@ void scalarGetAttribute(const Frame& f, const uint32_t* w) {
       return;
     }
   }
-  if (f.run->services->getAttribute) f.run->services->getAttribute(f.run->services->self, batchOf(call), object, call.span(name), index, call.span(last), call.span(0));
+  if (f.run->services->getAttribute)
+    f.run->services->getAttribute(f.run->services->self, batchOf(call), object, call.span(name), index,
+                                  call.span(last), call.span(0));
 }
 void scalarRayType(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
   zero(call, 0);
-  if (f.run->services->rayType) f.run->services->rayType(f.run->services->self, batchOf(call), call.span(1), call.span(0));
+  if (f.run->services->rayType)
+    f.run->services->rayType(f.run->services->self, batchOf(call), call.span(1), call.span(0));
 }
 void scalarBackfacing(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
@@ -217,7 +221,9 @@ void scalarTexture(const Frame& f, const uint32_t* w) {
   }
   t.tokens = tokens;
   t.values = values;
-  const auto ask = kind == TextureKind::Texture ? services.texture : kind == TextureKind::Texture3d ? services.texture3d : services.environment;
+  const auto ask = kind == TextureKind::Texture     ? services.texture
+                   : kind == TextureKind::Texture3d ? services.texture3d
+                                                    : services.environment;
   if (ask) ask(services.self, batchOf(call), t);
 }
 
@@ -230,7 +236,9 @@ void scalarGetTextureInfo(const Frame& f, const uint32_t* w) {
   uint32_t scratch = 0;
   if (last > 3)
     for (uint32_t k = 2; k < last - 1; ++k) place.add(call, k, scratch, call.varies(2) || call.varies(3));
-  if (f.run->services->getTextureInfo) f.run->services->getTextureInfo(f.run->services->self, batchOf(call), call.span(1), place.span, call.span(last - 1), call.span(last), call.span(0));
+  if (f.run->services->getTextureInfo)
+    f.run->services->getTextureInfo(f.run->services->self, batchOf(call), call.span(1), place.span,
+                                    call.span(last - 1), call.span(last), call.span(0));
 }
 
 // hit, position, direction, options
@@ -243,14 +251,18 @@ void scalarTrace(const Frame& f, const uint32_t* w) {
     tokens[options] = call.span(k);
     values[options++] = call.span(k + 1);
   }
-  if (f.run->services->trace) f.run->services->trace(f.run->services->self, batchOf(call), call.span(1), call.span(2), tokens, values, options, call.span(0));
+  if (f.run->services->trace)
+    f.run->services->trace(f.run->services->self, batchOf(call), call.span(1), call.span(2), tokens, values, options,
+                           call.span(0));
 }
 
 // found, source, name, destination
 void scalarGetMessage(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
   zero(call, 0);
-  if (f.run->services->getMessage) f.run->services->getMessage(f.run->services->self, batchOf(call), call.span(1), call.span(2), call.span(3), call.span(0));
+  if (f.run->services->getMessage)
+    f.run->services->getMessage(f.run->services->self, batchOf(call), call.span(1), call.span(2), call.span(3),
+                                call.span(0));
 }
 
 }  // namespace kinora::language

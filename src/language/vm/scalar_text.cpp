@@ -18,7 +18,9 @@ class Formatter {
   Formatter(const Call& call, uint32_t first) : call_(call), first_(first), arguments_(call.count() - first - 1) {
     for (uint32_t k = first + 1; k < call.count(); ++k) {
       const Base base = call.base(k);
-      kinds_.push_back(base == Base::Int ? FormatArgument::Kind::Int : base == Base::String || base == Base::Closure ? FormatArgument::Kind::String : FormatArgument::Kind::Float);
+      kinds_.push_back(base == Base::Int                               ? FormatArgument::Kind::Int
+                       : base == Base::String || base == Base::Closure ? FormatArgument::Kind::String
+                                                                       : FormatArgument::Kind::Float);
       size_ += base == Base::Closure ? 1 : call.cells(k);
     }
     ints_.resize(size_);
@@ -44,10 +46,14 @@ class Formatter {
       a.floats = floats_.data() + at;
       a.strings = strings_.data() + at;
       for (uint32_t c = 0; c < uint32_t(a.count); ++c, ++at) {
-        if (call_.base(k) == Base::Closure) strings_[at] = {};
-        else if (a.kind == FormatArgument::Kind::String) strings_[at] = call_.text(k, point, c);
-        else if (a.kind == FormatArgument::Kind::Int) ints_[at] = call_.integer(k, point, c);
-        else floats_[at] = call_.number(k, point, c);
+        if (call_.base(k) == Base::Closure)
+          strings_[at] = {};
+        else if (a.kind == FormatArgument::Kind::String)
+          strings_[at] = call_.text(k, point, c);
+        else if (a.kind == FormatArgument::Kind::Int)
+          ints_[at] = call_.integer(k, point, c);
+        else
+          floats_[at] = call_.number(k, point, c);
       }
     }
     out = formatText(pieces_, arguments_.data());
@@ -82,15 +88,19 @@ void scalarPrintf(const Frame& f, const uint32_t* w) {
   const uint32_t first = kind == MessageKind::File ? 1 : 0;
   const Executable& e = *f.run->program;
   std::string prefix, text;
-  if (kind == MessageKind::Error && !isOwn) prefix = "Shader error [" + SiteAccess::shader(e, call.site().layer) + "]: ";
+  if (kind == MessageKind::Error && !isOwn)
+    prefix = "Shader error [" + SiteAccess::shader(e, call.site().layer) + "]: ";
   if (kind == MessageKind::Warning) prefix = "Shader warning [" + SiteAccess::shader(e, call.site().layer) + "]: ";
   Formatter formatter(call, first);
   for (uint32_t i = 0; i < f.points; ++i) {
     if (!call.isLive(i)) continue;
     if (isOwn && f.run->toldOnce[call.siteNumber()] && !f.run->tellsEveryPoint) break;
-    if (isOwn && formatter.text(i, text)) tellOnce(f, call.siteNumber(), i, text);
-    else if (formatter.text(i, text)) f.run->say(f.first + i, kind, prefix + text, first ? call.text(0, i) : std::string());
-    else misfit(call, i);
+    if (isOwn && formatter.text(i, text))
+      tellOnce(f, call.siteNumber(), i, text);
+    else if (formatter.text(i, text))
+      f.run->say(f.first + i, kind, prefix + text, first ? call.text(0, i) : std::string());
+    else
+      misfit(call, i);
   }
 }
 void scalarFormat(const Frame& f, const uint32_t* w) {
@@ -129,7 +139,9 @@ void scalarEndsWith(const Frame& f, const uint32_t* w) {
 }
 void scalarSubstr(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
-  eachLive(call, [&](uint32_t i) { call.set(0, i, internString(language::substr(call.text(1, i), call.integer(2, i), call.integer(3, i)))); });
+  eachLive(call, [&](uint32_t i) {
+    call.set(0, i, internString(language::substr(call.text(1, i), call.integer(2, i), call.integer(3, i))));
+  });
 }
 void scalarStoI(const Frame& f, const uint32_t* w) {
   const Call call{f, w};
@@ -149,8 +161,10 @@ void scalarSplit(const Frame& f, const uint32_t* w) {
   eachLive(call, [&](uint32_t i) {
     const int room = int(call.cells(2));
     const int most = call.count() > 4 ? std::clamp(call.integer(4, i), 0, room) : room;
-    const auto pieces = split(call.text(1, i), call.count() > 3 ? std::string_view(call.text(3, i)) : std::string_view(), most);
-    for (size_t k = 0; k < pieces.size() && k < size_t(room); ++k) call.set(2, i, internString(pieces[k]), uint32_t(k));
+    const auto pieces =
+        split(call.text(1, i), call.count() > 3 ? std::string_view(call.text(3, i)) : std::string_view(), most);
+    for (size_t k = 0; k < pieces.size() && k < size_t(room); ++k)
+      call.set(2, i, internString(pieces[k]), uint32_t(k));
     call.set(0, i, int32_t(std::min(pieces.size(), size_t(room))));
   });
 }
@@ -161,10 +175,13 @@ void scalarRegex(const Frame& f, const uint32_t* w) {
   std::vector<int32_t> found(results ? call.cells(2) : 0);
   std::string reason;
   eachLive(call, [&](uint32_t i) {
-    const bool matches = matchRegex(call.text(1, i), call.text(call.count() - 1, i), call.extra() != 0, found.data(), int(found.size()), reason);
+    const bool matches = matchRegex(call.text(1, i), call.text(call.count() - 1, i), call.extra() != 0, found.data(),
+                                    int(found.size()), reason);
     for (size_t k = 0; k < found.size(); ++k) call.set(2, i, found[k], uint32_t(k));
     call.set(0, i, int32_t(matches));
-    if (!reason.empty()) tellOnce(f, call.siteNumber(), i, "regular expression: " + reason + ": " + placeOf(*f.run->program, call.site()));
+    if (!reason.empty())
+      tellOnce(f, call.siteNumber(), i,
+               "regular expression: " + reason + ": " + placeOf(*f.run->program, call.site()));
   });
 }
 // node, text or node, query
@@ -173,8 +190,10 @@ void scalarDictFind(const Frame& f, const uint32_t* w) {
   Dictionary* d = f.run->services->dictionary;
   eachLive(call, [&](uint32_t i) {
     int node = 0;
-    if (d && call.base(1) == Base::Int) node = d->find(int(call.integer(1, i)), call.text(2, i));
-    else if (d) node = d->find(std::string_view(call.text(1, i)), call.text(2, i));
+    if (d && call.base(1) == Base::Int)
+      node = d->find(int(call.integer(1, i)), call.text(2, i));
+    else if (d)
+      node = d->find(std::string_view(call.text(1, i)), call.text(2, i));
     call.set(0, i, int32_t(node));
   });
 }

@@ -1,7 +1,7 @@
 // What programs ask of the renderer, as functions over a batch of points: no strings, no standard types for a point.
 // Strings are interned handles (strings.h). Every member may be null: then nothing is found, nothing is printed.
-// `points` is the number of points in the batch, `first` the first one's number within the run. A mask says which points
-// ask (-1) and which do not (0); null: all. Cells of the others must be left as they are.
+// `points` is the number of points in the batch, `first` the first one's number within the run. A mask says which
+// points ask (-1) and which do not (0); null: all. Cells of the others must be left as they are.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -52,8 +52,9 @@ struct GivenValue {
   size_t count = 0;
 };
 // Gives it to a point in the type that is asked for; false, and nothing done, where the types do not go together
-// (osl-numerics, section 11: int to float-based; float to int, triple, float[2], float[4]; float[3] and triple; float[2]
-// to triple, whose z is 0; one number to a matrix, along its diagonal). Floats that no int holds give the least int.
+// (osl-numerics, section 11: int to float-based; float to int, triple, float[2], float[4]; float[3] and triple;
+// float[2] to triple, whose z is 0; one number to a matrix, along its diagonal). Floats that no int holds give the
+// least int.
 bool giveValue(const GivenValue& value, const Span& to, uint32_t point);
 
 enum class TextureKind : uint8_t { Texture, Texture3d, Environment };
@@ -67,15 +68,18 @@ struct RendererServices {
   bool (*spaceToCommon)(void* self, const Batch&, int32_t space, Span matrix) = nullptr;
   bool (*commonToSpace)(void* self, const Batch&, int32_t space, Span matrix) = nullptr;
   // found: one int for each point. An object or index that was not given has no components.
-  void (*getAttribute)(void* self, const Batch&, Span object, Span name, Span index, Span destination, Span found) = nullptr;
+  void (*getAttribute)(void* self, const Batch&, Span object, Span name, Span index, Span destination,
+                       Span found) = nullptr;
   void (*texture)(void* self, const Batch&, const TextureCall&) = nullptr;
   void (*texture3d)(void* self, const Batch&, const TextureCall&) = nullptr;
   void (*environment)(void* self, const Batch&, const TextureCall&) = nullptr;
-  void (*getTextureInfo)(void* self, const Batch&, Span file, Span coordinates, Span name, Span destination, Span found) = nullptr;
+  void (*getTextureInfo)(void* self, const Batch&, Span file, Span coordinates, Span name, Span destination,
+                         Span found) = nullptr;
   void (*rayType)(void* self, const Batch&, Span name, Span result) = nullptr;
   void (*backfacing)(void* self, const Batch&, Span result) = nullptr;
   void (*surfaceArea)(void* self, const Batch&, Span result) = nullptr;
-  void (*trace)(void* self, const Batch&, Span position, Span direction, const Span* tokens, const Span* values, uint32_t options, Span result) = nullptr;
+  void (*trace)(void* self, const Batch&, Span position, Span direction, const Span* tokens, const Span* values,
+                uint32_t options, Span result) = nullptr;
   void (*getMessage)(void* self, const Batch&, Span source, Span name, Span destination, Span found) = nullptr;
   // Messages come when a run ends, in the order of points; those of one point in the order of execution.
   void (*message)(void* self, MessageKind, const char* text, uint32_t length, const char* fileName) = nullptr;

@@ -38,7 +38,8 @@ void curve(const Frame& f, const uint32_t* w) {
   using F = typename T::F;
   KN_EACH(f, i, W) {
     F r[C];
-    lang::spline<C>(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]), Source<C, Knots>::at(f, w[2], i), r);
+    lang::spline<C>(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]),
+                    Source<C, Knots>::at(f, w[2], i), r);
     for (int c = 0; c < C; ++c) T::put(f, w + 5, i, r[c], uint32_t(c));
   }
 }
@@ -47,7 +48,9 @@ void dualKnots(const Frame& f, const uint32_t* w) {
   using T = DualWords<W>;
   KN_EACH(f, i, W) {
     lang::Dual<W> r[C];
-    const DualKnots<VaryingKnots> knots{Source<C, VaryingKnots>::at(f, w[2], i), Source<C, VaryingKnots>::at(f, w[3], i), Source<C, VaryingKnots>::at(f, w[4], i)};
+    const DualKnots<VaryingKnots> knots{Source<C, VaryingKnots>::at(f, w[2], i),
+                                        Source<C, VaryingKnots>::at(f, w[3], i),
+                                        Source<C, VaryingKnots>::at(f, w[4], i)};
     lang::spline<C>(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]), knots, r);
     for (int c = 0; c < C; ++c) T::put(f, w + 5, i, r[c], uint32_t(c));
   }
@@ -55,18 +58,22 @@ void dualKnots(const Frame& f, const uint32_t* w) {
 template <class T, int W, class Knots>
 void inverse(const Frame& f, const uint32_t* w) {
   KN_EACH(f, i, W)
-    T::put(f, w + 5, i, lang::splineinverse(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]), Source<1, Knots>::at(f, w[2], i)), 0);
+  T::put(f, w + 5, i,
+         lang::splineinverse(SplineBasis(w[0]), T::number(f, w + 5 + T::kResult, i), int(w[1]),
+                             Source<1, Knots>::at(f, w[2], i)),
+         0);
 }
 
 template <int W>
 constexpr KernelFunction kSpline[] = {
-#define KN_X(C)                                                                                              \
-  &curve<PlainWords<W>, W, C, UniformKnots>, &curve<PlainWords<W>, W, C, VaryingKnots>,                      \
+#define KN_X(C)                                                                         \
+  &curve<PlainWords<W>, W, C, UniformKnots>, &curve<PlainWords<W>, W, C, VaryingKnots>, \
       &curve<DualWords<W>, W, C, UniformKnots>, &curve<DualWords<W>, W, C, VaryingKnots>, &dualKnots<W, C>,
     KN_X(1) KN_X(3)
 #undef KN_X
-    &inverse<PlainWords<W>, W, UniformKnots>, &inverse<PlainWords<W>, W, VaryingKnots>,
-    &inverse<DualWords<W>, W, UniformKnots>, &inverse<DualWords<W>, W, VaryingKnots>};
+        & inverse<PlainWords<W>, W, UniformKnots>,
+    &inverse<PlainWords<W>, W, VaryingKnots>, &inverse<DualWords<W>, W, UniformKnots>,
+    &inverse<DualWords<W>, W, VaryingKnots>};
 KN_VM_TABLES(kSpline)
 }  // namespace
 }  // namespace HWY_NAMESPACE

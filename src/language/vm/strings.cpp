@@ -24,7 +24,8 @@ struct Table {
     const uint32_t id = count.load(std::memory_order_relaxed);
     if (id >= kPages << kPageBits) return 0;  // sixteen million different strings: the rest is empty
     auto& page = pages[id >> kPageBits];
-    if (!page.load(std::memory_order_relaxed)) page.store(new const std::string*[1u << kPageBits](), std::memory_order_release);
+    if (!page.load(std::memory_order_relaxed))
+      page.store(new const std::string*[1u << kPageBits](), std::memory_order_release);
     const std::string* kept = new std::string(text);
     page.load(std::memory_order_relaxed)[id & ((1u << kPageBits) - 1)] = kept;
     handles.emplace(*kept, int32_t(id));

@@ -1,6 +1,6 @@
 // Strings as 32-bit handles, the same text always the same handle within a process. Thread-safe; texts live for ever.
-// Handle 0 is the empty string. Handles are for comparing and for looking up, never for ordering or hashing: they depend
-// on who asked first.
+// Handle 0 is the empty string. Handles are for comparing and for looking up, never for ordering or hashing: they
+// depend on who asked first.
 #pragma once
 #include <cstdint>
 #include <string>

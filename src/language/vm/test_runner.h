@@ -16,7 +16,8 @@
 
 namespace kinora::language::testing {
 
-// Points of a curved patch: u, v, P and what follows, with derivatives. The same for the first n points whatever n is.
+// Points of a curved patch: u, v, P and what follows, with derivatives. The same for the first n points whatever n
+// is.
 struct Points {
   uint32_t count, padded;
   std::map<std::string, std::vector<float>> arrays;
@@ -144,8 +145,10 @@ inline Answer runEverywhere(const ShaderGroup& group, float shiftU = 0, float sh
           for (const auto& [name, values] : got.values)
             for (uint32_t i = 0; i < n; ++i) {
               if (std::memcmp(&values[i], &reference.values.at(name)[i], 4) != 0) {
-                ADD_FAILURE() << name << " of point " << i << " of " << n << " at width " << width << " block " << block << " optimised " << optimised
-                              << ": " << values[i] << " instead of " << reference.values.at(name)[i] << "\n" << program->listing();
+                ADD_FAILURE() << name << " of point " << i << " of " << n << " at width " << width << " block "
+                              << block << " optimised " << optimised << ": " << values[i] << " instead of "
+                              << reference.values.at(name)[i] << "\n"
+                              << program->listing();
                 return reference;
               }
             }

@@ -31,13 +31,13 @@ KN_INLINE void putMatrix(const Frame& f, uint32_t cell, uint32_t i, const lang::
 }
 
 // ---- the operations; T says plain or dual, `a` and so on are operands ----
-#define KN_OPERATION(Name, ...)                                                                                \
-  template <class T>                                                                                           \
-  struct Name {                                                                                                \
+#define KN_OPERATION(Name, ...)                                                                                 \
+  template <class T>                                                                                            \
+  struct Name {                                                                                                 \
     static KN_INLINE void run(const Frame& f, const uint32_t* r, const uint32_t* w, uint32_t i) { __VA_ARGS__ } \
   };
-#define KN_TRIPLE(k) T::triple(f, w + (k) * T::kOperand, i)
-#define KN_NUMBER(k) T::number(f, w + (k) * T::kOperand, i)
+#define KN_TRIPLE(k) T::triple(f, w + (k)*T::kOperand, i)
+#define KN_NUMBER(k) T::number(f, w + (k)*T::kOperand, i)
 KN_OPERATION(Dot, T::put(f, r, i, lang::dot(KN_TRIPLE(0), KN_TRIPLE(1)));)
 KN_OPERATION(Cross, T::put(f, r, i, lang::cross(KN_TRIPLE(0), KN_TRIPLE(1)));)
 KN_OPERATION(Length, T::put(f, r, i, lang::length(KN_TRIPLE(0)));)
@@ -49,9 +49,12 @@ KN_OPERATION(Refract, T::put(f, r, i, lang::refract(KN_TRIPLE(0), KN_TRIPLE(1), 
 KN_OPERATION(FaceForward, T::put(f, r, i, lang::faceforward(KN_TRIPLE(0), KN_TRIPLE(1), KN_TRIPLE(2)));)
 KN_OPERATION(Rotate, T::put(f, r, i, lang::rotate(KN_TRIPLE(0), KN_NUMBER(1), typename T::V(), KN_TRIPLE(2)));)
 // triple, then the matrix as a plain operand {cell, varies}
-KN_OPERATION(TransformPoint, T::put(f, r, i, lang::transformPoint(matrix<T::kWidth>(f, w + T::kOperand, i), KN_TRIPLE(0)));)
-KN_OPERATION(TransformVector, T::put(f, r, i, lang::transformVector(matrix<T::kWidth>(f, w + T::kOperand, i), KN_TRIPLE(0)));)
-KN_OPERATION(TransformNormal, T::put(f, r, i, lang::transformNormalByInverse(matrix<T::kWidth>(f, w + T::kOperand, i), KN_TRIPLE(0)));)
+KN_OPERATION(TransformPoint,
+             T::put(f, r, i, lang::transformPoint(matrix<T::kWidth>(f, w + T::kOperand, i), KN_TRIPLE(0)));)
+KN_OPERATION(TransformVector,
+             T::put(f, r, i, lang::transformVector(matrix<T::kWidth>(f, w + T::kOperand, i), KN_TRIPLE(0)));)
+KN_OPERATION(TransformNormal,
+             T::put(f, r, i, lang::transformNormalByInverse(matrix<T::kWidth>(f, w + T::kOperand, i), KN_TRIPLE(0)));)
 #undef KN_OPERATION
 #undef KN_TRIPLE
 #undef KN_NUMBER
@@ -92,8 +95,10 @@ template <int W, bool kArea>
 void swept(const Frame& f, const uint32_t* w) {
   KN_EACH(f, i, W) {
     const Dual3<W> p = DualWords<W>::triple(f, w + 1, i);
-    if constexpr (kArea) lang::area(p).store(f.cells[w[0]] + i);
-    else PlainWords<W>::put(f, w, i, lang::calculatenormal(p, Mask<W>(false)));
+    if constexpr (kArea)
+      lang::area(p).store(f.cells[w[0]] + i);
+    else
+      PlainWords<W>::put(f, w, i, lang::calculatenormal(p, Mask<W>(false)));
   }
 }
 
@@ -102,7 +107,13 @@ constexpr KernelFunction kVector[] = {
 #define KN_X(name) &each<name, PlainWords<W>, W>, &each<name, DualWords<W>, W>,
     KN_VM_VECTOR(KN_X)
 #undef KN_X
-    &matrixMul<W>, &matrixTranspose<W>, &matrixDeterminant<W>, &matrixInverse<W>, &filterWidth<W>, &swept<W, true>, &swept<W, false>};
+        & matrixMul<W>,
+    &matrixTranspose<W>,
+    &matrixDeterminant<W>,
+    &matrixInverse<W>,
+    &filterWidth<W>,
+    &swept<W, true>,
+    &swept<W, false>};
 KN_VM_TABLES(kVector)
 }  // namespace
 }  // namespace HWY_NAMESPACE

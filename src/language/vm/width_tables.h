@@ -6,18 +6,18 @@
 #define KN_VM_TABLES(list) const KernelFunction* const kFamily16 = list<16>;
 #define KN_VM_PICK(width) ((width) == 16 ? HWY_NAMESPACE::kFamily16 : nullptr)
 #elif HWY_TARGET == HWY_AVX2
-#define KN_VM_TABLES(list)                                  \
-  const KernelFunction* const kFamily1 = list<1>;           \
-  const KernelFunction* const kFamily4 = list<4>;           \
+#define KN_VM_TABLES(list)                        \
+  const KernelFunction* const kFamily1 = list<1>; \
+  const KernelFunction* const kFamily4 = list<4>; \
   const KernelFunction* const kFamily8 = list<8>;
 #else
 #define KN_VM_TABLES(list) const KernelFunction* const kFamily16 = list<16>;
 #endif
 #ifndef KN_VM_PICK
-#define KN_VM_PICK(width)                  \
-  ((width) == 1    ? N_AVX2::kFamily1      \
-   : (width) == 4  ? N_AVX2::kFamily4      \
-   : (width) == 8  ? N_AVX2::kFamily8      \
-   : (width) == 16 ? N_AVX3::kFamily16     \
+#define KN_VM_PICK(width)              \
+  ((width) == 1    ? N_AVX2::kFamily1  \
+   : (width) == 4  ? N_AVX2::kFamily4  \
+   : (width) == 8  ? N_AVX2::kFamily8  \
+   : (width) == 16 ? N_AVX3::kFamily16 \
                    : nullptr)
 #endif
