@@ -36,7 +36,7 @@ SymbolId Lowerer::fieldOf(SymbolId structure, int32_t field) const {
 }
 
 // A struct is followed by the symbols of its fields.
-SymbolId Lowerer::addSymbol(std::string name, SymbolKind kind, const Type& type, Pos pos) {
+SymbolId Lowerer::addSymbol(std::string name, SymbolKind kind, Type type, Pos pos) {
   if (out_.symbols.size() >= kMostSymbols) messages_.fatal(pos, "the shader is too large");
   const auto id = SymbolId(out_.symbols.size());
   Symbol& s = out_.symbols.emplace_back();

@@ -29,8 +29,8 @@ class Lowerer {
   };
 
   // lower.cpp: symbols, places, statements
-  SymbolId addSymbol(std::string name, SymbolKind kind, const Type& type, Pos pos);
-  SymbolId temporary(const Type& type, Pos pos) {
+  SymbolId addSymbol(std::string name, SymbolKind kind, Type type, Pos pos);
+  SymbolId temporary(Type type, Pos pos) {
     return addSymbol("$tmp" + std::to_string(temporaries_++), SymbolKind::Temp, type, pos);
   }
   SymbolId constant(const Type& type, Values values);
@@ -41,7 +41,7 @@ class Lowerer {
   SymbolId globalNg();
   size_t sizeOf(const Type& type) const;  // symbols that a value takes
   SymbolId fieldOf(SymbolId structure, int32_t field) const;
-  const Type& typeOf(SymbolId id) const { return out_.symbols[size_t(id)].type; }
+  Type typeOf(SymbolId id) const { return out_.symbols[size_t(id)].type; }
   Instruction& emit(Opcode op, std::vector<SymbolId> arguments, Pos pos);
   template <class F>
   Block block(Pos pos, F&& fill);
