@@ -56,8 +56,9 @@ int dispatch(const Arguments& arguments) {
   }
   for (const Command& c : commands())
     if (first == c.name) return c.run({arguments.begin() + 1, arguments.end()});
+  // this program, started by itself; no help names it
   if (first == volume::kReadCommand && arguments.size() == 5)
-    return runReadVolume({arguments.begin() + 1, arguments.end()});
+    return volume::serveGrid({arguments.begin() + 1, arguments.end()});
   return runRender(arguments);
 }
 

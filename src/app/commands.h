@@ -17,8 +17,6 @@ int runMerge(const Arguments& arguments);
 int runRib(const Arguments& arguments);
 int runExplain(const Arguments& arguments);
 int runShader(const Arguments& arguments);
-// The process that reads a file of volumes for another (volume/read_process.h). No help names it.
-int runReadVolume(const Arguments& arguments);
 
 struct Command {
   const char* name;

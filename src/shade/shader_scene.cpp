@@ -10,9 +10,8 @@ ShaderScene::ShaderScene(Diagnostics& diagnostics)
       }),
       diagnostics_(diagnostics) {}
 
-void ShaderScene::refuse(Refusal what) {
-  const uint32_t bit = 1u << what;
-  if (told_.load(std::memory_order_relaxed) & bit || told_.fetch_or(bit) & bit) return;
+void ShaderScene::refuseTrace() {
+  if (told_.load(std::memory_order_relaxed) || told_.exchange(true)) return;
   diagnostics_.warning("SHADER-CALL", {}, "a shader calls trace(), which no integrator grants",
                        "it hits nothing and returns 0");
 }

@@ -20,16 +20,15 @@ struct ShaderScene {
   std::vector<const scene::Attributes*> ofGeometry, ofPlacement;
   scene::ParameterList camera;  // "camera:fov" and its kin
   language::Dictionary dictionary;
-  // Says once for all threads what shaders are not given here.
-  enum Refusal : uint32_t { Trace, Count };
-  void refuse(Refusal what);
+  // Says once for all threads that shaders may not trace.
+  void refuseTrace();
   // Surface of an object, by instance and geometry; -1: not known yet.
   double areaOf(uint64_t object) const;
   void setArea(uint64_t object, double area);
 
  private:
   Diagnostics& diagnostics_;
-  std::atomic<uint32_t> told_{0};
+  std::atomic<bool> told_{false};
   mutable std::mutex mutex_;
   std::map<uint64_t, double> areas_;
 };

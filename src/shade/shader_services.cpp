@@ -57,7 +57,7 @@ struct ShaderServices::Calls {
     giveSurfaceArea(of(self).context_, of(self).host_, b, result);
   }
   static void trace(void* self, const Batch&, Span, Span, const Span*, const Span*, uint32_t, Span) {
-    if (ShaderScene* scene = of(self).host_.group->world().shaders.get()) scene->refuse(ShaderScene::Trace);
+    if (ShaderScene* scene = of(self).host_.group->world().shaders.get()) scene->refuseTrace();
   }
 
   // What a ray is to shaders. Reflections and refractions are those of specular lobes, as lighters use the words.
@@ -71,12 +71,12 @@ struct ShaderServices::Calls {
   static void rayType(void* self, const Batch& batch, Span name, Span result) {
     const Context* c = of(self).context_;
     const ContextHost& host = of(self).host_;
-    const bool isCamera = c->traits & kTraitPrimaryHit;
+    const RayKind kind = c->traits & kTraitPrimaryHit ? RayKind::Camera : host.rayKind;
     const uint32_t* origin = host.group->group().origin;
     for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i) {
       if (!batch.isLive(i)) continue;
-      const RayKind kind = isCamera ? RayKind::Camera : host.rayKind;
-      const uint32_t from = origin[c->path[batch.first + i]];
+      // paths of shadow rays are numbers of rays, of which there are more than slots
+      const uint32_t from = kind == RayKind::Indirect ? origin[c->path[batch.first + i]] : 0;
       result.set(0, i, int32_t(isOfType(kind, from, language::stringOf(name.integer(0, i)))));
     }
   }

@@ -190,35 +190,33 @@ void ShaderTextures::environment(const Batch& all, const TextureCall& call) {
   lookUp(batch, wrapped, at);
 }
 
+const ShaderTextures::File& ShaderTextures::fileOf(int32_t name) {
+  const auto [it, isNew] = files_.try_emplace(name);
+  if (isNew) {
+    const std::string& file = language::stringOf(name);
+    it->second.isVolume = volumes_ && !volumes_->find(file).empty();
+    if (!it->second.isVolume) it->second.path = system_->find(file, 0.f, 0.5f);
+  }
+  return it->second;
+}
+
 void ShaderTextures::info(const Batch& batch, Span file, Span coordinates, Span name, Span to, Span found) {
   TextureSystem& textures = *system_;
-  int32_t lastFile = -1;
-  std::string path;
-  bool isVolume = false;
-  const bool isAtlasPlace = coordinates.components >= 2;
+  const bool hasPlace = coordinates.components >= 2;  // of an atlas
   for (uint32_t i = 0; i < (found.varies ? batch.points : 1); ++i) {
     if (!batch.isLive(i)) continue;
-    if (file.integer(0, i) != lastFile || isAtlasPlace) {
-      lastFile = file.integer(0, i);
-      isVolume = volumes_ && !volumes_->find(language::stringOf(lastFile)).empty();
-      if (isVolume)
-        path.clear();
-      else
-        path = textures.find(language::stringOf(lastFile), isAtlasPlace ? coordinates.number(0, i) : 0.f,
-                             isAtlasPlace ? coordinates.number(1, i) : 0.5f);
-    }
+    const int32_t handle = file.integer(0, i);
+    const File& known = fileOf(handle);
+    const std::string path =
+        hasPlace && !known.isVolume
+            ? textures.find(language::stringOf(handle), coordinates.number(0, i), coordinates.number(1, i))
+            : known.path;
     const std::string& what = language::stringOf(name.integer(0, i));
     bool has = false;
-    if (isVolume) {
-      float v[3];
-      has = to.base != uint8_t(language::Base::String) && volumeFact(lastFile, what, int(to.components), v);
-      const bool isInt = to.base == uint8_t(language::Base::Int);
-      for (uint32_t k = 0; has && k < to.components; ++k) {
-        if (isInt)
-          to.set(k, i, int32_t(v[k]));
-        else
-          to.set(k, i, v[k]);
-      }
+    if (known.isVolume) {
+      int32_t v[3];
+      const uint32_t count = volumeFact(handle, what, v);
+      has = count == to.components && language::giveValue({nullptr, v, nullptr, count}, to, i);
     } else if (what == "exists") {
       has = to.base == uint8_t(language::Base::Int) && to.components == 1;
       if (has) to.set(0, i, int32_t(!path.empty()));

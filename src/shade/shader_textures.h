@@ -45,12 +45,19 @@ class ShaderTextures {
   void lookUp(const language::Batch& batch, const language::TextureCall& call, const Places& at);
 
   const volume::VoxelGrid* gridOf(int32_t name, const TextureCallOptions& options);
-  // A fact of a volume file: "exists", "channels" or "resolution" of its usual grid.
-  bool volumeFact(int32_t file, const std::string& what, int count, float out[3]);
+  // A fact of a volume file: "exists", "channels" or "resolution" of its usual grid; how many numbers, 0: not known.
+  uint32_t volumeFact(int32_t file, const std::string& what, int32_t out[3]);
+  // What a name stands for where no place of an atlas is given.
+  struct File {
+    std::string path;  // of a picture; "": there is none
+    bool isVolume = false;
+  };
+  const File& fileOf(int32_t name);
 
   TextureSystem* system_;
   VolumeSystem* volumes_;
   Arena& arena_;
+  std::unordered_map<int32_t, File> files_;                           // by the handle of the name
   std::unordered_map<int32_t, int32_t> handles_;                      // by the handle of the file's name
   std::map<std::array<int32_t, 3>, const volume::VoxelGrid*> grids_;  // by that name, kind of part and part
 };

@@ -1,6 +1,6 @@
 // texture3d() of shaders: grids of volume files at points of world space ("common" to shaders).
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "shade/shader_textures.h"
 #include "shade/texture_call.h"
@@ -128,18 +128,18 @@ void ShaderTextures::volume(const Batch& all, const TextureCall& call) {
   }
 }
 
-bool ShaderTextures::volumeFact(int32_t file, const std::string& what, int count, float out[3]) {
-  const TextureCallOptions usual;
-  if (what == "exists") {
-    out[0] = 1;
-    return count == 1;
-  }
+uint32_t ShaderTextures::volumeFact(int32_t file, const std::string& what, int32_t out[3]) {
+  out[0] = 1;
+  if (what == "exists") return 1;
   const bool isChannels = what == "channels";
-  if (!(isChannels && count == 1) && !(what == "resolution" && count == 3)) return false;
-  const VoxelGrid* const grid = gridOf(file, usual);
-  if (!grid) return false;
-  for (int k = 0; k < count; ++k) out[k] = float(isChannels ? grid->shape().channels : grid->shape().size[k]);
-  return true;
+  const VoxelGrid* const grid = isChannels || what == "resolution" ? gridOf(file, TextureCallOptions()) : nullptr;
+  if (!grid) return 0;
+  if (isChannels) {
+    out[0] = grid->shape().channels;
+    return 1;
+  }
+  std::copy_n(grid->shape().size, 3, out);
+  return 3;
 }
 
 }  // namespace kinora::shade

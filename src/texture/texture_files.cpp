@@ -8,6 +8,7 @@
 #include <exception>
 #include <filesystem>
 
+#include "base/file_search.h"
 #include "image/pixels.h"
 
 namespace kinora::texture {
@@ -47,34 +48,6 @@ std::string disbelief(const OIIO::ImageSpec& spec, double fileBytes) {
 bool isFile(const fs::path& p) {
   std::error_code ec;
   return fs::is_regular_file(p, ec);
-}
-
-std::string withSlashes(std::string name) {
-  std::replace(name.begin(), name.end(), '\\', '/');
-  return name;
-}
-
-bool isAbsolute(const std::string& name) {
-  return !name.empty() && (name[0] == '/' || (name.size() > 2 && name[1] == ':' && name[2] == '/'));
-}
-
-// The places where `name` would stand, exact ones first, then ever shorter tails of it.
-std::vector<fs::path> places(const std::string& name, const std::vector<std::string>& searchPath, size_t& exact) {
-  std::vector<fs::path> list;
-  if (isAbsolute(name)) {
-    list.push_back(name);
-  } else {
-    for (const std::string& d : searchPath) list.push_back(fs::path(d) / name);
-    list.push_back(name);
-  }
-  exact = list.size();
-  for (size_t slash = name.find('/'); slash != std::string::npos; slash = name.find('/', slash + 1)) {
-    const std::string tail = name.substr(slash + 1);
-    if (tail.empty() || tail[0] == '/') continue;
-    for (const std::string& d : searchPath) list.push_back(fs::path(d) / tail);
-    list.push_back(tail);
-  }
-  return list;
 }
 
 enum class Token { None, Udim, LowerUv, UpperUv, MapId };
@@ -181,15 +154,13 @@ std::string examine(const std::string& path, FileFacts& facts) {
   }
 }
 
-std::vector<std::string> candidates(const std::string& rawName, const std::vector<std::string>& searchPath,
+std::vector<std::string> candidates(const std::string& name, const std::vector<std::string>& searchPath,
                                     size_t& exact) {
-  const std::string name = withSlashes(rawName);
   std::vector<std::string> found;
   const auto add = [&](const fs::path& p) {
     if (isFile(p) && std::find(found.begin(), found.end(), p.string()) == found.end()) found.push_back(p.string());
   };
-  size_t exactPlaces = 0;
-  const std::vector<fs::path> list = places(name, searchPath, exactPlaces);
+  const auto [list, exactPlaces] = placesOf(name, searchPath);
   for (size_t i = 0; i < exactPlaces; ++i) add(list[i]);
   exact = found.size();
   // the same place with another extension is nearer to what was meant than the same name elsewhere
@@ -208,10 +179,8 @@ bool isAtlas(const std::string& name) {
   return findToken(name, at, length) != Token::None;
 }
 
-std::vector<AtlasTile> atlasTiles(const std::string& rawName, const std::vector<std::string>& searchPath) {
-  const std::string name = withSlashes(rawName);
-  size_t exact = 0;
-  for (const fs::path& place : places(name, searchPath, exact)) {
+std::vector<AtlasTile> atlasTiles(const std::string& name, const std::vector<std::string>& searchPath) {
+  for (const fs::path& place : placesOf(name, searchPath).list) {
     const std::string pattern = place.filename().string();
     size_t at, length;
     const Token token = findToken(pattern, at, length);

@@ -10,10 +10,6 @@
 
 namespace kinora::volume {
 
-// A reader's memory and that of the grid: 1 GiB and a hundred times the file's size, within what the machine has and
-// what
-// --memory-limit leaves.
-//
 // How to start the process that reads. FILE, GRID (grid_stream.h), the bytes it may take and the seconds of computing
 // that it may last follow the command.
 struct ReaderProgram {
@@ -24,7 +20,8 @@ inline constexpr const char* kReadCommand = "read-volume";
 // This very program.
 ReaderProgram thisProgram();
 
-// Null with `error` where there is none. Throws MemoryExceeded or bad_alloc.
+// Reader and grid may each take 1 GiB and a hundred times the file's size, within the machine's memory and what
+// --memory-limit leaves. Null with `error` where there is none. Throws MemoryExceeded or bad_alloc.
 std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::string& path, const std::string& which,
                                     std::string& error);
 

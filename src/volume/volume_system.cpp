@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "base/file_search.h"
 #include "image/pixels.h"
 
 namespace kinora {
@@ -14,23 +15,14 @@ void VolumeSystem::setSearchPath(std::vector<std::string> directories) {
   searchPath_ = std::move(directories);
 }
 
-// Names from other machines are sought by ever shorter tails, as those of textures are.
 std::string VolumeSystem::place(const std::string& file, bool& isExact) const {
-  const auto sought = [&](const std::string& name) -> std::string {
-    std::error_code ec;
-    for (const std::string& directory : searchPath_)
-      if (const fs::path p = fs::path(directory) / name; fs::is_regular_file(p, ec)) return p.string();
-    return fs::is_regular_file(name, ec) ? name : "";
-  };
-  isExact = true;
-  std::string found = sought(file);
-  for (size_t slash = file.find('/'); found.empty() && slash != std::string::npos;
-       slash = file.find('/', slash + 1)) {
-    const std::string tail = file.substr(slash + 1);
-    isExact = false;
-    if (!tail.empty() && tail[0] != '/') found = sought(tail);
+  const FilePlaces places = placesOf(file, searchPath_);
+  std::error_code ec;
+  for (size_t i = 0; i < places.list.size(); ++i) {
+    isExact = i < places.exact;
+    if (fs::is_regular_file(places.list[i], ec)) return places.list[i].string();
   }
-  return found;
+  return "";
 }
 
 std::string VolumeSystem::find(const std::string& file) const {

@@ -249,6 +249,10 @@ TEST_F(ShaderServiceCalls, RayTypesOfPaths) {
     request.rib.replace(request.rib.find(dome), dome.size(), "Light \"PxrDistantLight\" \"sun\"");
     SceneRender render(request);
     EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    // more shadow rays than paths
+    request.rib.insert(0, "Integrator \"PxrPathTracer\" \"i\" \"int numLightSamples\" [64]\n");
+    SceneRender many(request);
+    EXPECT_EQ(middleOf(many)[0] > 0, middleOf(render)[0] > 0) << type;
     const bool isShadow = std::string(type) == "shadow" || std::string(type) == "transmission";
     EXPECT_EQ(middleOf(render)[0] > 0, !isShadow) << type;
   }

@@ -141,7 +141,7 @@ void Lowerer::initialiser(Var* v, SymbolId id, const Type& type, Expr* init, con
       std::vector<int32_t> further = path;
       further.push_back(i);
       const SymbolId field = fieldOf(id, i);
-      initialiser(v, field, Type(typeOf(field)), init, further);
+      initialiser(v, field, typeOf(field), init, further);
     }
     return;
   }
@@ -161,7 +161,7 @@ void Lowerer::parameter(Var* v, SymbolId id, const Type& type, Expr* init) {
   if (type.base == Base::Struct && type.arrayLength == 0 && isList) {
     for (size_t i = 0; i < init->list.size(); ++i) {
       const SymbolId field = fieldOf(id, int32_t(i));
-      parameter(v, field, Type(typeOf(field)), init->list[i]);
+      parameter(v, field, typeOf(field), init->list[i]);
     }
     // what the list leaves out is zero
     for (auto s = size_t(fieldOf(id, int32_t(init->list.size()))); s < size_t(id) + sizeOf(type); ++s)

@@ -267,28 +267,25 @@ class Flattener {
     return in;
   }
 
-  Type resolved(int32_t layer, SymbolId id) {
+  // Elements that an array without a length is given; 0: none, its default is {}.
+  int32_t elementsGiven(int32_t layer, SymbolId id) const {
     const Layer& l = group_.layers[size_t(layer)];
     const Symbol& s = l.shader->symbols[size_t(id)];
-    Type type = s.type;
-    if (type.arrayLength >= 0) return type;
     for (const Link& link : links_)
-      if (link.toLayer == layer && link.to == id)
-        return {type.base, std::max(1, resolved(link.fromLayer, link.from).arrayLength), type.structure};
+      if (link.toLayer == layer && link.to == id) return std::max(1, resolved(link.fromLayer, link.from).arrayLength);
     const Setting* setting = settingOf(l, s.name);
-    const size_t n = setting ? elementsIn(setting->type, setting->values) : elementsIn(type, s.values);
-    type.arrayLength = int32_t(std::clamp<size_t>(n, 1, size_t(kMostElements)));
+    const size_t n = setting ? elementsIn(setting->type, setting->values) : elementsIn(s.type, s.values);
+    return int32_t(std::min(n, size_t(kMostElements)));
+  }
+  // Where there are no elements, one of zero stands for what is never there.
+  Type resolved(int32_t layer, SymbolId id) const {
+    Type type = group_.layers[size_t(layer)].shader->symbols[size_t(id)].type;
+    if (type.arrayLength < 0) type.arrayLength = std::max(1, elementsGiven(layer, id));
     return type;
   }
-
-  // An array whose default is {} and that is given nothing: one element of zero stands for what is never there.
   bool hasNoElements(int32_t layer, SymbolId id) const {
-    const Layer& l = group_.layers[size_t(layer)];
-    const Symbol& s = l.shader->symbols[size_t(id)];
-    const bool isLinked = std::any_of(links_.begin(), links_.end(),
-                                      [&](const Link& link) { return link.toLayer == layer && link.to == id; });
-    return s.type.arrayLength < 0 && componentsOf(s.type.base) && !isLinked && !settingOf(l, s.name) &&
-           elementsIn(s.type, s.values) == 0;
+    const Type& type = group_.layers[size_t(layer)].shader->symbols[size_t(id)].type;
+    return type.arrayLength < 0 && componentsOf(type.base) && elementsGiven(layer, id) == 0;
   }
 
   // The layer's symbols and the code that sets its parameters up.

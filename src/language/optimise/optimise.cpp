@@ -101,14 +101,19 @@ class Propagation {
   }
 
  private:
-  struct Known {
+  // What a symbol held at one time; over when it is written again.
+  struct Value {
     SymbolId is = kNone;
-    uint32_t version = 0;  // of `is`
-    // another value whose derivatives differ from this one's at most in the sign of a zero; isFlat: they are zero
-    SymbolId slopes = kNone;
-    uint32_t slopesVersion = 0;
+    uint32_t version = 0;
+  };
+  struct Known {
+    Value same;  // as this symbol's
+    // whose derivatives differ from this one's at most in the sign of a zero; isFlat: they are zero
+    Value slopes;
     bool isFlat = false;
   };
+  Value now(SymbolId s) const { return {s, version_[size_t(s)]}; }
+  bool holds(const Value& v) const { return v.is != kNone && version_[size_t(v.is)] == v.version; }
   void grow() {
     value_.resize(shader_.symbols.size());
     version_.resize(shader_.symbols.size(), 0);
@@ -146,8 +151,8 @@ class Propagation {
     }
   }
   SymbolId lookUp(SymbolId s) const {
-    const Known& known = value_[size_t(s)];
-    return known.is != kNone && version_[size_t(known.is)] == known.version ? known.is : s;
+    const Value& same = value_[size_t(s)].same;
+    return holds(same) ? same.is : s;
   }
   const Symbol& symbol(SymbolId s) const { return shader_.symbols[size_t(s)]; }
 
@@ -155,8 +160,8 @@ class Propagation {
     return symbol(s).kind == SymbolKind::Constant || !isFloat(symbol(s).type.base) || value_[size_t(s)].isFlat;
   }
   SymbolId slopesOf(SymbolId s) const {
-    const Known& known = value_[size_t(s)];
-    return known.slopes != kNone && version_[size_t(known.slopes)] == known.slopesVersion ? known.slopes : s;
+    const Value& slopes = value_[size_t(s)].slopes;
+    return holds(slopes) ? slopes.is : s;
   }
   // What is known of the derivatives of what was just written. filterwidth(x - floor(x)) then asks x, and the
   // difference needs none.
@@ -180,8 +185,7 @@ class Propagation {
     const SymbolId a = in.arguments[1], b = in.arguments[2];
     const SymbolId from = isFlat(b) ? a : in.opcode == Opcode::Add && isFlat(a) ? b : kNone;
     if (from == kNone || componentsOf(symbol(from).type.base) != componentsOf(symbol(to).type.base)) return;
-    known.slopes = slopesOf(from);
-    known.slopesVersion = version_[size_t(known.slopes)];
+    known.slopes = now(slopesOf(from));
     set(to, known);
   }
 
@@ -291,8 +295,7 @@ class Propagation {
     const std::string expression = expressionOf(in);
     if (!expression.empty()) {
       const auto found = computed_.find(expression);
-      if (found != computed_.end() && found->second.is != kNone &&
-          found->second.version == version_[size_t(found->second.is)] && found->second.is != in.arguments[0]) {
+      if (found != computed_.end() && holds(found->second) && found->second.is != in.arguments[0]) {
         in.opcode = symbol(in.arguments[0]).type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
         in.arguments = {in.arguments[0], found->second.is};
         changed_ = true;
@@ -303,7 +306,7 @@ class Propagation {
     if (!expression.empty() && in.opcode != Opcode::Assign && in.opcode != Opcode::ArrayCopy) {
       bool own = false;  // an operand that the result overwrote is another value now
       for (size_t i = 1; i < in.arguments.size(); ++i) own |= in.arguments[i] == in.arguments[0];
-      if (!own) remember(expression, {in.arguments[0], version_[size_t(in.arguments[0])], kNone, 0, false});
+      if (!own) remember(expression, now(in.arguments[0]));
     }
     if (in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy) {
       SymbolId from = in.arguments[1];
@@ -316,8 +319,7 @@ class Propagation {
       const Base a = symbol(from).type.base, b = symbol(to).type.base;
       if ((a == b || (isTriple(a) && isTriple(b))) && symbol(from).type.arrayLength == symbol(to).type.arrayLength) {
         Known known;
-        known.is = from;
-        known.version = version_[size_t(from)];
+        known.same = now(from);
         set(to, known);
       }
     }
@@ -343,10 +345,10 @@ class Propagation {
     }
     return key;
   }
-  void remember(const std::string& expression, Known known) {
-    Known& slot = computed_[expression];
+  void remember(const std::string& expression, Value value) {
+    Value& slot = computed_[expression];
     forget_.emplace_back(expression, slot);
-    slot = known;
+    slot = value;
   }
   void forget(size_t to) {
     while (forget_.size() > to) {
@@ -409,8 +411,8 @@ class Propagation {
   std::vector<Known> value_;
   std::vector<uint32_t> version_, writes_;
   std::vector<std::pair<SymbolId, Known>> undo_;
-  std::unordered_map<std::string, Known> computed_;  // by expression
-  std::vector<std::pair<std::string, Known>> forget_;
+  std::unordered_map<std::string, Value> computed_;  // by expression
+  std::vector<std::pair<std::string, Value>> forget_;
   bool changed_ = false;
 };
 
