@@ -92,7 +92,7 @@ struct AmbientOcclusion {
         state[n] = services->paths.start;
       }
     }
-    const uint32_t opaqueGlass = 0;  // 1 would let light through glass in a straight line
+    const uint32_t* const opaqueGlass = nullptr;  // a 1 for a ray would let it go through glass in a straight line
     const ShadowRays rays{
         n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, opaqueGlass, {light[0], light[1], light[2]}};
     services->shadow(g, 0, &rays);

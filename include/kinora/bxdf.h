@@ -53,7 +53,8 @@ struct BxdfFunctions {
   void (*albedo)(const Context*, const void* closure, float* const rgb[3]);    // for the albedo channel; null: black
   void (*presence)(const Context*, float* presence);                           // 0..1; null: always 1
   void (*interior)(const Context*, const InteriorArgs*);                       // null: no medium behind it
-  // What a straight "thin" shadow ray keeps where the surface is present (tinted glass); null: nothing.
+  // Tinted shadows: what a shadow ray that goes straight on keeps where the surface is present; null: nothing. Asked
+  // of materials for which BxdfTraits::letsShadowsThrough holds.
   void (*thinShadow)(const Context*, float* const rgb[3]);
 };
 
@@ -76,6 +77,9 @@ struct BxdfTraits {
   const char* const* lossless;
   // Settings that must never reflect more than they receive, tried besides the covering array; null: none.
   const char* const* conserving;
+  // 1: tinted shadows pass this material (glass, window panes): thinShadow() stands for the light that its lobes
+  // flagged kLobeTransmit | kLobeSpecular bring. null: what enclosesMedium says.
+  uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count);
 };
 
 }  // namespace kinora

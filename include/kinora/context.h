@@ -52,6 +52,8 @@ enum ContextTraits : uint32_t {
   kTraitPrimaryHit = 4,     // first hit seen from the camera
   kTraitPresenceQuery = 8,  // made for presence or opacity only; no closure will be bound
   kTraitInSpace = 16,       // points of a medium: no surface, no bxdf
+  kTraitEncloses = 32,      // the material bounds a medium
+  kTraitTinted = 64,        // tinted shadows pass the material, see Context::tintedSlots
 };
 
 struct Context;
@@ -112,6 +114,8 @@ struct Context {
   uint32_t lobeCount, slotCount;
   const uint8_t* slotOfLobe;    // lobeCount
   const uint16_t* eventOfSlot;  // slotCount: event code of the light path automaton; bit 0: the slot is specular
+  uint32_t tintedSlots;         // a bit for each slot whose light tinted shadows stand for: refraction. No other lobe
+                                // is in such a slot
   const struct BxdfFunctions* bxdf;
   void* closure;  // bound by the host before the integrator sees the context
   const ContextFunctions* fn;

@@ -103,7 +103,7 @@ enum class LightKind : uint32_t {
 // A contribution to the picture: value times throughput, with the state of its light path (see PathStates).
 struct Contributions {
   uint32_t count;
-  const uint32_t* slot;  // each slot at most once a call
+  const uint32_t* slot;  // in any order; a slot may come several times
   const float* value[3];
   const uint32_t* state;  // after all events but the light's
   const uint32_t* light;  // index of the light, or kNoLight for emission of surfaces
@@ -119,7 +119,8 @@ struct ShadowRays {
   const float* tMax;
   const float* time;
   const uint32_t* slot;
-  uint32_t thin;            // 1: straight tinted shadows through glass (stock default where caustics are off)
+  const uint32_t* tinted;   // by ray, 1: it goes straight through glass and takes its tint (the stock default where
+                            // caustics are off), 0: glass blocks it; null: 0
   float* transmittance[3];  // out
 };
 
@@ -150,8 +151,9 @@ struct Services {
   PathStates paths;
   float worldCenter[3], worldRadius;
   uint32_t lightCount;
-  uint32_t hasMedia;         // 0: all of space is empty, and trace() may be given no transmittance
-  uint32_t wantsUnshadowed;  // 1: light samples are to be contributed twice, see LightKind
+  uint32_t hasMedia;          // 0: all of space is empty, and trace() may be given no transmittance
+  uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
+  uint32_t wantsUnshadowed;   // 1: light samples are to be contributed twice, see LightKind
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
@@ -172,6 +174,10 @@ struct Services {
   void (*lightSamples)(Group*, const Context*, uint32_t part, uint32_t parts, LightSamples*);
   // Light met by the listed rays (after trace). Camera rays stop at lights seen by the camera.
   void (*lightHits)(Group*, RayKind, uint32_t n, const uint32_t* slots, LightHits*);
+  // Lights that the listed rays (after trace, before their hits are shaded) would meet beyond what they hit, were
+  // they to go straight on, where that lets tinted shadows pass; nothing in between is looked at. With a tinted
+  // shadow ray for each entry this is the other half of light samples behind tinted shadow rays.
+  void (*lightsBeyond)(Group*, uint32_t n, const uint32_t* slots, LightHits*);
   void (*shadow)(Group*, uint32_t depth, const ShadowRays*);
   void (*contribute)(Group*, const Contributions*);
   // Marks the listed slots as covering their pixel: alpha.

@@ -16,7 +16,9 @@ struct PathLoopOptions {
   float clampLuminance = 10;        // largest luminance of one contribution there
   uint32_t rouletteDepth = 4;       // vertex from which Russian roulette is played
   float rouletteThreshold = 0.2f;   // on paths whose throughput is below
-  bool allowCaustics = false;       // light found through a mirror or lens after a diffuse bounce counts
+  // Light found through a mirror or lens after a diffuse bounce counts. Otherwise shadow rays go straight through
+  // glass and take its tint; what refracted paths then find of the same light is left out.
+  bool allowCaustics = false;
 };
 }  // namespace kinora
 #endif
@@ -96,8 +98,13 @@ class PathLoop {
   }
 
  private:
-  // Beside the bits of RayOrigin.
-  enum Flags : uint32_t { kHadDiffuse = 1u << kOriginBits, kCaustic = 2u << kOriginBits };
+  // Beside the bits of RayOrigin. Without caustics:
+  enum Flags : uint32_t {
+    kHadDiffuse = 1u << kOriginBits,  // some vertex took light samples whose shadow rays went through glass
+    kCaustic = 2u << kOriginBits,     // a mirror or lens after that: light that the ray finds does not count
+    kRefracted = 4u << kOriginBits,   // through glass after that, which tinted shadows stand for: neither does this
+    kTinted = 8u << kOriginBits       // light samples took its direction too, with tinted shadows
+  };
 
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
@@ -126,18 +133,9 @@ class PathLoop {
     uint32_t m = 0;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
-      if (!o_.allowCaustics && (flags_[s] & kCaustic)) continue;
-      float w = 1;
-      if (!(flags_[s] & kFromDiscrete)) {
-        // power heuristic over all samples of both techniques
-        const float r = h.pdf[i] * float(lightParts) / (pdf_[s] * float(bxdfParts));
-        w = 1.f / (1.f + r * r);
-      }
-      w *= depth == 0 ? 1.f : (flags_[s] & kFromSpecular) ? h.specular[i] : h.diffuse[i];
-      w /= float(bxdfParts);
+      if (flags_[s] & (kCaustic | kRefracted)) continue;
       float v[3];
-      for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
-      clampOne(depth, v);
+      found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][m] = v[c];
       slot[m] = s;
       light[m] = h.light[i];
@@ -155,6 +153,70 @@ class PathLoop {
         }
       if (k) sv_->cover(g_, k, slot, alpha);
     }
+  }
+
+  // What light `i` met by a ray brings: its share beside light samples, and the clamp.
+  void found(const LightHits& h, uint32_t i, uint32_t depth, uint32_t lightParts, uint32_t bxdfParts,
+             float v[3]) const {
+    const uint32_t s = h.slot[i];
+    float w = 1;
+    if (!(flags_[s] & kFromDiscrete)) {
+      // power heuristic over all samples of both techniques
+      const float r = h.pdf[i] * float(lightParts) / (pdf_[s] * float(bxdfParts));
+      w = 1.f / (1.f + r * r);
+    }
+    w *= depth == 0 ? 1.f : (flags_[s] & kFromSpecular) ? h.specular[i] : h.diffuse[i];
+    w /= float(bxdfParts);
+    for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
+    clampOne(depth, v);
+  }
+
+  // Lights behind glass, met by directions that light samples with tinted shadows could have had: straight on too.
+  void collectTinted(uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    if (o_.allowCaustics || !sv_->hasTintedShadows) return;
+    uint32_t* list = words(padded(n) + kPad);
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < n; ++i)
+      if (flags_[live[i]] & kTinted) list[asked++] = live[i];
+    if (!asked) return;
+    padList(asked, list);
+    LightHits h;
+    sv_->lightsBeyond(g_, asked, list, &h);
+    if (!h.count) return;
+    const uint32_t room = padded(h.count) + kPad;
+    float *o[3], *d[3], *T[3], *value[3];
+    for (int c = 0; c < 3; ++c) {
+      o[c] = floats(room);
+      d[c] = floats(room);
+      T[c] = floats(room);
+      value[c] = floats(room);
+    }
+    float *tMax = floats(room), *time = floats(room);
+    uint32_t *slot = words(room), *light = words(room), *state = words(room), *tinted = words(room);
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i];
+      const Rays& r = g_->rays;
+      for (int c = 0; c < 3; ++c) {
+        o[c][i] = r.o[c][s];
+        d[c][i] = r.d[c][s];
+      }
+      tMax[i] = h.t[i] < 1e30f ? h.t[i] * 0.99999f : 1e30f;
+      time[i] = r.time[s];
+      slot[i] = s;
+      light[i] = h.light[i];
+      state[i] = state_[s];
+      tinted[i] = 1;
+      float v[3];
+      found(h, i, depth, lightParts, bxdfParts, v);
+      for (int c = 0; c < 3; ++c) value[c][i] = v[c];
+    }
+    const ShadowRays shadow{h.count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot,
+                            tinted,  {T[0], T[1], T[2]}};
+    sv_->shadow(g_, depth - 1, &shadow);
+    for (uint32_t i = 0; i < h.count; ++i)
+      for (int c = 0; c < 3; ++c) value[c][i] *= T[c][i];
+    const Contributions out{h.count, slot, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
+    sv_->contribute(g_, &out);
   }
 
   // Where unshadowed light is wanted, what light samples could have found too is told apart from the rest.
@@ -254,6 +316,38 @@ class PathLoop {
   // Not black; what is not a number counts, so that the film can report it.
   static KN_INLINE Mask<W> isThere(Vec3<W> v) { return abs(v.x) + abs(v.y) + abs(v.z) != Float<W>(0.f); }
 
+  // Light without caustics. Shadow rays go straight through glass with its tint; they stand for all light that a path
+  // would find by refraction since the vertex which they left (Flags). Within glass that the path itself entered
+  // there are none: rough glass seen by the camera refracts twice, as clear glass does.
+  KN_INLINE bool standsIn(const Context& c) const { return !o_.allowCaustics && (c.traits & kTraitTinted); }
+  KN_INLINE Mask<W> hasFlag(const Slots<W>& s, uint32_t bit) const {
+    return (s.get(flags_) & Int<W>(bit)) != Int<W>(0);
+  }
+  static KN_INLINE Int<W> flag(Mask<W> m, uint32_t bit) { return select(m, Int<W>(bit), Int<W>(0)); }
+  // Whether directions from the context's points lead through glass that its surface bounds.
+  static KN_INLINE Mask<W> staysInside(const Context& c, uint32_t i, Vec3<W> wi) {
+    if ((c.traits & (kTraitTinted | kTraitEncloses)) != (kTraitTinted | kTraitEncloses)) return Mask<W>(false);
+    const Mask<W> below = dot(Vec3<W>::load(c.Ng, i), wi) < Float<W>(0.f);
+    const Mask<W> outside = Int<W>::load(c.entering + i) != Int<W>(0);
+    return (outside & below) | !(outside | below);
+  }
+  // The flags of new directions beside those of RayOrigin.
+  KN_INLINE Int<W> withoutCaustics(const Context& c, uint32_t i, const Slots<W>& s, Vec3<W> wi, Int<W> slot,
+                                   Mask<W> discrete) const {
+    const Mask<W> had = hasFlag(s, kHadDiffuse);
+    Mask<W> refracted(false), inside(false);
+    if (c.traits & kTraitTinted) {
+      Mask<W> through(false);
+      for (uint32_t l = 0; l < c.slotCount; ++l)
+        if (c.tintedSlots >> l & 1) through = through | (slot == Int<W>(l));
+      refracted = had & through;
+      inside = staysInside(c, i, wi);
+    }
+    const Mask<W> rough = !discrete;
+    return flag(had | (rough & !inside), kHadDiffuse) | flag(had & discrete, kCaustic) | flag(refracted, kRefracted) |
+           flag(rough & !inside & !refracted, kTinted);
+  }
+
   // One light sample for each point of the contexts; bxdfParts directions will be followed from them.
   void directLight(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
                    uint32_t bxdfParts) {
@@ -274,6 +368,7 @@ class PathLoop {
     }
     float *tMax = floats(room), *time = floats(room);
     uint32_t* slot = words(room);
+    uint32_t* tinted = o_.allowCaustics || !sv_->hasTintedShadows ? nullptr : words(room);
     uint32_t* ray = words(room * mostSlots);  // of each contribution
     uint32_t* owner = words(room * mostSlots);
     uint32_t* light = words(room * mostSlots);
@@ -302,12 +397,15 @@ class PathLoop {
         const Mask<W> some = in & (pdf > F(0.f));
         const F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
+        const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
+        // light that a tinted shadow brought to an earlier vertex
+        const Mask<W> behind = standsIn(c) ? hasFlag(s, kHadDiffuse) : Mask<W>(false);
         const F fd = F::load(ls.diffuse + i), fs = F::load(ls.specular + i);
         Mask<W> lit(false);
         for (uint32_t l = 0; l < c.slotCount; ++l) {
           const F factor = c.eventOfSlot[l] & 1 ? fs : fd;
           Vec3<W> v = base * Vec3<W>::load(e.weight[l], i) * factor;
-          v = zeroUnless(some, v);
+          v = zeroUnless(c.tintedSlots >> l & 1 ? some & !behind : some, v);
           if (depth + 1 >= o_.clampDepth) {
             const F lum = luminance(v);
             v = select(lum > F(o_.clampLuminance), v * (F(o_.clampLuminance) / max(lum, F(1e-30f))), v);
@@ -317,7 +415,6 @@ class PathLoop {
         }
         const uint32_t bits = lit.bits();
         if (!bits) continue;
-        const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
         const F bias = F::load(c.bias + i);
         const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), bias, wi);
         const Packer<W> pack(lit);
@@ -327,6 +424,7 @@ class PathLoop {
         pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
         pack.put(F::load(c.time + i), time + rays);
         pack.put(s.s, slot + rays);
+        if (tinted) pack.put(select(staysInside(c, i, wi), Int<W>(0), Int<W>(1)), tinted + rays);
         if (share) pack.put(mis, share + rays);
         // each lane's ray
         Int<W> rank = Int<W>::lanes(int32_t(rays));
@@ -358,8 +456,8 @@ class PathLoop {
     }
     if (!rays) return;
     if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
-    const ShadowRays shadow{rays, {o[0], o[1], o[2]},         {d[0], d[1], d[2]}, tMax, time,
-                            slot, o_.allowCaustics ? 0u : 1u, {T[0], T[1], T[2]}};
+    const ShadowRays shadow{rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot,
+                            tinted, {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
     for (uint32_t i = 0; i < entries; i += W) {
@@ -461,14 +559,11 @@ class PathLoop {
         const Int<W> next =
             gather(sv_->paths.next, s.get(state_) * Int<W>(sv_->paths.eventCount) + select(on, event, Int<W>(0)));
         s.put(on, next, state_);
-        const Int<W> had = s.get(flags_) & Int<W>(uint32_t(kHadDiffuse));
         const Mask<W> transmits = (fl & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
-        const Int<W> caustic = select(had != Int<W>(0), Int<W>(uint32_t(kFromDiscrete) | uint32_t(kCaustic)),
-                                      Int<W>(uint32_t(kFromDiscrete)));
-        const Int<W> now = had | select(discrete, caustic, Int<W>(uint32_t(kHadDiffuse))) |
-                           select((event & Int<W>(1)) != Int<W>(0), Int<W>(uint32_t(kFromSpecular)), Int<W>(0)) |
-                           select(transmits, Int<W>(uint32_t(kFromTransmission)), Int<W>(0));
-        s.put(on, now, flags_);
+        const Mask<W> specular = (event & Int<W>(1)) != Int<W>(0);
+        const Int<W> now =
+            flag(discrete, kFromDiscrete) | flag(specular, kFromSpecular) | flag(transmits, kFromTransmission);
+        s.put(on, o_.allowCaustics ? now : now | withoutCaustics(c, i, s, w, lobe, discrete), flags_);
         if (const Mask<W> goesThrough = on & transmits; goesThrough.any()) {
           const Packer<W> pack(goesThrough);
           pack.put(Int<W>::lanes(int32_t(i)), through + throughCount);
@@ -493,8 +588,10 @@ class PathLoop {
       sv_->releaseMemory(g_, mark);
       if (!n) return;
       sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium());
+      const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
+      collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
       applyMedium(n, live);
-      collectLights(RayKind::Indirect, depth + 1, first ? o_.lightSamples : 1, first ? parts : 1, n, live);
+      collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
       if (depth >= o_.maxIndirectBounces) return;  // the last directions only looked for light
       const uint32_t hits = keepHits(n, live);
       if (!hits) return;

@@ -115,6 +115,9 @@ struct Worker::Calls {
   static void lightHits(Group* g, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightHits(kind, n, slots, out);
   }
+  static void lightsBeyond(Group* g, uint32_t n, const uint32_t* slots, LightHits* out) {
+    of(g).state_.lightsBeyond(n, slots, out);
+  }
   static void shadow(Group* g, uint32_t depth, const ShadowRays* rays) { of(g).state_.shadow(depth, rays); }
   static void contribute(Group* g, const Contributions* c) { of(g).contribute(c); }
   static void cover(Group* g, uint32_t n, const uint32_t* slots, const float* alpha) {
@@ -155,6 +158,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.worldRadius = world.world->radius();
   s.lightCount = world.lights->size();
   s.hasMedia = world.hasMedia;
+  s.hasTintedShadows = world.hasTintedShadows;
   s.wantsUnshadowed = paths.wantsUnshadowed();
   s.alloc = &Calls::alloc;
   s.trace = &Calls::trace;
@@ -163,6 +167,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
   s.lightHits = &Calls::lightHits;
+  s.lightsBeyond = &Calls::lightsBeyond;
   s.shadow = &Calls::shadow;
   s.contribute = &Calls::contribute;
   s.cover = &Calls::cover;

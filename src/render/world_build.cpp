@@ -541,7 +541,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     bool clear = false;
     const auto look = [&](uint32_t m) {
       const shade::Program& program = materials->program((*materials)[m].program);
-      clear |= !program.opaque || (program.encloses && program.bxdf->thinShadow);
+      clear |= !program.opaque || program.tints;
     };
     if (materialOfShape[i] != 0xffffffffu)
       look(materialOfShape[i]);
@@ -621,6 +621,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   }
   for (uint32_t m = 0; m < materials->size(); ++m) {
     w.hasMedia |= materials->encloses(m);
+    w.hasTintedShadows |= materials->tints(m);
     w.hasPresence |= !materials->opaque(m);
   }
   scene::Matrix shift;

@@ -69,7 +69,7 @@ struct ShadingWorld {
   const film::LightPaths* paths = nullptr;
   Diagnostics* diagnostics = nullptr;    // of shaders that speak; null: unheard
   std::shared_ptr<ShaderScene> shaders;  // what shaders ask; null: the scene has none
-  bool hasMedia = false, hasPresence = false;
+  bool hasMedia = false, hasPresence = false, hasTintedShadows = false;
   bool hasLinks = false;            // some objects are lit by some lights only
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   bool hasHoles = false, liftsShadows = false;
@@ -135,6 +135,7 @@ class GroupState {
   Context* pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
+  void lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
   void cross(const Context* c, uint32_t n, const uint32_t* points);
   const void* keepPaths(uint32_t n, const uint32_t* slots);

@@ -257,6 +257,8 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   c->slotCount = program.slotCount;
   c->slotOfLobe = program.slotOfLobe.data();
   c->eventOfSlot = program.eventOfSlot.data();
+  c->tintedSlots = program.tintedSlots;
+  c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u);
   c->bxdf = program.bxdf;
 
   // room for the network's outputs

@@ -5,6 +5,7 @@
 
 #include "shade/clock.h"
 #include "shade/context_host.h"
+#include "shade/keep_light_hits.h"
 
 namespace kinora::shade {
 
@@ -44,6 +45,30 @@ void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, Ligh
   l.linkSet = linkSet_;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (hole_ && kind == RayKind::Camera && out->count) dropLightsBehindHoles(out);
+}
+
+void GroupState::lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out) {
+  *out = LightHits{};
+  uint32_t* list = arena_.make<uint32_t>(padded(n));
+  uint32_t m = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = slots[i];
+    if (std::isinf(group_.hits.t[s])) continue;
+    if (world_.materials->tints(world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]))) list[m++] = s;
+  }
+  if (!m) return;
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  // all along the ray, then without those in front of the hit, which lightHits() has told of
+  float* tHit = arena_.make<float>(group_.padded + kPad);
+  for (uint32_t i = 0; i < m; ++i) tHit[list[i]] = INFINITY;
+  light::LightSet::RayList l;
+  l.count = m;
+  l.slots = list;
+  l.rays = &group_.rays;
+  l.tHit = tHit;
+  l.linkSet = linkSet_;
+  world_.lights->hits(world_.width, arena_, false, l, out);
+  keepLightHits(arena_, out, [&](uint32_t i) { return out->t[i] > group_.hits.t[out->slot[i]]; });
 }
 
 void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
@@ -156,7 +181,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
       else
         std::fill_n(presence, x->padded, 1.f);
       float* keep[3] = {nullptr, nullptr, nullptr};
-      if (rays->thin && x->bxdf->thinShadow) {
+      if (rays->tinted && (x->traits & kTraitTinted)) {
         for (float*& q : keep) q = x->alloc<float>(x->padded);
         x->bxdf->thinShadow(x, keep);
       }
@@ -164,7 +189,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
         const uint32_t s = x->path[i];
         float most = 0;
         for (int q = 0; q < 3; ++q) {
-          const float pass1 = (1.f - presence[i]) + (keep[q] ? presence[i] * keep[q][i] : 0.f);
+          const float pass1 = (1.f - presence[i]) + (keep[q] && rays->tinted[s] ? presence[i] * keep[q][i] : 0.f);
           rays->transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);
           most = std::max(most, rays->transmittance[q][s]);
         }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -353,6 +354,11 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   const auto* traits = static_cast<const BxdfTraits*>(last.plugin->traits);
   const bool encloses =
       traits && traits->enclosesMedium && traits->enclosesMedium(last.values->values(), last.values->count());
+  const auto* functions = static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_));
+  const bool tints =
+      traits && functions->thinShadow &&
+      (traits->letsShadowsThrough ? traits->letsShadowsThrough(last.values->values(), last.values->count()) != 0
+                                  : encloses);
   bool opaque = true;
   if (traits && traits->presenceParam >= 0) {
     const ParamValue& v = last.values->values()[traits->presenceParam];
@@ -393,6 +399,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   }
   key += opaque ? 'o' : 'p';
   key += encloses ? 'e' : '-';
+  key += tints ? 't' : '-';
   key += lpeGroup;
 
   uint32_t program;
@@ -406,8 +413,9 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.traits = traits;
     p.opaque = opaque;
     p.encloses = encloses;
+    p.tints = tints;
     p.lpeGroup = lpeGroup;
-    p.bxdf = static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_));
+    p.bxdf = functions;
     for (const Resolved& r : nodes) {
       ProgramNode n;
       n.plugin = r.plugin;
@@ -523,10 +531,21 @@ void MaterialSet::finish() {
     const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();
-    for (uint32_t l = 0; l < lobes; ++l) {
+    p.tintedSlots = 0;
+    const auto isTinted = [&](const LobeDecl& lobe) {
+      return p.tints && (lobe.flags & (kLobeTransmit | kLobeSpecular)) == (kLobeTransmit | kLobeSpecular);
+    };
+    // What tinted shadows stand for comes first: when slots are short, others share the last one.
+    std::vector<uint32_t> order(lobes);
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_partition(order.begin(), order.end(), [&](uint32_t l) { return isTinted(p.traits->lobes[l]); });
+    for (const uint32_t l : order) {
       const LobeDecl& lobe = p.traits->lobes[l];
+      const bool tinted = isTinted(lobe);
       const uint16_t e = paths_.event(lobe.flags, lobe.name ? lobe.name : "", p.lpeGroup);
-      size_t slot = std::find(p.eventOfSlot.begin(), p.eventOfSlot.end(), e) - p.eventOfSlot.begin();
+      size_t slot = 0;
+      while (slot < p.eventOfSlot.size() && (p.eventOfSlot[slot] != e || bool(p.tintedSlots >> slot & 1) != tinted))
+        ++slot;
       if (slot == kMaxSlots) {
         slot = kMaxSlots - 1;
         diagnostics_.warning("LPE-LOBES", {},
@@ -535,6 +554,7 @@ void MaterialSet::finish() {
                              "the last ones share their outputs");
       }
       if (slot == p.eventOfSlot.size()) p.eventOfSlot.push_back(e);
+      if (tinted) p.tintedSlots |= 1u << slot;
       p.slotOfLobe[l] = uint8_t(slot);
     }
     if (p.eventOfSlot.empty()) p.eventOfSlot.push_back(0);

@@ -68,10 +68,12 @@ struct Program {
   uint32_t materials = 0;
   bool opaque = true;     // presence is 1 everywhere
   bool encloses = false;  // paths that go in keep a medium
+  bool tints = false;     // tinted shadows pass
   uint32_t slotCount = 1;
   std::string lpeGroup;  // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
   std::vector<uint16_t> eventOfSlot;
+  uint32_t tintedSlots = 0;
 };
 
 struct Material {
@@ -95,6 +97,7 @@ class MaterialSet {
   uint32_t size() const { return uint32_t(materials_.size()); }
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
+  bool tints(uint32_t material) const { return programs_[materials_[material].program]->tints; }
   uint64_t bytes() const;
   uint64_t shaderBytes() const;  // of programs of the shading language
   const std::vector<const ShaderUse*>& shaderUses() const { return shaderUses_; }  // by ShaderUse::number

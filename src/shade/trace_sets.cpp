@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "shade/context_host.h"
+#include "shade/keep_light_hits.h"
 
 namespace kinora::shade {
 
@@ -79,34 +80,7 @@ void GroupState::endAtHoles(uint32_t n, const uint32_t* slots) {
 }
 
 void GroupState::dropLightsBehindHoles(LightHits* l) {
-  uint32_t m = 0;
-  const uint32_t n = l->count, room = padded(n);
-  const auto f = [&] { return arena_.make<float>(room); };
-  const auto u = [&] { return arena_.make<uint32_t>(room); };
-  LightHits kept{};
-  float *radiance[3] = {f(), f(), f()}, *pdf = f(), *t = f(), *diffuse = f(), *specular = f();
-  uint32_t *slot = u(), *light = u(), *blocks = u();
-  for (uint32_t i = 0; i < n; ++i) {
-    if (!(l->t[i] < hole_[l->slot[i]]) && !std::isinf(hole_[l->slot[i]])) continue;
-    slot[m] = l->slot[i];
-    for (int c = 0; c < 3; ++c) radiance[c][m] = l->radiance[c][i];
-    pdf[m] = l->pdf[i];
-    t[m] = l->t[i];
-    diffuse[m] = l->diffuse[i];
-    specular[m] = l->specular[i];
-    light[m] = l->light[i];
-    blocks[m++] = l->blocks[i];
-  }
-  kept.count = m;
-  kept.slot = slot;
-  for (int c = 0; c < 3; ++c) kept.radiance[c] = radiance[c];
-  kept.pdf = pdf;
-  kept.t = t;
-  kept.diffuse = diffuse;
-  kept.specular = specular;
-  kept.light = light;
-  kept.blocks = blocks;
-  *l = kept;
+  keepLightHits(arena_, l, [&](uint32_t i) { return l->t[i] < hole_[l->slot[i]] || std::isinf(hole_[l->slot[i]]); });
 }
 
 }  // namespace kinora::shade

@@ -176,6 +176,8 @@ uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
   return mayBeOn(v[at("refractionGain")]) && !isSet(v[at("thinGlass")]);
 }
 
+uint32_t letsShadowsThrough(const ParamValue* v, uint32_t) { return mayBeOn(v[at("refractionGain")]); }
+
 #define METAL "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularDoubleSided=1; "
 #define GLASS "diffuseGain=0; reflectionGain=1; refractionGain=1; "
 const char* const kLossless[] = {
@@ -220,7 +222,7 @@ const char* const kConserving[] = {
 #undef GLASS
 
 constexpr BxdfTraits kTraits{kLobes,          kLobeCount, int(at("presence")), &programKey,
-                             &enclosesMedium, kLossless,  kConserving};
+                             &enclosesMedium, kLossless,  kConserving,         &letsShadowsThrough};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 const Descriptor kDescriptor{
     kAbiVersion, sizeof(Descriptor), Kind::Bxdf,

@@ -221,7 +221,10 @@ struct GlassLobe {
   }
 };
 
-// Light that goes straight on through glass, for "thin" shadows: its tint and what Fresnel lets pass.
+// Light that goes straight on through glass, for tinted shadows: its tint and what Fresnel lets pass. A straight ray
+// meets the far side of a pane at the angle that it has outside, where refracted light would meet it at the angle
+// inside; both faces of a pane let the same share pass. So every face is taken from the rarer of its two media, and
+// none reflects totally: a plane slab in air passes (1 - F)^2 at any angle.
 template <int W>
 KN_INLINE void glassThinShadow(const Context& c, const Value& gain, const Value& color, const Value& ior, bool thin,
                                float* const rgb[3]) {
@@ -229,7 +232,7 @@ KN_INLINE void glassThinShadow(const Context& c, const Value& gain, const Value&
     const Surface<W> s(c, At{i, false});
     const Float<W> one(1.f), inside = max(loadFloat<W>(ior, s.at), Float<W>(1e-3f)),
                              outside = max(s.outerIor, Float<W>(1e-3f));
-    const Float<W> eta = thin ? outside / inside : select(s.entering, outside / inside, inside / outside);
+    const Float<W> ratio = outside / inside, eta = thin ? ratio : min(ratio, inside / outside);
     const Float<W> f = fresnelDielectric(min(s.cosO, one), eta), share = thin ? (one - f) / (one + f) : one - f;
     (loadRgb<W>(color, s.at) * (loadFloat<W>(gain, s.at) * share)).store(rgb, i);
   }
