@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 #include "film/display_output.h"
 #include "film/film_test_samples.h"
@@ -150,6 +151,71 @@ TEST_F(Displays, ChannelDeclarationsSetReducersAndHalves) {
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL"), 1u) << "unknown";
 }
 
+TEST_F(Displays, ModesAreUnderstoodAsPeopleWriteThem) {
+  const std::pair<const char*, Names> table[] = {
+      {"RGBA", {"R", "G", "B", "A"}},
+      {"rgba,z", {"R", "G", "B", "A", "Z"}},
+      {"rgba z", {"R", "G", "B", "A", "Z"}},
+      {"rgb;a", {"R", "G", "B", "A"}},
+      {" rgb , rgba, a ", {"R", "G", "B", "A"}},
+      {"zrgba", {"R", "G", "B", "Z", "A"}},
+      {"za", {"Z", "A"}},
+      {"rgbo", {"R", "G", "B", "Oi.R", "Oi.G", "Oi.B"}},
+      {"{Ci,a}", {"R", "G", "B", "A"}},
+      {"[rgba]", {"R", "G", "B", "A"}},
+      {"r,g,b,a", {"R", "G", "B", "A"}},
+      {"", {"R", "G", "B", "A"}},
+      {"rgba,albedo,float id", {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "id"}},
+      {"float mask,point rayO", {"mask", "rayO.X", "rayO.Y", "rayO.Z"}},
+      {"varying color tint, normal bend", {"tint.R", "tint.G", "tint.B", "bend.X", "bend.Y", "bend.Z"}},
+      {"Ci,lpe:C<RD>[DS]{2,}<L.'key, rim'>,a",
+       {"R", "G", "B", "lpe:C<RD>[DS]{2,}<L.'key, rim'>.R", "lpe:C<RD>[DS]{2,}<L.'key, rim'>.G",
+        "lpe:C<RD>[DS]{2,}<L.'key, rim'>.B", "A"}},
+      // a channel of one of these names is that channel
+      {"Ci,rgbz", {"R", "G", "B", "rgbz"}},
+  };
+  channel("rgbz", scene::ValueType::Float);
+  for (const auto& [mode, wanted] : table) {
+    scene_.displays.clear();
+    display("a.exr", "openexr", mode);
+    EXPECT_EQ(names(plan().outputs.at(0)), wanted) << mode;
+  }
+  EXPECT_TRUE(lines_.empty()) << lines_[0];
+  scene_.displays.clear();
+  display("a.exr", "openexr", "normal,unheard");
+  EXPECT_EQ(plan().outputs.at(0).channels.size(), 2u) << "a type without a name is a name";
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL"), 2u);
+}
+
+TEST_F(Displays, TwoPicturesOntoOneFileAreAnError) {
+  display("a.exr", "openexr", "rgba");
+  display("+./a.exr", "openexr", "z");
+  EXPECT_FALSE(plan().isWritable);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-SAME-FILE"), 1u);
+  EXPECT_TRUE(plan("b.exr").isWritable) << "-o moves the first out of the way";
+  scene_.displays[1].file = "+b.exr";
+  EXPECT_TRUE(plan().isWritable);
+  EXPECT_FALSE(plan("b.exr").isWritable) << "-o moves the first onto the second";
+  // names that become one by their drivers' extensions
+  scene_.displays.clear();
+  display("a", "openexr", "rgba");
+  display("+a.exr", "openexr", "z");
+  EXPECT_FALSE(plan().isWritable);
+  // windows beside files, and windows alone
+  scene_.displays.clear();
+  display("a.tif", "framebuffer", "rgba");
+  display("+a.tif", "file", "Ci,z");
+  display("+b.tif", "it", "rgb");
+  display("+b.tif", "framebuffer", "rgb");
+  DisplayPlan p = plan();
+  EXPECT_TRUE(p.isWritable);
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(names(p.outputs[0]), (Names{"R", "G", "B", "Z"})) << "the file, not the window";
+  p = plan("c.exr");
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(p.outputs[0].file, "c.exr");
+}
+
 TEST_F(Displays, AsRgbaOffKeepsNames) {
   display("a.exr", "openexr", "rgba").params.set(integer("asrgba", {0}));
   EXPECT_EQ(names(plan().outputs[0]), (Names{"Ci.R", "Ci.G", "Ci.B", "a"}));
@@ -244,7 +310,7 @@ TEST_F(Displays, ExrHoldsTheFilmsValuesAndMetadata) {
     EXPECT_EQ(std::get<std::string>(back.metadata.at("sampleRange")), "0:4");
     EXPECT_EQ(std::get<std::string>(back.metadata.at("sceneHash")), "cafe");
     EXPECT_EQ(std::get<std::string>(back.metadata.at("artist")), "nobody");
-    EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("worldToCamera"))[12], 5.0f);
+    EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("worldtocamera"))[12], 5.0f);
     EXPECT_EQ(out.written(), Names{path("a.exr")});
   }
   EXPECT_EQ(diagnostics_.count("DISPLAY-PARAMETER"), 2u) << "nonsense, both times";
@@ -285,6 +351,87 @@ TEST_F(Displays, AutocropShrinksTheDataWindow) {
   ASSERT_TRUE(image::read(path("a.exr"), back).ok());
   EXPECT_EQ(back.data, (Window{3, 4, 7, 6}));
   EXPECT_EQ(back.at(6, 5)[3], 1.0f);
+}
+
+// Text chunks of a PNG, and which chunks there are.
+std::map<std::string, std::string> chunksOf(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::map<std::string, std::string> chunks;
+  for (size_t at = 8; at + 12 <= bytes.size();) {
+    uint32_t n = 0;
+    for (size_t k = 0; k < 4; ++k) n = n << 8 | uint8_t(bytes[at + k]);
+    const std::string type = bytes.substr(at + 4, 4), data = bytes.substr(at + 8, n);
+    chunks[type == "tEXt" ? "text " + data.substr(0, data.find('\0')) : type] =
+        type == "tEXt" ? data.substr(data.find('\0') + 1) : data;
+    at += 12 + n;
+  }
+  return chunks;
+}
+
+// Straight alpha and a truthful word about the codes, of 8 and of 16 bits, through sRGB and through a gamma of the
+// scene's; the same colours in a TIFF stay multiplied.
+TEST_F(Displays, PngHasStraightAlphaAndSaysWhatItsCodesAre) {
+  struct Case {
+    const char *file, *driver;
+    int quantize;
+    float gamma;
+  };
+  for (const Case& k : {Case{"a.png", "png", 1, 1},
+                        {"b.png", "png", 0, 1},
+                        {"c.png", "png", 1, 2.2f},
+                        {"d.png", "png", 0, 1.8f},
+                        {"e.tif", "tiff", 0, 1}}) {
+    scene_.displays.clear();
+    scene::Display& d = display(path(k.file), k.driver, "rgba");
+    d.params.set(integer("quantize", {k.quantize}));
+    scene_.exposure = {1, k.gamma};
+    DisplayOutput out(plan(), stockDriver, diagnostics_);
+    auto film = test::makeFilm(4, 1, out.plan().layout);
+    const float pixels[4][4] = {
+        {0.25f, 0.1f, 0.05f, 0.5f}, {0.2f, 0.2f, 0.2f, 0}, {0.5f, 0.25f, 0.125f, 1}, {0.03f, 0.02f, 0.3f, 0.1f}};
+    test::Samples s(4);
+    for (int x = 0; x < 4; ++x) s.add(x, 0, 0, 1, {pixels[x][0], pixels[x][1], pixels[x][2], pixels[x][3]});
+    s.addTo(*film);
+    ASSERT_TRUE(out.write(*film, frame()));
+    image::Image back;
+    ASSERT_TRUE(image::read(path(k.file), back).ok());
+    const bool isTiff = k.driver[0] == 't';
+    const double most = k.quantize ? 255 : 65535;
+    for (int x = 0; x < 4; ++x) {
+      const double a = double(pixels[x][3]);
+      for (int c = 0; c < 3; ++c) {
+        double v = double(pixels[x][c]);
+        if (!isTiff && a > 0) v = std::min(1.0, v / a);
+        const double code = k.gamma != 1    ? std::pow(v, 1 / double(k.gamma))
+                            : v > 0.0031308 ? 1.055 * std::pow(v, 1 / 2.4) - 0.055
+                                            : 12.92 * v;
+        EXPECT_NEAR(double(back.at(x, 0)[c]), code, 0.51 / most) << k.file << " " << x << " " << c;
+      }
+      EXPECT_NEAR(double(back.at(x, 0)[3]), a, 0.51 / most);
+    }
+    if (isTiff) continue;
+    const auto chunks = chunksOf(path(k.file));
+    if (k.gamma == 1) {
+      EXPECT_EQ(chunks.at("text colorSpace"), "sRGB");
+      EXPECT_TRUE(chunks.contains("sRGB"));
+    } else {
+      EXPECT_EQ(chunks.at("text colorSpace"), k.gamma == 2.2f ? "gamma 2.2" : "gamma 1.8");
+      EXPECT_FALSE(chunks.contains("sRGB"));
+      uint32_t stated = 0;
+      for (const char c : chunks.at("gAMA")) stated = stated << 8 | uint8_t(c);
+      EXPECT_NEAR(stated, 1e5 / double(k.gamma), 2) << k.file;
+    }
+  }
+  scene_.exposure = {1, 1};
+  // EXR: light as it is
+  scene_.displays.clear();
+  display(path("f.exr"), "openexr", "rgba");
+  DisplayOutput out(plan(), stockDriver, diagnostics_);
+  ASSERT_TRUE(out.write(*filmFor(out.plan().layout), frame()));
+  image::Image exr;
+  ASSERT_TRUE(image::readHeader(path("f.exr"), exr).ok());
+  EXPECT_EQ(std::get<std::string>(exr.metadata.at("colorSpace")), "linear Rec.709 (sRGB primaries)");
 }
 
 TEST_F(Displays, PngIsEncodedAndAgreesWithTheImageWriter) {
@@ -464,7 +611,7 @@ TEST_F(Displays, MergedPartsGiveTheUnsplitPicture) {
   DisplayOutput direct(p, stockDriver, diagnostics_);
   ASSERT_TRUE(direct.write(*part(0, 8), frame()));
   const ToolResult merged =
-      mergeParts({path("2.exr"), path("1.exr")}, path("merged.exr"), false, stockDriver, diagnostics_);
+      mergeParts({path("2.exr"), path("1.exr")}, path("merged.exr"), false, stockDriver, {}, diagnostics_);
   ASSERT_EQ(merged.exitCode, 0) << lines_.back();
   const ToolResult same = diffImages(path("beauty.exr"), path("merged.exr"), {}, {}, 1, diagnostics_);
   EXPECT_EQ(same.exitCode, 0) << same.text;
@@ -472,26 +619,112 @@ TEST_F(Displays, MergedPartsGiveTheUnsplitPicture) {
   image::Image picture;
   ASSERT_TRUE(image::readHeader(path("merged.exr"), picture).ok());
   EXPECT_EQ(std::get<std::string>(picture.metadata.at("sampleRange")), "0:8");
-  EXPECT_EQ(std::get<image::Matrix44>(picture.metadata.at("worldToCamera"))[12], 5.0f);
+  EXPECT_EQ(std::get<image::Matrix44>(picture.metadata.at("worldtocamera"))[12], 5.0f);
 
-  EXPECT_EQ(mergeParts({path("1.exr")}, path("kept.exr"), true, stockDriver, diagnostics_).exitCode, 0);
+  EXPECT_EQ(mergeParts({path("1.exr")}, path("kept.exr"), true, stockDriver, {}, diagnostics_).exitCode, 0);
   EXPECT_TRUE(isShard(path("kept.exr")));
   EXPECT_NE(imageInfo(path("kept.exr"), diagnostics_).text.find("samples: 0:3"), std::string::npos);
-  EXPECT_EQ(mergeParts({path("1.exr"), path("1.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
+  EXPECT_EQ(mergeParts({path("1.exr"), path("1.exr")}, path("x.exr"), false, stockDriver, {}, diagnostics_).exitCode,
             kToolUnreadable);
-  EXPECT_EQ(mergeParts({path("merged.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
+  EXPECT_EQ(mergeParts({path("merged.exr")}, path("x.exr"), false, stockDriver, {}, diagnostics_).exitCode,
             kToolUnreadable);
-  EXPECT_EQ(mergeParts({path("1.exr"), path("2.exr")}, path("no/x.exr"), false, stockDriver, diagnostics_).exitCode,
-            kToolUnwritable);
-  EXPECT_EQ(mergeParts({path("2.exr")}, path("gap.exr"), false, stockDriver, diagnostics_).exitCode, 0);
+  EXPECT_EQ(
+      mergeParts({path("1.exr"), path("2.exr")}, path("no/x.exr"), false, stockDriver, {}, diagnostics_).exitCode,
+      kToolUnwritable);
+  EXPECT_EQ(mergeParts({path("2.exr")}, path("gap.exr"), false, stockDriver, {}, diagnostics_).exitCode, 0);
   EXPECT_EQ(diagnostics_.count("FILM-SHARD-GAP"), 1u);
   ShardInfo lying = info;
   for (const char* outputs : {"", "{}", "{\"outputs\":[{}]}", "[1,2", "null"}) {
     lying.outputs = outputs;
     ASSERT_TRUE(writeShard(path("lie.exr"), *part(3, 8), lying).ok());
-    EXPECT_EQ(mergeParts({path("lie.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
+    EXPECT_EQ(mergeParts({path("lie.exr")}, path("x.exr"), false, stockDriver, {}, diagnostics_).exitCode,
               kToolUnreadable);
   }
+}
+
+// Names that are no Unicode and numbers that are none travel with a part; what is altered is refused.
+TEST_F(Displays, WhatAPartKnowsOfItsPicturesComesBack) {
+  const std::string odd = "p\xe9 \"x\"";
+  scene::Display& d = display(odd + ".exr", "openexr", "rgba");
+  scene::Parameter p;
+  p.name = "exrheader_" + odd;
+  p.floats = {INFINITY, -1, 0.1f};
+  d.params.set(p);
+  d.params.set(text("exrheader_who", odd.c_str()));
+  d.params.set(integer("quantize", {0, 200, 0, 255}));
+  display("n", "null", "Ci,a,z");
+  auto filter = std::make_shared<scene::Node>();
+  filter->kind = "DisplayFilter";
+  filter->plugin = "PxrBackgroundDisplayFilter";
+  filter->handle = odd;
+  filter->params.set(text("aov", odd.c_str()));
+  scene_.displayFilters = {filter};
+  DisplayPlan part = planDisplays(scene_, {{}, false, false, true}, stockDriver, diagnostics_);
+  part.texturePath = {odd, "b"};
+  FrameMetadata f = frame(), g;
+  f.worldToNdc.emplace();
+  (*f.worldToNdc)[5] = -0.1f;
+  f.screenWindow = {0.1f, -0.2f, 0.3f};
+  DisplayPlan back;
+  const image::Status status = outputsFromJson(outputsToJson(part, f), part.layout, back, g);
+  ASSERT_TRUE(status.ok()) << status.what;
+  ASSERT_EQ(back.outputs.size(), 1u);
+  const Output &a = part.outputs[0], &b = back.outputs[0];
+  EXPECT_EQ(b.file, a.file);
+  EXPECT_EQ(b.driver, a.driver);
+  EXPECT_TRUE(b.isBeauty);
+  EXPECT_EQ(names(b), names(a));
+  EXPECT_EQ(b.channels[0].values, a.channels[0].values);
+  ASSERT_EQ(b.params.size(), a.params.size());
+  EXPECT_EQ(b.params.find(p.name)->floats, p.floats);
+  EXPECT_EQ(b.params.find("exrheader_who")->strings, Names{odd});
+  ASSERT_EQ(back.displayFilters.size(), 1u);
+  EXPECT_EQ(back.displayFilters[0]->plugin, filter->plugin);
+  EXPECT_EQ(back.displayFilters[0]->handle, odd);
+  EXPECT_EQ(back.displayFilters[0]->params.find("aov")->strings, Names{odd});
+  EXPECT_EQ(back.texturePath, part.texturePath);
+  EXPECT_EQ(g.worldToNdc, f.worldToNdc);
+  EXPECT_EQ(g.screenWindow, f.screenWindow);
+  EXPECT_EQ(back.pixelAspect, part.pixelAspect);
+
+  // -o of a whole render and -o of a merge mean the same picture, written or not
+  scene_.displays.erase(scene_.displays.begin());
+  for (const char* mode : {"Ci,a,z", "z"}) {
+    scene_.displays[0].mode = mode;
+    const DisplayPlan whole = plan("o.exr");
+    DisplayPlan merged = planDisplays(scene_, {{}, false, false, true}, stockDriver, diagnostics_);
+    EXPECT_TRUE(merged.outputs.empty());
+    ASSERT_TRUE(outputsFromJson(outputsToJson(merged, f), merged.layout, back, g).ok());
+    redirectPrimary(back, "o.exr", diagnostics_);
+    ASSERT_EQ(back.outputs.size(), 1u) << mode;
+    ASSERT_EQ(whole.outputs.size(), 1u) << mode;
+    EXPECT_EQ(back.outputs[0].file, "o.exr");
+    EXPECT_EQ(back.outputs[0].driver, "openexr");
+    EXPECT_EQ(names(back.outputs[0]), names(whole.outputs[0])) << mode;
+  }
+}
+
+TEST_F(Displays, NoPartIsWrittenOver) {
+  display(path("beauty.exr"), "openexr", "rgba");
+  const DisplayPlan p = plan();
+  ShardInfo info;
+  info.outputs = outputsToJson(p, frame());
+  info.ranges = {{0, 4}};
+  ASSERT_TRUE(writeShard(path("beauty.exr"), *filmFor(p.layout), info).ok());
+  std::filesystem::create_symlink(path("beauty.exr"), path("link.exr"));
+  const auto size = std::filesystem::file_size(path("beauty.exr"));
+  const auto merge = [&](const char* output, bool keep) {
+    return mergeParts({path("beauty.exr")}, output[0] ? path(output) : "", keep, stockDriver, {}, diagnostics_)
+        .exitCode;
+  };
+  EXPECT_EQ(merge("", false), kToolBadCommand) << "the picture has the part's name";
+  EXPECT_EQ(merge("beauty.exr", false), kToolBadCommand);
+  EXPECT_EQ(merge("link.exr", false), kToolBadCommand);
+  EXPECT_EQ(merge("./beauty.exr", true), kToolBadCommand);
+  EXPECT_EQ(diagnostics_.count("FILM-MERGE-OVERWRITE"), 4u);
+  EXPECT_TRUE(isShard(path("beauty.exr")));
+  EXPECT_EQ(std::filesystem::file_size(path("beauty.exr")), size);
+  EXPECT_EQ(merge("picture.exr", false), kToolOk);
 }
 
 TEST_F(Displays, DiffJudgesByTheLimitsGiven) {

@@ -49,8 +49,8 @@ void Film::plan() {
   rules_.assign(kHeaderSlots, SlotRule::Add);
   firstSlot_.assign(size_t(layout_.size()), -1);
   firstSplatSlot_.assign(size_t(layout_.size()), -1);
-  weightSlot_.assign(size_t(layout_.size()), -1);
-  std::array<int, kWeightKinds> slotOfWeight;
+  filterSlots_.assign(size_t(layout_.size()), {});
+  std::array<int, 2 * kWeightKinds> slotOfWeight;  // by kind: of the weights; behind them of their squares
   slotOfWeight.fill(-1);
   infinityAllowed_.assign(size_t(layout_.recordFloats()), 1);
   countNegative_.assign(size_t(layout_.recordFloats()), 0);
@@ -58,34 +58,52 @@ void Film::plan() {
     rules_.push_back(rule);
     return int(rules_.size()) - 1;
   };
+  // One slot for each weight that some channel asks for.
+  const auto weightSlot = [&](int c, uint8_t weight, int what) {
+    int& slot = slotOfWeight[size_t(weight) + (what == kItsSquare ? size_t(kWeightKinds) : 0)];
+    if (slot < 0) {
+      slot = newSlot(SlotRule::Add);
+      sums_.push_back(
+          {what, weight, SumOf::Value, true, int16_t(c), std::ldexp(1.0, -kWeightStepLog2), std::ldexp(1.0, 46)});
+    }
+    return slot;
+  };
   for (int c = 0; c < layout_.size(); ++c) {
     const Channel& ch = layout_[c];
     if (ch.reducer != Reducer::Sum && ch.reducer != Reducer::Average && ch.reducer != Reducer::Total) continue;
-    static_assert(kFilterEven == kFilter + 1 && kFilterOdd == kFilter + 2 && kOneEven == kOne + 1);
-    const int filter = layout_.filterOf(c);
-    const int kind = ch.reducer != Reducer::Sum ? int(kOne) : filter < 0 ? int(kFilter) : kOwnFilters + 3 * filter;
-    const uint8_t weight = uint8_t(kind + int(ch.half));
-    firstSlot_[size_t(c)] = int(rules_.size());
-    for (int k = 0; k < ch.width; ++k) {
-      const int record = layout_.recordOffset(c) + k;
-      newSlot(SlotRule::Add);
-      sums_.push_back({record, weight, false, int16_t(c), 1.0 / ch.step(), double(ch.limit) / ch.step()});
-      infinityAllowed_[size_t(record)] = 0;
-      if (!ch.isData) countNegative_[size_t(record)] = 1;
-    }
-    // squares follow the sums
-    for (int k = 0; k < ch.width && ch.statistic != Statistic::Value; ++k) {
-      newSlot(SlotRule::Add);
-      sums_.push_back({layout_.recordOffset(c) + k, weight, true, int16_t(c), std::ldexp(1.0, -squareStepLog2(ch)),
-                       std::ldexp(1.0, 46)});
-    }
-    if (kind >= kOwnFilters) {
-      if (slotOfWeight[weight] < 0) {
-        slotOfWeight[weight] = newSlot(SlotRule::Add);
-        sums_.push_back({-1, weight, false, int16_t(c), std::ldexp(1.0, -kWeightStepLog2), std::ldexp(1.0, 46)});
+    const int filter = layout_.filterOf(c), half = int(ch.half);
+    const bool isFiltered = ch.reducer == Reducer::Sum;
+    const bool hasLobes = isFiltered && layout_.negative(filter) > 0;
+    const bool hasStatistic = ch.statistic != Statistic::Value, isWeighed = isFiltered && (filter >= 0 || hasLobes);
+    // value x weight, and its squares behind for a variance
+    const auto addSums = [&](int kind, bool isAgain) {
+      const uint8_t weight = uint8_t(kind + half);
+      const int first = int(rules_.size());
+      for (int k = 0; k < ch.width; ++k) {
+        newSlot(SlotRule::Add);
+        sums_.push_back({layout_.recordOffset(c) + k, weight, SumOf::Value, isAgain, int16_t(c), 1.0 / ch.step(),
+                         double(ch.limit) / ch.step()});
       }
-      weightSlot_[size_t(c)] = slotOfWeight[weight];
+      for (int k = 0; k < ch.width && hasStatistic; ++k) {
+        newSlot(SlotRule::Add);
+        sums_.push_back({layout_.recordOffset(c) + k, weight, isWeighed ? SumOf::Moment : SumOf::Square, isAgain,
+                         int16_t(c), std::ldexp(1.0, -squareStepLog2(ch)), std::ldexp(1.0, 46)});
+      }
+      return first;
+    };
+    for (int k = 0; k < ch.width; ++k) {
+      infinityAllowed_[size_t(layout_.recordOffset(c) + k)] = 0;
+      if (!ch.isData) countNegative_[size_t(layout_.recordOffset(c) + k)] = 1;
     }
+    firstSlot_[size_t(c)] = addSums(isFiltered ? kindOf(filter) : int(kOne), false);
+    FilterSlots& own = filterSlots_[size_t(c)];
+    if (hasLobes) own.negative = addSums(negativeKindOf(filter), true);
+    if (isFiltered && filter >= 0 && !hasStatistic) own.plain = addSums(kOne, true);
+    const uint8_t all = uint8_t(kindOf(filter) + half), below = uint8_t(negativeKindOf(filter) + half);
+    if (isFiltered && filter >= 0) own.weight = weightSlot(c, all, kTheWeight);
+    if (hasLobes) own.negativeWeight = weightSlot(c, below, kTheWeight);
+    if (isWeighed && hasStatistic) own.weightSquares = weightSlot(c, all, kItsSquare);
+    if (hasLobes && hasStatistic) own.negativeSquares = weightSlot(c, below, kItsSquare);
   }
   // addBlock works on pairs of slots; the odd one is padded by a slot that stays 0
   if (sums_.size() % 2) {
@@ -262,13 +280,17 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
     weights[kOne][i] = one;
     weights[kOneEven][i] = isEven ? one : 0.0;
     weights[kOneOdd][i] = isEven ? 0.0 : one;
-    for (size_t f = 0; f < layout_.filters().size(); ++f) {
+    const auto bothHalves = [&](int kind, double x) {
+      weights[kind][i] = x;
+      weights[kind + 1][i] = isEven ? x : 0.0;
+      weights[kind + 2][i] = isEven ? 0.0 : x;
+    };
+    if (layout_.negative(-1) > 0) bothHalves(kNegative, std::max(-w, 0.0));
+    for (int f = 0; f < int(layout_.filters().size()); ++f) {
       const float* own = span.filterWeights ? span.filterWeights[f] : span.weight;
       const double x = isGood ? double(own[s]) : 0.0;
-      double(*kinds)[kBlock] = weights + kOwnFilters + 3 * f;
-      kinds[0][i] = x;
-      kinds[1][i] = isEven ? x : 0.0;
-      kinds[2][i] = isEven ? 0.0 : x;
+      bothHalves(kindOf(f), x);
+      if (layout_.negative(f) > 0) bothHalves(negativeKindOf(f), std::max(-x, 0.0));
     }
     if (isGood) {
       const int64_t fixed = roundToInt(w * 1073741824.0);  // 2^30: kWeightStepLog2
@@ -301,17 +323,18 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
         RoundInput& input = inputs[count + k];
         float* own = padded[count + k];
         if (s.record < 0) {
-          std::fill_n(own, kBlock, 1.0f);
+          for (int i = 0; i < kBlock; ++i) own[i] = s.record == kTheWeight ? 1.0f : float(weights[s.weight][i]);
           input = {own, weights[s.weight], s.scale, s.limit};
           continue;
         }
         const float* values = blockOf(span.values[s.record], first, n, own);
-        if (s.isSquare) {
+        if (s.what != SumOf::Value) {
+          const bool isSquare = s.what == SumOf::Square;
           for (int i = 0; i < kBlock; ++i) {
-            const double y = double(values[i]) * weights[s.weight][i];
+            const double y = double(values[i]) * (isSquare ? weights[s.weight][i] : 1);
             own[i] = float(y * y);
           }
-          input = {own, weights[kOne], s.scale, s.limit};
+          input = {own, weights[isSquare ? int(kOne) : int(s.weight)], s.scale, s.limit};
           continue;
         }
         input = {values, weights[s.weight], s.scale, s.limit};
@@ -333,7 +356,7 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
 void Film::countSaturated(const SampleSpan& span, int first, int n, int64_t* const* pixels,
                           const double (*weights)[kBlock]) {
   for (const SumSlot& s : sums_)
-    for (int i = 0; i < n && s.record >= 0 && !s.isSquare; ++i)
+    for (int i = 0; i < n && s.record >= 0 && s.what == SumOf::Value && !s.isAgain; ++i)
       if (pixels[i] && std::fabs(double(span.values[s.record][first + i]) * weights[s.weight][i] * s.scale) > s.limit)
         saturated_[size_t(s.channel)].fetch_add(1, std::memory_order_relaxed);
 }
@@ -449,17 +472,94 @@ FilmCounters Film::counters() const {
   return c;
 }
 
+// Means by a filter. Divided by the sum of its weights they would be lost where lobes of both signs nearly cancel, as
+// those of few samples do. So each lobe is a mean of its own, which no sign disturbs, and the two are put together as
+// the whole filter has them: 1 + c of the positive, -c of the negative (post-stratification; Cochran, "Sampling
+// Techniques", 5A.9). A constant stays one with any samples, and in the limit the filter is what it is. A lobe that
+// no sample has met is taken to see what the other sees.
+void Film::resolveFiltered(int channel, const int64_t* p, double count, double weight, double* out) const {
+  const Channel& ch = layout_[channel];
+  const FilterSlots& own = filterSlots_[size_t(channel)];
+  const int64_t* sums = p + firstSlot(channel);
+  if (own.negative < 0) {
+    const bool isPlain = own.plain >= 0 && weight == 0;
+    // weights of the frame's filter are 1; what a caller makes negative without a word is kept from dividing by
+    // nothing
+    const bool isSum = own.plain >= 0 ? !isPlain : std::fabs(weight) >= 0.5 * count;
+    const double divisor = isSum ? weight : count;
+    const double scale = divisor != 0 ? ch.step() / divisor : 0;
+    for (int k = 0; k < ch.width; ++k) out[k] = double(isPlain ? p[own.plain + k] : sums[k]) * scale;
+    return;
+  }
+  const double negative = std::ldexp(double(p[own.negativeWeight]), kWeightStepLog2), positive = weight + negative;
+  const double share = layout_.negative(layout_.filterOf(channel));
+  double ofPositive = 0, ofNegative = 0;
+  if (positive > 0) ofPositive = (negative > 0 ? 1 + share : 1) * ch.step() / positive;
+  if (negative > 0) ofNegative = (positive > 0 ? -share : 1) * ch.step() / negative;
+  for (int k = 0; k < ch.width; ++k) {
+    // sums of the negative weights turned positive: the signed sum holds them with the other sign
+    const int64_t ofLobe = p[own.negative + k];
+    out[k] = double(int64_t(uint64_t(sums[k]) + uint64_t(ofLobe))) * ofPositive + double(ofLobe) * ofNegative;
+    if (own.plain >= 0 && positive <= 0 && negative <= 0 && count > 0)
+      out[k] = double(p[own.plain + k]) * (ch.step() / count);
+  }
+}
+
+// Variance of such a mean, or of one by weights that differ: of each lobe the spread of its values, as its weights
+// have them, over the number of samples of one weight that are worth as much (Kish, "Survey Sampling", 11.7). A lobe
+// with fewer than two is taken to spread as the other does.
+double Film::varianceOfMean(int channel, const int64_t* p, double weight, int k) const {
+  const Channel& ch = layout_[channel];
+  const FilterSlots& own = filterSlots_[size_t(channel)];
+  const double share = layout_.negative(layout_.filterOf(channel));
+  const auto weights = [&](int slot) { return slot < 0 ? 0 : std::ldexp(double(p[slot]), kWeightStepLog2); };
+  const auto sum = [&](int first) { return first < 0 ? 0 : double(p[first + k]) * ch.step(); };
+  const auto moment = [&](int first) {
+    return first < 0 ? 0 : std::ldexp(double(p[first + ch.width + k]), squareStepLog2(ch));
+  };
+  const int all = firstSlot(channel);
+  struct Lobe {
+    double share, weights, squares, sum, moment, count = 0, spread = 0;
+  } lobes[2];
+  lobes[1] = {share, weights(own.negativeWeight), weights(own.negativeSquares), sum(own.negative),
+              moment(own.negative)};
+  lobes[0] = {1 + share, weight + lobes[1].weights, weights(own.weightSquares) - lobes[1].squares,
+              sum(all) + lobes[1].sum, moment(all) + lobes[1].moment};
+  for (Lobe& l : lobes) {
+    if (!(l.weights > 0) || !(l.squares > 0)) continue;
+    const double mean = l.sum / l.weights;
+    l.count = l.weights * l.weights / l.squares;
+    if (l.count >= 1.5) l.spread = std::max(0.0, l.moment / l.weights - mean * mean) * l.count / (l.count - 1);
+  }
+  double variance = 0;
+  for (int i = 0; i < 2; ++i) {
+    const Lobe &l = lobes[i], &other = lobes[1 - i];
+    if (!(l.count > 0)) continue;
+    const double part = other.count > 0 ? l.share : 1;
+    variance += part * part * (l.count >= 1.5 ? l.spread : other.spread) / l.count;
+  }
+  return variance;
+}
+
 void Film::resolvePixel(int channel, int x, int y, float* out) const {
   const Channel& ch = layout_[channel];
+  const FilterSlots& own = filterSlots_[size_t(channel)];
   const int64_t* p = pixel(x, y);
   const int slot = firstSlot(channel);
   const auto ofHalf = [&](int all, int even) {
     return ch.half == Half::Both ? p[all] : ch.half == Half::Even ? p[even] : p[all] - p[even];
   };
   const double count = double(ofHalf(kCount, kCountEven));
+  const double weight =
+      std::ldexp(double(own.weight >= 0 ? p[own.weight] : ofHalf(kWeight, kWeightEven)), kWeightStepLog2);
   if (ch.statistic != Statistic::Value) {
     // of y = value x weight, whose mean is the pixel: (sum y^2 - (sum y)^2 / n) / (n - 1)
     for (int k = 0; k < ch.width; ++k) {
+      if (own.weightSquares >= 0) {
+        const double v = varianceOfMean(channel, p, weight, k);
+        out[k] = float(ch.statistic == Statistic::MeanVariance ? v : v * count);
+        continue;
+      }
       const double sum = double(p[slot + k]) * ch.step();
       const double squares = double(p[slot + ch.width + k]) * std::ldexp(1.0, squareStepLog2(ch));
       double v = count > 1 ? std::max(0.0, (squares - sum * sum / count) / (count - 1)) : 0.0;
@@ -468,23 +568,17 @@ void Film::resolvePixel(int channel, int x, int y, float* out) const {
     }
     return;
   }
-  double scale = 0;
+  double mean[4] = {};
   switch (ch.reducer) {
-    case Reducer::Sum: {
-      const int own = weightSlot_[size_t(channel)];
-      const double weight = std::ldexp(double(own >= 0 ? p[own] : ofHalf(kWeight, kWeightEven)), kWeightStepLog2);
-      // Filters with negative lobes: the weights of few samples can cancel. Their expected sum is the count, which is
-      // the better divisor below half of it (measured: docs/performance.md, "Pixel filters").
-      const double divisor = std::fabs(weight) >= 0.5 * count ? weight : count;
-      scale = divisor != 0 ? ch.step() / divisor : 0;
+    case Reducer::Sum:
+      resolveFiltered(channel, p, count, weight, mean);
+      break;
+    case Reducer::Average:
+    case Reducer::Total: {
+      const double scale = ch.reducer == Reducer::Total ? ch.step() : count != 0 ? ch.step() / count : 0;
+      for (int k = 0; k < ch.width; ++k) mean[k] = double(p[slot + k]) * scale;
       break;
     }
-    case Reducer::Average:
-      scale = count != 0 ? ch.step() / count : 0;
-      break;
-    case Reducer::Total:
-      scale = ch.step();
-      break;
     case Reducer::Min:
       for (int k = 0; k < ch.width; ++k) out[k] = p[slot + k] ? std::min(decodeMin(p[slot + k]), kNoDepth) : 0;
       return;
@@ -499,7 +593,7 @@ void Film::resolvePixel(int channel, int x, int y, float* out) const {
   const int splatSlot = firstSplatSlot(channel);
   const int64_t passes = splatPasses();
   for (int k = 0; k < ch.width; ++k) {
-    double v = double(p[slot + k]) * scale;
+    double v = mean[k];
     if (splatSlot >= 0 && passes > 0) v += double(p[splatSlot + k]) * (ch.step() / double(passes));
     out[k] = ch.isRemapped() ? expand(float(v), ch.remap) : float(v);
   }

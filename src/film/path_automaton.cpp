@@ -218,9 +218,8 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
     for (uint32_t e = 0; e < ends; ++e) {
       std::set<uint16_t> out;
       const Symbol light{PathEventKind::Light, 0, 0, {e >= 2 ? &lightGroups_[e - 2] : nullptr, nullptr}};
-      if (e) endsOf(sets[s], light, out);
-      // "O": glow, and lights that the camera sees
-      if (e == 0 || s == 0) endsOf(sets[s], object, out);
+      // "O": glow, and lights that the camera sees, which are in no "L" then: each light is counted once
+      endsOf(sets[s], e == 0 || s == 0 ? object : light, out);
       taken[s][e].assign(out.begin(), out.end());
       for (const uint16_t i : out) matches_[i] = 1;
     }

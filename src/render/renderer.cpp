@@ -59,6 +59,40 @@ struct Hash {
   }
 };
 
+// A near plane close to an eye far from the origin would be lost in floats, and with it the way back: depth is
+// measured in a larger unit then. x, y and w, by which points get their places, stay.
+scene::Matrix floatReady(scene::Matrix ndc) {
+  const double size = std::max({std::fabs(ndc[0][3]), std::fabs(ndc[1][3]), std::fabs(ndc[2][3])});
+  bool isByDepth = size > 0;
+  for (int i = 0; i < 3; ++i) isByDepth = isByDepth && std::fabs(ndc[i][2] - ndc[i][3]) <= 1e-12 * size;
+  const double least = 1e-3 * std::max(std::fabs(ndc[3][3]), 1e-3);
+  if (isByDepth && std::fabs(ndc[3][3] - ndc[3][2]) < least) ndc[3][2] = ndc[3][3] - least;
+  return ndc;
+}
+
+// Where the picture lies on the plane at distance 1: centre and width. All 0 where the matrix does not say.
+std::array<float, 3> screenWindowOf(const scene::Matrix& toNdc) {
+  // (X Y 1 1) M is w (x y ..): two equations in X and Y
+  const auto placeOf = [&](double x, double y, double out[2]) {
+    double a[3][2];  // rows of X, Y and of the rest
+    for (int k = 0; k < 2; ++k) {
+      const double at = k == 0 ? x : y;
+      for (int r = 0; r < 2; ++r) a[r][k] = toNdc[r][k] - at * toNdc[r][3];
+      a[2][k] = toNdc[2][k] + toNdc[3][k] - at * (toNdc[2][3] + toNdc[3][3]);
+    }
+    const double determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    out[0] = (a[1][0] * a[2][1] - a[1][1] * a[2][0]) / determinant;
+    out[1] = (a[0][1] * a[2][0] - a[0][0] * a[2][1]) / determinant;
+  };
+  double centre[2], left[2], right[2];
+  placeOf(0.5, 0.5, centre);
+  placeOf(0, 0.5, left);
+  placeOf(1, 0.5, right);
+  const double width = std::hypot(right[0] - left[0], right[1] - left[1]);
+  if (!std::isfinite(width) || !std::isfinite(centre[0] + centre[1])) return {0, 0, 0};
+  return {float(centre[0]), float(centre[1]), float(width)};
+}
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -101,6 +135,7 @@ struct Renderer::Impl {
                           "correct or unset OCIO");
     applyOverrides(scene, settings, registry, diagnostics);
     if (diagnostics.count("CLI-SET") > 0) return false;
+    builder.openTextures(scene);
     if (!builder.buildCamera(scene)) return false;
     // samples
     constexpr int kMostSamples = 1 << 16;
@@ -212,23 +247,14 @@ struct Renderer::Impl {
 
   bool makeFilm() {
     film::PlanOptions options;
-    options.output = settings.output;
+    // of a part -o names the part; its pictures stay the scene's
+    options.isPart = settings.firstSample >= 0;
+    if (!options.isPart) options.output = settings.output;
     options.splats = hasLightStage();
     plan = film::planDisplays(scene, options, drivers(), diagnostics);
-    if (!settings.output.empty()) {
-      // with -o the primary picture is where the user wants it; others that name a folder of another machine go
-      // beside it
-      const std::filesystem::path beside = std::filesystem::path(settings.output).parent_path();
-      for (size_t i = 1; i < plan.outputs.size(); ++i) {
-        std::error_code ec;
-        const std::filesystem::path file = plan.outputs[i].file, folder = file.parent_path();
-        if (folder.empty() || std::filesystem::is_directory(folder, ec)) continue;
-        plan.outputs[i].file = (beside / file.filename()).string();
-        diagnostics.warning("DISPLAY-FOLDER", plan.outputs[i].pos,
-                            "the folder of picture \"" + file.string() + "\" does not exist",
-                            "it is written as \"" + plan.outputs[i].file + "\"");
-      }
-    }
+    if (!options.output.empty()) film::keepBeside(plan, film::fillFrame(options.output, scene.frame), diagnostics);
+    if (!plan.isWritable) return false;
+    if (options.isPart && !plan.displayFilters.empty()) plan.texturePath = builder.searchPath(scene, "texture");
     makePixelFilter(scene, registry, builder.host(), diagnostics, filter);
     if (settings.errorMap && settings.firstSample < 0) addHalves();
     sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(),
@@ -264,17 +290,22 @@ struct Renderer::Impl {
         diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others",
                             "its channel stays black", "fewer repetitions ({n,m}), labels and channels need less");
       else
-        diagnostics.warning("LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
-                            "paths end with L, a light, or O, a glowing surface");
+        diagnostics.warning(
+            "LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
+            "paths end with L, a light, or O, a glowing surface or a light that the camera sees itself");
     }
   }
 
+  bool hasJitter() const { return !scene.hider || scene.hider->params.getInt("jitter", 1) != 0; }
+
   void makeRatios() {
     ratios.clear();
+    plan.layout.setNegative(-1, hasJitter() ? filter.negativeMean() : 0);
     for (const film::ChannelFilter& f : plan.layout.filters()) {
       film::PixelFilter own;
       if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;  // checked by the plan
       ratios.emplace_back(filter, own);
+      plan.layout.setNegative(int(ratios.size()) - 1, hasJitter() ? ratios.back().negativeMean() : 0);
       if (ratios.back().covered() < 0.98)
         diagnostics.warning("DISPLAY-CHANNEL-FILTER", scene.pos,
                             "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" +
@@ -355,17 +386,18 @@ struct Renderer::Impl {
     const auto& c = builder.camera();
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) m.worldToCamera[size_t(4 * i + j)] = float(c.worldToCamera[i][j]);
-    m.worldToNdc = m.worldToCamera;
     if (const auto* traits = static_cast<const ProjectionTraits*>(c.projection.plugin()->traits);
-        traits && traits->screenMatrix) {
+        traits && traits->ndcMatrix) {
       double s[16];
-      traits->screenMatrix(c.projection.data(), s);
-      scene::Matrix screen;
+      traits->ndcMatrix(c.projection.data(), s);
+      scene::Matrix toNdc;
       for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) screen[i][j] = s[4 * i + j];
-      const scene::Matrix ndc = c.worldToCamera * screen;
+        for (int j = 0; j < 4; ++j) toNdc[i][j] = s[4 * i + j];
+      const scene::Matrix ndc = floatReady(c.worldToCamera * toNdc);
+      m.worldToNdc.emplace();
       for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) m.worldToNdc[size_t(4 * i + j)] = float(ndc[i][j]);
+        for (int j = 0; j < 4; ++j) (*m.worldToNdc)[size_t(4 * i + j)] = float(ndc[i][j]);
+      m.screenWindow = screenWindowOf(toNdc);
     }
     m.frame = scene.frame;
     m.seed = settings.seed;
@@ -398,7 +430,7 @@ struct Renderer::Impl {
     if (settings.groupSize) in.groupSize = settings.groupSize;
     in.bucketOrder =
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
-    in.jitter = !scene.hider || scene.hider->params.getInt("jitter", 1) != 0;
+    in.jitter = hasJitter();
     in.stop = settings.stop;
     in.rayListener = settings.rayListener;
     frame = std::make_unique<Frame>(in);
