@@ -41,6 +41,9 @@ TEST(LightPathExpression, EventsSetsAndOperators) {
   EXPECT_TRUE(matches("CO", {}, "")) << "a light that the camera sees is an emissive object";
   EXPECT_FALSE(matches("CL", {})) << "and nothing else: what sums CL and CO counts it once";
   EXPECT_FALSE(matches("C<L.'key'>", {}, "key"));
+  EXPECT_TRUE(matches("C<O.'key'>", {}, "key")) << "the light's own group";
+  EXPECT_FALSE(matches("C<O.'key'>", {}, "fill"));
+  EXPECT_FALSE(matches("C<O.'key'>", {}, "-")) << "surfaces are in none";
   EXPECT_TRUE(matches("C[<L.>O]", {}, "key"));
   EXPECT_FALSE(matches("CDO", {RD}, "")) << "but not one that is found behind a bounce";
   EXPECT_FALSE(matches("CL", {}, "-"));
@@ -144,7 +147,7 @@ TEST(LightPathExpression, MistakesNameTheirPlace) {
                                                                 {"lpe:CD5L", 6, "1 to 4"},
                                                                 {"lpe:CS9L", 6, "1 to 8"},
                                                                 {"lpe:C<RD'floor>L", 8, "quotation"},
-                                                                {"lpe:C<O'x'>", 7, "no label"},
+                                                                {"lpe:<C'x'>L", 6, "no label"},
                                                                 {"lpe:shadow;CL", 4, "no prefix"},
                                                                 {"lpe:C|", 6, "missing"},
                                                                 {"lpe:[CL]", 5, "set"},

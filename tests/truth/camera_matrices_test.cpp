@@ -26,6 +26,7 @@ struct Camera {
   std::array<float, 4> crop{-1, -1, -1, -1};
   bool isPerspective = true;
   std::string transform = "Rotate 12 0 0 1 Rotate -20 0 1 0 Translate 1 -0.5 6";
+  std::string place = "";  // of the wall
 };
 
 // A wall of hills far beyond what any of the cameras sees.
@@ -45,7 +46,7 @@ std::string wall(const Camera& c) {
                 std::to_string(3 * ((i * 7 + j * 5) % 3)) + " ";
   mesh += "] [" + indices + "] \"P\" [" + points + "]\n";
   return "PixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [1] \"int jitter\" [0]\n" + c.requests +
-         "\n" + c.transform + "\nWorldBegin\nBxdf \"PxrConstant\" \"c\" \"color emitColor\" [1 1 1]\n" + mesh +
+         "\n" + c.transform + "\nWorldBegin\n" + c.place + "\nBxdf \"PxrConstant\" \"c\" \"color emitColor\" [1 1 1]\n" + mesh +
          "WorldEnd\n";
 }
 
@@ -73,7 +74,8 @@ TEST(CameraMatrices, ProjectThePointsOfThePictureIntoTheirPixels) {
        {0, 0},
        {-1, -1, -1, -1},
        true,
-       "Translate 0 0 30000 Rotate 1 0 1 0"},
+       "Translate 0 0 20 Rotate 9 0 1 0 Translate -4000 0 0",
+       "Translate 4000 0 0"},
       {"lens shift and roll",
        "Format 40 30 1\nProjection \"PxrCamera\" \"float fov\" [50] \"float shiftX\" [0.3] \"float shiftY\" [-0.2] "
        "\"float roll\" [25]"},
