@@ -150,6 +150,9 @@ TEST_F(PartsAndFiles, MergedPartsGiveTheUnsplitPicture) {
       kToolUnwritable);
   EXPECT_EQ(mergeParts({path("2.exr")}, path("gap.exr"), false, stockDriver, {}, diagnostics_).exitCode, 0);
   EXPECT_EQ(diagnostics_.count("FILM-SHARD-GAP"), 1u);
+  EXPECT_EQ(std::get<int>(picture.metadata.at("complete")), 1);
+  ASSERT_TRUE(image::readHeader(path("gap.exr"), picture).ok());
+  EXPECT_EQ(std::get<int>(picture.metadata.at("complete")), 0);
   ShardInfo lying = info;
   for (const char* outputs : {"", "{}", "{\"outputs\":[{}]}", "[1,2", "null"}) {
     lying.outputs = outputs;

@@ -158,6 +158,8 @@ bool isWindow(const scene::Display& d) {
   return false;
 }
 
+bool isNull(const scene::Display& d) { return lowerCase(d.driver) == "null" || lowerCase(d.driver) == "d_null"; }
+
 std::string asOneName(const std::string& file) { return std::filesystem::path(file).lexically_normal().string(); }
 
 // The displays of the scene; the primary one, which -o means, is first told by `primary` (past the end: there is
@@ -173,7 +175,8 @@ std::vector<scene::Display> wantedDisplays(const scene::Scene& scene, size_t& pr
   // a window beside a file of one name, or a second window: one picture is enough
   for (size_t i = 0; i < list.size();) {
     const auto isOther = [&](const scene::Display& d) {
-      return &d != &list[i] && asOneName(d.file) == asOneName(list[i].file) && (!isWindow(d) || &d < &list[i]);
+      return &d != &list[i] && !isNull(d) && asOneName(d.file) == asOneName(list[i].file) &&
+             (!isWindow(d) || &d < &list[i]);
     };
     if (isWindow(list[i]) && std::any_of(list.begin(), list.end(), isOther))
       list.erase(list.begin() + ptrdiff_t(i));
@@ -207,7 +210,7 @@ void checkFiles(DisplayPlan& plan, Diagnostics& diagnostics) {
     if (isNew) continue;
     plan.isWritable = false;
     diagnostics.error("DISPLAY-SAME-FILE", o.pos, "two displays would be written to \"" + o.file + "\"",
-                      "nothing is rendered", "name a file for each of them");
+                      "nothing is rendered or written", "name a file for each of them");
   }
 }
 

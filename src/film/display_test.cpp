@@ -144,6 +144,10 @@ TEST_F(Displays, TwoPicturesOntoOneFileAreAnError) {
   p = plan("c.exr");
   ASSERT_EQ(p.outputs.size(), 2u);
   EXPECT_EQ(p.outputs[0].file, "c.exr");
+  scene_.displays.clear();
+  display("a.exr", "null", "rgba");
+  display("+a.exr", "it", "rgba");
+  EXPECT_EQ(plan().outputs.size(), 1u) << "what is not written stands in for nothing";
 }
 
 TEST_F(Displays, AsRgbaOffKeepsNames) {

@@ -176,6 +176,7 @@ ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& 
   frame.pixelFilter = merged.info.pixelFilter;
   frame.renderSeconds = merged.info.renderSeconds;
   frame.kinoraVersion = merged.info.kinoraVersion;
+  frame.isComplete = warnings.empty();
   for (const SampleRange& r : merged.info.ranges) frame.samplesPerPixel += r.end - r.begin;
   const DisplayOutput::PixelStage stage =
       stages && !plan.displayFilters.empty() ? stages(plan) : DisplayOutput::PixelStage();
