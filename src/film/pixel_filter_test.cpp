@@ -348,6 +348,7 @@ TEST(PixelFilter, LobesApartAreNotNoisierThanTogether) {
   for (const auto& [name, width] : {std::pair{"mitchell", 4.0f}, {"separable-catmull-rom", 4.0f}, {"sinc", 6.0f}})
     for (const int spp : {16, 64, 256})
       for (const Picture picture : {Picture::Soft, Picture::Edges, Picture::Noise}) {
+        if (spp == 256 && picture != Picture::Noise) continue;
         const PixelFilter f = filter(name, width, width);
         const double together = measure(f, picture, false, spp, false).pixels,
                      apart = measure(f, picture, false, spp, true).pixels;
