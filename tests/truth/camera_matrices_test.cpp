@@ -46,8 +46,8 @@ std::string wall(const Camera& c) {
                 std::to_string(3 * ((i * 7 + j * 5) % 3)) + " ";
   mesh += "] [" + indices + "] \"P\" [" + points + "]\n";
   return "PixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [1] \"int jitter\" [0]\n" + c.requests +
-         "\n" + c.transform + "\nWorldBegin\n" + c.place + "\nBxdf \"PxrConstant\" \"c\" \"color emitColor\" [1 1 1]\n" + mesh +
-         "WorldEnd\n";
+         "\n" + c.transform + "\nWorldBegin\n" + c.place +
+         "\nBxdf \"PxrConstant\" \"c\" \"color emitColor\" [1 1 1]\n" + mesh + "WorldEnd\n";
 }
 
 Imath::M44d matrixOf(const Imf::Header& header, const char* name) {
