@@ -42,6 +42,9 @@ struct DisplayInfo {
   uint32_t channelCount;
   const DisplayMetadata* metadata;
   uint32_t metadataCount;
+  // What the picture shows of the plane at distance 1 from the camera, along its axis (orthographic: of any): centre,
+  // to the right and up, and width. Width 0: not known.
+  float screenWindow[3];
 };
 
 // All pixels of the window. Value of channel c at window-relative (x, y): channels[c][y * rowStride + x *
@@ -57,6 +60,17 @@ struct DisplayFunctions {
   int (*close)(void* display, ErrorText* error);  // everything is on its way to the disk
   void (*abort)(void* display);                   // instead of close: forget the picture
 };
+
+// Descriptor::traits; null: all 0.
+struct DisplayTraits {
+  // 1: the format keeps colours apart from alpha. They come divided by it then, before exposure, view and dither.
+  // Else they come as the renderer has them, multiplied (on black).
+  int32_t straightAlpha;
+};
+
+// The metadata "colorSpace" says what the codes of a format of integers mean once colours of isColor 1 are
+// sRGB-encoded: "sRGB", "gamma 2.2" (an exposure has encoded them so), the name of a view, or that and the working
+// space where it is another than sRGB's. Formats of floats get the working space.
 
 // A driver has one function table, of width 1: const WidthTable kTables[] = {{1, &kFunctions}}.
 

@@ -45,8 +45,9 @@ struct ProjectionFunctions {
 };
 
 struct ProjectionTraits {
-  // cameraToNdc-like matrix for metadata (row-vector, row-major); may be null.
-  void (*screenMatrix)(const void* projection, double out[16]);
+  // Camera space to NDC at the middle of the shutter, for metadata (row vectors, row-major): x and y over w run from
+  // (0, 0) at the picture's upper left corner to (1, 1) at its lower right one; z grows with depth. May be null.
+  void (*ndcMatrix)(const void* projection, double out[16]);
 };
 
 }  // namespace kinora

@@ -56,17 +56,25 @@ struct ThinLens {
   float nearClip = 0, farClip = 0;  // z; 0 0: none
 };
 
-// 4 by 4 of the perspective, for metadata: camera to screen (row vectors).
-inline void perspectiveMatrix(const ThinLens& k, double out[16]) {
+// ProjectionTraits::ndcMatrix of a screen that lies `perScreen` units of camera space a screen unit wide: at distance
+// 1 of a perspective, anywhere of parallel rays.
+inline void screenToNdc(const ScreenMap& m, double perScreen, bool isPerspective, double out[16]) {
   for (int i = 0; i < 16; ++i) out[i] = 0;
-  const double s = 1 / double(k.scale);
-  out[0] = s * k.screen.cosRoll;
-  out[1] = -s * k.screen.sinRoll;
-  out[4] = s * k.screen.sinRoll;
-  out[5] = s * k.screen.cosRoll;
+  const double width = double(m.stepX) * double(m.width), height = double(m.stepY) * double(m.height);
+  const double c = double(m.cosRoll) / perScreen, s = double(m.sinRoll) / perScreen;
+  out[0] = c / width;
+  out[4] = s / width;
+  out[1] = s / height;
+  out[5] = -c / height;
+  const int corner = isPerspective ? 8 : 12;  // the row of z, by which x and y are divided, or that of 1
+  out[corner] = -double(m.left) / width;
+  out[corner + 1] = double(m.top) / height;
   out[10] = 1;
-  out[11] = 1;
-  out[14] = k.nearClip > 0 ? -double(k.nearClip) : -1e-3;  // depth 1 - near / z: no far plane
+  out[isPerspective ? 11 : 15] = 1;
+}
+inline void perspectiveMatrix(const ThinLens& k, double out[16]) {
+  screenToNdc(k.screen, std::tan(0.5 * (double(k.halfFov[0]) + double(k.halfFov[1]))), true, out);
+  out[14] = k.nearClip > 0 ? -double(k.nearClip) : -1;  // depth 1 - near / z: no far plane
 }
 
 // The lens of PxrPerspective and PxrCamera; values by the names of projectionParams::kLens.

@@ -9,6 +9,7 @@
 
 #include "app/exit_codes.h"
 #include "base/text.h"
+#include "image/atomic_file.h"
 #include "render/version.h"
 
 namespace kinora::app {
@@ -38,6 +39,16 @@ std::optional<int> parse(CLI::App& parser, const std::vector<std::string>& argum
 int badCommandLine(Diagnostics& diagnostics, const std::string& what, const std::string& advice) {
   diagnostics.error("APP-OPTION", {}, what, "nothing was done", advice);
   return kBadCommandLine;
+}
+
+bool isOverInput(Diagnostics& diagnostics, const std::string& output, const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs)
+    if (image::isSameFile(output, input)) {
+      badCommandLine(diagnostics, "'" + output + "' would be written over the input '" + input + "'",
+                     "name another file to write");
+      return true;
+    }
+  return false;
 }
 
 bool splitInts(const std::string& text, char separator, std::vector<int>& out) {

@@ -26,6 +26,9 @@ std::optional<int> parse(CLI::App& parser, const std::vector<std::string>& argum
 // Reports a command line that parses but means nothing; returns the exit code.
 int badCommandLine(Diagnostics& diagnostics, const std::string& what, const std::string& advice = {});
 
+// Whether writing `output` would take the place of one of `inputs`; says so then (exit code 2).
+bool isOverInput(Diagnostics& diagnostics, const std::string& output, const std::vector<std::string>& inputs);
+
 // Numbers separated by one character, nothing before or after: "640x360", "0:16", "10,20,3". False when not so.
 bool splitInts(const std::string& text, char separator, std::vector<int>& out);
 

@@ -6,6 +6,7 @@
 
 #include "app/command_line.h"
 #include "app/commands.h"
+#include "app/exit_codes.h"
 #include "film/tools.h"
 
 namespace kinora::app {
@@ -32,6 +33,7 @@ int runDiff(const Arguments& arguments) {
   parser->add_option("-o,--output", picture, "write |A - B| as a picture")->type_name("FILE");
   parser->add_option("--gain", gain, "factor on that picture (1)")->type_name("G");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
+  if (isOverInput(diagnostics, picture, {a, b})) return kBadCommandLine;
   const film::ToolResult result = film::diffImages(a, b, limits, picture, gain, diagnostics);
   fmt::print("{}", result.text);
   return result.exitCode;

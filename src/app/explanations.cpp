@@ -36,6 +36,12 @@ constexpr Explanation kOwn[] = {
      "--frames names frames that the scene does not have. Those it has are rendered; the exit code is 3, so that a "
      "farm "
      "notices. The number is the one after FrameBegin; worlds outside FrameBegin ... FrameEnd count from 0."},
+    {"APP-SAME-FILE",
+     "Two frames of the scene would be written to one file, and the second would take the place of the first. The "
+     "first "
+     "is written and kept; the second is not rendered, the frames after it go on, and the exit code is 3. A name "
+     "with "
+     "#### gets the frame's number: Display \"name.####.exr\", or -o name.####.exr. --frames N renders one of them."},
     {"MEMORY-LIMIT",
      "What the frame needs does not fit into --memory-limit. Sizes are counted before they are taken: the scene "
      "description while it is read, meshes, the hierarchies that rays are traced in, the picture's sums and the "
@@ -240,14 +246,24 @@ constexpr Explanation kRooms[] = {
      "A light path expression (\"lpe:...\" as the source of a DisplayChannel) is malformed; the message shows where. "
      "The "
      "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
-     "surface; "
+     "surface or a light that the camera sees itself; "
      "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, sets [...], and the operators | * + ? {n,m} ( )."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
-     "what is not told apart. The message says what the channel holds."},
+     "what is not told apart. The message says what the channel holds. A light that the camera sees itself is O, "
+     "like a "
+     "glowing surface, and not L: \"C<L.>\" takes no path, \"CO\" or \"C[<L.>O]\" does, and what sums L and O counts "
+     "each "
+     "light once. The group of a light stands behind either: \"C.*[<L.'key'><O.'key'>]\"."},
     {"DISPLAY-DRIVER",
      "A Display names a driver that is no plug-in. The format is chosen by the file's extension, or openexr stands "
      "in."},
+    {"DISPLAY-SAME-FILE",
+     "Two displays of a frame, or a display and -o, name one file, and the second picture would take the place of "
+     "the "
+     "first. Nothing is rendered. Name a file for each; one display holds any number of channels: "
+     "\"Ci,a,z,diffuse\". A "
+     "display that shows a window (framebuffer, it) beside a file of its name is not meant: one picture is written."},
     {"DISPLAY-WRITE", "A picture could not be written; the message gives the reason. Exit code 6."},
     {"DISPLAY-",
      "A Display or DisplayChannel asks for something that is not known or not rendered. The message names the "
@@ -264,6 +280,9 @@ constexpr Explanation kRooms[] = {
     {"FILM-MEMORY",
      "The picture with all its channels does not fit the memory. Exit code 5. Fewer channels need less."},
     {"FILM-FILTER", "The pixel filter is unknown or its width is not usable. gaussian 2 2 is used."},
+    {"FILM-MERGE-OVERWRITE",
+     "The picture that merge would write has the name of one of the parts, whose samples would be lost. Nothing is "
+     "written; the exit code is 2. Give the picture another name with -o."},
     {"FILM-SHARD-",
      "A part of a frame (`kinora render --samples`) cannot be written, read or added: it is not a part, is broken, "
      "belongs "

@@ -81,10 +81,7 @@ int runMaketex(const Arguments& arguments) {
   if (int(byte) + shorts + half + floats > 1)
     return badCommandLine(diagnostics, "only one of --byte, --short, --half and --float can be the type");
   if (output.empty()) output = std::filesystem::path(input).replace_extension(".tx").string();
-  std::error_code ec;
-  if (output == input || std::filesystem::equivalent(input, output, ec))
-    return badCommandLine(diagnostics, "the texture would take the place of its source '" + input + "'",
-                          "name another OUT");
+  if (isOverInput(diagnostics, output, {input})) return kBadCommandLine;
   if (!mode.empty()) {
     if (!parser->count("--smode")) o.wrapS = mode;
     if (!parser->count("--tmode")) o.wrapT = mode;

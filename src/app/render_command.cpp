@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -96,7 +97,7 @@ class RenderRun {
   }
 
   int runAll() {
-    if (!outputsCanBeWritten()) return kCannotWrite;
+    if (const int code = checkOutputs(); code != kComplete) return code;
     rib::ReadOptions reading;
     reading.archivePath = options_.archivePath;
     reading.dirmap = options_.dirmap;
@@ -168,9 +169,10 @@ class RenderRun {
   }
 
   // Before an hour of rendering: can the files named on the command line be made at all?
-  bool outputsCanBeWritten() {
+  int checkOutputs() {
     for (const std::string& name : {options_.settings.output, options_.statsFile}) {
       if (name.empty()) continue;
+      if (isOverInput(diagnostics_, name, options_.files)) return kBadCommandLine;
       std::error_code ignored;
       image::Status status;
       if (const auto kind = std::filesystem::status(name, ignored); exists(kind) && !is_regular_file(kind))
@@ -180,10 +182,10 @@ class RenderRun {
       if (!status.ok()) {
         diagnostics_.error(status.code, {}, status.what, "nothing was rendered",
                            "name a file in a folder that exists");
-        return false;
+        return kCannotWrite;
       }
     }
-    return true;
+    return kComplete;
   }
 
   void renderWaiting() {
@@ -200,7 +202,10 @@ class RenderRun {
     render::Settings settings = options_.settings;
     settings.output = film::fillFrame(settings.output, frame);
     // written early: loading takes the scene
-    std::vector<std::string> written = picturesOf(scene, settings.output);
+    std::vector<std::string> written =
+        isPart() ? std::vector{partOf(scene, settings)} : picturesOf(scene, settings.output);
+    if (!options_.check && !options_.onlySample)
+      if (const int code = claim(written, frame); code != kComplete) return code;
 
     render::Renderer renderer(registry_, diagnostics_, settings);
     const bool isLoaded = renderer.load(std::move(scene));
@@ -225,11 +230,7 @@ class RenderRun {
         frames_ > 1 || options_.files.size() > 1 || !options_.frames.isAll() ? fmt::format("frame {}", frame) : "";
     const Outcome outcome = renderWithProgress(renderer, label);
     int code = exitCodeOf(outcome);
-    if (settings.firstSample >= 0 && (code == kComplete || code == kInterrupted)) {
-      written.resize(1);
-      if (!written[0].ends_with(".exr"))
-        written[0] = std::filesystem::path(written[0]).replace_extension(".exr").string();
-      if (written[0] == ".exr") written[0] = "kinora.exr";
+    if (isPart() && (code == kComplete || code == kInterrupted)) {
       // an interrupted part says which samples it has; one without any is not written
       if (!renderer.writeShard(written[0])) {
         if (renderer.samplesDone() > 0) code = kCannotWrite;
@@ -246,8 +247,46 @@ class RenderRun {
     return kInterrupted;
   }
 
+  bool isPart() const { return options_.settings.firstSample >= 0; }
+
+  // Where a part of the scene's frame goes: -o, or a name of its own beside that of the picture, which is made of it.
+  std::string partOf(const scene::Scene& scene, const render::Settings& settings) const {
+    if (!settings.output.empty()) return settings.output;
+    const std::vector<std::string> pictures = picturesOf(scene, {});
+    const std::filesystem::path picture = pictures.empty() ? "kinora" : pictures[0];
+    return (picture.parent_path() /
+            fmt::format("{}.samples-{}-{}.exr", picture.stem().string(), settings.firstSample, settings.lastSample))
+        .string();
+  }
+
+  // Takes the names of the files that a frame is to be written to. Not a frame before it, and no scene, is written
+  // over.
+  int claim(const std::vector<std::string>& files, int frame) {
+    std::set<std::string> own;  // two of one name in a frame are told when its displays are planned
+    for (const std::string& file : files) {
+      if (isOverInput(diagnostics_, file, options_.files)) return kBadCommandLine;
+      const std::string name = image::wholeName(file);
+      const auto [it, isNew] = taken_.try_emplace(name, frame);
+      if (!isNew && !own.contains(name)) {
+        diagnostics_.error(
+            "APP-SAME-FILE", {},
+            fmt::format("frame {} would be written to '{}', where frame {} is", frame, file, it->second),
+            "it is not rendered",
+            "put #### where the frame's number goes, as in 'name.####.exr', in the Display or with -o");
+        return kBadScene;
+      }
+      own.insert(name);
+      if (!isPart()) continue;
+      if (const image::Status status = image::AtomicFile(file).probe(); !status.ok()) {
+        diagnostics_.error(status.code, {}, status.what, "nothing was rendered", "name a folder that exists with -o");
+        return kCannotWrite;
+      }
+    }
+    return kComplete;
+  }
+
   // The files that a render of the scene writes. Messages about displays are the renderer's to give.
-  std::vector<std::string> picturesOf(const scene::Scene& scene, const std::string& output) {
+  std::vector<std::string> picturesOf(const scene::Scene& scene, const std::string& output) const {
     Diagnostics silent([](const std::string&, Severity) {});
     const auto driver = [&](const std::string& name) { return registry_.find(Kind::Display, name, silent, {}); };
     std::vector<std::string> files;
@@ -264,7 +303,7 @@ class RenderRun {
         options_.quiet > 0 && options_.progress == ProgressMode::Auto ? ProgressMode::None : options_.progress;
     ProgressReporter reporter(mode, isJson ? stdout : stderr, label);
     const auto show = [&](const render::Progress& progress) { reporter(progress); };
-    return options_.settings.firstSample >= 0 ? renderer.renderFilm(show) : renderer.render(show);
+    return isPart() ? renderer.renderFilm(show) : renderer.render(show);
   }
 
   int replay(render::Renderer& renderer) {
@@ -277,7 +316,7 @@ class RenderRun {
     std::string files;
     for (const std::string& file : options_.files) files += (files.empty() ? "" : " ") + file;
     const StatsHeading heading{files, frame, nameOf(code), residentPeakBytes(),
-                               options_.settings.firstSample >= 0 || written.empty() ? "" : written[0]};
+                               isPart() || written.empty() ? "" : written[0]};
     if (!options_.statsFile.empty() &&
         !writeStats(film::fillFrame(options_.statsFile, frame), renderer.statistics(), heading, diagnostics_) &&
         code == kComplete)
@@ -288,9 +327,8 @@ class RenderRun {
     std::string note;
     if (code == kInterrupted) {
       const int first = std::max(0, options_.settings.firstSample);
-      note = options_.settings.firstSample >= 0
-                 ? fmt::format(" (interrupted: samples {}:{})", first, first + renderer.samplesDone())
-                 : " (interrupted: fewer samples than asked for)";
+      note = isPart() ? fmt::format(" (interrupted: samples {}:{})", first, first + renderer.samplesDone())
+                      : " (interrupted: fewer samples than asked for)";
     }
     for (const std::string& file : written)
       if (std::filesystem::is_regular_file(file, ignored))
@@ -299,7 +337,8 @@ class RenderRun {
 
   RenderOptions options_;
   Diagnostics& diagnostics_;
-  Registry registry_;
+  mutable Registry registry_;         // finds plug-ins by opening them
+  std::map<std::string, int> taken_;  // files that frames are written to, and which
   std::optional<scene::Scene> waiting_;
   MemoryHold waitingHeld_{MemoryUse::Description};
   int frames_ = 0, worlds_ = 0;  // rendered, met

@@ -118,6 +118,7 @@ int runRib(const Arguments& arguments) {
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
   if (o.files.empty()) return badCommandLine(diagnostics, "no RIB file is named", "see `kinora rib --help`");
 
+  if (isOverInput(diagnostics, o.output, o.files)) return kBadCommandLine;
   rib::ConvertOptions options;
   options.binary = o.isBinary;
   options.expand = o.isExpanded;

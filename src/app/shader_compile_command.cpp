@@ -60,7 +60,7 @@ std::string withoutEnding(const std::string& path) {
   return dot == std::string::npos || path.find('/', dot) != std::string::npos ? path : path.substr(0, dot);
 }
 
-int compileOne(const std::string& path, const Job& job) {
+int compileOne(const std::string& path, const Job& job, Diagnostics& diagnostics) {
   const std::optional<std::string> source = language::readSourceFile(path);
   if (!source) {
     fmt::print(stderr, "{}: error: cannot read the file\n", path);
@@ -76,6 +76,7 @@ int compileOne(const std::string& path, const Job& job) {
     const std::string target = job.ruleTarget.empty() ? withoutEnding(path) + ".oso" : job.ruleTarget;
     const std::string text = job.isRuleOnly ? ruleOf(target, result.files) : result.text;
     const std::string& to = job.isRuleOnly && !job.ruleFile.empty() ? job.ruleFile : job.output;
+    if (isOverInput(diagnostics, to, result.files) || isOverInput(diagnostics, to, {path})) return kBadCommandLine;
     if (!to.empty()) return write(to, text) ? kComplete : kCannotWrite;
     fmt::print("{}", text);
     return kComplete;
@@ -91,9 +92,12 @@ int compileOne(const std::string& path, const Job& job) {
     return kInternal;
   }
   const std::string to = job.output.empty() ? result.shader->name + ".oso" : job.output;
+  const std::string rule = !job.hasRule ? "" : job.ruleFile.empty() ? withoutEnding(to) + ".d" : job.ruleFile;
+  for (const std::string& file : {to, rule})
+    if (isOverInput(diagnostics, file, result.files) || isOverInput(diagnostics, file, {path}))
+      return kBadCommandLine;
   if (!write(to, language::osoText(*result.shader))) return kCannotWrite;
   if (job.hasRule) {
-    const std::string rule = job.ruleFile.empty() ? withoutEnding(to) + ".d" : job.ruleFile;
     if (!write(rule, ruleOf(job.ruleTarget.empty() ? to : job.ruleTarget, result.files))) return kCannotWrite;
   }
   if (!job.isQuiet) fmt::print("Compiled {} -> {}\n", path, to);
@@ -155,7 +159,7 @@ int runShaderCompile(const Arguments& arguments) {
   if (files.size() > 1 && (!job.output.empty() || !job.ruleFile.empty()))
     return badCommandLine(diagnostics, "-o and -MF name one file, but there are several sources");
   int worst = kComplete;
-  for (const std::string& f : files) worst = std::max(worst, compileOne(f, job));
+  for (const std::string& f : files) worst = std::max(worst, compileOne(f, job, diagnostics));
   return worst;
 }
 

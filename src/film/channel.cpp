@@ -140,6 +140,12 @@ int ChannelLayout::add(const Channel& channel, std::string* error) {
   return size() - 1;
 }
 
+void ChannelLayout::setNegative(int filter, double mean) {
+  if (negative(filter) == mean) return;
+  negative_.resize(std::max(negative_.size(), size_t(filter + 2)));
+  negative_[size_t(filter + 1)] = mean;
+}
+
 int ChannelLayout::find(std::string_view name) const {
   for (size_t i = 0; i < channels_.size(); ++i)
     if (channels_[i].name == name) return int(i);

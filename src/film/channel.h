@@ -103,6 +103,13 @@ class ChannelLayout {
   static constexpr int kMaxFilters = 8;
   const std::vector<ChannelFilter>& filters() const { return filters_; }
   int filterOf(int channel) const { return filterOf_[size_t(channel)]; }  // index into filters(); -1: the frame's
+  // How much of a filter (-1: the frame's) is negative: the mean of what its sample weights lie below 0, where their
+  // mean is 1. 0, as it begins, is a filter without negative lobes. Film keeps both lobes' sums apart where it is
+  // more.
+  void setNegative(int filter, double mean);
+  double negative(int filter) const {
+    return size_t(filter + 1) < negative_.size() ? negative_[size_t(filter + 1)] : 0.0;
+  }
   bool operator==(const ChannelLayout&) const = default;
 
  private:
@@ -110,6 +117,7 @@ class ChannelLayout {
   std::vector<Channel> channels_;
   std::vector<int> offsets_, filterOf_;
   std::vector<ChannelFilter> filters_;
+  std::vector<double> negative_;  // by filter + 1; those behind the last are 0
   std::vector<RecordEntry> record_;
   int recordFloats_ = 0;
   int depthOffset_ = -1;

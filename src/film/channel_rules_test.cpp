@@ -1,6 +1,7 @@
 // Proves: variances, filters of channels' own, remap, exposure and quantisation do what their closed forms say, keep
 // their bits in any order of adding, and survive shards. Misses: how good an estimate a variance is.
 #include <gtest/gtest.h>
+#include <kinora/math/srgb.h>
 
 #include <cmath>
 #include <random>
@@ -163,27 +164,27 @@ TEST(DisplayValues, ExposureQuantisationAndDither) {
   DisplayValues v;
   v.gain = 2;
   v.gamma = 2;
-  EXPECT_FLOAT_EQ(displayed(0.5f, v, true, false, true, 0, 0, 0), 1);
-  EXPECT_FLOAT_EQ(displayed(0.125f, v, true, false, true, 0, 0, 0), 0.5f);
-  EXPECT_EQ(displayed(0.125f, v, false, false, false, 0, 0, 0), 0.125f) << "data is not exposed";
+  EXPECT_FLOAT_EQ(displayed(0.5f, v, true, 0, true, 0, 0, 0), 1);
+  EXPECT_FLOAT_EQ(displayed(0.125f, v, true, 0, true, 0, 0, 0), 0.5f);
+  EXPECT_EQ(displayed(0.125f, v, false, 0, false, 0, 0, 0), 0.125f) << "data is not exposed";
   // a driver that encodes as sRGB stores what the gamma says, not both curves: 0.5 is encoded from 0.21404
-  EXPECT_NEAR(displayed(0.125f, v, true, true, true, 0, 0, 0), 0.21404f, 1e-5);
+  EXPECT_NEAR(displayed(0.125f, v, true, 255, true, 0, 0, 0), 0.21404f, 1e-5);
   v = {};
   v.one = 4;
   v.most = 4;
-  EXPECT_EQ(displayed(0.6f, v, true, false, true, 0, 0, 0), 0.5f) << "4 steps";
-  EXPECT_EQ(displayed(7.f, v, true, false, true, 0, 0, 0), 1.f);
-  EXPECT_EQ(displayed(-1.f, v, true, false, true, 0, 0, 0), 0.f);
+  EXPECT_EQ(displayed(0.6f, v, true, 0, true, 0, 0, 0), 0.5f) << "4 steps";
+  EXPECT_EQ(displayed(7.f, v, true, 0, true, 0, 0, 0), 1.f);
+  EXPECT_EQ(displayed(-1.f, v, true, 0, true, 0, 0, 0), 0.f);
   // dither keeps the mean
   v.dither = 0.5f;
   double sum = 0;
   int low = 0;
   for (int y = 0; y < 100; ++y)
     for (int x = 0; x < 100; ++x) {
-      const float d = displayed(0.6f, v, true, false, true, x, y, 0);
+      const float d = displayed(0.6f, v, true, 0, true, x, y, 0);
       low += d == 0.5f;
       EXPECT_TRUE(d == 0.5f || d == 0.75f);
-      EXPECT_EQ(d, displayed(0.6f, v, true, false, true, x, y, 0));
+      EXPECT_EQ(d, displayed(0.6f, v, true, 0, true, x, y, 0));
       sum += double(d);
     }
   EXPECT_NEAR(sum / 1e4, 0.6, 0.005);
@@ -193,8 +194,32 @@ TEST(DisplayValues, ExposureQuantisationAndDither) {
   v.dither = 0.5f;
   sum = 0;
   for (int y = 0; y < 100; ++y)
-    for (int x = 0; x < 100; ++x) sum += double(displayed(0.2f, v, true, true, true, x, y, 1));
+    for (int x = 0; x < 100; ++x) sum += double(displayed(0.2f, v, true, 255, true, x, y, 1));
   EXPECT_NEAR(sum / 1e4, 0.2, 2e-4);
+}
+
+// quantize [zero one min max]: 1 becomes the code `one`, whatever the file could hold, and codes stay within
+// min..max.
+TEST(DisplayValues, OneBecomesTheCodeOfThatName) {
+  const SrgbEncoder bytes(256), shorts(65536);
+  const auto code = [&](float value, std::array<float, 4> q, int most, bool isColor) {
+    DisplayValues v;
+    v.zero = q[0], v.one = q[1], v.least = q[2], v.most = q[3];
+    const float out = displayed(value, v, isColor, float(most), isColor, 0, 0, 0);
+    return int(!isColor ? quantizeLinear(out, uint32_t(most)) : most == 255 ? bytes.encode(out) : shorts.encode(out));
+  };
+  EXPECT_EQ(code(1, {0, 200, 0, 255}, 255, true), 200);
+  EXPECT_EQ(code(1, {0, 200, 0, 255}, 255, false), 200);
+  EXPECT_EQ(code(1.2f, {0, 200, 0, 255}, 255, false), 240) << "there is room above one";
+  EXPECT_EQ(code(5, {0, 200, 0, 255}, 255, false), 255);
+  EXPECT_EQ(code(5, {0, 200, 0, 235}, 255, true), 235);
+  EXPECT_EQ(code(0, {16, 235, 16, 235}, 255, false), 16);
+  EXPECT_EQ(code(0, {16, 235, 16, 235}, 255, true), 16);
+  EXPECT_EQ(code(1, {0, 1023, 0, 1023}, 65535, true), 1023) << "ten bits in sixteen";
+  EXPECT_EQ(code(0.5f, {0, 1023, 0, 1023}, 65535, false), 512);
+  EXPECT_EQ(code(1, {0, 65535, 0, 65535}, 65535, true), 65535);
+  for (int k = 0; k < 256; ++k)
+    EXPECT_EQ(code(float(k) / 255, {0, 255, 0, 255}, 255, false), k) << "the usual one changes nothing";
 }
 
 scene::Parameter numbers(const char* name, scene::ValueType type, std::vector<float> values) {

@@ -247,8 +247,9 @@ class Describer {
 
 }  // namespace
 
-Channel describeChannel(const scene::Scene& scene, const std::string& name, const scene::Display& display,
+Channel describeChannel(const scene::Scene& scene, const ModeChannel& wanted, const scene::Display& display,
                         Diagnostics& diagnostics) {
+  const std::string& name = wanted.name;
   const auto declared = std::find_if(scene.channels.rbegin(), scene.channels.rend(),
                                      [&](const scene::DisplayChannel& d) { return d.name == name; });
   scene::DisplayChannel d;
@@ -258,7 +259,10 @@ Channel describeChannel(const scene::Scene& scene, const std::string& name, cons
     d.name = name;
     d.pos = display.pos;
     const SourceInfo* known = findSource(name);
-    if (known) {
+    if (wanted.type) {
+      d.type = *wanted.type;
+      d.arrayLength = wanted.arrayLength;
+    } else if (known) {
       d.type = known->width == 3 ? scene::ValueType::Color : scene::ValueType::Float;
       d.arrayLength = known->width == 3 ? 1 : known->width;
     } else if (name == "zback") {

@@ -5,12 +5,13 @@
 
 #include "base/diagnostics.h"
 #include "film/channel.h"
+#include "film/display_modes.h"
 #include "scene/scene.h"
 
 namespace kinora::film {
 
 // A channel for any name in the list of `display`: what is unknown becomes a primvar's colour, with a warning.
-Channel describeChannel(const scene::Scene& scene, const std::string& name, const scene::Display& display,
+Channel describeChannel(const scene::Scene& scene, const ModeChannel& wanted, const scene::Display& display,
                         Diagnostics& diagnostics);
 
 }  // namespace kinora::film

@@ -3,6 +3,7 @@
 #include <kinora/display.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 #include <set>
 
@@ -75,9 +76,9 @@ class DriverValues {
     std::vector<float> numbers = given.floats;
     if (numbers.empty()) numbers.assign(given.ints.begin(), given.ints.end());
     if (numbers.empty()) return false;
-    // RIB's "int[4] quantize" [zero one min max] for a switch: one up to 255 means 8 bits, 0 floats
+    // RIB's "int[4] quantize" [zero one min max] for a switch: codes up to 255 mean 8 bits, one 0 floats
     if (given.name == "quantize" && numbers.size() == 4)
-      numbers = {numbers[1] <= 0 ? 2.0f : numbers[1] <= 255 ? 1.0f : 0.0f};
+      numbers = {numbers[1] <= 0 ? 2.0f : isDeepQuantize(numbers) ? 0.0f : 1.0f};
     numbers_[i] = std::move(numbers);
     return true;
   }
@@ -98,6 +99,16 @@ class DriverValues {
   std::vector<std::vector<const char*>> pointers_;
   std::vector<ParamValue> values_;
 };
+
+std::string extensionOf(const std::string& file) {
+  const size_t dot = file.rfind('.');
+  return lowerCase(dot == std::string::npos ? "" : file.substr(dot + 1));
+}
+
+// The view that a display asks for, by its whole name; "" when the configuration has none of that name.
+std::string viewOf(const Output& output) {
+  return image::Colors::ofEnvironment().findView(output.params.getString("view", ""));
+}
 
 std::string rangesText(const std::vector<SampleRange>& ranges) {
   std::string s;
@@ -134,8 +145,9 @@ std::vector<std::string> commonDisplayParameters() {
 
 std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
   std::map<std::string, image::MetaValue> m = frame.more;
-  m["worldToCamera"] = frame.worldToCamera;
-  m["worldToNDC"] = frame.worldToNdc;
+  // OpenEXR's names and RenderMan's: readers know one or the other
+  m["worldToCamera"] = m["worldtocamera"] = frame.worldToCamera;
+  if (frame.worldToNdc) m["worldToNDC"] = m["worldtoNDC"] = *frame.worldToNdc;
   m["frame"] = frame.frame;
   m["seed"] = std::to_string(frame.seed);  // 64 bits: no numeric attribute holds them
   m["sampleRange"] = rangesText(frame.samples);
@@ -151,7 +163,8 @@ std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
 }
 
 image::Image pictureOf(const Film& film, const Output& output,
-                       const std::map<std::string, image::MetaValue>& metadata, const FilteredPixels* filtered) {
+                       const std::map<std::string, image::MetaValue>& metadata, const FilteredPixels* filtered,
+                       bool isStraight) {
   std::vector<image::ChannelInfo> infos;
   for (const OutputChannel& c : output.channels)
     for (const std::string& name : c.names)
@@ -159,16 +172,31 @@ image::Image pictureOf(const Film& film, const Output& output,
   image::Image picture(film.window(), std::move(infos));
   picture.display = {0, 0, film.width(), film.height()};
   picture.metadata = metadata;
-  const bool toIntegers = storesIntegers(output, film.layout());
+  const float codes = float(largestCode(output, film.layout()));
+  size_t alpha = 0, at = 0;
+  bool hasAlpha = false;
+  for (const OutputChannel& c : output.channels) {
+    if (!hasAlpha && !c.isColor && c.names.size() == 1 && (c.names[0] == "A" || c.names[0] == "a")) {
+      hasAlpha = true;
+      alpha = at;
+    }
+    at += c.names.size();
+  }
   for (int y = film.window().y0; y < film.window().y1; ++y)
     for (int x = film.window().x0; x < film.window().x1; ++x) {
       float *const first = picture.at(x, y), *out = first;
       for (const OutputChannel& c : output.channels) {
         if (!filtered || !filtered->find(c.channel, x, y, out)) film.resolvePixel(c.channel, x, y, out);
+        out += film.layout()[c.channel].width;
+      }
+      const float cover = hasAlpha && isStraight ? first[alpha] : 1;
+      out = first;
+      for (const OutputChannel& c : output.channels) {
         const int width = film.layout()[c.channel].width;
+        for (int k = 0; k < width && c.isColor && cover != 1; ++k) out[k] = image::straightColor(out[k], cover);
         if (c.values != DisplayValues())
           for (int k = 0; k < width; ++k)
-            out[k] = displayed(out[k], c.values, c.isColor, toIntegers, c.isColor, x, y, int(out - first) + k);
+            out[k] = displayed(out[k], c.values, c.isColor, codes, c.isColor, x, y, int(out - first) + k);
         out += width;
       }
     }
@@ -210,6 +238,7 @@ bool DisplayOutput::write(const Film& film, const FrameMetadata& frame) {
       }
   }
   const auto metadata = metadataOf(frame);
+  screenWindow_ = frame.screenWindow;
   FilteredPixels filtered;
   if (stage_) filtered = stage_(film);
   bool ok = true;
@@ -234,7 +263,14 @@ void DisplayOutput::snapshot(const Film& film, const FrameMetadata& frame) {
 
 bool DisplayOutput::writeOne(const Output& output, const Film& film, const FilteredPixels& filtered,
                              const std::map<std::string, image::MetaValue>& metadata) {
-  image::Image picture = pictureOf(film, output, metadata, &filtered);
+  const Descriptor* driver = output.driver != kImageWriter && lookup_ ? lookup_(output.driver) : nullptr;
+  if (driver && !(driver->kind == Kind::Display && driver->create && driver->destroy && driver->tableCount == 1 &&
+                  driver->tables[0].functions))
+    driver = nullptr;
+  const auto* traits = driver ? static_cast<const DisplayTraits*>(driver->traits) : nullptr;
+  const bool isStraight =
+      driver ? traits && traits->straightAlpha : image::hasStraightAlpha(extensionOf(output.file));
+  image::Image picture = pictureOf(film, output, metadata, &filtered, isStraight);
   for (const scene::Parameter& p : output.params)
     if (p.name.starts_with("exrheader_") && p.name.size() > 10) {
       const std::string key = p.name.substr(10);
@@ -245,11 +281,23 @@ bool DisplayOutput::writeOne(const Output& output, const Film& film, const Filte
       else if (p.floats.size() == 1)
         picture.metadata[key] = p.floats[0];
     }
-  const Descriptor* driver = output.driver != kImageWriter && lookup_ ? lookup_(output.driver) : nullptr;
-  if (driver && driver->kind == Kind::Display && driver->create && driver->destroy && driver->tableCount == 1 &&
-      driver->tables[0].functions)
-    return writeByPlugin(output, *driver, std::move(picture));
+  if (driver) return writeByPlugin(output, *driver, std::move(picture));
   return writeByImage(output, std::move(picture));
+}
+
+// What the numbers of a picture mean, for its metadata.
+std::string DisplayOutput::colorSpaceOf(const Output& output, bool isView) const {
+  const image::Colors& colors = image::Colors::ofEnvironment();
+  if (largestCode(output, plan_.layout) == 0) return isView ? viewOf(output) : colors.workingSpace();
+  if (isView) return viewOf(output);
+  const auto colour = std::find_if(output.channels.begin(), output.channels.end(), [](auto& c) { return c.isColor; });
+  std::string curve = "sRGB";
+  if (colour != output.channels.end() && colour->values.gamma != 1) {
+    char text[32];
+    std::snprintf(text, sizeof text, "gamma %g", double(colour->values.gamma));
+    curve = text;
+  }
+  return colors.isManaged() ? curve + ", " + colors.workingSpace() : curve;
 }
 
 // A driver that has a parameter "view" may be given colours as a view of $OCIO shows them: they are codes then, no
@@ -260,7 +308,7 @@ bool DisplayOutput::applyView(const Output& output, const Descriptor& driver, im
                                      [](const Param& p) { return std::string_view(p.name) == "view"; });
   if (view.empty() || !isOffered) return false;
   const image::Colors& colors = image::Colors::ofEnvironment();
-  const std::string name = colors.findView(view);
+  const std::string name = viewOf(output);
   bool isDone = !name.empty();
   size_t first = 0;
   for (const OutputChannel& c : output.channels) {
@@ -283,6 +331,7 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
   image::AtomicFile file(output.file);
   if (const image::Status s = file.probe(); !s.ok()) return fail(output, s.what);
   const bool isView = applyView(output, driver, picture);
+  picture.metadata["colorSpace"] = colorSpaceOf(output, isView);
 
   std::vector<DisplayChannelInfo> channels;
   std::vector<const float*> pointers;
@@ -315,7 +364,8 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
                          channels.data(),
                          uint32_t(channels.size()),
                          metadata.data(),
-                         uint32_t(metadata.size())};
+                         uint32_t(metadata.size()),
+                         {screenWindow_[0], screenWindow_[1], screenWindow_[2]}};
   const DriverValues values(driver, output, diagnostics_);
   // every snapshot makes a driver anew, and what it says of the file is said once
   output_ = &output;
@@ -344,8 +394,8 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
 }
 
 bool DisplayOutput::writeByImage(const Output& output, image::Image picture) {
-  const std::string::size_type dot = output.file.rfind('.');
-  const std::string extension = lowerCase(dot == std::string::npos ? "" : output.file.substr(dot + 1));
+  const std::string extension = extensionOf(output.file);
+  picture.metadata["colorSpace"] = colorSpaceOf(output, false);
   const bool isTiff = extension == "tif" || extension == "tiff";
   if (extension != "exr" && extension != "hdr") {
     // pictures to look at: 8 bits unless the display says otherwise
@@ -353,7 +403,7 @@ bool DisplayOutput::writeByImage(const Output& output, image::Image picture) {
     const std::string format = output.params.getString("format", "");
     const std::vector<float> quantize = output.params.getFloats("quantize");
     const float one = quantize.size() == 4 ? quantize[1] : 255;
-    if (format == "uint16" || one > 255) type = image::StoredType::UInt16;
+    if (format == "uint16" || (quantize.size() == 4 && isDeepQuantize(quantize))) type = image::StoredType::UInt16;
     if (isTiff && (format == "float32" || (quantize.size() == 4 && one == 0))) type = image::StoredType::Float;
     for (image::ChannelInfo& c : picture.channels) c.type = type;
     if (type != image::StoredType::Float && picture.channels.size() > 4) {
@@ -366,7 +416,9 @@ bool DisplayOutput::writeByImage(const Output& output, image::Image picture) {
       picture = std::move(first);
     }
   }
-  const image::Status s = image::write(output.file, picture);
+  image::WriteOptions options;
+  options.isStraight = true;  // pictureOf() has seen to it
+  const image::Status s = image::write(output.file, picture, options);
   return s.ok() || fail(output, s.what);
 }
 

@@ -3,7 +3,9 @@
 // appear whole or not at all; what cannot be written is a message and `false`, for exit code 6.
 #pragma once
 #include <functional>
+#include <array>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,7 +22,9 @@ namespace kinora::film {
 // What pictures carry besides pixels.
 struct FrameMetadata {
   image::Matrix44 worldToCamera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  image::Matrix44 worldToNdc = worldToCamera;
+  std::optional<image::Matrix44>
+      worldToNdc;  // (0, 0) to (1, 1) over the display window, y down; none: no matrix does
+  std::array<float, 3> screenWindow{0, 0, 0};  // DisplayInfo::screenWindow
   int frame = 0;
   uint64_t seed = 0;
   std::vector<SampleRange> samples;
@@ -66,6 +70,7 @@ class DisplayOutput {
   bool writeOne(const Output& output, const Film& film, const FilteredPixels& filtered,
                 const std::map<std::string, image::MetaValue>& metadata);
   bool writeByPlugin(const Output& output, const Descriptor& driver, image::Image picture);
+  std::string colorSpaceOf(const Output& output, bool isView) const;
   bool writeByImage(const Output& output, image::Image picture);
   bool fail(const Output& output, const std::string& why);
   DisplayPlan plan_;
@@ -73,14 +78,16 @@ class DisplayOutput {
   PixelStage stage_;
   Diagnostics& diagnostics_;
   std::vector<std::string> written_;
+  std::array<float, 3> screenWindow_{0, 0, 0};  // of the frame being written
   bool isSnapshot_ = false;
   const Output* output_ = nullptr;  // that a driver is writing
   std::set<std::string> said_;      // by drivers
 };
 
 // The picture of one output: channels with their names and types, windows, metadata. Also for tests and for viewers.
+// `isStraight`: its colours are divided by its alpha.
 image::Image pictureOf(const Film& film, const Output& output,
                        const std::map<std::string, image::MetaValue>& metadata,
-                       const FilteredPixels* filtered = nullptr);
+                       const FilteredPixels* filtered = nullptr, bool isStraight = false);
 
 }  // namespace kinora::film

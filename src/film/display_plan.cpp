@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <filesystem>
 #include <map>
+#include <utility>
 
 #include "base/text.h"
 #include "film/display_channels.h"
+#include "film/display_modes.h"
 #include "film/light_paths.h"
 
 namespace kinora::film {
@@ -66,23 +68,6 @@ bool chooseDriver(const scene::Display& display, const DriverLookup& lookup, Dia
   return true;
 }
 
-std::vector<std::string> namesIn(const scene::Display& display) {
-  static const std::map<std::string, std::vector<std::string>> modes{
-      {"rgb", {"Ci"}}, {"rgba", {"Ci", "a"}}, {"rgbaz", {"Ci", "a", "z"}}, {"rgbz", {"Ci", "z"}},       {"a", {"a"}},
-      {"z", {"z"}},    {"az", {"a", "z"}},    {"rgbo", {"Ci", "Oi"}},      {"rgboz", {"Ci", "Oi", "z"}}};
-  if (const auto it = modes.find(display.mode); it != modes.end()) return it->second;
-  std::vector<std::string> list;
-  std::string name;
-  for (const char c : display.mode + ",") {
-    if (c != ',' && !std::isspace(static_cast<unsigned char>(c)))
-      name += c;
-    else if (!name.empty())
-      list.push_back(std::exchange(name, {}));
-  }
-  if (list.empty()) list = {"Ci", "a"};
-  return list;
-}
-
 std::vector<std::string> floatNames(const std::string& prefix, const Channel& channel) {
   static constexpr std::array kColor{"R", "G", "B", "A"}, kPoint{"X", "Y", "Z", "W"};
   if (channel.width == 1) return {prefix};
@@ -115,12 +100,13 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
   const std::string colour = display.params.getString("asrgbacolorchannel", "");
   const std::string alpha = display.params.getString("asrgbaalphachannel", "");
   std::vector<std::string> taken;
-  for (const std::string& name : namesIn(display)) {
+  for (const ModeChannel& wanted : channelsOfMode(scene, display)) {
+    const std::string& name = wanted.name;
     int index = plan.layout.find(name);
     // what is wrong with a channel has been said when it was first asked for
     Diagnostics silent([](const std::string&, Severity) {});
     Diagnostics& messages = index >= 0 ? silent : diagnostics;
-    Channel c = describeChannel(scene, name, display, messages);
+    Channel c = describeChannel(scene, wanted, display, messages);
     c.splats = takesSplats(c, display, options, messages);
     std::string error;
     // a display with a filter of its own sums its channels apart from those of others
@@ -159,37 +145,73 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
   }
 }
 
-bool hasBeauty(const scene::Display& d) {
-  const std::vector<std::string> names = namesIn(d);
-  return std::find(names.begin(), names.end(), "Ci") != names.end();
+bool hasBeauty(const scene::Scene& scene, const scene::Display& d) {
+  const auto names = channelsOfMode(scene, d);
+  return std::any_of(names.begin(), names.end(), [](const ModeChannel& c) { return c.name == "Ci"; });
 }
 
-// The displays of the scene, with the primary one overridden by -o. The reader has applied RIB's "+" (add) and its
-// absence (replace); a "+" that a scene made otherwise still holds is dropped.
-std::vector<scene::Display> wantedDisplays(const scene::Scene& scene, const PlanOptions& options,
-                                           Diagnostics& diagnostics) {
+// Drivers of other renderers that show a picture in a window. Kinora writes a file in its place.
+bool isWindow(const scene::Display& d) {
+  const std::string driver = lowerCase(d.driver);
+  for (const char* w : {"framebuffer", "rgbframebuffer", "it", "x11", "piqsl", "sho", "windows", "houdini", "mplay"})
+    if (driver == w || driver == std::string("d_") + w) return true;
+  return false;
+}
+
+bool isNull(const scene::Display& d) { return lowerCase(d.driver) == "null" || lowerCase(d.driver) == "d_null"; }
+
+std::string asOneName(const std::string& file) { return std::filesystem::path(file).lexically_normal().string(); }
+
+// The displays of the scene; the primary one, which -o means, is first told by `primary` (past the end: there is
+// none). The reader has applied RIB's "+" (add) and its absence (replace); a "+" that a scene made otherwise still
+// holds is dropped.
+std::vector<scene::Display> wantedDisplays(const scene::Scene& scene, size_t& primary) {
   std::vector<scene::Display> list;
   for (scene::Display d : scene.displays) {
     if (d.file.starts_with("+")) d.file = d.file.substr(1);
     if (d.file.empty()) d.file = "untitled";
     list.push_back(std::move(d));
   }
-  auto primary = std::find_if(list.begin(), list.end(), hasBeauty);
-  if (!options.output.empty()) {
-    if (primary == list.end()) primary = list.insert(list.begin(), scene::Display{{}, {}, "rgba", {}, {}});
-    const std::string extension = extensionOf(options.output);
-    primary->file = options.output;
-    primary->driver = driverOfExtension(extension);
-    if (primary->driver.empty())
-      diagnostics.warning("DISPLAY-EXTENSION", primary->pos,
-                          "the extension of \"" + options.output + "\" names no picture format",
-                          "\"" + options.output + ".exr\" is written", "use .exr, .png, .tif or .jpg");
-  } else if (list.empty()) {
-    list.push_back({"untitled.exr", "openexr", "rgba", {}, scene.pos});
-    diagnostics.info("DISPLAY-NONE", scene.pos,
-                     "the scene has no Display; the picture is written to \"untitled.exr\"");
+  // a window beside a file of one name, or a second window: one picture is enough
+  for (size_t i = 0; i < list.size();) {
+    const auto isOther = [&](const scene::Display& d) {
+      return &d != &list[i] && !isNull(d) && asOneName(d.file) == asOneName(list[i].file) &&
+             (!isWindow(d) || &d < &list[i]);
+    };
+    if (isWindow(list[i]) && std::any_of(list.begin(), list.end(), isOther))
+      list.erase(list.begin() + ptrdiff_t(i));
+    else
+      ++i;
   }
+  primary =
+      size_t(std::find_if(list.begin(), list.end(), [&](auto& d) { return hasBeauty(scene, d); }) - list.begin());
   return list;
+}
+
+scene::Display beautyFor(const scene::Scene& scene) { return {{}, {}, "rgba", {}, scene.pos}; }
+
+// The driver by the file's extension; a file of no picture format gets one.
+void directTo(Output& out, const std::string& file, Diagnostics& diagnostics) {
+  out.file = file;
+  out.driver = driverOfExtension(extensionOf(file));
+  if (!out.driver.empty()) return;
+  diagnostics.warning("DISPLAY-EXTENSION", out.pos, "the extension of \"" + file + "\" names no picture format",
+                      "\"" + file + ".exr\" is written", "use .exr, .png, .tif or .jpg");
+  out.file += ".exr";
+  out.driver = "openexr";
+}
+
+// Two pictures onto one file: the second would take the place of the first.
+void checkFiles(DisplayPlan& plan, Diagnostics& diagnostics) {
+  if (!plan.isWritable) return;  // told
+  std::map<std::string, const Output*> byName;
+  for (const Output& o : plan.outputs) {
+    const auto [it, isNew] = byName.try_emplace(asOneName(o.file), &o);
+    if (isNew) continue;
+    plan.isWritable = false;
+    diagnostics.error("DISPLAY-SAME-FILE", o.pos, "two displays would be written to \"" + o.file + "\"",
+                      "nothing is rendered or written", "name a file for each of them");
+  }
 }
 
 }  // namespace
@@ -204,59 +226,89 @@ std::string fillFrame(std::string file, int frame) {
   return file.replace(begin, end - begin, sign + digits);
 }
 
-bool storesIntegers(const Output& output, const ChannelLayout& layout) {
+bool isDeepQuantize(const std::vector<float>& quantize) { return std::max(quantize[1], quantize[3]) > 255; }
+
+int largestCode(const Output& output, const ChannelLayout& layout) {
+  constexpr int kByte = 255, kShort = 65535;
   const std::string extension = extensionOf(output.file);
-  if (output.driver == "openexr") return false;
-  for (const char* e : {"png", "jpg", "jpeg", "tga", "bmp", "ppm"})
-    if (extension == e) return true;
-  if (extension != "tif" && extension != "tiff") return false;
-  // a TIFF can be told to hold floats, and does where it holds data
+  const bool isTiff = extension == "tif" || extension == "tiff";
+  if (output.driver == "openexr" || extension == "exr" || extension == "hdr") return 0;
+  if (!isTiff && extension != "png") return driverOfExtension(extension).empty() ? 0 : kByte;
+  // both can be told how many bits, and a TIFF to hold floats, which it does by itself where it holds data
   const std::vector<float> quantize = output.params.getFloats("quantize");
-  const std::string format = output.params.getString("format", "");
-  if (quantize.size() == 4 || !format.empty())
-    return format != "float32" && !(quantize.size() == 4 && quantize[1] == 0);
-  return std::none_of(output.channels.begin(), output.channels.end(),
-                      [&](const OutputChannel& c) { return layout[c.channel].isData; });
+  const std::string format = isTiff ? output.params.getString("format", "") : "";
+  if (format == "uint8") return kByte;
+  if (format == "uint16") return kShort;
+  if (format == "float32" || format == "float") return 0;
+  if (quantize.size() == 4)
+    return quantize[1] <= 0 ? (isTiff ? 0 : kShort) : isDeepQuantize(quantize) ? kShort : kByte;
+  if (quantize.size() == 1 && quantize[0] >= 0)
+    return quantize[0] == 1 ? kByte : isTiff && quantize[0] == 2 ? 0 : kShort;
+  const bool hasData = std::any_of(output.channels.begin(), output.channels.end(),
+                                   [&](const OutputChannel& c) { return layout[c.channel].isData; });
+  return isTiff && hasData ? 0 : kByte;
 }
 
 void redirectPrimary(DisplayPlan& plan, const std::string& file, Diagnostics& diagnostics) {
-  const auto isPrimary = [&](const Output& o) {
-    return std::any_of(o.channels.begin(), o.channels.end(),
-                       [&](const OutputChannel& c) { return plan.layout[c.channel].name == "Ci"; });
-  };
-  if (plan.outputs.empty()) return;
-  auto primary = std::find_if(plan.outputs.begin(), plan.outputs.end(), isPrimary);
-  if (primary == plan.outputs.end()) primary = plan.outputs.begin();
-  primary->file = file;
-  primary->driver = driverOfExtension(extensionOf(file));
-  if (!primary->driver.empty()) return;
-  diagnostics.warning("DISPLAY-EXTENSION", primary->pos, "the extension of \"" + file + "\" names no picture format",
-                      "\"" + file + ".exr\" is written", "use .exr, .png, .tif or .jpg");
-  primary->file += ".exr";
-  primary->driver = "openexr";
+  if (plan.unwritten) plan.outputs.insert(plan.outputs.begin(), *std::exchange(plan.unwritten, {}));
+  auto primary = std::find_if(plan.outputs.begin(), plan.outputs.end(), [](const Output& o) { return o.isBeauty; });
+  if (primary == plan.outputs.end()) return;
+  directTo(*primary, file, diagnostics);
+  checkFiles(plan, diagnostics);
+}
+
+void keepBeside(DisplayPlan& plan, const std::string& file, Diagnostics& diagnostics) {
+  const std::filesystem::path beside = std::filesystem::path(file).parent_path();
+  for (Output& o : plan.outputs) {
+    std::error_code failed;
+    const std::filesystem::path there = o.file, folder = there.parent_path();
+    if (o.file == file || folder.empty() || std::filesystem::is_directory(folder, failed)) continue;
+    o.file = (beside / there.filename()).string();
+    diagnostics.warning("DISPLAY-FOLDER", o.pos, "the folder of picture \"" + there.string() + "\" does not exist",
+                        "it is written as \"" + o.file + "\"");
+  }
+  checkFiles(plan, diagnostics);
 }
 
 DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, const DriverLookup& lookup,
                          Diagnostics& diagnostics) {
   DisplayPlan plan;
   plan.pixelAspect = scene.pixelAspect > 0 ? scene.pixelAspect : 1.0f;
-  for (const scene::Display& d : wantedDisplays(scene, options, diagnostics)) {
+  plan.displayFilters = scene.displayFilters;
+  size_t primary;
+  std::vector<scene::Display> displays = wantedDisplays(scene, primary);
+  if (displays.empty() && options.output.empty()) {
+    displays.push_back({"untitled.exr", "openexr", "rgba", {}, scene.pos});
+    diagnostics.info("DISPLAY-NONE", scene.pos,
+                     "the scene has no Display; the picture is written to \"untitled.exr\"");
+  } else if (primary == displays.size() && !options.output.empty()) {
+    displays.insert(displays.begin(), beautyFor(scene));
+    primary = 0;
+  }
+  for (size_t i = 0; i < displays.size(); ++i) {
+    const scene::Display& d = displays[i];
     Output out;
     out.file = fillFrame(d.file, scene.frame);
     out.params = d.params;
     out.pos = d.pos;
-    const bool isWritten = chooseDriver(d, lookup, diagnostics, out);
+    out.isBeauty = hasBeauty(scene, d);
+    bool isWritten = true;
+    if (i == primary && !options.output.empty())
+      directTo(out, fillFrame(options.output, scene.frame), diagnostics);
+    else
+      isWritten = chooseDriver(d, lookup, diagnostics, out);
     addChannels(scene, d, options, plan, out, diagnostics);
+    if (!isWritten && options.isPart && i == primary) plan.unwritten = out;
     if (!isWritten || options.noOutputs || out.channels.empty()) continue;
-    if (out.channels.empty()) continue;
-    // a framebuffer beside a file display of one name: one picture is enough
-    const auto same =
-        std::find_if(plan.outputs.begin(), plan.outputs.end(), [&](auto& o) { return o.file == out.file; });
-    if (same != plan.outputs.end()) {
-      if (same->channels.size() < out.channels.size()) same->channels = std::move(out.channels);
-      continue;
-    }
     plan.outputs.push_back(std::move(out));
+  }
+  if (options.isPart && primary == displays.size()) {
+    const scene::Display beauty = beautyFor(scene);
+    Output out;
+    out.isBeauty = true;
+    out.pos = beauty.pos;
+    addChannels(scene, beauty, options, plan, out, diagnostics);
+    plan.unwritten = std::move(out);
   }
   if (plan.layout.size() == 0) {
     Channel ci = colorChannel("Ci");
@@ -264,6 +316,7 @@ DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, 
     plan.layout.add(ci);
     plan.layout.add(floatChannel("a"));
   }
+  checkFiles(plan, diagnostics);
   return plan;
 }
 

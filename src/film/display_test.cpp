@@ -11,13 +11,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 
-#include "film/display_output.h"
-#include "film/film_test_samples.h"
+#include "film/display_testing.h"
 #include "film/tools.h"
 #include "image/compare.h"
 #include "image/read_write.h"
-#include "plugin/registry.h"
 
 namespace kinora {
 const Descriptor* kinoraStock_openexr();
@@ -33,79 +32,11 @@ std::vector<const Descriptor*> stockPlugins() {
 namespace kinora::film {
 namespace {
 
-const Descriptor* stockDriver(const std::string& name) {
-  static Registry registry;
-  static Diagnostics diagnostics([](const std::string&, Severity) {});
-  return registry.find(Kind::Display, name, diagnostics, {});
-}
+using test::integer;
+using test::stockDriver;
+using test::text;
 
-scene::Parameter text(const char* name, const char* value) {
-  scene::Parameter p;
-  p.name = name;
-  p.type = scene::ValueType::String;
-  p.strings = {value};
-  return p;
-}
-scene::Parameter integer(const char* name, std::vector<int> values) {
-  scene::Parameter p;
-  p.name = name;
-  p.type = scene::ValueType::Int;
-  p.arrayLength = int(values.size());
-  p.isArray = values.size() > 1;
-  p.ints = std::move(values);
-  return p;
-}
-
-class Displays : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("kinora-display-" + std::to_string(getpid()) + "-" +
-                                                  testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  scene::Display& display(const std::string& file, const char* driver, const char* mode) {
-    scene_.displays.push_back({file, driver, mode, {}, {}});
-    return scene_.displays.back();
-  }
-  scene::DisplayChannel& channel(const char* name, scene::ValueType type) {
-    scene_.channels.push_back({name, type, 1, {}, {}});
-    return scene_.channels.back();
-  }
-  DisplayPlan plan(const std::string& output = {}) {
-    return planDisplays(scene_, {output, false, false}, stockDriver, diagnostics_);
-  }
-  static std::vector<std::string> names(const Output& o) {
-    std::vector<std::string> list;
-    for (const OutputChannel& c : o.channels) list.insert(list.end(), c.names.begin(), c.names.end());
-    return list;
-  }
-  // A film of the plan's layout with random samples, 3 of 4 pixels of every channel filled.
-  std::unique_ptr<Film> filmFor(const ChannelLayout& layout, Window window = {}) {
-    auto film = test::makeFilm(24, 20, layout, window);
-    test::randomSamples(layout, film->window(), 4, 1).addTo(*film);
-    return film;
-  }
-  static FrameMetadata frame() {
-    FrameMetadata f;
-    f.frame = 12;
-    f.seed = 1ull << 60;
-    f.samples = {{0, 4}};
-    f.samplesPerPixel = 4;
-    f.renderSeconds = 2;
-    f.kinoraVersion = "0.1.0";
-    f.sceneHash = "cafe";
-    f.worldToCamera[12] = 5;
-    return f;
-  }
-  using Names = std::vector<std::string>;
-  std::filesystem::path folder_;
-  scene::Scene scene_;
-  std::vector<std::string> lines_;
-  Diagnostics diagnostics_{[this](const std::string& line, Severity) { lines_.push_back(line); }};
-};
+class Displays : public test::DisplayTest {};
 
 TEST_F(Displays, ModesAndCommaListsNameTheirChannels) {
   channel("diffuse", scene::ValueType::Color).params.set(text("source", "color lpe:C<RD>[<L.>O]"));
@@ -148,6 +79,75 @@ TEST_F(Displays, ChannelDeclarationsSetReducersAndHalves) {
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-FILTER"), 0u);
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL-TYPE"), 1u);
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL"), 1u) << "unknown";
+}
+
+TEST_F(Displays, ModesAreUnderstoodAsPeopleWriteThem) {
+  const std::pair<const char*, Names> table[] = {
+      {"RGBA", {"R", "G", "B", "A"}},
+      {"rgba,z", {"R", "G", "B", "A", "Z"}},
+      {"rgba z", {"R", "G", "B", "A", "Z"}},
+      {"rgb;a", {"R", "G", "B", "A"}},
+      {" rgb , rgba, a ", {"R", "G", "B", "A"}},
+      {"zrgba", {"R", "G", "B", "Z", "A"}},
+      {"za", {"Z", "A"}},
+      {"rgbo", {"R", "G", "B", "Oi.R", "Oi.G", "Oi.B"}},
+      {"{Ci,a}", {"R", "G", "B", "A"}},
+      {"[rgba]", {"R", "G", "B", "A"}},
+      {"r,g,b,a", {"R", "G", "B", "A"}},
+      {"", {"R", "G", "B", "A"}},
+      {"rgba,albedo,float id", {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "id"}},
+      {"float mask,point rayO", {"mask", "rayO.X", "rayO.Y", "rayO.Z"}},
+      {"varying color tint, normal bend", {"tint.R", "tint.G", "tint.B", "bend.X", "bend.Y", "bend.Z"}},
+      {"Ci,lpe:C<RD>[DS]{2,}<L.'key, rim'>,a",
+       {"R", "G", "B", "lpe:C<RD>[DS]{2,}<L.'key, rim'>.R", "lpe:C<RD>[DS]{2,}<L.'key, rim'>.G",
+        "lpe:C<RD>[DS]{2,}<L.'key, rim'>.B", "A"}},
+      // a channel of one of these names is that channel
+      {"Ci,rgbz", {"R", "G", "B", "rgbz"}},
+  };
+  channel("rgbz", scene::ValueType::Float);
+  for (const auto& [mode, wanted] : table) {
+    scene_.displays.clear();
+    display("a.exr", "openexr", mode);
+    EXPECT_EQ(names(plan().outputs.at(0)), wanted) << mode;
+  }
+  EXPECT_TRUE(lines_.empty()) << lines_[0];
+  scene_.displays.clear();
+  display("a.exr", "openexr", "normal,unheard");
+  EXPECT_EQ(plan().outputs.at(0).channels.size(), 2u) << "a type without a name is a name";
+  EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNEL"), 2u);
+}
+
+TEST_F(Displays, TwoPicturesOntoOneFileAreAnError) {
+  display("a.exr", "openexr", "rgba");
+  display("+./a.exr", "openexr", "z");
+  EXPECT_FALSE(plan().isWritable);
+  EXPECT_EQ(diagnostics_.count("DISPLAY-SAME-FILE"), 1u);
+  EXPECT_TRUE(plan("b.exr").isWritable) << "-o moves the first out of the way";
+  scene_.displays[1].file = "+b.exr";
+  EXPECT_TRUE(plan().isWritable);
+  EXPECT_FALSE(plan("b.exr").isWritable) << "-o moves the first onto the second";
+  // names that become one by their drivers' extensions
+  scene_.displays.clear();
+  display("a", "openexr", "rgba");
+  display("+a.exr", "openexr", "z");
+  EXPECT_FALSE(plan().isWritable);
+  // windows beside files, and windows alone
+  scene_.displays.clear();
+  display("a.tif", "framebuffer", "rgba");
+  display("+a.tif", "file", "Ci,z");
+  display("+b.tif", "it", "rgb");
+  display("+b.tif", "framebuffer", "rgb");
+  DisplayPlan p = plan();
+  EXPECT_TRUE(p.isWritable);
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(names(p.outputs[0]), (Names{"R", "G", "B", "Z"})) << "the file, not the window";
+  p = plan("c.exr");
+  ASSERT_EQ(p.outputs.size(), 2u);
+  EXPECT_EQ(p.outputs[0].file, "c.exr");
+  scene_.displays.clear();
+  display("a.exr", "null", "rgba");
+  display("+a.exr", "it", "rgba");
+  EXPECT_EQ(plan().outputs.size(), 1u) << "what is not written stands in for nothing";
 }
 
 TEST_F(Displays, AsRgbaOffKeepsNames) {
@@ -244,7 +244,7 @@ TEST_F(Displays, ExrHoldsTheFilmsValuesAndMetadata) {
     EXPECT_EQ(std::get<std::string>(back.metadata.at("sampleRange")), "0:4");
     EXPECT_EQ(std::get<std::string>(back.metadata.at("sceneHash")), "cafe");
     EXPECT_EQ(std::get<std::string>(back.metadata.at("artist")), "nobody");
-    EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("worldToCamera"))[12], 5.0f);
+    EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("worldtocamera"))[12], 5.0f);
     EXPECT_EQ(out.written(), Names{path("a.exr")});
   }
   EXPECT_EQ(diagnostics_.count("DISPLAY-PARAMETER"), 2u) << "nonsense, both times";
@@ -438,108 +438,6 @@ TEST_F(Displays, ABadParameterOfADriverIsAnErrorOfThatPictureOnly) {
   EXPECT_EQ(diagnostics_.count("DISPLAY-WRITE"), 1u);
   EXPECT_EQ(diagnostics_.count("DISPLAY-PARAMETER"), 1u);
   EXPECT_EQ(out.written(), Names{path("b.exr")});
-}
-
-TEST_F(Displays, MergedPartsGiveTheUnsplitPicture) {
-  display(path("beauty.exr"), "openexr", "Ci,a,z,P").params.set(text("exrpixeltype", "float"));
-  display("+" + path("look.png"), "png", "rgba");
-  const DisplayPlan p = plan();
-  const auto samples = test::randomSamples(p.layout, {0, 0, 24, 20}, 8, 4);
-  const auto part = [&](uint32_t begin, uint32_t end) {
-    auto film = test::makeFilm(24, 20, p.layout);
-    std::vector<int> order;
-    for (int i = 0; i < samples.size(); ++i)
-      if (samples.index[size_t(i)] >= begin && samples.index[size_t(i)] < end) order.push_back(i);
-    samples.addTo(*film, order, 0, order.size());
-    return film;
-  };
-  ShardInfo info;
-  info.sceneHash = "cafe";
-  info.outputs = outputsToJson(p, frame());
-  info.ranges = {{0, 3}};
-  ASSERT_TRUE(writeShard(path("1.exr"), *part(0, 3), info).ok());
-  info.ranges = {{3, 8}};
-  ASSERT_TRUE(writeShard(path("2.exr"), *part(3, 8), info).ok());
-
-  DisplayOutput direct(p, stockDriver, diagnostics_);
-  ASSERT_TRUE(direct.write(*part(0, 8), frame()));
-  const ToolResult merged =
-      mergeParts({path("2.exr"), path("1.exr")}, path("merged.exr"), false, stockDriver, diagnostics_);
-  ASSERT_EQ(merged.exitCode, 0) << lines_.back();
-  const ToolResult same = diffImages(path("beauty.exr"), path("merged.exr"), {}, {}, 1, diagnostics_);
-  EXPECT_EQ(same.exitCode, 0) << same.text;
-  EXPECT_NE(same.text.find("identical in every bit"), std::string::npos) << same.text;
-  image::Image picture;
-  ASSERT_TRUE(image::readHeader(path("merged.exr"), picture).ok());
-  EXPECT_EQ(std::get<std::string>(picture.metadata.at("sampleRange")), "0:8");
-  EXPECT_EQ(std::get<image::Matrix44>(picture.metadata.at("worldToCamera"))[12], 5.0f);
-
-  EXPECT_EQ(mergeParts({path("1.exr")}, path("kept.exr"), true, stockDriver, diagnostics_).exitCode, 0);
-  EXPECT_TRUE(isShard(path("kept.exr")));
-  EXPECT_NE(imageInfo(path("kept.exr"), diagnostics_).text.find("samples: 0:3"), std::string::npos);
-  EXPECT_EQ(mergeParts({path("1.exr"), path("1.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
-            kToolUnreadable);
-  EXPECT_EQ(mergeParts({path("merged.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
-            kToolUnreadable);
-  EXPECT_EQ(mergeParts({path("1.exr"), path("2.exr")}, path("no/x.exr"), false, stockDriver, diagnostics_).exitCode,
-            kToolUnwritable);
-  EXPECT_EQ(mergeParts({path("2.exr")}, path("gap.exr"), false, stockDriver, diagnostics_).exitCode, 0);
-  EXPECT_EQ(diagnostics_.count("FILM-SHARD-GAP"), 1u);
-  ShardInfo lying = info;
-  for (const char* outputs : {"", "{}", "{\"outputs\":[{}]}", "[1,2", "null"}) {
-    lying.outputs = outputs;
-    ASSERT_TRUE(writeShard(path("lie.exr"), *part(3, 8), lying).ok());
-    EXPECT_EQ(mergeParts({path("lie.exr")}, path("x.exr"), false, stockDriver, diagnostics_).exitCode,
-              kToolUnreadable);
-  }
-}
-
-TEST_F(Displays, DiffJudgesByTheLimitsGiven) {
-  image::Image a({0, 0, 4, 4}, {{"R", image::StoredType::Float}});
-  image::Image b = a;
-  b.pixels[5] = 0.5f;
-  ASSERT_TRUE(image::write(path("a.exr"), a).ok());
-  ASSERT_TRUE(image::write(path("b.exr"), b).ok());
-  const auto run = [&](const DiffLimits& l) {
-    return diffImages(path("a.exr"), path("b.exr"), l, {}, 1, diagnostics_).exitCode;
-  };
-  DiffLimits l;
-  EXPECT_EQ(run(l), kToolDiffers);
-  l.maximum = 0.5;
-  EXPECT_EQ(run(l), kToolOk);
-  l.rmse = 0.1;
-  EXPECT_EQ(run(l), kToolDiffers) << "RMSE is 0.125";
-  l.rmse = 0.13;
-  l.differingPixels = 0.05;
-  EXPECT_EQ(run(l), kToolDiffers);
-  l.differingPixels = 0.0625;
-  EXPECT_EQ(run(l), kToolOk);
-  const ToolResult r = diffImages(path("a.exr"), path("b.exr"), {}, path("d.exr"), 4, diagnostics_);
-  EXPECT_NE(r.text.find("maximum 0.5 at 1 1 in R"), std::string::npos) << r.text;
-  image::Image d;
-  ASSERT_TRUE(image::read(path("d.exr"), d).ok());
-  EXPECT_EQ(d.pixels[5], 2.0f);
-  EXPECT_EQ(diffImages(path("a.exr"), path("none.exr"), {}, {}, 1, diagnostics_).exitCode, kToolUnreadable);
-  EXPECT_EQ(diffImages(path("a.exr"), path("b.exr"), {}, path("no/d.exr"), 1, diagnostics_).exitCode,
-            kToolUnwritable);
-  b.pixels[5] = NAN;
-  ASSERT_TRUE(image::write(path("b.exr"), b).ok());
-  DiffLimits byRmse, byMaximum;
-  byRmse.rmse = 1;
-  byMaximum.maximum = 1;
-  for (const DiffLimits& m : {byRmse, byMaximum, DiffLimits{}}) EXPECT_EQ(run(m), kToolDiffers);
-}
-
-TEST_F(Displays, InfoTellsChannelsAndMetadata) {
-  display(path("a.exr"), "openexr", "rgbaz");
-  DisplayOutput out(plan(), stockDriver, diagnostics_);
-  ASSERT_TRUE(out.write(*filmFor(out.plan().layout, {1, 1, 9, 9}), frame()));
-  const ToolResult r = imageInfo(path("a.exr"), diagnostics_);
-  EXPECT_EQ(r.exitCode, 0);
-  for (const char* part : {"openexr picture, 8 x 8, 5 channels", "data window: 1 1 to 9 9", "channel Z (float)",
-                           "sceneHash: cafe", "colorSpace: linear Rec.709"})
-    EXPECT_NE(r.text.find(part), std::string::npos) << part << "\n" << r.text;
-  EXPECT_EQ(imageInfo(path("none"), diagnostics_).exitCode, kToolUnreadable);
 }
 
 // Drivers declare what they take; the declaration is what scenes, the manual and these defaults read.

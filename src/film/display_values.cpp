@@ -72,8 +72,9 @@ DisplayValues displayValues(const std::array<float, 2>& exposure, const scene::P
   return v;
 }
 
-float displayed(float value, const DisplayValues& v, bool isColor, bool toIntegers, bool isEncoded, int x, int y,
+float displayed(float value, const DisplayValues& v, bool isColor, float largestCode, bool isEncoded, int x, int y,
                 int component) {
+  const bool toIntegers = largestCode > 0;
   if (isColor && v.isExposed()) {
     value *= v.gain;
     if (v.gamma != 1) {
@@ -82,18 +83,20 @@ float displayed(float value, const DisplayValues& v, bool isColor, bool toIntege
       if (toIntegers && isEncoded) value = decode(value);
     }
   }
-  if (!v.isQuantised() && !(toIntegers && v.dither > 0)) return value;
   const float shift = v.dither > 0 ? v.dither * noise(x, y, component) : 0;
   if (!toIntegers) {
+    if (!v.isQuantised()) return value;
     const float q = std::floor(v.zero + value * (v.one - v.zero) + shift + 0.5f);
     return std::clamp(q, v.least, v.most) / v.one;
   }
-  // the driver rounds: it gets what lies within min..max, moved by the dither in its own encoding
-  const float one = v.isQuantised() ? v.one : 255;
-  if (v.isQuantised()) value = std::clamp(v.zero + value * (v.one - v.zero), v.least, v.most) / v.one;
-  if (shift == 0) return value;
-  if (!isEncoded) return value + shift / one;
-  return decode(std::max(0.0f, encode(std::max(0.0f, value)) + shift / one));
+  const DisplayValues codes = v.isQuantised() ? v : DisplayValues{1, 1, 0, largestCode, 0, largestCode, 0};
+  // what the driver does by itself
+  const bool isPlain = codes.zero == 0 && codes.one == largestCode && codes.least <= 0 && codes.most >= largestCode;
+  if (isPlain && shift == 0) return value;
+  const float level = isEncoded ? encode(std::max(0.0f, value)) : value;
+  const float code =
+      std::clamp(std::floor(codes.zero + level * (codes.one - codes.zero) + shift + 0.5f), codes.least, codes.most);
+  return isEncoded ? decode(code / largestCode) : code / largestCode;
 }
 
 }  // namespace kinora::film

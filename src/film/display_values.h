@@ -13,7 +13,8 @@ namespace kinora::film {
 struct DisplayValues {
   float gain = 1,
         gamma = 1;  // exposure: (value x gain)^(1 / gamma), of colours; a gamma takes the place of a driver's sRGB
-  // quantize [zero one min max]: value 0 becomes `zero`, 1 becomes `one`, all is cut to min..max; one 0: none.
+  // quantize [zero one min max]: value 0 becomes the code `zero`, 1 the code `one`, all is cut to min..max; one 0:
+  // none.
   float zero = 0, one = 0, least = 0, most = 0;
   float dither = 0;  // amplitude in quantised steps
   bool isExposed() const { return gain != 1 || gamma != 1; }
@@ -27,9 +28,10 @@ DisplayValues displayValues(const std::array<float, 2>& exposure, const scene::P
                             const scene::ParameterList* channel, const std::string& name, const SourcePos& pos,
                             Diagnostics& diagnostics);
 
-// One float of a pixel. `isEncoded`: the driver stores integers of the sRGB-encoded value: dither is laid out there,
-// and steps are the driver's. `component` tells the floats of a pixel apart.
-float displayed(float value, const DisplayValues& v, bool isColor, bool toIntegers, bool isEncoded, int x, int y,
+// One float of a pixel. `largestCode`: of the integers that the driver stores (255, 65535), 0 where it stores floats;
+// `isEncoded`: of the sRGB-encoded value, on which dither and quantisation then work. What comes out is what the
+// driver makes those codes of. `component` tells the floats of a pixel apart.
+float displayed(float value, const DisplayValues& v, bool isColor, float largestCode, bool isEncoded, int x, int y,
                 int component);
 
 }  // namespace kinora::film

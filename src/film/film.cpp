@@ -7,28 +7,10 @@
 #include <tuple>
 
 #include "film/round_block.h"
+#include "film/sample_order.h"
 
 namespace kinora::film {
 namespace {
-
-// Order-preserving integer of a float: a < b exactly when ordered(a) < ordered(b). -0 is taken for +0.
-uint32_t ordered(float f) {
-  const uint32_t b = std::bit_cast<uint32_t>(f == 0.0f ? 0.0f : f);
-  return b & 0x80000000u ? ~b : b | 0x80000000u;
-}
-float fromOrdered(uint32_t k) { return std::bit_cast<float>(k & 0x80000000u ? k & 0x7fffffffu : ~k); }
-
-// Slots of extremes: the larger integer wins, 0 is "no sample".
-int64_t encodeMin(float f) { return (int64_t(1) << 32) - ordered(f); }
-float decodeMin(int64_t s) { return fromOrdered(uint32_t((int64_t(1) << 32) - s)); }
-int64_t encodeMax(float f) { return int64_t(ordered(f)) + 1; }
-float decodeMax(int64_t s) { return fromOrdered(uint32_t(s - 1)); }
-// Depth above, sample index below, so that the lower index wins between equal depths. 31 bits of the index, so that
-// the key stays positive.
-int64_t encodeKey(float z, uint32_t sampleIndex, bool isFar) {
-  const uint32_t depth = isFar ? ordered(z) : ~ordered(z);
-  return int64_t((uint64_t(depth) << 31) | (~sampleIndex & 0x7fffffffu)) + 1;
-}
 
 bool takes(Half half, uint32_t sampleIndex) {
   return half == Half::Both || ((sampleIndex & 1u) == 0) == (half == Half::Even);
@@ -49,8 +31,8 @@ void Film::plan() {
   rules_.assign(kHeaderSlots, SlotRule::Add);
   firstSlot_.assign(size_t(layout_.size()), -1);
   firstSplatSlot_.assign(size_t(layout_.size()), -1);
-  weightSlot_.assign(size_t(layout_.size()), -1);
-  std::array<int, kWeightKinds> slotOfWeight;
+  filterSlots_.assign(size_t(layout_.size()), {});
+  std::array<int, 2 * kWeightKinds> slotOfWeight;  // by kind: of the weights; behind them of their squares
   slotOfWeight.fill(-1);
   infinityAllowed_.assign(size_t(layout_.recordFloats()), 1);
   countNegative_.assign(size_t(layout_.recordFloats()), 0);
@@ -58,34 +40,52 @@ void Film::plan() {
     rules_.push_back(rule);
     return int(rules_.size()) - 1;
   };
+  // One slot for each weight that some channel asks for.
+  const auto weightSlot = [&](int c, uint8_t weight, int what) {
+    int& slot = slotOfWeight[size_t(weight) + (what == kItsSquare ? size_t(kWeightKinds) : 0)];
+    if (slot < 0) {
+      slot = newSlot(SlotRule::Add);
+      sums_.push_back(
+          {what, weight, SumOf::Value, true, int16_t(c), std::ldexp(1.0, -kWeightStepLog2), std::ldexp(1.0, 46)});
+    }
+    return slot;
+  };
   for (int c = 0; c < layout_.size(); ++c) {
     const Channel& ch = layout_[c];
     if (ch.reducer != Reducer::Sum && ch.reducer != Reducer::Average && ch.reducer != Reducer::Total) continue;
-    static_assert(kFilterEven == kFilter + 1 && kFilterOdd == kFilter + 2 && kOneEven == kOne + 1);
-    const int filter = layout_.filterOf(c);
-    const int kind = ch.reducer != Reducer::Sum ? int(kOne) : filter < 0 ? int(kFilter) : kOwnFilters + 3 * filter;
-    const uint8_t weight = uint8_t(kind + int(ch.half));
-    firstSlot_[size_t(c)] = int(rules_.size());
-    for (int k = 0; k < ch.width; ++k) {
-      const int record = layout_.recordOffset(c) + k;
-      newSlot(SlotRule::Add);
-      sums_.push_back({record, weight, false, int16_t(c), 1.0 / ch.step(), double(ch.limit) / ch.step()});
-      infinityAllowed_[size_t(record)] = 0;
-      if (!ch.isData) countNegative_[size_t(record)] = 1;
-    }
-    // squares follow the sums
-    for (int k = 0; k < ch.width && ch.statistic != Statistic::Value; ++k) {
-      newSlot(SlotRule::Add);
-      sums_.push_back({layout_.recordOffset(c) + k, weight, true, int16_t(c), std::ldexp(1.0, -squareStepLog2(ch)),
-                       std::ldexp(1.0, 46)});
-    }
-    if (kind >= kOwnFilters) {
-      if (slotOfWeight[weight] < 0) {
-        slotOfWeight[weight] = newSlot(SlotRule::Add);
-        sums_.push_back({-1, weight, false, int16_t(c), std::ldexp(1.0, -kWeightStepLog2), std::ldexp(1.0, 46)});
+    const int filter = layout_.filterOf(c), half = int(ch.half);
+    const bool isFiltered = ch.reducer == Reducer::Sum;
+    const bool hasLobes = isFiltered && layout_.negative(filter) > 0;
+    const bool hasStatistic = ch.statistic != Statistic::Value, isWeighed = isFiltered && (filter >= 0 || hasLobes);
+    // value x weight, and its squares behind for a variance
+    const auto addSums = [&](int kind, bool isAgain) {
+      const uint8_t weight = uint8_t(kind + half);
+      const int first = int(rules_.size());
+      for (int k = 0; k < ch.width; ++k) {
+        newSlot(SlotRule::Add);
+        sums_.push_back({layout_.recordOffset(c) + k, weight, SumOf::Value, isAgain, int16_t(c), 1.0 / ch.step(),
+                         double(ch.limit) / ch.step()});
       }
-      weightSlot_[size_t(c)] = slotOfWeight[weight];
+      for (int k = 0; k < ch.width && hasStatistic; ++k) {
+        newSlot(SlotRule::Add);
+        sums_.push_back({layout_.recordOffset(c) + k, weight, isWeighed ? SumOf::Moment : SumOf::Square, isAgain,
+                         int16_t(c), std::ldexp(1.0, -squareStepLog2(ch)), std::ldexp(1.0, 46)});
+      }
+      return first;
+    };
+    for (int k = 0; k < ch.width; ++k) {
+      infinityAllowed_[size_t(layout_.recordOffset(c) + k)] = 0;
+      if (!ch.isData) countNegative_[size_t(layout_.recordOffset(c) + k)] = 1;
     }
+    firstSlot_[size_t(c)] = addSums(isFiltered ? kindOf(filter) : int(kOne), false);
+    FilterSlots& own = filterSlots_[size_t(c)];
+    if (hasLobes) own.negative = addSums(negativeKindOf(filter), true);
+    if (isFiltered && filter >= 0 && !hasStatistic) own.plain = addSums(kOne, true);
+    const uint8_t all = uint8_t(kindOf(filter) + half), below = uint8_t(negativeKindOf(filter) + half);
+    if (isFiltered && filter >= 0) own.weight = weightSlot(c, all, kTheWeight);
+    if (hasLobes) own.negativeWeight = weightSlot(c, below, kTheWeight);
+    if (isWeighed && hasStatistic) own.weightSquares = weightSlot(c, all, kItsSquare);
+    if (hasLobes && hasStatistic) own.negativeSquares = weightSlot(c, below, kItsSquare);
   }
   // addBlock works on pairs of slots; the odd one is padded by a slot that stays 0
   if (sums_.size() % 2) {
@@ -247,6 +247,7 @@ uint32_t Film::inspect(const SampleSpan& span, int first, int n) {
 void Film::addBlock(const SampleSpan& span, int first, int n) {
   const uint32_t good = inspect(span, first, n);
   if (!good) return;
+  const bool hasLobes = layout_.negative(-1) > 0;
   // what is not added keeps a null pixel; its values are rounded with the rest and thrown away
   int64_t* pixels[kBlock];
   alignas(16) double weights[kWeightKinds][kBlock];
@@ -262,13 +263,17 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
     weights[kOne][i] = one;
     weights[kOneEven][i] = isEven ? one : 0.0;
     weights[kOneOdd][i] = isEven ? 0.0 : one;
-    for (size_t f = 0; f < layout_.filters().size(); ++f) {
+    const auto bothHalves = [&](int kind, double x) {
+      weights[kind][i] = x;
+      weights[kind + 1][i] = isEven ? x : 0.0;
+      weights[kind + 2][i] = isEven ? 0.0 : x;
+    };
+    if (hasLobes) bothHalves(kNegative, std::max(-w, 0.0));
+    for (int f = 0; f < int(layout_.filters().size()); ++f) {
       const float* own = span.filterWeights ? span.filterWeights[f] : span.weight;
       const double x = isGood ? double(own[s]) : 0.0;
-      double(*kinds)[kBlock] = weights + kOwnFilters + 3 * f;
-      kinds[0][i] = x;
-      kinds[1][i] = isEven ? x : 0.0;
-      kinds[2][i] = isEven ? 0.0 : x;
+      bothHalves(kindOf(f), x);
+      if (layout_.negative(f) > 0) bothHalves(negativeKindOf(f), std::max(-x, 0.0));
     }
     if (isGood) {
       const int64_t fixed = roundToInt(w * 1073741824.0);  // 2^30: kWeightStepLog2
@@ -301,17 +306,18 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
         RoundInput& input = inputs[count + k];
         float* own = padded[count + k];
         if (s.record < 0) {
-          std::fill_n(own, kBlock, 1.0f);
+          for (int i = 0; i < kBlock; ++i) own[i] = s.record == kTheWeight ? 1.0f : float(weights[s.weight][i]);
           input = {own, weights[s.weight], s.scale, s.limit};
           continue;
         }
         const float* values = blockOf(span.values[s.record], first, n, own);
-        if (s.isSquare) {
+        if (s.what != SumOf::Value) {
+          const bool isSquare = s.what == SumOf::Square;
           for (int i = 0; i < kBlock; ++i) {
-            const double y = double(values[i]) * weights[s.weight][i];
+            const double y = double(values[i]) * (isSquare ? weights[s.weight][i] : 1);
             own[i] = float(y * y);
           }
-          input = {own, weights[kOne], s.scale, s.limit};
+          input = {own, weights[isSquare ? int(kOne) : int(s.weight)], s.scale, s.limit};
           continue;
         }
         input = {values, weights[s.weight], s.scale, s.limit};
@@ -333,7 +339,7 @@ void Film::addBlock(const SampleSpan& span, int first, int n) {
 void Film::countSaturated(const SampleSpan& span, int first, int n, int64_t* const* pixels,
                           const double (*weights)[kBlock]) {
   for (const SumSlot& s : sums_)
-    for (int i = 0; i < n && s.record >= 0 && !s.isSquare; ++i)
+    for (int i = 0; i < n && s.record >= 0 && s.what == SumOf::Value && !s.isAgain; ++i)
       if (pixels[i] && std::fabs(double(span.values[s.record][first + i]) * weights[s.weight][i] * s.scale) > s.limit)
         saturated_[size_t(s.channel)].fetch_add(1, std::memory_order_relaxed);
 }
@@ -403,7 +409,7 @@ void Film::splat(const SplatSpan& span) {
   }
 }
 
-// ---- merging and reading
+// ---- merging
 
 void Film::addCounters(const FilmCounters& c, int64_t splatPasses) {
   splatPasses_ += splatPasses;
@@ -447,75 +453,6 @@ FilmCounters Film::counters() const {
   std::lock_guard lock(badMutex_);
   c.bad = bad_;
   return c;
-}
-
-void Film::resolvePixel(int channel, int x, int y, float* out) const {
-  const Channel& ch = layout_[channel];
-  const int64_t* p = pixel(x, y);
-  const int slot = firstSlot(channel);
-  const auto ofHalf = [&](int all, int even) {
-    return ch.half == Half::Both ? p[all] : ch.half == Half::Even ? p[even] : p[all] - p[even];
-  };
-  const double count = double(ofHalf(kCount, kCountEven));
-  if (ch.statistic != Statistic::Value) {
-    // of y = value x weight, whose mean is the pixel: (sum y^2 - (sum y)^2 / n) / (n - 1)
-    for (int k = 0; k < ch.width; ++k) {
-      const double sum = double(p[slot + k]) * ch.step();
-      const double squares = double(p[slot + ch.width + k]) * std::ldexp(1.0, squareStepLog2(ch));
-      double v = count > 1 ? std::max(0.0, (squares - sum * sum / count) / (count - 1)) : 0.0;
-      if (ch.statistic == Statistic::MeanVariance && count > 0) v /= count;
-      out[k] = float(v);
-    }
-    return;
-  }
-  double scale = 0;
-  switch (ch.reducer) {
-    case Reducer::Sum: {
-      const int own = weightSlot_[size_t(channel)];
-      const double weight = std::ldexp(double(own >= 0 ? p[own] : ofHalf(kWeight, kWeightEven)), kWeightStepLog2);
-      // Filters with negative lobes: the weights of few samples can cancel. Their expected sum is the count, which is
-      // the better divisor below half of it (measured: docs/performance.md, "Pixel filters").
-      const double divisor = std::fabs(weight) >= 0.5 * count ? weight : count;
-      scale = divisor != 0 ? ch.step() / divisor : 0;
-      break;
-    }
-    case Reducer::Average:
-      scale = count != 0 ? ch.step() / count : 0;
-      break;
-    case Reducer::Total:
-      scale = ch.step();
-      break;
-    case Reducer::Min:
-      for (int k = 0; k < ch.width; ++k) out[k] = p[slot + k] ? std::min(decodeMin(p[slot + k]), kNoDepth) : 0;
-      return;
-    case Reducer::Max:
-      for (int k = 0; k < ch.width; ++k) out[k] = p[slot + k] ? std::min(decodeMax(p[slot + k]), kNoDepth) : 0;
-      return;
-    case Reducer::ZMin:
-    case Reducer::ZMax:
-      for (int k = 0; k < ch.width; ++k) out[k] = std::min(std::bit_cast<float>(uint32_t(p[slot + k])), kNoDepth);
-      return;
-  }
-  const int splatSlot = firstSplatSlot(channel);
-  const int64_t passes = splatPasses();
-  for (int k = 0; k < ch.width; ++k) {
-    double v = double(p[slot + k]) * scale;
-    if (splatSlot >= 0 && passes > 0) v += double(p[splatSlot + k]) * (ch.step() / double(passes));
-    out[k] = ch.isRemapped() ? expand(float(v), ch.remap) : float(v);
-  }
-}
-
-image::Image Film::resolve(int channel) const {
-  const int width = layout_[channel].width;
-  std::vector<image::ChannelInfo> infos;
-  for (int k = 0; k < width; ++k)
-    infos.push_back(
-        {std::to_string(k), layout_[channel].isData ? image::StoredType::Float : image::StoredType::Half});
-  image::Image img(window_, std::move(infos));
-  img.display = {0, 0, width_, height_};
-  for (int y = window_.y0; y < window_.y1; ++y)
-    for (int x = window_.x0; x < window_.x1; ++x) resolvePixel(channel, x, y, img.at(x, y));
-  return img;
 }
 
 }  // namespace kinora::film

@@ -126,19 +126,49 @@ class Film {
   struct Free {
     void operator()(int64_t* p) const { std::free(p); }
   };
-  // Three of each: all samples, even ones, odd ones. Filters of channels follow.
-  enum WeightKind : uint8_t { kFilter, kFilterEven, kFilterOdd, kOne, kOneEven, kOneOdd, kOwnFilters };
-  static constexpr int kWeightKinds = kOwnFilters + 3 * ChannelLayout::kMaxFilters;
+  // Three of each: all samples, even ones, odd ones. "Negative" are the weights below 0, turned positive. Filters of
+  // channels follow, six of each: their weights and the negative ones.
+  enum WeightKind : uint8_t {
+    kFilter,
+    kFilterEven,
+    kFilterOdd,
+    kOne,
+    kOneEven,
+    kOneOdd,
+    kNegative,
+    kNegativeEven,
+    kNegativeOdd,
+    kOwnFilters
+  };
+  static constexpr int kWeightKinds = kOwnFilters + 6 * ChannelLayout::kMaxFilters;
+  static int kindOf(int filter) { return filter < 0 ? int(kFilter) : kOwnFilters + 6 * filter; }
+  static int negativeKindOf(int filter) { return filter < 0 ? int(kNegative) : kOwnFilters + 6 * filter + 3; }
   // Steps of squares, for variances: a square of `limit` 2^20 (colours), 2^38 (data) still fits.
   static int squareStepLog2(const Channel& c) { return c.isData ? -8 : -26; }
+  enum class SumOf : uint8_t {
+    Value,
+    Square,  // of value x weight, where the weights are alike
+    Moment   // of value^2 x weight, where they are not
+  };
   // A slot that takes value x weight, rounded: one float of a Sum, Average or Total channel.
   struct SumSlot {
-    int record;      // float of the sample record; -1: the weight itself
+    int record;      // float of the sample record; kTheWeight, kItsSquare
     uint8_t weight;  // WeightKind and on
-    bool isSquare;   // (value x weight)^2
+    SumOf what;
+    bool isAgain;  // of values that another slot sums too: saturation was counted there
     int16_t channel;
     double scale;  // 1 / step
     double limit;  // in steps
+  };
+  static constexpr int kTheWeight = -1, kItsSquare = -2;
+  // What a channel of a filter needs beside the sums of value x weight; slots, -1: none.
+  struct FilterSlots {
+    int weight = -1;          // sum of the own filter's weights; without one the frame's are in the header
+    int negative = -1;        // a filter with negative lobes: the channel's sums over the negative weights alone,
+    int negativeWeight = -1;  // the sum of those,
+    int weightSquares = -1;   // and for variances those of squared weights, of all and of the negative ones
+    int negativeSquares = -1;
+    int plain = -1;  // an own filter may weigh every sample 0: the plain sums stand in
   };
   struct ExtremeSlot {
     int slot, record;
@@ -161,6 +191,8 @@ class Film {
   void addBlock(const SampleSpan& span, int first, int n);
   uint32_t inspect(const SampleSpan& span, int first, int n);
   int channelReading(int record) const;
+  void resolveFiltered(int channel, const int64_t* pixel, double count, double weight, double* out) const;
+  double varianceOfMean(int channel, const int64_t* pixel, double weight, int component) const;
   void reportBad(const BadSample& bad);
   void countSaturated(const SampleSpan& span, int first, int n, int64_t* const* pixels, const double (*weights)[16]);
   void addExtremes(const SampleSpan& span, int first, int n, int64_t* const* pixels);
@@ -172,8 +204,8 @@ class Film {
   int slots_ = 0, stride_ = 0;
   std::vector<SlotRule> rules_;
   std::vector<int> firstSlot_, firstSplatSlot_;
-  std::vector<SumSlot> sums_;    // slot kHeaderSlots + i
-  std::vector<int> weightSlot_;  // by channel: sum of its filter's weights; -1: the frame's, in the header
+  std::vector<SumSlot> sums_;             // slot kHeaderSlots + i
+  std::vector<FilterSlots> filterSlots_;  // by channel
   std::vector<ExtremeSlot> extremes_;
   std::vector<Nearest> nearest_;
   std::vector<uint8_t> infinityAllowed_;  // a record float: only extremes read it, so +-infinity is a value

@@ -51,4 +51,10 @@ FilterRatio::FilterRatio(const PixelFilter& frame, const PixelFilter& own) {
   covered_ = whole > 0 ? std::min(1.0, absolute / whole) : 1;
 }
 
+double FilterRatio::negativeMean() const {
+  double sum = 0;
+  for (const float w : weights_) sum -= std::min(0.0, double(w));
+  return sum / double(weights_.size());
+}
+
 }  // namespace kinora::film

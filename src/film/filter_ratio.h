@@ -17,6 +17,8 @@ class FilterRatio {
     const int i = std::min(int(u * float(cells_)), cells_ - 1), j = std::min(int(v * float(cells_)), cells_ - 1);
     return weights_[size_t(j) * size_t(cells_) + size_t(i)];
   }
+  // Mean of what the weights lie below 0, as PixelFilter::negativeMean.
+  double negativeMean() const;
   // Share of the own filter (by its absolute value) that lies where the frame's filter puts samples.
   double covered() const { return covered_; }
 

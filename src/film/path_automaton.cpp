@@ -158,7 +158,7 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
     for (const PathAtom& a : e.atoms) {
       net.atoms.push_back(&a);
       for (const PathPattern& p : a.patterns)
-        if (p.label) (p.kind == PathEventKind::Light ? groups : labels).insert(*p.label);
+        if (p.label) (p.kind == PathEventKind::Scatter ? labels : groups).insert(*p.label);
     }
     const int start = net.node();
     net.starts.push_back(start);
@@ -213,14 +213,14 @@ bool PathAutomaton::build(const std::vector<PathExpression>& list, bool splitSpe
     for (const int n : net.step(s, [&](size_t atom) { return takes(*net.atoms[atom], end); }))
       if (net.nodes[size_t(n)].ends >= 0) out.insert(uint16_t(net.nodes[size_t(n)].ends));
   };
-  const Symbol object{PathEventKind::Object, 0, 0, {nullptr, nullptr}};
   for (size_t s = 0; s < sets.size(); ++s)
     for (uint32_t e = 0; e < ends; ++e) {
       std::set<uint16_t> out;
-      const Symbol light{PathEventKind::Light, 0, 0, {e >= 2 ? &lightGroups_[e - 2] : nullptr, nullptr}};
-      if (e) endsOf(sets[s], light, out);
-      // "O": glow, and lights that the camera sees
-      if (e == 0 || s == 0) endsOf(sets[s], object, out);
+      const std::string* group = e >= 2 ? &lightGroups_[e - 2] : nullptr;
+      const Symbol light{PathEventKind::Light, 0, 0, {group, nullptr}},
+          object{PathEventKind::Object, 0, 0, {group, nullptr}};
+      // "O": glow, and lights that the camera sees, which are in no "L" then: each light is counted once
+      endsOf(sets[s], e == 0 || s == 0 ? object : light, out);
       taken[s][e].assign(out.begin(), out.end());
       for (const uint16_t i : out) matches_[i] = 1;
     }

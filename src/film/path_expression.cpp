@@ -309,8 +309,7 @@ class Parser {
       p.label = std::string(text_.substr(at_, end - at_));
       at_ = end + 1;
       if (p.label->empty()) fail(column, "the label is empty");
-      if (p.kind == PathEventKind::Object || p.kind == PathEventKind::Camera)
-        fail(column, std::string(1, c) + " takes no label; lights and surfaces do");
+      if (p.kind == PathEventKind::Camera) fail(column, "C takes no label; lights and surfaces do");
     }
     if (atEnd()) fail(open, "\"<\" is not closed");
     if (take() != '>') fail(at_ - 1, "\">\" is expected here");

@@ -1,7 +1,8 @@
 // Light path expressions: from text to a tree of sets of events. Read by path_automaton.h, and by
 // display_channels.cpp for its messages. Grammar: the regular expressions of OSL over the events of a path, from the
 // camera on (C), with RenderMan's lobe numbers: D1-D4, S1-S8, U1-U12. A label in quotes is that of the surface
-// ("identifier:lpegroup"), the lobe's own name as the bxdf declares it, or, behind L, the light's "lightGroup".
+// ("identifier:lpegroup"), the lobe's own name as the bxdf declares it, or, behind L and O, the light's "lightGroup".
+// O is a glowing surface or a light that the camera sees itself; L is light from any other light.
 #pragma once
 #include <cstdint>
 #include <optional>

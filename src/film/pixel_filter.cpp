@@ -279,6 +279,15 @@ bool PixelFilter::buildPlanar() {
   return true;
 }
 
+double PixelFilter::negativeMean() const {
+  double sum = 0;
+  for (int j = 0; j < cellsY_; ++j)
+    for (int i = 0; i < cellsX_; ++i)
+      sum -=
+          std::min(0.0, double(yWeight_[size_t(j)]) * double(xWeight_[size_t(j) * size_t(rowStride_) + size_t(i)]));
+  return sum / (double(cellsX_) * cellsY_);
+}
+
 FilterSample PixelFilter::sample(float u, float v) const {
   const float ty = v * float(cellsY_), tx = u * float(cellsX_);
   const int j = std::min(int(ty), cellsY_ - 1), i = std::min(int(tx), cellsX_ - 1);

@@ -49,6 +49,8 @@ class PixelFilter {
   float yWidth() const { return yWidth_; }
   bool isSeparable() const { return rowStride_ == 0; }
   bool hasNegativeLobes() const { return hasNegativeLobes_; }
+  // Mean of what the samples' weights lie below 0 (ChannelLayout::setNegative); 0 without negative lobes.
+  double negativeMean() const;
   // The filter's value, not normalised; 0 outside the widths.
   double evaluate(double x, double y) const;
 

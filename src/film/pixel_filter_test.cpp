@@ -11,6 +11,7 @@
 
 #include "film/film.h"
 #include "film/film_test_samples.h"
+#include "film/filter_ratio.h"
 
 namespace kinora::film {
 namespace {
@@ -162,10 +163,11 @@ struct Measured {
   double nanoseconds = 0;         // in the film, a traced sample of 30 floats
 };
 
-Measured measure(const PixelFilter& f, Picture picture, bool isSplatted, int spp) {
+Measured measure(const PixelFilter& f, Picture picture, bool isSplatted, int spp, bool areApart = true) {
   constexpr int kSide = 32, kFloats = 30;
   ChannelLayout layout;
   for (int i = 0; i < kFloats / 3; ++i) layout.add(colorChannel("c" + std::to_string(i)));
+  if (!isSplatted && areApart) layout.setNegative(-1, f.negativeMean());
   auto film = test::makeFilm(kSide, kSide, layout);
   test::Samples s(kFloats);
   std::mt19937 rng(9);
@@ -227,6 +229,167 @@ Measured measure(const PixelFilter& f, Picture picture, bool isSplatted, int spp
       m.blocks += mean * mean * 16 / (kSide * kSide);
     }
   return m;
+}
+
+// Whatever few samples a pixel has, of a filter of any shape, for the frame and for a channel of its own: what is the
+// same everywhere stays what it is, in all samples and in halves, and its variance is none.
+TEST(PixelFilter, AFlatPictureIsFlatAtAnyNumberOfSamples) {
+  const PixelFilter wide = filter("gaussian", 6, 6);
+  for (const std::string& name : PixelFilter::names())
+    for (const float width : {2.0f, 4.0f, 6.0f}) {
+      const PixelFilter own = filter(name.c_str(), width, width);
+      for (const bool isOwn : {false, true}) {
+        const PixelFilter& frame = isOwn ? wide : own;
+        const FilterRatio ratio(frame, own);
+        ChannelLayout layout;
+        for (const Half half : {Half::Both, Half::Even, Half::Odd}) {
+          Channel c = floatChannel("v" + std::to_string(int(half)), "v");
+          c.half = half;
+          if (isOwn) c.filter = {name, width, width};
+          ASSERT_GE(layout.add(c), 0);
+        }
+        for (const Statistic statistic : {Statistic::Variance, Statistic::MeanVariance}) {
+          Channel c = floatChannel("s" + std::to_string(int(statistic)), "v");
+          c.statistic = statistic;
+          if (isOwn) c.filter = {name, width, width};
+          ASSERT_GE(layout.add(c), 0);
+        }
+        layout.setNegative(-1, frame.negativeMean());
+        if (isOwn) layout.setNegative(0, ratio.negativeMean());
+        std::mt19937 rng(5);
+        std::uniform_real_distribution<float> uniform(0, 0.9999999f);
+        for (const int spp : {1, 2, 3, 4, 5, 8, 16, 64}) {
+          constexpr int kPixels = 256;
+          constexpr float kValue = 0.18f;
+          auto film = test::makeFilm(kPixels, 1, layout);
+          std::vector<int32_t> x, y;
+          std::vector<uint32_t> index;
+          std::vector<float> weight, ownWeight, value;
+          for (int p = 0; p < kPixels; ++p)
+            for (int i = 0; i < spp; ++i) {
+              const float u = uniform(rng), v = uniform(rng);
+              x.push_back(p);
+              y.push_back(0);
+              index.push_back(uint32_t(i));
+              weight.push_back(frame.sample(u, v).weight);
+              ownWeight.push_back(ratio.weight(u, v));
+              value.push_back(kValue);
+            }
+          const float *values = value.data(), *owns = ownWeight.data();
+          SampleSpan span{int(x.size()), x.data(), y.data(), index.data(), weight.data(), &values, nullptr, &owns};
+          film->addSamples(span);
+          for (int p = 0; p < kPixels; ++p) {
+            float got[5];
+            for (int c = 0; c < 5; ++c) film->resolvePixel(c, p, 0, got + c);
+            const std::string what = name + " " + std::to_string(width) + (isOwn ? " of a channel, " : ", ") +
+                                     std::to_string(spp) + " samples, pixel " + std::to_string(p);
+            for (int c = 0; c < 3; ++c) {
+              if (c == 2 && spp == 1) continue;  // there is no odd sample
+              // a step of rounding a sample, 2^-30, over the smallest weights of a channel's filter
+              ASSERT_NEAR(got[c], kValue, 2e-3f * kValue) << what;
+              if (!isOwn) {
+                ASSERT_NEAR(got[c], kValue, 1e-6f * kValue) << what;
+              }
+            }
+            // squares are rounded to 2^-26, and divided by the weights, which of a channel's filter may be small
+            for (int c = 3; c < 5; ++c) ASSERT_NEAR(got[c], 0, (isOwn ? 0.1f : 1e-5f) * kValue * kValue) << what;
+          }
+        }
+      }
+    }
+}
+
+// With many samples the filter is what it is, lobes and all: its response to an edge, against quadrature.
+TEST(PixelFilter, LobesAreThereInTheLimit) {
+  for (const auto& [name, width] : {std::pair{"catmull-rom", 4.0f},
+                                    {"separable-catmull-rom", 4.0f},
+                                    {"mitchell", 4.0f},
+                                    {"sinc", 6.0f},
+                                    {"lanczos", 6.0f},
+                                    {"bessel", 6.0f}}) {
+    const PixelFilter f = filter(name, width, width);
+    ChannelLayout layout;
+    layout.add(floatChannel("v"));
+    layout.setNegative(-1, f.negativeMean());
+    bool isSharper = false;
+    for (const double edge : {-2.0, -1.6, -1.2, -0.6, 0.0, 0.6, 1.2, 1.6, 2.0}) {
+      auto film = test::makeFilm(1, 1, layout);
+      test::Samples s(1);
+      std::mt19937 rng(3);
+      std::uniform_real_distribution<float> uniform(0, 1);
+      constexpr int kSide = 256;
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const FilterSample o = f.sample(std::min((float(i % kSide) + uniform(rng)) / kSide, 0.9999999f),
+                                        std::min((float(i / kSide) + uniform(rng)) / kSide, 0.9999999f));
+        s.add(0, 0, uint32_t(i), o.weight, {double(o.dx) > edge ? 1.0f : 0.0f});
+      }
+      s.addTo(*film);
+      float got;
+      film->resolvePixel(0, 0, 0, &got);
+      constexpr int kDense = 600;
+      double sum = 0, norm = 0;
+      for (int j = 0; j < kDense; ++j)
+        for (int i = 0; i < kDense; ++i) {
+          const double x = ((i + 0.5) / kDense - 0.5) * double(width), y = ((j + 0.5) / kDense - 0.5) * double(width);
+          const double w = f.evaluate(x, y);
+          norm += w;
+          if (x > edge) sum += w;
+        }
+      EXPECT_NEAR(double(got), sum / norm, 0.005) << name << " " << edge;
+      isSharper |= double(got) > 1.001 || double(got) < -0.001;
+    }
+    EXPECT_TRUE(isSharper) << name << " has lost its lobes";
+  }
+}
+
+// Two sums a lobe against one divided by the sum of the weights: never noisier, at the counts that frames have.
+TEST(PixelFilter, LobesApartAreNotNoisierThanTogether) {
+  std::printf("samples | filter | picture | mse together | apart\n");
+  for (const auto& [name, width] : {std::pair{"mitchell", 4.0f}, {"separable-catmull-rom", 4.0f}, {"sinc", 6.0f}})
+    for (const int spp : {16, 64, 256})
+      for (const Picture picture : {Picture::Soft, Picture::Edges, Picture::Noise}) {
+        if (spp == 256 && picture != Picture::Noise) continue;
+        const PixelFilter f = filter(name, width, width);
+        const double together = measure(f, picture, false, spp, false).pixels,
+                     apart = measure(f, picture, false, spp, true).pixels;
+        std::printf("%3d | %-21s | %-5s | %.2e | %.2e\n", spp, name, kPictures[int(picture)], together, apart);
+        // 1,024 pixels: each error is known to 5 % (one standard deviation)
+        EXPECT_LT(apart, 1.15 * together) << name << " " << spp;
+      }
+}
+
+// The variance that a channel of statistics states is that of the pixels, lobes or not.
+TEST(PixelFilter, StatedVariancesAreThoseOfThePixels) {
+  for (const auto& [name, width] : {std::pair{"box", 1.0f}, {"mitchell", 4.0f}, {"sinc", 6.0f}}) {
+    const PixelFilter f = filter(name, width, width);
+    ChannelLayout layout;
+    layout.add(floatChannel("v"));
+    Channel mse = floatChannel("mse", "v");
+    mse.statistic = Statistic::MeanVariance;
+    layout.add(mse);
+    layout.setNegative(-1, f.negativeMean());
+    constexpr int kPixels = 4000, kSpp = 64;
+    auto film = test::makeFilm(kPixels, 1, layout);
+    test::Samples s(1);
+    std::mt19937 rng(4);
+    std::uniform_real_distribution<float> uniform(0, 0.9999999f);
+    for (int p = 0; p < kPixels; ++p)
+      for (int i = 0; i < kSpp; ++i)
+        s.add(p, 0, uint32_t(i), f.sample(uniform(rng), uniform(rng)).weight, {uniform(rng)});
+    s.addTo(*film);
+    double sum = 0, squares = 0, stated = 0;
+    for (int p = 0; p < kPixels; ++p) {
+      float v, m;
+      film->resolvePixel(0, p, 0, &v);
+      film->resolvePixel(1, p, 0, &m);
+      sum += double(v);
+      squares += double(v) * double(v);
+      stated += double(m) / kPixels;
+    }
+    const double variance = (squares - sum * sum / kPixels) / (kPixels - 1);
+    // the variance of 4,000 values is known to sqrt(2 / 4000) = 2.2 %
+    EXPECT_NEAR(stated, variance, 0.09 * variance) << name;
+  }
 }
 
 TEST(PixelFilter, ImportanceSamplingAgainstSplatting) {

@@ -17,6 +17,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "film/json_text.h"
 #include "image/atomic_file.h"
 
 namespace kinora::film {
@@ -79,7 +80,7 @@ Imf::FrameBuffer slicesOf(Film& film) {
 json toJson(const Film& film, const ShardInfo& info) {
   json channels = json::array();
   for (const Channel& c : film.layout().channels())
-    channels.push_back({{"name", c.name},
+    channels.push_back({{"name", jsonOfText(c.name)},
                         {"type", int(c.type)},
                         {"width", c.width},
                         {"reducer", int(c.reducer)},
@@ -88,9 +89,9 @@ json toJson(const Film& film, const ShardInfo& info) {
                         {"limit", c.limit},
                         {"isData", c.isData},
                         {"splats", c.splats},
-                        {"source", c.source},
+                        {"source", jsonOfText(c.source)},
                         {"statistic", int(c.statistic)},
-                        {"filter", c.filter.name},
+                        {"filter", jsonOfText(c.filter.name)},
                         {"filterWidth", {c.filter.xWidth, c.filter.yWidth}},
                         {"remap", c.remap}});
   json ranges = json::array();
@@ -104,12 +105,15 @@ json toJson(const Film& film, const ShardInfo& info) {
                    {"channel", b.channel},
                    {"valueBits", std::bit_cast<uint32_t>(b.value)},
                    {"splat", b.isSplat}});
+  json lobes = json::array();  // of the frame's filter, then of those of channels
+  for (int f = -1; f < int(film.layout().filters().size()); ++f) lobes.push_back(film.layout().negative(f));
   const Window& w = film.window();
   return {{"version", ShardInfo::kVersion},
           {"sceneHash", info.sceneHash},
           {"seed", info.seed},
           {"frame", info.frame},
-          {"pixelFilter", info.pixelFilter},
+          {"pixelFilter", jsonOfText(info.pixelFilter)},
+          {"negativeLobes", lobes},
           {"samples", ranges},
           {"renderSeconds", info.renderSeconds},
           {"kinoraVersion", info.kinoraVersion},
@@ -137,7 +141,7 @@ Enum enumFrom(const json& j, Enum last) {
 
 Channel channelFrom(const json& j) {
   Channel c;
-  c.name = j.at("name").get<std::string>();
+  c.name = textOfJson(j.at("name"));
   c.type = enumFrom(j.at("type"), ChannelType::Int);
   c.width = j.at("width").get<int>();
   c.reducer = enumFrom(j.at("reducer"), Reducer::ZMax);
@@ -146,9 +150,9 @@ Channel channelFrom(const json& j) {
   c.limit = j.at("limit").get<float>();
   c.isData = j.at("isData").get<bool>();
   c.splats = j.at("splats").get<bool>();
-  c.source = j.at("source").get<std::string>();
+  c.source = textOfJson(j.at("source"));
   c.statistic = enumFrom(j.at("statistic"), Statistic::MeanVariance);
-  c.filter.name = j.at("filter").get<std::string>();
+  c.filter.name = textOfJson(j.at("filter"));
   const auto widths = j.at("filterWidth").get<std::array<float, 2>>();
   c.filter.xWidth = widths[0];
   c.filter.yWidth = widths[1];
@@ -177,7 +181,7 @@ Status readDescription(const std::string& path, const json& j, Shard& out, FilmC
   info.sceneHash = j.at("sceneHash").get<std::string>();
   info.seed = j.at("seed").get<uint64_t>();
   info.frame = j.at("frame").get<int>();
-  info.pixelFilter = j.at("pixelFilter").get<std::string>();
+  info.pixelFilter = textOfJson(j.at("pixelFilter"));
   info.renderSeconds = j.at("renderSeconds").get<double>();
   info.kinoraVersion = j.at("kinoraVersion").get<std::string>();
   info.outputs = j.at("outputs").get<std::string>();
@@ -190,6 +194,12 @@ Status readDescription(const std::string& path, const json& j, Shard& out, FilmC
   for (const json& c : j.at("channels")) {
     std::string error;
     if (layout.add(channelFrom(c), &error) < 0) return broken(path, error);
+  }
+  const auto lobes = j.at("negativeLobes").get<std::vector<double>>();
+  if (lobes.size() != layout.filters().size() + 1) return broken(path, "a filter is not described");
+  for (size_t f = 0; f < lobes.size(); ++f) {
+    if (!(lobes[f] >= 0 && lobes[f] < 1e6)) return broken(path, "a filter's negative lobes are out of range");
+    layout.setNegative(int(f) - 1, lobes[f]);
   }
   Status status;
   out.film = Film::create(j.at("resolution").at(0).get<int>(), j.at("resolution").at(1).get<int>(), window, layout,

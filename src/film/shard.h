@@ -19,7 +19,7 @@ struct SampleRange {
 };
 
 struct ShardInfo {
-  static constexpr int kVersion = 2;
+  static constexpr int kVersion = 3;
   std::string sceneHash;  // of everything that decides a pixel but seed and sample range
   uint64_t seed = 0;
   int frame = 0;

@@ -41,7 +41,15 @@ class ShardFile : public testing::Test {
     return i;
   }
   std::filesystem::path folder_;
-  ChannelLayout layout_ = everyReducer();
+  ChannelLayout layout_ = [] {
+    ChannelLayout l = everyReducer();
+    l.setNegative(-1, 0.25);
+    Channel own = colorChannel("own", "Ci");
+    own.filter = {"sinc", 4, 4};
+    l.add(own);
+    l.setNegative(0, 1.0 / 3);
+    return l;
+  }();
   Window window_{3, 2, 21, 19};
   Samples samples_ = randomSamples(layout_, window_, 6, 5);
   std::unique_ptr<Film> filmOf(uint32_t begin, uint32_t end) const {
@@ -185,7 +193,9 @@ TEST_F(ShardFile, DescriptionsThatLieAreRefused) {
   const std::pair<std::string, std::string> lies[] = {{"\"window\":[3,2,21,19]", "\"window\":[3,2,22,19]"},
                                                       {"\"resolution\":[40,30]", "\"resolution\":[4e9,1]"},
                                                       {"\"resolution\":[40,30]", "\"resolution\":[-1,30]"},
-                                                      {"\"version\":2", "\"version\":3"},
+                                                      {"\"version\":3", "\"version\":2"},
+                                                      {"\"negativeLobes\":[0.25", "\"negativeLobes\":[null"},
+                                                      {"\"negativeLobes\":[0.25", "\"negativeLobes\":[-1.5"},
                                                       {"\"samples\":[[0,6]]", "\"samples\":[[6,0]]"},
                                                       {"\"samples\":[[0,6]]", "\"samples\":[[0,0]]"},
                                                       {"\"stepLog2\":-30", "\"stepLog2\":-99"},

@@ -7,6 +7,7 @@
 
 #include "film/display_output.h"
 #include "film/shard.h"
+#include "image/atomic_file.h"
 #include "image/compare.h"
 #include "image/read_write.h"
 
@@ -67,6 +68,17 @@ ToolResult shardInfo(const std::string& path, Diagnostics& diagnostics) {
   return result;
 }
 
+// A picture that would take the place of a part: hours of samples, lost.
+bool isOverPart(const std::vector<std::string>& parts, const std::string& file, Diagnostics& diagnostics) {
+  for (const std::string& part : parts) {
+    if (!image::isSameFile(part, file)) continue;
+    diagnostics.error("FILM-MERGE-OVERWRITE", {}, "\"" + file + "\" would be written over the part \"" + part + "\"",
+                      "nothing is written", "name another file with -o");
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimits& limits,
@@ -123,7 +135,8 @@ ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimi
 }
 
 ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& output, bool keepShard,
-                      const DriverLookup& lookup, Diagnostics& diagnostics) {
+                      const DriverLookup& lookup, const StageMaker& stages, Diagnostics& diagnostics) {
+  if (!output.empty() && isOverPart(parts, output, diagnostics)) return {kToolBadCommand, {}};
   Shard merged;
   std::vector<std::string> warnings;
   if (const image::Status s = mergeShards(parts, merged, warnings); !s.ok())
@@ -144,11 +157,18 @@ ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& 
   FrameMetadata frame;
   if (const image::Status s = outputsFromJson(merged.info.outputs, film.layout(), plan, frame); !s.ok())
     return failed(s, kToolUnreadable, diagnostics);
-  if (plan.outputs.empty()) {
-    diagnostics.error("FILM-SHARD-OUTPUTS", {}, "the parts name no picture", "nothing is written");
+  if (plan.outputs.empty() && (output.empty() || !plan.unwritten)) {
+    diagnostics.error("FILM-SHARD-OUTPUTS", {}, "the parts name no picture", "nothing is written",
+                      "-o FILE makes one of the colour and alpha");
     return {kToolUnreadable, {}};
   }
-  if (!output.empty()) redirectPrimary(plan, output, diagnostics);
+  if (!output.empty()) {
+    redirectPrimary(plan, output, diagnostics);
+    keepBeside(plan, output, diagnostics);
+  }
+  if (!plan.isWritable) return {kToolBadCommand, {}};
+  for (const Output& o : plan.outputs)
+    if (isOverPart(parts, o.file, diagnostics)) return {kToolBadCommand, {}};
   frame.frame = merged.info.frame;
   frame.seed = merged.info.seed;
   frame.samples = merged.info.ranges;
@@ -156,8 +176,12 @@ ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& 
   frame.pixelFilter = merged.info.pixelFilter;
   frame.renderSeconds = merged.info.renderSeconds;
   frame.kinoraVersion = merged.info.kinoraVersion;
+  frame.isComplete = warnings.empty();
   for (const SampleRange& r : merged.info.ranges) frame.samplesPerPixel += r.end - r.begin;
+  const DisplayOutput::PixelStage stage =
+      stages && !plan.displayFilters.empty() ? stages(plan) : DisplayOutput::PixelStage();
   DisplayOutput out(std::move(plan), lookup, diagnostics);
+  out.setPixelStage(stage);
   if (!out.write(film, frame)) result.exitCode = kToolUnwritable;
   for (const std::string& file : out.written()) result.text += file + "\n";
   return result;

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "base/diagnostics.h"
-#include "film/display_plan.h"
+#include "film/display_output.h"
 
 namespace kinora::film {
 
 // Exit codes of CLI.md that these commands end with.
-enum ToolExit : int { kToolOk = 0, kToolDiffers = 1, kToolUnreadable = 3, kToolUnwritable = 6 };
+enum ToolExit : int { kToolOk = 0, kToolDiffers = 1, kToolBadCommand = 2, kToolUnreadable = 3, kToolUnwritable = 6 };
 
 struct ToolResult {
   int exitCode = kToolOk;
@@ -31,10 +31,13 @@ struct DiffLimits {
 ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimits& limits,
                       const std::string& picture, float gain, Diagnostics& diagnostics);
 
+// Makes the display filters that a plan names, for channels of its layout; an empty stage where there are none.
+using StageMaker = std::function<DisplayOutput::PixelStage(const DisplayPlan&)>;
+
 // Parts of one frame become its pictures: the primary one in `output` ("": all by the scene's names). `keepShard`:
-// the merged integers are written to `output` instead, as a larger shard.
+// the merged integers are written to `output` instead, as a larger shard. No part is written over.
 ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& output, bool keepShard,
-                      const DriverLookup& lookup, Diagnostics& diagnostics);
+                      const DriverLookup& lookup, const StageMaker& stages, Diagnostics& diagnostics);
 
 // Format, sizes, channels, value ranges and metadata of a picture; of a shard what it holds.
 ToolResult imageInfo(const std::string& path, Diagnostics& diagnostics);

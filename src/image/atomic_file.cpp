@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 namespace kinora::image {
 namespace {
@@ -58,6 +59,19 @@ Status AtomicFile::commit() {
   if (rename(temporary_.c_str(), target_.c_str()) != 0) return failed("write", target_, errno);
   isCommitted_ = true;
   return {};
+}
+
+std::string wholeName(const std::string& name) {
+  std::error_code failed;
+  const std::filesystem::path absolute = std::filesystem::absolute(name, failed);
+  if (failed) return name;
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(absolute, failed);
+  return failed ? absolute.lexically_normal().string() : whole.string();
+}
+
+bool isSameFile(const std::string& a, const std::string& b) {
+  std::error_code failed;
+  return !a.empty() && !b.empty() && (wholeName(a) == wholeName(b) || std::filesystem::equivalent(a, b, failed));
 }
 
 }  // namespace kinora::image

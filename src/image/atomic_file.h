@@ -27,4 +27,9 @@ class AtomicFile {
   bool isCommitted_ = false;
 };
 
+// The name from the root on, links followed; the same for all names of a file, which need not exist yet.
+std::string wholeName(const std::string& name);
+// Whether both names lead to one file, which need not exist yet: what writes one would take the place of the other.
+bool isSameFile(const std::string& a, const std::string& b);
+
 }  // namespace kinora::image

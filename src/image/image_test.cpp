@@ -159,6 +159,51 @@ TEST_F(ImageFile, PngHoldsTheEncodedCodes) {
   EXPECT_EQ(code(0, 3), 128) << "alpha is linear";
 }
 
+// A picture's colours are multiplied by alpha; PNG and TGA mean colours that are not.
+TEST_F(ImageFile, FormatsOfStraightAlphaGetDividedColours) {
+  Image img({0, 0, 4, 1}, {{"R"}, {"G"}, {"B"}, {"A"}});
+  const float pixels[4][4] = {
+      {0.25f, 0.1f, 0.05f, 0.5f}, {0.2f, 0.2f, 0.2f, 0}, {0.5f, 0.25f, 0.125f, 1}, {0.3f, 0.02f, 0.01f, 0.1f}};
+  for (int x = 0; x < 4; ++x) std::copy_n(pixels[x], 4, img.at(x, 0));
+  for (const auto& [name, type] :
+       {std::pair{"a.png", StoredType::UInt8}, {"b.png", StoredType::UInt16}, {"a.tga", StoredType::UInt8}}) {
+    for (ChannelInfo& c : img.channels) c.type = type;
+    ASSERT_TRUE(write(path(name), img).ok()) << name;
+    Image back;
+    ASSERT_TRUE(read(path(name), back).ok()) << name;
+    ASSERT_EQ(back.channelCount(), 4) << name;
+    EXPECT_EQ(back.channels[0].type, type);
+    const bool isDeep = type == StoredType::UInt16;
+    const float most = isDeep ? 65535 : 255;
+    for (int x = 0; x < 4; ++x) {
+      const float a = pixels[x][3];
+      for (int c = 0; c < 3; ++c) {
+        const float straight = a > 0 ? pixels[x][c] / a : pixels[x][c];
+        const int code = isDeep ? encodeSrgb16(straight) : encodeSrgb8(straight);
+        EXPECT_EQ(std::lround(back.at(x, 0)[c] * most), code) << name << " " << x << " " << c;
+      }
+      EXPECT_NEAR(back.at(x, 0)[3], a, 0.5f / most + 1e-6f);
+    }
+  }
+  // what is divided already is left alone; formats without alpha show the picture on black
+  WriteOptions straight;
+  straight.isStraight = true;
+  for (ChannelInfo& c : img.channels) c.type = StoredType::UInt8;
+  ASSERT_TRUE(write(path("c.png"), img, straight).ok());
+  for (const char* name : {"c.png", "a.bmp", "a.ppm"}) {
+    if (name[0] == 'a') {
+      ASSERT_TRUE(write(path(name), img).ok()) << name;
+    }
+    Image back;
+    ASSERT_TRUE(read(path(name), back).ok()) << name;
+    EXPECT_EQ(back.channelCount(), name[0] == 'a' ? 3 : 4) << name;
+    for (int x = 0; x < 4; ++x)
+      for (int c = 0; c < 3; ++c)
+        EXPECT_EQ(std::lround(back.at(x, 0)[c] * 255), encodeSrgb8(pixels[x][c])) << name << " " << x << " " << c;
+  }
+  ASSERT_TRUE(write(path("a.hdr"), img).ok());
+}
+
 TEST_F(ImageFile, EachFormatIsWrittenAndRead) {
   const Image img = noise(40, 30, rgb(StoredType::Half));
   for (const char* name : {"a.exr", "a.png", "a.tif", "a.jpg"}) {

@@ -93,7 +93,10 @@ Status open(const std::string& path, Image& out, const ReadOptions& options,
   if (!S_ISREG(info.st_mode)) return Status::fail("IMAGE-OPEN", quoted(path) + " is not a file");
   if (info.st_size == 0) return Status::fail("IMAGE-OPEN", quoted(path) + " is empty");
   if (holdsVolumes(path)) return Status::fail("IMAGE-OPEN", quoted(path) + " holds volumes (OpenVDB), no picture");
-  input = oiio::ImageInput::open(path);
+  // colours as they stand beside alpha, not multiplied by it
+  oiio::ImageSpec asStored;
+  asStored.attribute("oiio:UnassociatedAlpha", 1);
+  input = oiio::ImageInput::open(path, &asStored);
   if (!input) {
     std::string why = oiio::geterror();
     return Status::fail(
@@ -215,6 +218,17 @@ std::vector<Int> quantized(const Image& image, const std::vector<int>& channels,
   return out;
 }
 
+// Colours as formats of straight alpha mean them. Where nothing covers the pixel they stay, and where a filter's
+// lobes cover it more than wholly.
+void divideByAlpha(Image& image, int alphaChannel) {
+  const size_t channels = image.channels.size();
+  for (size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
+    const float alpha = image.pixels[i + size_t(alphaChannel)];
+    for (size_t c = 0; c < channels; ++c)
+      if (!isAlpha(image.channels[c].name)) image.pixels[i + c] = straightColor(image.pixels[i + c], alpha);
+  }
+}
+
 Status writeBytes(const std::string& temporary, const std::string& target, const std::vector<unsigned char>& bytes) {
   std::FILE* f = std::fopen(temporary.c_str(), "wb");
   int error = f ? 0 : errno;
@@ -226,14 +240,22 @@ Status writeBytes(const std::string& temporary, const std::string& target, const
 
 }  // namespace
 
-Status write(const std::string& path, const Image& image, const WriteOptions& options) {
+bool hasStraightAlpha(const std::string& extension) { return extension == "png" || extension == "tga"; }
+
+Status write(const std::string& path, const Image& given, const WriteOptions& options) {
   setUpLibrary();
+  const std::string extension = extensionOf(path);
+  Image straight;
+  if (!options.isStraight && hasStraightAlpha(extension) && given.findChannel("A") >= 0) {
+    straight = given;
+    divideByAlpha(straight, straight.findChannel("A"));
+  }
+  const Image& image = straight.channels.empty() ? given : straight;
   if (image.data.empty() || image.channels.empty() ||
       image.pixels.size() != size_t(image.data.pixels()) * image.channels.size())
     return Status::fail("IMAGE-WRITE", "cannot write " + quoted(path) + ": the picture is empty or inconsistent");
   AtomicFile file(path);
   if (Status s = file.probe(); !s.ok()) return s;
-  const std::string extension = extensionOf(path);
   try {
     std::unique_ptr<oiio::ImageOutput> output = oiio::ImageOutput::create(path);
     if (!output) {
@@ -248,15 +270,18 @@ Status write(const std::string& path, const Image& image, const WriteOptions& op
                                 image.channels[0].type >= StoredType::Half);
     // formats of a few channels take the first ones: RGB(A), or grey
     std::vector<int> channels;
-    const int most = isFloatFormat || extension == "tif" || extension == "tiff" ? image.channelCount()
-                     : isJpeg                                                   ? 3
-                                                                                : 4;
+    const bool isColourAlone = isJpeg || extension == "bmp" || extension == "ppm" || extension == "hdr";
+    const int most = isColourAlone                                                ? 3
+                     : isFloatFormat || extension == "tif" || extension == "tiff" ? image.channelCount()
+                                                                                  : 4;
     for (int c = 0; c < std::min(most, image.channelCount()); ++c) channels.push_back(c);
-    if (isJpeg && channels.size() == 2) channels.pop_back();
+    if (isColourAlone && channels.size() == 2) channels.pop_back();
 
     oiio::ImageSpec spec(image.width(), image.height(), int(channels.size()), oiio::TypeFloat);
     describe(image, spec);
     spec.channelnames.resize(channels.size());
+    if (spec.alpha_channel >= spec.nchannels) spec.alpha_channel = -1;
+    if (spec.z_channel >= spec.nchannels) spec.z_channel = -1;
     // Through memory where the format allows it: several of the libraries do not notice a full disk.
     oiio::Filesystem::IOVecOutput memory;
     // (Not TIFF: its directory, written last, comes out of OpenImageIO 2.4's memory file cut short.)
@@ -278,14 +303,19 @@ Status write(const std::string& path, const Image& image, const WriteOptions& op
         spec.attribute("compression", compression);
         if (options.isTiled) spec.tile_width = spec.tile_height = 64;
       }
-      ok = output->open(file.path(), spec) && output->write_image(oiio::TypeFloat, image.pixels.data());
+      std::vector<float> held;  // where the format has not room for all channels
+      for (size_t i = 0; channels.size() != image.channels.size() && i < image.pixels.size();
+           i += image.channels.size())
+        held.insert(held.end(), &image.pixels[i], &image.pixels[i] + channels.size());
+      ok = output->open(file.path(), spec) &&
+           output->write_image(oiio::TypeFloat, held.empty() ? image.pixels.data() : held.data());
     } else {
       const bool is16 = !isJpeg && std::all_of(image.channels.begin(), image.channels.end(),
                                                [](const ChannelInfo& c) { return c.type == StoredType::UInt16; });
       spec.set_format(is16 ? oiio::TypeUInt16 : oiio::TypeUInt8);
       // 8-bit files are pictures to look at: the crop stands at its place only where the format can say so
       spec.attribute("oiio:ColorSpace", options.encodeSrgb ? "sRGB" : "linear");
-      // most formats have no word for premultiplied colours: this keeps the library from dividing them; TIFF has one
+      // the library would divide codes; TIFF says that its colours are multiplied
       if (extension != "tif" && extension != "tiff") spec.attribute("oiio:UnassociatedAlpha", 1);
       if (isJpeg) spec.attribute("CompressionQuality", std::clamp(options.jpegQuality, 1, 100));
       if (is16) {

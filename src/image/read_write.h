@@ -16,7 +16,8 @@ struct ReadOptions {
   int maxChannels = 4096;
 };
 
-// All channels as float; 8- and 16-bit values become 0..1 as stored. IMAGE-OPEN, IMAGE-SIZE or IMAGE-READ on failure.
+// All channels as float; 8- and 16-bit values become 0..1 as stored: colours beside a straight alpha stay so.
+// IMAGE-OPEN, IMAGE-SIZE or IMAGE-READ on failure.
 Status read(const std::string& path, Image& out, const ReadOptions& options = {});
 // The header alone: everything but `pixels`, which stays empty.
 Status readHeader(const std::string& path, Image& out, const ReadOptions& options = {});
@@ -29,7 +30,19 @@ struct WriteOptions {
   bool isTiled = true;                          // EXR: 64 x 64
   bool encodeSrgb = true;                       // 8- and 16-bit formats: colours (not alpha) are scene-linear
   int jpegQuality = 95;
+  // Colours are divided by alpha already, as some formats hold them. Else they are multiplied, and divided on the way
+  // into such a file.
+  bool isStraight = false;
 };
+
+// Formats, by their extension in small letters, whose colours are not multiplied by alpha.
+bool hasStraightAlpha(const std::string& extension);
+
+// A colour's part without its alpha. Where nothing covers the pixel it stays as it is (a glow), and where a filter's
+// lobes cover it more than wholly.
+inline float straightColor(float premultiplied, float alpha) {
+  return alpha > 0 && alpha < 1 ? premultiplied / alpha : premultiplied;
+}
 
 // By the extension. Each channel is stored as its `type` in EXR; .png and .jpg hold 8 bits (or 16 where every channel
 // asks for UInt16 or more and the format can), .tif what the first channel says. Atomic: the target is whole or as

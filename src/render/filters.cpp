@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "texture/texture_system.h"
 
 namespace kinora::render {
 
@@ -155,6 +156,22 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
     }
   }
   return out;
+}
+
+film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, Registry& registry,
+                                                 Diagnostics& diagnostics) {
+  struct Kept {
+    Settings settings;
+    WorldBuilder builder;  // the host that plug-ins are made by
+    FilterChain chain;
+    Kept(Registry& r, Diagnostics& d) : builder(r, d, settings) {}
+  };
+  auto kept = std::make_shared<Kept>(registry, diagnostics);
+  kept->builder.textures().setSearchPath(plan.texturePath);
+  kept->chain.make(Kind::DisplayFilter, plan.displayFilters, plan.layout, registry, kept->builder.host(),
+                   kept->builder.width(), diagnostics);
+  if (kept->chain.empty()) return {};
+  return [kept](const film::Film& film) { return kept->chain.run(film); };
 }
 
 void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,

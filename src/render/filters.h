@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "film/display_output.h"
 #include "film/film.h"
 #include "film/filtered_pixels.h"
 #include "film/pixel_filter.h"
@@ -46,6 +47,11 @@ class FilterChain {
   Kind kind_ = Kind::SampleFilter;
   std::vector<Step> steps_;
 };
+
+// The display filters of a plan, as Renderer would make them of its scene (kinora merge). They hold what they need
+// beside the registry and the diagnostics.
+film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, Registry& registry,
+                                                 Diagnostics& diagnostics);
 
 // The pixel filter that a scene names: one of RIB's, else a plug-in. FILM-FILTER and gaussian 2 2 when it is neither.
 void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,

@@ -15,6 +15,7 @@
 #include "film/shard.h"
 #include "image/colors.h"
 #include "plugin/registry.h"
+#include "render/camera_attributes.h"
 #include "render/frame.h"
 #include "render/overrides.h"
 #include "render/version.h"
@@ -101,6 +102,7 @@ struct Renderer::Impl {
                           "correct or unset OCIO");
     applyOverrides(scene, settings, registry, diagnostics);
     if (diagnostics.count("CLI-SET") > 0) return false;
+    builder.openTextures(scene);
     if (!builder.buildCamera(scene)) return false;
     // samples
     constexpr int kMostSamples = 1 << 16;
@@ -212,23 +214,14 @@ struct Renderer::Impl {
 
   bool makeFilm() {
     film::PlanOptions options;
-    options.output = settings.output;
+    // of a part -o names the part; its pictures stay the scene's
+    options.isPart = settings.firstSample >= 0;
+    if (!options.isPart) options.output = settings.output;
     options.splats = hasLightStage();
     plan = film::planDisplays(scene, options, drivers(), diagnostics);
-    if (!settings.output.empty()) {
-      // with -o the primary picture is where the user wants it; others that name a folder of another machine go
-      // beside it
-      const std::filesystem::path beside = std::filesystem::path(settings.output).parent_path();
-      for (size_t i = 1; i < plan.outputs.size(); ++i) {
-        std::error_code ec;
-        const std::filesystem::path file = plan.outputs[i].file, folder = file.parent_path();
-        if (folder.empty() || std::filesystem::is_directory(folder, ec)) continue;
-        plan.outputs[i].file = (beside / file.filename()).string();
-        diagnostics.warning("DISPLAY-FOLDER", plan.outputs[i].pos,
-                            "the folder of picture \"" + file.string() + "\" does not exist",
-                            "it is written as \"" + plan.outputs[i].file + "\"");
-      }
-    }
+    if (!options.output.empty()) film::keepBeside(plan, film::fillFrame(options.output, scene.frame), diagnostics);
+    if (!plan.isWritable) return false;
+    if (options.isPart && !plan.displayFilters.empty()) plan.texturePath = builder.searchPath(scene, "texture");
     makePixelFilter(scene, registry, builder.host(), diagnostics, filter);
     if (settings.errorMap && settings.firstSample < 0) addHalves();
     sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(),
@@ -264,17 +257,22 @@ struct Renderer::Impl {
         diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others",
                             "its channel stays black", "fewer repetitions ({n,m}), labels and channels need less");
       else
-        diagnostics.warning("LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
-                            "paths end with L, a light, or O, a glowing surface");
+        diagnostics.warning(
+            "LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
+            "paths end with L, a light, or O, a glowing surface or a light that the camera sees itself");
     }
   }
 
+  bool hasJitter() const { return !scene.hider || scene.hider->params.getInt("jitter", 1) != 0; }
+
   void makeRatios() {
     ratios.clear();
+    plan.layout.setNegative(-1, hasJitter() ? filter.negativeMean() : 0);
     for (const film::ChannelFilter& f : plan.layout.filters()) {
       film::PixelFilter own;
       if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;  // checked by the plan
       ratios.emplace_back(filter, own);
+      plan.layout.setNegative(int(ratios.size()) - 1, hasJitter() ? ratios.back().negativeMean() : 0);
       if (ratios.back().covered() < 0.98)
         diagnostics.warning("DISPLAY-CHANNEL-FILTER", scene.pos,
                             "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" +
@@ -352,21 +350,7 @@ struct Renderer::Impl {
 
   film::FrameMetadata metadata(double seconds, bool complete) const {
     film::FrameMetadata m;
-    const auto& c = builder.camera();
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) m.worldToCamera[size_t(4 * i + j)] = float(c.worldToCamera[i][j]);
-    m.worldToNdc = m.worldToCamera;
-    if (const auto* traits = static_cast<const ProjectionTraits*>(c.projection.plugin()->traits);
-        traits && traits->screenMatrix) {
-      double s[16];
-      traits->screenMatrix(c.projection.data(), s);
-      scene::Matrix screen;
-      for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) screen[i][j] = s[4 * i + j];
-      const scene::Matrix ndc = c.worldToCamera * screen;
-      for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) m.worldToNdc[size_t(4 * i + j)] = float(ndc[i][j]);
-    }
+    describeCamera(builder.camera(), m);
     m.frame = scene.frame;
     m.seed = settings.seed;
     m.samples = {{uint32_t(firstSample), uint32_t(firstSample + samplesDone)}};
@@ -398,7 +382,7 @@ struct Renderer::Impl {
     if (settings.groupSize) in.groupSize = settings.groupSize;
     in.bucketOrder =
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
-    in.jitter = !scene.hider || scene.hider->params.getInt("jitter", 1) != 0;
+    in.jitter = hasJitter();
     in.stop = settings.stop;
     in.rayListener = settings.rayListener;
     frame = std::make_unique<Frame>(in);

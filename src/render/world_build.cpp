@@ -409,10 +409,13 @@ std::vector<std::string> WorldBuilder::searchPath(const scene::Scene& scene, con
   return path;
 }
 
-bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics) {
-  const auto start = std::chrono::steady_clock::now();
+void WorldBuilder::openTextures(const scene::Scene& scene) {
   textures_->setSearchPath(searchPath(scene, "texture"));
   volumes_->setSearchPath(searchPath(scene, "texture"));
+}
+
+bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths& paths, Statistics& statistics) {
+  const auto start = std::chrono::steady_clock::now();
   std::set<uint32_t> lightShapes;
   const std::vector<scene::Light> lightsToUse = lightsToRender(scene, registry_, diagnostics_, lightShapes);
   flatten(scene, lightShapes);

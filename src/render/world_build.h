@@ -61,6 +61,8 @@ class WorldBuilder {
  public:
   WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings);
   ~WorldBuilder();
+  // Where textures and volumes lie; before any plug-in is made, which may ask for images.
+  void openTextures(const scene::Scene& scene);
   // Resolution, crop, projection. False when there is nothing to look at.
   bool buildCamera(const scene::Scene& scene);
   // Everything else. `paths` must outlive the world.
@@ -71,6 +73,8 @@ class WorldBuilder {
   TextureSystem& textures() { return *textures_; }
   const Host& host() const { return host_; }
   uint32_t width() const { return width_; }
+  // Directories for files of a kind: "texture", "shader".
+  std::vector<std::string> searchPath(const scene::Scene& scene, const std::string& kind) const;
   // Looks the shaders of the scene's materials up; before needsSplit() and buildWorld().
   void openShaders(const scene::Scene& scene);
   // Whether diffuse and specular must be told apart at every bounce: some light has different factors for them, or
@@ -79,8 +83,6 @@ class WorldBuilder {
 
  private:
   struct Shape;
-  // Directories for files of a kind: "texture", "shader".
-  std::vector<std::string> searchPath(const scene::Scene& scene, const std::string& kind) const;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
   // What light linking says of an object (lighting:subset and excludesubset) -> its link set.
   using LinkSets = std::map<std::pair<std::string, std::string>, uint32_t>;

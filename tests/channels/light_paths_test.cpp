@@ -126,15 +126,22 @@ std::string channel(const std::string& name, const std::string& expression) {
 
 TEST(LightPathChannels, GroupsOfLightsAndSurfaces) {
   RenderRequest q;
-  q.rib = room(channel("key", "C.*<L.'key'>") + channel("fill", "C.*<L.'fill'>") + channel("other", "C.*<L.'none'>") +
-               channel("glow", "C[DS]*O") + channel("floor", "C<.D'floor'>[DS]*[LO]") +
+  q.rib = room(channel("key", "C.*[<L.'key'><O.'key'>]") + channel("fill", "C.*[<L.'fill'><O.'fill'>]") +
+               channel("other", "C.*<L.'none'>") + channel("lit", "C.*L") + channel("seen", "CO") +
+               channel("none", "CL") + channel("floor", "C<.D'floor'>[DS]*[LO]") +
                channel("rest", "C[^<.D'floor'>][DS]*[LO]") + channel("sky", "C[LO]") + channel("d1", "CD1.*L") +
                channel("d2", "C<RD'Diffuse'>.*L"));
-  q.channels = "Ci,key,fill,other,floor,rest,sky,d1,d2,indirect,direct";
+  q.channels = "Ci,key,fill,other,lit,seen,none,floor,rest,sky,d1,d2,indirect,direct";
   SceneRender r(q);
   ASSERT_TRUE(r.ok());
-  EXPECT_TRUE(r.messages().empty()) << r.messages()[0];
+  ASSERT_EQ(r.messages().size(), 1u);
+  EXPECT_NE(r.messages()[0].find("LPE-EMPTY"), std::string::npos) << "CL is no path: " << r.messages()[0];
   EXPECT_LT(worst(r, {"key", "fill"}, "Ci"), 1e-5);
+  // a light that the camera sees is in one of both
+  EXPECT_LT(worst(r, {"lit", "seen"}, "Ci"), 1e-5);
+  EXPECT_LT(worst(r, {"sky"}, "seen"), 1e-6);
+  EXPECT_GT(mean(r, "seen"), 0.02);
+  EXPECT_EQ(mean(r, "none"), 0);
   EXPECT_LT(worst(r, {"direct", "indirect"}, "Ci"), 1e-5);
   EXPECT_LT(worst(r, {"floor", "rest", "sky"}, "Ci"), 1e-5);
   EXPECT_LT(worst(r, {"d2", "sky"}, "Ci"), 1e-5) << "all materials have one lobe, \"Diffuse\"";

@@ -16,6 +16,23 @@
 
 namespace kinora {
 
+// What a file of integers says of its codes, by the metadata "colorSpace": the sRGB curve, a gamma, or nothing where
+// neither is the whole truth.
+inline void stateColorSpace(OIIO::ImageSpec& spec, const DisplayInfo& d) {
+  for (uint32_t i = 0; i < d.metadataCount; ++i) {
+    const DisplayMetadata& m = d.metadata[i];
+    if (m.type != DisplayMetadataType::String || std::strcmp(m.key, "colorSpace") != 0) continue;
+    float gamma = 0;
+    int end = 0;
+    if (std::strcmp(m.text, "sRGB") == 0) {
+      spec.attribute("oiio:ColorSpace", "sRGB");
+    } else if (std::sscanf(m.text, "gamma %f%n", &gamma, &end) == 1 && m.text[end] == '\0' && gamma > 0) {
+      spec.attribute("oiio:ColorSpace", gamma == 1 ? std::string("Linear") : "Gamma" + std::string(m.text + 6));
+      spec.attribute("oiio:Gamma", gamma);
+    }
+  }
+}
+
 struct EncodedFile {
   std::string path;
   std::vector<unsigned char> bytes;

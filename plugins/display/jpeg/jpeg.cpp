@@ -38,7 +38,7 @@ struct Jpeg {
     if (width > kMostSide || height > kMostSide)
       throw std::runtime_error("JPEG holds at most 65500 pixels on a side");
     spec = OIIO::ImageSpec(width, height, int(channels.size()), OIIO::TypeUInt8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
+    stateColorSpace(spec, d);
     spec.attribute("CompressionQuality", std::clamp(info.integer(0), 1, 100));
     spec.attribute("jpeg:subsampling", "4:4:4");  // coloured edges stay sharp
     if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);

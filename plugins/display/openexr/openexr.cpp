@@ -132,8 +132,12 @@ struct OpenExr {
       isHalf.push_back(!allFloat && d.channels[c].type == DisplayPixelType::Half);
       header->channels().insert(names.back(), Imf::Channel(isHalf.back() ? Imf::HALF : Imf::FLOAT));
     }
-    Imf::addChromaticities(*header, Imf::Chromaticities());  // Rec. 709, D65
     for (uint32_t i = 0; i < d.metadataCount; ++i) addAttribute(d.metadata[i]);
+    if (d.screenWindow[2] > 0) {
+      // OpenEXR's camera space has x to the left
+      header->screenWindowCenter() = Imath::V2f(0 - d.screenWindow[0], d.screenWindow[1]);
+      header->screenWindowWidth() = d.screenWindow[2];
+    }
     file = std::make_unique<File>(path);
   }
 
@@ -147,6 +151,9 @@ struct OpenExr {
         break;
       case DisplayMetadataType::String:
         header->insert(m.key, Imf::StringAttribute(m.text));
+        // the primaries of another working space are not known here
+        if (std::strcmp(m.key, "colorSpace") == 0 && std::strncmp(m.text, "linear Rec.709", 14) == 0)
+          Imf::addChromaticities(*header, Imf::Chromaticities());  // Rec. 709, D65
         break;
       case DisplayMetadataType::Matrix: {
         Imath::M44f matrix;

@@ -1,5 +1,5 @@
-// Display driver "png" (d_Png): the first colour and alpha, sRGB-encoded, 8 bits (or 16). Premultiplied colours are
-// written as they are. Further channels do not fit: a message says which are left out.
+// Display driver "png" (d_Png): the first colour and alpha, sRGB-encoded, 8 bits (or 16). Colours come divided by
+// alpha, as PNG means them. Further channels do not fit: a message says which are left out.
 #include <OpenImageIO/imageio.h>
 #include <kinora/display_codes.h>
 
@@ -37,8 +37,8 @@ struct Png {
     spec.y = d.window[1];
     spec.full_width = int(d.resolution[0]);
     spec.full_height = int(d.resolution[1]);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    spec.attribute("oiio:UnassociatedAlpha", 1);  // colours are not divided by alpha
+    stateColorSpace(spec, d);
+    spec.attribute("oiio:UnassociatedAlpha", 1);  // else the library divides codes
     if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);
     for (const uint32_t c : channels) isLight.push_back(d.channels[c].isColor == 1);
     for (uint32_t i = 0; i < d.metadataCount; ++i) {
@@ -66,6 +66,7 @@ struct Png {
 int close(void* display, ErrorText* error) { return static_cast<const Png*>(display)->file.write(error); }
 void abort(void*) {}
 
+constexpr DisplayTraits kTraits{1};
 const DisplayFunctions kFunctions{DriverCalls<Png>::write, close, abort};
 const WidthTable kTables[] = {{1, &kFunctions}};
 const Descriptor kDescriptor{kAbiVersion,
@@ -73,12 +74,12 @@ const Descriptor kDescriptor{kAbiVersion,
                              Kind::Display,
                              0,
                              "png",
-                             "PNG pictures to look at: sRGB, 8 or 16 bits.",
+                             "PNG pictures to look at: sRGB, 8 or 16 bits, straight alpha.",
                              kParams,
                              std::size(kParams),
                              kTables,
                              1,
-                             nullptr,
+                             &kTraits,
                              DriverCalls<Png>::create,
                              DriverCalls<Png>::destroy};
 }  // namespace

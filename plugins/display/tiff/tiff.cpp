@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "../drivers/calls.h"
+#include "../drivers/encoded_file.h"
 
 namespace kinora {
 namespace {
@@ -63,7 +63,10 @@ struct Tiff {
       spec.channelnames.emplace_back(d.channels[c].name);
       if (isAlphaChannel(d.channels[c]) && spec.alpha_channel < 0) spec.alpha_channel = int(c);
     }
-    spec.attribute("oiio:ColorSpace", type == OIIO::TypeFloat ? "linear" : "sRGB");
+    if (type == OIIO::TypeFloat)
+      spec.attribute("oiio:ColorSpace", "linear");
+    else
+      stateColorSpace(spec, d);
     spec.attribute("compression", info.string(kCompression));
     if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);
     for (uint32_t i = 0; i < d.metadataCount; ++i) {
@@ -71,8 +74,18 @@ struct Tiff {
       // TIFF knows these two matrices by name
       if (m.type == DisplayMetadataType::Matrix && std::strcmp(m.key, "worldToCamera") == 0)
         spec.attribute("worldtocamera", OIIO::TypeMatrix, m.matrix);
-      if (m.type == DisplayMetadataType::Matrix && std::strcmp(m.key, "worldToNDC") == 0)
-        spec.attribute("worldtoscreen", OIIO::TypeMatrix, m.matrix);
+      if (m.type == DisplayMetadataType::Matrix && std::strcmp(m.key, "worldToNDC") == 0) {
+        // its screen runs from -1 to 1, y up
+        float screen[16];
+        for (int r = 0; r < 4; ++r) {
+          const float* row = m.matrix + 4 * r;
+          screen[4 * r] = 2 * row[0] - row[3];
+          screen[4 * r + 1] = row[3] - 2 * row[1];
+          screen[4 * r + 2] = row[2];
+          screen[4 * r + 3] = row[3];
+        }
+        spec.attribute("worldtoscreen", OIIO::TypeMatrix, screen);
+      }
       if (m.type == DisplayMetadataType::String) spec.attribute(m.key, m.text);
     }
   }

@@ -70,9 +70,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
     return data.release();
   });
 }
-constexpr ProjectionTraits kTraits{[](const void*, double out[16]) {
-  for (int i = 0; i < 16; ++i) out[i] = i % 5 == 0;
-}};
+constexpr ProjectionTraits kTraits{
+    [](const void* data, double out[16]) { screenToNdc(static_cast<const Data*>(data)->screen, 1, false, out); }};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 const Descriptor kDescriptor{kAbiVersion,
                              sizeof(Descriptor),

@@ -1,0 +1,195 @@
+// Proves: parts of a frame merge to the pictures of the whole, bit for bit, whatever filters and displays the scene
+// has; parts and other inputs are never written over, nor one frame by the next. Misses: parts of other machines.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "run_program.h"
+
+namespace kinora::cli {
+namespace {
+
+bool areSame(const Workplace& w, const std::string& a, const std::string& b) {
+  const Result r = w.run({"diff", a, b});
+  EXPECT_EQ(r.exitCode, 0) << a << " " << b << "\n" << r.out << r.err;
+  return r.out.find("identical in every bit") != std::string::npos;
+}
+std::string bytesOf(const Workplace& w, const std::string& name) {
+  std::ifstream in(w.path(name), std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const char* const kFilters =
+    "SampleFilter \"PxrGradeSampleFilter\" \"grade\" \"color gain\" [0.5 1 2]\n"
+    "DisplayFilter \"PxrBackgroundDisplayFilter\" \"back\" \"color backgroundColor\" [0.25 0.5 1]\n"
+    "DisplayFilter \"PxrBackgroundDisplayFilter\" \"far\" \"string aov\" [\"albedo\"] \"color backgroundColor\" [1 0 "
+    "1]\n"
+    "DisplayFilter \"PxrDisplayFilterCombiner\" \"both\" \"reference displayfilter[2] filter\" [\"back\" \"far\"]\n";
+
+// Every kind of display, of all that they can be told.
+std::string displays(const std::string& stem) {
+  return "Display \"" + stem + ".exr\" \"openexr\" \"Ci,a,albedo,z,Nn,own\" \"string exrpixeltype\" [\"float\"]\n" +
+         "Display \"+" + stem + ".png\" \"png\" \"rgba\" \"float[2] exposure\" [1.5 2.2] \"float dither\" [0.5]\n" +
+         "Display \"+" + stem + "16.png\" \"png\" \"rgba\" \"int[4] quantize\" [0 1023 0 1023]\n" + "Display \"+" +
+         stem + ".tif\" \"tiff\" \"rgba\"\nDisplay \"+" + stem + "f.tif\" \"tiff\" \"rgbaz\"\nDisplay \"+" + stem +
+         ".jpg\" \"jpeg\" \"rgb\"\nDisplay \"+" + stem + ".tga\" \"targa\" \"rgba\"\nDisplay \"+" + stem +
+         ".bmp\" \"file\" \"rgba\"\nDisplay \"+unseen\" \"null\" \"Ci,a,P\"\n"
+         "DisplayChannel \"color own\" \"string source\" [\"Ci\"] \"string filter\" [\"sinc\"] "
+         "\"float[2] filterwidth\" [4 4]\nPixelFilter \"catmull-rom\" 4 4\n";
+}
+
+TEST(Merge, EveryFilterAndKindOfDisplay) {
+  Workplace w;
+  SceneParts parts;
+  parts.options = kFilters;
+  parts.display = displays("whole");
+  w.write("scene.rib", rib(parts));
+  ASSERT_EQ(w.run({"scene.rib", "--progress", "none"}).exitCode, 0);
+  parts.options = "";
+  parts.display =
+      "Display \"plain.exr\" \"openexr\" \"Ci,a,albedo,z,Nn\" \"string exrpixeltype\" [\"float\"]\nPixelFilter "
+      "\"catmull-rom\" 4 4";
+  w.write("plain.rib", rib(parts));
+  ASSERT_EQ(w.run({"plain.rib", "--progress", "none"}).exitCode, 0);
+  EXPECT_NE(w.run({"diff", "plain.exr", "whole.exr", "--channels", "R"}).exitCode, 0) << "the filters do nothing";
+
+  parts.options = kFilters;
+  parts.display = displays("merged");
+  w.write("scene.rib", rib(parts));
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "0:1", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "1:4", "--progress", "none"}).exitCode, 0);
+  EXPECT_TRUE(w.has("merged.samples-0-1.exr")) << "a part has a name of its own, beside the picture's";
+  EXPECT_FALSE(w.has("merged.exr"));
+  const Result r = w.run({"merge", "merged.samples-1-4.exr", "merged.samples-0-1.exr"});
+  ASSERT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(r.err.empty()) << r.err;
+  for (const char* ending : {".exr", ".png", "16.png", ".tif", "f.tif", ".jpg", ".tga", ".bmp"})
+    EXPECT_TRUE(areSame(w, std::string("whole") + ending, std::string("merged") + ending)) << ending;
+  // also the first of two steps, and with -o
+  ASSERT_EQ(w.run({"merge", "merged.samples-1-4.exr", "--keep-samples", "-o", "kept.exr"}).exitCode, 0);
+  ASSERT_EQ(w.run({"merge", "kept.exr", "merged.samples-0-1.exr", "-o", "again.exr"}).exitCode, 0);
+  EXPECT_TRUE(areSame(w, "whole.exr", "again.exr"));
+}
+
+// -o means the picture that it means for a whole frame: that of the first display with colour, or one of its own.
+TEST(Merge, OutputIsThatOfTheWholeFrame) {
+  for (const char* display : {"Display \"z.exr\" \"openexr\" \"z\"", "Display \"n\" \"null\" \"rgba\"",
+                              "Display \"n\" \"null\" \"rgba\"\nDisplay \"+z.exr\" \"openexr\" \"Ci,z\"",
+                              "Display \"z.exr\" \"openexr\" \"z\"\nDisplay \"+c.png\" \"png\" \"rgba\"", ""}) {
+    SCOPED_TRACE(display);
+    Workplace w;
+    SceneParts parts;
+    parts.options = kFilters;
+    parts.display = display;
+    w.write("scene.rib", rib(parts));
+    ASSERT_EQ(w.run({"scene.rib", "-o", "whole.exr", "--progress", "none"}).exitCode, 0);
+    const std::vector<std::string> before = w.files();
+    ASSERT_EQ(w.run({"scene.rib", "--samples", "0:3", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+    ASSERT_EQ(w.run({"scene.rib", "--samples", "3:4", "-o", "b.exr", "--progress", "none"}).exitCode, 0);
+    const Result r = w.run({"merge", "a.exr", "b.exr", "-o", "merged.exr"});
+    ASSERT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_TRUE(areSame(w, "whole.exr", "merged.exr"));
+    EXPECT_EQ(w.files().size(), before.size() + 3) << "two parts, one picture; the others were there";
+  }
+}
+
+TEST(Merge, NoPartIsWrittenOver) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "0:2", "-o", "out.exr", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "2:4", "-o", "b.exr", "--progress", "none"}).exitCode, 0);
+  const std::string before = bytesOf(w, "out.exr") + bytesOf(w, "b.exr");
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"merge", "out.exr", "b.exr"},
+                                                    {"merge", "out.exr", "b.exr", "-o", "b.exr"},
+                                                    {"merge", "out.exr", "b.exr", "-o", "./out.exr"},
+                                                    {"merge", "out.exr", "b.exr", "--keep-samples", "-o", "b.exr"}}) {
+    const Result r = w.run(arguments);
+    EXPECT_EQ(r.exitCode, 2) << r.out;
+    EXPECT_NE(r.err.find("FILM-MERGE-OVERWRITE"), std::string::npos) << r.err;
+  }
+  EXPECT_EQ(bytesOf(w, "out.exr") + bytesOf(w, "b.exr"), before);
+  EXPECT_EQ(w.run({"merge", "out.exr", "b.exr", "-o", "c.exr"}).exitCode, 0);
+}
+
+TEST(Inputs, NoCommandWritesOverOne) {
+  Workplace w;
+  SceneParts parts;
+  parts.display = "Display \"scene.exr\" \"openexr\" \"rgba\"";
+  w.write("scene.png", rib());
+  w.write("scene.exr", rib(parts));
+  w.write("stats.txt", rib());
+  w.write("in.rib", rib());
+  w.write("s.osl", "shader s(output color c = 0) { c = u; }\n");
+  w.write("inc.h", "#define K 1\n");
+  w.write("t.osl", "#include \"inc.h\"\nshader t(output color c = 0) { c = K; }\n");
+  ASSERT_EQ(w.run({"in.rib", "-o", "a.png", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"in.rib", "-o", "b.png", "--seed", "1", "--progress", "none"}).exitCode, 0);
+  const std::vector<std::vector<std::string>> commands = {
+      {"scene.png", "-o", "scene.png"},
+      {"scene.exr"},
+      {"stats.txt", "--stats", "./stats.txt"},
+      {"in.rib", "scene.png", "-o", "scene.png"},
+      {"rib", "in.rib", "-o", "in.rib"},
+      {"rib", "in.rib", "--binary", "-o", "./in.rib"},
+      {"diff", "a.png", "b.png", "-o", "a.png"},
+      {"diff", "a.png", "b.png", "-o", "b.png"},
+      {"maketex", "a.png", "a.png"},
+      {"shader", "compile", "-o", "s.osl", "s.osl"},
+      {"shader", "compile", "-E", "-o", "s.osl", "s.osl"},
+      {"shader", "compile", "-MD", "-MF", "s.osl", "s.osl"},
+      {"shader", "compile", "-o", "inc.h", "t.osl"},
+  };
+  std::string before;
+  for (const char* f : {"scene.png", "scene.exr", "stats.txt", "in.rib", "s.osl", "inc.h", "a.png", "b.png"})
+    before += bytesOf(w, f);
+  for (const auto& arguments : commands) {
+    std::string shown;
+    for (const std::string& a : arguments) shown += a + " ";
+    const Result r = w.run(arguments);
+    EXPECT_EQ(r.exitCode, 2) << shown << r.err;
+    EXPECT_NE(r.err.find("written over"), std::string::npos) << shown << r.err;
+  }
+  std::string after;
+  for (const char* f : {"scene.png", "scene.exr", "stats.txt", "in.rib", "s.osl", "inc.h", "a.png", "b.png"})
+    after += bytesOf(w, f);
+  EXPECT_EQ(after, before);
+}
+
+TEST(Frames, OneNameOfTheScenesForSeveralKeepsTheFirst) {
+  Workplace w;
+  SceneParts bright;
+  bright.options = "Exposure 2 1";
+  const auto frame = [](int n, const std::string& world) {
+    return "FrameBegin " + std::to_string(n) + "\n" + world + "FrameEnd\n";
+  };
+  SceneParts other;
+  other.display = "Display \"other.exr\" \"openexr\" \"rgba\"";
+  w.write("one.rib", rib());
+  ASSERT_EQ(w.run({"one.rib", "--progress", "none"}).exitCode, 0);
+  const std::string first = bytesOf(w, "out.exr");
+  w.write("scene.rib", frame(1, rib()) + frame(2, rib(bright)) + frame(3, rib(other)));
+  const Result r = w.run({"scene.rib", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 3) << r.err;
+  EXPECT_NE(r.err.find("APP-SAME-FILE"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("frame 2 would be written"), std::string::npos) << r.err;
+  EXPECT_TRUE(w.has("other.exr")) << "the third goes on";
+  ASSERT_EQ(w.run({"scene.rib", "--frames", "2", "--progress", "none"}).exitCode, 0) << "alone it may";
+  EXPECT_NE(bytesOf(w, "out.exr"), first);
+  ASSERT_EQ(w.run({"scene.rib", "--frames", "1", "-o", "again.exr", "--progress", "none"}).exitCode, 0);
+  // a number in the name
+  bright.display = "Display \"n.###.exr\" \"openexr\" \"rgba\"";
+  w.write("scene.rib", frame(1, rib(bright)) + frame(2, rib(bright)));
+  EXPECT_EQ(w.run({"scene.rib", "--progress", "none"}).exitCode, 0);
+  EXPECT_TRUE(w.has("n.001.exr") && w.has("n.002.exr"));
+  // and two displays of one frame
+  bright.display = "Display \"d.exr\" \"openexr\" \"rgba\"\nDisplay \"+d.exr\" \"openexr\" \"z\"";
+  w.write("scene.rib", rib(bright));
+  const Result two = w.run({"scene.rib", "--progress", "none"});
+  EXPECT_EQ(two.exitCode, 3) << two.err;
+  EXPECT_NE(two.err.find("DISPLAY-SAME-FILE"), std::string::npos) << two.err;
+  EXPECT_FALSE(w.has("d.exr"));
+}
+
+}  // namespace
+}  // namespace kinora::cli
