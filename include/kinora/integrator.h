@@ -66,7 +66,7 @@ struct Group {
 // Lights' answer at the points of a context: one light sample a point.
 struct LightSamples {
   const float* wi[3];
-  const float* distance;
+  const float* distance;     // that a shadow ray goes; 0: nothing shadows this light
   const float* radiance[3];  // unshadowed
   const float* pdf;          // choice of the light included; 0: none
   const float* diffuse;      // factors on diffuse and specular slots
@@ -75,8 +75,8 @@ struct LightSamples {
   const uint32_t* light;  // index, for light path events
 };
 
-// Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit. Entries are sorted
-// by slot order of the list given, and by light.
+// Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit; lights without
+// shadows behind it too. Entries are sorted by slot order of the list given, and by light.
 struct LightHits {
   uint32_t count;
   const uint32_t* slot;
@@ -116,7 +116,7 @@ struct ShadowRays {
   uint32_t count;
   const float* o[3];
   const float* d[3];
-  const float* tMax;
+  const float* tMax;  // nothing is in the way of rays that go nowhere (0 and below)
   const float* time;
   const uint32_t* slot;
   const uint32_t* tinted;   // by ray, 1: it goes straight through glass and takes its tint (the stock default where

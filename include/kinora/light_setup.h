@@ -77,7 +77,7 @@ inline constexpr std::array kControl = {
     param::integer("enableShadows", 1)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: whether this light casts shadows."),
+        .help("0: nothing between the light and a surface shadows it. Mirrors still show what stands before it."),
     param::color("shadowColor", 0.f).help("No effect yet: light that is left in shadow."),
     param::number("shadowDistance", -1.f).range(-1, 100).help("No effect yet: farthest occluder; -1 is no limit."),
     param::number("shadowFalloff", -1.f)

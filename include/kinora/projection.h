@@ -12,6 +12,9 @@ struct ProjectionInfo {   // CreateInfo::extra
   uint32_t resolution[2];
   float fStop, focalLength, focalDistance;  // DepthOfField request; fStop 0: pinhole
   float clipping[2];                        // near, far along z; 0 0: none
+  // Shape of the lens; sides below 3: a circle. Degrees from +x to a corner; -1 to 1, 0 straight sides, 1 a circle,
+  // below 0 bowed in; -1 to 1, above 0 brighter at the rim; height over width, 0 counts as 1.
+  float apertureSides, apertureAngle, apertureRoundness, apertureDensity, apertureAspect;
   double worldToCamera[16];  // at the middle of the shutter; row-major, for row vectors; all 0: not known
 };
 

@@ -103,11 +103,35 @@ struct ThinLensProjection {
     using F = Float<W>;
     Vec3<W> o;
     if (k.lensRadius > 0) {
-      concentricDisk(u, v, o.x, o.y);
-      o.x *= F(k.lensRadius);
+      if (k.aperture.isShaped)
+        shapedPoint<W>(k.aperture, u, v, o.x, o.y);
+      else
+        concentricDisk(u, v, o.x, o.y);
+      o.x *= F(k.lensRadius * k.aperture.stretch);
       o.y *= F(k.lensRadius);
     }
     return o;
+  }
+  template <int W>
+  static KN_INLINE Float<W> lookUp(const float* table, Float<W> share) {
+    using F = Float<W>;
+    const F at = clamp(share, F(0.f), F(1.f)) * F(float(Aperture::kSteps)), below = floor(at);
+    const Int<W> i = toInt(below);
+    return lerp(gather(table, i), gather(table + 1, i), at - below);
+  }
+  template <int W>
+  static KN_INLINE void shapedPoint(const Aperture& a, Float<W> u, Float<W> v, Float<W>& x, Float<W>& y) {
+    using F = Float<W>;
+    const F sides(a.sides), place = u * sides, which = min(floor(place), sides - F(1.f));
+    const F off = lookUp<W>(a.side, place - which);
+    F r = lookUp<W>(a.rho, sqrt(v)), s, c;
+    if (a.sides >= 3) {
+      sincos(off, s, c);
+      r *= fma(F(a.inset) / c - F(1.f), F(1.f - a.roundness), F(1.f));
+    }
+    sincos(fma(which, F(kTwoPi / a.sides), off) + F(a.angle), s, c);
+    x = r * c;
+    y = r * s;
   }
   template <int W>
   static KN_INLINE void rays(const ThinLens& k, const CameraSample<W>& in, CameraRay<W>& out) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 namespace kinora {
 
@@ -46,8 +47,67 @@ struct ScreenMap {
   float pixelArea() const { return stepX * stepY < 0 ? -stepX * stepY : stepX * stepY; }
 };
 
+// The shape and density of a lens that is no even disk, as tables of its inverse distributions. In polar coordinates
+// (rho R(angle), angle) the two are drawn apart: the angle by R^2, which is the area of a slice, rho by rho times the
+// density 1 + slope (2 rho - 1).
+struct Aperture {
+  static constexpr int kSteps = 1024;
+  bool isShaped = false;                      // false: an even disk, stretched by `stretch`
+  float sides = 0, angle = 0, roundness = 1;  // radians to the middle of the first side
+  float inset = 1;                            // of a straight side from the middle: cos(pi / sides)
+  float stretch = 1;                          // of x
+  float side[kSteps + 2] = {};                // angle off a side's middle, by its share of the side
+  float rho[kSteps + 2] = {};                 // by the root of its share: straight near 0 for an even density
+
+  // Distance of the edge in units of the lens's radius.
+  double edge(double off) const { return sides < 3 ? 1 : 1 + (inset / std::cos(off) - 1) * (1 - double(roundness)); }
+
+  static Aperture of(const ProjectionInfo& info) {
+    constexpr double kPi = 3.14159265358979323846;
+    const auto within = [](float x, double least, double most) {
+      return x == x ? std::fmin(most, std::fmax(least, double(x))) : 0;
+    };
+    Aperture a;
+    if (info.apertureAspect > 0 && std::isfinite(info.apertureAspect)) a.stretch = 1 / info.apertureAspect;
+    const double slope = within(info.apertureDensity, -1, 1);
+    a.sides = float(std::floor(within(info.apertureSides, 0, 1000)));
+    a.roundness = float(within(info.apertureRoundness, -1, 1));
+    const bool hasSides = a.sides >= 3 && a.roundness < 1;
+    a.isShaped = hasSides || slope != 0;
+    if (!a.isShaped) return a;
+    if (!hasSides) {
+      a.sides = 1;
+    } else {
+      a.inset = float(std::cos(kPi / a.sides));
+      a.angle = float(within(info.apertureAngle, -1e6, 1e6) * kPi / 180 + kPi / a.sides);
+    }
+    const double half = kPi / a.sides;
+    constexpr int kFine = 16;  // of the integral, in each step of the tables
+    std::vector<double> sum(kSteps * kFine + 1, 0.0);
+    const auto invert = [&](double low, double high, const auto& density, const auto& shareAt, float* out) {
+      const int n = kSteps * kFine;
+      for (int i = 0; i < n; ++i) sum[size_t(i) + 1] = sum[size_t(i)] + density(low + (high - low) * (i + 0.5) / n);
+      int k = 0;
+      for (int i = 0; i <= kSteps; ++i) {
+        const double want = sum.back() * shareAt(double(i) / kSteps);
+        while (k + 1 < n && sum[size_t(k) + 1] < want) ++k;
+        const double step = sum[size_t(k) + 1] - sum[size_t(k)];
+        const double part = step > 0 ? std::fmin(1, std::fmax(0, (want - sum[size_t(k)]) / step)) : 0;
+        out[i] = float(low + (high - low) * (k + part) / n);
+      }
+      out[kSteps + 1] = out[kSteps];  // read beside the last one, with weight 0
+    };
+    invert(
+        -half, half, [&](double off) { return a.edge(off) * a.edge(off); }, [](double s) { return s; }, a.side);
+    invert(
+        0, 1, [&](double r) { return r * (1 + slope * (2 * r - 1)); }, [](double s) { return s * s; }, a.rho);
+    return a;
+  }
+};
+
 struct ThinLens {
   ScreenMap screen;
+  Aperture aperture;
   float halfFov[2] = {0.7853981634f, 0.7853981634f};  // radians, at shutter open and close
   float scale = 1;                                    // screen units at unit distance: tan(halfFov[0])
   bool zooms = false;
@@ -106,6 +166,7 @@ inline void setLens(ThinLens& k, const NamedValues& v, const ProjectionInfo& inf
     v.warn("PROJECTION-LENS", "depth of field needs positive numbers for fStop, focalLength and focalDistance",
            "everything is sharp");
   }
+  if (k.lensRadius > 0) k.aperture = Aperture::of(info);
   k.nearClip = info.clipping[0];
   k.farClip = info.clipping[1];
 }
@@ -133,7 +194,8 @@ inline bool setPlaneOfFocus(ThinLens& k, const double points[9], const Projectio
   const auto square = [](const double* v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
   if (!(size > 1e-12 * square(a) * square(b)) || !(along * along > 1e-12 * size)) return false;
   // where the plane cuts the lens, a point of the picture has no one direction
-  if (!(std::hypot(n[0], n[1]) * double(k.lensRadius) < 0.99 * std::abs(along))) return false;
+  const double farthest = double(k.lensRadius) * std::fmax(1, k.aperture.stretch);
+  if (!(std::hypot(n[0], n[1]) * farthest < 0.99 * std::abs(along))) return false;
   for (int c = 0; c < 3; ++c) k.sharp[c] = float(n[c] / along);
   return true;
 }

@@ -33,6 +33,12 @@ std::optional<int> parse(CLI::App& parser, const std::vector<std::string>& argum
     if (!what.empty() && what.back() == '.') what.pop_back();
     return badCommandLine(diagnostics, what, "see `" + parser.get_name() + " --help`");
   }
+  // "" is a variable of a script that was not set
+  for (const CLI::Option* option : parser.get_options())
+    for (const std::string& value : option->results())
+      if (value.empty())
+        return badCommandLine(diagnostics, option->get_name() + " is given an empty value",
+                              "see `" + parser.get_name() + " --help`");
   return std::nullopt;
 }
 

@@ -9,6 +9,7 @@
 #include <exception>
 #include <new>
 
+#include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "render/version.h"
 #include "base/diagnostics.h"
@@ -56,6 +57,11 @@ int dispatch(const Arguments& arguments) {
   }
   for (const Command& c : commands())
     if (first == c.name) return c.run({arguments.begin() + 1, arguments.end()});
+  for (const char* later : {"denoise", "view"})
+    if (first == later) {
+      Diagnostics diagnostics;
+      return badCommandLine(diagnostics, "the command '" + first + "' is not available yet", "see `kinora --help`");
+    }
   // this program, started by itself; no help names it
   if (first == volume::kReadCommand && arguments.size() == 5)
     return volume::serveGrid({arguments.begin() + 1, arguments.end()});

@@ -172,10 +172,6 @@ constexpr Explanation kRooms[] = {
     {"PROJECTION-",
      "A camera parameter cannot be used: a field of view outside 0 to 180 degrees, or a lens that cannot exist. The "
      "message says what is used instead."},
-    {"RENDER-CLASSIC-LIGHT",
-     "An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) is rendered as the modern light of its "
-     "shape, "
-     "which takes the place of its geometry. Radiance follows intensity and exposure as they stand."},
     {"DISPLAY-FOLDER",
      "With -o, further pictures of the scene whose folder does not exist here are written beside the first one, "
      "under their "
@@ -191,7 +187,17 @@ constexpr Explanation kRooms[] = {
      "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say "
      "how "
      "many samples a pixel has."},
-    {"RENDER-CROP", "The crop window, rounded to pixels as RIB says, is empty. The whole picture is rendered."},
+    {"RENDER-CROP",
+     "CropWindow, or --crop, rounded to pixels as RIB says, is empty: a pixel belongs to the window that holds its "
+     "top "
+     "left corner, and narrow windows may lie between two of them. Nothing is rendered; the exit code is 3, or 2 "
+     "where "
+     "the command line named the window."},
+    {"RENDER-FRAME-ASPECT",
+     "--res asks for a picture of another shape than the scene's FrameAspectRatio. As with Format, the picture is "
+     "the "
+     "largest part of what is asked for that has the scene's shape: nothing is squeezed, and what is seen stays the "
+     "same."},
     {"RENDER-SHUTTER",
      "The numbers of the shutter's opening shape (shutterOpenTime, shutterCloseTime and shutteropening of a Camera, "
      "or "
@@ -215,15 +221,25 @@ constexpr Explanation kRooms[] = {
      "is black."},
     {"RENDER-CLASSIC-LIGHT",
      "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
-     "stands in."},
+     "stands in. ambientlight, distantlight, pointlight and spotlight, and shaders with one of these words in their "
+     "names, follow the RenderMan Interface Specification; intensity is what a white surface that faces the light "
+     "shows "
+     "(of point and spot at distance 1 in the world). Ambient light casts no shadows and makes no highlights. An "
+     "AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) becomes the modern light of its shape, "
+     "which takes the place of its geometry; radiance follows intensity and exposure as they stand."},
+    {"LIGHT-OFF",
+     "A LightSource lights what is said after it in its own attribute block, as the RenderMan Interface has it: at "
+     "AttributeEnd the list of lights before comes back. This one meets no object. Illuminate HANDLE 1 behind the "
+     "block "
+     "switches it on for all that follows; a Light of RIS needs none of this."},
     {"RENDER-DISPLACEMENT",
      "Displacement plug-ins are found and kept, but geometry is not displaced yet. A shader of the shading language "
      "that a Displace names is "
      "compiled and kept too. Bump and normal maps work."},
     {"LIGHT-LINK",
-     "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object names a light, or a group of "
-     "lights, "
-     "that the scene has not. An object whose subset names no light at all is lit by none, only by what other "
+     "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object, or Illuminate, names a light, or a "
+     "group of lights, that the scene has not. An object whose subset names no light at all is lit by none, only by "
+     "what other "
      "objects "
      "send it. The message stands once for each name."},
     {"LIGHT-FILTER-SPACE",

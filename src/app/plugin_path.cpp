@@ -15,6 +15,14 @@ std::vector<std::string> splitPath(const std::string& path) {
   return parts;
 }
 
+std::string missingDirectory(const std::vector<std::string>& fromCommandLine) {
+  std::error_code ignored;
+  for (const std::string& given : fromCommandLine)
+    for (const std::string& part : splitPath(given))
+      if (!std::filesystem::is_directory(part, ignored)) return part;
+  return {};
+}
+
 std::vector<std::string> pluginDirectories(const std::vector<std::string>& fromCommandLine) {
   std::vector<std::string> directories;
   for (const std::string& given : fromCommandLine)

@@ -8,6 +8,9 @@ namespace kinora::app {
 // "a:b" as a list; empty parts are left out.
 std::vector<std::string> splitPath(const std::string& path);
 
+// The first that is no directory; "" when all are.
+std::string missingDirectory(const std::vector<std::string>& fromCommandLine);
+
 // In order: directories of the command line, those of the environment's KINORA_PLUGIN_PATH, and the folder that
 // belongs to this program (../lib/kinora/plugins as seen from the executable, so that an installed tree can be
 // moved).

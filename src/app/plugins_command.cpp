@@ -30,6 +30,9 @@ int runPlugins(const Arguments& arguments) {
   parser->add_flag("--markdown", markdown, "as the manual has it: the index of stock plug-ins, or the page of NAME");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
 
+  if (const std::string missing = missingDirectory(path); !missing.empty())
+    return badCommandLine(diagnostics, "the plug-in folder '" + missing + "' does not exist");
+
   Registry registry;
   if (markdown && name.empty()) {
     // the page in docs/ must not depend on what a machine has installed

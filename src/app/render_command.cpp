@@ -216,6 +216,7 @@ class RenderRun {
       return kMissingAsset;
     }
     if (!isLoaded) {
+      if (settings.crop[0] >= 0 && diagnostics_.count("RENDER-CROP") > 0) return kBadCommandLine;
       if (isStopped()) return stoppedEarly();
       const bool isMemory = diagnostics_.count("RENDER-MEMORY") + diagnostics_.count("FILM-MEMORY") +
                                 diagnostics_.count("MEMORY-LIMIT") >
@@ -352,6 +353,9 @@ int runRender(const Arguments& arguments) {
   Diagnostics diagnostics;
   RenderOptions options;
   if (const auto done = parseRenderOptions(arguments, options, diagnostics)) return *done;
+  if (const std::string missing = missingDirectory(options.pluginPath); !missing.empty())
+    return badCommandLine(diagnostics, "the plug-in folder '" + missing + "' does not exist",
+                          "--plugin-path and --search-path plugin= name folders");
   diagnostics.setQuiet(options.quiet);
   if (options.verbose > 0) diagnostics.setShown(20);
   const int code = RenderRun(std::move(options), diagnostics).run();

@@ -35,12 +35,27 @@ struct Texts {
   std::vector<float> crop;
 };
 
+// Options of the contract that this version does not have: named as what they are, not as unknown.
+const char* unavailable(const std::vector<std::string>& arguments) {
+  static constexpr const char* kLater[] = {"--min-spp", "--max-spp",        "--pixel-variance", "--checkpoint",
+                                           "--recover", "--geometry-cache", "--allow-exec"};
+  for (const std::string& a : arguments) {
+    if (a == "--") return nullptr;
+    for (const char* option : kLater)
+      if (a == option || a.starts_with(option + std::string("="))) return option;
+  }
+  return nullptr;
+}
+
 std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
   render::Settings& s = out.settings;
   std::vector<int> numbers;
   if (!texts.resolution.empty()) {
     if (!splitInts(texts.resolution, 'x', numbers) || numbers.size() != 2 || numbers[0] < 1 || numbers[1] < 1)
       return "--res '" + texts.resolution + "' is not WIDTHxHEIGHT";
+    if (numbers[0] > render::kMostSide || numbers[1] > render::kMostSide ||
+        int64_t(numbers[0]) * numbers[1] > render::kMostPixels)
+      return "--res '" + texts.resolution + "' is too large: at most 65536 on a side and 2^31 pixels in all";
     s.resolution = {numbers[0], numbers[1]};
   }
   if (!texts.crop.empty()) {
@@ -75,7 +90,9 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
         !isOneOf(kind, {"texture", "archive", "plugin", "rixplugin", "display", "procedural", "shader", "resource"}))
       return "--search-path '" + path +
              "' is not KIND=DIRS with texture, archive, plugin, shader, display, procedural or resource as KIND";
-    for (std::string& directory : splitPath(path.substr(equals + 1)))
+    std::vector<std::string> directories = splitPath(path.substr(equals + 1));
+    if (directories.empty()) return "--search-path '" + path + "' names no folder";
+    for (std::string& directory : directories)
       (kind == "texture" || kind == "resource" ? s.texturePath
        : kind == "archive"                     ? out.archivePath
        : kind == "shader"                      ? s.shaderPath
@@ -193,6 +210,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_flag("-q", out.quiet, "quieter: no progress; twice: no warnings");
   app.add_flag("-v", out.verbose, "more: what the scene holds and where time went");
 
+  if (const char* option = unavailable(arguments))
+    return badCommandLine(diagnostics, std::string("the option ") + option + " is not available yet",
+                          "see `kinora render --help`");
   if (const auto done = parse(app, arguments, diagnostics)) return done;
   if (out.files.empty()) return badCommandLine(diagnostics, "no scene is named", "see `kinora render --help`");
   if (const auto wrong = readTexts(texts, out))

@@ -114,6 +114,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     a.flags = flags;
     l.byWidth[width]->sample(l.instance, &a);
     filterRadiance(l, width, arena, a.count, a.P, wi, distance, a.time, radiance);
+    if (!l.castsShadow) std::fill_n(distance, n, 0.f);
     std::fill_n(diffuse, n, l.description.diffuse);
     std::fill_n(specular, n, l.description.specular);
     std::fill_n(light, n, index);
@@ -181,7 +182,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
         wi[c][j] = t[6 + c][i];
         radiance[c][j] = t[9 + c][i];
       }
-      distance[j] = t[12][i];
+      distance[j] = entry.castsShadow ? t[12][i] : 0.f;
       // the choice's probability divides the estimate: discrete lights carry it in pdf too
       pdf[j] = pdfs[i] * choice[j];
       flags[j] = f[i];
@@ -205,13 +206,30 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   }
 }
 
+// How far each ray of the list looks for the light, by slot.
+const float* LightSet::reachOf(const LightEntry& light, Arena& arena, const RayList& list) const {
+  const bool inMirrors = light.visibility & 2;
+  if (light.castsShadow && inMirrors) return list.tHit;
+  uint32_t slots = 0;
+  for (uint32_t i = 0; i < list.count; ++i) slots = std::max(slots, list.slots[i] + 1);
+  float* reach = arena.make<float>(padded(slots));
+  for (uint32_t i = 0; i < list.count; ++i) {
+    const uint32_t s = list.slots[i];
+    if (list.origin[s] & kFromDiscrete)
+      reach[s] = inMirrors ? list.tHit[s] : 0.f;
+    else
+      reach[s] = light.castsShadow ? list.tHit[s] : INFINITY;
+  }
+  return reach;
+}
+
 void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {
   *out = LightHits{};
   if (!list.count || lights_.empty()) return;
   const uint32_t n = list.count, np = padded(n) + kPad;
   // most entries possible: each ray meets each light
   uint32_t able = 0;
-  for (const LightEntry& l : lights_) able += !l.description.isDelta && (l.visibility & (camera ? 1 : 2));
+  for (const LightEntry& l : lights_) able += !l.description.isDelta && (!camera || (l.visibility & 1));
   if (!able) return;
   const uint64_t most = uint64_t(able) * n;
   uint32_t* slot = arena.make<uint32_t>(most);
@@ -246,12 +264,12 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
 
   for (uint32_t l = 0; l < lights_.size(); ++l) {
     const LightEntry& entry = lights_[l];
-    if (entry.description.isDelta || !(entry.visibility & (camera ? 1 : 2))) continue;
+    if (entry.description.isDelta || (camera && !(entry.visibility & 1))) continue;
     const LightDescription& shape = entry.description;
     const NearRaysArgs near{n,
                             list.slots,
                             list.rays,
-                            list.tHit,
+                            camera ? list.tHit : reachOf(entry, arena, list),
                             shape.isInfinite != 0,
                             {shape.center[0], shape.center[1], shape.center[2]},
                             shape.radius * shape.radius * 1.0001f,

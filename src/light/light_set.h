@@ -28,9 +28,10 @@ struct LightEntry {
   std::shared_ptr<void> owner;
   const void* instance = nullptr;
   LightDescription description{};
-  uint32_t visibility = 3;  // bit 0: camera rays see it (and stop there), bit 1: indirect rays meet it
-  uint32_t group = 0;       // light group for path expressions
-  bool castsShadow = true;
+  uint32_t visibility = 3;    // bit 0: camera rays see it (and stop there), bit 1: mirrors and lenses show it
+  uint32_t group = 0;         // light group for path expressions
+  bool castsShadow = true;    // false: its samples have distance 0
+  bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;  // they multiply
 };
 
@@ -59,8 +60,11 @@ class LightSet {
     const Rays* rays;
     float* tHit;              // by slot: distance of the surface hit, infinity if none
     const uint32_t* linkSet;  // by slot: of the vertex the ray left
+    const uint32_t* origin;   // by slot: RayOrigin bits
   };
   // Light met by rays. Camera rays stop at the nearest light they see: its entry blocks and tHit becomes infinity.
+  // Rays that a light sample could have made are the other half of an estimate: they meet a light as its samples
+  // do, hidden from mirrors or not, and through what is in between where the light casts no shadows.
   void hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const;
 
   // n emitted rays, light chosen by power. u: choice, then four numbers. Writes throughput = radiance cos / pdf.
@@ -78,6 +82,7 @@ class LightSet {
     std::vector<float> pdfOfLight;  // by light index, 0 when not linked
   };
   uint32_t choose(const LinkSet& s, float u, float* pdf, float* rest) const;
+  const float* reachOf(const LightEntry& light, Arena& arena, const RayList& list) const;
   std::vector<LightEntry> lights_;
   std::vector<LinkSet> sets_;
   std::array<float, 3> center_;

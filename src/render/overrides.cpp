@@ -1,6 +1,7 @@
 #include "render/overrides.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "base/near_name.h"
@@ -12,33 +13,68 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// VALUE: numbers separated by commas, else text.
-scene::Parameter parameterOf(const std::string& name, const std::string& value) {
-  scene::Parameter p;
-  p.name = name;
-  std::string text = value;
-  for (char& c : text)
-    if (c == ',') c = ' ';
+// Numbers separated by commas or blanks; none where the text is anything else.
+std::vector<double> numbersIn(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::vector<double> numbers;
   const char* at = text.c_str();
   for (;;) {
     while (*at == ' ') ++at;
-    if (!*at) break;
+    if (!*at) return numbers;
     char* end = nullptr;
-    const float f = std::strtof(at, &end);
-    if (end == at) {
-      p.floats.clear();
-      break;
-    }
-    p.floats.push_back(f);
+    numbers.push_back(std::strtod(at, &end));
+    if (end == at || (*end && *end != ' ')) return {};
     at = end;
   }
-  if (p.floats.empty()) {
+}
+
+// What a declaration wants of a value. Unknown: of options and parameters that nobody declares here.
+struct Wanted {
+  Type type = Type::Float;
+  bool isArray = false, isKnown = false;
+};
+
+// VALUE as that; "" or what it should be instead.
+std::string parse(const std::string& name, const std::string& value, const Wanted& wanted, scene::Parameter& p) {
+  p = {};
+  p.name = name;
+  const auto asText = [&] {
     p.type = scene::ValueType::String;
     p.strings = {value};
-  } else {
-    p.type = p.floats.size() == 3 ? scene::ValueType::Color : scene::ValueType::Float;
+    return "";
+  };
+  if (wanted.isKnown && wanted.type == Type::String) return asText();
+  std::vector<double> numbers = numbersIn(value);
+  for (const double x : numbers)
+    if (std::isnan(x) || (wanted.isKnown && !(std::fabs(x) <= 3.4e38))) return "a finite number";
+  if (!wanted.isKnown) {
+    if (numbers.empty()) return asText();
+    p.type = numbers.size() == 3 ? scene::ValueType::Color : scene::ValueType::Float;
+    p.floats.assign(numbers.begin(), numbers.end());
+    return "";
   }
-  return p;
+  const bool isInt = wanted.type == Type::Int;
+  for (const double x : numbers)
+    if (isInt && (x != std::floor(x) || std::fabs(x) > 2147483647.0)) return "a whole number";
+  const size_t count = wanted.isArray                        ? numbers.size()
+                       : isInt || wanted.type == Type::Float ? 1
+                       : wanted.type == Type::Matrix         ? 16
+                                                             : 3;
+  if (count == 3 && numbers.size() == 1 && !wanted.isArray) numbers.assign(3, numbers[0]);
+  if (numbers.empty() || numbers.size() != count) {
+    if (wanted.isArray) return "numbers";
+    return count > 1 ? std::to_string(count) + " numbers" : isInt ? "a whole number" : "a number";
+  }
+  p.isArray = wanted.isArray;
+  p.arrayLength = int(numbers.size());
+  if (isInt) {
+    p.type = scene::ValueType::Int;
+    p.ints.assign(numbers.begin(), numbers.end());
+  } else {
+    p.type = numbers.size() == 3 && !wanted.isArray ? scene::ValueType::Color : scene::ValueType::Float;
+    p.floats.assign(numbers.begin(), numbers.end());
+  }
+  return "";
 }
 
 scene::NodePtr changed(const scene::NodePtr& node, const scene::Parameter& p) {
@@ -47,8 +83,25 @@ scene::NodePtr changed(const scene::NodePtr& node, const scene::Parameter& p) {
   return copy;
 }
 
-bool holds(const Names& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+struct Declared {
+  std::string name;
+  Wanted wanted;
+};
+using Declarations = std::vector<Declared>;
+
+Names namesOf(const Declarations& list) {
+  Names names;
+  for (const Declared& d : list) names.push_back(d.name);
+  return names;
+}
+const Declared* find(const Declarations& list, const std::string& name) {
+  const auto it = std::find_if(list.begin(), list.end(), [&](const Declared& d) { return d.name == name; });
+  return it == list.end() ? nullptr : &*it;
+}
+void addDeclarations(const Descriptor& d, Declarations& out) {
+  for (uint32_t i = 0; i < d.paramCount; ++i)
+    if (!(d.params[i].flags & kParamOutput))
+      out.push_back({d.params[i].name, {d.params[i].type, (d.params[i].flags & kParamArray) != 0, true}});
 }
 
 class Overrides {
@@ -57,20 +110,14 @@ class Overrides {
       : scene_(s), settings_(settings), registry_(r), diagnostics_(d) {}
 
   void apply() {
-    if (!settings_.integrator.empty()) {
-      auto n = std::make_shared<scene::Node>();
-      n->kind = "Integrator";
-      n->plugin = settings_.integrator;
-      n->handle = "commandLine";
-      scene_.integrator = n;
-    }
+    if (!settings_.integrator.empty()) setIntegratorPlugin();
     for (const auto& [key, value] : settings_.sets) {
       const size_t dot = key.find('.');
       const std::string kind = key.substr(0, dot), name = dot == std::string::npos ? "" : key.substr(dot + 1);
       if (name.empty())
         refuse("--set '" + key + "=" + value + "' does not say KIND.NAME=VALUE", "");
       else
-        set(kind, parameterOf(name, value));
+        set(kind, name, value);
     }
   }
 
@@ -78,33 +125,60 @@ class Overrides {
   void refuse(const std::string& what, const std::string& advice) {
     diagnostics_.error("CLI-SET", {}, what, "nothing is rendered", advice);
   }
-  void unknown(const std::string& kind, const std::string& name, const std::string& of, const Names& names) {
-    const std::string near = didYouMean(name, names);
+  void unknown(const std::string& kind, const std::string& name, const std::string& of, const Declarations& known) {
+    const std::string near = didYouMean(name, namesOf(known));
     refuse("--set " + kind + "." + name + ": " + of + (of.starts_with("none") ? " has a" : " has no") +
                " parameter '" + name + "'",
            near.empty() ? "`kinora plugins` lists the parameters of each plug-in" : near);
   }
+  // False when the value is not what the declaration wants, which has been said then.
+  bool read(const std::string& kind, const std::string& name, const std::string& value, const Wanted& wanted,
+            scene::Parameter& p) {
+    const std::string instead = parse(name, value, wanted, p);
+    if (!instead.empty()) refuse("--set " + kind + "." + name + ": '" + value + "' is not " + instead, "");
+    return instead.empty();
+  }
   // Parameters that a plug-in declares. A plug-in that is not there is reported later, by whoever needs it.
-  bool names(Kind kind, const std::string& plugin, Names& out) {
+  bool declarations(Kind kind, const std::string& plugin, Declarations& out) {
     Diagnostics silent([](const std::string&, Severity) {});
     const Descriptor* d = registry_.find(kind, plugin, silent, {});
-    for (uint32_t i = 0; d && i < d->paramCount; ++i) out.emplace_back(d->params[i].name);
+    if (d) addDeclarations(*d, out);
     return d != nullptr;
   }
 
-  void set(const std::string& kind, const scene::Parameter& p) {
-    if (kind == "integrator") return setIntegrator(p);
-    if (kind == "hider") return setHider(p);
-    if (kind == "projection") return setProjection(p);
-    if (kind == "option") return scene_.options.set(p), void();
-    if (kind == "light") return setLights(p);
-    if (kind == "display") return setDisplays(p);
+  void set(const std::string& kind, const std::string& name, const std::string& value) {
+    if (kind == "integrator") return setIntegrator(name, value);
+    if (kind == "hider") return setHider(name, value);
+    if (kind == "projection") return setProjection(name, value);
+    if (kind == "light") return setLights(name, value);
+    if (kind == "display") return setDisplays(name, value);
+    if (kind == "option") {
+      scene::Parameter p;
+      if (read(kind, name, value, {}, p)) scene_.options.set(p);
+      return;
+    }
     const std::string near = didYouMean(kind, {"integrator", "hider", "projection", "option", "light", "display"});
     refuse("--set knows no kind '" + kind + "'",
            near.empty() ? "integrator, hider, projection, option, light or display" : near);
   }
 
-  void setIntegrator(const scene::Parameter& p) {
+  void setIntegratorPlugin() {
+    Diagnostics silent([](const std::string&, Severity) {});
+    if (!registry_.find(Kind::Integrator, settings_.integrator, silent, {})) {
+      Names names;
+      for (const Descriptor* d : registry_.all(Kind::Integrator)) names.emplace_back(d->name);
+      const std::string near = didYouMean(settings_.integrator, names);
+      return refuse("--integrator: there is no integrator '" + settings_.integrator + "'",
+                    near.empty() ? "`kinora plugins` lists them; is its library on the plug-in path?" : near);
+    }
+    auto n = std::make_shared<scene::Node>();
+    n->kind = "Integrator";
+    n->plugin = settings_.integrator;
+    n->handle = "commandLine";
+    scene_.integrator = n;
+  }
+
+  void setIntegrator(const std::string& name, const std::string& value) {
     if (!scene_.integrator) {
       auto n = std::make_shared<scene::Node>();
       n->kind = "Integrator";
@@ -112,62 +186,80 @@ class Overrides {
       n->handle = "integrator";
       scene_.integrator = n;
     }
-    Names known;
-    if (names(Kind::Integrator, scene_.integrator->plugin, known) && !holds(known, p.name))
-      return unknown("integrator", p.name, "integrator " + scene_.integrator->plugin, known);
-    scene_.integrator = changed(scene_.integrator, p);
+    setNode("integrator", Kind::Integrator, scene_.integrator->plugin, name, value, scene_.integrator);
   }
 
-  void setHider(const scene::Parameter& p) {
-    static const Names known{"minsamples",  "maxsamples",     "incremental",     "jitter",          "sampleoffset",
-                             "darkfalloff", "samplemode",     "pixelfiltermode", "integrationmode", "aperture",
-                             "dofaspect",   "shutteropening", "maxTime",         "adaptivemetric",  "pixelvariance"};
-    if (!holds(known, p.name)) return unknown("hider", p.name, "the hider", known);
-    scene_.hider = changed(scene_.hider, p);
+  // A parameter of the node that stands in the scene.
+  void setNode(const std::string& what, Kind kind, const std::string& plugin, const std::string& name,
+               const std::string& value, scene::NodePtr& node) {
+    Declarations known;
+    const bool isThere = declarations(kind, plugin, known);
+    const Declared* declared = find(known, name);
+    if (isThere && !declared) return unknown(what, name, what + " " + plugin, known);
+    scene::Parameter p;
+    if (read(what, name, value, declared ? declared->wanted : Wanted{}, p)) node = changed(node, p);
   }
 
-  void setProjection(const scene::Parameter& p) {
+  void setHider(const std::string& name, const std::string& value) {
+    constexpr Wanted kInt{Type::Int, false, true}, kFloat{Type::Float, false, true}, kText{Type::String, false, true},
+        kFloats{Type::Float, true, true};
+    static const Declarations known{{"minsamples", kInt},  {"maxsamples", kInt},       {"incremental", kInt},
+                                    {"jitter", kInt},      {"sampleoffset", kInt},     {"darkfalloff", kFloat},
+                                    {"samplemode", kText}, {"pixelfiltermode", kText}, {"integrationmode", kText},
+                                    {"aperture", kFloats}, {"dofaspect", kFloat},      {"shutteropening", kFloats},
+                                    {"maxTime", kFloat},   {"adaptivemetric", kText},  {"pixelvariance", kFloat}};
+    const Declared* declared = find(known, name);
+    if (!declared) return unknown("hider", name, "the hider", known);
+    scene::Parameter p;
+    if (read("hider", name, value, declared->wanted, p)) scene_.hider = changed(scene_.hider, p);
+  }
+
+  void setProjection(const std::string& name, const std::string& value) {
     if (scene_.cameras.empty()) scene_.cameras.emplace_back();
     scene::NodePtr& projection = scene_.cameras[0].projection;
     std::string plugin = projection ? projection->plugin : "PxrOrthographic";
     if (plugin == "perspective") plugin = "PxrPerspective";
     if (plugin == "orthographic") plugin = "PxrOrthographic";
-    Names known;
-    if (names(Kind::Projection, plugin, known) && !holds(known, p.name))
-      return unknown("projection", p.name, "projection " + plugin, known);
     if (!projection) {
       auto n = std::make_shared<scene::Node>();
       n->kind = "Projection";
       n->plugin = plugin;
       projection = n;
     }
-    projection = changed(projection, p);
+    setNode("projection", Kind::Projection, plugin, name, value, projection);
   }
 
   // Lights of several kinds may stand in one scene: those that have the parameter take it.
-  void setLights(const scene::Parameter& p) {
-    Names known;
+  void setLights(const std::string& name, const std::string& value) {
+    Declarations known;
     bool isSet = false;
     for (scene::Light& l : scene_.lights) {
-      Names own;
-      if (!l.node || (names(Kind::Light, l.node->plugin, own) && !holds(own, p.name))) {
+      if (!l.node) continue;
+      Declarations own;
+      const bool isThere = declarations(Kind::Light, l.node->plugin, own);
+      const Declared* declared = find(own, name);
+      if (isThere && !declared) {
         known.insert(known.end(), own.begin(), own.end());
         continue;
       }
+      scene::Parameter p;
+      if (!read("light", name, value, declared ? declared->wanted : Wanted{}, p)) return;
       l.node = changed(l.node, p);
       isSet = true;
     }
     if (!isSet)
-      unknown("light", p.name, scene_.lights.empty() ? "a scene without lights" : "none of the scene's lights",
-              known);
+      unknown("light", name, scene_.lights.empty() ? "a scene without lights" : "none of the scene's lights", known);
   }
 
-  void setDisplays(const scene::Parameter& p) {
-    Names known = film::commonDisplayParameters();
-    for (const Descriptor* d : registry_.all(Kind::Display))
-      for (uint32_t i = 0; i < d->paramCount; ++i) known.emplace_back(d->params[i].name);
-    if (!holds(known, p.name) && !p.name.starts_with("exrheader_"))
-      return unknown("display", p.name, "none of the display drivers", known);
+  void setDisplays(const std::string& name, const std::string& value) {
+    Declarations known;
+    for (const Descriptor* d : registry_.all(Kind::Display)) addDeclarations(*d, known);
+    for (const std::string& common : film::commonDisplayParameters()) known.push_back({common, {}});
+    const Declared* declared = find(known, name);
+    if (!declared && !name.starts_with("exrheader_"))
+      return unknown("display", name, "none of the display drivers", known);
+    scene::Parameter p;
+    if (!read("display", name, value, declared ? declared->wanted : Wanted{}, p)) return;
     for (scene::Display& d : scene_.displays) d.params.set(p);
   }
 

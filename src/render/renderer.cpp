@@ -312,6 +312,9 @@ struct Renderer::Impl {
       for (const auto& plane : k.clippingPlanes) h.bytes(plane.data(), sizeof plane);
       h.params(k.params);
     }
+    const auto lightsOf = [&](const scene::AttributesPtr& a) {
+      if (a && a->lightSources) h.bytes(a->lightSources->data(), a->lightSources->size() * sizeof(uint32_t));
+    };
     const auto primitive = [&](const scene::Primitive& p) {
       const uint64_t kind = p.shape.index();
       h.bytes(&kind, sizeof kind);
@@ -330,6 +333,7 @@ struct Renderer::Impl {
       h.transform(p.toWorld);
       if (!p.attributes) return;
       h.params(p.attributes->named);
+      lightsOf(p.attributes);
       if (!p.attributes->bxdf) return;
       for (const auto& n : p.attributes->bxdf->patterns) h.node(n);
       h.node(p.attributes->bxdf->terminal);
@@ -337,12 +341,16 @@ struct Renderer::Impl {
     for (const auto& p : scene.primitives) primitive(*p);
     for (const auto& proto : scene.prototypes)
       for (const auto& p : proto.primitives) primitive(*p);
-    for (const auto& i : scene.instances) h.transform(i.toWorld);
-    for (const auto& l : scene.lights) {
-      h.node(l.node);
-      for (const auto& n : l.filters) h.node(n);
-      h.transform(l.toWorld);
+    for (const auto& i : scene.instances) {
+      h.transform(i.toWorld);
+      lightsOf(i.attributes);
     }
+    for (const auto* list : {&scene.lights, &scene.classicLights})
+      for (const auto& l : *list) {
+        h.node(l.node);
+        for (const auto& n : l.filters) h.node(n);
+        h.transform(l.toWorld);
+      }
     char text[17];
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(h.h));
     hash = text;

@@ -28,6 +28,10 @@ namespace render {
 class Hider;
 
 // What the command line (or a test) sets on top of the scene.
+// Of a picture: pixels on a side, and in all.
+inline constexpr int kMostSide = 1 << 16;
+inline constexpr int64_t kMostPixels = int64_t(1) << 31;
+
 struct Settings {
   int threads = 0;                                        // 0: all; -n: all but n
   int samplesPerPixel = 0;                                // 0: what the scene says

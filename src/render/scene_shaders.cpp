@@ -1,6 +1,7 @@
 // What a world's making must know of the shaders in a scene before light paths are planned.
 #include <set>
 
+#include "render/stand_ins.h"
 #include "render/world_build.h"
 
 namespace kinora::render {
@@ -37,7 +38,10 @@ void WorldBuilder::openShaders(const scene::Scene& scene) {
 }
 
 bool WorldBuilder::needsSplit(const scene::Scene& scene) const {
-  for (const scene::Light& l : scene.lights)
+  // as they will be rendered: stand-ins and lights of prototypes have factors too
+  Diagnostics quiet([](const std::string&, Severity) {});
+  std::set<uint32_t> shapes;
+  for (const scene::Light& l : lightsToRender(scene, registry_, quiet, shapes))
     if (l.node && l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
   return asksRayType_;
 }

@@ -122,9 +122,12 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
   return true;
 }
 
-// Lights of the shading-language age by the kind that their name tells. Such lights met surfaces without the 1 / pi
-// of a Lambert surface: a point light of intensity I gives irradiance pi I / d^2 here. Points become small spheres;
-// nobody sees any of them directly.
+// Lights of the shading-language age by the kind that their name tells, as RISpec's appendix A.2 defines them. Such
+// lights met surfaces without the 1 / pi of a Lambert surface: a point light of intensity I gives irradiance pi I /
+// d^2 here. Distances are those of the world, whatever scale the light was declared under: its shader computed with
+// the vector from the light to the surface in world space. Ambient light has no direction: nothing shadows it, and no
+// mirror or highlight shows it. It is all that arrives by way of other surfaces, so that what these send on of it
+// does not count again.
 bool fromShader(const scene::Light& l, scene::Light& out) {
   if (l.node->kind != "LightSource") return false;
   const std::string name = lowerCase(l.node->plugin);
@@ -147,11 +150,11 @@ bool fromShader(const scene::Light& l, scene::Light& out) {
     p.floats = {float(value)};
     n->params.set(p);
   };
-  const auto flag = [&](const char* parameter) {
+  const auto off = [&](const char* parameter) {
     scene::Parameter p;
     p.name = parameter;
     p.type = scene::ValueType::Int;
-    p.ints = {1};
+    p.ints = {0};
     n->params.set(p);
   };
   rename(*n, *l.node, "lightcolor", "lightColor");
@@ -162,33 +165,31 @@ bool fromShader(const scene::Light& l, scene::Light& out) {
   const Imath::V3d up = axis.cross(side);
   scene::Matrix m(side.x, side.y, side.z, 0, up.x, up.y, up.z, 0, axis.x, axis.y, axis.z, 0, from.x, from.y, from.z,
                   1);
-  constexpr double kRadius = 0.02;
-  if (has("ambient")) {
+  constexpr double kPi = 3.14159265358979;
+  const bool isAmbient = has("ambient");
+  if (isAmbient) {
     n->plugin = "PxrDomeLight";
     number("intensity", intensity);
-    m = scene::Matrix();
+    off("enableShadows");
+    off("__indirect");
+    number("specular", 0);
   } else if (has("distant") || has("solar")) {
     n->plugin = "PxrDistantLight";
-    flag("areaNormalize");
-    number("intensity", 3.14159265358979 * intensity);
+    number("angleExtent", 0);
+    number("intensity", kPi * intensity);
   } else if (has("point") || has("spot")) {
-    n->plugin = "PxrSphereLight";
-    number("intensity", intensity / (kRadius * kRadius));
+    n->plugin = "PointLight";
+    number("intensity", kPi * intensity);
     if (has("spot")) {
-      // the classic defaults: 30 degrees, the outer 5 of them soft, the cosine's square
-      const double cone = given.getFloat("coneangle", 0.5235988f),
-                   delta = given.getFloat("conedeltaangle", 0.0872665f);
-      number("coneAngle", cone * 57.29577951);
-      number("coneSoftness", cone > 0 ? delta / cone : 0);
-      number("emissionFocus", given.getFloat("beamdistribution", 2));
+      number("coneAngle", given.getFloat("coneangle", 0.5235988f) * (180 / kPi));
+      number("coneDeltaAngle", given.getFloat("conedeltaangle", 0.0872665f) * (180 / kPi));
+      number("beamDistribution", given.getFloat("beamdistribution", 2));
     }
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) m[i][k] *= 2 * kRadius;
   } else {
     return false;
   }
   out.node = n;
-  out.toWorld = concat(scene::Transform::fixed(m), l.toWorld);
+  out.toWorld = isAmbient ? scene::Transform() : concat(scene::Transform::fixed(m), l.toWorld);
   auto unseen =
       l.attributes ? std::make_shared<scene::Attributes>(*l.attributes) : std::make_shared<scene::Attributes>();
   scene::Parameter p;
@@ -242,7 +243,13 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
   for (const scene::Instance& i : scene.instances) instantiate(instantiate, i, i.toWorld, 0);
   for (const scene::Light& l : scene.classicLights) {
     scene::Light out;
-    if (!l.node || (!fromClassic(l, out) && !fromShader(l, out))) continue;
+    if (!l.node) continue;
+    if (!fromClassic(l, out) && !fromShader(l, out)) {
+      diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
+                          l.node->kind + " '" + l.node->plugin + "' is of an old kind, and nothing is known of it",
+                          "it is left out", "lights are known by ambient, distant, point or spot in their names");
+      continue;
+    }
     if (l.geometry) shapes.insert(l.geometry->id);
     diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
                         l.node->kind + " '" + l.node->plugin + "' is of an old kind",

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "render/world_build.h"
 
@@ -19,14 +18,17 @@ constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubse
                               {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
                               {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
 constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
+constexpr const char* kBetweenNames = ", \t\n\r\f\v";
 
 }  // namespace
 
 std::vector<std::string> groupNames(const std::string& list) {
-  std::istringstream in(list);
   std::vector<std::string> names;
-  for (std::string name; in >> name;)
-    if (name != "+") names.push_back(name);
+  for (size_t at = 0; (at = list.find_first_not_of(kBetweenNames, at)) != std::string::npos;) {
+    const size_t end = std::min(list.find_first_of(kBetweenNames, at), list.size());
+    if (std::string name = list.substr(at, end - at); name != "+") names.push_back(std::move(name));
+    at = end;
+  }
   return names;
 }
 

@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "geometry/tessellate.h"
 #include "render/camera_attributes.h"
+#include "render/camera_parameters.h"
 #include "render/filters.h"
 #include "render/mesh_light.h"
 #include "render/shutter.h"
@@ -169,18 +170,24 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   if (settings_.resolution[0] > 0) res = settings_.resolution;
   if (res[0] <= 0) res[0] = 640;
   if (res[1] <= 0) res[1] = 480;
-  if (scene.frameAspect > 0 && settings_.resolution[0] <= 0) {
+  if (scene.frameAspect > 0) {
     // The largest part of the format that has this shape is the picture. Ratios are rounded numbers: what differs by
-    // less than 1 % is meant to be the format's own.
+    // less than 1 % is meant to be the format's own. A resolution of the command line is a format too.
+    const std::array<int, 2> asked = res;
     const double pixel = scene.pixelAspect > 0 ? scene.pixelAspect : 1, whole = res[0] * pixel / res[1];
     const double f = scene.frameAspect;
     if (f > whole * 1.01)
       res[1] = std::max(1, int(std::lround(res[0] * pixel / f)));
     else if (f < whole * 0.99)
       res[0] = std::max(1, int(std::lround(res[1] * f / pixel)));
+    if (settings_.resolution[0] > 0 && res != asked)
+      diagnostics_.warning("RENDER-FRAME-ASPECT", scene.pos,
+                           "the scene's FrameAspectRatio is not that of " + std::to_string(asked[0]) + " x " +
+                               std::to_string(asked[1]) + " pixels",
+                           "the picture is the part of that shape, " + std::to_string(res[0]) + " x " +
+                               std::to_string(res[1]) + " pixels");
   }
-  constexpr int kMost = 1 << 16;
-  if (res[0] > kMost || res[1] > kMost || int64_t(res[0]) * res[1] > (int64_t(1) << 31)) {
+  if (res[0] > kMostSide || res[1] > kMostSide || int64_t(res[0]) * res[1] > kMostPixels) {
     diagnostics_.error(
         "RENDER-RESOLUTION", scene.pos,
         "a picture of " + std::to_string(res[0]) + " x " + std::to_string(res[1]) + " pixels is too large",
@@ -193,9 +200,13 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   const auto edge = [](float f, int n) { return std::clamp(int(std::ceil(double(f) * n - 1e-6)), 0, n); };
   c.window = {edge(crop[0], res[0]), edge(crop[2], res[1]), edge(crop[1], res[0]), edge(crop[3], res[1])};
   if (c.window[0] >= c.window[2] || c.window[1] >= c.window[3]) {
-    diagnostics_.warning("RENDER-CROP", scene.pos, "the crop window holds no pixel", "the whole picture is rendered");
-    c.window = {0, 0, res[0], res[1]};
+    diagnostics_.error(
+        "RENDER-CROP", scene.pos,
+        "the crop window holds no pixel of a picture of " + std::to_string(res[0]) + " x " + std::to_string(res[1]),
+        "nothing is rendered", "a pixel belongs to the window that holds its top left corner");
+    return false;
   }
+  tellOfCameraParameters(camera, diagnostics_);
   c.times = shutterTimes(camera, scene.hider, diagnostics_);
   c.cuts = cutPlanes(camera);
   c.shutterOpen = camera.shutter[0];
@@ -247,6 +258,7 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene) {
   info.focalDistance = camera.depthOfField[2];
   info.clipping[0] = camera.clipping[0];
   info.clipping[1] = camera.clipping[1];
+  setAperture(camera, scene.hider, info);
   const scene::Matrix toCamera = camera.worldToCamera.at(middle);
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j) info.worldToCamera[4 * i + j] = toCamera[i][j];
@@ -642,15 +654,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     w.shaders->camera = cameraAttributes(scene, camera_);
   }
 
-  // Link sets: objects by what lights they name
-  LinkSets linkSetOf;
-  linkSetOf[{"", ""}] = 0;
-  for (size_t k = 0; k < placements_.size(); ++k) {
-    const scene::Attributes* a = attributesOfPlacement_[k];
-    const std::pair<std::string, std::string> key{a ? a->named.getString("lighting:subset", "") : "",
-                                                  a ? a->named.getString("lighting:excludesubset", "") : ""};
-    placementInfos_[k].linkSet = linkSetOf.try_emplace(key, uint32_t(linkSetOf.size())).first->second;
-  }
+  const LinkSets linkSetOf = linkObjects(scene, lightsToUse);
   for (const shade::PlacementInfo& info : placementInfos_) w.hasHoles |= info.hole;
   w.placements = placementInfos_;
   w.fillTables();

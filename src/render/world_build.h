@@ -54,7 +54,8 @@ struct CameraState {
   scene::Matrix worldToCamera;  // at the middle of the shutter
 };
 
-// Names in a list of groups (grouping:membership, subsets); a "+" that stands alone is none.
+// Names in a list of groups (grouping:membership, subsets), apart by white space or commas; a "+" that stands alone
+// is none.
 std::vector<std::string> groupNames(const std::string& list);
 
 class WorldBuilder {
@@ -84,8 +85,18 @@ class WorldBuilder {
  private:
   struct Shape;
   void flatten(const scene::Scene& scene, const std::set<uint32_t>& leaveOut);
-  // What light linking says of an object (lighting:subset and excludesubset) -> its link set.
-  using LinkSets = std::map<std::pair<std::string, std::string>, uint32_t>;
+  // What is said of an object about lights: lighting:subset and excludesubset, handles that are off, and the ids of
+  // LightSources that are not on its list.
+  struct Linking {
+    std::string subset, exclude;
+    std::vector<std::string> off;
+    std::vector<uint32_t> unlisted;
+    auto operator<=>(const Linking&) const = default;
+  };
+  using LinkSets = std::map<Linking, uint32_t>;
+  LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>& sources);
+  void tellOfUnusedLights(const std::vector<std::vector<uint32_t>>& sets,
+                          const std::vector<const scene::Light*>& sourceOf, const scene::Scene& scene);
   std::shared_ptr<const light::LightSet> makeLights(const scene::Scene& scene,
                                                     const std::vector<scene::Light>& sources,
                                                     const film::LightPaths& paths, const LinkSets& links);

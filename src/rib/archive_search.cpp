@@ -1,8 +1,13 @@
 #include "rib/archive_search.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
 
+#include "base/text.h"
 #include "rib/byte_source.h"
+#include "rib/condition.h"
 
 namespace kinora::rib {
 
@@ -14,6 +19,39 @@ std::string mapDirectory(const std::string& name, const Dirmap& map) {
     if (isWholePart) return to + name.substr(from.size());
   }
   return name;
+}
+
+bool readDirmap(const std::string& text, Dirmap& out) {
+  out.clear();
+  size_t at = 0;
+  const auto next = [&] {
+    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
+    return at < text.size() ? text[at] : '\0';
+  };
+  while (next() == '[') {
+    ++at;
+    std::string parts[3];
+    for (std::string& part : parts) {
+      if (next() != '"') return false;
+      const size_t end = text.find('"', ++at);
+      if (end == std::string::npos) return false;
+      part = text.substr(at, end - at);
+      at = end + 1;
+    }
+    if (next() != ']') return false;
+    ++at;
+    std::error_code ignored;
+    if (!parts[1].empty() && (lowerCase(parts[0]) == "nfs" || std::filesystem::is_directory(parts[2], ignored)))
+      out.emplace_back(parts[1], parts[2]);
+  }
+  return next() == '\0';
+}
+
+std::string withEnvironment(const std::string& path) {
+  return substitute(path, '$', true, [](std::string_view name) -> std::optional<std::string> {
+    const char* value = std::getenv(std::string(name).c_str());
+    return value ? std::optional<std::string>(value) : std::nullopt;
+  });
 }
 
 std::vector<std::string> expandSearchPath(const std::string& own, const std::vector<std::string>& standard) {
@@ -31,11 +69,20 @@ std::vector<std::string> expandSearchPath(const std::string& own, const std::vec
   return path;
 }
 
+std::string folderOf(const std::string& file) {
+  const size_t slash = file.rfind('/', file.find('!'));
+  return slash == std::string::npos ? "" : file.substr(0, slash + 1);
+}
+
 std::string ArchiveSearch::find(const std::string& asNamed, const std::string& including) const {
   const std::string name = mapDirectory(asNamed, dirmap);
   std::vector<std::string> directories{""};
-  if (const size_t slash = including.rfind('/'); slash != std::string::npos)
-    directories.push_back(including.substr(0, slash + 1));
+  if (const size_t end = including.find_last_of("/!"); end != std::string::npos)
+    directories.push_back(including.substr(0, end + 1));
+  if (const size_t bang = including.find('!'); bang != std::string::npos) {
+    directories.push_back(including.substr(0, bang + 1));
+    directories.push_back(folderOf(including));
+  }
   directories.push_back(mainDirectory);
   for (const std::string& given : path) {
     const std::string d = mapDirectory(given, dirmap);

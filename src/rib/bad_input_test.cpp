@@ -328,6 +328,154 @@ TEST(Archives, AreFoundAsNamedBesideAlongThePathAndByBaseName) {
   EXPECT_EQ(r.count("ASSET-MISSING-ARCHIVE"), 1u) << "a directory is no archive";
 }
 
+TEST(Archives, SearchPathsNameVariablesOfTheEnvironment) {
+  const Folder f;
+  f.write("geo/ball.rib", "Sphere 1 -1 1 360\n");
+  setenv("KINORA_TEST_FOLDER", f.path("geo").c_str(), 1);
+  for (const char* written : {"$KINORA_TEST_FOLDER", "${KINORA_TEST_FOLDER}", "${KINORA_TEST_FOLDER}/../geo/:@",
+                              "nowhere:$KINORA_TEST_FOLDER:$KINORA_TEST_NOT_SET"}) {
+    const Read r = readRib("Option \"searchpath\" \"string archive\" [\"" + std::string(written) +
+                           "\"]\nWorldBegin\nReadArchive \"ball.rib\"\nWorldEnd\n");
+    EXPECT_EQ(r.world().primitives.size(), 1u) << written << "\n" << r.all();
+  }
+  const Read r =
+      readWorld("Option \"searchpath\" \"string texture\" [\"$KINORA_TEST_FOLDER:$KINORA_TEST_NOT_SET/x\"]\n");
+  EXPECT_EQ(r.world().options.getString("searchpath:texture", ""), f.path("geo") + ":$KINORA_TEST_NOT_SET/x");
+  unsetenv("KINORA_TEST_FOLDER");
+}
+
+TEST(Archives, TheScenesOwnDirmap) {
+  const Folder f;
+  f.write("geo/ball.rib", "Sphere 1 -1 1 360\n");
+  const auto world = [&](const std::string& map, ReadOptions options = {}) {
+    return readFile(f.write("main.rib", "Option \"searchpath\" \"string dirmap\" [\"" + map +
+                                            "\"]\nDisplay \"/studio/out.exr\" \"openexr\" \"rgba\"\nWorldBegin\n"
+                                            "ReadArchive \"/studio/geo/deep/ball.rib\"\nWorldEnd\n"),
+                    std::move(options));
+  };
+  const auto mapped = [&](const char* zone, const std::string& to) {
+    return std::string("[\\\"") + zone + "\\\" \\\"/studio/geo/deep\\\" \\\"" + to + "\\\"]";
+  };
+  f.write("main.rib", "");
+  // without the map the base name is looked for beside the scene and along the path, where it is not
+  EXPECT_EQ(world("").world().primitives.size(), 0u);
+  EXPECT_EQ(world(mapped("NFS", f.path("geo"))).world().primitives.size(), 1u);
+  EXPECT_EQ(world(mapped("UNC", f.path("geo"))).world().primitives.size(), 1u) << "a folder of this machine";
+  EXPECT_EQ(world(mapped("UNC", "Z:/geo")).world().primitives.size(), 0u) << "one of another";
+  Read r = world(" " + mapped("NFS", "/nowhere") + " [\\\"NFS\\\" \\\"/studio\\\" \\\"" + f.path("geo") + "\\\"] ");
+  EXPECT_EQ(r.world().primitives.size(), 0u) << "the first that fits";
+  EXPECT_EQ(r.world().displays[0].file, f.path("geo") + "/out.exr") << "all names are mapped";
+  ReadOptions options;
+  options.dirmap = {{"/studio/geo/deep", f.path("geo")}};
+  EXPECT_EQ(world(mapped("NFS", "/nowhere"), options).world().primitives.size(), 1u)
+      << "the command line comes first";
+  for (const char* bad :
+       {"x", "[\\\"NFS\\\" \\\"a\\\"]", "[\\\"NFS\\\" \\\"a\\\" \\\"b\\\"", "[\\\"NFS\\\" \\\"a\\\" \\\"b]"}) {
+    r = world(bad);
+    EXPECT_EQ(r.count("RIB-DIRMAP"), 1u) << bad << "\n" << r.all();
+    EXPECT_EQ(r.find("RIB-DIRMAP")->pos.line, 1u);
+  }
+}
+
+// A zip archive of stored members; `claim` is added to the sizes and offsets that its directory says.
+std::string zipOf(const std::vector<std::pair<std::string, std::string>>& members, uint32_t claim = 0) {
+  std::string out, directory;
+  const auto put = [](std::string& to, uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) to += char(value >> (8 * i));
+  };
+  for (const auto& [name, text] : members) {
+    const uint32_t offset = uint32_t(out.size());
+    std::string common;
+    put(common, 20, 2);  // version, flags, method, time, date, crc
+    for (const int n : {2, 2, 2, 2, 4}) put(common, 0, n);
+    put(common, uint32_t(text.size()) + claim, 4);
+    put(common, uint32_t(text.size()) + claim, 4);
+    put(common, uint32_t(name.size()), 2);
+    put(common, 0, 2);
+    out += "PK\3\4" + common + name + text;
+    directory += "PK\1\2";
+    put(directory, 20, 2);
+    directory += common;
+    for (const int n : {2, 2, 2, 4}) put(directory, 0, n);
+    put(directory, offset + claim, 4);
+    directory += name;
+  }
+  const uint32_t start = uint32_t(out.size());
+  out += directory + "PK\5\6";
+  put(out, 0, 4);
+  put(out, uint32_t(members.size()), 2);
+  put(out, uint32_t(members.size()), 2);
+  put(out, uint32_t(directory.size()), 4);
+  put(out, start, 4);
+  put(out, 0, 2);
+  return out;
+}
+const std::string kBall = "Sphere 1 -1 1 360\n";
+const std::string kReads = "WorldBegin\nReadArchive \"geo/ball.rib\"\nReadArchive \"beside.rib\"\nWorldEnd\n";
+
+TEST(Zip, AsTheMainFileOpensAsItsScene) {
+  const Folder f;
+  f.write("beside.rib", kBall);
+  const std::vector<std::vector<std::pair<std::string, std::string>>> archives = {
+      {{"anything.rib", kReads}, {"geo/ball.rib", kBall}},                    // the only one that stands highest
+      {{"geo/ball.rib", kBall}, {"other.rib", kBall}, {"show.rib", kReads}},  // named like the archive
+      {{"other.rib", kBall}, {"geo/ball.rib", kBall}, {"main.RIB", kReads}},  // the one with a world
+      {{"__MACOSX/._x.rib", "\1\2"},
+       {"._x.rib", "\1"},
+       {"x.rib", kReads},
+       {"geo/ball.rib", kBall},
+       {"readme.txt", "x"}}};
+  for (size_t i = 0; i < archives.size(); ++i)
+    // what it is shows in its bytes, not in its name
+    for (const char* name : {"show.zip", "show.archive"}) {
+      const Read r = readFile(f.write(name, zipOf(archives[i])));
+      EXPECT_TRUE(r.ok) << i << "\n" << r.all();
+      EXPECT_EQ(r.world().primitives.size(), 2u) << "one inside, one beside: " << i << "\n" << r.all();
+    }
+  // in a folder of the archive, whose neighbours it names
+  const Read deep = readFile(f.write("deep.zip", zipOf({{"a/b/show.rib",
+                                                         "WorldBegin\nReadArchive \"ball.rib\"\nReadArchive "
+                                                         "\"a/top.rib\"\nWorldEnd\n"},
+                                                        {"a/b/c/d.rib", kBall},
+                                                        {"a/b/ball.rib", kBall},
+                                                        {"a/top.rib", kBall}})));
+  EXPECT_EQ(deep.world().primitives.size(), 2u) << deep.all();
+  const Read named = readFile(f.path("deep.zip") + "!a/b/show.rib");
+  EXPECT_EQ(named.world().primitives.size(), 2u) << named.all();
+}
+
+TEST(Zip, ThatHoldsNoSceneSaysWhy) {
+  const Folder f;
+  const auto expectRefused = [&](const std::string& bytes, const std::string& why) {
+    const Read r = readFile(f.write("bad.zip", bytes));
+    EXPECT_FALSE(r.ok);
+    ASSERT_EQ(r.count("RIB-ZIP") + r.count("RIB-OPEN"), 1u) << why << "\n" << r.all();
+    EXPECT_NE(r.all().find(why), std::string::npos) << r.all();
+  };
+  const std::string world = "WorldBegin\nSphere 1 -1 1 360\nWorldEnd\n";
+  expectRefused(zipOf({{"readme.txt", "x"}}), "without a RIB file");
+  expectRefused(zipOf({{"a.rib", world}, {"b.rib", world}}), "several RIB files (a.rib, b.rib)");
+  const std::string good = zipOf({{"a.rib", world}});
+  for (size_t length = 4; length < good.size(); length += 7) expectRefused(good.substr(0, length), "zip");
+  expectRefused(zipOf({{"a.rib", world}}, 1000), "not where its directory says");
+  // the directory claims more than the file has: what is there is read
+  std::string longer = good;
+  longer[good.find("PK\1\2") + 20] = char(200);
+  const Read r = readFile(f.write("long.zip", longer));
+  EXPECT_EQ(r.count("RIB-TRUNCATED"), 1u) << r.all();
+  EXPECT_EQ(r.world().primitives.size(), 1u);
+  // any byte broken: a message or the scene, never more
+  uint32_t state = 7;
+  for (int i = 0; i < 500; ++i) {
+    std::string broken = good;
+    for (int k = 0; k < 3; ++k) {
+      state = state * 1664525u + 1013904223u;
+      broken[(state >> 8) % broken.size()] = char(state >> 24);
+    }
+    readFile(f.write("broken.zip", broken));
+  }
+}
+
 TEST(Archives, ThatReadEachOtherStop) {
   const Folder f;
   f.write("a.rib", "ReadArchive \"b.rib\"\nSphere 1 -1 1 360\n");

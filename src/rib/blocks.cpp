@@ -41,6 +41,7 @@ void Interpreter::leave() {
       break;
     case BlockKind::Frame:
       frame_ = std::move(*b.frame);
+      useDirmap(nullptr);
       break;
     default:
       break;
@@ -144,6 +145,11 @@ void Interpreter::worldBegin(Request& r) {
   spaces["world"] = scene::Transform();
   spaces["camera"] = cameraToWorld;
   for (const auto& [name, toCamera] : frame_.cameraSpaces) spaces[name] = concat(toCamera, cameraToWorld);
+  for (scene::Light l : frame_.cameraLights) {
+    l.toWorld = concat(l.toWorld, cameraToWorld);
+    for (scene::Transform& filter : l.filterToWorld) filter = concat(filter, cameraToWorld);
+    (l.node->kind == "Light" ? world_->lights : world_->classicLights).push_back(std::move(l));
+  }
   state_.ctm = scene::Transform();
 }
 
@@ -156,6 +162,7 @@ void Interpreter::finishWorld() {
   scene::Scene done = std::move(*world_);
   held_.set(0);  // whoever takes the world charges it
   world_.reset();
+  useDirmap(nullptr);
   ++worlds_;
   if (onWorld_) onWorld_(std::move(done));
 }

@@ -236,6 +236,7 @@ struct Converter::Impl {
   };
   std::vector<Source> sources;
   std::string ownPath, mainDirectory;
+  Dirmap ownDirmap;
   std::set<std::string> inlineArchives;
   int reads = 0;
 
@@ -281,7 +282,9 @@ struct Converter::Impl {
     if (r.name != "Option" || r.count < 3 || !r.args[0].isString() || r.args[0].strings[0] != "searchpath") return;
     for (size_t i = 1; i + 1 < r.count; i += 2)
       if (r.args[i].isString() && r.args[i].strings[0].ends_with("archive") && r.args[i + 1].isString())
-        ownPath = r.args[i + 1].strings[0];
+        ownPath = withEnvironment(r.args[i + 1].strings[0]);
+      else if (r.args[i].isString() && r.args[i].strings[0].ends_with("dirmap") && r.args[i + 1].isString())
+        readDirmap(r.args[i + 1].strings[0], ownDirmap);
   }
 
   // True when the request's archive is read in its place.
@@ -296,8 +299,10 @@ struct Converter::Impl {
       isScoped = true;
     }
     if (name.empty() || inlineArchives.contains(name)) return false;
+    Dirmap dirmap = options.dirmap;
+    dirmap.insert(dirmap.end(), ownDirmap.begin(), ownDirmap.end());
     const std::string file =
-        ArchiveSearch{expandSearchPath(ownPath, options.archivePath), options.dirmap, mainDirectory}.find(
+        ArchiveSearch{expandSearchPath(ownPath, options.archivePath), dirmap, mainDirectory}.find(
             name, sources.back().lexer->name());
     std::string why = "is not found";
     auto source = file.empty() ? nullptr : openFile(file, why);
@@ -334,9 +339,15 @@ Converter::Converter(Diagnostics& messages, ConvertOptions options, Sink sink)
     : impl_(std::make_unique<Impl>(messages, std::move(options), std::move(sink))) {}
 Converter::~Converter() = default;
 
-bool Converter::file(const std::string& path) {
+bool Converter::file(const std::string& given) {
   Impl& m = *impl_;
   std::string why;
+  const std::string path = sceneIn(given, why);
+  if (path.empty()) {
+    m.messages.error("RIB-ZIP", {}, "'" + given + "' " + why, "nothing is converted",
+                     "name a member: " + given + "!FILE.rib");
+    return false;
+  }
   auto source = openFile(path, why);
   if (!source) {
     const bool isDirectory = why == "is a directory";
@@ -345,8 +356,7 @@ bool Converter::file(const std::string& path) {
                      "nothing is converted");
     return false;
   }
-  const size_t slash = path.rfind('/');
-  m.mainDirectory = slash == std::string::npos ? "" : path.substr(0, slash + 1);
+  m.mainDirectory = folderOf(given);
   Impl::Source s;
   s.lexer =
       std::make_unique<Lexer>(std::move(source), path == "-" ? "stdin" : path, m.messages, &Interpreter::isRequest);

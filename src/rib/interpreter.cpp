@@ -163,10 +163,17 @@ bool Interpreter::isRequest(std::string_view word) { return table().contains(wor
 Interpreter::Interpreter(Diagnostics& messages, ReadOptions options, RibReader::OnWorld onWorld)
     : messages_(messages), read_(std::move(options)), onWorld_(std::move(onWorld)) {
   state_.attributes = std::make_shared<scene::Attributes>();
+  dirmap_ = read_.dirmap;
 }
 
-bool Interpreter::readFile(const std::string& path) {
+bool Interpreter::readFile(const std::string& given) {
   std::string why;
+  const std::string path = sceneIn(given, why);
+  if (path.empty()) {
+    report(Severity::Error, "RIB-ZIP", {}, "'" + given + "' " + why, "it is skipped",
+           "name a member: " + given + "!FILE.rib");
+    return false;
+  }
   auto source = openFile(path, why);
   if (!source) {
     const bool isDirectory = why == "is a directory";
@@ -175,8 +182,7 @@ bool Interpreter::readFile(const std::string& path) {
            isDirectory ? "name a RIB file" : "check the name and the permissions");
     return false;
   }
-  const size_t slash = path.rfind('/');
-  mainDirectory_ = slash == std::string::npos ? "" : path.substr(0, slash + 1);
+  mainDirectory_ = folderOf(given);
   Source s;
   s.lexer = std::make_unique<Lexer>(std::move(source), path == "-" ? "stdin" : path, messages_, &isRequest);
   std::error_code failed;
@@ -277,7 +283,7 @@ void Interpreter::dispatch(Request& r) {
     return;
   }
   if (marker_) substituteStrings(r);
-  if (!read_.dirmap.empty()) mapDirectories(r);
+  if (!dirmap_.empty()) mapDirectories(r);
   if (inMotion_ && it->second.family != Family::Control) {
     if (r.name == "FrameEnd" || r.name == "WorldEnd") {
       motionEnd(r);
@@ -311,20 +317,22 @@ void Interpreter::substituteStrings(Request& r) {
 void Interpreter::mapDirectories(Request& r) {
   const bool isList =
       r.name == "Option" && r.count > 0 && r.args[0].isString() && r.args[0].strings[0] == "searchpath";
-  for (size_t i = 0; i < r.count; ++i)
+  for (size_t i = 0; i < r.count; ++i) {
+    if (isList && i > 0 && r.args[i - 1].isString() && r.args[i - 1].strings[0].ends_with("dirmap")) continue;
     for (std::string& s : r.args[i].strings) {
       if (!isList) {
-        s = mapDirectory(s, read_.dirmap);
+        s = mapDirectory(s, dirmap_);
         continue;
       }
       std::string mapped;
       for (size_t at = 0; at <= s.size();) {
         const size_t colon = std::min(s.find(':', at), s.size());
-        mapped += (at ? ":" : "") + mapDirectory(s.substr(at, colon - at), read_.dirmap);
+        mapped += (at ? ":" : "") + mapDirectory(s.substr(at, colon - at), dirmap_);
         at = colon + 1;
       }
       s = mapped;
     }
+  }
 }
 
 // "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust:

@@ -29,7 +29,7 @@ class Interpreter {
  public:
   Interpreter(Diagnostics& messages, ReadOptions options, RibReader::OnWorld onWorld);
 
-  bool readFile(const std::string& path);
+  bool readFile(const std::string& given);
   bool readText(const std::string& name, std::string text);
   void finish();
   uint64_t bytesRead() const { return bytes_; }
@@ -65,6 +65,7 @@ class Interpreter {
     scene::Scene options;                                  // a scene without objects
     scene::Camera camera;                                  // what the camera requests said so far
     std::map<std::string, scene::Transform> cameraSpaces;  // named before WorldBegin: that space to camera
+    std::vector<scene::Light> cameraLights;                // declared before WorldBegin: they move with the camera
   };
   struct Block {
     BlockKind kind;
@@ -177,6 +178,7 @@ class Interpreter {
   void sampleFilter(Request&);
   void displayFilter(Request&);
   void applyRiOptions(const scene::ParameterList& p);
+  void useDirmap(const Request* r);
 
   // ---- shading.cpp
   scene::NodePtr node(Request& r, bool hasHandle, Use use = Use::Node);
@@ -208,6 +210,7 @@ class Interpreter {
   void basis(Request&);
   void trimCurve(Request&);
   void addLight(scene::Light l);
+  void switchLightSource(uint32_t id, bool on);
 
   // ---- transforms.cpp
   void transformRequest(Request&);
@@ -253,6 +256,7 @@ class Interpreter {
   uint32_t nextId_ = 1;
   size_t outsideWorld_ = 0;
   std::map<std::string, State> resources_;
+  std::unordered_map<std::string, uint32_t> lightSourceOf_;  // LightSource by handle, the one declared last
 
   std::vector<scene::Prototype> prototypes_;
   std::unordered_map<std::string, uint32_t> prototypeByHandle_;
@@ -277,6 +281,7 @@ class Interpreter {
   std::unordered_map<std::string, std::shared_ptr<const Recorded>> inlineArchives_;
   std::vector<std::string> archivePath_;  // the scene's search path, expanded
   std::string mainDirectory_;
+  std::vector<std::pair<std::string, std::string>> dirmap_;  // of the command line and the scene
   int archiveReads_ = 0;
 
   std::set<std::string> keptNames_, unknownNames_;

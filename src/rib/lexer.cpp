@@ -70,6 +70,23 @@ bool Lexer::refill() {
   return n > 0;
 }
 
+// Of a character just taken: a line ends with LF, CR LF, or the CR of old Macintoshes.
+bool Lexer::endsLine(char c) {
+  if (c != '\r') return c == '\n';
+  return (cursor_ == end_ && !refill()) || *cursor_ != '\n';
+}
+
+void Lexer::skipSpace() {
+  while (cursor_ != end_ && classOf(*cursor_) == kSpace)
+    if (const char c = *cursor_++; c != ' ') line_ += endsLine(c);
+}
+
+// Editors of other systems put U+FEFF in front of UTF-8 text; as binary RIB its first byte means nothing.
+void Lexer::skipByteOrderMark() {
+  ensure(3);
+  if (end_ - cursor_ >= 3 && std::memcmp(cursor_, "\xef\xbb\xbf", 3) == 0) cursor_ += 3;
+}
+
 bool Lexer::byte(unsigned char& b) {
   if (cursor_ == end_ && !refill()) return false;
   b = static_cast<unsigned char>(*cursor_++);
@@ -78,9 +95,10 @@ bool Lexer::byte(unsigned char& b) {
 
 Lexer::Token Lexer::next() {
   wordIsRequest_ = false;
+  if (bytes_ == 0 && !sourceEnded_) skipByteOrderMark();
   for (;;) {
     if (ended_) return Token::End;
-    while (cursor_ != end_ && classOf(*cursor_) == kSpace) line_ += *cursor_++ == '\n';
+    skipSpace();
     if (cursor_ == end_) {
       if (refill()) continue;
       ended_ = true;
@@ -90,8 +108,10 @@ Lexer::Token Lexer::next() {
     if (c == '#') {
       for (;;) {
         const void* nl = std::memchr(cursor_, '\n', size_t(end_ - cursor_));
-        cursor_ = nl ? static_cast<const char*>(nl) : end_;
-        if (nl || !refill()) break;
+        const char* const to = nl ? static_cast<const char*>(nl) : end_;
+        const void* cr = std::memchr(cursor_, '\r', size_t(to - cursor_));
+        cursor_ = cr ? static_cast<const char*>(cr) : to;
+        if (nl || cr || !refill()) break;
       }
       continue;
     }
@@ -120,7 +140,7 @@ Lexer::Token Lexer::next() {
     if (c == '"') return ++cursor_, asciiString('"');
     if (c == '\'') {
       const char* close = cursor_ + 1;
-      while (close != end_ && *close != '\'' && *close != '\n') ++close;
+      while (close != end_ && *close != '\'' && *close != '\n' && *close != '\r') ++close;
       if (close != end_ && *close == '\'') {
         complain(Severity::Warning, "RIB-QUOTES", "a string stands in single quotes", "it is read as a string",
                  "write it in double quotes");
@@ -269,7 +289,8 @@ Lexer::Token Lexer::asciiString(char quote) {
   };
   for (;;) {
     const char* begin = cursor_;
-    while (cursor_ != end_ && *cursor_ != quote && *cursor_ != '\\' && *cursor_ != '\n') ++cursor_;
+    while (cursor_ != end_ && *cursor_ != quote && *cursor_ != '\\' && *cursor_ != '\n' && *cursor_ != '\r')
+      ++cursor_;
     if (text_.size() < kMostText) text_.append(begin, cursor_);
     if (cursor_ == end_) {
       if (refill()) continue;
@@ -278,10 +299,10 @@ Lexer::Token Lexer::asciiString(char quote) {
     const char c = *cursor_;
     if (c == quote) return ++cursor_, Token::String;
     ensure(kAhead);
-    if (c == '\n') {
+    if (c == '\n' || c == '\r') {
       if (looksLikeNewRequest(cursor_ + 1)) return unclosed("it ends with its line");
-      ++line_;
       ++cursor_;
+      line_ += endsLine(c);
       text_ += c;
       continue;
     }
@@ -306,7 +327,8 @@ Lexer::Token Lexer::asciiString(char quote) {
         text_ += '\f';
         break;
       case '\r':
-        if (cursor_ != end_ && *cursor_ == '\n') ++cursor_, ++line_;
+        if (cursor_ != end_ && *cursor_ == '\n') ++cursor_;
+        ++line_;
         break;
       case '\n':
         ++line_;
@@ -327,10 +349,10 @@ Lexer::Token Lexer::asciiString(char quote) {
 // The inner loop of reading a mesh: numbers between brackets, with no token made of each.
 void Lexer::readNumberRun(Argument& a) {
   for (;;) {
-    while (cursor_ != end_ && classOf(*cursor_) == kSpace) line_ += *cursor_++ == '\n';
+    skipSpace();
     if (size_t(end_ - cursor_) < kAhead) {
       ensure(kAhead);
-      while (cursor_ != end_ && classOf(*cursor_) == kSpace) line_ += *cursor_++ == '\n';
+      skipSpace();
       if (cursor_ == end_) return;
     }
     if (const uint8_t k = classOf(*cursor_); k != kDigit && k != kSign) return;
@@ -352,9 +374,9 @@ void Lexer::readNumberRun(Argument& a) {
 bool Lexer::skipBrackets(char bracket) {
   bool any = false;
   for (;;) {
-    for (; cursor_ != end_ && (*cursor_ == bracket || classOf(*cursor_) == kSpace); ++cursor_) {
-      line_ += *cursor_ == '\n';
-      any |= *cursor_ == bracket;
+    for (skipSpace(); cursor_ != end_ && *cursor_ == bracket; skipSpace()) {
+      ++cursor_;
+      any = true;
     }
     if (cursor_ != end_ || !refill()) return any;
   }

@@ -50,6 +50,9 @@ class Lexer {
   bool bytes(uint64_t count, std::string& to);
   bool bigEndian(int count, uint64_t& value);
   void truncated(const char* what);
+  bool endsLine(char c);
+  void skipSpace();
+  void skipByteOrderMark();
   void complain(Severity s, const char* code, std::string what, std::string done, std::string advice = {});
 
   std::unique_ptr<ByteSource> source_;

@@ -155,6 +155,57 @@ TEST(Lexer, EndOfStreamByte) {
   EXPECT_EQ(r.requests[0].name, "A");
 }
 
+TEST(Lexer, AByteOrderMarkIsNoMistake) {
+  const Lexed r =
+      lex("\xef\xbb\xbf"
+          "A 1\nB 2\n");
+  EXPECT_TRUE(r.messages.empty());
+  ASSERT_EQ(r.requests.size(), 2u);
+  EXPECT_EQ(r.requests[1].pos.line, 2u);
+  EXPECT_TRUE(lex("\xef\xbb\xbf").requests.empty());
+  EXPECT_EQ(lex("A \xef\xbb\xbf 1").messages.size(), 1u) << "elsewhere it is";
+}
+
+// Lines of Unix, DOS and old Macintoshes: the same requests on the same lines.
+TEST(Lexer, LinesEndWithLFCRLFOrCR) {
+  const std::string text =
+      "# comment\nA 1 # to its end\n\nB [1\n2\n\n3]\nUnknown\n\"a\nb\" A \"c\\\nd\"\n##x\nB\n\"open\nB 5\n";
+  const auto withEnds = [&](const std::string& end) {
+    std::string out;
+    for (const char c : text) out += c == '\n' ? end : std::string(1, c);
+    return out;
+  };
+  const Lexed unix = lex(text);
+  ASSERT_EQ(unix.requests.size(), 6u);
+  for (const char* end : {"\r\n", "\r"}) {
+    const Lexed r = lex(withEnds(end));
+    ASSERT_EQ(r.requests.size(), unix.requests.size());
+    for (size_t i = 0; i < r.requests.size(); ++i) {
+      EXPECT_EQ(r.requests[i].name, unix.requests[i].name);
+      EXPECT_EQ(r.requests[i].pos.line, unix.requests[i].pos.line) << r.requests[i].name;
+      EXPECT_EQ(r.requests[i].count, unix.requests[i].count);
+    }
+    EXPECT_EQ(r.requests[3].args[0].strings, (std::vector<std::string>{"cd"})) << "a backslash joins lines";
+    ASSERT_EQ(r.messages.size(), unix.messages.size());
+    for (size_t i = 0; i < r.messages.size(); ++i) {
+      EXPECT_EQ(r.messages[i].code, unix.messages[i].code);
+      EXPECT_EQ(r.messages[i].pos.line, unix.messages[i].pos.line);
+    }
+  }
+}
+
+// Line ends that fall on the end of what is read at a time are one, too.
+TEST(Lexer, LineEndsAcrossBuffers) {
+  for (int shift = 0; shift < 4; ++shift) {
+    std::string text(size_t((1 << 18) - 2 + shift), ' ');
+    text += "\r\nA 1\r\rB 2";
+    const Lexed r = lex(text);
+    ASSERT_EQ(r.requests.size(), 2u);
+    EXPECT_EQ(r.requests[0].pos.line, 2u) << shift;
+    EXPECT_EQ(r.requests[1].pos.line, 4u) << shift;
+  }
+}
+
 TEST(Lexer, TokensAcrossBuffers) {
   // longer than the lexer's buffer, with tokens at every distance from its ends
   std::string text = "A [";

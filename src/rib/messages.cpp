@@ -9,6 +9,14 @@ constexpr Explanation kExplanations[] = {
      "A RIB file named on the command line cannot be opened. The message gives the system's reason. Check the "
      "spelling and the "
      "permissions; '-' reads standard input."},
+    {"RIB-ZIP",
+     "A zip archive was named as a scene, and it is damaged, of a form that is not understood, holds no RIB file, or "
+     "several of which none is the scene: the one named like the archive, else the one with a WorldBegin, else the "
+     "one that stands above all others. Name the member: scene.zip!folder/file.rib."},
+    {"RIB-DIRMAP",
+     "Option \"searchpath\" \"string dirmap\" says which folders of other machines stand where on this one: "
+     "[\"ZONE\" \"FROM\" \"TO\"], any number of times in one string. Entries of the zone NFS count, those of other "
+     "zones (UNC) where TO is a folder of this machine. --dirmap FROM=TO of the command line comes first."},
     {"RIB-DIRECTORY", "A directory was named where a RIB file was expected. Name the file inside it."},
     {"RIB-EMPTY",
      "A file was opened and holds no request at all: it is empty, holds only comments, or is not RIB. Often an "

@@ -1,6 +1,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "rib/archive_search.h"
 #include "rib/interpreter.h"
 
 namespace kinora::rib {
@@ -26,10 +27,17 @@ void Interpreter::option(Request& r) {
   auto& options = (world_ ? *world_ : frame_.options).options;
   for (Parameter parameter : p) {
     const std::string name = parameter.name;
+    if (group == "searchpath" && name == "dirmap" && !parameter.strings.empty()) {
+      parameter.name = "searchpath:dirmap";
+      options.set(std::move(parameter));
+      useDirmap(&r);
+      continue;
+    }
     if (group == "searchpath" && !parameter.strings.empty()) {
       // '&' is what stood there before
       const std::string before = options.getString("searchpath:" + name, "");
       for (std::string& s : parameter.strings) {
+        s = withEnvironment(s);
         std::string joined;
         for (size_t at = 0; at <= s.size();) {
           const size_t colon = std::min(s.find(':', at), s.size());
@@ -50,6 +58,18 @@ void Interpreter::option(Request& r) {
       marker_ = v->strings[0].empty() ? '\0' : v->strings[0][0];
       bareMarker_ = true;
     }
+}
+
+// The command line's maps come first, then the scene's. `r` is the request that says them anew.
+void Interpreter::useDirmap(const Request* r) {
+  dirmap_ = read_.dirmap;
+  const std::string text = (world_ ? *world_ : frame_.options).options.getString("searchpath:dirmap", "");
+  std::vector<std::pair<std::string, std::string>> own;
+  if (readDirmap(text, own))
+    dirmap_.insert(dirmap_.end(), own.begin(), own.end());
+  else if (r)
+    report(Severity::Error, "RIB-DIRMAP", r->pos, "the dirmap \"" + text.substr(0, 80) + "\" cannot be read",
+           "it is ignored", "it reads [\"ZONE\" \"FROM\" \"TO\"] any number of times, each quote after a backslash");
 }
 
 void Interpreter::applyRiOptions(const ParameterList& p) {
@@ -138,8 +158,7 @@ void Interpreter::cropWindow(Request& r) {
   Cursor c(r);
   double v[4];
   if (!optionsAllowed(r) || !numbers(c, 4, v, "xmin, xmax, ymin and ymax")) return;
-  for (double& x : v) x = std::max(0.0, std::min(1.0, x));
-  if (!(v[0] < v[1]) || !(v[2] < v[3])) return badArguments(r, "a window that is not empty");
+  for (double& x : v) x = std::max(0.0, std::min(1.0, x));  // an empty window is the renderer's to refuse
   std::copy_n(v, 4, frame_.options.cropWindow.begin());
 }
 
@@ -214,6 +233,11 @@ void Interpreter::camera(Request& r) {
   camera.worldToCamera = state_.ctm;
   camera.params = parameters(r, c.at, Use::Node);
   camera.pos = r.pos;
+  // exporters that speak of each camera apart say its clipping here
+  if (camera.params.find("nearClip") || camera.params.find("farClip")) {
+    const float near = camera.params.getFloat("nearClip", 0), far = camera.params.getFloat("farClip", FLT_MAX);
+    if (near >= 0 && near < far) camera.clipping = {near, far};
+  }
   for (scene::Camera& held : frame_.options.cameras)
     if (held.name == name) {
       held = std::move(camera);

@@ -434,10 +434,93 @@ Sphere 1 -1 1 360)");
   EXPECT_TRUE(r.world().classicLights[1].geometry);
   EXPECT_TRUE(r.world().lights.empty());
   EXPECT_EQ(r.primitive(1).attributes->classicShaders.at(0)->plugin, "plastic");
-  EXPECT_EQ(r.primitive(1).attributes->named.find("illuminate:off")->strings, (std::vector<std::string>{"1"}));
-  for (const char* code : {"RIB-KEPT-LIGHTSOURCE", "RIB-KEPT-AREALIGHTSOURCE", "RIB-KEPT-GEOMETRY",
-                           "RIB-KEPT-SURFACE", "RIB-KEPT-ILLUMINATE"})
-    EXPECT_EQ(r.count(code), 1u) << code;
+  EXPECT_EQ(*r.primitive(0).attributes->lightSources, (std::vector<uint32_t>{r.world().classicLights[0].id}));
+  EXPECT_EQ(r.primitive(1).attributes->lightSources, nullptr);
+  for (const char* code : {"RIB-KEPT-GEOMETRY", "RIB-KEPT-SURFACE"}) EXPECT_EQ(r.count(code), 1u) << code;
+  EXPECT_EQ(r.messages.size(), 2u) << r.all();
+}
+
+// RISpec 4.1.6: the list of light sources is an attribute. Ids are those of Scene::classicLights.
+TEST(Lights, LightSourcesFollowTheAttributeStack) {
+  const Read r = readWorld(R"(LightSource "pointlight" 1
+AttributeBegin
+LightSource "pointlight" 2
+LightSource "pointlight" "three"
+Sphere 1 -1 1 360
+Illuminate 1 0
+Illuminate "three" "off"
+Sphere 1 -1 1 360
+AttributeEnd
+Sphere 1 -1 1 360
+Illuminate 2 1
+Illuminate 1 0
+Light "PxrDomeLight" "dome"
+Illuminate "dome" 0
+TransformBegin
+Sphere 1 -1 1 360
+TransformEnd
+Illuminate "dome" 1
+Illuminate 2 0
+Sphere 1 -1 1 360)");
+  ASSERT_EQ(r.world().classicLights.size(), 3u);
+  const uint32_t one = r.world().classicLights[0].id, two = r.world().classicLights[1].id,
+                 three = r.world().classicLights[2].id;
+  const auto list = [&](size_t i) {
+    const auto& held = r.primitive(i).attributes->lightSources;
+    return held ? *held : std::vector<uint32_t>();
+  };
+  EXPECT_EQ(list(0), (std::vector<uint32_t>{one, two, three}));
+  EXPECT_EQ(list(1), (std::vector<uint32_t>{two}));
+  EXPECT_EQ(list(2), (std::vector<uint32_t>{one}));
+  EXPECT_EQ(list(3), (std::vector<uint32_t>{two}));
+  EXPECT_EQ(r.primitive(3).attributes->named.find("illuminate:off")->strings, (std::vector<std::string>{"dome"}));
+  EXPECT_EQ(list(4), (std::vector<uint32_t>{}));
+  EXPECT_EQ(r.primitive(4).attributes->named.find("illuminate:off"), nullptr);
+  EXPECT_TRUE(r.messages.empty()) << r.all();
+}
+
+TEST(Lights, BeforeTheWorldMoveWithTheCamera) {
+  const Read r = readRib(R"(FrameBegin 1
+Translate 0 0 2
+LightSource "pointlight" 1
+Light "PxrDomeLight" "dome"
+Translate 1 0 0
+WorldBegin
+Sphere 1 -1 1 360
+WorldEnd
+FrameEnd
+FrameBegin 2
+WorldBegin
+Sphere 1 -1 1 360
+WorldEnd
+FrameEnd
+)");
+  ASSERT_EQ(r.worlds.size(), 2u);
+  ASSERT_EQ(r.worlds[0].classicLights.size(), 1u);
+  ASSERT_EQ(r.worlds[0].lights.size(), 1u);
+  // the light is 2 in front of the camera, which is at (-1, 0, -2)
+  EXPECT_EQ(r.worlds[0].classicLights[0].toWorld.matrices[0].translation(), Imath::V3d(-1, 0, 0));
+  EXPECT_EQ(r.worlds[0].lights[0].toWorld.matrices[0].translation(), Imath::V3d(-1, 0, 0));
+  EXPECT_EQ(*r.worlds[0].primitives[0]->attributes->lightSources,
+            (std::vector<uint32_t>{r.worlds[0].classicLights[0].id}));
+  EXPECT_TRUE(r.worlds[1].classicLights.empty()) << "the frame's end forgets them";
+  EXPECT_EQ(r.worlds[1].primitives[0]->attributes->lightSources, nullptr);
+}
+
+TEST(Options, CameraParametersAndEmptyWindows) {
+  const Read r = readRib(R"(Clipping 1 2
+CropWindow .5 .5 0 1
+Camera "a" "int apertureNSides" [6] "float nearClip" [0.5] "float farClip" [100]
+Camera "b" "float nearClip" [5] "float farClip" [1]
+WorldBegin
+Sphere 1 -1 1 360
+WorldEnd
+)");
+  ASSERT_EQ(r.world().cameras.size(), 2u);
+  EXPECT_EQ(r.world().cameras[0].clipping, (std::array<float, 2>{0.5f, 100}));
+  EXPECT_EQ(r.world().cameras[1].clipping, (std::array<float, 2>{1, 2})) << "nonsense leaves Clipping";
+  EXPECT_EQ(r.world().cropWindow, (std::array<float, 4>{0.5f, 0.5f, 0, 1})) << "the renderer refuses it";
+  EXPECT_TRUE(r.messages.empty()) << r.all();
 }
 
 TEST(Geometry, EveryRequest) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <unordered_set>
@@ -180,13 +181,15 @@ void Interpreter::lightFilter(Request& r) {
 }
 
 void Interpreter::addLight(scene::Light l) {
-  if (!inWorldOrObject()) {
-    ++outsideWorld_;
-    return;
-  }
   l.id = nextId_++;
   const bool classic = l.node->kind != "Light";
-  if (classic) {
+  if (l.node->kind == "LightSource") {
+    lightSourceOf_[l.node->handle] = l.id;
+    switchLightSource(l.id, true);
+  }
+  if (!inWorldOrObject()) {
+    frame_.cameraLights.push_back(std::move(l));
+  } else if (classic) {
     if (world_) world_->classicLights.push_back(std::move(l));
   } else if (openObjects_.empty()) {
     world_->lights.push_back(std::move(l));
@@ -238,23 +241,17 @@ void Interpreter::classicShader(Request& r) {
 void Interpreter::lightSource(Request& r) {
   auto n = node(r, true, Use::Classic);
   if (!n) return;
-  reportKept(r);
   remember(n);
   scene::Light l;
   l.node = std::move(n);
   l.toWorld = state_.ctm;
   l.attributes = state_.attributes;
-  if (!world_ && openObjects_.empty()) {  // lights before WorldBegin stand in camera space; legal in classic files
-    keep(r);
-    return;
-  }
   addLight(std::move(l));
 }
 
 void Interpreter::areaLightSource(Request& r) {
   auto n = node(r, true, Use::Classic);
   if (!n) return;
-  reportKept(r);
   remember(n);
   auto l = std::make_shared<scene::Light>();
   l->node = std::move(n);
@@ -263,7 +260,23 @@ void Interpreter::areaLightSource(Request& r) {
   state_.emitter = l->node->plugin.empty() ? nullptr : std::shared_ptr<const scene::Light>(std::move(l));
 }
 
-// Handles that are switched off are kept as the attribute "illuminate:off".
+// A LightSource joins the list of its attribute block, and with the block's end the list before comes back
+// (RISpec 4.1.6).
+void Interpreter::switchLightSource(uint32_t id, bool on) {
+  std::vector<uint32_t> list;
+  if (const auto& held = std::as_const(*state_.attributes).lightSources) list = *held;
+  const auto at = std::lower_bound(list.begin(), list.end(), id);
+  const bool isOn = at != list.end() && *at == id;
+  if (isOn == on) return;
+  if (on)
+    list.insert(at, id);
+  else
+    list.erase(at);
+  edit().lightSources = list.empty() ? nullptr : std::make_shared<const std::vector<uint32_t>>(std::move(list));
+}
+
+// Lights of RIS shine on everything whatever block declares them; those that are switched off here are kept as the
+// attribute "illuminate:off", by handle.
 void Interpreter::illuminate(Request& r) {
   Cursor c(r);
   std::string handle;
@@ -276,6 +289,8 @@ void Interpreter::illuminate(Request& r) {
   } else if (!c.number(on)) {
     return badArguments(r, "a handle and 0 or 1");
   }
+  if (const auto source = lightSourceOf_.find(handle); source != lightSourceOf_.end())
+    return switchLightSource(source->second, on != 0);
   const Parameter* held = std::as_const(*state_.attributes).named.find("illuminate:off");
   const bool isOff = held && std::find(held->strings.begin(), held->strings.end(), handle) != held->strings.end();
   if (isOff == (on == 0)) return;
@@ -290,7 +305,6 @@ void Interpreter::illuminate(Request& r) {
     std::erase(p.strings, handle);
   p.arrayLength = int(p.strings.size());
   p.pos = r.pos;
-  if (on == 0) reportKept(r);
   if (p.strings.empty())
     edit().named.erase("illuminate:off");
   else

@@ -177,8 +177,9 @@ class Writer {
   static constexpr size_t kFlush = 1 << 16;
   const TextSink& sink_;
   std::string text_;
-  std::vector<std::string> names_;     // of prototypes, made unique
-  std::map<uint32_t, NodePtr> lamps_;  // primitives that are area lights as well, by id
+  std::vector<std::string> names_;                // of prototypes, made unique
+  std::map<uint32_t, NodePtr> lamps_;             // primitives that are area lights as well, by id
+  std::map<uint32_t, std::string> lightSources_;  // handles by id
 };
 
 void Writer::attributes(const AttributesPtr& shared) {
@@ -195,6 +196,10 @@ void Writer::attributes(const AttributesPtr& shared) {
     }
   // "Attribute Ri" sets the classic state too, so that the requests follow it
   grouped("Attribute", a.named);
+  if (a.lightSources)
+    for (const uint32_t id : *a.lightSources)
+      if (const auto known = lightSources_.find(id); known != lightSources_.end())
+        request("Illuminate", known->second, 1);
   if (a.color) request("Color", *a.color);
   if (a.opacity) request("Opacity", *a.opacity);
   if (a.textureCoordinates != usual.textureCoordinates) request("TextureCoordinates", a.textureCoordinates);
@@ -463,11 +468,22 @@ void Writer::scene(const Scene& s) {
     request("CoordinateSystem", name);
     request("TransformEnd");
   }
+  std::set<std::string> handles;
   for (const Light& l : s.classicLights)
-    if (l.geometry)
+    if (l.geometry) {
       lamps_[l.geometry->id] = l.node;
-    else
-      light(l);
+    } else {
+      // the block that follows ends, so that objects switch on what shines on them: by handles of one light each
+      Light named = l;
+      if (!handles.insert(l.node->handle).second) {
+        auto renamed = std::make_shared<Node>(*l.node);
+        while (!handles.insert(renamed->handle += "_").second) {
+        }
+        named.node = renamed;
+      }
+      lightSources_[l.id] = named.node->handle;
+      light(named);
+    }
   prototypes(s.prototypes);
   contents(s.primitives, s.instances, s.lights);
   request("WorldEnd");

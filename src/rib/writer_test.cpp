@@ -92,14 +92,19 @@ NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 "P" [0 0 0 1 0 0 0 1 0 1 1 0]
 Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] [""]
 Volume "box" [-1 1 -1 1 -1 1] [2 2 2] "varying float density" [1 1 1 1 1 1 1 1]
 Procedural "RunProgram" ["x" "y"] [-1 1 -1 1 -1 1]
+AttributeBegin
+LightSource "distantlight" 1 "to" [0 1 0]
+Illuminate "key" 0
+Sphere 1 -1 1 360
+AttributeEnd
 Scale 2 2 2
 ObjectInstance "tree"
 WorldEnd
 FrameEnd
 )");
   for (const Message& m : r.messages) EXPECT_TRUE(m.code.starts_with("RIB-KEPT-")) << m.str();
-  ASSERT_EQ(r.world().primitives.size(), 13u);
-  const std::string first = writeRib(r.world()), second = again(first, 13);
+  ASSERT_EQ(r.world().primitives.size(), 14u);
+  const std::string first = writeRib(r.world()), second = again(first, 14);
   EXPECT_EQ(first, second);
   const Read back = readRib(first);
   EXPECT_EQ(back.world().frame, 3);
@@ -107,7 +112,10 @@ FrameEnd
   EXPECT_EQ(back.world().cameras[0].worldToCamera.at(0.5)[3][2], 5.5);
   EXPECT_EQ(back.world().displays[0].file, "a \"b\".exr");
   EXPECT_EQ(back.world().lights.size(), 2u);
-  EXPECT_EQ(back.world().classicLights.size(), 1u);
+  ASSERT_EQ(back.world().classicLights.size(), 2u);
+  const auto lights = [&](size_t i) { return *back.primitive(i).attributes->lightSources; };
+  EXPECT_EQ(lights(13), (std::vector<uint32_t>{back.world().classicLights[0].id, back.world().classicLights[1].id}));
+  EXPECT_EQ(lights(0), (std::vector<uint32_t>{back.world().classicLights[0].id}));
   EXPECT_EQ(back.world().prototypes.size(), 2u);
   EXPECT_EQ(back.world().instances[0].toWorld.matrices[0][0][0], 2);
   EXPECT_EQ(back.primitive(0).toWorld.at(0.5), r.primitive(0).toWorld.at(0.5));

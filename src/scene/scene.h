@@ -61,7 +61,10 @@ struct Attributes {
   float shadingRate = 1;
   std::array<float, 16> uBasis, vBasis;  // RIB row-major, see rib.md 7.3; default bezier
   int uStep = 3, vStep = 3;
-  NetworkPtr bxdf, displacement;        // null: none bound
+  NetworkPtr bxdf, displacement;  // null: none bound
+  // LightSource: ids of those that shine here, in rising order; null: none. Light shines everywhere but where
+  // "illuminate:off" names it.
+  std::shared_ptr<const std::vector<uint32_t>> lightSources;
   std::vector<NodePtr> classicShaders;  // Surface, Displacement, Atmosphere, Interior, Exterior as written, kept
   // ScopedCoordinateSystem: name -> (that space to world) for nodes in this scope; asked before Scene's. Null: none.
   std::shared_ptr<const std::map<std::string, Transform>> coordinateSystems;

@@ -71,6 +71,7 @@ struct ShadingWorld {
   std::shared_ptr<ShaderScene> shaders;  // what shaders ask; null: the scene has none
   bool hasMedia = false, hasPresence = false, hasTintedShadows = false;
   bool hasLinks = false;            // some objects are lit by some lights only
+  uint32_t indirectSets = 0;        // so many further on is the link set of what a diffuse bounce found; 0: the same
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   bool hasHoles = false, liftsShadows = false;
   uint32_t width = 8;

@@ -145,7 +145,13 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
                         {ng[0], ng[1], ng[2]},
                         0,
                         0};
+  const uint32_t indirect = bind && depth > 0 ? world_.indirectSets : 0;
+  uint32_t* hadDiffuse = indirect ? arena_.make<uint32_t>(padded(n)) : nullptr;
+  for (uint32_t i = 0; i < n && indirect; ++i)  // at the vertex before, or on the way from it
+    hadDiffuse[i] = linkSet_[slot[i]] >= indirect || !(group_.origin[slot[i]] & (kFromDiscrete | kFromSpecular));
   surfacesKernel(world_.width)(surfaces);
+  for (uint32_t i = 0; i < n && indirect; ++i)
+    if (hadDiffuse[i]) linkSet_[slot[i]] += indirect;
   const bool smooth = surfaces.anyFlags & kHasNormals, placed = surfaces.anyPlaced;
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {

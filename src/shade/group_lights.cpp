@@ -43,6 +43,7 @@ void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, Ligh
   l.rays = &group_.rays;
   l.tHit = group_.hits.t;
   l.linkSet = linkSet_;
+  l.origin = group_.origin;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (hole_ && kind == RayKind::Camera && out->count) dropLightsBehindHoles(out);
 }
@@ -148,7 +149,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
     seed[i] = keepSeed[s];
     index[i] = keepIndex[s];
     if (sets) sets[i] = keepSets[s];
-    if (!blocked[i]) open[k++] = i;
+    if (!blocked[i] && rays->tMax[i] > 0) open[k++] = i;
   }
   group_.rays = r;
   group_.hits = h;

@@ -570,7 +570,8 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
     std::fill_n(none, most, 0u);
     for (uint32_t first = 0; first < n; first += kStream) {
       const uint32_t count = std::min(n - first, kStream);
-      std::memcpy(far, tMax + first, count * sizeof(float));
+      // a negative end is Embree's own sign for a hit
+      for (uint32_t i = 0; i < count; ++i) far[i] = std::max(tMax[first + i], 0.f);
       // Embree's struct has no const; only tfar is written
       const auto in = [&](const float* p) { return const_cast<float*>(p + first); };
       for (uint32_t i = 0; i < count; ++i) ids[i] = first + i;  // the ray, for geometry that asks for its footprint
@@ -588,7 +589,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
       r.id = ids;
       r.flags = none;
       rtcOccludedNp(top_, &context.embree, &r, count);
-      for (uint32_t i = 0; i < count; ++i) blocked[first + i] = far[i] < 0;
+      for (uint32_t i = 0; i < count; ++i) blocked[first + i] = far[i] < 0 && tMax[first + i] > 0;
     }
     return;
   }
@@ -601,13 +602,13 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
     r.dir_y = d[1][i];
     r.dir_z = d[2][i];
     r.tnear = 0;
-    r.tfar = tMax[i];
+    r.tfar = std::max(tMax[i], 0.f);
     r.time = time[i];
     r.mask = mask;
     r.flags = 0;
     r.id = i;
     rtcOccluded1(top_, &context.embree, &r);
-    blocked[i] = r.tfar < 0;
+    blocked[i] = r.tfar < 0 && tMax[i] > 0;
   }
 }
 

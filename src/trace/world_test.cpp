@@ -153,6 +153,25 @@ void expectShadowsAlone(bool moving, float amplitude, size_t count) {
   }
 }
 
+// A ray that goes nowhere (a light next to the point, or one that nothing shadows) is in nobody's way, whatever road
+// the world takes: Embree writes its hits as negative distances.
+TEST(World, NothingBlocksARayWithoutLength) {
+  for (const bool moves : {false, true}) {
+    const auto world = worldOf({cube(2, 1, 0)}, moves);
+    float column[8][6] = {};
+    for (int i = 0; i < 6; ++i) {
+      column[2][i] = -1;  // on the near side of the cube
+      column[5][i] = 1;
+      column[6][i] = std::array{-1.f, -1e-6f, 0.f, -0.f, 0.5f, 3.f}[size_t(i)];
+    }
+    const float *o[3] = {column[0], column[1], column[2]}, *d[3] = {column[3], column[4], column[5]};
+    uint32_t blocked[6];
+    world->occluded(6, o, d, column[6], column[7], kSeenByOpaqueShadow, blocked, nullptr, nullptr);
+    for (int i = 0; i < 4; ++i) EXPECT_FALSE(blocked[i]) << i;
+    EXPECT_TRUE(blocked[5]);
+  }
+}
+
 TEST(World, ShadowOfARayDoesNotDependOnOthersCoplanar) { expectShadowsAlone(false, 0, 60000); }
 TEST(World, ShadowOfARayDoesNotDependOnOthersBumpy) { expectShadowsAlone(false, 0.3f, 60000); }
 TEST(World, ShadowOfARayDoesNotDependOnOthersMoving) { expectShadowsAlone(true, 0.2f, 30000); }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -111,6 +112,142 @@ TEST(Set, AnUnknownParameterIsAnErrorWithNearNames) {
   for (const char* good : {"light.intensity=2", "hider.maxsamples=2", "projection.fov=60", "display.compression=zip",
                            "option.user:pass=beauty"})
     EXPECT_EQ(w.run({"scene.rib", "--set", good, "--progress", "none"}).exitCode, 0) << good;
+}
+
+TEST(Set, AValueOfAnotherTypeIsAnError) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  for (const char* bad :
+       {"integrator.maxIndirectBounces=many", "integrator.maxIndirectBounces=", "integrator.maxIndirectBounces=2.5",
+        "integrator.maxIndirectBounces=1,2", "integrator.maxIndirectBounces=99999999999",
+        "integrator.clampLuminance=nan", "integrator.clampLuminance=1x", "hider.maxsamples=lots",
+        "hider.maxsamples=4.5", "projection.fov=wide", "projection.fov=inf", "light.lightColor=1,2",
+        "light.lightColor=red", "light.intensity=", "option.limits:x=nan"}) {
+    const Result r = w.run({"scene.rib", "--set", bad});
+    EXPECT_EQ(r.exitCode, 2) << bad;
+    EXPECT_NE(r.err.find("is not"), std::string::npos) << r.err;
+    EXPECT_FALSE(w.has("out.exr")) << bad;
+  }
+  for (const char* good : {"light.lightColor=1,.5,0", "light.lightColor=.5", "hider.shutteropening=0,0,0,0,1,1,1,1",
+                           "light.notes=123", "projection.fov=6e1", "option.limits:x=1,2,3,4"}) {
+    const Result r = w.run({"scene.rib", "--set", good, "--progress", "none"});
+    EXPECT_EQ(r.exitCode, 0) << good << r.err;
+    EXPECT_EQ(r.err.find("PARAM-TYPE"), std::string::npos) << r.err;
+  }
+}
+
+TEST(BadValues, OfOptionsAreABadCommandLine) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const std::vector<std::vector<std::string>> commands = {{"scene.rib", "--integrator", "PxrPathTraser"},
+                                                          {"scene.rib", "--integrator", ""},
+                                                          {"scene.rib", "--plugin-path", "nowhere"},
+                                                          {"scene.rib", "--plugin-path", ".:scene.rib"},
+                                                          {"scene.rib", "--plugin-path", ""},
+                                                          {"scene.rib", "-o", ""},
+                                                          {"scene.rib", "--stats", ""},
+                                                          {"scene.rib", "--frames", ""},
+                                                          {"scene.rib", "--res", "70000x10"},
+                                                          {"scene.rib", "--res", "65536x65536"},
+                                                          {"scene.rib", "--res", "0x10"},
+                                                          {"scene.rib", "--res", "-1x10"},
+                                                          {"scene.rib", "--res", "10x10x10"},
+                                                          {"scene.rib", "--res", "99999999999x1"},
+                                                          {"scene.rib", "--search-path", "texture="},
+                                                          {"scene.rib", "--crop", "0.011", "0.012", "0", "1"},
+                                                          {"plugins", "--plugin-path", "nowhere"},
+                                                          {"diff", "", "scene.rib"}};
+  for (const auto& command : commands) {
+    const Result r = w.run(command);
+    EXPECT_EQ(r.exitCode, 2) << command[0] << ' ' << command[1] << ' ' << command.back() << '\n' << r.err;
+    EXPECT_NE(r.err.find("error"), std::string::npos) << command[1];
+  }
+  EXPECT_EQ(w.files(), (std::vector<std::string>{"scene.rib"})) << "nothing was written";
+  EXPECT_NE(w.run(commands[0]).err.find("did you mean PxrPathTracer?"), std::string::npos);
+}
+
+TEST(Later, OptionsAndCommandsOfTheContractSayThatTheyAreNotAvailableYet) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  const std::vector<std::vector<std::string>> commands = {
+      {"scene.rib", "--min-spp", "4"},      {"scene.rib", "--max-spp=64"}, {"scene.rib", "--pixel-variance", ".01"},
+      {"--checkpoint", "30s", "scene.rib"}, {"scene.rib", "--recover"},    {"scene.rib", "--geometry-cache", "4G"},
+      {"scene.rib", "--allow-exec"},        {"denoise", "a.exr"},          {"view", "scene.rib"}};
+  for (const auto& command : commands) {
+    const Result r = w.run(command);
+    EXPECT_EQ(r.exitCode, 2) << command[0] << ' ' << command[1];
+    EXPECT_NE(r.err.find("is not available yet"), std::string::npos) << r.err;
+  }
+  EXPECT_NE(w.run({"scene.rib", "--chekpoint"}).err.find("not expected"), std::string::npos)
+      << "what nobody knows is unknown";
+}
+
+TEST(Resolution, KeepsTheSceneShape) {
+  Workplace w;
+  SceneParts parts;
+  parts.format = "Format 64 32 1\nFrameAspectRatio 2";
+  w.write("scene.rib", rib(parts));
+  const auto size = [&](const std::string& res) {
+    const Result r = w.run({"scene.rib", "--res", res, "--progress", "none"});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_EQ(r.err.find("RENDER-FRAME-ASPECT") != std::string::npos, res != "32x16") << r.err;
+    return w.run({"info", "out.exr"}).out;
+  };
+  EXPECT_NE(size("32x16").find("32 x 16"), std::string::npos);
+  EXPECT_NE(size("40x40").find("40 x 20"), std::string::npos);
+  EXPECT_NE(size("64x16").find("32 x 16"), std::string::npos);
+}
+
+TEST(Crop, WithoutAPixelRendersNothing) {
+  Workplace w;
+  for (const char* crop : {"CropWindow .511 .512 0 1", "CropWindow .5 .5 0 1", "CropWindow .6 .4 0 1"}) {
+    SceneParts parts;
+    parts.options = crop;
+    w.write("scene.rib", rib(parts));
+    const Result r = w.run({"scene.rib", "--progress", "none"});
+    EXPECT_EQ(r.exitCode, 3) << crop << r.err;
+    EXPECT_NE(r.err.find("RENDER-CROP"), std::string::npos) << r.err;
+    EXPECT_FALSE(w.has("out.exr")) << crop;
+  }
+}
+
+// A part remembers which scene it is of, its old lights among the rest.
+TEST(Parts, OfOtherLightSourcesDoNotMerge) {
+  Workplace w;
+  const auto part = [&](const std::string& light, const char* samples, const char* name) {
+    SceneParts parts;
+    parts.light = light;
+    w.write("scene.rib", rib(parts));
+    EXPECT_EQ(w.run({"scene.rib", "--samples", samples, "-o", name, "--progress", "none"}).exitCode, 0);
+  };
+  const std::string light = "LightSource \"distantlight\" 1 \"intensity\" ";
+  part(light + "1\n", "0:2", "a.exr");
+  part(light + "1\n", "2:4", "b.exr");
+  part(light + "2\n", "2:4", "brighter.exr");
+  part(light + "1\nIlluminate 1 0\n", "2:4", "off.exr");
+  EXPECT_EQ(w.run({"merge", "a.exr", "b.exr", "-o", "whole.exr"}).exitCode, 0);
+  for (const char* other : {"brighter.exr", "off.exr"}) {
+    const Result r = w.run({"merge", "a.exr", other, "-o", "mixed.exr"});
+    EXPECT_NE(r.exitCode, 0) << other;
+    EXPECT_NE(r.err.find("FILM-SHARD-SCENE"), std::string::npos) << r.err;
+  }
+}
+
+TEST(Files, OfOtherSystems) {
+  Workplace w;
+  const std::string unix = rib();
+  ASSERT_EQ(w.run({w.write("unix.rib", unix), "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  const auto same = [&](const std::string& text) {
+    w.write("other.rib", text);
+    const Result r = w.run({"other.rib", "-o", "b.exr", "--strict", "--progress", "none"});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_EQ(r.err.find("error"), std::string::npos) << r.err;
+    EXPECT_EQ(w.run({"diff", "a.exr", "b.exr"}).exitCode, 0);
+  };
+  same("\xef\xbb\xbf" + unix);
+  std::string mac = "# a comment\n" + unix;
+  std::replace(mac.begin(), mac.end(), '\n', '\r');
+  same(mac);
 }
 
 // A grid of polygons whose description, mesh and hierarchy take some hundred megabytes.

@@ -113,19 +113,21 @@ void* create(const CreateInfo* info, ErrorText* error) {
 constexpr ProjectionTraits kTraits{
     [](const void* data, double out[16]) { perspectiveMatrix(*static_cast<const ThinLens*>(data), out); }};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Projection,
-                             0,
-                             "PxrCamera",
-                             "Perspective with a thin lens, lens shift and roll.",
-                             kParams.data(),
-                             uint32_t(kParams.size()),
-                             kTables,
-                             4,
-                             &kTraits,
-                             create,
-                             [](void* d) { delete static_cast<ThinLens*>(d); }};
+const Descriptor kDescriptor{
+    kAbiVersion,
+    sizeof(Descriptor),
+    Kind::Projection,
+    0,
+    "PxrCamera",
+    "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera "
+    "request's: apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect.",
+    kParams.data(),
+    uint32_t(kParams.size()),
+    kTables,
+    4,
+    &kTraits,
+    create,
+    [](void* d) { delete static_cast<ThinLens*>(d); }};
 }  // namespace
 KINORA_REGISTER(PxrCamera, kDescriptor)
 }  // namespace kinora

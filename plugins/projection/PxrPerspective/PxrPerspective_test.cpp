@@ -76,6 +76,127 @@ TEST(PxrPerspective, CircleOfConfusion) {
   EXPECT_NEAR(widest, 0.05, 1e-3);
 }
 
+// Points of the lens by (u, v) on a grid.
+std::vector<std::array<double, 2>> lensPoints(const ProjectionInfo& info) {
+  TestProjection p(kName, {}, info);
+  constexpr uint32_t kSide = 256;
+  Columns c(kSide * kSide);
+  for (uint32_t i = 0; i < c.n; ++i) {
+    c.a[0][i] = c.a[1][i] = 50;
+    c.a[2][i] = (float(i % kSide) + 0.5f) / kSide;
+    c.a[3][i] = (float(i / kSide) + 0.5f) / kSide;
+  }
+  p.rays(c);
+  std::vector<std::array<double, 2>> points;
+  for (uint32_t i = 0; i < c.n; ++i) points.push_back({c.a[5][i] / 0.1, c.a[6][i] / 0.1});  // in radii of the lens
+  return points;
+}
+ProjectionInfo lens() {
+  ProjectionInfo info = frame(100, 100);
+  info.fStop = 2;
+  info.focalLength = 0.4f;
+  info.focalDistance = 5;
+  info.apertureRoundness = 1;
+  return info;
+}
+
+// A regular polygon with corners on the circle, one of them at `angle` from +x; <r^2> = (2 + cos(2 pi / n)) / 6.
+TEST(PxrPerspective, ApertureWithStraightSides) {
+  constexpr double kPi = 3.14159265358979;
+  for (const auto& [sides, angle] : {std::pair<int, double>{3, 0}, {4, 45}, {6, 0}, {6, 20}, {9, -7}}) {
+    ProjectionInfo info = lens();
+    info.apertureSides = float(sides);
+    info.apertureAngle = float(angle);
+    info.apertureRoundness = 0;
+    double sum = 0, beyond = 0, corner = -1;
+    std::array<double, 2> middle{};
+    const auto points = lensPoints(info);
+    for (const auto& [x, y] : points) {
+      sum += (x * x + y * y) / double(points.size());
+      middle[0] += x / double(points.size());
+      middle[1] += y / double(points.size());
+      for (int k = 0; k < sides; ++k) {
+        const double a = angle * kPi / 180 + 2 * kPi * (k + 0.5) / sides;
+        beyond = std::fmax(beyond, x * std::cos(a) + y * std::sin(a) - std::cos(kPi / sides));
+      }
+      corner = std::fmax(corner, x * std::cos(angle * kPi / 180) + y * std::sin(angle * kPi / 180));
+    }
+    EXPECT_LT(beyond, 2e-4) << sides;
+    EXPECT_NEAR(corner, 1, 0.02) << sides << " corners, one at " << angle;
+    EXPECT_NEAR(sum, (2 + std::cos(2 * kPi / sides)) / 6, 1e-3) << sides;
+    EXPECT_NEAR(middle[0], 0, 1e-3);
+    EXPECT_NEAR(middle[1], 0, 1e-3);
+  }
+}
+
+// Sides that bow out and in, and densities that rise and fall: <r^2> by integrals over the shape.
+TEST(PxrPerspective, ApertureRoundnessDensityAndAspect) {
+  constexpr double kPi = 3.14159265358979;
+  for (const auto& [sides, roundness, density] : {std::array<double, 3>{5, 0.5, 0},
+                                                  {6, -0.8, 0},
+                                                  {3, -1, 0},
+                                                  {6, 1, 0},
+                                                  {0, 1, 1},
+                                                  {0, 1, -1},
+                                                  {0, 0, 0.4},
+                                                  {7, 0.3, -0.6}}) {
+    ProjectionInfo info = lens();
+    info.apertureSides = float(sides);
+    info.apertureRoundness = float(roundness);
+    info.apertureDensity = float(density);
+    double above = 0, below = 0;  // over a slice of angle: edge^4 and edge^2
+    for (int i = 0; i < 100000; ++i) {
+      const double half = sides < 3 ? kPi : kPi / sides, a = half * (i + 0.5) / 100000;
+      const double straight = sides < 3 ? 1 : std::cos(half) / std::cos(a),
+                   edge = straight + roundness * (1 - straight);
+      const double r = sides < 3 ? 1 : edge;
+      above += r * r * r * r;
+      below += r * r;
+    }
+    // along the radius: rho (1 + d (2 rho - 1))
+    const double d = density, third = (1 - d) / 4 + 2 * d / 5, first = (1 - d) / 2 + 2 * d / 3;
+    double sum = 0, largest = 0;
+    const auto points = lensPoints(info);
+    for (const auto& [x, y] : points) {
+      sum += (x * x + y * y) / double(points.size());
+      largest = std::fmax(largest, std::hypot(x, y));
+    }
+    EXPECT_NEAR(sum, above / below * third / first, 2e-3) << sides << ' ' << roundness << ' ' << density;
+    EXPECT_LE(largest, 1 + 1e-5);
+    EXPECT_GT(largest, 0.95);
+  }
+  for (const double aspect : {2.0, 0.5}) {
+    ProjectionInfo info = lens();
+    info.apertureAspect = float(aspect);
+    double x2 = 0, y2 = 0;
+    for (const auto& [x, y] : lensPoints(info)) {
+      x2 += x * x;
+      y2 += y * y;
+    }
+    EXPECT_NEAR(std::sqrt(y2 / x2), aspect, 1e-3 * aspect) << "height over width";
+  }
+}
+
+TEST(PxrPerspective, ApertureSharedChecks) {
+  ProjectionInfo info = lens();
+  info.resolution[0] = 64;
+  info.resolution[1] = 48;
+  info.apertureSides = 5;
+  info.apertureAngle = 11;
+  info.apertureRoundness = -0.3f;
+  info.apertureDensity = 0.7f;
+  info.apertureAspect = 1.5f;
+  TestProjection p(kName, {{"fov", 50}, {"focalDistance", 4}}, info);
+  expectRoundTrip(p);
+  expectLightPathsAgree(p, 3, 5);
+  expectWidthsAgree(p);
+  expectOddPointsUnseen(p);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  info.apertureSides = info.apertureAngle = info.apertureRoundness = info.apertureDensity = info.apertureAspect = nan;
+  TestProjection odd(kName, {}, info);
+  EXPECT_TRUE(std::isfinite(odd.ray(10, 10, 0.3, 0.7)[0]));
+}
+
 TEST(PxrPerspective, FootprintIsHalfAPixel) {
   TestProjection p(kName, {}, frame(100, 100));
   Columns c(1);

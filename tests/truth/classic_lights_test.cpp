@@ -1,0 +1,203 @@
+// Proves: the lights of the RenderMan Interface by the formulas of its specification (3.2, appendix A.2), seen by a
+// white diffuse plane that faces the camera, whose colour is Cl times the cosine; which objects they light (the list
+// of light sources is an attribute); Illuminate for them and for lights of RIS; lights declared before the world;
+// ambient light without shadow, by light samples and by bxdf samples; lights that mirrors do not show. Misses: shadow
+// maps and other light shaders.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/render_scene.h"
+#include "truth/scenes.h"
+
+namespace kinora::tests {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+const std::string kDirect = "Integrator \"PxrDirectLighting\" \"i\"\n";
+const std::string kWhite = "Bxdf \"PxrDiffuse\" \"white\" \"color diffuseColor\" [1 1 1]\n";
+const std::string kPlane = "Polygon \"P\" [-50 -50 2  -50 50 2  50 50 2  50 -50 2]\n";
+
+// Looks along z at (0, 0, 2) of a white plane.
+std::string scene(const std::string& lights, const std::string& before = "",
+                  const std::string& integrator = kDirect) {
+  return orthographic(16, 1e-4, 16) + integrator + before + "WorldBegin\n" + lights + kWhite + kPlane + "WorldEnd\n";
+}
+double radiance(const std::string& rib, int seeds = 1) {
+  RenderRequest r;
+  r.rib = rib;
+  return overSeeds(r, seeds).mean();
+}
+#define EXPECT_SEEN(rib, expected) EXPECT_NEAR(radiance(rib), expected, 1e-3 * (expected) + 1e-9)
+
+double smoothstep(double a, double b, double x) {
+  const double t = std::fmin(1, std::fmax(0, (x - a) / (b - a)));
+  return t * t * (3 - 2 * t);
+}
+
+TEST(ClassicLights, PointAndDistant) {
+  EXPECT_SEEN(scene("LightSource \"pointlight\" 1 \"intensity\" 4 \"from\" [0 0 0]\n"), 1);
+  EXPECT_SEEN(scene("LightSource \"pointlight\" 1 \"intensity\" 4 \"from\" [2 0 0]\n"), 4.0 / 8 * std::sqrt(0.5));
+  EXPECT_SEEN(scene("LightSource \"distantlight\" 1 \"intensity\" 0.7 \"from\" [5 0 0] \"to\" [5 1 1]\n"),
+              0.7 * std::sqrt(0.5));
+  // the distance is taken in the world: a scale around the declaration moves the light and nothing else
+  EXPECT_SEEN(scene("TransformBegin Scale 3 3 3\nLightSource \"pointlight\" 1 \"intensity\" 4 \"from\" [0 0 0]\n"
+                    "TransformEnd\n"),
+              1);
+  EXPECT_SEEN(scene("TransformBegin Scale 4 .5 -1\nLightSource \"pointlight\" 1 \"intensity\" 4 \"from\" [.5 0 0]\n"
+                    "TransformEnd\n"),
+              4.0 / 8 * std::sqrt(0.5));
+}
+
+TEST(ClassicLights, SpotByTheSmoothstepOfItsCosine) {
+  // from (x, 0, 0) along +z, and the plane is seen at (0, 0, 2)
+  for (const double x : {0.0, 0.3, 0.8, 1.0, 1.08, 1.2}) {
+    const double d2 = 4 + x * x, cosine = 2 / std::sqrt(d2);
+    const double expected = 8 * std::pow(cosine, 2) / d2 * smoothstep(std::cos(0.5), std::cos(0.3), cosine) * cosine;
+    const std::string from = std::to_string(x);
+    EXPECT_NEAR(radiance(scene("LightSource \"spotlight\" 1 \"intensity\" 8 \"from\" [" + from + " 0 0] \"to\" [" +
+                               from + " 0 1] \"coneangle\" .5 \"conedeltaangle\" .2\n")),
+                expected, 2e-3 * 2 + 1e-9)
+        << x;
+  }
+}
+
+// Under a card that hides all of the sky: what nothing shadows arrives whole, once, by each of the two techniques.
+TEST(ClassicLights, AmbientHasNoShadow) {
+  const std::string card =
+      "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\nBxdf \"PxrDiffuse\" \"black\" \"color "
+      "diffuseColor\" "
+      "[0 0 0]\nPolygon \"P\" [-50 -50 1.9  50 -50 1.9  50 50 1.9  -50 50 1.9]\nAttributeEnd\n";
+  const std::string ambient = "LightSource \"ambientlight\" 1 \"intensity\" .5\n";
+  for (const char* samples :
+       {"", "\"int numLightSamples\" [0]", "\"int numLightSamples\" [4]", "\"int numIndirectSamples\" [4]"}) {
+    RenderRequest r;
+    r.rib = scene(ambient + card, "", unbiased(0, samples));
+    EXPECT_MEAN(overSeeds(r, 16), 0.5, 3e-3);
+  }
+  EXPECT_NEAR(radiance(scene(ambient + card), 4), 0.5, 2e-3);
+  EXPECT_NEAR(radiance(scene(ambient), 4), 0.5, 2e-3) << "without the card the same";
+  // shadows of other lights do not depend on it
+  EXPECT_NEAR(radiance(scene(ambient + "LightSource \"distantlight\" 2 \"to\" [0 0 1]\n" + card), 4), 0.5, 2e-3);
+  // it stands for what surfaces send each other: in a closed room each shows its own colour times the light, no more
+  const std::string room =
+      "AttributeBegin Bxdf \"PxrDiffuse\" \"grey\" \"color diffuseColor\" [.6 .6 .6]\nPointsPolygons [4 4 4 4 4 4] "
+      "[0 1 3 2 4 5 7 6 0 1 5 4 2 3 7 6 0 2 6 4 1 3 7 5] \"P\" [-40 -40 -40 40 -40 -40 -40 40 -40 40 40 -40 -40 -40 "
+      "40 40 -40 40 -40 40 40 40 40 40]\n"
+      "Polygon \"P\" [-5 -5 1.8  -5 5 1.8  5 5 1.8  5 -5 1.8]\nAttributeEnd\n";
+  EXPECT_NEAR(radiance(scene(ambient + room, "", unbiased(8)), 4), 0.3, 1e-3);
+  // a mirror shows what it lights: the camera sees the room's wall behind it
+  const std::string shiny =
+      "AttributeBegin Bxdf \"PxrSurface\" \"mirror\" \"float diffuseGain\" [0] \"color specularFaceColor\" "
+      "[1 1 1] \"color specularEdgeColor\" [1 1 1] \"float specularRoughness\" [0]\n"
+      "Polygon \"P\" [-5 -5 1  -5 5 1  5 5 1  5 -5 1]\nAttributeEnd\n";
+  EXPECT_NEAR(radiance(scene(ambient + shiny + room, "", unbiased(8)), 4), 0.3, 1e-3);
+  // a mirror shows neither it nor its light
+  EXPECT_EQ(radiance(scene(ambient + shiny, "", unbiased(2))), 0);
+}
+
+// Any light may go without shadows; both techniques then go through what is in between, and add up to the light's
+// own.
+TEST(Lights, EnableShadows) {
+  const std::string wall =
+      "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\nBxdf \"PxrDiffuse\" \"black\" \"color "
+      "diffuseColor\" [0 0 0]\nPolygon \"P\" [-50 -50 1.7  50 -50 1.7  50 50 1.7  -50 50 1.7]\nAttributeEnd\n";
+  const std::string unseen = "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\nTranslate 0 0 1 ";
+  for (const char* plugin : {"PxrRectLight", "PxrSphereLight", "PxrDiskLight"}) {
+    const auto light = [&](int shadows) {
+      return unseen + "Light \"" + plugin + "\" \"l\" \"int enableShadows\" [" + std::to_string(shadows) +
+             "] AttributeEnd\n";
+    };
+    for (const char* samples :
+         {"\"int numLightSamples\" [4]", "\"int numLightSamples\" [0] \"int numIndirectSamples\" [8]"}) {
+      RenderRequest free, through, blocked;
+      free.rib = scene(light(1), "", unbiased(0, samples));
+      through.rib = scene(light(0) + wall, "", unbiased(0, samples));
+      blocked.rib = scene(light(1) + wall, "", unbiased(0, samples));
+      EXPECT_SAME_MEAN(overSeeds(free, 16), overSeeds(through, 16), 0.004);
+      EXPECT_EQ(overSeeds(blocked, 1).mean(), 0);
+    }
+  }
+}
+
+TEST(ClassicLights, ShineInTheirBlock) {
+  const std::string light = "LightSource \"pointlight\" 1 \"intensity\" 4 \"from\" [0 0 0]\n";
+  EXPECT_SEEN(scene("AttributeBegin\n" + light + "AttributeEnd\n"), 0);
+  EXPECT_SEEN(scene("AttributeBegin\n" + light + "AttributeEnd\nIlluminate 1 1\n"), 1);
+  EXPECT_SEEN(scene("TransformBegin\n" + light + "TransformEnd\n"), 1);
+  EXPECT_SEEN(scene(light + "Illuminate 1 0\n"), 0);
+  EXPECT_SEEN(scene(light + "AttributeBegin Illuminate 1 0\nAttributeEnd\n"), 1);
+  EXPECT_SEEN(scene(light + "Illuminate 1 0 Illuminate 1 1\n"), 1);
+  // the handle means the light that had it last
+  EXPECT_SEEN(scene("AttributeBegin\n" + light +
+                    "AttributeEnd\nAttributeBegin LightSource \"distantlight\" 1 \"intensity\" .25 "
+                    "AttributeEnd\nIlluminate 1 1\n"),
+              0.25);
+  // an object before the light is not lit by it
+  EXPECT_SEEN(scene(kWhite + "Polygon \"P\" [-50 -50 1  -50 50 1  50 50 1  50 -50 1]\n" + light), 0);
+  // instances follow their own attributes
+  const std::string object = "ObjectBegin \"o\"\nPolygon \"P\" [-50 -50 1  -50 50 1  50 50 1  50 -50 1]\nObjectEnd\n";
+  EXPECT_SEEN(scene(object + light + kWhite + "ObjectInstance \"o\"\n"), 4);
+  EXPECT_SEEN(scene(object + light + kWhite + "AttributeBegin Illuminate 1 0 ObjectInstance \"o\" AttributeEnd\n"),
+              0);
+}
+
+TEST(ClassicLights, BeforeTheWorldStandInCameraSpace) {
+  // the camera is at (0, 0, -1); 3 from the plane, the light beside it
+  const std::string move = "Translate 0 0 1\n";
+  EXPECT_SEEN(scene("", "LightSource \"pointlight\" 1 \"intensity\" 9 \"from\" [0 0 0]\n" + move), 1);
+  EXPECT_SEEN(scene("Illuminate 1 0\n", "LightSource \"pointlight\" 1 \"intensity\" 9 \"from\" [0 0 0]\n" + move), 0);
+  EXPECT_SEEN(scene("", move + "Light \"PointLight\" \"l\" \"float intensity\" [" + std::to_string(4 * kPi) + "]\n"),
+              1);
+}
+
+TEST(Lights, OfRisShineEverywhereButWhereSwitchedOff) {
+  const std::string dome = "AttributeBegin Light \"PointLight\" \"l\" \"float intensity\" [" +
+                           std::to_string(4 * kPi) + "] AttributeEnd\n";
+  EXPECT_SEEN(scene(dome), 1);
+  EXPECT_SEEN(scene(dome + "Illuminate \"l\" 0\n"), 0);
+  EXPECT_SEEN(scene(dome + "AttributeBegin Illuminate \"l\" 0 AttributeEnd\n"), 1);
+  EXPECT_SEEN(scene(dome + "Illuminate \"l\" 0 Illuminate \"l\" 1\n"), 1);
+}
+
+TEST(Lights, LinkedByListsWithCommas) {
+  const auto light = [](const char* name, double intensity) {
+    return std::string("Light \"PointLight\" \"") + name + "\" \"float intensity\" [" +
+           std::to_string(4 * kPi * intensity) + "]\n";
+  };
+  const std::string all = light("a", 1) + light("b", 2) + light("c", 4);
+  for (const char* list : {"a,c", "a, c", "a c", " a ,\tc,"}) {
+    EXPECT_NEAR(radiance(scene(all + "Attribute \"lighting\" \"string subset\" [\"" + list + "\"]\n"), 8), 5, 0.05)
+        << list;
+    EXPECT_NEAR(radiance(scene(all + "Attribute \"lighting\" \"string excludesubset\" [\"" + list + "\"]\n"), 8), 2,
+                0.02)
+        << list;
+  }
+}
+
+// A light with visibility:indirect 0 is in no mirror, and lights what it lit before.
+TEST(Lights, HiddenFromMirrors) {
+  const auto look = [](const std::string& bxdf, int visible, const char* light) {
+    return scene("AttributeBegin Attribute \"visibility\" \"int camera\" [0] \"int indirect\" [" +
+                     std::to_string(visible) + "]\nTranslate 0 0 -1 " + light + " AttributeEnd\n" + bxdf +
+                     "Polygon \"P\" [-50 -50 1  -50 50 1  50 50 1  50 -50 1]\n",
+                 "", unbiased(1));
+  };
+  const std::string mirror =
+      "Bxdf \"PxrSurface\" \"m\" \"float diffuseGain\" [0] \"color specularFaceColor\" [1 1 1] \"color "
+      "specularEdgeColor\" [1 1 1] \"float specularRoughness\" [";
+  for (const char* light : {"Light \"PxrRectLight\" \"l\" \"float intensity\" [3]",
+                            "Light \"PxrDomeLight\" \"l\" \"float intensity\" [3]"}) {
+    EXPECT_NEAR(radiance(look(mirror + "0]\n", 1, light)), 3, 1e-3);
+    EXPECT_EQ(radiance(look(mirror + "0]\n", 0, light)), 0);
+    for (const std::string& bxdf : {kWhite, mirror + "0.4]\n"}) {
+      RenderRequest shown, hidden;
+      shown.rib = look(bxdf, 1, light);
+      hidden.rib = look(bxdf, 0, light);
+      EXPECT_SAME_MEAN(overSeeds(shown, 16), overSeeds(hidden, 16), 0.01);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinora::tests
