@@ -22,6 +22,7 @@ constexpr int kMostPatchSegments = 1024;  // a piece
 struct ParametricSurface {
   Axis u, v;
   std::vector<std::vector<V4d>> keys;  // homogeneous control points, u fastest
+  std::vector<char> rational;          // by key: the points have weights ("Pw")
 
   V3d at(size_t key, const Axis::Span& a, double s, const Axis::Span& b, double t, V3d* du = nullptr,
          V3d* dv = nullptr) const {
@@ -37,6 +38,12 @@ struct ParametricSurface {
         pu += c * (su[i] * wv[j]);
         pv += c * (wu[i] * sv[j]);
       }
+    }
+    if (!rational[key]) {
+      // the weights of a basis need not sum to one: tangents and coefficients are no points
+      if (du) *du = V3d(pu.x, pu.y, pu.z);
+      if (dv) *dv = V3d(pv.x, pv.y, pv.z);
+      return V3d(p.x, p.y, p.z);
     }
     const V3d point = V3d(p.x, p.y, p.z) / p.w;
     if (du) *du = (V3d(pu.x, pu.y, pu.z) - point * pu.w) / p.w;
@@ -139,13 +146,15 @@ struct Line {
   double s;
 };
 // All lines of an axis once, in order; start[i] is the first line of span i. A periodic axis ends with its first
-// line.
+// line. Pieces that do not meet (of the power basis) have both their ends.
 std::vector<Line> linesOf(const Axis& axis, const std::vector<int>& segments, std::vector<int>& start) {
   std::vector<Line> out;
   for (size_t i = 0; i < segments.size(); ++i) {
     start.push_back(int(out.size()));
     for (int k = 0; k < segments[i]; ++k) out.push_back({i, double(k) / segments[i]});
+    if (!axis.meets()) out.push_back({i, 1});
   }
+  if (!axis.meets()) return out;
   if (axis.periodic())
     out.push_back({0, 0});
   else
@@ -207,8 +216,14 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   if (!wrong.empty()) return refuse("GEOM-PATCH-SHAPE", wrong);
   const size_t needed = size_t(surface.u.controls()) * size_t(surface.v.controls());
   for (size_t k = 0; k < points->keys.size(); ++k) surface.keys.push_back(homogeneousPoints(primitive, k));
-  for (auto& key : surface.keys)
-    if (key.size() < needed) key = surface.keys[0];  // this key says nothing about the points
+  for (size_t k = 0; k < surface.keys.size(); ++k) {
+    const scene::ParameterList& said = k == 0 ? primitive.primvars : primitive.motion[k - 1];
+    surface.rational.push_back(said.find("Pw") != nullptr);
+    if (surface.keys[k].size() < needed) {  // this key says nothing about the points
+      surface.keys[k] = surface.keys[0];
+      surface.rational[k] = surface.rational[0];
+    }
+  }
   if (const auto* n = std::get_if<scene::NuPatch>(&primitive.shape); n && !n->trim.empty())
     diagnostics.warning("GEOM-TRIM", primitive.pos,
                         subject(primitive) + " has trim curves, which are not rendered yet",
@@ -257,6 +272,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   for (const V3d& p : all)
     if (!std::isfinite(p.x + p.y + p.z)) return refuse("GEOM-NOT-FINITE", "weights that make it infinite");
   if (keys > 1) mesh.times = points->times;
+  mesh.quads = true;
   storePoints(all, keys, mesh);
   double area = 0;
   for (uint32_t t = 0; t < mesh.triangleCount(); ++t) area += geometricNormal(mesh, t).length();

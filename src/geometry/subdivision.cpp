@@ -86,6 +86,8 @@ class Subdivider {
                 const std::vector<Site>& outline, int subFace);
   Site onEdge(int face, int k, int step) const;  // step along edge k in the face's direction
 
+  void emitFacet(int face, const int* facet, int corners);
+
   V3d position(size_t key, const double uv[2], V3d& normal) const;
 
   const scene::Primitive& primitive_;
@@ -340,14 +342,34 @@ Subdivider::Site Subdivider::onEdge(int face, int k, int step) const {
   return {edgeOffset_[edge] + (forward ? step : rate - step) - 1};
 }
 
+// A facet of the current cell. A triangle that happens to go on where the one before ended must not pass for the
+// other half of a quad, nor must the first half of one: those begin at another corner.
+void Subdivider::emitFacet(int face, const int* facet, int corners) {
+  const std::vector<uint32_t>& at = mesh_.indices;
+  const bool follows = at.size() >= 3 && at[at.size() - 3] == cellVertex_[facet[0]] &&
+                       at[at.size() - 1] == cellVertex_[facet[1]] && mesh_.faceOfTriangle.back() == uint32_t(face);
+  const int turn = !follows ? 0 : corners == 4 ? 2 : 1;
+  static constexpr int kHalves[6] = {0, 1, 2, 0, 2, 3};
+  for (int k = 0; k < 3 * (corners - 2); ++k) {
+    const int i = facet[(kHalves[k] + turn) % corners];
+    mesh_.indices.push_back(cellVertex_[i]);
+    mesh_.cornerUV.emplace_back(float(coords_[2 * i]), float(coords_[2 * i + 1]));
+  }
+  mesh_.faceOfTriangle.insert(mesh_.faceOfTriangle.end(), size_t(corners - 2), uint32_t(face));
+  mesh_.quads |= corners == 4;
+}
+
 void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,
                           const std::vector<Site>& outline, int subFace) {
-  const Bfr::Tessellation cell(pattern, rateCount, rates);
+  Bfr::Tessellation::Options options;
+  const int facetSize = pattern.GetFaceSize() == 4 ? 4 : 3;  // quads wherever the rates of the sides let them be
+  options.SetFacetSize(facetSize).PreserveQuads(true);
+  const Bfr::Tessellation cell(pattern, rateCount, rates, options);
   if (!cell.IsValid() || cell.GetNumBoundaryCoords() != int(outline.size())) return;
   const int count = cell.GetNumCoords();
   coords_.resize(size_t(count) * 2);
   cell.GetCoords(coords_.data());
-  facets_.resize(size_t(cell.GetNumFacets()) * 3);
+  facets_.resize(size_t(cell.GetNumFacets()) * facetSize);
   cell.GetFacets(facets_.data());
   cellVertex_.resize(size_t(count));
   for (int i = 0; i < count; ++i) {
@@ -359,14 +381,8 @@ void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int ra
     evaluate(uv);
     cellVertex_[i] = emit(i < int(outline.size()) ? outline[i] : Site{});
   }
-  for (size_t t = 0; t < facets_.size(); t += 3) {
-    for (int k = 0; k < 3; ++k) {
-      const int i = facets_[t + k];
-      mesh_.indices.push_back(cellVertex_[i]);
-      mesh_.cornerUV.emplace_back(float(coords_[2 * i]), float(coords_[2 * i + 1]));
-    }
-    mesh_.faceOfTriangle.push_back(uint32_t(face));
-  }
+  for (size_t f = 0; f < facets_.size(); f += size_t(facetSize))
+    emitFacet(face, &facets_[f], facetSize == 4 && facets_[f + 3] >= 0 ? 4 : 3);
 }
 
 void Subdivider::makeFace(int face) {
@@ -388,6 +404,7 @@ void Subdivider::makeFace(int face) {
       if (!allWhole_) mesh_.cornerUV.emplace_back(float(kCorner[k][0]), float(kCorner[k][1]));
     }
     mesh_.faceOfTriangle.insert(mesh_.faceOfTriangle.end(), 2, uint32_t(face));
+    mesh_.quads = true;
     return;
   }
   if (!isSplit(face)) {

@@ -25,8 +25,10 @@ constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
 std::vector<std::string> groupNames(const std::string& list) {
   std::istringstream in(list);
   std::vector<std::string> names;
-  for (std::string name; in >> name;)
-    if (name != "+") names.push_back(name);
+  for (std::string name; in >> name;) {
+    if (name[0] == '+') name.erase(0, 1);
+    if (!name.empty()) names.push_back(name);
+  }
   return names;
 }
 

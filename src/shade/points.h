@@ -38,7 +38,7 @@ struct PointsArgs {
 
 // What grouping asks of each hit, as arrays for gathers.
 struct SurfaceTables {
-  std::vector<uint32_t> materialOfGeometry, flagsOfGeometry;  // material ~0: the instance's; GeometryFlags
+  std::vector<uint32_t> flagsOfGeometry;  // GeometryFlags
   std::vector<float> sideOfGeometry;
   std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;  // placed: ~0, baked: 0
   std::vector<uint32_t> programOfMaterial, blockOfMaterial;
@@ -48,7 +48,7 @@ struct SurfaceTables {
 struct ProgramsArgs {
   uint32_t n;
   const uint32_t* slots;
-  const uint32_t *instance, *geometry;  // by slot
+  const uint32_t* instance;  // by slot
   const SurfaceTables* tables;
   uint32_t* program;  // room to the next multiple of 16
 };
@@ -71,6 +71,18 @@ struct SurfacesArgs {
 };
 using SurfacesKernel = void (*)(SurfacesArgs&);
 SurfacesKernel surfacesKernel(uint32_t width);
+
+// Bilinear parameters of n (padded) points in quads q0 q1 q2 q3, from their place in the quad's two triangles: a
+// point is q0 + x1 (q1 - q0) + x2 (q2 - q0) + x3 (q3 - q0), where x1 or x3 is 0. The shares are areas, seen along the
+// quad's mean normal, of the triangles at its corners 0, 1 and 3, in units of the quad's. All by point.
+struct QuadsArgs {
+  uint32_t n;
+  const float* x[3];
+  const float* share[3];  // below 0: the quad is not convex
+  float *u, *v;           // out; u is -1 where it is not
+};
+using QuadsKernel = void (*)(const QuadsArgs&);
+QuadsKernel quadsKernel(uint32_t width);
 
 using PointsKernel = void (*)(const PointsArgs&);
 PointsKernel pointsKernel(uint32_t width);
