@@ -93,34 +93,120 @@ std::string describe(const scene::Primitive& primitive, size_t pointCount, Param
   return wrong.empty() ? Axis::cubic(m.nv, m.vPeriodic, a.vBasis, a.vStep, out.v) : wrong;
 }
 
+// One vertex of one piece, for interpolating primvars.
+struct Place {
+  const Axis::Span *a, *b;
+  double s, t;
+};
+
+void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, const Place& place,
+                 std::vector<float>& out) {
+  const int width = int(source.parameter->elementFloats());
+  const Axis &u = surface.u, &v = surface.v;
+  auto value = [&](int element, int k) { return double(source.values[size_t(element) * width + k]); };
+  if (source.storage == scene::StorageClass::Vertex) {
+    double wu[64], wv[64], unused[64];
+    u.weights(*place.a, place.s, wu, unused);
+    v.weights(*place.b, place.t, wv, unused);
+    for (int k = 0; k < width; ++k) {
+      double sum = 0;
+      for (int j = 0; j < v.order(); ++j)
+        for (int i = 0; i < u.order(); ++i)
+          sum += wu[i] * wv[j] * value(v.control(*place.b, j) * u.controls() + u.control(*place.a, i), k);
+      out.push_back(float(sum));
+    }
+    return;
+  }
+  // Bilinear over the cell that the piece is a part of.
+  const double x = place.a->cell0 + (place.a->cell1 - place.a->cell0) * place.s;
+  const double y = place.b->cell0 + (place.b->cell1 - place.b->cell0) * place.t;
+  int corner[4];
+  for (int c = 0; c < 4; ++c)
+    corner[c] = source.storage == scene::StorageClass::Varying
+                    ? v.varying(place.b->cell, c / 2) * u.varyings() + u.varying(place.a->cell, c % 2)
+                    : 4 * (place.b->cell * u.cells() + place.a->cell) + c;
+  for (int k = 0; k < width; ++k)
+    out.push_back(float((1 - y) * ((1 - x) * value(corner[0], k) + x * value(corner[1], k)) +
+                        y * ((1 - x) * value(corner[2], k) + x * value(corner[3], k))));
+}
+
+// Points, normals and values along a line of a piece.
+struct Sample {
+  V3d p, n;
+  std::vector<float> values;
+};
+
+// By how much they miss the straight way from the first to the last: see segmentsForPlace().
+double missOf(const std::vector<const Sample*>& line, double length, const std::vector<double>& range) {
+  double most = 0;
+  const Sample &first = *line.front(), &last = *line.back();
+  for (size_t a = 1; a + 1 < line.size(); ++a) {
+    const double t = double(a) / double(line.size() - 1);
+    V3d off = line[a]->p - (first.p * (1 - t) + last.p * t);
+    off -= line[a]->n * off.dot(line[a]->n);
+    if (length > 0) most = std::max(most, off.length() / length);
+    for (size_t c = 0; c < line[a]->values.size(); ++c)
+      if (range[c] > 0)
+        most = std::max(most,
+                        std::abs(line[a]->values[c] - (first.values[c] * (1 - t) + last.values[c] * t)) / range[c]);
+  }
+  return most;
+}
+
 // Segments of each span of both axes: the finest that any piece along it asks for.
-void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s, const DiceRate& rate,
-                 std::vector<int>& nu, std::vector<int>& nv) {
+void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s,
+                 const std::vector<SourcePrimvar>& primvars, const DiceRate& rate, std::vector<int>& nu,
+                 std::vector<int>& nv) {
+  // only those of class vertex follow the basis; others are bilinear anyway
+  std::vector<const SourcePrimvar*> curved;
+  std::vector<double> range;
+  for (const SourcePrimvar& v : primvars) {
+    if (v.storage != scene::StorageClass::Vertex || v.values.empty()) continue;
+    curved.push_back(&v);
+    const size_t width = v.parameter->elementFloats();
+    for (size_t c = 0; c < width; ++c) {
+      float low = v.values[c], high = low;
+      for (size_t i = c; i < v.values.size(); i += width) {
+        low = std::min(low, v.values[i]);
+        high = std::max(high, v.values[i]);
+      }
+      range.push_back(double(high) - double(low));
+    }
+  }
   const bool displaced = primitive.attributes && primitive.attributes->displacement;
   std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
   constexpr int kSamples = 4;
   for (size_t key = 0; key < s.keys.size(); key += std::max<size_t>(1, s.keys.size() - 1))  // first and last
     for (size_t j = 0; j < wantV.size(); ++j)
       for (size_t i = 0; i < wantU.size(); ++i) {
-        V3d p[kSamples + 1][kSamples + 1], n[kSamples + 1][kSamples + 1];
+        Sample at[kSamples + 1][kSamples + 1];
         double edge = std::numeric_limits<double>::infinity();
         for (int b = 0; b <= kSamples; ++b)
           for (int a = 0; a <= kSamples; ++a) {
             const double x = double(a) / kSamples, y = double(b) / kSamples;
-            p[b][a] = s.at(key, s.u.spans()[i], x, s.v.spans()[j], y);
-            n[b][a] = s.normal(key, s.u.spans()[i], x, s.v.spans()[j], y);
-            if (a % 2 == 0 && b % 2 == 0) edge = std::min(edge, rate.at(p[b][a]));
+            Sample& here = at[b][a];
+            here.p = s.at(key, s.u.spans()[i], x, s.v.spans()[j], y);
+            here.n = s.normal(key, s.u.spans()[i], x, s.v.spans()[j], y);
+            for (const SourcePrimvar* v : curved)
+              interpolate(s, *v, {&s.u.spans()[i], &s.v.spans()[j], x, y}, here.values);
+            if (a % 2 == 0 && b % 2 == 0) edge = std::min(edge, rate.at(here.p));
           }
         for (int b = 0; b <= kSamples; ++b) {
           double lengthU = 0, turnU = 0, lengthV = 0, turnV = 0;
-          for (int a = 0; a < kSamples; ++a) {
-            lengthU += (p[b][a + 1] - p[b][a]).length();
-            turnU += turnBetween(n[b][a], n[b][a + 1]);
-            lengthV += (p[a + 1][b] - p[a][b]).length();
-            turnV += turnBetween(n[a][b], n[a + 1][b]);
+          std::vector<const Sample*> alongU, alongV;
+          for (int a = 0; a <= kSamples; ++a) {
+            alongU.push_back(&at[b][a]);
+            alongV.push_back(&at[a][b]);
+            if (a == kSamples) break;
+            lengthU += (at[b][a + 1].p - at[b][a].p).length();
+            turnU += turnBetween(at[b][a].n, at[b][a + 1].n);
+            lengthV += (at[a + 1][b].p - at[a][b].p).length();
+            turnV += turnBetween(at[a][b].n, at[a + 1][b].n);
           }
-          wantU[i] = std::max(wantU[i], segmentsFor(lengthU, turnU, edge, displaced));
-          wantV[j] = std::max(wantV[j], segmentsFor(lengthV, turnV, edge, displaced));
+          wantU[i] = std::max({wantU[i], segmentsFor(lengthU, turnU, edge, displaced),
+                               segmentsForPlace(missOf(alongU, lengthU, range), lengthU, edge)});
+          wantV[j] = std::max({wantV[j], segmentsFor(lengthV, turnV, edge, displaced),
+                               segmentsForPlace(missOf(alongV, lengthV, range), lengthV, edge)});
         }
       }
   for (double scale = 1;; scale *= 0.8) {
@@ -162,43 +248,6 @@ std::vector<Line> linesOf(const Axis& axis, const std::vector<int>& segments, st
   return out;
 }
 
-// One vertex of one piece, for interpolating primvars.
-struct Place {
-  const Axis::Span *a, *b;
-  double s, t;
-};
-
-void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, const Place& place,
-                 std::vector<float>& out) {
-  const int width = int(source.parameter->elementFloats());
-  const Axis &u = surface.u, &v = surface.v;
-  auto value = [&](int element, int k) { return double(source.values[size_t(element) * width + k]); };
-  if (source.storage == scene::StorageClass::Vertex) {
-    double wu[64], wv[64], unused[64];
-    u.weights(*place.a, place.s, wu, unused);
-    v.weights(*place.b, place.t, wv, unused);
-    for (int k = 0; k < width; ++k) {
-      double sum = 0;
-      for (int j = 0; j < v.order(); ++j)
-        for (int i = 0; i < u.order(); ++i)
-          sum += wu[i] * wv[j] * value(v.control(*place.b, j) * u.controls() + u.control(*place.a, i), k);
-      out.push_back(float(sum));
-    }
-    return;
-  }
-  // Bilinear over the cell that the piece is a part of.
-  const double x = place.a->cell0 + (place.a->cell1 - place.a->cell0) * place.s;
-  const double y = place.b->cell0 + (place.b->cell1 - place.b->cell0) * place.t;
-  int corner[4];
-  for (int c = 0; c < 4; ++c)
-    corner[c] = source.storage == scene::StorageClass::Varying
-                    ? v.varying(place.b->cell, c / 2) * u.varyings() + u.varying(place.a->cell, c % 2)
-                    : 4 * (place.b->cell * u.cells() + place.a->cell) + c;
-  for (int k = 0; k < width; ++k)
-    out.push_back(float((1 - y) * ((1 - x) * value(corner[0], k) + x * value(corner[1], k)) +
-                        y * ((1 - x) * value(corner[2], k) + x * value(corner[3], k))));
-}
-
 }  // namespace
 
 bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagnostics& diagnostics, Mesh& mesh) {
@@ -230,7 +279,10 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
                         "the whole surface is rendered");
 
   std::vector<int> nu, nv, startU, startV;
-  chooseRates(primitive, surface, rate, nu, nv);
+  const size_t cells = size_t(surface.u.cells()) * surface.v.cells();
+  const ClassCounts counts{cells, size_t(surface.u.varyings()) * surface.v.varyings(), needed, 4 * cells};
+  const std::vector<SourcePrimvar> primvars = readPrimvars(primitive, counts, diagnostics);
+  chooseRates(primitive, surface, primvars, rate, nu, nv);
   const std::vector<Line> linesU = linesOf(surface.u, nu, startU), linesV = linesOf(surface.v, nv, startV);
   const size_t keys = surface.keys.size(), width = linesU.size();
   std::vector<std::vector<V3d>> global(keys);  // every crossing of lines once
@@ -282,9 +334,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
     return false;
   }
 
-  const size_t cells = size_t(surface.u.cells()) * surface.v.cells();
-  const ClassCounts counts{cells, size_t(surface.u.varyings()) * surface.v.varyings(), needed, 4 * cells};
-  for (const SourcePrimvar& s : readPrimvars(primitive, counts, diagnostics)) {
+  for (const SourcePrimvar& s : primvars) {
     const bool constant = s.storage == scene::StorageClass::Constant,
                uniform = s.storage == scene::StorageClass::Uniform;
     Primvar p = emptyPrimvar(s, constant || (uniform && cells == 1) ? Primvar::Rate::Constant

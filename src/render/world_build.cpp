@@ -592,6 +592,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   trace::BuildOptions options;
   options.shutterOpen = camera_.shutterOpen;
   options.shutterClose = camera_.shutterClose;
+  options.watertight = scene.hider && scene.hider->params.getInt("jitter", 1) == 0;
   const trace::BuildCounters before = counters_;
   const auto world = trace::World::build(shapeInputs_, parts_, placements_, options,
                                          shading_ ? shading_->world.get() : nullptr, counters_);

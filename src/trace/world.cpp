@@ -65,7 +65,7 @@ struct World::Part {
   std::vector<Slice> slices;
   std::vector<std::vector<float>> mergedPoints;
   std::vector<std::vector<uint32_t>> mergedIndices;
-  bool batch = false;
+  bool batch = false, watertight = false;
   float lower[3], upper[3];
 
   ~Part() {
@@ -76,6 +76,7 @@ struct World::Part {
 
 void World::Part::build() {
   scene = rtcNewScene(device());
+  if (watertight) rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
   const auto attach = [&](RTCGeometry g, uint32_t mask) {
     rtcSetGeometryMask(g, mask);
@@ -300,7 +301,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
-    if (const auto it = old.find(key); it != old.end() && it->second->identity == identity) {
+    if (const auto it = old.find(key);
+        it != old.end() && it->second->identity == identity && it->second->watertight == options.watertight) {
       part = it->second;
       ++counters.partsKept;
     } else {
@@ -308,6 +310,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       made->key = key;
       made->identity = identity;
       made->batch = plan.batch;
+      made->watertight = options.watertight;
       for (size_t i = 0; i < plan.shapes.size(); ++i) {
         ShapeInput& s = shapes[plan.shapes[i]];
         uint32_t visibility = s.visibility;
@@ -379,6 +382,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     rtcRetainScene(w.top_);
   } else {
     w.top_ = rtcNewScene(device());
+    if (options.watertight) rtcSetSceneFlags(w.top_, RTC_SCENE_FLAG_ROBUST);
     for (uint32_t i = 0; i < tops.size(); ++i) {
       const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(g, w.parts_[tops[i].part]->scene);

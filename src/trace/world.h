@@ -69,6 +69,9 @@ struct Instance {
 struct BuildOptions {
   double shutterOpen = 0, shutterClose = 0;
   uint32_t smallShape = 20000;  // triangles below which static objects share batch parts
+  // No ray passes between triangles that share an edge, also where it meets the edge exactly: for rays on a regular
+  // grid, which do so by rows. Costs a fifth of the time of tracing; rays that are drawn at random miss nothing.
+  bool watertight = false;
 };
 
 struct BuildCounters {
