@@ -72,14 +72,14 @@ struct SurfacesArgs {
 using SurfacesKernel = void (*)(SurfacesArgs&);
 SurfacesKernel surfacesKernel(uint32_t width);
 
-// Bilinear parameters of n (padded) points in quads q0 q1 q2 q3, from their place in the quad's two triangles: a
-// point is q0 + x1 (q1 - q0) + x2 (q2 - q0) + x3 (q3 - q0), where x1 or x3 is 0. The shares are areas, seen along the
-// quad's mean normal, of the triangles at its corners 0, 1 and 3, in units of the quad's. All by point.
+// Bilinear parameters of n (padded) points in quads, from their place in the quad's two triangles: a point is corner
+// 0 + x0 e[0] + x1 e[1] + x2 e[2], where e leads from corner 0 to corners 1, 2 and 3, and x0 or x2 is 0. All by
+// point.
 struct QuadsArgs {
   uint32_t n;
   const float* x[3];
-  const float* share[3];  // below 0: the quad is not convex
-  float *u, *v;           // out; u is -1 where it is not
+  const float* e[3][3];
+  float *u, *v;  // out; u is -1 where the quad is not convex or has no area
 };
 using QuadsKernel = void (*)(const QuadsArgs&);
 QuadsKernel quadsKernel(uint32_t width);

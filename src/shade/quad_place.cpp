@@ -27,14 +27,26 @@ KN_INLINE Float<W> rootInside(Float<W> a, Float<W> b, Float<W> c) {
 template <int W>
 void quads(const shade::QuadsArgs& q) {
   using F = Float<W>;
+  const F zero(0.f), one(1.f);
   for (uint32_t i = 0; i < q.n; i += W) {
-    const F x1 = F::load(q.x[0] + i), x2 = F::load(q.x[1] + i), x3 = F::load(q.x[2] + i);
-    const F s0 = F::load(q.share[0] + i), s1 = F::load(q.share[1] + i), s3 = F::load(q.share[2] + i);
-    // With E = q1 - q0, F = q3 - q0, G = q2 - q3 - E and H from q0 to the point, all seen along the normal:
+    const Vec3<W> e = Vec3<W>::load(q.e[0], i), d = Vec3<W>::load(q.e[1], i), f = Vec3<W>::load(q.e[2], i);
+    // Areas of the triangles at corners 0, 1 and 3, seen along the quad's mean normal, as shares of the quad's; the
+    // normal is scaled first, as squares of areas of tiny and huge quads leave the range of float.
+    const Vec3<W> at1 = cross(e, d), at3 = cross(d, f), whole = at1 + at3;
+    const F scale = one / max(max(abs(whole.x), max(abs(whole.y), abs(whole.z))), F(1e-36f));
+    const Vec3<W> normal = whole * scale;
+    const F part = scale / max(dot(normal, normal), F(1e-6f));
+    const F s0 = dot(normal, cross(e, f)) * part, s1 = dot(normal, at1) * part, s3 = dot(normal, at3) * part;
+    // corners of 180 degrees are within rounding
+    const F low = min(s0, min(s1, s3)), high = max(s0, max(s1, s3));
+    const Mask<W> convex = (low >= F(-1e-5f)) & (high <= F(1.00001f)) & (high > zero);
+    const F a0 = min(max(s0, zero), one), a1 = min(max(s1, zero), one), a3 = min(max(s3, zero), one);
+    // With E, F the sides at corner 0, G = q2 - q3 - E and H from q0 to the point, all seen along the normal:
     // H = u E + v F + u v G, so (H - v F) x (E + v G) = 0, and the same for u with E and F in turn.
-    const F v = rootInside<W>(s0 - s3, x1 * (s1 - s0) + x2 * (s1 - s3) + x3 * (s0 - s3) + s0, x2 * s1 + x3 * s0);
-    const F u = rootInside<W>(s0 - s1, x3 * (s3 - s0) + x2 * (s3 - s1) + x1 * (s0 - s1) + s0, x2 * s3 + x1 * s0);
-    select(s0 < F(0.f), F(-1.f), u).store(q.u + i);
+    const F x1 = F::load(q.x[0] + i), x2 = F::load(q.x[1] + i), x3 = F::load(q.x[2] + i);
+    const F v = rootInside<W>(a0 - a3, x1 * (a1 - a0) + x2 * (a1 - a3) + x3 * (a0 - a3) + a0, x2 * a1 + x3 * a0);
+    const F u = rootInside<W>(a0 - a1, x3 * (a3 - a0) + x2 * (a3 - a1) + x1 * (a0 - a1) + a0, x2 * a3 + x1 * a0);
+    select(convex, u, F(-1.f)).store(q.u + i);
     v.store(q.v + i);
   }
 }
@@ -89,55 +101,37 @@ void cornersOfQuad(const geometry::Mesh& mesh, uint32_t first, float time, V3f o
   }
 }
 
-// Areas of the triangles at corners 0, 1 and 3 as shares of the quad's; false where it has none or is not convex.
-bool sharesOf(const V3f q[4], float share[3]) {
-  const V3f e = q[1] - q[0], f = q[3] - q[0], d = q[2] - q[0];
-  V3f at0 = e.cross(f), at1 = e.cross(d), at3 = d.cross(f), normal = at1 + at3;
-  // squares of areas of tiny and huge quads leave the range of float
-  const float size = std::max({std::fabs(normal.x), std::fabs(normal.y), std::fabs(normal.z)});
-  if (!(size > 0)) return false;
-  const float scale = 1.f / size;
-  normal *= scale;
-  const float inverse = 1.f / normal.dot(normal) * scale;
-  share[0] = normal.dot(at0) * inverse;
-  share[1] = normal.dot(at1) * inverse;
-  share[2] = normal.dot(at3) * inverse;
-  // corners of 180 degrees are within rounding
-  constexpr float kRounding = 1e-5f;
-  for (int k = 0; k < 3; ++k) {
-    if (!(share[k] >= -kRounding && share[k] <= 1 + kRounding)) return false;
-    share[k] = std::clamp(share[k], 0.f, 1.f);
-  }
-  return true;
-}
-
 }  // namespace
 
 void findQuadPlaces(GroupState& group, uint32_t n, const uint32_t* slots, float* u, float* v) {
   const Hits& hits = group.group().hits;
   const trace::World& world = *group.world().world;
-  QuadsArgs a{n, {}, {}, u, v};
-  float* array[6];
+  float* array[12];
   for (float*& x : array) x = group.arena().make<float>(n);
+  QuadsArgs a{};
+  a.n = n;
+  a.u = u;
+  a.v = v;
   for (int k = 0; k < 3; ++k) {
     a.x[k] = array[k];
-    a.share[k] = array[3 + k];
+    for (int j = 0; j < 3; ++j) a.e[k][j] = array[3 + 3 * k + j];
   }
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
     const geometry::Mesh& mesh = world.mesh(hits.geometry[s]);
     const uint32_t triangle = hits.primitive[s], first = mesh.quadOf(triangle);
-    float share[3] = {-1, 1, 1};
-    if (first != geometry::Mesh::kNoQuad) {
-      V3f q[4];
-      cornersOfQuad(mesh, first, group.group().rays.time[s], q);
-      if (!sharesOf(q, share)) share[0] = -1;
+    if (first == geometry::Mesh::kNoQuad) {
+      for (float* x : array) x[i] = 0;  // no area: no place in a quad
+      continue;
     }
+    V3f q[4];
+    cornersOfQuad(mesh, first, group.group().rays.time[s], q);
     const bool second = triangle != first;
     array[0][i] = second ? 0.f : hits.u[s];
     array[1][i] = second ? hits.u[s] : hits.v[s];
     array[2][i] = second ? hits.v[s] : 0.f;
-    for (int k = 0; k < 3; ++k) array[3 + k][i] = share[k];
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j) array[3 + 3 * k + j][i] = q[k + 1][j] - q[0][j];
   }
   quadsKernel(group.world().width)(a);
 }

@@ -102,18 +102,16 @@ inline void slopesOfQuad(const Where& k, const float c[4], float& du, float& dv)
   du = (1.f - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
   dv = (1.f - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
 }
-// From values at the corners of the triangle or quad.
-inline void slope(const Where& k, const float c[4], Sloped& out, uint32_t j) {
-  if (isOnQuad(k)) {
-    out.value[j] = acrossQuad(k, c);
-    slopesOfQuad(k, c, out.d1[j], out.d2[j]);
-  } else {
-    out.value[j] = mix(k, c[0], c[1], c[2]);
-    out.d1[j] = c[1] - c[0];
-    out.d2[j] = c[2] - c[0];
-  }
+// From values at the corners.
+inline void slopeOverQuad(const Where& k, const float c[4], Sloped& out, uint32_t j) {
+  out.value[j] = acrossQuad(k, c);
+  slopesOfQuad(k, c, out.d1[j], out.d2[j]);
 }
-inline int cornersOf(const Where& k) { return isOnQuad(k) ? 4 : 3; }
+inline void slopeOverTriangle(const Where& k, float a, float b, float c, Sloped& out, uint32_t j) {
+  out.value[j] = mix(k, a, b, c);
+  out.d1[j] = b - a;
+  out.d2[j] = c - a;
+}
 
 // A direction from object to render space.
 inline void directionToRender(const Where& k, const float a[3], float out[3]) {
@@ -135,32 +133,28 @@ inline void edges(const Where& k, float e1[3], float e2[3]) {
     std::memcpy(e2, k.on.dv, 12);
     return;
   }
-  // keys of a deforming mesh are uniform over the shutter
-  const Imath::V3f *q = k.mesh->points.data(), *r = q;
+  const Imath::V3f* q = k.mesh->points.data();
   float f = 0;
   if (k.mesh->keyCount() > 1) {
+    // keys of a deforming mesh are uniform over the shutter
     const float x = k.time * float(k.mesh->keyCount() - 1);
     const uint32_t key = std::min(uint32_t(x), uint32_t(k.mesh->keyCount() - 2));
     f = x - float(key);
     q += size_t(key) * k.mesh->vertexCount;
-    r = q + k.mesh->vertexCount;
   }
-  float a[3], b[3];
-  for (int i = 0; i < 3; ++i) {
-    float c[4] = {0, 0, 0, 0};
-    for (int j = 0; j < cornersOf(k); ++j) {
-      c[j] = q[k.v[j]][i];
-      if (f > 0) c[j] += f * (r[k.v[j]][i] - c[j]);
-    }
-    if (isOnQuad(k)) {
-      slopesOfQuad(k, c, a[i], b[i]);
-    } else {
-      a[i] = c[1] - c[0];
-      b[i] = c[2] - c[0];
-    }
+  const auto corner = [&](int i) {
+    const Imath::V3f p = q[k.v[i]];
+    return f > 0 ? p + (q[k.mesh->vertexCount + k.v[i]] - p) * f : p;
+  };
+  const Imath::V3f p0 = corner(0), p1 = corner(1), p2 = corner(2);
+  Imath::V3f a = p1 - p0, b = p2 - p0;
+  if (isOnQuad(k)) {
+    const Imath::V3f p3 = corner(3);
+    b = (p3 - p0) * (1.f - k.uv[0]) + (p2 - p1) * k.uv[0];
+    a = a * (1.f - k.uv[1]) + (p2 - p3) * k.uv[1];
   }
-  directionToRender(k, a, e1);
-  directionToRender(k, b, e2);
+  directionToRender(k, &a.x, e1);
+  directionToRender(k, &b.x, e2);
 }
 
 inline Sloped patchUV(const Where& k) {
@@ -173,15 +167,21 @@ inline Sloped patchUV(const Where& k) {
     }
     return out;
   }
-  float uv[2][4];
-  for (int i = 0; i < cornersOf(k); ++i) {
-    const bool last = i == 3;  // the quad's fourth corner is the third of its second triangle
-    const Imath::V2f p =
-        isOnQuad(k) ? k.mesh->uvOf(k.quad + uint32_t(last), last ? 2 : i) : k.mesh->uvOf(k.primitive, i);
-    uv[0][i] = p.x;
-    uv[1][i] = p.y;
+  if (isOnQuad(k)) {
+    float uv[2][4];
+    for (int i = 0; i < 4; ++i) {
+      // the fourth corner is the third of the second triangle
+      const Imath::V2f p = k.mesh->uvOf(k.quad + uint32_t(i == 3), i == 3 ? 2 : i);
+      uv[0][i] = p.x;
+      uv[1][i] = p.y;
+    }
+    for (uint32_t j = 0; j < 2; ++j) slopeOverQuad(k, uv[j], out, j);
+    return out;
   }
-  for (uint32_t j = 0; j < 2; ++j) slope(k, uv[j], out, j);
+  const Imath::V2f a = k.mesh->uvOf(k.primitive, 0), b = k.mesh->uvOf(k.primitive, 1),
+                   c = k.mesh->uvOf(k.primitive, 2);
+  slopeOverTriangle(k, a.x, b.x, c.x, out, 0);
+  slopeOverTriangle(k, a.y, b.y, c.y, out, 1);
   return out;
 }
 
@@ -190,38 +190,42 @@ inline Sloped valuesAt(const geometry::Primvar& p, const Where& k, uint32_t n) {
   using Rate = geometry::Primvar::Rate;
   Sloped out;
   const size_t width = size_t(p.width);
+  const float* data = p.data.data();
   if (p.rate == Rate::Constant || p.rate == Rate::PerFace) {
-    const float* v = p.data.data() + (p.rate == Rate::Constant ? 0 : k.face * width);
+    const float* v = data + (p.rate == Rate::Constant ? 0 : k.face * width);
     for (uint32_t j = 0; j < n; ++j) {
       out.value[j] = v[j];
       out.d1[j] = out.d2[j] = 0;
     }
     return out;
   }
+  const bool perVertex = p.rate == Rate::PerVertex;
   if (k.strand) {
     for (uint32_t j = 0; j < n; ++j) {
       out.value[j] = out.d1[j] = out.d2[j] = 0;
-      if (p.rate != Rate::PerVertex) continue;
-      for (uint32_t i = 0; i < k.on.controls; ++i) {
-        const float x = p.data[k.v[i] * width + j];
+      for (uint32_t i = 0; perVertex && i < k.on.controls; ++i) {
+        const float x = data[k.v[i] * width + j];
         out.value[j] += k.on.weight[i] * x;
         out.d2[j] += k.on.slope[i] * x;
       }
     }
     return out;
   }
-  const float* v[4];
-  for (int i = 0; i < cornersOf(k); ++i) {
-    const size_t at = p.rate == Rate::PerVertex ? k.v[i]
-                      : isOnQuad(k)             ? geometry::Mesh::quadCorner(k.quad, i)
-                                                : 3 * size_t(k.primitive) + size_t(i);
-    v[i] = p.data.data() + at * width;
+  if (isOnQuad(k)) {
+    const float* v[4];
+    for (int i = 0; i < 4; ++i)
+      v[i] = data + (perVertex ? size_t(k.v[i]) : geometry::Mesh::quadCorner(k.quad, i)) * width;
+    for (uint32_t j = 0; j < n; ++j) {
+      const float c[4] = {v[0][j], v[1][j], v[2][j], v[3][j]};
+      slopeOverQuad(k, c, out, j);
+    }
+    return out;
   }
-  if (!isOnQuad(k)) v[3] = v[2];
-  for (uint32_t j = 0; j < n; ++j) {
-    const float c[4] = {v[0][j], v[1][j], v[2][j], v[3][j]};
-    slope(k, c, out, j);
-  }
+  const size_t first = 3 * size_t(k.primitive);
+  const float *v0 = data + (perVertex ? k.v[0] : first) * width,
+              *v1 = data + (perVertex ? k.v[1] : first + 1) * width,
+              *v2 = data + (perVertex ? k.v[2] : first + 2) * width;
+  for (uint32_t j = 0; j < n; ++j) slopeOverTriangle(k, v0[j], v1[j], v2[j], out, j);
   return out;
 }
 
