@@ -191,6 +191,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
                                           const World* previous, BuildCounters& counters) {
   auto world = std::shared_ptr<World>(new World());
   World& w = *world;
+  w.watertight_ = options.watertight;
   for (ShapeInput& s : shapes)
     if (!s.mesh) s.mesh = std::make_shared<geometry::Mesh>();
   std::vector<uint32_t> uses(partInputs.size(), 0);
@@ -497,7 +498,10 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) co
     std::memcpy(r.ray.tfar, rays.tMax + b, 64);
     std::memcpy(r.ray.time, rays.time + b, 64);
     for (int i = 0; i < 16; ++i) {
-      r.ray.tnear[i] = 0;
+      // watertight tests also meet what the eye lies on, which nothing is seen of: by the bias of shading points
+      const float far =
+          std::max({std::fabs(rays.o[0][b + i]), std::fabs(rays.o[1][b + i]), std::fabs(rays.o[2][b + i])});
+      r.ray.tnear[i] = watertight_ ? far * 4e-6f + 1e-7f : 0.f;
       r.ray.mask[i] = kSeenByCamera;
       r.ray.id[i] = b + uint32_t(i);
       r.ray.flags[i] = 0;

@@ -140,7 +140,8 @@ class World {
   std::vector<Affine> keys_;
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
-  bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false;
+  bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false,
+       watertight_ = false;
 };
 
 }  // namespace kinora::trace

@@ -179,7 +179,8 @@ TEST(Quads, ValuesOfACatmullClarkCage) {
       for (int a = 0; a < 4; ++a) expected += wu[a] * wv[b] * at(i - 1 + a, j - 1 + b);
     worst = std::max(worst, std::abs(expected - double(c[0])));
   });
-  EXPECT_LT(worst, 4 / 256.0);  // .17 as two triangles a face; dicing leaves 1/256 along a line, more where rates change
+  EXPECT_LT(worst,
+            4 / 256.0);  // .17 as two triangles a face; dicing leaves 1/256 along a line, more where rates change
 }
 
 TEST(Quads, FlatPatchesFollowTheirOwnParameters) {
@@ -225,6 +226,14 @@ TEST(Quads, NoPixelFallsBetweenTriangles) {
         for (int x = 0; x < 256; ++x) holes += alpha.at(x, y)[0] < 1;
       EXPECT_EQ(holes, 0) << turn << projection;
     }
+  // an eye that lies on a surface looks past it
+  const image::Image beyond = shown(
+      "Translate 0 0 -2\nPolygon \"P\" [-9 0 -9  9 0 -9  9 0 9  -9 0 9] \"constant float x\" [5]\n"
+      "Polygon \"P\" [-9 -9 4  9 -9 4  9 9 4  -9 9 4] \"constant float x\" [7]\n",
+      "x", "float", "Projection \"perspective\" \"fov\" [40]\n");
+  int past = 0;
+  pixels(beyond, [&](double, double, const float* c) { past += c[0] == 7; });
+  EXPECT_GT(past, kSize * kSize * 9 / 10);
 }
 
 }  // namespace
