@@ -247,7 +247,7 @@ void Subdivider::ratePlace(int face, double edge, std::vector<double>& wanted) {
     most = std::max(most, (V3d(a[0], a[1], a[2]) - V3d(b[0], b[1], b[2])).length() / edge);
   }
   for (int k = 0; k < 4; ++k) mayGrow |= !std::isfinite(edge) || most > wanted[edges[k]];
-  if (!mayGrow) return;
+  if (!mayGrow || most <= 2) return;  // what spans so few micropolygons shows no error
   prepare(face, true);
   V3d p[kSteps + 1][kSteps + 1], normal[kSteps + 1][kSteps + 1];
   std::vector<double> values[kSteps + 1][kSteps + 1];
