@@ -30,6 +30,13 @@ std::string Axis::cubic(int controls, bool periodic, const std::array<float, 16>
   std::copy(basis.begin(), basis.end(), out.basis_.begin());
   for (int i = 0; i < out.cells_; ++i)
     out.spans_.push_back({i * step, i, 0, 1, double(i) / out.cells_, (i + 1.0) / out.cells_});
+  double begin[4], end[4], unused[4];
+  out.weights(out.spans_[0], 0, begin, unused);
+  out.weights(out.spans_[0], 1, end, unused);
+  for (int k = 0; k < 4 + step; ++k) {
+    const double here = k < 4 ? end[k] : 0, next = k >= step ? begin[k - step] : 0;
+    out.meets_ &= std::abs(here - next) <= 1e-6;
+  }
   return {};
 }
 

@@ -30,6 +30,7 @@ class Axis {
   int cells() const { return cells_; }  // pieces as counted for uniform primvars
   int varyings() const { return periodic_ ? cells_ : cells_ + 1; }
   bool periodic() const { return periodic_; }
+  bool meets() const { return meets_; }  // each piece ends where the next begins, whatever the control points are
   int control(const Span& span, int k) const { return (span.first + k) % controls_; }
   int varying(int cell, int end) const { return (cell + end) % varyings(); }
   // Weights and their derivatives with respect to s; `order()` of each.
@@ -37,7 +38,7 @@ class Axis {
 
  private:
   int controls_ = 0, order_ = 2, cells_ = 0;
-  bool periodic_ = false;
+  bool periodic_ = false, meets_ = true;
   std::vector<Span> spans_;
   std::array<double, 16> basis_{};
   std::vector<double> knots_;  // empty: polynomial with basis_ (order 4) or linear (order 2)

@@ -50,6 +50,16 @@ inline double segmentsFor(double length, double turn, double edge, bool displace
   return std::min(std::max(bySagitta, turn / kTurnPerSegment), length / edge);
 }
 
+// Inside a diced quad place and primvars are bilinear. `share` is by how much the middle of a piece of surface misses
+// that before it is cut: the point as seen along the surface, in units of the piece, or a primvar in units of its
+// range. The error falls with the square of the segments; what is left is a level of an eight-bit picture.
+inline constexpr double kPlaceError = 1.0 / 256;
+inline double segmentsForPlace(double share, double length, double edge) {
+  if (!(share > kPlaceError)) return 1;
+  const double wanted = std::sqrt(share / kPlaceError);
+  return std::isfinite(edge) ? std::min(wanted, std::max(length / edge, 1.0)) : wanted;
+}
+
 // Scales a grid down to at most `most` triangles.
 inline void capGrid(int& nu, int& nv, double most) {
   const double triangles = 2.0 * nu * nv;

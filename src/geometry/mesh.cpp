@@ -13,8 +13,8 @@ Imath::V2f Mesh::uvOf(uint32_t triangle, int corner) const {
   static const Imath::V2f kEven[3] = {{0, 0}, {1, 0}, {1, 1}}, kOdd[3] = {{0, 0}, {1, 1}, {0, 1}};
   if (!cornerUV.empty()) return cornerUV[size_t(triangle) * 3 + corner];
   if (!vertexUV.empty()) return vertexUV[indices[size_t(triangle) * 3 + corner]];
-  if (quadPairs) return (triangle & 1 ? kOdd : kEven)[corner];
-  return kTriangle[corner];
+  const uint32_t first = quadOf(triangle);
+  return (first == kNoQuad ? kTriangle : first == triangle ? kEven : kOdd)[corner];
 }
 
 size_t Mesh::bytes() const {

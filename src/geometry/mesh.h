@@ -13,7 +13,7 @@
 
 namespace kinora::geometry {
 
-// One primvar, ready for lookup at (triangle, barycentric b1, b2).
+// One primvar, ready for lookup at (triangle, barycentric b1, b2), or bilinearly over a quad: see Mesh::quads.
 struct Primvar {
   enum class Rate : uint8_t { Constant, PerFace, PerVertex, PerCorner };  // PerCorner: 3 values a triangle
   std::string name;
@@ -60,13 +60,15 @@ struct Mesh {
   std::vector<double> times;             // deformation key times; empty: one key
   std::vector<uint32_t> indices;         // 3 a triangle; counter-clockwise about dPdu x dPdv of the patch
   std::vector<uint32_t> faceOfTriangle;  // empty: triangle t belongs to face t (t / 2 with `quadPairs`); ask faceOf()
-  // Every face is a quad cut into triangles 2f and 2f + 1, whose parameters then need no memory: the corners of the
-  // even one are at (u, v) = (0,0), (1,0), (1,1), those of the odd one at (0,0), (1,1), (0,1). In a mesh of mixed
-  // polygons the quads have triangle parameters like the other faces. faceOfTriangle is still filled when PerFace
-  // primvars exist.
+  // Some triangles are halves of quads: (a, b, c) and, right behind it, (a, c, d). Place and primvars are bilinear
+  // over the whole quad (geometry/surface.h), as its two triangles alone would bend them along the diagonal. Nothing
+  // is stored for it: quadOf() knows the pairs by their indices, and makers see to it that no others look like one.
+  bool quads = false;
+  // Every face is such a quad, of triangles 2f and 2f + 1. faceOfTriangle is still filled when PerFace primvars
+  // exist.
   bool quadPairs = false;
-  // Patch parameters: per corner (3 x 2 floats a triangle). Empty, and no vertexUV and no quadPairs: corners are
-  // (0,0), (1,0), (0,1), i.e. u = b1, v = b2.
+  // Patch parameters: per corner (3 x 2 floats a triangle). Empty, and no vertexUV: the corners of quads are at (u,
+  // v) = (0,0), (1,0), (1,1), (0,1), those of other triangles at (0,0), (1,0), (0,1), i.e. u = b1, v = b2.
   std::vector<Imath::V2f> cornerUV;
   std::vector<Imath::V2f> vertexUV;  // instead of cornerUV where no seam splits vertices (quadrics, patches)
   std::vector<Primvar>
@@ -88,11 +90,34 @@ struct Mesh {
   uint32_t faceOf(uint32_t triangle) const {
     return !faceOfTriangle.empty() ? faceOfTriangle[triangle] : quadPairs ? triangle / 2 : triangle;
   }
+  // The first triangle of the quad that this one is a half of, or kNoQuad.
+  static constexpr uint32_t kNoQuad = ~0u;
+  uint32_t quadOf(uint32_t triangle) const {
+    if (!quads) return kNoQuad;
+    if (quadPairs) return triangle & ~1u;
+    if (isQuad(triangle)) return triangle;
+    return triangle > 0 && isQuad(triangle - 1) ? triangle - 1 : kNoQuad;
+  }
+  // Corner 0..3 of the quad that begins with `first`: where it stands in `indices`, and in PerCorner values.
+  static size_t quadCorner(uint32_t first, int corner) { return 3 * size_t(first) + size_t(corner < 3 ? corner : 5); }
   Imath::V2f uvOf(uint32_t triangle,
                   int corner) const;  // patch parameters of a corner (0, 1, 2), whatever their store
   int keyCount() const { return times.empty() ? 1 : int(times.size()); }
   const Primvar* find(std::string_view name) const;
   size_t bytes() const;
+
+ private:
+  // Triangles `first` and the next one are a quad.
+  bool isQuad(uint32_t first) const {
+    const size_t i = 3 * size_t(first);
+    if (i + 6 > indices.size() || indices[i] != indices[i + 3] || indices[i + 2] != indices[i + 4] ||
+        faceOf(first) != faceOf(first + 1))
+      return false;
+    // the triangles of a polygon with more corners may share edges in the same way
+    const bool isPolygon = cornerUV.empty() && vertexUV.empty();
+    return !isPolygon || ((first == 0 || faceOf(first - 1) != faceOf(first)) &&
+                          (i + 9 > indices.size() || faceOf(first + 2) != faceOf(first)));
+  }
 };
 
 }  // namespace kinora::geometry

@@ -22,6 +22,7 @@ constexpr int kMostPatchSegments = 1024;  // a piece
 struct ParametricSurface {
   Axis u, v;
   std::vector<std::vector<V4d>> keys;  // homogeneous control points, u fastest
+  std::vector<char> rational;          // by key: the points have weights ("Pw")
 
   V3d at(size_t key, const Axis::Span& a, double s, const Axis::Span& b, double t, V3d* du = nullptr,
          V3d* dv = nullptr) const {
@@ -37,6 +38,12 @@ struct ParametricSurface {
         pu += c * (su[i] * wv[j]);
         pv += c * (wu[i] * sv[j]);
       }
+    }
+    if (!rational[key]) {
+      // the weights of a basis need not sum to one: tangents and coefficients are no points
+      if (du) *du = V3d(pu.x, pu.y, pu.z);
+      if (dv) *dv = V3d(pv.x, pv.y, pv.z);
+      return V3d(p.x, p.y, p.z);
     }
     const V3d point = V3d(p.x, p.y, p.z) / p.w;
     if (du) *du = (V3d(pu.x, pu.y, pu.z) - point * pu.w) / p.w;
@@ -86,73 +93,6 @@ std::string describe(const scene::Primitive& primitive, size_t pointCount, Param
   return wrong.empty() ? Axis::cubic(m.nv, m.vPeriodic, a.vBasis, a.vStep, out.v) : wrong;
 }
 
-// Segments of each span of both axes: the finest that any piece along it asks for.
-void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s, const DiceRate& rate,
-                 std::vector<int>& nu, std::vector<int>& nv) {
-  const bool displaced = primitive.attributes && primitive.attributes->displacement;
-  std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
-  constexpr int kSamples = 4;
-  for (size_t key = 0; key < s.keys.size(); key += std::max<size_t>(1, s.keys.size() - 1))  // first and last
-    for (size_t j = 0; j < wantV.size(); ++j)
-      for (size_t i = 0; i < wantU.size(); ++i) {
-        V3d p[kSamples + 1][kSamples + 1], n[kSamples + 1][kSamples + 1];
-        double edge = std::numeric_limits<double>::infinity();
-        for (int b = 0; b <= kSamples; ++b)
-          for (int a = 0; a <= kSamples; ++a) {
-            const double x = double(a) / kSamples, y = double(b) / kSamples;
-            p[b][a] = s.at(key, s.u.spans()[i], x, s.v.spans()[j], y);
-            n[b][a] = s.normal(key, s.u.spans()[i], x, s.v.spans()[j], y);
-            if (a % 2 == 0 && b % 2 == 0) edge = std::min(edge, rate.at(p[b][a]));
-          }
-        for (int b = 0; b <= kSamples; ++b) {
-          double lengthU = 0, turnU = 0, lengthV = 0, turnV = 0;
-          for (int a = 0; a < kSamples; ++a) {
-            lengthU += (p[b][a + 1] - p[b][a]).length();
-            turnU += turnBetween(n[b][a], n[b][a + 1]);
-            lengthV += (p[a + 1][b] - p[a][b]).length();
-            turnV += turnBetween(n[a][b], n[a + 1][b]);
-          }
-          wantU[i] = std::max(wantU[i], segmentsFor(lengthU, turnU, edge, displaced));
-          wantV[j] = std::max(wantV[j], segmentsFor(lengthV, turnV, edge, displaced));
-        }
-      }
-  for (double scale = 1;; scale *= 0.8) {
-    double u = 0, v = 0;
-    bool least = true;
-    auto round = [&](const std::vector<double>& want, std::vector<int>& out, double& sum) {
-      out.clear();
-      for (double w : want) {
-        out.push_back(int(std::ceil(std::clamp(w * scale - 1e-6, 1.0, double(kMostPatchSegments)))));
-        sum += out.back();
-        least &= out.back() == 1;
-      }
-    };
-    round(wantU, nu, u);
-    round(wantV, nv, v);
-    if (least || 2 * u * v <= rate.maxTriangles) return;
-  }
-}
-
-// A line of the grid along one axis: which piece and where in it.
-struct Line {
-  size_t span;
-  double s;
-};
-// All lines of an axis once, in order; start[i] is the first line of span i. A periodic axis ends with its first
-// line.
-std::vector<Line> linesOf(const Axis& axis, const std::vector<int>& segments, std::vector<int>& start) {
-  std::vector<Line> out;
-  for (size_t i = 0; i < segments.size(); ++i) {
-    start.push_back(int(out.size()));
-    for (int k = 0; k < segments[i]; ++k) out.push_back({i, double(k) / segments[i]});
-  }
-  if (axis.periodic())
-    out.push_back({0, 0});
-  else
-    out.push_back({segments.size() - 1, 1});
-  return out;
-}
-
 // One vertex of one piece, for interpolating primvars.
 struct Place {
   const Axis::Span *a, *b;
@@ -190,6 +130,124 @@ void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, 
                         y * ((1 - x) * value(corner[2], k) + x * value(corner[3], k))));
 }
 
+// Points, normals and values along a line of a piece.
+struct Sample {
+  V3d p, n;
+  std::vector<float> values;
+};
+
+// By how much they miss the straight way from the first to the last: see segmentsForPlace().
+double missOf(const std::vector<const Sample*>& line, double length, const std::vector<double>& range) {
+  double most = 0;
+  const Sample &first = *line.front(), &last = *line.back();
+  for (size_t a = 1; a + 1 < line.size(); ++a) {
+    const double t = double(a) / double(line.size() - 1);
+    V3d off = line[a]->p - (first.p * (1 - t) + last.p * t);
+    off -= line[a]->n * off.dot(line[a]->n);
+    if (length > 0) most = std::max(most, off.length() / length);
+    for (size_t c = 0; c < line[a]->values.size(); ++c)
+      if (range[c] > 0)
+        most = std::max(most,
+                        std::abs(line[a]->values[c] - (first.values[c] * (1 - t) + last.values[c] * t)) / range[c]);
+  }
+  return most;
+}
+
+// Segments of each span of both axes: the finest that any piece along it asks for.
+void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s,
+                 const std::vector<SourcePrimvar>& primvars, const DiceRate& rate, std::vector<int>& nu,
+                 std::vector<int>& nv) {
+  // only those of class vertex follow the basis; others are bilinear anyway
+  std::vector<const SourcePrimvar*> curved;
+  std::vector<double> range;
+  for (const SourcePrimvar& v : primvars) {
+    if (v.storage != scene::StorageClass::Vertex || v.values.empty()) continue;
+    curved.push_back(&v);
+    const size_t width = v.parameter->elementFloats();
+    for (size_t c = 0; c < width; ++c) {
+      float low = v.values[c], high = low;
+      for (size_t i = c; i < v.values.size(); i += width) {
+        low = std::min(low, v.values[i]);
+        high = std::max(high, v.values[i]);
+      }
+      range.push_back(double(high) - double(low));
+    }
+  }
+  const bool displaced = primitive.attributes && primitive.attributes->displacement;
+  std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
+  constexpr int kSamples = 4;
+  for (size_t key = 0; key < s.keys.size(); key += std::max<size_t>(1, s.keys.size() - 1))  // first and last
+    for (size_t j = 0; j < wantV.size(); ++j)
+      for (size_t i = 0; i < wantU.size(); ++i) {
+        Sample at[kSamples + 1][kSamples + 1];
+        double edge = std::numeric_limits<double>::infinity();
+        for (int b = 0; b <= kSamples; ++b)
+          for (int a = 0; a <= kSamples; ++a) {
+            const double x = double(a) / kSamples, y = double(b) / kSamples;
+            Sample& here = at[b][a];
+            here.p = s.at(key, s.u.spans()[i], x, s.v.spans()[j], y);
+            here.n = s.normal(key, s.u.spans()[i], x, s.v.spans()[j], y);
+            for (const SourcePrimvar* v : curved)
+              interpolate(s, *v, {&s.u.spans()[i], &s.v.spans()[j], x, y}, here.values);
+            if (a % 2 == 0 && b % 2 == 0) edge = std::min(edge, rate.at(here.p));
+          }
+        for (int b = 0; b <= kSamples; ++b) {
+          double lengthU = 0, turnU = 0, lengthV = 0, turnV = 0;
+          std::vector<const Sample*> alongU, alongV;
+          for (int a = 0; a <= kSamples; ++a) {
+            alongU.push_back(&at[b][a]);
+            alongV.push_back(&at[a][b]);
+            if (a == kSamples) break;
+            lengthU += (at[b][a + 1].p - at[b][a].p).length();
+            turnU += turnBetween(at[b][a].n, at[b][a + 1].n);
+            lengthV += (at[a + 1][b].p - at[a][b].p).length();
+            turnV += turnBetween(at[a][b].n, at[a + 1][b].n);
+          }
+          wantU[i] = std::max({wantU[i], segmentsFor(lengthU, turnU, edge, displaced),
+                               segmentsForPlace(missOf(alongU, lengthU, range), lengthU, edge)});
+          wantV[j] = std::max({wantV[j], segmentsFor(lengthV, turnV, edge, displaced),
+                               segmentsForPlace(missOf(alongV, lengthV, range), lengthV, edge)});
+        }
+      }
+  for (double scale = 1;; scale *= 0.8) {
+    double u = 0, v = 0;
+    bool least = true;
+    auto round = [&](const std::vector<double>& want, std::vector<int>& out, double& sum) {
+      out.clear();
+      for (double w : want) {
+        out.push_back(int(std::ceil(std::clamp(w * scale - 1e-6, 1.0, double(kMostPatchSegments)))));
+        sum += out.back();
+        least &= out.back() == 1;
+      }
+    };
+    round(wantU, nu, u);
+    round(wantV, nv, v);
+    if (least || 2 * u * v <= rate.maxTriangles) return;
+  }
+}
+
+// A line of the grid along one axis: which piece and where in it.
+struct Line {
+  size_t span;
+  double s;
+};
+// All lines of an axis once, in order; start[i] is the first line of span i. A periodic axis ends with its first
+// line. Pieces that do not meet (of the power basis) have both their ends.
+std::vector<Line> linesOf(const Axis& axis, const std::vector<int>& segments, std::vector<int>& start) {
+  std::vector<Line> out;
+  for (size_t i = 0; i < segments.size(); ++i) {
+    start.push_back(int(out.size()));
+    for (int k = 0; k < segments[i]; ++k) out.push_back({i, double(k) / segments[i]});
+    if (!axis.meets()) out.push_back({i, 1});
+  }
+  if (!axis.meets()) return out;
+  if (axis.periodic())
+    out.push_back({0, 0});
+  else
+    out.push_back({segments.size() - 1, 1});
+  return out;
+}
+
 }  // namespace
 
 bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagnostics& diagnostics, Mesh& mesh) {
@@ -207,15 +265,24 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   if (!wrong.empty()) return refuse("GEOM-PATCH-SHAPE", wrong);
   const size_t needed = size_t(surface.u.controls()) * size_t(surface.v.controls());
   for (size_t k = 0; k < points->keys.size(); ++k) surface.keys.push_back(homogeneousPoints(primitive, k));
-  for (auto& key : surface.keys)
-    if (key.size() < needed) key = surface.keys[0];  // this key says nothing about the points
+  for (size_t k = 0; k < surface.keys.size(); ++k) {
+    const scene::ParameterList& said = k == 0 ? primitive.primvars : primitive.motion[k - 1];
+    surface.rational.push_back(said.find("Pw") != nullptr);
+    if (surface.keys[k].size() < needed) {  // this key says nothing about the points
+      surface.keys[k] = surface.keys[0];
+      surface.rational[k] = surface.rational[0];
+    }
+  }
   if (const auto* n = std::get_if<scene::NuPatch>(&primitive.shape); n && !n->trim.empty())
     diagnostics.warning("GEOM-TRIM", primitive.pos,
                         subject(primitive) + " has trim curves, which are not rendered yet",
                         "the whole surface is rendered");
 
   std::vector<int> nu, nv, startU, startV;
-  chooseRates(primitive, surface, rate, nu, nv);
+  const size_t cells = size_t(surface.u.cells()) * surface.v.cells();
+  const ClassCounts counts{cells, size_t(surface.u.varyings()) * surface.v.varyings(), needed, 4 * cells};
+  const std::vector<SourcePrimvar> primvars = readPrimvars(primitive, counts, diagnostics);
+  chooseRates(primitive, surface, primvars, rate, nu, nv);
   const std::vector<Line> linesU = linesOf(surface.u, nu, startU), linesV = linesOf(surface.v, nv, startV);
   const size_t keys = surface.keys.size(), width = linesU.size();
   std::vector<std::vector<V3d>> global(keys);  // every crossing of lines once
@@ -257,6 +324,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   for (const V3d& p : all)
     if (!std::isfinite(p.x + p.y + p.z)) return refuse("GEOM-NOT-FINITE", "weights that make it infinite");
   if (keys > 1) mesh.times = points->times;
+  mesh.quads = true;
   storePoints(all, keys, mesh);
   double area = 0;
   for (uint32_t t = 0; t < mesh.triangleCount(); ++t) area += geometricNormal(mesh, t).length();
@@ -266,9 +334,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
     return false;
   }
 
-  const size_t cells = size_t(surface.u.cells()) * surface.v.cells();
-  const ClassCounts counts{cells, size_t(surface.u.varyings()) * surface.v.varyings(), needed, 4 * cells};
-  for (const SourcePrimvar& s : readPrimvars(primitive, counts, diagnostics)) {
+  for (const SourcePrimvar& s : primvars) {
     const bool constant = s.storage == scene::StorageClass::Constant,
                uniform = s.storage == scene::StorageClass::Uniform;
     Primvar p = emptyPrimvar(s, constant || (uniform && cells == 1) ? Primvar::Rate::Constant

@@ -131,6 +131,54 @@ TEST(Patch, BasesAgreeOnTheSameCurve) {
   for (uint32_t i = 0; i < a.vertexCount; ++i) ASSERT_LT((vertex(a, i) - vertex(b, i)).length(), 1e-5);
 }
 
+TEST(Patch, BasesWhoseWeightsDoNotSumToOne) {
+  // x and y along 0..2 and 0..3 in each piece: as ends and tangents (hermite), and as coefficients (power). The
+  // plane's area, corners and parameters are those of the rectangle whatever the sums of the weights are.
+  scene::Primitive hermite = primitive(patchMesh(true, 4, false, 4, false));
+  edit(hermite, [](scene::Attributes& a) {
+    a.uBasis = a.vBasis = {2, 1, -2, 1, -3, -2, 3, -1, 0, 1, 0, 0, 1, 0, 0, 0};
+    a.uStep = a.vStep = 2;
+  });
+  // u: end 0, tangent, end 1, tangent; the mixed terms are zero tangents of tangents
+  const float x[4] = {0, 2, 2, 2}, y[4] = {0, 3, 3, 3}, end[4] = {1, 0, 1, 0};
+  std::vector<float> c;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i) c.insert(c.end(), {x[i] * end[j], y[j] * end[i], 0});
+  hermite.primvars.set(points(c));
+  scene::Primitive power = primitive(scene::Patch{true});
+  edit(power, [](scene::Attributes& a) {
+    a.uBasis = a.vBasis = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    a.uStep = a.vStep = 4;
+  });
+  c.assign(16 * 3, 0.f);
+  c[3 * 14] = 2;      // u
+  c[3 * 11 + 1] = 3;  // v
+  power.primvars.set(points(c));
+  for (const scene::Primitive& p : {hermite, power}) {
+    const Mesh m = made(p, edge(0.1));
+    EXPECT_NEAR(area(m), 6, 1e-5);
+    for (uint32_t i = 0; i < m.vertexCount; ++i) {
+      const V3d q = vertex(m, i);
+      EXPECT_NEAR(q.x, 2 * double(m.vertexUV[i].x), 1e-5);
+      EXPECT_NEAR(q.y, 3 * double(m.vertexUV[i].y), 1e-5);
+    }
+    EXPECT_GT(m.find("N")->data[2], 0.999);
+  }
+  // Two pieces of the power basis need not meet: z is 0 on the first and 1 on the second.
+  scene::Primitive two = primitive(patchMesh(true, 8, false, 4, false));
+  two.attributes = power.attributes;
+  c.assign(32 * 3, 0.f);
+  for (const int piece : {0, 1}) {
+    const auto at = [&](int u, int v) { return &c[3 * size_t(8 * v + 4 * piece + u)]; };
+    at(2, 3)[0] = 1;
+    at(3, 2)[1] = 1;
+    at(3, 3)[0] = float(piece);
+    at(3, 3)[2] = float(piece);
+  }
+  two.primvars.set(points(c));
+  EXPECT_NEAR(area(made(two)), 2, 1e-5);
+}
+
 TEST(Patch, NurbsSphereAndItsPoles) {
   // The usual 9 x 5 rational quadratic sphere: poles drawn together, a seam, weights sqrt(1/2).
   scene::NuPatch n;

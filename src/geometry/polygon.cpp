@@ -101,7 +101,7 @@ bool Cutter::cutQuads() {
     if (faces_.needCorners)
       for (int k = 0; k < 6; ++k) corners[6 * f + k] = uint32_t(4 * f + order[k] % 4);
   }
-  mesh_.quadPairs = true;
+  mesh_.quads = mesh_.quadPairs = true;
   return true;
 }
 
@@ -139,6 +139,7 @@ void Cutter::cutFace(uint32_t face, size_t first, std::span<const int> loops) {
     const size_t s = firstDiagonal(scratch_[0], scratch_[1], scratch_[2], scratch_[3]) ? 0 : 1;
     emitTriangle(face, first + s, first + s + 1, first + s + 2);
     emitTriangle(face, first + s, first + s + 2, first + (s + 3) % 4);
+    mesh_.quads = true;
     return;
   }
   cut_.clear();

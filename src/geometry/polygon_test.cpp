@@ -449,13 +449,12 @@ TEST(Orientation, TableForAPolygon) {
       {O::LeftHanded, false, false, 1},
       {O::Outside, true, false, -1},
       {O::RightHanded, false, false, -1},
-      // Mirrored in x, the corners run clockwise for the viewer. "outside" turns with the object: the mirror image of
-      // an object that showed its back shows its back. "lh" looks at the corners alone: now the front faces the
-      // viewer.
+      // Mirrored in x, the corners run clockwise for the viewer. All orientations turn with the object: the mirror
+      // image of an object that showed its back shows its back.
       {O::Outside, false, true, 1},
-      {O::LeftHanded, false, true, -1},
-      {O::RightHanded, false, true, 1},
-      {O::LeftHanded, true, true, 1},
+      {O::LeftHanded, false, true, 1},
+      {O::RightHanded, false, true, -1},
+      {O::LeftHanded, true, true, -1},
   };
   for (const auto& row : table) {
     scene::Primitive p = polygons({}, {0, 0, 0, 1, 0, 0, 0, 1, 0});

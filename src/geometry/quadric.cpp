@@ -331,6 +331,7 @@ bool makeQuadric(const scene::Primitive& primitive, const Quadric& quadric, cons
       if (!tip[j + 1]) mesh.indices.insert(mesh.indices.end(), {a, c, d});
     }
   mesh.faceOfTriangle.assign(mesh.triangleCount(), 0);
+  mesh.quads = true;
 
   addPrimvars(primitive, diagnostics, mesh);
   if (mesh.find("N"))

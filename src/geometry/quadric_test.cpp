@@ -255,15 +255,16 @@ TEST(Orientation, TableForAQuadric) {
       {O::Outside, true, true, false, -1},
       {O::Inside, false, false, false, -1},
       {O::Inside, true, true, false, 1},
-      // Camera space is left-handed, so "lh" is "outside" until something mirrors, and "rh" the other way round.
+      // Camera space is left-handed, so "lh" is "outside" unless the camera mirrors the world, and "rh" the other way
+      // round. What mirrors the object takes the orientation along.
       {O::LeftHanded, false, false, false, 1},
-      {O::LeftHanded, false, true, false, -1},
-      {O::LeftHanded, false, true, true, 1},
+      {O::LeftHanded, false, true, false, 1},
+      {O::LeftHanded, false, true, true, -1},
       {O::LeftHanded, true, false, false, -1},
       {O::RightHanded, false, false, false, -1},
-      {O::RightHanded, false, true, false, 1},
+      {O::RightHanded, false, true, false, -1},
       {O::RightHanded, false, false, true, 1},
-      {O::RightHanded, true, true, false, -1},
+      {O::RightHanded, true, true, false, 1},
   };
   for (const auto& row : table) {
     scene::Primitive p = quadric(Kind::Sphere, {1, -1, 1, 360});

@@ -69,6 +69,7 @@ class Subdivider {
   void addChannels(const std::vector<SourcePrimvar>& primvars);
   void chooseRates();
   void rateFace(int face, std::vector<double>& wanted);
+  void ratePlace(int face, double edge, std::vector<double>& wanted);
   double estimate() const;
   bool isSplit(int face) const {  // into sub-faces
     const int n = level_.GetFaceVertices(face).size();
@@ -78,13 +79,16 @@ class Subdivider {
     const auto edges = level_.GetFaceEdges(face);
     return std::all_of(edges.begin(), edges.end(), [&](int e) { return rates_[e] == 1; });
   }
-  void prepare(int face);
+  void prepare(int face, bool valuesOnly = false);
   void evaluate(const double uv[2]);
+  void evaluateValues(const double uv[2]);
   uint32_t emit(Site site);
   void makeFace(int face);
   void makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,
                 const std::vector<Site>& outline, int subFace);
   Site onEdge(int face, int k, int step) const;  // step along edge k in the face's direction
+
+  void emitFacet(int face, const int* facet, int corners);
 
   V3d position(size_t key, const double uv[2], V3d& normal) const;
 
@@ -114,8 +118,8 @@ class Subdivider {
   std::vector<V3d> samplePoint_, sampleNormal_;  // a key
   std::vector<double> sampleValues_;
   std::vector<std::vector<V3d>> outPoints_, outNormals_;
-  std::vector<float> outValues_;  // valueWidth_ a vertex
-  std::vector<double> coords_;
+  std::vector<float> outValues_;             // valueWidth_ a vertex
+  std::vector<double> coords_, valueRange_;  // largest minus least control value, by value of a vertex
   std::vector<int> facets_;
   std::vector<uint32_t> cellVertex_;
 };
@@ -153,6 +157,15 @@ void Subdivider::addChannels(const std::vector<SourcePrimvar>& primvars) {
     valueWidth_ += c.width;
     channels_.push_back(std::move(c));
   }
+  for (const Channel& c : channels_)
+    for (int k = 0; k < c.width; ++k) {
+      double low = 0, high = 0;
+      for (size_t i = size_t(k); i < c.data.size(); i += size_t(c.width)) {
+        low = i < size_t(c.width) ? c.data[i] : std::min(low, c.data[i]);
+        high = i < size_t(c.width) ? c.data[i] : std::max(high, c.data[i]);
+      }
+      valueRange_.push_back(high - low);
+    }
   sampleValues_.resize(valueWidth_);
   samplePoint_.resize(keys_.size());
   sampleNormal_.resize(keys_.size());
@@ -218,7 +231,55 @@ void Subdivider::rateFace(int face, std::vector<double>& wanted) {
         for (int at = 0; at < n; ++at) wish(at, length, turn, centre);
       }
     }
+    if (key == 0 && n == 4) ratePlace(face, edge, wanted);
   }
+}
+
+// How far points and values inside a quad are from a bilinear mixture: lines across it, at five places each.
+void Subdivider::ratePlace(int face, double edge, std::vector<double>& wanted) {
+  constexpr int kSteps = 4;
+  const auto edges = level_.GetFaceEdges(face);
+  const auto vertices = level_.GetFaceVertices(face);
+  double most = 0;  // segments that the micropolygon edge allows
+  bool mayGrow = false;
+  for (int k = 0; k < 4; ++k) {
+    const double *a = &keys_[0][3 * vertices[k]], *b = &keys_[0][3 * vertices[(k + 1) % 4]];
+    most = std::max(most, (V3d(a[0], a[1], a[2]) - V3d(b[0], b[1], b[2])).length() / edge);
+  }
+  for (int k = 0; k < 4; ++k) mayGrow |= !std::isfinite(edge) || most > wanted[edges[k]];
+  if (!mayGrow || most <= 2) return;  // what spans so few micropolygons shows no error
+  prepare(face, true);
+  V3d p[kSteps + 1][kSteps + 1], normal[kSteps + 1][kSteps + 1];
+  std::vector<double> values[kSteps + 1][kSteps + 1];
+  for (int j = 0; j <= kSteps; ++j)
+    for (int i = 0; i <= kSteps; ++i) {
+      const double uv[2] = {double(i) / kSteps, double(j) / kSteps};
+      p[j][i] = position(0, uv, normal[j][i]);
+      evaluateValues(uv);
+      values[j][i] = sampleValues_;
+    }
+  for (int line = 0; line <= kSteps; ++line)
+    for (const bool alongV : {false, true}) {
+      const auto at = [&](auto& grid, int k) -> auto& { return alongV ? grid[k][line] : grid[line][k]; };
+      double share = 0, length = 0;
+      for (int k = 0; k < kSteps; ++k) length += (at(p, k + 1) - at(p, k)).length();
+      for (int k = 1; k < kSteps; ++k) {
+        const double t = double(k) / kSteps;
+        V3d off = at(p, k) - (at(p, 0) * (1 - t) + at(p, kSteps) * t);
+        off -= at(normal, k) * off.dot(at(normal, k));
+        if (length > 0) share = std::max(share, off.length() / length);
+        for (size_t c = 0; c < valueRange_.size(); ++c)
+          if (valueRange_[c] > 0)
+            share = std::max(share,
+                             std::abs(at(values, k)[c] - (at(values, 0)[c] * (1 - t) + at(values, kSteps)[c] * t)) /
+                                 valueRange_[c]);
+      }
+      const double segments = segmentsForPlace(share, length, edge);
+      for (const int k : {0, 2}) {
+        double& w = wanted[edges[k + int(alongV)]];
+        w = std::max(w, segments);
+      }
+    }
 }
 
 double Subdivider::estimate() const {
@@ -267,9 +328,9 @@ void Subdivider::chooseRates() {
   firstAt_.assign(size_t(shared), kNone);
 }
 
-void Subdivider::prepare(int face) {
+void Subdivider::prepare(int face, bool valuesOnly) {
   const size_t patchPoints = size_t(surface_.GetNumPatchPoints());
-  for (size_t k = 0; k < keys_.size(); ++k) {
+  for (size_t k = 0; k < keys_.size() && !valuesOnly; ++k) {
     keyPatch_[k].resize(patchPoints * 3);
     surface_.PreparePatchPoints(keys_[k].data(), 3, keyPatch_[k].data(), 3);
   }
@@ -290,6 +351,10 @@ void Subdivider::prepare(int face) {
 
 void Subdivider::evaluate(const double uv[2]) {
   for (size_t k = 0; k < keys_.size(); ++k) samplePoint_[k] = position(k, uv, sampleNormal_[k]);
+  evaluateValues(uv);
+}
+
+void Subdivider::evaluateValues(const double uv[2]) {
   int at = 0;
   for (const Channel& c : channels_) {
     const Surface& s = c.kind == Channel::Kind::Vertex ? surface_ : c.surface;
@@ -340,14 +405,34 @@ Subdivider::Site Subdivider::onEdge(int face, int k, int step) const {
   return {edgeOffset_[edge] + (forward ? step : rate - step) - 1};
 }
 
+// A facet of the current cell. A triangle that happens to go on where the one before ended must not pass for the
+// other half of a quad, nor must the first half of one: those begin at another corner.
+void Subdivider::emitFacet(int face, const int* facet, int corners) {
+  const std::vector<uint32_t>& at = mesh_.indices;
+  const bool follows = at.size() >= 3 && at[at.size() - 3] == cellVertex_[facet[0]] &&
+                       at[at.size() - 1] == cellVertex_[facet[1]] && mesh_.faceOfTriangle.back() == uint32_t(face);
+  const int turn = !follows ? 0 : corners == 4 ? 2 : 1;
+  static constexpr int kHalves[6] = {0, 1, 2, 0, 2, 3};
+  for (int k = 0; k < 3 * (corners - 2); ++k) {
+    const int i = facet[(kHalves[k] + turn) % corners];
+    mesh_.indices.push_back(cellVertex_[i]);
+    mesh_.cornerUV.emplace_back(float(coords_[2 * i]), float(coords_[2 * i + 1]));
+  }
+  mesh_.faceOfTriangle.insert(mesh_.faceOfTriangle.end(), size_t(corners - 2), uint32_t(face));
+  mesh_.quads |= corners == 4;
+}
+
 void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,
                           const std::vector<Site>& outline, int subFace) {
-  const Bfr::Tessellation cell(pattern, rateCount, rates);
+  Bfr::Tessellation::Options options;
+  const int facetSize = pattern.GetFaceSize() == 4 ? 4 : 3;  // quads wherever the rates of the sides let them be
+  options.SetFacetSize(facetSize).PreserveQuads(true);
+  const Bfr::Tessellation cell(pattern, rateCount, rates, options);
   if (!cell.IsValid() || cell.GetNumBoundaryCoords() != int(outline.size())) return;
   const int count = cell.GetNumCoords();
   coords_.resize(size_t(count) * 2);
   cell.GetCoords(coords_.data());
-  facets_.resize(size_t(cell.GetNumFacets()) * 3);
+  facets_.resize(size_t(cell.GetNumFacets()) * facetSize);
   cell.GetFacets(facets_.data());
   cellVertex_.resize(size_t(count));
   for (int i = 0; i < count; ++i) {
@@ -359,14 +444,8 @@ void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int ra
     evaluate(uv);
     cellVertex_[i] = emit(i < int(outline.size()) ? outline[i] : Site{});
   }
-  for (size_t t = 0; t < facets_.size(); t += 3) {
-    for (int k = 0; k < 3; ++k) {
-      const int i = facets_[t + k];
-      mesh_.indices.push_back(cellVertex_[i]);
-      mesh_.cornerUV.emplace_back(float(coords_[2 * i]), float(coords_[2 * i + 1]));
-    }
-    mesh_.faceOfTriangle.push_back(uint32_t(face));
-  }
+  for (size_t f = 0; f < facets_.size(); f += size_t(facetSize))
+    emitFacet(face, &facets_[f], facetSize == 4 && facets_[f + 3] >= 0 ? 4 : 3);
 }
 
 void Subdivider::makeFace(int face) {
@@ -388,6 +467,7 @@ void Subdivider::makeFace(int face) {
       if (!allWhole_) mesh_.cornerUV.emplace_back(float(kCorner[k][0]), float(kCorner[k][1]));
     }
     mesh_.faceOfTriangle.insert(mesh_.faceOfTriangle.end(), 2, uint32_t(face));
+    mesh_.quads = true;
     return;
   }
   if (!isSplit(face)) {

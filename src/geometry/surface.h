@@ -1,8 +1,10 @@
 // What a Mesh says at (triangle, b1, b2): position, normals, derivatives, primvars; a point is (1 - b1 - b2) P0 + b1
-// P1 + b2 P2. Plain scalar formulas in double, one point at a time: the reference that shade/'s wide versions are
-// tested against, and what set-up code (emitting meshes, `--only-sample`) calls. Not for the sample loop.
+// P1 + b2 P2. On a quad (Mesh::quads) all but the position follows from its bilinear (u, v) at that point. Plain
+// scalar formulas in double, one point at a time: the reference that shade/'s wide versions are tested against, and
+// what set-up code (emitting meshes, `--only-sample`) calls. Not for the sample loop.
 #pragma once
 #include <ImathVec.h>
+#include <optional>
 #include <vector>
 
 #include "geometry/mesh.h"
@@ -17,22 +19,22 @@ struct KeyBlend {
 KeyBlend blendAt(const Mesh& mesh, double time);
 
 struct SurfacePoint {
-  Imath::V3d position;    // object space, origin added
-  Imath::V3d geometric;   // e1 x e2, negated when the mesh says flipNormals; twice the triangle's area long
-  Imath::V3d shading;     // unit; the interpolated "N", else the geometric normal
-  Imath::V3d dPdu, dPdv;  // constant over the triangle
-  Imath::V2d uv;          // patch parameters
+  Imath::V3d position;   // object space, origin added
+  Imath::V3d geometric;  // e1 x e2, negated when the mesh says flipNormals; twice the triangle's area long
+  Imath::V3d shading;    // unit; the interpolated "N", else the geometric normal
+  Imath::V3d dPdu{0, 0, 0}, dPdv{0, 0, 0};  // constant over a triangle
+  Imath::V2d uv;                            // patch parameters
 };
 SurfacePoint surfacePoint(const Mesh& mesh, uint32_t triangle, double b1, double b2, KeyBlend blend = {});
 
-// dF/du and dF/dv of a value with slopes d1 = F1 - F0 and d2 = F2 - F0 over the triangle, as weights:
-//   dF/du = u1 d1 + u2 d2,   dF/dv = v1 d1 + v2 d2,   (u1 v1; u2 v2) = the inverse of (du1 dv1; du2 dv2),
-// where du1 = u(P1) - u(P0) ... Where the parameters of the corners lie on a line, those of a plain triangle are used
-// (u = b1, v = b2), so that the derivatives are finite and span the plane.
-struct ParameterSlopes {
-  double u1 = 1, u2 = 0, v1 = 0, v2 = 1;
+// Where in its quad a point of one of its triangles lies. The quad is seen along its mean normal, (P2 - P0) x (P3 -
+// P1): continuous over the diagonal also where it is not flat. Nothing on other triangles, and on quads that are not
+// convex.
+struct QuadPlace {
+  uint32_t first = 0;  // Mesh::quadOf()
+  double u = 0, v = 0;
 };
-ParameterSlopes parameterSlopes(const Mesh& mesh, uint32_t triangle);
+std::optional<QuadPlace> quadPlace(const Mesh& mesh, uint32_t triangle, double b1, double b2, KeyBlend blend = {});
 
 struct PrimvarPoint {
   std::vector<double> value, du, dv;  // `width` of each; all derivatives 0 for Constant and PerFace

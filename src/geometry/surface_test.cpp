@@ -57,6 +57,97 @@ TEST(Surface, SphereDerivativesMatchTheClosedForm) {
   }
 }
 
+TEST(Surface, PlaceOnBentQuadsIsContinuous) {
+  // Over the diagonal the two triangles must agree, along each side (u, v) must be linear, at corners exact.
+  std::vector<std::array<V3d, 4>> quads = {{V3d(0, 0, 0), V3d(1, 0, 0.3), V3d(1.2, 1, 0), V3d(0.1, 0.9, 0.4)},
+                                           {V3d(0, 0, 0), V3d(3, 0, 0), V3d(1, 1, 0), V3d(0, 1, 0)},
+                                           {V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0), V3d(1, 1, 0)},
+                                           {V3d(0, 0, 0), V3d(2, 0, 0), V3d(1, 0.5, 0), V3d(0, 1, 0)},
+                                           {V3d(0, 0, 1e-9), V3d(1e-9, 0, 0), V3d(1e-9, 2e-9, 0), V3d(0, 1e-9, 0)}};
+  for (const auto& q : quads) {
+    scene::PolygonMesh shape;
+    shape.verticesPerLoop = {4};
+    shape.vertices = {0, 1, 2, 3};
+    scene::Primitive p = primitive(shape);
+    std::vector<float> list;
+    for (const V3d& v : q) list.insert(list.end(), {float(v.x), float(v.y), float(v.z)});
+    p.primvars.set(points(list));
+    Quiet d;
+    const Mesh m = *tessellate(p, {}, d);
+    for (double t = 0.05; t < 1; t += 0.1) {
+      const SurfacePoint a = surfacePoint(m, 0, 0, t), b = surfacePoint(m, 1, t, 0);  // the diagonal from 0 to 2
+      EXPECT_NEAR((a.uv - b.uv).length(), 0, 1e-6);
+      EXPECT_NEAR((surfacePoint(m, 0, t, 0).uv - Imath::V2d(t, 0)).length(), 0, 1e-6);
+      if (q[2] != q[3]) {
+        EXPECT_NEAR((surfacePoint(m, 1, 1 - t, t).uv - Imath::V2d(1 - t, 1)).length(), 0, 1e-6);
+      }
+      EXPECT_NEAR((surfacePoint(m, 1, 0, t).uv - Imath::V2d(0, t)).length(), 0, 1e-6);
+    }
+  }
+}
+
+TEST(Surface, PairsOfTrianglesAreQuadsAndNothingElse) {
+  // Whatever quadOf() says must be two triangles of one face that share the diagonal of a quad; where a maker cuts
+  // quads most triangles must be in one, and no triangle in two.
+  scene::PolygonMesh mixed;
+  mixed.verticesPerLoop = {3, 4, 5, 3, 3, 6, 4};
+  mixed.vertices = {0, 1, 2, 0, 2, 3, 4, 0, 4, 5, 6, 7, 0, 1, 2, 0, 2, 3, 0, 1, 2, 3, 4, 5, 0, 5, 6, 7};
+  scene::Primitive polygons = primitive(mixed);
+  std::vector<float> ring{0, 0, 0};
+  for (int i = 0; i < 7; ++i) ring.insert(ring.end(), {float(std::cos(i * 0.8)), float(std::sin(i * 0.8)), 0});
+  polygons.primvars.set(points(ring));
+  scene::SubdivisionMesh cage;
+  cage.scheme = "catmull-clark";
+  cage.verticesPerFace = {4, 5, 3};
+  cage.vertices = {0, 1, 2, 3, 1, 4, 5, 6, 2, 3, 2, 7};
+  cage.tags.push_back({"interpolateboundary", {1}, {}, {}});
+  scene::Primitive subdivided = primitive(cage);
+  subdivided.primvars.set(points({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 3, 1, 1, 2, 2, 0, 0, 2, 1}));
+  DiceRate uneven;
+  uneven.edgeLength = [](const V3d& p) { return 0.03 + 0.05 * std::abs(std::sin(7 * p.x + 3 * p.y)); };
+  scene::Primitive bicubic = primitive(scene::Patch{true});
+  std::vector<float> c;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i)
+      c.insert(c.end(), {float(i) * float(j), float(j), float((i * j) % 3)});  // a side is a point
+  bicubic.primvars.set(points(c));
+  const struct {
+    scene::Primitive p;
+    double least;  // share of triangles in quads
+  } table[] = {{polygons, 0.2},
+               {subdivided, 0.5},
+               {bicubic, 0.9},
+               {quadric(scene::Quadric::Kind::Sphere, {1, -1, 1, 360}), 0.9}};
+  for (const auto& row : table) {
+    Quiet d;
+    const Mesh m = *tessellate(row.p, uneven, d);
+    uint32_t in = 0;
+    std::map<uint32_t, int> halves;
+    for (uint32_t t = 0; t < m.triangleCount(); ++t) {
+      const uint32_t first = m.quadOf(t);
+      if (first == Mesh::kNoQuad) continue;
+      ++in;
+      ++halves[first];
+      ASSERT_TRUE(t == first || t == first + 1);
+      ASSERT_EQ(m.faceOf(first), m.faceOf(first + 1));
+      const uint32_t* i = &m.indices[3 * size_t(first)];
+      ASSERT_TRUE(i[0] == i[3] && i[2] == i[4]);
+      // patch parameters go around the quad, so that the bilinear mixture has no fold
+      double area = 0;
+      const auto uv = [&](int k) { return Imath::V2d(m.uvOf(first + uint32_t(k == 3), k == 3 ? 2 : k)); };
+      for (int k = 0; k < 4; ++k) area += uv(k).cross(uv((k + 1) % 4)) / 2;
+      ASSERT_GT(area, 0);
+    }
+    for (const auto& [first, n] : halves) ASSERT_EQ(n, 2) << first;
+    EXPECT_GE(double(in), row.least * m.triangleCount());
+  }
+  // faces of 4, 4 corners among the seven; those of more or fewer have none
+  Quiet d;
+  const Mesh m = *tessellate(polygons, {}, d);
+  for (uint32_t t = 0; t < m.triangleCount(); ++t)
+    EXPECT_EQ(m.quadOf(t) != Mesh::kNoQuad, m.faceOf(t) == 1 || m.faceOf(t) == 6) << t;
+}
+
 TEST(Surface, TimesBetweenKeys) {
   scene::Primitive p = primitive(scene::PolygonMesh{});
   p.primvars.set(points({0, 0, 0, 1, 0, 0, 0, 1, 0}));

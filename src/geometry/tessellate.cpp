@@ -20,8 +20,6 @@ bool flipsNormals(const scene::Primitive& primitive, bool worldMirrored) {
   if (!primitive.attributes) return false;
   using Orientation = scene::Attributes::Orientation;
   const scene::Attributes& a = *primitive.attributes;
-  const bool mirrored =
-      (!primitive.toWorld.matrices.empty() && primitive.toWorld.matrices[0].determinant() < 0) != worldMirrored;
   bool flip = false;
   switch (a.orientation) {
     case Orientation::Outside:
@@ -31,10 +29,10 @@ bool flipsNormals(const scene::Primitive& primitive, bool worldMirrored) {
       flip = true;
       break;
     case Orientation::LeftHanded:
-      flip = mirrored;
+      flip = worldMirrored;
       break;
     case Orientation::RightHanded:
-      flip = !mirrored;
+      flip = !worldMirrored;
       break;
   }
   return flip != a.reverseOrientation;

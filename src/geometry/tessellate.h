@@ -33,9 +33,9 @@ struct DiceRate {
 // a GEOM- code then says which and why.
 std::optional<Mesh> tessellate(const scene::Primitive& primitive, const DiceRate& rate, Diagnostics& diagnostics);
 
-// Whether the object-space normal is -(dPdu x dPdv). "outside" and "inside" follow the primitive's own coordinate
-// system and so are immune to mirroring transforms; "lh" and "rh" name a handedness in camera space, which is
-// left-handed.
+// Whether the object-space normal is -(dPdu x dPdv). Orientations follow the primitive's own coordinate system and so
+// are immune to mirroring transforms; "lh" and "rh" name a handedness in camera space, which is left-handed, as of
+// the world: only a camera that mirrors it counts.
 bool flipsNormals(const scene::Primitive& primitive, bool worldMirrored);
 
 // What every GEOM- code means, for `kinora explain`.

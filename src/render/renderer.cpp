@@ -54,6 +54,24 @@ struct Hash {
     text(n->plugin);
     params(n->params);
   }
+  void network(const scene::NetworkPtr& n) {
+    if (!n) return;
+    for (const scene::NodePtr& p : n->patterns) node(p);
+    node(n->terminal);
+  }
+  void attributes(const scene::Attributes& a) {
+    params(a.named);
+    if (a.color) bytes(a.color->data(), sizeof *a.color);
+    if (a.opacity) bytes(a.opacity->data(), sizeof *a.opacity);
+    bytes(a.textureCoordinates.data(), sizeof a.textureCoordinates);
+    const int state[] = {a.reverseOrientation, int(a.orientation), a.sides, a.matte, a.uStep, a.vStep};
+    bytes(state, sizeof state);
+    bytes(a.uBasis.data(), sizeof a.uBasis);
+    bytes(a.vBasis.data(), sizeof a.vBasis);
+    if (a.lightSources) bytes(a.lightSources->data(), a.lightSources->size() * sizeof(uint32_t));
+    network(a.bxdf);
+    network(a.displacement);
+  }
   void transform(const scene::Transform& t) {
     bytes(t.times.data(), t.times.size() * sizeof(double));
     bytes(t.matrices.data(), t.matrices.size() * sizeof(scene::Matrix));
@@ -312,8 +330,18 @@ struct Renderer::Impl {
       for (const auto& plane : k.clippingPlanes) h.bytes(plane.data(), sizeof plane);
       h.params(k.params);
     }
-    const auto lightsOf = [&](const scene::AttributesPtr& a) {
-      if (a && a->lightSources) h.bytes(a->lightSources->data(), a->lightSources->size() * sizeof(uint32_t));
+    // mostly those of the object before
+    scene::AttributesPtr last;
+    uint64_t hashOfLast = 0;
+    const auto attributes = [&](const scene::AttributesPtr& a) {
+      if (!a) return;
+      if (a != last) {
+        Hash own;
+        own.attributes(*a);
+        last = a;
+        hashOfLast = own.h;
+      }
+      h.bytes(&hashOfLast, sizeof hashOfLast);
     };
     const auto primitive = [&](const scene::Primitive& p) {
       const uint64_t kind = p.shape.index();
@@ -331,20 +359,19 @@ struct Renderer::Impl {
       h.params(p.primvars);
       for (const auto& m : p.motion) h.params(m);
       h.transform(p.toWorld);
-      if (!p.attributes) return;
-      h.params(p.attributes->named);
-      lightsOf(p.attributes);
-      if (!p.attributes->bxdf) return;
-      for (const auto& n : p.attributes->bxdf->patterns) h.node(n);
-      h.node(p.attributes->bxdf->terminal);
+      attributes(p.attributes);
+    };
+    const auto instance = [&](const scene::Instance& i) {
+      h.bytes(&i.prototype, sizeof i.prototype);
+      h.transform(i.toWorld);
+      attributes(i.attributes);
     };
     for (const auto& p : scene.primitives) primitive(*p);
-    for (const auto& proto : scene.prototypes)
+    for (const auto& proto : scene.prototypes) {
       for (const auto& p : proto.primitives) primitive(*p);
-    for (const auto& i : scene.instances) {
-      h.transform(i.toWorld);
-      lightsOf(i.attributes);
+      for (const auto& i : proto.instances) instance(i);
     }
+    for (const auto& i : scene.instances) instance(i);
     for (const auto* list : {&scene.lights, &scene.classicLights})
       for (const auto& l : *list) {
         h.node(l.node);

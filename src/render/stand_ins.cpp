@@ -223,24 +223,26 @@ static std::vector<bool> prototypesWithLights(const scene::Scene& scene) {
 std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
                                          std::set<uint32_t>& shapes) {
   std::vector<scene::Light> all = scene.lights;
-  // lights inside prototypes shine from every instance, with the instance's attributes
+  // lights inside prototypes shine from every instance, with the instance's attributes where they have none of their
+  // own
   constexpr size_t kMost = 1'000'000;
   const std::vector<bool> holdLights = prototypesWithLights(scene);
   size_t opened = 0;  // without a bound, prototypes that hold the next one twice, level after level, never end
   const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld,
-                               int depth) -> void {
+                               const scene::AttributesPtr& attributes, int depth) -> void {
     if (inst.prototype >= scene.prototypes.size() || !holdLights[inst.prototype] || depth > 32 ||
         all.size() > kMost || ++opened > all.size() + kMost)
       return;
     const scene::Prototype& p = scene.prototypes[inst.prototype];
     for (scene::Light l : p.lights) {
       l.toWorld = concat(l.toWorld, toWorld);
-      if (inst.attributes) l.attributes = inst.attributes;
+      l.attributes = scene::inherit(l.attributes, attributes);
       all.push_back(std::move(l));
     }
-    for (const scene::Instance& nested : p.instances) self(self, nested, concat(nested.toWorld, toWorld), depth + 1);
+    for (const scene::Instance& nested : p.instances)
+      self(self, nested, concat(nested.toWorld, toWorld), scene::inherit(nested.attributes, attributes), depth + 1);
   };
-  for (const scene::Instance& i : scene.instances) instantiate(instantiate, i, i.toWorld, 0);
+  for (const scene::Instance& i : scene.instances) instantiate(instantiate, i, i.toWorld, i.attributes, 0);
   for (const scene::Light& l : scene.classicLights) {
     scene::Light out;
     if (!l.node) continue;

@@ -144,8 +144,7 @@ SurfaceChannels::Value SurfaceChannels::id2() const {
   const Hits& hits = state_.group().hits;
   for (uint32_t i = 0; i < c_->count; ++i) {
     const uint32_t s = c_->path[i];
-    const uint32_t own = w.geometries[hits.geometry[s]].objectId2;
-    x[i] = float(own ? own : w.placements[w.world->instance(hits.instance[s]).user].objectId2);
+    x[i] = float(w.placements[w.world->instance(hits.instance[s]).user].objectId2);
   }
   return one(x);
 }

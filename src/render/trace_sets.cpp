@@ -26,7 +26,9 @@ std::vector<std::string> groupNames(const std::string& list) {
   std::vector<std::string> names;
   for (size_t at = 0; (at = list.find_first_not_of(kBetweenNames, at)) != std::string::npos;) {
     const size_t end = std::min(list.find_first_of(kBetweenNames, at), list.size());
-    if (std::string name = list.substr(at, end - at); name != "+") names.push_back(std::move(name));
+    std::string name = list.substr(at, end - at);
+    if (name[0] == '+') name.erase(0, 1);
+    if (!name.empty()) names.push_back(std::move(name));
     at = end;
   }
   return names;

@@ -103,6 +103,22 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
   for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
 }
 
+// What of its attributes a mesh is made by.
+std::string lookOf(const scene::Attributes& a) {
+  std::string out = std::to_string(int(a.orientation)) + (a.reverseOrientation ? 'r' : '-') + std::to_string(a.sides);
+  const auto number = [&](float v) { out += ' ' + std::to_string(v); };
+  for (const float c : a.textureCoordinates) number(c);
+  if (a.displacement) out += " displaced";
+  for (const scene::Parameter& p : a.named)
+    if (p.name.starts_with("dice:") || p.name.starts_with("polygon:")) {
+      out += ' ' + p.name;
+      for (const float v : p.floats) number(v);
+      for (const int v : p.ints) out += ' ' + std::to_string(v);
+      for (const std::string& v : p.strings) out += ' ' + v;
+    }
+  return out;
+}
+
 }  // namespace
 
 bool Instance::create(const Descriptor& plugin, const scene::Node* node, const Placement* placement,
@@ -302,6 +318,8 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
   parts_.clear();
   placements_.clear();
   primitiveOfShape_.clear();
+  inheritedOfShape_.clear();
+  inherited_.clear();
   placementInfos_.clear();
   attributesOfPlacement_.clear();
   scene::Matrix shift;
@@ -340,19 +358,29 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     part.key = p->id;
     part.shapes.push_back(uint32_t(primitiveOfShape_.size()));
     primitiveOfShape_.push_back(p.get());
+    inheritedOfShape_.push_back(nullptr);
     parts_.push_back(std::move(part));
     place(uint32_t(parts_.size() - 1), p->toWorld, p->attributes.get(), p->revision, p->name());
   }
   // prototypes in use: their primitives keep their own transform inside the prototype, so each becomes a part of its
   // own placed by every instance; nested instances are flattened (the packaged Embree has one level)
-  std::map<std::pair<uint32_t, uint32_t>, uint32_t> partOf;
+  std::map<std::tuple<uint32_t, uint32_t, std::string_view>, uint32_t> partOf;
+  const auto inheritedBy = [&](const scene::AttributesPtr& own,
+                               const scene::AttributesPtr& instance) -> const Inherited& {
+    const auto [it, fresh] = inherited_.try_emplace({own.get(), instance.get()});
+    if (fresh) {
+      it->second.attributes = scene::inherit(own, instance);
+      if (it->second.attributes) it->second.look = lookOf(*it->second.attributes);
+    }
+    return it->second;
+  };
   // Prototypes that hold the next one twice, level after level, are countless also where they place nothing.
   uint64_t placed = 0, opened = 0;
   constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
   constexpr int kMostNesting = 32;
   bool isTooMany = false, isTooDeep = false;
   const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld,
-                               int depth, const scene::Attributes* attributes) -> void {
+                               int depth, const scene::AttributesPtr& attributes) -> void {
     if (isTooMany || inst.prototype >= scene.prototypes.size()) return;
     if (++opened % 4096 == 0) {
       isTooMany = settings_.stop && settings_.stop->load(std::memory_order_relaxed);
@@ -374,25 +402,27 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     }
     const scene::Prototype& proto = scene.prototypes[inst.prototype];
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
-      const auto [it, fresh] = partOf.try_emplace({inst.prototype, k}, uint32_t(parts_.size()));
       const scene::Primitive& p = *proto.primitives[k];
+      const Inherited& inherited = inheritedBy(p.attributes, attributes);
+      const auto [it, fresh] = partOf.try_emplace({inst.prototype, k, inherited.look}, uint32_t(parts_.size()));
       if (fresh) {
         trace::PartInput part;
         part.key = (uint64_t(inst.prototype) + 1) << 32 | k;
         part.instanced = true;
         part.shapes.push_back(uint32_t(primitiveOfShape_.size()));
         primitiveOfShape_.push_back(&p);
+        inheritedOfShape_.push_back(&inherited);
         parts_.push_back(std::move(part));
       }
       ++placed;
-      place(it->second, concat(p.toWorld, toWorld), attributes, inst.revision, proto.name);
+      place(it->second, concat(p.toWorld, toWorld), inherited.attributes.get(), inst.revision, proto.name);
     }
     for (const scene::Instance& nested : proto.instances)
       self(self, nested, concat(nested.toWorld, toWorld), depth + 1,
-           nested.attributes ? nested.attributes.get() : attributes);
+           inheritedBy(nested.attributes, attributes).attributes);
   };
   for (const scene::Instance& inst : scene.instances)
-    instantiate(instantiate, inst, inst.toWorld, 0, inst.attributes.get());
+    instantiate(instantiate, inst, inst.toWorld, 0, inst.attributes);
 }
 
 // The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to
@@ -461,7 +491,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   std::vector<std::vector<uint32_t>> placementsOfShape(count);
   for (uint32_t i = 0; i < placements_.size(); ++i)
     for (uint32_t s : parts_[placements_[i].part].shapes)
-      if (placementsOfShape[s].size() < 64) placementsOfShape[s].push_back(i);
+      if (placementsOfShape[s].size() < 64) placementsOfShape[s].push_back(i);  // enough for dicing
   std::vector<std::shared_ptr<geometry::Mesh>> meshes(count);
   const bool mirrored = camera_.worldToCamera.determinant() < 0;
   // what a mesh takes from the camera besides its dicing, which stays as it is when the camera moves
@@ -471,9 +501,21 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   const auto settingsOf = [&](const scene::Primitive& p) -> const std::string& {
     return p.motion.empty() && p.toWorld.isStatic() ? fixedSettings : movingSettings;
   };
+  const auto keyOf = [&](size_t i) {
+    return std::pair<uint64_t, std::string>(primitiveOfShape_[i]->id,
+                                            inheritedOfShape_[i] ? inheritedOfShape_[i]->look : std::string());
+  };
   tbb::parallel_for(size_t(0), count, [&](size_t i) {
-    const scene::Primitive& p = *primitiveOfShape_[i];
-    if (const auto it = shapes_.find(p.id);
+    scene::Primitive asInherited;
+    const scene::Primitive* source = primitiveOfShape_[i];
+    if (const Inherited* from = inheritedOfShape_[i];
+        from && from->attributes && (!source->attributes || lookOf(*source->attributes) != from->look)) {
+      asInherited = *source;
+      asInherited.attributes = from->attributes;
+      source = &asInherited;
+    }
+    const scene::Primitive& p = *source;
+    if (const auto it = shapes_.find(keyOf(i));
         it != shapes_.end() && it->second.revision == p.revision && it->second.settings == settingsOf(p)) {
       meshes[i] = it->second.mesh;
       return;
@@ -516,15 +558,20 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   });
   if (settings_.stop && settings_.stop->load()) return false;
   shapeInputs_.clear();
-  std::map<uint64_t, Kept> kept;
+  std::map<std::pair<uint64_t, std::string>, Kept> kept;
   for (size_t i = 0; i < count; ++i) {
     const scene::Primitive& p = *primitiveOfShape_[i];
-    const auto before = shapes_.find(p.id);
+    const std::pair<uint64_t, std::string> key = keyOf(i);
+    const auto before = shapes_.find(key);
     const bool same = before != shapes_.end() && before->second.mesh == meshes[i];
-    kept[p.id] = Kept{p.revision, settingsOf(p), same ? before->second.made : ++meshesMade_, meshes[i]};
+    // each look of a primitive has its own key in the world
+    uint64_t variant = 0;
+    for (auto it = kept.lower_bound({p.id, ""}); it != kept.end() && it->first.first == p.id; ++it) ++variant;
+    const Kept& mine = kept[key] =
+        Kept{p.revision, settingsOf(p), same ? before->second.made : ++meshesMade_, meshes[i]};
     trace::ShapeInput in;
-    in.key = p.id;
-    in.revision = kept[p.id].made;
+    in.key = p.id | variant << 32;
+    in.revision = mine.made;
     in.mesh = meshes[i];
     shapeInputs_.push_back(std::move(in));
   }
@@ -533,52 +580,34 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
   // Materials
   auto materials = std::make_shared<shade::MaterialSet>(registry_, diagnostics_, *textures_, width_, paths, shaders_);
   auto next = std::make_unique<shade::ShadingWorld>();
-  std::vector<uint32_t> materialOfShape(count, 0xffffffffu);
   std::map<std::array<float, 3>, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
-  for (size_t i = 0; i < count; ++i) {
-    const scene::Primitive& p = *primitiveOfShape_[i];
-    const scene::Attributes* a = p.attributes.get();
-    if (a && a->bxdf) {
-      materialOfShape[i] = materials->add(a->bxdf, a, p.pos);
-    } else if (p.primvars.find("Cs")) {
-      scene::NetworkPtr& network = colored[a && a->color ? *a->color : std::array<float, 3>{1, 1, 1}];
-      if (!network) network = shade::colorPrimvarNetwork(a);
-      materialOfShape[i] = materials->add(network, a, p.pos);
-    }
-  }
   for (size_t k = 0; k < placements_.size(); ++k) {
     const scene::Attributes* a = attributesOfPlacement_[k];
-    placementInfos_[k].material = materials->add(a ? a->bxdf : nullptr, a, {});
+    const scene::Primitive& p = primitiveOf(placements_[k]);
+    const scene::NetworkPtr* network = a && a->bxdf ? &a->bxdf : nullptr;
+    if (!network && p.primvars.find("Cs")) {
+      scene::NetworkPtr& made = colored[a && a->color ? *a->color : std::array<float, 3>{1, 1, 1}];
+      if (!made) made = shade::colorPrimvarNetwork(a);
+      network = &made;
+    }
+    placementInfos_[k].material = materials->add(network ? *network : nullptr, a, p.pos);
   }
   materials->finish();
-  // visibility of shapes follows from what they are made of
-  for (size_t i = 0; i < count; ++i) {
-    bool clear = false;
-    const auto look = [&](uint32_t m) {
-      const shade::Program& program = materials->program((*materials)[m].program);
-      clear |= !program.opaque || program.tints;
-    };
-    if (materialOfShape[i] != 0xffffffffu)
-      look(materialOfShape[i]);
-    else
-      for (uint32_t k : placementsOfShape[i]) look(placementInfos_[k].material);
-    uint32_t v = trace::kSeenByCamera | trace::kSeenByIndirect;
-    v |= clear ? trace::kSeenByClearShadow : trace::kSeenByOpaqueShadow;
-    const scene::Primitive& p = *primitiveOfShape_[i];
-    if (p.attributes) {
-      if (!p.attributes->getInt("visibility:camera", 1)) v &= ~uint32_t(trace::kSeenByCamera);
-      if (!p.attributes->getInt("visibility:indirect", 1)) v &= ~uint32_t(trace::kSeenByIndirect);
-      if (!p.attributes->getInt("visibility:transmission", 1))
-        v &= ~uint32_t(trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow);
-    }
-    shapeInputs_[i].visibility = v;
-    next->hasMedia |= false;
+  // what stops shadow rays follows from what shapes are made of, in any of their places
+  for (trace::ShapeInput& shape : shapeInputs_)
+    shape.visibility = trace::kSeenByCamera | trace::kSeenByIndirect | trace::kSeenByOpaqueShadow;
+  for (size_t k = 0; k < placements_.size(); ++k) {
+    const shade::Program& program = materials->program((*materials)[placementInfos_[k].material].program);
+    if (program.opaque && !program.tints) continue;
+    uint32_t& visibility = shapeInputs_[parts_[placements_[k].part].shapes[0]].visibility;
+    visibility = (visibility & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
   }
 
   traceSets(*next);
   trace::BuildOptions options;
   options.shutterOpen = camera_.shutterOpen;
   options.shutterClose = camera_.shutterClose;
+  options.watertight = scene.hider && scene.hider->params.getInt("jitter", 1) == 0;
   const trace::BuildCounters before = counters_;
   const auto world = trace::World::build(shapeInputs_, parts_, placements_, options,
                                          shading_ ? shading_->world.get() : nullptr, counters_);
@@ -605,7 +634,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
     const uint32_t s = shapeOfMesh.at(&mesh);
     const scene::Primitive& p = *primitiveOfShape_[s];
     shade::GeometryInfo& info = w.geometries[g];
-    info.material = materialOfShape[s];
     // what faces the ray has no back, and normals that the user gave are turned already
     info.side = mesh.flipNormals && !mesh.facesRay() && !mesh.isOriented() ? -1.f : 1.f;
     info.N = mesh.find("N");
@@ -622,10 +650,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
                        std::holds_alternative<scene::PolygonMesh>(p.shape);
     w.liftsShadows |= lifts;
     info.flags = (lifts ? shade::kLiftsShadows : 0u) | (info.N ? shade::kHasNormals : 0u) |
-                 (mesh.doubleSided ? 0u : shade::kOneSided);
-    info.priority = p.attributes ? p.attributes->getInt("trace:intersectpriority", 0) : 0;
-    info.objectId2 = p.attributes ? uint32_t(p.attributes->getInt("identifier:id2", 0)) : 0;
-    info.objectId = p.attributes ? uint32_t(p.attributes->getInt("identifier:id", 0)) : 0;
+                 (mesh.doubleSided ? 0u : shade::kOneSided) | (mesh.quads ? shade::kHasQuads : 0u);
     info.name = p.name();
     for (const geometry::Primvar& v : mesh.primvars)
       if (!v.data.empty() && v.width > 0) {
@@ -633,6 +658,30 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
         width = std::max(width, uint32_t(std::min(v.width, 3)));
       }
     w.hasPresence |= (info.flags & shade::kOneSided) != 0;
+  }
+  // what every object answers (shade/where.h); Color and Opacity only where some request gave one
+  for (const auto& [name, least] : {std::pair{"st", 2u}, {"s", 1u}, {"t", 1u}}) {
+    uint32_t& width = w.primvarWidths[name];
+    width = std::max(width, least);
+  }
+  w.tints.push_back({});
+  std::map<shade::Tint, uint32_t> tintOf{{{}, 0}};
+  for (size_t k = 0; k < placements_.size(); ++k) {
+    const scene::Attributes* a = attributesOfPlacement_[k];
+    shade::Tint tint;
+    tint.hasColor = a && a->color;
+    tint.hasOpacity = a && a->opacity;
+    if (tint.hasColor) {
+      tint.color = *a->color;
+      w.primvarWidths["Cs"] = 3;
+    }
+    if (tint.hasOpacity) {
+      tint.opacity = *a->opacity;
+      w.primvarWidths["Os"] = 3;
+    }
+    const auto [it, fresh] = tintOf.try_emplace(tint, uint32_t(w.tints.size()));
+    if (fresh) w.tints.push_back(tint);
+    placementInfos_[k].tint = it->second;
   }
   for (uint32_t m = 0; m < materials->size(); ++m) {
     w.hasMedia |= materials->encloses(m);
@@ -648,8 +697,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
 
   if (!materials->shaderUses().empty()) {
     w.shaders = std::make_shared<shade::ShaderScene>(diagnostics_);
-    for (uint32_t g = 0; g < world->geometryCount(); ++g)
-      w.shaders->ofGeometry.push_back(primitiveOfShape_[shapeOfMesh.at(&world->mesh(g))]->attributes.get());
     w.shaders->ofPlacement = attributesOfPlacement_;
     w.shaders->camera = cameraAttributes(scene, camera_);
   }

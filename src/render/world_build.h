@@ -118,19 +118,30 @@ class WorldBuilder {
   std::unique_ptr<shade::ShadingWorld> shading_;
   double origin_[3] = {0, 0, 0};
   bool haveOrigin_ = false;
-  // shapes by primitive id, kept between edits
+  // Attributes inside objects as an instance gives them, kept for whoever holds a pointer to them, with what of them
+  // a shape depends on: an object has a shape for each different one.
+  struct Inherited {
+    scene::AttributesPtr attributes;
+    std::string look;
+  };
+  std::map<std::pair<const scene::Attributes*, const scene::Attributes*>, Inherited> inherited_;
+  // shapes by primitive id and look, kept between edits
   struct Kept {
     uint64_t revision;     // of the primitive
     std::string settings;  // of the camera, as far as the mesh depends on them
     uint64_t made;         // serial number of the mesh: what the world compares
     std::shared_ptr<geometry::Mesh> mesh;
   };
-  std::map<uint64_t, Kept> shapes_;
+  std::map<std::pair<uint64_t, std::string>, Kept> shapes_;
   uint64_t meshesMade_ = 0;
   std::vector<trace::ShapeInput> shapeInputs_;
   std::vector<trace::PartInput> parts_;
   std::vector<trace::PlacementInput> placements_;
   std::vector<const scene::Primitive*> primitiveOfShape_;
+  std::vector<const Inherited*> inheritedOfShape_;  // null: the primitive's own attributes are all it has
+  const scene::Primitive& primitiveOf(const trace::PlacementInput& p) const {
+    return *primitiveOfShape_[parts_[p.part].shapes[0]];
+  }
   std::vector<shade::PlacementInfo> placementInfos_;
   std::vector<const scene::Attributes*> attributesOfPlacement_;
   trace::BuildCounters counters_;

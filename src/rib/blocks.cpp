@@ -187,8 +187,16 @@ void Interpreter::objectBegin(Request& r) {
   const size_t depth = blocks_.size();
   open(BlockKind::Object, r);
   if (blocks_.size() == depth) return;
-  state_.ctm = scene::Transform();
-  state_.emitter = nullptr;
+  // What stands outside is the instance's business (RISpec 5.9), but for what the points need to be understood:
+  // bases, and the names of coordinate systems.
+  auto clean = std::make_shared<scene::Attributes>();
+  const scene::Attributes& outer = *state_.attributes;
+  clean->uBasis = outer.uBasis;
+  clean->vBasis = outer.vBasis;
+  clean->uStep = outer.uStep;
+  clean->vStep = outer.vStep;
+  clean->coordinateSystems = outer.coordinateSystems;
+  state_ = State{clean, scene::Transform(), {}, nullptr, state_.trim, nullptr, nullptr};
   const auto index = uint32_t(prototypes_.size());
   scene::Prototype p;
   p.name = handle;

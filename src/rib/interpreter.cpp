@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "rib/archive_search.h"
 #include "rib/condition.h"
@@ -353,8 +354,13 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
   if (attributeOnly) name.remove_prefix(10);
   const std::string asUser = "user:" + std::string(name);
   for (const std::string_view n : {name, std::string_view(asUser)}) {
-    if (!optionOnly)
-      if (const auto* p = state_.attributes->named.find(n)) return text(*p);
+    if (!optionOnly) {
+      if (const auto* p = std::as_const(*state_.attributes).named.find(n)) return text(*p);
+      // objects begin without attributes, but may ask for those around them
+      for (size_t i = blocks_.size(); i-- > 0;)
+        if (blocks_[i].kind == BlockKind::Object)
+          if (const auto* p = std::as_const(*blocks_[i].state->attributes).named.find(n)) return text(*p);
+    }
     if (!attributeOnly)
       if (const auto* p = (world_ ? *world_ : frame_.options).options.find(n)) return text(*p);
   }

@@ -106,7 +106,12 @@ class Interpreter {
   }
   void keep(Request& r);  // into Scene::kept, reported once per name
   void reportKept(const Request& r);
-  scene::Attributes& edit();  // the current attributes, no longer shared
+  scene::Attributes& edit();                                // the current attributes, no longer shared
+  scene::Attributes& edit(scene::Attributes::Given what) {  // ... of which this is being set
+    scene::Attributes& a = edit();
+    a.given |= what;
+    return a;
+  }
   bool inWorldOrObject() const { return world_ || !openObjects_.empty(); }
 
   // ---- arguments.cpp: values out of requests
@@ -209,6 +214,7 @@ class Interpreter {
   void reverseOrientation(Request&);
   void basis(Request&);
   void trimCurve(Request&);
+  void setOrientation(scene::Attributes::Orientation o);
   void addLight(scene::Light l);
   void switchLightSource(uint32_t id, bool on);
 

@@ -102,25 +102,28 @@ void Interpreter::attribute(Request& r) {
   const ParameterList list = parameters(r, c.at, Use::Attribute);
   if (list.empty()) return;
   scene::Attributes& a = edit();
+  using A = scene::Attributes;
   for (Parameter p : list) {
     if (group == "Ri") {
       const std::string orientation = p.strings.empty() ? "" : p.strings[0];
       const int value =
           p.ints.empty() ? (p.floats.empty() ? 0 : int(std::max(-1e9f, std::min(1e9f, p.floats[0])))) : p.ints[0];
       using O = scene::Attributes::Orientation;
-      if (p.name == "Sides") a.sides = value == 1 ? 1 : 2;
-      if (p.name == "Matte") a.matte = value != 0;
-      if (p.name == "ReverseOrientation") a.reverseOrientation = value != 0;
+      if (p.name == "Sides") edit(A::kSides).sides = value == 1 ? 1 : 2;
+      if (p.name == "Matte") edit(A::kMatte).matte = value != 0;
+      if (p.name == "ReverseOrientation") edit(A::kReverseOrientation).reverseOrientation = value != 0;
       if (p.name == "Orientation")
-        a.orientation = orientation == "inside" ? O::Inside
-                        : orientation == "lh"   ? O::LeftHanded
-                        : orientation == "rh"   ? O::RightHanded
-                                                : O::Outside;
+        setOrientation(orientation == "inside" ? O::Inside
+                       : orientation == "lh"   ? O::LeftHanded
+                       : orientation == "rh"   ? O::RightHanded
+                                               : O::Outside);
     }
     p.name = group + ":" + p.name;
     if (p.name == "grouping:membership" && !p.strings.empty() && p.strings[0].starts_with("+")) {
       const std::string before = a.named.getString(p.name, "");
-      p.strings[0] = before + (before.empty() ? "" : " ") + p.strings[0].substr(1);
+      // in an object with no groups of its own the instance's are added to: the sign stays (scene::inherit)
+      if (!before.empty() || openObjects_.empty())
+        p.strings[0] = before + (before.empty() ? "" : " ") + p.strings[0].substr(1);
     }
     a.named.set(std::move(p));
   }

@@ -598,6 +598,40 @@ Procedural2 "DynamicLoad2" "SimpleBound" "string dsoname" ["x.so"] "float[6] bou
     EXPECT_EQ(r.count(code), 1u) << code;
 }
 
+TEST(Objects, BeginWithoutAttributes) {
+  const Read r = readWorld(R"(Attribute "user" "string pass" ["a"]
+Attribute "grouping" "string membership" ["outside"]
+Color 1 0 0
+Sides 1
+Basis "b-spline" 1 "b-spline" 1
+Bxdf "PxrDiffuse" "outer"
+ObjectBegin "o"
+IfBegin "$user:pass == 'a'"
+Sphere 1 -1 1 360
+IfEnd
+Attribute "grouping" "string membership" ["+mine"]
+Sides 2
+Sphere 1 -1 1 360
+ObjectEnd
+Attribute "grouping" "string membership" ["placed"]
+ObjectInstance "o")");
+  expectClean(r);
+  const Scene& s = r.world();
+  ASSERT_EQ(s.prototypes[0].primitives.size(), 2u);  // conditions inside still know what stands around them
+  const Attributes& first = *s.prototypes[0].primitives[0]->attributes;
+  EXPECT_TRUE(first.named.empty());
+  EXPECT_FALSE(first.color || first.bxdf || first.says(Attributes::kSides));
+  EXPECT_EQ(first.vStep, 1);  // bases belong to the points
+  const AttributesPtr& given = s.instances[0].attributes;
+  EXPECT_EQ(given->sides, 1);
+  EXPECT_EQ(inherit(s.prototypes[0].primitives[0]->attributes, given), given);  // nothing of its own: no copy
+  const AttributesPtr second = inherit(s.prototypes[0].primitives[1]->attributes, given);
+  EXPECT_EQ(second->sides, 2);
+  EXPECT_EQ(second->named.getString("grouping:membership", ""), "placed mine");
+  EXPECT_EQ(second->named.getString("user:pass", ""), "a");
+  EXPECT_TRUE(second->color && second->bxdf);
+}
+
 TEST(Objects, PrototypesInstancesAndNesting) {
   const Read r = readWorld(R"(ObjectBegin "leaf"
 Translate 0 1 0

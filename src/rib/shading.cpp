@@ -330,7 +330,8 @@ void Interpreter::opacity(Request& r) {
 void Interpreter::textureCoordinates(Request& r) {
   Cursor c(r);
   double v[8];
-  if (numbers(c, 8, v, "8 numbers")) std::copy_n(v, 8, edit().textureCoordinates.begin());
+  if (numbers(c, 8, v, "8 numbers"))
+    std::copy_n(v, 8, edit(scene::Attributes::kTextureCoordinates).textureCoordinates.begin());
 }
 
 void Interpreter::shadingRate(Request& r) {
@@ -338,20 +339,20 @@ void Interpreter::shadingRate(Request& r) {
   double v;
   if (!numbers(c, 1, &v, "a rate")) return;
   if (!(v > 0)) return badArguments(r, "a rate above 0");
-  edit().shadingRate = float(v);
+  edit(scene::Attributes::kShadingRate).shadingRate = float(v);
 }
 
 void Interpreter::shadingInterpolation(Request& r) {
   Cursor c(r);
   std::string v;
   if (!c.string(v) || (v != "smooth" && v != "constant")) return badArguments(r, "\"smooth\" or \"constant\"");
-  edit().smoothShading = v == "smooth";
+  edit(scene::Attributes::kShadingInterpolation).smoothShading = v == "smooth";
 }
 
 void Interpreter::matte(Request& r) {
   Cursor c(r);
   double v;
-  if (numbers(c, 1, &v, "0 or 1")) edit().matte = v != 0;
+  if (numbers(c, 1, &v, "0 or 1")) edit(scene::Attributes::kMatte).matte = v != 0;
 }
 
 void Interpreter::sides(Request& r) {
@@ -359,7 +360,7 @@ void Interpreter::sides(Request& r) {
   double v;
   if (!numbers(c, 1, &v, "1 or 2")) return;
   if (v != 1 && v != 2) return badArguments(r, "1 or 2");
-  edit().sides = int(v);
+  edit(scene::Attributes::kSides).sides = int(v);
 }
 
 void Interpreter::orientation(Request& r) {
@@ -367,16 +368,35 @@ void Interpreter::orientation(Request& r) {
   std::string v;
   c.string(v);
   using O = scene::Attributes::Orientation;
+  const auto set = [&](O o) {
+    setOrientation(o);
+    edit().reverseOrientation = false;  // it turned the orientation that was
+  };
   if (v == "outside")
-    edit().orientation = O::Outside;
+    set(O::Outside);
   else if (v == "inside")
-    edit().orientation = O::Inside;
+    set(O::Inside);
   else if (v == "lh")
-    edit().orientation = O::LeftHanded;
+    set(O::LeftHanded);
   else if (v == "rh")
-    edit().orientation = O::RightHanded;
+    set(O::RightHanded);
   else
     badArguments(r, "\"outside\", \"inside\", \"lh\" or \"rh\"");
+}
+
+// The orientation flips whenever the coordinate system does (RISpec 4.2.14), so that mirrors behind the request
+// change nothing, and those before it tell a named handedness from that of the space it is kept for.
+void Interpreter::setOrientation(scene::Attributes::Orientation o) {
+  using O = scene::Attributes::Orientation;
+  const bool mirrored = state_.ctm.matrices[0].determinant() < 0;
+  if (o == O::LeftHanded || o == O::RightHanded) {
+    const bool left = (o == O::LeftHanded) != mirrored;
+    if (inWorldOrObject())
+      o = left ? O::LeftHanded : O::RightHanded;
+    else
+      o = left ? O::Outside : O::Inside;  // camera space itself, which is left-handed
+  }
+  edit(scene::Attributes::kOrientation).orientation = o;
 }
 
 void Interpreter::reverseOrientation(Request&) {

@@ -185,6 +185,7 @@ class Writer {
 void Writer::attributes(const AttributesPtr& shared) {
   if (!shared) return;
   const Attributes& a = *shared;
+  using A = Attributes;
   const Attributes usual;
   static const char* const kOrientations[] = {"outside", "inside", "lh", "rh"};
   if (a.coordinateSystems)
@@ -202,14 +203,15 @@ void Writer::attributes(const AttributesPtr& shared) {
         request("Illuminate", known->second, 1);
   if (a.color) request("Color", *a.color);
   if (a.opacity) request("Opacity", *a.opacity);
-  if (a.textureCoordinates != usual.textureCoordinates) request("TextureCoordinates", a.textureCoordinates);
-  if (a.orientation != usual.orientation) request("Orientation", kOrientations[int(a.orientation)]);
-  const bool said = a.named.getInt("Ri:ReverseOrientation", 0) != 0;
+  if (a.says(A::kTextureCoordinates)) request("TextureCoordinates", a.textureCoordinates);
+  if (a.says(A::kOrientation)) request("Orientation", kOrientations[int(a.orientation)]);
+  // the orientation undoes what "Attribute Ri" said of its reverse
+  const bool said = !a.says(A::kOrientation) && a.named.getInt("Ri:ReverseOrientation", 0) != 0;
   if (a.reverseOrientation != said) request("ReverseOrientation");
-  if (a.sides != usual.sides) request("Sides", a.sides);
-  if (a.matte) request("Matte", 1);
-  if (!a.smoothShading) request("ShadingInterpolation", "constant");
-  if (a.shadingRate != usual.shadingRate) request("ShadingRate", a.shadingRate);
+  if (a.says(A::kSides)) request("Sides", a.sides);
+  if (a.says(A::kMatte)) request("Matte", int(a.matte));
+  if (a.says(A::kShadingInterpolation)) request("ShadingInterpolation", a.smoothShading ? "smooth" : "constant");
+  if (a.says(A::kShadingRate)) request("ShadingRate", a.shadingRate);
   if (a.uBasis != usual.uBasis || a.vBasis != usual.vBasis || a.uStep != usual.uStep || a.vStep != usual.vStep)
     request("Basis", a.uBasis, a.uStep, a.vBasis, a.vStep);
   for (const NodePtr& s : a.classicShaders) node(*s, false);

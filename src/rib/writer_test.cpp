@@ -44,6 +44,7 @@ CoordinateSystem "mark"
 Attribute "Ri" "int ReverseOrientation" [1]
 ReverseOrientation
 ObjectBegin "leaf"
+Sides 2
 Sphere 1 -1 1 360 "constant color Cs" [1 0 0]
 ObjectEnd
 ObjectBegin "tree"
@@ -118,6 +119,9 @@ FrameEnd
   EXPECT_EQ(lights(0), (std::vector<uint32_t>{back.world().classicLights[0].id}));
   EXPECT_EQ(back.world().prototypes.size(), 2u);
   EXPECT_EQ(back.world().instances[0].toWorld.matrices[0][0][0], 2);
+  // the default, said inside an object, wins over an instance's
+  EXPECT_TRUE(back.world().prototypes[0].primitives[0]->attributes->says(scene::Attributes::kSides));
+  EXPECT_FALSE(back.world().prototypes[0].primitives[0]->attributes->says(scene::Attributes::kMatte));
   EXPECT_EQ(back.primitive(0).toWorld.at(0.5), r.primitive(0).toWorld.at(0.5));
   EXPECT_EQ(back.primitive(0).attributes->bxdf->patterns[0]->params.getString("filename", ""), "a\nb.tex");
   EXPECT_EQ(back.primitive(0).attributes->reverseOrientation, r.primitive(0).attributes->reverseOrientation);

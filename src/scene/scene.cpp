@@ -84,6 +84,84 @@ const char* requestName(const Shape& s) {
 
 Attributes::Attributes() : uBasis(kBezier), vBasis(kBezier) {}
 
+bool Attributes::says(Given what) const {
+  static const Attributes kUsual;
+  if (given & what) return true;
+  switch (what) {
+    case kTextureCoordinates:
+      return textureCoordinates != kUsual.textureCoordinates;
+    case kOrientation:
+      return orientation != kUsual.orientation;
+    case kReverseOrientation:
+      return false;  // a toggle does not say a value
+    case kSides:
+      return sides != kUsual.sides;
+    case kMatte:
+      return matte != kUsual.matte;
+    case kShadingInterpolation:
+      return smoothShading != kUsual.smoothShading;
+    case kShadingRate:
+      return shadingRate != kUsual.shadingRate;
+  }
+  return false;
+}
+
+AttributesPtr inherit(const AttributesPtr& own, const AttributesPtr& instance) {
+  if (!own) return instance;
+  if (!instance) return own;
+  auto out = std::make_shared<Attributes>(*instance);
+  bool same = true;  // nothing of its own
+  for (const Parameter& p : own->named) {
+    same = false;
+    Parameter mine = p;
+    // "+name" adds to the groups that the instance has
+    if (p.name == "grouping:membership" && !p.strings.empty() && p.strings[0].starts_with("+")) {
+      const std::string outer = instance->named.getString(p.name, "");
+      mine.strings[0] = outer + (outer.empty() ? "" : " ") + p.strings[0].substr(1);
+    }
+    out->named.set(std::move(mine));
+  }
+  const auto take = [&](auto Attributes::*member, bool said) {
+    if (!said) return;
+    same = same && out.get()->*member == (*own).*member;
+    out.get()->*member = (*own).*member;
+  };
+  take(&Attributes::color, own->color.has_value());
+  take(&Attributes::opacity, own->opacity.has_value());
+  take(&Attributes::textureCoordinates, own->says(Attributes::kTextureCoordinates));
+  take(&Attributes::orientation, own->says(Attributes::kOrientation));
+  take(&Attributes::sides, own->says(Attributes::kSides));
+  take(&Attributes::matte, own->says(Attributes::kMatte));
+  take(&Attributes::smoothShading, own->says(Attributes::kShadingInterpolation));
+  take(&Attributes::shadingRate, own->says(Attributes::kShadingRate));
+  take(&Attributes::uBasis, true);
+  take(&Attributes::vBasis, true);
+  take(&Attributes::uStep, true);
+  take(&Attributes::vStep, true);
+  take(&Attributes::bxdf, own->bxdf != nullptr);
+  take(&Attributes::displacement, own->displacement != nullptr);
+  take(&Attributes::lightSources, own->lightSources != nullptr);
+  // ReverseOrientation turns what the orientation is: the instance's, unless the object said one
+  const bool absolute = own->says(Attributes::kOrientation) || own->says(Attributes::kReverseOrientation);
+  out->reverseOrientation = own->reverseOrientation != (!absolute && instance->reverseOrientation);
+  same = same && out->reverseOrientation == instance->reverseOrientation;
+  for (const NodePtr& n : own->classicShaders) {
+    same = false;
+    std::erase_if(out->classicShaders, [&](const NodePtr& s) { return s->kind == n->kind; });
+    out->classicShaders.push_back(n);
+  }
+  if (own->coordinateSystems) {
+    same = same && own->coordinateSystems == instance->coordinateSystems;
+    auto spaces = std::make_shared<std::map<std::string, Transform>>(*own->coordinateSystems);
+    if (instance->coordinateSystems)
+      spaces->insert(instance->coordinateSystems->begin(), instance->coordinateSystems->end());
+    out->coordinateSystems = std::move(spaces);
+  }
+  if (same) return instance;
+  out->given |= own->given;
+  return out;
+}
+
 std::string Primitive::name() const {
   if (attributes) {
     std::string n = attributes->named.getString("identifier:name", "");

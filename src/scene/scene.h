@@ -54,6 +54,8 @@ struct Attributes {
   std::optional<std::array<float, 3>> color, opacity;  // Color, Opacity requests
   std::array<float, 8> textureCoordinates{0, 0, 1, 0, 0, 1, 1, 1};
   bool reverseOrientation = false;  // ReverseOrientation toggles
+  // The handed ones as if they had been said in world space (in an object: in its space): a transform that mirrors
+  // takes the orientation along, so that only those before the request decide whether it turns a shape inside out.
   enum class Orientation : uint8_t { Outside, Inside, LeftHanded, RightHanded } orientation = Orientation::Outside;
   int sides = 2;
   bool matte = false;
@@ -68,10 +70,27 @@ struct Attributes {
   std::vector<NodePtr> classicShaders;  // Surface, Displacement, Atmosphere, Interior, Exterior as written, kept
   // ScopedCoordinateSystem: name -> (that space to world) for nodes in this scope; asked before Scene's. Null: none.
   std::shared_ptr<const std::map<std::string, Transform>> coordinateSystems;
+  // Which of the above some request set, where the value alone does not show it; says() knows those that differ from
+  // the default without having been noted here.
+  enum Given : uint16_t {
+    kTextureCoordinates = 1,
+    kOrientation = 2,
+    kReverseOrientation = 4,  // to a value: `Attribute "Ri"`, not toggled
+    kSides = 8,
+    kMatte = 16,
+    kShadingInterpolation = 32,
+    kShadingRate = 64
+  };
+  uint16_t given = 0;
+  bool says(Given what) const;
   Attributes();
   int getInt(std::string_view name, int fallback) const { return named.getInt(name, fallback); }
 };
 using AttributesPtr = std::shared_ptr<const Attributes>;
+
+// Attributes of what stands in an object, as its instance gives them: those that were set inside the object, all
+// others from the instance (RISpec 5.9). Bases belong to the points, so they are always the object's.
+AttributesPtr inherit(const AttributesPtr& own, const AttributesPtr& instance);
 
 // Under MotionBegin a quadric whose arguments move has them as "constant float[n] __quadric" in each list of
 // `motion`.
@@ -160,7 +179,8 @@ struct Instance {
   AttributesPtr attributes;  // those at the ObjectInstance request
   SourcePos pos;
 };
-// ObjectBegin ... ObjectEnd. Nested instances are kept as said; flattening is the renderer's business.
+// ObjectBegin ... ObjectEnd. Attributes inside begin at their defaults, whatever stood before ObjectBegin. Nested
+// instances are kept as said; flattening is the renderer's business.
 struct Prototype {
   std::string name;
   std::vector<PrimitivePtr> primitives;

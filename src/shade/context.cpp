@@ -106,10 +106,9 @@ Value builtin(const Context* c, Builtin id) {
       float *u = floats(c), *v = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
-        float uv[3][2];
-        patchUV(k, uv);
-        u[i] = mix(k, uv[0][0], uv[1][0], uv[2][0]);
-        v[i] = mix(k, uv[0][1], uv[1][1], uv[2][1]);
+        const Sloped uv = patchUV(k);
+        u[i] = uv.value[0];
+        v[i] = uv.value[1];
       }
       keep(Builtin::U, {u});
       keep(Builtin::V, {v});
@@ -120,13 +119,12 @@ Value builtin(const Context* c, Builtin id) {
       float *s = floats(c), *t = floats(c), *r = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
-        float st[3][2], e1[3], e2[3];
-        textureCoordinates(k, st);
+        float e1[3], e2[3];
+        const Sloped st = textureCoordinates(k);
         edges(k, e1, e2);
-        s[i] = mix(k, st[0][0], st[1][0], st[2][0]);
-        t[i] = mix(k, st[0][1], st[1][1], st[2][1]);
-        r[i] = c->radius[i] *
-               scaleOf(e1, e2, st[1][0] - st[0][0], st[1][1] - st[0][1], st[2][0] - st[0][0], st[2][1] - st[0][1]);
+        s[i] = st.value[0];
+        t[i] = st.value[1];
+        r[i] = c->radius[i] * scaleOf(e1, e2, st);
       }
       keep(Builtin::St, {s, t});
       keep(Builtin::StRadius, {r});
@@ -138,10 +136,9 @@ Value builtin(const Context* c, Builtin id) {
       for (float*& x : a) x = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
-        float uv[3][2], e1[3], e2[3], du[3], dv[3];
-        patchUV(k, uv);
+        float e1[3], e2[3], du[3], dv[3];
         edges(k, e1, e2);
-        derivatives(e1, e2, uv, du, dv);
+        derivatives(e1, e2, patchUV(k), du, dv);
         for (int j = 0; j < 3; ++j) {
           a[j][i] = du[j];
           a[3 + j][i] = dv[j];
@@ -156,10 +153,9 @@ Value builtin(const Context* c, Builtin id) {
       for (float*& x : a) x = floats(c);
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
-        float st[3][2], e1[3], e2[3], du[3], dv[3];
-        textureCoordinates(k, st);
+        float e1[3], e2[3], du[3], dv[3];
         edges(k, e1, e2);
-        derivatives(e1, e2, st, du, dv);
+        derivatives(e1, e2, textureCoordinates(k), du, dv);
         const float N[3] = {c->N[0][i], c->N[1][i], c->N[2][i]};
         const float l2 = acrossNormal(N, du);
         const float inv = 1.f / std::sqrt(l2);
@@ -195,12 +191,19 @@ Value builtin(const Context* c, Builtin id) {
                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
           scale = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
         } else {
-          const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]],
-                           *p2 = &k.mesh->points[k.v[2]];
+          // of the triangle that was hit, undeformed; a quad's first or second one
+          const Imath::V3f *at = k.mesh->points.data(), *p0 = at + k.v[0];
+          const bool second = isOnQuad(k) && k.primitive != k.quad;
+          const Imath::V3f *p1 = at + k.v[second ? 2 : 1], *p2 = at + k.v[second ? 3 : 2];
           for (int j = 0; j < 3; ++j) p[j] = mix(k, (*p0)[j], (*p1)[j], (*p2)[j]) + float(k.mesh->origin[j]);
           float e1[3], e2[3];
           edges(k, e1, e2);
-          const Imath::V3f o1 = *p1 - *p0, o2 = *p2 - *p0;
+          Imath::V3f o1 = *p1 - *p0, o2 = *p2 - *p0;
+          if (isOnQuad(k))
+            for (int j = 0; j < 3; ++j) {
+              const float corner[4] = {at[k.v[0]][j], at[k.v[1]][j], at[k.v[2]][j], at[k.v[3]][j]};
+              slopesOfQuad(k, corner, o1[j], o2[j]);
+            }
           const float ox = o1.y * o2.z - o1.z * o2.y, oy = o1.z * o2.x - o1.x * o2.z, oz = o1.x * o2.y - o1.y * o2.x;
           const float rx = e1[1] * e2[2] - e1[2] * e2[1], ry = e1[2] * e2[0] - e1[0] * e2[2],
                       rz = e1[0] * e2[1] - e1[1] * e2[0];
@@ -231,14 +234,24 @@ Value builtin(const Context* c, Builtin id) {
       const Group& g = h.group->group();
       for (uint32_t i = 0; i < n; ++i) {
         const uint32_t s = h.slot[i];
-        const uint32_t own = w.geometries[g.hits.geometry[s]].objectId;
-        a[i] = float(own ? own : w.placements[w.world->instance(g.hits.instance[s]).user].objectId);
+        a[i] = float(w.placements[w.world->instance(g.hits.instance[s]).user].objectId);
       }
       keep(Builtin::ObjectId, {a});
       break;
     }
   }
   return h.builtins[size_t(id)];
+}
+
+// How much a number changes over a unit of distance.
+float slopeOf(const Where& k, const float e1[3], const float e2[3], const Sloped& v) {
+  const auto along = [](const float e[3], float d) {
+    const float l = std::sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+    return l > 0 ? std::fabs(d) / l : 0.f;
+  };
+  if (k.strand) return along(e2, v.d2[0]);      // it changes along the strand
+  if (!isOnQuad(k)) return along(e1, v.d1[0]);  // on a triangle its first edge will do
+  return std::max(along(e1, v.d1[0]), along(e2, v.d2[0]));
 }
 
 Value primvar(const Context* c, const char* name, Value* radius) {
@@ -254,6 +267,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     return out;
   }
   const uint32_t width = known->second;
+  const Implied implied = impliedBy(name);
   const geometry::Mesh* last = nullptr;
   const geometry::Primvar* p = nullptr;
   float* a[3] = {nullptr, nullptr, nullptr};
@@ -266,30 +280,22 @@ Value primvar(const Context* c, const char* name, Value* radius) {
       p = k.mesh->find(name);
       if (p && (p->data.empty() || p->width < 1)) p = nullptr;
     }
-    if (!p) {
+    if (!p && implied == Implied::None) {
       for (uint32_t j = 0; j < width; ++j) a[j][i] = 0;
       if (r) r[i] = 0;
       continue;
     }
-    float f[3] = {0, 0, 0}, v[3][3];
-    const uint32_t w = std::min<uint32_t>(width, uint32_t(p->width));
-    cornerValues(*p, k, w, v);
-    for (uint32_t j = 0; j < w; ++j) f[j] = mix(k, v[0][j], v[1][j], v[2][j]);
+    const uint32_t w = std::min(width, p ? uint32_t(p->width) : widthOf(implied));
+    const Sloped v = p ? valuesAt(*p, k, w) : impliedValue(implied, k, world.tints[k.placement->tint]);
+    float f[3] = {0, 0, 0};
+    for (uint32_t j = 0; j < w; ++j) f[j] = v.value[j];
     if (w == 1) f[1] = f[2] = f[0];
-    if (w == 3) primvarToRender(*p, k, f);
+    if (p && w == 3) primvarToRender(*p, k, f);
     for (uint32_t j = 0; j < width; ++j) a[j][i] = f[j];
     if (r) {
       float e1[3], e2[3];
       edges(k, e1, e2);
-      if (w >= 2) {
-        r[i] = c->radius[i] *
-               scaleOf(e1, e2, v[1][0] - v[0][0], v[1][1] - v[0][1], v[2][0] - v[0][0], v[2][1] - v[0][1]);
-      } else {
-        // a number changes along a strand, on a triangle its first edge will do
-        const float* e = k.strand ? e2 : e1;
-        const float l = std::sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
-        r[i] = l > 0 ? c->radius[i] * std::fabs(v[k.strand ? 2 : 1][0] - v[0][0]) / l : 0.f;
-      }
+      r[i] = c->radius[i] * (w >= 2 ? scaleOf(e1, e2, v) : slopeOf(k, e1, e2, v));
     }
   }
   out.components = width;
@@ -354,6 +360,11 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
 }
 
 }  // namespace
+
+void ContextHost::findQuadPlaces(const Context* c) {
+  for (float*& x : quadPlaces) x = floats(c);
+  shade::findQuadPlaces(*group, c->padded, slot, quadPlaces[0], quadPlaces[1]);
+}
 
 void ContextHost::evaluate(const Context* c, uint32_t n) {
   if (done[n]) return;

@@ -18,10 +18,13 @@ struct ContextHost {
   Value builtins[size_t(Builtin::Count)];
   bool haveBuiltin[size_t(Builtin::Count)] = {};
   bool computing = false;
-  RayKind rayKind = RayKind::Camera;  // of the rays that met its points
+  bool hasQuads = false;                      // some point may lie on a quad (GeometryFlags)
+  float* quadPlaces[2] = {nullptr, nullptr};  // by point, see findQuadPlaces() of where.h; null: not asked for yet
+  RayKind rayKind = RayKind::Camera;          // of the rays that met its points
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);
+  void findQuadPlaces(const Context* c);
 };
 
 extern const ContextFunctions kContextFunctions;

@@ -17,7 +17,6 @@ void ShadingWorld::fillTables() {
   SurfaceTables& t = tables;
   t = {};
   for (const GeometryInfo& g : geometries) {
-    t.materialOfGeometry.push_back(g.material);
     t.flagsOfGeometry.push_back(g.flags);
     t.sideOfGeometry.push_back(g.side);
   }
@@ -155,7 +154,7 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
       for (uint32_t i = 0; i < m; ++i) {
         const uint32_t s = open[i];
         if (std::isinf(group_.hits.t[s])) continue;
-        const uint32_t material = world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]);
+        const uint32_t material = world_.materialOf(group_.hits.instance[s]);
         if (world_.hasMedia && world_.materials->encloses(material) && insideHigherPriority(s)) {
           // the boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's
           // boundary stays, whatever surrounds it.

@@ -4,6 +4,7 @@
 #pragma once
 #include <kinora/integrator.h>
 
+#include <array>
 #include <functional>
 #include <map>
 #include <string>
@@ -24,25 +25,30 @@ struct ShaderScene;
 
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
-  uint32_t material = 0xffffffffu;  // none: the placement's
   uint32_t flags = 0;
-  float side = 1;                        // -1: the mesh's normals are flipped
-  int priority = 0;                      // trace:intersectpriority
-  uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
+  float side = 1;  // -1: the mesh's normals are flipped
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
   std::string name;
 };
-enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kLiftsShadows = 4 };
-// By placement (Instance::user).
+enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kLiftsShadows = 4, kHasQuads = 8 };
+// By placement (Instance::user): what follows from attributes.
 struct PlacementInfo {
   uint32_t material = 0;
   uint32_t linkSet = 0;
-  int priority = 0;
-  uint32_t objectId = 0, objectId2 = 0;
-  uint32_t traceSet = 0;         // index into ShadingWorld::traceSets
-  bool hole = false;             // Matte, trace:holdout: black and clear where a camera ray meets it
-  trace::Affine renderToObject;  // at the middle of the shutter
+  int priority = 0;                      // trace:intersectpriority
+  uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
+  uint32_t traceSet = 0;                 // index into ShadingWorld::traceSets
+  uint32_t tint = 0;                     // index into ShadingWorld::tints
+  bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
+  trace::Affine renderToObject;          // at the middle of the shutter
   std::string name;
+};
+
+// Color and Opacity, which answer as primvars Cs and Os where geometry has none.
+struct Tint {
+  std::array<float, 3> color{1, 1, 1}, opacity{1, 1, 1};
+  bool hasColor = false, hasOpacity = false;  // some request said it
+  auto operator<=>(const Tint&) const = default;
 };
 
 // What rays that leave an object ask for: masks of the world (VisibilityBits and those of named subsets).
@@ -61,7 +67,8 @@ struct ShadingWorld {
   SurfaceTables tables;                         // of the above, for gathers; see fillTables()
   std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>>
-      primvarWidths;  // name -> components (at most 3), the widest of all objects
+      primvarWidths;        // name -> components (at most 3), the widest of all objects
+  std::vector<Tint> tints;  // the first: nothing said
   TextureSystem* textures = nullptr;
   VolumeSystem* volumes = nullptr;
   double worldOrigin[3] = {0, 0, 0};
@@ -76,10 +83,7 @@ struct ShadingWorld {
   bool hasHoles = false, liftsShadows = false;
   uint32_t width = 8;
   void fillTables();  // once all else is set
-  uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
-    const uint32_t m = tables.materialOfGeometry[geometry];
-    return m != 0xffffffffu ? m : tables.materialOfInstance[instance];
-  }
+  uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
 };
 
 // A path's media, innermost last. Small: glass in water in glass is four.

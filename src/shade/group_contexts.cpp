@@ -19,7 +19,7 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
   // Counting sort by program; within a program the order of the list stays.
   uint32_t* programOf = arena_.make<uint32_t>(padded(n));
-  const ProgramsArgs programsArgs{n, slots, group_.hits.instance, group_.hits.geometry, &world_.tables, programOf};
+  const ProgramsArgs programsArgs{n, slots, group_.hits.instance, &world_.tables, programOf};
   programsKernel(world_.width)(programsArgs);
   touched_.clear();
   for (uint32_t i = 0; i < n; ++i) {
@@ -153,10 +153,13 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   for (uint32_t i = 0; i < n && indirect; ++i)
     if (hadDiffuse[i]) linkSet_[slot[i]] += indirect;
   const bool smooth = surfaces.anyFlags & kHasNormals, placed = surfaces.anyPlaced;
+  h->hasQuads = surfaces.anyFlags & kHasQuads;
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {
-    if (smooth)
+    if (smooth) {
       for (int k = 0; k < 3; ++k) nn[k] = arena_.make<float>(m);
+      if (h->hasQuads) h->findQuadPlaces(c);
+    }
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t s = slot[i];
       const GeometryInfo& info = world_.geometries[hits.geometry[s]];
@@ -168,13 +171,24 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
         const geometry::Primvar& p = *info.N;
         const uint32_t t = hits.primitive[s];
         const float b1 = hits.u[s], b2 = hits.v[s], b0 = 1.f - b1 - b2;
-        const float b[3] = {b0, b1, b2};
-        size_t at[3];
-        for (int k = 0; k < 3; ++k)
-          at[k] = p.rate == geometry::Primvar::Rate::PerVertex   ? mesh.indices[3 * size_t(t) + k]
-                  : p.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(t) + k
+        float b[4] = {b0, b1, b2, 0};
+        uint32_t quad = geometry::Mesh::kNoQuad;
+        int corners = 3;
+        if (h->hasQuads && h->quadPlaces[0][i] >= 0) {
+          const float x = h->quadPlaces[0][i], y = h->quadPlaces[1][i];
+          const float bilinear[4] = {(1.f - x) * (1.f - y), x * (1.f - y), x * y, (1.f - x) * y};
+          std::memcpy(b, bilinear, sizeof b);
+          quad = mesh.quadOf(t);
+          corners = 4;
+        }
+        size_t at[4];
+        for (int k = 0; k < corners; ++k) {
+          const size_t corner = corners == 4 ? geometry::Mesh::quadCorner(quad, k) : 3 * size_t(t) + size_t(k);
+          at[k] = p.rate == geometry::Primvar::Rate::PerVertex   ? mesh.indices[corner]
+                  : p.rate == geometry::Primvar::Rate::PerCorner ? corner
                   : p.rate == geometry::Primvar::Rate::PerFace   ? mesh.faceOf(t)
                                                                  : 0;
+        }
         // keys of a deforming mesh: nearest key pair
         size_t key0 = 0, key1 = 0;
         float f = 0;
@@ -186,7 +200,7 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
           f = x - float(key0);
         }
         const size_t stride = size_t(mesh.vertexCount) * 3;
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < corners; ++k)
           for (int j = 0; j < 3; ++j) {
             const float v0 = p.data[key0 * stride + 3 * at[k] + size_t(j)];
             sm[j] += b[k] * (f > 0 ? (1 - f) * v0 + f * p.data[key1 * stride + 3 * at[k] + size_t(j)] : v0);

@@ -9,9 +9,8 @@ namespace kinora::shade {
 bool GroupState::insideHigherPriority(uint32_t slot) const {
   const MediaStack& m = media_[slot];
   if (!m.count) return false;
-  const uint32_t inst = group_.hits.instance[slot], geom = group_.hits.geometry[slot];
-  const PlacementInfo& place = world_.placements[world_.world->instance(inst).user];
-  const int own = world_.geometries[geom].priority ? world_.geometries[geom].priority : place.priority;
+  const uint32_t inst = group_.hits.instance[slot];
+  const int own = world_.placements[world_.world->instance(inst).user].priority;
   for (uint32_t i = 0; i < m.count; ++i)
     if (m.entries[i].object != inst && m.entries[i].priority > own) return true;
   return false;
@@ -51,8 +50,7 @@ void GroupState::cross(const Context* c, uint32_t n, const uint32_t* points) {
         continue;
       }
       const PlacementInfo& place = world_.placements[world_.world->instance(object).user];
-      const int own = world_.geometries[group_.hits.geometry[s]].priority;
-      m.entries[m.count++] = {object, own ? own : place.priority, x[0][p], {x[1][p], x[2][p], x[3][p]}};
+      m.entries[m.count++] = {object, place.priority, x[0][p], {x[1][p], x[2][p], x[3][p]}};
     } else {
       for (uint32_t k = m.count; k-- > 0;)
         if (m.entries[k].object == object) {

@@ -58,16 +58,10 @@ void points(const PointsArgs& a) {
 }
 
 template <int W>
-KN_INLINE Int<W> materials(const shade::SurfaceTables& t, Int<W> instance, Int<W> geometry) {
-  const Int<W> own = gather(t.materialOfGeometry.data(), geometry);
-  return select(own == Int<W>(-1), gather(t.materialOfInstance.data(), instance), own);
-}
-
-template <int W>
 void programs(const shade::ProgramsArgs& a) {
   for (uint32_t i = 0; i < a.n; i += W) {
     const Slots<W> slot = Slots<W>::loadUpTo(a.slots + i, a.n - i);
-    const Int<W> m = materials<W>(*a.tables, slot.get(a.instance), slot.get(a.geometry));
+    const Int<W> m = gather(a.tables->materialOfInstance.data(), slot.get(a.instance));
     gather(a.tables->programOfMaterial.data(), m).store(a.program + i);
   }
 }
@@ -79,7 +73,7 @@ void surfaces(shade::SurfacesArgs& a) {
   for (uint32_t i = 0; i < a.n; i += W) {
     const Slots<W> slot = Slots<W>::load(a.slots + i);
     const Int<W> instance = slot.get(a.instance), geometry = slot.get(a.geometry);
-    gather(t.blockOfMaterial.data(), materials<W>(t, instance, geometry)).store(a.block + i);
+    gather(t.blockOfMaterial.data(), gather(t.materialOfInstance.data(), instance)).store(a.block + i);
     gather(t.sideOfGeometry.data(), geometry).store(a.side + i);
     Vec3<W>::get(a.ng, slot).store(a.outNg, i);
     flags = flags | gather(t.flagsOfGeometry.data(), geometry);

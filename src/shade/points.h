@@ -38,7 +38,7 @@ struct PointsArgs {
 
 // What grouping asks of each hit, as arrays for gathers.
 struct SurfaceTables {
-  std::vector<uint32_t> materialOfGeometry, flagsOfGeometry;  // material ~0: the instance's; GeometryFlags
+  std::vector<uint32_t> flagsOfGeometry;  // GeometryFlags
   std::vector<float> sideOfGeometry;
   std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;  // placed: ~0, baked: 0
   std::vector<uint32_t> programOfMaterial, blockOfMaterial;
@@ -48,7 +48,7 @@ struct SurfaceTables {
 struct ProgramsArgs {
   uint32_t n;
   const uint32_t* slots;
-  const uint32_t *instance, *geometry;  // by slot
+  const uint32_t* instance;  // by slot
   const SurfaceTables* tables;
   uint32_t* program;  // room to the next multiple of 16
 };
@@ -71,6 +71,18 @@ struct SurfacesArgs {
 };
 using SurfacesKernel = void (*)(SurfacesArgs&);
 SurfacesKernel surfacesKernel(uint32_t width);
+
+// Bilinear parameters of n (padded) points in quads, from their place in the quad's two triangles: a point is corner
+// 0 + x0 e[0] + x1 e[1] + x2 e[2], where e leads from corner 0 to corners 1, 2 and 3, and x0 or x2 is 0. All by
+// point.
+struct QuadsArgs {
+  uint32_t n;
+  const float* x[3];
+  const float* e[3][3];
+  float *u, *v;  // out; u is -1 where the quad is not convex or has no area
+};
+using QuadsKernel = void (*)(const QuadsArgs&);
+QuadsKernel quadsKernel(uint32_t width);
 
 using PointsKernel = void (*)(const PointsArgs&);
 PointsKernel pointsKernel(uint32_t width);

@@ -44,9 +44,8 @@ bool givePrimvar(const ContextHost& h, const Where& k, const geometry::Primvar& 
   if (p.data.empty() || p.width < 1 || p.width > 16) return false;
   float v[16];
   if (p.width <= 3) {
-    float corner[3][3];
-    cornerValues(p, k, uint32_t(p.width), corner);
-    for (int j = 0; j < p.width; ++j) v[j] = mix(k, corner[0][j], corner[1][j], corner[2][j]);
+    const Sloped at = valuesAt(p, k, uint32_t(p.width));
+    for (int j = 0; j < p.width; ++j) v[j] = at.value[j];
     if (p.width == 3) primvarToWorld(p, k, h.group->world().worldOrigin, v);
   } else if (p.rate == geometry::Primvar::Rate::Constant) {
     for (int j = 0; j < p.width; ++j) v[j] = p.data[size_t(j)];
@@ -105,7 +104,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
   uint32_t lastGeometry = ~0u, lastInstance = ~0u;
   const geometry::Primvar* primvar = nullptr;
   const scene::Parameter* attribute = nullptr;
-  bool isCoordinate = false;
+  Implied implied = Implied::None;
   const uint32_t n = found.varies ? batch.points : 1;
   for (uint32_t i = 0; i < n; ++i) {
     if (!batch.isLive(i)) continue;
@@ -120,16 +119,12 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
       attribute = nullptr;
       if (!inSpace) {
         primvar = world.world->mesh(geometry).find(asked->c_str());
-        const auto in = [&](const std::vector<const scene::Attributes*>& list, size_t k) {
-          if (!attribute && k < list.size() && list[k]) attribute = list[k]->named.find(*asked);
-        };
-        if (scene) {
-          in(scene->ofGeometry, geometry);
-          in(scene->ofPlacement, world.world->instance(instance).user);
-        }
+        const uint32_t placement = world.world->instance(instance).user;
+        if (scene && placement < scene->ofPlacement.size() && scene->ofPlacement[placement])
+          attribute = scene->ofPlacement[placement]->named.find(*asked);
       }
       if (scene && !attribute) attribute = scene->camera.find(*asked);
-      isCoordinate = !primvar && !inSpace && (*asked == "s" || *asked == "t" || *asked == "st");
+      implied = primvar || inSpace ? Implied::None : impliedBy(asked->c_str());
     }
     const int32_t element = index.components ? index.integer(0, i) : -1;
     bool has = false;
@@ -137,10 +132,11 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
       has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
     } else {
       if (primvar && element < 0) has = givePrimvar(h, whereOf(h, c, point), *primvar, to, i);
-      if (!has && isCoordinate && element < 0) {
-        const Value st = c->builtin(Builtin::St);
-        const float v[2] = {st.data[*asked == "t" ? 1 : 0][st.stride ? point : 0], st.data[1][st.stride ? point : 0]};
-        has = giveNumbers(v, *asked == "st" ? 2 : 1, to, i);
+      if (!has && implied != Implied::None && element < 0) {
+        const Where k = whereOf(h, c, point);
+        const Tint& tint = world.tints[k.placement->tint];
+        if (saysImplied(implied, tint))
+          has = giveNumbers(impliedValue(implied, k, tint).value, widthOf(implied), to, i);
       }
       if (!has && attribute && !(index.components && element < 0)) has = giveParameter(*attribute, element, to, i);
     }

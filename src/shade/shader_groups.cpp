@@ -250,7 +250,7 @@ struct PrimvarArrays {
   float* dx[3];
   float* dy[3];
 };
-void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Varying& in, const char* name,
+void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& in, const char* name,
                    const Steps* steps, PrimvarArrays& out) {
   const uint32_t width = uint32_t(language::componentsOf(in.base));
   for (uint32_t k = 0; k < 3; ++k) {
@@ -258,7 +258,8 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
     out.dx[k] = k < width && steps ? newFloats(c) : nullptr;
     out.dy[k] = k < width && steps ? newFloats(c) : nullptr;
   }
-  const int coordinate = !std::strcmp(name, "s") ? 0 : !std::strcmp(name, "t") ? 1 : -1;
+  const ShadingWorld& world = h.group->world();
+  const Implied implied = impliedBy(name);
   const geometry::Mesh* last = nullptr;
   const geometry::Primvar* p = nullptr;
   for (uint32_t i = 0; i < c->padded; ++i) {
@@ -268,18 +269,17 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
       p = k.mesh->find(name);
       if (p && (p->data.empty() || p->width < 1)) p = nullptr;
     }
-    float corner[3][3] = {};
-    bool has = p != nullptr;
-    if (p) {
-      const uint32_t w = std::min<uint32_t>(width, uint32_t(p->width));
-      cornerValues(*p, k, w, corner);
-      for (auto& v : corner)
-        for (uint32_t j = w; j < 3; ++j) v[j] = w == 1 ? v[0] : 0.f;
-    } else if (coordinate >= 0 && width == 1) {
-      float st[3][2];
-      textureCoordinates(k, st);
-      for (int j = 0; j < 3; ++j) corner[j][0] = st[j][coordinate];
-      has = true;
+    Sloped at{};
+    const Tint& tint = world.tints[k.placement->tint];
+    const bool has = p || saysImplied(implied, tint);
+    if (has) {
+      const uint32_t w = std::min(width, p ? uint32_t(p->width) : widthOf(implied));
+      at = p ? valuesAt(*p, k, w) : impliedValue(implied, k, tint);
+      for (uint32_t j = w; j < 3; ++j) {
+        at.value[j] = w == 1 ? at.value[0] : 0.f;
+        at.d1[j] = w == 1 ? at.d1[0] : 0.f;
+        at.d2[j] = w == 1 ? at.d2[0] : 0.f;
+      }
     }
     float a[2] = {0, 0}, b[2] = {0, 0};
     if (has && steps) {
@@ -291,11 +291,10 @@ void gatherPrimvar(const Context* c, const ContextHost& h, const ShaderUse::Vary
       alongEdges(e1, e2, y, a[1], b[1]);
     }
     for (uint32_t j = 0; j < width; ++j) {
-      out.v[j][i] = has ? mix(k, corner[0][j], corner[1][j], corner[2][j]) : in.otherwise[j];
+      out.v[j][i] = has ? at.value[j] : in.otherwise[j];
       if (!steps) continue;
-      const float d1 = corner[1][j] - corner[0][j], d2 = corner[2][j] - corner[0][j];
-      out.dx[j][i] = has ? a[0] * d1 + b[0] * d2 : 0.f;
-      out.dy[j][i] = has ? a[1] * d1 + b[1] * d2 : 0.f;
+      out.dx[j][i] = has ? a[0] * at.d1[j] + b[0] * at.d2[j] : 0.f;
+      out.dy[j][i] = has ? a[1] * at.d1[j] + b[1] * at.d2[j] : 0.f;
     }
     if (has && p && width == 3 && p->width == 3) {
       const auto turn = [&](float* const* q, bool isDifference) {

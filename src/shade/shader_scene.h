@@ -16,8 +16,8 @@ namespace shade {
 
 struct ShaderScene {
   explicit ShaderScene(Diagnostics& diagnostics);
-  // By geometry of the world and by placement; null: none. They live as long as the scene is not edited.
-  std::vector<const scene::Attributes*> ofGeometry, ofPlacement;
+  // By placement; null: none. They live as long as the scene is not edited.
+  std::vector<const scene::Attributes*> ofPlacement;
   scene::ParameterList camera;  // "camera:fov" and its kin
   language::Dictionary dictionary;
   // Says once for all threads that shaders may not trace.

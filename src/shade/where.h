@@ -1,7 +1,7 @@
 // Where in its primitive a shading point lies, and values there: the one record behind patch parameters, texture
-// coordinates, derivatives and primvars. A value is told as the three corners of a triangle around the point with
-// weights b; a place on a strand (curve, point) gives corners one unit of u and of v away, and weights (1, 0, 0), so
-// that who reads values and slopes need not know the kind. Internal to shade/, inlined into what runs for each point.
+// coordinates, derivatives and primvars. A value is told with its changes along two edges (struct Sloped): those of
+// the triangle around the point; on a quad and on a strand (curve, point) one unit of u and of v, so that who reads
+// values and slopes need not know the kind. Internal to shade/, inlined into what runs for each point.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -23,12 +23,21 @@ struct StrandPlace {
 struct Where {
   const geometry::Mesh* mesh;
   const GeometryInfo* info;
-  uint32_t primitive, face, v[4];
-  float b[3];
+  const PlacementInfo* placement;
+  uint32_t primitive, face;
+  uint32_t v[4];  // corners of the triangle, or of the quad; control points of a strand
+  float b[3];     // weights of the corners of the triangle that was hit
   trace::Affine toRender;
   float time;
   bool identity, strand;
+  uint32_t quad;   // Mesh::quadOf() where place is bilinear, else Mesh::kNoQuad
+  float uv[2];     // quads only: parameters there
   StrandPlace on;  // strands only
+};
+
+// A value and its changes along the edges() of the place, at most three components.
+struct Sloped {
+  float value[3], d1[3], d2[3];
 };
 
 // `s` is the hit's parameter along a piece of curve, `towards` points to where the ray came from.
@@ -36,16 +45,22 @@ void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]);
 // Radius of the strand there, in its own space.
 float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, float time);
 
-inline Where whereOf(const ContextHost& h, const Context* c, uint32_t point) {
+// Parameters in their quads of listed hits; u is -1 where place is the triangle's own: on other triangles, and on
+// quads that are not convex.
+void findQuadPlaces(GroupState& group, uint32_t n, const uint32_t* slots, float* u, float* v);
+
+inline Where whereOf(ContextHost& h, const Context* c, uint32_t point) {
   const Group& g = h.group->group();
   const uint32_t s = h.slot[point];
   const trace::World& w = *h.group->world().world;
   Where k;
+  k.quad = geometry::Mesh::kNoQuad;
   k.mesh = &w.mesh(g.hits.geometry[s]);
   k.info = &h.group->world().geometries[g.hits.geometry[s]];
   k.primitive = g.hits.primitive[s];
   k.face = k.mesh->faceOf(k.primitive);
   const trace::Instance& inst = w.instance(g.hits.instance[s]);
+  k.placement = &h.group->world().placements[inst.user];
   k.identity = inst.baked;
   k.time = std::clamp(c->time[point], 0.f, 1.f);
   if (!k.identity) k.toRender = w.objectToRender(g.hits.instance[s], c->time[point]);
@@ -58,87 +73,160 @@ inline Where whereOf(const ContextHost& h, const Context* c, uint32_t point) {
     k.b[1] = k.b[2] = 0;
     return k;
   }
-  for (int i = 0; i < 3; ++i) k.v[i] = k.mesh->indices[3 * size_t(k.primitive) + i];
   k.b[1] = g.hits.u[s];
   k.b[2] = g.hits.v[s];
   k.b[0] = 1.f - k.b[1] - k.b[2];
+  if (h.hasQuads) {
+    if (!h.quadPlaces[0]) h.findQuadPlaces(c);
+    if (h.quadPlaces[0][point] >= 0) {
+      k.quad = k.mesh->quadOf(k.primitive);
+      for (int i = 0; i < 2; ++i) k.uv[i] = h.quadPlaces[i][point];
+      for (int i = 0; i < 4; ++i) k.v[i] = k.mesh->indices[geometry::Mesh::quadCorner(k.quad, i)];
+      return k;
+    }
+  }
+  for (int i = 0; i < 3; ++i) k.v[i] = k.mesh->indices[3 * size_t(k.primitive) + i];
   return k;
 }
+inline bool isOnQuad(const Where& k) { return k.quad != geometry::Mesh::kNoQuad; }
 
 inline float mix(const Where& k, float a, float b, float c) { return k.b[0] * a + k.b[1] * b + k.b[2] * c; }
 
-// From the first corner to the others, in render space.
+// Bilinear over the quad, of values at its corners: (0,0), (1,0), (1,1), (0,1).
+inline float acrossQuad(const Where& k, const float c[4]) {
+  const float u = k.uv[0], v = k.uv[1];
+  return (1.f - v) * ((1.f - u) * c[0] + u * c[1]) + v * ((1.f - u) * c[3] + u * c[2]);
+}
+inline void slopesOfQuad(const Where& k, const float c[4], float& du, float& dv) {
+  const float u = k.uv[0], v = k.uv[1];
+  du = (1.f - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
+  dv = (1.f - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
+}
+// From values at the corners.
+inline void slopeOverQuad(const Where& k, const float c[4], Sloped& out, uint32_t j) {
+  out.value[j] = acrossQuad(k, c);
+  slopesOfQuad(k, c, out.d1[j], out.d2[j]);
+}
+inline void slopeOverTriangle(const Where& k, float a, float b, float c, Sloped& out, uint32_t j) {
+  out.value[j] = mix(k, a, b, c);
+  out.d1[j] = b - a;
+  out.d2[j] = c - a;
+}
+
+// A direction from object to render space.
+inline void directionToRender(const Where& k, const float a[3], float out[3]) {
+  if (k.identity) {
+    std::memcpy(out, a, 12);
+    return;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const float* m = k.toRender.m[i];
+    out[i] = m[0] * a[0] + m[1] * a[1] + m[2] * a[2];
+  }
+}
+
+// What slopes are taken along, in render space: from the first corner of the triangle to the others; one unit of u
+// and of v on quads and strands.
 inline void edges(const Where& k, float e1[3], float e2[3]) {
   if (k.strand) {
     std::memcpy(e1, k.on.du, 12);
     std::memcpy(e2, k.on.dv, 12);
     return;
   }
-  const Imath::V3f *p0 = &k.mesh->points[k.v[0]], *p1 = &k.mesh->points[k.v[1]], *p2 = &k.mesh->points[k.v[2]];
-  float a[3] = {p1->x - p0->x, p1->y - p0->y, p1->z - p0->z}, b[3] = {p2->x - p0->x, p2->y - p0->y, p2->z - p0->z};
+  const Imath::V3f* q = k.mesh->points.data();
+  float f = 0;
   if (k.mesh->keyCount() > 1) {
     // keys of a deforming mesh are uniform over the shutter
     const float x = k.time * float(k.mesh->keyCount() - 1);
     const uint32_t key = std::min(uint32_t(x), uint32_t(k.mesh->keyCount() - 2));
-    const float f = x - float(key);
-    const Imath::V3f *q = k.mesh->points.data() + size_t(key) * k.mesh->vertexCount, *r = q + k.mesh->vertexCount;
-    for (int i = 0; i < 3; ++i) {
-      const float c0 = q[k.v[0]][i] + f * (r[k.v[0]][i] - q[k.v[0]][i]);
-      a[i] = q[k.v[1]][i] + f * (r[k.v[1]][i] - q[k.v[1]][i]) - c0;
-      b[i] = q[k.v[2]][i] + f * (r[k.v[2]][i] - q[k.v[2]][i]) - c0;
-    }
+    f = x - float(key);
+    q += size_t(key) * k.mesh->vertexCount;
   }
-  if (k.identity) {
-    std::memcpy(e1, a, 12);
-    std::memcpy(e2, b, 12);
-    return;
+  const auto corner = [&](int i) {
+    const Imath::V3f p = q[k.v[i]];
+    return f > 0 ? p + (q[k.mesh->vertexCount + k.v[i]] - p) * f : p;
+  };
+  const Imath::V3f p0 = corner(0), p1 = corner(1), p2 = corner(2);
+  Imath::V3f a = p1 - p0, b = p2 - p0;
+  if (isOnQuad(k)) {
+    const Imath::V3f p3 = corner(3);
+    b = (p3 - p0) * (1.f - k.uv[0]) + (p2 - p1) * k.uv[0];
+    a = a * (1.f - k.uv[1]) + (p2 - p3) * k.uv[1];
   }
-  for (int i = 0; i < 3; ++i) {
-    const float* m = k.toRender.m[i];
-    e1[i] = m[0] * a[0] + m[1] * a[1] + m[2] * a[2];
-    e2[i] = m[0] * b[0] + m[1] * b[1] + m[2] * b[2];
-  }
+  directionToRender(k, &a.x, e1);
+  directionToRender(k, &b.x, e2);
 }
 
-inline void patchUV(const Where& k, float uv[3][2]) {
+inline Sloped patchUV(const Where& k) {
+  Sloped out;
   if (k.strand) {
-    for (int i = 0; i < 3; ++i) {
-      uv[i][0] = k.on.uv[0] + float(i == 1);
-      uv[i][1] = k.on.uv[1] + float(i == 2);
+    for (int j = 0; j < 2; ++j) {
+      out.value[j] = k.on.uv[j];
+      out.d1[j] = float(j == 0);
+      out.d2[j] = float(j == 1);
     }
-    return;
+    return out;
   }
-  for (int i = 0; i < 3; ++i) {
-    const Imath::V2f p = k.mesh->uvOf(k.primitive, i);
-    uv[i][0] = p.x;
-    uv[i][1] = p.y;
+  if (isOnQuad(k)) {
+    float uv[2][4];
+    for (int i = 0; i < 4; ++i) {
+      // the fourth corner is the third of the second triangle
+      const Imath::V2f p = k.mesh->uvOf(k.quad + uint32_t(i == 3), i == 3 ? 2 : i);
+      uv[0][i] = p.x;
+      uv[1][i] = p.y;
+    }
+    for (uint32_t j = 0; j < 2; ++j) slopeOverQuad(k, uv[j], out, j);
+    return out;
   }
+  const Imath::V2f a = k.mesh->uvOf(k.primitive, 0), b = k.mesh->uvOf(k.primitive, 1),
+                   c = k.mesh->uvOf(k.primitive, 2);
+  slopeOverTriangle(k, a.x, b.x, c.x, out, 0);
+  slopeOverTriangle(k, a.y, b.y, c.y, out, 1);
+  return out;
 }
 
-// A primvar's first `n` (at most 3) components at the corners; the primvar has as many.
-inline void cornerValues(const geometry::Primvar& p, const Where& k, uint32_t n, float out[3][3]) {
+// A primvar's first `n` (at most 3) components; the primvar has as many.
+inline Sloped valuesAt(const geometry::Primvar& p, const Where& k, uint32_t n) {
   using Rate = geometry::Primvar::Rate;
-  if (k.strand && p.rate == Rate::PerVertex) {
+  Sloped out;
+  const size_t width = size_t(p.width);
+  const float* data = p.data.data();
+  if (p.rate == Rate::Constant || p.rate == Rate::PerFace) {
+    const float* v = data + (p.rate == Rate::Constant ? 0 : k.face * width);
     for (uint32_t j = 0; j < n; ++j) {
-      float value = 0, slope = 0;
-      for (uint32_t i = 0; i < k.on.controls; ++i) {
-        const float x = p.data[size_t(k.v[i]) * size_t(p.width) + j];
-        value += k.on.weight[i] * x;
-        slope += k.on.slope[i] * x;
-      }
-      out[0][j] = out[1][j] = value;
-      out[2][j] = value + slope;
+      out.value[j] = v[j];
+      out.d1[j] = out.d2[j] = 0;
     }
-    return;
+    return out;
   }
-  for (int i = 0; i < 3; ++i) {
-    const size_t at = p.rate == Rate::Constant    ? 0
-                      : p.rate == Rate::PerFace   ? k.face
-                      : p.rate == Rate::PerVertex ? k.v[i]
-                                                  : 3 * size_t(k.primitive) + size_t(i);
-    const float* v = p.data.data() + at * size_t(p.width);
-    for (uint32_t j = 0; j < n; ++j) out[i][j] = v[j];
+  const bool perVertex = p.rate == Rate::PerVertex;
+  if (k.strand) {
+    for (uint32_t j = 0; j < n; ++j) {
+      out.value[j] = out.d1[j] = out.d2[j] = 0;
+      for (uint32_t i = 0; perVertex && i < k.on.controls; ++i) {
+        const float x = data[k.v[i] * width + j];
+        out.value[j] += k.on.weight[i] * x;
+        out.d2[j] += k.on.slope[i] * x;
+      }
+    }
+    return out;
   }
+  if (isOnQuad(k)) {
+    const float* v[4];
+    for (int i = 0; i < 4; ++i)
+      v[i] = data + (perVertex ? size_t(k.v[i]) : geometry::Mesh::quadCorner(k.quad, i)) * width;
+    for (uint32_t j = 0; j < n; ++j) {
+      const float c[4] = {v[0][j], v[1][j], v[2][j], v[3][j]};
+      slopeOverQuad(k, c, out, j);
+    }
+    return out;
+  }
+  const size_t first = 3 * size_t(k.primitive);
+  const float *v0 = data + (perVertex ? k.v[0] : first) * width,
+              *v1 = data + (perVertex ? k.v[1] : first + 1) * width,
+              *v2 = data + (perVertex ? k.v[2] : first + 2) * width;
+  for (uint32_t j = 0; j < n; ++j) slopeOverTriangle(k, v0[j], v1[j], v2[j], out, j);
+  return out;
 }
 
 // A primvar's value, or a difference of values, of three components: points, vectors and normals from object to
@@ -167,32 +255,66 @@ inline void primvarToWorld(const geometry::Primvar& p, const Where& k, const dou
   for (int j = 0; p.type == scene::ValueType::Point && j < 3; ++j) v[j] += float(origin[j]);
 }
 
-// Texture coordinates of the corners: primvar st, else s and t, else the patch parameters.
-inline void textureCoordinates(const Where& k, float st[3][2]) {
-  float x[3][3], y[3][3];
-  if (const geometry::Primvar* p = k.info->st) {
-    cornerValues(*p, k, 2, x);
-    for (int i = 0; i < 3; ++i) {
-      st[i][0] = x[i][0];
-      st[i][1] = x[i][1];
-    }
-    return;
-  }
+// Texture coordinates: primvar st, else s and t, else the patch parameters.
+inline Sloped textureCoordinates(const Where& k) {
+  if (const geometry::Primvar* p = k.info->st) return valuesAt(*p, k, 2);
   if (const geometry::Primvar* s = k.info->s, *t = k.info->t; s && t) {
-    cornerValues(*s, k, 1, x);
-    cornerValues(*t, k, 1, y);
-    for (int i = 0; i < 3; ++i) {
-      st[i][0] = x[i][0];
-      st[i][1] = y[i][0];
-    }
-    return;
+    Sloped out = valuesAt(*s, k, 1);
+    const Sloped y = valuesAt(*t, k, 1);
+    out.value[1] = y.value[0];
+    out.d1[1] = y.d1[0];
+    out.d2[1] = y.d2[0];
+    return out;
   }
-  patchUV(k, st);
+  return patchUV(k);
 }
 
-// dP along the first and second of two parameters given at the corners.
-inline void derivatives(const float e1[3], const float e2[3], const float uv[3][2], float du[3], float dv[3]) {
-  const float a = uv[1][0] - uv[0][0], b = uv[1][1] - uv[0][1], c = uv[2][0] - uv[0][0], d = uv[2][1] - uv[0][1];
+// Primvars that every object answers without having been given them: texture coordinates, Color and Opacity.
+enum class Implied : uint8_t { None, St, S, T, Color, Opacity };
+inline Implied impliedBy(const char* name) {
+  if (!std::strcmp(name, "st")) return Implied::St;
+  if (!std::strcmp(name, "s")) return Implied::S;
+  if (!std::strcmp(name, "t")) return Implied::T;
+  if (!std::strcmp(name, "Cs")) return Implied::Color;
+  if (!std::strcmp(name, "Os")) return Implied::Opacity;
+  return Implied::None;
+}
+inline uint32_t widthOf(Implied what) {
+  return what == Implied::Color || what == Implied::Opacity ? 3
+         : what == Implied::St                              ? 2
+         : what == Implied::None                            ? 0
+                                                            : 1;
+}
+// Whether an object has it by what it says: Color and Opacity are white where nothing is said.
+inline bool saysImplied(Implied what, const Tint& tint) {
+  return what == Implied::Color ? tint.hasColor : what == Implied::Opacity ? tint.hasOpacity : what != Implied::None;
+}
+inline Sloped impliedValue(Implied what, const Where& k, const Tint& tint) {
+  Sloped out{};
+  switch (what) {
+    case Implied::None:
+      break;
+    case Implied::St:
+    case Implied::S:
+      return textureCoordinates(k);
+    case Implied::T: {
+      const Sloped st = textureCoordinates(k);
+      out.value[0] = st.value[1];
+      out.d1[0] = st.d1[1];
+      out.d2[0] = st.d2[1];
+      break;
+    }
+    case Implied::Color:
+    case Implied::Opacity:
+      std::copy_n((what == Implied::Color ? tint.color : tint.opacity).data(), 3, out.value);
+      break;
+  }
+  return out;
+}
+
+// dP along the first and second of two parameters.
+inline void derivatives(const float e1[3], const float e2[3], const Sloped& uv, float du[3], float dv[3]) {
+  const float a = uv.d1[0], b = uv.d1[1], c = uv.d2[0], d = uv.d2[1];
   const float det = a * d - b * c;
   const float inv = std::fabs(det) > 1e-20f ? 1.f / det : 0.f;
   for (int i = 0; i < 3; ++i) {
@@ -222,12 +344,12 @@ inline float acrossNormal(const float N[3], float d[3]) {
   return l2;
 }
 
-// Footprint in units of a parameter that changes by f1, f2 along the edges: ratio of areas.
-inline float scaleOf(const float e1[3], const float e2[3], float f1x, float f1y, float f2x, float f2y) {
+// Footprint in units of two parameters: ratio of areas.
+inline float scaleOf(const float e1[3], const float e2[3], const Sloped& st) {
   const float cx = e1[1] * e2[2] - e1[2] * e2[1], cy = e1[2] * e2[0] - e1[0] * e2[2],
               cz = e1[0] * e2[1] - e1[1] * e2[0];
   const float area = std::sqrt(cx * cx + cy * cy + cz * cz);
-  return area > 0 ? std::sqrt(std::fabs(f1x * f2y - f1y * f2x) / area) : 0.f;
+  return area > 0 ? std::sqrt(std::fabs(st.d1[0] * st.d2[1] - st.d1[1] * st.d2[0]) / area) : 0.f;
 }
 
 }  // namespace kinora::shade

@@ -65,7 +65,7 @@ struct World::Part {
   std::vector<Slice> slices;
   std::vector<std::vector<float>> mergedPoints;
   std::vector<std::vector<uint32_t>> mergedIndices;
-  bool batch = false;
+  bool batch = false, watertight = false;
   float lower[3], upper[3];
 
   ~Part() {
@@ -76,6 +76,7 @@ struct World::Part {
 
 void World::Part::build() {
   scene = rtcNewScene(device());
+  if (watertight) rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
   const auto attach = [&](RTCGeometry g, uint32_t mask) {
     rtcSetGeometryMask(g, mask);
@@ -190,6 +191,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
                                           const World* previous, BuildCounters& counters) {
   auto world = std::shared_ptr<World>(new World());
   World& w = *world;
+  w.watertight_ = options.watertight;
   for (ShapeInput& s : shapes)
     if (!s.mesh) s.mesh = std::make_shared<geometry::Mesh>();
   std::vector<uint32_t> uses(partInputs.size(), 0);
@@ -300,7 +302,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
-    if (const auto it = old.find(key); it != old.end() && it->second->identity == identity) {
+    if (const auto it = old.find(key);
+        it != old.end() && it->second->identity == identity && it->second->watertight == options.watertight) {
       part = it->second;
       ++counters.partsKept;
     } else {
@@ -308,6 +311,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       made->key = key;
       made->identity = identity;
       made->batch = plan.batch;
+      made->watertight = options.watertight;
       for (size_t i = 0; i < plan.shapes.size(); ++i) {
         ShapeInput& s = shapes[plan.shapes[i]];
         uint32_t visibility = s.visibility;
@@ -379,6 +383,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     rtcRetainScene(w.top_);
   } else {
     w.top_ = rtcNewScene(device());
+    if (options.watertight) rtcSetSceneFlags(w.top_, RTC_SCENE_FLAG_ROBUST);
     for (uint32_t i = 0; i < tops.size(); ++i) {
       const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(g, w.parts_[tops[i].part]->scene);
@@ -493,7 +498,10 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) co
     std::memcpy(r.ray.tfar, rays.tMax + b, 64);
     std::memcpy(r.ray.time, rays.time + b, 64);
     for (int i = 0; i < 16; ++i) {
-      r.ray.tnear[i] = 0;
+      // watertight tests also meet what the eye lies on, which nothing is seen of: by the bias of shading points
+      const float far =
+          std::max({std::fabs(rays.o[0][b + i]), std::fabs(rays.o[1][b + i]), std::fabs(rays.o[2][b + i])});
+      r.ray.tnear[i] = watertight_ ? far * 4e-6f + 1e-7f : 0.f;
       r.ray.mask[i] = kSeenByCamera;
       r.ray.id[i] = b + uint32_t(i);
       r.ray.flags[i] = 0;

@@ -69,6 +69,9 @@ struct Instance {
 struct BuildOptions {
   double shutterOpen = 0, shutterClose = 0;
   uint32_t smallShape = 20000;  // triangles below which static objects share batch parts
+  // No ray passes between triangles that share an edge, also where it meets the edge exactly: for rays on a regular
+  // grid, which do so by rows. Costs a fifth of the time of tracing; rays that are drawn at random miss nothing.
+  bool watertight = false;
 };
 
 struct BuildCounters {
@@ -137,7 +140,8 @@ class World {
   std::vector<Affine> keys_;
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
-  bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false;
+  bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false,
+       watertight_ = false;
 };
 
 }  // namespace kinora::trace
