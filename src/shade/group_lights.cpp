@@ -55,11 +55,11 @@ void GroupState::lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out)
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
     if (std::isinf(group_.hits.t[s])) continue;
-    if (world_.materials->tints(world_.materialOf(group_.hits.instance[s], group_.hits.geometry[s]))) list[m++] = s;
+    if (world_.materials->tints(world_.materialOf(group_.hits.instance[s]))) list[m++] = s;
   }
   if (!m) return;
   const Clock clock(counters.nanoseconds[kTimeLights]);
-  // all along the ray, then without those in front of the hit, which lightHits() has told of
+  // all along the ray, then without those that lightHits() has told of: in front of the hit, or casting no shadows
   float* tHit = arena_.make<float>(group_.padded + kPad);
   for (uint32_t i = 0; i < m; ++i) tHit[list[i]] = INFINITY;
   light::LightSet::RayList l;
@@ -68,8 +68,11 @@ void GroupState::lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out)
   l.rays = &group_.rays;
   l.tHit = tHit;
   l.linkSet = linkSet_;
+  l.origin = group_.origin;
   world_.lights->hits(world_.width, arena_, false, l, out);
-  keepLightHits(arena_, out, [&](uint32_t i) { return out->t[i] > group_.hits.t[out->slot[i]]; });
+  keepLightHits(arena_, out, [&](uint32_t i) {
+    return (*world_.lights)[out->light[i]].castsShadow && out->t[i] > group_.hits.t[out->slot[i]];
+  });
 }
 
 void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
