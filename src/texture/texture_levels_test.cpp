@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "texture/area_average.h"
@@ -255,6 +256,10 @@ TEST_F(TextureLevels, KeepTheMeanOfPartsAndOfCroppedPictures) {
   ASSERT_EQ(texture::makeTexture(path("crop.exr"), path("crop.tx"), {}, why), texture::MakeTextureResult::Made)
       << why;
   expectStored("crop.tx", size, means("crop.exr"), 0);
+  for (const char* name : {"made.tx", "made.exr"}) {
+    ASSERT_EQ(texture::makeTexture(path("parts.exr"), path(name), {}, why), texture::MakeTextureResult::Made) << why;
+    expectStored(name, size, means("parts.exr"), 0);
+  }
 }
 
 TEST_F(TextureLevels, KeepTheMeanWhenMadeBeforehand) {
@@ -316,6 +321,97 @@ TEST_F(TextureLevels, AverageColourOfAFileIsItsMean) {
     ASSERT_TRUE(system.fact(path(name), "averagecolor", 3, nullptr, colour, nullptr)) << name;
     for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(colour[c], expected[c], kTolerance * expected[c] + 0.5 / 255) << name;
   }
+}
+
+TEST_F(TextureLevels, KeepTheMeanWithTheOptionsOfMaking) {
+  const Size size{101, 67};
+  write("source.exr", size, 3, OIIO::TypeFloat);
+  const std::vector<double> expected = means("source.exr");
+  const auto make = [&](const char* output, const texture::MakeTextureOptions& o) {
+    std::string why;
+    EXPECT_EQ(texture::makeTexture(path("source.exr"), path(output), o, why), texture::MakeTextureResult::Made)
+        << output << ": " << why;
+  };
+  texture::MakeTextureOptions o;
+  o.latlong = true;
+  for (const char* name : {"environment.tx", "environment.exr"}) {
+    make(name, o);
+    expectStored(name, size, expected, 0);
+  }
+  o = {};
+  o.tileSize = 16, o.wrapS = "clamp", o.wrapT = "mirror", o.compression = "lzw";
+  o.type = "byte";
+  make("byte.tx", o);
+  expectStored("byte.tx", size, expected, 0.5 / 255);
+  EXPECT_EQ(OIIO::ImageBuf(path("byte.tx")).spec().get_string_attribute("wrapmodes"), "clamp,mirror");
+  EXPECT_EQ(OIIO::ImageBuf(path("byte.tx")).spec().format, OIIO::TypeUInt8);
+  o.type = "short";
+  make("short.tx", o);
+  expectStored("short.tx", size, expected, 0.5 / 65535);
+  o = {};
+  o.mipMapped = false;
+  for (const char* name : {"flat.tx", "flat.exr"}) {
+    make(name, o);
+    EXPECT_EQ(OIIO::ImageBuf(path(name)).nmiplevels(), 1) << name;
+    TextureSystem system(diagnostics_);
+    const float s = 0.5f / float(size.width), t = 0.5f / float(size.height), radius = 2.f;
+    float out[4];
+    float* const rgba[4] = {&out[0], &out[1], &out[2], &out[3]};
+    const int32_t handle = system.handle(path(name), {});
+    system.lookup(&handle, false, 1, &s, &t, &radius, {}, rgba);
+    EXPECT_NEAR(out[0], shade(size, 0, 0, 0), 1e-5f) << name << ": made without levels, it has none";
+  }
+}
+
+// What lies beyond what an integer can hold is cut before levels are made of it.
+TEST_F(TextureLevels, BytesOfBrightImagesAreCutFirst) {
+  const Size size{33, 21};
+  OIIO::ImageBuf image(OIIO::ImageSpec(size.width, size.height, 3, OIIO::TypeFloat));
+  for (OIIO::ImageBuf::Iterator<float> it(image); !it.done(); ++it)
+    for (int c = 0; c < 3; ++c) it[c] = it.x() == 5 ? 40.f : 0.2f;
+  ASSERT_TRUE(image.write(path("bright.exr")));
+  texture::MakeTextureOptions o;
+  o.type = "byte";
+  std::string why;
+  ASSERT_EQ(texture::makeTexture(path("bright.exr"), path("bright.tx"), o, why), texture::MakeTextureResult::Made);
+  const double expected = 0.2 + 0.8 / size.width;
+  expectStored("bright.tx", size, {expected, expected, expected}, 0.5 / 255);
+}
+
+// Levels are made by whichever thread first needs them, of tiles that others may be making.
+TEST_F(TextureLevels, SameBitsForManyThreads) {
+  write("odd.tif", {1021, 509}, 3, OIIO::TypeUInt8);
+  write("odd.exr", {997, 1500}, 4, OIIO::TypeFloat);
+  constexpr uint32_t n = 1024, kThreads = 8;
+  std::vector<float> s(n), t(n), r(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    s[i] = std::fmod(float(i) * 0.618034f, 1.f), t[i] = std::fmod(float(i) * 0.381966f, 1.f);
+    r[i] = std::exp2(-float(i % 12));
+  }
+  const auto run = [&](TextureSystem& system, uint32_t first) {
+    std::vector<float> out(2 * 2 * 4 * n);
+    for (uint32_t k = 0; k < n; k += 64)
+      for (uint32_t f = 0; f < 2; ++f)
+        for (uint32_t bicubic = 0; bicubic < 2; ++bicubic) {
+          TextureOptions o;
+          o.filter = bicubic ? 3 : 1;
+          o.linearize = int(f == 0);
+          const int32_t handle = system.handle(path(f ? "odd.exr" : "odd.tif"), {});
+          const uint32_t from = (k + first) % n;
+          float* const to = &out[(f * 2 + bicubic) * 4 * n];
+          float* const rgba[4] = {to + from, to + n + from, to + 2 * n + from, to + 3 * n + from};
+          system.lookup(&handle, false, 64, &s[from], &t[from], &r[from], o, rgba);
+        }
+    return out;
+  };
+  TextureSystem alone(diagnostics_), together(diagnostics_);
+  const std::vector<float> expected = run(alone, 0);
+  together.setCacheLimit(1 << 20);
+  std::vector<std::vector<float>> got(kThreads);
+  std::vector<std::thread> threads;
+  for (uint32_t i = 0; i < kThreads; ++i) threads.emplace_back([&, i] { got[i] = run(together, i * 64); });
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& g : got) EXPECT_EQ(g, expected);
 }
 
 }  // namespace kinora
