@@ -406,7 +406,6 @@ TEST_F(TextureLevels, SameBitsForManyThreads) {
   };
   TextureSystem alone(diagnostics_), together(diagnostics_);
   const std::vector<float> expected = run(alone, 0);
-  together.setCacheLimit(1 << 20);
   std::vector<std::vector<float>> got(kThreads);
   std::vector<std::thread> threads;
   for (uint32_t i = 0; i < kThreads; ++i) threads.emplace_back([&, i] { got[i] = run(together, i * 64); });
