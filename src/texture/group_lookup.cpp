@@ -70,17 +70,21 @@ inline int wrapped(int i, int size, Wrap wrap) {
 
 }  // namespace
 
-bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring name) {
-  handle = cache.get_image_handle(name, thread);
-  if (!handle) return false;
+bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring finestName,
+                       OIIO::ustring coarseName) {
+  finest = cache.get_image_handle(finestName, thread);
+  coarse = coarseName == finestName ? finest : cache.get_image_handle(coarseName, thread);
+  if (!finest || !coarse) return false;
   static const OIIO::ustring kLevels("miplevels");
   int count = 0;
-  if (!cache.get_image_info(handle, thread, 0, 0, kLevels, OIIO::TypeInt, &count) || count < 1) return false;
+  if (!cache.get_image_info(coarse, thread, 0, 0, kLevels, OIIO::TypeInt, &count) || count < 1) return false;
   levels.clear();
   for (int i = 0; i < count; ++i) {
-    const OIIO::ImageSpec* spec = cache.imagespec(handle, thread, 0, i);
+    const OIIO::ImageSpec* spec = cache.imagespec(i == 0 ? finest : coarse, thread, 0, i);
+    // s and t span the display window: OpenImageIO's call serves pictures that are cropped
     if (!spec || spec->width < 1 || spec->height < 1 || spec->tile_width < 1 || spec->tile_height < 1 || spec->x ||
-        spec->y)
+        spec->y || spec->full_x || spec->full_y || spec->full_width != spec->width ||
+        spec->full_height != spec->height)
       return false;
     levels.push_back({spec->width, spec->height, spec->tile_width, spec->tile_height, shiftOf(spec->tile_width),
                       shiftOf(spec->tile_height)});
@@ -100,8 +104,8 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
   Tile& t = tiles_[(uint32_t(tileX) + uint32_t(tileY) * 7u + uint32_t(level) * 29u) % kTiles];
   if (t.handle && t.pyramid == &p && t.level == level && t.x == tileX && t.y == tileY) return &t;
   const Pyramid::Level& l = p.levels[size_t(level)];
-  OIIO::ImageCache::Tile* handle =
-      cache_.get_tile(p.handle, thread_, 0, level, tileX * l.tileWidth, tileY * l.tileHeight, 0);
+  OIIO::ImageCache::Tile* handle = cache_.get_tile(level == 0 ? p.finest : p.coarse, thread_, 0, level,
+                                                   tileX * l.tileWidth, tileY * l.tileHeight, 0);
   if (!handle) {
     // the cache keeps a tile that it could not read, and hands it out the next time: the file goes the other way for
     // good

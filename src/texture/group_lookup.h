@@ -20,12 +20,14 @@ struct Pyramid {
     int tileWidth = 0, tileHeight = 0;
     int shiftX = -1, shiftY = -1;  // log2 of the tile's sides, -1 when they are no powers of two
   };
-  OIIO::ImageCache::ImageHandle* handle = nullptr;
+  // the finest level's entry, and that of all coarser ones: another one where the file has no levels of its own
+  OIIO::ImageCache::ImageHandle *finest = nullptr, *coarse = nullptr;
   std::vector<Level> levels;
   int channels = 0;
   mutable bool isBroken = false;  // a tile could not be read; atomic access
   // False when the file's levels cannot be learned.
-  bool describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring name);
+  bool describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring finestName,
+                OIIO::ustring coarseName);
 };
 
 struct LookupKind {

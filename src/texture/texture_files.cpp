@@ -134,6 +134,8 @@ std::string examine(const std::string& path, FileFacts& facts) {
     facts.alphaChannel = spec.alpha_channel;
     facts.tiled = spec.tile_width > 0;
     facts.wrap = spec.get_string_attribute("wrapmodes");
+    facts.cropped = spec.roi() != spec.roi_full();
+    facts.format = spec.format;
     facts.bytes = spec.format == OIIO::TypeUInt8;
     const std::string space = spec.get_string_attribute("oiio:ColorSpace");
     facts.srgb =

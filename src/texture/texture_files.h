@@ -2,6 +2,8 @@
 // tokens, and a check of the header before anything is allocated. Called by TextureSystem only; reads headers, no
 // pixels.
 #pragma once
+#include <OpenImageIO/typedesc.h>
+
 #include <string>
 #include <vector>
 
@@ -13,6 +15,8 @@ struct FileFacts {
   int width = 0, height = 0, channels = 0;
   int alphaChannel = -1;
   bool tiled = false, mipMapped = false;
+  bool cropped = false;  // the data window is not the display window
+  OIIO::TypeDesc format;
   bool bytes = false;  // 8-bit integers
   bool srgb = false;   // the file says so, or stores 8-bit integers
   std::string wrap;    // "wrapmodes" of the file; "" when it has none

@@ -16,6 +16,7 @@
 #include "image/pixels.h"
 #include "texture/atlas_grid.h"
 #include "texture/group_lookup.h"
+#include "texture/pyramid_input.h"
 #include "texture/srgb_input.h"
 #include "texture/texture_files.h"
 
@@ -37,6 +38,8 @@ struct Source {
   FileFacts facts;
   Cache::TextureHandle* plain = nullptr;
   std::atomic<Cache::TextureHandle*> decoded{nullptr};
+  // either with levels that the file has not, for OpenImageIO's call
+  std::atomic<Cache::TextureHandle*> withLevels[2] = {nullptr, nullptr};
   TextureOpt::Wrap wrapS = TextureOpt::WrapPeriodic, wrapT = TextureOpt::WrapPeriodic;
   // levels of either, for group lookups; null until asked for, one without levels when OpenImageIO's call serves it
   std::atomic<const texture::Pyramid*> plainLevels{nullptr}, decodedLevels{nullptr};
@@ -114,7 +117,8 @@ inline float safeRadius(float r, float blur) {
 struct TextureSystem::Impl {
   explicit Impl(Diagnostics& d) : diagnostics(d), cache(Cache::create(false)) {
     cache->attribute("autotile", 64);
-    cache->attribute("automip", 1);
+    // the library's coarse levels are points of the finer ones where sides are odd: PyramidInput makes them
+    cache->attribute("automip", 0);
     cache->attribute("accept_untiled", 1);
     cache->attribute("accept_unmipped", 1);
     cache->attribute("gray_to_rgb", 0);
@@ -126,7 +130,10 @@ struct TextureSystem::Impl {
     setCacheLimit(uint64_t(1) << 30);
   }
   // the private tile cache is only freed when asked for
-  ~Impl() { Cache::destroy(cache, true); }
+  ~Impl() {
+    levels.reset();
+    Cache::destroy(cache, true);
+  }
 
   // The library ends the program when it holds ten times its limit: room for the largest tile that is let through.
   void setCacheLimit(uint64_t bytes) {
@@ -254,14 +261,31 @@ struct TextureSystem::Impl {
     return h;
   }
 
+  static std::string nameInCache(const Source& s, bool linearize) {
+    return linearize ? texture::kSrgbPrefix + s.facts.path : s.facts.path;
+  }
+
+  // The entry for OpenImageIO's call where some part of the file may be without levels.
+  Cache::TextureHandle* withLevels(Source& s, bool linearize) {
+    std::atomic<Cache::TextureHandle*>& known = s.withLevels[linearize];
+    if (Cache::TextureHandle* h = known.load(std::memory_order_acquire)) return h;
+    std::lock_guard lock(mutex);
+    if (Cache::TextureHandle* h = known.load(std::memory_order_acquire)) return h;
+    Cache::TextureHandle* h = cache->get_texture_handle(levels->add(nameInCache(s, linearize)));
+    known.store(h, std::memory_order_release);
+    return h;
+  }
+
   const texture::Pyramid& levelsOf(Source& s, bool linearize, OIIO::ImageCache::Perthread* thread) {
     std::atomic<const texture::Pyramid*>& known = linearize ? s.decodedLevels : s.plainLevels;
     if (const texture::Pyramid* p = known.load(std::memory_order_acquire)) return *p;
     std::lock_guard lock(mutex);
     if (const texture::Pyramid* p = known.load(std::memory_order_acquire)) return *p;
     auto made = std::make_unique<texture::Pyramid>();
-    const OIIO::ustring name(linearize ? texture::kSrgbPrefix + s.facts.path : s.facts.path);
-    if (!made->describe(*cache->imagecache(), thread, name)) made->levels.clear();
+    OIIO::ImageCache& images = *cache->imagecache();
+    const OIIO::ustring name(nameInCache(s, linearize));
+    const OIIO::ustring coarse = s.facts.mipMapped ? name : levels->add(name.string());
+    if (!made->describe(images, thread, s.facts.cropped ? coarse : name, coarse)) made->levels.clear();
     s.held[linearize] = std::move(made);
     known.store(s.held[linearize].get(), std::memory_order_release);
     return *s.held[linearize];
@@ -307,6 +331,7 @@ struct TextureSystem::Impl {
       b.kind.firstChannel = b.opt.firstchannel;
       b.kind.channels = b.channels;
     }
+    if (!b.levels && (!s->facts.mipMapped || !isFirst)) b.handle = withLevels(*s, o.linearize != 0);
     if (b.channels == 0 && !s->complained.exchange(true))
       diagnostics.warning("ASSET-TEXTURE-CHANNEL", s->pos,
                           "texture '" + s->facts.path + "' has " + std::to_string(s->facts.channels) +
@@ -446,6 +471,7 @@ struct TextureSystem::Impl {
 
   Diagnostics& diagnostics;
   Cache* cache;
+  std::unique_ptr<texture::LevelMaker> levels = std::make_unique<texture::LevelMaker>(*cache->imagecache());
   std::mutex mutex;  // files, names
   std::vector<std::string> searchPath;
   std::map<std::string, int> handleOfName;
@@ -505,7 +531,12 @@ std::string TextureSystem::find(const std::string& file, float s, float t) {
 bool TextureSystem::fact(const std::string& path, const std::string& name, int count, int* ints, float* floats,
                          std::string* text) {
   OIIO::TextureSystem& cache = *impl_->cache;
-  const OIIO::ustring file(path), what(name == "type" ? "texturetype" : name);
+  const OIIO::ustring what(name == "type" ? "texturetype" : name);
+  OIIO::ustring file(path);
+  // averages are the coarsest level's
+  FileFacts facts;
+  if ((name == "averagecolor" || name == "averagealpha") && texture::examine(path, facts).empty() && !facts.mipMapped)
+    file = impl_->levels->add(path);
   const auto get = [&](OIIO::TypeDesc type, void* to) {
     const bool has = cache.get_texture_info(file, 0, what, type, to);
     if (!has) cache.geterror();  // not left for somebody else's message

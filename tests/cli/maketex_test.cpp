@@ -1,5 +1,5 @@
 // `kinora maketex`: flags in both spellings, what is written, and each way to fail with its exit code. Misses: the
-// mip levels' values, which are OpenImageIO's.
+// mip levels' values (texture_levels_test.cpp).
 #include <gtest/gtest.h>
 
 #include "run_program.h"
