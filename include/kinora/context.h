@@ -28,6 +28,9 @@ struct Manifold {
   Value q;       // 2D: s, t in data[0], data[1]; 3D: a position
   Value radius;  // footprint radius in units of q
   uint32_t dimensions = 2;
+  // Of the first two components of q, along the surface, render space: vectors of change per unit of length. Made
+  // where kWantGradients is asked for; no components: unknown. They lie near the surface, not exactly in it.
+  Value gradient[2];
 };
 
 // Built-in variables beyond those held directly; computed on first use, cached for the context.
@@ -80,6 +83,10 @@ struct ContextFunctions {
   // The matrix from `from` to `to`: "render", "world", "object" (each point's own, at the middle of the shutter),
   // "camera", or a named coordinate system. 0 when unknown (identity is returned).
   int (*matrix)(const Context*, const char* from, const char* to, MatrixValue* out);
+  // The gradient along the surface, in render space, of one component of a primvar (null: of Builtin::St), which is
+  // given as primvar() gives it: 3 components, 0 where the surface has no direction of change. Components 0 when the
+  // scene has no primvar of that name.
+  Value (*gradient)(const Context*, const char* primvar, uint32_t component);
 };
 
 struct TextureOptions {

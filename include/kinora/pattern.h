@@ -5,9 +5,15 @@
 
 namespace kinora {
 
+// Bits of PatternArgs::wanted.
+enum Want : uint8_t {
+  kWantValue = 1,      // somebody is connected to the output
+  kWantGradients = 2,  // somebody reads a manifold's gradients (kParamGradients)
+};
+
 struct PatternArgs {
   uint32_t outputCount;
-  const uint8_t* wanted;  // outputCount flags: outputs that somebody is connected to
+  const uint8_t* wanted;  // an entry an output
   Value* outputs;         // out; arrays from Context::alloc, uniform values allowed. Colours, points: 3 components
   Manifold* manifolds;    // out; for outputs of Type::Struct, at the output's index
 };

@@ -54,12 +54,18 @@ KN_INLINE Float<W> loadComponent(const Value& v, uint32_t k, At at) {
   return v.stride ? loadFloat<W>(p, at) : Float<W>(p[0]);
 }
 
-// What a struct parameter is connected to, else the surface's texture coordinates.
-inline Manifold surfaceManifold(const Context& c, uint32_t index) {
-  if (const Manifold* m = c.fn->manifold(&c, index)) return *m;
+// What a struct parameter is connected to, else the surface's texture coordinates. `gradients`: of a parameter
+// declared with them, they are there; a manifold that tells none lies like the texture coordinates.
+inline Manifold surfaceManifold(const Context& c, uint32_t index, bool gradients = false) {
   Manifold m;
-  m.q = c.builtin(Builtin::St);
-  m.radius = c.builtin(Builtin::StRadius);
+  if (const Manifold* connected = c.fn->manifold(&c, index)) {
+    m = *connected;
+  } else {
+    m.q = c.builtin(Builtin::St);
+    m.radius = c.builtin(Builtin::StRadius);
+  }
+  for (uint32_t k = 0; gradients && k < 2; ++k)
+    if (!m.gradient[k].components) m.gradient[k] = c.fn->gradient(&c, nullptr, k);
   return m;
 }
 // A manifold's position at W points; z is 0 of a 2D one.
@@ -160,6 +166,29 @@ inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
     const At at{i, false};
     const Vec3<W> x(loadComponent<W>(in, 0, at), loadComponent<W>(in, 1, at), loadComponent<W>(in, 2, at));
     moveBy<W>(m, how, x, at).store(out, i);
+  }
+}
+
+// The gradients of the components of a position that toSpace() takes from render space: of P, or of a primvar.
+template <int W>
+inline void positionGradients(const Context& c, const char* space, const char* primvar, Value out[3]) {
+  MatrixValue m;
+  c.fn->matrix(&c, "render", space, &m);
+  Value own[3];
+  for (uint32_t j = 0; primvar && j < 3; ++j) own[j] = c.fn->gradient(&c, primvar, j);
+  for (uint32_t k = 0; k < 3; ++k) {
+    float* g[3];
+    makeOutput(c, out[k], 3, false, g);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const At at{i, false};
+      const auto entry = [&](uint32_t j) {
+        return m.stride ? loadFloat<W>(m.m[4 * j + k], at) : Float<W>(m.m[4 * j + k][0]);
+      };
+      Vec3<W> sum(entry(0), entry(1), entry(2));
+      if (own[0].components)
+        sum = fma(loadVec<W>(own[0], at), sum.x, fma(loadVec<W>(own[1], at), sum.y, loadVec<W>(own[2], at) * sum.z));
+      sum.store(g, i);
+    }
   }
 }
 

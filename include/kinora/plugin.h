@@ -38,7 +38,8 @@ enum ParamFlags : uint32_t {
   kParamArray = 2,   // type[]; any length
   kParamFile = 4,    // a string that names a texture: each point gets the handle (an int), see Context::param
   kParamNotConnectable = 8,
-  kParamFixed = 16  // part of the shading program: materials that differ in it never share a shading group
+  kParamFixed = 16,     // part of the shading program: materials that differ in it never share a shading group
+  kParamGradients = 32  // a manifold whose gradients are read: what it is connected to computes them
 };
 
 // One parameter, declared once: read by the RIB reader, `kinora plugins NAME`, the manual and every test loop.
@@ -73,6 +74,11 @@ struct Param {
   constexpr Param fixed() const {
     Param p = *this;
     p.flags |= kParamFixed | kParamNotConnectable;
+    return p;
+  }
+  constexpr Param gradients() const {
+    Param p = *this;
+    p.flags |= kParamGradients;
     return p;
   }
   constexpr Param file() const {

@@ -56,6 +56,10 @@ class TestContext {
   void setPrimvar(const std::string& name, const Numbers& v, float radius = 0) {
     primvars_[name] = {value(v), value({{radius}})};
   }
+  // Of a component of a primvar, "" for texture coordinates; without: along x, along y and 0.
+  void setGradient(const std::string& name, uint32_t component, const Numbers& v) {
+    gradients_[{name, component}] = value(v);
+  }
   void setVectors(const float* (&place)[3], const Numbers& v) {
     for (uint32_t k = 0; k < 3; ++k) place[k] = keep(v[k]);
   }
@@ -72,7 +76,7 @@ class TestContext {
     names_.clear();
     for (uint32_t i = 0; i < descriptor_->paramCount; ++i)
       if (descriptor_->params[i].flags & kParamOutput) names_.push_back(descriptor_->params[i].name);
-    const std::vector<uint8_t> wanted(names_.size(), 1);
+    const std::vector<uint8_t> wanted(names_.size(), kWantValue | kWantGradients);
     outputs_.assign(names_.size(), Value());
     manifoldsOut_.assign(names_.size(), Manifold());
     const PatternArgs args{uint32_t(names_.size()), wanted.data(), outputs_.data(), manifoldsOut_.data()};
@@ -187,8 +191,14 @@ class TestContext {
     out->stride = 0;
     return it != self(c).matrices.end() || !std::strcmp(from, to);
   }
-  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,  &list,
-                                               &builtin, &primvar, &texture,  &matrix};
+  static Value gradient(const Context* c, const char* name, uint32_t component) {
+    TestContext& t = self(c);
+    if (const auto it = t.gradients_.find({name ? name : "", component}); it != t.gradients_.end()) return it->second;
+    if (name && !t.primvars_.count(name)) return Value();
+    return t.value({{name || component != 0 ? 0.f : 1.f}, {name || component != 1 ? 0.f : 1.f}, {0.f}});
+  }
+  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,   &list,
+                                               &builtin, &primvar, &texture,  &matrix, &gradient};
 
   const Descriptor* descriptor_ = nullptr;
   std::deque<std::vector<float>> kept_;
@@ -199,6 +209,7 @@ class TestContext {
   std::map<uint32_t, std::vector<float>> lists_;
   std::map<Builtin, Value> builtins_;
   std::map<std::string, std::pair<Value, Value>> primvars_;
+  std::map<std::pair<std::string, uint32_t>, Value> gradients_;
   std::vector<std::string> names_;
   std::vector<Value> outputs_;
   std::vector<Manifold> manifoldsOut_;

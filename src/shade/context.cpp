@@ -359,6 +359,47 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   return known;
 }
 
+Value gradient(const Context* c, const char* name, uint32_t component) {
+  ContextHost& h = ContextHost::of(c);
+  Value out;
+  if (name && !h.group->world().primvarWidths.contains(std::string_view(name))) return out;
+  out.components = 3;
+  out.stride = 1;
+  float* g[3];
+  for (int j = 0; j < 3; ++j) out.data[j] = g[j] = floats(c);
+  const geometry::Mesh* last = nullptr;
+  const geometry::Primvar* p = nullptr;
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const Where k = whereOf(h, c, i);
+    if (name && k.mesh != last) {
+      last = k.mesh;
+      p = k.mesh->find(name);
+      if (p && (p->data.empty() || p->width < 1)) p = nullptr;
+    }
+    float e1[3], e2[3], f[2] = {0, 0}, at[3];
+    edges(k, e1, e2);
+    if (!name) {
+      float st[3][2];
+      textureCoordinates(k, st);
+      for (int j = 0; j < 2; ++j) f[j] = st[j + 1][component & 1] - st[0][component & 1];
+    } else if (p) {
+      // as primvar(): a number fills all components
+      const uint32_t w = std::min<uint32_t>(3, uint32_t(p->width)), from = w == 1 ? 0 : component;
+      float v[3][3];
+      cornerValues(*p, k, w, v);
+      for (int j = 0; j < 2 && from < w; ++j) {
+        float difference[3] = {0, 0, 0};
+        for (uint32_t l = 0; l < w; ++l) difference[l] = v[j + 1][l] - v[0][l];
+        if (w == 3) primvarToRender(*p, k, difference, true);
+        f[j] = difference[from];
+      }
+    }
+    gradientOf(e1, e2, f[0], f[1], at);
+    for (int j = 0; j < 3; ++j) g[j][i] = at[j];
+  }
+  return out;
+}
+
 }  // namespace
 
 void ContextHost::findQuadPlaces(const Context* c) {
@@ -388,7 +429,7 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   node = before;
 }
 
-const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,  &list,
-                                         &builtin, &primvar, &texture,  &matrix};
+const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,   &list,
+                                         &builtin, &primvar, &texture,  &matrix, &gradient};
 
 }  // namespace kinora::shade

@@ -439,7 +439,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
           s.node = uint32_t(r.links[i].node);
           s.output = r.links[i].output;
           s.part = r.links[i].part;
-          p.nodes[s.node].wanted[s.output] = 1;
+          p.nodes[s.node].wanted[s.output] |= q.flags & kParamGradients ? kWantValue | kWantGradients : kWantValue;
         } else if (q.type == Type::Struct) {
           s.from = ParamSource::From::Constant;
         } else if (q.type == Type::String && !(q.flags & kParamFile)) {

@@ -53,7 +53,7 @@ struct ProgramNode {
   std::vector<ParamSource> params;  // by declared parameter
   std::vector<PartSource> parts;
   std::vector<uint32_t> outputParam;  // output index -> parameter index
-  std::vector<uint8_t> wanted;        // outputs that somebody reads
+  std::vector<uint8_t> wanted;        // by output: what somebody reads of it (Want)
 };
 
 struct Program {

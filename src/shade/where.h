@@ -323,6 +323,19 @@ inline void derivatives(const float e1[3], const float e2[3], const Sloped& uv, 
   }
 }
 
+// The gradient, in the plane of the edges, of what changes by f1 and f2 along them; 0 where they span no plane.
+inline void gradientOf(const float e1[3], const float e2[3], float f1, float f2, float g[3]) {
+  // of slivers the determinant is a small difference
+  double a = 0, b = 0, c = 0;
+  for (int i = 0; i < 3; ++i) {
+    a += double(e1[i]) * e1[i];
+    b += double(e1[i]) * e2[i];
+    c += double(e2[i]) * e2[i];
+  }
+  const double det = a * c - b * b, inv = det > 1e-14 * a * c ? 1 / det : 0;
+  for (int i = 0; i < 3; ++i) g[i] = float(((c * f1 - b * f2) * e1[i] + (a * f2 - b * f1) * e2[i]) * inv);
+}
+
 // Makes d perpendicular to the unit vector N; where nothing is left of it any direction across N will do. Returns its
 // squared length.
 inline float acrossNormal(const float N[3], float d[3]) {

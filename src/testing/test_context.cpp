@@ -268,6 +268,12 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     };
     return known(from) && known(to);
   };
+  // texture coordinates run along the tangents, primvars are constant
+  f.gradient = [](const Context* x, const char* name, uint32_t component) -> Value {
+    Impl& s = *static_cast<Impl*>(x->host);
+    if (!name) return s.builtins[uint32_t(component ? Builtin::DPdv : Builtin::DPdu)];
+    return s.primvars.contains(std::string_view(name)) ? s.make(3, {0, 0, 0}, false) : Value();
+  };
   c.fn = &f;
   c.host = impl_.get();
 }

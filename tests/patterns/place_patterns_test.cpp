@@ -166,10 +166,8 @@ TEST(PlacePatterns, NormalsFromImages) {
   static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
                                         ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
   static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-  const std::vector<float> zero(9, 0.f), one(9, 1.f);
   TestContext m("PxrNormalMap", 9);
   m.c.entering = entering, m.c.outerIor = ior;
-  m.setBuiltin(Builtin::Tangent, {one, zero, zero});
   m.setBuiltin(Builtin::St, {spread(9, 0, 1), spread(9, 0, 1, 5)});
   m.setBuiltin(Builtin::StRadius, {std::vector<float>(9, 0.01f)});
   ASSERT_TRUE(m.run(8));
@@ -195,12 +193,13 @@ TEST(PlacePatterns, NormalsFromImages) {
 
   TestContext b("PxrBump", 9);
   b.c.entering = entering, b.c.outerIor = ior;
-  b.setBuiltin(Builtin::Tangent, {one, zero, zero});
   b.setBuiltin(Builtin::St, {spread(9, 0, 1), spread(9, 0, 1, 5)});
   b.setBuiltin(Builtin::StRadius, {std::vector<float>(9, 0.01f)});
   static const float radius[16] = {.02f, .02f, .02f, .02f, .02f, .02f, .02f, .02f,
                                    .02f, .02f, .02f, .02f, .02f, .02f, .02f, .02f};
   b.c.radius = radius;  // one unit of st is two render units long
+  b.setGradient("", 0, {{0.5f}, {0.f}, {0.f}});
+  b.setGradient("", 1, {{0.f}, {0.5f}, {0.f}});
   b.setText("filename", "heights.tx");
   b.onTexture = [](int, float s, float t, float, const TextureOptions&, float v[4]) { v[0] = 1.5f * s + t; };
   ASSERT_TRUE(b.run(8));

@@ -1,19 +1,16 @@
 // PxrDisney: Burley's principled model of 2012 ("Physically-Based Shading at Disney", SIGGRAPH course): diffuse with
 // retroreflection, a flattened shape for subsurface, sheen, an anisotropic specular lobe from dielectric to metal and
-// a clear coat, simply added up, as its authors do: bright dielectrics may return somewhat more than they receive.
-// The specular lobe masks after Smith with the lobe's own alpha (as Burley's successor of 2015) and gets back what
-// single scattering loses, so that a white metal reflects everything.
+// a clear coat, simply added up, as its authors do: bright dielectrics may return somewhat more than they receive,
+// and rough metals less, because what scatters between facets is lost.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrDisney/PxrDisney.cpp"
 #include <kinora/bxdf.h>
 #include <iterator>
 #include <new>
 #include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
-#include <kinora/math/microfacet.h>
 #include "parameters.h"
 #include "base.h"
 #include "plugins/bxdf/lobes/bind.h"
-#include "plugins/bxdf/lobes/specular.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace kinora {
@@ -21,12 +18,12 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrDisney;
 
-enum Technique : uint32_t { kMakeCosine, kMakeSpecular, kMakeMultiple, kMakeCoat, kTechniques };
+enum Technique : uint32_t { kMakeCosine, kMakeSpecular, kMakeCoat, kTechniques };
 
 // Selection weights of the techniques for paths that arrive at a cosine; scale brings their sum to 1.
 template <int W>
 struct Choice {
-  Float<W> weight[kTechniques], energy, scale;
+  Float<W> weight[kTechniques], scale;
   KN_INLINE Choice() {}
 };
 
@@ -53,14 +50,10 @@ struct PxrDisney {
     if (k.coated) k.clearcoatGloss = c.param(kClearcoatGloss);
     k.bump = c.param(kBumpNormal);
     k.bumped = isBumped(k.bump);
-    k.facets.ggx = true;
-    k.facets.anisotropy.amount = c.param(kAnisotropic);
-    k.facets.anisotropy.on = !isZero(k.facets.anisotropy.amount);
-    if (k.facets.anisotropy.on) {
-      k.facets.anisotropy.tangent = c.builtin(Builtin::Tangent);
-      k.facets.anisotropy.energy = &anisotropicEnergyTable(true);
-    }
-    k.energy = &reflectionEnergyTable();
+    k.anisotropy.amount = c.param(kAnisotropic);
+    k.anisotropy.on = !isZero(k.anisotropy.amount);
+    if (k.anisotropy.on) k.anisotropy.tangent = c.builtin(Builtin::Tangent);
+    k.energy = &disneyEnergyTable();
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
   template <int W>
@@ -73,7 +66,7 @@ struct PxrDisney {
     using F = Float<W>;
     const Closure& k;
     Vec3<W> Ng;
-    SpecularLobe<W> specular;  // its frame is that of all lobes
+    DisneySpecular<W> specular;  // its frame is that of all lobes
     Rgb<W> diffuse, flat, sheen;
     F roughness, subsurface, cosineWeight, sheenWeight, coatGain;
     CoatLobe<W> coat;
@@ -90,8 +83,8 @@ struct PxrDisney {
       roughness = clamp(loadFloat<W>(k.roughness, s.at), none, one);
       const F specularTint = clamp(loadFloat<W>(k.specularTint, s.at), none, one);
       const F f0 = max(loadFloat<W>(k.specular, s.at), none) * F(0.08f);
-      specular.setSchlick(k.facets, *k.energy, roughness,
-                          lerp(lerp(Rgb<W>(1.f), tint, specularTint) * f0, base, metallic), Rgb<W>(1.f), normal, s);
+      specular = DisneySpecular<W>(k.anisotropy, roughness,
+                                   lerp(lerp(Rgb<W>(1.f), tint, specularTint) * f0, base, metallic), normal, s);
       subsurface = k.flattens ? clamp(loadFloat<W>(k.subsurface, s.at), none, one) : none;
       diffuse = base * (dielectric * (one - subsurface));
       flat = Rgb<W>(none, none, none);
@@ -111,7 +104,7 @@ struct PxrDisney {
         coatGain = max(loadFloat<W>(k.clearcoat, s.at), none) * F(0.25f);
         coat = CoatLobe<W>(loadFloat<W>(k.clearcoatGloss, s.at));
       }
-      choose(specular.wo, choiceO);
+      choose(specular.wo.z, choiceO);
     }
 
     HWY_ATTR HWY_NOINLINE void evaluate(const Vec3<W>& wi, LobeSum<W>& out) const {
@@ -120,7 +113,7 @@ struct PxrDisney {
       const Mask<W> here = (dot(Ng, wi) > none) & (w.z > none);
       const F muI = max(w.z, F(1e-7f));
       Choice<W> choiceI;
-      choose(Vec3<W>(w.x, w.y, min(muI, F(1.f))), choiceI);
+      choose(min(muI, F(1.f)), choiceI);
       const Vec3<W> h = normalize(specular.wo + w);
       const F cosD = min(dot(specular.wo, h), F(1.f));
       F pdf = choiceO.weight[kMakeCosine] * muI * F(kInvPi), reverse = choiceI.weight[kMakeCosine] * muO * F(kInvPi);
@@ -129,12 +122,11 @@ struct PxrDisney {
       out.add(kDiffuseLobe, zeroUnless(here, base * muI));
       if (k.sheens) out.add(kSheenLobe, zeroUnless(here, sheen * (schlickWeight(cosD) * muI)));
       F p, r;
-      const Rgb<W> f = specular.evaluate(w, choiceO.energy, choiceI.energy, p, r);
+      const Rgb<W> f = specular.evaluate(w, h, cosD, p, r);
       const Mask<W> rough = !specular.smooth;
       out.add(kSpecularLobe, zeroUnless(here & rough, f));
-      pdf += zeroUnless(rough, fma(choiceO.weight[kMakeSpecular], p, choiceO.weight[kMakeMultiple] * F(kInvTwoPi)));
-      reverse +=
-          zeroUnless(rough, fma(choiceI.weight[kMakeSpecular], r, choiceI.weight[kMakeMultiple] * F(kInvTwoPi)));
+      pdf += zeroUnless(rough, choiceO.weight[kMakeSpecular] * p);
+      reverse += zeroUnless(rough, choiceI.weight[kMakeSpecular] * r);
       if (k.coated) {
         const F d = coat.density(h), g = coat.masking(muO) * coat.masking(muI);
         const F value = coatGain * d * g * coat.fresnel(cosD) * muI;
@@ -162,11 +154,7 @@ struct PxrDisney {
         rest = select(past, rest - weight, rest);
       }
       const Mask<W> facets = made == Int<W>(uint32_t(kMakeSpecular)), coats = made == Int<W>(uint32_t(kMakeCoat));
-      const Mask<W> uniform = made == Int<W>(uint32_t(kMakeMultiple));
-      // cosine, or uniform by the same disk
       Vec3<W> d = cosineHemisphere(u, v);
-      const F r2 = fma(d.x, d.x, d.y * d.y), stretch = select(uniform, sqrt(max(F(2.f) - r2, F(0.f))), F(1.f));
-      d = Vec3<W>(d.x * stretch, d.y * stretch, select(uniform, max(F(1.f) - r2, F(0.f)), d.z));
       if ((facets | coats).any()) {
         const Vec3<W> up(F(0.f), F(0.f), F(1.f));
         Vec3<W> h = select(specular.smooth, up, sampleVisibleNormal(specular.wo, specular.ax, specular.ay, u, v));
@@ -176,7 +164,7 @@ struct PxrDisney {
       out.wi = normalize(specular.frame.toWorld(d));
       out.valid = (choiceO.scale > F(0.f)) & (d.z > F(0.f)) & (dot(Ng, out.wi) > F(0.f));
       out.discrete = facets & specular.smooth;
-      out.discreteWeight = specular.fresnel(specular.wo.z);
+      out.discreteWeight = specular.mirror();
       out.discreteProbability = share * choiceO.scale;
       out.discreteLobe = Int<W>(uint32_t(kSpecularLobe));
     }
@@ -185,18 +173,14 @@ struct PxrDisney {
     HWY_ATTR HWY_NOINLINE Rgb<W> albedo() const {
       const F muO = specular.wo.z, none(0.f), one(1.f);
       const F glint = coatGain * CoatLobe<W>::fresnel(muO);
-      const Rgb<W> sum = diffuse + flat + sheen * schlickWeight(muO) + specular.albedo(muO, choiceO.energy) +
-                         Rgb<W>(glint, glint, glint);
+      const Rgb<W> sum = diffuse + flat + sheen * schlickWeight(muO) +
+                         specular.fresnel(muO) * specular.energy(*k.energy, muO) + Rgb<W>(glint, glint, glint);
       return {clamp(sum.x, none, one), clamp(sum.y, none, one), clamp(sum.z, none, one)};
     }
 
    private:
-    // d: local
-    KN_INLINE void choose(Vec3<W> d, Choice<W>& c) const {
-      const F mu = d.z;
-      c.energy = specular.energyLocal(mu, d.x, d.y);
-      c.weight[kMakeSpecular] = specular.weightSingle(mu, c.energy);
-      c.weight[kMakeMultiple] = specular.weightMultiple(c.energy);
+    KN_INLINE void choose(F mu, Choice<W>& c) const {
+      c.weight[kMakeSpecular] = specular.energy(*k.energy, mu) * max(average(specular.fresnel(mu)), F(0.f));
       // sheen looks at grazing angles for the most part; its albedo there is about a half
       const F graze = F(1.f) - mu;
       c.weight[kMakeCosine] = fma(sheenWeight, fma(graze * graze, F(0.5f), F(0.01f)), cosineWeight);
@@ -235,16 +219,18 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
 }
 
 #define METAL "baseColor=1 1 1; metallic=1; "
-const char* const kLossless[] = {METAL "roughness=0",   METAL "roughness=0.1", METAL "roughness=0.25",
-                                 METAL "roughness=0.6", METAL "roughness=1",   nullptr};
-const char* const kConserving[] = {"baseColor=0.9 0.6 0.3; metallic=1; roughness=0.7",
+const char* const kConserving[] = {METAL "roughness=0",
+                                   METAL "roughness=0.1",
+                                   METAL "roughness=0.6",
+                                   METAL "roughness=1",
+                                   "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.7",
                                    "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.4; anisotropic=0.3",
                                    "baseColor=0.6 0.5 0.4; roughness=0.3; specular=1; clearcoat=1",
-                                   "baseColor=0.5 0.5 0.5; roughness=0.5; subsurface=0.5", nullptr};
+                                   "baseColor=0.5 0.5 0.5; roughness=0.5; subsurface=0.5",
+                                   nullptr};
 #undef METAL
 constexpr BxdfTraits kTraits{
-    pxrDisney::kLobes, pxrDisney::kLobeCount, int(pxrDisney::kPresence), &programKey, nullptr, kLossless,
-    kConserving};
+    pxrDisney::kLobes, pxrDisney::kLobeCount, int(pxrDisney::kPresence), &programKey, nullptr, nullptr, kConserving};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 const Descriptor kDescriptor{kAbiVersion,
                              sizeof(Descriptor),

@@ -1,6 +1,7 @@
 // PxrBump: the slope of an image of heights bends the normal. Slopes are differences of two lookups a footprint
-// apart, so that they fade with distance like the image. Patterns connected to inputBump have no derivatives here and
-// leave the normal as it is; displacement or PxrNormalMap serve there.
+// apart, so that they fade with distance like the image; the gradients of the texture coordinates take them to the
+// surface, so that they follow the picture however a manifold turns, mirrors or stretches it. Patterns connected to
+// inputBump have no derivatives here and leave the normal as it is; displacement or PxrNormalMap serve there.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
 #include <kinora/pattern.h>
 #include <iterator>
@@ -40,7 +41,7 @@ constexpr Param kParams[] = {
         .help("1: t counts up in the picture. Ignored where a manifold is connected."),
     param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
     param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
-    param::structure("manifold").help("Texture coordinates; st where not connected."),
+    param::structure("manifold").gradients().help("Texture coordinates; st where not connected."),
     param::normal("inputN").help("Normal that the heights bend further."),
     param::integer("reverse", 0).range(0, 1).help("1: white is low."),
     param::number("adjustAmount", 1.f).help("Accepted; materials bend averted normals themselves."),
@@ -73,9 +74,8 @@ struct PxrBump {
       }
       return;
     }
-    const Manifold m = surfaceManifold(*c, kManifold);
+    const Manifold m = surfaceManifold(*c, kManifold, true);
     const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
-    const Value tangent = c->builtin(Builtin::Tangent);
     TextureOptions o;
     o.firstChannel = fixedInteger(*c, kFirstChannel);
     o.interpolateLevels = fixedInteger(*c, kLerp);
@@ -108,14 +108,12 @@ struct PxrBump {
       const At at{i, false};
       const Surface<W> s(*c, at);
       const Vec3<W> n = bumped ? bumpedNormal<W>(input, s) : s.N;
-      // one unit of st is (render radius / st radius) render units long
-      const F own = abs(loadFloat<W>(m.radius, at)), step = max(own + loadFloat<W>(blur, at), F(kLeastStep));
-      const F unit = select(own > F(0.f), loadFloat<W>(c->radius, at) / max(own, F(1e-20f)), F(1.f));
-      const F k = sign * loadFloat<W>(scale, at) / max(step * unit, F(1e-20f));
-      const F h = F::load(height[0] + i);
-      const F slopeS = (F::load(height[1] + i) - h) * k, slopeT = (F::load(height[2] + i) - h) * k;
-      const Frame<W> frame = Frame<W>::fromTangent(n, loadVec<W>(tangent, at));
-      const Vec3<W> bent = normalize(frame.toWorld({-slopeS, -slopeT, F(1.f)}));
+      const F step = max(abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at), F(kLeastStep));
+      const F k = sign * loadFloat<W>(scale, at) / step, h = F::load(height[0] + i);
+      Vec3<W> rise = fma(loadVec<W>(m.gradient[0], at), (F::load(height[1] + i) - h) * k,
+                         loadVec<W>(m.gradient[1], at) * ((F::load(height[2] + i) - h) * k));
+      rise = fma(n, -dot(n, rise), rise);
+      const Vec3<W> bent = normalize(n - rise);
       normalize(lerp(bent, n, loadFloat<W>(mix, at))).store(out, i);
     }
   }

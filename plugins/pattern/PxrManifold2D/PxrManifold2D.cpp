@@ -35,22 +35,29 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrManifold2D;
 
+// Where s or t comes from: a component of a primitive variable, or (null) of the surface's own.
+struct Source {
+  const char* primvar = nullptr;
+  uint32_t component = 0;
+};
+
 // s, t and the footprint in their units; the surface's own where the named variables are missing.
-inline void texturePlace(const Context& c, Value& s, Value& t, Value& radius) {
+inline void texturePlace(const Context& c, Value& s, Value& t, Value& radius, Source from[2]) {
   const char *nameS = c.fn->text(&c, kPrimvarS), *nameT = c.fn->text(&c, kPrimvarT);
   Value q = c.builtin(Builtin::St), r;
   radius = c.builtin(Builtin::StRadius);
   shareComponent(q, 0, s);
   shareComponent(q, 1, t);
+  from[1].component = 1;
   if (nameS && *nameS) {
     const Value v = c.fn->primvar(&c, nameS, &r);
-    if (v.components) shareComponent(v, 0, s);
-    if (v.components > 1) shareComponent(v, 1, t);
+    if (v.components) shareComponent(v, 0, s), from[0] = {nameS, 0};
+    if (v.components > 1) shareComponent(v, 1, t), from[1] = {nameS, 1};
     if (v.components && r.components) radius = r;
   }
   if (nameT && *nameT) {
     const Value v = c.fn->primvar(&c, nameT, nullptr);
-    if (v.components) shareComponent(v, v.components > 1 ? 1 : 0, t);
+    if (v.components) from[1] = {nameT, v.components > 1 ? 1u : 0u}, shareComponent(v, from[1].component, t);
   }
 }
 
@@ -62,7 +69,8 @@ struct PxrManifold2D {
     const Value offsetS = c->param(kOffsetS), offsetT = c->param(kOffsetT);
     const bool invertS = fixedInteger(*c, kInvertS) != 0, invertT = fixedInteger(*c, kInvertT) != 0;
     Value inS, inT, r;
-    texturePlace(*c, inS, inT, r);
+    Source from[2];
+    texturePlace(*c, inS, inT, r, from);
     const bool one = allUniform({&angle, &scaleS, &scaleT, &offsetS, &offsetT, &inS, &inT, &r});
     Manifold& m = args->manifolds[0];
     float *st[3], *radius[3];
@@ -92,6 +100,33 @@ struct PxrManifold2D {
     args->outputs[0] = m.q;
     shareComponent(m.q, 0, args->outputs[1]);
     shareComponent(m.q, 1, args->outputs[2]);
+    if (args->wanted[0] & kWantGradients) gradients<W>(*c, from, turned, m);
+  }
+  // The gradients of s and t, turned and scaled like them.
+  template <int W>
+  static void gradients(const Context& c, const Source from[2], bool turned, Manifold& m) {
+    using F = Float<W>;
+    const Value angle = c.param(kAngle), scaleS = c.param(kScaleS), scaleT = c.param(kScaleT);
+    const float signS = fixedInteger(c, kInvertS) != 0 ? -1.f : 1.f,
+                signT = fixedInteger(c, kInvertT) != 0 ? -1.f : 1.f;
+    const Value ofS = c.fn->gradient(&c, from[0].primvar, from[0].component);
+    const Value ofT = c.fn->gradient(&c, from[1].primvar, from[1].component);
+    float *outS[3], *outT[3];
+    makeOutput(c, m.gradient[0], 3, false, outS);
+    makeOutput(c, m.gradient[1], 3, false, outT);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const At at{i, false};
+      Vec3<W> s = loadVec<W>(ofS, at), t = loadVec<W>(ofT, at);
+      if (turned) {
+        F sine, cosine;
+        sincos(loadFloat<W>(angle, at) * F(kPi / 180.f), sine, cosine);
+        const Vec3<W> turnedS = s * cosine - t * sine;
+        t = s * sine + t * cosine;
+        s = turnedS;
+      }
+      (s * (loadFloat<W>(scaleS, at) * F(signS))).store(outS, i);
+      (t * (loadFloat<W>(scaleT, at) * F(signT))).store(outT, i);
+    }
   }
 };
 

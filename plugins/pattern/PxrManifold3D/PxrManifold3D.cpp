@@ -35,7 +35,8 @@ struct PxrManifold3D {
     if (!space || !*space) space = "object";
     Value p, r = c->builtin(Builtin::PoRadius), reference;
     if (fixedInteger(*c, kUse) == 1 && name && *name) p = c->fn->primvar(c, name, &reference);
-    if (p.components == 3) {
+    const bool given = p.components == 3;
+    if (given) {
       if (reference.components) r = reference;
       toSpace<W>(*c, space, Moves::Point, p);
     } else if (!std::strcmp(space, "object")) {
@@ -63,6 +64,17 @@ struct PxrManifold3D {
     }
     args->outputs[0] = m.q;
     for (uint32_t k = 0; k < 3; ++k) shareComponent(m.q, k, args->outputs[1 + k]);
+    if (!(args->wanted[0] & kWantGradients)) return;
+    Value of[3];
+    positionGradients<W>(*c, space, given ? name : nullptr, of);
+    for (uint32_t k = 0; k < 2; ++k) {
+      float* g[3];
+      makeOutput(*c, m.gradient[k], 3, false, g);
+      for (uint32_t i = 0; i < c->padded; i += W) {
+        const At at{i, false};
+        (loadVec<W>(of[k], at) * loadFloat<W>(scale, at)).store(g, i);
+      }
+    }
   }
 };
 

@@ -1,5 +1,6 @@
-// PxrNormalMap: a normal in the frame (tangent, bitangent, normal) encoded as a colour, 0.5 standing for 0, from a
-// pattern or an image. Heights above the surface are kept positive; bumpScale stretches the slopes.
+// PxrNormalMap: a normal encoded as a colour, 0.5 standing for 0, from a pattern or an image. Red leans along the
+// rows of the picture, green across them, blue is above the surface: the frame is that of the texture coordinates and
+// turns with their manifold. Heights above the surface are kept positive; bumpScale stretches the slopes.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrNormalMap/PxrNormalMap.cpp"
 #include <kinora/pattern.h>
 #include <iterator>
@@ -38,7 +39,7 @@ constexpr Param kParams[] = {
     param::integer("orientation", 2)
         .range(0, 3)
         .options("0 red right green up, 1 red left green up, 2 red right green down, 3 red left green down")
-        .help("Which way the colours slope in the picture."),
+        .help("Which way more red and more green lean in the picture: 0 as OpenGL, 2 as DirectX."),
     param::integer("flipX", 0).range(0, 1).help("1: red the other way."),
     param::integer("flipY", 0).range(0, 1).help("1: green the other way."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file that becomes red."),
@@ -47,10 +48,13 @@ constexpr Param kParams[] = {
         .help("Accepted; the token in the file name says which files make the atlas."),
     param::integer("invertT", 1)
         .range(0, 1)
-        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
+        .help("1: t counts up in the picture, also in one behind inputRGB. Ignored where a manifold is connected."),
     param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
     param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
-    param::structure("manifold").help("Texture coordinates; st where not connected."),
+    param::structure("manifold")
+        .gradients()
+        .help("Texture coordinates, which the normals lean along; st where not connected. Connect it for a picture "
+              "behind inputRGB too."),
     param::integer("reverse", 0).range(0, 1).help("1: slopes the other way, on top of invertBump."),
     param::number("adjustAmount", 0.f).help("Accepted; materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
@@ -74,14 +78,15 @@ struct PxrNormalMap {
     float* out[3];
     makeOutput(*c, args->outputs[0], 3, false, out);
     const bool off = fixedInteger(*c, kDisable) != 0, bumped = isBumped(overlay);
-    const Value rgb = off ? Value() : encoded<W>(*c);
+    const Manifold m = off ? Manifold() : surfaceManifold(*c, kManifold, true);
+    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
+    const Value rgb = off ? Value() : encoded<W>(*c, m, flip);
     const int orientation = fixedInteger(*c, kOrientation);
     const bool turned = (fixedInteger(*c, kInvertBump) != 0) != (fixedInteger(*c, kReverse) != 0);
-    // the bitangent cross(N, tangent) points up the picture's t
     const bool left = (orientation & 1) != 0, down = orientation >= 2;
     const F signX((left != (fixedInteger(*c, kFlipX) != 0)) != turned ? -2.f : 2.f);
     const F signY((down != (fixedInteger(*c, kFlipY) != 0)) != turned ? -2.f : 2.f);
-    const Value tangent = c->builtin(Builtin::Tangent);
+    const F up(flip ? 1.f : -1.f);  // t of pictures counts down
     for (uint32_t i = 0; i < c->padded; i += W) {
       const At at{i, false};
       const Surface<W> s(*c, at);
@@ -94,19 +99,21 @@ struct PxrNormalMap {
       const F k = loadFloat<W>(scale, at);
       const F x = (e.x - F(0.5f)) * signX * k, y = (e.y - F(0.5f)) * signY * k;
       const F z = max(fma(F(2.f), e.z, F(-1.f)), F(1e-3f));
-      const Frame<W> frame = Frame<W>::fromTangent(n, loadVec<W>(tangent, at));
-      const Vec3<W> bent = normalize(frame.toWorld({x, y, z}));
+      // along s where t stands still; mirrored coordinates turn the other axis over
+      const Vec3<W> s1 = loadVec<W>(m.gradient[0], at), t1 = loadVec<W>(m.gradient[1], at);
+      const Mask<W> mirrored = dot(cross(s1, t1), n) < F(0.f);
+      const Vec3<W> across = cross(t1, n);
+      const Frame<W> frame = Frame<W>::fromTangent(n, select(mirrored, -across, across));
+      const Vec3<W> bent = normalize(frame.toWorld({x, select(mirrored, -y, y) * up, z}));
       normalize(lerp(bent, n, loadFloat<W>(mix, at))).store(out, i);
     }
   }
   // The colour at all points: of the image where there is one.
   template <int W>
-  static Value encoded(const Context& c) {
+  static Value encoded(const Context& c, const Manifold& m, bool flip) {
     const Value handles = c.param(kFilename), input = c.param(kInputRGB);
     if (!hasFile(handles)) return input;
     const Value blur = c.param(kBlur);
-    const bool flip = !c.fn->manifold(&c, kManifold) && fixedInteger(c, kInvertT) != 0;
-    const Manifold m = surfaceManifold(c, kManifold);
     TextureOptions o;
     o.firstChannel = fixedInteger(c, kFirstChannel);
     o.interpolateLevels = fixedInteger(c, kLerp);

@@ -52,7 +52,8 @@ struct PxrRoundCube {
       if (pref && *pref) p = c->fn->primvar(c, pref, &reference);
       if (nref && *nref) n = c->fn->primvar(c, nref, nullptr);
     }
-    if (p.components == 3) {
+    const bool given = p.components == 3;
+    if (given) {
       if (reference.components) r = reference;
     } else {
       for (uint32_t k = 0; k < 3; ++k) p.data[k] = c->P[k];
@@ -78,6 +79,13 @@ struct PxrRoundCube {
     makeOutput(*c, m.q, 3, false, q);
     makeOutput(*c, m.radius, 1, false, radius);
     makeOutput(*c, args->outputs[1], 1, false, mask);
+    const bool wantGradients = args->wanted[0] & kWantGradients;
+    Value of[3];
+    float* slopes[2][3];
+    if (wantGradients) {
+      positionGradients<W>(*c, space, given ? pref : nullptr, of);
+      for (uint32_t k = 0; k < 2; ++k) makeOutput(*c, m.gradient[k], 3, false, slopes[k]);
+    }
     const F zero(0.f), one(1.f);
     for (uint32_t i = 0; i < c->padded; i += W) {
       const At at{i, false};
@@ -100,6 +108,12 @@ struct PxrRoundCube {
       face.store(q[2] + i);
       (loadFloat<W>(r, at) * abs(loadFloat<W>(frequency, at))).store(radius[0] + i);
       (select(isX, wx, select(isY, wy, wz)) / sum).store(mask[0] + i);
+      if (wantGradients) {
+        const Vec3<W> gx = loadVec<W>(of[0], at), gy = loadVec<W>(of[1], at), gz = loadVec<W>(of[2], at);
+        const F f = loadFloat<W>(frequency, at);
+        (select(isX, gz * -sign, select(isY, gx, gx * sign)) * f).store(slopes[0], i);
+        (select(isX, gy, select(isY, gz * -sign, gy)) * -f).store(slopes[1], i);
+      }
     }
     args->outputs[0] = m.q;
   }
