@@ -281,6 +281,26 @@ TEST(ShadowTerminator, NothingIsLiftedThroughOtherGeometry) {
   }
 }
 
+// A strip whose normals lean along it by 15 degrees would be lifted by two and a half of its widths. What lies within
+// half of a width are the ends, beyond .89 of the way out; by the cosines there, 26 % of what the strip would get.
+TEST(ShadowTerminator, NothingIsLiftedFarOffThinTriangles) {
+  const auto strip = [](double half) {
+    const double slope = std::tan(15 * kRadian);
+    std::ostringstream p, n;
+    for (const auto& [x, y] : {std::pair{-1, -1}, {-1, 1}, {1, 1}, {1, -1}}) {
+      p << x << " " << y * half << " 0 ";
+      n << x * slope << " 0 -1 ";
+    }
+    return brightnessOfDome(1, lightFromBelow(), "",
+                            white() + "PointsPolygons [4] [0 1 2 3] \"vertex point P\" [" + p.str() +
+                                "] \"vertex normal N\" [" + n.str() + "]\n") /
+           half;
+  };
+  const double square = strip(1);
+  ASSERT_GT(square, 0);
+  EXPECT_LT(strip(0.05), 0.26 * square);
+}
+
 // The same dome however it comes: lifts follow from what is rendered, not from how it was described.
 TEST(ShadowTerminator, StretchedAndMovingDomes) {
   const double want = brightnessOfDome(1, lightFromBelow(), sheetOver(0.1));
