@@ -161,12 +161,15 @@ class GroupState {
   // trace_sets.cpp; worlds with traceSets or hasHoles only.
   uint32_t maskOf(uint32_t slot, bool clearShadow) const;
   void closestInSets(bool clearShadow, uint32_t n, const uint32_t* slots);
-  void occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked);
+  // `clear`: by shapes that let part of the light through as well.
+  void occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked,
+                      bool clear = false);
   void endAtHoles(uint32_t n, const uint32_t* slots);
   void dropLightsBehindHoles(LightHits* l);
   // shadow_terminator.cpp; worlds with liftsShadows only.
   void findLifts(uint32_t n, const uint32_t* slots, const Context* c, float* const Ng[3]);
   void liftShadows(ShadowRays* rays);
+  void reachedByLifts(const ShadowRays& rays, uint32_t* blocked);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
   void biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const;
   bool insideHigherPriority(uint32_t slot) const;
@@ -185,6 +188,7 @@ class GroupState {
   uint32_t* traceSet_ = nullptr;                    // by slot, of the vertex last shaded; null without traceSets
   float* leftNg_[3] = {nullptr, nullptr, nullptr};  // its geometric normal; null without traceSets and lifts
   float* lift_[3] = {nullptr, nullptr, nullptr};    // from it to where its shadow rays start; null without lifts
+  float* facet_[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where lift is, null without lifts
   float* hole_ = nullptr;                           // by slot: where its camera ray met a hole; null without holes
   RayKind rayKind_ = RayKind::Camera;               // of the rays whose hits are shaded
   language::RunState shaderState_;

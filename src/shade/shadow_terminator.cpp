@@ -1,6 +1,15 @@
-// Coarse polygons with smooth normals shade themselves in steps near the terminator. Their shadow rays start from the
-// smooth surface that the normals mean: the hit point projected to the tangent planes of the triangle's corners,
-// interpolated (J. Hanika, "Hacking the shadow terminator", Ray Tracing Gems II, 2021, chapter 4).
+// Coarse polygons with smooth normals shade themselves in steps near the terminator: facets that are turned away from
+// a light shadow themselves although their normals look at it. Their shadow rays start from the smooth surface that
+// the normals mean: the hit point projected to the tangent planes of the triangle's corners, interpolated (J. Hanika,
+// "Hacking the shadow terminator", Ray Tracing Gems II, 2021, chapter 4).
+//
+// That surface is a guess, so it counts only where it is a good one and where it is needed:
+// - Corner normals lean little from the facet, and the lift is small against the triangle. Else they were averaged
+// over
+//   hard edges, and the smooth surface is not what the shape is.
+// - The light lies behind the facet or grazes it: nothing convex shadows facets that face the light, and what a lift
+//   passes by no longer casts its shadow.
+// - Nothing lies between the facet and the smooth surface.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -8,20 +17,110 @@
 #include "shade/where.h"
 
 namespace kinora::shade {
+namespace {
+
+// Cosines of the largest angle between facet and corner normals: trusted in full up to 15 degrees (a sphere of 24
+// facets around, a cylinder of 12), not at all from 30 on (the edges of a box: 45; its corners: 55).
+constexpr float kTrustedLean = 0.9659258f, kFarLean = 0.8660254f;
+// Lifts in heights of the triangle. With normals that lean by 15 degrees it is .19 halfway along the longest side of
+// half a square; more comes of long thin triangles whose normals lean along them.
+constexpr float kSmallLift = 0.25f, kLargeLift = 0.5f;
+// Sine of a light's elevation over the facet from which on it is clearly seen, as far as shadows of the mesh on
+// itself go.
+constexpr float kFacing = 0.1f;
+
+float dot3(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// 1 up to `full`, 0 from `none` on.
+float fade(float x, float full, float none) { return std::clamp((none - x) / (none - full), 0.f, 1.f); }
+
+}  // namespace
+
+void GroupState::reachedByLifts(const ShadowRays& rays, uint32_t* blocked) {
+  const trace::World& w = *world_.world;
+  float *radius = nullptr, *spread = nullptr;
+  if (w.hasUserGeometry()) {
+    radius = arena_.make<float>(padded(rays.count));
+    spread = arena_.make<float>(padded(rays.count));
+    for (uint32_t i = 0; i < rays.count; ++i) {
+      const uint32_t s = rays.slot[i];
+      const float t = group_.hits.t[s];
+      spread[i] = group_.rays.spread[s];
+      radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
+    }
+  }
+  if (traceSet_)
+    occludedInSets(rays, radius, spread, blocked, true);
+  else
+    w.occluded(rays.count, rays.o, rays.d, rays.tMax, rays.time,
+               trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, blocked, radius, spread);
+}
 
 void GroupState::liftShadows(ShadowRays* rays) {
-  float* o[3];
-  for (int k = 0; k < 3; ++k) {
-    o[k] = arena_.make<float>(padded(rays->count));
-    std::memcpy(o[k], rays->o[k], rays->count * sizeof(float));
-    rays->o[k] = o[k];
-  }
-  for (uint32_t i = 0; i < rays->count; ++i) {
+  const uint32_t n = rays->count, m = padded(n);
+  const auto f = [&] { return arena_.make<float>(m); };
+  // the few near the terminator, from their facets to where they would start
+  float *o[3] = {}, *d[3] = {}, *length = nullptr, *time = nullptr;
+  uint32_t *slot = nullptr, *list = nullptr, count = 0;
+  for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = rays->slot[i];
-    float side = 0;
-    for (int k = 0; k < 3; ++k) side += rays->d[k][i] * leftNg_[k][s];
-    if (!(side > 0)) continue;  // light that comes through the surface
-    for (int k = 0; k < 3; ++k) o[k][i] += lift_[k][s];
+    const float lift[3] = {lift_[0][s], lift_[1][s], lift_[2][s]};
+    const float l2 = dot3(lift, lift);
+    if (!(l2 > 0)) continue;
+    float side = 0, facing = 0;
+    for (int k = 0; k < 3; ++k) {
+      side += rays->d[k][i] * leftNg_[k][s];
+      facing += rays->d[k][i] * facet_[k][s];
+    }
+    const float part = fade(facing, 0, kFacing);
+    if (!(side > 0) || !(part > 0)) continue;  // light that comes through the surface; light that is clearly seen
+    if (!list) {
+      for (int k = 0; k < 3; ++k) o[k] = f(), d[k] = f();
+      length = f();
+      time = f();
+      slot = arena_.make<uint32_t>(m);
+      list = arena_.make<uint32_t>(m);
+    }
+    const float l = std::sqrt(l2);
+    for (int k = 0; k < 3; ++k) {
+      o[k][count] = rays->o[k][i];
+      d[k][count] = lift[k] / l;
+    }
+    length[count] = part * l;
+    time[count] = rays->time[i];
+    slot[count] = s;
+    list[count++] = i;
+  }
+  if (!count) return;
+  uint32_t* blocked = arena_.make<uint32_t>(m);
+  reachedByLifts({count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, length, time, slot, 0, {}}, blocked);
+
+  float *from[3], *to[3], *tMax = f();
+  for (int k = 0; k < 3; ++k) {
+    from[k] = f();
+    to[k] = f();
+    std::memcpy(from[k], rays->o[k], n * sizeof(float));
+    std::memcpy(to[k], rays->d[k], n * sizeof(float));
+    rays->o[k] = from[k];
+    rays->d[k] = to[k];
+  }
+  std::memcpy(tMax, rays->tMax, n * sizeof(float));
+  rays->tMax = tMax;
+  for (uint32_t j = 0; j < count; ++j) {
+    if (blocked[j]) continue;
+    const uint32_t i = list[j];
+    // the end stays where it is, or the ray would pass through what the light hangs from
+    double end[3], t2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float step = length[j] * d[k][j];
+      from[k][i] += step;
+      end[k] = double(to[k][i]) * tMax[i] - step;
+      t2 += end[k] * end[k];
+    }
+    if (!(t2 > 0) || std::isinf(tMax[i])) continue;  // infinitely far: all directions are the same
+    const double t = std::sqrt(t2);
+    for (int k = 0; k < 3; ++k) to[k][i] = float(end[k] / t);
+    tMax[i] = float(t);
   }
 }
 
@@ -45,7 +144,9 @@ void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, 
       f = x - float(key);
     }
     const bool movesNormals = normals.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3;
-    float corner[3][3], normal[3][3], p[3] = {0, 0, 0};
+    // corners seen from the first, normals on the side that the ray came from; both in render space, where angles
+    // count
+    float corner[3][3], normal[3][3];
     for (int k = 0; k < 3; ++k) {
       const size_t v = mesh.indices[3 * size_t(triangle) + size_t(k)];
       const size_t at = normals.rate == geometry::Primvar::Rate::PerVertex   ? v
@@ -57,28 +158,71 @@ void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, 
       const size_t n1 = movesNormals && f > 0 ? n0 + mesh.vertexCount : n0;
       for (int j = 0; j < 3; ++j) {
         corner[k][j] = q0[j] + f * (q1[j] - q0[j]);
-        p[j] += b[k] * corner[k][j];
+        if (k) corner[k][j] -= corner[0][j];
         normal[k][j] = normals.data[3 * n0 + size_t(j)] +
                        f * (normals.data[3 * n1 + size_t(j)] - normals.data[3 * n0 + size_t(j)]);
       }
     }
-    const float side = c->entering[i] ? 1.f : -1.f;  // normals of the mesh point outward
+    std::memset(corner[0], 0, sizeof corner[0]);
+    float turn = c->entering[i] ? 1.f : -1.f;  // normals of the mesh point outward
+    if (!w.instance(group_.hits.instance[s]).baked) {
+      // normals by cofactors: the inverse transpose times the determinant
+      const trace::Affine x = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
+      float cofactor[3][3];
+      for (int u = 0; u < 3; ++u)
+        for (int v = 0; v < 3; ++v) {
+          const int u1 = (u + 1) % 3, u2 = (u + 2) % 3, v1 = (v + 1) % 3, v2 = (v + 2) % 3;
+          cofactor[u][v] = x.m[u1][v1] * x.m[u2][v2] - x.m[u1][v2] * x.m[u2][v1];
+        }
+      if (dot3(x.m[0], cofactor[0]) < 0) turn = -turn;
+      for (int k = 0; k < 3; ++k) {
+        const float p[3] = {corner[k][0], corner[k][1], corner[k][2]},
+                    q[3] = {normal[k][0], normal[k][1], normal[k][2]};
+        for (int j = 0; j < 3; ++j) {
+          corner[k][j] = dot3(x.m[j], p);
+          normal[k][j] = dot3(cofactor[j], q);
+        }
+      }
+    }
+    const float facet[3] = {c->Ng[0][i], c->Ng[1][i], c->Ng[2][i]};
+    float least = 1, p[3] = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      const float l2 = dot3(normal[k], normal[k]);
+      const float inv = l2 > 0 ? turn / std::sqrt(l2) : 0.f;
+      for (int j = 0; j < 3; ++j) {
+        normal[k][j] *= inv;
+        p[j] += b[k] * corner[k][j];
+      }
+      least = std::min(least, dot3(normal[k], facet));
+    }
+    if (!(least > kFarLean)) continue;
     float lift[3] = {0, 0, 0};
     for (int k = 0; k < 3; ++k) {
-      float below = 0;
-      for (int j = 0; j < 3; ++j) below -= (p[j] - corner[k][j]) * normal[k][j] * side;
-      if (below <= 0) continue;
-      for (int j = 0; j < 3; ++j) lift[j] += b[k] * below * normal[k][j] * side;
+      const float toCorner[3] = {corner[k][0] - p[0], corner[k][1] - p[1], corner[k][2] - p[2]};
+      const float below = b[k] * dot3(toCorner, normal[k]);
+      for (int j = 0; below > 0 && j < 3; ++j) lift[j] += below * normal[k][j];
     }
-    // what lies on which side follows from the smooth surface too: a facet that is turned away from a light which its
+    const float l2 = dot3(lift, lift);
+    if (!(l2 > 0)) continue;
+    // height over the longest side
+    const float* e1 = corner[1];
+    const float* e2 = corner[2];
+    const float e3[3] = {e2[0] - e1[0], e2[1] - e1[1], e2[2] - e1[2]};
+    const float longest2 = std::max({dot3(e1, e1), dot3(e2, e2), dot3(e3, e3)});
+    const float along = dot3(e1, e2), twiceArea2 = dot3(e1, e1) * dot3(e2, e2) - along * along;
+    if (!(twiceArea2 > 0)) continue;
+    const float heights = std::sqrt(l2 * longest2 / twiceArea2);
+    const float part = fade(-least, -kTrustedLean, -kFarLean) * fade(heights, kSmallLift, kLargeLift);
+    if (!(part > 0)) continue;
+    // What lies on which side follows from the smooth surface too: a facet that is turned away from a light which its
     // normals look at is lit. Media need the true side: what encloses one never comes here.
-    for (int k = 0; k < 3; ++k) Ng[k][i] = c->N[k][i];
-    const trace::Instance& instance = w.instance(group_.hits.instance[s]);
-    if (instance.baked) {
-      for (int j = 0; j < 3; ++j) lift_[j][s] = lift[j];
-    } else {
-      const trace::Affine m = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
-      for (int j = 0; j < 3; ++j) lift_[j][s] = m.m[j][0] * lift[0] + m.m[j][1] * lift[1] + m.m[j][2] * lift[2];
+    float ng[3];
+    for (int k = 0; k < 3; ++k) ng[k] = facet[k] + part * (c->N[k][i] - facet[k]);
+    const float inv = 1.f / std::sqrt(dot3(ng, ng));  // half a sphere apart at most
+    for (int k = 0; k < 3; ++k) {
+      Ng[k][i] = ng[k] * inv;
+      facet_[k][s] = facet[k];
+      lift_[k][s] = part * lift[k];
     }
   }
 }

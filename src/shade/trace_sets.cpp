@@ -37,7 +37,8 @@ void GroupState::closestInSets(bool clearShadow, uint32_t n, const uint32_t* slo
   }
 }
 
-void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked) {
+void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked,
+                                bool clear) {
   const uint32_t n = rays.count, m = padded(n);
   float* x[10];
   for (float*& a : x) a = arena_.make<float>(m);
@@ -61,8 +62,8 @@ void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, con
     }
     if (!k) continue;
     const float *o[3] = {x[0], x[1], x[2]}, *d[3] = {x[3], x[4], x[5]};
-    world_.world->occluded(k, o, d, x[6], x[7], set.opaqueShadow, answer, radius ? x[8] : nullptr,
-                           radius ? x[9] : nullptr);
+    world_.world->occluded(k, o, d, x[6], x[7], set.opaqueShadow | (clear ? set.clearShadow : 0u), answer,
+                           radius ? x[8] : nullptr, radius ? x[9] : nullptr);
     for (uint32_t i = 0; i < k; ++i) blocked[list[i]] = answer[i];
   }
 }
