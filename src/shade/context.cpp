@@ -362,7 +362,9 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
 Value gradient(const Context* c, const char* name, uint32_t component) {
   ContextHost& h = ContextHost::of(c);
   Value out;
-  if (name && !h.group->world().primvarWidths.contains(std::string_view(name))) return out;
+  const ShadingWorld& world = h.group->world();
+  if (name && !world.primvarWidths.contains(std::string_view(name))) return out;
+  const Implied implied = name ? impliedBy(name) : Implied::None;
   out.components = 3;
   out.stride = 1;
   float* g[3];
@@ -379,19 +381,21 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
     float e1[3], e2[3], f[2] = {0, 0}, at[3];
     edges(k, e1, e2);
     if (!name) {
-      float st[3][2];
-      textureCoordinates(k, st);
-      for (int j = 0; j < 2; ++j) f[j] = st[j + 1][component & 1] - st[0][component & 1];
-    } else if (p) {
+      const Sloped st = textureCoordinates(k);
+      f[0] = st.d1[component & 1];
+      f[1] = st.d2[component & 1];
+    } else if (p || implied != Implied::None) {
       // as primvar(): a number fills all components
-      const uint32_t w = std::min<uint32_t>(3, uint32_t(p->width)), from = w == 1 ? 0 : component;
-      float v[3][3];
-      cornerValues(*p, k, w, v);
-      for (int j = 0; j < 2 && from < w; ++j) {
-        float difference[3] = {0, 0, 0};
-        for (uint32_t l = 0; l < w; ++l) difference[l] = v[j + 1][l] - v[0][l];
-        if (w == 3) primvarToRender(*p, k, difference, true);
-        f[j] = difference[from];
+      const uint32_t w = p ? std::min<uint32_t>(3, uint32_t(p->width)) : widthOf(implied);
+      const uint32_t from = w == 1 ? 0 : component;
+      if (from < w) {
+        Sloped v = p ? valuesAt(*p, k, w) : impliedValue(implied, k, world.tints[k.placement->tint]);
+        if (p && w == 3) {
+          primvarToRender(*p, k, v.d1, true);
+          primvarToRender(*p, k, v.d2, true);
+        }
+        f[0] = v.d1[from];
+        f[1] = v.d2[from];
       }
     }
     gradientOf(e1, e2, f[0], f[1], at);
