@@ -15,6 +15,7 @@ constexpr const char* kPrefix = "kinora-levels:";
 constexpr const char* kMakerAttribute = "kinora:maker";
 constexpr const char* kFileAttribute = "kinora:file";
 constexpr int kTileSide = 64;
+constexpr int kRowsAtOnce = 32;
 
 class PyramidInput final : public OIIO::ImageInput {
  public:
@@ -66,16 +67,17 @@ class PyramidInput final : public OIIO::ImageInput {
                              std::min(y + spec.tile_height, spec.y + spec.height)};
     std::vector<float> pixels(size_t(window.width()) * size_t(window.height()) * channels);
     if (level < p.given) {
-      if (!read(file_, part, level, moved(window, p.originX, p.originY), pixels)) return false;
+      if (!read(part, level, moved(window, p.originX, p.originY), pixels)) return false;
+    } else if (level == p.given) {
+      if (!average(p, part, window, pixels.data())) return false;
     } else {
-      const OIIO::ImageSpec& finer = p.levels[size_t(level - 1)];
-      const LevelSize fine{finer.width, finer.height}, coarse{spec.width, spec.height};
-      const LevelWindow under = windowUnder(window, coarse, fine);
-      std::vector<float> source(size_t(under.width()) * size_t(under.height()) * channels);
-      const bool first = level == p.given;
-      const LevelWindow there = first ? moved(under, p.originX, p.originY) : under;
-      if (!read(first ? file_ : nullptr, part, level - 1, there, source)) return false;
-      averageAreas(source.data(), fine, coarse, window, spec.nchannels, pixels.data());
+      const std::vector<std::vector<float>>* kept = keptLevels(p, part);
+      if (!kept) return false;
+      const float* from = (*kept)[size_t(level - p.given - 1)].data();
+      const size_t count = size_t(window.width()) * channels;
+      for (int j = 0; j < window.height(); ++j)
+        std::copy_n(from + (size_t(y + j) * size_t(spec.width) + size_t(x)) * channels, count,
+                    pixels.data() + size_t(j) * count);
     }
     // a tile at the border is filled up
     std::vector<float> tile(row * size_t(spec.tile_height), 0.f);
@@ -150,14 +152,54 @@ class PyramidInput final : public OIIO::ImageInput {
     spec.tile_height = std::min(spec.height, kTileSide);
     spec.tile_depth = 1;
   }
-  // from: null for this very entry
-  bool read(OIIO::ImageCache::ImageHandle* from, int part, int level, const LevelWindow& w,
-            std::vector<float>& pixels) {
+  static LevelSize sizeOf(const OIIO::ImageSpec& spec) { return {spec.width, spec.height}; }
+
+  // A window of the first coarse level.
+  bool average(const Part& p, int part, const LevelWindow& window, float* out) {
+    const LevelSize fine = sizeOf(p.levels[size_t(p.given - 1)]), coarse = sizeOf(p.levels[size_t(p.given)]);
+    const LevelWindow under = windowUnder(window, coarse, fine);
+    const int channels = p.levels[0].nchannels;
+    std::vector<float> source(size_t(under.width()) * size_t(under.height()) * size_t(channels));
+    if (!read(part, p.given - 1, moved(under, p.originX, p.originY), source)) return false;
+    averageAreas(source.data(), fine, coarse, window, channels, out);
+    return true;
+  }
+
+  // Null when the file cannot be read. Who waits here holds up tiles of coarse levels alone, which the making of them
+  // does not need.
+  const std::vector<std::vector<float>>* keptLevels(const Part& p, int part) {
+    LevelMaker::Kept& kept = maker_->kept(self_.string(), part);
+    const std::lock_guard lock(kept.mutex);
+    if (!kept.levels.empty()) return &kept.levels;
+    const size_t first = size_t(p.given) + 1, channels = size_t(p.levels[0].nchannels);
+    std::vector<std::vector<float>> made(p.levels.size() - first);
+    for (size_t i = 0; i < made.size(); ++i) {
+      const LevelSize fine = sizeOf(p.levels[first + i - 1]), coarse = sizeOf(p.levels[first + i]);
+      made[i].resize(size_t(coarse.width) * size_t(coarse.height) * channels);
+      // the first of them by rows, of as much of the image as these need
+      const int step = i == 0 ? kRowsAtOnce : coarse.height;
+      std::vector<float> strip;
+      for (int row = 0; row < coarse.height; row += step) {
+        const LevelWindow rows{0, row, coarse.width, std::min(row + step, coarse.height)};
+        if (i == 0) {
+          const LevelWindow under = windowUnder(rows, coarse, fine);
+          strip.resize(size_t(under.width()) * size_t(under.height()) * channels);
+          if (!average(p, part, under, strip.data())) return nullptr;
+        }
+        averageAreas(i == 0 ? strip.data() : made[i - 1].data(), fine, coarse, rows, int(channels),
+                     made[i].data() + size_t(row) * size_t(coarse.width) * channels);
+      }
+    }
+    kept.levels = std::move(made);
+    return &kept.levels;
+  }
+
+  bool read(int part, int level, const LevelWindow& w, std::vector<float>& pixels) {
     const LevelMaker::Asker asker(*maker_);
-    if (!from) from = cache_->get_image_handle(self_, asker.thread());
     const int channels = parts_[size_t(part)].levels[0].nchannels;
-    if (from && cache_->get_pixels(from, asker.thread(), part, level, w.x0, w.x1, w.y0, w.y1, 0, 1, 0, channels,
-                                   OIIO::TypeFloat, pixels.data()))
+    // the shorter form of the call forgets whose it is
+    if (cache_->get_pixels(file_, asker.thread(), part, level, w.x0, w.x1, w.y0, w.y1, 0, 1, 0, channels,
+                           OIIO::TypeFloat, pixels.data()))
       return true;
     errorfmt("{}", cache_->geterror());
     return false;
@@ -187,6 +229,11 @@ OIIO::ustring LevelMaker::add(const std::string& file) {
   config.attribute(kFileAttribute, file);
   cache_.add_file(name, createPyramidInput, &config);
   return name;
+}
+
+LevelMaker::Kept& LevelMaker::kept(const std::string& file, int part) {
+  const std::lock_guard lock(mutex_);
+  return kept_[{file, part}];
 }
 
 OIIO::ImageCache::Perthread* LevelMaker::borrow() {

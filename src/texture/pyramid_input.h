@@ -1,11 +1,15 @@
-// A file without mip levels, presented to the tile cache with all of them: each made of the next finer one by area
-// average, tile by tile as they are asked for, so that only the cache holds pixels. It takes the finest level, and
-// levels that a part of the file may have, from the cache's own entry of the file. Used by TextureSystem.
+// A file without mip levels, presented to the tile cache with all of them, each made of the next finer one by area
+// average. The first coarse level is made tile by tile as it is asked for; those from the second on, a twelfth of the
+// image, are made together and kept: a cache that is short of memory would make them of the whole image again and
+// again. The finest level, and levels that a part of the file may have, come from the cache's own entry of the file.
+// Used by TextureSystem.
 #pragma once
 #include <OpenImageIO/imagecache.h>
 
+#include <map>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace kinora::texture {
@@ -38,6 +42,14 @@ class LevelMaker {
   };
   OIIO::ImageCache& cache() { return cache_; }
 
+  // Levels of one part of a file from the second coarse one on; empty until they are made. They outlive the cache's
+  // closing of the file.
+  struct Kept {
+    std::mutex mutex;
+    std::vector<std::vector<float>> levels;
+  };
+  Kept& kept(const std::string& file, int part);
+
  private:
   OIIO::ImageCache::Perthread* borrow();
   void giveBack(OIIO::ImageCache::Perthread* thread);
@@ -45,6 +57,7 @@ class LevelMaker {
   OIIO::ImageCache& cache_;
   std::mutex mutex_;
   std::vector<OIIO::ImageCache::Perthread*> idle_;
+  std::map<std::pair<std::string, int>, Kept> kept_;
 };
 
 }  // namespace kinora::texture
