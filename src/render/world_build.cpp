@@ -330,7 +330,9 @@ void WorldBuilder::flatten(const scene::Scene& scene, const std::set<uint32_t>& 
     uint32_t v = 0;
     if (a->getInt("visibility:camera", 1)) v |= trace::kSeenByCamera;
     if (a->getInt("visibility:indirect", 1)) v |= trace::kSeenByIndirect;
-    if (a->getInt("visibility:transmission", 1)) v |= trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+    // "casts_shadows" is BMRT's, which old files say of skies around their scenes
+    if (a->getInt("visibility:transmission", 1) && a->named.getString("render:casts_shadows", "") != "none")
+      v |= trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
     return v;
   };
   const auto place = [&](uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes,

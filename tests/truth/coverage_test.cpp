@@ -229,6 +229,8 @@ TEST(Visibility, AttributesHideFromWhatTheyName) {
   EXPECT_NEAR(mean("\"int camera\" [0]"), 0, 1e-6) << "unseen, it shadows and blocks";
   EXPECT_NEAR(mean("\"int camera\" [0] \"int transmission\" [0]"), lit, 0.01 * lit)
       << "light passes, the glowing wall is hidden";
+  EXPECT_NEAR(mean("\"int camera\" [0]\nAttribute \"render\" \"string casts_shadows\" [\"none\"]"), lit, 0.01 * lit)
+      << "the old word for it";
   EXPECT_NEAR(mean("\"int camera\" [0] \"int indirect\" [0]"), 1, 0.02)
       << "the glowing wall is found, light is shadowed";
   EXPECT_NEAR(mean("\"int camera\" [0] \"int indirect\" [0] \"int transmission\" [0]"), 1 + lit, 0.02);
