@@ -192,30 +192,28 @@ class PathLoop {
       value[c] = floats(room);
     }
     float *tMax = floats(room), *time = floats(room);
-    uint32_t *slot = words(room), *light = words(room), *state = words(room), *tinted = words(room);
+    uint32_t *state = words(room), *tinted = words(room);
+    const Rays& r = g_->rays;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
-      const Rays& r = g_->rays;
       for (int c = 0; c < 3; ++c) {
         o[c][i] = r.o[c][s];
         d[c][i] = r.d[c][s];
       }
       tMax[i] = h.t[i] < 1e30f ? h.t[i] * 0.99999f : 1e30f;
       time[i] = r.time[s];
-      slot[i] = s;
-      light[i] = h.light[i];
       state[i] = state_[s];
       tinted[i] = 1;
       float v[3];
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][i] = v[c];
     }
-    const ShadowRays shadow{h.count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot,
+    const ShadowRays shadow{h.count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, h.slot,
                             tinted,  {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth - 1, &shadow);
     for (uint32_t i = 0; i < h.count; ++i)
       for (int c = 0; c < 3; ++c) value[c][i] *= T[c][i];
-    const Contributions out{h.count, slot, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
+    const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, state, h.light, LightKind::Shadowed};
     sv_->contribute(g_, &out);
   }
 

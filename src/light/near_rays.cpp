@@ -1,6 +1,7 @@
 // Kernel of near_rays.h.
 #define KINORA_KERNEL_FILE "light/near_rays.cpp"
 #include "light/near_rays.h"
+#include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -58,16 +59,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kinora::light {
 NearRaysKernel nearRaysKernel(uint32_t width) {
-  switch (width) {
-    case 1:
-      return &N_AVX2::nearRays1;
-    case 4:
-      return &N_AVX2::nearRays4;
-    case 16:
-      return &N_AVX3::nearRays16;
-    default:
-      return &N_AVX2::nearRays8;
-  }
+  return kernelFor(width, &N_AVX2::nearRays1, &N_AVX2::nearRays4, &N_AVX2::nearRays8, &N_AVX3::nearRays16);
 }
 }  // namespace kinora::light
 #endif

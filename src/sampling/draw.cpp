@@ -1,5 +1,6 @@
 #define KINORA_KERNEL_FILE "sampling/draw.cpp"
 #include "sampling/draw.h"
+#include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
 #include <kinora/random.h>
 
@@ -53,13 +54,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kinora {
 DrawSpan drawSpan(uint32_t width) {
-  return width == 1 ? &N_AVX2::draw1 : width == 4 ? &N_AVX2::draw4 : width == 16 ? &N_AVX3::draw16 : &N_AVX2::draw8;
+  return kernelFor(width, &N_AVX2::draw1, &N_AVX2::draw4, &N_AVX2::draw8, &N_AVX3::draw16);
 }
 DrawSplit drawSplit(uint32_t width) {
-  return width == 1    ? &N_AVX2::split1
-         : width == 4  ? &N_AVX2::split4
-         : width == 16 ? &N_AVX3::split16
-                       : &N_AVX2::split8;
+  return kernelFor(width, &N_AVX2::split1, &N_AVX2::split4, &N_AVX2::split8, &N_AVX3::split16);
 }
 float drawEvent(uint32_t seed, uint32_t sample, uint32_t dimension, uint32_t event) {
   return N_AVX2::event1(seed, sample, dimension, event);

@@ -277,8 +277,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     const Where k = whereOf(h, c, i);
     if (k.mesh != last) {
       last = k.mesh;
-      p = k.mesh->find(name);
-      if (p && (p->data.empty() || p->width < 1)) p = nullptr;
+      p = primvarOf(*k.mesh, name);
     }
     if (!p && implied == Implied::None) {
       for (uint32_t j = 0; j < width; ++j) a[j][i] = 0;
@@ -375,8 +374,7 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
     const Where k = whereOf(h, c, i);
     if (name && k.mesh != last) {
       last = k.mesh;
-      p = k.mesh->find(name);
-      if (p && (p->data.empty() || p->width < 1)) p = nullptr;
+      p = primvarOf(*k.mesh, name);
     }
     float e1[3], e2[3], f[2] = {0, 0}, at[3];
     edges(k, e1, e2);

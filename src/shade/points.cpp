@@ -1,6 +1,7 @@
 // Kernels of points.h.
 #define KINORA_KERNEL_FILE "shade/points.cpp"
 #include "shade/points.h"
+#include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -118,40 +119,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kinora::shade {
 ProgramsKernel programsKernel(uint32_t width) {
-  switch (width) {
-    case 1:
-      return &N_AVX2::programs1;
-    case 4:
-      return &N_AVX2::programs4;
-    case 16:
-      return &N_AVX3::programs16;
-    default:
-      return &N_AVX2::programs8;
-  }
+  return kernelFor(width, &N_AVX2::programs1, &N_AVX2::programs4, &N_AVX2::programs8, &N_AVX3::programs16);
 }
 SurfacesKernel surfacesKernel(uint32_t width) {
-  switch (width) {
-    case 1:
-      return &N_AVX2::surfaces1;
-    case 4:
-      return &N_AVX2::surfaces4;
-    case 16:
-      return &N_AVX3::surfaces16;
-    default:
-      return &N_AVX2::surfaces8;
-  }
+  return kernelFor(width, &N_AVX2::surfaces1, &N_AVX2::surfaces4, &N_AVX2::surfaces8, &N_AVX3::surfaces16);
 }
 PointsKernel pointsKernel(uint32_t width) {
-  switch (width) {
-    case 1:
-      return &N_AVX2::points1;
-    case 4:
-      return &N_AVX2::points4;
-    case 16:
-      return &N_AVX3::points16;
-    default:
-      return &N_AVX2::points8;
-  }
+  return kernelFor(width, &N_AVX2::points1, &N_AVX2::points4, &N_AVX2::points8, &N_AVX3::points16);
 }
 }  // namespace kinora::shade
 #endif

@@ -7,6 +7,7 @@
 
 #include "shade/points.h"
 #include "shade/where.h"
+#include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -67,16 +68,7 @@ HWY_AFTER_NAMESPACE();
 namespace kinora::shade {
 
 QuadsKernel quadsKernel(uint32_t width) {
-  switch (width) {
-    case 1:
-      return &N_AVX2::quads1;
-    case 4:
-      return &N_AVX2::quads4;
-    case 16:
-      return &N_AVX3::quads16;
-    default:
-      return &N_AVX2::quads8;
-  }
+  return kernelFor(width, &N_AVX2::quads1, &N_AVX2::quads4, &N_AVX2::quads8, &N_AVX3::quads16);
 }
 
 namespace {

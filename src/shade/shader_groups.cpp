@@ -266,8 +266,7 @@ void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& i
     const Where k = whereOf(h, c, i);
     if (k.mesh != last) {
       last = k.mesh;
-      p = k.mesh->find(name);
-      if (p && (p->data.empty() || p->width < 1)) p = nullptr;
+      p = primvarOf(*k.mesh, name);
     }
     Sloped at{};
     const Tint& tint = world.tints[k.placement->tint];

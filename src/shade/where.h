@@ -185,6 +185,12 @@ inline Sloped patchUV(const Where& k) {
   return out;
 }
 
+// The primvar of a mesh; null where it has none of that name, or one without values.
+inline const geometry::Primvar* primvarOf(const geometry::Mesh& mesh, const char* name) {
+  const geometry::Primvar* p = mesh.find(name);
+  return p && !p->data.empty() && p->width >= 1 ? p : nullptr;
+}
+
 // A primvar's first `n` (at most 3) components; the primvar has as many.
 inline Sloped valuesAt(const geometry::Primvar& p, const Where& k, uint32_t n) {
   using Rate = geometry::Primvar::Rate;
