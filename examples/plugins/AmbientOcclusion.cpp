@@ -59,18 +59,19 @@ struct AmbientOcclusion {
     uint32_t* slots = words(g->padded);
     for (uint32_t i = 0; i < g->count; ++i) slots[i] = i;
     float* through[3] = {floats(g->padded), floats(g->padded), floats(g->padded)};
-    services->trace(g, RayKind::Camera, 0, g->count, slots, through);
+    services->trace(g, &g->paths, RayKind::Camera, 0, g->count, slots, through);
 
     uint32_t hits = 0;
     float* alpha = floats(g->padded);
     for (uint32_t i = 0; i < g->count; ++i)
-      if (g->hits.t[i] < std::numeric_limits<float>::infinity()) {
+      if (g->paths.hits.t[i] < std::numeric_limits<float>::infinity()) {
         alpha[hits] = 1;
         slots[hits++] = i;
       }
     services->cover(g, hits, slots, alpha);
     Context* const* contexts = nullptr;
-    const uint32_t contextCount = services->shade(g, kTraitEyePath | kTraitPrimaryHit, 0, hits, slots, &contexts);
+    const uint32_t contextCount =
+        services->shade(g, &g->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, slots, &contexts);
 
     // contexts are padded each, so that rays of several need room for the padding of all
     const uint32_t room = padded(hits) + contextCount * kPad;
@@ -80,6 +81,7 @@ struct AmbientOcclusion {
     float *tMax = floats(room), *time = floats(room);
     uint32_t *slot = words(room), *emitter = words(room);
     uint32_t* state = static_cast<uint32_t*>(services->alloc(g, room * sizeof(uint32_t)));
+    ShadowRun* runs = static_cast<ShadowRun*>(services->alloc(g, contextCount * sizeof(ShadowRun)));
     uint32_t n = 0;
     for (uint32_t k = 0; k < contextCount; ++k) {
       const Context& c = *contexts[k];
@@ -91,10 +93,19 @@ struct AmbientOcclusion {
         emitter[n] = kNoLight;  // to the picture this is light given off by the surface that was hit
         state[n] = services->paths.start;
       }
+      runs[k] = {&c, nullptr, n};  // one ray for each of its points, in order
     }
     const uint32_t* const opaqueGlass = nullptr;  // a 1 for a ray would let it go through glass in a straight line
-    const ShadowRays rays{
-        n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot, opaqueGlass, {light[0], light[1], light[2]}};
+    const ShadowRays rays{n,
+                          {o[0], o[1], o[2]},
+                          {d[0], d[1], d[2]},
+                          tMax,
+                          time,
+                          nullptr,
+                          contextCount,
+                          runs,
+                          opaqueGlass,
+                          {light[0], light[1], light[2]}};
     services->shadow(g, 0, &rays);
     const Contributions value{n, slot, {light[0], light[1], light[2]}, state, emitter};
     services->contribute(g, &value);

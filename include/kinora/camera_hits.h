@@ -20,16 +20,17 @@ class CameraHits {
     uint32_t* live = words(group->padded + kPad);
     float* through[3] = {floats(group->padded + kPad), floats(group->padded + kPad), floats(group->padded + kPad)};
     for (uint32_t i = 0; i < group->padded; ++i) live[i] = i < group->count ? i : group->count - 1;
-    services->trace(group, RayKind::Camera, 0, group->count, live, through);
+    services->trace(group, &group->paths, RayKind::Camera, 0, group->count, live, through);
     for (uint32_t i = 0; i < group->count; ++i)
-      if (group->hits.t[i] < 3e38f) live[count++] = i;
+      if (group->paths.hits.t[i] < 3e38f) live[count++] = i;
     for (uint32_t i = count; count && i < padded(count); ++i) live[i] = live[count - 1];
     slots = live;
     if (!count) return;
     float* alpha = floats(padded(count));
     for (uint32_t i = 0; i < padded(count); ++i) alpha[i] = 1;
     services->cover(group, count, slots, alpha);
-    contextCount = services->shade(group, kTraitEyePath | kTraitPrimaryHit, 0, count, slots, &contexts);
+    contextCount =
+        services->shade(group, &group->paths, kTraitEyePath | kTraitPrimaryHit, 0, count, slots, &contexts);
   }
 
   // Adds a colour at each point of a context to the picture, as light that the surface gives off.
@@ -43,7 +44,6 @@ class CameraHits {
     services_->contribute(group_, &out);
   }
 
-  uint32_t instance(uint32_t slot) const { return group_->hits.instance[slot]; }
   float* floats(uint32_t n) const { return static_cast<float*>(services_->alloc(group_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(services_->alloc(group_, n * sizeof(uint32_t))); }
 

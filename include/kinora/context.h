@@ -100,14 +100,26 @@ struct TextureOptions {
   int linearize = 0;  // 1: decode sRGB
 };
 
+// Where points lie on the scene's geometry. Null in contexts of points in space and in those of the testing kit.
+struct Places {
+  const uint32_t* instance;   // index of the placed object in the world
+  const uint32_t* geometry;   // index of the geometry in the world
+  const uint32_t* primitive;  // patch
+  const uint32_t* level;      // of resolution
+  const float* u;             // barycentric b1, b2 (triangles) or the geometry's own parameters
+  const float* v;
+};
+
 struct Context {
   uint32_t count, padded, width;  // points; arrays' length; SIMD width in use
   uint32_t traits;
-  const uint32_t* path;        // path slot in the ray group
+  const uint32_t* path;  // entry in the list of rays or of records that the points come from
+  Places place;
   const float* P[3];           // hit point
   const float* N[3];           // shading normal, unit, on wo's side of the surface
   const float* Ng[3];          // geometric normal, unit, on wo's side
   const float* wo[3];          // unit, towards where the path came from
+  const float* distance;       // length of the ray that found the point
   const float* radius;         // path footprint at the hit: radius, render units
   const float* spread;         // growth of the radius per unit distance
   const float* time;           // 0..1 over the shutter

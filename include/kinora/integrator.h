@@ -1,6 +1,13 @@
 // The interface of an integrator: it owns everything inside the loop; the renderer gives it a group of samples and
 // services. The stock integrators use exactly this. Groups belong to one thread; nothing here locks or allocates.
-// All spans have `capacity` elements rounded up to kPad, in the group's arena. Render space.
+// Arrays are padded to kPad elements, in the group's arena. Render space.
+//
+// Rays live in lists. The group's own list, `paths`, has a slot for each sample; an integrator makes further lists of
+// any size, whose rays leave any vertices (chords through an object, connections of subpaths). A vertex is a point of
+// a context, which owns all that is known of it until the group ends or its memory is released: its place on the
+// geometry, what lights it, which objects its rays see, the media around it, its address of random numbers. A ray
+// takes that over when it leaves the vertex (Services::leave). Records of vertices outlive the group
+// (Services::keepVertices).
 #pragma once
 #include <kinora/bxdf.h>
 #include <kinora/light.h>
@@ -10,7 +17,7 @@ namespace kinora {
 
 enum class RayKind : uint32_t { Camera, Indirect, Transmission };
 
-// Rays by slot. A ray's slot never changes while its sample lives; live slots are listed, not moved.
+// Rays by entry of their list.
 struct Rays {
   float* o[3];
   float* d[3];  // unit
@@ -20,7 +27,7 @@ struct Rays {
   float* spread;  // its growth per unit distance
 };
 
-struct Hits {  // by slot, like Rays
+struct Hits {  // by entry, like Rays
   float* t;    // distance; infinity: the ray escaped
   float* u;    // barycentric b1, b2 (triangles) or the geometry's own parameters
   float* v;
@@ -31,12 +38,24 @@ struct Hits {  // by slot, like Rays
   uint32_t* level;      // of resolution
 };
 
-// How the vertex that a ray comes from sent it on, in Group::origin. None of them: a diffuse reflection.
+// How the vertex that a ray comes from sent it on, in RayList::origin. None of them: a diffuse reflection.
 enum RayOrigin : uint32_t {
   kFromDiscrete = 1,      // no light sample could have found its direction: mirrors, perfect glass, the camera
   kFromSpecular = 2,      // by a specular lobe
   kFromTransmission = 4,  // through the surface
   kOriginBits = 16        // bits from this one on are the integrator's own
+};
+
+// Rays that are traced, shaded and asked for lights together, all or a listed part of them.
+struct RayList {
+  uint32_t capacity;
+  Rays rays;
+  Hits hits;
+  uint32_t* sampleSeed;  // address of random numbers
+  uint32_t* sampleIndex;
+  uint32_t* origin;  // RayOrigin bits of the ray, 0 unless the integrator writes them with each new direction;
+                     // shaders ask for them by raytype()
+  void* host;  // the renderer's part: what each ray took over from the vertex that it left
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths, Barrier };
@@ -45,22 +64,17 @@ struct Stage {
   uint32_t pathsPerSample;
 };  // LightPaths: how many a pixel sample; Barrier: 0
 
-// One group of samples. For camera stages rays hold the camera rays; for light stages emitted rays are made by
-// Services::emitLight.
+// One group of samples. For camera stages paths.rays hold the camera rays; for light stages emitted rays are made by
+// Services::emitLight. A sample's slot in `paths` never changes while it lives; live slots are listed, not moved.
 struct Group {
   uint32_t count;  // samples (slots) in use
   uint32_t padded;
   uint32_t width;  // SIMD width
   StageKind stage;
-  Rays rays;
-  Hits hits;
-  const uint32_t* sampleSeed;  // address of random numbers
-  const uint32_t* sampleIndex;
+  RayList paths;
   const int32_t* pixel[2];  // raster pixel of the sample
   const float* rayWeight;   // camera's weight of the sample
   void* host;
-  uint32_t* origin;  // by slot: RayOrigin bits of the ray, 0 unless the integrator writes them with each new
-                     // direction; shaders ask for them by raytype()
 };
 
 // Lights' answer at the points of a context: one light sample a point.
@@ -76,10 +90,10 @@ struct LightSamples {
 };
 
 // Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit; lights without
-// shadows behind it too. Entries are sorted by slot order of the list given, and by light.
+// shadows behind it too. Sorted by the order of the rays that were listed, and by light.
 struct LightHits {
   uint32_t count;
-  const uint32_t* slot;
+  const uint32_t* slot;  // the ray's entry in its list
   const float* radiance[3];
   const float* pdf;  // with which lightSamples() at the previous vertex would have made this direction
   const float* t;
@@ -111,17 +125,45 @@ struct Contributions {
 };
 inline constexpr uint32_t kNoLight = 0xffffffffu;
 
-// Shadow rays: any number, each with the slot of its path.
+// Shadow rays: any number, each from a vertex. Runs of them say which: rays up to `end` leave points of `context`,
+// or, where that is null, the vertices that rays of `list` left.
+struct ShadowRun {
+  const Context* context;
+  const RayList* list;
+  uint32_t end;
+};
 struct ShadowRays {
   uint32_t count;
   const float* o[3];
   const float* d[3];
   const float* tMax;  // nothing is in the way of rays that go nowhere (0 and below)
   const float* time;
-  const uint32_t* slot;
+  const uint32_t* point;  // by ray: of the run's context, or entry of its list; null: 0, 1, ... of each run
+  uint32_t runCount;
+  const ShadowRun* runs;
   const uint32_t* tinted;   // by ray, 1: it goes straight through glass and takes its tint (the stock default where
                             // caustics are off), 0: glass blocks it; null: 0
   float* transmittance[3];  // out
+};
+
+// A vertex put aside, in a form that means something to the renderer only. It holds while the world that it is of
+// does, in any thread.
+struct VertexRecord {
+  uint32_t words[24];
+};
+
+// All that chords meet of the objects that they began on, see Services::hitsOnObject.
+struct ObjectHits {
+  uint32_t most;     // in: room for each ray
+  uint32_t* count;   // out, by ray: hits stored, the nearest ones
+  uint32_t* beyond;  // out, by ray: hits for which there was no room
+  float* t;          // out, [ray * most + hit], nearest first
+  float* u;
+  float* v;
+  float* ng[3];  // as in Hits
+  uint32_t* geometry;
+  uint32_t* primitive;
+  uint32_t* level;
 };
 
 // The automaton over light path expressions: an integrator keeps a state for each path and steps it at each event.
@@ -157,15 +199,30 @@ struct Services {
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
+  // A list of rays with room for `capacity`, until the group ends; they leave empty space.
+  RayList* (*makeRays)(Group*, uint32_t capacity);
+  // Says that the ray at entries[i] of the list leaves point points[i] of the context: it takes over what is known of
+  // the vertex. through[i]: 1 where it goes through the surface, which changes the media around it (null: none does).
+  // Origin, direction and the other numbers of the ray are the integrator's. entries null: the points' own slots.
+  void (*leave)(Group*, RayList*, const Context*, uint32_t n, const uint32_t* points, const uint32_t* entries,
+                const uint32_t* through);
   // Nearest accepted hit of each listed ray: presence is decided, surfaces inside a medium of higher priority are
-  // passed. Writes group->hits. `transmittance` gets what the media passed let through (1 in empty space). `depth`
-  // addresses the random numbers of presence.
-  void (*trace)(Group*, RayKind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
+  // passed. Writes the list's hits. `transmittance` (by entry) gets what the media passed let through (1 in empty
+  // space). `depth` addresses the random numbers of presence.
+  void (*trace)(Group*, RayList*, RayKind, uint32_t depth, uint32_t n, const uint32_t* entries,
+                float* const transmittance[3]);
   // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends or
   // their memory is released. Returns their number. Rays that escaped must not be listed. `traits`: eye or light
-  // path.
-  uint32_t (*shade)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+  // path. Context::path tells a point's entry.
+  uint32_t (*shade)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                     Context* const** contexts);
+  // Records of the listed points, and contexts of n records in any mixture: with equal bits, but for Context::path,
+  // which is the record's index. Records of one depth and path share contexts. Points in space have no records.
+  void (*keepVertices)(Group*, const Context*, uint32_t n, const uint32_t* points, VertexRecord* out);
+  uint32_t (*shadeVertices)(Group*, uint32_t n, const VertexRecord* records, Context* const** contexts);
+  // Hits of rays that leave the listed points of a context (o, d, tMax, time by ray) on the objects of those points,
+  // whatever presence, visibility and other objects have to say.
+  void (*hitsOnObject)(Group*, const Context*, uint32_t n, const uint32_t* points, const Rays* rays, ObjectHits*);
   // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs
   // only its last vertex keeps within the cache that way.
   MemoryMark (*markMemory)(Group*);
@@ -173,22 +230,16 @@ struct Services {
   // One light sample for each point; u: kDimLightChoice and kDimLight of the vertex, sub-sample `part` of `parts`.
   void (*lightSamples)(Group*, const Context*, uint32_t part, uint32_t parts, LightSamples*);
   // Light met by the listed rays (after trace). Camera rays stop at lights seen by the camera.
-  void (*lightHits)(Group*, RayKind, uint32_t n, const uint32_t* slots, LightHits*);
+  void (*lightHits)(Group*, RayList*, RayKind, uint32_t n, const uint32_t* entries, LightHits*);
   // Lights that the listed rays (after trace, before their hits are shaded) would meet beyond what they hit, were
   // they to go straight on, where that lets tinted shadows pass; nothing in between is looked at. With a tinted
   // shadow ray for each entry this is the other half of light samples behind tinted shadow rays.
-  void (*lightsBeyond)(Group*, uint32_t n, const uint32_t* slots, LightHits*);
+  void (*lightsBeyond)(Group*, RayList*, uint32_t n, const uint32_t* entries, LightHits*);
   void (*shadow)(Group*, uint32_t depth, const ShadowRays*);
   void (*contribute)(Group*, const Contributions*);
   // Marks the listed slots as covering their pixel: alpha.
   void (*cover)(Group*, uint32_t n, const uint32_t* slots, const float* alpha);
-  // Tells the media stack of each listed point's path that it went through the surface (transmitted samples).
-  void (*cross)(Group*, const Context*, uint32_t n, const uint32_t* points);
-  // For several directions from one vertex: remembers where the listed paths stand (hit, media around, lights
-  // linked); restorePaths() puts that back before the next direction is followed. Rays are not kept.
-  const void* (*keepPaths)(Group*, uint32_t n, const uint32_t* slots);
-  void (*restorePaths)(Group*, const void* kept);
-  // Light paths: fills rays of the first n slots with emitted rays; throughput = radiance * cos / pdfs.
+  // Light paths: fills the first n of the group's paths with emitted rays; throughput = radiance * cos / pdfs.
   void (*emitLight)(Group*, uint32_t n, float* const throughput[3], uint32_t* light);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);
   // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer. The
@@ -198,9 +249,9 @@ struct Services {
   // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase
   // function.
   uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
-  // Points in space at distance t[slot] along the listed rays: where a medium scatters. The context takes light
+  // Points in space at distance t[entry] along the listed rays: where a medium scatters. The context takes light
   // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
-  Context* (*pointsInSpace)(Group*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+  Context* (*pointsInSpace)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                             const float* t);
 };
 

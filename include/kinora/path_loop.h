@@ -61,7 +61,7 @@ class PathLoop {
     }
     pdf_ = floats(n);
     state_ = words(n);
-    flags_ = g_->origin;
+    flags_ = g_->paths.origin;
   }
 
   void run() {
@@ -78,12 +78,12 @@ class PathLoop {
       flags_[i] = kFromDiscrete;
     }
     // camera vertex
-    sv_->trace(g_, RayKind::Camera, 0, n, live, medium());
+    sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
     applyMedium(n, live);
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
-    const uint32_t count = sv_->shade(g_, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
+    const uint32_t count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
     for (uint32_t part = 0; part < o_.lightSamples; ++part)
       directLight(count, contexts, 0, part, o_.lightSamples, parts);
@@ -123,7 +123,7 @@ class PathLoop {
   void collectLights(RayKind kind, uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n,
                      const uint32_t* live) {
     LightHits h;
-    sv_->lightHits(g_, kind, n, live, &h);
+    sv_->lightHits(g_, &g_->paths, kind, n, live, &h);
     if (!h.count) return;
     float* value[3];
     for (float*& v : value) v = floats(padded(h.count));
@@ -181,7 +181,7 @@ class PathLoop {
     if (!asked) return;
     padList(asked, list);
     LightHits h;
-    sv_->lightsBeyond(g_, asked, list, &h);
+    sv_->lightsBeyond(g_, &g_->paths, asked, list, &h);
     if (!h.count) return;
     const uint32_t room = padded(h.count) + kPad;
     float *o[3], *d[3], *T[3], *value[3];
@@ -193,7 +193,7 @@ class PathLoop {
     }
     float *tMax = floats(room), *time = floats(room);
     uint32_t *state = words(room), *tinted = words(room);
-    const Rays& r = g_->rays;
+    const Rays& r = g_->paths.rays;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
       for (int c = 0; c < 3; ++c) {
@@ -208,7 +208,8 @@ class PathLoop {
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][i] = v[c];
     }
-    const ShadowRays shadow{h.count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, h.slot,
+    const ShadowRun run{nullptr, &g_->paths, h.count};
+    const ShadowRays shadow{h.count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, h.slot, 1, &run,
                             tinted,  {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth - 1, &shadow);
     for (uint32_t i = 0; i < h.count; ++i)
@@ -274,7 +275,7 @@ class PathLoop {
     for (uint32_t i = 0; i < n; i += W) {
       const Mask<W> in = Mask<W>::firstN(int(n - i < W ? n - i : W));
       const Slots<W> s = Slots<W>::load(live + i);
-      const Packer<W> pack(in & (s.get(g_->hits.t) < Float<W>(3e38f)));
+      const Packer<W> pack(in & (s.get(g_->paths.hits.t) < Float<W>(3e38f)));
       pack.put(s.s, live + m);
       m += uint32_t(pack.count);
     }
@@ -365,7 +366,8 @@ class PathLoop {
       value[c] = floats(room * mostSlots);
     }
     float *tMax = floats(room), *time = floats(room);
-    uint32_t* slot = words(room);
+    uint32_t* point = words(room);
+    ShadowRun* runs = static_cast<ShadowRun*>(sv_->alloc(g_, count * sizeof(ShadowRun)));
     uint32_t* tinted = o_.allowCaustics || !sv_->hasTintedShadows ? nullptr : words(room);
     uint32_t* ray = words(room * mostSlots);  // of each contribution
     uint32_t* owner = words(room * mostSlots);
@@ -421,7 +423,7 @@ class PathLoop {
         const F far = F::load(ls.distance + i);
         pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
         pack.put(F::load(c.time + i), time + rays);
-        pack.put(s.s, slot + rays);
+        pack.put(Int<W>::lanes(int32_t(i)), point + rays);
         if (tinted) pack.put(select(staysInside(c, i, wi), Int<W>(0), Int<W>(1)), tinted + rays);
         if (share) pack.put(mis, share + rays);
         // each lane's ray
@@ -451,10 +453,11 @@ class PathLoop {
           entries += uint32_t(keep.count);
         }
       }
+      runs[k] = {&c, nullptr, rays};
     }
     if (!rays) return;
     if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
-    const ShadowRays shadow{rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, slot,
+    const ShadowRays shadow{rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs,
                             tinted, {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
@@ -510,8 +513,8 @@ class PathLoop {
                             slot,
                             flags};
       c.bxdf->generate(&c, c.closure, &ga);
-      uint32_t* through = words(c.padded + kPad);
-      uint32_t throughCount = 0;
+      uint32_t *point = words(c.padded + kPad), *through = words(c.padded + kPad);
+      uint32_t leaving = 0;
       for (uint32_t i = 0; i < c.count; i += W) {
         Mask<W> on = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
         const Slots<W> s = Slots<W>::load(c.path + i);
@@ -536,7 +539,7 @@ class PathLoop {
         const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
         const Int<W> fl = Int<W>::load(flags + i);
         const Mask<W> discrete = (fl & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
-        const Rays& r = g_->rays;
+        const Rays& r = g_->paths.rays;
         s.put(on, from.x, r.o[0]);
         s.put(on, from.y, r.o[1]);
         s.put(on, from.z, r.o[2]);
@@ -562,16 +565,14 @@ class PathLoop {
         const Int<W> now =
             flag(discrete, kFromDiscrete) | flag(specular, kFromSpecular) | flag(transmits, kFromTransmission);
         s.put(on, o_.allowCaustics ? now : now | withoutCaustics(c, i, s, w, lobe, discrete), flags_);
-        if (const Mask<W> goesThrough = on & transmits; goesThrough.any()) {
-          const Packer<W> pack(goesThrough);
-          pack.put(Int<W>::lanes(int32_t(i)), through + throughCount);
-          throughCount += uint32_t(pack.count);
-        }
         const Packer<W> pack(on);
         pack.put(s.s, live + m);
+        pack.put(Int<W>::lanes(int32_t(i)), point + leaving);
+        pack.put(flag(transmits, 1), through + leaving);
         m += uint32_t(pack.count);
+        leaving += uint32_t(pack.count);
       }
-      if (throughCount) sv_->cross(g_, &c, throughCount, through);
+      if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, nullptr, through);
     }
     padList(m, live);
     return m;
@@ -585,7 +586,7 @@ class PathLoop {
       const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
       sv_->releaseMemory(g_, mark);
       if (!n) return;
-      sv_->trace(g_, RayKind::Indirect, depth + 1, n, live, medium());
+      sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
       const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
       applyMedium(n, live);
@@ -596,7 +597,7 @@ class PathLoop {
       if (first && parts > 1)
         for (uint32_t i = 0; i < hits; ++i)
           for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
-      count = sv_->shade(g_, kTraitEyePath, depth + 1, hits, live, &contexts);
+      count = sv_->shade(g_, &g_->paths, kTraitEyePath, depth + 1, hits, live, &contexts);
       for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
       directLight(count, contexts, depth + 1, 0, 1, 1);
     }
@@ -610,7 +611,6 @@ class PathLoop {
       for (int c = 0; c < 3; ++c) firstThroughput_[c][s] = throughput_[c][s];
       firstState_[s] = state_[s];
     }
-    first_ = sv_->keepPaths(g_, n, live);
   }
   void restoreFirst(uint32_t n, const uint32_t* live) {
     for (uint32_t i = 0; i < n; ++i) {
@@ -619,7 +619,6 @@ class PathLoop {
       state_[s] = firstState_[s];
       flags_[s] = kFromDiscrete;
     }
-    sv_->restorePaths(g_, first_);
   }
 
   Group* g_;
@@ -627,7 +626,6 @@ class PathLoop {
   const PathLoopOptions o_;
   float *throughput_[3], *medium_[3], *firstThroughput_[3], *pdf_;
   uint32_t *state_, *firstState_ = nullptr;
-  const void* first_ = nullptr;
   uint32_t* flags_;
 };
 

@@ -55,8 +55,8 @@ class Frame::RayLoop final : public Hider {
             const int x = x0 + k % kBlock, y = y0 + k / kBlock;
             s.pixelX()[n] = x;
             s.pixelY()[n] = y;
-            s.indices()[n] = uint32_t(sample);
-            s.seeds()[n] = pixelSeed(x, y, b.seed);
+            s.group().paths.sampleIndex[n] = uint32_t(sample);
+            s.group().paths.sampleSeed[n] = pixelSeed(x, y, b.seed);
             ++n;
           }
           if (n == size) {
@@ -220,12 +220,12 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
   for (uint32_t i = n; i < m; ++i) {
     s.pixelX()[i] = s.pixelX()[n - 1];
     s.pixelY()[i] = s.pixelY()[n - 1];
-    s.indices()[i] = s.indices()[n - 1];
-    s.seeds()[i] = s.seeds()[n - 1];
+    s.group().paths.sampleIndex[i] = s.group().paths.sampleIndex[n - 1];
+    s.group().paths.sampleSeed[i] = s.group().paths.sampleSeed[n - 1];
   }
-  draw(table, m, s.seeds(), s.indices(), kDimFilter, x[0], x[1]);
-  draw(table, m, s.seeds(), s.indices(), kDimLens, x[2], x[3]);
-  draw(table, m, s.seeds(), s.indices(), kDimTime, x[4], x[5]);
+  draw(table, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex, kDimFilter, x[0], x[1]);
+  draw(table, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex, kDimLens, x[2], x[3]);
+  draw(table, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex, kDimTime, x[4], x[5]);
   w.filterWeights.resize(in_.ratios.size());
   for (float*& own : w.filterWeights) own = arena.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) {
@@ -237,9 +237,9 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     s.weights()[i] = f.weight;
     for (size_t k = 0; k < w.filterWeights.size(); ++k)
       w.filterWeights[k][i] = in_.jitter ? in_.ratios[k].weight(u, v) : 1.f;
-    s.group().rays.time[i] = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
+    s.group().paths.rays.time[i] = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
   }
-  Rays& r = s.group().rays;
+  Rays& r = s.group().paths.rays;
   float* weight = x[6];
   const CameraSampleArgs a{
       n,      {x[0], x[1]}, {x[2], x[3]}, r.time, {r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]},
@@ -319,7 +319,7 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.n = int(count);
   span.x = s.pixelX();
   span.y = s.pixelY();
-  span.sampleIndex = s.indices();
+  span.sampleIndex = s.group().paths.sampleIndex;
   span.weight = s.weights();
   span.values = w.values();
   span.zeros = w.zeros();
@@ -341,13 +341,14 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
     const uint64_t path = firstPath + std::min(i, count - 1);
     s.pixelX()[i] = int32_t(path & 0xffffffff);
     s.pixelY()[i] = int32_t(path >> 32) + 0x40000000;  // no pixel's address
-    s.indices()[i] = uint32_t(sample);
-    s.seeds()[i] = pixelSeed(s.pixelX()[i], s.pixelY()[i], in_.seed);
+    s.group().paths.sampleIndex[i] = uint32_t(sample);
+    s.group().paths.sampleSeed[i] = pixelSeed(s.pixelX()[i], s.pixelY()[i], in_.seed);
     weight[i] = 1;
   }
-  drawSpan(in_.world->width())(w.services().samples, m, s.seeds(), s.indices(), kDimTime, u, v);
+  drawSpan(in_.world->width())(w.services().samples, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex,
+                               kDimTime, u, v);
   const std::vector<float>& times = in_.world->camera().times;
-  for (uint32_t i = 0; i < m; ++i) s.group().rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
+  for (uint32_t i = 0; i < m; ++i) s.group().paths.rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
   s.group().rayWeight = weight;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
 }
@@ -363,8 +364,8 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
   for (int k = 0; k < 16; ++k) {
     s.pixelX()[k] = x0 + k % kBlock;
     s.pixelY()[k] = y0 + k / kBlock;
-    s.indices()[k] = uint32_t(sample);
-    s.seeds()[k] = pixelSeed(s.pixelX()[k], s.pixelY()[k], in_.seed);
+    s.group().paths.sampleIndex[k] = uint32_t(sample);
+    s.group().paths.sampleSeed[k] = pixelSeed(s.pixelX()[k], s.pixelY()[k], in_.seed);
   }
   s.group().count = s.group().padded = 16;
   cameraRays(w, 16);

@@ -57,39 +57,41 @@ void addUserLobes(const film::LightPaths& paths, RecordPlan& plan) {
 struct Worker::Calls {
   static Worker& of(Group* g) { return *static_cast<Worker*>(g->host); }
   static void* alloc(Group* g, size_t bytes) { return of(g).state_.arena().allocate(bytes); }
-  static void trace(Group* g, RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const t[3]) {
+  static void trace(Group* g, RayList* list, RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots,
+                    float* const t[3]) {
     Worker& w = of(g);
     shade::GroupState& s = w.state_;
-    s.trace(kind, depth, n, slots, t);
-    if (w.print) {
+    s.trace(*list, kind, depth, n, slots, t);
+    if (w.print && list == &g->paths) {
       const uint32_t p = w.printSlot;
       for (uint32_t i = 0; i < n; ++i) {
         if (slots[i] != p) continue;
         char line[512];
-        const Rays& r = g->rays;
-        if (std::isinf(g->hits.t[p])) {
+        const Rays& r = list->rays;
+        if (std::isinf(list->hits.t[p])) {
           std::snprintf(line, sizeof line, "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): escapes", depth,
                         r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p]);
         } else {
           const shade::ShadingWorld& sw = s.world();
-          const shade::PlacementInfo& place = sw.placements[sw.world->instance(g->hits.instance[p]).user];
+          const shade::PlacementInfo& place = sw.placements[sw.world->instance(list->hits.instance[p]).user];
           std::snprintf(
               line, sizeof line,
               "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): hits '%s' (%s) face %u at distance %.9g", depth,
               r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p],
-              sw.geometries[g->hits.geometry[p]].name.c_str(), place.name.c_str(), g->hits.primitive[p],
-              g->hits.t[p]);
+              sw.geometries[list->hits.geometry[p]].name.c_str(), place.name.c_str(), list->hits.primitive[p],
+              list->hits.t[p]);
         }
         w.print(line);
       }
     }
   }
-  static uint32_t shade(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+  static uint32_t shade(Group* g, RayList* list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
                         Context* const** contexts) {
     Worker& w = of(g);
-    if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty()) n = w.keepLinked(n, &slots);
-    const uint32_t count = w.state_.shade(traits, depth, n, slots, contexts);
-    if (w.print)
+    if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty() && list == &g->paths)
+      n = w.keepLinked(n, &slots);
+    const uint32_t count = w.state_.shade(*list, traits, depth, n, slots, contexts);
+    if (w.print && list == &g->paths)
       for (uint32_t c = 0; c < count; ++c)
         for (uint32_t i = 0; i < (*contexts)[c]->count; ++i) {
           const Context& x = *(*contexts)[c];
@@ -102,6 +104,21 @@ struct Worker::Calls {
         }
     return count;
   }
+  static RayList* makeRays(Group* g, uint32_t capacity) { return of(g).state_.makeRays(capacity); }
+  static void leave(Group* g, RayList* list, const Context* c, uint32_t n, const uint32_t* points,
+                    const uint32_t* entries, const uint32_t* through) {
+    of(g).state_.leave(*list, c, n, points, entries, through);
+  }
+  static void keepVertices(Group* g, const Context* c, uint32_t n, const uint32_t* points, VertexRecord* out) {
+    of(g).state_.keepVertices(c, n, points, out);
+  }
+  static uint32_t shadeVertices(Group* g, uint32_t n, const VertexRecord* records, Context* const** contexts) {
+    return of(g).state_.shadeVertices(n, records, contexts);
+  }
+  static void hitsOnObject(Group* g, const Context* c, uint32_t n, const uint32_t* points, const Rays* rays,
+                           ObjectHits* out) {
+    of(g).state_.hitsOnObject(c, n, points, *rays, out);
+  }
   static MemoryMark markMemory(Group* g) {
     const Arena::Mark m = of(g).state_.arena().mark();
     return {m.block, m.used};
@@ -112,11 +129,11 @@ struct Worker::Calls {
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
-  static void lightHits(Group* g, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
-    of(g).state_.lightHits(kind, n, slots, out);
+  static void lightHits(Group* g, RayList* list, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
+    of(g).state_.lightHits(*list, kind, n, slots, out);
   }
-  static void lightsBeyond(Group* g, uint32_t n, const uint32_t* slots, LightHits* out) {
-    of(g).state_.lightsBeyond(n, slots, out);
+  static void lightsBeyond(Group* g, RayList* list, uint32_t n, const uint32_t* slots, LightHits* out) {
+    of(g).state_.lightsBeyond(*list, n, slots, out);
   }
   static void shadow(Group* g, uint32_t depth, const ShadowRays* rays) { of(g).state_.shadow(depth, rays); }
   static void contribute(Group* g, const Contributions* c) { of(g).contribute(c); }
@@ -127,22 +144,15 @@ struct Worker::Calls {
       for (uint32_t i = 0; i < n; ++i) r[slots[i]] = alpha[i];
     }
   }
-  static void cross(Group* g, const Context* c, uint32_t n, const uint32_t* points) {
-    of(g).state_.cross(c, n, points);
-  }
-  static const void* keepPaths(Group* g, uint32_t n, const uint32_t* slots) {
-    return of(g).state_.keepPaths(n, slots);
-  }
-  static void restorePaths(Group* g, const void* kept) { of(g).state_.restorePaths(kept); }
   static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
   static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3],
                     const uint32_t* state, const uint32_t* light) {
     of(g).splat(n, raster, value, state, light);
   }
-  static Context* pointsInSpace(Group* g, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
-                                const float* t) {
-    return of(g).state_.pointsInSpace(traits, depth, n, slots, t);
+  static Context* pointsInSpace(Group* g, RayList* list, uint32_t traits, uint32_t depth, uint32_t n,
+                                const uint32_t* slots, const float* t) {
+    return of(g).state_.pointsInSpace(*list, traits, depth, n, slots, t);
   }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
@@ -171,9 +181,11 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.shadow = &Calls::shadow;
   s.contribute = &Calls::contribute;
   s.cover = &Calls::cover;
-  s.cross = &Calls::cross;
-  s.keepPaths = &Calls::keepPaths;
-  s.restorePaths = &Calls::restorePaths;
+  s.makeRays = &Calls::makeRays;
+  s.leave = &Calls::leave;
+  s.keepVertices = &Calls::keepVertices;
+  s.shadeVertices = &Calls::shadeVertices;
+  s.hitsOnObject = &Calls::hitsOnObject;
   s.emitLight = &Calls::emitLight;
   s.connectCamera = &Calls::connectCamera;
   s.splat = &Calls::splat;
@@ -304,16 +316,16 @@ void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) 
   for (float*& x : u) x = arena.make<float>(m);
   const DrawSpan draw = drawSpan(state_.world().width);
   const Group& g = state_.group();
-  draw(services_.samples, m, g.sampleSeed, g.sampleIndex, kDimFilter, u[0], u[5]);
-  draw(services_.samples, m, g.sampleSeed, g.sampleIndex, kDimLens, u[1], u[2]);
-  draw(services_.samples, m, g.sampleSeed, g.sampleIndex, kDimLens + 3, u[3], u[4]);
+  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimFilter, u[0], u[5]);
+  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens, u[1], u[2]);
+  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens + 3, u[3], u[4]);
   const float* four[4] = {u[1], u[2], u[3], u[4]};
-  state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.rays.time, g.rays.o, g.rays.d, throughput,
-                              light);
+  state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.paths.rays.time, g.paths.rays.o,
+                              g.paths.rays.d, throughput, light);
   for (uint32_t i = 0; i < n; ++i) {
-    g.rays.tMax[i] = 1e30f;
-    g.rays.radius[i] = 0;
-    g.rays.spread[i] = 0;
+    g.paths.rays.tMax[i] = 1e30f;
+    g.paths.rays.radius[i] = 0;
+    g.paths.rays.spread[i] = 0;
   }
   lightRays += n;
   emitted_.assign(light, light + n);
@@ -322,7 +334,7 @@ void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) 
 // A light that is not linked to the surface that its path meets first does not light it: the path ends there.
 uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   const shade::ShadingWorld& w = state_.world();
-  const Hits& hits = state_.group().hits;
+  const Hits& hits = state_.group().paths.hits;
   uint32_t* kept = state_.arena().make<uint32_t>(padded(n + 1));
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {

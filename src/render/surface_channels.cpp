@@ -51,11 +51,8 @@ SurfaceChannels::Value SurfaceChannels::of(Source source) {
       return builtin(Builtin::Tangent);
     case Source::Vn:
       return three(c_->wo);
-    case Source::VLen: {
-      float* x = floats();
-      for (uint32_t i = 0; i < c_->count; ++i) x[i] = state_.group().hits.t[c_->path[i]];
-      return one(x);
-    }
+    case Source::VLen:
+      return one(c_->distance);
     case Source::Albedo: {
       float* rgb[3] = {floats(), floats(), floats()};
       if (c_->bxdf->albedo) {
@@ -141,10 +138,9 @@ SurfaceChannels::Value SurfaceChannels::depth() const {
 SurfaceChannels::Value SurfaceChannels::id2() const {
   float* x = floats();
   const shade::ShadingWorld& w = state_.world();
-  const Hits& hits = state_.group().hits;
+  const Places& at = c_->place;
   for (uint32_t i = 0; i < c_->count; ++i) {
-    const uint32_t s = c_->path[i];
-    x[i] = float(w.placements[w.world->instance(hits.instance[s]).user].objectId2);
+    x[i] = float(w.placements[w.world->instance(at.instance[i]).user].objectId2);
   }
   return one(x);
 }
@@ -165,10 +161,10 @@ SurfaceChannels::Value SurfaceChannels::footprintIn(Builtin derivative) const {
 SurfaceChannels::Value SurfaceChannels::curvature() const {
   float* x = floats();
   const shade::ShadingWorld& w = state_.world();
-  const Hits& hits = state_.group().hits;
+  const Places& at = c_->place;
   for (uint32_t i = 0; i < c_->count; ++i) {
     x[i] = 0;
-    const uint32_t s = c_->path[i], g = hits.geometry[s], t = hits.primitive[s];
+    const uint32_t g = at.geometry[i], t = at.primitive[i];
     const geometry::Mesh& mesh = w.world->mesh(g);
     const geometry::Primvar* N = w.geometries[g].N;
     if (!N || size_t(t) * 3 + 2 >= mesh.indices.size()) continue;
@@ -188,9 +184,9 @@ SurfaceChannels::Value SurfaceChannels::curvature() const {
     Imath::V3f unit = area * (1 / a);
     const float divergence = ((n[1] - n[0]).dot(e2.cross(unit)) + (n[2] - n[0]).dot(unit.cross(e1))) / a;
     float scale = 1;
-    const trace::Instance& instance = w.world->instance(hits.instance[s]);
+    const trace::Instance& instance = w.world->instance(at.instance[i]);
     if (!instance.baked) {
-      const trace::Affine m = w.world->objectToRender(hits.instance[s], c_->time[i]);
+      const trace::Affine m = w.world->objectToRender(at.instance[i], c_->time[i]);
       const float det = m.m[0][0] * (m.m[1][1] * m.m[2][2] - m.m[1][2] * m.m[2][1]) -
                         m.m[0][1] * (m.m[1][0] * m.m[2][2] - m.m[1][2] * m.m[2][0]) +
                         m.m[0][2] * (m.m[1][0] * m.m[2][1] - m.m[1][1] * m.m[2][0]);
@@ -204,17 +200,16 @@ SurfaceChannels::Value SurfaceChannels::curvature() const {
 
 void SurfaceChannels::positionAt(uint32_t i, float t, float out[3]) const {
   const trace::World& w = *state_.world().world;
-  const Hits& hits = state_.group().hits;
-  const uint32_t s = c_->path[i];
-  const geometry::Mesh& mesh = w.mesh(hits.geometry[s]);
-  const bool isBaked = w.instance(hits.instance[s]).baked;
+  const Places& at = c_->place;
+  const geometry::Mesh& mesh = w.mesh(at.geometry[i]);
+  const bool isBaked = w.instance(at.instance[i]).baked;
   float p[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
-  const size_t first = size_t(hits.primitive[s]) * 3;
+  const size_t first = size_t(at.primitive[i]) * 3;
   if (mesh.keyCount() > 1 && first + 2 < mesh.indices.size()) {
     // keys of a deforming mesh are uniform over the shutter
     const float x = t * float(mesh.keyCount() - 1);
     const size_t key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
-    const float f = x - float(key), b[3] = {1 - hits.u[s] - hits.v[s], hits.u[s], hits.v[s]};
+    const float f = x - float(key), b[3] = {1 - at.u[i] - at.v[i], at.u[i], at.v[i]};
     for (int j = 0; j < 3; ++j) {
       p[j] = 0;
       for (size_t k = 0; k < 3; ++k) {
@@ -224,14 +219,14 @@ void SurfaceChannels::positionAt(uint32_t i, float t, float out[3]) const {
     }
   } else if (!isBaked) {
     float object[3];
-    w.objectToRender(hits.instance[s], c_->time[i]).inverse().point(p, object);
+    w.objectToRender(at.instance[i], c_->time[i]).inverse().point(p, object);
     std::copy_n(object, 3, p);
   }
   if (isBaked) {
     std::copy_n(p, 3, out);
     return;
   }
-  w.objectToRender(hits.instance[s], t).point(p, out);
+  w.objectToRender(at.instance[i], t).point(p, out);
 }
 
 // Change per shutter length: of P, of P in the camera, and of its place in the picture, in pixels.

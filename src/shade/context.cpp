@@ -169,14 +169,13 @@ Value builtin(const Context* c, Builtin id) {
       float* a[4];
       for (float*& x : a) x = floats(c);
       const trace::World& w = *h.group->world().world;
-      const Group& g = h.group->group();
       for (uint32_t i = 0; i < n; ++i) {
         const Where k = whereOf(h, c, i);
         float p[3];
         float scale = 1;
         if (k.identity) {
           const trace::Affine& back =
-              h.group->world().placements[w.instance(g.hits.instance[h.slot[i]]).user].renderToObject;
+              h.group->world().placements[w.instance(c->place.instance[i]).user].renderToObject;
           const float q[3] = {c->P[0][i], c->P[1][i], c->P[2][i]};
           back.point(q, p);
           const float det = back.m[0][0] * (back.m[1][1] * back.m[2][2] - back.m[1][2] * back.m[2][1]) -
@@ -231,11 +230,8 @@ Value builtin(const Context* c, Builtin id) {
     case Builtin::Count: {
       float* a = floats(c);
       const ShadingWorld& w = h.group->world();
-      const Group& g = h.group->group();
-      for (uint32_t i = 0; i < n; ++i) {
-        const uint32_t s = h.slot[i];
-        a[i] = float(w.placements[w.world->instance(g.hits.instance[s]).user].objectId);
-      }
+      for (uint32_t i = 0; i < n; ++i)
+        a[i] = float(w.placements[w.world->instance(c->place.instance[i]).user].objectId);
       keep(Builtin::ObjectId, {a});
       break;
     }
@@ -321,7 +317,7 @@ void texture(const Context* c, const Value* handles, const float* s, const float
 int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
   const ContextHost& h = ContextHost::of(c);
   const ShadingWorld& w = h.group->world();
-  const uint32_t* instanceOf = h.group->group().hits.instance;
+  const uint32_t* instanceOf = c->place.instance;
   const auto isObject = [](const char* space) { return !std::strcmp(space, "object"); };
   bool known = true;
   const auto toRender = [&](const char* space, uint32_t instance) {
@@ -343,16 +339,16 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   const auto between = [&](uint32_t instance) { return toRender(from, instance) * toRender(to, instance).inverse(); };
   // object space is each point's own: which points share a context must not show
   const bool objects = !(c->traits & kTraitInSpace) && (isObject(from) != isObject(to));
-  uint32_t instance = objects ? instanceOf[h.slot[0]] : 0;
+  uint32_t instance = objects ? instanceOf[0] : 0;
   bool one = true;
-  for (uint32_t i = 1; objects && one && i < c->padded; ++i) one = instanceOf[h.slot[i]] == instance;
+  for (uint32_t i = 1; objects && one && i < c->padded; ++i) one = instanceOf[i] == instance;
   float* entries[16];
   for (int k = 0; k < 16; ++k)
     out->m[k] = entries[k] = one ? static_cast<float*>(alloc(c, sizeof(float))) : floats(c);
   out->stride = one ? 0 : 1;
   scene::Matrix m = isObject(from) && isObject(to) ? scene::Matrix() : between(instance);
   for (uint32_t i = 0; i < (one ? 1 : c->padded); ++i) {
-    if (!one && instanceOf[h.slot[i]] != instance) m = between(instance = instanceOf[h.slot[i]]);
+    if (!one && instanceOf[i] != instance) m = between(instance = instanceOf[i]);
     for (int k = 0; k < 16; ++k) entries[k][i] = known ? float(m[k / 4][k % 4]) : float(k % 5 == 0);
   }
   return known;
@@ -406,7 +402,7 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
 
 void ContextHost::findQuadPlaces(const Context* c) {
   for (float*& x : quadPlaces) x = floats(c);
-  shade::findQuadPlaces(*group, c->padded, slot, quadPlaces[0], quadPlaces[1]);
+  shade::findQuadPlaces(*group, c, quadPlaces[0], quadPlaces[1]);
 }
 
 void ContextHost::evaluate(const Context* c, uint32_t n) {

@@ -7,11 +7,10 @@ namespace kinora::shade {
 
 struct ContextHost {
   GroupState* group;
-  const Program* program;
-  uint32_t node = 0;         // node being evaluated
-  const uint32_t* block;     // by point: material block in the program
-  const uint32_t* slot;      // by point
-  Value* outputs = nullptr;  // by node and output
+  const Program* program = nullptr;  // null: points in space
+  uint32_t node = 0;                 // node being evaluated
+  const uint32_t* block;             // by point: material block in the program
+  Value* outputs = nullptr;          // by node and output
   Manifold* manifolds = nullptr;
   uint32_t* firstOutput = nullptr;  // by node
   uint8_t* done = nullptr;          // by node
@@ -20,7 +19,13 @@ struct ContextHost {
   bool computing = false;
   bool hasQuads = false;                      // some point may lie on a quad (GeometryFlags)
   float* quadPlaces[2] = {nullptr, nullptr};  // by point, see findQuadPlaces() of where.h; null: not asked for yet
-  RayKind rayKind = RayKind::Camera;          // of the rays that met its points
+  // The vertices, by point.
+  VertexState state;
+  const float* ng[3] = {nullptr, nullptr, nullptr};  // as Hits::ng
+  const uint32_t* origin = nullptr;                  // RayOrigin bits of the ray
+  RayKind rayKind = RayKind::Camera;                 // of the rays that met its points
+
+  bool isInSpace() const { return !program; }
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);
@@ -28,5 +33,14 @@ struct ContextHost {
 };
 
 extern const ContextFunctions kContextFunctions;
+
+// Calls f(run, state, first) for each run of shadow rays, with what the vertices hand on that the rays leave.
+template <class F>
+void forEachRun(const ShadowRays& rays, F&& f) {
+  for (uint32_t r = 0, first = 0; r < rays.runCount; first = rays.runs[r++].end) {
+    const ShadowRun& run = rays.runs[r];
+    f(run, run.context ? ContextHost::of(run.context).state : ListHost::of(*run.list).left, first);
+  }
+}
 
 }  // namespace kinora::shade

@@ -1,11 +1,11 @@
-// A group's rays: begin, trace (with presence, sides and media), and keeping paths for another direction.
-#include "shade/group.h"
+// A group's rays: lists of them, what they take over from vertices, and trace (with presence, sides and media).
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
 #include "shade/clock.h"
+#include "shade/context_host.h"
 
 namespace kinora::shade {
 
@@ -40,17 +40,12 @@ GroupState::GroupState(const ShadingWorld& world)
   shaderCounts.resize(world.materials->shaderUses().size());
 }
 
-void GroupState::begin(uint32_t count, StageKind stage) {
-  arena_.reset();
-  const uint32_t n = padded(count) + kPad;
-  const auto f = [&] { return arena_.make<float>(n); };
-  const auto u = [&] { return arena_.make<uint32_t>(n); };
-  group_ = Group{};
-  group_.count = count;
-  group_.padded = padded(count);
-  group_.width = world_.width;
-  group_.stage = stage;
-  Rays& r = group_.rays;
+void GroupState::fillList(RayList& list, uint32_t room) {
+  const auto f = [&] { return arena_.make<float>(room); };
+  const auto u = [&] { return arena_.make<uint32_t>(room); };
+  list.capacity = room;
+  Rays& r = list.rays;
+  Hits& h = list.hits;
   for (int c = 0; c < 3; ++c) {
     r.o[c] = f();
     r.d[c] = f();
@@ -59,7 +54,6 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   r.time = f();
   r.radius = f();
   r.spread = f();
-  Hits& h = group_.hits;
   h.t = f();
   h.u = f();
   h.v = f();
@@ -68,48 +62,98 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   h.geometry = u();
   h.primitive = u();
   h.level = u();
-  seed_ = u();
-  index_ = u();
-  px_ = arena_.make<int32_t>(n);
-  py_ = arena_.make<int32_t>(n);
-  weight_ = f();
-  group_.sampleSeed = seed_;
-  group_.sampleIndex = index_;
-  group_.pixel[0] = px_;
-  group_.pixel[1] = py_;
-  group_.rayWeight = weight_;
-  linkSet_ = u();
-  std::memset(linkSet_, 0, n * sizeof(uint32_t));
-  group_.origin = u();
-  std::memset(group_.origin, 0, n * sizeof(uint32_t));
-  const auto zeros = [&] {
-    float* x = f();
-    std::memset(x, 0, n * sizeof(float));
-    return x;
+  list.sampleSeed = u();
+  list.sampleIndex = u();
+  list.origin = u();
+  std::memset(list.origin, 0, room * sizeof(uint32_t));
+  ListHost* host = new (arena_.allocate(sizeof(ListHost))) ListHost();
+  list.host = host;
+  VertexState& left = host->left = makeState(room);
+  if (!left.linkSet) left.linkSet = u();
+  const auto clear = [&]<class T>(T* x) {
+    if (x) std::memset(x, 0, room * sizeof(T));
   };
-  const bool sets = !world_.traceSets.empty();
-  for (float*& x : leftNg_) x = sets || world_.liftsShadows ? zeros() : nullptr;
-  for (float*& x : lift_) x = world_.liftsShadows ? zeros() : nullptr;
-  for (float*& x : facet_) x = world_.liftsShadows ? zeros() : nullptr;
-  traceSet_ = nullptr;
-  if (sets) {
-    traceSet_ = u();
-    std::memset(traceSet_, 0, n * sizeof(uint32_t));
-  }
-  hole_ = world_.hasHoles ? f() : nullptr;
-  media_ = nullptr;
-  if (world_.hasMedia) {
-    media_ = arena_.make<MediaStack>(n);
-    for (uint32_t i = 0; i < n; ++i) media_[i].count = 0;
+  clear(left.linkSet);
+  clear(left.traceSet);
+  clear(left.media);
+  for (int c = 0; c < 3; ++c) {
+    clear(left.Ng[c]);
+    clear(left.lift[c]);
+    clear(left.facet[c]);
   }
 }
 
-// Moves rays just beyond what they hit; `passed` (null: not wanted) sums the distances by slot.
-void GroupState::passThrough(uint32_t n, const uint32_t* slots, float* passed) {
-  Rays& r = group_.rays;
+VertexState GroupState::makeState(uint32_t n) {
+  VertexState s;
+  if (world_.hasLinks) s.linkSet = arena_.make<uint32_t>(n);
+  if (!world_.traceSets.empty()) s.traceSet = arena_.make<uint32_t>(n);
+  if (world_.hasMedia) s.media = arena_.make<uint32_t>(n);
+  for (int c = 0; c < 3; ++c) {
+    if (world_.liftsShadows || s.traceSet) s.Ng[c] = arena_.make<float>(n);
+    if (world_.liftsShadows) s.lift[c] = arena_.make<float>(n);
+    if (world_.liftsShadows) s.facet[c] = arena_.make<float>(n);
+  }
+  return s;
+}
+
+RayList* GroupState::makeRays(uint32_t capacity) {
+  RayList* list = new (arena_.allocate(sizeof(RayList))) RayList();
+  fillList(*list, padded(capacity) + kPad);
+  return list;
+}
+
+void GroupState::begin(uint32_t count, StageKind stage) {
+  arena_.reset();
+  media_.reset();
+  const uint32_t n = padded(count) + kPad;
+  group_ = Group{};
+  group_.count = count;
+  group_.padded = padded(count);
+  group_.width = world_.width;
+  group_.stage = stage;
+  fillList(group_.paths, n);
+  px_ = arena_.make<int32_t>(n);
+  py_ = arena_.make<int32_t>(n);
+  weight_ = arena_.make<float>(n);
+  group_.pixel[0] = px_;
+  group_.pixel[1] = py_;
+  group_.rayWeight = weight_;
+  hole_ = world_.hasHoles ? arena_.make<float>(n) : nullptr;
+}
+
+void GroupState::leave(RayList& list, const Context* c, uint32_t n, const uint32_t* points, const uint32_t* entries,
+                       const uint32_t* through) {
+  const VertexState& from = ContextHost::of(c).state;
+  const VertexState& to = ListHost::of(list).left;
+  const auto entryOf = [&](uint32_t i) { return entries ? entries[i] : c->path[points[i]]; };
+  if (entries)  // of another list: the address comes along
+    for (uint32_t i = 0; i < n; ++i) {
+      list.sampleSeed[entries[i]] = c->sampleSeed[points[i]];
+      list.sampleIndex[entries[i]] = c->sampleIndex[points[i]];
+    }
+  const auto take = [&](const auto* x, auto* y) {
+    for (uint32_t i = 0; i < n; ++i) y[entryOf(i)] = x[points[i]];
+  };
+  if (from.linkSet) take(from.linkSet, to.linkSet);
+  if (from.traceSet) take(from.traceSet, to.traceSet);
+  for (int k = 0; k < 3; ++k) {
+    if (from.Ng[k]) take(from.Ng[k], to.Ng[k]);
+    if (from.lift[k]) take(from.lift[k], to.lift[k]);
+    if (from.facet[k]) take(from.facet[k], to.facet[k]);
+  }
+  if (!from.media) return;
+  uint32_t* stacks = arena_.make<uint32_t>(padded(n));
+  for (uint32_t i = 0; i < n; ++i) stacks[i] = from.media[points[i]];
+  if (through) crossSurface(c, n, points, through, stacks);
+  for (uint32_t i = 0; i < n; ++i) to.media[entryOf(i)] = stacks[i];
+}
+
+// Moves rays just beyond what they hit; `passed` (null: not wanted) sums the distances by entry.
+void GroupState::passThrough(const RayList& list, uint32_t n, const uint32_t* entries, float* passed) {
+  const Rays& r = list.rays;
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    const float t = group_.hits.t[s];
+    const uint32_t s = entries[i];
+    const float t = list.hits.t[s];
     float size = t;
     for (int c = 0; c < 3; ++c) size = std::max(size, std::fabs(r.o[c][s] + r.d[c][s] * t));
     const float step = t + size * 8e-6f + 1e-7f;
@@ -120,79 +164,107 @@ void GroupState::passThrough(uint32_t n, const uint32_t* slots, float* passed) {
   }
 }
 
-void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots,
-                       float* const transmittance[3]) {
+// Whether a hit shows its object's side that Sides 1 takes away.
+bool GroupState::averted(const RayList& list, uint32_t s) const {
   const trace::World& w = *world_.world;
-  const Clock clock(counters.nanoseconds[kind == RayKind::Camera ? kTimeTraceCamera : kTimeTraceIndirect]);
-  rayKind_ = kind;
-  if (listener) listener->closest(kind, depth, group_.rays, n, slots);
-  const uint32_t mask = kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect;
-  if (kind == RayKind::Camera && n == group_.count && n % 16 == 0) {
-    w.closestCamera(group_.rays, group_.hits, n);
-  } else if (traceSet_ && kind != RayKind::Camera) {
-    closestInSets(false, n, slots);
-  } else {
-    w.closest(group_.rays, group_.hits, mask, n, slots);
+  const Hits& hits = list.hits;
+  const GeometryInfo& g = world_.geometries[hits.geometry[s]];
+  if (!(g.flags & kOneSided)) return false;
+  float ng[3] = {hits.ng[0][s], hits.ng[1][s], hits.ng[2][s]};
+  if (!w.instance(hits.instance[s]).baked) {
+    const trace::Affine inverse = w.objectToRender(hits.instance[s], list.rays.time[s]).inverse();
+    float q[3];
+    for (int c = 0; c < 3; ++c) q[c] = inverse.m[0][c] * ng[0] + inverse.m[1][c] * ng[1] + inverse.m[2][c] * ng[2];
+    std::memcpy(ng, q, sizeof ng);
   }
+  float d = 0;
+  for (int c = 0; c < 3; ++c) d += ng[c] * list.rays.d[c][s];
+  return d * g.side > 0;
+}
+
+// Nearest hits by the list's kind of ray.
+void GroupState::closest(RayList& list, uint32_t n, const uint32_t* entries) {
+  const trace::World& w = *world_.world;
+  const ListHost& host = ListHost::of(list);
+  if (host.kind == RayKind::Transmission)
+    host.left.traceSet ? closestInSets(list, true, n, entries)
+                       : w.closest(list.rays, list.hits, trace::kSeenByClearShadow, n, entries);
+  else if (host.kind == RayKind::Camera)
+    w.closest(list.rays, list.hits, trace::kSeenByCamera, n, entries);
+  else if (host.left.traceSet)
+    closestInSets(list, false, n, entries);
+  else
+    w.closest(list.rays, list.hits, trace::kSeenByIndirect, n, entries);
+}
+
+void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, const uint32_t* entries,
+                       float* const transmittance[3]) {
+  const Clock clock(counters.nanoseconds[kind == RayKind::Camera ? kTimeTraceCamera : kTimeTraceIndirect]);
+  ListHost& host = ListHost::of(list);
+  Hits& hits = list.hits;
+  host.kind = kind;
+  if (listener) listener->closest(kind, depth, list.rays, n, entries);
+  if (kind == RayKind::Camera && &list == &group_.paths && n == group_.count && n % 16 == 0)
+    world_.world->closestCamera(list.rays, hits, n);
+  else
+    closest(list, n, entries);
   (kind == RayKind::Camera ? counters.cameraRays : counters.indirectRays) += n;
   if (transmittance)
     for (int c = 0; c < 3; ++c)
-      for (uint32_t i = 0; i < n; ++i) transmittance[c][slots[i]] = 1.f;
+      for (uint32_t i = 0; i < n; ++i) transmittance[c][entries[i]] = 1.f;
   if (world_.hasMedia || world_.hasPresence) {
     uint32_t* open = arena_.make<uint32_t>(padded(n));
     uint32_t m = n;
-    std::memcpy(open, slots, n * sizeof(uint32_t));
+    std::memcpy(open, entries, n * sizeof(uint32_t));
     // rays that passed something, with where they began and how far they have come
     Rays begun{};
     float* passed = nullptr;
     for (int pass = 0; m; ++pass) {
-      if (world_.hasMedia && transmittance) media(m, open, transmittance);
+      if (host.left.media && transmittance) absorb(list, m, open, transmittance);
       // who goes on?
-      uint32_t k = 0;
+      uint32_t k = 0, asked = 0, displaced = 0;
       uint32_t* onward = arena_.make<uint32_t>(padded(m));
       uint32_t* ask = arena_.make<uint32_t>(padded(m));
-      uint32_t asked = 0;
+      uint32_t* crossing = arena_.make<uint32_t>(padded(m));
       for (uint32_t i = 0; i < m; ++i) {
         const uint32_t s = open[i];
-        if (std::isinf(group_.hits.t[s])) continue;
-        const uint32_t material = world_.materialOf(group_.hits.instance[s]);
-        if (world_.hasMedia && world_.materials->encloses(material) && insideHigherPriority(s)) {
-          // the boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's
-          // boundary stays, whatever surrounds it.
-          Context* const* contexts;
-          const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, 1, &s, &contexts);
-          const uint32_t zero = 0;
-          if (count) cross(contexts[0], 1, &zero);
-          onward[k++] = s;
-        } else if (!world_.materials->opaque(material)) {
+        if (std::isinf(hits.t[s])) continue;
+        const uint32_t material = world_.materialOf(hits.instance[s]);
+        // The boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's
+        // boundary stays, whatever surrounds it.
+        if (host.left.media && world_.materials->encloses(material) && insideHigherPriority(list, s))
+          onward[k++] = crossing[displaced++] = s;
+        else if (!world_.materials->opaque(material))
           ask[asked++] = s;
-        } else if (world_.geometries[group_.hits.geometry[s]].flags & kOneSided) {
-          const GeometryInfo& g = world_.geometries[group_.hits.geometry[s]];
-          const trace::Instance& inst = w.instance(group_.hits.instance[s]);
-          float ng[3] = {group_.hits.ng[0][s], group_.hits.ng[1][s], group_.hits.ng[2][s]};
-          if (!inst.baked) {
-            const trace::Affine inverse = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]).inverse();
-            float q[3];
-            for (int c = 0; c < 3; ++c)
-              q[c] = inverse.m[0][c] * ng[0] + inverse.m[1][c] * ng[1] + inverse.m[2][c] * ng[2];
-            std::memcpy(ng, q, sizeof ng);
+        else if (averted(list, s))
+          onward[k++] = s;
+      }
+      Context* const* contexts;
+      if (displaced) {
+        const uint32_t count =
+            shade(list, kTraitEyePath | kTraitPresenceQuery, depth, displaced, crossing, &contexts);
+        for (uint32_t c = 0; c < count; ++c) {
+          const Context* x = contexts[c];
+          uint32_t* points = x->alloc<uint32_t>(x->padded);
+          uint32_t* stacks = x->alloc<uint32_t>(x->padded);
+          for (uint32_t i = 0; i < x->count; ++i) {
+            points[i] = i;
+            stacks[i] = host.left.media[x->path[i]];
           }
-          float d = 0;
-          for (int c = 0; c < 3; ++c) d += ng[c] * group_.rays.d[c][s];
-          if (d * g.side > 0) onward[k++] = s;
+          crossSurface(x, x->count, points, nullptr, stacks);
+          for (uint32_t i = 0; i < x->count; ++i) host.left.media[x->path[i]] = stacks[i];
         }
       }
       if (asked) {
-        Context* const* contexts;
-        const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, asked, ask, &contexts);
+        const uint32_t count = shade(list, kTraitEyePath | kTraitPresenceQuery, depth, asked, ask, &contexts);
         for (uint32_t c = 0; c < count; ++c) {
           const Context* x = contexts[c];
           float* presence = x->alloc<float>(x->padded);
           x->bxdf->presence(x, presence);
           for (uint32_t i = 0; i < x->count; ++i) {
-            const uint32_t s = x->path[i];
-            const float u = drawEvent(seed_[s], index_[s], dimensionAt(depth) + kDimPresence, uint32_t(pass));
-            if (!(u < presence[i])) onward[k++] = s;
+            const float u =
+                drawEvent(x->sampleSeed[i], x->sampleIndex[i], dimensionAt(depth) + kDimPresence, uint32_t(pass));
+            if (!(u < presence[i])) onward[k++] = x->path[i];
           }
         }
       }
@@ -200,29 +272,25 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
       std::sort(onward, onward + k);
       if (pass == kMostPasses) {
         counters.passThroughLimit += k;
-        for (uint32_t i = 0; i < k; ++i) group_.hits.t[onward[i]] = INFINITY;
+        for (uint32_t i = 0; i < k; ++i) hits.t[onward[i]] = INFINITY;
         break;
       }
       if (!passed) {
-        const uint32_t room = group_.padded + kPad;
-        passed = arena_.make<float>(room);
-        for (float*& o : begun.o) o = arena_.make<float>(room);
-        begun.tMax = arena_.make<float>(room);
-        begun.radius = arena_.make<float>(room);
-        for (uint32_t i = 0; i < n; ++i) passed[slots[i]] = 0;
+        passed = arena_.make<float>(list.capacity);
+        for (float*& o : begun.o) o = arena_.make<float>(list.capacity);
+        begun.tMax = arena_.make<float>(list.capacity);
+        begun.radius = arena_.make<float>(list.capacity);
+        for (uint32_t i = 0; i < n; ++i) passed[entries[i]] = 0;
       }
       for (uint32_t i = 0; i < k; ++i) {
         const uint32_t s = onward[i];
         if (passed[s] > 0) continue;
-        for (int c = 0; c < 3; ++c) begun.o[c][s] = group_.rays.o[c][s];
-        begun.tMax[s] = group_.rays.tMax[s];
-        begun.radius[s] = group_.rays.radius[s];
+        for (int c = 0; c < 3; ++c) begun.o[c][s] = list.rays.o[c][s];
+        begun.tMax[s] = list.rays.tMax[s];
+        begun.radius[s] = list.rays.radius[s];
       }
-      passThrough(k, onward, passed);
-      if (traceSet_ && kind != RayKind::Camera)
-        closestInSets(false, k, onward);
-      else
-        w.closest(group_.rays, group_.hits, mask, k, onward);
+      passThrough(list, k, onward, passed);
+      closest(list, k, onward);
       open = onward;
       m = k;
     }
@@ -230,84 +298,76 @@ void GroupState::trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t*
     // densities are those of that vertex.
     if (passed)
       for (uint32_t i = 0; i < n; ++i) {
-        const uint32_t s = slots[i];
+        const uint32_t s = entries[i];
         if (!(passed[s] > 0)) continue;
-        for (int c = 0; c < 3; ++c) group_.rays.o[c][s] = begun.o[c][s];
-        group_.rays.tMax[s] = begun.tMax[s];
-        group_.rays.radius[s] = begun.radius[s];
-        group_.hits.t[s] += passed[s];
+        for (int c = 0; c < 3; ++c) list.rays.o[c][s] = begun.o[c][s];
+        list.rays.tMax[s] = begun.tMax[s];
+        list.rays.radius[s] = begun.radius[s];
+        hits.t[s] += passed[s];
       }
   }
-  if (hole_ && kind == RayKind::Camera) endAtHoles(n, slots);
-  if (kind == RayKind::Camera) {
-    for (uint32_t i = 0; i < n; ++i) counters.cameraHits += !std::isinf(group_.hits.t[slots[i]]);
-  } else {
-    for (uint32_t i = 0; i < n; ++i) counters.indirectHits += !std::isinf(group_.hits.t[slots[i]]);
-  }
+  if (hole_ && kind == RayKind::Camera && &list == &group_.paths) endAtHoles(list, n, entries);
+  uint64_t& met = kind == RayKind::Camera ? counters.cameraHits : counters.indirectHits;
+  for (uint32_t i = 0; i < n; ++i) met += !std::isinf(hits.t[entries[i]]);
 }
 
-struct GroupState::KeptPaths {
-  uint32_t n;
-  const uint32_t* slots;
-  float *t, *u, *v, *ng[3];
-  uint32_t *instance, *geometry, *primitive, *level, *linkSet, *traceSet;
-  float *leftNg[3], *lift[3], *facet[3];
-  MediaStack* media;
-};
-
-const void* GroupState::keepPaths(uint32_t n, const uint32_t* slots) {
-  KeptPaths* k = new (arena_.allocate(sizeof(KeptPaths))) KeptPaths();
-  const auto take = [&]<class T>(const T* from) {
-    T* to = arena_.make<T>(n);
-    for (uint32_t i = 0; i < n; ++i) to[i] = from[slots[i]];
-    return to;
-  };
-  const Hits& h = group_.hits;
-  uint32_t* list = arena_.make<uint32_t>(n);
-  std::copy_n(slots, n, list);
-  k->n = n;
-  k->slots = list;
-  k->t = take(h.t);
-  k->u = take(h.u);
-  k->v = take(h.v);
-  for (int c = 0; c < 3; ++c) k->ng[c] = take(h.ng[c]);
-  k->instance = take(h.instance);
-  k->geometry = take(h.geometry);
-  k->primitive = take(h.primitive);
-  k->level = take(h.level);
-  k->linkSet = take(linkSet_);
-  k->traceSet = traceSet_ ? take(traceSet_) : nullptr;
-  for (int c = 0; c < 3; ++c) {
-    k->leftNg[c] = leftNg_[c] ? take(leftNg_[c]) : nullptr;
-    k->lift[c] = lift_[c] ? take(lift_[c]) : nullptr;
-    k->facet[c] = facet_[c] ? take(facet_[c]) : nullptr;
+// Chords through the objects of the points: from hit to hit, other objects are only passed.
+void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays,
+                              ObjectHits* out) {
+  const auto f = [&](size_t m) { return arena_.make<float>(m); };
+  const auto u = [&](size_t m) { return arena_.make<uint32_t>(m); };
+  const uint32_t most = out->most;
+  const size_t room = size_t(padded(n)) * most + kPad;
+  out->count = u(padded(n));
+  out->beyond = u(padded(n));
+  out->t = f(room);
+  out->u = f(room);
+  out->v = f(room);
+  for (float*& x : out->ng) x = f(room);
+  out->geometry = u(room);
+  out->primitive = u(room);
+  out->level = u(room);
+  RayList& list = *makeRays(n);
+  uint32_t* open = u(padded(n));
+  float* passed = f(padded(n));
+  for (uint32_t i = 0; i < n; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      list.rays.o[k][i] = rays.o[k][i];
+      list.rays.d[k][i] = rays.d[k][i];
+    }
+    list.rays.tMax[i] = rays.tMax[i];
+    list.rays.time[i] = rays.time[i];
+    list.rays.radius[i] = rays.radius ? rays.radius[i] : c->radius[points[i]];
+    list.rays.spread[i] = rays.spread ? rays.spread[i] : 0.f;
+    open[i] = i;
+    passed[i] = 0;
+    out->count[i] = out->beyond[i] = 0;
   }
-  k->media = media_ ? take(media_) : nullptr;
-  return k;
-}
-
-void GroupState::restorePaths(const void* kept) {
-  const KeptPaths& k = *static_cast<const KeptPaths*>(kept);
-  Hits& h = group_.hits;
-  const auto put = [&]<class T>(const T* from, T* to) {
-    for (uint32_t i = 0; i < k.n; ++i) to[k.slots[i]] = from[i];
-  };
-  put(k.t, h.t);
-  put(k.u, h.u);
-  put(k.v, h.v);
-  for (int c = 0; c < 3; ++c) put(k.ng[c], h.ng[c]);
-  put(k.instance, h.instance);
-  put(k.geometry, h.geometry);
-  put(k.primitive, h.primitive);
-  put(k.level, h.level);
-  put(k.linkSet, linkSet_);
-  if (k.traceSet) put(k.traceSet, traceSet_);
-  for (int c = 0; c < 3; ++c) {
-    if (k.leftNg[c]) put(k.leftNg[c], leftNg_[c]);
-    if (k.lift[c]) put(k.lift[c], lift_[c]);
-    if (k.facet[c]) put(k.facet[c], facet_[c]);
+  for (uint32_t open_ = n; open_;) {
+    world_.world->closest(list.rays, list.hits, ~0u, open_, open);
+    const Hits& h = list.hits;
+    uint32_t m = 0;
+    for (uint32_t k = 0; k < open_; ++k) {
+      const uint32_t i = open[k];
+      if (std::isinf(h.t[i])) continue;
+      open[m++] = i;
+      if (h.instance[i] != c->place.instance[points[i]]) continue;
+      if (out->count[i] == most) {
+        ++out->beyond[i];
+        continue;
+      }
+      const size_t at = size_t(i) * most + out->count[i]++;
+      out->t[at] = passed[i] + h.t[i];
+      out->u[at] = h.u[i];
+      out->v[at] = h.v[i];
+      for (int x = 0; x < 3; ++x) out->ng[x][at] = h.ng[x][i];
+      out->geometry[at] = h.geometry[i];
+      out->primitive[at] = h.primitive[i];
+      out->level[at] = h.level[i];
+    }
+    passThrough(list, m, open, passed);
+    open_ = m;
   }
-  if (k.media) put(k.media, media_);
 }
 
 }  // namespace kinora::shade

@@ -14,6 +14,7 @@
 #include "light/light_set.h"
 #include "sampling/draw.h"
 #include "shade/material.h"
+#include "shade/media.h"
 #include "shade/points.h"
 #include "shade/ray_listener.h"
 #include "shade/shader_textures.h"
@@ -71,6 +72,7 @@ struct ShadingWorld {
   std::vector<Tint> tints;  // the first: nothing said
   TextureSystem* textures = nullptr;
   VolumeSystem* volumes = nullptr;
+  std::shared_ptr<MediaArchive> mediaArchive = std::make_shared<MediaArchive>();  // of records of vertices
   double worldOrigin[3] = {0, 0, 0};
   SampleTable samples{};
   const film::LightPaths* paths = nullptr;
@@ -86,24 +88,32 @@ struct ShadingWorld {
   uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
 };
 
-// A path's media, innermost last. Small: glass in water in glass is four.
-struct MediaStack {
-  static constexpr uint32_t kDepth = 4;
-  struct Entry {
-    uint32_t object;
-    int priority;
-    float ior;
-    float absorption[3];
-  };
-  uint32_t count = 0;
-  Entry entries[kDepth];
+// What a vertex hands on to the rays that leave it: by point of a context, and by entry of a list for the vertices
+// that its rays have left. Arrays that the world has no use for are null, but for link sets of lists.
+struct VertexState {
+  uint32_t* linkSet = nullptr;
+  uint32_t* traceSet = nullptr;                   // with traceSets
+  uint32_t* media = nullptr;                      // stacks in the group's MediaPool; with media
+  float* Ng[3] = {nullptr, nullptr, nullptr};     // geometric normal; with traceSets and lifts
+  float* lift[3] = {nullptr, nullptr, nullptr};   // from it to where its shadow rays start; with lifts
+  float* facet[3] = {nullptr, nullptr, nullptr};  // its triangle's normal; set where lift is
+};
+
+// The renderer's part of a list of rays.
+struct ListHost {
+  VertexState left;
+  RayKind kind = RayKind::Camera;  // of the rays traced last
+  // Lists that stand for records of vertices: rays.o is the vertex itself, `left` its own state, and this the
+  // distance from where its ray began. Null: rays as they were traced.
+  const float* reach = nullptr;
+  static ListHost& of(const RayList& l) { return *static_cast<ListHost*>(l.host); }
 };
 
 struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
   uint64_t points = 0, contexts = 0;
   uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};  // active, possible
-  uint64_t mediaOverflow = 0, passThroughLimit = 0;
+  uint64_t passThroughLimit = 0;
   uint64_t nanoseconds[16] = {};
 };
 
@@ -124,8 +134,6 @@ class GroupState {
   void begin(uint32_t count, StageKind stage);
   Group& group() { return group_; }
   Arena& arena() { return arena_; }
-  uint32_t* seeds() { return seed_; }
-  uint32_t* indices() { return index_; }
   int32_t* pixelX() { return px_; }
   int32_t* pixelY() { return py_; }
   float* weights() { return weight_; }
@@ -135,16 +143,22 @@ class GroupState {
   ShaderTextures& shaderTextures() { return shaderTextures_; }
 
   // The services, see kinora/integrator.h.
-  void trace(RayKind kind, uint32_t depth, uint32_t n, const uint32_t* slots, float* const transmittance[3]);
-  uint32_t shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context* const** contexts);
-  Context* pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, const float* t);
+  RayList* makeRays(uint32_t capacity);
+  void leave(RayList& list, const Context* c, uint32_t n, const uint32_t* points, const uint32_t* entries,
+             const uint32_t* through);
+  void trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, const uint32_t* entries,
+             float* const transmittance[3]);
+  uint32_t shade(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
+                 Context* const** contexts);
+  void keepVertices(const Context* c, uint32_t n, const uint32_t* points, VertexRecord* out);
+  uint32_t shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts);
+  void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
+  Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
+                         const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
-  void lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out);
-  void lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out);
+  void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
+  void lightsBeyond(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
-  void cross(const Context* c, uint32_t n, const uint32_t* points);
-  const void* keepPaths(uint32_t n, const uint32_t* slots);
-  void restorePaths(const void* kept);
 
   GroupCounters counters;
   RayListener* listener = nullptr;
@@ -153,44 +167,47 @@ class GroupState {
   std::function<void(const Context*)> onPrimary;
 
  private:
-  friend struct ContextHost;
   static constexpr int kMostPasses = 256;  // surfaces a ray may pass for want of presence or priority
-  PointsArgs startContext(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context*& context);
-  Context* makeContext(uint32_t program, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
-                       bool bind);
+  void fillList(RayList& list, uint32_t room);
+  PointsArgs startContext(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
+                          Context*& context);
+  Context* makeContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
+                       const uint32_t* entries, bool bind);
+  void findNormals(const Context* c, const float* const rawNg[3], float* ng[3], float* smooth[3]) const;
+  // State of points of a context or of entries of a list, with room for n; what the world has no use for stays null.
+  VertexState makeState(uint32_t n);
   // trace_sets.cpp; worlds with traceSets or hasHoles only.
-  uint32_t maskOf(uint32_t slot, bool clearShadow) const;
-  void closestInSets(bool clearShadow, uint32_t n, const uint32_t* slots);
+  uint32_t maskOf(const RayList& list, uint32_t entry, bool clearShadow) const;
+  void closestInSets(const RayList& list, bool clearShadow, uint32_t n, const uint32_t* entries);
   // `clear`: by shapes that let part of the light through as well.
   void occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked,
                       bool clear = false);
-  void endAtHoles(uint32_t n, const uint32_t* slots);
+  void endAtHoles(const RayList& list, uint32_t n, const uint32_t* entries);
   void dropLightsBehindHoles(LightHits* l);
   // shadow_terminator.cpp; worlds with liftsShadows only.
-  void findLifts(uint32_t n, const uint32_t* slots, const Context* c, float* const Ng[3]);
+  void findLifts(const Context* c, float* const Ng[3]);
   void liftShadows(ShadowRays* rays);
-  void reachedByLifts(const ShadowRays& rays, uint32_t* blocked);
+  // Whether anything of `mask` (opaque shadows, and clear ones) is in the way of shadow rays.
+  void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);
+  void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
-  void biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const;
-  bool insideHigherPriority(uint32_t slot) const;
-  struct KeptPaths;
-  void passThrough(uint32_t n, const uint32_t* slots, float* passed);
-  void media(uint32_t n, const uint32_t* slots, float* const transmittance[3]);
+  void biasOfStrands(const Context* c, float* bias) const;
+  // group_media.cpp; worlds with media only.
+  bool insideHigherPriority(const RayList& list, uint32_t entry) const;
+  void absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
+  void findOuterIor(const Context* c, const uint32_t* stacks, float* ior) const;
+  void crossSurface(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through, uint32_t* stacks);
+  bool averted(const RayList& list, uint32_t entry) const;
+  void passThrough(const RayList& list, uint32_t n, const uint32_t* entries, float* passed);
+  void closest(RayList& list, uint32_t n, const uint32_t* entries);
 
   const ShadingWorld& world_;
   Arena arena_;
   Group group_{};
-  uint32_t *seed_ = nullptr, *index_ = nullptr;
   int32_t *px_ = nullptr, *py_ = nullptr;
   float* weight_ = nullptr;
-  MediaStack* media_ = nullptr;
-  uint32_t* linkSet_ = nullptr;                     // by slot, of the vertex last shaded
-  uint32_t* traceSet_ = nullptr;                    // by slot, of the vertex last shaded; null without traceSets
-  float* leftNg_[3] = {nullptr, nullptr, nullptr};  // its geometric normal; null without traceSets and lifts
-  float* lift_[3] = {nullptr, nullptr, nullptr};    // from it to where its shadow rays start; null without lifts
-  float* facet_[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where lift is, null without lifts
-  float* hole_ = nullptr;                           // by slot: where its camera ray met a hole; null without holes
-  RayKind rayKind_ = RayKind::Camera;               // of the rays whose hits are shaded
+  float* hole_ = nullptr;  // by slot: where its camera ray met a hole; null without holes
+  MediaPool media_;
   language::RunState shaderState_;
   ShaderTextures shaderTextures_;
   // scratch of grouping

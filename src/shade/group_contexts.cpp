@@ -10,7 +10,7 @@
 
 namespace kinora::shade {
 
-uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
+uint32_t GroupState::shade(RayList& rays, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                            Context* const** contexts) {
   *contexts = nullptr;
   if (!n) return 0;
@@ -19,7 +19,7 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
   // Counting sort by program; within a program the order of the list stays.
   uint32_t* programOf = arena_.make<uint32_t>(padded(n));
-  const ProgramsArgs programsArgs{n, slots, group_.hits.instance, &world_.tables, programOf};
+  const ProgramsArgs programsArgs{n, entries, rays.hits.instance, &world_.tables, programOf};
   programsKernel(world_.width)(programsArgs);
   touched_.clear();
   for (uint32_t i = 0; i < n; ++i) {
@@ -37,7 +37,7 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
     sum += c;
   }
   first[touched_.size()] = sum;
-  for (uint32_t i = 0; i < n; ++i) order[countOfProgram_[programOf[i]]++] = slots[i];
+  for (uint32_t i = 0; i < n; ++i) order[countOfProgram_[programOf[i]]++] = entries[i];
   const uint32_t count = uint32_t(touched_.size());
   Context** list = arena_.make<Context*>(count);
   uint32_t* programs = arena_.make<uint32_t>(count);
@@ -46,7 +46,7 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
     countOfProgram_[touched_[k]] = 0;
   }
   for (uint32_t k = 0; k < count; ++k)
-    list[k] = makeContext(programs[k], traits, depth, first[k + 1] - first[k], order + first[k], !query);
+    list[k] = makeContext(rays, programs[k], traits, depth, first[k + 1] - first[k], order + first[k], !query);
   if (!query) {
     uint64_t* lanes = depth == 0 ? counters.lanesFirst : counters.lanesDeeper;
     for (uint32_t k = 0; k < count; ++k) {
@@ -63,32 +63,32 @@ uint32_t GroupState::shade(uint32_t traits, uint32_t depth, uint32_t n, const ui
   return count;
 }
 
-// A context of the listed slots with room for its points, and what the kernel of points reads of the group and writes
-// there. The distances, normals and sides are the caller's.
-PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots, Context*& c) {
+// A context of the listed entries with room for its points, and what the kernel of points reads of the list and
+// writes there. The distances, normals and sides are the caller's.
+PointsArgs GroupState::startContext(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n,
+                                    const uint32_t* entries, Context*& c) {
   const uint32_t m = padded(n);
   const auto f = [&] { return arena_.make<float>(m); };
   const auto u = [&] { return arena_.make<uint32_t>(m); };
-  uint32_t* slot = u();
-  std::memcpy(slot, slots, n * sizeof(uint32_t));
-  for (uint32_t i = n; i < m; ++i) slot[i] = slots[n - 1];
+  uint32_t* path = u();
+  std::memcpy(path, entries, n * sizeof(uint32_t));
+  for (uint32_t i = n; i < m; ++i) path[i] = entries[n - 1];
   c = new (arena_.allocate(sizeof(Context))) Context();
   ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
   h->group = this;
-  h->rayKind = rayKind_;
-  h->slot = slot;
+  h->rayKind = ListHost::of(list).kind;
   c->count = n;
   c->padded = m;
   c->width = world_.width;
   c->traits = traits;
-  c->path = slot;
+  c->path = path;
   c->depth = depth;
   c->fn = &kContextFunctions;
   c->host = h;
   PointsArgs a{};
   a.n = m;
-  a.slots = slot;
-  const Rays& r = group_.rays;
+  a.slots = path;
+  const Rays& r = list.rays;
   for (int k = 0; k < 3; ++k) {
     a.o[k] = r.o[k];
     a.d[k] = r.d[k];
@@ -100,8 +100,9 @@ PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n,
   a.radius = r.radius;
   a.spread = r.spread;
   a.time = r.time;
-  a.seed = seed_;
-  a.index = index_;
+  a.seed = list.sampleSeed;
+  a.index = list.sampleIndex;
+  a.isRecord = ListHost::of(list).reach != nullptr;
   c->radius = a.outRadius = f();
   c->spread = a.outSpread = f();
   c->time = a.outTime = f();
@@ -112,166 +113,185 @@ PointsArgs GroupState::startContext(uint32_t traits, uint32_t depth, uint32_t n,
   return a;
 }
 
-Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_t depth, uint32_t n,
-                                 const uint32_t* slots, bool bind) {
+// Normals of points on objects that are smooth or placed: geometric ones in render space (null: nothing is placed)
+// and smooth ones (null: none; zero: the facet's).
+void GroupState::findNormals(const Context* c, const float* const rawNg[3], float* ng[3], float* smooth[3]) const {
+  const trace::World& w = *world_.world;
+  const ContextHost& h = ContextHost::of(c);
+  const Places& at = c->place;
+  for (uint32_t i = 0; i < c->count; ++i) {
+    const GeometryInfo& info = world_.geometries[at.geometry[i]];
+    const trace::Instance& instance = w.instance(at.instance[i]);
+    float q[3] = {rawNg[0][i], rawNg[1][i], rawNg[2][i]}, sm[3] = {0, 0, 0};
+    if (smooth[0] && info.N) {
+      const geometry::Mesh& mesh = w.mesh(at.geometry[i]);
+      const geometry::Primvar& p = *info.N;
+      const uint32_t t = at.primitive[i];
+      const float b1 = at.u[i], b2 = at.v[i], b0 = 1.f - b1 - b2;
+      float b[4] = {b0, b1, b2, 0};
+      uint32_t quad = geometry::Mesh::kNoQuad;
+      int corners = 3;
+      if (h.hasQuads && h.quadPlaces[0][i] >= 0) {
+        const float x = h.quadPlaces[0][i], y = h.quadPlaces[1][i];
+        const float bilinear[4] = {(1.f - x) * (1.f - y), x * (1.f - y), x * y, (1.f - x) * y};
+        std::memcpy(b, bilinear, sizeof b);
+        quad = mesh.quadOf(t);
+        corners = 4;
+      }
+      size_t of[4];
+      for (int k = 0; k < corners; ++k) {
+        const size_t corner = corners == 4 ? geometry::Mesh::quadCorner(quad, k) : 3 * size_t(t) + size_t(k);
+        of[k] = p.rate == geometry::Primvar::Rate::PerVertex   ? mesh.indices[corner]
+                : p.rate == geometry::Primvar::Rate::PerCorner ? corner
+                : p.rate == geometry::Primvar::Rate::PerFace   ? mesh.faceOf(t)
+                                                               : 0;
+      }
+      // keys of a deforming mesh: nearest key pair
+      size_t key0 = 0, key1 = 0;
+      float f = 0;
+      if (mesh.keyCount() > 1 && p.rate == geometry::Primvar::Rate::PerVertex &&
+          p.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3) {
+        const float x = std::clamp(c->time[i], 0.f, 1.f) * float(mesh.keyCount() - 1);
+        key0 = std::min<size_t>(size_t(x), size_t(mesh.keyCount() - 2));
+        key1 = key0 + 1;
+        f = x - float(key0);
+      }
+      const size_t stride = size_t(mesh.vertexCount) * 3;
+      for (int k = 0; k < corners; ++k)
+        for (int j = 0; j < 3; ++j) {
+          const float v0 = p.data[key0 * stride + 3 * of[k] + size_t(j)];
+          sm[j] += b[k] * (f > 0 ? (1 - f) * v0 + f * p.data[key1 * stride + 3 * of[k] + size_t(j)] : v0);
+        }
+    }
+    if (!instance.baked) {
+      // cofactors: the inverse transpose times the determinant
+      const trace::Affine x = w.objectToRender(at.instance[i], c->time[i]);
+      float cof[3][3];
+      for (int u = 0; u < 3; ++u)
+        for (int v = 0; v < 3; ++v) {
+          const int u1 = (u + 1) % 3, u2 = (u + 2) % 3, v1 = (v + 1) % 3, v2 = (v + 2) % 3;
+          cof[u][v] = x.m[u1][v1] * x.m[u2][v2] - x.m[u1][v2] * x.m[u2][v1];
+        }
+      const float det = x.m[0][0] * cof[0][0] + x.m[0][1] * cof[0][1] + x.m[0][2] * cof[0][2];
+      const float sign = det < 0 ? -1.f : 1.f;
+      float t[3], ts[3];
+      for (int u = 0; u < 3; ++u) {
+        t[u] = sign * (cof[u][0] * q[0] + cof[u][1] * q[1] + cof[u][2] * q[2]);
+        ts[u] = sign * (cof[u][0] * sm[0] + cof[u][1] * sm[1] + cof[u][2] * sm[2]);
+      }
+      std::memcpy(q, t, sizeof q);
+      std::memcpy(sm, ts, sizeof sm);
+    }
+    for (int k = 0; ng[0] && k < 3; ++k) ng[k][i] = q[k];
+    if (!smooth[0]) continue;
+    const float l2 = sm[0] * sm[0] + sm[1] * sm[1] + sm[2] * sm[2];
+    const float inv = l2 > 0 ? 1.f / std::sqrt(l2) : 0.f;
+    // "N" of the mesh is oriented outward already; zero: the facet's, as in a context without any normals
+    for (int k = 0; k < 3; ++k) smooth[k][i] = sm[k] * inv;
+  }
+  for (uint32_t i = c->count; i < c->padded; ++i)
+    for (int k = 0; k < 3; ++k) {
+      if (ng[0]) ng[k][i] = ng[k][c->count - 1];
+      if (smooth[0]) smooth[k][i] = smooth[k][c->count - 1];
+    }
+}
+
+Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uint32_t traits, uint32_t depth,
+                                 uint32_t n, const uint32_t* entries, bool bind) {
   const Program& program = world_.materials->program(programIndex);
   const trace::World& w = *world_.world;
   Context* c;
-  PointsArgs a = startContext(traits, depth, n, slots, c);
+  PointsArgs a = startContext(list, traits, depth, n, entries, c);
   const uint32_t m = c->padded;
-  const uint32_t* slot = c->path;
+  const uint32_t* path = c->path;
   ContextHost* h = static_cast<ContextHost*>(c->host);
   h->program = &program;
-  const Rays& r = group_.rays;
-  const Hits& hits = group_.hits;
-  a.t = hits.t;
-  float* ng[3];
-  for (int k = 0; k < 3; ++k) {
-    ng[k] = arena_.make<float>(m);
-    a.ng[k] = ng[k];
+  const Hits& hits = list.hits;
+  const ListHost& from = ListHost::of(list);
+  const auto f = [&] { return arena_.make<float>(m); };
+  const auto u = [&] { return arena_.make<uint32_t>(m); };
+  VertexState& state = h->state;
+  state = makeState(m);
+  // the vertex: where it lies, and how its ray came
+  SurfacesArgs s{};
+  s.n = m;
+  s.slots = path;
+  s.instance = hits.instance;
+  s.geometry = hits.geometry;
+  s.primitive = hits.primitive;
+  s.level = hits.level;
+  s.u = hits.u;
+  s.v = hits.v;
+  s.t = from.reach ? from.reach : hits.t;
+  for (int k = 0; k < 3; ++k) s.ng[k] = hits.ng[k];
+  s.time = list.rays.time;
+  s.origin = list.origin;
+  s.tables = &world_.tables;
+  s.linkSet = state.linkSet;
+  uint32_t* block = s.block = u();
+  s.side = f();
+  float* raw[3];
+  for (int k = 0; k < 3; ++k) h->ng[k] = raw[k] = s.outNg[k] = f();
+  c->place.instance = s.outInstance = u();
+  c->place.geometry = s.outGeometry = u();
+  c->place.primitive = s.outPrimitive = u();
+  c->place.level = s.outLevel = u();
+  c->place.u = s.outU = f();
+  c->place.v = s.outV = f();
+  c->distance = s.outT = f();
+  s.outTime = a.outTime;
+  h->origin = s.outOrigin = u();
+  surfacesKernel(world_.width)(s);
+  if (state.linkSet) {
+    if (from.reach)  // the record knows
+      for (uint32_t i = 0; i < m; ++i) state.linkSet[i] = from.left.linkSet[path[i]];
+    else if (const uint32_t indirect = depth > 0 ? world_.indirectSets : 0)
+      for (uint32_t i = 0; i < m; ++i)  // at the vertex before, or on the way from it
+        if (from.left.linkSet[path[i]] >= indirect || !(h->origin[i] & (kFromDiscrete | kFromSpecular)))
+          state.linkSet[i] += indirect;
   }
-  float* side = arena_.make<float>(m);
-  uint32_t* block = arena_.make<uint32_t>(m);
-  // what a ray only passes does not choose its lights
-  SurfacesArgs surfaces{m,
-                        slot,
-                        hits.instance,
-                        hits.geometry,
-                        {hits.ng[0], hits.ng[1], hits.ng[2]},
-                        &world_.tables,
-                        bind && world_.hasLinks ? linkSet_ : nullptr,
-                        block,
-                        side,
-                        {ng[0], ng[1], ng[2]},
-                        0,
-                        0};
-  const uint32_t indirect = bind && depth > 0 ? world_.indirectSets : 0;
-  uint32_t* hadDiffuse = indirect ? arena_.make<uint32_t>(padded(n)) : nullptr;
-  for (uint32_t i = 0; i < n && indirect; ++i)  // at the vertex before, or on the way from it
-    hadDiffuse[i] = linkSet_[slot[i]] >= indirect || !(group_.origin[slot[i]] & (kFromDiscrete | kFromSpecular));
-  surfacesKernel(world_.width)(surfaces);
-  for (uint32_t i = 0; i < n && indirect; ++i)
-    if (hadDiffuse[i]) linkSet_[slot[i]] += indirect;
-  const bool smooth = surfaces.anyFlags & kHasNormals, placed = surfaces.anyPlaced;
-  h->hasQuads = surfaces.anyFlags & kHasQuads;
+  const bool smooth = s.anyFlags & kHasNormals, placed = s.anyPlaced;
+  h->hasQuads = s.anyFlags & kHasQuads;
+  float* ng[3] = {nullptr, nullptr, nullptr};
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {
-    if (smooth) {
-      for (int k = 0; k < 3; ++k) nn[k] = arena_.make<float>(m);
-      if (h->hasQuads) h->findQuadPlaces(c);
+    for (int k = 0; k < 3; ++k) {
+      if (smooth) nn[k] = f();
+      if (placed) ng[k] = f();
     }
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = slot[i];
-      const GeometryInfo& info = world_.geometries[hits.geometry[s]];
-      const trace::Instance& instance = w.instance(hits.instance[s]);
-      float q[3] = {ng[0][i], ng[1][i], ng[2][i]}, sm[3] = {0, 0, 0};
-      const bool own = smooth && info.N;
-      if (own) {
-        const geometry::Mesh& mesh = w.mesh(hits.geometry[s]);
-        const geometry::Primvar& p = *info.N;
-        const uint32_t t = hits.primitive[s];
-        const float b1 = hits.u[s], b2 = hits.v[s], b0 = 1.f - b1 - b2;
-        float b[4] = {b0, b1, b2, 0};
-        uint32_t quad = geometry::Mesh::kNoQuad;
-        int corners = 3;
-        if (h->hasQuads && h->quadPlaces[0][i] >= 0) {
-          const float x = h->quadPlaces[0][i], y = h->quadPlaces[1][i];
-          const float bilinear[4] = {(1.f - x) * (1.f - y), x * (1.f - y), x * y, (1.f - x) * y};
-          std::memcpy(b, bilinear, sizeof b);
-          quad = mesh.quadOf(t);
-          corners = 4;
-        }
-        size_t at[4];
-        for (int k = 0; k < corners; ++k) {
-          const size_t corner = corners == 4 ? geometry::Mesh::quadCorner(quad, k) : 3 * size_t(t) + size_t(k);
-          at[k] = p.rate == geometry::Primvar::Rate::PerVertex   ? mesh.indices[corner]
-                  : p.rate == geometry::Primvar::Rate::PerCorner ? corner
-                  : p.rate == geometry::Primvar::Rate::PerFace   ? mesh.faceOf(t)
-                                                                 : 0;
-        }
-        // keys of a deforming mesh: nearest key pair
-        size_t key0 = 0, key1 = 0;
-        float f = 0;
-        if (mesh.keyCount() > 1 && p.rate == geometry::Primvar::Rate::PerVertex &&
-            p.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3) {
-          const float x = std::clamp(r.time[s], 0.f, 1.f) * float(mesh.keyCount() - 1);
-          key0 = std::min<size_t>(size_t(x), size_t(mesh.keyCount() - 2));
-          key1 = key0 + 1;
-          f = x - float(key0);
-        }
-        const size_t stride = size_t(mesh.vertexCount) * 3;
-        for (int k = 0; k < corners; ++k)
-          for (int j = 0; j < 3; ++j) {
-            const float v0 = p.data[key0 * stride + 3 * at[k] + size_t(j)];
-            sm[j] += b[k] * (f > 0 ? (1 - f) * v0 + f * p.data[key1 * stride + 3 * at[k] + size_t(j)] : v0);
-          }
-      }
-      if (!instance.baked) {
-        // cofactors: the inverse transpose times the determinant
-        const trace::Affine x = w.objectToRender(hits.instance[s], r.time[s]);
-        float cof[3][3];
-        for (int u = 0; u < 3; ++u)
-          for (int v = 0; v < 3; ++v) {
-            const int u1 = (u + 1) % 3, u2 = (u + 2) % 3, v1 = (v + 1) % 3, v2 = (v + 2) % 3;
-            cof[u][v] = x.m[u1][v1] * x.m[u2][v2] - x.m[u1][v2] * x.m[u2][v1];
-          }
-        const float det = x.m[0][0] * cof[0][0] + x.m[0][1] * cof[0][1] + x.m[0][2] * cof[0][2];
-        const float sign = det < 0 ? -1.f : 1.f;
-        float t[3], ts[3];
-        for (int u = 0; u < 3; ++u) {
-          t[u] = sign * (cof[u][0] * q[0] + cof[u][1] * q[1] + cof[u][2] * q[2]);
-          ts[u] = sign * (cof[u][0] * sm[0] + cof[u][1] * sm[1] + cof[u][2] * sm[2]);
-        }
-        std::memcpy(q, t, sizeof q);
-        std::memcpy(sm, ts, sizeof sm);
-        for (int k = 0; k < 3; ++k) ng[k][i] = q[k];
-      }
-      if (smooth) {
-        const float l2 = sm[0] * sm[0] + sm[1] * sm[1] + sm[2] * sm[2];
-        const float inv = l2 > 0 ? 1.f / std::sqrt(l2) : 0.f;
-        // "N" of the mesh is oriented outward already; zero: the facet's, as in a context without any normals
-        for (int k = 0; k < 3; ++k) nn[k][i] = sm[k] * inv;
-      }
-    }
+    if (smooth && h->hasQuads) h->findQuadPlaces(c);
+    findNormals(c, raw, ng, nn);
   }
-  const auto pad = [&](float* x) {
-    for (uint32_t i = n; i < m; ++i) x[i] = x[n - 1];
-  };
+  a.t = hits.t;
+  a.reach = c->distance;
   for (int k = 0; k < 3; ++k) {
-    if (placed) pad(ng[k]);
-    if (nn[k]) pad(nn[k]);
+    a.ng[k] = placed ? ng[k] : raw[k];
     a.smooth[k] = nn[k];
   }
-  a.side = side;
+  a.side = s.side;
   h->block = block;
   pointsKernel(world_.width)(a);
-  if (w.hasStrands()) biasOfStrands(m, slot, a.bias);
-  if (bind && lift_[0]) {
-    if (program.encloses)
-      for (int k = 0; k < 3; ++k)
-        for (uint32_t i = 0; i < n; ++i) lift_[k][slot[i]] = 0;
-    else
-      findLifts(m, slot, c, a.Ng);
+  if (w.hasStrands()) biasOfStrands(c, a.bias);
+  if (bind) {
+    if (state.lift[0]) {
+      if (program.encloses)
+        for (float* x : state.lift) std::memset(x, 0, m * sizeof(float));
+      else
+        findLifts(c, a.Ng);
+    }
+    for (int k = 0; state.Ng[0] && k < 3; ++k) state.Ng[k] = a.Ng[k];
+    for (uint32_t i = 0; state.traceSet && i < m; ++i)
+      state.traceSet[i] = world_.placements[w.instance(c->place.instance[i]).user].traceSet;
   }
-  if (bind && leftNg_[0])
-    for (uint32_t i = 0; i < n; ++i)
-      for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
-  if (bind && traceSet_)
-    for (uint32_t i = 0; i < n; ++i)
-      traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
 
   float* outer = arena_.make<float>(m);
-  for (uint32_t i = 0; i < m; ++i) outer[i] = 1.f;
-  if (media_)
-    for (uint32_t i = 0; i < m; ++i) {
-      const MediaStack& stack = media_[slot[i]];
-      int best = -1;
-      for (uint32_t k = 0; k < stack.count; ++k)
-        if (stack.entries[k].object != hits.instance[slot[i]] &&
-            (best < 0 || stack.entries[k].priority >= stack.entries[best].priority))
-          best = int(k);
-      if (best >= 0) outer[i] = stack.entries[best].ior;
-    }
+  if (state.media && from.left.media) {
+    for (uint32_t i = 0; i < m; ++i) state.media[i] = from.left.media[path[i]];
+    findOuterIor(c, state.media, outer);
+  } else {
+    if (state.media) std::fill_n(state.media, m, MediaPool::kEmpty);
+    std::fill_n(outer, m, 1.f);
+  }
   c->outerIor = outer;
   c->lobeCount = program.traits ? program.traits->lobeCount : 0;
   c->slotCount = program.slotCount;
@@ -310,44 +330,51 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   return c;
 }
 
-void GroupState::biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const {
+void GroupState::biasOfStrands(const Context* c, float* bias) const {
   const trace::World& w = *world_.world;
-  for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    const geometry::Mesh& mesh = w.mesh(group_.hits.geometry[s]);
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const geometry::Mesh& mesh = w.mesh(c->place.geometry[i]);
     if (!mesh.isStrand()) continue;
-    float radius =
-        strandRadius(mesh, group_.hits.primitive[s], group_.hits.u[s], std::clamp(group_.rays.time[s], 0.f, 1.f));
-    if (!w.instance(group_.hits.instance[s]).baked) {
-      const trace::Affine a = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
+    float radius = strandRadius(mesh, c->place.primitive[i], c->place.u[i], std::clamp(c->time[i], 0.f, 1.f));
+    if (!w.instance(c->place.instance[i]).baked) {
+      const trace::Affine a = w.objectToRender(c->place.instance[i], c->time[i]);
       radius *= std::sqrt(a.m[0][0] * a.m[0][0] + a.m[1][0] * a.m[1][0] + a.m[2][0] * a.m[2][0]);
     }
     bias[i] = std::max(bias[i], 1e-3f * radius);
   }
 }
 
-Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* slots,
-                                   const float* t) {
+Context* GroupState::pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n,
+                                   const uint32_t* entries, const float* t) {
   if (!n) return nullptr;
   Context* c;
-  PointsArgs a = startContext(traits | kTraitInSpace, depth, n, slots, c);
+  PointsArgs a = startContext(list, traits | kTraitInSpace, depth, n, entries, c);
   const uint32_t m = c->padded;
-  const uint32_t* slot = c->path;
-  const Rays& r = group_.rays;
+  ContextHost& h = ContextHost::of(c);
   const auto f = [&] { return arena_.make<float>(m); };
-  float *ng[3] = {f(), f(), f()}, *side = f(), *outer = f();
+  float *ng[3] = {f(), f(), f()}, *side = f(), *outer = f(), *reach = f();
+  uint32_t* origin = arena_.make<uint32_t>(m);
+  h.state = makeState(m);
+  const ListHost& from = ListHost::of(list);
   for (uint32_t i = 0; i < m; ++i) {
-    for (int k = 0; k < 3; ++k) ng[k][i] = -r.d[k][slot[i]];
+    const uint32_t s = c->path[i];
+    for (int k = 0; k < 3; ++k) ng[k][i] = -list.rays.d[k][s];
     side[i] = outer[i] = 1.f;
-    linkSet_[slot[i]] = 0;  // a medium is lit by all lights
-    if (traceSet_) traceSet_[slot[i]] = 0;
-    if (lift_[0])
-      for (int k = 0; k < 3; ++k) lift_[k][slot[i]] = 0;
+    reach[i] = t[s];
+    origin[i] = list.origin[s];
+    if (h.state.linkSet) h.state.linkSet[i] = 0;  // a medium is lit by all lights
+    if (h.state.traceSet) h.state.traceSet[i] = 0;
+    if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;
+    for (int k = 0; h.state.lift[0] && k < 3; ++k) h.state.lift[k][i] = h.state.facet[k][i] = 0;
   }
+  c->distance = reach;
+  h.origin = origin;
   for (int k = 0; k < 3; ++k) a.ng[k] = ng[k];
   a.t = t;
+  a.reach = reach;
   a.side = side;
   pointsKernel(world_.width)(a);
+  for (int k = 0; h.state.Ng[0] && k < 3; ++k) h.state.Ng[k] = a.Ng[k];
   c->outerIor = outer;
   return c;
 }

@@ -24,157 +24,140 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   p.padded = c->padded;
   for (int k = 0; k < 3; ++k) p.P[k] = c->P[k];
   p.time = c->time;
-  if (world_.hasLinks) {
-    uint32_t* sets = arena_.make<uint32_t>(c->padded);
-    for (uint32_t i = 0; i < c->padded; ++i) sets[i] = linkSet_[c->path[i]];
-    p.linkSet = sets;
-  }
+  p.linkSet = ContextHost::of(c).state.linkSet;
   p.uChoice = world_.lights->hasChoice() ? u[0] : nullptr;
   p.u[0] = u[1];
   p.u[1] = u[2];
   world_.lights->sample(world_.width, arena_, p, out);
 }
 
-void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
+void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out) {
   const Clock clock(counters.nanoseconds[kTimeLights]);
   light::LightSet::RayList l;
   l.count = n;
-  l.slots = slots;
-  l.rays = &group_.rays;
-  l.tHit = group_.hits.t;
-  l.linkSet = linkSet_;
-  l.origin = group_.origin;
+  l.slots = entries;
+  l.rays = &list.rays;
+  l.tHit = list.hits.t;
+  l.linkSet = ListHost::of(list).left.linkSet;
+  l.origin = list.origin;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
-  if (hole_ && kind == RayKind::Camera && out->count) dropLightsBehindHoles(out);
+  if (hole_ && kind == RayKind::Camera && &list == &group_.paths && out->count) dropLightsBehindHoles(out);
 }
 
-void GroupState::lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out) {
+void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* entries, LightHits* out) {
   *out = LightHits{};
   uint32_t* list = arena_.make<uint32_t>(padded(n));
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    if (std::isinf(group_.hits.t[s])) continue;
-    if (world_.materials->tints(world_.materialOf(group_.hits.instance[s]))) list[m++] = s;
+    const uint32_t s = entries[i];
+    if (std::isinf(rays.hits.t[s])) continue;
+    if (world_.materials->tints(world_.materialOf(rays.hits.instance[s]))) list[m++] = s;
   }
   if (!m) return;
   const Clock clock(counters.nanoseconds[kTimeLights]);
   // all along the ray, then without those that lightHits() has told of: in front of the hit, or casting no shadows
-  float* tHit = arena_.make<float>(group_.padded + kPad);
+  float* tHit = arena_.make<float>(rays.capacity);
   for (uint32_t i = 0; i < m; ++i) tHit[list[i]] = INFINITY;
   light::LightSet::RayList l;
   l.count = m;
   l.slots = list;
-  l.rays = &group_.rays;
+  l.rays = &rays.rays;
   l.tHit = tHit;
-  l.linkSet = linkSet_;
-  l.origin = group_.origin;
+  l.linkSet = ListHost::of(rays).left.linkSet;
+  l.origin = rays.origin;
   world_.lights->hits(world_.width, arena_, false, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
-    return (*world_.lights)[out->light[i]].castsShadow && out->t[i] > group_.hits.t[out->slot[i]];
+    return (*world_.lights)[out->light[i]].castsShadow && out->t[i] > rays.hits.t[out->slot[i]];
   });
+}
+
+void GroupState::occluded(const ShadowRays& rays, uint32_t* blocked, bool clear) {
+  const trace::World& w = *world_.world;
+  float *radius = nullptr, *spread = nullptr;
+  if (w.hasUserGeometry()) {
+    // footprints where the rays begin choose the level
+    radius = arena_.make<float>(padded(rays.count));
+    spread = arena_.make<float>(padded(rays.count));
+    forEachRun(rays, [&](const ShadowRun& run, const VertexState&, uint32_t first) {
+      const float* r = run.context ? run.context->radius : run.list->rays.radius;
+      const float* s = run.context ? run.context->spread : run.list->rays.spread;
+      for (uint32_t i = first; i < run.end; ++i) {
+        radius[i] = r[rays.point[i]];
+        spread[i] = s[rays.point[i]];
+      }
+    });
+  }
+  if (!world_.traceSets.empty())
+    occludedInSets(rays, radius, spread, blocked, clear);
+  else
+    w.occluded(rays.count, rays.o, rays.d, rays.tMax, rays.time,
+               trace::kSeenByOpaqueShadow | (clear ? trace::kSeenByClearShadow : 0u), blocked, radius, spread);
 }
 
 void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   const uint32_t n = rays->count;
   if (!n) return;
-  ShadowRays lifted;
-  if (lift_[0]) {
-    lifted = *rays;
-    liftShadows(&lifted);
-    rays = &lifted;
+  ShadowRays own = *rays;
+  rays = &own;
+  if (!own.point) {
+    uint32_t* point = arena_.make<uint32_t>(padded(n));
+    for (uint32_t r = 0, i = 0; r < own.runCount; ++r)
+      for (uint32_t p = 0; i < own.runs[r].end; ++i) point[i] = p++;
+    own.point = point;
   }
+  if (world_.liftsShadows) liftShadows(&own);
   counters.shadowRays += n;
   if (listener) listener->shadow(depth, *rays);
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
-  const trace::World& w = *world_.world;
   uint32_t* blocked = arena_.make<uint32_t>(padded(n));
-  float *radius = nullptr, *spread = nullptr;
-  if (w.hasUserGeometry()) {
-    // footprints where the paths' own rays ended choose the level
-    radius = arena_.make<float>(padded(n));
-    spread = arena_.make<float>(padded(n));
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = rays->slot[i];
-      const float t = group_.hits.t[s];
-      spread[i] = group_.rays.spread[s];
-      radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
-    }
-  }
-  if (traceSet_)
-    occludedInSets(*rays, radius, spread, blocked);
-  else
-    w.occluded(n, rays->o, rays->d, rays->tMax, rays->time, trace::kSeenByOpaqueShadow, blocked, radius, spread);
+  occluded(*rays, blocked);
   for (uint32_t i = 0; i < n; ++i) {
     const float t = blocked[i] ? 0.f : 1.f;
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
   }
-  if (!w.hasClearShadows()) return;
-  // Survivors walk through what lets light pass, nearest first, in a ray list of their own that borrows the group.
-  const Rays keepRays = group_.rays;
-  const Hits keepHits = group_.hits;
-  uint32_t *const keepSeed = seed_, *const keepIndex = index_;
-  uint32_t* const keepLinks = linkSet_;
-  uint32_t* const keepSets = traceSet_;
-  uint32_t* sets = traceSet_ ? arena_.make<uint32_t>(padded(n) + kPad) : nullptr;
-  MediaStack* const keepMedia = media_;
-  const uint32_t m = padded(n) + kPad;
-  const auto f = [&] { return arena_.make<float>(m); };
-  const auto u = [&] { return arena_.make<uint32_t>(m); };
-  Rays r;
-  Hits h;
+  if (world_.world->hasClearShadows()) walkClearShadows(depth, *rays, blocked);
+}
+
+// Shadow rays that nothing opaque blocks walk through what lets light pass, nearest first.
+void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked) {
+  const uint32_t n = rays.count;
+  RayList& list = *makeRays(n);
+  ListHost& host = ListHost::of(list);
+  host.kind = RayKind::Transmission;
+  host.left.media = nullptr;  // straight rays know no media
   for (int c = 0; c < 3; ++c) {
-    r.o[c] = f();
-    r.d[c] = f();
-    h.ng[c] = f();
-    std::memcpy(r.o[c], rays->o[c], n * 4);
-    std::memcpy(r.d[c], rays->d[c], n * 4);
+    std::memcpy(list.rays.o[c], rays.o[c], n * sizeof(float));
+    std::memcpy(list.rays.d[c], rays.d[c], n * sizeof(float));
   }
-  r.tMax = f();
-  r.time = f();
-  r.radius = f();
-  r.spread = f();
-  h.t = f();
-  h.u = f();
-  h.v = f();
-  h.instance = u();
-  h.geometry = u();
-  h.primitive = u();
-  h.level = u();
-  uint32_t *seed = u(), *index = u(), *open = u(), *links = u();
+  std::memcpy(list.rays.tMax, rays.tMax, n * sizeof(float));
+  std::memcpy(list.rays.time, rays.time, n * sizeof(float));
+  forEachRun(rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
+    const bool ofContext = run.context;
+    const float* radius = ofContext ? run.context->radius : run.list->rays.radius;
+    const float* spread = ofContext ? run.context->spread : run.list->rays.spread;
+    const uint32_t* seed = ofContext ? run.context->sampleSeed : run.list->sampleSeed;
+    const uint32_t* index = ofContext ? run.context->sampleIndex : run.list->sampleIndex;
+    for (uint32_t i = first; i < run.end; ++i) {
+      const uint32_t p = rays.point[i];
+      list.rays.radius[i] = radius[p];
+      list.rays.spread[i] = spread[p];
+      list.sampleSeed[i] = seed[p];
+      list.sampleIndex[i] = index[p];
+      if (left.traceSet) host.left.traceSet[i] = left.traceSet[p];
+    }
+  });
+  uint32_t* open = arena_.make<uint32_t>(padded(n));
   uint32_t k = 0;
-  for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = rays->slot[i];
-    r.tMax[i] = rays->tMax[i];
-    r.time[i] = rays->time[i];
-    r.radius[i] = keepRays.radius[s];
-    r.spread[i] = keepRays.spread[s];
-    seed[i] = keepSeed[s];
-    index[i] = keepIndex[s];
-    if (sets) sets[i] = keepSets[s];
-    if (!blocked[i] && rays->tMax[i] > 0) open[k++] = i;
-  }
-  group_.rays = r;
-  group_.hits = h;
-  seed_ = seed;
-  index_ = index;
-  linkSet_ = links;
-  traceSet_ = sets;
-  media_ = nullptr;
+  for (uint32_t i = 0; i < n; ++i)
+    if (!blocked[i] && rays.tMax[i] > 0) open[k++] = i;
   for (int pass = 0; k && pass < kMostPasses; ++pass) {
-    if (traceSet_)
-      closestInSets(true, k, open);
-    else
-      w.closest(group_.rays, group_.hits, trace::kSeenByClearShadow, k, open);
+    closest(list, k, open);
     uint32_t* hit = arena_.make<uint32_t>(padded(k));
     uint32_t hitCount = 0;
     for (uint32_t i = 0; i < k; ++i)
-      if (!std::isinf(h.t[open[i]])) hit[hitCount++] = open[i];
+      if (!std::isinf(list.hits.t[open[i]])) hit[hitCount++] = open[i];
     Context* const* contexts;
-    const RayKind before = rayKind_;
-    rayKind_ = RayKind::Transmission;
-    const uint32_t count = shade(kTraitEyePath | kTraitPresenceQuery, depth, hitCount, hit, &contexts);
-    rayKind_ = before;
+    const uint32_t count = shade(list, kTraitEyePath | kTraitPresenceQuery, depth, hitCount, hit, &contexts);
     uint32_t* next = arena_.make<uint32_t>(padded(hitCount));
     uint32_t nextCount = 0;
     for (uint32_t c = 0; c < count; ++c) {
@@ -185,7 +168,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
       else
         std::fill_n(presence, x->padded, 1.f);
       float* keep[3] = {nullptr, nullptr, nullptr};
-      if (rays->tinted && (x->traits & kTraitTinted)) {
+      if (rays.tinted && (x->traits & kTraitTinted)) {
         for (float*& q : keep) q = x->alloc<float>(x->padded);
         x->bxdf->thinShadow(x, keep);
       }
@@ -193,24 +176,17 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
         const uint32_t s = x->path[i];
         float most = 0;
         for (int q = 0; q < 3; ++q) {
-          const float pass1 = (1.f - presence[i]) + (keep[q] && rays->tinted[s] ? presence[i] * keep[q][i] : 0.f);
-          rays->transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);
-          most = std::max(most, rays->transmittance[q][s]);
+          const float pass1 = (1.f - presence[i]) + (keep[q] && rays.tinted[s] ? presence[i] * keep[q][i] : 0.f);
+          rays.transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);
+          most = std::max(most, rays.transmittance[q][s]);
         }
         if (most > 0) next[nextCount++] = s;
       }
     }
-    passThrough(nextCount, next, nullptr);
+    passThrough(list, nextCount, next, nullptr);
     open = next;
     k = nextCount;
   }
-  group_.rays = keepRays;
-  group_.hits = keepHits;
-  seed_ = keepSeed;
-  index_ = keepIndex;
-  linkSet_ = keepLinks;
-  traceSet_ = keepSets;
-  media_ = keepMedia;
 }
 
 }  // namespace kinora::shade

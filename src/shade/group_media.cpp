@@ -1,4 +1,4 @@
-// The stack of nested media that each path of a group carries.
+// The media around each ray of a list: what rays meet, pass and cross.
 #include <algorithm>
 
 #include "shade/beer_lambert.h"
@@ -6,58 +6,62 @@
 
 namespace kinora::shade {
 
-bool GroupState::insideHigherPriority(uint32_t slot) const {
-  const MediaStack& m = media_[slot];
-  if (!m.count) return false;
-  const uint32_t inst = group_.hits.instance[slot];
-  const int own = world_.placements[world_.world->instance(inst).user].priority;
-  for (uint32_t i = 0; i < m.count; ++i)
-    if (m.entries[i].object != inst && m.entries[i].priority > own) return true;
+bool GroupState::insideHigherPriority(const RayList& list, uint32_t entry) const {
+  const uint32_t stack = ListHost::of(list).left.media[entry];
+  if (!stack) return false;
+  const uint32_t instance = list.hits.instance[entry];
+  const int own = world_.placements[world_.world->instance(instance).user].priority;
+  for (uint32_t k = stack; k; k = media_[k].outer)
+    if (media_[k].object != instance && media_[k].priority > own) return true;
   return false;
 }
 
-void GroupState::media(uint32_t n, const uint32_t* slots, float* const transmittance[3]) {
-  // Beer and Lambert along the segment just traced, in the innermost medium of the highest priority
+// Beer and Lambert along the segments just traced, in the medium that fills space there.
+void GroupState::absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]) {
+  const uint32_t* stacks = ListHost::of(list).left.media;
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    const MediaStack& m = media_[s];
-    if (!m.count) continue;
-    uint32_t top = m.count - 1;
-    for (uint32_t k = m.count; k-- > 0;)
-      if (m.entries[k].priority > m.entries[top].priority) top = k;
-    const float* a = m.entries[top].absorption;
-    const float t = group_.hits.t[s];
+    const uint32_t s = entries[i];
+    if (!stacks[s]) continue;
+    const float* a = media_[media_.filling(stacks[s])].absorption;
+    const float t = list.hits.t[s];
     // a ray that escapes from inside a medium crosses it without end
     for (int c = 0; c < 3; ++c) transmittance[c][s] *= beerLambert(a[c], t);
   }
 }
 
-void GroupState::cross(const Context* c, uint32_t n, const uint32_t* points) {
-  if (!media_ || !c->bxdf->interior) return;
+// Index of refraction around the object that each point lies on: of what fills space but for the medium that this
+// surface bounds.
+void GroupState::findOuterIor(const Context* c, const uint32_t* stacks, float* ior) const {
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    ior[i] = 1.f;
+    if (!stacks[i]) continue;
+    const uint32_t object = c->place.instance[i];
+    // Seen from inside, the surface ends the medium that its object or its material began. Seen from outside it is
+    // about to begin one; a ray that is in its object's medium all the same has missed the way out.
+    uint32_t own = media_.leftBy(stacks[i], object, world_.materialOf(object));
+    if (own && c->entering[i] && media_[own].object != object) own = MediaPool::kEmpty;
+    if (const uint32_t around = media_.filling(stacks[i], own)) ior[i] = media_[around].ior;
+  }
+}
+
+// Stacks beyond the surface at the listed points, in place: stacks[i] is that of points[i].
+void GroupState::crossSurface(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through,
+                              uint32_t* stacks) {
   const ContextHost& h = ContextHost::of(c);
-  if (!h.program->encloses) return;
+  if (!h.program || !h.program->encloses || !c->bxdf->interior) return;
+  if (through && std::none_of(through, through + n, [](uint32_t x) { return x != 0; })) return;
   float* x[4];
   for (float*& y : x) y = c->alloc<float>(c->padded);
   const InteriorArgs a{x[0], {x[1], x[2], x[3]}};
   c->bxdf->interior(c, &a);
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t p = points[i], s = c->path[p];
-    MediaStack& m = media_[s];
-    const uint32_t object = group_.hits.instance[s];
+    if (through && !through[i]) continue;
+    const uint32_t p = points[i], object = c->place.instance[p], material = world_.materialOf(object);
     if (c->entering[p]) {
-      if (m.count == MediaStack::kDepth) {
-        ++counters.mediaOverflow;
-        continue;
-      }
       const PlacementInfo& place = world_.placements[world_.world->instance(object).user];
-      m.entries[m.count++] = {object, place.priority, x[0][p], {x[1][p], x[2][p], x[3][p]}};
+      stacks[i] = media_.push(stacks[i], {object, material, place.priority, x[0][p], {x[1][p], x[2][p], x[3][p]}, 0});
     } else {
-      for (uint32_t k = m.count; k-- > 0;)
-        if (m.entries[k].object == object) {
-          for (uint32_t j = k; j + 1 < m.count; ++j) m.entries[j] = m.entries[j + 1];
-          --m.count;
-          break;
-        }
+      stacks[i] = media_.without(stacks[i], media_.leftBy(stacks[i], object, material));
     }
   }
 }

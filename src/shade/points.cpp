@@ -16,8 +16,8 @@ void points(const PointsArgs& a) {
   for (uint32_t i = 0; i < a.n; i += W) {
     const Slots<W> slot = Slots<W>::load(a.slots + i);
     const Vec3<W> o = Vec3<W>::get(a.o, slot), d = Vec3<W>::get(a.d, slot);
-    const F t = slot.get(a.t);
-    const Vec3<W> p = fma(d, t, o);
+    const F t = a.isRecord ? F(0.f) : slot.get(a.t);
+    const Vec3<W> p = a.isRecord ? o : fma(d, t, o);
     p.store(a.P, i);
     const Vec3<W> wo = -d;
     wo.store(a.wo, i);
@@ -47,13 +47,14 @@ void points(const PointsArgs& a) {
     ng.store(a.Ng, i);
     select(behind, Int<W>(0), Int<W>(-1)).store(a.entering + i);
     const F spread = slot.get(a.spread);
-    fma(spread, t, slot.get(a.radius)).store(a.outRadius + i);
+    const F radius = slot.get(a.radius);
+    (a.isRecord ? radius : fma(spread, t, radius)).store(a.outRadius + i);
     spread.store(a.outSpread + i);
     slot.get(a.time).store(a.outTime + i);
     slot.get(a.seed).store(a.outSeed + i);
     slot.get(a.index).store(a.outIndex + i);
     // distance by which rays start off the surface: the hit point's error is a few ulps of the numbers it came from
-    const F size = max(max(abs(p.x), max(abs(p.y), abs(p.z))), t);
+    const F size = max(max(abs(p.x), max(abs(p.y), abs(p.z))), F::load(a.reach + i));
     (size * F(4e-6f) + F(1e-7f)).store(a.bias + i);
   }
 }
@@ -77,14 +78,18 @@ void surfaces(shade::SurfacesArgs& a) {
     gather(t.blockOfMaterial.data(), gather(t.materialOfInstance.data(), instance)).store(a.block + i);
     gather(t.sideOfGeometry.data(), geometry).store(a.side + i);
     Vec3<W>::get(a.ng, slot).store(a.outNg, i);
+    instance.store(a.outInstance + i);
+    geometry.store(a.outGeometry + i);
+    slot.get(a.primitive).store(a.outPrimitive + i);
+    slot.get(a.level).store(a.outLevel + i);
+    slot.get(a.origin).store(a.outOrigin + i);
+    slot.get(a.u).store(a.outU + i);
+    slot.get(a.v).store(a.outV + i);
+    slot.get(a.t).store(a.outT + i);
+    slot.get(a.time).store(a.outTime + i);
     flags = flags | gather(t.flagsOfGeometry.data(), geometry);
     placed = placed | gather(t.placedOfInstance.data(), instance);
-    if (a.linkSet) {
-      alignas(64) uint32_t set[W], to[W];
-      gather(t.linkSetOfInstance.data(), instance).store(set);
-      slot.s.store(to);
-      for (int k = 0; k < W; ++k) a.linkSet[to[k]] = set[k];
-    }
+    if (a.linkSet) gather(t.linkSetOfInstance.data(), instance).store(a.linkSet + i);
   }
   alignas(64) uint32_t f[W], p[W];
   flags.store(f);

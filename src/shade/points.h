@@ -12,11 +12,13 @@ struct PointsArgs {
   const float* o[3];
   const float* d[3];
   const float* t;
+  bool isRecord;  // o is the point itself, radius the footprint there
   const float* radius;
   const float* spread;
   const float* time;
   const uint32_t* seed;
   const uint32_t* index;
+  const float* reach;  // by point: distance from where the ray began
   // by point: geometric normal in render space (not unit), side +-1; normal (unit, oriented; zero: Ng is taken) or
   // null: all Ng
   const float* ng[3];
@@ -55,17 +57,21 @@ struct ProgramsArgs {
 using ProgramsKernel = void (*)(const ProgramsArgs&);
 ProgramsKernel programsKernel(uint32_t width);
 
-// Blocks, sides and geometric normals of n (padded) listed hits.
+// What n (padded) listed hits are, by point; blocks and sides.
 struct SurfacesArgs {
   uint32_t n;
   const uint32_t* slots;
-  const uint32_t *instance, *geometry;  // by slot
-  const float* ng[3];                   // by slot
+  // by slot
+  const uint32_t *instance, *geometry, *primitive, *level, *origin;
+  const float *u, *v, *t, *time;
+  const float* ng[3];
   const SurfaceTables* tables;
-  uint32_t* linkSet;  // by slot, written; null: not wanted
   // out, by point
+  uint32_t* linkSet;  // null: not wanted
   uint32_t* block;
   float* side;
+  uint32_t *outInstance, *outGeometry, *outPrimitive, *outLevel, *outOrigin;
+  float *outU, *outV, *outT, *outTime;
   float* outNg[3];
   uint32_t anyFlags, anyPlaced;  // out: what some point has
 };

@@ -95,8 +95,9 @@ void cornersOfQuad(const geometry::Mesh& mesh, uint32_t first, float time, V3f o
 
 }  // namespace
 
-void findQuadPlaces(GroupState& group, uint32_t n, const uint32_t* slots, float* u, float* v) {
-  const Hits& hits = group.group().hits;
+void findQuadPlaces(GroupState& group, const Context* c, float* u, float* v) {
+  const Places& at = c->place;
+  const uint32_t n = c->padded;
   const trace::World& world = *group.world().world;
   float* array[12];
   for (float*& x : array) x = group.arena().make<float>(n);
@@ -109,19 +110,18 @@ void findQuadPlaces(GroupState& group, uint32_t n, const uint32_t* slots, float*
     for (int j = 0; j < 3; ++j) a.e[k][j] = array[3 + 3 * k + j];
   }
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    const geometry::Mesh& mesh = world.mesh(hits.geometry[s]);
-    const uint32_t triangle = hits.primitive[s], first = mesh.quadOf(triangle);
+    const geometry::Mesh& mesh = world.mesh(at.geometry[i]);
+    const uint32_t triangle = at.primitive[i], first = mesh.quadOf(triangle);
     if (first == geometry::Mesh::kNoQuad) {
       for (float* x : array) x[i] = 0;  // no area: no place in a quad
       continue;
     }
     V3f q[4];
-    cornersOfQuad(mesh, first, group.group().rays.time[s], q);
+    cornersOfQuad(mesh, first, c->time[i], q);
     const bool second = triangle != first;
-    array[0][i] = second ? 0.f : hits.u[s];
-    array[1][i] = second ? hits.u[s] : hits.v[s];
-    array[2][i] = second ? hits.v[s] : 0.f;
+    array[0][i] = second ? 0.f : at.u[i];
+    array[1][i] = second ? at.u[i] : at.v[i];
+    array[2][i] = second ? at.v[i] : 0.f;
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < 3; ++j) array[3 + 3 * k + j][i] = q[k + 1][j] - q[0][j];
   }

@@ -95,7 +95,6 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
                    Span found) {
   const ShadingWorld& world = h.group->world();
   const ShaderScene* scene = world.shaders.get();
-  const Group& g = h.group->group();
   static const int32_t kBuiltin = language::internString("builtin");
   const bool inSpace = c->traits & kTraitInSpace;
   // names are looked up again only where they, or the object, change from one point to the next
@@ -109,8 +108,8 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
   for (uint32_t i = 0; i < n; ++i) {
     if (!batch.isLive(i)) continue;
     const uint32_t point = batch.first + i;
-    const uint32_t slot = inSpace ? 0 : h.slot[point];
-    const uint32_t geometry = inSpace ? 0 : g.hits.geometry[slot], instance = inSpace ? 0 : g.hits.instance[slot];
+    const uint32_t geometry = inSpace ? 0 : c->place.geometry[point],
+                   instance = inSpace ? 0 : c->place.instance[point];
     const int32_t handle = name.integer(0, i);
     if (handle != last || geometry != lastGeometry || instance != lastInstance) {
       last = handle, lastGeometry = geometry, lastInstance = instance;
@@ -147,23 +146,21 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
 void giveSurfaceArea(const Context* c, ContextHost& h, const Batch& batch, Span result) {
   const ShadingWorld& world = h.group->world();
   if (!world.shaders || c->traits & kTraitInSpace) return;
-  const Group& g = h.group->group();
   uint64_t last = ~uint64_t(0);
   double area = 0;
   for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i) {
     if (!batch.isLive(i)) continue;
-    const uint32_t slot = h.slot[batch.first + i];
-    const uint64_t object = uint64_t(g.hits.instance[slot]) << 32 | g.hits.geometry[slot];
+    const uint32_t geometry = c->place.geometry[batch.first + i], instance = c->place.instance[batch.first + i];
+    const uint64_t object = uint64_t(instance) << 32 | geometry;
     if (object != last) {
       last = object;
       area = world.shaders->areaOf(object);
       if (area < 0) {
         // of the triangles when the shutter opens, as large as they stand in the world then
         area = 0;
-        const geometry::Mesh& mesh = world.world->mesh(g.hits.geometry[slot]);
-        const trace::Instance& placed = world.world->instance(g.hits.instance[slot]);
-        const trace::Affine m =
-            placed.baked ? trace::Affine{} : world.world->objectToRender(g.hits.instance[slot], 0);
+        const geometry::Mesh& mesh = world.world->mesh(geometry);
+        const trace::Instance& placed = world.world->instance(instance);
+        const trace::Affine m = placed.baked ? trace::Affine{} : world.world->objectToRender(instance, 0);
         for (size_t t = 0; !mesh.isStrand() && t + 2 < mesh.indices.size(); t += 3) {
           double e[2][3];
           for (int k = 0; k < 2; ++k) {

@@ -72,11 +72,11 @@ struct ShaderServices::Calls {
     const Context* c = of(self).context_;
     const ContextHost& host = of(self).host_;
     const RayKind kind = c->traits & kTraitPrimaryHit ? RayKind::Camera : host.rayKind;
-    const uint32_t* origin = host.group->group().origin;
+    const uint32_t* origin = host.origin;
     for (uint32_t i = 0; i < (result.varies ? batch.points : 1); ++i) {
       if (!batch.isLive(i)) continue;
       // paths of shadow rays are numbers of rays, of which there are more than slots
-      const uint32_t from = kind == RayKind::Indirect ? origin[c->path[batch.first + i]] : 0;
+      const uint32_t from = kind == RayKind::Indirect ? origin[batch.first + i] : 0;
       result.set(0, i, int32_t(isOfType(kind, from, language::stringOf(name.integer(0, i)))));
     }
   }

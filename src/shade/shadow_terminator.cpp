@@ -36,64 +36,50 @@ float fade(float x, float full, float none) { return std::clamp((none - x) / (no
 
 }  // namespace
 
-void GroupState::reachedByLifts(const ShadowRays& rays, uint32_t* blocked) {
-  const trace::World& w = *world_.world;
-  float *radius = nullptr, *spread = nullptr;
-  if (w.hasUserGeometry()) {
-    radius = arena_.make<float>(padded(rays.count));
-    spread = arena_.make<float>(padded(rays.count));
-    for (uint32_t i = 0; i < rays.count; ++i) {
-      const uint32_t s = rays.slot[i];
-      const float t = group_.hits.t[s];
-      spread[i] = group_.rays.spread[s];
-      radius[i] = group_.rays.radius[s] + (std::isinf(t) ? 0.f : t * spread[i]);
-    }
-  }
-  if (traceSet_)
-    occludedInSets(rays, radius, spread, blocked, true);
-  else
-    w.occluded(rays.count, rays.o, rays.d, rays.tMax, rays.time,
-               trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, blocked, radius, spread);
-}
-
 void GroupState::liftShadows(ShadowRays* rays) {
   const uint32_t n = rays->count, m = padded(n);
   const auto f = [&] { return arena_.make<float>(m); };
   // the few near the terminator, from their facets to where they would start
   float *o[3] = {}, *d[3] = {}, *length = nullptr, *time = nullptr;
-  uint32_t *slot = nullptr, *list = nullptr, count = 0;
-  for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = rays->slot[i];
-    const float lift[3] = {lift_[0][s], lift_[1][s], lift_[2][s]};
-    const float l2 = dot3(lift, lift);
-    if (!(l2 > 0)) continue;
-    float side = 0, facing = 0;
-    for (int k = 0; k < 3; ++k) {
-      side += rays->d[k][i] * leftNg_[k][s];
-      facing += rays->d[k][i] * facet_[k][s];
+  uint32_t *point = nullptr, *list = nullptr, count = 0;
+  ShadowRun* runs = arena_.make<ShadowRun>(rays->runCount);
+  uint32_t runCount = 0;
+  forEachRun(*rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
+    for (uint32_t i = first; i < run.end; ++i) {
+      const uint32_t s = rays->point[i];
+      const float lift[3] = {left.lift[0][s], left.lift[1][s], left.lift[2][s]};
+      const float l2 = dot3(lift, lift);
+      if (!(l2 > 0)) continue;
+      float side = 0, facing = 0;
+      for (int k = 0; k < 3; ++k) {
+        side += rays->d[k][i] * left.Ng[k][s];
+        facing += rays->d[k][i] * left.facet[k][s];
+      }
+      const float part = fade(facing, 0, kFacing);
+      if (!(side > 0) || !(part > 0)) continue;  // light that comes through the surface; light that is clearly seen
+      if (!list) {
+        for (int k = 0; k < 3; ++k) o[k] = f(), d[k] = f();
+        length = f();
+        time = f();
+        point = arena_.make<uint32_t>(m);
+        list = arena_.make<uint32_t>(m);
+      }
+      const float l = std::sqrt(l2);
+      for (int k = 0; k < 3; ++k) {
+        o[k][count] = rays->o[k][i];
+        d[k][count] = lift[k] / l;
+      }
+      length[count] = part * l;
+      time[count] = rays->time[i];
+      point[count] = s;
+      list[count++] = i;
     }
-    const float part = fade(facing, 0, kFacing);
-    if (!(side > 0) || !(part > 0)) continue;  // light that comes through the surface; light that is clearly seen
-    if (!list) {
-      for (int k = 0; k < 3; ++k) o[k] = f(), d[k] = f();
-      length = f();
-      time = f();
-      slot = arena_.make<uint32_t>(m);
-      list = arena_.make<uint32_t>(m);
-    }
-    const float l = std::sqrt(l2);
-    for (int k = 0; k < 3; ++k) {
-      o[k][count] = rays->o[k][i];
-      d[k][count] = lift[k] / l;
-    }
-    length[count] = part * l;
-    time[count] = rays->time[i];
-    slot[count] = s;
-    list[count++] = i;
-  }
+    runs[runCount++] = {run.context, run.list, count};
+  });
   if (!count) return;
   uint32_t* blocked = arena_.make<uint32_t>(m);
-  reachedByLifts({count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, length, time, slot, 0, {}}, blocked);
+  occluded({count, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, length, time, point, runCount, runs, nullptr, {}}, blocked,
+           true);
 
   float *from[3], *to[3], *tMax = f();
   for (int k = 0; k < 3; ++k) {
@@ -124,22 +110,23 @@ void GroupState::liftShadows(ShadowRays* rays) {
   }
 }
 
-void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, float* const Ng[3]) {
+void GroupState::findLifts(const Context* c, float* const Ng[3]) {
   const trace::World& w = *world_.world;
-  for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
-    const GeometryInfo& info = world_.geometries[group_.hits.geometry[s]];
-    for (int k = 0; k < 3; ++k) lift_[k][s] = 0;
+  const VertexState& state = ContextHost::of(c).state;
+  const Places& at = c->place;
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const GeometryInfo& info = world_.geometries[at.geometry[i]];
+    for (int k = 0; k < 3; ++k) state.lift[k][i] = state.facet[k][i] = 0;
     if (!(info.flags & kLiftsShadows)) continue;
-    const geometry::Mesh& mesh = w.mesh(group_.hits.geometry[s]);
+    const geometry::Mesh& mesh = w.mesh(at.geometry[i]);
     const geometry::Primvar& normals = *info.N;
-    const uint32_t triangle = group_.hits.primitive[s];
-    const float b1 = group_.hits.u[s], b2 = group_.hits.v[s], b[3] = {1.f - b1 - b2, b1, b2};
+    const uint32_t triangle = at.primitive[i];
+    const float b1 = at.u[i], b2 = at.v[i], b[3] = {1.f - b1 - b2, b1, b2};
     // both deformation keys around the time, if there are any
     size_t key = 0;
     float f = 0;
     if (mesh.keyCount() > 1) {
-      const float x = std::clamp(group_.rays.time[s], 0.f, 1.f) * float(mesh.keyCount() - 1);
+      const float x = std::clamp(c->time[i], 0.f, 1.f) * float(mesh.keyCount() - 1);
       key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
       f = x - float(key);
     }
@@ -149,12 +136,12 @@ void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, 
     float corner[3][3], normal[3][3];
     for (int k = 0; k < 3; ++k) {
       const size_t v = mesh.indices[3 * size_t(triangle) + size_t(k)];
-      const size_t at = normals.rate == geometry::Primvar::Rate::PerVertex   ? v
+      const size_t of = normals.rate == geometry::Primvar::Rate::PerVertex   ? v
                         : normals.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(triangle) + size_t(k)
                                                                              : 0;
       const Imath::V3f& q0 = mesh.points[key * mesh.vertexCount + v];
       const Imath::V3f& q1 = mesh.points[(f > 0 ? key + 1 : key) * mesh.vertexCount + v];
-      const size_t n0 = movesNormals ? key * mesh.vertexCount + at : at;
+      const size_t n0 = movesNormals ? key * mesh.vertexCount + of : of;
       const size_t n1 = movesNormals && f > 0 ? n0 + mesh.vertexCount : n0;
       for (int j = 0; j < 3; ++j) {
         corner[k][j] = q0[j] + f * (q1[j] - q0[j]);
@@ -165,9 +152,9 @@ void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, 
     }
     std::memset(corner[0], 0, sizeof corner[0]);
     float turn = c->entering[i] ? 1.f : -1.f;  // normals of the mesh point outward
-    if (!w.instance(group_.hits.instance[s]).baked) {
+    if (!w.instance(at.instance[i]).baked) {
       // normals by cofactors: the inverse transpose times the determinant
-      const trace::Affine x = w.objectToRender(group_.hits.instance[s], group_.rays.time[s]);
+      const trace::Affine x = w.objectToRender(at.instance[i], c->time[i]);
       float cofactor[3][3];
       for (int u = 0; u < 3; ++u)
         for (int v = 0; v < 3; ++v) {
@@ -221,8 +208,8 @@ void GroupState::findLifts(uint32_t n, const uint32_t* slots, const Context* c, 
     const float inv = 1.f / std::sqrt(dot3(ng, ng));  // half a sphere apart at most
     for (int k = 0; k < 3; ++k) {
       Ng[k][i] = ng[k] * inv;
-      facet_[k][s] = facet[k];
-      lift_[k][s] = part * lift[k];
+      state.facet[k][i] = facet[k];
+      state.lift[k][i] = part * lift[k];
     }
   }
 }

@@ -9,30 +9,30 @@
 
 namespace kinora::shade {
 
-uint32_t GroupState::maskOf(uint32_t slot, bool clearShadow) const {
-  const TraceSet& set = world_.traceSets[traceSet_[slot]];
+uint32_t GroupState::maskOf(const RayList& list, uint32_t entry, bool clearShadow) const {
+  const VertexState& left = ListHost::of(list).left;
+  const TraceSet& set = world_.traceSets[left.traceSet[entry]];
   if (clearShadow) return set.clearShadow;
-  const Rays& r = group_.rays;
   float side = 0;
-  for (int c = 0; c < 3; ++c) side += r.d[c][slot] * leftNg_[c][slot];
+  for (int c = 0; c < 3; ++c) side += list.rays.d[c][entry] * left.Ng[c][entry];
   return side < 0 ? set.transmit : set.reflect;
 }
 
-void GroupState::closestInSets(bool clearShadow, uint32_t n, const uint32_t* slots) {
+void GroupState::closestInSets(const RayList& list, bool clearShadow, uint32_t n, const uint32_t* entries) {
   // one call for each mask among the rays; a ray's answer does not depend on the others of its call
   uint32_t* open = arena_.make<uint32_t>(padded(n));
   uint32_t* same = arena_.make<uint32_t>(padded(n));
-  std::copy_n(slots, n, open);
+  std::copy_n(entries, n, open);
   while (n) {
-    const uint32_t mask = maskOf(open[0], clearShadow);
+    const uint32_t mask = maskOf(list, open[0], clearShadow);
     uint32_t rest = 0, count = 0;
     for (uint32_t i = 0; i < n; ++i) {
-      if (maskOf(open[i], clearShadow) == mask)
+      if (maskOf(list, open[i], clearShadow) == mask)
         same[count++] = open[i];
       else
         open[rest++] = open[i];
     }
-    world_.world->closest(group_.rays, group_.hits, mask, count, same);
+    world_.world->closest(list.rays, list.hits, mask, count, same);
     n = rest;
   }
 }
@@ -44,10 +44,14 @@ void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, con
   for (float*& a : x) a = arena_.make<float>(m);
   uint32_t* list = arena_.make<uint32_t>(m);
   uint32_t* answer = arena_.make<uint32_t>(m);
+  uint32_t* setOf = arena_.make<uint32_t>(m);
+  forEachRun(rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
+    for (uint32_t i = first; i < run.end; ++i) setOf[i] = left.traceSet[rays.point[i]];
+  });
   for (const TraceSet& set : world_.traceSets) {
     uint32_t k = 0;
     for (uint32_t i = 0; i < n; ++i) {
-      if (&world_.traceSets[traceSet_[rays.slot[i]]] != &set) continue;
+      if (&world_.traceSets[setOf[i]] != &set) continue;
       for (int c = 0; c < 3; ++c) {
         x[c][k] = rays.o[c][i];
         x[3 + c][k] = rays.d[c][i];
@@ -69,14 +73,14 @@ void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, con
 }
 
 // A hole ends its camera ray without a trace: what lies behind is hidden, lights in front are seen.
-void GroupState::endAtHoles(uint32_t n, const uint32_t* slots) {
+void GroupState::endAtHoles(const RayList& list, uint32_t n, const uint32_t* entries) {
   for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = slots[i];
+    const uint32_t s = entries[i];
     hole_[s] = INFINITY;
-    if (std::isinf(group_.hits.t[s])) continue;
-    if (!world_.placements[world_.world->instance(group_.hits.instance[s]).user].hole) continue;
-    hole_[s] = group_.hits.t[s];
-    group_.hits.t[s] = INFINITY;
+    if (std::isinf(list.hits.t[s])) continue;
+    if (!world_.placements[world_.world->instance(list.hits.instance[s]).user].hole) continue;
+    hole_[s] = list.hits.t[s];
+    list.hits.t[s] = INFINITY;
   }
 }
 

@@ -45,36 +45,35 @@ void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]);
 // Radius of the strand there, in its own space.
 float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, float time);
 
-// Parameters in their quads of listed hits; u is -1 where place is the triangle's own: on other triangles, and on
-// quads that are not convex.
-void findQuadPlaces(GroupState& group, uint32_t n, const uint32_t* slots, float* u, float* v);
+// Parameters in their quads of a context's points; u is -1 where place is the triangle's own: on other triangles, and
+// on quads that are not convex.
+void findQuadPlaces(GroupState& group, const Context* c, float* u, float* v);
 
 inline Where whereOf(ContextHost& h, const Context* c, uint32_t point) {
-  const Group& g = h.group->group();
-  const uint32_t s = h.slot[point];
+  const Places& at = c->place;
   const trace::World& w = *h.group->world().world;
   Where k;
   k.quad = geometry::Mesh::kNoQuad;
-  k.mesh = &w.mesh(g.hits.geometry[s]);
-  k.info = &h.group->world().geometries[g.hits.geometry[s]];
-  k.primitive = g.hits.primitive[s];
+  k.mesh = &w.mesh(at.geometry[point]);
+  k.info = &h.group->world().geometries[at.geometry[point]];
+  k.primitive = at.primitive[point];
   k.face = k.mesh->faceOf(k.primitive);
-  const trace::Instance& inst = w.instance(g.hits.instance[s]);
+  const trace::Instance& inst = w.instance(at.instance[point]);
   k.placement = &h.group->world().placements[inst.user];
   k.identity = inst.baked;
   k.time = std::clamp(c->time[point], 0.f, 1.f);
-  if (!k.identity) k.toRender = w.objectToRender(g.hits.instance[s], c->time[point]);
+  if (!k.identity) k.toRender = w.objectToRender(at.instance[point], c->time[point]);
   k.strand = w.hasStrands() && k.mesh->isStrand();
   if (k.strand) {
     const float P[3] = {c->P[0][point], c->P[1][point], c->P[2][point]};
     const float wo[3] = {c->wo[0][point], c->wo[1][point], c->wo[2][point]};
-    placeOnStrand(k, g.hits.u[s], P, wo);
+    placeOnStrand(k, at.u[point], P, wo);
     k.b[0] = 1;
     k.b[1] = k.b[2] = 0;
     return k;
   }
-  k.b[1] = g.hits.u[s];
-  k.b[2] = g.hits.v[s];
+  k.b[1] = at.u[point];
+  k.b[2] = at.v[point];
   k.b[0] = 1.f - k.b[1] - k.b[2];
   if (h.hasQuads) {
     if (!h.quadPlaces[0]) h.findQuadPlaces(c);

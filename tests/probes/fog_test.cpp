@@ -57,29 +57,29 @@ struct Fog {
     const uint32_t room = g->padded + kPad;
     uint32_t* all = words(room);
     for (uint32_t i = 0; i < g->count; ++i) all[i] = i;
-    sv->trace(g, RayKind::Camera, 0, g->count, all, nullptr);
+    sv->trace(g, &g->paths, RayKind::Camera, 0, g->count, all, nullptr);
 
     // free flights
     float *flight = floats(room), *end = floats(room);
     for (uint32_t i = 0; i < g->padded; i += W) {
       F u, v, t0, t1;
-      draw2<W>(sv->samples, Int<W>::load(g->sampleSeed + i), Int<W>::load(g->sampleIndex + i),
+      draw2<W>(sv->samples, Int<W>::load(g->paths.sampleSeed + i), Int<W>::load(g->paths.sampleIndex + i),
                dimensionAt(0) + kDimUser, u, v);
-      insideSlab<W>(k, F::load(g->rays.o[2] + i), F::load(g->rays.d[2] + i), t0, t1);
+      insideSlab<W>(k, F::load(g->paths.rays.o[2] + i), F::load(g->paths.rays.d[2] + i), t0, t1);
       (t0 - log(F(1.f) - u) / F(k.extinction)).store(flight + i);
-      min(t1, F::load(g->hits.t + i)).store(end + i);
+      min(t1, F::load(g->paths.hits.t + i)).store(end + i);
     }
     uint32_t *in = words(room), *on = words(room), inside = 0, hits = 0;
     for (uint32_t i = 0; i < g->count; ++i) {
       if (flight[i] < end[i])
         in[inside++] = i;
-      else if (g->hits.t[i] < 3e38f)
+      else if (g->paths.hits.t[i] < 3e38f)
         on[hits++] = i;
     }
 
     // what came through: the wall's own light
     Context* const* contexts = nullptr;
-    const uint32_t count = sv->shade(g, kTraitEyePath | kTraitPrimaryHit, 0, hits, on, &contexts);
+    const uint32_t count = sv->shade(g, &g->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, on, &contexts);
     for (uint32_t c = 0; c < count; ++c) {
       const Context& x = *contexts[c];
       if (!x.bxdf->emission) continue;
@@ -98,7 +98,7 @@ struct Fog {
 
     // scattering: one light sample at each point
     if (!inside || !sv->lightCount) return;
-    const Context& p = *sv->pointsInSpace(g, kTraitEyePath, 0, inside, in, flight);
+    const Context& p = *sv->pointsInSpace(g, &g->paths, kTraitEyePath, 0, inside, in, flight);
     LightSamples ls;
     sv->lightSamples(g, &p, 0, 1, &ls);
     float *tMax = floats(p.padded), *value[3], *T[3];
@@ -117,8 +117,10 @@ struct Fog {
       (Vec3<W>::load(ls.radiance, i) * weight).store(value, i);
       F::load(ls.distance + i).store(tMax + i);
     }
-    const ShadowRays rays{inside, {p.P[0], p.P[1], p.P[2]}, {ls.wi[0], ls.wi[1], ls.wi[2]}, tMax, p.time, p.path,
-                          0,      {T[0], T[1], T[2]}};
+    const ShadowRun run{&p, nullptr, inside};
+    const ShadowRays rays{
+        inside,  {p.P[0], p.P[1], p.P[2]}, {ls.wi[0], ls.wi[1], ls.wi[2]}, tMax, p.time, nullptr, 1, &run,
+        nullptr, {T[0], T[1], T[2]}};
     sv->shadow(g, 0, &rays);
     for (uint32_t i = 0; i < inside; ++i) {
       for (int c = 0; c < 3; ++c) value[c][i] *= T[c][i];

@@ -61,12 +61,12 @@ class LightPaths {
       if (throughput_[0][i] + throughput_[1][i] + throughput_[2][i] > 0) live[n++] = i;
     }
     for (uint32_t depth = 0; n; ++depth) {
-      sv_->trace(g_, RayKind::Indirect, depth, n, live, medium);
+      sv_->trace(g_, &g_->paths, RayKind::Indirect, depth, n, live, medium);
       uint32_t hits = 0;
       for (uint32_t i = 0; i < n; ++i)
-        if (g_->hits.t[live[i]] < 3e38f) live[hits++] = live[i];
+        if (g_->paths.hits.t[live[i]] < 3e38f) live[hits++] = live[i];
       Context* const* contexts = nullptr;
-      const uint32_t count = sv_->shade(g_, kTraitLightPath, depth, hits, live, &contexts);
+      const uint32_t count = sv_->shade(g_, &g_->paths, kTraitLightPath, depth, hits, live, &contexts);
       for (uint32_t k = 0; k < count; ++k) connect(*contexts[k], depth);
       if (depth == data_.bounces) return;
       n = 0;
@@ -110,9 +110,10 @@ class LightPaths {
     }
     float* T[3];
     for (float*& x : T) x = floats(c.padded);
+    const ShadowRun run{&c, nullptr, c.count};
     const ShadowRays rays{
-        c.count, {o[0], o[1], o[2]}, {camera.wi[0], camera.wi[1], camera.wi[2]}, tMax, c.time, c.path,
-        0,       {T[0], T[1], T[2]}};
+        c.count, {o[0], o[1], o[2]}, {camera.wi[0], camera.wi[1], camera.wi[2]}, tMax, c.time, nullptr, 1, &run,
+        nullptr, {T[0], T[1], T[2]}};
     sv_->shadow(g_, depth, &rays);
     const uint32_t room = c.padded * c.slotCount;
     float *raster[2] = {floats(room), floats(room)}, *value[3];
@@ -174,18 +175,22 @@ class LightPaths {
       start(c, i, w).store(o, i);
     }
     uint32_t m = 0;
+    uint32_t *point = words(c.padded), *through = words(c.padded);
     for (uint32_t i = 0; i < c.count; ++i) {
       if (slot[i] == kNoLobe || !(pdf[i] > 0)) continue;
+      through[m] = (flags[i] & kSampleTransmit) != 0;
+      point[m] = i;
       const uint32_t s = c.path[i];
       for (int x = 0; x < 3; ++x) {
         throughput_[x][s] *= weight[x][i] * factor[i] / pdf[i];
-        g_->rays.o[x][s] = o[x][i];
-        g_->rays.d[x][s] = wi[x][i];
+        g_->paths.rays.o[x][s] = o[x][i];
+        g_->paths.rays.d[x][s] = wi[x][i];
       }
-      g_->rays.tMax[s] = 1e30f;
+      g_->paths.rays.tMax[s] = 1e30f;
       events_[depth * room_ + s] = c.eventOfSlot[slot[i]];
       live[m++] = s;
     }
+    sv_->leave(g_, &g_->paths, &c, m, point, nullptr, through);
     return m;
   }
 

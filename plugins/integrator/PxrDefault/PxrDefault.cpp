@@ -21,15 +21,15 @@ struct Runner {
     const auto words = [&](uint32_t n) { return static_cast<uint32_t*>(sv->alloc(g, n * sizeof(uint32_t))); };
     uint32_t* live = words(g->padded + kPad);
     for (uint32_t i = 0; i < g->padded; ++i) live[i] = i < g->count ? i : g->count - 1;
-    sv->trace(g, RayKind::Camera, 0, g->count, live, nullptr);
+    sv->trace(g, &g->paths, RayKind::Camera, 0, g->count, live, nullptr);
     uint32_t hits = 0;
     for (uint32_t i = 0; i < g->count; ++i) {
       live[hits] = live[i];
-      hits += g->hits.t[live[i]] < 3e38f;
+      hits += g->paths.hits.t[live[i]] < 3e38f;
     }
     for (uint32_t i = hits; hits && i < padded(hits); ++i) live[i] = live[hits - 1];
     Context* const* contexts;
-    const uint32_t count = sv->shade(g, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
+    const uint32_t count = sv->shade(g, &g->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
       EvaluateArgs e{};

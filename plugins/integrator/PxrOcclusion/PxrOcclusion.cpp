@@ -110,6 +110,7 @@ struct PxrOcclusion {
     }
     uint32_t* ok = hits.words(g->padded + kPad);
     uint32_t* live = hits.words(g->padded + kPad);
+    uint32_t* leaving = hits.words(g->padded + kPad);
     for (uint32_t i = 0; i < g->padded; ++i) open[i] = 0;
     const float infinity = std::numeric_limits<float>::infinity();
     for (uint32_t part = 0; part < k.samples; ++part) {
@@ -118,6 +119,7 @@ struct PxrOcclusion {
       for (uint32_t x = 0; x < hits.contextCount; ++x) {
         const Context& c = *hits.contexts[x];
         directions<W>(k, *sv, hits, c, part, wi, ok);
+        uint32_t left = 0;
         for (uint32_t i = 0; i < c.count; ++i) {
           const uint32_t s = c.path[i];
           if (!ok[i]) {
@@ -129,18 +131,20 @@ struct PxrOcclusion {
           if (side <= 0 && k.distribution != kReflection) continue;
           const float off = side < 0 ? -c.bias[i] : c.bias[i];
           for (int a = 0; a < 3; ++a) {
-            g->rays.o[a][s] = c.P[a][i] + off * c.Ng[a][i];
-            g->rays.d[a][s] = wi[a][i];
+            g->paths.rays.o[a][s] = c.P[a][i] + off * c.Ng[a][i];
+            g->paths.rays.d[a][s] = wi[a][i];
           }
-          g->rays.tMax[s] = k.farthest > 0 ? k.farthest : infinity;
+          g->paths.rays.tMax[s] = k.farthest > 0 ? k.farthest : infinity;
           live[n++] = s;
+          leaving[left++] = i;
         }
+        if (left) sv->leave(g, &g->paths, &c, left, leaving, nullptr, nullptr);
       }
       for (uint32_t i = n; n && i < padded(n); ++i) live[i] = live[n - 1];
-      if (n) sv->trace(g, RayKind::Indirect, 1 + part, n, live, through);
+      if (n) sv->trace(g, &g->paths, RayKind::Indirect, 1 + part, n, live, through);
       for (uint32_t i = 0; i < n; ++i) {
         const uint32_t s = live[i];
-        const float t = g->hits.t[s];
+        const float t = g->paths.hits.t[s];
         if (!(t < 3e38f))
           open[s] += 1;
         else if (k.falloff > 0)

@@ -121,8 +121,7 @@ struct PxrVisualizer {
         case Style::Flat: {
           // three bytes of a hash of the object's number (or, where it has none, of its instance)
           const float number = id.components ? id.data[0][id.stride ? i : 0] : 0.f;
-          uint32_t h =
-              (number != 0 ? uint32_t(int32_t(number)) : hits.instance(c.path[i])) * 0x9E3779B9u + 0x7feb352du;
+          uint32_t h = (number != 0 ? uint32_t(int32_t(number)) : c.place.instance[i]) * 0x9E3779B9u + 0x7feb352du;
           h = (h ^ h >> 15) * 0x846ca68bu;
           h ^= h >> 16;
           for (int x = 0; x < 3; ++x) out[x] = 0.15f + 0.75f * float(h >> (8 * x) & 255u) / 255.f;
@@ -158,10 +157,10 @@ struct PxrVisualizer {
     const bool known = c.fn->matrix(&c, "object", "render", &m) != 0;
     for (uint32_t i = 0; i < c.padded; ++i) {
       const uint32_t s = c.path[i < c.count ? i : c.count - 1], at = known && m.stride ? i : 0;
-      const float b1 = g.hits.u[s], b2 = g.hits.v[s], b0 = 1 - b1 - b2,
+      const float b1 = c.place.u[i], b2 = c.place.v[i], b0 = 1 - b1 - b2,
                   b = b0 < b1 ? (b0 < b2 ? b0 : b2) : (b1 < b2 ? b1 : b2);
-      const float ng2 =
-          g.hits.ng[0][s] * g.hits.ng[0][s] + g.hits.ng[1][s] * g.hits.ng[1][s] + g.hits.ng[2][s] * g.hits.ng[2][s];
+      const float ng2 = g.paths.hits.ng[0][s] * g.paths.hits.ng[0][s] +
+                        g.paths.hits.ng[1][s] * g.paths.hits.ng[1][s] + g.paths.hits.ng[2][s] * g.paths.hits.ng[2][s];
       // |Ng| is twice the triangle's area: height of the equilateral one, sqrt(sqrt(3) area)
       float height = sqrt(Float<1>(0.8660254f * sqrt(Float<1>(ng2)).lane0())).lane0();
       if (known) {

@@ -1,0 +1,133 @@
+// Vertices put aside, and shaded again from their records.
+#include <algorithm>
+#include <cstring>
+
+#include "shade/clock.h"
+#include "shade/context_host.h"
+
+namespace kinora::shade {
+namespace {
+
+// What a VertexRecord holds. Whatever follows from it in the same world (normals, lifts, materials) is found again.
+struct Record {
+  float P[3], d[3], ng[3];  // place, direction of the ray that found it, normal as in Hits
+  float u, v, distance, time, radius, spread;
+  uint32_t instance, geometry, primitive, level;
+  uint32_t seed, index;
+  uint32_t linkSet, media;  // media: in the world's archive
+  uint32_t how;             // bits from 0: traits, from 8: kind of ray, from 10: RayOrigin, from 13: depth
+};
+static_assert(sizeof(Record) == sizeof(VertexRecord));
+constexpr uint32_t kKeptTraits = kTraitEyePath | kTraitLightPath | kTraitPrimaryHit;
+constexpr uint32_t kOriginMask = kFromDiscrete | kFromSpecular | kFromTransmission;
+static_assert(kKeptTraits < 1 << 8 && kOriginMask < 1 << 3);
+// Contexts hold points of one of these.
+constexpr uint32_t kSameContext = ~(kOriginMask << 10);
+
+uint32_t traitsOf(uint32_t how) { return how & 0xff; }
+RayKind kindOf(uint32_t how) { return RayKind(how >> 8 & 3); }
+uint32_t originOf(uint32_t how) { return how >> 10 & kOriginMask; }
+uint32_t depthOf(uint32_t how) { return how >> 13; }
+
+}  // namespace
+
+void GroupState::keepVertices(const Context* c, uint32_t n, const uint32_t* points, VertexRecord* out) {
+  const ContextHost& h = ContextHost::of(c);
+  const uint32_t how = (c->traits & kKeptTraits) | uint32_t(h.rayKind) << 8 | c->depth << 13;
+  uint32_t* media = nullptr;
+  if (h.state.media) {
+    uint32_t* stacks = arena_.make<uint32_t>(n);
+    media = arena_.make<uint32_t>(n);
+    for (uint32_t i = 0; i < n; ++i) stacks[i] = h.state.media[points[i]];
+    world_.mediaArchive->keep(media_, n, stacks, media);
+  }
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t p = points[i];
+    Record r;
+    for (int k = 0; k < 3; ++k) {
+      r.P[k] = c->P[k][p];
+      r.d[k] = -c->wo[k][p];
+      r.ng[k] = h.ng[k][p];
+    }
+    r.u = c->place.u[p];
+    r.v = c->place.v[p];
+    r.distance = c->distance[p];
+    r.time = c->time[p];
+    r.radius = c->radius[p];
+    r.spread = c->spread[p];
+    r.instance = c->place.instance[p];
+    r.geometry = c->place.geometry[p];
+    r.primitive = c->place.primitive[p];
+    r.level = c->place.level[p];
+    r.seed = c->sampleSeed[p];
+    r.index = c->sampleIndex[p];
+    r.linkSet = h.state.linkSet ? h.state.linkSet[p] : 0;
+    r.media = media ? media[i] : 0;
+    r.how = how | (h.origin[p] & kOriginMask) << 10;
+    std::memcpy(&out[i], &r, sizeof r);
+  }
+}
+
+uint32_t GroupState::shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts) {
+  *contexts = nullptr;
+  if (!n) return 0;
+  const Clock clock(counters.nanoseconds[kTimeGrouping]);
+  RayList& list = *makeRays(n);
+  ListHost& host = ListHost::of(list);
+  float* reach = arena_.make<float>(list.capacity);
+  host.reach = reach;
+  uint32_t* how = arena_.make<uint32_t>(n);
+  uint32_t* media = host.left.media ? arena_.make<uint32_t>(n) : nullptr;
+  const Rays& rays = list.rays;
+  const Hits& hits = list.hits;
+  for (uint32_t i = 0; i < n; ++i) {
+    Record r;
+    std::memcpy(&r, &records[i], sizeof r);
+    for (int k = 0; k < 3; ++k) {
+      rays.o[k][i] = r.P[k];
+      rays.d[k][i] = r.d[k];
+      hits.ng[k][i] = r.ng[k];
+    }
+    hits.u[i] = r.u;
+    hits.v[i] = r.v;
+    hits.t[i] = reach[i] = r.distance;
+    rays.tMax[i] = 0;
+    rays.time[i] = r.time;
+    rays.radius[i] = r.radius;
+    rays.spread[i] = r.spread;
+    hits.instance[i] = r.instance;
+    hits.geometry[i] = r.geometry;
+    hits.primitive[i] = r.primitive;
+    hits.level[i] = r.level;
+    list.sampleSeed[i] = r.seed;
+    list.sampleIndex[i] = r.index;
+    list.origin[i] = originOf(r.how);
+    host.left.linkSet[i] = r.linkSet;
+    if (media) media[i] = r.media;
+    how[i] = r.how & kSameContext;
+  }
+  if (media) world_.mediaArchive->take(media_, n, media, host.left.media);
+
+  uint32_t* program = arena_.make<uint32_t>(padded(n));
+  uint32_t* order = arena_.make<uint32_t>(n);
+  for (uint32_t i = 0; i < n; ++i) order[i] = i;
+  const ProgramsArgs args{n, order, hits.instance, &world_.tables, program};
+  programsKernel(world_.width)(args);
+  const auto isBefore = [&](uint32_t a, uint32_t b) {
+    return program[a] != program[b] ? program[a] < program[b] : how[a] != how[b] ? how[a] < how[b] : a < b;
+  };
+  std::sort(order, order + n, isBefore);
+  uint32_t count = 0;
+  Context** made = arena_.make<Context*>(n);
+  for (uint32_t first = 0, end; first < n; first = end) {
+    const uint32_t a = order[first];
+    for (end = first + 1; end < n && program[order[end]] == program[a] && how[order[end]] == how[a];) ++end;
+    host.kind = kindOf(how[a]);
+    made[count++] =
+        makeContext(list, program[a], traitsOf(how[a]), depthOf(how[a]), end - first, order + first, true);
+  }
+  *contexts = made;
+  return count;
+}
+
+}  // namespace kinora::shade
