@@ -254,6 +254,10 @@ constexpr Explanation kRooms[] = {
      "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
      "holds. The filter runs without it."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
+    {"RENDER-PASSES",
+     "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
+     "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays were "
+     "blocked. The message counts them."},
     {"RENDER-NONFINITE",
      "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "
      "mean "

@@ -406,6 +406,7 @@ void Frame::addTo(Statistics& st) const {
     st.indirectHits += c.indirectHits;
     st.shadingPoints += c.points;
     st.shadingGroups += c.contexts;
+    st.endlessRays += c.endlessRays;
     st.lanesFirstHit.active += c.lanesFirst[0];
     st.lanesFirstHit.possible += c.lanesFirst[1];
     st.lanesDeeper.active += c.lanesDeeper[0];

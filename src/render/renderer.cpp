@@ -601,6 +601,12 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
                           "--only-sample " + std::to_string(bad.x) + "," + std::to_string(bad.y) + "," +
                               std::to_string(bad.sampleIndex) + " shows the path");
     }
+    if (stats.endlessRays)
+      diagnostics.warning("RENDER-PASSES", {},
+                          std::to_string(stats.endlessRays) +
+                              " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
+                          "camera and indirect rays ended there as in empty space, shadow rays as blocked",
+                          "opaque cards or a coarser model where hundreds of such layers lie behind each other");
     const TextureStatistics t = builder.textures().statistics();
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;

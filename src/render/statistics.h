@@ -73,6 +73,7 @@ struct Statistics {
   // film
   PixelMap relativeError;  // of the first colour, as its two halves of samples differ
   uint64_t nonFiniteSamples = 0, saturatedSamples = 0, negativeSamples = 0;
+  uint64_t endlessRays = 0;  // given up after passing too many surfaces
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
 };

@@ -271,7 +271,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
       if (!k) break;
       std::sort(onward, onward + k);
       if (pass == kMostPasses) {
-        counters.passThroughLimit += k;
+        counters.endlessRays += k;
         for (uint32_t i = 0; i < k; ++i) hits.t[onward[i]] = INFINITY;
         break;
       }

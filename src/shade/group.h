@@ -113,7 +113,7 @@ struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
   uint64_t points = 0, contexts = 0;
   uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};  // active, possible
-  uint64_t passThroughLimit = 0;
+  uint64_t endlessRays = 0;  // that would pass more than kMostPasses surfaces
   uint64_t nanoseconds[16] = {};
 };
 

@@ -187,6 +187,9 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
     open = next;
     k = nextCount;
   }
+  counters.endlessRays += k;
+  for (uint32_t i = 0; i < k; ++i)
+    for (float* T : rays.transmittance) T[open[i]] = 0;
 }
 
 }  // namespace kinora::shade

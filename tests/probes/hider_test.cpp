@@ -38,7 +38,7 @@ class PatternHider final : public render::Hider {
           if (!n) w.begin(atOnce_, StageKind::CameraPaths);
           s.pixelX()[n] = x;
           s.pixelY()[n] = y;
-          s.indices()[n] = uint32_t(sample);
+          s.group().paths.sampleIndex[n] = uint32_t(sample);
           s.weights()[n] = 1;
           for (int k = 0; k < floats_; ++k) w.records()[k][n] = valueOf(x, y, sample, k);
           if (++n == atOnce_) flush();
