@@ -76,16 +76,18 @@ void FileContents::use(std::string_view kind, const std::string& name, const std
   const std::lock_guard lock(mutex_);
   Known& known = files_[{std::string(kind), name}];
   known.isUsed = true;
-  if (known.paths == paths) return;
+  if (known.paths == paths && !known.isGiven) return;
   known.paths = paths;
-  known.isRead = false;
+  known.content.reset();
+  known.isGiven = known.isRead = false;
 }
 
 void FileContents::use(std::string_view kind, const std::string& name, const Digest& content) {
   const std::lock_guard lock(mutex_);
   Known& known = files_[{std::string(kind), name}];
+  known.paths.clear();
   known.content = content;
-  known.isRead = known.isUsed = true;
+  known.isGiven = known.isRead = known.isUsed = true;
 }
 
 void FileContents::again(std::string_view kind, const std::string& name) {

@@ -46,7 +46,7 @@ class FileContents {
   struct Known {
     std::vector<std::string> paths;
     std::optional<Digest> content;
-    bool isRead = false, isUsed = false;
+    bool isGiven = false, isRead = false, isUsed = false;
   };
   static std::optional<Digest> read(const std::vector<std::string>& paths);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <set>
 
 #include "scene/fields.h"
 
@@ -291,16 +292,20 @@ Title titleOf(const KeptRequest& k, const Scene&) { return {"request " + k.reque
 
 // One thing of a scene, of any type. A million of them are made for a large scene: names come when they are asked
 // for.
+struct Thing;
+struct Section {
+  std::string_view field;  // of Scene
+  size_t first = 0, end = 0;
+};
+struct ThingType {
+  Digest (*digest)(Digester&, const void*);
+  Title (*title)(const Thing&, const Section&, const Scene&);
+  void (*parts)(PartLister&, const void*);  // null: it has none
+};
 struct Thing {
   const void* object;
-  Digest (*digest)(Digester&, const void*);
-  Title (*title)(const Thing&, const Scene&);
-  void (*parts)(PartLister&, const void*);  // null: it has none
-  std::string_view field;                   // of Scene
-  const std::string* key = nullptr;         // in that field
-};
-struct Section {
-  size_t first = 0, end = 0;
+  const ThingType* type;
+  const std::string* key;  // in its section, or the object that it stands in; null: none
 };
 
 // All things of a scene in the order of its fields; a section for each field.
@@ -311,7 +316,7 @@ class Things {
       if constexpr (F::kCounts != Counts::Never) {
         const size_t first = list.size();
         add(field, member);
-        sections.push_back({first, list.size()});
+        sections.push_back({field.name, first, list.size()});
       }
     });
   }
@@ -323,9 +328,9 @@ class Things {
   void add(const F& field, const M& member) {
     if constexpr (std::is_same_v<M, ParameterList>) {
       for (const Parameter& p : member)
-        if (!field.isCounted || field.isCounted(p)) addPlain(field.name, p, &p.name);
+        if (!field.isCounted || field.isCounted(p)) addPlain(p, &p.name);
     } else if constexpr (IsMap<M>::value) {
-      for (const auto& [name, one] : member) addPlain(field.name, one, &name);
+      for (const auto& [name, one] : member) addPlain(one, &name);
     } else if constexpr (std::is_same_v<M, std::vector<Prototype>>) {
       for (const Prototype& p : member) addPrototype(p);
     } else if constexpr (std::is_same_v<M, NodePtr>) {
@@ -333,7 +338,7 @@ class Things {
     } else if constexpr (IsVector<M>::value) {
       addAll(member);
     } else {
-      addPlain(field.name, member, nullptr);
+      addPlain(member, nullptr);
     }
   }
   template <class T>
@@ -347,57 +352,55 @@ class Things {
     }
   }
   void addPrototype(const Prototype& p) {
-    list.push_back({&p,
-                    // itself: what stands in it are things of their own
-                    [](Digester& digester, const void* object) {
-                      Hasher h;
-                      forEachField(*static_cast<const Prototype*>(object),
-                                   [&]<class F>(const F& field, const typename F::Member& member) {
-                                     if constexpr (IsVector<typename F::Member>::value)
-                                       h.word(member.size());
-                                     else
-                                       h.digest(digester.of(field, member));
-                                   });
-                      return h.result();
-                    },
-                    [](const Thing& t, const Scene&) {
-                      const auto& o = *static_cast<const Prototype*>(t.object);
-                      return Title{inQuotes("ObjectBegin", o.name), placeOf(o.pos)};
-                    },
-                    nullptr,
-                    {}});
+    static constexpr ThingType kType{// itself: what stands in it are things of their own
+                                     [](Digester& digester, const void* object) {
+                                       Hasher h;
+                                       forEachField(*static_cast<const Prototype*>(object),
+                                                    [&]<class F>(const F& field, const typename F::Member& member) {
+                                                      if constexpr (IsVector<typename F::Member>::value)
+                                                        h.word(member.size());
+                                                      else
+                                                        h.digest(digester.of(field, member));
+                                                    });
+                                       return h.result();
+                                     },
+                                     [](const Thing& t, const Section&, const Scene&) {
+                                       const auto& o = *static_cast<const Prototype*>(t.object);
+                                       return Title{inQuotes("ObjectBegin", o.name), placeOf(o.pos)};
+                                     },
+                                     nullptr};
+    list.push_back({&p, &kType, nullptr});
     forEachField(p, [&](const auto&, const auto& member) {
       if constexpr (IsVector<std::decay_t<decltype(member)>>::value) addAll(member, &p.name);
     });
   }
   template <class T>
   void addThing(const T& object, const std::string* within = nullptr) {
-    list.push_back({&object,
-                    [](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
-                    [](const Thing& t, const Scene& s) {
-                      Title title = titleOf(*static_cast<const T*>(t.object), s);
-                      if (t.key) title.name += inQuotes(" of object", *t.key);
-                      return title;
-                    },
-                    [](PartLister& l, const void* o) { l.list(*static_cast<const T*>(o)); },
-                    {},
-                    within});
+    static constexpr ThingType kType{[](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
+                                     [](const Thing& t, const Section&, const Scene& s) {
+                                       Title title = titleOf(*static_cast<const T*>(t.object), s);
+                                       if (t.key) title.name += inQuotes(" of ObjectBegin", *t.key);
+                                       return title;
+                                     },
+                                     [](PartLister& l, const void* o) { l.list(*static_cast<const T*>(o)); }};
+    list.push_back({&object, &kType, within});
   }
   template <class T>
-  void addPlain(std::string_view field, const T& value, const std::string* key) {
-    list.push_back({&value, [](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
-                    [](const Thing& t, const Scene&) {
-                      const std::string name(t.field);
-                      return Title{t.key ? inQuotes(name, *t.key) : name, ""};
-                    },
-                    nullptr, field, key});
+  void addPlain(const T& value, const std::string* key) {
+    static constexpr ThingType kType{[](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
+                                     [](const Thing& t, const Section& section, const Scene&) {
+                                       const std::string name(section.field);
+                                       return Title{t.key ? inQuotes(name, *t.key) : name, ""};
+                                     },
+                                     nullptr};
+    list.push_back({&value, &kType, key});
   }
 };
 
 // A key that a thing stands under counts as well.
 Digest digestOf(const Thing& t, Digester& digester) {
   Hasher h;
-  h.digest(t.digest(digester, t.object));
+  h.digest(t.type->digest(digester, t.object));
   if (t.key) h.text(*t.key);
   return h.result();
 }
@@ -440,18 +443,18 @@ Inventory inventoryOf(const Scene& scene, const ContentsByName& files, const Inv
     for (size_t i = section.first; i < section.end; i += size) {
       const size_t end = std::min(i + size, section.end);
       const Thing& t = things.list[i];
-      Title title = t.title(t, scene);
+      Title title = t.type->title(t, section, scene);
       Inventory::Thing entry{std::move(title.name), std::move(title.place), uint32_t(end - i), "", 0, {}};
       if (end - i > 1) {
-        entry.last = things.list[end - 1].title(things.list[end - 1], scene).name;
+        entry.last = things.list[end - 1].type->title(things.list[end - 1], section, scene).name;
         Hasher h;
         for (size_t k = i; k < end; ++k) h.digest(digests[k]);
         entry.digest = h.result().low;
       } else {
         entry.digest = digests[i].low;
-        if (t.parts && partsLeft > 0) {
+        if (t.type->parts && partsLeft > 0) {
           PartLister lister(digester, entry.parts);
-          t.parts(lister, t.object);
+          t.type->parts(lister, t.object);
           if (entry.parts.size() > partsLeft) entry.parts.clear(), partsLeft = 0;
           partsLeft -= entry.parts.size();
         }
@@ -460,6 +463,59 @@ Inventory inventoryOf(const Scene& scene, const ContentsByName& files, const Inv
     }
   }
   return inventory;
+}
+
+namespace {
+
+// All nodes of a description, those that things share once for things that follow each other.
+class NodeFinder {
+ public:
+  explicit NodeFinder(std::set<std::string>& names) : names_(names) {}
+  template <class T>
+  void look(const T& value) {
+    if constexpr (std::is_same_v<T, Node>) {
+      names_.insert(value.plugin);
+    } else if constexpr (std::is_same_v<T, Shape> || std::is_same_v<T, ParameterList> ||
+                         std::is_same_v<T, Transform>) {
+      // these hold none
+    } else if constexpr (Described<T>) {
+      forEachField(value, [&](const auto&, const auto& member) { look(member); });
+    } else if constexpr (IsVector<T>::value) {
+      if constexpr (mayHold<typename T::value_type>())
+        for (const auto& one : value) look(one);
+    } else if constexpr (IsShared<T>::value) {
+      using Plain = std::remove_const_t<typename T::element_type>;
+      if constexpr (std::is_same_v<Plain, Attributes>) {
+        if (!value || value.get() == last_) return;
+        last_ = value.get();
+        look(*value);
+      } else if constexpr (std::is_same_v<Plain, Network>) {
+        if (value && seen_.insert(value.get()).second) look(*value);
+      } else if constexpr (Described<Plain>) {
+        if (value) look(*value);
+      }
+    } else if constexpr (detail::IsOptional<T>::value) {
+      if constexpr (Described<typename T::value_type>)
+        if (value) look(*value);
+    }
+  }
+
+ private:
+  template <class T>
+  static constexpr bool mayHold() {
+    return Described<T> || IsShared<T>::value;
+  }
+  std::set<std::string>& names_;
+  const void* last_ = nullptr;
+  std::set<const void*> seen_;
+};
+
+}  // namespace
+
+std::set<std::string> pluginsOf(const Scene& scene) {
+  std::set<std::string> names{scene.pixelFilter};
+  NodeFinder(names).look(scene);
+  return names;
 }
 
 namespace {
@@ -494,16 +550,18 @@ std::pair<size_t, Lacks> firstUnlike(const List& a, const List& b, const Same& s
 
 }  // namespace
 
-std::string firstDifference(const Inventory& first, const Inventory& second) {
+std::string firstDifference(const Inventory& first, const Inventory& second, std::string_view nameOfFirst,
+                            std::string_view nameOfSecond) {
+  const auto only = [](std::string_view which) { return " is in " + std::string(which) + " only"; };
   const auto &a = first.things, &b = second.things;
   const auto [i, lacks] = firstUnlike(
       a, b, [](const auto& x, const auto& y) { return x.digest == y.digest && x.count == y.count; },
       [](const auto& x) -> const std::string& { return x.name; });
-  if (lacks == Lacks::First) return shown(b[i]) + " is in the second only";
-  if (lacks == Lacks::Second) return shown(a[i]) + " is in the first only";
+  if (lacks == Lacks::First) return shown(b[i]) + only(nameOfSecond);
+  if (lacks == Lacks::Second) return shown(a[i]) + only(nameOfFirst);
   if (i == a.size()) return "";
   const Inventory::Thing &x = a[i], &y = b[i];
-  if (x.name != y.name) return shown(x) + " stands where the second has " + shown(y);
+  if (x.name != y.name) return shown(x) + " stands where " + std::string(nameOfSecond) + " has " + shown(y);
   const auto [k, lacksPart] = firstUnlike(
       x.parts, y.parts, [](const auto& p, const auto& q) { return p == q; },
       [](const auto& p) -> const std::string& { return p.name; });

@@ -4,7 +4,9 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -46,7 +48,11 @@ struct InventorySize {
 Inventory inventoryOf(const Scene& scene, const ContentsByName& files = {}, const InventorySize& most = {});
 
 // `object "ball" (scene.rib:12) differs in sides`; "" when they are the same. A thing that only one of them has is
-// "in the first only" or "in the second only".
-std::string firstDifference(const Inventory& first, const Inventory& second);
+// "in the first only" or "in the second only", by the names given.
+std::string firstDifference(const Inventory& first, const Inventory& second,
+                            std::string_view nameOfFirst = "the first", std::string_view nameOfSecond = "the second");
+
+// The plug-ins and shaders that the scene names, as written.
+std::set<std::string> pluginsOf(const Scene& scene);
 
 }  // namespace kinora::scene
