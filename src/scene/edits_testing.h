@@ -73,7 +73,9 @@ class Filler {
     } else if constexpr (K::isVector) {
       // of each kind of shape there is one, in the first list of primitives
       const bool takesEach = std::is_same_v<T, std::vector<PrimitivePtr>> && nextShape_ == 0;
-      value.resize(takesEach ? std::variant_size_v<Shape> : 2);
+      // what holds whole worlds once
+      const bool isLarge = std::is_same_v<T, std::vector<Prototype>> || std::is_same_v<T, std::vector<Light>>;
+      value.resize(takesEach ? std::variant_size_v<Shape> : isLarge ? 1 : 2);
       for (auto& one : value) fill(one);
     } else if constexpr (K::isArray) {
       for (auto& one : value) fill(one);

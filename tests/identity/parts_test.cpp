@@ -131,7 +131,8 @@ class Parts : public testing::Test {
     put(folder + "/scene.rib", text);
     std::string said;
     Diagnostics diagnostics([&](const std::string& line, Severity s) {
-      if (s != Severity::Info) said += line + "\n";
+      // trim curves are told of and left out
+      if (s != Severity::Info && line.find("GEOM-TRIM") == std::string::npos) said += line + "\n";
     });
     Registry registry;
     registry.setPath({folder});
@@ -179,7 +180,7 @@ TEST_F(Parts, OfOtherScenesAreRefused) {
       {"Sides 2", "Sides 1", "object \"cage\" (PLACE) differs in sides"},
       {"Orientation \"outside\"", "Orientation \"inside\"", "object \"cage\" (PLACE) differs in orientation"},
       {"\"b-spline\" 1 \"b-spline\" 1", "\"b-spline\" 1 \"catmull-rom\" 1",
-       "object \"hair\" (PLACE) differs in u basis"},
+       "object \"hair\" (PLACE) differs in v basis"},
       {"Translate 1 0 0\n  Coord", "Translate 2 0 0\n  Coord", "coordinate system \"mark\" differs"},
       // of the frame
       {"[64]", "[65]", "option \"limits:gridsize\" differs"},
