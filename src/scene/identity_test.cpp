@@ -41,6 +41,14 @@ TEST(Identity, EveryFieldOfEveryTypeCounts) {
     const auto [it, isNew] = seen.try_emplace(d, i);
     EXPECT_TRUE(isNew) << sites[i].path << " and " << (~it->second ? sites[it->second].path : "no edit");
   }
+  // what is said not to count, said a second time: a slip in a list is seen
+  static const std::set<std::string> kNotes{"id",       "revision", "place file",     "place line", "file",
+                                            "file cut", "frame",    "inside a frame", "next id"};
+  for (const EditSite& s : sites)
+    if (!s.counts) {
+      const size_t colon = s.path.rfind(": ");
+      EXPECT_TRUE(kNotes.contains(s.path.substr(colon == std::string::npos ? 0 : colon + 2))) << s.path;
+    }
   EXPECT_GT(counted, sites.size() / 2);
   EXPECT_LT(counted, sites.size());
 }
