@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,6 +36,29 @@ class File {
  private:
   int descriptor_;
 };
+
+std::vector<int64_t> stampsOf(const std::vector<std::string>& paths) {
+  std::vector<int64_t> stamps;
+  for (const std::string& path : paths) {
+    struct stat s {};
+    const bool isThere = stat(path.c_str(), &s) == 0;
+    for (const int64_t v : {int64_t(s.st_mtim.tv_sec), int64_t(s.st_mtim.tv_nsec), int64_t(s.st_size)})
+      stamps.push_back(isThere ? v : -1);
+  }
+  return stamps;
+}
+
+// Several are the parts of an atlas, which say by their names where they belong.
+std::optional<Digest> read(const std::vector<std::string>& paths) {
+  if (paths.empty()) return {};
+  if (paths.size() == 1) return digestOfFile(paths[0]);
+  Hasher h;
+  for (const std::string& path : paths) {
+    h.text(std::filesystem::path(path).filename().string());
+    h.digest(digestOfFile(path).value_or(Digest()));
+  }
+  return h.result();
+}
 
 }  // namespace
 
@@ -78,6 +100,7 @@ void FileContents::use(std::string_view kind, const std::string& name, const std
   known.isUsed = true;
   if (known.paths == paths && !known.isGiven) return;
   known.paths = paths;
+  known.stamps = stampsOf(paths);
   known.content.reset();
   known.isGiven = known.isRead = false;
 }
@@ -95,34 +118,42 @@ void FileContents::again(std::string_view kind, const std::string& name) {
   if (const auto it = files_.find({std::string(kind), name}); it != files_.end()) it->second.isUsed = true;
 }
 
-std::optional<Digest> FileContents::read(const std::vector<std::string>& paths) {
-  if (paths.empty()) return {};
-  if (paths.size() == 1) return digestOfFile(paths[0]);
-  // the parts of an atlas say by their names where they belong
-  Hasher h;
-  for (const std::string& path : paths) {
-    h.text(std::filesystem::path(path).filename().string());
-    h.digest(digestOfFile(path).value_or(Digest()));
+std::vector<FileContents::Entry> FileContents::names() {
+  const std::lock_guard lock(mutex_);
+  std::vector<Entry> list;
+  for (const auto& [key, known] : files_)
+    if (known.isUsed) list.push_back({key.first, key.second, {}});
+  return list;
+}
+
+std::optional<Digest> FileContents::contentOf(const std::string& kind, const std::string& name) {
+  std::unique_lock lock(mutex_);
+  const auto it = files_.find({kind, name});  // entries stay where they are
+  if (it == files_.end()) return {};
+  Known& known = it->second;
+  if (known.isRead) return known.content;
+  const std::vector<std::string> paths = known.paths;
+  const std::vector<int64_t> stamps = known.stamps;
+  lock.unlock();
+  std::optional<Digest> content = read(paths);
+  if (const std::vector<int64_t> now = stampsOf(paths); now != stamps) {
+    Hasher h;
+    h.digest(content.value_or(Digest()));
+    for (const auto& list : {stamps, now}) h.bytes(list.data(), list.size() * sizeof list[0]);
+    content = h.result();
   }
-  return h.result();
+  lock.lock();
+  if (known.isRead || known.paths != paths) return known.content;
+  known.content = content;
+  known.isRead = true;
+  return content;
 }
 
 std::vector<FileContents::Entry> FileContents::used() {
-  const std::lock_guard lock(mutex_);
-  std::vector<Known*> unread;
-  for (auto& [key, known] : files_)
-    if (known.isUsed && !known.isRead) unread.push_back(&known);
-  // Disks answer many requests at once. Isolated: a thread that waits here with the lock takes no other work, which
-  // might use a file too.
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(size_t(0), unread.size(), [&](size_t i) {
-      unread[i]->content = read(unread[i]->paths);
-      unread[i]->isRead = true;
-    });
-  });
-  std::vector<Entry> list;
-  for (const auto& [key, known] : files_)
-    if (known.isUsed) list.push_back({key.first, key.second, known.content});
+  std::vector<Entry> list = names();
+  // disks answer many requests at once
+  tbb::parallel_for(size_t(0), list.size(),
+                    [&](size_t i) { list[i].content = contentOf(list[i].kind, list[i].name); });
   return list;
 }
 

@@ -32,23 +32,27 @@ class FileContents {
 
   // Another world: what was used before no longer counts. Contents stay what they were when they were read.
   void begin();
-  // A file is used that is `paths`, several for an atlas; without any it is not there. Cheap but for a lock: files
-  // are read when the digests are asked for.
+  // A file is used that is `paths`, several for an atlas; without any it is not there. Cheap: files are read when the
+  // digests are asked for. What has changed by then is like no other file, since nobody knows what of it was used.
   void use(std::string_view kind, const std::string& name, const std::vector<std::string>& paths);
   // Its content is known already.
   void use(std::string_view kind, const std::string& name, const Digest& content);
   // As it was used before. For callers that remember what a name stands for.
   void again(std::string_view kind, const std::string& name);
-  // All that are used, by kind and name.
+  // All that are used, by kind and name, without their contents.
+  std::vector<Entry> names();
+  // What it holds. Reads the file where that is not known, while others may use more of them.
+  std::optional<Digest> contentOf(const std::string& kind, const std::string& name);
+  // names() with contents.
   std::vector<Entry> used();
 
  private:
   struct Known {
     std::vector<std::string> paths;
+    std::vector<int64_t> stamps;  // times and sizes of the paths when they were first used
     std::optional<Digest> content;
     bool isGiven = false, isRead = false, isUsed = false;
   };
-  static std::optional<Digest> read(const std::vector<std::string>& paths);
 
   std::mutex mutex_;
   std::map<std::pair<std::string, std::string>, Known> files_;  // by kind and name

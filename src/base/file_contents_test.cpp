@@ -84,9 +84,16 @@ TEST_F(Files, AWorldHasItsOwn) {
   const auto second = contents.used();
   ASSERT_EQ(second.size(), 2u);
   EXPECT_EQ(second[0], first[1]);
+  // changed between its use and the reading: it is like no other file
+  const std::string late = put("late", "1");
+  contents.use("volume", "late", {late});
+  fs::last_write_time(late, fs::file_time_type::clock::now() - std::chrono::hours(1));
+  EXPECT_NE(contents.contentOf("volume", "late"), digestOfFile(late));
+  EXPECT_NE(contents.contentOf("volume", "late"), std::nullopt);
+  EXPECT_EQ(contents.contentOf("volume", "never"), std::nullopt);
   const auto atlas = second[1].content;
   contents.use("texture", "b", {b});
-  EXPECT_NE(contents.used()[1].content, atlas);
+  EXPECT_NE(contents.contentOf("texture", "b"), atlas);
 }
 
 }  // namespace

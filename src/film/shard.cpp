@@ -310,14 +310,14 @@ Status readShard(const std::string& path, Shard& out, uint64_t maxBytes) {
 }
 
 Status addShard(Shard& sum, const Shard& part) {
-  if (const std::string difference = sceneDifference(sum.info, part.info); !difference.empty())
-    return Status::fail("FILM-SHARD-SCENE", "it is of another scene than the parts before it: " + difference);
   if (part.info.seed != sum.info.seed)
     return Status::fail("FILM-SHARD-SEED", "the parts have different seeds (" + std::to_string(sum.info.seed) +
                                                " and " + std::to_string(part.info.seed) + ")");
   if (part.info.frame != sum.info.frame)
     return Status::fail("FILM-SHARD-FRAME", "the parts are of different frames (" + std::to_string(sum.info.frame) +
                                                 " and " + std::to_string(part.info.frame) + ")");
+  if (const std::string difference = sceneDifference(sum.info, part.info); !difference.empty())
+    return Status::fail("FILM-SHARD-SCENE", "it is of another scene than the parts before it: " + difference);
   for (const SampleRange& a : sum.info.ranges)
     for (const SampleRange& b : part.info.ranges)
       if (a.begin < b.end && b.begin < a.end)

@@ -1,7 +1,10 @@
 #include "render/frame_identity.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
-#include <filesystem>
+#include <chrono>
+#include <set>
 
 #include "base/text.h"
 #include "render/version.h"
@@ -18,12 +21,26 @@ std::string portable(const std::string& name) {
 
 }  // namespace
 
-void FrameIdentity::make(const scene::Scene& scene, FileContents& contents, const Registry& registry) {
-  facts_.clear();
+void FrameIdentity::start(const scene::Scene& scene, FileContents& contents, const Registry& registry) {
+  wait();
+  files_ = contents.names();
+  facts_ = {{"version of the program", "", digestOf(kVersion)}};
+  std::set<std::string> named;
+  for (const std::string& plugin : scene::pluginsOf(scene)) named.insert(lowerCase(plugin));
+  for (const Descriptor* d : registry.all())
+    if (const auto library = registry.libraryOf(*d); library && named.contains(lowerCase(d->name)))
+      facts_.push_back({"library of the plug-in", d->name, *library});
+  made_ = std::async(std::launch::async, [this, &scene, &contents] {
+    // one thread beside those that render
+    tbb::task_arena alone(1);
+    alone.execute([&] { make(scene, contents); });
+  });
+}
+
+void FrameIdentity::make(const scene::Scene& scene, FileContents& contents) {
   byName_.clear();
-  files_ = contents.used();
-  facts_.push_back({"version of the program", "", digestOf(kVersion)});
-  for (const FileContents::Entry& f : files_) {
+  for (FileContents::Entry& f : files_) {
+    f.content = contents.contentOf(f.kind, f.name);
     facts_.push_back({f.kind, portable(f.name), f.content.value_or(Digest())});
     // what is not there is known by its name alone
     if (!f.content) continue;
@@ -34,11 +51,6 @@ void FrameIdentity::make(const scene::Scene& scene, FileContents& contents, cons
     both.digest(*f.content);
     it->second = both.result();
   }
-  std::set<std::string> named;
-  for (const std::string& plugin : scene::pluginsOf(scene)) named.insert(lowerCase(plugin));
-  for (const Descriptor* d : registry.all())
-    if (const auto library = registry.libraryOf(*d); library && named.contains(lowerCase(d->name)))
-      facts_.push_back({std::string("library of the plug-in"), d->name, *library});
   std::sort(facts_.begin(), facts_.end());
   Hasher h;
   h.digest(scene::digestOf(scene, byName_));
@@ -50,7 +62,22 @@ void FrameIdentity::make(const scene::Scene& scene, FileContents& contents, cons
   digest_ = h.result();
 }
 
-scene::Inventory FrameIdentity::inventory(const scene::Scene& scene) const {
+void FrameIdentity::wait() const {
+  if (made_.valid()) made_.wait();
+}
+
+void FrameIdentity::finish() {
+  if (made_.valid()) made_.get();
+}
+
+std::string FrameIdentity::hash(bool mayWait) {
+  if (!mayWait && made_.valid() && made_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return "";
+  finish();
+  return digest_.str();
+}
+
+scene::Inventory FrameIdentity::inventory(const scene::Scene& scene) {
+  finish();
   // files first: that a texture is another one says more than that the object differs which shows it
   scene::Inventory all;
   for (const Fact& f : facts_) all.add(f.kind + (f.name.empty() ? "" : " \"" + f.name + "\""), f.content);
@@ -59,7 +86,8 @@ scene::Inventory FrameIdentity::inventory(const scene::Scene& scene) const {
   return all;
 }
 
-std::vector<FileContents::Entry> FrameIdentity::lateFiles(FileContents& contents) const {
+std::vector<FileContents::Entry> FrameIdentity::lateFiles(FileContents& contents) {
+  finish();
   std::vector<FileContents::Entry> late;
   for (FileContents::Entry& f : contents.used())
     if (std::find(files_.begin(), files_.end(), f) == files_.end()) late.push_back(std::move(f));

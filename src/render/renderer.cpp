@@ -264,7 +264,8 @@ struct Renderer::Impl {
                             "its channel stays black");
   }
 
-  film::FrameMetadata metadata(double seconds, bool complete) const {
+  // early: of a picture that should not wait for anything
+  film::FrameMetadata metadata(double seconds, bool complete, bool early) {
     film::FrameMetadata m;
     describeCamera(builder.camera(), m);
     m.frame = scene.frame;
@@ -273,7 +274,7 @@ struct Renderer::Impl {
     m.samplesPerPixel = samplesDone;
     m.renderSeconds = seconds;
     m.kinoraVersion = kVersion;
-    m.sceneHash = identity.digest().str();
+    m.sceneHash = identity.hash(!early);
     m.pixelFilter = filter.name();
     m.isComplete = complete;
     return m;
@@ -306,11 +307,12 @@ struct Renderer::Impl {
 
   bool build() {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    identity.wait();  // of the world before, which looks at the scene
     try {
       sceneHeld.set(scene.bytes());
       if (!prepare() || !makeFilm() || !builder.buildWorld(scene, *paths, stats)) return false;
       tellOfPrimvars();
-      identity.make(scene, builder.contents(), registry);
+      identity.start(scene, builder.contents(), registry);
       // textures live with what is left: a smaller cache costs time only
       constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
       if (Memory::limit() > 0)
@@ -399,6 +401,7 @@ bool Renderer::load(scene::Scene scene) {
   Impl& m = *impl_;
   const auto start = Clock::now();
   m.stats = Statistics();
+  m.identity.wait();
   m.scene = std::move(scene);
   if (!m.build()) return false;
   m.stats.loadSeconds = since(start);
@@ -406,7 +409,10 @@ bool Renderer::load(scene::Scene scene) {
   return true;
 }
 
-scene::Scene& Renderer::scene() { return impl_->scene; }
+scene::Scene& Renderer::scene() {
+  impl_->identity.wait();  // edits follow
+  return impl_->scene;
+}
 
 bool Renderer::update() {
   Impl& m = *impl_;
@@ -457,7 +463,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       const bool isDue = settings.snapshotSeconds > 0 && (!showed || since(lastSnapshot) > settings.snapshotSeconds);
       if (write && b < lastSample && (isAsked || isDue)) {
         // the first pixels go to the file at once, later ones now and then
-        output->snapshot(*film, metadata(seconds, false));
+        output->snapshot(*film, metadata(seconds, false, true));
         showed = true;
         lastSnapshot = Clock::now();
         if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
@@ -493,7 +499,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
       if (complete) tellOfBlackness();
-      const bool written = output->write(*film, metadata(stats.renderSeconds, complete));
+      const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;
     }
@@ -501,7 +507,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
   } catch (const MemoryExceeded& e) {
     diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "stopped; the picture has the samples that were done",
                       "raise --memory-limit, or simplify what is largest");
-    if (write && output && samplesDone > 0) output->snapshot(*film, metadata(since(start), false));
+    if (write && output && samplesDone > 0) output->snapshot(*film, metadata(since(start), false, true));
     return Outcome::OutOfMemory;
   } catch (const std::bad_alloc&) {
     diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to render", "stopped");
@@ -536,7 +542,7 @@ bool Renderer::writeShard(const std::string& file) {
     std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
   }
   film::ShardInfo info;
-  info.sceneHash = m.identity.digest().str();
+  info.sceneHash = m.identity.hash(true);
   info.inventory = m.identity.inventory(m.scene);
   info.lateFiles = m.identity.lateFiles(m.builder.contents());
   info.seed = m.settings.seed;
@@ -545,7 +551,7 @@ bool Renderer::writeShard(const std::string& file) {
   info.ranges = {{uint32_t(m.firstSample), uint32_t(m.firstSample + m.samplesDone)}};
   info.renderSeconds = m.stats.renderSeconds;
   info.kinoraVersion = kVersion;
-  info.outputs = film::outputsToJson(m.plan, m.metadata(m.stats.renderSeconds, true));
+  info.outputs = film::outputsToJson(m.plan, m.metadata(m.stats.renderSeconds, true, false));
   const film::Status s = film::writeShard(file, *m.film, info);
   if (!s.ok()) m.diagnostics.error("FILM-SHARD-WRITE", {}, s.what, "nothing was written");
   return s.ok();

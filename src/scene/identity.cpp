@@ -343,7 +343,6 @@ class Things {
   }
   template <class T>
   void addAll(const std::vector<T>& all, const std::string* within = nullptr) {
-    list.reserve(list.size() + all.size());
     for (const T& one : all) {
       if constexpr (IsShared<T>::value)
         addThing(*one, within);
