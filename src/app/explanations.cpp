@@ -303,6 +303,13 @@ constexpr Explanation kRooms[] = {
     {"FILM-MERGE-OVERWRITE",
      "The picture that merge would write has the name of one of the parts, whose samples would be lost. Nothing is "
      "written; the exit code is 2. Give the picture another name with -o."},
+    {"FILM-SHARD-SCENE",
+     "A part of a frame is of another scene than the parts before it. The message names the first difference: the "
+     "object with its file and line in both scenes, or the option, camera, light, texture, shader, volume or "
+     "plug-in, "
+     "and what of it differs. Files count by what they hold: copies in other folders and on other machines are the "
+     "same file. Comments, the names of pictures, search paths, threads and the order of buckets do not count, "
+     "the version of the program does. Nothing is merged. Render the part again from the scene of the others."},
     {"FILM-SHARD-",
      "A part of a frame (`kinora render --samples`) cannot be written, read or added: it is not a part, is broken, "
      "belongs "

@@ -155,7 +155,7 @@ std::map<std::string, image::MetaValue> metadataOf(const FrameMetadata& frame) {
   m["renderSeconds"] = float(frame.renderSeconds);
   m["Software"] = "Kinora " + frame.kinoraVersion;
   m["kinoraVersion"] = frame.kinoraVersion;
-  m["sceneHash"] = frame.sceneHash;
+  if (!frame.sceneHash.empty()) m["sceneHash"] = frame.sceneHash;  // an early picture may be without
   m["pixelFilter"] = frame.pixelFilter;
   m["colorSpace"] = image::Colors::ofEnvironment().workingSpace();
   m["complete"] = int(frame.isComplete);

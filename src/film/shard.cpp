@@ -18,6 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "film/json_text.h"
+#include "film/shard_identity.h"
 #include "image/atomic_file.h"
 
 namespace kinora::film {
@@ -110,6 +111,8 @@ json toJson(const Film& film, const ShardInfo& info) {
   const Window& w = film.window();
   return {{"version", ShardInfo::kVersion},
           {"sceneHash", info.sceneHash},
+          {"inventory", inventoryToJson(info.inventory)},
+          {"lateFiles", filesToJson(info.lateFiles)},
           {"seed", info.seed},
           {"frame", info.frame},
           {"pixelFilter", jsonOfText(info.pixelFilter)},
@@ -179,6 +182,8 @@ Status readDescription(const std::string& path, const json& j, Shard& out, FilmC
                                                   std::to_string(ShardInfo::kVersion));
   ShardInfo& info = out.info;
   info.sceneHash = j.at("sceneHash").get<std::string>();
+  info.inventory = inventoryFromJson(j.at("inventory"));
+  info.lateFiles = filesFromJson(j.at("lateFiles"));
   info.seed = j.at("seed").get<uint64_t>();
   info.frame = j.at("frame").get<int>();
   info.pixelFilter = textOfJson(j.at("pixelFilter"));
@@ -305,15 +310,14 @@ Status readShard(const std::string& path, Shard& out, uint64_t maxBytes) {
 }
 
 Status addShard(Shard& sum, const Shard& part) {
-  if (part.info.sceneHash != sum.info.sceneHash)
-    return Status::fail("FILM-SHARD-SCENE", "the parts are of different scenes (scene hash " + sum.info.sceneHash +
-                                                " and " + part.info.sceneHash + ")");
   if (part.info.seed != sum.info.seed)
     return Status::fail("FILM-SHARD-SEED", "the parts have different seeds (" + std::to_string(sum.info.seed) +
                                                " and " + std::to_string(part.info.seed) + ")");
   if (part.info.frame != sum.info.frame)
     return Status::fail("FILM-SHARD-FRAME", "the parts are of different frames (" + std::to_string(sum.info.frame) +
                                                 " and " + std::to_string(part.info.frame) + ")");
+  if (const std::string difference = sceneDifference(sum.info, part.info); !difference.empty())
+    return Status::fail("FILM-SHARD-SCENE", "it is of another scene than the parts before it: " + difference);
   for (const SampleRange& a : sum.info.ranges)
     for (const SampleRange& b : part.info.ranges)
       if (a.begin < b.end && b.begin < a.end)
@@ -333,6 +337,9 @@ Status addShard(Shard& sum, const Shard& part) {
   }
   sum.info.ranges = std::move(joined);
   sum.info.renderSeconds += part.info.renderSeconds;
+  for (const FileContents::Entry& f : part.info.lateFiles)
+    if (std::find(sum.info.lateFiles.begin(), sum.info.lateFiles.end(), f) == sum.info.lateFiles.end())
+      sum.info.lateFiles.push_back(f);
   return {};
 }
 

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/file_contents.h"
 #include "film/film.h"
+#include "scene/identity.h"
 
 namespace kinora::film {
 
@@ -19,8 +21,12 @@ struct SampleRange {
 };
 
 struct ShardInfo {
-  static constexpr int kVersion = 3;
+  static constexpr int kVersion = 4;
   std::string sceneHash;  // of everything that decides a pixel but seed and sample range
+  // What the hash was made of, to name a difference by; it decides nothing.
+  scene::Inventory inventory;
+  // Files that were met while the samples were taken: where two parts met one, it held the same.
+  std::vector<FileContents::Entry> lateFiles;
   uint64_t seed = 0;
   int frame = 0;
   std::string pixelFilter;          // for messages; part of the scene hash

@@ -193,7 +193,7 @@ TEST_F(ShardFile, DescriptionsThatLieAreRefused) {
   const std::pair<std::string, std::string> lies[] = {{"\"window\":[3,2,21,19]", "\"window\":[3,2,22,19]"},
                                                       {"\"resolution\":[40,30]", "\"resolution\":[4e9,1]"},
                                                       {"\"resolution\":[40,30]", "\"resolution\":[-1,30]"},
-                                                      {"\"version\":3", "\"version\":2"},
+                                                      {"\"version\":4", "\"version\":3"},
                                                       {"\"negativeLobes\":[0.25", "\"negativeLobes\":[null"},
                                                       {"\"negativeLobes\":[0.25", "\"negativeLobes\":[-1.5"},
                                                       {"\"samples\":[[0,6]]", "\"samples\":[[6,0]]"},
@@ -203,6 +203,8 @@ TEST_F(ShardFile, DescriptionsThatLieAreRefused) {
                                                       {"\"width\":3", "\"width\":9"},
                                                       {"\"reducer\":3", "\"reducer\":9"},
                                                       {"\"channels\":[", "\"channelz\":["},
+                                                      {"\"things\":[]", "\"thingz\":[]"},
+                                                      {"\"lateFiles\":[]", "\"lateFiles\":12"},
                                                       {"\"seed\":1", "\"seed\":x"}};
   for (const auto& [truth, lie] : lies) {
     std::string bytes = whole;

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 
+#include "base/file_contents.h"
 #include "base/text.h"
 #include "simd/dispatch.h"
 
@@ -21,6 +22,7 @@ struct Registry::Impl {
   std::vector<std::string> path;
   std::map<std::string, bool> tried;  // files already opened: was anything in them of use?
   std::vector<void*> handles;
+  std::map<const Descriptor*, Digest> libraries;
   mutable std::recursive_mutex mutex;
 
   const Descriptor* lookup(Kind kind, const std::string& key) const {
@@ -60,6 +62,7 @@ bool Registry::load(const std::string& file, Diagnostics& diagnostics, const Sou
   impl_->handles.push_back(handle);
   const auto get = reinterpret_cast<DescriptorFunction>(dlsym(handle, kDescriptorSymbol));
   if (!get) return refuse(std::string("it does not export ") + kDescriptorSymbol);
+  const std::optional<Digest> content = digestOfFile(file);
   uint32_t known = 0, added = 0;
   constexpr uint32_t kMostPerLibrary = 256;
   for (uint32_t i = 0; i < kMostPerLibrary; ++i) {
@@ -85,6 +88,7 @@ bool Registry::load(const std::string& file, Diagnostics& diagnostics, const Sou
       continue;
     }
     impl_->list.push_back(d);
+    if (content) impl_->libraries[d] = *content;
     ++added;
   }
   isUsable = added > 0;
@@ -129,6 +133,12 @@ std::vector<const Descriptor*> Registry::all(Kind kind) const {
 std::vector<const Descriptor*> Registry::all() const {
   std::lock_guard lock(impl_->mutex);
   return impl_->list;
+}
+
+std::optional<Digest> Registry::libraryOf(const Descriptor& plugin) const {
+  std::lock_guard lock(impl_->mutex);
+  const auto it = impl_->libraries.find(&plugin);
+  return it == impl_->libraries.end() ? std::nullopt : std::optional(it->second);
 }
 
 const char* nameOf(Kind kind) {

@@ -4,11 +4,13 @@
 #include <kinora/plugin.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/digest.h"
 
 namespace kinora {
 
@@ -31,6 +33,8 @@ class Registry {
   void loadAll(Diagnostics& diagnostics);
   std::vector<const Descriptor*> all(Kind kind) const;
   std::vector<const Descriptor*> all() const;
+  // What the library that a plug-in comes from held when it was opened; none for stock plug-ins.
+  std::optional<Digest> libraryOf(const Descriptor& plugin) const;
 
  private:
   struct Impl;

@@ -110,6 +110,8 @@ class Overrides {
       : scene_(s), settings_(settings), registry_(r), diagnostics_(d) {}
 
   void apply() {
+    if (settings_.resolution[0] > 0) scene_.resolution = settings_.resolution;
+    if (settings_.crop[0] >= 0) scene_.cropWindow = settings_.crop;
     if (!settings_.integrator.empty()) setIntegratorPlugin();
     for (const auto& [key, value] : settings_.sets) {
       const size_t dot = key.find('.');

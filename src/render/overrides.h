@@ -1,4 +1,4 @@
-// What the command line sets on top of a scene: --integrator and --set KIND.NAME=VALUE. Called by Renderer before
+// What the command line sets on top of a scene: --res, --crop, --integrator and --set KIND.NAME=VALUE. Called by Renderer before
 // anything is built. A name that means nothing, and a value of another type than
 // is declared, is an error (CLI-SET): a typo must not cost a night.
 #pragma once

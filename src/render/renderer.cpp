@@ -17,6 +17,7 @@
 #include "plugin/registry.h"
 #include "render/camera_attributes.h"
 #include "render/frame.h"
+#include "render/frame_identity.h"
 #include "render/overrides.h"
 #include "render/version.h"
 #include "render/world_build.h"
@@ -33,50 +34,6 @@ int threadCount(int wanted) {
   const int all = std::max(1, int(std::thread::hardware_concurrency()));
   return std::clamp(wanted > 0 ? wanted : all + wanted, 1, 256);
 }
-
-// 64-bit FNV-1a of what decides a pixel; not a secret, only a fingerprint.
-struct Hash {
-  uint64_t h = 1469598103934665603ull;
-  void bytes(const void* p, size_t n) {
-    for (size_t i = 0; i < n; ++i) h = (h ^ static_cast<const unsigned char*>(p)[i]) * 1099511628211ull;
-  }
-  void text(const std::string& s) { bytes(s.data(), s.size() + 1); }
-  void params(const scene::ParameterList& list) {
-    for (const scene::Parameter& p : list) {
-      text(p.name);
-      bytes(p.floats.data(), p.floats.size() * 4);
-      bytes(p.ints.data(), p.ints.size() * 4);
-      for (const std::string& s : p.strings) text(s);
-    }
-  }
-  void node(const scene::NodePtr& n) {
-    if (!n) return;
-    text(n->plugin);
-    params(n->params);
-  }
-  void network(const scene::NetworkPtr& n) {
-    if (!n) return;
-    for (const scene::NodePtr& p : n->patterns) node(p);
-    node(n->terminal);
-  }
-  void attributes(const scene::Attributes& a) {
-    params(a.named);
-    if (a.color) bytes(a.color->data(), sizeof *a.color);
-    if (a.opacity) bytes(a.opacity->data(), sizeof *a.opacity);
-    bytes(a.textureCoordinates.data(), sizeof a.textureCoordinates);
-    const int state[] = {a.reverseOrientation, int(a.orientation), a.sides, a.matte, a.uStep, a.vStep};
-    bytes(state, sizeof state);
-    bytes(a.uBasis.data(), sizeof a.uBasis);
-    bytes(a.vBasis.data(), sizeof a.vBasis);
-    if (a.lightSources) bytes(a.lightSources->data(), a.lightSources->size() * sizeof(uint32_t));
-    network(a.bxdf);
-    network(a.displacement);
-  }
-  void transform(const scene::Transform& t) {
-    bytes(t.times.data(), t.times.size() * sizeof(double));
-    bytes(t.matrices.data(), t.matrices.size() * sizeof(scene::Matrix));
-  }
-};
 
 }  // namespace
 
@@ -99,7 +56,7 @@ struct Renderer::Impl {
   Instance integrator;
   int threads = 1, firstSample = 0, lastSample = 64, samplesDone = 0;
   const Hider* hider = nullptr;
-  std::string hash;
+  FrameIdentity identity;
   Clock::time_point loadedAt;
   MemoryHold sceneHeld{MemoryUse::Description}, filmHeld{MemoryUse::Film}, picturesHeld{MemoryUse::Pictures};
   std::array<int, 2> halves{-1, -1};  // channels of the even and the odd samples; -1: not measured
@@ -263,7 +220,6 @@ struct Renderer::Impl {
       diagnostics.error("FILM-MEMORY", scene.pos, made.what, "nothing is rendered");
       return false;
     }
-    hashScene();
     return true;
   }
 
@@ -308,82 +264,8 @@ struct Renderer::Impl {
                             "its channel stays black");
   }
 
-  void hashScene() {
-    Hash h;
-    const auto& c = builder.camera();
-    h.bytes(c.resolution.data(), sizeof c.resolution);
-    h.bytes(c.window.data(), sizeof c.window);
-    h.text(scene.pixelFilter);
-    h.bytes(scene.pixelFilterWidth.data(), sizeof scene.pixelFilterWidth);
-    for (const auto* list : {&scene.sampleFilters, &scene.displayFilters})
-      for (const auto& n : *list) h.node(n);
-    h.node(scene.integrator);
-    h.node(scene.hider);
-    h.params(scene.options);
-    for (const scene::Camera& k : scene.cameras) {
-      h.transform(k.worldToCamera);
-      h.node(k.projection);
-      h.bytes(k.screenWindow.data(), sizeof k.screenWindow);
-      h.bytes(k.shutter.data(), sizeof k.shutter);
-      h.bytes(k.depthOfField.data(), sizeof k.depthOfField);
-      h.bytes(k.clipping.data(), sizeof k.clipping);
-      for (const auto& plane : k.clippingPlanes) h.bytes(plane.data(), sizeof plane);
-      h.params(k.params);
-    }
-    // mostly those of the object before
-    scene::AttributesPtr last;
-    uint64_t hashOfLast = 0;
-    const auto attributes = [&](const scene::AttributesPtr& a) {
-      if (!a) return;
-      if (a != last) {
-        Hash own;
-        own.attributes(*a);
-        last = a;
-        hashOfLast = own.h;
-      }
-      h.bytes(&hashOfLast, sizeof hashOfLast);
-    };
-    const auto primitive = [&](const scene::Primitive& p) {
-      const uint64_t kind = p.shape.index();
-      h.bytes(&kind, sizeof kind);
-      if (const auto* q = std::get_if<scene::Quadric>(&p.shape)) h.bytes(q->args.data(), sizeof q->args);
-      if (const auto* m = std::get_if<scene::PolygonMesh>(&p.shape))
-        h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
-      if (const auto* m = std::get_if<scene::SubdivisionMesh>(&p.shape))
-        h.bytes(m->vertices.data(), m->vertices.size() * sizeof(int));
-      if (const auto* m = std::get_if<scene::Curves>(&p.shape)) {
-        h.bytes(&m->cubic, sizeof m->cubic);
-        h.bytes(&m->periodic, sizeof m->periodic);
-        h.bytes(m->verticesPerCurve.data(), m->verticesPerCurve.size() * sizeof(int));
-      }
-      h.params(p.primvars);
-      for (const auto& m : p.motion) h.params(m);
-      h.transform(p.toWorld);
-      attributes(p.attributes);
-    };
-    const auto instance = [&](const scene::Instance& i) {
-      h.bytes(&i.prototype, sizeof i.prototype);
-      h.transform(i.toWorld);
-      attributes(i.attributes);
-    };
-    for (const auto& p : scene.primitives) primitive(*p);
-    for (const auto& proto : scene.prototypes) {
-      for (const auto& p : proto.primitives) primitive(*p);
-      for (const auto& i : proto.instances) instance(i);
-    }
-    for (const auto& i : scene.instances) instance(i);
-    for (const auto* list : {&scene.lights, &scene.classicLights})
-      for (const auto& l : *list) {
-        h.node(l.node);
-        for (const auto& n : l.filters) h.node(n);
-        h.transform(l.toWorld);
-      }
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(h.h));
-    hash = text;
-  }
-
-  film::FrameMetadata metadata(double seconds, bool complete) const {
+  // early: of a picture that should not wait for anything
+  film::FrameMetadata metadata(double seconds, bool complete, bool early) {
     film::FrameMetadata m;
     describeCamera(builder.camera(), m);
     m.frame = scene.frame;
@@ -392,7 +274,7 @@ struct Renderer::Impl {
     m.samplesPerPixel = samplesDone;
     m.renderSeconds = seconds;
     m.kinoraVersion = kVersion;
-    m.sceneHash = hash;
+    m.sceneHash = identity.hash(!early);
     m.pixelFilter = filter.name();
     m.isComplete = complete;
     return m;
@@ -425,10 +307,12 @@ struct Renderer::Impl {
 
   bool build() {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    identity.wait();  // of the world before, which looks at the scene
     try {
       sceneHeld.set(scene.bytes());
       if (!prepare() || !makeFilm() || !builder.buildWorld(scene, *paths, stats)) return false;
       tellOfPrimvars();
+      identity.start(scene, builder.contents(), registry);
       // textures live with what is left: a smaller cache costs time only
       constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
       if (Memory::limit() > 0)
@@ -517,6 +401,7 @@ bool Renderer::load(scene::Scene scene) {
   Impl& m = *impl_;
   const auto start = Clock::now();
   m.stats = Statistics();
+  m.identity.wait();
   m.scene = std::move(scene);
   if (!m.build()) return false;
   m.stats.loadSeconds = since(start);
@@ -524,7 +409,10 @@ bool Renderer::load(scene::Scene scene) {
   return true;
 }
 
-scene::Scene& Renderer::scene() { return impl_->scene; }
+scene::Scene& Renderer::scene() {
+  impl_->identity.wait();  // edits follow
+  return impl_->scene;
+}
 
 bool Renderer::update() {
   Impl& m = *impl_;
@@ -575,7 +463,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       const bool isDue = settings.snapshotSeconds > 0 && (!showed || since(lastSnapshot) > settings.snapshotSeconds);
       if (write && b < lastSample && (isAsked || isDue)) {
         // the first pixels go to the file at once, later ones now and then
-        output->snapshot(*film, metadata(seconds, false));
+        output->snapshot(*film, metadata(seconds, false, true));
         showed = true;
         lastSnapshot = Clock::now();
         if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
@@ -617,7 +505,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
       if (complete) tellOfBlackness();
-      const bool written = output->write(*film, metadata(stats.renderSeconds, complete));
+      const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;
     }
@@ -625,7 +513,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
   } catch (const MemoryExceeded& e) {
     diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "stopped; the picture has the samples that were done",
                       "raise --memory-limit, or simplify what is largest");
-    if (write && output && samplesDone > 0) output->snapshot(*film, metadata(since(start), false));
+    if (write && output && samplesDone > 0) output->snapshot(*film, metadata(since(start), false, true));
     return Outcome::OutOfMemory;
   } catch (const std::bad_alloc&) {
     diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to render", "stopped");
@@ -660,14 +548,16 @@ bool Renderer::writeShard(const std::string& file) {
     std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
   }
   film::ShardInfo info;
-  info.sceneHash = m.hash;
+  info.sceneHash = m.identity.hash(true);
+  info.inventory = m.identity.inventory(m.scene);
+  info.lateFiles = m.identity.lateFiles(m.builder.contents());
   info.seed = m.settings.seed;
   info.frame = m.scene.frame;
   info.pixelFilter = m.filter.name();
   info.ranges = {{uint32_t(m.firstSample), uint32_t(m.firstSample + m.samplesDone)}};
   info.renderSeconds = m.stats.renderSeconds;
   info.kinoraVersion = kVersion;
-  info.outputs = film::outputsToJson(m.plan, m.metadata(m.stats.renderSeconds, true));
+  info.outputs = film::outputsToJson(m.plan, m.metadata(m.stats.renderSeconds, true, false));
   const film::Status s = film::writeShard(file, *m.film, info);
   if (!s.ok()) m.diagnostics.error("FILM-SHARD-WRITE", {}, s.what, "nothing was written");
   return s.ok();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <map>
@@ -14,6 +15,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "geometry/tessellate.h"
+#include "image/colors.h"
 #include "render/camera_attributes.h"
 #include "render/camera_parameters.h"
 #include "render/filters.h"
@@ -165,11 +167,11 @@ bool Instance::create(const Descriptor& plugin, const scene::Node* node, const P
 }
 
 WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings)
-    : registry_(registry), diagnostics_(diagnostics), settings_(settings), shaders_(diagnostics) {
+    : registry_(registry), diagnostics_(diagnostics), settings_(settings), shaders_(diagnostics, &contents_) {
   width_ = settings.width ? settings.width : bestWidth();
   if (width_ == 16 && !cpuHasAvx512()) width_ = 8;  // sixteen lanes run as two of eight: the same bits
-  textures_ = std::make_unique<TextureSystem>(diagnostics);
-  volumes_ = std::make_unique<VolumeSystem>(diagnostics, settings.volumeReader);
+  textures_ = std::make_unique<TextureSystem>(diagnostics, &contents_);
+  volumes_ = std::make_unique<VolumeSystem>(diagnostics, settings.volumeReader, &contents_);
   static_assert(sizeof(void*) == 8);
   auto* pointers = new void* [2] { &diagnostics_, textures_.get() };
   host_ = Host{pointers, &hostWarn, &hostImage};
@@ -454,6 +456,9 @@ std::vector<std::string> WorldBuilder::searchPath(const scene::Scene& scene, con
 }
 
 void WorldBuilder::openTextures(const scene::Scene& scene) {
+  contents_.begin();
+  if (image::Colors::ofEnvironment().isManaged())
+    contents_.use("colour configuration", "OCIO", {std::string(std::getenv("OCIO"))});
   textures_->setSearchPath(searchPath(scene, "texture"));
   volumes_->setSearchPath(searchPath(scene, "texture"));
 }

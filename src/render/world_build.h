@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/file_contents.h"
 #include "base/memory.h"
 #include "film/light_paths.h"
 #include "plugin/registry.h"
@@ -72,6 +73,7 @@ class WorldBuilder {
   const CameraState& camera() const { return camera_; }
   const shade::ShadingWorld& world() const { return *shading_; }
   TextureSystem& textures() { return *textures_; }
+  FileContents& contents() { return contents_; }
   const Host& host() const { return host_; }
   uint32_t width() const { return width_; }
   // Directories for files of a kind: "texture", "shader".
@@ -110,6 +112,7 @@ class WorldBuilder {
   const Settings& settings_;
   uint32_t width_;
   Host host_{};
+  FileContents contents_;  // of what the world reads
   std::unique_ptr<TextureSystem> textures_;
   std::unique_ptr<VolumeSystem> volumes_;
   shade::ShaderLibrary shaders_;

@@ -4,8 +4,10 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <regex>
 
 #include "rib/test_support.h"
+#include "scene/edits_testing.h"
 
 namespace kinora::rib {
 namespace {
@@ -18,8 +20,7 @@ std::string again(const std::string& text, size_t primitives) {
   return r.worlds.empty() ? std::string() : writeRib(r.world());
 }
 
-TEST(Writer, RoundTrip) {
-  const Read r = readRib(R"(FrameBegin 3
+const char* const kEverything = R"(FrameBegin 3
 Format 64 32 1
 Option "limits" "int[2] bucketsize" [16 16]
 Integrator "PxrPathTracer" "it" "int maxIndirectBounces" [4]
@@ -102,7 +103,10 @@ Scale 2 2 2
 ObjectInstance "tree"
 WorldEnd
 FrameEnd
-)");
+)";
+
+TEST(Writer, RoundTrip) {
+  const Read r = readRib(kEverything);
   for (const Message& m : r.messages) EXPECT_TRUE(m.code.starts_with("RIB-KEPT-")) << m.str();
   ASSERT_EQ(r.world().primitives.size(), 14u);
   const std::string first = writeRib(r.world()), second = again(first, 14);
@@ -125,6 +129,36 @@ FrameEnd
   EXPECT_EQ(back.primitive(0).toWorld.at(0.5), r.primitive(0).toWorld.at(0.5));
   EXPECT_EQ(back.primitive(0).attributes->bxdf->patterns[0]->params.getString("filename", ""), "a\nb.tex");
   EXPECT_EQ(back.primitive(0).attributes->reverseOrientation, r.primitive(0).attributes->reverseOrientation);
+}
+
+// Every edit of a field shows in the text, but for what requests have no place for. Misses edits that make lists
+// longer or shorter, which most of them take from each other.
+TEST(Writer, WritesEveryField) {
+  static const std::regex kNoPlace(
+      // requests have positions instead of declarations there, or no place for a handle
+      ".*(argument \".*|trim curves \".*|attribute \"illuminate:off)\": (type|storage class|reference|array|name.*)|"
+      ".*array length|.*\"__quadric\": .*|.*(shaders.*|projection|hider): handle.*|"
+      // what follows from something else: static transforms, the camera's space, a mesh light's own transform and
+      // attributes, numbers of points
+      ".*times.*|coordinate system \"(camera|world)\".*|.*geometry: (attributes|transform):.*|"
+      ".*shape: (loops|faces|count).*|"
+      // what is off stays off: a lens, a frame's aspect, the last numbers of a quadric that has fewer, lights that
+      // are not there
+      "cameras.*depth of field.*|frame aspect|pixel variance|pixel samples.*|.*size.*|.*light sources made");
+  const Read r = readRib(kEverything);
+  scene::test::Edits edits(r.world());
+  const std::string before = writeRib(r.world());
+  size_t shown = 0;
+  for (size_t i = 0; i < edits.sites().size(); ++i) {
+    const scene::test::EditSite& site = edits.sites()[i];
+    if (!site.counts || site.path.ends_with("= none") || site.path.ends_with("longer") ||
+        site.path.ends_with("shorter"))
+      continue;
+    const bool isShown = writeRib(edits.edited(i)) != before;
+    shown += isShown;
+    EXPECT_TRUE(isShown || std::regex_match(site.path, kNoPlace)) << site.path;
+  }
+  EXPECT_GT(shown, 1500u);
 }
 
 }  // namespace

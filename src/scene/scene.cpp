@@ -8,8 +8,6 @@ namespace kinora::scene {
 
 namespace {
 
-constexpr std::array<float, 16> kBezier{-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0};
-
 template <class T>
 T* byId(std::vector<T>& v, uint32_t id) {
   const auto it = std::find_if(v.begin(), v.end(), [id](const T& t) { return t.id == id; });
@@ -58,6 +56,8 @@ size_t facesOf(const Primitive& p) {
   return 0;
 }
 
+}  // namespace
+
 const char* requestName(const Shape& s) {
   struct Name {
     const char* operator()(const Quadric& q) const {
@@ -79,10 +79,6 @@ const char* requestName(const Shape& s) {
   };
   return std::visit(Name{}, s);
 }
-
-}  // namespace
-
-Attributes::Attributes() : uBasis(kBezier), vBasis(kBezier) {}
 
 bool Attributes::says(Given what) const {
   static const Attributes kUsual;
@@ -162,13 +158,16 @@ AttributesPtr inherit(const AttributesPtr& own, const AttributesPtr& instance) {
   return out;
 }
 
+std::string Primitive::givenName() const {
+  if (!attributes) return "";
+  const std::string n = attributes->named.getString("identifier:name", "");
+  return n.empty() ? attributes->named.getString("identifier:object", "") : n;
+}
+
 std::string Primitive::name() const {
-  if (attributes) {
-    std::string n = attributes->named.getString("identifier:name", "");
-    if (n.empty()) n = attributes->named.getString("identifier:object", "");
-    if (!n.empty()) return n;
-  }
-  std::string n = requestName(shape);
+  std::string n = givenName();
+  if (!n.empty()) return n;
+  n = requestName(shape);
   if (pos.file) n += " at " + pos.str();
   return n;
 }

@@ -1,5 +1,6 @@
 // The scene description: what a scene *says*, typed, editable, with source positions. Written by rib/ (and by tests
 // and later by bindings), read by render/. It holds no BVH, no loaded plug-in and no opinion on what can be rendered.
+// Every type here lists its fields in scene/fields.h; one that is forgotten there does not compile.
 // Space convention: row vectors, p' = p * M (RIB's and Imath's); transforms are double precision.
 #pragma once
 #include <ImathMatrix.h>
@@ -61,7 +62,8 @@ struct Attributes {
   bool matte = false;
   bool smoothShading = true;  // ShadingInterpolation
   float shadingRate = 1;
-  std::array<float, 16> uBasis, vBasis;  // RIB row-major, see rib.md 7.3; default bezier
+  static constexpr std::array<float, 16> kBezier{-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0};
+  std::array<float, 16> uBasis = kBezier, vBasis = kBezier;  // RIB row-major, see rib.md 7.3
   int uStep = 3, vStep = 3;
   NetworkPtr bxdf, displacement;  // null: none bound
   // LightSource: ids of those that shine here, in rising order; null: none. Light shines everywhere but where
@@ -83,7 +85,6 @@ struct Attributes {
   };
   uint16_t given = 0;
   bool says(Given what) const;
-  Attributes();
   int getInt(std::string_view name, int fallback) const { return named.getInt(name, fallback); }
 };
 using AttributesPtr = std::shared_ptr<const Attributes>;
@@ -143,6 +144,7 @@ struct OtherPrimitive {
 
 using Shape =
     std::variant<Quadric, PolygonMesh, SubdivisionMesh, Curves, Points, Patch, PatchMesh, NuPatch, OtherPrimitive>;
+const char* requestName(const Shape& shape);  // "Sphere"
 
 // One primitive. `primvars` are those of the first motion key; `motion` those of the further keys at times[1..].
 struct Primitive {
@@ -155,7 +157,8 @@ struct Primitive {
   Transform toWorld;                  // object -> world (inside a prototype: object -> prototype space)
   AttributesPtr attributes;
   SourcePos pos;
-  std::string name() const;  // identifier:name, else "Sphere at file.rib:12"
+  std::string givenName() const;  // identifier:name, identifier:object; "" without
+  std::string name() const;       // that, else "Sphere at file.rib:12"
 };
 using PrimitivePtr = std::shared_ptr<const Primitive>;
 

@@ -55,6 +55,20 @@ void tellOfClosures(const language::Shader& shader, Diagnostics& diagnostics) {
                       "connect them to a Bxdf, which scatters the light");
 }
 
+void forgetPlaces(language::Block& block) {
+  for (language::Instruction& in : block.code) {
+    in.pos = {};
+    for (language::Block& inner : in.blocks) forgetPlaces(inner);
+  }
+}
+
+// Of what a shader computes: the same for its source, for a copy in another folder and for what it was compiled to.
+Digest programOf(language::Shader shader) {
+  forgetPlaces(shader.main);
+  for (language::Initialiser& i : shader.initialisers) forgetPlaces(i.code);
+  return digestOf(language::osoText(shader));
+}
+
 }  // namespace
 
 ShaderLibrary::Stamp ShaderLibrary::stampOf(const std::string& path) {
@@ -144,6 +158,7 @@ std::shared_ptr<const ShaderNode> ShaderLibrary::open(const std::string& path, c
                        "what it feeds is magenta where it is a colour, else has its default",
                        "kinora shader compile says the same without rendering");
   if (shader) tellOfClosures(*shader, diagnostics_);
+  if (contents_) file.program = shader ? programOf(*shader) : digestOf("it cannot be compiled");
   file.node = makeShaderNode(path, std::move(shader));
   return file.node;
 }
@@ -206,6 +221,10 @@ std::shared_ptr<const ShaderNode> ShaderLibrary::find(const std::string& name, c
   }
   std::shared_ptr<const ShaderNode>& found = byName_[name];
   if (!path.empty()) found = open(path, pos);
+  if (contents_ && found)
+    contents_->use("shader", name, files_[path].program);
+  else if (contents_)
+    contents_->use("shader", name, std::vector<std::string>());
   return found;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/file_contents.h"
 #include "language/vm/executable.h"
 #include "shade/shader_node.h"
 
@@ -14,7 +15,9 @@ namespace kinora::shade {
 
 class ShaderLibrary {
  public:
-  explicit ShaderLibrary(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+  // contents: what shaders compute is noted there; it outlives the library.
+  explicit ShaderLibrary(Diagnostics& diagnostics, FileContents* contents = nullptr)
+      : diagnostics_(diagnostics), contents_(contents) {}
   // Before each world: files are looked at again when they are next asked for. keepCompiled: what is compiled is
   // written beside its source too, as NAME.oso.
   void begin(std::vector<std::string> searchPath, bool keepCompiled);
@@ -40,6 +43,7 @@ class ShaderLibrary {
     std::shared_ptr<const ShaderNode> node;
     std::vector<Stamp> stamps;  // the file's own first
     std::string wrong;          // why it cannot be compiled
+    Digest program;             // of the code, whatever its text looks like and wherever it was compiled
     uint64_t lookedAt = 0;      // generation
   };
   static Stamp stampOf(const std::string& path);
@@ -50,6 +54,7 @@ class ShaderLibrary {
   void writeBeside(const std::string& path, const language::Shader& shader, const File& file, const SourcePos& pos);
 
   Diagnostics& diagnostics_;
+  FileContents* contents_;
   std::vector<std::string> searchPath_;
   bool keepCompiled_ = false;
   uint64_t generation_ = 0, compiled_ = 0;

@@ -11,6 +11,7 @@
 #include <map>
 #include <mutex>
 
+#include "base/file_contents.h"
 #include "base/memory.h"
 #include "image/colors.h"
 #include "image/pixels.h"
@@ -115,7 +116,7 @@ inline float safeRadius(float r, float blur) {
 }  // namespace
 
 struct TextureSystem::Impl {
-  explicit Impl(Diagnostics& d) : diagnostics(d), cache(Cache::create(false)) {
+  Impl(Diagnostics& d, FileContents* c) : diagnostics(d), contents(c), cache(Cache::create(false)) {
     cache->attribute("autotile", 64);
     // the library's coarse levels are points of the finer ones where sides are odd: PyramidInput makes them
     cache->attribute("automip", 0);
@@ -178,6 +179,11 @@ struct TextureSystem::Impl {
     return "texture '" + file + "'" + (r.object.empty() ? "" : " of " + r.object);
   }
 
+  static constexpr const char* kContentKind = "texture";
+  void note(const std::string& file, const std::vector<std::string>& paths) {
+    if (contents) contents->use(kContentKind, file, paths);
+  }
+
   // The first usable candidate; says what was wrong with better ones.
   std::string choose(const std::string& file, const TextureRequest& request, Source*& source) {
     size_t exact = 0;
@@ -202,7 +208,12 @@ struct TextureSystem::Impl {
   int addAtlas(const std::string& file, const TextureRequest& request) {
     const std::vector<texture::AtlasTile> tiles = texture::atlasTiles(file, searchPath);
     auto atlas = std::make_unique<Atlas>();
-    for (const texture::AtlasTile& t : tiles) atlas->include(t.u, t.v);
+    std::vector<std::string> paths;
+    for (const texture::AtlasTile& t : tiles) {
+      atlas->include(t.u, t.v);
+      paths.push_back(t.path);
+    }
+    note(file, paths);
     atlas->name = named(file, request);
     atlas->pos = request.pos;
     bool any = false;
@@ -229,14 +240,18 @@ struct TextureSystem::Impl {
   int handle(const std::string& file, const TextureRequest& request) {
     if (file.empty()) return kNoTexture;
     std::lock_guard lock(mutex);
-    if (const auto it = handleOfName.find(file); it != handleOfName.end()) return it->second;
+    if (const auto it = handleOfName.find(file); it != handleOfName.end()) {
+      if (contents) contents->again(kContentKind, file);
+      return it->second;
+    }
     int h = kNoTexture;
+    note(file, {});
     try {
       if (texture::isAtlas(file)) {
         h = addAtlas(file, request);
       } else {
         Entry entry;
-        choose(file, request, entry.single);
+        if (const std::string path = choose(file, request, entry.single); !path.empty()) note(file, {path});
         if (entry.single) h = int(entries.push_back(std::move(entry)) - entries.begin());
       }
     } catch (const std::exception& e) {
@@ -411,7 +426,11 @@ struct TextureSystem::Impl {
   const HostImage* image(const std::string& file, int linearize, const TextureRequest& request) {
     std::lock_guard lock(imageMutex);
     const auto key = std::make_pair(file, linearize);
-    if (const auto it = images.find(key); it != images.end()) return it->second ? &it->second->image : nullptr;
+    if (const auto it = images.find(key); it != images.end()) {
+      if (contents) contents->again(kContentKind, file);
+      return it->second ? &it->second->image : nullptr;
+    }
+    note(file, {});
     std::unique_ptr<HeldImage> held;
     try {
       held = load(file, linearize, request);
@@ -454,6 +473,7 @@ struct TextureSystem::Impl {
                                                         alpha) &&
               (linearize == 1 || facts.srgb))
             texture::decodeSrgb(held->pixels.data(), pixels, channels, alpha, facts.bytes);
+          note(file, {list[i]});
           held->image = {held->pixels.data(), uint32_t(facts.width), uint32_t(facts.height), uint32_t(channels)};
           imageBytes.fetch_add(held->pixels.size() * sizeof(float), std::memory_order_relaxed);
           if (i > 0 || exact == 0) diagnostics.warning(code, request.pos, what, "'" + list[i] + "' is used instead");
@@ -470,6 +490,7 @@ struct TextureSystem::Impl {
   }
 
   Diagnostics& diagnostics;
+  FileContents* contents;
   Cache* cache;
   std::unique_ptr<texture::LevelMaker> levels = std::make_unique<texture::LevelMaker>(*cache->imagecache());
   std::mutex mutex;  // files, names
@@ -483,7 +504,8 @@ struct TextureSystem::Impl {
   std::atomic<uint64_t> lookups{0}, missingLookups{0}, imageBytes{0};
 };
 
-TextureSystem::TextureSystem(Diagnostics& diagnostics) : impl_(std::make_unique<Impl>(diagnostics)) {}
+TextureSystem::TextureSystem(Diagnostics& diagnostics, FileContents* contents)
+    : impl_(std::make_unique<Impl>(diagnostics, contents)) {}
 TextureSystem::~TextureSystem() = default;
 
 void TextureSystem::setSearchPath(std::vector<std::string> directories) {
@@ -516,15 +538,18 @@ std::string TextureSystem::find(const std::string& file, float s, float t) {
   const std::lock_guard lock(impl_->mutex);
   if (texture::isAtlas(file)) {
     const int u = int(std::floor(s)), v = int(std::floor(1 - t));
+    const std::string part = file + " " + std::to_string(u) + "," + std::to_string(v);
     for (const texture::AtlasTile& tile : texture::atlasTiles(file, impl_->searchPath))
-      if (tile.u == u && tile.v == v) return tile.path;
+      if (tile.u == u && tile.v == v) return impl_->note(part, {tile.path}), tile.path;
+    impl_->note(part, {});
     return "";
   }
   size_t exact = 0;
   for (const std::string& path : texture::candidates(file, impl_->searchPath, exact)) {
     FileFacts facts;
-    if (texture::examine(path, facts).empty()) return path;
+    if (texture::examine(path, facts).empty()) return impl_->note(file, {path}), path;
   }
+  impl_->note(file, {});
   return "";
 }
 

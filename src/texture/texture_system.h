@@ -16,6 +16,8 @@
 
 namespace kinora {
 
+class FileContents;
+
 // Who asks for a file: named in messages.
 struct TextureRequest {
   SourcePos pos;
@@ -39,7 +41,8 @@ class TextureSystem {
   // What an empty or unusable file name gives: lookups answer with the missing colour.
   static constexpr int kNoTexture = -1;
 
-  explicit TextureSystem(Diagnostics& diagnostics);
+  // contents: what the files hold is noted there; it outlives the system.
+  explicit TextureSystem(Diagnostics& diagnostics, FileContents* contents = nullptr);
   ~TextureSystem();
   TextureSystem(const TextureSystem&) = delete;
   TextureSystem& operator=(const TextureSystem&) = delete;

@@ -29,13 +29,20 @@ std::string VolumeSystem::find(const std::string& file) const {
   const std::lock_guard lock(mutex_);
   bool isExact;
   const std::string path = file.empty() ? "" : place(file, isExact);
-  return !path.empty() && image::holdsVolumes(path) ? path : "";
+  if (path.empty() || !image::holdsVolumes(path)) return "";
+  note(file, path);
+  return path;
+}
+
+void VolumeSystem::note(const std::string& file, const std::string& path) const {
+  if (contents_) contents_->use("volume", file, path.empty() ? std::vector<std::string>() : std::vector{path});
 }
 
 const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& which, const std::string& asker) {
   const std::string named = "volume '" + file + "' of " + asker;
   bool isExact;
   const std::string path = place(file, isExact);
+  note(file, path);
   if (path.empty()) {
     diagnostics_.warning("ASSET-VOLUME-MISSING", {}, named + " is not there", "lookups give the missing colour",
                          "check the texture search path");
@@ -66,6 +73,7 @@ const VoxelGrid* VolumeSystem::grid(const std::string& file, const std::string& 
   if (file.empty()) return nullptr;
   const std::lock_guard lock(mutex_);
   const auto [it, isNew] = grids_.try_emplace(Key{file, which}, nullptr);
+  if (contents_) contents_->again("volume", file);
   if (isNew) it->second = read(file, which, asker);
   return it->second;
 }

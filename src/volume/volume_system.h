@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/file_contents.h"
 #include "volume/read_process.h"
 #include "volume/voxel_grid.h"
 
@@ -17,8 +18,9 @@ namespace kinora {
 // Thread-safe. Who asks for a grid that is being read waits; grids stay valid for the life of the system.
 class VolumeSystem {
  public:
-  VolumeSystem(Diagnostics& diagnostics, volume::ReaderProgram program)
-      : diagnostics_(diagnostics), program_(std::move(program)) {}
+  // contents: what the files hold is noted there; it outlives the system.
+  VolumeSystem(Diagnostics& diagnostics, volume::ReaderProgram program, FileContents* contents = nullptr)
+      : diagnostics_(diagnostics), program_(std::move(program)), contents_(contents) {}
   VolumeSystem(const VolumeSystem&) = delete;
   VolumeSystem& operator=(const VolumeSystem&) = delete;
 
@@ -31,10 +33,12 @@ class VolumeSystem {
 
  private:
   std::string place(const std::string& file, bool& isExact) const;
+  void note(const std::string& file, const std::string& path) const;
   const volume::VoxelGrid* read(const std::string& file, const std::string& which, const std::string& asker);
 
   Diagnostics& diagnostics_;
   const volume::ReaderProgram program_;
+  FileContents* const contents_;
   mutable std::mutex mutex_;
   std::vector<std::string> searchPath_;
   using Key = std::pair<std::string, std::string>;

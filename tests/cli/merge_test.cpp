@@ -94,6 +94,32 @@ TEST(Merge, OutputIsThatOfTheWholeFrame) {
   }
 }
 
+// tests/identity goes through all kinds of difference; here is what a person sees of one.
+TEST(Merge, APartOfAnotherSceneIsRefusedByItsObject) {
+  Workplace w;
+  SceneParts parts;
+  parts.geometry = "Attribute \"identifier\" \"string name\" [\"ball\"]\nSphere 1 -1 1 360";
+  w.write("scene.rib", rib(parts));
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "0:2", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  parts.options = "# said otherwise\n\nOption \"statistics\" \"int endofframe\" [1]";
+  parts.display = "Display \"another.exr\" \"openexr\" \"rgba\"";
+  w.write("scene.rib", rib(parts));
+  ASSERT_EQ(w.run({"scene.rib", "--samples", "2:4", "-o", "same.exr", "--progress", "none"}).exitCode, 0);
+  parts.geometry = "Sides 1\n" + parts.geometry;
+  w.write("other.rib", rib(parts));
+  ASSERT_EQ(w.run({"other.rib", "--samples", "2:4", "-o", "other.exr", "--progress", "none"}).exitCode, 0);
+  EXPECT_EQ(w.run({"merge", "a.exr", "same.exr", "-o", "merged.exr"}).exitCode, 0);
+  const Result r = w.run({"merge", "a.exr", "other.exr", "-o", "mixed.exr"});
+  EXPECT_EQ(r.exitCode, 3) << r.err;
+  EXPECT_NE(r.err.find("error FILM-SHARD-SCENE: \"other.exr\": it is of another scene than the parts before it: "
+                       "object \"ball\" (scene.rib:"),
+            std::string::npos)
+      << r.err;
+  EXPECT_NE(r.err.find(", other.rib:"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find(") differs in sides"), std::string::npos) << r.err;
+  EXPECT_FALSE(w.has("mixed.exr"));
+}
+
 TEST(Merge, NoPartIsWrittenOver) {
   Workplace w;
   w.write("scene.rib", rib());
