@@ -42,6 +42,12 @@ constexpr Explanation kOwn[] = {
      "is written and kept; the second is not rendered, the frames after it go on, and the exit code is 3. A name "
      "with "
      "#### gets the frame's number: Display \"name.####.exr\", or -o name.####.exr. --frames N renders one of them."},
+    {"APP-SHADOW-PASS",
+     "Renderers of shadow maps need depths as the lights see them before the picture: frames whose only displays are "
+     "of the drivers shadow, deepshad or zfile. Here shadows are traced, lights that name such maps included, and "
+     "the "
+     "frame is left out where the stream has others. Alone, or picked by --frames, it is rendered; so it is with a "
+     "display of another driver, such as Display \"depth.exr\" \"openexr\" \"z\"."},
     {"MEMORY-LIMIT",
      "What the frame needs does not fit into --memory-limit. Sizes are counted before they are taken: the scene "
      "description while it is read, meshes, the hierarchies that rays are traced in, the picture's sums and the "

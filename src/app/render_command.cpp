@@ -61,7 +61,8 @@ const char* nameOf(int exitCode) {
 }
 
 // One run of the command. A world is rendered as soon as it is read. Where all frames would go to one name it waits
-// until the next one or the end of the stream is met: only then is it known whether there are several.
+// until the next one or the end of the stream is met: only then is it known whether there are several. A frame of
+// shadow maps waits too: it is rendered only where the stream has no picture.
 class RenderRun {
  public:
   RenderRun(RenderOptions options, Diagnostics& diagnostics)
@@ -116,6 +117,7 @@ class RenderRun {
     }
     const size_t closedWorlds = reader.worlds();
     reader.finish();
+    if (shadowPass_ && frames_ == 0 && !waiting_) std::swap(waiting_, shadowPass_);
     if (!isOver() && waiting_) renderWaiting();
     // a file cut short gives the picture of what was there, but never the code of a complete one
     const bool isCutShort = diagnostics_.count("RIB-TRUNCATED") > 0 || reader.worlds() > closedWorlds;
@@ -147,6 +149,17 @@ class RenderRun {
 
   void take(scene::Scene&& scene) {
     if (isOver() || isStopped() || !isWanted(scene)) return;
+    if (film::isShadowPass(scene)) {
+      if (frames_ > 0 || waiting_ || shadowPass_) return leaveOut(scene);
+      waitingHeld_.set(scene.bytes());
+      shadowPass_ = std::move(scene);
+      return;
+    }
+    if (shadowPass_) {
+      leaveOut(*shadowPass_);
+      shadowPass_.reset();
+      waitingHeld_.set(0);
+    }
     const auto isOneName = [](const std::string& name) {
       return !name.empty() && name.find('#') == std::string::npos;
     };
@@ -166,6 +179,13 @@ class RenderRun {
     waitingHeld_.set(scene.bytes());
     waiting_ = std::move(scene);
     if (!mustWait) renderWaiting();
+  }
+
+  void leaveOut(const scene::Scene& pass) {
+    diagnostics_.warning("APP-SHADOW-PASS", pass.displays[0].pos,
+                         fmt::format("frame {} makes nothing but shadow maps", pass.frame),
+                         "it is not rendered: shadows are traced",
+                         "--frames with its number alone, or a display driver like \"openexr\", renders it");
   }
 
   // Before an hour of rendering: can the files named on the command line be made at all?
@@ -340,7 +360,7 @@ class RenderRun {
   Diagnostics& diagnostics_;
   mutable Registry registry_;         // finds plug-ins by opening them
   std::map<std::string, int> taken_;  // files that frames are written to, and which
-  std::optional<scene::Scene> waiting_;
+  std::optional<scene::Scene> waiting_, shadowPass_;
   MemoryHold waitingHeld_{MemoryUse::Description};
   int frames_ = 0, worlds_ = 0;  // rendered, met
   std::set<int> met_;

@@ -270,6 +270,12 @@ void keepBeside(DisplayPlan& plan, const std::string& file, Diagnostics& diagnos
   checkFiles(plan, diagnostics);
 }
 
+bool isShadowPass(const scene::Scene& scene) {
+  return !scene.displays.empty() && std::all_of(scene.displays.begin(), scene.displays.end(), [](const auto& d) {
+    return d.driver == "shadow" || d.driver == "deepshad" || d.driver == "zfile";
+  });
+}
+
 DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, const DriverLookup& lookup,
                          Diagnostics& diagnostics) {
   DisplayPlan plan;

@@ -64,6 +64,10 @@ struct PlanOptions {
 DisplayPlan planDisplays(const scene::Scene& scene, const PlanOptions& options, const DriverLookup& lookup,
                          Diagnostics& diagnostics);
 
+// Whether all that a frame writes are depths for shadow maps. Renderers of shadow maps make such passes before the
+// picture that looks them up; where shadows are traced nobody reads them.
+bool isShadowPass(const scene::Scene& scene);
+
 // The largest of the integers that the file holds, which its driver rounds to after encoding colours; 0: it holds
 // floats.
 int largestCode(const Output& output, const ChannelLayout& layout);

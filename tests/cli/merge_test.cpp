@@ -217,5 +217,45 @@ TEST(Frames, OneNameOfTheScenesForSeveralKeepsTheFirst) {
   EXPECT_FALSE(w.has("d.exr"));
 }
 
+// Files of renderers that need shadow maps: passes and picture bear one number, and only the last is a picture.
+TEST(Frames, ShadowPassesAreLeftOutForThePicture) {
+  Workplace w;
+  w.write("one.rib", rib());
+  ASSERT_EQ(w.run({"one.rib", "-o", "one.exr", "--progress", "none"}).exitCode, 0);
+  const auto frame = [](int n, const std::string& display) {
+    SceneParts parts;
+    parts.options = "Exposure 2 1";  // another picture than the last frame's
+    parts.display = display;
+    return "FrameBegin " + std::to_string(n) + "\n" + rib(parts) + "FrameEnd\n";
+  };
+  const std::string key = "Display \"key.z\" \"shadow\" \"z\"", fill = "Display \"fill.z\" \"zfile\" \"z\"";
+  w.write("scene.rib", frame(1, key) + frame(1, fill) + "FrameBegin 1\n" + rib() + "FrameEnd\n");
+  for (const char* output : {"name.####.exr", "name.exr"}) {  // one name for all: there is one picture
+    const Result r = w.run({"scene.rib", "-o", output, "--progress", "none"});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_NE(r.err.find("APP-SHADOW-PASS"), std::string::npos) << r.err;
+    EXPECT_FALSE(w.has("key.z.exr") || w.has("fill.z.exr"));
+  }
+  EXPECT_EQ(w.run({"diff", "name.0001.exr", "one.exr"}).exitCode, 0);
+  EXPECT_EQ(w.run({"diff", "name.exr", "one.exr"}).exitCode, 0);
+  ASSERT_EQ(w.run({"scene.rib", "--progress", "none"}).exitCode, 0) << "as the scene says";
+  EXPECT_EQ(w.run({"diff", "out.exr", "one.exr"}).exitCode, 0);
+  // behind the picture they are left out too, and a display of another driver makes a frame of its own
+  w.write("behind.rib", "FrameBegin 1\n" + rib() + "FrameEnd\n" + frame(1, key) +
+                            frame(2, "Display \"depth.exr\" \"openexr\" \"z\""));
+  Result r = w.run({"behind.rib", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(w.has("depth.exr") && !w.has("key.z.exr"));
+  // nothing else, or nothing else asked for: the first is a picture then
+  w.write("passes.rib", frame(1, key) + frame(2, fill));
+  r = w.run({"passes.rib", "-o", "pass.exr", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(w.has("pass.exr") && w.has("key.z.exr") && !w.has("fill.z.exr"));
+  r = w.run({"passes.rib", "--frames", "2", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(w.has("fill.z.exr"));
+  EXPECT_EQ(r.err.find("APP-SHADOW-PASS"), std::string::npos) << r.err;
+}
+
 }  // namespace
 }  // namespace kinora::cli
