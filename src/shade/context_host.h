@@ -21,6 +21,7 @@ struct ContextHost {
   bool hasQuads = false;                      // some point may lie on a quad (GeometryFlags)
   float* quadPlaces[2] = {nullptr, nullptr};  // by point, see findQuadPlaces() of where.h; null: not asked for yet
   RayKind rayKind = RayKind::Camera;          // of the rays that met its points
+  const float* lightN[3] = {nullptr, nullptr, nullptr};  // see GroupState::setLightNormals()
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);

@@ -90,6 +90,7 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   const bool sets = !world_.traceSets.empty();
   for (float*& x : leftNg_) x = sets || world_.liftsShadows ? zeros() : nullptr;
   for (float*& x : lift_) x = world_.liftsShadows ? zeros() : nullptr;
+  for (float*& x : lightN_) x = world_.lights && world_.lights->hasChoice() ? zeros() : nullptr;
   for (float*& x : facet_) x = world_.liftsShadows ? zeros() : nullptr;
   traceSet_ = nullptr;
   if (sets) {
@@ -251,7 +252,7 @@ struct GroupState::KeptPaths {
   const uint32_t* slots;
   float *t, *u, *v, *ng[3];
   uint32_t *instance, *geometry, *primitive, *level, *linkSet, *traceSet;
-  float *leftNg[3], *lift[3], *facet[3];
+  float *leftNg[3], *lift[3], *facet[3], *lightN[3];
   MediaStack* media;
 };
 
@@ -281,6 +282,7 @@ const void* GroupState::keepPaths(uint32_t n, const uint32_t* slots) {
     k->leftNg[c] = leftNg_[c] ? take(leftNg_[c]) : nullptr;
     k->lift[c] = lift_[c] ? take(lift_[c]) : nullptr;
     k->facet[c] = facet_[c] ? take(facet_[c]) : nullptr;
+    k->lightN[c] = lightN_[c] ? take(lightN_[c]) : nullptr;
   }
   k->media = media_ ? take(media_) : nullptr;
   return k;
@@ -306,6 +308,7 @@ void GroupState::restorePaths(const void* kept) {
     if (k.leftNg[c]) put(k.leftNg[c], leftNg_[c]);
     if (k.lift[c]) put(k.lift[c], lift_[c]);
     if (k.facet[c]) put(k.facet[c], facet_[c]);
+    if (k.lightN[c]) put(k.lightN[c], lightN_[c]);
   }
   if (k.media) put(k.media, media_);
 }

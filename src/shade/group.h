@@ -170,6 +170,8 @@ class GroupState {
   void findLifts(uint32_t n, const uint32_t* slots, const Context* c, float* const Ng[3]);
   void liftShadows(ShadowRays* rays);
   void reachedByLifts(const ShadowRays& rays, uint32_t* blocked);
+  // The normal by which lights are chosen for a context's points, see light::LightSet::Points; null without a choice.
+  void setLightNormals(Context* c, const Program* program);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
   void biasOfStrands(uint32_t n, const uint32_t* slots, float* bias) const;
   bool insideHigherPriority(uint32_t slot) const;
@@ -189,6 +191,7 @@ class GroupState {
   float* leftNg_[3] = {nullptr, nullptr, nullptr};  // its geometric normal; null without traceSets and lifts
   float* lift_[3] = {nullptr, nullptr, nullptr};    // from it to where its shadow rays start; null without lifts
   float* facet_[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where lift is, null without lifts
+  float* lightN_[3] = {nullptr, nullptr, nullptr};  // normal that its light was chosen by; null without a choice
   float* hole_ = nullptr;                           // by slot: where its camera ray met a hole; null without holes
   RayKind rayKind_ = RayKind::Camera;               // of the rays whose hits are shaded
   language::RunState shaderState_;

@@ -256,6 +256,7 @@ Context* GroupState::makeContext(uint32_t programIndex, uint32_t traits, uint32_
   if (bind && leftNg_[0])
     for (uint32_t i = 0; i < n; ++i)
       for (int k = 0; k < 3; ++k) leftNg_[k][slot[i]] = a.Ng[k][i];
+  if (bind) setLightNormals(c, &program);
   if (bind && traceSet_)
     for (uint32_t i = 0; i < n; ++i)
       traceSet_[slot[i]] = world_.placements[w.instance(hits.instance[slot[i]]).user].traceSet;
@@ -348,6 +349,7 @@ Context* GroupState::pointsInSpace(uint32_t traits, uint32_t depth, uint32_t n, 
   a.t = t;
   a.side = side;
   pointsKernel(world_.width)(a);
+  setLightNormals(c, nullptr);
   c->outerIor = outer;
   return c;
 }

@@ -11,28 +11,49 @@ namespace kinora::shade {
 
 void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
   const Clock clock(counters.nanoseconds[kTimeLights]);
-  float* u[3];
+  float* u[4];
   for (float*& x : u) x = arena_.make<float>(c->padded);
-  float* unused = arena_.make<float>(c->padded);
   const uint32_t dim = dimensionAt(c->depth);
   const DrawSplit draw = drawSplit(world_.width);
   if (world_.lights->hasChoice())
-    draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], unused);
+    draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], u[3]);
   draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLight, part, parts, u[1], u[2]);
   light::LightSet::Points p;
   p.count = c->count;
   p.padded = c->padded;
-  for (int k = 0; k < 3; ++k) p.P[k] = c->P[k];
+  for (int k = 0; k < 3; ++k) {
+    p.P[k] = c->P[k];
+    p.N[k] = ContextHost::of(c).lightN[k];
+  }
   p.time = c->time;
   if (world_.hasLinks) {
     uint32_t* sets = arena_.make<uint32_t>(c->padded);
     for (uint32_t i = 0; i < c->padded; ++i) sets[i] = linkSet_[c->path[i]];
     p.linkSet = sets;
   }
-  p.uChoice = world_.lights->hasChoice() ? u[0] : nullptr;
+  p.uChoice[0] = u[0];
+  p.uChoice[1] = u[3];
   p.u[0] = u[1];
   p.u[1] = u[2];
   world_.lights->sample(world_.width, arena_, p, out);
+}
+
+void GroupState::setLightNormals(Context* c, const Program* program) {
+  if (!lightN_[0]) return;
+  // Materials that let light through are lit from behind as well; how much is theirs to know.
+  float scale = 0;
+  if (program && !program->encloses && !program->tints) {
+    scale = 1;
+    for (uint32_t l = 0; program->traits && l < program->traits->lobeCount; ++l)
+      if (program->traits->lobes[l].flags & kLobeTransmit) scale = 0.5f;
+  }
+  ContextHost& h = ContextHost::of(c);
+  for (int k = 0; k < 3; ++k) {
+    float* n = arena_.make<float>(c->padded);
+    for (uint32_t i = 0; i < c->padded; ++i) n[i] = scale * c->N[k][i];
+    for (uint32_t i = 0; i < c->count; ++i) lightN_[k][c->path[i]] = n[i];
+    h.lightN[k] = n;
+  }
 }
 
 void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
@@ -44,6 +65,7 @@ void GroupState::lightHits(RayKind kind, uint32_t n, const uint32_t* slots, Ligh
   l.tHit = group_.hits.t;
   l.linkSet = linkSet_;
   l.origin = group_.origin;
+  for (int k = 0; k < 3; ++k) l.N[k] = lightN_[k];
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (hole_ && kind == RayKind::Camera && out->count) dropLightsBehindHoles(out);
 }
@@ -69,9 +91,10 @@ void GroupState::lightsBeyond(uint32_t n, const uint32_t* slots, LightHits* out)
   l.tHit = tHit;
   l.linkSet = linkSet_;
   l.origin = group_.origin;
+  for (int k = 0; k < 3; ++k) l.N[k] = lightN_[k];
   world_.lights->hits(world_.width, arena_, false, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
-    return (*world_.lights)[out->light[i]].castsShadow && out->t[i] > group_.hits.t[out->slot[i]];
+    return world_.lights->castsShadow(out->light[i]) && out->t[i] > group_.hits.t[out->slot[i]];
   });
 }
 

@@ -173,6 +173,11 @@ void describe(const void* data, LightDescription* d) {
   d->center[1] = k.center.y;
   d->center[2] = k.center.z;
   d->radius = 0;
+  if (!k.isConed && !(k.beam > 0)) return;
+  // even within the cone; a beam falls off with the cosine at least
+  setAxis(*d, {k.axis.x, k.axis.y, k.axis.z});
+  d->cosNormals = k.beam > 0 ? 1.f : 1 - k.outer;
+  d->cosEmission = k.beam > 0 ? (k.outer < 1 ? 1 - k.outer : 0.f) : 1.f;
 }
 
 double irradiance(const void* data, const double P[3], const double N[3]) {

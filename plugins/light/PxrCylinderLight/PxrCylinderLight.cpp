@@ -278,6 +278,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
 }
 
 // Of a cylinder wholly above the receiver's horizon; -1 for other cases. Over phi by quadrature, in each slice by the

@@ -263,6 +263,15 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  if (!(k.boundingRadius > 0)) return;
+  describeEmission(*d, k.shaping, k.normal64);
+  // an ellipse reaches as far along an axis as the root of the sum of its half axes' squares there
+  const Double3 reach{0.5 * std::hypot(k.axisX.x, k.axisY.x), 0.5 * std::hypot(k.axisX.y, k.axisY.y),
+                      0.5 * std::hypot(k.axisX.z, k.axisY.z)};
+  LightBox box;
+  box.add(k.center64 - reach);
+  box.add(k.center64 + reach);
+  box.describe(*d);
 }
 
 // Lambert's formula over a polygon of many sides and the ellipse's area, cut at the receiver's horizon: within 1e-5.

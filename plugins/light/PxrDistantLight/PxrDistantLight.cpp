@@ -138,6 +138,7 @@ void describe(const void* data, LightDescription* d) {
   for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
   *d = describeInfiniteLight(k.common, k.isBlack, sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos));
   d->isDelta = k.isDelta;
+  setAxis(*d, k.axis64 * (1 - 0.5 * k.oneMinusCos));  // the mean over the cone
 }
 
 // L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.

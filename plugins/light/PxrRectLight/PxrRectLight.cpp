@@ -263,6 +263,11 @@ void describe(const void* data, LightDescription* d) {
   for (const Double3& c : k.corner)
     if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, radius, k.area, k.map.mean);
+  if (!(k.area > 0)) return;
+  describeEmission(*d, k.shaping, k.normal64);
+  LightBox box;
+  for (const Double3& c : k.corner) box.add(c);
+  box.describe(*d);
 }
 
 // Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1

@@ -1,0 +1,319 @@
+// Kernels of choose.h.
+#define KINORA_KERNEL_FILE "light/choose.cpp"
+#include "light/choose.h"
+#include "simd/dispatch.h"
+#include <kinora/simd/foreach_target.h>
+#include <kinora/simd/wide.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using light::ChooseArgs;
+using light::TopNode;
+using light::TreeNode;
+
+// A surface lit from behind its normal's plane: bumps lean over it, and leaves let light through.
+constexpr float kLeastFacing = 0.03f, kLeastFacingThrough = 0.3f;
+
+template <int W>
+struct Receiver {
+  Vec3<W> P, N;  // N: unit, or zero where light from all sides counts alike
+  Float<W> least;
+  Mask<W> hasN;
+  KN_INLINE Receiver(const ChooseArgs& a, uint32_t i) {
+    using F = Float<W>;
+    P = Vec3<W>::load(a.P, i);
+    N = Vec3<W>(F(0.f), F(0.f), F(0.f));
+    least = F(1.f);
+    hasN = Mask<W>(false);
+    if (!a.N[0]) return;
+    N = Vec3<W>::load(a.N, i);
+    const F l2 = dot(N, N);
+    hasN = l2 > F(0.f);
+    const Mask<W> through = l2 < F(0.5f);
+    N = select(through, N + N, N);
+    least = select(hasN, select(through, F(kLeastFacingThrough), F(kLeastFacing)), F(1.f));
+  }
+};
+
+template <int W>
+struct WideNode {
+  Vec3<W> center, axis;
+  Float<W> radius2, weight, cosNormals, sinNormals, cosEmission;
+  Mask<W> isTwoSided;
+  KN_INLINE WideNode() {}
+};
+
+// Infinite lights: light from one direction by its cosine, light from all around by a quarter.
+template <int W>
+KN_INLINE Float<W> farImportance(const Receiver<W>& r, Vec3<W> mean, Float<W> concentration, Float<W> weight) {
+  using F = Float<W>;
+  const F facing = max(dot(r.N, mean), r.least * concentration);
+  const F f = fma(F(1.f) - concentration, F(0.25f), facing);
+  return weight * select(r.hasN, f, F(1.f));
+}
+
+// About the irradiance that the lights below a node bring: intensity, falloff and cosine over the squared distance. 0
+// only where none of them reaches the point; of falloff and cosine the mean of what the node's centre has and of the
+// most that any point of its sphere could have.
+template <int W>
+KN_INLINE Float<W> nearImportance(const Receiver<W>& r, const WideNode<W>& n) {
+  using F = Float<W>;
+  const F zero(0.f), one(1.f), half(0.5f);
+  const Vec3<W> v = n.center - r.P;
+  const F d2 = dot(v, v), inverse = one / sqrt(max(d2, F(1e-30f)));
+  const Vec3<W> w = v * inverse;
+  // half angle of the cone about the sphere
+  const Mask<W> inside = d2 <= n.radius2;
+  const F sin2 = min(n.radius2 * (inverse * inverse), one);
+  const F sinB = sqrt(sin2), cosB = sqrt(one - sin2);
+  F cosine = -dot(n.axis, w);
+  cosine = clamp(select(n.isTwoSided, abs(cosine), cosine), F(-1.f), one);
+  const F sine = sqrt(max(fnma(cosine, cosine, one), zero));
+  // past the cone of normals
+  const Mask<W> within = cosine >= n.cosNormals;
+  const F cosX = select(within, one, fma(cosine, n.cosNormals, sine * n.sinNormals));
+  const F sinX = select(within, zero, max(fms(sine, n.cosNormals, cosine * n.sinNormals), zero));
+  const F most = select(inside | (cosX >= cosB), one, fma(cosX, cosB, sinX * sinB));
+  F emitted = half * (max(most, zero) + max(cosX, zero));
+  emitted = zeroUnless(most >= n.cosEmission, max(emitted, F(1e-3f)));
+  const F cosN = clamp(dot(r.N, w), F(-1.f), one), sinN = sqrt(max(fnma(cosN, cosN, one), zero));
+  const F mostN = select(inside | (cosN >= cosB), one, fma(cosN, cosB, sinN * sinB));
+  const F facing = select(r.hasN, max(half * (max(mostN, zero) + max(cosN, zero)), r.least), one);
+  return n.weight * emitted * facing / max(max(d2, n.radius2), F(1e-20f));
+}
+
+template <int W>
+KN_INLINE Float<W> usable(Float<W> x) {
+  return zeroUnless((x > Float<W>(0.f)) & isFinite(x), x);
+}
+
+template <int W>
+KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t) {
+  using F = Float<W>;
+  const Vec3<W> center(F(t.center[0]), F(t.center[1]), F(t.center[2]));
+  if (t.isInfinite) return usable(farImportance<W>(r, center, F(t.concentration), F(t.weight)));
+  WideNode<W> n;
+  n.center = center;
+  n.axis = Vec3<W>(F(t.axis[0]), F(t.axis[1]), F(t.axis[2]));
+  n.radius2 = F(t.radius2);
+  n.weight = F(t.weight);
+  n.cosNormals = F(t.cosNormals);
+  n.sinNormals = F(t.sinNormals);
+  n.cosEmission = F(t.cosEmission);
+  n.isTwoSided = Mask<W>(t.isTwoSided != 0);
+  return usable(nearImportance<W>(r, n));
+}
+
+// `child` gets the node's own.
+template <int W>
+KN_INLINE Float<W> nodeImportance(const Receiver<W>& r, const TreeNode* nodes, Int<W> node, Int<W>& child) {
+  using F = Float<W>;
+  using I = Int<W>;
+  const float* base = nodes->center;
+  const I at = node.template shl<3>();
+  const auto number = [&](int32_t k) HWY_ATTR { return gather(base, at + I(k)); };
+  const I axis = asInt(number(5)), cones = asInt(number(6));
+  child = asInt(number(7));
+  WideNode<W> n;
+  n.center = {number(0), number(1), number(2)};
+  const F radius = number(3), tenth(1 / 511.f), half(1 / 32767.f);
+  n.radius2 = radius * radius;
+  n.weight = number(4);
+  n.axis = {toFloat(axis.template shl<22>().template sar<22>()) * tenth,
+            toFloat(axis.template shl<12>().template sar<22>()) * tenth,
+            toFloat(axis.template shl<2>().template sar<22>()) * tenth};
+  n.cosNormals = toFloat(cones.template shl<16>().template sar<16>()) * half;
+  n.sinNormals = sqrt(max(fnma(n.cosNormals, n.cosNormals, F(1.f)), F(0.f)));
+  n.cosEmission = toFloat(cones.template sar<16>()) * half;
+  n.isTwoSided = axis < I(0);
+  F importance = nearImportance<W>(r, n);
+  const Mask<W> far = (axis & I(uint32_t(light::kNodeInfinite))) != I(0);
+  if (far.any())
+    importance =
+        select(far, farImportance<W>(r, n.center, sqrt(dot(n.center, n.center)), n.weight), importance);
+  return usable(importance);
+}
+
+// Which lanes' sets hold something of the node.
+template <int W>
+struct Links {
+  const light::LinkSets& sets;
+  bool all;
+  Int<W> first;  // run of the lane's set
+  KN_INLINE Links(const ChooseArgs& a, uint32_t i) : sets(*a.links), all(a.links->areAllWhole()), first(0) {
+    if (!all && a.linkSet) first = Int<W>::load(a.linkSet + i) * Int<W>(sets.runsOfSet());
+  }
+  KN_INLINE Float<W> keep(Int<W> node, Float<W> importance) const {
+    using I = Int<W>;
+    if (all) return importance;
+    alignas(64) static constexpr uint32_t kBit[32] = {
+        1u << 0,  1u << 1,  1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,  1u << 8,  1u << 9,  1u << 10,
+        1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15, 1u << 16, 1u << 17, 1u << 18, 1u << 19, 1u << 20, 1u << 21,
+        1u << 22, 1u << 23, 1u << 24, 1u << 25, 1u << 26, 1u << 27, 1u << 28, 1u << 29, 1u << 30, 1u << 31};
+    const I run = gather(sets.runs(), first + node.template shr<int(light::LinkSets::kRunBits)>());
+    const I word =
+        gather(sets.words(), run + (node & I((1u << light::LinkSets::kRunBits) - 1)).template shr<5>());
+    return zeroUnless((word & gather(kBit, node & I(31))) != I(0), importance);
+  }
+};
+
+// Probabilities of the top nodes.
+template <int W>
+struct Top {
+  Float<W> p[light::kMostTop];
+  KN_INLINE Top(const ChooseArgs& a, const Receiver<W>& r, const Links<W>& links) {
+    using F = Float<W>;
+    const light::LightTree& tree = *a.tree;
+    const uint32_t count = tree.topCount();
+    F total(0.f), reaching(0.f);
+    for (uint32_t k = 0; k < count; ++k) {
+      const TopNode& t = tree.top()[k];
+      p[k] = links.keep(Int<W>(t.node), topImportance<W>(r, t));
+      total += p[k];
+      reaching += zeroUnless(p[k] > F(0.f), F(1.f));
+    }
+    const F scale = F(1.f - light::kEvenShare) / max(total, F(1e-37f));
+    const F even = F(light::kEvenShare) / max(reaching, F(1.f));
+    for (uint32_t k = 0; k < count; ++k) p[k] = zeroUnless(p[k] > F(0.f), fma(p[k], scale, even));
+  }
+};
+
+// Neither child that reaches the point is left without a chance by rounding.
+template <int W>
+KN_INLINE Float<W> shareOfFirst(Float<W> w0, Float<W> w1, Float<W> total) {
+  using F = Float<W>;
+  const F p = w0 / max(total, F(1e-37f)), least(1e-6f);
+  return clamp(p, zeroUnless(w0 > F(0.f), least), F(1.f) - zeroUnless(w1 > F(0.f), least));
+}
+
+template <int W>
+KN_INLINE Mask<W> isLeaf(Int<W> child) {
+  return child < Int<W>(0);
+}
+
+template <int W>
+void choose(const ChooseArgs& a) {
+  using F = Float<W>;
+  using I = Int<W>;
+  const light::LightTree& tree = *a.tree;
+  const TreeNode* nodes = tree.nodes().data();
+  for (uint32_t i = 0; i < a.n; i += W) {
+    const Receiver<W> r(a, i);
+    const Links<W> links(a, i);
+    const Top<W> top(a, r, links);
+    F u = F::load(a.u[0] + i);
+    F below(0.f), from(0.f), p(0.f);
+    I node(0), child(-1);
+    // the last that begins at or below u
+    for (uint32_t k = 0; k < tree.topCount(); ++k) {
+      const Mask<W> is = (top.p[k] > F(0.f)) & (below <= u);
+      const uint32_t at = tree.top()[k].node;
+      node = select(is, I(at), node);
+      child = select(is, I(nodes[at].child), child);
+      from = select(is, below, from);
+      p = select(is, top.p[k], p);
+      below += top.p[k];
+    }
+    if (tree.isDeep()) {
+      const F most(0.99999994f), one(1.f), zero(0.f);
+      u = min(max((u - from) / max(p, F(1e-37f)), zero), most);  // for the last steps
+      F x = F::load(a.u[1] + i), spent(1.f);
+      Mask<W> open = (p > zero) & !isLeaf<W>(child);
+      while (open.any()) {
+        const I first = select(open, child, I(0));
+        I childOfFirst, childOfSecond;
+        const F w0 = links.keep(first, nodeImportance<W>(r, nodes, first, childOfFirst));
+        const F w1 = links.keep(first + I(1), nodeImportance<W>(r, nodes, first + I(1), childOfSecond));
+        const F total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
+        const Mask<W> takesFirst = x < p0;
+        const F share = select(takesFirst, p0, one - p0);
+        x = select(takesFirst, x / max(p0, F(1e-37f)), (x - p0) / max(one - p0, F(1e-37f)));
+        x = min(max(x, zero), most);
+        p = select(open, zeroUnless(total > zero, p * share), p);
+        child = select(open, select(takesFirst, childOfFirst, childOfSecond), child);
+        // a number's digits are used up: the other one's remain
+        spent = select(open, spent * share, spent);
+        const Mask<W> change = spent < F(1.f / 4096);
+        x = select(change, u, x);
+        spent = select(change, F(1e30f), spent);
+        open = open & !isLeaf<W>(child) & (p > zero);
+      }
+    }
+    const Mask<W> some = p > F(0.f);
+    select(some, child & I(uint32_t(~light::kLeaf)), I(uint32_t(light::kNone))).store(a.light + i);
+    p.store(a.probability + i);
+  }
+}
+
+template <int W>
+void probability(const ChooseArgs& a) {
+  using F = Float<W>;
+  using I = Int<W>;
+  const light::LightTree& tree = *a.tree;
+  const TreeNode* nodes = tree.nodes().data();
+  const uint32_t* places = &tree.places().data()->leaf;
+  for (uint32_t i = 0; i < a.n; i += W) {
+    const Receiver<W> r(a, i);
+    const Links<W> links(a, i);
+    const Top<W> top(a, r, links);
+    const I place = I::load(a.light + i) * I(3);
+    const I leaf = gather(places, place);
+    I path = gather(places, place + I(1));
+    const I which = gather(places, place + I(2));
+    const Mask<W> lit = leaf != I(uint32_t(light::kNone));
+    F p(0.f);
+    I child(-1);
+    for (uint32_t k = 0; k < tree.topCount(); ++k) {
+      const Mask<W> is = lit & (which == I(k));
+      p = select(is, top.p[k], p);
+      child = select(is, I(nodes[tree.top()[k].node].child), child);
+    }
+    if (tree.isDeep()) {
+      const F one(1.f), zero(0.f);
+      Mask<W> open = (p > zero) & !isLeaf<W>(child);
+      while (open.any()) {
+        const I first = select(open, child, I(0));
+        I childOfFirst, childOfSecond;
+        const F w0 = links.keep(first, nodeImportance<W>(r, nodes, first, childOfFirst));
+        const F w1 = links.keep(first + I(1), nodeImportance<W>(r, nodes, first + I(1), childOfSecond));
+        const F total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
+        const Mask<W> takesFirst = (path & I(1)) == I(0);
+        p = select(open, zeroUnless(total > zero, p * select(takesFirst, p0, one - p0)), p);
+        child = select(open, select(takesFirst, childOfFirst, childOfSecond), child);
+        path = path.template shr<1>();
+        open = open & !isLeaf<W>(child) & (p > zero);
+      }
+    }
+    p.store(a.probability + i);
+  }
+}
+
+#if HWY_TARGET == HWY_AVX2
+#define KN_CHOOSE(W)                                                    \
+  [[maybe_unused]] void choose##W(const ChooseArgs& a) { choose<W>(a); } \
+  [[maybe_unused]] void probability##W(const ChooseArgs& a) { probability<W>(a); }
+KN_CHOOSE(1)
+KN_CHOOSE(4)
+KN_CHOOSE(8)
+#else
+[[maybe_unused]] void choose16(const ChooseArgs& a) { choose<16>(a); }
+[[maybe_unused]] void probability16(const ChooseArgs& a) { probability<16>(a); }
+#endif
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::light {
+ChooseKernel chooseKernel(uint32_t width) {
+  return kernelFor(width, &N_AVX2::choose1, &N_AVX2::choose4, &N_AVX2::choose8, &N_AVX3::choose16);
+}
+ChooseKernel probabilityKernel(uint32_t width) {
+  return kernelFor(width, &N_AVX2::probability1, &N_AVX2::probability4, &N_AVX2::probability8,
+                   &N_AVX3::probability16);
+}
+}  // namespace kinora::light
+#endif
