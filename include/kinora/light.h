@@ -1,7 +1,7 @@
 // The interface of a light: sampled from points (next-event estimation), hit by rays (the other half of multiple
-// importance sampling), and sampled for emitted rays (light paths). Functions belong to a kind: each lane of a call has
-// a light of its own, so that a thousand lamps of one plug-in fill the lanes as one does. Called by light/ for groups of
-// points that chose lights of one kind. Render space throughout; radiance is scene-linear Rec. 709.
+// importance sampling), and sampled for emitted rays (light paths). Functions belong to a kind: each lane of a call
+// has a light of its own, so that a thousand lamps of one plug-in fill the lanes as one does. Called by light/ for
+// groups of points that chose lights of one kind. Render space throughout; radiance is scene-linear Rec. 709.
 #pragma once
 #include <kinora/plugin.h>
 
@@ -29,8 +29,8 @@ struct LightDescription {
   int isTwoSided;  // emits likewise about the opposite normals
 };
 
-// The lights of a call, by lane: instances of one plug-in. lightStride 1: an array of padded length; 0: all lanes have
-// light[0].
+// The lights of a call, by lane: instances of one plug-in. lightStride 1: an array of padded length; 0: all lanes
+// have light[0].
 struct LightLanes {
   const void* const* light;
   uint32_t lightStride;
@@ -77,8 +77,8 @@ struct LightEmitArgs : LightLanes {
   float* pdfDirection;  // out: per solid angle
 };
 
-// Rays that meet their light as evaluate()'s do: with which densities would emit() have made the light that comes back
-// along them? What bidirectional weights ask of a light that a path found.
+// Rays that meet their light as evaluate()'s do: with which densities would emit() have made the light that comes
+// back along them? What bidirectional weights ask of a light that a path found.
 struct LightDensityArgs : LightLanes {
   uint32_t count;
   const float* o[3];

@@ -10,12 +10,13 @@
 //     template <int W> static Mask<W> intersect(const Data&, Vec3<W> o, Vec3<W> d, Float<W>& t);
 //     template <int W> static void evaluate(const Data&, const LightRay<W>&, Rgb<W>& radiance, Float<W>& pdf);
 //     template <int W> static void emit(const Data&, const EmitInput<W>&, LightEmission<W>& out);
-//     template <int W> static void densities(const Data&, const LightRay<W>&, LightDensities<W>& out);   // may be left out
+//     template <int W> static void densities(const Data&, const LightRay<W>&, LightDensities<W>& out);   // may be
+//     left out
 //   };
 //
-// Lanes may ask for different lights of the kind: the runner calls once for each of them and keeps its lanes. A struct
-// with `static constexpr bool kMixes = true` takes `const LightOf<Data, W>&` in place of `const Data&` and fetches what it
-// reads by lane, k(&Data::area), so that one call serves them all.
+// Lanes may ask for different lights of the kind: the runner calls once for each of them and keeps its lanes. A
+// struct with `static constexpr bool kMixes = true` takes `const LightOf<Data, W>&` in place of `const Data&` and
+// fetches what it reads by lane, k(&Data::area), so that one call serves them all.
 #include <kinora/light_setup.h>
 #include <kinora/math/sampling.h>
 
@@ -79,83 +80,12 @@ KN_INLINE Vec3<W> wide(const Float3& a) {
   return {Float<W>(a.x), Float<W>(a.y), Float<W>(a.z)};
 }
 template <int W>
+KN_INLINE Vec3<W> wide(const Vec3<W>& a) {
+  return a;
+}
+template <int W>
 KN_INLINE Rgb<W> wideRgb(const float a[3]) {
   return {Float<W>(a[0]), Float<W>(a[1]), Float<W>(a[2])};
-}
-
-// Radiance factor of a light's shaping in a direction that makes this cosine with its axis.
-template <int W>
-KN_INLINE Rgb<W> shape(const Shaping& s, Float<W> cosine) {
-  using F = Float<W>;
-  Rgb<W> f(F(1.f), F(1.f), F(1.f));
-  if (s.focused) {
-    const F fall = zeroUnless(cosine > F(0.f), pow(max(cosine, F(0.f)), F(s.focus)));
-    const Rgb<W> tint = wideRgb<W>(s.tint);
-    f = lerp(tint, f, fall) * wideRgb<W>(s.scale);
-  }
-  if (s.coned) {
-    const F theta = acos(cosine), width = F(s.coneEnd) - F(s.coneStart);
-    const F t = select(width > F(0.f), clamp((theta - F(s.coneStart)) / max(width, F(1e-20f)), F(0.f), F(1.f)),
-                       select(theta > F(s.coneEnd), F(1.f), F(0.f)));
-    f = f * fnma(t * t, fnma(F(2.f), t, F(3.f)), F(1.f));
-  }
-  return f;
-}
-
-// Bilinear lookup; u in [0, 1] from left, v from top; texel centres at halves. Periodic in u or clamped; clamped in
-// v.
-template <int W, bool kPeriodic>
-KN_INLINE Rgb<W> lookUp(const LightMap& m, Float<W> u, Float<W> v) {
-  using F = Float<W>;
-  using I = Int<W>;
-  const F x = fma(u, F(float(m.width)), F(-0.5f)), y = fma(v, F(float(m.height)), F(-0.5f));
-  const F fx = floor(x), fy = floor(y), ax = x - fx, ay = y - fy;
-  const I lastX(m.width - 1), lastY(m.height - 1), none(0);
-  // u and v may lie beyond the ends by rounding
-  const F big(1.0e6f + 1.0e6f);
-  I x0 = toInt(clamp(fx, -big, big)), x1 = x0 + I(1);
-  I y0 = toInt(clamp(fy, -big, big)), y1 = y0 + I(1);
-  if (kPeriodic) {
-    x0 = select(x0 < none, x0 + I(m.width), x0);
-    x0 = select(x0 > lastX, x0 - I(m.width), x0);
-    x1 = select(x1 > lastX, x1 - I(m.width), x1);
-  }
-  x0 = select(x0 < none, none, select(x0 > lastX, lastX, x0));
-  x1 = select(x1 < none, none, select(x1 > lastX, lastX, x1));
-  y0 = select(y0 < none, none, select(y0 > lastY, lastY, y0));
-  y1 = select(y1 < none, none, select(y1 > lastY, lastY, y1));
-  const I stride(m.stride), row0 = y0 * I(m.width), row1 = y1 * I(m.width);
-  const I i00 = (row0 + x0) * stride, i10 = (row0 + x1) * stride, i01 = (row1 + x0) * stride,
-          i11 = (row1 + x1) * stride;
-  Rgb<W> c;
-  c.x = lerp(lerp(gather(m.texels, i00), gather(m.texels, i10), ax),
-             lerp(gather(m.texels, i01), gather(m.texels, i11), ax), ay);
-  const float* g = m.texels + m.green;
-  c.y = lerp(lerp(gather(g, i00), gather(g, i10), ax), lerp(gather(g, i01), gather(g, i11), ax), ay);
-  const float* b = m.texels + m.blue;
-  c.z = lerp(lerp(gather(b, i00), gather(b, i10), ax), lerp(gather(b, i01), gather(b, i11), ax), ay);
-  return c;
-}
-
-// Start of a light path from an infinite light: on the disk that faces the world sphere, outside of it. And its density
-// there for a ray that found the light.
-template <int W>
-KN_INLINE void densityOfDisk(const LightRay<W>& ray, LightDensities<W>& out) {
-  const Float<W> r = max(ray.worldRadius, Float<W>(1e-6f));
-  out.N = -ray.d;
-  out.pdfPosition = Float<W>(1.f) / (Float<W>(kPi) * r * r);
-}
-template <int W>
-KN_INLINE void emitFromDisk(const EmitInput<W>& in, Vec3<W> travel, LightEmission<W>& out) {
-  using F = Float<W>;
-  const F r = max(in.worldRadius, F(1e-6f));
-  F x, y;
-  concentricDisk(in.u0, in.u1, x, y);
-  const Frame<W> f(travel);
-  out.o = fma(f.x, x * r, fma(f.y, y * r, fma(travel, -r, in.worldCenter)));
-  out.d = travel;
-  out.N = travel;
-  out.pdfPosition = F(1.f) / (F(kPi) * r * r);
 }
 
 // The data of W lights, one a lane, or of one light for all lanes.
@@ -222,6 +152,8 @@ class LightOf {
     for (int k = 0; k < (isOne_ ? 1 : W); ++k) some = some || is(*of_[k]);
     return some;
   }
+  // One light, and a black one.
+  KN_INLINE bool isBlack() const { return isOne_ && of_[0]->isBlack; }
   // Lanes whose light is that of lane k.
   KN_INLINE Mask<W> sameAs(int k) const {
     if (isOne_) return Mask<W>(true);
@@ -234,6 +166,122 @@ class LightOf {
   const Data* of_[W];
   bool isOne_;
 };
+
+// Radiance factor of a light's shaping in a direction that makes this cosine with its axis.
+template <int W>
+KN_INLINE Rgb<W> shape(const Shaping& s, Float<W> cosine) {
+  using F = Float<W>;
+  Rgb<W> f(F(1.f), F(1.f), F(1.f));
+  if (s.focused) {
+    const F fall = zeroUnless(cosine > F(0.f), pow(max(cosine, F(0.f)), F(s.focus)));
+    const Rgb<W> tint = wideRgb<W>(s.tint);
+    f = lerp(tint, f, fall) * wideRgb<W>(s.scale);
+  }
+  if (s.coned) {
+    const F theta = acos(cosine), width = F(s.coneEnd) - F(s.coneStart);
+    const F t = select(width > F(0.f), clamp((theta - F(s.coneStart)) / max(width, F(1e-20f)), F(0.f), F(1.f)),
+                       select(theta > F(s.coneEnd), F(1.f), F(0.f)));
+    f = f * fnma(t * t, fnma(F(2.f), t, F(3.f)), F(1.f));
+  }
+  return f;
+}
+
+// Bilinear lookup; u in [0, 1] from left, v from top; texel centres at halves. Periodic in u or clamped; clamped in
+// v.
+template <int W, bool kPeriodic>
+KN_INLINE Rgb<W> lookUp(const LightMap& m, Float<W> u, Float<W> v) {
+  using F = Float<W>;
+  using I = Int<W>;
+  const F x = fma(u, F(float(m.width)), F(-0.5f)), y = fma(v, F(float(m.height)), F(-0.5f));
+  const F fx = floor(x), fy = floor(y), ax = x - fx, ay = y - fy;
+  const I lastX(m.width - 1), lastY(m.height - 1), none(0);
+  // u and v may lie beyond the ends by rounding
+  const F big(1.0e6f + 1.0e6f);
+  I x0 = toInt(clamp(fx, -big, big)), x1 = x0 + I(1);
+  I y0 = toInt(clamp(fy, -big, big)), y1 = y0 + I(1);
+  if (kPeriodic) {
+    x0 = select(x0 < none, x0 + I(m.width), x0);
+    x0 = select(x0 > lastX, x0 - I(m.width), x0);
+    x1 = select(x1 > lastX, x1 - I(m.width), x1);
+  }
+  x0 = select(x0 < none, none, select(x0 > lastX, lastX, x0));
+  x1 = select(x1 < none, none, select(x1 > lastX, lastX, x1));
+  y0 = select(y0 < none, none, select(y0 > lastY, lastY, y0));
+  y1 = select(y1 < none, none, select(y1 > lastY, lastY, y1));
+  const I stride(m.stride), row0 = y0 * I(m.width), row1 = y1 * I(m.width);
+  const I i00 = (row0 + x0) * stride, i10 = (row0 + x1) * stride, i01 = (row1 + x0) * stride,
+          i11 = (row1 + x1) * stride;
+  Rgb<W> c;
+  c.x = lerp(lerp(gather(m.texels, i00), gather(m.texels, i10), ax),
+             lerp(gather(m.texels, i01), gather(m.texels, i11), ax), ay);
+  const float* g = m.texels + m.green;
+  c.y = lerp(lerp(gather(g, i00), gather(g, i10), ax), lerp(gather(g, i01), gather(g, i11), ax), ay);
+  const float* b = m.texels + m.blue;
+  c.z = lerp(lerp(gather(b, i00), gather(b, i10), ax), lerp(gather(b, i01), gather(b, i11), ax), ay);
+  return c;
+}
+
+// lookUp() by lane, of lights whose Data has a `map`; 1 where it has none.
+template <int W, bool kPeriodic, class Data>
+KN_INLINE Rgb<W> lookUp(const LightOf<Data, W>& k, Float<W> u, Float<W> v) {
+  Rgb<W> c(Float<W>(1.f), Float<W>(1.f), Float<W>(1.f));
+  for (int lane = 0; lane < (k.isOne() ? 1 : W); ++lane)
+    if (k.lane(lane).map.valid()) c = select(k.sameAs(lane), lookUp<W, kPeriodic>(k.lane(lane).map, u, v), c);
+  return c;
+}
+
+// Start of a light path from an infinite light: on the disk that faces the world sphere, outside of it. And its
+// density there for a ray that found the light.
+template <int W>
+KN_INLINE void densityOfDisk(const LightRay<W>& ray, LightDensities<W>& out) {
+  const Float<W> r = max(ray.worldRadius, Float<W>(1e-6f));
+  out.N = -ray.d;
+  out.pdfPosition = Float<W>(1.f) / (Float<W>(kPi) * r * r);
+}
+template <int W>
+KN_INLINE void emitFromDisk(const EmitInput<W>& in, Vec3<W> travel, LightEmission<W>& out) {
+  using F = Float<W>;
+  const F r = max(in.worldRadius, F(1e-6f));
+  F x, y;
+  concentricDisk(in.u0, in.u1, x, y);
+  const Frame<W> f(travel);
+  out.o = fma(f.x, x * r, fma(f.y, y * r, fma(travel, -r, in.worldCenter)));
+  out.d = travel;
+  out.N = travel;
+  out.pdfPosition = F(1.f) / (F(kPi) * r * r);
+}
+
+// shape() by lane, of lights whose Data has a `shaping`.
+template <class Data, int W>
+KN_INLINE Rgb<W> shape(const LightOf<Data, W>& k, Float<W> cosine) {
+  using F = Float<W>;
+  if (k.isOne()) return shape<W>(k.lane(0).shaping, cosine);
+  Rgb<W> f(F(1.f), F(1.f), F(1.f));
+  if (k.any([](const Data& d) { return d.shaping.focused; })) {
+    const Mask<W> focused = k.number([](const Data& d) { return d.shaping.focused ? 1.f : 0.f; }) > F(0.f);
+    const F fall = zeroUnless(cosine > F(0.f),
+                              pow(max(cosine, F(0.f)), k.number([](const Data& d) { return d.shaping.focus; })));
+    const Rgb<W> tint = k.rgb([](const Data& d) { return d.shaping.tint; });
+    f = select(focused, lerp(tint, f, fall) * k.rgb([](const Data& d) { return d.shaping.scale; }), f);
+  }
+  if (k.any([](const Data& d) { return d.shaping.coned; })) {
+    const Mask<W> coned = k.number([](const Data& d) { return d.shaping.coned ? 1.f : 0.f; }) > F(0.f);
+    const F end = k.number([](const Data& d) { return d.shaping.coneEnd; });
+    const F start = k.number([](const Data& d) { return d.shaping.coneStart; });
+    const F theta = acos(cosine), width = end - start;
+    const F t = select(width > F(0.f), clamp((theta - start) / max(width, F(1e-20f)), F(0.f), F(1.f)),
+                       select(theta > end, F(1.f), F(0.f)));
+    f = select(coned, f * fnma(t * t, fnma(F(2.f), t, F(3.f)), F(1.f)), f);
+  }
+  return f;
+}
+// What emit() of a flat light has for a direction that makes this cosine with its normal.
+template <int W>
+KN_INLINE Float<W> coneDensity(Float<W> cosine, Float<W> sinCone) {
+  using F = Float<W>;
+  const Mask<W> within = (cosine > F(0.f)) & (fnma(cosine, cosine, F(1.f)) <= sinCone * sinCone * F(1.f + 1e-5f));
+  return zeroUnless(within, cosine * F(kInvPi) / (sinCone * sinCone));
+}
 
 template <int W>
 KN_INLINE LightSample<W> select(Mask<W> m, const LightSample<W>& a, const LightSample<W>& b) {
@@ -320,9 +368,8 @@ struct LightRunner {
       p.time = a->time ? F::load(a->time + i) : F(0.f);
       LightSample<W> s;
       askLights<L, W>(*a, i, a->count, p, s,
-                      [](const auto& k, const LightPoint<W>& in, LightSample<W>& out) HWY_ATTR {
-                        L::template sample<W>(k, in, out);
-                      });
+                      [](const auto& k, const LightPoint<W>& in, LightSample<W>& out)
+                          HWY_ATTR { L::template sample<W>(k, in, out); });
       // a point that is not finite must not light others, nor a rounding accident
       const Mask<W> good =
           (s.pdf > F(0.f)) & isFinite(s.pdf) & isFinite(s.wi) & isFinite(s.radiance) & (s.distance > F(0.f));
@@ -351,9 +398,8 @@ struct LightRunner {
       LightAnswer<W> answer;
       answer.t = ray.t;
       askLights<L, W>(*a, i, a->count, ray, answer,
-                      [](const auto& k, const LightRay<W>& in, LightAnswer<W>& out) HWY_ATTR {
-                        out.hit = L::template intersect<W>(k, in.o, in.d, out.t);
-                      });
+                      [](const auto& k, const LightRay<W>& in, LightAnswer<W>& out)
+                          HWY_ATTR { out.hit = L::template intersect<W>(k, in.o, in.d, out.t); });
       const F limit = ray.t, t = answer.t;
       const Mask<W> hit = answer.hit & (t > F(0.f)) & (t < limit);
       select(hit, t, limit).store(a->t + i);
@@ -366,9 +412,8 @@ struct LightRunner {
       const LightRay<W> ray = rayAt<W>(a->o, a->d, a->t, a->time, i);
       LightAnswer<W> answer;
       askLights<L, W>(*a, i, a->count, ray, answer,
-                      [](const auto& k, const LightRay<W>& in, LightAnswer<W>& out) HWY_ATTR {
-                        L::template evaluate<W>(k, in, out.radiance, out.pdf);
-                      });
+                      [](const auto& k, const LightRay<W>& in, LightAnswer<W>& out)
+                          HWY_ATTR { L::template evaluate<W>(k, in, out.radiance, out.pdf); });
       const Mask<W> good = isFinite(answer.radiance) & isFinite(answer.pdf);
       zeroUnless(good, answer.radiance).store(a->radiance, i);
       zeroUnless(good, answer.pdf).store(a->pdf + i);
@@ -388,9 +433,8 @@ struct LightRunner {
       in.worldRadius = F(a->worldRadius);
       LightEmission<W> e;
       askLights<L, W>(*a, i, a->count, in, e,
-                      [](const auto& k, const EmitInput<W>& x, LightEmission<W>& out) HWY_ATTR {
-                        L::template emit<W>(k, x, out);
-                      });
+                      [](const auto& k, const EmitInput<W>& x, LightEmission<W>& out)
+                          HWY_ATTR { L::template emit<W>(k, x, out); });
       const Mask<W> good = (e.pdfPosition > F(0.f)) & (e.pdfDirection > F(0.f)) & isFinite(e.pdfPosition) &
                            isFinite(e.pdfDirection) & isFinite(e.radiance) & isFinite(e.o) & isFinite(e.d) &
                            isFinite(e.N);
@@ -411,9 +455,8 @@ struct LightRunner {
       ray.worldRadius = F(a->worldRadius);
       LightDensities<W> e;
       askLights<L, W>(*a, i, a->count, ray, e,
-                      [](const auto& k, const LightRay<W>& in, LightDensities<W>& out) HWY_ATTR {
-                        L::template densities<W>(k, in, out);
-                      });
+                      [](const auto& k, const LightRay<W>& in, LightDensities<W>& out)
+                          HWY_ATTR { L::template densities<W>(k, in, out); });
       const Mask<W> good = (e.pdfPosition > F(0.f)) & (e.pdfDirection > F(0.f)) & isFinite(e.pdfPosition) &
                            isFinite(e.pdfDirection) & isFinite(e.N);
       select(good, e.N, -ray.d).store(a->N, i);

@@ -39,11 +39,16 @@ struct Receiver {
 
 template <int W>
 struct WideNode {
-  Vec3<W> center, axis;
-  Float<W> radius2, weight, cosNormals, sinNormals, cosEmission;
+  Vec3<W> center, half, axis;
+  Float<W> weight, cosNormals, sinNormals, cosEmission;
   Mask<W> isTwoSided;
   KN_INLINE WideNode() {}
 };
+
+template <int W>
+KN_INLINE Vec3<W> absolute(Vec3<W> a) {
+  return {abs(a.x), abs(a.y), abs(a.z)};
+}
 
 // Infinite lights: light from one direction by its cosine, light from all around by a quarter.
 template <int W>
@@ -55,33 +60,37 @@ KN_INLINE Float<W> farImportance(const Receiver<W>& r, Vec3<W> mean, Float<W> co
 }
 
 // About the irradiance that the lights below a node bring: intensity, falloff and cosine over the squared distance. 0
-// only where none of them reaches the point; of falloff and cosine the mean of what the node's centre has and of the
-// most that any point of its sphere could have.
+// only where none of them reaches the point; of falloff and cosine the mean of what the box's centre has and of the
+// most that any place in the box could have: the greatest height of the box over the plane, and the least distance.
 template <int W>
 KN_INLINE Float<W> nearImportance(const Receiver<W>& r, const WideNode<W>& n) {
   using F = Float<W>;
-  const F zero(0.f), one(1.f), half(0.5f);
-  const Vec3<W> v = n.center - r.P;
-  const F d2 = dot(v, v), inverse = one / sqrt(max(d2, F(1e-30f)));
-  const Vec3<W> w = v * inverse;
-  // half angle of the cone about the sphere
-  const Mask<W> inside = d2 <= n.radius2;
-  const F sin2 = min(n.radius2 * (inverse * inverse), one);
-  const F sinB = sqrt(sin2), cosB = sqrt(one - sin2);
-  F cosine = -dot(n.axis, w);
-  cosine = clamp(select(n.isTwoSided, abs(cosine), cosine), F(-1.f), one);
-  const F sine = sqrt(max(fnma(cosine, cosine, one), zero));
-  // past the cone of normals
-  const Mask<W> within = cosine >= n.cosNormals;
-  const F cosX = select(within, one, fma(cosine, n.cosNormals, sine * n.sinNormals));
-  const F sinX = select(within, zero, max(fms(sine, n.cosNormals, cosine * n.sinNormals), zero));
-  const F most = select(inside | (cosX >= cosB), one, fma(cosX, cosB, sinX * sinB));
-  F emitted = half * (max(most, zero) + max(cosX, zero));
-  emitted = zeroUnless(most >= n.cosEmission, max(emitted, F(1e-3f)));
-  const F cosN = clamp(dot(r.N, w), F(-1.f), one), sinN = sqrt(max(fnma(cosN, cosN, one), zero));
-  const F mostN = select(inside | (cosN >= cosB), one, fma(cosN, cosB, sinN * sinB));
-  const F facing = select(r.hasN, max(half * (max(mostN, zero) + max(cosN, zero)), r.least), one);
-  return n.weight * emitted * facing / max(max(d2, n.radius2), F(1e-20f));
+  const F zero(0.f), one(1.f), half(0.5f), tiny(1e-30f);
+  const Vec3<W> v = n.center - r.P, distance = absolute(v);
+  const Vec3<W> beyond = distance - n.half, farthest = distance + n.half;
+  const Vec3<W> nearest(max(beyond.x, zero), max(beyond.y, zero), max(beyond.z, zero));
+  const F d2 = dot(v, v), inverse = one / sqrt(max(d2, tiny));
+  const F least2 = dot(nearest, nearest), inverseLeast = one / sqrt(max(least2, tiny));
+  const Mask<W> inside = least2 <= tiny;
+  // to the axis of emission, and past the cone of normals
+  const F towards = -dot(n.axis, v);
+  const F height = select(n.isTwoSided, abs(towards), towards), rise = dot(absolute(n.axis), n.half);
+  const F inverseMost = one / sqrt(max(dot(farthest, farthest), tiny));
+  const F top = height + rise;
+  const F most = min(fma(top, select(top > zero, inverseLeast, inverseMost), F(light::kAxisSlack)), one);
+  const F mean = clamp(height * inverse, F(-1.f), one);
+  const auto past = [&](F cosine) HWY_ATTR {
+    const F sine = sqrt(max(fnma(cosine, cosine, one), zero));
+    return select(cosine >= n.cosNormals, one, fma(cosine, n.cosNormals, sine * n.sinNormals));
+  };
+  const F mostEmitted = select(inside, one, past(max(most, F(-1.f))));
+  const F emitted = zeroUnless(mostEmitted >= n.cosEmission,
+                               max(half * (max(mostEmitted, zero) + max(past(mean), zero)), F(1e-3f)));
+  // to the receiver's normal
+  const F heightN = dot(r.N, v), topN = heightN + dot(absolute(r.N), n.half);
+  const F mostN = select(inside, one, min(max(topN, zero) * inverseLeast, one));
+  const F facing = select(r.hasN, max(half * (mostN + max(heightN * inverse, zero)), r.least), one);
+  return n.weight * emitted * facing / max(max(d2, dot(n.half, n.half)), F(1e-20f));
 }
 
 template <int W>
@@ -97,7 +106,7 @@ KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t) {
   WideNode<W> n;
   n.center = center;
   n.axis = Vec3<W>(F(t.axis[0]), F(t.axis[1]), F(t.axis[2]));
-  n.radius2 = F(t.radius2);
+  n.half = Vec3<W>(F(t.half[0]), F(t.half[1]), F(t.half[2]));
   n.weight = F(t.weight);
   n.cosNormals = F(t.cosNormals);
   n.sinNormals = F(t.sinNormals);
@@ -114,25 +123,28 @@ KN_INLINE Float<W> nodeImportance(const Receiver<W>& r, const TreeNode* nodes, I
   const float* base = nodes->center;
   const I at = node.template shl<3>();
   const auto number = [&](int32_t k) HWY_ATTR { return gather(base, at + I(k)); };
-  const I axis = asInt(number(5)), cones = asInt(number(6));
+  const I extent = asInt(number(4)), extentZ = asInt(number(5)), axis = asInt(number(6));
   child = asInt(number(7));
   WideNode<W> n;
   n.center = {number(0), number(1), number(2)};
-  const F radius = number(3), tenth(1 / 511.f), half(1 / 32767.f);
-  n.radius2 = radius * radius;
-  n.weight = number(4);
-  n.axis = {toFloat(axis.template shl<22>().template sar<22>()) * tenth,
-            toFloat(axis.template shl<12>().template sar<22>()) * tenth,
-            toFloat(axis.template shl<2>().template sar<22>()) * tenth};
-  n.cosNormals = toFloat(cones.template shl<16>().template sar<16>()) * half;
+  n.weight = number(3);
+  constexpr int kDropped = 31 - int(light::kExtentBits), kBits = int(light::kExtentBits);
+  const I mask(light::kExtentMask);
+  n.half = {asFloat((extent & mask).template shl<kDropped>()),
+            asFloat((extent.template shr<kBits>() & mask).template shl<kDropped>()),
+            asFloat((extentZ & mask).template shl<kDropped>())};
+  const F eighth(1 / 127.f), sixteenth(1 / 32767.f);
+  n.axis = {toFloat(axis.template shl<24>().template sar<24>()) * eighth,
+            toFloat(axis.template shl<16>().template sar<24>()) * eighth,
+            toFloat(axis.template shl<8>().template sar<24>()) * eighth};
+  n.cosNormals = toFloat(extentZ.template sar<16>()) * sixteenth;
   n.sinNormals = sqrt(max(fnma(n.cosNormals, n.cosNormals, F(1.f)), F(0.f)));
-  n.cosEmission = toFloat(cones.template sar<16>()) * half;
-  n.isTwoSided = axis < I(0);
+  n.cosEmission = toFloat(axis.template sar<24>()) * eighth;
+  n.isTwoSided = extent < I(0);
   F importance = nearImportance<W>(r, n);
-  const Mask<W> far = (axis & I(uint32_t(light::kNodeInfinite))) != I(0);
+  const Mask<W> far = (extent & I(uint32_t(light::kNodeInfinite))) != I(0);
   if (far.any())
-    importance =
-        select(far, farImportance<W>(r, n.center, sqrt(dot(n.center, n.center)), n.weight), importance);
+    importance = select(far, farImportance<W>(r, n.center, sqrt(dot(n.center, n.center)), n.weight), importance);
   return usable(importance);
 }
 
@@ -153,8 +165,7 @@ struct Links {
         1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15, 1u << 16, 1u << 17, 1u << 18, 1u << 19, 1u << 20, 1u << 21,
         1u << 22, 1u << 23, 1u << 24, 1u << 25, 1u << 26, 1u << 27, 1u << 28, 1u << 29, 1u << 30, 1u << 31};
     const I run = gather(sets.runs(), first + node.template shr<int(light::LinkSets::kRunBits)>());
-    const I word =
-        gather(sets.words(), run + (node & I((1u << light::LinkSets::kRunBits) - 1)).template shr<5>());
+    const I word = gather(sets.words(), run + (node & I((1u << light::LinkSets::kRunBits) - 1)).template shr<5>());
     return zeroUnless((word & gather(kBit, node & I(31))) != I(0), importance);
   }
 };
@@ -291,7 +302,7 @@ void probability(const ChooseArgs& a) {
 }
 
 #if HWY_TARGET == HWY_AVX2
-#define KN_CHOOSE(W)                                                    \
+#define KN_CHOOSE(W)                                                     \
   [[maybe_unused]] void choose##W(const ChooseArgs& a) { choose<W>(a); } \
   [[maybe_unused]] void probability##W(const ChooseArgs& a) { probability<W>(a); }
 KN_CHOOSE(1)

@@ -1,5 +1,5 @@
-// Choice among lights: drawn as often as is said, never without a chance where a light reaches, the same at all widths,
-// and of use: sampling follows what lights bring to the point.
+// Choice among lights: drawn as often as is said, never without a chance where a light reaches, the same at all
+// widths, and of use: sampling follows what lights bring to the point.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -191,7 +191,9 @@ TEST_P(LightChoice, IsDrawnAsOftenAsIsSaid) {
     double chi = 0, rest = 0, restCount = 0;
     int freedom = -1;
     for (uint32_t i = 0; i < n; ++i) {
-      if (p[i] == 0) EXPECT_EQ(count[i], 0u);
+      if (p[i] == 0) {
+        EXPECT_EQ(count[i], 0u);
+      }
       rest += p[i] * total;
       restCount += count[i];
       if (rest < 20) continue;

@@ -61,9 +61,8 @@ class LightOrder {
       const Run& run = runs_[r];
       uint32_t* list = from_ + run.from;
       if (!mixes(run.kind))
-        std::sort(list, list + run.count, [&](uint32_t a, uint32_t b) {
-          return light[a] != light[b] ? light[a] < light[b] : a < b;
-        });
+        std::sort(list, list + run.count,
+                  [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
       for (uint32_t i = run.count; i < padded(run.count); ++i) list[i] = list[run.count - 1];
       for (uint32_t i = 0; i < padded(run.count); ++i) instances[run.from + i] = instanceOf(light[list[i]]);
     }

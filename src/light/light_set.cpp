@@ -12,9 +12,9 @@ namespace kinora::light {
 
 namespace {
 
-constexpr uint32_t kMostNear = 8;    // lights that are tried one by one
-constexpr uint32_t kBatch = 2048;    // pairs of a ray and a light that are asked at once
-constexpr float kBeyond = 3.4e38f;   // distances past it are infinite
+constexpr uint32_t kMostNear = 8;   // lights that are tried one by one
+constexpr uint32_t kBatch = 2048;   // pairs of a ray and a light that are asked at once
+constexpr float kBeyond = 3.4e38f;  // distances past it are infinite
 
 template <class T>
 T* grown(Arena& arena, const T* old, uint32_t count, uint32_t room) {
@@ -48,9 +48,7 @@ class LightSet::Order : public LightOrder {
 
 LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
                    const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius)
-    : kinds_(std::move(kinds)),
-      center_{worldCenter[0], worldCenter[1], worldCenter[2]},
-      radius_(worldRadius) {
+    : kinds_(std::move(kinds)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
   std::vector<LightDescription> descriptions;
   descriptions.reserve(lights.size());
   for (const LightEntry& l : lights) {
@@ -130,9 +128,7 @@ size_t LightSet::bytes() const {
   return n;
 }
 
-bool LightSet::hasChoice() const {
-  return tree_.topCount() > 1 || tree_.isDeep() || !links_.areAllWhole();
-}
+bool LightSet::hasChoice() const { return tree_.topCount() > 1 || tree_.isDeep() || !links_.areAllWhole(); }
 
 bool LightSet::isLinked(uint32_t linkSet, uint32_t light) const {
   const uint32_t leaf = tree_.places()[light].leaf;
@@ -145,8 +141,8 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
     for (uint32_t i = 0; i < p.count; ++i) out[i] = tree_.places()[light[i]].leaf != LightTree::kNone ? 1.f : 0.f;
     return;
   }
-  ChooseArgs a{&tree_,    &links_, p.count, {p.P[0], p.P[1], p.P[2]}, {p.N[0], p.N[1], p.N[2]},
-               p.linkSet, {},      nullptr, nullptr};
+  ChooseArgs a{&tree_, &links_, p.count, {p.P[0], p.P[1], p.P[2]}, {p.N[0], p.N[1], p.N[2]}, p.linkSet,
+               {},     nullptr, nullptr};
   a.light = const_cast<uint32_t*>(light);
   a.probability = out;
   probabilityKernel(width)(a);
@@ -451,18 +447,9 @@ void LightSet::findCandidates(uint32_t width, Arena& arena, bool camera, const R
         for (uint32_t i = 0; i < n; ++i) reach[list.slots[i]] = reachOf(l, camera, list, list.slots[i]);
         tHit = reach;
       }
-      const NearRaysArgs near{n,
-                              list.slots,
-                              list.rays,
-                              tHit,
-                              false,
-                              {s.center[0], s.center[1], s.center[2]},
-                              s.radius2,
-                              {x[0], x[1], x[2]},
-                              {x[3], x[4], x[5]},
-                              x[6],
-                              x[7],
-                              which};
+      const NearRaysArgs near{
+          n,         list.slots,         list.rays,          tHit, false, {s.center[0], s.center[1], s.center[2]},
+          s.radius2, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6], x[7],  which};
       const uint32_t k = nearRaysKernel(width)(near);
       for (uint32_t i = 0; i < k; ++i) add(which[i], s.light, x[7][i]);
     }
@@ -597,9 +584,9 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
   uint32_t* chosen = arena.make<uint32_t>(room);
   float* choice = arena.make<float>(room);
   for (uint32_t i = 0; i < n; ++i) {
-    const size_t k = std::min<size_t>(
-        size_t(std::upper_bound(emission_.begin(), emission_.end(), uChoice[i]) - emission_.begin()),
-        emission_.size() - 1);
+    const size_t k =
+        std::min<size_t>(size_t(std::upper_bound(emission_.begin(), emission_.end(), uChoice[i]) - emission_.begin()),
+                         emission_.size() - 1);
     chosen[i] = light[i] = uint32_t(k);
     choice[i] = emission_[k] - (k ? emission_[k - 1] : 0.f);
   }

@@ -1,7 +1,7 @@
 // All lights of a world: which are asked, how often, and what they answer, for groups of points and rays. Built by
 // render/ from the scene's lights (plug-in instances are made there); called by shade/. Linking: each object belongs
-// to a link set, the lights that may light it. Nothing here takes time or memory in proportion to lights times points:
-// lights are chosen by a tree (light_tree.h) and met by rays through another (light_boxes.h).
+// to a link set, the lights that may light it. Nothing here takes time or memory in proportion to lights times
+// points: lights are chosen by a tree (light_tree.h) and met by rays through another (light_boxes.h).
 #pragma once
 #include <kinora/integrator.h>
 #include <kinora/light.h>
@@ -44,9 +44,9 @@ struct LightEntry {
   const void* instance = nullptr;
   LightDescription description{};
   uint32_t visibility = kLightSeenByCamera | kLightSeenByMirrors;
-  uint32_t group = 0;                     // light group for path expressions
-  bool castsShadow = true;                // false: its samples have distance 0
-  bool isIndirectToo = true;              // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
+  uint32_t group = 0;         // light group for path expressions
+  bool castsShadow = true;    // false: its samples have distance 0
+  bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;  // they multiply
 };
 

@@ -1,6 +1,7 @@
 #include "light/light_tree.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace kinora::light {
@@ -34,9 +35,7 @@ Cone merged(const Cone& a, float wa, const Cone& b, float wb) {
   const float l2 = dot(c.axis, c.axis);
   if (!(l2 > 1e-12f * (wa + wb) * (wa + wb))) return {};
   for (float& x : c.axis) x /= std::sqrt(l2);
-  const auto about = [&](const Cone& k) {
-    return cosOfSum(std::clamp(dot(c.axis, k.axis), -1.f, 1.f), k.cosine);
-  };
+  const auto about = [&](const Cone& k) { return cosOfSum(std::clamp(dot(c.axis, k.axis), -1.f, 1.f), k.cosine); };
   c.cosine = std::min(about(a), about(b));
   return c.cosine <= -1 ? Cone{} : c;
 }
@@ -67,8 +66,8 @@ struct Bounds {
   }
 };
 
-// Solid angle of a cone of emission, directions weighted by the falloff: pi for a flat surface, 4 pi for a sphere. The
-// rim's part is a fit within a tenth of the integral.
+// Solid angle of a cone of emission, directions weighted by the falloff: pi for a flat surface, 4 pi for a sphere.
+// The rim's part is a fit within a tenth of the integral.
 float emissionMeasure(const Cone& normals, float cosEmission, bool isTwoSided) {
   const float t = (1 - normals.cosine) / 2, s = cosEmission <= 0 ? 1 : 1 - cosEmission * cosEmission;
   const float rim = kPi * std::max(0.f, 1 + 3.28f * t - 4.28f * t * t);
@@ -127,27 +126,30 @@ Item itemOf(const LightDescription& d, uint32_t light) {
 
 int32_t floorOf(float x) { return int32_t(std::floor(x)); }
 
+// A length of at least this as 14 bits.
+uint32_t roundedUp(float x) {
+  constexpr uint32_t kDropped = 31 - kExtentBits;
+  return std::min((std::bit_cast<uint32_t>(std::min(x, 1e30f)) + (1u << kDropped) - 1) >> kDropped, kExtentMask);
+}
+float lengthOf(uint32_t bits) { return std::bit_cast<float>((bits & kExtentMask) << (31 - kExtentBits)); }
+
 TreeNode nodeOf(const Bounds& b, bool isInfinite, float scale) {
   TreeNode n{};
   n.weight = std::max(b.weight * scale, 1e-30f);
   if (isInfinite) {
     for (int c = 0; c < 3; ++c) n.center[c] = b.mean[c] / b.weight;
-    n.axis = kNodeInfinite;
+    n.extent = kNodeInfinite;
     return n;
   }
-  float r2 = 0;
+  uint32_t half[3];
   for (int c = 0; c < 3; ++c) {
     n.center[c] = 0.5f * (b.low[c] + b.high[c]);
-    const float half = std::max(b.high[c] - n.center[c], n.center[c] - b.low[c]);
-    r2 += half * half;
+    half[c] = roundedUp(std::max({b.high[c] - n.center[c], n.center[c] - b.low[c], 0.f}));
   }
-  n.radius = std::sqrt(r2) * 1.00001f;
-  // The axis is rounded by up to 2e-3 radians; the cone is as much wider, and cosines are rounded down.
-  const float wider = b.normals.cosine <= -1 ? -1 : cosOfSum(b.normals.cosine, 1 - 4.5e-6f);
-  for (int c = 0; c < 3; ++c)
-    n.axis |= (uint32_t(int32_t(std::lround(b.normals.axis[c] * 511))) & 1023u) << (10 * c);
-  if (b.isTwoSided) n.axis |= kNodeTwoSided;
-  n.cones = (uint32_t(floorOf(wider * 32767)) & 0xffffu) | uint32_t(floorOf(b.cosEmission * 32767)) << 16;
+  n.extent = half[0] | half[1] << kExtentBits | (b.isTwoSided ? uint32_t(kNodeTwoSided) : 0u);
+  n.extentZ = half[2] | uint32_t(floorOf(b.normals.cosine * 32767)) << 16;
+  for (int c = 0; c < 3; ++c) n.axis |= (uint32_t(int32_t(std::lround(b.normals.axis[c] * 127))) & 255u) << (8 * c);
+  n.axis |= uint32_t(floorOf(b.cosEmission * 127)) << 24;
   return n;
 }
 
@@ -287,7 +289,8 @@ void LightTree::chooseTop() {
   const auto size = [&](uint32_t k) {
     const TreeNode& n = nodes_[k];
     if (n.child & kLeaf) return -1.f;
-    return n.axis & kNodeInfinite ? n.weight : n.weight * (n.radius * n.radius);
+    const float x = lengthOf(n.extent), y = lengthOf(n.extent >> kExtentBits), z = lengthOf(n.extentZ);
+    return n.extent & kNodeInfinite ? n.weight : n.weight * (x * x + y * y + z * z);
   };
   while (open.size() < kMostTop) {
     size_t best = 0;
@@ -312,18 +315,20 @@ void LightTree::chooseTop() {
     t = {};
     t.node = open[k];
     isDeep_ = isDeep_ || !(n.child & kLeaf);
-    t.isInfinite = (n.axis & kNodeInfinite) != 0;
-    t.isTwoSided = (n.axis & kNodeTwoSided) != 0;
-    t.radius2 = n.radius * n.radius;
+    t.isInfinite = (n.extent & kNodeInfinite) != 0;
+    t.isTwoSided = (n.extent & kNodeTwoSided) != 0;
+    t.half[0] = lengthOf(n.extent);
+    t.half[1] = lengthOf(n.extent >> kExtentBits);
+    t.half[2] = lengthOf(n.extentZ);
     t.weight = n.weight;
     for (int c = 0; c < 3; ++c) {
       t.center[c] = n.center[c];
-      t.axis[c] = float(int32_t(n.axis << (22 - 10 * c)) >> 22) * (1 / 511.f);
+      t.axis[c] = float(int32_t(n.axis << (24 - 8 * c)) >> 24) * (1 / 127.f);
     }
     t.concentration = std::sqrt(dot(t.center, t.center));
-    t.cosNormals = float(int16_t(n.cones & 0xffff)) * (1 / 32767.f);
+    t.cosNormals = float(int16_t(n.extentZ >> 16)) * (1 / 32767.f);
     t.sinNormals = std::sqrt(std::max(0.f, 1 - t.cosNormals * t.cosNormals));
-    t.cosEmission = float(int16_t(n.cones >> 16)) * (1 / 32767.f);
+    t.cosEmission = float(int32_t(n.axis) >> 24) * (1 / 127.f);
     // paths of the lights below
     struct Step {
       uint32_t node, path, depth;

@@ -1,7 +1,7 @@
 // The tree by which lights are chosen: each node bounds where the lights below it stand, to where they emit and how
 // brightly, so that the irradiance that they could bring to a point can be estimated without looking at them (after
-// Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018). Infinite lights
-// are nodes too. Built once a world; choose.h walks it.
+// Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018). Infinite
+// lights are nodes too. Built once a world; choose.h walks it.
 #pragma once
 #include <kinora/light.h>
 
@@ -14,21 +14,24 @@ namespace kinora::light {
 
 // A node as the kernels read it; siblings lie side by side.
 struct TreeNode {
-  float center[3];  // of the bounding sphere; infinite lights: mean direction, as in LightDescription
-  float radius;
-  float weight;     // largest radiant intensity; infinite lights: largest irradiance. Over that of all lights
-  uint32_t axis;    // three times 10 signed bits, and two of NodeFlags
-  uint32_t cones;   // cosines of the angles of normals (low half) and emission, times 32767
-  uint32_t child;   // the first of two, or kLeaf and the light's index
+  float center[3];   // of the box; infinite lights: mean direction, as in LightDescription
+  float weight;      // largest radiant intensity; infinite lights: largest irradiance. Over that of all lights
+  uint32_t extent;   // half the box along x and y, 14 bits each: floats without sign and low digits; NodeFlags
+  uint32_t extentZ;  // the same along z; high half: cosine of the angle of normals, times 32767
+  uint32_t axis;     // three times 8 signed bits; high 8: cosine of the angle of emission, times 127
+  uint32_t child;    // the first of two, or kLeaf and the light's index
 };
 static_assert(sizeof(TreeNode) == 32);
 inline constexpr uint32_t kLeaf = 0x80000000u;
 enum NodeFlags : uint32_t { kNodeInfinite = 1u << 30, kNodeTwoSided = 1u << 31 };
+inline constexpr uint32_t kExtentBits = 14, kExtentMask = (1u << kExtentBits) - 1;
+// By which a cosine to the axis may be off, for want of digits.
+inline constexpr float kAxisSlack = 0.008f;
 
 // The top of the tree, whose nodes are weighed all at once: with few lights the whole of it.
 inline constexpr uint32_t kMostTop = 16;
 struct TopNode {
-  float center[3], radius2, weight, axis[3], cosNormals, sinNormals, cosEmission, concentration;
+  float center[3], half[3], weight, axis[3], cosNormals, sinNormals, cosEmission, concentration;
   uint32_t isInfinite, isTwoSided;
   uint32_t node;
 };

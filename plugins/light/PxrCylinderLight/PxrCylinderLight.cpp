@@ -207,6 +207,19 @@ struct PxrCylinderLight {
     out.pdfDirection = d.z * F(kInvPi);
     out.radiance = radiance<W>(k, -out.d);
   }
+
+  template <int W>
+  static KN_INLINE void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const Vec3<W> local = times<W>(fma(ray.d, ray.t, ray.o - wide<W>(k.center)), k.inverse);
+    const F across = F(1.f) / sqrt(max(fma(local.y, local.y, local.z * local.z), F(1e-30f)));
+    const Vec3<W> normal = times<W>(Vec3<W>(F(0.f), local.y * across, local.z * across), k.normalRows);
+    const F stretch = length(normal);
+    out.N = normal * (F(1.f) / max(stretch, F(1e-30f)));
+    out.pdfPosition = F(1.f / (kTwoPi * kRadius * 2 * kHalfLength)) / (F(k.determinant) * stretch);
+    out.pdfDirection = max(-dot(out.N, ray.d), F(0.f)) * F(kInvPi);
+  }
 };
 
 using Runner = LightRunner<PxrCylinderLight>;

@@ -91,6 +91,13 @@ struct PxrDistantLight {
     out.pdfDirection = F(density(k));
     out.radiance = wideRgb<W>(k.common.radiance);
   }
+  template <int W>
+  static KN_INLINE void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    if (k.isBlack || k.isDelta) return;
+    Rgb<W> unused;
+    evaluate<W>(k, ray, unused, out.pdfDirection);
+    densityOfDisk<W>(ray, out);
+  }
 };
 
 using Runner = LightRunner<PxrDistantLight>;

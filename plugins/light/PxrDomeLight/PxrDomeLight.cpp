@@ -210,8 +210,8 @@ bool buildDistribution(Data& k) {
     for (int32_t i = 0; i < k.columns; ++i) {
       const double weight = cells[size_t(j) * k.columns + i] * solid[size_t(j)];
       const double turn = -2 * kPi * (i + 0.5) / k.columns;
-      mean =
-          mean + Double3{std::cos(turn) * std::sin(polar), std::sin(turn) * std::sin(polar), std::cos(polar)} * weight;
+      mean = mean +
+             Double3{std::cos(turn) * std::sin(polar), std::sin(turn) * std::sin(polar), std::cos(polar)} * weight;
       rowWeight[size_t(j)] += weight;
     }
     total += rowWeight[size_t(j)];

@@ -314,8 +314,8 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
         }
         cell[size_t(row) * kColumns + size_t(i / kPlaces)] += mean / (kPlaces * kPlaces);
         total += mean / (kPlaces * kPlaces);
-        k.meanDirection = k.meanDirection + Double3{d[0][size_t(i)], d[1][size_t(i)], d[2][size_t(i)]} *
-                                                (mean / (kPlaces * kPlaces));
+        k.meanDirection = k.meanDirection +
+                          Double3{d[0][size_t(i)], d[1][size_t(i)], d[2][size_t(i)]} * (mean / (kPlaces * kPlaces));
       }
     }
   const double cells = double(kRows) * kColumns;

@@ -174,6 +174,18 @@ struct PxrMeshLight {
       out.pdfPosition = zeroUnless(!blocked, out.pdfPosition);
     }
   }
+
+  template <int W>
+  static void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    Int<W> triangle;
+    F t;
+    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, F(3e38f), triangle, t);
+    out.N = at<W>(k.triangles.normal, triangle);
+    out.pdfPosition = zeroUnless(hit, gather(k.density.data(), triangle));
+    out.pdfDirection = coneDensity<W>(-dot(ray.d, out.N), F(k.shaping.sinCone));
+  }
 };
 
 using Runner = LightRunner<PxrMeshLight>;
@@ -305,8 +317,7 @@ void describe(const void* data, LightDescription* d) {
   // normals that point apart are those of a closed surface
   mean = normalized(mean);
   double least = 1;
-  for (uint32_t i = 0; i < k.triangles.count(); ++i)
-    least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
   describeEmission(*d, k.shaping, least > -0.9 ? mean : Double3{}, least);
 }
 
