@@ -178,16 +178,21 @@ struct Top {
     using F = Float<W>;
     const light::LightTree& tree = *a.tree;
     const uint32_t count = tree.topCount();
-    F total(0.f), reaching(0.f);
+    F total(0.f);
     for (uint32_t k = 0; k < count; ++k) {
       const TopNode& t = tree.top()[k];
       p[k] = links.keep(Int<W>(t.node), topImportance<W>(r, t));
       total += p[k];
-      reaching += zeroUnless(p[k] > F(0.f), F(1.f));
     }
-    const F scale = F(1.f - light::kEvenShare) / max(total, F(1e-37f));
-    const F even = F(light::kEvenShare) / max(reaching, F(1.f));
-    for (uint32_t k = 0; k < count; ++k) p[k] = zeroUnless(p[k] > F(0.f), fma(p[k], scale, even));
+    F scale = F(1.f) / max(total, F(1e-37f));
+    total = F(0.f);
+    for (uint32_t k = 0; k < count; ++k) {
+      const F share = p[k] * scale;
+      p[k] = fma(sqrt(share), F(light::kRootShare), share);
+      total += p[k];
+    }
+    scale = F(1.f) / max(total, F(1e-37f));
+    for (uint32_t k = 0; k < count; ++k) p[k] = p[k] * scale;
   }
 };
 

@@ -8,9 +8,9 @@
 
 namespace kinora::light {
 
-// Of every choice this share goes evenly to all top nodes that reach the point: what stands between a light and the
-// point is not known, and the brightest light may be the one in shadow.
-inline constexpr float kEvenShare = 0.1f;
+// What stands between a light and the point is not known, and the brightest light may be the one in shadow: each top
+// node gets, beside its share s, this times the root of s.
+inline constexpr float kRootShare = 0.05f;
 
 struct ChooseArgs {
   const LightTree* tree;

@@ -287,15 +287,28 @@ float LightSet::reachOf(const Record& light, bool camera, const RayList& list, u
   return light.flags & kCastsShadow ? list.tHit[slot] : INFINITY;
 }
 
-// Lights met, growing: `ray` is the index in the list.
+// Lights met, growing: `ray` is the index in the list. And the rays that wait to be asked of a light each.
 struct LightSet::Found {
   uint32_t count = 0, room = 0;
   uint32_t *ray = nullptr, *light = nullptr;
   float *t = nullptr, *pdf = nullptr, *radiance[3] = {};
-  // candidates that wait to be asked
-  uint32_t waiting = 0;
-  uint32_t *waitingRay, *waitingLight;
-  float* waitingReach;
+  struct Waiting {
+    uint32_t count = 0, room = 0;
+    float *o[3], *d[3], *time, *t;
+    uint32_t *ray, *light;
+  } waiting;
+  Found(Arena& arena, uint32_t rays) {
+    waiting.room = std::max(kBatch, padded(rays));
+    const uint32_t n = waiting.room + 2 * kPad;
+    for (int c = 0; c < 3; ++c) {
+      waiting.o[c] = arena.make<float>(n);
+      waiting.d[c] = arena.make<float>(n);
+    }
+    waiting.time = arena.make<float>(n);
+    waiting.t = arena.make<float>(n);
+    waiting.ray = arena.make<uint32_t>(n);
+    waiting.light = arena.make<uint32_t>(n);
+  }
   void reserve(Arena& arena, uint32_t more) {
     if (count + more <= room) return;
     room = std::max(2 * room, count + more + 256);
@@ -307,45 +320,65 @@ struct LightSet::Found {
   }
 };
 
-// Asks the waiting candidates whether they are hit, and those what they bring.
-void LightSet::askCandidates(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const {
-  uint32_t n = found.waiting;
-  found.waiting = 0;
+// Asks whether the waiting rays hit their lights, and of those that do what they bring.
+void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const {
+  Found::Waiting& w = found.waiting;
+  uint32_t n = w.count;
+  w.count = 0;
   if (!n) return;
   found.reserve(arena, n);
   const Arena::Mark mark = arena.mark();
-  const uint32_t room = padded(n) + kPad;
-  float *o[3], *d[3], *radiance[3];
-  for (int c = 0; c < 3; ++c) {
-    o[c] = arena.make<float>(room);
-    d[c] = arena.make<float>(room);
-    radiance[c] = arena.make<float>(room);
-  }
-  float *time = arena.make<float>(room), *t = arena.make<float>(room), *pdf = arena.make<float>(room);
-  uint32_t* met = arena.make<uint32_t>(room);
-  uint32_t *ray = found.waitingRay, *light = found.waitingLight;
-  const auto load = [&](uint32_t i) {
-    const uint32_t s = list.slots[ray[i]];
-    for (int c = 0; c < 3; ++c) {
-      o[c][i] = list.rays->o[c][s];
-      d[c][i] = list.rays->d[c][s];
+  float* const arrays[8] = {w.o[0], w.o[1], w.o[2], w.d[0], w.d[1], w.d[2], w.time, w.t};
+  for (float* x : arrays) padFloats(x, n);
+  if (!areInfinite) {
+    uint32_t* met = arena.make<uint32_t>(padded(n) + kPad);
+    const Order order(*this, width, arena, n, w.light);
+    const float* in[7];
+    for (int k = 0; k < 7; ++k) in[k] = order.take(arrays[k]);
+    float* t = const_cast<float*>(order.take(w.t));
+    uint32_t* hit = order.room(met);
+    for (uint32_t r = 0; r < order.runCount(); ++r) {
+      const LightOrder::Run& run = order.run(r);
+      LightRayArgs a{};
+      order.setLights(a, run);
+      setWorld(a);
+      a.count = run.count;
+      for (int c = 0; c < 3; ++c) {
+        a.o[c] = in[c] + run.from;
+        a.d[c] = in[3 + c] + run.from;
+      }
+      a.time = in[6] + run.from;
+      a.t = t + run.from;
+      a.hit = hit + run.from;
+      if (const auto intersect = kinds_[run.kind].byWidth[width]->intersect)
+        intersect(&a);
+      else
+        std::fill_n(a.hit, padded(run.count), 0u);
     }
-    time[i] = list.rays->time[s];
-  };
-  for (uint32_t i = 0; i < n; ++i) {
-    load(i);
-    t[i] = found.waitingReach[i];
-    met[i] = (lights_[light[i]].flags & kInfinite) != 0;
+    order.put(t, w.t);
+    order.put(hit, met);
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (!met[i]) continue;
+      if (m != i) {
+        for (float* x : arrays) x[m] = x[i];
+        w.ray[m] = w.ray[i];
+        w.light[m] = w.light[i];
+      }
+      ++m;
+    }
+    n = m;
+    for (float* x : arrays) padFloats(x, n);
   }
-  const auto ask = [&](uint32_t count, bool evaluates) {
-    const Order order(*this, width, arena, count, light);
-    const float *in[7] = {}, *given[7] = {o[0], o[1], o[2], d[0], d[1], d[2], time};
-    for (int k = 0; k < 7; ++k) in[k] = order.take(given[k]);
-    float* orderedT = const_cast<float*>(order.take(t));
+  if (n) {
+    float *radiance[3], *pdf = arena.make<float>(padded(n) + kPad);
+    for (float*& x : radiance) x = arena.make<float>(padded(n) + kPad);
+    const Order order(*this, width, arena, n, w.light);
+    const float* in[8];
+    for (int k = 0; k < 8; ++k) in[k] = order.take(arrays[k]);
     float* const outputs[4] = {radiance[0], radiance[1], radiance[2], pdf};
     float* ordered[4];
-    for (int k = 0; k < 4; ++k) ordered[k] = evaluates ? order.room(outputs[k]) : outputs[k];
-    uint32_t* orderedMet = order.room(met);
+    for (int k = 0; k < 4; ++k) ordered[k] = order.room(outputs[k]);
     for (uint32_t r = 0; r < order.runCount(); ++r) {
       const LightOrder::Run& run = order.run(r);
       LightRayArgs a{};
@@ -358,140 +391,120 @@ void LightSet::askCandidates(uint32_t width, Arena& arena, bool camera, const Ra
         a.radiance[c] = ordered[c] + run.from;
       }
       a.time = in[6] + run.from;
-      a.t = orderedT + run.from;
-      a.hit = orderedMet + run.from;
+      a.t = const_cast<float*>(in[7]) + run.from;
       a.pdf = ordered[3] + run.from;
-      const LightFunctions& f = *kinds_[run.kind].byWidth[width];
-      if (evaluates)
-        f.evaluate(&a);
-      else if (f.intersect)
-        f.intersect(&a);
-      else
-        std::fill_n(a.hit, padded(run.count), 0u);
+      kinds_[run.kind].byWidth[width]->evaluate(&a);
     }
-    if (evaluates) {
-      for (int k = 0; k < 4; ++k) order.put(ordered[k], outputs[k]);
-    } else {
-      order.put(orderedT, t);
-      order.put(orderedMet, met);
-    }
-  };
-  // finite lights first, then all that are met
-  uint32_t finite = 0;
-  while (finite < n && !met[finite]) ++finite;
-  const bool isFinite = finite > 0;
-  if (isFinite) {
-    for (float* x : {o[0], o[1], o[2], d[0], d[1], d[2], time, t}) padFloats(x, n);
-    ask(n, false);
-  }
-  uint32_t m = 0;
-  for (uint32_t i = 0; i < n; ++i) {
-    if (!met[i]) continue;
-    ray[m] = ray[i];
-    light[m] = light[i];
-    t[m] = t[i];
-    if (m != i) load(m);
-    ++m;
-  }
-  if (m) {
-    for (float* x : {o[0], o[1], o[2], d[0], d[1], d[2], time, t}) padFloats(x, m);
-    ask(m, true);
+    for (int k = 0; k < 4; ++k) order.put(ordered[k], outputs[k]);
     if (!filters_.empty()) {
       // as sample() says it: infinite lights are infinitely far
-      float* far = arena.make<float>(room);
-      for (uint32_t i = 0; i < m; ++i) far[i] = lights_[light[i]].flags & kInfinite ? INFINITY : t[i];
-      filterRadiance(width, arena, m, light, o, d, far, time, radiance, false);
+      float* far = w.t;
+      if (areInfinite) {
+        far = arena.make<float>(padded(n) + kPad);
+        std::fill_n(far, padded(n), INFINITY);
+      }
+      filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, radiance, false);
     }
-    for (uint32_t i = 0; i < m; ++i) {
-      const bool isInfinite = lights_[light[i]].flags & kInfinite;
-      if (isInfinite && radiance[0][i] == 0 && radiance[1][i] == 0 && radiance[2][i] == 0) continue;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (areInfinite && radiance[0][i] == 0 && radiance[1][i] == 0 && radiance[2][i] == 0) continue;
       const uint32_t e = found.count++;
-      found.ray[e] = ray[i];
-      found.light[e] = light[i];
-      found.t[e] = t[i];
+      found.ray[e] = w.ray[i];
+      found.light[e] = w.light[i];
+      found.t[e] = w.t[i];
       found.pdf[e] = pdf[i];
       for (int c = 0; c < 3; ++c) found.radiance[c][e] = radiance[c][i];
     }
   }
   arena.release(mark);
-  (void)camera;
 }
 
-void LightSet::findCandidates(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const {
-  found.waitingRay = arena.make<uint32_t>(kBatch);
-  found.waitingLight = arena.make<uint32_t>(kBatch);
-  found.waitingReach = arena.make<float>(kBatch);
-  const auto add = [&](uint32_t ray, uint32_t light, float reach) {
-    if (found.waiting == kBatch) askCandidates(width, arena, camera, list, found);
-    found.waitingRay[found.waiting] = ray;
-    found.waitingLight[found.waiting] = light;
-    found.waitingReach[found.waiting++] = reach;
-  };
-  const uint32_t n = list.count;
-  const auto seen = [&](uint32_t light) { return !camera || (lights_[light].flags & kSeenByCamera); };
-  // Finite and infinite lights in batches of their own: the former are asked first whether they are hit.
-  if (!near_.empty()) {
-    const uint32_t np = padded(n) + kPad;
-    float* x[8];
-    for (float*& y : x) y = arena.make<float>(np);
-    uint32_t* which = arena.make<uint32_t>(np);
-    float* reach = nullptr;
-    for (const Sphere& s : near_) {
-      const Record& l = lights_[s.light];
-      if (!seen(s.light)) continue;
-      const float* tHit = list.tHit;
-      if (!camera && (l.flags & (kCastsShadow | kSeenByMirrors)) != (kCastsShadow | kSeenByMirrors)) {
-        uint32_t slots = 0;
-        for (uint32_t i = 0; i < n; ++i) slots = std::max(slots, list.slots[i] + 1);
-        if (!reach) reach = arena.make<float>(padded(slots) + kPad);
-        for (uint32_t i = 0; i < n; ++i) reach[list.slots[i]] = reachOf(l, camera, list, list.slots[i]);
-        tHit = reach;
+// The rays of the list that come near one light.
+void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
+                           const Sphere* sphere, Found& found) const {
+  const Record& l = lights_[light];
+  if (camera && !(l.flags & kSeenByCamera)) return;
+  Found::Waiting& w = found.waiting;
+  if (w.count + padded(list.count) > w.room) askWaiting(width, arena, !sphere, found);
+  const Arena::Mark mark = arena.mark();
+  const float* tHit = list.tHit;
+  if (!camera && (l.flags & (kCastsShadow | kSeenByMirrors)) != (kCastsShadow | kSeenByMirrors)) {
+    uint32_t slots = 0;
+    for (uint32_t i = 0; i < list.count; ++i) slots = std::max(slots, list.slots[i] + 1);
+    float* reach = arena.make<float>(padded(slots) + kPad);
+    for (uint32_t i = 0; i < list.count; ++i) reach[list.slots[i]] = reachOf(l, camera, list, list.slots[i]);
+    tHit = reach;
+  }
+  const uint32_t at = w.count;
+  NearRaysArgs a{list.count,
+                 list.slots,
+                 list.rays,
+                 tHit,
+                 !sphere,
+                 {},
+                 0,
+                 {w.o[0] + at, w.o[1] + at, w.o[2] + at},
+                 {w.d[0] + at, w.d[1] + at, w.d[2] + at},
+                 w.time + at,
+                 w.t + at,
+                 w.ray + at};
+  if (sphere) {
+    for (int c = 0; c < 3; ++c) a.center[c] = sphere->center[c];
+    a.radius2 = sphere->radius2;
+  }
+  const uint32_t k = nearRaysKernel(width)(a);
+  std::fill_n(w.light + at, k, light);
+  w.count += k;
+  arena.release(mark);
+}
+
+void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const {
+  for (const Sphere& s : near_) addNearRays(width, arena, camera, list, s.light, &s, found);
+  Found::Waiting& w = found.waiting;
+  for (uint32_t i = 0; i < list.count && near_.empty(); ++i) {
+    const uint32_t s = list.slots[i];
+    const float o[3] = {list.rays->o[0][s], list.rays->o[1][s], list.rays->o[2][s]},
+                d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]}, most = list.rays->tMax[s];
+    const float limit = isShadowless_ && !camera ? most : std::min(list.tHit[s], most);
+    boxes_.pass(o, d, limit, [&](uint32_t l) {
+      if (camera && !(lights_[l].flags & kSeenByCamera)) return;
+      const float reach = std::min(reachOf(lights_[l], camera, list, s), most);
+      if (!(reach > 0)) return;
+      if (w.count == w.room) askWaiting(width, arena, false, found);
+      for (int c = 0; c < 3; ++c) {
+        w.o[c][w.count] = o[c];
+        w.d[c][w.count] = d[c];
       }
-      const NearRaysArgs near{
-          n,         list.slots,         list.rays,          tHit, false, {s.center[0], s.center[1], s.center[2]},
-          s.radius2, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6], x[7],  which};
-      const uint32_t k = nearRaysKernel(width)(near);
-      for (uint32_t i = 0; i < k; ++i) add(which[i], s.light, x[7][i]);
-    }
-  } else {
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = list.slots[i];
-      const float o[3] = {list.rays->o[0][s], list.rays->o[1][s], list.rays->o[2][s]},
-                  d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]}, most = list.rays->tMax[s];
-      const float limit = isShadowless_ && !camera ? most : std::min(list.tHit[s], most);
-      boxes_.pass(o, d, limit, [&](uint32_t l) {
-        if (!seen(l)) return;
-        const float reach = std::min(reachOf(lights_[l], camera, list, s), most);
-        if (reach > 0) add(i, l, reach);
-      });
-    }
+      w.time[w.count] = list.rays->time[s];
+      w.t[w.count] = reach;
+      w.ray[w.count] = i;
+      w.light[w.count++] = l;
+    });
   }
-  askCandidates(width, arena, camera, list, found);
-  for (const uint32_t l : distant_) {
-    if (!seen(l)) continue;
-    for (uint32_t i = 0; i < n; ++i)
-      if (reachOf(lights_[l], camera, list, list.slots[i]) > kBeyond) add(i, l, INFINITY);
-  }
-  askCandidates(width, arena, camera, list, found);
+  askWaiting(width, arena, false, found);
+  for (const uint32_t l : distant_) addNearRays(width, arena, camera, list, l, nullptr, found);
+  askWaiting(width, arena, true, found);
 }
 
 void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {
   *out = LightHits{};
   if (!list.count || (camera && !isCameraSeen_)) return;
-  Found found;
-  findCandidates(width, arena, camera, list, found);
+  Found found(arena, list.count);
+  findLights(width, arena, camera, list, found);
   if (!found.count) return;
-  // By ray and light, whatever the order they were found in: what is summed for a path must not depend on its group.
+  // by ray; a ray's own lights come in an order that its group does not change
   uint32_t* order = arena.make<uint32_t>(found.count);
   bool isSorted = true;
-  const auto before = [&](uint32_t a, uint32_t b) {
-    return found.ray[a] != found.ray[b] ? found.ray[a] < found.ray[b] : found.light[a] < found.light[b];
-  };
   for (uint32_t e = 0; e < found.count; ++e) {
     order[e] = e;
-    isSorted = isSorted && (!e || before(e - 1, e));
+    isSorted = isSorted && (!e || found.ray[e - 1] <= found.ray[e]);
   }
-  if (!isSorted) std::sort(order, order + found.count, before);
+  if (!isSorted) {
+    uint32_t* at = arena.make<uint32_t>(list.count + 1);
+    std::fill_n(at, list.count + 1, 0u);
+    for (uint32_t e = 0; e < found.count; ++e) ++at[found.ray[e] + 1];
+    for (uint32_t i = 0; i < list.count; ++i) at[i + 1] += at[i];
+    for (uint32_t e = 0; e < found.count; ++e) order[at[found.ray[e]]++] = e;
+  }
 
   const uint32_t room = padded(found.count) + kPad;
   uint32_t *slot = arena.make<uint32_t>(room), *light = arena.make<uint32_t>(room);

@@ -124,8 +124,10 @@ class LightSet {
   };
   class Order;
   struct Found;
-  void findCandidates(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const;
-  void askCandidates(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const;
+  void findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const;
+  void addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
+                   const Sphere* sphere, Found& found) const;
+  void askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const;
   float reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const;
   void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
                       const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
