@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core.h"
+#include "lights.h"
 #include "shading.h"
 #include "simd/dispatch.h"
 
@@ -56,11 +57,20 @@ constexpr Group kShading[] = {
      "frame_vs_patterns: a frame whose materials are networks of ten shaders against the same with plug-ins"},
 };
 
+constexpr Group kLights[] = {
+    {"lights", &measureLights,
+     "ns_light_sample_10, light_growth_*: a light sample among 10, 1,000 and 1,000,000 small lights; "
+     "light_noise_vs_power: "
+     "its variance against choice by power; bytes_per_light, light_build_seconds"},
+};
+
 int list() {
   std::puts("core: the path tracing loop (ratios within one run, repetitions in turn, medians with least and most)");
   for (const Group& g : kCore) std::printf("  %-12s %s\n", g.name, g.meaning);
   std::puts("shading: the shading language");
   for (const Group& g : kShading) std::printf("  %-12s %s\n", g.name, g.meaning);
+  std::puts("lights: choice among many lights");
+  for (const Group& g : kLights) std::printf("  %-12s %s\n", g.name, g.meaning);
   return 0;
 }
 
@@ -74,7 +84,7 @@ int main(int count, char** values) {
   CLI::App app{"Measures Kinora. NAME is a family; `kinora-bench list` says what each measures and against what."};
   std::string name, json;
   Options options;
-  app.add_option("NAME", name, "a family (core, shading), or list")->required();
+  app.add_option("NAME", name, "a family (core, shading, lights), or list")->required();
   app.add_option("--json", json, "write the figures here as flat JSON");
   app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
   app.add_option("--only", options.filter, "only this group of the family's measures");
@@ -87,7 +97,7 @@ int main(int count, char** values) {
     return app.exit(e) ? 2 : 0;
   }
   if (name == "list") return list();
-  if (name != "core" && name != "shading") {
+  if (name != "core" && name != "shading" && name != "lights") {
     std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n",
                  name.c_str());
     return 2;
@@ -95,8 +105,9 @@ int main(int count, char** values) {
   Figures figures;
   bool ran = false;
   kinora::setThreadFloatMode();
-  const std::span<const Group> groups =
-      name == "core" ? std::span<const Group>(kCore) : std::span<const Group>(kShading);
+  const std::span<const Group> groups = name == "core"      ? std::span<const Group>(kCore)
+                                        : name == "shading" ? std::span<const Group>(kShading)
+                                                            : std::span<const Group>(kLights);
   for (const Group& g : groups) {
     if (!options.filter.empty() && options.filter != g.name) continue;
     std::printf("%s\n", g.name);

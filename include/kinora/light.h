@@ -1,24 +1,43 @@
 // The interface of a light: sampled from points (next-event estimation), hit by rays (the other half of multiple
-// importance sampling), and sampled for emitted rays (light paths). Called by light/ for groups of points that chose
-// the same light. Render space throughout; radiance is scene-linear Rec. 709.
+// importance sampling), and sampled for emitted rays (light paths). Functions belong to a kind: each lane of a call
+// has a light of its own, so that a thousand lamps of one plug-in fill the lanes as one does. Called by light/ for
+// groups of points that chose lights of one kind. Render space throughout; radiance is scene-linear Rec. 709.
 #pragma once
 #include <kinora/plugin.h>
 
 namespace kinora {
 
-// What the host needs to know of a light, filled once after create().
+// What the host needs to know of a light, filled once after create(). Lights are chosen by the irradiance that they
+// could bring to a point, so what is said here must hold: where a light does not reach by these words it is never
+// sampled.
 struct LightDescription {
   float center[3], radius;  // bounding sphere, render space; radius < 0: infinite (dome, distant)
   float power;              // average over RGB of the emitted power (W-like units), for choosing among lights;
-                            // infinite lights: radiance integral over directions, times pi R^2 of the world
+                            // infinite lights: radiance integral over directions. 0: black, and never asked
   int isInfinite;           // escaping rays see it
   int isDelta;              // no ray can hit it by chance
   int visibleToCamera;      // set by the host from attributes, 1 by default
   float diffuse, specular;  // factors on diffuse and specular lobes
+  // Bounding box, where it is tighter than the sphere; low = high = 0: that of the sphere.
+  float low[3], high[3];
+  // Finite lights: its normals lie within the angle of cosNormals about `axis` (unit), and it emits within the angle
+  // of cosEmission about each of them, in proportion to the cosine. axis 0: to all sides, whatever the cosines.
+  // Infinite lights: mean direction towards the light over its radiance; its length is 1 for a single direction and 0
+  // for light from all around.
+  float axis[3];
+  float cosNormals, cosEmission;
+  int isTwoSided;  // emits likewise about the opposite normals
+};
+
+// The lights of a call, by lane: instances of one plug-in. lightStride 1: an array of padded length; 0: all lanes
+// have light[0].
+struct LightLanes {
+  const void* const* light;
+  uint32_t lightStride;
 };
 
 // n points (padded); arrays of padded length.
-struct LightSampleArgs {
+struct LightSampleArgs : LightLanes {
   uint32_t count;
   const float* P[3];
   const float* time;
@@ -32,7 +51,7 @@ struct LightSampleArgs {
 };
 enum LightSampleFlags : uint32_t { kSampleDelta = 1 };
 
-struct LightRayArgs {
+struct LightRayArgs : LightLanes {
   uint32_t count;
   const float* o[3];
   const float* d[3];  // unit
@@ -45,7 +64,7 @@ struct LightRayArgs {
   float* pdf;          // evaluate: out, density per solid angle with which sample() from o makes d
 };
 
-struct LightEmitArgs {
+struct LightEmitArgs : LightLanes {
   uint32_t count;
   const float* u[4];
   const float* time;
@@ -58,11 +77,27 @@ struct LightEmitArgs {
   float* pdfDirection;  // out: per solid angle
 };
 
+// Rays that meet their light as evaluate()'s do: with which densities would emit() have made the light that comes
+// back along them? What bidirectional weights ask of a light that a path found.
+struct LightDensityArgs : LightLanes {
+  uint32_t count;
+  const float* o[3];
+  const float* d[3];  // unit, towards the light
+  const float* t;     // to the point on the light; any for infinite lights
+  const float* time;
+  float worldCenter[3], worldRadius;
+  float* N[3];          // out: unit normal at the point on the light (-d for infinite lights)
+  float* pdfPosition;   // out: per area, of the point; 0 where emit() makes no such ray
+  float* pdfDirection;  // out: per solid angle, of -d from there
+};
+
 struct LightFunctions {
-  void (*sample)(const void* light, const LightSampleArgs*);
-  void (*intersect)(const void* light, const LightRayArgs*);  // null for infinite and delta lights
-  void (*evaluate)(const void* light, const LightRayArgs*);
-  void (*emit)(const void* light, const LightEmitArgs*);
+  void (*sample)(const LightSampleArgs*);
+  void (*intersect)(const LightRayArgs*);  // null for infinite and delta lights
+  void (*evaluate)(const LightRayArgs*);
+  void (*emit)(const LightEmitArgs*);
+  void (*densities)(const LightDensityArgs*);  // null: delta lights, and lights that do not say
+  uint32_t mixes;  // 1: lanes with different lights cost as little as lanes with the same; 0: the host sorts them
 };
 
 struct LightTraits {

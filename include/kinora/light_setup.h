@@ -298,6 +298,49 @@ inline LightDescription describeSurfaceLight(const LightCommon& common, const Sh
   d.radius = float(radius);
   return d;
 }
+inline void setAxis(LightDescription& d, Double3 axis) {
+  d.axis[0] = float(axis.x);
+  d.axis[1] = float(axis.y);
+  d.axis[2] = float(axis.z);
+}
+// Where a surface emits to: its normals lie within the angle of cosNormals about `axis` (unit), shaping is measured
+// from them.
+inline void describeEmission(LightDescription& d, const Shaping& shaping, Double3 axis, double cosNormals = 1) {
+  setAxis(d, axis);
+  d.cosNormals = float(cosNormals);
+  d.cosEmission = shaping.coned && shaping.coneEnd < 1.5707f ? std::cos(shaping.coneEnd) : 0.f;
+}
+// The same for a closed surface, which emits to all sides but for its shaping, measured from `axis`.
+inline void describeClosedEmission(LightDescription& d, const Shaping& shaping, Double3 axis) {
+  const bool halved = shaping.focused && shaping.tint[0] == 0 && shaping.tint[1] == 0 && shaping.tint[2] == 0;
+  if (!shaping.coned && !halved) return;
+  setAxis(d, axis);
+  if (shaping.coned) {  // cut off, even within
+    d.cosNormals = std::cos(shaping.coneEnd < 3.1415f ? shaping.coneEnd : 3.1415927f);
+    d.cosEmission = 1;
+  } else {  // falls off with the cosine at least
+    d.cosNormals = 1;
+  }
+}
+// The box about points of the light. Starts as that of none.
+struct LightBox {
+  double low[3] = {1e300, 1e300, 1e300}, high[3] = {-1e300, -1e300, -1e300};
+  void add(Double3 p) {
+    const double q[3] = {p.x, p.y, p.z};
+    for (int c = 0; c < 3; ++c) {
+      low[c] = std::fmin(low[c], q[c]);
+      high[c] = std::fmax(high[c], q[c]);
+    }
+  }
+  // Wider by what rounding to single precision may take.
+  void describe(LightDescription& d) const {
+    for (int c = 0; c < 3 && low[0] <= high[0]; ++c) {
+      const double slack = 1e-6 * (std::fabs(low[c]) + std::fabs(high[c]) + d.radius);
+      d.low[c] = float(low[c] - slack);
+      d.high[c] = float(high[c] + slack);
+    }
+  }
+};
 
 // A light map ready for lookups: interleaved texels, top row first. Points at the host's pixels when nothing is to be
 // changed in them (the host keeps them for the world's life), else at its own copy.

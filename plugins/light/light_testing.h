@@ -116,7 +116,9 @@ class TestLight {
   // columns of Rays: 0..2 P, 3 4 u; out 5..7 wi, 8 distance, 9..11 radiance, 12 pdf; flags apart
   void sample(Rays& r, std::vector<uint32_t>* flagsOut = nullptr) const {
     std::vector<uint32_t> flags(r.a[0].size());
+    const void* light = data_;
     LightSampleArgs a{};
+    a.light = &light;
     a.count = r.n;
     for (int c = 0; c < 3; ++c) {
       a.P[c] = r.a[c].data();
@@ -130,13 +132,15 @@ class TestLight {
     a.distance = r.a[8].data();
     a.pdf = r.a[12].data();
     a.flags = flags.data();
-    functions().sample(data_, &a);
+    functions().sample(&a);
     if (flagsOut) *flagsOut = flags;
   }
   // columns: 0..2 o, 5..7 d, 8 t; out 13..15 radiance, 16 pdf. Lanes that do not hit give 0.
   void look(Rays& r) const {
     std::vector<uint32_t> hit(r.a[0].size(), 1);
+    const void* light = data_;
     LightRayArgs a{};
+    a.light = &light;
     a.count = r.n;
     for (int c = 0; c < 3; ++c) {
       a.o[c] = r.a[c].data();
@@ -148,15 +152,17 @@ class TestLight {
     a.pdf = r.a[16].data();
     a.hit = hit.data();
     a.worldRadius = worldRadius;
-    if (functions().intersect) functions().intersect(data_, &a);
-    functions().evaluate(data_, &a);
+    if (functions().intersect) functions().intersect(&a);
+    functions().evaluate(&a);
     for (uint32_t i = 0; i < r.n; ++i)
       if (!hit[i])
         for (int c = 13; c <= 16; ++c) r.a[c][i] = 0;
   }
   // evaluate alone, at the directions and distances that sample() made
   void evaluate(Rays& r) const {
+    const void* light = data_;
     LightRayArgs a{};
+    a.light = &light;
     a.count = r.n;
     for (int c = 0; c < 3; ++c) {
       a.o[c] = r.a[c].data();
@@ -167,11 +173,13 @@ class TestLight {
     a.t = r.a[8].data();
     a.pdf = r.a[16].data();
     a.worldRadius = worldRadius;
-    functions().evaluate(data_, &a);
+    functions().evaluate(&a);
   }
   // columns: 0..3 u; out 4..6 o, 7..9 d, 10..12 N, 13..15 radiance, 16 pdfPosition, 17 pdfDirection
   void emit(Rays& r) const {
+    const void* light = data_;
     LightEmitArgs a{};
+    a.light = &light;
     a.count = r.n;
     for (int c = 0; c < 4; ++c) a.u[c] = r.a[c].data();
     a.time = r.a[23].data();
@@ -185,7 +193,7 @@ class TestLight {
     a.pdfPosition = r.a[16].data();
     a.pdfDirection = r.a[17].data();
     a.worldRadius = worldRadius;
-    functions().emit(data_, &a);
+    functions().emit(&a);
   }
 
   LightDescription description{};

@@ -4,77 +4,196 @@
 #include <cmath>
 #include <cstring>
 
+#include "light/choose.h"
+#include "light/light_order.h"
 #include "light/near_rays.h"
 
 namespace kinora::light {
 
 namespace {
 
-// Multiplies radiance by the light's filters: the same numbers for a sample and for a ray that met the light.
-void filterRadiance(const LightEntry& l, uint32_t width, Arena& arena, uint32_t count, const float* const P[3],
-                    const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
-                    bool uniformOnly = false) {
-  if (l.filters.empty() || !count) return;
-  const uint32_t n = padded(count);
-  float* factor[3];
-  for (float*& f : factor) f = arena.make<float>(n);
-  for (const LightFilterEntry& f : l.filters) {
-    if (uniformOnly && !f.isUniform) continue;
-    const LightFilterArgs a{
-        count, {P[0], P[1], P[2]}, {wi[0], wi[1], wi[2]}, distance, time, {factor[0], factor[1], factor[2]}};
-    f.byWidth[width]->factor(f.instance, &a);
-    for (int c = 0; c < 3; ++c)
-      for (uint32_t i = 0; i < count; ++i) radiance[c][i] *= factor[c][i];
-  }
+constexpr uint32_t kMostNear = 8;   // lights that are tried one by one
+constexpr uint32_t kBatch = 2048;   // pairs of a ray and a light that are asked at once
+constexpr float kBeyond = 3.4e38f;  // distances past it are infinite
+
+template <class T>
+T* grown(Arena& arena, const T* old, uint32_t count, uint32_t room) {
+  T* x = arena.make<T>(room + kPad);
+  if (count) std::memcpy(x, old, count * sizeof(T));
+  return x;
+}
+
+bool isUsable(const LightDescription& d) {
+  bool is = std::isfinite(d.power) && (d.isInfinite || (d.radius >= 0 && std::isfinite(d.radius)));
+  for (int c = 0; c < 3; ++c)
+    is = is && std::isfinite(d.center[c]) && std::isfinite(d.low[c]) && std::isfinite(d.high[c]) &&
+         std::isfinite(d.axis[c]);
+  return is;
+}
+
+void padFloats(float* x, uint32_t n) {
+  for (uint32_t i = n; n && i < padded(n); ++i) x[i] = x[n - 1];
 }
 
 }  // namespace
 
-LightSet::LightSet(std::vector<LightEntry> lights, std::vector<std::vector<uint32_t>> linkSets,
-                   const float worldCenter[3], float worldRadius)
-    : lights_(std::move(lights)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
-  if (linkSets.empty()) linkSets.push_back({});
-  for (auto& list : linkSets) {
-    LinkSet s;
-    s.lights = std::move(list);
-    s.pdfOfLight.assign(lights_.size(), 0.f);
-    double total = 0;
-    for (uint32_t i : s.lights) total += std::max(0.f, lights_[i].description.power);
-    // half by power, half evenly: a light of little power may still be the one next to the point
-    double sum = 0;
-    for (uint32_t i : s.lights) {
-      const double even = 1.0 / double(s.lights.size());
-      const double share = total > 0 ? std::max(0.f, lights_[i].description.power) / total : even;
-      const double p = 0.5 * share + 0.5 * even;
-      sum += p;
-      s.cdf.push_back(float(sum));
-      s.pdfOfLight[i] = float(p);
+class LightSet::Order : public LightOrder {
+ public:
+  Order(const LightSet& set, uint32_t width, Arena& arena, uint32_t n, const uint32_t* light)
+      : LightOrder(
+            arena, uint32_t(set.kinds_.size()), n, light, [&](uint32_t l) { return uint32_t(set.lights_[l].kind); },
+            [&](uint32_t k) { return set.kinds_[k].byWidth[width]->mixes != 0; },
+            [&](uint32_t l) { return set.lights_[l].instance; }) {}
+};
+
+LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
+                   const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius)
+    : kinds_(std::move(kinds)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
+  std::vector<LightDescription> descriptions;
+  descriptions.reserve(lights.size());
+  for (const LightEntry& l : lights) {
+    descriptions.push_back(l.description);
+    // a light that stands nowhere shines nowhere
+    if (!isUsable(l.description)) descriptions.back().power = 0;
+  }
+  tree_ = LightTree(descriptions);
+  links_ = LinkSets(tree_, linkSets.empty() ? std::vector<std::vector<uint32_t>>(1) : linkSets);
+
+  std::vector<LightBox3> boxes;
+  std::vector<uint32_t> boxed;
+  std::vector<double> power;
+  double total = 0;
+  lights_.reserve(lights.size());
+  for (uint32_t i = 0; i < lights.size(); ++i) {
+    LightEntry& l = lights[i];
+    const LightDescription& d = l.description;
+    const bool isLit = tree_.places()[i].leaf != LightTree::kNone;
+    Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNoFilters, uint16_t(l.kind), 0};
+    r.flags = uint8_t((l.castsShadow ? kCastsShadow : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |
+                      (l.visibility & kLightSeenByMirrors ? kSeenByMirrors : 0) | (d.isDelta ? kDelta : 0) |
+                      (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack));
+    if (!l.filters.empty()) {
+      r.filters = uint32_t(filters_.size());
+      filters_.push_back(std::move(l.filters));
     }
-    if (!s.cdf.empty()) s.cdf.back() = 1.f;
-    sets_.push_back(std::move(s));
+    if (isLit && !d.isDelta) {
+      isCameraSeen_ = isCameraSeen_ || (r.flags & kSeenByCamera);
+      isShadowless_ = isShadowless_ || !(r.flags & kCastsShadow);
+      if (d.isInfinite) {
+        distant_.push_back(i);
+      } else {
+        LightBox3 b;
+        const bool isBoxed = d.low[0] < d.high[0] || d.low[1] < d.high[1] || d.low[2] < d.high[2];
+        for (int c = 0; c < 3; ++c) {
+          b.low[c] = isBoxed ? d.low[c] : d.center[c] - d.radius * 1.0001f;
+          b.high[c] = isBoxed ? d.high[c] : d.center[c] + d.radius * 1.0001f;
+        }
+        boxes.push_back(b);
+        boxed.push_back(i);
+      }
+    }
+    // half by power, half evenly: a light of little power may still be the one next to the point
+    power.push_back(isLit ? std::min(double(descriptions[i].power), 1e24) *
+                                (d.isInfinite ? 3.14159265358979 * double(radius_) * double(radius_) : 1)
+                          : -1);
+    if (isLit) total += power.back();
+    lights_.push_back(std::move(r));
+  }
+  if (boxed.size() <= kMostNear) {
+    for (const uint32_t i : boxed) {
+      const LightDescription& d = descriptions[i];
+      near_.push_back({i, {d.center[0], d.center[1], d.center[2]}, d.radius * d.radius * 1.0001f});
+    }
+  } else {
+    boxes_ = LightBoxes(boxes, boxed);
+  }
+  const auto lit = double(std::count_if(power.begin(), power.end(), [](double p) { return p >= 0; }));
+  double sum = 0;
+  emission_.reserve(power.size());
+  for (const double p : power) {
+    if (p >= 0) sum += total > 0 ? 0.5 * p / total + 0.5 / lit : 1 / lit;
+    emission_.push_back(float(std::min(sum, 1.0)));
+  }
+  for (size_t i = emission_.size(); lit > 0 && i-- > 0;) {  // the last that emits takes what rounding left
+    emission_[i] = 1;
+    if (power[i] >= 0) break;
   }
 }
 
-uint32_t LightSet::choose(const LinkSet& s, float u, float* pdf, float* rest) const {
-  const size_t k =
-      std::min<size_t>(std::upper_bound(s.cdf.begin(), s.cdf.end(), u) - s.cdf.begin(), s.cdf.size() - 1);
-  const float below = k ? s.cdf[k - 1] : 0.f;
-  *pdf = s.pdfOfLight[s.lights[k]];
-  *rest = std::min((u - below) / std::max(s.cdf[k] - below, 1e-20f), 0.99999994f);
-  return s.lights[k];
+size_t LightSet::bytes() const {
+  size_t n = lights_.size() * sizeof(Record) + tree_.nodes().size() * sizeof(TreeNode) +
+             tree_.places().size() * sizeof(LightTree::Place) + links_.bytes() + boxes_.bytes() +
+             near_.size() * sizeof(Sphere) + (distant_.size() + emission_.size()) * 4;
+  for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
+  return n;
 }
 
-bool LightSet::hasChoice() const { return sets_.size() > 1 || sets_[0].lights.size() > 1; }
+bool LightSet::hasChoice() const { return tree_.topCount() > 1 || tree_.isDeep() || !links_.areAllWhole(); }
 
-float LightSet::choicePdf(uint32_t linkSet, uint32_t light) const { return sets_[linkSet].pdfOfLight[light]; }
+bool LightSet::isLinked(uint32_t linkSet, uint32_t light) const {
+  const uint32_t leaf = tree_.places()[light].leaf;
+  return leaf != LightTree::kNone && links_.has(linkSet, leaf);
+}
+
+void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* light, float* out) const {
+  if (!p.count) return;
+  if (!hasChoice()) {
+    for (uint32_t i = 0; i < p.count; ++i) out[i] = tree_.places()[light[i]].leaf != LightTree::kNone ? 1.f : 0.f;
+    return;
+  }
+  ChooseArgs a{&tree_, &links_, p.count, {p.P[0], p.P[1], p.P[2]}, {p.N[0], p.N[1], p.N[2]}, p.linkSet,
+               {},     nullptr, nullptr};
+  a.light = const_cast<uint32_t*>(light);
+  a.probability = out;
+  probabilityKernel(width)(a);
+}
+
+// Multiplies radiance by the lights' filters: the same numbers for a sample and for a ray that met the light.
+void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, const uint32_t* light,
+                              const float* const P[3], const float* const wi[3], const float* distance,
+                              const float* time, float* const radiance[3], bool uniformOnly) const {
+  if (filters_.empty()) return;
+  uint32_t* list = arena.make<uint32_t>(padded(count) + kPad);
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < count; ++i)
+    if (light[i] != kNoLight && lights_[light[i]].filters != kNoFilters) list[n++] = i;
+  if (!n) return;
+  std::sort(list, list + n,
+            [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
+  float *x[8], *factor[3];
+  for (float*& f : x) f = arena.make<float>(padded(n) + kPad);
+  for (float*& f : factor) f = arena.make<float>(padded(n) + kPad);
+  for (uint32_t from = 0, to; from < n; from = to) {
+    const uint32_t l = light[list[from]];
+    for (to = from; to < n && light[list[to]] == l;) ++to;
+    const uint32_t m = to - from;
+    for (uint32_t i = 0; i < padded(m); ++i) {
+      const uint32_t e = list[from + std::min(i, m - 1)];
+      for (int c = 0; c < 3; ++c) {
+        x[c][i] = P[c][e];
+        x[3 + c][i] = wi[c][e];
+      }
+      x[6][i] = distance[e];
+      x[7][i] = time ? time[e] : 0.f;
+    }
+    for (const LightFilterEntry& f : filters_[lights_[l].filters]) {
+      if (uniformOnly && !f.isUniform) continue;
+      const LightFilterArgs a{
+          m, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6], x[7], {factor[0], factor[1], factor[2]}};
+      f.byWidth[width]->factor(f.instance, &a);
+      for (int c = 0; c < 3; ++c)
+        for (uint32_t i = 0; i < m; ++i) radiance[c][list[from + i]] *= factor[c][i];
+    }
+  }
+}
 
 void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSamples* out) const {
   const uint32_t n = p.padded;
   float* wi[3];
   float* radiance[3];
   for (int c = 0; c < 3; ++c) {
-    wi[c] = arena.make<float>(n);
-    radiance[c] = arena.make<float>(n);
+    out->wi[c] = wi[c] = arena.make<float>(n);
+    out->radiance[c] = radiance[c] = arena.make<float>(n);
   }
   float* distance = arena.make<float>(n);
   float* pdf = arena.make<float>(n);
@@ -82,314 +201,382 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   float* specular = arena.make<float>(n);
   uint32_t* flags = arena.make<uint32_t>(n);
   uint32_t* light = arena.make<uint32_t>(n);
-  for (int c = 0; c < 3; ++c) {
-    out->wi[c] = wi[c];
-    out->radiance[c] = radiance[c];
-  }
   out->distance = distance;
   out->pdf = pdf;
   out->diffuse = diffuse;
   out->specular = specular;
   out->flags = flags;
   out->light = light;
+  if (!p.count) return;
 
-  LightSampleArgs a{};
-  for (int c = 0; c < 3; ++c) a.worldCenter[c] = center_[c];
-  a.worldRadius = radius_;
-  if (!hasChoice() && !sets_[0].lights.empty()) {
-    // the common case of few lights: no regrouping
-    const uint32_t index = sets_[0].lights[0];
-    const LightEntry& l = lights_[index];
-    a.count = p.count;
-    for (int c = 0; c < 3; ++c) {
-      a.P[c] = p.P[c];
-      a.wi[c] = wi[c];
-      a.radiance[c] = radiance[c];
-    }
-    a.time = p.time;
-    a.u[0] = p.u[0];
-    a.u[1] = p.u[1];
-    a.distance = distance;
-    a.pdf = pdf;
-    a.flags = flags;
-    l.byWidth[width]->sample(l.instance, &a);
-    filterRadiance(l, width, arena, a.count, a.P, wi, distance, a.time, radiance);
-    if (!l.castsShadow) std::fill_n(distance, n, 0.f);
-    std::fill_n(diffuse, n, l.description.diffuse);
-    std::fill_n(specular, n, l.description.specular);
-    std::fill_n(light, n, index);
-    return;
-  }
-
-  // Choose a light for each point, then ask each light for all its points at once (counting sort by light).
   const Arena::Mark mark = arena.mark();
-  float* choice = arena.make<float>(n);
-  uint32_t* count = arena.make<uint32_t>(lights_.size() + 1);
-  std::memset(count, 0, (lights_.size() + 1) * sizeof(uint32_t));
-  for (uint32_t i = 0; i < p.count; ++i) {
-    const LinkSet& s = sets_[p.linkSet ? p.linkSet[i] : 0];
-    if (s.lights.empty()) {
-      light[i] = kNoLight;
-      continue;
-    }
-    float rest;
-    light[i] = choose(s, p.uChoice[i], &choice[i], &rest);
-    ++count[light[i] + 1];
+  float* choice = nullptr;
+  if (tree_.topCount() && hasChoice()) {
+    choice = arena.make<float>(n);
+    chooseKernel(width)({&tree_,
+                         &links_,
+                         n,
+                         {p.P[0], p.P[1], p.P[2]},
+                         {p.N[0], p.N[1], p.N[2]},
+                         p.linkSet,
+                         {p.uChoice[0], p.uChoice[1]},
+                         light,
+                         choice});
+  } else {
+    std::fill_n(light, n, tree_.topCount() ? tree_.nodes()[tree_.top()[0].node].child & ~kLeaf : kNoLight);
   }
-  for (size_t l = 0; l < lights_.size(); ++l) count[l + 1] += count[l];
-  uint32_t* order = arena.make<uint32_t>(n);
-  uint32_t* cursor = arena.make<uint32_t>(lights_.size() + 1);
-  std::memcpy(cursor, count, (lights_.size() + 1) * sizeof(uint32_t));
-  for (uint32_t i = 0; i < p.count; ++i)
-    if (light[i] != kNoLight)
-      order[cursor[light[i]]++] = i;
-    else
-      pdf[i] = 0, flags[i] = 0, distance[i] = 0, wi[0][i] = 0, wi[1][i] = 0, wi[2][i] = 1,
-      diffuse[i] = specular[i] = 0, radiance[0][i] = radiance[1][i] = radiance[2][i] = 0;
-  float* t[13];
-  for (float*& x : t) x = arena.make<float>(n + kPad);
-  uint32_t* f = arena.make<uint32_t>(n + kPad);
-  for (size_t l = 0; l < lights_.size(); ++l) {
-    const uint32_t first = count[l], m = count[l + 1] - first;
-    if (!m) continue;
-    const uint32_t np = padded(m);
-    for (uint32_t i = 0; i < np; ++i) {
-      const uint32_t j = order[first + std::min(i, m - 1)];
-      for (int c = 0; c < 3; ++c) t[c][i] = p.P[c][j];
-      t[3][i] = p.time[j];
-      t[4][i] = p.u[0][j];
-      t[5][i] = p.u[1][j];
-    }
-    a.count = m;
+  const Order order(*this, width, arena, p.count, light);
+  const float* const in[6] = {order.take(p.P[0]), order.take(p.P[1]), order.take(p.P[2]),
+                              order.take(p.time), order.take(p.u[0]), order.take(p.u[1])};
+  float* const outputs[8] = {wi[0], wi[1], wi[2], distance, radiance[0], radiance[1], radiance[2], pdf};
+  float* ordered[8];
+  for (int k = 0; k < 8; ++k) ordered[k] = order.room(outputs[k]);
+  uint32_t* orderedFlags = order.room(flags);
+  for (uint32_t r = 0; r < order.runCount(); ++r) {
+    const LightOrder::Run& run = order.run(r);
+    LightSampleArgs a{};
+    order.setLights(a, run);
+    setWorld(a);
+    a.count = run.count;
+    const uint32_t at = run.from;
     for (int c = 0; c < 3; ++c) {
-      a.P[c] = t[c];
-      a.wi[c] = t[6 + c];
-      a.radiance[c] = t[9 + c];
+      a.P[c] = in[c] + at;
+      a.wi[c] = ordered[c] + at;
+      a.radiance[c] = ordered[4 + c] + at;
     }
-    a.time = t[3];
-    a.u[0] = t[4];
-    a.u[1] = t[5];
-    a.distance = t[12];
-    a.flags = f;
-    float* pdfs = arena.make<float>(np);
-    a.pdf = pdfs;
-    const LightEntry& entry = lights_[l];
-    entry.byWidth[width]->sample(entry.instance, &a);
-    filterRadiance(entry, width, arena, m, a.P, a.wi, a.distance, a.time, a.radiance);
-    for (uint32_t i = 0; i < m; ++i) {
-      const uint32_t j = order[first + i];
-      for (int c = 0; c < 3; ++c) {
-        wi[c][j] = t[6 + c][i];
-        radiance[c][j] = t[9 + c][i];
-      }
-      distance[j] = entry.castsShadow ? t[12][i] : 0.f;
-      // the choice's probability divides the estimate: discrete lights carry it in pdf too
-      pdf[j] = pdfs[i] * choice[j];
-      flags[j] = f[i];
-      diffuse[j] = entry.description.diffuse;
-      specular[j] = entry.description.specular;
-    }
+    a.time = in[3] + at;
+    a.u[0] = in[4] + at;
+    a.u[1] = in[5] + at;
+    a.distance = ordered[3] + at;
+    a.pdf = ordered[7] + at;
+    a.flags = orderedFlags + at;
+    kinds_[run.kind].byWidth[width]->sample(&a);
+  }
+  for (int k = 0; k < 8; ++k) order.put(ordered[k], outputs[k]);
+  order.put(orderedFlags, flags);
+  for (uint32_t i = 0; i < p.count; ++i) {
+    if (light[i] != kNoLight) continue;
+    for (float* x : outputs) x[i] = 0;
+    wi[2][i] = 1;
+    flags[i] = 0;
+  }
+  filterRadiance(width, arena, p.count, light, p.P, wi, distance, p.time, radiance, false);
+  for (uint32_t i = 0; i < p.count; ++i) {
+    const bool some = light[i] != kNoLight;
+    diffuse[i] = some ? lights_[light[i]].diffuse : 0.f;
+    specular[i] = some ? lights_[light[i]].specular : 0.f;
+    if (some && !(lights_[light[i]].flags & kCastsShadow)) distance[i] = 0;
+    // the choice's probability divides the estimate: discrete lights carry it in pdf too
+    if (choice) pdf[i] *= choice[i];
   }
   arena.release(mark);
-  for (uint32_t i = p.count; i < n && p.count; ++i) {
-    const uint32_t j = p.count - 1;
-    for (int c = 0; c < 3; ++c) {
-      wi[c][i] = wi[c][j];
-      radiance[c][i] = radiance[c][j];
-    }
-    distance[i] = distance[j];
-    pdf[i] = pdf[j];
-    flags[i] = flags[j];
-    light[i] = light[j];
-    diffuse[i] = diffuse[j];
-    specular[i] = specular[j];
+  for (float* x : outputs) padFloats(x, p.count);
+  padFloats(diffuse, p.count);
+  padFloats(specular, p.count);
+  for (uint32_t i = p.count; i < n; ++i) {
+    flags[i] = flags[p.count - 1];
+    light[i] = light[p.count - 1];
   }
 }
 
-// How far each ray of the list looks for the light, by slot.
-const float* LightSet::reachOf(const LightEntry& light, Arena& arena, const RayList& list) const {
-  const bool inMirrors = light.visibility & 2;
-  if (light.castsShadow && inMirrors) return list.tHit;
-  uint32_t slots = 0;
-  for (uint32_t i = 0; i < list.count; ++i) slots = std::max(slots, list.slots[i] + 1);
-  float* reach = arena.make<float>(padded(slots));
-  for (uint32_t i = 0; i < list.count; ++i) {
-    const uint32_t s = list.slots[i];
-    if (list.origin[s] & kFromDiscrete)
-      reach[s] = inMirrors ? list.tHit[s] : 0.f;
-    else
-      reach[s] = light.castsShadow ? list.tHit[s] : INFINITY;
+// How far a ray of the list looks for a light.
+float LightSet::reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const {
+  if (camera) return list.tHit[slot];
+  const bool inMirrors = light.flags & kSeenByMirrors;
+  if (list.origin && (list.origin[slot] & kFromDiscrete)) return inMirrors ? list.tHit[slot] : 0.f;
+  return light.flags & kCastsShadow ? list.tHit[slot] : INFINITY;
+}
+
+// Lights met, growing: `ray` is the index in the list. And the rays that wait to be asked of a light each.
+struct LightSet::Found {
+  uint32_t count = 0, room = 0;
+  uint32_t *ray = nullptr, *light = nullptr;
+  float *t = nullptr, *pdf = nullptr, *radiance[3] = {};
+  struct Waiting {
+    uint32_t count = 0, room = 0;
+    float *o[3], *d[3], *time, *t;
+    uint32_t *ray, *light;
+  } waiting;
+  Found(Arena& arena, uint32_t rays) {
+    waiting.room = std::max(kBatch, padded(rays));
+    const uint32_t n = waiting.room + 2 * kPad;
+    for (int c = 0; c < 3; ++c) {
+      waiting.o[c] = arena.make<float>(n);
+      waiting.d[c] = arena.make<float>(n);
+    }
+    waiting.time = arena.make<float>(n);
+    waiting.t = arena.make<float>(n);
+    waiting.ray = arena.make<uint32_t>(n);
+    waiting.light = arena.make<uint32_t>(n);
   }
-  return reach;
+  void reserve(Arena& arena, uint32_t more) {
+    if (count + more <= room) return;
+    room = std::max(2 * room, count + more + 256);
+    ray = grown(arena, ray, count, room);
+    light = grown(arena, light, count, room);
+    t = grown(arena, t, count, room);
+    pdf = grown(arena, pdf, count, room);
+    for (float*& x : radiance) x = grown(arena, x, count, room);
+  }
+};
+
+// Asks whether the waiting rays hit their lights, and of those that do what they bring.
+void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const {
+  Found::Waiting& w = found.waiting;
+  uint32_t n = w.count;
+  w.count = 0;
+  if (!n) return;
+  found.reserve(arena, n);
+  const Arena::Mark mark = arena.mark();
+  float* const arrays[8] = {w.o[0], w.o[1], w.o[2], w.d[0], w.d[1], w.d[2], w.time, w.t};
+  for (float* x : arrays) padFloats(x, n);
+  if (!areInfinite) {
+    uint32_t* met = arena.make<uint32_t>(padded(n) + kPad);
+    const Order order(*this, width, arena, n, w.light);
+    const float* in[7];
+    for (int k = 0; k < 7; ++k) in[k] = order.take(arrays[k]);
+    float* t = const_cast<float*>(order.take(w.t));
+    uint32_t* hit = order.room(met);
+    for (uint32_t r = 0; r < order.runCount(); ++r) {
+      const LightOrder::Run& run = order.run(r);
+      LightRayArgs a{};
+      order.setLights(a, run);
+      setWorld(a);
+      a.count = run.count;
+      for (int c = 0; c < 3; ++c) {
+        a.o[c] = in[c] + run.from;
+        a.d[c] = in[3 + c] + run.from;
+      }
+      a.time = in[6] + run.from;
+      a.t = t + run.from;
+      a.hit = hit + run.from;
+      if (const auto intersect = kinds_[run.kind].byWidth[width]->intersect)
+        intersect(&a);
+      else
+        std::fill_n(a.hit, padded(run.count), 0u);
+    }
+    order.put(t, w.t);
+    order.put(hit, met);
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (!met[i]) continue;
+      if (m != i) {
+        for (float* x : arrays) x[m] = x[i];
+        w.ray[m] = w.ray[i];
+        w.light[m] = w.light[i];
+      }
+      ++m;
+    }
+    n = m;
+    for (float* x : arrays) padFloats(x, n);
+  }
+  if (n) {
+    float *radiance[3], *pdf = arena.make<float>(padded(n) + kPad);
+    for (float*& x : radiance) x = arena.make<float>(padded(n) + kPad);
+    const Order order(*this, width, arena, n, w.light);
+    const float* in[8];
+    for (int k = 0; k < 8; ++k) in[k] = order.take(arrays[k]);
+    float* const outputs[4] = {radiance[0], radiance[1], radiance[2], pdf};
+    float* ordered[4];
+    for (int k = 0; k < 4; ++k) ordered[k] = order.room(outputs[k]);
+    for (uint32_t r = 0; r < order.runCount(); ++r) {
+      const LightOrder::Run& run = order.run(r);
+      LightRayArgs a{};
+      order.setLights(a, run);
+      setWorld(a);
+      a.count = run.count;
+      for (int c = 0; c < 3; ++c) {
+        a.o[c] = in[c] + run.from;
+        a.d[c] = in[3 + c] + run.from;
+        a.radiance[c] = ordered[c] + run.from;
+      }
+      a.time = in[6] + run.from;
+      a.t = const_cast<float*>(in[7]) + run.from;
+      a.pdf = ordered[3] + run.from;
+      kinds_[run.kind].byWidth[width]->evaluate(&a);
+    }
+    for (int k = 0; k < 4; ++k) order.put(ordered[k], outputs[k]);
+    if (!filters_.empty()) {
+      // as sample() says it: infinite lights are infinitely far
+      float* far = w.t;
+      if (areInfinite) {
+        far = arena.make<float>(padded(n) + kPad);
+        std::fill_n(far, padded(n), INFINITY);
+      }
+      filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, radiance, false);
+    }
+    for (uint32_t i = 0; i < n; ++i) {
+      if (areInfinite && radiance[0][i] == 0 && radiance[1][i] == 0 && radiance[2][i] == 0) continue;
+      const uint32_t e = found.count++;
+      found.ray[e] = w.ray[i];
+      found.light[e] = w.light[i];
+      found.t[e] = w.t[i];
+      found.pdf[e] = pdf[i];
+      for (int c = 0; c < 3; ++c) found.radiance[c][e] = radiance[c][i];
+    }
+  }
+  arena.release(mark);
+}
+
+// The rays of the list that come near one light.
+void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
+                           const Sphere* sphere, Found& found) const {
+  const Record& l = lights_[light];
+  if (camera && !(l.flags & kSeenByCamera)) return;
+  Found::Waiting& w = found.waiting;
+  if (w.count + padded(list.count) > w.room) askWaiting(width, arena, !sphere, found);
+  const Arena::Mark mark = arena.mark();
+  const float* tHit = list.tHit;
+  if (!camera && (l.flags & (kCastsShadow | kSeenByMirrors)) != (kCastsShadow | kSeenByMirrors)) {
+    uint32_t slots = 0;
+    for (uint32_t i = 0; i < list.count; ++i) slots = std::max(slots, list.slots[i] + 1);
+    float* reach = arena.make<float>(padded(slots) + kPad);
+    for (uint32_t i = 0; i < list.count; ++i) reach[list.slots[i]] = reachOf(l, camera, list, list.slots[i]);
+    tHit = reach;
+  }
+  const uint32_t at = w.count;
+  NearRaysArgs a{list.count,
+                 list.slots,
+                 list.rays,
+                 tHit,
+                 !sphere,
+                 {},
+                 0,
+                 {w.o[0] + at, w.o[1] + at, w.o[2] + at},
+                 {w.d[0] + at, w.d[1] + at, w.d[2] + at},
+                 w.time + at,
+                 w.t + at,
+                 w.ray + at};
+  if (sphere) {
+    for (int c = 0; c < 3; ++c) a.center[c] = sphere->center[c];
+    a.radius2 = sphere->radius2;
+  }
+  const uint32_t k = nearRaysKernel(width)(a);
+  std::fill_n(w.light + at, k, light);
+  w.count += k;
+  arena.release(mark);
+}
+
+void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const {
+  for (const Sphere& s : near_) addNearRays(width, arena, camera, list, s.light, &s, found);
+  Found::Waiting& w = found.waiting;
+  for (uint32_t i = 0; i < list.count && near_.empty(); ++i) {
+    const uint32_t s = list.slots[i];
+    const float o[3] = {list.rays->o[0][s], list.rays->o[1][s], list.rays->o[2][s]},
+                d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]}, most = list.rays->tMax[s];
+    const float limit = isShadowless_ && !camera ? most : std::min(list.tHit[s], most);
+    boxes_.pass(o, d, limit, [&](uint32_t l) {
+      if (camera && !(lights_[l].flags & kSeenByCamera)) return;
+      const float reach = std::min(reachOf(lights_[l], camera, list, s), most);
+      if (!(reach > 0)) return;
+      if (w.count == w.room) askWaiting(width, arena, false, found);
+      for (int c = 0; c < 3; ++c) {
+        w.o[c][w.count] = o[c];
+        w.d[c][w.count] = d[c];
+      }
+      w.time[w.count] = list.rays->time[s];
+      w.t[w.count] = reach;
+      w.ray[w.count] = i;
+      w.light[w.count++] = l;
+    });
+  }
+  askWaiting(width, arena, false, found);
+  for (const uint32_t l : distant_) addNearRays(width, arena, camera, list, l, nullptr, found);
+  askWaiting(width, arena, true, found);
 }
 
 void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {
   *out = LightHits{};
-  if (!list.count || lights_.empty()) return;
-  const uint32_t n = list.count, np = padded(n) + kPad;
-  // most entries possible: each ray meets each light
-  uint32_t able = 0;
-  for (const LightEntry& l : lights_) able += !l.description.isDelta && (!camera || (l.visibility & 1));
-  if (!able) return;
-  const uint64_t most = uint64_t(able) * n;
-  uint32_t* slot = arena.make<uint32_t>(most);
-  float* radiance[3];
-  for (float*& r : radiance) r = arena.make<float>(most);
-  float* pdf = arena.make<float>(most);
-  float* tOut = arena.make<float>(most);
-  float* diffuse = arena.make<float>(most);
-  float* specular = arena.make<float>(most);
-  uint32_t* light = arena.make<uint32_t>(most);
-  uint32_t* blocks = arena.make<uint32_t>(most);
-  uint32_t* rayOf = arena.make<uint32_t>(most);
+  if (!list.count || (camera && !isCameraSeen_)) return;
+  Found found(arena, list.count);
+  findLights(width, arena, camera, list, found);
+  if (!found.count) return;
+  // by ray; a ray's own lights come in an order that its group does not change
+  uint32_t* order = arena.make<uint32_t>(found.count);
+  bool isSorted = true;
+  for (uint32_t e = 0; e < found.count; ++e) {
+    order[e] = e;
+    isSorted = isSorted && (!e || found.ray[e - 1] <= found.ray[e]);
+  }
+  if (!isSorted) {
+    uint32_t* at = arena.make<uint32_t>(list.count + 1);
+    std::fill_n(at, list.count + 1, 0u);
+    for (uint32_t e = 0; e < found.count; ++e) ++at[found.ray[e] + 1];
+    for (uint32_t i = 0; i < list.count; ++i) at[i + 1] += at[i];
+    for (uint32_t e = 0; e < found.count; ++e) order[at[found.ray[e]]++] = e;
+  }
+
+  const uint32_t room = padded(found.count) + kPad;
+  uint32_t *slot = arena.make<uint32_t>(room), *light = arena.make<uint32_t>(room);
+  uint32_t* blocks = arena.make<uint32_t>(room);
+  float *pdf = arena.make<float>(room), *t = arena.make<float>(room), *radiance[3];
+  for (float*& r : radiance) r = arena.make<float>(room);
+  float *diffuse = arena.make<float>(room), *specular = arena.make<float>(room);
   uint32_t m = 0;
-
-  float* o[3];
-  float* d[3];
-  for (int c = 0; c < 3; ++c) {
-    o[c] = arena.make<float>(np);
-    d[c] = arena.make<float>(np);
-  }
-  float* time = arena.make<float>(np);
-  float* t = arena.make<float>(np);
-  uint32_t* met = arena.make<uint32_t>(np);
-  uint32_t* who = arena.make<uint32_t>(np);
-  float* answer[4];
-  for (float*& x : answer) x = arena.make<float>(np);
-  uint32_t* nearest = nullptr;
+  const auto keep = [&](uint32_t e, bool isBlocking) {
+    slot[m] = list.slots[found.ray[e]];
+    light[m] = found.light[e];
+    t[m] = found.t[e];
+    pdf[m] = found.pdf[e];
+    for (int c = 0; c < 3; ++c) radiance[c][m] = found.radiance[c][e];
+    diffuse[m] = lights_[light[m]].diffuse;
+    specular[m] = lights_[light[m]].specular;
+    blocks[m++] = isBlocking;
+  };
   if (camera) {
-    nearest = arena.make<uint32_t>(n);
-    std::fill_n(nearest, n, kNoLight);
-  }
-
-  for (uint32_t l = 0; l < lights_.size(); ++l) {
-    const LightEntry& entry = lights_[l];
-    if (entry.description.isDelta || (camera && !(entry.visibility & 1))) continue;
-    const LightDescription& shape = entry.description;
-    const NearRaysArgs near{n,
-                            list.slots,
-                            list.rays,
-                            camera ? list.tHit : reachOf(entry, arena, list),
-                            shape.isInfinite != 0,
-                            {shape.center[0], shape.center[1], shape.center[2]},
-                            shape.radius * shape.radius * 1.0001f,
-                            {o[0], o[1], o[2]},
-                            {d[0], d[1], d[2]},
-                            time,
-                            t,
-                            who};
-    const uint32_t k = nearRaysKernel(width)(near);
-    if (!k) continue;
-    const uint32_t kp = padded(k);
-    for (uint32_t i = k; i < kp; ++i) {
-      for (int c = 0; c < 3; ++c) {
-        o[c][i] = o[c][k - 1];
-        d[c][i] = d[c][k - 1];
+    // only the nearest light is seen; it hides the surface, and whatever infinite light is behind
+    for (uint32_t from = 0, to; from < found.count; from = to) {
+      const uint32_t ray = found.ray[order[from]];
+      uint32_t nearest = kNone;
+      for (to = from; to < found.count && found.ray[order[to]] == ray; ++to) {
+        const uint32_t e = order[to];
+        if (lights_[found.light[e]].flags & kInfinite) continue;
+        if (nearest == kNone || found.t[e] < found.t[nearest]) nearest = e;
       }
-      time[i] = time[k - 1];
-      t[i] = t[k - 1];
-    }
-    LightRayArgs a{};
-    a.count = k;
-    for (int c = 0; c < 3; ++c) {
-      a.o[c] = o[c];
-      a.d[c] = d[c];
-      a.worldCenter[c] = center_[c];
-      a.radiance[c] = answer[c];
-    }
-    a.worldRadius = radius_;
-    a.time = time;
-    a.t = t;
-    a.hit = met;
-    a.pdf = answer[3];
-    if (entry.description.isInfinite) {
-      std::fill_n(met, kp, 1u);
-    } else {
-      entry.byWidth[width]->intersect(entry.instance, &a);
-    }
-    uint32_t found = 0;
-    for (uint32_t i = 0; i < k; ++i) {
-      if (!met[i]) continue;
-      if (found != i) {
-        for (int c = 0; c < 3; ++c) {
-          o[c][found] = o[c][i];
-          d[c][found] = d[c][i];
-        }
-        time[found] = time[i];
-        t[found] = t[i];
-        who[found] = who[i];
+      if (nearest != kNone) {
+        keep(nearest, true);
+        list.tHit[list.slots[ray]] = INFINITY;
+      } else {
+        for (uint32_t k = from; k < to; ++k) keep(order[k], false);
       }
-      ++found;
     }
-    if (!found) continue;
-    for (uint32_t i = found; i < padded(found); ++i) {
-      for (int c = 0; c < 3; ++c) {
-        o[c][i] = o[c][found - 1];
-        d[c][i] = d[c][found - 1];
-      }
-      time[i] = time[found - 1];
-      t[i] = t[found - 1];
-    }
-    a.count = found;
-    entry.byWidth[width]->evaluate(entry.instance, &a);
-    if (!entry.filters.empty()) {
-      // as sample() says it: infinite lights are infinitely far
-      float* far = arena.make<float>(padded(found));
-      for (uint32_t i = 0; i < padded(found); ++i) far[i] = entry.description.isInfinite ? INFINITY : t[i];
-      filterRadiance(entry, width, arena, found, a.o, a.d, far, a.time, a.radiance);
-    }
-    for (uint32_t i = 0; i < found; ++i) {
-      const uint32_t ray = who[i], s = list.slots[ray];
-      const float choice = sets_[list.linkSet ? list.linkSet[s] : 0].pdfOfLight[l];
+  } else {
+    for (uint32_t k = 0; k < found.count; ++k) {
+      const uint32_t e = order[k], s = list.slots[found.ray[e]];
       // a light that is not linked to the surface which the ray left does not light it, however it is found
-      if (!camera && !(choice > 0)) continue;
-      uint32_t e = m;
-      if (camera && !entry.description.isInfinite) {
-        // only the nearest light is seen
-        if (nearest[ray] != kNoLight) {
-          if (tOut[nearest[ray]] <= t[i]) continue;
-          e = nearest[ray];
+      if (isLinked(list.linkSet ? list.linkSet[s] : 0, found.light[e])) keep(e, false);
+    }
+    if (m && hasChoice()) {
+      const Arena::Mark mark = arena.mark();
+      float *x[6], *probability = arena.make<float>(room);
+      for (float*& y : x) y = arena.make<float>(room);
+      uint32_t* sets = list.linkSet ? arena.make<uint32_t>(room) : nullptr;
+      for (uint32_t i = 0; i < padded(m); ++i) {
+        const uint32_t s = slot[std::min(i, m - 1)];
+        for (int c = 0; c < 3; ++c) {
+          x[c][i] = list.rays->o[c][s];
+          x[3 + c][i] = list.N[0] ? list.N[c][s] : 0.f;
         }
-        nearest[ray] = e;
+        if (sets) sets[i] = list.linkSet[s];
+        if (i >= m) light[i] = light[m - 1];
       }
-      slot[e] = s;
-      rayOf[e] = ray;
-      for (int c = 0; c < 3; ++c) radiance[c][e] = answer[c][i];
-      tOut[e] = t[i];
-      pdf[e] = answer[3][i] * choice;
-      diffuse[e] = entry.description.diffuse;
-      specular[e] = entry.description.specular;
-      light[e] = l;
-      blocks[e] = camera && !entry.description.isInfinite;
-      if (e == m) ++m;
-    }
-  }
-  if (camera) {
-    // a light in front hides the surface and whatever infinite light was taken for escaped rays (none then)
-    for (uint32_t i = 0; i < n; ++i)
-      if (nearest[i] != kNoLight) list.tHit[list.slots[i]] = INFINITY;
-    uint32_t kept = 0;
-    for (uint32_t e = 0; e < m; ++e) {
-      if (!blocks[e] && nearest[rayOf[e]] != kNoLight) continue;
-      if (kept != e) {
-        slot[kept] = slot[e];
-        for (int c = 0; c < 3; ++c) radiance[c][kept] = radiance[c][e];
-        pdf[kept] = pdf[e];
-        tOut[kept] = tOut[e];
-        diffuse[kept] = diffuse[e];
-        specular[kept] = specular[e];
-        light[kept] = light[e];
-        blocks[kept] = blocks[e];
+      Points p{};
+      p.count = m;
+      for (int c = 0; c < 3; ++c) {
+        p.P[c] = x[c];
+        p.N[c] = x[3 + c];
       }
-      ++kept;
+      p.linkSet = sets;
+      probabilities(width, p, light, probability);
+      for (uint32_t i = 0; i < m; ++i) pdf[i] *= probability[i];
+      arena.release(mark);
     }
-    m = kept;
   }
   out->count = m;
   out->slot = slot;
   for (int c = 0; c < 3; ++c) out->radiance[c] = radiance[c];
   out->pdf = pdf;
-  out->t = tOut;
+  out->t = t;
   out->diffuse = diffuse;
   out->specular = specular;
   out->light = light;
@@ -399,61 +586,62 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
 void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
                     const float* time, float* const o[3], float* const d[3], float* const throughput[3],
                     uint32_t* light) const {
-  // light paths come from all lights: link set 0 holds them all
-  const LinkSet& all = sets_[0];
-  if (all.lights.empty()) {
+  // light paths come from all lights
+  if (!tree_.topCount()) {
     for (int c = 0; c < 3; ++c) std::fill_n(throughput[c], padded(n), 0.f);
     std::fill_n(light, padded(n), kNoLight);
     return;
   }
-  float* choice = arena.make<float>(padded(n));
+  if (!n) return;
+  const uint32_t room = padded(n) + kPad;
+  uint32_t* chosen = arena.make<uint32_t>(room);
+  float* choice = arena.make<float>(room);
   for (uint32_t i = 0; i < n; ++i) {
-    float rest;
-    light[i] = choose(all, uChoice[i], &choice[i], &rest);
+    const size_t k =
+        std::min<size_t>(size_t(std::upper_bound(emission_.begin(), emission_.end(), uChoice[i]) - emission_.begin()),
+                         emission_.size() - 1);
+    chosen[i] = light[i] = uint32_t(k);
+    choice[i] = emission_[k] - (k ? emission_[k - 1] : 0.f);
   }
-  float* t[22];
-  for (float*& x : t) x = arena.make<float>(padded(n));
-  uint32_t* who = arena.make<uint32_t>(padded(n));
-  for (uint32_t l = 0; l < lights_.size(); ++l) {
-    uint32_t k = 0;
-    for (uint32_t i = 0; i < n; ++i)
-      if (light[i] == l) who[k++] = i;
-    if (!k) continue;
-    for (uint32_t i = 0; i < padded(k); ++i) {
-      const uint32_t j = who[std::min(i, k - 1)];
-      for (int c = 0; c < 4; ++c) t[c][i] = u[c][j];
-      t[4][i] = time[j];
-    }
+  for (uint32_t i = n; i < padded(n); ++i) chosen[i] = chosen[n - 1];
+  const Order order(*this, width, arena, n, chosen);
+  const float* in[5] = {order.take(u[0]), order.take(u[1]), order.take(u[2]), order.take(u[3]), order.take(time)};
+  float *outputs[14], *ordered[14];
+  for (int k = 0; k < 14; ++k) {
+    outputs[k] = arena.make<float>(room);
+    ordered[k] = order.room(outputs[k]);
+  }
+  for (uint32_t r = 0; r < order.runCount(); ++r) {
+    const LightOrder::Run& run = order.run(r);
     LightEmitArgs a{};
-    a.count = k;
-    for (int c = 0; c < 4; ++c) a.u[c] = t[c];
-    a.time = t[4];
+    order.setLights(a, run);
+    setWorld(a);
+    a.count = run.count;
+    for (int k = 0; k < 4; ++k) a.u[k] = in[k] + run.from;
+    a.time = in[4] ? in[4] + run.from : nullptr;
     for (int c = 0; c < 3; ++c) {
-      a.o[c] = t[5 + c];
-      a.d[c] = t[8 + c];
-      a.N[c] = t[11 + c];
-      a.radiance[c] = t[14 + c];
-      a.worldCenter[c] = center_[c];
+      a.o[c] = ordered[c] + run.from;
+      a.d[c] = ordered[3 + c] + run.from;
+      a.N[c] = ordered[6 + c] + run.from;
+      a.radiance[c] = ordered[9 + c] + run.from;
     }
-    a.pdfPosition = t[17];
-    a.pdfDirection = t[18];
-    a.worldRadius = radius_;
-    const LightEntry& entry = lights_[l];
-    entry.byWidth[width]->emit(entry.instance, &a);
-    // a factor that depends on the lit point is not known yet
-    filterRadiance(entry, width, arena, k, a.o, a.d, t[4], a.time, a.radiance, true);
-    for (uint32_t i = 0; i < k; ++i) {
-      const uint32_t j = who[i];
-      float cosine = 0;
-      for (int c = 0; c < 3; ++c) {
-        o[c][j] = t[5 + c][i];
-        d[c][j] = t[8 + c][i];
-        cosine += t[8 + c][i] * t[11 + c][i];
-      }
-      const float pdf = t[17][i] * t[18][i] * choice[j];
-      const float scale = pdf > 0 && cosine > 0 ? cosine / pdf : 0.f;
-      for (int c = 0; c < 3; ++c) throughput[c][j] = t[14 + c][i] * scale;
+    a.pdfPosition = ordered[12] + run.from;
+    a.pdfDirection = ordered[13] + run.from;
+    kinds_[run.kind].byWidth[width]->emit(&a);
+  }
+  for (int k = 0; k < 14; ++k) order.put(ordered[k], outputs[k]);
+  // a factor that depends on the lit point is not known yet
+  filterRadiance(width, arena, n, chosen, outputs, outputs + 3, time, time, outputs + 9, true);
+  for (uint32_t i = 0; i < n; ++i) {
+    float cosine = 0;
+    for (int c = 0; c < 3; ++c) {
+      o[c][i] = outputs[c][i];
+      d[c][i] = outputs[3 + c][i];
+      cosine += outputs[3 + c][i] * outputs[6 + c][i];
     }
+    const float pdf = outputs[12][i] * outputs[13][i] * choice[i];
+    const float scale = pdf > 0 && cosine > 0 ? cosine / pdf : 0.f;
+    for (int c = 0; c < 3; ++c) throughput[c][i] = outputs[9 + c][i] * scale;
   }
 }
 

@@ -1,6 +1,7 @@
 // All lights of a world: which are asked, how often, and what they answer, for groups of points and rays. Built by
 // render/ from the scene's lights (plug-in instances are made there); called by shade/. Linking: each object belongs
-// to a link set, the lights that may light it.
+// to a link set, the lights that may light it. Nothing here takes time or memory in proportion to lights times
+// points: lights are chosen by a tree (light_tree.h) and met by rays through another (light_boxes.h).
 #pragma once
 #include <kinora/integrator.h>
 #include <kinora/light.h>
@@ -11,6 +12,9 @@
 #include <vector>
 
 #include "base/arena.h"
+#include "light/light_boxes.h"
+#include "light/light_tree.h"
+#include "light/link_sets.h"
 
 namespace kinora::light {
 
@@ -22,13 +26,24 @@ struct LightFilterEntry {
   bool isUniform = false;  // holds for emitted light too
 };
 
-// One light as the set holds it. `instance` is the plug-in's own data, kept alive by `owner`.
-struct LightEntry {
+// A plug-in's functions.
+struct LightKind {
   const LightFunctions* byWidth[17] = {};  // 1, 4, 8, 16
+};
+
+// Which rays see a light, beside those that its samples stand for.
+enum LightVisibility : uint32_t {
+  kLightSeenByCamera = 1,  // camera rays see it (and stop there)
+  kLightSeenByMirrors = 2  // mirrors and lenses show it
+};
+
+// One light as the set is given it. `instance` is the plug-in's own data, kept alive by `owner`.
+struct LightEntry {
+  uint32_t kind = 0;
   std::shared_ptr<void> owner;
   const void* instance = nullptr;
   LightDescription description{};
-  uint32_t visibility = 3;    // bit 0: camera rays see it (and stop there), bit 1: mirrors and lenses show it
+  uint32_t visibility = kLightSeenByCamera | kLightSeenByMirrors;
   uint32_t group = 0;         // light group for path expressions
   bool castsShadow = true;    // false: its samples have distance 0
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
@@ -37,18 +52,23 @@ struct LightEntry {
 
 class LightSet {
  public:
-  LightSet(std::vector<LightEntry> lights, std::vector<std::vector<uint32_t>> linkSets, const float worldCenter[3],
-           float worldRadius);
+  LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
+           const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius);
 
   uint32_t size() const { return uint32_t(lights_.size()); }
-  const LightEntry& operator[](uint32_t i) const { return lights_[i]; }
+  uint32_t groupOf(uint32_t light) const { return lights_[light].group; }
+  bool castsShadow(uint32_t light) const { return lights_[light].flags & kCastsShadow; }
+  bool isLinked(uint32_t linkSet, uint32_t light) const;
 
+  // Where lights are chosen for.
   struct Points {
     uint32_t count = 0, padded = 0;
     const float* P[3];
+    const float* N[3];  // null: points in space. Unit: lit from this side; length 1/2: from behind as well; 0: from
+                        // all sides
     const float* time;
     const uint32_t* linkSet = nullptr;  // by point; null: all in set 0
-    const float* uChoice;               // in [0, 1); null where there is no choice
+    const float* uChoice[2];            // in [0, 1); null where there is no choice
     const float* u[2];
   };
   // One light sample a point, into arrays of the arena.
@@ -61,6 +81,7 @@ class LightSet {
     float* tHit;              // by slot: distance of the surface hit, infinity if none
     const uint32_t* linkSet;  // by slot: of the vertex the ray left
     const uint32_t* origin;   // by slot: RayOrigin bits
+    const float* N[3];        // by slot: of that vertex, as in Points; null: points in space
   };
   // Light met by rays. Camera rays stop at the nearest light they see: its entry blocks and tHit becomes infinity.
   // Rays that a light sample could have made are the other half of an estimate: they meet a light as its samples
@@ -73,20 +94,63 @@ class LightSet {
             uint32_t* light) const;
 
   bool hasChoice() const;  // uChoice of a sample is read
-  float choicePdf(uint32_t linkSet, uint32_t light) const;
+  // Of a light being sampled at n points (padded; no more than P, N and linkSet are read): what sample() divides by.
+  void probabilities(uint32_t width, const Points& points, const uint32_t* light, float* out) const;
+
+  size_t bytes() const;  // held, but for the lights' own data
+  const LightTree& tree() const { return tree_; }
 
  private:
-  struct LinkSet {
-    std::vector<uint32_t> lights;
-    std::vector<float> cdf;         // inclusive, ends at 1
-    std::vector<float> pdfOfLight;  // by light index, 0 when not linked
+  enum Flags : uint8_t {
+    kCastsShadow = 1,
+    kSeenByCamera = 2,
+    kSeenByMirrors = 4,
+    kDelta = 8,
+    kInfinite = 16,
+    kBlack = 32
   };
-  uint32_t choose(const LinkSet& s, float u, float* pdf, float* rest) const;
-  const float* reachOf(const LightEntry& light, Arena& arena, const RayList& list) const;
-  std::vector<LightEntry> lights_;
-  std::vector<LinkSet> sets_;
+  static constexpr uint32_t kNoFilters = 0xffffffffu;
+  struct Record {
+    const void* instance;
+    std::shared_ptr<void> owner;
+    float diffuse, specular;
+    uint32_t group, filters;  // filters: index, or kNoFilters
+    uint16_t kind;
+    uint8_t flags;
+  };
+  struct Sphere {
+    uint32_t light;
+    float center[3], radius2;
+  };
+  class Order;
+  struct Found;
+  void findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const;
+  void addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
+                   const Sphere* sphere, Found& found) const;
+  void askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const;
+  float reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const;
+  void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
+                      const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
+                      bool uniformOnly) const;
+  template <class Args>
+  void setWorld(Args& a) const {
+    for (int c = 0; c < 3; ++c) a.worldCenter[c] = center_[c];
+    a.worldRadius = radius_;
+  }
+
+  std::vector<LightKind> kinds_;
+  std::vector<Record> lights_;
+  std::vector<std::vector<LightFilterEntry>> filters_;
+  LightTree tree_;
+  LinkSets links_;
+  std::vector<Sphere> near_;       // lights that rays can hit, while they are few
+  LightBoxes boxes_;               // else
+  std::vector<uint32_t> distant_;  // infinite lights that rays can hit
+  std::vector<float> emission_;    // sums of the probabilities of emitting, by light
   std::array<float, 3> center_;
   float radius_;
+  bool isCameraSeen_ = false;  // some light that rays can hit
+  bool isShadowless_ = false;  // of those, some light that nothing hides
 };
 
 }  // namespace kinora::light

@@ -13,7 +13,8 @@ namespace {
 
 constexpr float kAway = 2;  // where the light stands, along z
 
-void sampleOne(const void* infinite, const LightSampleArgs* a) {
+void sampleOne(const LightSampleArgs* a) {
+  const bool infinite = a->light[0] != nullptr;
   for (uint32_t i = 0; i < a->count; ++i) {
     for (int c = 0; c < 3; ++c) a->wi[c][i] = c == 2, a->radiance[c][i] = float(c + 1);
     a->distance[i] = infinite ? INFINITY : kAway;
@@ -21,20 +22,20 @@ void sampleOne(const void* infinite, const LightSampleArgs* a) {
     a->flags[i] = 0;
   }
 }
-void meet(const void*, const LightRayArgs* a) {
+void meet(const LightRayArgs* a) {
   for (uint32_t i = 0; i < a->count; ++i) a->t[i] = kAway, a->hit[i] = 1;
 }
-void shine(const void*, const LightRayArgs* a) {
+void shine(const LightRayArgs* a) {
   for (uint32_t i = 0; i < a->count; ++i)
     for (int c = 0; c < 3; ++c) a->radiance[c][i] = float(c + 1), a->pdf[i] = 1;
 }
-void emit(const void*, const LightEmitArgs* a) {
+void emit(const LightEmitArgs* a) {
   for (uint32_t i = 0; i < a->count; ++i) {
     for (int c = 0; c < 3; ++c) a->o[c][i] = 0, a->d[c][i] = a->N[c][i] = c == 2, a->radiance[c][i] = 1;
     a->pdfPosition[i] = a->pdfDirection[i] = 1;
   }
 }
-constexpr LightFunctions kLight{&sampleOne, &meet, &shine, &emit};
+constexpr LightFunctions kLight{&sampleOne, &meet, &shine, &emit, nullptr, 0};
 
 // Everything that a filter is told goes into the factor.
 void tell(const void*, const LightFilterArgs* a) {
@@ -57,16 +58,22 @@ LightSet lights(int count, bool infinite) {
   for (int k = 0; k < count; ++k) {
     LightEntry e;
     LightFilterEntry told, half;
-    for (int w : {1, 4, 8, 16}) e.byWidth[w] = &kLight, told.byWidth[w] = &kTell, half.byWidth[w] = &kHalve;
+    for (int w : {1, 4, 8, 16}) told.byWidth[w] = &kTell, half.byWidth[w] = &kHalve;
     half.isUniform = true;
     e.instance = infinite ? &kLight : nullptr;
-    e.description = {{0, 0, kAway}, infinite ? -1.f : 100.f, 1, infinite, 0, 1, 1, 1};
+    e.description = {};
+    e.description.center[2] = kAway;
+    e.description.radius = infinite ? -1.f : 100.f;
+    e.description.power = e.description.diffuse = e.description.specular = 1;
+    e.description.isInfinite = infinite;
     e.filters = {told, half};
     list.push_back(e);
     all.push_back(uint32_t(k));
   }
   const float center[3] = {0, 0, 0};
-  return LightSet(std::move(list), {all}, center, 10);
+  LightKind kind;
+  for (int w : {1, 4, 8, 16}) kind.byWidth[w] = &kLight;
+  return LightSet({kind}, std::move(list), {all}, center, 10);
 }
 
 class LightFilters : public testing::TestWithParam<std::tuple<int, bool>> {};
@@ -87,7 +94,7 @@ TEST_P(LightFilters, SamplesAndHitsAgree) {
   }
   Arena arena;
   LightSamples s;
-  set.sample(8, arena, {n, m, {x, zero, zero}, zero, nullptr, half, {half, half}}, &s);
+  set.sample(8, arena, {n, m, {x, zero, zero}, {}, zero, nullptr, {half, half}, {half, half}}, &s);
   Rays rays{};
   rays.o[0] = x;
   rays.o[1] = rays.o[2] = zero;
@@ -95,7 +102,7 @@ TEST_P(LightFilters, SamplesAndHitsAgree) {
   rays.tMax = most;
   rays.time = rays.radius = rays.spread = zero;
   LightHits h;
-  set.hits(8, arena, false, {n, slots, &rays, t, nullptr}, &h);
+  set.hits(8, arena, false, {n, slots, &rays, t, nullptr, nullptr, {}}, &h);
   ASSERT_EQ(h.count, n * uint32_t(count));
   for (uint32_t e = 0; e < h.count; ++e) {
     const uint32_t i = h.slot[e];

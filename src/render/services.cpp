@@ -191,7 +191,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.splat = &Calls::splat;
   s.event = &Calls::event;
   s.pointsInSpace = &Calls::pointsInSpace;
-  for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t((*world.lights)[i].group));
+  for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t(world.lights->groupOf(i)));
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;
   // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)
@@ -341,7 +341,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
     const uint32_t set = w.placements[w.world->instance(hits.instance[s]).user].linkSet;
     kept[m] = s;
-    m += light == kNoLight || w.lights->choicePdf(set, light) > 0;
+    m += light == kNoLight || w.lights->isLinked(set, light);
   }
   *slots = kept;
   return m;

@@ -65,7 +65,11 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
     }
   }
   out = l;
-  if (l.geometry) out.toWorld = l.geometry->toWorld;
+  // what was said between AreaLightSource and its shape holds for the shape, and the shape is the light
+  if (l.geometry) {
+    out.toWorld = l.geometry->toWorld;
+    if (l.geometry->attributes) out.attributes = l.geometry->attributes;
+  }
   out.geometry.reset();
   const auto has = [&](const char* word) { return named && shape.find(word) != std::string::npos; };
   const auto area = [&](const char* modern) {

@@ -66,6 +66,8 @@ std::shared_ptr<const light::LightSet> WorldBuilder::makeLights(const scene::Sce
                                                                 const film::LightPaths& paths,
                                                                 const LinkSets& links) {
   const trace::World& world = *shading_->world;
+  std::vector<light::LightKind> kinds;
+  std::map<const Descriptor*, uint32_t> kindOf;
   std::vector<light::LightEntry> lights;
   std::vector<std::set<std::string>> names;  // of each light: its handle and its groups
   std::vector<const scene::Light*> sourceOf;
@@ -99,16 +101,19 @@ std::shared_ptr<const light::LightSet> WorldBuilder::makeLights(const scene::Sce
     const LightMesh lightMesh = emitting.mesh();
     if (!inst.create(*d, l.node.get(), &placement, &lightMesh, host_, diagnostics_)) continue;
     light::LightEntry e;
-    for (uint32_t width : {1u, 4u, 8u, 16u})
-      e.byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
+    const auto [kind, isNewKind] = kindOf.try_emplace(d, uint32_t(kinds.size()));
+    if (isNewKind) {
+      kinds.emplace_back();
+      for (uint32_t width : {1u, 4u, 8u, 16u})
+        kinds.back().byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
+    }
+    e.kind = kind->second;
     e.owner = inst.owner();
     e.instance = inst.data();
     e.description.visibleToCamera = 1;
     e.description.diffuse = e.description.specular = 1;
     if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->describe)
       traits->describe(inst.data(), &e.description);
-    // power of infinite lights is per area of the world's disk
-    if (e.description.isInfinite) e.description.power *= 3.14159265f * world.radius() * world.radius();
     float largestFactor = 1;
     e.filters = makeLightFilters(
         l, scene, [this](const scene::Transform& t) { return placementOf(t); }, registry_, host_, diagnostics_,
@@ -116,8 +121,8 @@ std::shared_ptr<const light::LightSet> WorldBuilder::makeLights(const scene::Sce
     e.description.power *= largestFactor;
     e.group = paths.end(l.node->params.getString("lightGroup", ""));
     e.visibility = 0;
-    if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= 1;
-    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= 2;
+    if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
+    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
     e.castsShadow = l.node->params.getInt("enableShadows", 1) != 0;
     e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
     names.push_back(namesOf(l));
@@ -161,7 +166,7 @@ std::shared_ptr<const light::LightSet> WorldBuilder::makeLights(const scene::Sce
       std::erase_if(sets.back(), [&](uint32_t i) { return !lights[i].isIndirectToo; });
     }
   }
-  return std::make_shared<light::LightSet>(std::move(lights), std::move(sets), world.center(), world.radius());
+  return std::make_shared<light::LightSet>(std::move(kinds), std::move(lights), sets, world.center(), world.radius());
 }
 
 }  // namespace kinora::render

@@ -80,6 +80,7 @@ void GroupState::fillList(RayList& list, uint32_t room) {
     clear(left.Ng[c]);
     clear(left.lift[c]);
     clear(left.facet[c]);
+    clear(left.lightN[c]);
   }
 }
 
@@ -92,6 +93,7 @@ VertexState GroupState::makeState(uint32_t n) {
     if (world_.liftsShadows || s.traceSet) s.Ng[c] = arena_.make<float>(n);
     if (world_.liftsShadows) s.lift[c] = arena_.make<float>(n);
     if (world_.liftsShadows) s.facet[c] = arena_.make<float>(n);
+    if (world_.lights && world_.lights->hasChoice()) s.lightN[c] = arena_.make<float>(n);
   }
   return s;
 }
@@ -140,6 +142,7 @@ void GroupState::leave(RayList& list, const Context* c, uint32_t n, const uint32
     if (from.Ng[k]) take(from.Ng[k], to.Ng[k]);
     if (from.lift[k]) take(from.lift[k], to.lift[k]);
     if (from.facet[k]) take(from.facet[k], to.facet[k]);
+    if (from.lightN[k]) take(from.lightN[k], to.lightN[k]);
   }
   if (!from.media) return;
   uint32_t* stacks = arena_.make<uint32_t>(padded(n));

@@ -92,11 +92,13 @@ struct ShadingWorld {
 // that its rays have left. Arrays that the world has no use for are null, but for link sets of lists.
 struct VertexState {
   uint32_t* linkSet = nullptr;
-  uint32_t* traceSet = nullptr;                   // with traceSets
-  uint32_t* media = nullptr;                      // stacks in the group's MediaPool; with media
-  float* Ng[3] = {nullptr, nullptr, nullptr};     // geometric normal; with traceSets and lifts
-  float* lift[3] = {nullptr, nullptr, nullptr};   // from it to where its shadow rays start; with lifts
-  float* facet[3] = {nullptr, nullptr, nullptr};  // its triangle's normal; set where lift is
+  uint32_t* traceSet = nullptr;                    // with traceSets
+  uint32_t* media = nullptr;                       // stacks in the group's MediaPool; with media
+  float* Ng[3] = {nullptr, nullptr, nullptr};      // geometric normal; with traceSets and lifts
+  float* lift[3] = {nullptr, nullptr, nullptr};    // from it to where its shadow rays start; with lifts
+  float* facet[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where lift is
+  float* lightN[3] = {nullptr, nullptr, nullptr};  // by which its lights are chosen, see light::LightSet::Points;
+                                                   // where there is a choice
 };
 
 // The renderer's part of a list of rays.
@@ -113,7 +115,7 @@ struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
   uint64_t points = 0, contexts = 0;
   uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};  // active, possible
-  uint64_t endlessRays = 0;  // that would pass more than kMostPasses surfaces
+  uint64_t endlessRays = 0;                                  // that would pass more than kMostPasses surfaces
   uint64_t nanoseconds[16] = {};
 };
 
@@ -186,6 +188,8 @@ class GroupState {
   void dropLightsBehindHoles(LightHits* l);
   // shadow_terminator.cpp; worlds with liftsShadows only.
   void findLifts(const Context* c, float* const Ng[3]);
+  // The normal by which lights are chosen for a context's points; program null: points in space.
+  void findLightNormals(const Context* c, const Program* program);
   void liftShadows(ShadowRays* rays);
   // Whether anything of `mask` (opaque shadows, and clear ones) is in the way of shadow rays.
   void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);

@@ -279,6 +279,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
       else
         findLifts(c, a.Ng);
     }
+    findLightNormals(c, &program);
     for (int k = 0; state.Ng[0] && k < 3; ++k) state.Ng[k] = a.Ng[k];
     for (uint32_t i = 0; state.traceSet && i < m; ++i)
       state.traceSet[i] = world_.placements[w.instance(c->place.instance[i]).user].traceSet;
@@ -375,6 +376,7 @@ Context* GroupState::pointsInSpace(RayList& list, uint32_t traits, uint32_t dept
   a.side = side;
   pointsKernel(world_.width)(a);
   for (int k = 0; h.state.Ng[0] && k < 3; ++k) h.state.Ng[k] = a.Ng[k];
+  findLightNormals(c, nullptr);
   c->outerIor = outer;
   return c;
 }

@@ -11,24 +11,42 @@ namespace kinora::shade {
 
 void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
   const Clock clock(counters.nanoseconds[kTimeLights]);
-  float* u[3];
+  float* u[4];
   for (float*& x : u) x = arena_.make<float>(c->padded);
-  float* unused = arena_.make<float>(c->padded);
   const uint32_t dim = dimensionAt(c->depth);
   const DrawSplit draw = drawSplit(world_.width);
   if (world_.lights->hasChoice())
-    draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], unused);
+    draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], u[3]);
   draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLight, part, parts, u[1], u[2]);
   light::LightSet::Points p;
   p.count = c->count;
   p.padded = c->padded;
-  for (int k = 0; k < 3; ++k) p.P[k] = c->P[k];
+  const VertexState& state = ContextHost::of(c).state;
+  for (int k = 0; k < 3; ++k) {
+    p.P[k] = c->P[k];
+    p.N[k] = state.lightN[k];
+  }
   p.time = c->time;
-  p.linkSet = ContextHost::of(c).state.linkSet;
-  p.uChoice = world_.lights->hasChoice() ? u[0] : nullptr;
+  p.linkSet = state.linkSet;
+  p.uChoice[0] = u[0];
+  p.uChoice[1] = u[3];
   p.u[0] = u[1];
   p.u[1] = u[2];
   world_.lights->sample(world_.width, arena_, p, out);
+}
+
+void GroupState::findLightNormals(const Context* c, const Program* program) {
+  float* const* N = ContextHost::of(c).state.lightN;
+  if (!N[0]) return;
+  // Materials that let light through are lit from behind as well; how much is theirs to know.
+  float scale = 0;
+  if (program && !program->encloses && !program->tints) {
+    scale = 1;
+    for (uint32_t l = 0; program->traits && l < program->traits->lobeCount; ++l)
+      if (program->traits->lobes[l].flags & kLobeTransmit) scale = 0.5f;
+  }
+  for (int k = 0; k < 3; ++k)
+    for (uint32_t i = 0; i < c->padded; ++i) N[k][i] = scale * c->N[k][i];
 }
 
 void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out) {
@@ -40,6 +58,7 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
   l.tHit = list.hits.t;
   l.linkSet = ListHost::of(list).left.linkSet;
   l.origin = list.origin;
+  for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(list).left.lightN[k];
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths && out->count) dropLightsBehindHoles(out);
 }
@@ -65,9 +84,10 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   l.tHit = tHit;
   l.linkSet = ListHost::of(rays).left.linkSet;
   l.origin = rays.origin;
+  for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(rays).left.lightN[k];
   world_.lights->hits(world_.width, arena_, false, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
-    return (*world_.lights)[out->light[i]].castsShadow && out->t[i] > rays.hits.t[out->slot[i]];
+    return world_.lights->castsShadow(out->light[i]) && out->t[i] > rays.hits.t[out->slot[i]];
   });
 }
 

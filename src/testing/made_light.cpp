@@ -63,6 +63,7 @@ MadeLight::~MadeLight() {
 void LightSamples::run(const LightFunctions& f, const void* light) {
   for (uint32_t r = 0; r < kWi; ++r) a.pad(r);
   LightSampleArgs s{};
+  s.light = &light;
   s.count = a.count();
   for (uint32_t k = 0; k < 3; ++k) {
     s.P[k] = a[kP + k];
@@ -76,12 +77,13 @@ void LightSamples::run(const LightFunctions& f, const void* light) {
   s.distance = a[kDistance];
   s.pdf = a[kPdf];
   s.flags = flags.data();
-  f.sample(light, &s);
+  f.sample(&s);
 }
 
 void LightRays::run(const LightFunctions& f, const void* light, bool finite) {
   for (uint32_t r = 0; r < kT; ++r) a.pad(r);
   LightRayArgs s{};
+  s.light = &light;
   s.count = a.count();
   for (uint32_t k = 0; k < 3; ++k) {
     s.o[k] = a[kO + k];
@@ -95,10 +97,10 @@ void LightRays::run(const LightFunctions& f, const void* light, bool finite) {
   s.pdf = a[kPdf];
   a.fill(kT, std::numeric_limits<float>::infinity());
   if (finite)
-    f.intersect(light, &s);
+    f.intersect(&s);
   else
     std::fill(hit.begin(), hit.end(), 1u);
-  f.evaluate(light, &s);
+  f.evaluate(&s);
   for (uint32_t i = 0; i < a.count(); ++i)
     if (hit[i] == 0)
       for (uint32_t r = kRadiance; r < kRows; ++r) a[r][i] = 0;
@@ -107,6 +109,7 @@ void LightRays::run(const LightFunctions& f, const void* light, bool finite) {
 void LightEmissions::run(const LightFunctions& f, const void* light) {
   for (uint32_t r = 0; r < kO; ++r) a.pad(r);
   LightEmitArgs s{};
+  s.light = &light;
   s.count = a.count();
   for (uint32_t k = 0; k < 4; ++k) s.u[k] = a[kU + k];
   for (uint32_t k = 0; k < 3; ++k) {
@@ -119,7 +122,7 @@ void LightEmissions::run(const LightFunctions& f, const void* light) {
   s.worldRadius = kWorldRadius;
   s.pdfPosition = a[kPdfPosition];
   s.pdfDirection = a[kPdfDirection];
-  f.emit(light, &s);
+  f.emit(&s);
 }
 
 }  // namespace kinora::testing

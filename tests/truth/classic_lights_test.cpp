@@ -175,6 +175,28 @@ TEST(Lights, LinkedByListsWithCommas) {
   }
 }
 
+// What is said of an old area light's shape holds for the light, before AreaLightSource or after.
+TEST(Lights, OldAreaLightsAreAsVisibleAsTheirShape) {
+  const std::string area = "AreaLightSource \"PxrStdAreaLight\" \"a\" \"float intensity\" [9]\n";
+  const std::string shape = "Translate 0 0 2 Sphere .5 -.5 .5 360\nAttributeEnd\n";
+  const std::string mirror =
+      "Bxdf \"PxrSurface\" \"mirror\" \"float diffuseGain\" [0] \"color specularFaceColor\" [1 1 1] \"color "
+      "specularEdgeColor\" [1 1 1] \"float specularRoughness\" [0]\nPolygon \"P\" [-5 -5 2  -5 5 2  5 5 2  5 -5 2]\n";
+  for (const bool isBefore : {false, true})
+    for (const int seen : {0, 1}) {
+      const auto block = [&](const char* what, const std::string& rest) {
+        const std::string said =
+            std::string("Attribute \"visibility\" \"int ") + what + "\" [" + std::to_string(seen) + "]\n";
+        return "AttributeBegin\n" + (isBefore ? said + area : area + said) + rest;
+      };
+      const std::string begin = orthographic(16, 1e-4, 16) + kDirect + "WorldBegin\n";
+      EXPECT_EQ(radiance(begin + block("camera", shape) + "WorldEnd\n") > 1, seen == 1) << isBefore;
+      // behind the camera, in a mirror
+      const std::string behind = begin + block("indirect", "Translate 0 0 -4 " + shape) + mirror + "WorldEnd\n";
+      EXPECT_EQ(radiance(behind) > 1, seen == 1) << isBefore;
+    }
+}
+
 // A light with visibility:indirect 0 is in no mirror, and lights what it lit before.
 TEST(Lights, HiddenFromMirrors) {
   const auto look = [](const std::string& bxdf, int visible, const char* light) {

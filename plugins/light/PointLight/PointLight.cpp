@@ -64,35 +64,34 @@ using namespace pointLight;
 
 struct PointLight {
   using Data = pointLight::Data;
-  static constexpr bool kIntersects = false;
+  static constexpr bool kIntersects = false, kMixes = true;
 
   // `travel`: unit, away from the light.
   template <int W>
-  static KN_INLINE Rgb<W> intensity(const Data& k, Vec3<W> travel) {
+  static KN_INLINE Rgb<W> intensity(const LightOf<Data, W>& k, Vec3<W> travel) {
     using F = Float<W>;
     F s(1.f);
-    if (k.isConed || k.beam > 0) {
-      const Vec3<W> off = travel - wide<W>(k.axis);
-      const F away = F(0.5f) * dot(off, off), outer(k.outer);  // |d - axis|^2 = 2 (1 - cos)
-      if (k.isConed) {
-        const float room = k.outer - k.inner;
-        const F t =
-            room > 0 ? clamp((outer - away) / F(room), F(0.f), F(1.f)) : select(away <= outer, F(1.f), F(0.f));
-        s = t * t * fnma(F(2.f), t, F(3.f));
-      }
-      if (k.beam > 0) {
+    if (k.any([](const Data& d) { return d.isConed || d.beam > 0; })) {
+      const Vec3<W> off = travel - k(&Data::axis);
+      const F away = F(0.5f) * dot(off, off), outer = k(&Data::outer);  // |d - axis|^2 = 2 (1 - cos)
+      const F room = outer - k(&Data::inner), beam = k(&Data::beam);
+      const F t = select(room > F(0.f), clamp((outer - away) / max(room, F(1e-30f)), F(0.f), F(1.f)),
+                         select(away <= outer, F(1.f), F(0.f)));
+      s = select(k(&Data::isConed), t * t * fnma(F(2.f), t, F(3.f)), s);
+      if (k.any([](const Data& d) { return d.beam > 0; })) {
         const F cosine = F(1.f) - away;
-        s = s * zeroUnless(cosine > F(0.f), pow(max(cosine, F(0.f)), F(k.beam)));
+        const F fall = zeroUnless(cosine > F(0.f), pow(max(cosine, F(0.f)), beam));
+        s = select(beam > F(0.f), s * fall, s);
       }
     }
-    return wideRgb<W>(k.common.radiance) * s;
+    return k.rgb([](const Data& d) { return d.common.radiance; }) * s;
   }
 
   template <int W>
-  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+  static KN_INLINE void sample(const LightOf<Data, W>& k, const LightPoint<W>& in, LightSample<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
-    const Vec3<W> to = wide<W>(k.center) - in.P;
+    if (k.isBlack()) return;
+    const Vec3<W> to = k(&Data::center) - in.P;
     out.distance = length(to);
     const F inverse = F(1.f) / max(out.distance, F(1e-30f));
     out.wi = to * inverse;
@@ -102,22 +101,22 @@ struct PointLight {
   }
 
   template <int W>
-  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
+  static KN_INLINE Mask<W> intersect(const LightOf<Data, W>&, Vec3<W>, Vec3<W>, Float<W>&) {
     return Mask<W>(false);
   }
   template <int W>
-  static KN_INLINE void evaluate(const Data&, const LightRay<W>&, Rgb<W>&, Float<W>&) {}
+  static KN_INLINE void evaluate(const LightOf<Data, W>&, const LightRay<W>&, Rgb<W>&, Float<W>&) {}
 
   // All light starts at one point: pdfPosition is 1 and radiance is the intensity.
   template <int W>
-  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+  static KN_INLINE void emit(const LightOf<Data, W>& k, const EmitInput<W>& in, LightEmission<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
-    out.o = wide<W>(k.center);
-    out.d = normalize(Frame<W>(wide<W>(k.axis)).toWorld(uniformCone(in.u2, in.u3, F(k.outer))));
+    if (k.isBlack()) return;
+    out.o = k(&Data::center);
+    out.d = normalize(Frame<W>(k(&Data::axis)).toWorld(uniformCone(in.u2, in.u3, k(&Data::outer))));
     out.N = out.d;
     out.pdfPosition = F(1.f);
-    out.pdfDirection = F(kInvTwoPi / k.outer);
+    out.pdfDirection = F(kInvTwoPi) / k(&Data::outer);
     out.radiance = intensity<W>(k, out.d);
   }
 };
@@ -173,6 +172,11 @@ void describe(const void* data, LightDescription* d) {
   d->center[1] = k.center.y;
   d->center[2] = k.center.z;
   d->radius = 0;
+  if (!k.isConed && !(k.beam > 0)) return;
+  // even within the cone; a beam falls off with the cosine at least
+  setAxis(*d, {k.axis.x, k.axis.y, k.axis.z});
+  d->cosNormals = k.beam > 0 ? 1.f : 1 - k.outer;
+  d->cosEmission = k.beam > 0 ? (k.outer < 1 ? 1 - k.outer : 0.f) : 1.f;
 }
 
 double irradiance(const void* data, const double P[3], const double N[3]) {

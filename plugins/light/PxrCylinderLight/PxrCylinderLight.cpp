@@ -207,6 +207,19 @@ struct PxrCylinderLight {
     out.pdfDirection = d.z * F(kInvPi);
     out.radiance = radiance<W>(k, -out.d);
   }
+
+  template <int W>
+  static KN_INLINE void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    const Vec3<W> local = times<W>(fma(ray.d, ray.t, ray.o - wide<W>(k.center)), k.inverse);
+    const F across = F(1.f) / sqrt(max(fma(local.y, local.y, local.z * local.z), F(1e-30f)));
+    const Vec3<W> normal = times<W>(Vec3<W>(F(0.f), local.y * across, local.z * across), k.normalRows);
+    const F stretch = length(normal);
+    out.N = normal * (F(1.f) / max(stretch, F(1e-30f)));
+    out.pdfPosition = F(1.f / (kTwoPi * kRadius * 2 * kHalfLength)) / (F(k.determinant) * stretch);
+    out.pdfDirection = max(-dot(out.N, ray.d), F(0.f)) * F(kInvPi);
+  }
 };
 
 using Runner = LightRunner<PxrCylinderLight>;
@@ -278,6 +291,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
 }
 
 // Of a cylinder wholly above the receiver's horizon; -1 for other cases. Over phi by quadrature, in each slice by the

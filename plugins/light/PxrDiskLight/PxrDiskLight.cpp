@@ -40,13 +40,34 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrDiskLight;
 
+// Of each lane's light.
 template <int W>
-KN_INLINE Vec3<W> toLocal(const Data& k, Vec3<W> v) {
-  return {dot(v, wide<W>(k.inverse[0])), dot(v, wide<W>(k.inverse[1])), dot(v, wide<W>(k.inverse[2]))};
+struct Lights {
+  const LightOf<Data, W>& of;
+  Vec3<W> center, normal, rows[3], inverse[3];
+  Float<W> determinant, area, rounding, sinCone;
+  KN_INLINE explicit Lights(const LightOf<Data, W>& k)
+      : of(k),
+        center(k(&Data::center)),
+        normal(k(&Data::normal)),
+        determinant(k(&Data::determinant)),
+        area(k(&Data::area)),
+        rounding(k(&Data::rounding)),
+        sinCone(k.number([](const Data& d) { return d.shaping.sinCone; })) {
+    for (int i = 0; i < 3; ++i) {
+      rows[i] = k.vector([i](const Data& d) -> const Float3& { return d.rows[i]; });
+      inverse[i] = k.vector([i](const Data& d) -> const Float3& { return d.inverse[i]; });
+    }
+  }
+};
+
+template <int W>
+KN_INLINE Vec3<W> toLocal(const Lights<W>& k, Vec3<W> v) {
+  return {dot(v, k.inverse[0]), dot(v, k.inverse[1]), dot(v, k.inverse[2])};
 }
 template <int W>
-KN_INLINE Vec3<W> toRender(const Data& k, Vec3<W> l) {
-  return fma(wide<W>(k.rows[0]), l.x, fma(wide<W>(k.rows[1]), l.y, wide<W>(k.rows[2]) * l.z));
+KN_INLINE Vec3<W> toRender(const Lights<W>& k, Vec3<W> l) {
+  return fma(k.rows[0], l.x, fma(k.rows[1], l.y, k.rows[2] * l.z));
 }
 
 // The disk from a point, in local space. The cone's symmetry plane holds the point, the disk's axis and the cone's
@@ -60,10 +81,10 @@ struct View {
   Float<W> sin2Alpha, tan2Beta;  // beta: half angle across it, the larger one
   Float<W> flat;                 // share of the flat profile
   Mask<W> front;
-  KN_INLINE View(const Data& k, Vec3<W> render) {
+  KN_INLINE View(const Lights<W>& k, Vec3<W> render) {
     using F = Float<W>;
     const F r(kRadius), tiny(1e-30f);
-    P = toLocal<W>(k, render - wide<W>(k.center));
+    P = toLocal<W>(k, render - k.center);
     front = P.z > F(1e-12f);
     const F h = max(P.z, F(1e-12f)), rho = sqrt(fma(P.x, P.x, P.y * P.y));
     const Mask<W> off = rho > F(1e-12f);
@@ -102,30 +123,31 @@ struct View {
     return sqrt(t / (F(1.f) + t));
   }
   // Density over directions of render space; stretch = |l M| of the unit local direction.
-  KN_INLINE Float<W> density(const Data& k, Float<W> phi, Float<W> stretch) const {
+  KN_INLINE Float<W> density(const Lights<W>& k, Float<W> phi, Float<W> stretch) const {
     using F = Float<W>;
     F sines, ratio;
     edges(phi, sines, ratio);
     // each profile over the slice's length 2 reach(); the half circle's quotient written without 0 / 0 at the rim
     const F even = F(0.25f) * flat / (alpha * max(reach(sines), F(1e-18f)));
     const F round = (F(1.f) - flat) * F(kInvPi) / (alpha * alpha) * sqrt(ratio * (sin2Alpha / tan2Beta + sines));
-    return zeroUnless(front, (even + round) * (stretch * stretch * stretch) / F(k.determinant));
+    return zeroUnless(front, (even + round) * (stretch * stretch * stretch) / k.determinant);
   }
 };
 
 struct PxrDiskLight {
   using Data = pxrDiskLight::Data;
-  static constexpr bool kIntersects = true;
+  static constexpr bool kIntersects = true, kMixes = true;
 
   template <int W>
-  static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> cosine) {
-    return wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine);
+  static KN_INLINE Rgb<W> radiance(const Lights<W>& k, Float<W> cosine) {
+    return k.of.rgb([](const Data& d) { return d.common.radiance; }) * shape(k.of, cosine);
   }
 
   template <int W>
-  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+  static KN_INLINE void sample(const LightOf<Data, W>& of, const LightPoint<W>& in, LightSample<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const F one(1.f), two(2.f);
     const View<W> view(k, in.P);
     // which profile: strata of u survive within each
@@ -149,14 +171,15 @@ struct PxrDiskLight {
     out.wi = w * (one / max(stretch, F(1e-30f)));
     out.distance = view.P.z / max(down, F(1e-20f)) * stretch;
     out.pdf = zeroUnless(down > F(0.f), view.density(k, phi, stretch));
-    out.radiance = radiance<W>(k, -dot(out.wi, wide<W>(k.normal)));
+    out.radiance = radiance<W>(k, -dot(out.wi, k.normal));
   }
 
   template <int W>
-  static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+  static KN_INLINE Mask<W> intersect(const LightOf<Data, W>& of, Vec3<W> o, Vec3<W> d, Float<W>& t) {
     using F = Float<W>;
-    if (k.isBlack) return Mask<W>(false);
-    const Vec3<W> p = toLocal<W>(k, o - wide<W>(k.center)), l = toLocal<W>(k, d);
+    if (of.isBlack()) return Mask<W>(false);
+    const Lights<W> k(of);
+    const Vec3<W> p = toLocal<W>(k, o - k.center), l = toLocal<W>(k, d);
     const F at = p.z / max(-l.z, F(1e-30f));
     const F x = fma(l.x, at, p.x), y = fma(l.y, at, p.y);
     const Mask<W> hit = (l.z < F(0.f)) & (p.z > F(0.f)) & (fma(x, x, y * y) <= F(kRadius * kRadius)) & (at < t);
@@ -165,9 +188,10 @@ struct PxrDiskLight {
   }
 
   template <int W>
-  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+  static KN_INLINE void evaluate(const LightOf<Data, W>& of, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const View<W> view(k, ray.o);
     const Vec3<W> local = toLocal<W>(k, ray.d);
     const F inverseStretch = length(local);  // |d M^-1| = 1 / |l M|
@@ -175,33 +199,43 @@ struct PxrDiskLight {
     // directions that sample() made towards the rim may miss it by rounding, which grows with the distance, and where
     // the disk is seen edge-on
     const F x0 = fma(local.x, at, view.P.x), y0 = fma(local.y, at, view.P.y);
-    const F rim = fma(reach * reach / max(view.P.z, F(1e-20f)), F(k.rounding), F(kRadius * (1 + 2e-6f)));
+    const F rim = fma(reach * reach / max(view.P.z, F(1e-20f)), k.rounding, F(kRadius * (1 + 2e-6f)));
     const Mask<W> hit = view.front & (local.z < F(0.f)) & (fma(x0, x0, y0 * y0) <= rim * rim);
     const F level = fma(local.x, view.alongX, local.y * view.alongY);
     const F x = fma(level, view.cosTilt, local.z * view.sinTilt),
             z = fms(level, view.sinTilt, local.z * view.cosTilt);
     const F phi = clamp(atan2(x, z), -view.alpha, view.alpha);
-    l = zeroUnless(hit, radiance<W>(k, -dot(ray.d, wide<W>(k.normal))));
+    l = zeroUnless(hit, radiance<W>(k, -dot(ray.d, k.normal)));
     pdf = zeroUnless(hit, view.density(k, phi, F(1.f) / max(inverseStretch, F(1e-30f))));
   }
 
   template <int W>
-  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+  static KN_INLINE void emit(const LightOf<Data, W>& of, const EmitInput<W>& in, LightEmission<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     F x, y, a, b;
     concentricDisk(in.u0, in.u1, x, y);
-    out.o = fma(wide<W>(k.rows[0]), x * F(kRadius), fma(wide<W>(k.rows[1]), y * F(kRadius), wide<W>(k.center)));
-    out.N = wide<W>(k.normal);
+    out.o = fma(k.rows[0], x * F(kRadius), fma(k.rows[1], y * F(kRadius), k.center));
+    out.N = k.normal;
     // cosine-weighted within the cone
     concentricDisk(in.u2, in.u3, a, b);
-    a *= F(k.shaping.sinCone);
-    b *= F(k.shaping.sinCone);
+    a *= k.sinCone;
+    b *= k.sinCone;
     const F cosine = safeSqrt(fnma(a, a, fnma(b, b, F(1.f))));
     out.d = Frame<W>(out.N).toWorld({a, b, cosine});
-    out.pdfPosition = F(1.f / k.area);
-    out.pdfDirection = cosine * F(kInvPi / (k.shaping.sinCone * k.shaping.sinCone));
+    out.pdfPosition = F(1.f) / k.area;
+    out.pdfDirection = cosine * (F(kInvPi) / (k.sinCone * k.sinCone));
     out.radiance = radiance<W>(k, cosine);
+  }
+
+  template <int W>
+  static KN_INLINE void densities(const LightOf<Data, W>& of, const LightRay<W>& ray, LightDensities<W>& out) {
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
+    out.N = k.normal;
+    out.pdfPosition = Float<W>(1.f) / k.area;
+    out.pdfDirection = coneDensity<W>(-dot(ray.d, k.normal), k.sinCone);
   }
 };
 
@@ -263,6 +297,15 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  if (!(k.boundingRadius > 0)) return;
+  describeEmission(*d, k.shaping, k.normal64);
+  // an ellipse reaches as far along an axis as the root of the sum of its half axes' squares there
+  const Double3 reach{0.5 * std::hypot(k.axisX.x, k.axisY.x), 0.5 * std::hypot(k.axisX.y, k.axisY.y),
+                      0.5 * std::hypot(k.axisX.z, k.axisY.z)};
+  LightBox box;
+  box.add(k.center64 - reach);
+  box.add(k.center64 + reach);
+  box.describe(*d);
 }
 
 // Lambert's formula over a polygon of many sides and the ellipse's area, cut at the receiver's horizon: within 1e-5.

@@ -91,6 +91,13 @@ struct PxrDistantLight {
     out.pdfDirection = F(density(k));
     out.radiance = wideRgb<W>(k.common.radiance);
   }
+  template <int W>
+  static KN_INLINE void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    if (k.isBlack || k.isDelta) return;
+    Rgb<W> unused;
+    evaluate<W>(k, ray, unused, out.pdfDirection);
+    densityOfDisk<W>(ray, out);
+  }
 };
 
 using Runner = LightRunner<PxrDistantLight>;
@@ -138,6 +145,7 @@ void describe(const void* data, LightDescription* d) {
   for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
   *d = describeInfiniteLight(k.common, k.isBlack, sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos));
   d->isDelta = k.isDelta;
+  setAxis(*d, k.axis64 * (1 - 0.5 * k.oneMinusCos));  // the mean over the cone
 }
 
 // L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.

@@ -43,6 +43,7 @@ struct Data {
   std::vector<float> rowFrom, rowTo;
   int32_t northRows = 0;
   double meanRadiance = 0;  // over directions and RGB, absolute
+  Double3 meanDirection;    // towards the light, weighted by its radiance
   bool isBlack = true;
 };
 }  // namespace kinora::pxrDomeLight
@@ -194,6 +195,7 @@ bool buildDistribution(Data& k) {
   k.rowSteps = stepsFor(k.rows);
   std::vector<double> cells = cellMeans(k);
   std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
+  Double3 mean;
   double total = 0;
   k.northRows = (k.rows + 1) / 2;
   for (int32_t j = 0; j < k.rows; ++j) {
@@ -204,12 +206,23 @@ bool buildDistribution(Data& k) {
   }
   for (int32_t j = 0; j < k.rows; ++j) {
     solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
-    for (int32_t i = 0; i < k.columns; ++i)
-      rowWeight[size_t(j)] += cells[size_t(j) * k.columns + i] * solid[size_t(j)];
+    const double polar = kPi * (j + 0.5) / k.rows;
+    for (int32_t i = 0; i < k.columns; ++i) {
+      const double weight = cells[size_t(j) * k.columns + i] * solid[size_t(j)];
+      const double turn = -2 * kPi * (i + 0.5) / k.columns;
+      mean = mean +
+             Double3{std::cos(turn) * std::sin(polar), std::sin(turn) * std::sin(polar), std::cos(polar)} * weight;
+      rowWeight[size_t(j)] += weight;
+    }
     total += rowWeight[size_t(j)];
   }
   k.meanRadiance = total / (4 * kPi);
   if (!(total > 0) || !std::isfinite(total)) return false;
+  mean = mean * (1 / total);
+  for (int c = 0; c < 3; ++c) {
+    const double local = c == 0 ? mean.x : c == 1 ? mean.y : mean.z;
+    k.meanDirection = k.meanDirection + Double3{k.axis[c].x, k.axis[c].y, k.axis[c].z} * local;
+  }
   k.rowCdf.resize(size_t(k.rows) + 1);
   k.cellCdf.resize((size_t(k.columns) + 1) * k.rows);
   k.density.resize(cells.size());
@@ -265,6 +278,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
+  setAxis(*d, k.meanDirection);
 }
 
 // pi L for a constant dome; -1 for a map.

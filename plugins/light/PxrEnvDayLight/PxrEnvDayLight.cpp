@@ -60,6 +60,7 @@ struct Data {
   bool horizonBelow = false;
   std::vector<float> rowCdf, cellCdf, density;  // kRows + 1, kRows (kColumns + 1), kRows kColumns
   double meanRadiance = 0;                      // over directions and RGB
+  Double3 meanDirection;                        // towards the light, weighted by its radiance
   bool isBlack = true;
 };
 }  // namespace kinora::pxrEnvDayLight
@@ -274,6 +275,7 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
   }
   std::vector<double> cell(size_t(kRows) * kColumns, 0.0);
   double total = 0;
+  k.meanDirection = {};
   for (int row = 0; row < kRows; ++row)
     for (int place = 0; place < kPlaces; ++place) {
       const double z = 2 * (row + (place + 0.5) / kPlaces) / kRows - 1, s = std::sqrt(1 - z * z);
@@ -294,6 +296,8 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
         }
       }
       LightRayArgs a{};
+      const void* light = &k;
+      a.light = &light;
       a.count = kColumns * kPlaces;
       for (int c = 0; c < 3; ++c) {
         a.o[c] = o.data();
@@ -301,7 +305,7 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
         a.radiance[c] = rgb[c].data();
       }
       a.pdf = pdf.data();
-      evaluate->evaluate(&k, &a);
+      evaluate->evaluate(&a);
       for (int i = 0; i < kColumns * kPlaces; ++i) {
         double mean = 0;
         for (int c = 0; c < 3; ++c) {
@@ -310,11 +314,14 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
         }
         cell[size_t(row) * kColumns + size_t(i / kPlaces)] += mean / (kPlaces * kPlaces);
         total += mean / (kPlaces * kPlaces);
+        k.meanDirection = k.meanDirection +
+                          Double3{d[0][size_t(i)], d[1][size_t(i)], d[2][size_t(i)]} * (mean / (kPlaces * kPlaces));
       }
     }
   const double cells = double(kRows) * kColumns;
   for (int c = 0; c < 3; ++c) skyIrradiance[c] *= 4 * kPi / (cells * kPlaces * kPlaces);
   k.meanRadiance = total / cells;
+  if (total > 0) k.meanDirection = k.meanDirection * (1 / total);
   k.density.clear();
   if (!(total > 0) || !std::isfinite(total)) return;
   // none without density: a cell's places may all have missed a bright corner
@@ -416,6 +423,11 @@ void* create(const CreateInfo* info, ErrorText* error) {
       // by what each gives a surface: the sky's light comes from aslant
       light->sunShare = float(std::clamp(sunMean / (sunMean + 0.5 * skyMean), 0.05, 0.95));
       light->meanRadiance += sunMean / (4 * kPi);
+      const double share = sunMean / (4 * kPi * light->meanRadiance);
+      const Double3 towards = Double3{light->axis[0].x, light->axis[0].y, light->axis[0].z} * sun.x +
+                              Double3{light->axis[1].x, light->axis[1].y, light->axis[1].z} * sun.y +
+                              Double3{light->axis[2].x, light->axis[2].y, light->axis[2].z} * sun.z;
+      light->meanDirection = light->meanDirection * (1 - share) + towards * share;
     }
     return light.release();
   });
@@ -424,6 +436,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
+  setAxis(*d, k.meanDirection);
 }
 
 constexpr LightTraits kTraits{describe, nullptr};

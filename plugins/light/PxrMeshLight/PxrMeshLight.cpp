@@ -174,6 +174,18 @@ struct PxrMeshLight {
       out.pdfPosition = zeroUnless(!blocked, out.pdfPosition);
     }
   }
+
+  template <int W>
+  static void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack) return;
+    Int<W> triangle;
+    F t;
+    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, F(3e38f), triangle, t);
+    out.N = at<W>(k.triangles.normal, triangle);
+    out.pdfPosition = zeroUnless(hit, gather(k.density.data(), triangle));
+    out.pdfDirection = coneDensity<W>(-dot(ray.d, out.N), F(k.shaping.sinCone));
+  }
 };
 
 using Runner = LightRunner<PxrMeshLight>;
@@ -293,6 +305,20 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, Float3(k.center), k.radius * (1 + 1e-6), k.area);
+  if (!k.triangles.count()) return;
+  Double3 mean;
+  LightBox box;
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
+    const Double3 v0 = get(k.triangles.v0, i), e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
+    mean = mean + cross(e1, e2) * 0.5;
+    for (const Double3& p : {v0, v0 + e1, v0 + e2}) box.add(p);
+  }
+  box.describe(*d);
+  // normals that point apart are those of a closed surface
+  mean = normalized(mean);
+  double least = 1;
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
+  describeEmission(*d, k.shaping, least > -0.9 ? mean : Double3{}, least);
 }
 
 // Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may

@@ -38,24 +38,48 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrRectLight;
 
+// Of each lane's light.
+template <int W>
+struct Lights {
+  const LightOf<Data, W>& of;
+  Vec3<W> center, edgeX, edgeY, unitX, unitY, normal, dualX, dualY;
+  Float<W> halfX, halfY, area, sinCone;
+  Mask<W> isRectangle;
+  KN_INLINE explicit Lights(const LightOf<Data, W>& k)
+      : of(k),
+        center(k(&Data::center)),
+        edgeX(k(&Data::edgeX)),
+        edgeY(k(&Data::edgeY)),
+        unitX(k(&Data::unitX)),
+        unitY(k(&Data::unitY)),
+        normal(k(&Data::normal)),
+        dualX(k(&Data::dualX)),
+        dualY(k(&Data::dualY)),
+        halfX(k(&Data::halfX)),
+        halfY(k(&Data::halfY)),
+        area(k(&Data::area)),
+        sinCone(k.number([](const Data& d) { return d.shaping.sinCone; })),
+        isRectangle(k(&Data::isRectangle)) {}
+};
+
 // The spherical rectangle seen from a point: names follow the paper, z0 < 0.
 template <int W>
 struct SphericalRectangle {
   Float<W> x0, x1, y0, y1, z0, solidAngle;
   Float<W> k;  // less pi
   Mask<W> front, byArea;
-  KN_INLINE SphericalRectangle(const Data& light, Vec3<W> P) {
+  KN_INLINE SphericalRectangle(const Lights<W>& light, Vec3<W> P) {
     using F = Float<W>;
-    const Vec3<W> toPoint = P - wide<W>(light.center);
-    const F px = dot(toPoint, wide<W>(light.unitX)), py = dot(toPoint, wide<W>(light.unitY));
-    z0 = -dot(toPoint, wide<W>(light.normal));
+    const Vec3<W> toPoint = P - light.center;
+    const F px = dot(toPoint, light.unitX), py = dot(toPoint, light.unitY);
+    z0 = -dot(toPoint, light.normal);
     front = z0 < F(0.f);
-    x0 = -px - F(light.halfX);
-    x1 = -px + F(light.halfX);
-    y0 = -py - F(light.halfY);
-    y1 = -py + F(light.halfY);
+    x0 = -px - light.halfX;
+    x1 = -px + light.halfX;
+    y0 = -py - light.halfY;
+    y1 = -py + light.halfY;
     byArea = Mask<W>(true);
-    if (!light.isRectangle) return;
+    if (light.isRectangle.none()) return;
     // The paper's four angles are pi/2 plus or minus atan(x y / (|z| r)) at the corners, r their distances. Arc
     // cosines of the edges' normals, as it has them, lose half their digits near the rectangle's plane.
     const F z2 = max(z0 * z0, F(1e-30f)), z = sqrt(z2);
@@ -63,7 +87,7 @@ struct SphericalRectangle {
     const F a01 = cornerAngle(x0, y1, z, z2), a11 = cornerAngle(x1, y1, z, z2);
     k = a01 - a00;
     solidAngle = (a11 - a10) - (a01 - a00);
-    byArea = !(solidAngle >= F(kLeastSolidAngle));
+    byArea = !(light.isRectangle & (solidAngle >= F(kLeastSolidAngle)));
   }
   static KN_INLINE Float<W> cornerAngle(Float<W> x, Float<W> y, Float<W> z, Float<W> z2) {
     return atan(x * y / (z * sqrt(fma(x, x, fma(y, y, z2)))));
@@ -105,65 +129,69 @@ struct SphericalRectangle {
 
 struct PxrRectLight {
   using Data = pxrRectLight::Data;
-  static constexpr bool kIntersects = true;
+  static constexpr bool kIntersects = true, kMixes = true;
 
   // x, y: local position in [-.5, .5]. A viewer in front sees the map upright and not mirrored when the scene's space
   // is left-handed: u runs along -x, v (down) along -y.
   template <int W>
-  static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> x, Float<W> y, Float<W> cosine) {
-    Rgb<W> l = wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine);
-    if (k.map.valid()) l = l * lookUp<W, false>(k.map, Float<W>(0.5f) - x, Float<W>(0.5f) - y);
+  static KN_INLINE Rgb<W> radiance(const Lights<W>& k, Float<W> x, Float<W> y, Float<W> cosine) {
+    Rgb<W> l = k.of.rgb([](const Data& d) { return d.common.radiance; }) * shape(k.of, cosine);
+    if (k.of.any([](const Data& d) { return d.map.valid(); }))
+      l = l * lookUp<W, false>(k.of, Float<W>(0.5f) - x, Float<W>(0.5f) - y);
     return l;
   }
 
   template <int W>
-  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+  static KN_INLINE void sample(const LightOf<Data, W>& of, const LightPoint<W>& in, LightSample<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const SphericalRectangle<W> r(k, in.P);
     F x = in.u - F(0.5f), y = in.v - F(0.5f);  // local position
-    const Vec3<W> toCenter = wide<W>(k.center) - in.P;
-    Vec3<W> to = fma(wide<W>(k.edgeX), x, fma(wide<W>(k.edgeY), y, toCenter));
-    if (k.isRectangle && !r.byArea.all()) {
+    const Vec3<W> toCenter = k.center - in.P;
+    Vec3<W> to = fma(k.edgeX, x, fma(k.edgeY, y, toCenter));
+    if (!r.byArea.all()) {
       F sx, sy;
       r.sample(in.u, in.v, sx, sy);
-      const Vec3<W> onSphere = fma(wide<W>(k.unitX), sx, fma(wide<W>(k.unitY), sy, wide<W>(k.normal) * r.z0));
+      const Vec3<W> onSphere = fma(k.unitX, sx, fma(k.unitY, sy, k.normal * r.z0));
       to = select(r.byArea, to, onSphere);
-      x = select(r.byArea, x, (sx - r.x0) / F(2 * k.halfX) - F(0.5f));
-      y = select(r.byArea, y, (sy - r.y0) / F(2 * k.halfY) - F(0.5f));
+      x = select(r.byArea, x, (sx - r.x0) / (F(2.f) * k.halfX) - F(0.5f));
+      y = select(r.byArea, y, (sy - r.y0) / (F(2.f) * k.halfY) - F(0.5f));
     }
     const F d2 = dot(to, to), distance = sqrt(d2);
     out.wi = to * (F(1.f) / max(distance, F(1e-30f)));
     out.distance = distance;
-    const F cosine = -dot(out.wi, wide<W>(k.normal));
+    const F cosine = -dot(out.wi, k.normal);
     out.pdf = density(k, r, d2, cosine);
     out.radiance = radiance<W>(k, x, y, cosine);
   }
   // Behind the light and in its plane there is none.
   template <int W>
-  static KN_INLINE Float<W> density(const Data& k, const SphericalRectangle<W>& r, Float<W> d2, Float<W> cosine) {
+  static KN_INLINE Float<W> density(const Lights<W>& k, const SphericalRectangle<W>& r, Float<W> d2,
+                                    Float<W> cosine) {
     using F = Float<W>;
-    const F byArea = d2 / (max(cosine, F(1e-30f)) * F(k.area));
+    const F byArea = d2 / (max(cosine, F(1e-30f)) * k.area);
     return zeroUnless(r.front & (cosine > F(0.f)), select(r.byArea, byArea, F(1.f) / r.solidAngle));
   }
 
   // How far from the middle, in local units, a hit counts: half, and what rounding may take from a direction that
   // sample() made towards the edge; that grows with the distance.
   template <int W>
-  static KN_INLINE Float<W> reach(const Data& k, Float<W> t) {
+  static KN_INLINE Float<W> reach(const Lights<W>& k, Float<W> t) {
     using F = Float<W>;
-    return fma(t, F(1e-6f / (2 * (k.halfX < k.halfY ? k.halfX : k.halfY))), F(0.5f + 1e-6f));
+    return fma(t, F(1e-6f) / (F(2.f) * min(k.halfX, k.halfY)), F(0.5f + 1e-6f));
   }
 
   template <int W>
-  static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+  static KN_INLINE Mask<W> intersect(const LightOf<Data, W>& of, Vec3<W> o, Vec3<W> d, Float<W>& t) {
     using F = Float<W>;
-    if (k.isBlack) return Mask<W>(false);
-    const Vec3<W> n = wide<W>(k.normal), rel = o - wide<W>(k.center);
+    if (of.isBlack()) return Mask<W>(false);
+    const Lights<W> k(of);
+    const Vec3<W> n = k.normal, rel = o - k.center;
     const F falling = -dot(d, n), height = dot(rel, n);
     const F at = height / max(falling, F(1e-30f));
     const Vec3<W> p = fma(d, at, rel);
-    const F x = dot(p, wide<W>(k.dualX)), y = dot(p, wide<W>(k.dualY));
+    const F x = dot(p, k.dualX), y = dot(p, k.dualY);
     const F slack = reach<W>(k, at);
     const Mask<W> hit = (falling > F(0.f)) & (height > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack) & (at < t);
     t = select(hit, at, t);
@@ -171,15 +199,16 @@ struct PxrRectLight {
   }
 
   template <int W>
-  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+  static KN_INLINE void evaluate(const LightOf<Data, W>& of, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const SphericalRectangle<W> r(k, ray.o);
-    const F cosine = -dot(ray.d, wide<W>(k.normal));
+    const F cosine = -dot(ray.d, k.normal);
     // the plane's distance, not the caller's: t may have been shortened by a ray offset
     const F t = -r.z0 / max(cosine, F(1e-30f));
-    const Vec3<W> p = fma(ray.d, t, ray.o - wide<W>(k.center));
-    const F x = dot(p, wide<W>(k.dualX)), y = dot(p, wide<W>(k.dualY));
+    const Vec3<W> p = fma(ray.d, t, ray.o - k.center);
+    const F x = dot(p, k.dualX), y = dot(p, k.dualY);
     const F slack = reach<W>(k, t);
     const Mask<W> hit = r.front & (cosine > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack);
     l = zeroUnless(hit, radiance<W>(k, x, y, cosine));
@@ -187,23 +216,33 @@ struct PxrRectLight {
   }
 
   template <int W>
-  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+  static KN_INLINE void emit(const LightOf<Data, W>& of, const EmitInput<W>& in, LightEmission<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const F x = in.u0 - F(0.5f), y = in.u1 - F(0.5f);
-    const Vec3<W> n = wide<W>(k.normal);
-    out.o = fma(wide<W>(k.edgeX), x, fma(wide<W>(k.edgeY), y, wide<W>(k.center)));
+    const Vec3<W> n = k.normal;
+    out.o = fma(k.edgeX, x, fma(k.edgeY, y, k.center));
     out.N = n;
     // cosine-weighted within the cone
     F a, b;
     concentricDisk(in.u2, in.u3, a, b);
-    a *= F(k.shaping.sinCone);
-    b *= F(k.shaping.sinCone);
+    a *= k.sinCone;
+    b *= k.sinCone;
     const F cosine = safeSqrt(fnma(a, a, fnma(b, b, F(1.f))));
     out.d = Frame<W>(n).toWorld({a, b, cosine});
-    out.pdfPosition = F(1.f / k.area);
-    out.pdfDirection = cosine * F(kInvPi / (k.shaping.sinCone * k.shaping.sinCone));
+    out.pdfPosition = F(1.f) / k.area;
+    out.pdfDirection = cosine * (F(kInvPi) / (k.sinCone * k.sinCone));
     out.radiance = radiance<W>(k, x, y, cosine);
+  }
+
+  template <int W>
+  static KN_INLINE void densities(const LightOf<Data, W>& of, const LightRay<W>& ray, LightDensities<W>& out) {
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
+    out.N = k.normal;
+    out.pdfPosition = Float<W>(1.f) / k.area;
+    out.pdfDirection = coneDensity<W>(-dot(ray.d, k.normal), k.sinCone);
   }
 };
 
@@ -263,6 +302,11 @@ void describe(const void* data, LightDescription* d) {
   for (const Double3& c : k.corner)
     if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, radius, k.area, k.map.mean);
+  if (!(k.area > 0)) return;
+  describeEmission(*d, k.shaping, k.normal64);
+  LightBox box;
+  for (const Double3& c : k.corner) box.add(c);
+  box.describe(*d);
 }
 
 // Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1

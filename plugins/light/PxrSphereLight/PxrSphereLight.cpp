@@ -36,9 +36,29 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrSphereLight;
 
+// Of each lane's light.
 template <int W>
-KN_INLINE Vec3<W> times(Vec3<W> v, const Float3 m[3]) {
-  return fma(wide<W>(m[0]), v.x, fma(wide<W>(m[1]), v.y, wide<W>(m[2]) * v.z));
+struct Lights {
+  const LightOf<Data, W>& of;
+  Vec3<W> center, axis, rows[3], inverse[3], normalRows[3];
+  Float<W> determinant, rounding;
+  KN_INLINE explicit Lights(const LightOf<Data, W>& k)
+      : of(k),
+        center(k(&Data::center)),
+        axis(k(&Data::axis)),
+        determinant(k(&Data::determinant)),
+        rounding(k(&Data::rounding)) {
+    for (int i = 0; i < 3; ++i) {
+      rows[i] = k.vector([i](const Data& d) -> const Float3& { return d.rows[i]; });
+      inverse[i] = k.vector([i](const Data& d) -> const Float3& { return d.inverse[i]; });
+      normalRows[i] = k.vector([i](const Data& d) -> const Float3& { return d.normalRows[i]; });
+    }
+  }
+};
+
+template <int W>
+KN_INLINE Vec3<W> times(Vec3<W> v, const Vec3<W> m[3]) {
+  return fma(m[0], v.x, fma(m[1], v.y, m[2] * v.z));
 }
 
 // The sphere from a point, in local space.
@@ -48,9 +68,9 @@ struct View {
   Float<W> d2;
   Float<W> oneMinusCos;  // of the cone's half angle
   Mask<W> outside;
-  KN_INLINE View(const Data& k, Vec3<W> P) {
+  KN_INLINE View(const Lights<W>& k, Vec3<W> P) {
     using F = Float<W>;
-    fromCenter = times<W>(P - wide<W>(k.center), k.inverse);
+    fromCenter = times<W>(P - k.center, k.inverse);
     d2 = dot(fromCenter, fromCenter);
     const F r2(kRadius * kRadius);
     outside = d2 > r2;
@@ -58,25 +78,26 @@ struct View {
     oneMinusCos = sin2 / (F(1.f) + safeSqrt(F(1.f) - sin2));
   }
   // Density over directions of render space; stretch = |l M| of the unit local direction.
-  KN_INLINE Float<W> density(const Data& k, Float<W> stretch) const {
+  KN_INLINE Float<W> density(const Lights<W>& k, Float<W> stretch) const {
     using F = Float<W>;
-    return zeroUnless(outside, stretch * stretch * stretch / (F(kTwoPi * k.determinant) * oneMinusCos));
+    return zeroUnless(outside, stretch * stretch * stretch / (F(kTwoPi) * k.determinant * oneMinusCos));
   }
 };
 
 struct PxrSphereLight {
   using Data = pxrSphereLight::Data;
-  static constexpr bool kIntersects = true;
+  static constexpr bool kIntersects = true, kMixes = true;
 
   template <int W>
-  static KN_INLINE Rgb<W> radiance(const Data& k, Vec3<W> towardsLight) {
-    return wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, -dot(towardsLight, wide<W>(k.axis)));
+  static KN_INLINE Rgb<W> radiance(const Lights<W>& k, Vec3<W> towardsLight) {
+    return k.of.rgb([](const Data& d) { return d.common.radiance; }) * shape(k.of, -dot(towardsLight, k.axis));
   }
 
   template <int W>
-  static KN_INLINE void sample(const Data& k, const LightPoint<W>& in, LightSample<W>& out) {
+  static KN_INLINE void sample(const LightOf<Data, W>& of, const LightPoint<W>& in, LightSample<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const View<W> view(k, in.P);
     const F d = sqrt(view.d2);
     const Frame<W> cone(view.fromCenter * (F(-1.f) / max(d, F(1e-30f))));
@@ -96,10 +117,11 @@ struct PxrSphereLight {
   // Stable form of the quadratic: discriminant from the ray's distance to the centre (Haines et al., Ray Tracing Gems
   // 7).
   template <int W>
-  static KN_INLINE Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+  static KN_INLINE Mask<W> intersect(const LightOf<Data, W>& of, Vec3<W> o, Vec3<W> d, Float<W>& t) {
     using F = Float<W>;
-    if (k.isBlack) return Mask<W>(false);
-    const Vec3<W> f = times<W>(o - wide<W>(k.center), k.inverse), l = times<W>(d, k.inverse);
+    if (of.isBlack()) return Mask<W>(false);
+    const Lights<W> k(of);
+    const Vec3<W> f = times<W>(o - k.center, k.inverse), l = times<W>(d, k.inverse);
     const F a = dot(l, l), b = -dot(f, l);
     const Vec3<W> nearest = fma(l, b / max(a, F(1e-37f)), f);
     const F room = F(kRadius * kRadius) - dot(nearest, nearest);
@@ -112,9 +134,10 @@ struct PxrSphereLight {
   }
 
   template <int W>
-  static KN_INLINE void evaluate(const Data& k, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
+  static KN_INLINE void evaluate(const LightOf<Data, W>& of, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const View<W> view(k, ray.o);
     const Vec3<W> local = times<W>(ray.d, k.inverse);
     const F inverseStretch = length(local);  // |d M^-1| = 1 / |l M|
@@ -122,27 +145,41 @@ struct PxrSphereLight {
     const F along = -dot(view.fromCenter, unit);
     const Vec3<W> nearest = fma(unit, along, view.fromCenter);
     // directions made by sample() may miss the rim by rounding, which grows with the distance
-    const F rim = fma(sqrt(view.d2), F(k.rounding), F(kRadius * (1 + 5e-5f)));
+    const F rim = fma(sqrt(view.d2), k.rounding, F(kRadius * (1 + 5e-5f)));
     const Mask<W> hit = view.outside & (along > F(0.f)) & (dot(nearest, nearest) <= rim * rim);
     l = zeroUnless(hit, radiance<W>(k, ray.d));
     pdf = zeroUnless(hit, view.density(k, F(1.f) / max(inverseStretch, F(1e-37f))));
   }
 
   template <int W>
-  static KN_INLINE void emit(const Data& k, const EmitInput<W>& in, LightEmission<W>& out) {
+  static KN_INLINE void emit(const LightOf<Data, W>& of, const EmitInput<W>& in, LightEmission<W>& out) {
     using F = Float<W>;
-    if (k.isBlack) return;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
     const Vec3<W> n = uniformSphere(in.u0, in.u1);
-    out.o = times<W>(n * F(kRadius), k.rows) + wide<W>(k.center);
+    out.o = times<W>(n * F(kRadius), k.rows) + k.center;
     const Vec3<W> normal = times<W>(n, k.normalRows);
     const F stretch = length(normal);
     out.N = normal * (F(1.f) / max(stretch, F(1e-30f)));
     const Vec3<W> c = cosineHemisphere(in.u2, in.u3);
     out.d = Frame<W>(out.N).toWorld(c);
     // an element of local area grows by |det M| |n M^-T|
-    out.pdfPosition = F(1.f / (4 * kPi * kRadius * kRadius)) / (F(k.determinant) * stretch);
+    out.pdfPosition = F(1.f / (4 * kPi * kRadius * kRadius)) / (k.determinant * stretch);
     out.pdfDirection = c.z * F(kInvPi);
     out.radiance = radiance<W>(k, -out.d);
+  }
+
+  template <int W>
+  static KN_INLINE void densities(const LightOf<Data, W>& of, const LightRay<W>& ray, LightDensities<W>& out) {
+    using F = Float<W>;
+    if (of.isBlack()) return;
+    const Lights<W> k(of);
+    const Vec3<W> local = times<W>(fma(ray.d, ray.t, ray.o - k.center), k.inverse);
+    const Vec3<W> normal = times<W>(local * (F(1.f) / max(length(local), F(1e-30f))), k.normalRows);
+    const F stretch = length(normal);
+    out.N = normal * (F(1.f) / max(stretch, F(1e-30f)));
+    out.pdfPosition = F(1.f / (4 * kPi * kRadius * kRadius)) / (k.determinant * stretch);
+    out.pdfDirection = max(-dot(out.N, ray.d), F(0.f)) * F(kInvPi);
   }
 };
 
@@ -227,6 +264,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
 }
 
 // pi L (r / d)^2 cos for a sphere wholly above the receiver's horizon; -1 for other cases.

@@ -1,0 +1,32 @@
+// The wide kernels that walk the light tree: which light a point samples, and how likely a given light was. Both read
+// one function of (node, point, normal), so that they agree to the bit. Internal to light/.
+#pragma once
+#include <cstdint>
+
+#include "light/light_tree.h"
+#include "light/link_sets.h"
+
+namespace kinora::light {
+
+// What stands between a light and the point is not known, and the brightest light may be the one in shadow: each top
+// node gets, beside its share s, this times the root of s.
+inline constexpr float kRootShare = 0.05f;
+
+struct ChooseArgs {
+  const LightTree* tree;
+  const LinkSets* links;
+  uint32_t n;
+  const float* P[3];
+  const float* N[3];        // null: points in space. Length 1: lit from this side; 1/2: from both, less from behind;
+                            // 0: from all sides
+  const uint32_t* linkSet;  // null: all in set 0
+  const float* u[2];        // choose
+  uint32_t* light;          // choose: out, kNone where no light reaches the point; density: in
+  float* probability;       // out
+};
+inline constexpr uint32_t kNone = LightTree::kNone;
+using ChooseKernel = void (*)(const ChooseArgs&);
+ChooseKernel chooseKernel(uint32_t width);       // arrays of padded length
+ChooseKernel probabilityKernel(uint32_t width);  // a light that is not linked, or does not reach: 0
+
+}  // namespace kinora::light

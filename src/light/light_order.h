@@ -1,0 +1,106 @@
+// Entries that want different lights, in an order in which one call to a plug-in serves as many as it can: kind by
+// kind, and light by light where the kind does not mix them. Arrays are taken to that order and put back. Internal to
+// light/.
+#pragma once
+#include <kinora/light.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "base/arena.h"
+
+namespace kinora::light {
+
+class LightOrder {
+ public:
+  struct Run {
+    uint32_t kind, from, count;
+  };
+
+  // kindOf(light), mixes(kind), instanceOf(light); light: by entry, padded; kNone entries take no part.
+  template <class KindOf, class Mixes, class InstanceOf>
+  LightOrder(Arena& arena, uint32_t kinds, uint32_t n, const uint32_t* light, KindOf kindOf, Mixes mixes,
+             InstanceOf instanceOf)
+      : arena_(arena), n_(n) {
+    constexpr uint32_t kNone = 0xffffffffu;
+    runs_ = arena.make<Run>(kinds + 1);
+    if (!n) return;
+    const uint32_t first = light[0];
+    bool isOneLight = first != kNone, isOneKind = isOneLight;
+    for (uint32_t i = 1; i < n && isOneKind; ++i) {
+      isOneLight = isOneLight && light[i] == first;
+      isOneKind = light[i] != kNone && (light[i] == first || kindOf(light[i]) == kindOf(first));
+    }
+    isOneLight = isOneLight && isOneKind;
+    if (isOneLight || (isOneKind && mixes(kindOf(first)))) {
+      runs_[runCount_++] = {kindOf(first), 0, n};
+      stride_ = isOneLight ? 0 : 1;
+      const void** at = arena.make<const void*>(isOneLight ? 1 : padded(n));
+      for (uint32_t i = 0; i < (isOneLight ? 1 : padded(n)); ++i) at[i] = instanceOf(light[i < n ? i : n - 1]);
+      instances_ = at;
+      room_ = padded(n);
+      return;
+    }
+    isMoved_ = true;
+    uint32_t* count = arena.make<uint32_t>(kinds + 1);
+    std::fill_n(count, kinds + 1, 0u);
+    for (uint32_t i = 0; i < n; ++i)
+      if (light[i] != kNone) ++count[kindOf(light[i])];
+    uint32_t* at = arena.make<uint32_t>(kinds + 1);
+    for (uint32_t k = 0; k < kinds; ++k) {
+      at[k] = room_;
+      if (!count[k]) continue;
+      runs_[runCount_++] = {k, room_, count[k]};
+      room_ += padded(count[k]);
+    }
+    from_ = arena.make<uint32_t>(room_ + kPad);
+    for (uint32_t i = 0; i < n; ++i)
+      if (light[i] != kNone) from_[at[kindOf(light[i])]++] = i;
+    const void** instances = arena.make<const void*>(room_ + kPad);
+    for (uint32_t r = 0; r < runCount_; ++r) {
+      const Run& run = runs_[r];
+      uint32_t* list = from_ + run.from;
+      if (!mixes(run.kind))
+        std::sort(list, list + run.count,
+                  [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
+      for (uint32_t i = run.count; i < padded(run.count); ++i) list[i] = list[run.count - 1];
+      for (uint32_t i = 0; i < padded(run.count); ++i) instances[run.from + i] = instanceOf(light[list[i]]);
+    }
+    instances_ = instances;
+  }
+
+  uint32_t runCount() const { return runCount_; }
+  const Run& run(uint32_t r) const { return runs_[r]; }
+  void setLights(LightLanes& lanes, const Run& run) const {
+    lanes.light = instances_ + (stride_ ? run.from : 0);
+    lanes.lightStride = stride_;
+  }
+  // An input in this order; one for outputs, and what comes of it by entry.
+  const float* take(const float* x) const {
+    if (!isMoved_ || !x) return x;
+    float* y = arena_.make<float>(room_ + kPad);
+    for (uint32_t r = 0; r < runCount_; ++r)
+      for (uint32_t i = runs_[r].from, end = i + padded(runs_[r].count); i < end; ++i) y[i] = x[from_[i]];
+    return y;
+  }
+  template <class T>
+  T* room(T* x) const {
+    return isMoved_ ? arena_.make<T>(room_ + kPad) : x;
+  }
+  template <class T>
+  void put(const T* y, T* x) const {
+    if (!isMoved_) return;
+    for (uint32_t r = 0; r < runCount_; ++r)
+      for (uint32_t i = runs_[r].from, end = i + runs_[r].count; i < end; ++i) x[from_[i]] = y[i];
+  }
+
+ private:
+  Arena& arena_;
+  uint32_t n_, runCount_ = 0, room_ = 0, stride_ = 1;
+  Run* runs_;
+  uint32_t* from_ = nullptr;
+  const void* const* instances_ = nullptr;
+  bool isMoved_ = false;
+};
+
+}  // namespace kinora::light

@@ -1,0 +1,69 @@
+// The tree by which lights are chosen: each node bounds where the lights below it stand, to where they emit and how
+// brightly, so that the irradiance that they could bring to a point can be estimated without looking at them (after
+// Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018). Infinite
+// lights are nodes too. Built once a world; choose.h walks it.
+#pragma once
+#include <kinora/light.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kinora::light {
+
+// A node as the kernels read it; siblings lie side by side.
+struct TreeNode {
+  float center[3];   // of the box; infinite lights: mean direction, as in LightDescription
+  float weight;      // largest radiant intensity; infinite lights: largest irradiance. Over that of all lights
+  uint32_t extent;   // half the box along x and y, 14 bits each: floats without sign and low digits; NodeFlags
+  uint32_t extentZ;  // the same along z; high half: cosine of the angle of normals, times 32767
+  uint32_t axis;     // three times 8 signed bits; high 8: cosine of the angle of emission, times 127
+  uint32_t child;    // the first of two, or kLeaf and the light's index
+};
+static_assert(sizeof(TreeNode) == 32);
+inline constexpr uint32_t kLeaf = 0x80000000u;
+enum NodeFlags : uint32_t { kNodeInfinite = 1u << 30, kNodeTwoSided = 1u << 31 };
+inline constexpr uint32_t kExtentBits = 14, kExtentMask = (1u << kExtentBits) - 1;
+// By which a cosine to the axis may be off, for want of digits.
+inline constexpr float kAxisSlack = 0.008f;
+
+// The top of the tree, whose nodes are weighed all at once: with few lights the whole of it.
+inline constexpr uint32_t kMostTop = 16;
+struct TopNode {
+  float center[3], half[3], weight, axis[3], cosNormals, sinNormals, cosEmission, concentration;
+  uint32_t isInfinite, isTwoSided;
+  uint32_t node;
+};
+
+class LightTree {
+ public:
+  // Where a light hangs: which top node, and which child at each step below it, first step in the lowest bit.
+  struct Place {
+    uint32_t leaf = kNone;  // node; kNone: the light is black and not in the tree
+    uint32_t path = 0;
+    uint32_t top = 0;
+  };
+  static constexpr uint32_t kNone = 0xffffffffu;
+
+  LightTree() = default;
+  // Lights without power have no place.
+  explicit LightTree(std::span<const LightDescription> lights);
+
+  const std::vector<TreeNode>& nodes() const { return nodes_; }
+  const TopNode* top() const { return top_.data(); }
+  uint32_t topCount() const { return topCount_; }
+  const std::vector<Place>& places() const { return places_; }
+  bool isDeep() const { return isDeep_; }  // some top node has children
+
+ private:
+  friend class TreeBuilder;
+  void chooseTop();
+  std::vector<TreeNode> nodes_;
+  std::vector<Place> places_;
+  std::array<TopNode, kMostTop> top_{};
+  uint32_t topCount_ = 0;
+  bool isDeep_ = false;
+};
+
+}  // namespace kinora::light
