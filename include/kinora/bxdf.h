@@ -79,7 +79,7 @@ struct BxdfTraits {
   const char* const* conserving;
   // 1: tinted shadows pass this material (glass, window panes): thinShadow() stands for the light that its lobes
   // flagged kLobeTransmit | kLobeSpecular bring. null: what enclosesMedium says.
-  uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count);
+  uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
 };
 
 }  // namespace kinora

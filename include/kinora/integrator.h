@@ -55,14 +55,14 @@ struct RayList {
   uint32_t* sampleIndex;
   uint32_t* origin;  // RayOrigin bits of the ray, 0 unless the integrator writes them with each new direction;
                      // shaders ask for them by raytype()
-  void* host;  // the renderer's part: what each ray took over from the vertex that it left
+  void* host;        // the renderer's part: what each ray took over from the vertex that it left
 };
 
-enum class StageKind : uint32_t { CameraPaths, LightPaths, Barrier };
+enum class StageKind : uint32_t { CameraPaths, LightPaths };
 struct Stage {
   StageKind kind;
   uint32_t pathsPerSample;
-};  // LightPaths: how many a pixel sample; Barrier: 0
+};  // LightPaths: how many a pixel of the picture and sample
 
 // One group of samples. For camera stages paths.rays hold the camera rays; for light stages emitted rays are made by
 // Services::emitLight. A sample's slot in `paths` never changes while it lives; live slots are listed, not moved.
@@ -72,6 +72,9 @@ struct Group {
   uint32_t width;  // SIMD width
   StageKind stage;
   RayList paths;
+  // By slot: the path's number among those of its stage and sample. Of a camera path y * Services::resolution[0] + x,
+  // of light paths from 0 on.
+  const uint64_t* number;
   const int32_t* pixel[2];  // raster pixel of the sample
   const float* rayWeight;   // camera's weight of the sample
   void* host;
@@ -183,6 +186,18 @@ struct CameraConnection {
   const float* raster[2];
 };
 
+// A list of records that an integrator keeps from one stage of a pass to the next: what light paths left for camera
+// paths to find. Any thread appends; once the stage is over the list is in the order of sample index, path number and
+// appending along a path, whatever the threads and groups were.
+struct RecordList {
+  uint32_t bytes;  // of one record
+  uint32_t stage;  // that writes it; what others append is dropped, with a message
+};
+struct StoredRecords {
+  uint64_t count;
+  const void* records;  // one behind the other; null when there are none
+};
+
 struct MemoryMark {
   uint64_t block, used;
 };
@@ -192,6 +207,7 @@ struct Services {
   SampleTable samples;
   PathStates paths;
   float worldCenter[3], worldRadius;
+  int32_t resolution[2];  // of the whole picture, pixels
   uint32_t lightCount;
   uint32_t hasMedia;          // 0: all of space is empty, and trace() may be given no transmittance
   uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
@@ -249,19 +265,47 @@ struct Services {
   // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase
   // function.
   uint16_t (*event)(Group*, uint32_t type, uint32_t lobe);
+  // Records of the listed paths of the group, one each, for list `list` of IntegratorTraits::lists.
+  void (*append)(Group*, uint32_t list, uint32_t n, const uint32_t* slots, const void* records);
+  // All records of this pass that an earlier stage has written; and where in them those of n paths are, by path
+  // number and sample index.
+  StoredRecords (*stored)(Group*, uint32_t list);
+  void (*findStored)(Group*, uint32_t list, uint32_t n, const uint64_t* paths, const uint32_t* samples,
+                     uint64_t* first, uint32_t* count);
+  // What IntegratorFunctions::commit has made of the records; null: nothing.
+  const void* (*index)(Group*);
   // Points in space at distance t[entry] along the listed rays: where a medium scatters. The context takes light
   // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
   Context* (*pointsInSpace)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                             const float* t);
 };
 
+// At the barrier behind a stage, on one thread.
+struct CommitServices {
+  void* host;
+  uint32_t firstSample, lastSample;  // of the pass, half open
+  StoredRecords (*stored)(const CommitServices*, uint32_t list);
+  // Memory until the pass ends, aligned to 64 bytes; null: there is not so much, and the frame will end.
+  void* (*allocate)(const CommitServices*, uint64_t bytes);
+  // Calls body(context, i) for i from 0 to n - 1, on all threads.
+  void (*parallelFor)(const CommitServices*, uint64_t n, void* context, void (*body)(void* context, uint64_t i));
+  // What Services::index gives from now on in this pass.
+  void (*setIndex)(const CommitServices*, const void* index);
+};
+
 struct IntegratorFunctions {
   void (*integrate)(const void* integrator, uint32_t stage, Group*, const Services*);
+  // Makes an index of what the stage stored (null: none is wanted). It must not depend on threads.
+  void (*commit)(const void* integrator, uint32_t stage, const CommitServices*) = nullptr;
 };
 
 struct IntegratorTraits {
   // Stages of a pass, in order; null: one stage of camera paths.
   uint32_t (*stages)(const void* integrator, Stage* out, uint32_t capacity);
+  // Lists of records that it keeps between stages, at most 16; null: none.
+  uint32_t (*lists)(const void* integrator, RecordList* out, uint32_t capacity) = nullptr;
+  // The most samples that a pass may hold; 0: the renderer's choice. Records live for a pass.
+  uint32_t passSamples = 0;
 };
 
 }  // namespace kinora

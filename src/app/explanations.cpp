@@ -260,6 +260,9 @@ constexpr Explanation kRooms[] = {
      "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
      "holds. The filter runs without it."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
+    {"RENDER-RECORDS",
+     "An integrator keeps records from one stage of a pass for the next, in lists that it declares. It appended to a "
+     "list that does not exist or that another stage writes; those records were dropped. A fault of the plug-in."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
      "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays were "

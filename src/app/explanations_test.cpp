@@ -32,8 +32,8 @@ TEST(Explanations, CoverEveryCodeInTheSources) {
   EXPECT_GT(found.size(), 50u);
   for (const std::string& c : found) {
     const Explanation* e = all.find(c);
-    EXPECT_NE(e, nullptr) << c << " has no explanation";
-    if (e) EXPECT_GT(e->text.size(), 20u) << c;
+    ASSERT_NE(e, nullptr) << c << " has no explanation";
+    EXPECT_GT(e->text.size(), 20u) << c;
   }
 }
 

@@ -57,8 +57,8 @@ bool fits(uint64_t bytes) {
 }  // namespace
 
 const char* nameOf(MemoryUse use) {
-  static const char* const kNames[] = {"program", "scene description", "meshes",  "bvh (Embree)",
-                                       "film",    "pictures",          "textures"};
+  static const char* const kNames[] = {"program", "scene description", "meshes",   "bvh (Embree)",
+                                       "film",    "pictures",          "textures", "records between stages"};
   static_assert(std::size(kNames) == kUses);
   return kNames[size_t(use)];
 }

@@ -12,7 +12,17 @@
 
 namespace kinora {
 
-enum class MemoryUse : uint8_t { Program, Description, Meshes, Hierarchies, Film, Pictures, Textures, Count };
+enum class MemoryUse : uint8_t {
+  Program,
+  Description,
+  Meshes,
+  Hierarchies,
+  Film,
+  Pictures,
+  Textures,
+  Records,
+  Count
+};
 const char* nameOf(MemoryUse use);
 
 // "512 MiB", "1.5 GiB".

@@ -4,9 +4,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <exception>
+#include <tuple>
 
 #include "render/shutter.h"
 #include "sampling/draw.h"
@@ -71,13 +74,14 @@ class Frame::RayLoop final : public Hider {
   Frame& frame_;
 };
 
-std::vector<std::pair<int, int>> Frame::passes(int first, int last) {
+std::vector<std::pair<int, int>> Frame::passes(int first, int last, int most) {
   std::vector<std::pair<int, int>> r;
   int a = first;
   while (a < last) {
     // ends on powers of two while small, so that snapshots and adaptive decisions fall on the same counts however a
     // frame is split
-    const int size = a == 0 ? 1 : a < 16 ? a : 16;
+    int size = a == 0 ? 1 : a < 16 ? a : 16;
+    while (most > 0 && size > most) size /= 2;
     const int b = std::min(last, (a / size + 1) * size);
     r.emplace_back(a, b);
     a = b;
@@ -94,11 +98,16 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     count = std::min(traits->stages(in_.integratorData, list, 16), 16u);
   stages_.assign(list, list + count);
   if (stages_.empty()) stages_.push_back({StageKind::CameraPaths, 0});
+  RecordList lists[16];
+  count = 0;
+  if (const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits); traits && traits->lists)
+    count = std::min(traits->lists(in_.integratorData, lists, 16), 16u);
+  if (count || functions_->commit)
+    store_ =
+        std::make_unique<PassStore>(std::vector<RecordList>(lists, lists + count), size_t(std::max(1, in_.threads)));
   const CameraState& camera = in_.world->camera();
   for (const Stage& s : stages_)
-    if (s.kind == StageKind::LightPaths)
-      lightPathsPerSample_ +=
-          uint64_t(s.pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+    if (s.kind == StageKind::LightPaths) lightPathsPerSample_ += pathsOf(s);
   in_.groupSize = std::clamp<uint32_t>(in_.groupSize / 16 * 16, 16, 8192);
 
   const auto& win = camera.window;
@@ -145,6 +154,7 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
         std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
   for (size_t i = 0; i < workers_.size(); ++i) {
     workers_[i]->index = i;
+    workers_[i]->store = store_.get();
     workers_[i]->state().listener = in_.rayListener;
   }
   bucketTimes_.resize(buckets_.size(), 0);
@@ -154,6 +164,11 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
 }
 
 Frame::~Frame() = default;
+
+uint64_t Frame::pathsOf(const Stage& s) const {
+  const CameraState& camera = in_.world->camera();
+  return uint64_t(s.pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+}
 
 bool Frame::pass(int first, int last) {
   std::atomic<bool> stopped{false};
@@ -166,6 +181,7 @@ bool Frame::pass(int first, int last) {
           stopped = true;
           break;
         }
+        if (store_ && store_->isRefused()) break;  // endStage() says so
       }
     };
     if (workers_.size() == 1) {
@@ -175,8 +191,10 @@ bool Frame::pass(int first, int last) {
     tbb::task_arena arena(int(workers_.size()));
     arena.execute([&] { tbb::parallel_for(size_t(0), workers_.size(), body, tbb::simple_partitioner()); });
   };
+  if (store_) store_->beginPass();
   for (uint32_t s = 0; s < stages_.size() && !stopped; ++s) {
     std::atomic<size_t> item{0};
+    if (store_) store_->beginStage(s);
     if (stages_[s].kind == StageKind::CameraPaths) {
       parallel([&](size_t t) {
         const size_t i = item.fetch_add(1, std::memory_order_relaxed);
@@ -190,9 +208,7 @@ bool Frame::pass(int first, int last) {
         return true;
       });
     } else if (stages_[s].kind == StageKind::LightPaths) {
-      const CameraState& camera = in_.world->camera();
-      const uint64_t paths =
-          uint64_t(stages_[s].pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
+      const uint64_t paths = pathsOf(stages_[s]);
       const uint64_t perItem = in_.groupSize;
       const uint64_t items = (paths + perItem - 1) / perItem;
       parallel([&](size_t t) {
@@ -203,9 +219,41 @@ bool Frame::pass(int first, int last) {
         return true;
       });
     }
+    if (store_ && !stopped) endStage(s, first, last);
   }
   if (lightPathsPerSample_ && !stopped) in_.film->addSplatPasses(last - first);
   return !stopped;
+}
+
+void Frame::endStage(uint32_t stage, int first, int last) {
+  store_->endStage(in_.threads);
+  if (!functions_->commit) return;
+  struct Host {
+    PassStore& store;
+    int threads;
+    std::exception_ptr failed;  // must not cross the plug-in
+    static Host& of(const CommitServices* s) { return *static_cast<Host*>(s->host); }
+  } host{*store_, in_.threads, nullptr};
+  CommitServices c{};
+  c.host = &host;
+  c.firstSample = uint32_t(first);
+  c.lastSample = uint32_t(last);
+  c.stored = [](const CommitServices* s, uint32_t list) { return Host::of(s).store.stored(list); };
+  c.allocate = [](const CommitServices* s, uint64_t bytes) -> void* {
+    try {
+      return Host::of(s).store.allocate(bytes);
+    } catch (...) {
+      Host::of(s).failed = std::current_exception();
+      return nullptr;
+    }
+  };
+  c.parallelFor = [](const CommitServices* s, uint64_t n, void* context, void (*body)(void*, uint64_t)) {
+    tbb::task_arena arena(std::max(1, Host::of(s).threads));
+    arena.execute([&] { tbb::parallel_for(uint64_t(0), n, [&](uint64_t i) { body(context, i); }); });
+  };
+  c.setIndex = [](const CommitServices* s, const void* index) { Host::of(s).store.setIndex(index); };
+  functions_->commit(in_.integratorData, stage, &c);
+  if (host.failed) std::rethrow_exception(host.failed);
 }
 
 void Frame::cameraRays(Worker& w, uint32_t n) {
@@ -226,6 +274,8 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
   draw(table, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex, kDimFilter, x[0], x[1]);
   draw(table, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex, kDimLens, x[2], x[3]);
   draw(table, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex, kDimTime, x[4], x[5]);
+  for (uint32_t i = 0; i < m; ++i)
+    s.numbers()[i] = uint64_t(int64_t(s.pixelY()[i]) * camera.resolution[0] + s.pixelX()[i]);
   w.filterWeights.resize(in_.ratios.size());
   for (float*& own : w.filterWeights) own = arena.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) {
@@ -339,6 +389,7 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   float* weight = arena.make<float>(m);
   for (uint32_t i = 0; i < m; ++i) {
     const uint64_t path = firstPath + std::min(i, count - 1);
+    s.numbers()[i] = path;
     s.pixelX()[i] = int32_t(path & 0xffffffff);
     s.pixelY()[i] = int32_t(path >> 32) + 0x40000000;  // no pixel's address
     s.group().paths.sampleIndex[i] = uint32_t(sample);
@@ -353,10 +404,35 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
 }
 
+// Stages before the first one of camera paths, for all samples of the pass that `sample` belongs to.
+uint32_t Frame::replayEarlierStages(int sample) {
+  uint32_t camera = 0;
+  while (camera + 1 < stages_.size() && stages_[camera].kind != StageKind::CameraPaths) ++camera;
+  if (!store_) return camera;
+  const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits);
+  const int most = int(std::bit_floor(std::min(traits->passSamples, 16u)));
+  int first = 0, last = 0;
+  for (const auto& [from, to] :
+       passes(sample < in_.firstSample ? 0 : in_.firstSample, std::max(in_.lastSample, sample + 1), most))
+    if (from <= sample) std::tie(first, last) = std::pair(from, to);
+  store_->beginPass();
+  for (uint32_t s = 0; s < camera; ++s) {
+    store_->beginStage(s);
+    const uint64_t paths = pathsOf(stages_[s]);
+    for (int k = first; k < last; ++k)
+      for (uint64_t from = 0; from < paths; from += in_.groupSize)
+        lightPaths(*workers_[0], from, uint32_t(std::min<uint64_t>(in_.groupSize, paths - from)), k, s);
+    endStage(s, first, last);
+  }
+  store_->beginStage(camera);
+  return camera;
+}
+
 bool Frame::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
   const auto& res = in_.world->camera().resolution;
   if (x < 0 || y < 0 || x >= res[0] || y >= res[1] || sample < 0) return false;
   setThreadFloatMode();
+  const uint32_t stage = replayEarlierStages(sample);
   Worker& w = *workers_[0];
   w.begin(16, StageKind::CameraPaths);
   shade::GroupState& s = w.state();
@@ -371,7 +447,7 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
   cameraRays(w, 16);
   w.printSlot = uint32_t((y - y0) * kBlock + (x - x0));
   w.print = print;
-  functions_->integrate(in_.integratorData, 0, &s.group(), &w.services());
+  functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
   w.print = {};
   if (in_.sampleFilters) in_.sampleFilters->run(16, s.pixelX(), s.pixelY(), w.records());
   char line[256];

@@ -42,11 +42,12 @@ class Frame {
   ~Frame();
   // Renders one range of sample indices; false when stopped before all of it was done.
   bool pass(int first, int last);
-  // Ranges of the passes: 1, 1, 2, 4, 8, then 16 at a time.
-  static std::vector<std::pair<int, int>> passes(int first, int last);
+  // Ranges of the passes: 1, 1, 2, 4, 8, then 16 at a time; never more than `most` (0: no bound).
+  static std::vector<std::pair<int, int>> passes(int first, int last, int most = 0);
   void addTo(Statistics& s) const;
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   uint64_t arenaBytes() const;
+  uint64_t droppedRecords() const { return store_ ? store_->dropped() : 0; }
 
  private:
   struct Bucket {
@@ -56,6 +57,9 @@ class Frame {
   void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
   void retire(Worker& w, uint32_t count);
   void cameraRays(Worker& w, uint32_t count);
+  uint64_t pathsOf(const Stage& s) const;  // light paths a sample
+  uint32_t replayEarlierStages(int sample);
+  void endStage(uint32_t stage, int first, int last);
   void lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage);
   FrameInput in_;
   const IntegratorFunctions* functions_;
@@ -68,6 +72,7 @@ class Frame {
   uint64_t lightPathsPerSample_ = 0;
   struct Times;
   std::unique_ptr<Times> times_;
+  std::unique_ptr<PassStore> store_;  // null: the integrator keeps no records
 };
 
 }  // namespace kinora::render

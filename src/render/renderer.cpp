@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -125,6 +126,12 @@ struct Renderer::Impl {
     Stage list[16];
     const uint32_t n = std::min(traits->stages(integrator.data(), list, 16), 16u);
     return std::any_of(list, list + n, [](const Stage& s) { return s.kind == StageKind::LightPaths; });
+  }
+
+  // The most samples of a pass that the integrator asks for, as a power of two; 0: any.
+  int passSamples() const {
+    const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
+    return traits ? int(std::bit_floor(std::min(traits->passSamples, 16u))) : 0;
   }
 
   // The sums, and what writing the largest picture takes on top of them: floats and the encoded file.
@@ -372,13 +379,13 @@ struct Renderer::Impl {
   // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
     int b = lastSample;
-    for (const auto& [from, to] : Frame::passes(firstSample, lastSample))
+    for (const auto& [from, to] : Frame::passes(firstSample, lastSample, passSamples()))
       if (to > a) {
         b = to;
         break;
       }
     constexpr int kLeast = 4;  // smaller passes would not fill a ray group
-    if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage()) return b;
+    if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage() || passSamples()) return b;
     const double perSample = seconds / samplesDone;
     if ((b - a) * perSample <= settings.snapshotSeconds) return b;
     return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));
@@ -489,12 +496,19 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
                           "--only-sample " + std::to_string(bad.x) + "," + std::to_string(bad.y) + "," +
                               std::to_string(bad.sampleIndex) + " shows the path");
     }
+    if (frame->droppedRecords())
+      diagnostics.warning("RENDER-RECORDS", {},
+                          std::to_string(frame->droppedRecords()) +
+                              " records that the integrator wanted to keep belong to no list that this stage writes",
+                          "they were dropped",
+                          "the plug-in declares its lists of records, each with the stage that writes it");
     if (stats.endlessRays)
-      diagnostics.warning("RENDER-PASSES", {},
-                          std::to_string(stats.endlessRays) +
-                              " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
-                          "camera and indirect rays ended there as in empty space, shadow rays as blocked",
-                          "opaque cards or a coarser model where hundreds of such layers lie behind each other");
+      diagnostics.warning(
+          "RENDER-PASSES", {},
+          std::to_string(stats.endlessRays) +
+              " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
+          "camera and indirect rays ended there as in empty space, shadow rays as blocked",
+          "opaque cards or a coarser model where hundreds of such layers lie behind each other");
     const TextureStatistics t = builder.textures().statistics();
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;

@@ -154,6 +154,24 @@ struct Worker::Calls {
                                 const uint32_t* slots, const float* t) {
     return of(g).state_.pointsInSpace(*list, traits, depth, n, slots, t);
   }
+  static void append(Group* g, uint32_t list, uint32_t n, const uint32_t* slots, const void* records) {
+    Worker& w = of(g);
+    if (w.store) w.store->append(w.index, list, n, slots, g->number, g->paths.sampleIndex, records);
+  }
+  static StoredRecords stored(Group* g, uint32_t list) {
+    Worker& w = of(g);
+    return w.store ? w.store->stored(list) : StoredRecords{};
+  }
+  static void findStored(Group* g, uint32_t list, uint32_t n, const uint64_t* paths, const uint32_t* samples,
+                         uint64_t* first, uint32_t* count) {
+    Worker& w = of(g);
+    if (w.store) return w.store->find(list, n, paths, samples, first, count);
+    for (uint32_t i = 0; i < n; ++i) {
+      first[i] = 0;
+      count[i] = 0;
+    }
+  }
+  static const void* index(Group* g) { return of(g).store ? of(g).store->index() : nullptr; }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
 
@@ -191,6 +209,11 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.splat = &Calls::splat;
   s.event = &Calls::event;
   s.pointsInSpace = &Calls::pointsInSpace;
+  s.append = &Calls::append;
+  s.stored = &Calls::stored;
+  s.findStored = &Calls::findStored;
+  s.index = &Calls::index;
+  for (int c = 0; c < 2; ++c) s.resolution[c] = camera.resolution[c];
   for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t(world.lights->groupOf(i)));
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;

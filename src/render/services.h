@@ -11,6 +11,7 @@
 #include "film/film.h"
 #include "film/light_paths.h"
 #include "film/sources.h"
+#include "render/pass_store.h"
 #include "render/statistics.h"
 #include "render/world_build.h"
 #include "shade/group.h"
@@ -78,6 +79,7 @@ class Worker {
   uint64_t lightRays = 0;
   std::vector<float*> filterWeights;  // by filter of the film's layout: of the samples of the group
   size_t index = 0;                   // of the worker in its frame
+  PassStore* store = nullptr;         // of its frame; null: the integrator keeps no records
 
  private:
   struct Calls;

@@ -16,8 +16,8 @@ namespace kinora::rib {
 struct ConvertOptions {
   bool binary = false;
   bool expand = false;  // ReadArchive and delayed archives: their requests stand in the stream
-  std::vector<std::string> archivePath;
-  std::vector<std::pair<std::string, std::string>> dirmap;
+  std::vector<std::string> archivePath = {};
+  std::vector<std::pair<std::string, std::string>> dirmap = {};
 };
 
 class Converter {

@@ -114,6 +114,8 @@ void GroupState::begin(uint32_t count, StageKind stage) {
   group_.width = world_.width;
   group_.stage = stage;
   fillList(group_.paths, n);
+  number_ = arena_.make<uint64_t>(n);
+  group_.number = number_;
   px_ = arena_.make<int32_t>(n);
   py_ = arena_.make<int32_t>(n);
   weight_ = arena_.make<float>(n);

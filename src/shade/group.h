@@ -136,6 +136,7 @@ class GroupState {
   void begin(uint32_t count, StageKind stage);
   Group& group() { return group_; }
   Arena& arena() { return arena_; }
+  uint64_t* numbers() { return number_; }
   int32_t* pixelX() { return px_; }
   int32_t* pixelY() { return py_; }
   float* weights() { return weight_; }
@@ -208,6 +209,7 @@ class GroupState {
   const ShadingWorld& world_;
   Arena arena_;
   Group group_{};
+  uint64_t* number_ = nullptr;
   int32_t *px_ = nullptr, *py_ = nullptr;
   float* weight_ = nullptr;
   float* hole_ = nullptr;  // by slot: where its camera ray met a hole; null without holes

@@ -96,7 +96,7 @@ struct PxrRoundCube {
       const F sum = max(wx + wy + wz, F(1e-30f));
       const F u =
           drawHashed<W>(I::load(c->sampleSeed + i), I::load(c->sampleIndex + i), kDimension, I(c->depth)) * sum;
-      const Mask<W> isX = u < wx, isY = !isX & (u < wx + wy);
+      const Mask<W> isX = u < wx, isY = (!isX) & (u < wx + wy);
       const F along = select(isX, N.x, select(isY, N.y, N.z)), sign = select(along < zero, -one, one);
       // seen from outside, s runs to the right and t down in a right-handed space
       const F s = select(isX, -P.z * sign, select(isY, P.x, P.x * sign));
