@@ -81,7 +81,8 @@ Lamps lamps(uint32_t count, uint32_t seed) {
   }
   const float center[3] = {out.side / 2, out.side / 2, 0};
   const double start = threadSeconds();
-  out.set = std::make_unique<LightSet>(std::vector{kind}, std::move(entries), std::vector{all}, center, out.side);
+  out.set = std::make_unique<LightSet>(std::vector<light::LightKind>{kind}, std::move(entries),
+                                       std::vector<std::vector<uint32_t>>{all}, center, out.side);
   out.buildSeconds = threadSeconds() - start;
   return out;
 }

@@ -216,6 +216,7 @@ struct Shaping {
         s.scale[c] = kept > 1e-9 ? float(1 / kept) : 1.f;
       }
     if (!s.focused) s.tint[0] = s.tint[1] = s.tint[2] = 1;
+    if (!s.focused && !s.coned) return s;
     constexpr int kSteps = 4096;
     double whole = 0, shaped[3] = {0, 0, 0};
     for (int i = 0; i < kSteps; ++i) {

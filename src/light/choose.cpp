@@ -1,6 +1,9 @@
 // Kernels of choose.h.
 #define KINORA_KERNEL_FILE "light/choose.cpp"
 #include "light/choose.h"
+
+#include <utility>
+
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
 #include <kinora/simd/wide.h>
@@ -21,14 +24,14 @@ struct Receiver {
   Vec3<W> P, N;  // N: unit, or zero where light from all sides counts alike
   Float<W> least;
   Mask<W> hasN;
-  KN_INLINE Receiver(const ChooseArgs& a, uint32_t i) {
+  KN_INLINE Receiver(const ChooseArgs& a, const Slots<W>& s) {
     using F = Float<W>;
-    P = Vec3<W>::load(a.P, i);
+    P = Vec3<W>::get(a.P, s);
     N = Vec3<W>(F(0.f), F(0.f), F(0.f));
     least = F(1.f);
     hasN = Mask<W>(false);
     if (!a.N[0]) return;
-    N = Vec3<W>::load(a.N, i);
+    N = Vec3<W>::get(a.N, s);
     const F l2 = dot(N, N);
     hasN = l2 > F(0.f);
     const Mask<W> through = l2 < F(0.5f);
@@ -115,37 +118,52 @@ KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t) {
   return usable(nearImportance<W>(r, n));
 }
 
-// `child` gets the node's own.
+// A node of the tree, by lane or the same for all: number(k) is its k-th word.
 template <int W>
-KN_INLINE Float<W> nodeImportance(const Receiver<W>& r, const TreeNode* nodes, Int<W> node, Int<W>& child) {
-  using F = Float<W>;
-  using I = Int<W>;
-  const float* base = nodes->center;
-  const I at = node.template shl<3>();
-  const auto number = [&](int32_t k) HWY_ATTR { return gather(base, at + I(k)); };
-  const I extent = asInt(number(4)), extentZ = asInt(number(5)), axis = asInt(number(6));
-  child = asInt(number(7));
-  WideNode<W> n;
-  n.center = {number(0), number(1), number(2)};
-  n.weight = number(3);
-  constexpr int kDropped = 31 - int(light::kExtentBits), kBits = int(light::kExtentBits);
-  const I mask(light::kExtentMask);
-  n.half = {asFloat((extent & mask).template shl<kDropped>()),
-            asFloat((extent.template shr<kBits>() & mask).template shl<kDropped>()),
-            asFloat((extentZ & mask).template shl<kDropped>())};
-  const F eighth(1 / 127.f), sixteenth(1 / 32767.f);
-  n.axis = {toFloat(axis.template shl<24>().template sar<24>()) * eighth,
-            toFloat(axis.template shl<16>().template sar<24>()) * eighth,
-            toFloat(axis.template shl<8>().template sar<24>()) * eighth};
-  n.cosNormals = toFloat(extentZ.template sar<16>()) * sixteenth;
-  n.sinNormals = sqrt(max(fnma(n.cosNormals, n.cosNormals, F(1.f)), F(0.f)));
-  n.cosEmission = toFloat(axis.template sar<24>()) * eighth;
-  n.isTwoSided = extent < I(0);
-  F importance = nearImportance<W>(r, n);
-  const Mask<W> far = (extent & I(uint32_t(light::kNodeInfinite))) != I(0);
-  if (far.any())
-    importance = select(far, farImportance<W>(r, n.center, sqrt(dot(n.center, n.center)), n.weight), importance);
-  return usable(importance);
+struct InnerNode {
+  WideNode<W> near;
+  Float<W> concentration;
+  Mask<W> isFar;
+  Int<W> child;
+  template <class Number>
+  KN_INLINE explicit InnerNode(Number number) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const I extent = asInt(number(4)), extentZ = asInt(number(5)), axis = asInt(number(6));
+    child = asInt(number(7));
+    near.center = {number(0), number(1), number(2)};
+    near.weight = number(3);
+    constexpr int kDropped = 31 - int(light::kExtentBits), kBits = int(light::kExtentBits);
+    const I mask(light::kExtentMask);
+    near.half = {asFloat((extent & mask).template shl<kDropped>()),
+                 asFloat((extent.template shr<kBits>() & mask).template shl<kDropped>()),
+                 asFloat((extentZ & mask).template shl<kDropped>())};
+    const F eighth(1 / 127.f), sixteenth(1 / 32767.f);
+    near.axis = {toFloat(axis.template shl<24>().template sar<24>()) * eighth,
+                 toFloat(axis.template shl<16>().template sar<24>()) * eighth,
+                 toFloat(axis.template shl<8>().template sar<24>()) * eighth};
+    near.cosNormals = toFloat(extentZ.template sar<16>()) * sixteenth;
+    near.sinNormals = sqrt(max(fnma(near.cosNormals, near.cosNormals, F(1.f)), F(0.f)));
+    near.cosEmission = toFloat(axis.template sar<24>()) * eighth;
+    near.isTwoSided = extent < I(0);
+    isFar = (extent & I(uint32_t(light::kNodeInfinite))) != I(0);
+    concentration = sqrt(dot(near.center, near.center));
+  }
+  KN_INLINE Float<W> importance(const Receiver<W>& r) const {
+    Float<W> w = nearImportance<W>(r, near);
+    if (isFar.any()) w = select(isFar, farImportance<W>(r, near.center, concentration, near.weight), w);
+    return usable(w);
+  }
+};
+template <int W>
+KN_INLINE InnerNode<W> nodeOfLanes(const TreeNode* nodes, Int<W> node) {
+  const Int<W> at = node.template shl<3>();
+  return InnerNode<W>([&](int32_t k) HWY_ATTR { return gather(nodes->center, at + Int<W>(k)); });
+}
+template <int W>
+KN_INLINE InnerNode<W> nodeOfAll(const TreeNode* nodes, uint32_t node) {
+  const float* words = nodes[node].center;
+  return InnerNode<W>([&](int32_t k) HWY_ATTR { return Float<W>(words[k]); });
 }
 
 // Which lanes' sets hold something of the node.
@@ -154,8 +172,8 @@ struct Links {
   const light::LinkSets& sets;
   bool all;
   Int<W> first;  // run of the lane's set
-  KN_INLINE Links(const ChooseArgs& a, uint32_t i) : sets(*a.links), all(a.links->areAllWhole()), first(0) {
-    if (!all && a.linkSet) first = Int<W>::load(a.linkSet + i) * Int<W>(sets.runsOfSet());
+  KN_INLINE Links(const ChooseArgs& a, const Slots<W>& s) : sets(*a.links), all(a.links->areAllWhole()), first(0) {
+    if (!all && a.linkSet) first = s.get(a.linkSet) * Int<W>(sets.runsOfSet());
   }
   KN_INLINE Float<W> keep(Int<W> node, Float<W> importance) const {
     using I = Int<W>;
@@ -209,58 +227,176 @@ KN_INLINE Mask<W> isLeaf(Int<W> child) {
   return child < Int<W>(0);
 }
 
+// A point on its way down.
+template <int W>
+struct Walk {
+  Float<W> x, spare, spent, p;
+  // Which of two siblings of these importances it goes to; p 0: to none.
+  KN_INLINE Mask<W> step(Float<W> w0, Float<W> w1) {
+    using F = Float<W>;
+    const F one(1.f), zero(0.f), total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
+    const Mask<W> takesFirst = x < p0;
+    const F share = select(takesFirst, p0, one - p0);
+    x = select(takesFirst, x / max(p0, F(1e-37f)), (x - p0) / max(one - p0, F(1e-37f)));
+    x = min(max(x, zero), F(0.99999994f));
+    p = zeroUnless(total > zero, p * share);
+    // a number's digits are used up: the other one's remain
+    spent = spent * share;
+    const Mask<W> change = spent < F(1.f / 4096);
+    x = select(change, spare, x);
+    spent = select(change, F(1e30f), spent);
+    return takesFirst;
+  }
+};
+
+// Down from the siblings at `child`, all the points of a list together while they are many: neighbours go the same
+// way, and a node is then read once for all of them. Those that are left with few are added to scratch.few.
+template <int W>
+void walkTogether(const ChooseArgs& a, const TreeNode* nodes, uint32_t child, uint32_t from, uint32_t to,
+                  uint32_t& few) {
+  using F = Float<W>;
+  using I = Int<W>;
+  constexpr uint32_t kFew = 3;
+  const light::ChooseScratch& c = a.scratch;
+  struct Part {
+    uint32_t child, from, to;
+  } stack[40];
+  uint32_t depth = 0;
+  stack[depth++] = {child, from, to};
+  while (depth) {
+    const Part part = stack[--depth];
+    if (part.from == part.to) continue;
+    if (part.child & light::kLeaf) {
+      for (uint32_t i = part.from; i < part.to; ++i) a.light[c.list[i]] = part.child;
+      continue;
+    }
+    if (part.to - part.from <= kFew) {
+      for (uint32_t i = part.from; i < part.to; ++i) {
+        a.light[c.list[i]] = part.child;
+        c.few[few++] = c.list[i];
+      }
+      __builtin_prefetch(nodes + part.child);
+      continue;
+    }
+    const InnerNode<W> first = nodeOfAll<W>(nodes, part.child), second = nodeOfAll<W>(nodes, part.child + 1);
+    uint32_t m0 = 0, m1 = 0;
+    for (uint32_t i = part.from; i < part.to; i += W) {
+      const Mask<W> in = Mask<W>::firstN(int(part.to - i < W ? part.to - i : W));
+      const Slots<W> s = Slots<W>::loadUpTo(c.list + i, part.to - i);
+      const Receiver<W> r(a, s);
+      const Links<W> links(a, s);
+      const F w0 = links.keep(I(part.child), first.importance(r));
+      const F w1 = links.keep(I(part.child + 1), second.importance(r));
+      Walk<W> walk{s.get(c.x), s.get(c.spare), s.get(c.spent), s.get(a.probability)};
+      const Mask<W> takesFirst = walk.step(w0, w1);
+      s.put(in, walk.x, c.x);
+      s.put(in, walk.spent, c.spent);
+      s.put(in, walk.p, a.probability);
+      const Mask<W> on = in & (walk.p > F(0.f));
+      const Packer<W> left(on & takesFirst), right(on & (!takesFirst));
+      left.put(s.s, c.first + m0);
+      m0 += uint32_t(left.count);
+      right.put(s.s, c.second + m1);
+      m1 += uint32_t(right.count);
+    }
+    for (uint32_t i = 0; i < m0; ++i) c.list[part.from + i] = c.first[i];
+    for (uint32_t i = 0; i < m1; ++i) c.list[part.from + m0 + i] = c.second[i];
+    stack[depth++] = {nodes[part.child].child, part.from, part.from + m0};
+    stack[depth++] = {nodes[part.child + 1].child, part.from + m0, part.from + m0 + m1};
+  }
+}
+
+// The same for points that are each at a place of their own: step by step for all of them, so that nodes arrive from
+// memory while others are weighed.
+template <int W>
+void walkAlone(const ChooseArgs& a, const TreeNode* nodes, uint32_t few) {
+  using F = Float<W>;
+  using I = Int<W>;
+  const light::ChooseScratch& c = a.scratch;
+  const uint32_t* list = c.few;
+  uint32_t* next = c.first;
+  uint32_t* other = c.second;
+  while (few) {
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < few; i += W) {
+      const Mask<W> in = Mask<W>::firstN(int(few - i < W ? few - i : W));
+      const Slots<W> s = Slots<W>::loadUpTo(list + i, few - i);
+      const Receiver<W> r(a, s);
+      const Links<W> links(a, s);
+      Walk<W> walk{s.get(c.x), s.get(c.spare), s.get(c.spent), s.get(a.probability)};
+      const I at = s.get(a.light);
+      const InnerNode<W> first = nodeOfLanes<W>(nodes, at), second = nodeOfLanes<W>(nodes, at + I(1));
+      const Mask<W> takesFirst =
+          walk.step(links.keep(at, first.importance(r)), links.keep(at + I(1), second.importance(r)));
+      const I child = select(takesFirst, first.child, second.child);
+      s.put(in, child, a.light);
+      s.put(in, walk.x, c.x);
+      s.put(in, walk.spent, c.spent);
+      s.put(in, walk.p, a.probability);
+      const Packer<W> on(in & (!isLeaf<W>(child)) & (walk.p > F(0.f)));
+      on.put(s.s, next + m);
+      m += uint32_t(on.count);
+      alignas(64) uint32_t wanted[W];
+      child.store(wanted);
+      for (int k = 0; k < W; ++k) __builtin_prefetch(nodes + (wanted[k] & light::kLeaf ? 0 : wanted[k]));
+    }
+    list = next;
+    few = m;
+    std::swap(next, other);
+  }
+}
+
 template <int W>
 void choose(const ChooseArgs& a) {
   using F = Float<W>;
   using I = Int<W>;
   const light::LightTree& tree = *a.tree;
-  const TreeNode* nodes = tree.nodes().data();
+  const TreeNode* nodes = tree.nodes();
+  const bool isDeep = tree.isDeep();
+  const light::ChooseScratch& c = a.scratch;
   for (uint32_t i = 0; i < a.n; i += W) {
-    const Receiver<W> r(a, i);
-    const Links<W> links(a, i);
+    const Slots<W> s(I::lanes(int32_t(i)));
+    const Receiver<W> r(a, s);
+    const Links<W> links(a, s);
     const Top<W> top(a, r, links);
-    F u = F::load(a.u[0] + i);
+    const F u = F::load(a.u[0] + i);
     F below(0.f), from(0.f), p(0.f);
-    I node(0), child(-1);
+    I child(-1), which(0);
     // the last that begins at or below u
     for (uint32_t k = 0; k < tree.topCount(); ++k) {
       const Mask<W> is = (top.p[k] > F(0.f)) & (below <= u);
-      const uint32_t at = tree.top()[k].node;
-      node = select(is, I(at), node);
-      child = select(is, I(nodes[at].child), child);
+      child = select(is, I(nodes[tree.top()[k].node].child), child);
+      which = select(is, I(k), which);
       from = select(is, below, from);
       p = select(is, top.p[k], p);
       below += top.p[k];
     }
-    if (tree.isDeep()) {
-      const F most(0.99999994f), one(1.f), zero(0.f);
-      u = min(max((u - from) / max(p, F(1e-37f)), zero), most);  // for the last steps
-      F x = F::load(a.u[1] + i), spent(1.f);
-      Mask<W> open = (p > zero) & !isLeaf<W>(child);
-      while (open.any()) {
-        const I first = select(open, child, I(0));
-        I childOfFirst, childOfSecond;
-        const F w0 = links.keep(first, nodeImportance<W>(r, nodes, first, childOfFirst));
-        const F w1 = links.keep(first + I(1), nodeImportance<W>(r, nodes, first + I(1), childOfSecond));
-        const F total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
-        const Mask<W> takesFirst = x < p0;
-        const F share = select(takesFirst, p0, one - p0);
-        x = select(takesFirst, x / max(p0, F(1e-37f)), (x - p0) / max(one - p0, F(1e-37f)));
-        x = min(max(x, zero), most);
-        p = select(open, zeroUnless(total > zero, p * share), p);
-        child = select(open, select(takesFirst, childOfFirst, childOfSecond), child);
-        // a number's digits are used up: the other one's remain
-        spent = select(open, spent * share, spent);
-        const Mask<W> change = spent < F(1.f / 4096);
-        x = select(change, u, x);
-        spent = select(change, F(1e30f), spent);
-        open = open & !isLeaf<W>(child) & (p > zero);
-      }
-    }
-    const Mask<W> some = p > F(0.f);
-    select(some, child & I(uint32_t(~light::kLeaf)), I(uint32_t(light::kNone))).store(a.light + i);
     p.store(a.probability + i);
+    if (!isDeep) {
+      select(p > F(0.f), child & I(uint32_t(~light::kLeaf)), I(uint32_t(light::kNone))).store(a.light + i);
+      continue;
+    }
+    child.store(a.light + i);
+    which.store(c.second + i);
+    F::load(a.u[1] + i).store(c.x + i);
+    // for the last steps
+    min(max((u - from) / max(p, F(1e-37f)), F(0.f)), F(0.99999994f)).store(c.spare + i);
+    F(1.f).store(c.spent + i);
   }
+  if (!isDeep) return;
+  // by top node
+  uint32_t begin[light::kMostTop + 1] = {}, at[light::kMostTop];
+  for (uint32_t i = 0; i < a.n; ++i)
+    if (a.probability[i] > 0) ++begin[c.second[i] + 1];
+  for (uint32_t k = 0; k < light::kMostTop; ++k) begin[k + 1] += begin[k];
+  for (uint32_t k = 0; k < light::kMostTop; ++k) at[k] = begin[k];
+  for (uint32_t i = 0; i < a.n; ++i)
+    if (a.probability[i] > 0) c.list[at[c.second[i]]++] = i;
+  uint32_t few = 0;
+  for (uint32_t k = 0; k < tree.topCount(); ++k)
+    walkTogether<W>(a, nodes, nodes[tree.top()[k].node].child, begin[k], begin[k + 1], few);
+  walkAlone<W>(a, nodes, few);
+  for (uint32_t i = 0; i < a.n; ++i) a.light[i] = a.probability[i] > 0 ? a.light[i] & ~light::kLeaf : light::kNone;
 }
 
 template <int W>
@@ -268,11 +404,12 @@ void probability(const ChooseArgs& a) {
   using F = Float<W>;
   using I = Int<W>;
   const light::LightTree& tree = *a.tree;
-  const TreeNode* nodes = tree.nodes().data();
+  const TreeNode* nodes = tree.nodes();
   const uint32_t* places = &tree.places().data()->leaf;
   for (uint32_t i = 0; i < a.n; i += W) {
-    const Receiver<W> r(a, i);
-    const Links<W> links(a, i);
+    const Slots<W> s(I::lanes(int32_t(i)));
+    const Receiver<W> r(a, s);
+    const Links<W> links(a, s);
     const Top<W> top(a, r, links);
     const I place = I::load(a.light + i) * I(3);
     const I leaf = gather(places, place);
@@ -291,13 +428,12 @@ void probability(const ChooseArgs& a) {
       Mask<W> open = (p > zero) & !isLeaf<W>(child);
       while (open.any()) {
         const I first = select(open, child, I(0));
-        I childOfFirst, childOfSecond;
-        const F w0 = links.keep(first, nodeImportance<W>(r, nodes, first, childOfFirst));
-        const F w1 = links.keep(first + I(1), nodeImportance<W>(r, nodes, first + I(1), childOfSecond));
+        const InnerNode<W> left = nodeOfLanes<W>(nodes, first), right = nodeOfLanes<W>(nodes, first + I(1));
+        const F w0 = links.keep(first, left.importance(r)), w1 = links.keep(first + I(1), right.importance(r));
         const F total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
         const Mask<W> takesFirst = (path & I(1)) == I(0);
         p = select(open, zeroUnless(total > zero, p * select(takesFirst, p0, one - p0)), p);
-        child = select(open, select(takesFirst, childOfFirst, childOfSecond), child);
+        child = select(open, select(takesFirst, left.child, right.child), child);
         path = path.template shr<1>();
         open = open & !isLeaf<W>(child) & (p > zero);
       }

@@ -12,6 +12,12 @@ namespace kinora::light {
 // node gets, beside its share s, this times the root of s.
 inline constexpr float kRootShare = 0.05f;
 
+// For points on their way down a deep tree: room for each, and a full vector more.
+struct ChooseScratch {
+  float *x, *spare, *spent;
+  uint32_t *list, *first, *second, *few;
+};
+
 struct ChooseArgs {
   const LightTree* tree;
   const LinkSets* links;
@@ -23,6 +29,7 @@ struct ChooseArgs {
   const float* u[2];        // choose
   uint32_t* light;          // choose: out, kNone where no light reaches the point; density: in
   float* probability;       // out
+  ChooseScratch scratch;    // choose, where the tree is deep
 };
 inline constexpr uint32_t kNone = LightTree::kNone;
 using ChooseKernel = void (*)(const ChooseArgs&);

@@ -1,6 +1,6 @@
 // Entries that want different lights, in an order in which one call to a plug-in serves as many as it can: kind by
-// kind, and light by light where the kind does not mix them. Arrays are taken to that order and put back. Internal to
-// light/.
+// kind, and light by light where the kind does not mix them or each of few lights has entries enough. Arrays are
+// taken to that order and put back. Internal to light/.
 #pragma once
 #include <kinora/light.h>
 
@@ -19,11 +19,14 @@ class LightOrder {
 
   // kindOf(light), mixes(kind), instanceOf(light); light: by entry, padded; kNone entries take no part.
   template <class KindOf, class Mixes, class InstanceOf>
-  LightOrder(Arena& arena, uint32_t kinds, uint32_t n, const uint32_t* light, KindOf kindOf, Mixes mixes,
-             InstanceOf instanceOf)
+  LightOrder(Arena& arena, uint32_t kinds, uint32_t lights, uint32_t n, const uint32_t* light, KindOf kindOf,
+             Mixes mixes, InstanceOf instanceOf)
       : arena_(arena), n_(n) {
-    constexpr uint32_t kNone = 0xffffffffu;
-    runs_ = arena.make<Run>(kinds + 1);
+    constexpr uint32_t kNone = 0xffffffffu, kFewLights = 32, kEnough = 8;
+    const bool isByLight = lights <= kFewLights && n >= kEnough * lights;
+    const uint32_t keys = isByLight ? lights : kinds;
+    const auto keyOf = [&](uint32_t l) { return isByLight ? l : kindOf(l); };
+    runs_ = arena.make<Run>(keys + 1);
     if (!n) return;
     const uint32_t first = light[0];
     bool isOneLight = first != kNone, isOneKind = isOneLight;
@@ -32,7 +35,7 @@ class LightOrder {
       isOneKind = light[i] != kNone && (light[i] == first || kindOf(light[i]) == kindOf(first));
     }
     isOneLight = isOneLight && isOneKind;
-    if (isOneLight || (isOneKind && mixes(kindOf(first)))) {
+    if (isOneLight || (isOneKind && !isByLight && mixes(kindOf(first)))) {
       runs_[runCount_++] = {kindOf(first), 0, n};
       stride_ = isOneLight ? 0 : 1;
       const void** at = arena.make<const void*>(isOneLight ? 1 : padded(n));
@@ -42,30 +45,32 @@ class LightOrder {
       return;
     }
     isMoved_ = true;
-    uint32_t* count = arena.make<uint32_t>(kinds + 1);
-    std::fill_n(count, kinds + 1, 0u);
+    uint32_t* count = arena.make<uint32_t>(keys + 1);
+    std::fill_n(count, keys + 1, 0u);
     for (uint32_t i = 0; i < n; ++i)
-      if (light[i] != kNone) ++count[kindOf(light[i])];
-    uint32_t* at = arena.make<uint32_t>(kinds + 1);
-    for (uint32_t k = 0; k < kinds; ++k) {
+      if (light[i] != kNone) ++count[keyOf(light[i])];
+    uint32_t* at = arena.make<uint32_t>(keys + 1);
+    for (uint32_t k = 0; k < keys; ++k) {
       at[k] = room_;
       if (!count[k]) continue;
-      runs_[runCount_++] = {k, room_, count[k]};
+      runs_[runCount_++] = {isByLight ? kindOf(k) : k, room_, count[k]};
       room_ += padded(count[k]);
     }
     from_ = arena.make<uint32_t>(room_ + kPad);
     for (uint32_t i = 0; i < n; ++i)
-      if (light[i] != kNone) from_[at[kindOf(light[i])]++] = i;
+      if (light[i] != kNone) from_[at[keyOf(light[i])]++] = i;
     const void** instances = arena.make<const void*>(room_ + kPad);
     for (uint32_t r = 0; r < runCount_; ++r) {
       const Run& run = runs_[r];
       uint32_t* list = from_ + run.from;
-      if (!mixes(run.kind))
+      if (!isByLight && !mixes(run.kind))
         std::sort(list, list + run.count,
                   [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
       for (uint32_t i = run.count; i < padded(run.count); ++i) list[i] = list[run.count - 1];
-      for (uint32_t i = 0; i < padded(run.count); ++i) instances[run.from + i] = instanceOf(light[list[i]]);
+      for (uint32_t i = 0; i < (isByLight ? 1 : padded(run.count)); ++i)
+        instances[run.from + i] = instanceOf(light[list[i]]);
     }
+    isOneEach_ = isByLight;
     instances_ = instances;
   }
 
@@ -73,7 +78,7 @@ class LightOrder {
   const Run& run(uint32_t r) const { return runs_[r]; }
   void setLights(LightLanes& lanes, const Run& run) const {
     lanes.light = instances_ + (stride_ ? run.from : 0);
-    lanes.lightStride = stride_;
+    lanes.lightStride = isOneEach_ ? 0 : stride_;
   }
   // An input in this order; one for outputs, and what comes of it by entry.
   const float* take(const float* x) const {
@@ -100,7 +105,7 @@ class LightOrder {
   Run* runs_;
   uint32_t* from_ = nullptr;
   const void* const* instances_ = nullptr;
-  bool isMoved_ = false;
+  bool isMoved_ = false, isOneEach_ = false;
 };
 
 }  // namespace kinora::light

@@ -41,7 +41,8 @@ class LightSet::Order : public LightOrder {
  public:
   Order(const LightSet& set, uint32_t width, Arena& arena, uint32_t n, const uint32_t* light)
       : LightOrder(
-            arena, uint32_t(set.kinds_.size()), n, light, [&](uint32_t l) { return uint32_t(set.lights_[l].kind); },
+            arena, uint32_t(set.kinds_.size()), set.size(), n, light,
+            [&](uint32_t l) { return uint32_t(set.lights_[l].kind); },
             [&](uint32_t k) { return set.kinds_[k].byWidth[width]->mixes != 0; },
             [&](uint32_t l) { return set.lights_[l].instance; }) {}
 };
@@ -121,7 +122,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
 }
 
 size_t LightSet::bytes() const {
-  size_t n = lights_.size() * sizeof(Record) + tree_.nodes().size() * sizeof(TreeNode) +
+  size_t n = lights_.size() * sizeof(Record) + tree_.nodeCount() * sizeof(TreeNode) +
              tree_.places().size() * sizeof(LightTree::Place) + links_.bytes() + boxes_.bytes() +
              near_.size() * sizeof(Sphere) + (distant_.size() + emission_.size()) * 4;
   for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
@@ -141,8 +142,15 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
     for (uint32_t i = 0; i < p.count; ++i) out[i] = tree_.places()[light[i]].leaf != LightTree::kNone ? 1.f : 0.f;
     return;
   }
-  ChooseArgs a{&tree_, &links_, p.count, {p.P[0], p.P[1], p.P[2]}, {p.N[0], p.N[1], p.N[2]}, p.linkSet,
-               {},     nullptr, nullptr};
+  ChooseArgs a{};
+  a.tree = &tree_;
+  a.links = &links_;
+  a.n = p.count;
+  for (int c = 0; c < 3; ++c) {
+    a.P[c] = p.P[c];
+    a.N[c] = p.N[c];
+  }
+  a.linkSet = p.linkSet;
   a.light = const_cast<uint32_t*>(light);
   a.probability = out;
   probabilityKernel(width)(a);
@@ -213,6 +221,12 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   float* choice = nullptr;
   if (tree_.topCount() && hasChoice()) {
     choice = arena.make<float>(n);
+    ChooseScratch scratch{};
+    if (tree_.isDeep()) {
+      for (float** x : {&scratch.x, &scratch.spare, &scratch.spent}) *x = arena.make<float>(n + kPad);
+      for (uint32_t** x : {&scratch.list, &scratch.first, &scratch.second, &scratch.few})
+        *x = arena.make<uint32_t>(n + kPad);
+    }
     chooseKernel(width)({&tree_,
                          &links_,
                          n,
@@ -221,9 +235,18 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
                          p.linkSet,
                          {p.uChoice[0], p.uChoice[1]},
                          light,
-                         choice});
+                         choice,
+                         scratch});
   } else {
     std::fill_n(light, n, tree_.topCount() ? tree_.nodes()[tree_.top()[0].node].child & ~kLeaf : kNoLight);
+  }
+  if (tree_.isDeep()) {
+    // of many lights each is met seldom: what they are made of is on its way before it is read
+    for (uint32_t i = 0; i < p.count; ++i) __builtin_prefetch(&lights_[light[i] != kNoLight ? light[i] : 0]);
+    for (uint32_t i = 0; i < p.count; ++i)
+      if (light[i] != kNoLight)
+        for (uint32_t line = 0; line < 5; ++line)
+          __builtin_prefetch(static_cast<const char*>(lights_[light[i]].instance) + 64 * line);
   }
   const Order order(*this, width, arena, p.count, light);
   const float* const in[6] = {order.take(p.P[0]), order.take(p.P[1]), order.take(p.P[2]),

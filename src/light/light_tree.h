@@ -6,7 +6,9 @@
 #include <kinora/light.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <new>
 #include <span>
 #include <vector>
 
@@ -36,6 +38,19 @@ struct TopNode {
   uint32_t node;
 };
 
+// Siblings share a line of the cache.
+template <class T>
+struct LineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t kLine{64};
+  LineAllocator() = default;
+  template <class U>
+  LineAllocator(const LineAllocator<U>&) {}
+  T* allocate(size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), kLine)); }
+  void deallocate(T* p, size_t) { ::operator delete(p, kLine); }
+  friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
+};
+
 class LightTree {
  public:
   // Where a light hangs: which top node, and which child at each step below it, first step in the lowest bit.
@@ -50,7 +65,8 @@ class LightTree {
   // Lights without power have no place.
   explicit LightTree(std::span<const LightDescription> lights);
 
-  const std::vector<TreeNode>& nodes() const { return nodes_; }
+  const TreeNode* nodes() const { return nodes_.data(); }
+  uint32_t nodeCount() const { return uint32_t(nodes_.size()); }
   const TopNode* top() const { return top_.data(); }
   uint32_t topCount() const { return topCount_; }
   const std::vector<Place>& places() const { return places_; }
@@ -59,7 +75,7 @@ class LightTree {
  private:
   friend class TreeBuilder;
   void chooseTop();
-  std::vector<TreeNode> nodes_;
+  std::vector<TreeNode, LineAllocator<TreeNode>> nodes_;
   std::vector<Place> places_;
   std::array<TopNode, kMostTop> top_{};
   uint32_t topCount_ = 0;

@@ -8,11 +8,12 @@ namespace kinora::light {
 
 LinkSets::LinkSets(const LightTree& tree, const std::vector<std::vector<uint32_t>>& lists)
     : count_(uint32_t(lists.size())) {
-  const std::vector<TreeNode>& nodes = tree.nodes();
+  const TreeNode* nodes = tree.nodes();
+  const uint32_t count = tree.nodeCount();
   const std::vector<LightTree::Place>& places = tree.places();
   uint32_t lit = 0;
   for (const LightTree::Place& p : places) lit += p.leaf != LightTree::kNone;
-  runsOfSet_ = std::max<uint32_t>(1, uint32_t((nodes.size() + (1u << kRunBits) - 1) >> kRunBits));
+  runsOfSet_ = std::max<uint32_t>(1, uint32_t((count + (1u << kRunBits) - 1) >> kRunBits));
   std::map<std::array<uint32_t, kRunWords>, uint32_t> known;
   std::vector<uint32_t> bits;
   for (const std::vector<uint32_t>& list : lists) {
@@ -25,7 +26,7 @@ LinkSets::LinkSets(const LightTree& tree, const std::vector<std::vector<uint32_t
       for (const uint32_t l : list)
         if (const uint32_t leaf = places[l].leaf; leaf != LightTree::kNone) bits[leaf >> 5] |= 1u << (leaf & 31);
       // children stand behind their parents
-      for (size_t i = nodes.size(); i-- > 0;) {
+      for (uint32_t i = count; i-- > 0;) {
         const TreeNode& n = nodes[i];
         if ((n.child & kLeaf) || !(n.weight > 0)) continue;
         const uint32_t a = n.child, b = n.child + 1;

@@ -155,6 +155,8 @@ void* create(const CreateInfo* info, ErrorText* error) {
     }
     light->isBlack = light->common.isBlack() || !(light->outer > 0);
     constexpr int kSteps = 4096;
+    light->shaped = 1;
+    if (!light->isConed && !(light->beam > 0)) return light.release();
     light->shaped = 0;
     for (int i = 0; i < kSteps; ++i)
       light->shaped += pointLight::shapeAt(*light, light->outer * (i + 0.5) / kSteps) * light->outer / 2 / kSteps;

@@ -265,17 +265,21 @@ void* create(const CreateInfo* info, ErrorText* error) {
       light->axis = Float3(normalized(f.z));
       const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
       light->rounding = float(1.5e-6 * std::fmin(longest * shrink, 100));
+      const bool kept =
+          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
+          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+      if (kept) {
+        light->scale = lx;
+        light->area = kPi * lx * lx;
+        light->boundingRadius = std::sqrt(0.5) * lx * (1 + 1e-5);
+      }
       constexpr int kSteps = 4096;
-      for (int i = 0; i < kSteps; ++i) {
+      for (int i = 0; i < kSteps && !kept; ++i) {
         const double a = 2 * kPi * (i + 0.5) / kSteps;
         light->area += length(cross(f.x, f.y * (-0.5 * std::sin(a)) + f.z * (0.5 * std::cos(a)))) * 2 * kPi / kSteps;
         const Double3 rim = f.x * 0.5 + f.y * (0.5 * std::cos(a)) + f.z * (0.5 * std::sin(a));
         light->boundingRadius = std::fmax(light->boundingRadius, length(rim) * (1 + 1e-6));
       }
-      const bool kept =
-          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
-      if (kept) light->scale = lx;
     }
     light->common = LightCommon::of(values, light->area);
     light->shaping = Shaping::of(values, true);

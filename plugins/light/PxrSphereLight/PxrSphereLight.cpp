@@ -231,20 +231,20 @@ void* create(const CreateInfo* info, ErrorText* error) {
       light->axis = Float3(normalized(f.z));
       const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
       light->rounding = float(4e-7 * std::fmin(longest * shrink, 100));
+      light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
+      const bool round =
+          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
+          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
       // surface: the integral of |det M| |n M^-T| over the local sphere
       constexpr int kRings = 512, kSteps = 128;
       double sum = 0;
-      for (int i = 0; i < kRings; ++i)
+      for (int i = 0; i < kRings && !round; ++i)
         for (int j = 0; j < kSteps; ++j) {
           const double z = (2.0 * i + 1) / kRings - 1, s = std::sqrt(1 - z * z);
           const double phi = 6.283185307179586 * (j + 0.5) / kSteps;
           sum += length(normals[0] * (s * std::cos(phi)) + normals[1] * (s * std::sin(phi)) + normals[2] * z);
         }
       light->area = 3.14159265358979 * std::fabs(determinant) * sum / (kRings * kSteps);
-      light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
-      const bool round =
-          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
       if (round) {
         light->sphereRadius = light->boundingRadius = 0.5 * lx;
         light->area = 3.14159265358979 * lx * lx;
