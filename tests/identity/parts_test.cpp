@@ -206,6 +206,8 @@ TEST_F(Parts, OfOtherScenesAreRefused) {
       {"[0 1] [0 1] [1 1]", "[0 1] [0 0.5] [1 1]", "object \"sheet\" (PLACE) differs in trim curves"},
       {"Disk 0 0.2", "Disk 0 0.1", "object \"blade\" of ObjectBegin \"leaf\" (PLACE) differs in size"},
       {"Translate -1 0.5 -1", "Translate -1 0.5 -2", "instance of object \"leaf\" (PLACE) differs in transform"},
+      {"ObjectBegin \"leaf\"", "ObjectBegin \"twig\" Disk 0 1 360 ObjectEnd ObjectBegin \"leaf\"",
+       "ObjectBegin \"twig\" (PLACE) is in this one only"},
       {"Sphere 0.3 -0.3 0.3 360", "Sphere 0.3 -0.3 0.3 360\nSphere 0.1 -0.1 0.1 360", "is in this one only"},
   };
   const std::string first = part(kScene, 0);
