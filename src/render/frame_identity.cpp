@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <set>
+#include <system_error>
 
 #include "base/text.h"
 #include "render/version.h"
@@ -30,11 +31,16 @@ void FrameIdentity::start(const scene::Scene& scene, FileContents& contents, con
   for (const Descriptor* d : registry.all())
     if (const auto library = registry.libraryOf(*d); library && named.contains(lowerCase(d->name)))
       facts_.push_back({"library of the plug-in", d->name, *library});
-  made_ = std::async(std::launch::async, [this, &scene, &contents] {
+  const auto makeAlone = [this, &scene, &contents] {
     // one thread beside those that render
     tbb::task_arena alone(1);
     alone.execute([&] { make(scene, contents); });
-  });
+  };
+  try {
+    made_ = std::async(std::launch::async, makeAlone);
+  } catch (const std::system_error&) {  // the process may have no more threads
+    makeAlone();
+  }
 }
 
 void FrameIdentity::make(const scene::Scene& scene, FileContents& contents) {

@@ -212,7 +212,7 @@ inline constexpr auto kFields<Scene> = std::tuple(
     part("integrator", &Scene::integrator), part("sample filters", &Scene::sampleFilters),
     part("display filters", &Scene::displayFilters), part("displays", &Scene::displays),
     part("channels", &Scene::channels), part("cameras", &Scene::cameras), part("primitives", &Scene::primitives),
-    part("instances", &Scene::instances), part("objects", &Scene::prototypes), part("lights", &Scene::lights),
+    part("objects", &Scene::prototypes), part("instances", &Scene::instances), part("lights", &Scene::lights),
     part("light sources", &Scene::classicLights), field("coordinate system", &Scene::coordinateSystems),
     part("other requests", &Scene::kept), note("place", &Scene::pos), note("next id", &Scene::nextId));
 

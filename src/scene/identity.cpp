@@ -106,6 +106,13 @@ class Digester {
       for (const uint32_t id : *ids) h.word(s_.places.of(id));
   }
 
+  // What parameters say may be names of files.
+  void addArgument(Hasher& h, const std::string& text) {
+    const auto file = s_.files.find(text);
+    h.word(file != s_.files.end());
+    file != s_.files.end() ? h.digest(file->second) : h.text(text);
+  }
+
   void addParameters(Hasher& h, const ParameterList& list, bool (*isCounted)(const Parameter&)) {
     uint64_t count = 0;
     for (const Parameter& p : list)
@@ -127,8 +134,8 @@ class Digester {
       }
       h.digest(digestOfLast_);
     } else if constexpr (std::is_same_v<Plain, Network> || IsMap<Plain>::value) {
-      const auto [it, isNew] = known_.try_emplace(pointer.get());
-      if (isNew) it->second = of(*pointer);
+      auto it = known_.find(pointer.get());
+      if (it == known_.end()) it = known_.emplace(pointer.get(), of(*pointer)).first;
       h.digest(it->second);
     } else {
       add(h, *pointer);
@@ -146,11 +153,12 @@ class Digester {
     } else if constexpr (std::is_same_v<T, Matrix>) {
       h.bytes(&value, sizeof value);
     } else if constexpr (std::is_same_v<T, std::string>) {
-      const auto file = s_.files.find(value);
-      h.word(file != s_.files.end());
-      file != s_.files.end() ? h.digest(file->second) : h.text(value);
+      h.text(value);
     } else if constexpr (std::is_same_v<T, ParameterList>) {
       addParameters(h, value, nullptr);
+    } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+      h.word(value.size());
+      for (const std::string& one : value) addArgument(h, one);
     } else if constexpr (IsVector<T>::value || IsArray<T>::value) {
       if constexpr (kIsBytes<typename T::value_type>) {
         h.bytes(value.data(), value.size() * sizeof(typename T::value_type));

@@ -15,7 +15,7 @@
 
 namespace kinora::scene {
 
-// What the files hold that strings of a scene name: such a string counts as that, and not as a path of one machine.
+// What the files hold that parameters name: such a string counts as that, and not as a path of one machine.
 using ContentsByName = std::unordered_map<std::string, Digest>;
 
 Digest digestOf(const Scene& scene, const ContentsByName& files = {});

@@ -206,6 +206,8 @@ TEST_F(Parts, OfOtherScenesAreRefused) {
       {"[0 1] [0 1] [1 1]", "[0 1] [0 0.5] [1 1]", "object \"sheet\" (PLACE) differs in trim curves"},
       {"Disk 0 0.2", "Disk 0 0.1", "object \"blade\" of ObjectBegin \"leaf\" (PLACE) differs in size"},
       {"Translate -1 0.5 -1", "Translate -1 0.5 -2", "instance of object \"leaf\" (PLACE) differs in transform"},
+      {"ObjectBegin \"leaf\"", "ObjectBegin \"twig\" Disk 0 1 360 ObjectEnd ObjectBegin \"leaf\"",
+       "ObjectBegin \"twig\" (PLACE) is in this one only"},
       {"Sphere 0.3 -0.3 0.3 360", "Sphere 0.3 -0.3 0.3 360\nSphere 0.1 -0.1 0.1 360", "is in this one only"},
   };
   const std::string first = part(kScene, 0);
@@ -275,6 +277,47 @@ TEST_F(Parts, FilesCountByWhatTheyHold) {
   ASSERT_TRUE(fs::exists(cached + "/stripe.oso"));
   fs::remove(cached + "/stripe.osl");
   EXPECT_EQ(refusal(source, part(caching, 1, cached)), "");
+}
+
+// Each way by which a file gets into a frame.
+TEST_F(Parts, FilesOfEveryKindCount) {
+  const struct {
+    const char *from, *to;        // in the scene
+    const char *file, *content;   // that the scene reads then; no content: a picture
+    const char *changed, *named;  // what it is replaced by
+  } kWays[] = {
+      {"wood.png", "skin.<UDIM>.png", "skin.1002.png", nullptr, nullptr, "texture \"skin.<UDIM>.png\" differs"},
+      {"Light \"PxrRectLight\" \"key\"", "Light \"PxrDomeLight\" \"sky\" \"string lightColorMap\" [\"sky.png\"]",
+       "sky.png", nullptr, nullptr, "texture \"sky.png\" differs"},
+      {"\"stripe\"", "\"includes\"", "level.h", "#define LEVEL .2\n", "#define LEVEL .3\n",
+       "shader \"includes\" differs"},
+      {"\"stripe\"", "\"asks\"", "asked.png", nullptr, nullptr, "texture \"asked.png\" differs"},
+  };
+  const std::string there = folderOf("there");
+  for (const auto& way : kWays) {
+    SCOPED_TRACE(way.file);
+    const auto fill = [&](const std::string& folder, bool isChanged) {
+      picture(folder + "/skin.1001.png", 0.5f);
+      put(folder + "/includes.osl",
+          "#include \"level.h\"\nshader includes(output color resultRGB = 0) { resultRGB = LEVEL; }\n");
+      put(folder + "/asks.osl",
+          "shader asks(output color resultRGB = 0) { gettextureinfo(\"asked.png\", \"averagecolor\", resultRGB); "
+          "}\n");
+      if (way.content)
+        put(folder + "/" + way.file, isChanged ? way.changed : way.content);
+      else
+        picture(folder + "/" + way.file, isChanged ? 0.5f : 0.25f);
+    };
+    fill(folder_, false);
+    fill(there, false);
+    const std::string scene = with(kScene, way.from, way.to);
+    const std::string first = part(scene, 0);
+    EXPECT_EQ(said_, "");
+    EXPECT_EQ(refusal(first, part(scene, 1, there)), "");
+    fill(there, true);
+    const std::string said = refusal(first, part(scene, 1, there));
+    EXPECT_NE(said.find(way.named), std::string::npos) << said;
+  }
 }
 
 // What a shader asks for while the samples are taken: a volume, and a texture by a name that it makes.
