@@ -40,7 +40,7 @@ for project in examples broken kit_user; do
     { cat "$work/cmake.log" >&2; fail "configuring $project"; }
   cmake --build "$work/build_$project" >"$work/build.log" 2>&1 || { cat "$work/build.log" >&2; fail "building $project"; }
 done
-for example in Retroreflector AmbientOcclusion FireflyClamp Posterize SoftSpot Tent Pfm Panorama Ripple Puff; do
+for example in Retroreflector AmbientOcclusion FireflyClamp Posterize SoftSpot Tent Pfm Panorama Ripple Puff Thickness; do
   lines=$(wc -l <"$source_dir/examples/plugins/$example.cpp")
   ((lines < 150)) || fail "$example.cpp has $lines lines: an example stays under 150"
 done
@@ -85,6 +85,12 @@ for width in 1 4; do
     run 0 diff.log "$kinora" diff $name.exr width.exr
   done
 done
+# chords of the unit sphere are 4/3 long on average, wherever they begin
+scene Thickness PxrDiffuse | sed 's/\[4\]/[64]/g; s/^Integrator.*/& "float scale" [0.75]/; s/^Format/CropWindow 0.42 0.58 0.42 0.58\n&/' >thickness.rib
+run 0 thickness.log "$kinora" thickness.rib -o thickness.exr --progress none --plugin-path "$work/build_examples" --strict
+is_silent_about thickness.log PLUGIN-
+run 0 diff.log "$kinora" diff thickness.exr thickness.exr
+awk '/^means/ { exit !($2 > 0.98 && $2 < 1.02) }' diff.log.out || fail "thickness of a sphere: $(grep means diff.log.out)"
 run 0 list.log "$kinora" plugins retroreflector --plugin-path "$work/build_examples"
 says list.log.out sharpness
 
