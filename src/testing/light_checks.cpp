@@ -258,6 +258,87 @@ void checkLightFrom(Judge& judge, const LightCase& c, Vec3 P, Vec3 N, uint32_t s
   }
 }
 
+// Of rays that look back along emitted ones: the densities that emit() told.
+void checkLightDensities(Judge& judge, const LightCase& c, const LightEmissions& e, LightRays& back) {
+  const uint32_t n = back.a.count();
+  Rows out(n, 5);
+  const void* light = c.light.data();
+  LightDensityArgs a{};
+  a.light = &light;
+  a.count = n;
+  for (uint32_t k = 0; k < 3; ++k) {
+    a.o[k] = back.a[LightRays::kO + k];
+    a.d[k] = back.a[LightRays::kD + k];
+    a.N[k] = out[k];
+  }
+  a.t = back.a[LightRays::kT];
+  a.time = back.a[LightRays::kTime];
+  a.worldRadius = kWorldRadius;
+  a.pdfPosition = out[3];
+  a.pdfDirection = out[4];
+  c.widest().densities(&a);
+  uint32_t off = 0, all = 0;
+  std::string first;
+  for (uint32_t i = 0; i < n; ++i) {
+    const float pp = e.a[LightEmissions::kPdfPosition][i], pd = e.a[LightEmissions::kPdfDirection][i];
+    if (!(pp > 0) || !(pd > 0)) continue;
+    ++all;
+    const auto near = [](double x, double y) { return std::abs(x - y) <= 0.02 * std::max(std::abs(x), std::abs(y)); };
+    const bool same =
+        near(pp, out[3][i]) && near(pd, out[4][i]) && dot(e.a.get(LightEmissions::kN, i), out.get(0, i)) > 0.999f;
+    if (!same && !off++)
+      first = c.where + "o " + text(e.a.get(LightEmissions::kO, i)) + " d " + text(e.a.get(LightEmissions::kD, i)) +
+              text(": emit has densities %.7g %.7g, densities() %.7g %.7g", pp, pd, out[3][i], out[4][i]);
+  }
+  judge.count(all);
+  // grazing rays lose digits of position and cosine
+  if (off > 2 + all / 50) judge.fail("emission", first + text(" (%u of %u rays)", off, all));
+}
+
+// Lanes that ask for different lights get what each gives alone.
+void checkLightLanes(Judge& judge, const LightCase& c, const MadeLight& other, uint64_t seed) {
+  constexpr uint32_t n = 33;
+  for (const WidthTable* table : c.tables) {
+    const LightFunctions& f = *static_cast<const LightFunctions*>(table->functions);
+    Random r(seed);
+    LightSamples samples[3] = {LightSamples(n), LightSamples(n), LightSamples(n)};
+    LightRays rays[3] = {LightRays(n), LightRays(n), LightRays(n)};
+    std::vector<const void*> lanes(padded(n));
+    for (uint32_t i = 0; i < padded(n); ++i) lanes[i] = r.below(2) ? c.light.data() : other.data();
+    const void* const alone[2] = {c.light.data(), other.data()};
+    for (uint32_t i = 0; i < n; ++i) {
+      const Vec3 P = pointAbout(c.says(), r), d = randomDirection(r);
+      const float u[2] = {r.uniformFloat(), r.uniformFloat()};
+      for (int k = 0; k < 3; ++k) {
+        samples[k].a.set(LightSamples::kP, i, P);
+        samples[k].a[LightSamples::kU][i] = u[0];
+        samples[k].a[LightSamples::kU + 1][i] = u[1];
+        rays[k].a.set(LightRays::kO, i, P);
+        rays[k].a.set(LightRays::kD, i, d);
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      samples[k].run(f, k < 2 ? &alone[k] : lanes.data(), k == 2);
+      for (uint32_t i = 0; i < n; ++i)
+        if (samples[0].valid(i)) rays[k].a.set(LightRays::kD, i, samples[0].a.get(LightSamples::kWi, i));
+      rays[k].run(f, k < 2 ? &alone[k] : lanes.data(), k == 2, c.finite());
+    }
+    judge.count(n);
+    for (uint32_t i = 0; i < n; ++i) {
+      const int k = lanes[i] == alone[0] ? 0 : 1;
+      bool same = true;
+      for (uint32_t row = LightSamples::kWi; row < LightSamples::kRows; ++row)
+        same = same && sameBits(&samples[2].a[row][i], &samples[k].a[row][i], 1);
+      for (uint32_t row = LightRays::kT; row < LightRays::kRows; ++row)
+        same = same && sameBits(&rays[2].a[row][i], &rays[k].a[row][i], 1);
+      if (same) continue;
+      judge.fail("width",
+                 c.where + text("width %u: beside another light's points a point gets other numbers", table->width));
+      return;
+    }
+  }
+}
+
 // Power by emitted rays, against what arrives on a sphere about the light (or a disk of the world, for infinite
 // ones).
 void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_t seed) {
@@ -331,6 +412,7 @@ void checkLightPower(Judge& judge, const LightCase& c, uint32_t samples, uint64_
       }
       judge.count(all);
       if (off > 2 + all / 50) judge.fail("emission", first + text(" (%u of %u rays)", off, all));
+      if (f.densities) checkLightDensities(judge, c, e, back);
     }
   }
   const double error = std::hypot(emitted.standardError(), arriving.standardError());
@@ -387,6 +469,10 @@ void checkCase(Judge& judge, const Descriptor& d, const Setting& s, size_t place
     return;
   }
   checkLightWidths(judge, c, seed);
+  const MadeLight other(d, s, all[(which + 1) % all.size()]);
+  // black lights are never asked, least of all beside others
+  if (other.error().empty() && says.power > 0 && other.description().power > 0)
+    checkLightLanes(judge, c, other, seed);
   if (!checkLightSamples(judge, c, seed + 1)) return;
   checkLightPower(judge, c, o.samples, seed + 2);
   if (says.isDelta) return;

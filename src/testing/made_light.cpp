@@ -60,10 +60,11 @@ MadeLight::~MadeLight() {
   if (data_ && descriptor_.destroy) descriptor_.destroy(data_);
 }
 
-void LightSamples::run(const LightFunctions& f, const void* light) {
+void LightSamples::run(const LightFunctions& f, const void* const* lights, bool byLane) {
   for (uint32_t r = 0; r < kWi; ++r) a.pad(r);
   LightSampleArgs s{};
-  s.light = &light;
+  s.light = lights;
+  s.lightStride = byLane;
   s.count = a.count();
   for (uint32_t k = 0; k < 3; ++k) {
     s.P[k] = a[kP + k];
@@ -80,10 +81,11 @@ void LightSamples::run(const LightFunctions& f, const void* light) {
   f.sample(&s);
 }
 
-void LightRays::run(const LightFunctions& f, const void* light, bool finite) {
+void LightRays::run(const LightFunctions& f, const void* const* lights, bool byLane, bool finite) {
   for (uint32_t r = 0; r < kT; ++r) a.pad(r);
   LightRayArgs s{};
-  s.light = &light;
+  s.light = lights;
+  s.lightStride = byLane;
   s.count = a.count();
   for (uint32_t k = 0; k < 3; ++k) {
     s.o[k] = a[kO + k];

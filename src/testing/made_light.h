@@ -72,7 +72,8 @@ struct LightSamples {
   Rows a;
   std::vector<uint32_t> flags;
   explicit LightSamples(uint32_t n) : a(n, kRows), flags(padded(n), ~0u) { a.fill(kTime, 0.5f); }
-  void run(const LightFunctions& f, const void* light);
+  void run(const LightFunctions& f, const void* light) { run(f, &light, false); }
+  void run(const LightFunctions& f, const void* const* lights, bool byLane);
   bool valid(uint32_t i) const { return a[kPdf][i] > 0; }
 };
 // intersect() and evaluate() along n rays; a ray that hits nothing gives no radiance and pdf 0.
@@ -81,7 +82,8 @@ struct LightRays {
   Rows a;
   std::vector<uint32_t> hit;
   explicit LightRays(uint32_t n) : a(n, kRows), hit(padded(n), ~0u) { a.fill(kTime, 0.5f); }
-  void run(const LightFunctions& f, const void* light, bool finite);
+  void run(const LightFunctions& f, const void* light, bool finite) { run(f, &light, false, finite); }
+  void run(const LightFunctions& f, const void* const* lights, bool byLane, bool finite);
 };
 struct LightEmissions {
   enum : uint32_t {
