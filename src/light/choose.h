@@ -10,7 +10,7 @@ namespace kinora::light {
 
 // What stands between a light and the point is not known, and the brightest light may be the one in shadow: each top
 // node gets, beside its share s, this times the root of s.
-inline constexpr float kRootShare = 0.05f;
+inline constexpr float kRootShare = 0.1f;
 
 // For points on their way down a deep tree: room for each, and a full vector more.
 struct ChooseScratch {
