@@ -95,17 +95,9 @@ struct AmbientOcclusion {
       }
       runs[k] = {&c, nullptr, n};  // one ray for each of its points, in order
     }
-    const uint32_t* const opaqueGlass = nullptr;  // a 1 for a ray would let it go through glass in a straight line
-    const ShadowRays rays{n,
-                          {o[0], o[1], o[2]},
-                          {d[0], d[1], d[2]},
-                          tMax,
-                          time,
-                          nullptr,
-                          contextCount,
-                          runs,
-                          opaqueGlass,
-                          {light[0], light[1], light[2]}};
+    ShadowRays rays{n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, nullptr, contextCount, runs, nullptr, {}};
+    for (int x = 0; x < 3; ++x) rays.transmittance[x] = light[x];
+    rays.tinted = nullptr;  // a 1 for a ray would let it go through glass in a straight line
     services->shadow(g, 0, &rays);
     const Contributions value{n, slot, {light[0], light[1], light[2]}, state, emitter};
     services->contribute(g, &value);

@@ -93,7 +93,7 @@ struct LightSamples {
 };
 
 // Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit; lights without
-// shadows behind it too. Sorted by the order of the rays that were listed, and by light.
+// shadows behind it too. Sorted by the order of the rays that were listed.
 struct LightHits {
   uint32_t count;
   const uint32_t* slot;  // the ray's entry in its list
