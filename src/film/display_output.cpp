@@ -100,11 +100,6 @@ class DriverValues {
   std::vector<ParamValue> values_;
 };
 
-std::string extensionOf(const std::string& file) {
-  const size_t dot = file.rfind('.');
-  return lowerCase(dot == std::string::npos ? "" : file.substr(dot + 1));
-}
-
 // The view that a display asks for, by its whole name; "" when the configuration has none of that name.
 std::string viewOf(const Output& output) {
   return image::Colors::ofEnvironment().findView(output.params.getString("view", ""));
@@ -269,7 +264,7 @@ bool DisplayOutput::writeOne(const Output& output, const Film& film, const Filte
     driver = nullptr;
   const auto* traits = driver ? static_cast<const DisplayTraits*>(driver->traits) : nullptr;
   const bool isStraight =
-      driver ? traits && traits->straightAlpha : image::hasStraightAlpha(extensionOf(output.file));
+      driver ? traits && traits->straightAlpha : image::hasStraightAlpha(image::extensionOf(output.file));
   image::Image picture = pictureOf(film, output, metadata, &filtered, isStraight);
   for (const scene::Parameter& p : output.params)
     if (p.name.starts_with("exrheader_") && p.name.size() > 10) {
@@ -394,7 +389,7 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
 }
 
 bool DisplayOutput::writeByImage(const Output& output, image::Image picture) {
-  const std::string extension = extensionOf(output.file);
+  const std::string extension = image::extensionOf(output.file);
   picture.metadata["colorSpace"] = colorSpaceOf(output, false);
   const bool isTiff = extension == "tif" || extension == "tiff";
   if (extension != "exr" && extension != "hdr") {

@@ -10,14 +10,10 @@
 #include "film/display_channels.h"
 #include "film/display_modes.h"
 #include "film/light_paths.h"
+#include "image/read_write.h"
 
 namespace kinora::film {
 namespace {
-
-std::string extensionOf(const std::string& file) {
-  const size_t dot = file.rfind('.');
-  return dot == std::string::npos || file.find('/', dot) != std::string::npos ? "" : lowerCase(file.substr(dot + 1));
-}
 
 // The driver that writes files of an extension; "" when none does.
 std::string driverOfExtension(const std::string& extension) {
@@ -44,7 +40,7 @@ bool chooseDriver(const scene::Display& display, const DriverLookup& lookup, Dia
   std::string driver = lowerCase(display.driver);
   if (driver.starts_with("d_")) driver = driver.substr(2);
   if (driver == "null") return false;
-  const std::string extension = extensionOf(out.file);
+  const std::string extension = image::extensionOf(out.file);
   const std::string wanted = extensionOfDriver(driver);
   if (!wanted.empty()) {
     // the driver's word counts; a name without its extension gets it, so that every program can open the file
@@ -193,7 +189,7 @@ scene::Display beautyFor(const scene::Scene& scene) { return {{}, {}, "rgba", {}
 // The driver by the file's extension; a file of no picture format gets one.
 void directTo(Output& out, const std::string& file, Diagnostics& diagnostics) {
   out.file = file;
-  out.driver = driverOfExtension(extensionOf(file));
+  out.driver = driverOfExtension(image::extensionOf(file));
   if (!out.driver.empty()) return;
   diagnostics.warning("DISPLAY-EXTENSION", out.pos, "the extension of \"" + file + "\" names no picture format",
                       "\"" + file + ".exr\" is written", "use .exr, .png, .tif or .jpg");
@@ -230,7 +226,7 @@ bool isDeepQuantize(const std::vector<float>& quantize) { return std::max(quanti
 
 int largestCode(const Output& output, const ChannelLayout& layout) {
   constexpr int kByte = 255, kShort = 65535;
-  const std::string extension = extensionOf(output.file);
+  const std::string extension = image::extensionOf(output.file);
   const bool isTiff = extension == "tif" || extension == "tiff";
   if (output.driver == "openexr" || extension == "exr" || extension == "hdr") return 0;
   if (!isTiff && extension != "png") return driverOfExtension(extension).empty() ? 0 : kByte;

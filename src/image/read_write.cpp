@@ -49,12 +49,6 @@ oiio::TypeDesc typeDesc(StoredType t) {
   return oiio::TypeFloat;
 }
 
-std::string extensionOf(const std::string& path) {
-  const size_t dot = path.rfind('.');
-  if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
-  return lowerCase(path.substr(dot + 1));
-}
-
 void setUpLibrary() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -130,6 +124,12 @@ Status open(const std::string& path, Image& out, const ReadOptions& options,
 }
 
 }  // namespace
+
+std::string extensionOf(const std::string& path) {
+  const size_t dot = path.rfind('.');
+  if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
+  return lowerCase(path.substr(dot + 1));
+}
 
 Status readHeader(const std::string& path, Image& out, const ReadOptions& options) {
   out = {};

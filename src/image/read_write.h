@@ -35,6 +35,8 @@ struct WriteOptions {
   bool isStraight = false;
 };
 
+// Of a file's name, in small letters and without its dot; "" when it has none.
+std::string extensionOf(const std::string& path);
 // Formats, by their extension in small letters, whose colours are not multiplied by alpha.
 bool hasStraightAlpha(const std::string& extension);
 
