@@ -353,6 +353,20 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found&
   const Arena::Mark mark = arena.mark();
   float* const arrays[8] = {w.o[0], w.o[1], w.o[2], w.d[0], w.d[1], w.d[2], w.time, w.t};
   for (float* x : arrays) padFloats(x, n);
+  // a run's part of the rays: origins, directions and times in order
+  const auto raysOf = [&](const Order& order, const LightOrder::Run& run, const float* const* in, float* t) {
+    LightRayArgs a{};
+    order.setLights(a, run);
+    setWorld(a);
+    a.count = run.count;
+    for (int c = 0; c < 3; ++c) {
+      a.o[c] = in[c] + run.from;
+      a.d[c] = in[3 + c] + run.from;
+    }
+    a.time = in[6] + run.from;
+    a.t = t + run.from;
+    return a;
+  };
   if (!areInfinite) {
     uint32_t* met = arena.make<uint32_t>(padded(n) + kPad);
     const Order order(*this, width, arena, n, w.light);
@@ -362,16 +376,7 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found&
     uint32_t* hit = order.room(met);
     for (uint32_t r = 0; r < order.runCount(); ++r) {
       const LightOrder::Run& run = order.run(r);
-      LightRayArgs a{};
-      order.setLights(a, run);
-      setWorld(a);
-      a.count = run.count;
-      for (int c = 0; c < 3; ++c) {
-        a.o[c] = in[c] + run.from;
-        a.d[c] = in[3 + c] + run.from;
-      }
-      a.time = in[6] + run.from;
-      a.t = t + run.from;
+      LightRayArgs a = raysOf(order, run, in, t);
       a.hit = hit + run.from;
       if (const auto intersect = kinds_[run.kind].byWidth[width]->intersect)
         intersect(&a);
@@ -404,17 +409,8 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found&
     for (int k = 0; k < 4; ++k) ordered[k] = order.room(outputs[k]);
     for (uint32_t r = 0; r < order.runCount(); ++r) {
       const LightOrder::Run& run = order.run(r);
-      LightRayArgs a{};
-      order.setLights(a, run);
-      setWorld(a);
-      a.count = run.count;
-      for (int c = 0; c < 3; ++c) {
-        a.o[c] = in[c] + run.from;
-        a.d[c] = in[3 + c] + run.from;
-        a.radiance[c] = ordered[c] + run.from;
-      }
-      a.time = in[6] + run.from;
-      a.t = const_cast<float*>(in[7]) + run.from;
+      LightRayArgs a = raysOf(order, run, in, const_cast<float*>(in[7]));
+      for (int c = 0; c < 3; ++c) a.radiance[c] = ordered[c] + run.from;
       a.pdf = ordered[3] + run.from;
       kinds_[run.kind].byWidth[width]->evaluate(&a);
     }
