@@ -89,6 +89,11 @@ std::vector<std::pair<int, int>> Frame::passes(int first, int last, int most) {
   return r;
 }
 
+int Frame::passSamplesOf(const Descriptor& integrator) {
+  const auto* traits = static_cast<const IntegratorTraits*>(integrator.traits);
+  return traits ? int(std::bit_floor(std::min(traits->passSamples, 16u))) : 0;
+}
+
 Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Times>()) {
   const shade::ShadingWorld& world = in_.world->world();
   functions_ = static_cast<const IntegratorFunctions*>(functionsFor(*in_.integrator, in_.world->width()));
@@ -409,8 +414,7 @@ uint32_t Frame::replayEarlierStages(int sample) {
   uint32_t camera = 0;
   while (camera + 1 < stages_.size() && stages_[camera].kind != StageKind::CameraPaths) ++camera;
   if (!store_) return camera;
-  const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits);
-  const int most = int(std::bit_floor(std::min(traits->passSamples, 16u)));
+  const int most = passSamplesOf(*in_.integrator);
   int first = 0, last = 0;
   for (const auto& [from, to] :
        passes(sample < in_.firstSample ? 0 : in_.firstSample, std::max(in_.lastSample, sample + 1), most))

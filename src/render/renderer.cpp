@@ -3,7 +3,6 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -126,12 +125,6 @@ struct Renderer::Impl {
     Stage list[16];
     const uint32_t n = std::min(traits->stages(integrator.data(), list, 16), 16u);
     return std::any_of(list, list + n, [](const Stage& s) { return s.kind == StageKind::LightPaths; });
-  }
-
-  // The most samples of a pass that the integrator asks for, as a power of two; 0: any.
-  int passSamples() const {
-    const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
-    return traits ? int(std::bit_floor(std::min(traits->passSamples, 16u))) : 0;
   }
 
   // The sums, and what writing the largest picture takes on top of them: floats and the encoded file.
@@ -379,13 +372,15 @@ struct Renderer::Impl {
   // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
     int b = lastSample;
-    for (const auto& [from, to] : Frame::passes(firstSample, lastSample, passSamples()))
+    for (const auto& [from, to] : Frame::passes(firstSample, lastSample, Frame::passSamplesOf(*integrator.plugin())))
       if (to > a) {
         b = to;
         break;
       }
     constexpr int kLeast = 4;  // smaller passes would not fill a ray group
-    if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage() || passSamples()) return b;
+    if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage() ||
+        Frame::passSamplesOf(*integrator.plugin()))
+      return b;
     const double perSample = seconds / samplesDone;
     if ((b - a) * perSample <= settings.snapshotSeconds) return b;
     return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));

@@ -25,8 +25,6 @@ struct ContextHost {
   const uint32_t* origin = nullptr;                  // RayOrigin bits of the ray
   RayKind rayKind = RayKind::Camera;                 // of the rays that met its points
 
-  bool isInSpace() const { return !program; }
-
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);
   void findQuadPlaces(const Context* c);
