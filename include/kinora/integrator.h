@@ -73,7 +73,7 @@ struct Group {
   StageKind stage;
   RayList paths;
   // By slot: the path's number among those of its stage and sample. Of a camera path y * Services::resolution[0] + x,
-  // of light paths from 0 on.
+  // of light paths from 0 on; they have the shutter time of the camera path of that number (modulo the picture).
   const uint64_t* number;
   const int32_t* pixel[2];  // raster pixel of the sample
   const float* rayWeight;   // camera's weight of the sample

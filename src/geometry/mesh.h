@@ -103,6 +103,28 @@ struct Mesh {
   Imath::V2f uvOf(uint32_t triangle,
                   int corner) const;  // patch parameters of a corner (0, 1, 2), whatever their store
   int keyCount() const { return times.empty() ? 1 : int(times.size()); }
+  // The deformation keys around a time of the shutter (0..1, held outside), over which they are uniform once a mesh
+  // is in a world: where the values of both begin, by vertex, and the part of the second.
+  struct KeyPair {
+    size_t first = 0, second = 0;
+    float part = 0;
+    float mix(float a, float b) const { return a + part * (b - a); }
+  };
+  KeyPair keysAt(float time) const {
+    KeyPair k;
+    if (times.size() < 2) return k;
+    const size_t last = times.size() - 1;
+    const float x = (time > 0.f ? time < 1.f ? time : 1.f : 0.f) * float(last);
+    const size_t key = size_t(x) < last ? size_t(x) : last - 1;
+    k.first = key * vertexCount;
+    k.second = k.first + vertexCount;
+    k.part = x - float(key);
+    return k;
+  }
+  // Whether a PerVertex primvar has values for each key.
+  bool movesWithKeys(const Primvar& p) const {
+    return times.size() > 1 && p.data.size() == times.size() * vertexCount * size_t(p.width);
+  }
   const Primvar* find(std::string_view name) const;
   size_t bytes() const;
 

@@ -392,6 +392,9 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   const uint32_t m = padded(count);
   float *u = arena.make<float>(m), *v = arena.make<float>(m);
   float* weight = arena.make<float>(m);
+  uint32_t* timeSeed = arena.make<uint32_t>(m);
+  const auto& resolution = in_.world->camera().resolution;
+  const uint64_t columns = uint64_t(resolution[0]), pixels = columns * uint64_t(resolution[1]);
   for (uint32_t i = 0; i < m; ++i) {
     const uint64_t path = firstPath + std::min(i, count - 1);
     s.numbers()[i] = path;
@@ -400,9 +403,11 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
     s.group().paths.sampleIndex[i] = uint32_t(sample);
     s.group().paths.sampleSeed[i] = pixelSeed(s.pixelX()[i], s.pixelY()[i], in_.seed);
     weight[i] = 1;
+    // the time of the camera path of that number, so that the two can be connected
+    const uint64_t pixel = path % pixels;
+    timeSeed[i] = pixelSeed(int32_t(pixel % columns), int32_t(pixel / columns), in_.seed);
   }
-  drawSpan(in_.world->width())(w.services().samples, m, s.group().paths.sampleSeed, s.group().paths.sampleIndex,
-                               kDimTime, u, v);
+  drawSpan(in_.world->width())(w.services().samples, m, timeSeed, s.group().paths.sampleIndex, kDimTime, u, v);
   const std::vector<float>& times = in_.world->camera().times;
   for (uint32_t i = 0; i < m; ++i) s.group().paths.rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
   s.group().rayWeight = weight;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shade/surface_points.h"
+
 namespace kinora::render {
 
 using film::Source;
@@ -62,8 +64,11 @@ SurfaceChannels::Value SurfaceChannels::of(Source source) {
       }
       return three(rgb);
     }
-    case Source::Curvature:
-      return curvature();
+    case Source::Curvature: {
+      float* x = floats();
+      shade::curvatureOf(c_, x);
+      return one(x);
+    }
     case Source::U:
       return builtin(Builtin::U);
     case Source::V:
@@ -156,95 +161,29 @@ SurfaceChannels::Value SurfaceChannels::footprintIn(Builtin derivative) const {
   return one(x);
 }
 
-// Mean curvature of a mesh that has normals, from how they turn over the triangle: half the divergence of N. A sphere
-// of radius r seen from outside has 1 / r; facets have none.
-SurfaceChannels::Value SurfaceChannels::curvature() const {
-  float* x = floats();
-  const shade::ShadingWorld& w = state_.world();
-  const Places& at = c_->place;
-  for (uint32_t i = 0; i < c_->count; ++i) {
-    x[i] = 0;
-    const uint32_t g = at.geometry[i], t = at.primitive[i];
-    const geometry::Mesh& mesh = w.world->mesh(g);
-    const geometry::Primvar* N = w.geometries[g].N;
-    if (!N || size_t(t) * 3 + 2 >= mesh.indices.size()) continue;
-    const bool perVertex = N->rate == geometry::Primvar::Rate::PerVertex;
-    if (!perVertex && N->rate != geometry::Primvar::Rate::PerCorner) continue;
-    Imath::V3f p[3], n[3];
-    for (uint32_t k = 0; k < 3; ++k) {
-      const uint32_t v = mesh.indices[3 * size_t(t) + k];
-      const float* d = N->data.data() + 3 * (perVertex ? size_t(v) : 3 * size_t(t) + k);
-      p[k] = mesh.points[v];
-      n[k] = Imath::V3f(d[0], d[1], d[2]);
-    }
-    const Imath::V3f e1 = p[1] - p[0], e2 = p[2] - p[0], area = e1.cross(e2);
-    const float a2 = area.dot(area);
-    if (!(a2 > 0)) continue;
-    const float a = std::sqrt(a2);
-    Imath::V3f unit = area * (1 / a);
-    const float divergence = ((n[1] - n[0]).dot(e2.cross(unit)) + (n[2] - n[0]).dot(unit.cross(e1))) / a;
-    float scale = 1;
-    const trace::Instance& instance = w.world->instance(at.instance[i]);
-    if (!instance.baked) {
-      const trace::Affine m = w.world->objectToRender(at.instance[i], c_->time[i]);
-      const float det = m.m[0][0] * (m.m[1][1] * m.m[2][2] - m.m[1][2] * m.m[2][1]) -
-                        m.m[0][1] * (m.m[1][0] * m.m[2][2] - m.m[1][2] * m.m[2][0]) +
-                        m.m[0][2] * (m.m[1][0] * m.m[2][1] - m.m[1][1] * m.m[2][0]);
-      scale = std::cbrt(std::fabs(det));
-    }
-    // N of the mesh looks outward; seen from inside the surface bends the other way
-    x[i] = scale > 0 ? 0.5f * divergence / scale * (c_->entering[i] ? 1.f : -1.f) : 0.f;
-  }
-  return one(x);
-}
-
-void SurfaceChannels::positionAt(uint32_t i, float t, float out[3]) const {
-  const trace::World& w = *state_.world().world;
-  const Places& at = c_->place;
-  const geometry::Mesh& mesh = w.mesh(at.geometry[i]);
-  const bool isBaked = w.instance(at.instance[i]).baked;
-  float p[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
-  const size_t first = size_t(at.primitive[i]) * 3;
-  if (mesh.keyCount() > 1 && first + 2 < mesh.indices.size()) {
-    // keys of a deforming mesh are uniform over the shutter
-    const float x = t * float(mesh.keyCount() - 1);
-    const size_t key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
-    const float f = x - float(key), b[3] = {1 - at.u[i] - at.v[i], at.u[i], at.v[i]};
-    for (int j = 0; j < 3; ++j) {
-      p[j] = 0;
-      for (size_t k = 0; k < 3; ++k) {
-        const Imath::V3f* q = mesh.points.data() + key * mesh.vertexCount + mesh.indices[first + k];
-        p[j] += b[k] * ((*q)[j] + f * (q[mesh.vertexCount][j] - (*q)[j]));
-      }
-    }
-  } else if (!isBaked) {
-    float object[3];
-    w.objectToRender(at.instance[i], c_->time[i]).inverse().point(p, object);
-    std::copy_n(object, 3, p);
-  }
-  if (isBaked) {
-    std::copy_n(p, 3, out);
-    return;
-  }
-  w.objectToRender(at.instance[i], t).point(p, out);
-}
-
 // Change per shutter length: of P, of P in the camera, and of its place in the picture, in pixels.
 SurfaceChannels::Value SurfaceChannels::motion(Source source) const {
   constexpr float kStep = 1.f / 64;
   float* d[3] = {floats(), floats(), floats()};
+  float *time[2] = {floats(), floats()}, *at[2][3];
+  for (uint32_t i = 0; i < c_->padded; ++i) {
+    time[0][i] = std::max(0.f, c_->time[i] - kStep);
+    time[1][i] = std::min(1.f, c_->time[i] + kStep);
+  }
+  for (int e = 0; e < 2; ++e) {
+    for (float*& x : at[e]) x = floats();
+    shade::positionsAt(c_, time[e], at[e]);
+  }
   for (uint32_t i = 0; i < c_->count; ++i) {
-    const float t0 = std::max(0.f, c_->time[i] - kStep), t1 = std::min(1.f, c_->time[i] + kStep);
-    float a[3], b[3], q[3];
-    positionAt(i, t0, a);
-    positionAt(i, t1, b);
-    if (source != Source::DPdtime) {
-      toCamera(a, t0, q);
-      std::copy_n(q, 3, a);
-      toCamera(b, t1, q);
-      std::copy_n(q, 3, b);
+    float p[2][3];
+    for (int e = 0; e < 2; ++e) {
+      for (int k = 0; k < 3; ++k) p[e][k] = at[e][k][i];
+      if (source == Source::DPdtime) continue;
+      float q[3];
+      toCamera(p[e], time[e][i], q);
+      std::copy_n(q, 3, p[e]);
     }
-    for (int k = 0; k < 3; ++k) d[k][i] = (b[k] - a[k]) / (t1 - t0);
+    for (int k = 0; k < 3; ++k) d[k][i] = (p[1][k] - p[0][k]) / (time[1][i] - time[0][i]);
   }
   if (source == Source::DPdtime || source == Source::DPcameradtime) return three(d);
   return rasterMotion(d, source == Source::MotionBack ? -1.f : 1.f);

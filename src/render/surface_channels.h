@@ -25,13 +25,10 @@ class SurfaceChannels {
   Value constant(float v) const;
   Value depth() const;
   Value id2() const;
-  Value curvature() const;
   Value footprintIn(Builtin derivative) const;
   Value motion(film::Source source) const;
   // From the change in camera space; three components, the last one 0.
   Value rasterMotion(const float* const d[3], float sign) const;
-  // Where the material point under point i of the context is at shutter time t, render space.
-  void positionAt(uint32_t i, float t, float out[3]) const;
   void toCamera(const float p[3], float t, float out[3]) const;
 
   const Context* c_;

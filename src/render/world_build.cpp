@@ -666,7 +666,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const film::LightPaths&
       }
     w.hasPresence |= (info.flags & shade::kOneSided) != 0;
   }
-  // what every object answers (shade/where.h); Color and Opacity only where some request gave one
+  // what every object answers (shade/implied_primvars.h); Color and Opacity only where some request gave one
   for (const auto& [name, least] : {std::pair{"st", 2u}, {"s", 1u}, {"t", 1u}}) {
     uint32_t& width = w.primvarWidths[name];
     width = std::max(width, least);

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "shade/where.h"
+#include "shade/context_host.h"
+#include "shade/implied_primvars.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -100,120 +101,47 @@ Value builtin(const Context* c, Builtin id) {
     h.haveBuiltin[size_t(b)] = true;
   };
   const uint32_t n = c->padded;
+  SurfacePoints& surface = h.surface;
+  const SurfaceKernels& k = surface.kernels();
   switch (id) {
     case Builtin::U:
     case Builtin::V: {
-      float *u = floats(c), *v = floats(c);
-      for (uint32_t i = 0; i < n; ++i) {
-        const Where k = whereOf(h, c, i);
-        const Sloped uv = patchUV(k);
-        u[i] = uv.value[0];
-        v[i] = uv.value[1];
-      }
-      keep(Builtin::U, {u});
-      keep(Builtin::V, {v});
+      const Slopes uv = surface.slopes({SlopeSource::What::PatchUV}, 2);
+      keep(Builtin::U, {uv.value[0]});
+      keep(Builtin::V, {uv.value[1]});
       break;
     }
     case Builtin::St:
     case Builtin::StRadius: {
-      float *s = floats(c), *t = floats(c), *r = floats(c);
-      for (uint32_t i = 0; i < n; ++i) {
-        const Where k = whereOf(h, c, i);
-        float e1[3], e2[3];
-        const Sloped st = textureCoordinates(k);
-        edges(k, e1, e2);
-        s[i] = st.value[0];
-        t[i] = st.value[1];
-        r[i] = c->radius[i] * scaleOf(e1, e2, st);
-      }
-      keep(Builtin::St, {s, t});
+      const Slopes st = surface.slopes({SlopeSource::What::St}, 2);
+      float* r = floats(c);
+      k.footprints(n, c->radius, surface.edge(0), surface.edge(1), st, r);
+      keep(Builtin::St, {st.value[0], st.value[1]});
       keep(Builtin::StRadius, {r});
       break;
     }
     case Builtin::DPdu:
     case Builtin::DPdv: {
-      float* a[6];
-      for (float*& x : a) x = floats(c);
-      for (uint32_t i = 0; i < n; ++i) {
-        const Where k = whereOf(h, c, i);
-        float e1[3], e2[3], du[3], dv[3];
-        edges(k, e1, e2);
-        derivatives(e1, e2, patchUV(k), du, dv);
-        for (int j = 0; j < 3; ++j) {
-          a[j][i] = du[j];
-          a[3 + j][i] = dv[j];
-        }
-      }
-      keep(Builtin::DPdu, {a[0], a[1], a[2]});
-      keep(Builtin::DPdv, {a[3], a[4], a[5]});
+      float *du[3] = {floats(c), floats(c), floats(c)}, *dv[3] = {floats(c), floats(c), floats(c)};
+      k.derivatives(n, surface.edge(0), surface.edge(1), surface.slopes({SlopeSource::What::PatchUV}, 2), du, dv);
+      keep(Builtin::DPdu, {du[0], du[1], du[2]});
+      keep(Builtin::DPdv, {dv[0], dv[1], dv[2]});
       break;
     }
     case Builtin::Tangent: {
-      float* a[3];
-      for (float*& x : a) x = floats(c);
-      for (uint32_t i = 0; i < n; ++i) {
-        const Where k = whereOf(h, c, i);
-        float e1[3], e2[3], du[3], dv[3];
-        edges(k, e1, e2);
-        derivatives(e1, e2, textureCoordinates(k), du, dv);
-        const float N[3] = {c->N[0][i], c->N[1][i], c->N[2][i]};
-        const float l2 = acrossNormal(N, du);
-        const float inv = 1.f / std::sqrt(l2);
-        for (int j = 0; j < 3; ++j) a[j][i] = du[j] * inv;
-      }
-      keep(Builtin::Tangent, {a[0], a[1], a[2]});
+      float* t[3] = {floats(c), floats(c), floats(c)};
+      k.derivatives(n, surface.edge(0), surface.edge(1), surface.slopes({SlopeSource::What::St}, 2), t, nullptr);
+      k.across(n, c->N, t);
+      keep(Builtin::Tangent, {t[0], t[1], t[2]});
       break;
     }
     case Builtin::Po:
     case Builtin::PoRadius: {
-      float* a[4];
-      for (float*& x : a) x = floats(c);
-      const trace::World& w = *h.group->world().world;
-      for (uint32_t i = 0; i < n; ++i) {
-        const Where k = whereOf(h, c, i);
-        float p[3];
-        float scale = 1;
-        if (k.identity) {
-          const trace::Affine& back =
-              h.group->world().placements[w.instance(c->place.instance[i]).user].renderToObject;
-          const float q[3] = {c->P[0][i], c->P[1][i], c->P[2][i]};
-          back.point(q, p);
-          const float det = back.m[0][0] * (back.m[1][1] * back.m[2][2] - back.m[1][2] * back.m[2][1]) -
-                            back.m[0][1] * (back.m[1][0] * back.m[2][2] - back.m[1][2] * back.m[2][0]) +
-                            back.m[0][2] * (back.m[1][0] * back.m[2][1] - back.m[1][1] * back.m[2][0]);
-          scale = std::cbrt(std::fabs(det));
-        } else if (k.strand) {
-          std::memcpy(p, k.on.rest, sizeof p);
-          const auto& m = k.toRender.m;
-          const float det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                            m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-          scale = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
-        } else {
-          // of the triangle that was hit, undeformed; a quad's first or second one
-          const Imath::V3f *at = k.mesh->points.data(), *p0 = at + k.v[0];
-          const bool second = isOnQuad(k) && k.primitive != k.quad;
-          const Imath::V3f *p1 = at + k.v[second ? 2 : 1], *p2 = at + k.v[second ? 3 : 2];
-          for (int j = 0; j < 3; ++j) p[j] = mix(k, (*p0)[j], (*p1)[j], (*p2)[j]) + float(k.mesh->origin[j]);
-          float e1[3], e2[3];
-          edges(k, e1, e2);
-          Imath::V3f o1 = *p1 - *p0, o2 = *p2 - *p0;
-          if (isOnQuad(k))
-            for (int j = 0; j < 3; ++j) {
-              const float corner[4] = {at[k.v[0]][j], at[k.v[1]][j], at[k.v[2]][j], at[k.v[3]][j]};
-              slopesOfQuad(k, corner, o1[j], o2[j]);
-            }
-          const float ox = o1.y * o2.z - o1.z * o2.y, oy = o1.z * o2.x - o1.x * o2.z, oz = o1.x * o2.y - o1.y * o2.x;
-          const float rx = e1[1] * e2[2] - e1[2] * e2[1], ry = e1[2] * e2[0] - e1[0] * e2[2],
-                      rz = e1[0] * e2[1] - e1[1] * e2[0];
-          const float render = ox * ox + oy * oy + oz * oz, object = rx * rx + ry * ry + rz * rz;
-          scale = object > 0 ? std::sqrt(std::sqrt(render / object)) : 1.f;
-        }
-        for (int j = 0; j < 3; ++j) a[j][i] = p[j];
-        a[3][i] = c->radius[i] * scale;
-      }
-      keep(Builtin::Po, {a[0], a[1], a[2]});
-      keep(Builtin::PoRadius, {a[3]});
+      float *p[3] = {floats(c), floats(c), floats(c)}, *r = floats(c);
+      k.rest(surface.args(), c->P, surface.edge(0), surface.edge(1), p, r);
+      for (uint32_t i = 0; i < n; ++i) r[i] *= c->radius[i];
+      keep(Builtin::Po, {p[0], p[1], p[2]});
+      keep(Builtin::PoRadius, {r});
       break;
     }
     case Builtin::Pworld: {
@@ -240,14 +168,14 @@ Value builtin(const Context* c, Builtin id) {
 }
 
 // How much a number changes over a unit of distance.
-float slopeOf(const Where& k, const float e1[3], const float e2[3], const Sloped& v) {
+float slopeOf(const SurfaceArgs& a, uint32_t point, const float e1[3], const float e2[3], float d1, float d2) {
   const auto along = [](const float e[3], float d) {
     const float l = std::sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
     return l > 0 ? std::fabs(d) / l : 0.f;
   };
-  if (k.strand) return along(e2, v.d2[0]);      // it changes along the strand
-  if (!isOnQuad(k)) return along(e1, v.d1[0]);  // on a triangle its first edge will do
-  return std::max(along(e1, v.d1[0]), along(e2, v.d2[0]));
+  if (a.strand && a.strand[point]) return along(e2, d2);             // it changes along the strand
+  if (!a.quad[0] || !(a.quad[0][point] >= 0)) return along(e1, d1);  // on a triangle its first edge will do
+  return std::max(along(e1, d1), along(e2, d2));
 }
 
 Value primvar(const Context* c, const char* name, Value* radius) {
@@ -264,46 +192,34 @@ Value primvar(const Context* c, const char* name, Value* radius) {
   }
   const uint32_t width = known->second;
   const Implied implied = impliedBy(name);
-  const geometry::Mesh* last = nullptr;
-  const geometry::Primvar* p = nullptr;
-  float* a[3] = {nullptr, nullptr, nullptr};
-  for (uint32_t j = 0; j < width; ++j) a[j] = floats(c);
-  float* r = radius ? floats(c) : nullptr;
-  for (uint32_t i = 0; i < n; ++i) {
-    const Where k = whereOf(h, c, i);
-    if (k.mesh != last) {
-      last = k.mesh;
-      p = primvarOf(*k.mesh, name);
-    }
-    if (!p && implied == Implied::None) {
-      for (uint32_t j = 0; j < width; ++j) a[j][i] = 0;
-      if (r) r[i] = 0;
-      continue;
-    }
-    const uint32_t w = std::min(width, p ? uint32_t(p->width) : widthOf(implied));
-    const Sloped v = p ? valuesAt(*p, k, w) : impliedValue(implied, k, world.tints[k.placement->tint]);
-    float f[3] = {0, 0, 0};
-    for (uint32_t j = 0; j < w; ++j) f[j] = v.value[j];
-    if (w == 1) f[1] = f[2] = f[0];
-    if (p && w == 3) primvarToRender(*p, k, f);
-    for (uint32_t j = 0; j < width; ++j) a[j][i] = f[j];
-    if (r) {
-      float e1[3], e2[3];
-      edges(k, e1, e2);
-      r[i] = c->radius[i] * (w >= 2 ? scaleOf(e1, e2, v) : slopeOf(k, e1, e2, v));
-    }
+  const geometry::Primvar* const* of = primvarsOf(c, name);
+  SurfacePoints& surface = h.surface;
+  const Slopes s = surface.slopes({SlopeSource::What::Primvar, of, implied}, width);
+  const SurfaceArgs& args = surface.args();
+  for (uint32_t i = 0; width == 3 && i < n; ++i) {
+    if (!of[i] || of[i]->width < 3 || of[i]->type == scene::ValueType::Color) continue;
+    float v[3] = {s.value[0][i], s.value[1][i], s.value[2][i]};
+    primvarToRender(*of[i], args, i, v);
+    for (int j = 0; j < 3; ++j) s.value[j][i] = v[j];
   }
   out.components = width;
   out.stride = 1;
-  for (uint32_t j = 0; j < width; ++j) out.data[j] = a[j];
-  if (radius) {
-    *radius = Value();
-    if (r) {
-      radius->data[0] = r;
-      radius->stride = 1;
-      radius->components = 1;
-    }
+  for (uint32_t j = 0; j < width; ++j) out.data[j] = s.value[j];
+  if (!radius) return out;
+  float* r = floats(c);
+  const float *const *e1 = surface.edge(0), *const *e2 = surface.edge(1);
+  if (width > 1) surface.kernels().footprints(n, c->radius, e1, e2, s, r);
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t own = std::min(width, of[i] ? uint32_t(of[i]->width) : widthOf(implied));
+    if (own == 0) r[i] = 0;
+    if (own != 1) continue;
+    const float a[3] = {e1[0][i], e1[1][i], e1[2][i]}, b[3] = {e2[0][i], e2[1][i], e2[2][i]};
+    r[i] = c->radius[i] * slopeOf(args, i, a, b, s.d1[0][i], s.d2[0][i]);
   }
+  *radius = Value();
+  radius->data[0] = r;
+  radius->stride = 1;
+  radius->components = 1;
   return out;
 }
 
@@ -364,46 +280,31 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
   out.stride = 1;
   float* g[3];
   for (int j = 0; j < 3; ++j) out.data[j] = g[j] = floats(c);
-  const geometry::Mesh* last = nullptr;
-  const geometry::Primvar* p = nullptr;
+  SurfacePoints& surface = h.surface;
+  const geometry::Primvar* const* of = name ? primvarsOf(c, name) : nullptr;
+  // as primvar(): a number fills all components
+  const Slopes s = name ? surface.slopes({SlopeSource::What::Primvar, of, implied}, 3)
+                        : surface.slopes({SlopeSource::What::St}, 2);
+  const uint32_t k = name ? std::min(component, 2u) : component & 1;
+  const float *const *x = surface.edge(0), *const *y = surface.edge(1);
   for (uint32_t i = 0; i < c->padded; ++i) {
-    const Where k = whereOf(h, c, i);
-    if (name && k.mesh != last) {
-      last = k.mesh;
-      p = primvarOf(*k.mesh, name);
+    float f1 = s.d1[k][i], f2 = s.d2[k][i];
+    if (of && of[i] && of[i]->width >= 3 && of[i]->type != scene::ValueType::Color) {
+      float d1[3] = {s.d1[0][i], s.d1[1][i], s.d1[2][i]}, d2[3] = {s.d2[0][i], s.d2[1][i], s.d2[2][i]};
+      primvarToRender(*of[i], surface.args(), i, d1, true);
+      primvarToRender(*of[i], surface.args(), i, d2, true);
+      f1 = d1[k];
+      f2 = d2[k];
     }
-    float e1[3], e2[3], f[2] = {0, 0}, at[3];
-    edges(k, e1, e2);
-    if (!name) {
-      const Sloped st = textureCoordinates(k);
-      f[0] = st.d1[component & 1];
-      f[1] = st.d2[component & 1];
-    } else if (p || implied != Implied::None) {
-      // as primvar(): a number fills all components
-      const uint32_t w = p ? std::min<uint32_t>(3, uint32_t(p->width)) : widthOf(implied);
-      const uint32_t from = w == 1 ? 0 : component;
-      if (from < w) {
-        Sloped v = p ? valuesAt(*p, k, w) : impliedValue(implied, k, world.tints[k.placement->tint]);
-        if (p && w == 3) {
-          primvarToRender(*p, k, v.d1, true);
-          primvarToRender(*p, k, v.d2, true);
-        }
-        f[0] = v.d1[from];
-        f[1] = v.d2[from];
-      }
-    }
-    gradientOf(e1, e2, f[0], f[1], at);
+    const float e1[3] = {x[0][i], x[1][i], x[2][i]}, e2[3] = {y[0][i], y[1][i], y[2][i]};
+    float at[3];
+    gradientOf(e1, e2, f1, f2, at);
     for (int j = 0; j < 3; ++j) g[j][i] = at[j];
   }
   return out;
 }
 
 }  // namespace
-
-void ContextHost::findQuadPlaces(const Context* c) {
-  for (float*& x : quadPlaces) x = floats(c);
-  shade::findQuadPlaces(*group, c, quadPlaces[0], quadPlaces[1]);
-}
 
 void ContextHost::evaluate(const Context* c, uint32_t n) {
   if (done[n]) return;

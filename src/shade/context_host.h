@@ -2,6 +2,7 @@
 // context, in the group's arena; known to shade/ only.
 #pragma once
 #include "shade/group.h"
+#include "shade/surface_points.h"
 
 namespace kinora::shade {
 
@@ -17,8 +18,7 @@ struct ContextHost {
   Value builtins[size_t(Builtin::Count)];
   bool haveBuiltin[size_t(Builtin::Count)] = {};
   bool computing = false;
-  bool hasQuads = false;                      // some point may lie on a quad (GeometryFlags)
-  float* quadPlaces[2] = {nullptr, nullptr};  // by point, see findQuadPlaces() of where.h; null: not asked for yet
+  SurfacePoints surface;  // where the points lie on the geometry
   // The vertices, by point.
   VertexState state;
   const float* ng[3] = {nullptr, nullptr, nullptr};  // as Hits::ng
@@ -27,7 +27,6 @@ struct ContextHost {
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);
-  void findQuadPlaces(const Context* c);
 };
 
 extern const ContextFunctions kContextFunctions;

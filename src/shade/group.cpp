@@ -16,9 +16,17 @@ constexpr uint32_t kDimPresence = 12;  // offset within a vertex's dimensions: k
 void ShadingWorld::fillTables() {
   SurfaceTables& t = tables;
   t = {};
-  for (const GeometryInfo& g : geometries) {
-    t.flagsOfGeometry.push_back(g.flags);
-    t.sideOfGeometry.push_back(g.side);
+  for (uint32_t g = 0; g < geometries.size(); ++g) {
+    const GeometryInfo& info = geometries[g];
+    const geometry::Mesh& mesh = world->mesh(g);
+    t.flagsOfGeometry.push_back(info.flags);
+    t.sideOfGeometry.push_back(info.side);
+    const bool hasNormals = info.N && !mesh.isStrand();
+    t.meshes.push_back(
+        {&mesh, mesh.indices.data(), mesh.isStrand() ? nullptr : mesh.points.data(),
+         hasNormals ? info.N->data.data() : nullptr, hasNormals ? info.N->rate : geometry::Primvar::Rate::Constant,
+         mesh.keyCount() > 1,
+         hasNormals && info.N->rate == geometry::Primvar::Rate::PerVertex && mesh.movesWithKeys(*info.N)});
   }
   hasLinks = false;
   for (uint32_t i = 0; i < world->instanceCount(); ++i) {
@@ -28,6 +36,7 @@ void ShadingWorld::fillTables() {
     t.placedOfInstance.push_back(world->instance(i).baked ? 0u : ~0u);
     hasLinks |= p.linkSet != 0;
   }
+  for (PlacementInfo& p : placements) p.objectScale = std::cbrt(std::fabs(p.renderToObject.determinant()));
   for (uint32_t m = 0; m < materials->size(); ++m) {
     t.programOfMaterial.push_back((*materials)[m].program);
     t.blockOfMaterial.push_back((*materials)[m].block);

@@ -42,6 +42,7 @@ struct PlacementInfo {
   uint32_t tint = 0;                     // index into ShadingWorld::tints
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
   trace::Affine renderToObject;          // at the middle of the shutter
+  float objectScale = 1;                 // by which lengths grow on that way; see ShadingWorld::fillTables()
   std::string name;
 };
 
@@ -176,7 +177,6 @@ class GroupState {
                           Context*& context);
   Context* makeContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
                        const uint32_t* entries, bool bind);
-  void findNormals(const Context* c, const float* const rawNg[3], float* ng[3], float* smooth[3]) const;
   // State of points of a context or of entries of a list, with room for n; what the world has no use for stays null.
   VertexState makeState(uint32_t n);
   // trace_sets.cpp; worlds with traceSets or hasHoles only.

@@ -6,7 +6,6 @@
 #include "shade/clock.h"
 #include "shade/context_host.h"
 #include "shade/points.h"
-#include "shade/where.h"
 
 namespace kinora::shade {
 
@@ -113,89 +112,6 @@ PointsArgs GroupState::startContext(const RayList& list, uint32_t traits, uint32
   return a;
 }
 
-// Normals of points on objects that are smooth or placed: geometric ones in render space (null: nothing is placed)
-// and smooth ones (null: none; zero: the facet's).
-void GroupState::findNormals(const Context* c, const float* const rawNg[3], float* ng[3], float* smooth[3]) const {
-  const trace::World& w = *world_.world;
-  const ContextHost& h = ContextHost::of(c);
-  const Places& at = c->place;
-  for (uint32_t i = 0; i < c->count; ++i) {
-    const GeometryInfo& info = world_.geometries[at.geometry[i]];
-    const trace::Instance& instance = w.instance(at.instance[i]);
-    float q[3] = {rawNg[0][i], rawNg[1][i], rawNg[2][i]}, sm[3] = {0, 0, 0};
-    if (smooth[0] && info.N) {
-      const geometry::Mesh& mesh = w.mesh(at.geometry[i]);
-      const geometry::Primvar& p = *info.N;
-      const uint32_t t = at.primitive[i];
-      const float b1 = at.u[i], b2 = at.v[i], b0 = 1.f - b1 - b2;
-      float b[4] = {b0, b1, b2, 0};
-      uint32_t quad = geometry::Mesh::kNoQuad;
-      int corners = 3;
-      if (h.hasQuads && h.quadPlaces[0][i] >= 0) {
-        const float x = h.quadPlaces[0][i], y = h.quadPlaces[1][i];
-        const float bilinear[4] = {(1.f - x) * (1.f - y), x * (1.f - y), x * y, (1.f - x) * y};
-        std::memcpy(b, bilinear, sizeof b);
-        quad = mesh.quadOf(t);
-        corners = 4;
-      }
-      size_t of[4];
-      for (int k = 0; k < corners; ++k) {
-        const size_t corner = corners == 4 ? geometry::Mesh::quadCorner(quad, k) : 3 * size_t(t) + size_t(k);
-        of[k] = p.rate == geometry::Primvar::Rate::PerVertex   ? mesh.indices[corner]
-                : p.rate == geometry::Primvar::Rate::PerCorner ? corner
-                : p.rate == geometry::Primvar::Rate::PerFace   ? mesh.faceOf(t)
-                                                               : 0;
-      }
-      // keys of a deforming mesh: nearest key pair
-      size_t key0 = 0, key1 = 0;
-      float f = 0;
-      if (mesh.keyCount() > 1 && p.rate == geometry::Primvar::Rate::PerVertex &&
-          p.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3) {
-        const float x = std::clamp(c->time[i], 0.f, 1.f) * float(mesh.keyCount() - 1);
-        key0 = std::min<size_t>(size_t(x), size_t(mesh.keyCount() - 2));
-        key1 = key0 + 1;
-        f = x - float(key0);
-      }
-      const size_t stride = size_t(mesh.vertexCount) * 3;
-      for (int k = 0; k < corners; ++k)
-        for (int j = 0; j < 3; ++j) {
-          const float v0 = p.data[key0 * stride + 3 * of[k] + size_t(j)];
-          sm[j] += b[k] * (f > 0 ? (1 - f) * v0 + f * p.data[key1 * stride + 3 * of[k] + size_t(j)] : v0);
-        }
-    }
-    if (!instance.baked) {
-      // cofactors: the inverse transpose times the determinant
-      const trace::Affine x = w.objectToRender(at.instance[i], c->time[i]);
-      float cof[3][3];
-      for (int u = 0; u < 3; ++u)
-        for (int v = 0; v < 3; ++v) {
-          const int u1 = (u + 1) % 3, u2 = (u + 2) % 3, v1 = (v + 1) % 3, v2 = (v + 2) % 3;
-          cof[u][v] = x.m[u1][v1] * x.m[u2][v2] - x.m[u1][v2] * x.m[u2][v1];
-        }
-      const float det = x.m[0][0] * cof[0][0] + x.m[0][1] * cof[0][1] + x.m[0][2] * cof[0][2];
-      const float sign = det < 0 ? -1.f : 1.f;
-      float t[3], ts[3];
-      for (int u = 0; u < 3; ++u) {
-        t[u] = sign * (cof[u][0] * q[0] + cof[u][1] * q[1] + cof[u][2] * q[2]);
-        ts[u] = sign * (cof[u][0] * sm[0] + cof[u][1] * sm[1] + cof[u][2] * sm[2]);
-      }
-      std::memcpy(q, t, sizeof q);
-      std::memcpy(sm, ts, sizeof sm);
-    }
-    for (int k = 0; ng[0] && k < 3; ++k) ng[k][i] = q[k];
-    if (!smooth[0]) continue;
-    const float l2 = sm[0] * sm[0] + sm[1] * sm[1] + sm[2] * sm[2];
-    const float inv = l2 > 0 ? 1.f / std::sqrt(l2) : 0.f;
-    // "N" of the mesh is oriented outward already; zero: the facet's, as in a context without any normals
-    for (int k = 0; k < 3; ++k) smooth[k][i] = sm[k] * inv;
-  }
-  for (uint32_t i = c->count; i < c->padded; ++i)
-    for (int k = 0; k < 3; ++k) {
-      if (ng[0]) ng[k][i] = ng[k][c->count - 1];
-      if (smooth[0]) smooth[k][i] = smooth[k][c->count - 1];
-    }
-}
-
 Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uint32_t traits, uint32_t depth,
                                  uint32_t n, const uint32_t* entries, bool bind) {
   const Program& program = world_.materials->program(programIndex);
@@ -251,7 +167,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
           state.linkSet[i] += indirect;
   }
   const bool smooth = s.anyFlags & kHasNormals, placed = s.anyPlaced;
-  h->hasQuads = s.anyFlags & kHasQuads;
+  h->surface.begin(*this, c, s.anyFlags & kHasQuads);
   float* ng[3] = {nullptr, nullptr, nullptr};
   float* nn[3] = {nullptr, nullptr, nullptr};
   if (smooth || placed) {
@@ -259,8 +175,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
       if (smooth) nn[k] = f();
       if (placed) ng[k] = f();
     }
-    if (smooth && h->hasQuads) h->findQuadPlaces(c);
-    findNormals(c, raw, ng, nn);
+    h->surface.kernels().normals(h->surface.meshArgs(), raw, placed ? ng : nullptr, smooth ? nn : nullptr);
   }
   a.t = hits.t;
   a.reach = c->distance;

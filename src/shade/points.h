@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/mesh.h"
+
 namespace kinora::shade {
 
 struct PointsArgs {
@@ -38,8 +40,19 @@ struct PointsArgs {
   uint32_t* outIndex;
 };
 
+// What is read of a mesh for every point on it, in one line of the cache.
+struct alignas(64) MeshView {
+  const geometry::Mesh* mesh;
+  const uint32_t* indices;
+  const Imath::V3f* points;  // null: strands
+  const float* normals;      // null: none, or strands
+  geometry::Primvar::Rate rateOfNormals;
+  bool isMoving, movesNormals;  // have several keys
+};
+
 // What grouping asks of each hit, as arrays for gathers.
 struct SurfaceTables {
+  std::vector<MeshView> meshes;           // by geometry
   std::vector<uint32_t> flagsOfGeometry;  // GeometryFlags
   std::vector<float> sideOfGeometry;
   std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;  // placed: ~0, baked: 0

@@ -6,7 +6,8 @@
 #include <cmath>
 
 #include "shade/points.h"
-#include "shade/where.h"
+#include "shade/group.h"
+#include "shade/surface_points.h"
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
 
@@ -71,33 +72,11 @@ QuadsKernel quadsKernel(uint32_t width) {
   return kernelFor(width, &N_AVX2::quads1, &N_AVX2::quads4, &N_AVX2::quads8, &N_AVX3::quads16);
 }
 
-namespace {
-
 using Imath::V3f;
 
-// Corners at the ray's time.
-void cornersOfQuad(const geometry::Mesh& mesh, uint32_t first, float time, V3f out[4]) {
-  const V3f *p = mesh.points.data(), *next = p;
-  float f = 0;
-  if (mesh.keyCount() > 1) {
-    const float x = std::clamp(time, 0.f, 1.f) * float(mesh.keyCount() - 1);
-    const uint32_t key = std::min(uint32_t(x), uint32_t(mesh.keyCount() - 2));
-    f = x - float(key);
-    p += size_t(key) * mesh.vertexCount;
-    next = p + mesh.vertexCount;
-  }
-  for (int k = 0; k < 4; ++k) {
-    const uint32_t v = mesh.indices[geometry::Mesh::quadCorner(first, k)];
-    out[k] = p[v];
-    if (f > 0) out[k] += (next[v] - p[v]) * f;
-  }
-}
-
-}  // namespace
-
-void findQuadPlaces(GroupState& group, const Context* c, float* u, float* v) {
-  const Places& at = c->place;
-  const uint32_t n = c->padded;
+void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, float* v) {
+  const Places& at = points.at;
+  const uint32_t n = points.n;
   const trace::World& world = *group.world().world;
   float* array[12];
   for (float*& x : array) x = group.arena().make<float>(n);
@@ -116,8 +95,13 @@ void findQuadPlaces(GroupState& group, const Context* c, float* u, float* v) {
       for (float* x : array) x[i] = 0;  // no area: no place in a quad
       continue;
     }
+    const geometry::Mesh::KeyPair keys = mesh.keysAt(points.time[i]);
     V3f q[4];
-    cornersOfQuad(mesh, first, c->time[i], q);
+    for (int k = 0; k < 4; ++k) {
+      const V3f* p = &mesh.points[keys.first + mesh.indices[geometry::Mesh::quadCorner(first, k)]];
+      q[k] = *p;
+      if (keys.part > 0) q[k] += (p[keys.second - keys.first] - *p) * keys.part;
+    }
     const bool second = triangle != first;
     array[0][i] = second ? 0.f : at.u[i];
     array[1][i] = second ? at.u[i] : at.v[i];

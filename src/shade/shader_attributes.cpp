@@ -6,8 +6,8 @@
 
 #include "language/program/program.h"
 #include "language/vm/strings.h"
+#include "shade/implied_primvars.h"
 #include "shade/shader_scene.h"
-#include "shade/where.h"
 
 namespace kinora::shade {
 
@@ -40,19 +40,43 @@ bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uin
   return language::giveValue(value, to, i);
 }
 
-bool givePrimvar(const ContextHost& h, const Where& k, const geometry::Primvar& p, const Span& to, uint32_t i) {
-  if (p.data.empty() || p.width < 1 || p.width > 16) return false;
-  float v[16];
-  if (p.width <= 3) {
-    const Sloped at = valuesAt(p, k, uint32_t(p.width));
-    for (int j = 0; j < p.width; ++j) v[j] = at.value[j];
-    if (p.width == 3) primvarToWorld(p, k, h.group->world().worldOrigin, v);
-  } else if (p.rate == geometry::Primvar::Rate::Constant) {
-    for (int j = 0; j < p.width; ++j) v[j] = p.data[size_t(j)];
-  } else {
-    return false;
+// The values of primvars that shaders ask for by name, all points of the context at once.
+class AskedPrimvars {
+ public:
+  explicit AskedPrimvars(const Context* c) : c_(c) {}
+  const Value& of(int32_t name) {
+    for (uint32_t k = 0; k < std::min(count_, kKept); ++k)
+      if (names_[k] == name) return values_[k];
+    const uint32_t k = count_++ % kKept;
+    names_[k] = name;
+    values_[k] = c_->fn->primvar(c_, language::stringOf(name).c_str(), nullptr);
+    return values_[k];
   }
-  return giveNumbers(v, uint32_t(p.width), to, i);
+
+ private:
+  static constexpr uint32_t kKept = 8;
+  const Context* c_;
+  uint32_t count_ = 0;
+  int32_t names_[kKept];
+  Value values_[kKept];
+};
+
+// The first `width` components at a point; points in world space.
+bool giveAt(const Value& value, uint32_t width, bool isPoint, const double origin[3], uint32_t point, const Span& to,
+            uint32_t i) {
+  if (value.components < width) return false;
+  float v[3];
+  for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point] + (isPoint ? float(origin[j]) : 0.f);
+  return giveNumbers(v, width, to, i);
+}
+
+bool givePrimvar(const geometry::Primvar& p, AskedPrimvars& asked, int32_t name, const double origin[3],
+                 uint32_t point, const Span& to, uint32_t i) {
+  if (p.data.empty() || p.width < 1 || p.width > 16) return false;
+  if (p.width <= 3)
+    return giveAt(asked.of(name), uint32_t(p.width), p.width == 3 && p.type == scene::ValueType::Point, origin, point,
+                  to, i);
+  return p.rate == geometry::Primvar::Rate::Constant && giveNumbers(p.data.data(), uint32_t(p.width), to, i);
 }
 
 // RenderMan's names for what every point has.
@@ -100,6 +124,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
   // names are looked up again only where they, or the object, change from one point to the next
   int32_t last = -1;
   const std::string* asked = nullptr;
+  AskedPrimvars primvars(c);
   uint32_t lastGeometry = ~0u, lastInstance = ~0u;
   const geometry::Primvar* primvar = nullptr;
   const scene::Parameter* attribute = nullptr;
@@ -130,12 +155,11 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
     if (object.components && object.integer(0, i) != 0) {
       has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
     } else {
-      if (primvar && element < 0) has = givePrimvar(h, whereOf(h, c, point), *primvar, to, i);
+      if (primvar && element < 0) has = givePrimvar(*primvar, primvars, handle, world.worldOrigin, point, to, i);
       if (!has && implied != Implied::None && element < 0) {
-        const Where k = whereOf(h, c, point);
-        const Tint& tint = world.tints[k.placement->tint];
+        const Tint& tint = world.tints[world.placements[world.world->instance(instance).user].tint];
         if (saysImplied(implied, tint))
-          has = giveNumbers(impliedValue(implied, k, tint).value, widthOf(implied), to, i);
+          has = giveAt(primvars.of(handle), widthOf(implied), false, world.worldOrigin, point, to, i);
       }
       if (!has && attribute && !(index.components && element < 0)) has = giveParameter(*attribute, element, to, i);
     }

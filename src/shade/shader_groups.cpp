@@ -7,9 +7,9 @@
 #include "language/vm/strings.h"
 #include "shade/clock.h"
 #include "shade/context_host.h"
+#include "shade/implied_primvars.h"
 #include "shade/shader_library.h"
 #include "shade/shader_services.h"
-#include "shade/where.h"
 
 namespace kinora::shade {
 
@@ -214,34 +214,15 @@ Steps stepsOf(const Context* c) {
   Steps s;
   for (int k = 0; k < 3; ++k) s.x[k] = newFloats(c), s.y[k] = newFloats(c);
   const Value du = c->builtin(Builtin::DPdu);
+  for (int k = 0; k < 3; ++k) std::memcpy(s.x[k], du.data[k], c->padded * sizeof(float));
+  ContextHost::of(c).surface.kernels().across(c->padded, c->Ng, s.x);
   for (uint32_t i = 0; i < c->padded; ++i) {
-    const float N[3] = {c->Ng[0][i], c->Ng[1][i], c->Ng[2][i]};
-    float t[3] = {du.data[0][i], du.data[1][i], du.data[2][i]};
-    const float l2 = acrossNormal(N, t);
-    const float size = 2 * c->radius[i] / std::sqrt(l2);
-    for (int k = 0; k < 3; ++k) t[k] *= size;
-    for (int k = 0; k < 3; ++k) {
-      s.x[k][i] = t[k];
-      s.y[k][i] = N[(k + 1) % 3] * t[(k + 2) % 3] - N[(k + 2) % 3] * t[(k + 1) % 3];
-    }
+    const float size = 2 * c->radius[i];
+    for (int k = 0; k < 3; ++k) s.x[k][i] *= size;
+    for (int k = 0; k < 3; ++k)
+      s.y[k][i] = c->Ng[(k + 1) % 3][i] * s.x[(k + 2) % 3][i] - c->Ng[(k + 2) % 3][i] * s.x[(k + 1) % 3][i];
   }
   return s;
-}
-
-// How far along the triangle's edges a step goes: step = a e1 + b e2, by least squares.
-void alongEdges(const float e1[3], const float e2[3], const float step[3], float& a, float& b) {
-  float g11 = 0, g12 = 0, g22 = 0, r1 = 0, r2 = 0;
-  for (int k = 0; k < 3; ++k) {
-    g11 += e1[k] * e1[k];
-    g12 += e1[k] * e2[k];
-    g22 += e2[k] * e2[k];
-    r1 += e1[k] * step[k];
-    r2 += e2[k] * step[k];
-  }
-  const float det = g11 * g22 - g12 * g12;
-  const bool good = det > 1e-12f * g11 * g22;
-  a = good ? (g22 * r1 - g12 * r2) / det : 0.f;
-  b = good ? (g11 * r2 - g12 * r1) / det : 0.f;
 }
 
 // A parameter that primvars replace, with derivatives: by component.
@@ -253,60 +234,43 @@ struct PrimvarArrays {
 void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& in, const char* name,
                    const Steps* steps, PrimvarArrays& out) {
   const uint32_t width = uint32_t(language::componentsOf(in.base));
+  const ShadingWorld& world = h.group->world();
+  const Implied implied = impliedBy(name);
+  SurfacePoints& surface = h.surface;
+  const geometry::Primvar* const* of = primvarsOf(c, name);
+  const Slopes s = surface.slopes({SlopeSource::What::Primvar, of, implied}, width);
+  // along the steps' parts of both edges
+  float* part[2][2] = {};
+  if (steps) {
+    for (auto& direction : part)
+      for (float*& x : direction) x = newFloats(c);
+    surface.kernels().alongEdges(c->padded, surface.edge(0), surface.edge(1), steps->x, part[0][0], part[0][1]);
+    surface.kernels().alongEdges(c->padded, surface.edge(0), surface.edge(1), steps->y, part[1][0], part[1][1]);
+  }
   for (uint32_t k = 0; k < 3; ++k) {
-    out.v[k] = k < width ? newFloats(c) : nullptr;
+    out.v[k] = k < width ? s.value[k] : nullptr;
     out.dx[k] = k < width && steps ? newFloats(c) : nullptr;
     out.dy[k] = k < width && steps ? newFloats(c) : nullptr;
   }
-  const ShadingWorld& world = h.group->world();
-  const Implied implied = impliedBy(name);
-  const geometry::Mesh* last = nullptr;
-  const geometry::Primvar* p = nullptr;
   for (uint32_t i = 0; i < c->padded; ++i) {
-    const Where k = whereOf(h, c, i);
-    if (k.mesh != last) {
-      last = k.mesh;
-      p = primvarOf(*k.mesh, name);
-    }
-    Sloped at{};
-    const Tint& tint = world.tints[k.placement->tint];
+    const geometry::Primvar* p = of[i];
+    const Tint& tint = world.tints[world.placements[world.world->instance(c->place.instance[i]).user].tint];
     const bool has = p || saysImplied(implied, tint);
-    if (has) {
-      const uint32_t w = std::min(width, p ? uint32_t(p->width) : widthOf(implied));
-      at = p ? valuesAt(*p, k, w) : impliedValue(implied, k, tint);
-      for (uint32_t j = w; j < 3; ++j) {
-        at.value[j] = w == 1 ? at.value[0] : 0.f;
-        at.d1[j] = w == 1 ? at.d1[0] : 0.f;
-        at.d2[j] = w == 1 ? at.d2[0] : 0.f;
-      }
-    }
-    float a[2] = {0, 0}, b[2] = {0, 0};
-    if (has && steps) {
-      float e1[3], e2[3];
-      edges(k, e1, e2);
-      const float x[3] = {steps->x[0][i], steps->x[1][i], steps->x[2][i]},
-                  y[3] = {steps->y[0][i], steps->y[1][i], steps->y[2][i]};
-      alongEdges(e1, e2, x, a[0], b[0]);
-      alongEdges(e1, e2, y, a[1], b[1]);
-    }
     for (uint32_t j = 0; j < width; ++j) {
-      out.v[j][i] = has ? at.value[j] : in.otherwise[j];
+      if (!has) out.v[j][i] = in.otherwise[j];
       if (!steps) continue;
-      out.dx[j][i] = has ? a[0] * at.d1[j] + b[0] * at.d2[j] : 0.f;
-      out.dy[j][i] = has ? a[1] * at.d1[j] + b[1] * at.d2[j] : 0.f;
+      out.dx[j][i] = has ? part[0][0][i] * s.d1[j][i] + part[0][1][i] * s.d2[j][i] : 0.f;
+      out.dy[j][i] = has ? part[1][0][i] * s.d1[j][i] + part[1][1][i] * s.d2[j][i] : 0.f;
     }
-    if (has && p && width == 3 && p->width == 3) {
-      const auto turn = [&](float* const* q, bool isDifference) {
-        float f[3] = {q[0][i], q[1][i], q[2][i]};
-        if (isDifference)
-          primvarToRender(*p, k, f, true);
-        else
-          primvarToWorld(*p, k, h.group->world().worldOrigin, f);
-        for (int j = 0; j < 3; ++j) q[j][i] = f[j];
-      };
-      turn(out.v, false);
-      if (steps) turn(out.dx, true), turn(out.dy, true);
-    }
+    if (!p || width != 3 || p->width != 3) continue;
+    const auto turn = [&](float* const* q, bool isDifference) {
+      float f[3] = {q[0][i], q[1][i], q[2][i]};
+      primvarToRender(*p, surface.args(), i, f, isDifference);
+      const bool isPoint = !isDifference && p->type == scene::ValueType::Point;
+      for (int j = 0; j < 3; ++j) q[j][i] = f[j] + (isPoint ? float(world.worldOrigin[j]) : 0.f);
+    };
+    turn(out.v, false);
+    if (steps) turn(out.dx, true), turn(out.dy, true);
   }
 }
 
@@ -339,14 +303,9 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
       float* d[4];
       for (float*& x : d) x = newFloats(c);
       const Value du = c->builtin(Builtin::DPdu), dv = c->builtin(Builtin::DPdv);
-      for (uint32_t i = 0; i < c->padded; ++i) {
-        const float a[3] = {du.data[0][i], du.data[1][i], du.data[2][i]},
-                    b[3] = {dv.data[0][i], dv.data[1][i], dv.data[2][i]};
-        const float x[3] = {steps.x[0][i], steps.x[1][i], steps.x[2][i]},
-                    y[3] = {steps.y[0][i], steps.y[1][i], steps.y[2][i]};
-        alongEdges(a, b, x, d[0][i], d[1][i]);
-        alongEdges(a, b, y, d[2][i], d[3][i]);
-      }
+      const SurfaceKernels& k = h.surface.kernels();
+      k.alongEdges(c->padded, du.data, dv.data, steps.x, d[0], d[1]);
+      k.alongEdges(c->padded, du.data, dv.data, steps.y, d[2], d[3]);
       globals.of[G::u].dx[0] = d[0], globals.of[G::u].dy[0] = d[2];
       globals.of[G::v].dx[0] = d[1], globals.of[G::v].dy[0] = d[3];
     }

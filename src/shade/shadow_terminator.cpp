@@ -14,17 +14,11 @@
 #include <cmath>
 #include <cstring>
 
-#include "shade/where.h"
+#include "shade/context_host.h"
 
 namespace kinora::shade {
 namespace {
 
-// Cosines of the largest angle between facet and corner normals: trusted in full up to 15 degrees (a sphere of 24
-// facets around, a cylinder of 12), not at all from 30 on (the edges of a box: 45; its corners: 55).
-constexpr float kTrustedLean = 0.9659258f, kFarLean = 0.8660254f;
-// Lifts in heights of the triangle. With normals that lean by 15 degrees it is .19 halfway along the longest side of
-// half a square; more comes of long thin triangles whose normals lean along them.
-constexpr float kSmallLift = 0.25f, kLargeLift = 0.5f;
 // Sine of a light's elevation over the facet from which on it is clearly seen, as far as shadows of the mesh on
 // itself go.
 constexpr float kFacing = 0.1f;
@@ -111,107 +105,13 @@ void GroupState::liftShadows(ShadowRays* rays) {
 }
 
 void GroupState::findLifts(const Context* c, float* const Ng[3]) {
-  const trace::World& w = *world_.world;
-  const VertexState& state = ContextHost::of(c).state;
-  const Places& at = c->place;
-  for (uint32_t i = 0; i < c->padded; ++i) {
-    const GeometryInfo& info = world_.geometries[at.geometry[i]];
-    for (int k = 0; k < 3; ++k) state.lift[k][i] = state.facet[k][i] = 0;
-    if (!(info.flags & kLiftsShadows)) continue;
-    const geometry::Mesh& mesh = w.mesh(at.geometry[i]);
-    const geometry::Primvar& normals = *info.N;
-    const uint32_t triangle = at.primitive[i];
-    const float b1 = at.u[i], b2 = at.v[i], b[3] = {1.f - b1 - b2, b1, b2};
-    // both deformation keys around the time, if there are any
-    size_t key = 0;
-    float f = 0;
-    if (mesh.keyCount() > 1) {
-      const float x = std::clamp(c->time[i], 0.f, 1.f) * float(mesh.keyCount() - 1);
-      key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
-      f = x - float(key);
-    }
-    const bool movesNormals = normals.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3;
-    // corners seen from the first, normals on the side that the ray came from; both in render space, where angles
-    // count
-    float corner[3][3], normal[3][3];
-    for (int k = 0; k < 3; ++k) {
-      const size_t v = mesh.indices[3 * size_t(triangle) + size_t(k)];
-      const size_t of = normals.rate == geometry::Primvar::Rate::PerVertex   ? v
-                        : normals.rate == geometry::Primvar::Rate::PerCorner ? 3 * size_t(triangle) + size_t(k)
-                                                                             : 0;
-      const Imath::V3f& q0 = mesh.points[key * mesh.vertexCount + v];
-      const Imath::V3f& q1 = mesh.points[(f > 0 ? key + 1 : key) * mesh.vertexCount + v];
-      const size_t n0 = movesNormals ? key * mesh.vertexCount + of : of;
-      const size_t n1 = movesNormals && f > 0 ? n0 + mesh.vertexCount : n0;
-      for (int j = 0; j < 3; ++j) {
-        corner[k][j] = q0[j] + f * (q1[j] - q0[j]);
-        if (k) corner[k][j] -= corner[0][j];
-        normal[k][j] = normals.data[3 * n0 + size_t(j)] +
-                       f * (normals.data[3 * n1 + size_t(j)] - normals.data[3 * n0 + size_t(j)]);
-      }
-    }
-    std::memset(corner[0], 0, sizeof corner[0]);
-    float turn = c->entering[i] ? 1.f : -1.f;  // normals of the mesh point outward
-    if (!w.instance(at.instance[i]).baked) {
-      // normals by cofactors: the inverse transpose times the determinant
-      const trace::Affine x = w.objectToRender(at.instance[i], c->time[i]);
-      float cofactor[3][3];
-      for (int u = 0; u < 3; ++u)
-        for (int v = 0; v < 3; ++v) {
-          const int u1 = (u + 1) % 3, u2 = (u + 2) % 3, v1 = (v + 1) % 3, v2 = (v + 2) % 3;
-          cofactor[u][v] = x.m[u1][v1] * x.m[u2][v2] - x.m[u1][v2] * x.m[u2][v1];
-        }
-      if (dot3(x.m[0], cofactor[0]) < 0) turn = -turn;
-      for (int k = 0; k < 3; ++k) {
-        const float p[3] = {corner[k][0], corner[k][1], corner[k][2]},
-                    q[3] = {normal[k][0], normal[k][1], normal[k][2]};
-        for (int j = 0; j < 3; ++j) {
-          corner[k][j] = dot3(x.m[j], p);
-          normal[k][j] = dot3(cofactor[j], q);
-        }
-      }
-    }
-    const float facet[3] = {c->Ng[0][i], c->Ng[1][i], c->Ng[2][i]};
-    float least = 1, p[3] = {0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      const float l2 = dot3(normal[k], normal[k]);
-      const float inv = l2 > 0 ? turn / std::sqrt(l2) : 0.f;
-      for (int j = 0; j < 3; ++j) {
-        normal[k][j] *= inv;
-        p[j] += b[k] * corner[k][j];
-      }
-      least = std::min(least, dot3(normal[k], facet));
-    }
-    if (!(least > kFarLean)) continue;
-    float lift[3] = {0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      const float toCorner[3] = {corner[k][0] - p[0], corner[k][1] - p[1], corner[k][2] - p[2]};
-      const float below = b[k] * dot3(toCorner, normal[k]);
-      for (int j = 0; below > 0 && j < 3; ++j) lift[j] += below * normal[k][j];
-    }
-    const float l2 = dot3(lift, lift);
-    if (!(l2 > 0)) continue;
-    // height over the longest side
-    const float* e1 = corner[1];
-    const float* e2 = corner[2];
-    const float e3[3] = {e2[0] - e1[0], e2[1] - e1[1], e2[2] - e1[2]};
-    const float longest2 = std::max({dot3(e1, e1), dot3(e2, e2), dot3(e3, e3)});
-    const float along = dot3(e1, e2), twiceArea2 = dot3(e1, e1) * dot3(e2, e2) - along * along;
-    if (!(twiceArea2 > 0)) continue;
-    const float heights = std::sqrt(l2 * longest2 / twiceArea2);
-    const float part = fade(-least, -kTrustedLean, -kFarLean) * fade(heights, kSmallLift, kLargeLift);
-    if (!(part > 0)) continue;
-    // What lies on which side follows from the smooth surface too: a facet that is turned away from a light which its
-    // normals look at is lit. Media need the true side: what encloses one never comes here.
-    float ng[3];
-    for (int k = 0; k < 3; ++k) ng[k] = facet[k] + part * (c->N[k][i] - facet[k]);
-    const float inv = 1.f / std::sqrt(dot3(ng, ng));  // half a sphere apart at most
-    for (int k = 0; k < 3; ++k) {
-      Ng[k][i] = ng[k] * inv;
-      state.facet[k][i] = facet[k];
-      state.lift[k][i] = part * lift[k];
-    }
+  ContextHost& h = ContextHost::of(c);
+  LiftsArgs a{h.surface.meshArgs(), c->entering, {c->N[0], c->N[1], c->N[2]}, {Ng[0], Ng[1], Ng[2]}, {}, {}};
+  for (int k = 0; k < 3; ++k) {
+    a.facet[k] = h.state.facet[k];
+    a.lift[k] = h.state.lift[k];
   }
+  h.surface.kernels().lifts(a);
 }
 
 }  // namespace kinora::shade

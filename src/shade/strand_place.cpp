@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "shade/where.h"
+#include "shade/surface_points.h"
 #include <kinora/simd/foreach_target.h>
 #include <kinora/math/elementary.h>
 
@@ -47,21 +47,7 @@ V leastAxis(const V& a) {
   return x <= y && x <= z ? V{1, 0, 0} : y <= z ? V{0, 1, 0} : V{0, 0, 1};
 }
 
-// Between two deformation keys, which are uniform over the shutter.
-struct KeyPair {
-  size_t first = 0, second = 0;
-  float f = 0;
-};
-KeyPair keysAt(const geometry::Mesh& mesh, float time) {
-  KeyPair k;
-  if (mesh.keyCount() < 2) return k;
-  const float x = time * float(mesh.keyCount() - 1);
-  const size_t key = std::min(size_t(x), size_t(mesh.keyCount() - 2));
-  k.first = key * mesh.vertexCount;
-  k.second = k.first + mesh.vertexCount;
-  k.f = x - float(key);
-  return k;
-}
+using KeyPair = geometry::Mesh::KeyPair;
 
 void weights(int controls, float s, float w[4], float dw[4]) {
   if (controls == 4) {
@@ -87,7 +73,7 @@ void weights(int controls, float s, float w[4], float dw[4]) {
 
 V pointOf(const geometry::Mesh& m, const KeyPair& k, uint32_t v) {
   const Imath::V4f &a = m.spine[k.first + v], &b = m.spine[k.second + v];
-  return {a.x + k.f * (b.x - a.x), a.y + k.f * (b.y - a.y), a.z + k.f * (b.z - a.z)};
+  return {k.mix(a.x, b.x), k.mix(a.y, b.y), k.mix(a.z, b.z)};
 }
 
 // From the first to the last control point of the curve that a piece belongs to (of the piece where some are
@@ -109,29 +95,28 @@ V chordOf(const geometry::Mesh& m, const KeyPair& keys, uint32_t piece) {
 }  // namespace
 
 float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, float time) {
-  const KeyPair keys = keysAt(mesh, time);
+  const KeyPair keys = mesh.keysAt(time);
   const int n = mesh.controlsOfPiece();
   float w[4], dw[4], r = 0;
   weights(n, s, w, dw);
   for (int i = 0; i < n; ++i) {
     const size_t v = mesh.indices[primitive] + size_t(i);
-    const float a = mesh.spine[keys.first + v].w;
-    r += w[i] * (a + keys.f * (mesh.spine[keys.second + v].w - a));
+    r += w[i] * keys.mix(mesh.spine[keys.first + v].w, mesh.spine[keys.second + v].w);
   }
   return r;
 }
 
-void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]) {
-  const geometry::Mesh& m = *k.mesh;
-  StrandPlace& on = k.on;
-  const KeyPair keys = keysAt(m, k.time);
+StrandPlace placeOnStrand(const geometry::Mesh& m, uint32_t primitive, float s, float time, bool isBaked,
+                          const trace::Affine& toRender, const float P[3], const float towards[3]) {
+  StrandPlace on;
+  const KeyPair keys = m.keysAt(time);
   const int n = m.controlsOfPiece();
   on.controls = uint32_t(n);
   float dw[4];
   weights(n, s, on.weight, dw);
   V centre{0, 0, 0}, tangent{0, 0, 0}, normal{0, 0, 0}, rest{0, 0, 0};
   for (int i = 0; i < n; ++i) {
-    const uint32_t v = k.v[i] = m.indices[k.primitive] + uint32_t(i);
+    const uint32_t v = on.vertex[i] = m.indices[primitive] + uint32_t(i);
     const V p = pointOf(m, keys, v);
     centre = centre + p * on.weight[i];
     tangent = tangent + p * dw[i];
@@ -139,15 +124,14 @@ void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]) 
     rest = rest + V{r.x, r.y, r.z} * on.weight[i];
     if (m.isOriented()) {
       const Imath::V3f &a = m.spineNormals[keys.first + v], &b = m.spineNormals[keys.second + v];
-      normal = normal +
-               V{a.x + keys.f * (b.x - a.x), a.y + keys.f * (b.y - a.y), a.z + keys.f * (b.z - a.z)} * on.weight[i];
+      normal = normal + V{keys.mix(a.x, b.x), keys.mix(a.y, b.y), keys.mix(a.z, b.z)} * on.weight[i];
     }
   }
-  const float radius = std::max(strandRadius(m, k.primitive, s, k.time), 1e-30f);
+  const float radius = std::max(strandRadius(m, primitive, s, time), 1e-30f);
   // the hit and the way back in the strand's own space
   V hit{P[0], P[1], P[2]}, back{towards[0], towards[1], towards[2]};
-  if (!k.identity) {
-    const trace::Affine inverse = k.toRender.inverse();
+  if (!isBaked) {
+    const trace::Affine inverse = toRender.inverse();
     float p[3], d[3];
     inverse.point(P, p);
     for (int c = 0; c < 3; ++c)
@@ -158,7 +142,7 @@ void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]) 
   const V off = hit - centre;
   V du, dv;
   if (m.isCurve()) {
-    const Imath::V2f range = m.along[k.primitive];
+    const Imath::V2f range = m.along[primitive];
     const float perV = 1.f / (range.y - range.x);
     for (int i = 0; i < n; ++i) on.slope[i] = dw[i] * perV;
     dv = tangent * perV;
@@ -166,7 +150,7 @@ void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]) 
     const V t = unit(tangent, {0, 0, 1});
     if (m.isTube()) {
       // the angle around the tube, from a direction that is the same for the whole curve
-      const V axis = leastAxis(chordOf(m, keys, k.primitive));
+      const V axis = leastAxis(chordOf(m, keys, primitive));
       const V x = unit(axis - t * dot(axis, t), leastAxis(t)), y = cross(t, x);
       const float angle = N_AVX2::arcOf(dot(off, y), dot(off, x)) / (2 * kPi);
       on.uv[0] = angle < 0 ? angle + 1 : angle;
@@ -202,17 +186,17 @@ void placeOnStrand(Where& k, float s, const float P[3], const float towards[3]) 
   on.rest[1] = rest.y + float(m.origin.y);
   on.rest[2] = rest.z + float(m.origin.z);
   const auto turn = [&](const V& a, float out[3]) {
-    if (k.identity) {
+    if (isBaked) {
       out[0] = a.x;
       out[1] = a.y;
       out[2] = a.z;
       return;
     }
-    for (int c = 0; c < 3; ++c)
-      out[c] = k.toRender.m[c][0] * a.x + k.toRender.m[c][1] * a.y + k.toRender.m[c][2] * a.z;
+    for (int c = 0; c < 3; ++c) out[c] = toRender.m[c][0] * a.x + toRender.m[c][1] * a.y + toRender.m[c][2] * a.z;
   };
   turn(du, on.du);
   turn(dv, on.dv);
+  return on;
 }
 
 }  // namespace kinora::shade

@@ -39,6 +39,11 @@ void Affine::point(const float p[3], float out[3]) const {
   for (int i = 0; i < 3; ++i) out[i] = m[i][0] * p[0] + m[i][1] * p[1] + m[i][2] * p[2] + t[i];
 }
 
+float Affine::determinant() const {
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
 Affine Affine::inverse() const {
   Imath::M44d a;
   for (int i = 0; i < 3; ++i) {

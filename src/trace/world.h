@@ -26,6 +26,7 @@ struct Affine {
   static Affine from(const scene::Matrix& rowVectorMatrix);
   void point(const float p[3], float out[3]) const;
   Affine inverse() const;
+  float determinant() const;  // of m
 };
 
 // Bits of Embree's ray and geometry masks. A ray sees a shape if they share a visibility bit; shadow rays ask for

@@ -125,6 +125,27 @@ TEST(Sources, MotionInTheWorldAndInThePicture) {
       EXPECT_NEAR(at(r, "motionBack", x, 9, 0), -4, 0.05);
     }
   }
+  // strands, which have control points in place of triangles
+  const std::string curves = [] {
+    std::string text = "Translate 0 0 3\nMotionBegin [0 1]\n";
+    for (const double move : {0.0, 0.25}) {
+      text += "Curves \"cubic\" [13] \"nonperiodic\" \"P\" [";
+      for (int k = 0; k < 13; ++k)
+        text += std::to_string(-1.8 + 0.3 * k + move) + " " + std::to_string(0.4375 + move / 2) + " 0 ";
+      text += "] \"constantwidth\" [0.5]\n";
+    }
+    return text + "MotionEnd\n";
+  }();
+  for (const std::string& world : {curves, "MotionBegin [0 1]\nTranslate 0 0 0\nTranslate 0.25 0.125 0\nMotionEnd\n" +
+                                               std::string("Translate 0 0 3\nPoints \"P\" [0 0.4375 0] "
+                                                           "\"constantwidth\" [2]\n")}) {
+    SceneRender r(request("Ci,dPdtime", world, "Shutter 0 1\n"));
+    ASSERT_TRUE(r.ok());
+    for (const int x : {13, 16, 19}) {
+      EXPECT_NEAR(at(r, "dPdtime", x, 8, 0), 0.25, 2e-3) << world;
+      EXPECT_NEAR(at(r, "dPdtime", x, 8, 1), 0.125, 2e-3) << world;
+    }
+  }
   // a camera that moves instead: P stands still, its place in the picture does not
   SceneRender r(request("Ci,dPdtime,dPcameradtime,motionFore", kSquare,
                         "Shutter 0 1\nMotionBegin [0 1]\nTranslate 0 0 0\nTranslate 0.25 0 0\nMotionEnd\n"));

@@ -1,0 +1,30 @@
+// Primvars that every object answers without having been given them: texture coordinates, Color and Opacity.
+#pragma once
+#include <cstdint>
+#include <cstring>
+
+#include "shade/group.h"
+#include "shade/surface_points.h"
+
+namespace kinora::shade {
+
+inline Implied impliedBy(const char* name) {
+  if (!std::strcmp(name, "st")) return Implied::St;
+  if (!std::strcmp(name, "s")) return Implied::S;
+  if (!std::strcmp(name, "t")) return Implied::T;
+  if (!std::strcmp(name, "Cs")) return Implied::Color;
+  if (!std::strcmp(name, "Os")) return Implied::Opacity;
+  return Implied::None;
+}
+inline uint32_t widthOf(Implied what) {
+  return what == Implied::Color || what == Implied::Opacity ? 3
+         : what == Implied::St                              ? 2
+         : what == Implied::None                            ? 0
+                                                            : 1;
+}
+// Whether an object has it by what it says: Color and Opacity are white where nothing is said.
+inline bool saysImplied(Implied what, const Tint& tint) {
+  return what == Implied::Color ? tint.hasColor : what == Implied::Opacity ? tint.hasOpacity : what != Implied::None;
+}
+
+}  // namespace kinora::shade

@@ -1,0 +1,601 @@
+// Kernels of surface_points.h. Each takes W points at a time: what is stored around them is loaded lane by lane, the
+// rest is computed in lanes.
+#define KINORA_KERNEL_FILE "shade/surface_points.cpp"
+#include "shade/surface_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shade/group.h"
+#include "simd/dispatch.h"
+#include <kinora/simd/foreach_target.h>
+#include <kinora/simd/wide.h>
+
+#ifndef KINORA_SURFACE_POINTS_ONCE
+#define KINORA_SURFACE_POINTS_ONCE
+namespace kinora::shade {
+inline Spot SurfaceArgs::spot(uint32_t i) const {
+  Spot s;
+  s.mesh = &world->world->mesh(at.geometry[i]);
+  s.info = &world->geometries[at.geometry[i]];
+  s.primitive = at.primitive[i];
+  s.strand = strand ? strand[i] : nullptr;
+  s.quad = quad[0] && quad[0][i] >= 0 ? s.mesh->quadOf(s.primitive) : geometry::Mesh::kNoQuad;
+  return s;
+}
+inline trace::Affine SurfaceArgs::toRender(uint32_t i) const {
+  return world->world->objectToRender(at.instance[i], time[i]);
+}
+}  // namespace kinora::shade
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+using namespace shade;
+
+// Three floats by lane, filled one by one.
+template <int W>
+struct Lanes3 {
+  alignas(64) float x[3][W];
+  void set(int lane, const float v[3]) {
+    for (int k = 0; k < 3; ++k) x[k][lane] = v[k];
+  }
+  KN_INLINE Vec3<W> get() const { return {Float<W>::load(x[0]), Float<W>::load(x[1]), Float<W>::load(x[2])}; }
+};
+
+// Object to render space. Lanes of objects that are there already keep what they have.
+template <int W>
+struct Placing {
+  Lanes3<W> row[3], move;
+  bool any = false;
+  Mask<W> placed;
+  HWY_ATTR Placing(const SurfaceArgs& a, uint32_t i) {
+    alignas(64) uint32_t is[W];
+    for (int l = 0; l < W; ++l) {
+      const bool isPlaced = !a.world->world->instance(a.at.instance[i + uint32_t(l)]).baked;
+      is[l] = isPlaced ? 1 : 0;
+      any |= isPlaced;
+      if (!isPlaced) continue;
+      const trace::Affine m = a.toRender(i + uint32_t(l));
+      for (int k = 0; k < 3; ++k) row[k].set(l, m.m[k]);
+      move.set(l, m.t);
+    }
+    placed = Int<W>::load(is) != Int<W>(0);
+  }
+  KN_INLINE Vec3<W> direction(Vec3<W> d) const {
+    if (!any) return d;
+    const Vec3<W> x = row[0].get(), y = row[1].get(), z = row[2].get();
+    return select(placed,
+                  Vec3<W>(x.x * d.x + x.y * d.y + x.z * d.z, y.x * d.x + y.y * d.y + y.z * d.z,
+                          z.x * d.x + z.y * d.y + z.z * d.z),
+                  d);
+  }
+  KN_INLINE Vec3<W> point(Vec3<W> p) const { return any ? select(placed, direction(p) + move.get(), p) : p; }
+  // The inverse transpose times the size of the determinant: normals keep their side.
+  struct Normals {
+    Vec3<W> x, y, z;
+    Mask<W> mirrors;
+    KN_INLINE Normals() {}
+    KN_INLINE Normals(Vec3<W> a, Vec3<W> b, Vec3<W> c, Mask<W> m) : x(a), y(b), z(c), mirrors(m) {}
+  };
+  KN_INLINE Normals cofactors() const {
+    const Vec3<W> x = row[0].get(), y = row[1].get(), z = row[2].get();
+    const auto product = [](Vec3<W> a, Vec3<W> b) {
+      return Vec3<W>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+    };
+    const Vec3<W> cx = product(y, z), cy = product(z, x), cz = product(x, y);
+    return {cx, cy, cz, (x.x * cx.x + x.y * cx.y + x.z * cx.z < Float<W>(0.f)) & placed};
+  }
+  KN_INLINE Vec3<W> normal(const Normals& c, Vec3<W> n) const {
+    return select(placed,
+                  Vec3<W>(c.x.x * n.x + c.x.y * n.y + c.x.z * n.z, c.y.x * n.x + c.y.y * n.y + c.y.z * n.z,
+                          c.z.x * n.x + c.z.y * n.y + c.z.z * n.z),
+                  n);
+  }
+};
+
+// Weights of the corners of a triangle, and parameters of a quad.
+template <int W>
+struct Inside {
+  Float<W> b0, b1, b2, u, v;
+  KN_INLINE Inside(const SurfaceArgs& a, uint32_t i)
+      : b1(Float<W>::load(a.at.u + i)), b2(Float<W>::load(a.at.v + i)) {
+    b0 = Float<W>(1.f) - b1 - b2;
+    if (!a.quad[0]) return;
+    u = Float<W>::load(a.quad[0] + i);
+    v = Float<W>::load(a.quad[1] + i);
+  }
+  KN_INLINE Float<W> overTriangle(Float<W> a, Float<W> b, Float<W> c) const { return b0 * a + b1 * b + b2 * c; }
+  KN_INLINE Float<W> overQuad(const Float<W> c[4]) const {
+    const Float<W> one(1.f);
+    return (one - v) * ((one - u) * c[0] + u * c[1]) + v * ((one - u) * c[3] + u * c[2]);
+  }
+  KN_INLINE Float<W> alongU(const Float<W> c[4]) const {
+    return (Float<W>(1.f) - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
+  }
+  KN_INLINE Float<W> alongV(const Float<W> c[4]) const {
+    return (Float<W>(1.f) - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
+  }
+};
+
+// Which corner stands where: three of triangles, four of quads where `whole`.
+struct CornersOf {
+  const MeshView& view;
+  uint32_t triangle, quad = geometry::Mesh::kNoQuad;
+  CornersOf(const SurfaceArgs& a, uint32_t point, bool whole)
+      : view(a.world->tables.meshes[a.at.geometry[point]]), triangle(a.at.primitive[point]) {
+    if (whole && a.quad[0] && a.quad[0][point] >= 0) quad = view.mesh->quadOf(triangle);
+  }
+  bool isOnQuad() const { return quad != geometry::Mesh::kNoQuad; }
+  int count() const { return isOnQuad() ? 4 : 3; }
+  size_t operator[](int k) const {
+    return isOnQuad() ? geometry::Mesh::quadCorner(quad, k) : 3 * size_t(triangle) + size_t(k);
+  }
+};
+
+// Values at the corners by lane, and which lanes have four.
+template <int W>
+struct CornerLanes {
+  Lanes3<W> at[4];
+  alignas(64) uint32_t quad[W];
+  bool anyQuad = false;
+  void setQuad(int lane, const CornersOf& corners) {
+    quad[lane] = corners.isOnQuad();
+    anyQuad |= corners.isOnQuad();
+  }
+  void clear(int lane) {
+    constexpr float zero[3] = {0, 0, 0};
+    for (Lanes3<W>& c : at) c.set(lane, zero);
+  }
+  // `stride` floats lead from the first key to the second.
+  void set(int lane, int corner, const float* v, size_t stride, const geometry::Mesh::KeyPair& keys) {
+    if (!(keys.part > 0)) return at[corner].set(lane, v);
+    const float* next = v + stride;
+    const float moved[3] = {keys.mix(v[0], next[0]), keys.mix(v[1], next[1]), keys.mix(v[2], next[2])};
+    at[corner].set(lane, moved);
+  }
+  KN_INLINE Mask<W> onQuad() const { return Int<W>::load(quad) != Int<W>(0); }
+};
+
+// Positions at the points' times.
+template <int W>
+CornerLanes<W> cornerPositions(const SurfaceArgs& a, uint32_t i, bool whole, bool undeformed = false) {
+  CornerLanes<W> out;
+  for (int l = 0; l < W; ++l) {
+    const uint32_t point = i + uint32_t(l);
+    const CornersOf corners(a, point, whole);
+    const MeshView& m = corners.view;
+    out.setQuad(l, corners);
+    out.clear(l);
+    if (!m.points) continue;
+    const bool moves = m.isMoving && !undeformed;
+    const geometry::Mesh::KeyPair keys = moves ? m.mesh->keysAt(a.time[point]) : geometry::Mesh::KeyPair();
+    for (int k = 0; k < corners.count(); ++k)
+      out.set(l, k, &m.points[keys.first + m.indices[corners[k]]].x, 3 * (keys.second - keys.first), keys);
+  }
+  return out;
+}
+
+// Normals at the points' times; 0 where the mesh has none.
+template <int W>
+CornerLanes<W> cornerNormals(const SurfaceArgs& a, uint32_t i, bool whole) {
+  using Rate = geometry::Primvar::Rate;
+  CornerLanes<W> out;
+  for (int l = 0; l < W; ++l) {
+    const uint32_t point = i + uint32_t(l);
+    const CornersOf corners(a, point, whole);
+    const MeshView& m = corners.view;
+    out.setQuad(l, corners);
+    out.clear(l);
+    if (!m.normals) continue;
+    const geometry::Mesh::KeyPair keys = m.movesNormals ? m.mesh->keysAt(a.time[point]) : geometry::Mesh::KeyPair();
+    for (int k = 0; k < corners.count(); ++k) {
+      const size_t of = m.rateOfNormals == Rate::PerVertex   ? m.indices[corners[k]]
+                        : m.rateOfNormals == Rate::PerCorner ? corners[k]
+                        : m.rateOfNormals == Rate::PerFace   ? m.mesh->faceOf(corners.triangle)
+                                                             : 0;
+      out.set(l, k, m.normals + 3 * (keys.first + of), 3 * (keys.second - keys.first), keys);
+    }
+  }
+  return out;
+}
+
+template <int W>
+KN_INLINE Vec3<W> interpolate(const CornerLanes<W>& corners, const Inside<W>& inside) {
+  Float<W> out[3];
+  for (int k = 0; k < 3; ++k) {
+    const Float<W> c[4] = {Float<W>::load(corners.at[0].x[k]), Float<W>::load(corners.at[1].x[k]),
+                           Float<W>::load(corners.at[2].x[k]), Float<W>::load(corners.at[3].x[k])};
+    out[k] = inside.overTriangle(c[0], c[1], c[2]);
+    if (corners.anyQuad) out[k] = select(corners.onQuad(), inside.overQuad(c), out[k]);
+  }
+  return {out[0], out[1], out[2]};
+}
+
+template <int W>
+struct Surface {
+  using F = Float<W>;
+  using V = Vec3<W>;
+
+  static void positions(const SurfaceArgs& a, float* const P[3]) {
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, false);  // a point is the triangle's own
+      Placing<W>(a, i).point(interpolate<W>(corners, Inside<W>(a, i))).store(P, i);
+      if (!a.strand) continue;
+      for (uint32_t l = i; l < i + W; ++l) {
+        // a strand's point goes with its control points
+        const Spot s = a.spot(l);
+        if (!s.strand) continue;
+        const geometry::Mesh::KeyPair keys = s.mesh->keysAt(a.time[l]);
+        float p[3], q[3];
+        for (int k = 0; k < 3; ++k) {
+          p[k] = s.strand->rest[k] - float(s.mesh->origin[size_t(k)]);
+          for (uint32_t v = 0; v < s.strand->controls; ++v) {
+            const Imath::V4f* spine = s.mesh->spine.data() + s.strand->vertex[v];
+            p[k] += s.strand->weight[v] * (keys.mix(spine[keys.first][k], spine[keys.second][k]) - spine[0][k]);
+          }
+        }
+        const bool isBaked = a.world->world->instance(a.at.instance[l]).baked;
+        if (isBaked)
+          std::memcpy(q, p, sizeof q);
+        else
+          a.toRender(l).point(p, q);
+        for (int k = 0; k < 3; ++k) P[k][l] = q[k];
+      }
+    }
+  }
+
+  static void normals(const SurfaceArgs& a, const float* const raw[3], float* const ng[3], float* const smooth[3]) {
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const Placing<W> placing(a, i);
+      typename Placing<W>::Normals cofactors;
+      if (placing.any) cofactors = placing.cofactors();
+      const auto place = [&](V n) {
+        if (!placing.any) return n;
+        n = placing.normal(cofactors, n);
+        return select(cofactors.mirrors, -n, n);
+      };
+      if (ng) place(V::load(raw, i)).store(ng, i);
+      if (!smooth) continue;
+      const CornerLanes<W> corners = cornerNormals<W>(a, i, true);
+      const V n = place(interpolate<W>(corners, Inside<W>(a, i)));
+      const F l2 = n.x * n.x + n.y * n.y + n.z * n.z;
+      // "N" of the mesh is oriented outward already; zero: the facet's, as in a context without any normals
+      (n * select(l2 > F(0.f), F(1.f) / sqrt(l2), F(0.f))).store(smooth, i);
+    }
+  }
+
+  static void edges(const SurfaceArgs& a, float* const e1[3], float* const e2[3]) {
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, true);
+      const V p0 = corners.at[0].get(), p1 = corners.at[1].get(), p2 = corners.at[2].get();
+      V x = p1 - p0, y = p2 - p0;
+      if (corners.anyQuad) {
+        const V p3 = corners.at[3].get();
+        const Inside<W> in(a, i);
+        const Mask<W> quad = corners.onQuad();
+        y = select(quad, (p3 - p0) * (F(1.f) - in.u) + (p2 - p1) * in.u, y);
+        x = select(quad, x * (F(1.f) - in.v) + (p2 - p3) * in.v, x);
+      }
+      const Placing<W> placing(a, i);
+      placing.direction(x).store(e1, i);
+      placing.direction(y).store(e2, i);
+      if (!a.strand) continue;
+      for (uint32_t l = i; l < i + W; ++l)
+        if (const StrandPlace* s = a.strand[l])
+          for (int k = 0; k < 3; ++k) {
+            e1[k][l] = s->du[k];
+            e2[k][l] = s->dv[k];
+          }
+    }
+  }
+
+  static Across implied(const SurfaceArgs& a, const Spot& s, uint32_t point, Implied what, uint32_t j, float c[4]) {
+    if (what == Implied::Color || what == Implied::Opacity) {
+      const uint32_t placement = a.world->world->instance(a.at.instance[point]).user;
+      const Tint& tint = a.world->tints[a.world->placements[placement].tint];
+      return given((what == Implied::Color ? tint.color : tint.opacity)[j], 0, 0, c);
+    }
+    if (what == Implied::None) return given(0, 0, 0, c);
+    // texture coordinates: primvar st, else s and t, else the patch parameters; each fills what follows it
+    const uint32_t component = what == Implied::St ? j : what == Implied::T;
+    if (what == Implied::St && j > 1) return given(0, 0, 0, c);
+    if (s.info->st) return cornersOf(*s.info->st, s, component, c);
+    if (s.info->s && s.info->t) return cornersOf(component ? *s.info->t : *s.info->s, s, 0, c);
+    return cornersOfUV(s, component, c);
+  }
+
+  static void slopes(const SurfaceArgs& a, const SlopeSource& source, uint32_t components, const Slopes& out) {
+    using What = SlopeSource::What;
+    for (uint32_t i = 0; i < a.n; i += W) {
+      alignas(64) float corner[3][4][W];
+      alignas(64) int32_t across[3][W];
+      for (int l = 0; l < W; ++l) {
+        const uint32_t point = i + uint32_t(l);
+        const Spot s = a.spot(point);
+        const geometry::Primvar* p = source.what == What::Primvar ? source.primvar[point] : nullptr;
+        for (uint32_t j = 0; j < components; ++j) {
+          float c[4];
+          Across how;
+          if (source.what == What::PatchUV)
+            how = cornersOfUV(s, j, c);
+          else if (source.what == What::St)
+            how = implied(a, s, point, Implied::St, j, c);
+          else if (!p)
+            how = implied(a, s, point, source.implied, j, c);
+          else if (p->width == 1)
+            how = cornersOf(*p, s, 0, c);
+          else if (j < uint32_t(p->width))
+            how = cornersOf(*p, s, j, c);
+          else
+            how = given(0, 0, 0, c);
+          across[j][l] = int32_t(how);
+          for (int k = 0; k < 4; ++k) corner[j][k][l] = c[k];
+        }
+      }
+      const Inside<W> in(a, i);
+      for (uint32_t j = 0; j < components; ++j) {
+        const F c[4] = {F::load(corner[j][0]), F::load(corner[j][1]), F::load(corner[j][2]), F::load(corner[j][3])};
+        const Int<W> how = Int<W>::load(across[j]);
+        const Mask<W> quad = how == Int<W>(int32_t(Across::Quad)), is = how == Int<W>(int32_t(Across::Given));
+        F value = in.overTriangle(c[0], c[1], c[2]), d1 = c[1] - c[0], d2 = c[2] - c[0];
+        if (quad.any()) {
+          value = select(quad, in.overQuad(c), value);
+          d1 = select(quad, in.alongU(c), d1);
+          d2 = select(quad, in.alongV(c), d2);
+        }
+        select(is, c[0], value).store(out.value[j] + i);
+        select(is, c[1], d1).store(out.d1[j] + i);
+        select(is, c[2], d2).store(out.d2[j] + i);
+      }
+    }
+  }
+
+  static void rest(const SurfaceArgs& a, const float* const P[3], const float* const e1[3], const float* const e2[3],
+                   float* const Po[3], float* scale) {
+    const trace::World& w = *a.world->world;
+    for (uint32_t i = 0; i < a.n; i += W) {
+      // of the triangle that was hit, undeformed; slopes of the quad where it is half of one
+      const CornerLanes<W> triangle = cornerPositions<W>(a, i, false, true),
+                           corners = cornerPositions<W>(a, i, true, true);
+      Lanes3<W> origin;
+      for (int l = 0; l < W; ++l) {
+        const Imath::V3d& o = w.mesh(a.at.geometry[i + uint32_t(l)]).origin;
+        const float f[3] = {float(o.x), float(o.y), float(o.z)};
+        origin.set(l, f);
+      }
+      const Inside<W> in(a, i);
+      (interpolate<W>(triangle, in) + origin.get()).store(Po, i);
+      F o1[3], o2[3];
+      for (int k = 0; k < 3; ++k) {
+        const F c[4] = {F::load(corners.at[0].x[k]), F::load(corners.at[1].x[k]), F::load(corners.at[2].x[k]),
+                        F::load(corners.at[3].x[k])};
+        o1[k] = c[1] - c[0];
+        o2[k] = c[2] - c[0];
+        if (!corners.anyQuad) continue;
+        o1[k] = select(corners.onQuad(), in.alongU(c), o1[k]);
+        o2[k] = select(corners.onQuad(), in.alongV(c), o2[k]);
+      }
+      const V x = area(V(o1[0], o1[1], o1[2]), V(o2[0], o2[1], o2[2])), y = area(V::load(e1, i), V::load(e2, i));
+      const F object = x.x * x.x + x.y * x.y + x.z * x.z, render = y.x * y.x + y.y * y.y + y.z * y.z;
+      select(render > F(0.f), sqrt(sqrt(object / render)), F(1.f)).store(scale + i);
+      for (uint32_t l = i; l < i + W; ++l) {
+        const trace::Instance& instance = w.instance(a.at.instance[l]);
+        const StrandPlace* strand = a.strand ? a.strand[l] : nullptr;
+        if (!instance.baked && !strand) continue;
+        float p[3];
+        if (instance.baked) {
+          const PlacementInfo& placement = a.world->placements[instance.user];
+          const float q[3] = {P[0][l], P[1][l], P[2][l]};
+          placement.renderToObject.point(q, p);
+          scale[l] = placement.objectScale;
+        } else {
+          std::memcpy(p, strand->rest, sizeof p);
+          const float det = a.toRender(l).determinant();
+          scale[l] = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
+        }
+        for (int k = 0; k < 3; ++k) Po[k][l] = p[k];
+      }
+    }
+  }
+
+  // Without fused operations: slopes along parallel edges cancel exactly.
+  static KN_INLINE V area(V a, V b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+
+  static void derivatives(uint32_t n, const float* const e1[3], const float* const e2[3], const Slopes& uv,
+                          float* const du[3], float* const dv[3]) {
+    for (uint32_t i = 0; i < n; i += W) {
+      const V x = V::load(e1, i), y = V::load(e2, i);
+      const F a = F::load(uv.d1[0] + i), b = F::load(uv.d1[1] + i), c = F::load(uv.d2[0] + i),
+              d = F::load(uv.d2[1] + i);
+      const F det = a * d - b * c;
+      const Mask<W> good = abs(det) > F(1e-20f);
+      const F inverse = F(1.f) / select(good, det, F(1.f));
+      if (du) select(good, (x * d - y * b) * inverse, x).store(du, i);
+      if (dv) select(good, (y * a - x * c) * inverse, y).store(dv, i);
+    }
+  }
+
+  static void curvatures(const SurfaceArgs& a, float* out) {
+    const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, false);
+      const CornerLanes<W> normals = cornerNormals<W>(a, i, false);
+      const Placing<W> placing(a, i);
+      const V first = corners.at[0].get();
+      const V e1 = placing.direction(corners.at[1].get() - first),
+              e2 = placing.direction(corners.at[2].get() - first);
+      V n[3] = {normals.at[0].get(), normals.at[1].get(), normals.at[2].get()};
+      typename Placing<W>::Normals cofactors;
+      if (placing.any) cofactors = placing.cofactors();
+      for (V& x : n) {
+        if (placing.any) {
+          x = placing.normal(cofactors, x);
+          x = select(cofactors.mirrors, -x, x);
+        }
+        const F l2 = product(x, x);
+        x = x * select(l2 > F(0.f), F(1.f) / sqrt(l2), F(0.f));
+      }
+      const V whole = area(e1, e2);
+      const F size = sqrt(product(whole, whole));
+      const Mask<W> some = size > F(0.f);
+      const F inverse = select(some, F(1.f) / size, F(0.f));
+      const V unit = whole * inverse;
+      const F divergence = (product(n[1] - n[0], area(e2, unit)) + product(n[2] - n[0], area(unit, e1))) * inverse;
+      (divergence * F(0.5f)).store(out + i);
+    }
+  }
+
+  static void footprints(uint32_t n, const float* radius, const float* const e1[3], const float* const e2[3],
+                         const Slopes& st, float* out) {
+    for (uint32_t i = 0; i < n; i += W) {
+      const V c = area(V::load(e1, i), V::load(e2, i));
+      const F size = sqrt(c.x * c.x + c.y * c.y + c.z * c.z);
+      const F inUnits =
+          abs(F::load(st.d1[0] + i) * F::load(st.d2[1] + i) - F::load(st.d1[1] + i) * F::load(st.d2[0] + i));
+      const F scale = select(size > F(0.f), sqrt(inUnits / size), F(0.f));
+      (F::load(radius + i) * scale).store(out + i);
+    }
+  }
+
+  static void across(uint32_t n, const float* const N[3], float* const d[3]) {
+    for (uint32_t i = 0; i < n; i += W) {
+      const V normal = V::load(N, i);
+      V x = V::load(d, i);
+      x = x - normal * (x.x * normal.x + x.y * normal.y + x.z * normal.z);
+      F l2 = x.x * x.x + x.y * x.y + x.z * x.z;
+      const Mask<W> lost = !(l2 > F(0.f));
+      if (lost.any()) {
+        const Mask<W> first = abs(normal.x) < F(0.9f);
+        const V axis = select(first, V(F(1.f), F(0.f), F(0.f)), V(F(0.f), F(1.f), F(0.f)));
+        x = select(lost, axis - normal * select(first, normal.x, normal.y), x);
+        l2 = x.x * x.x + x.y * x.y + x.z * x.z;
+      }
+      (x * (F(1.f) / sqrt(l2))).store(d, i);
+    }
+  }
+
+  static void alongEdges(uint32_t n, const float* const e1[3], const float* const e2[3], const float* const step[3],
+                         float* a, float* b) {
+    for (uint32_t i = 0; i < n; i += W) {
+      const V x = V::load(e1, i), y = V::load(e2, i), s = V::load(step, i);
+      const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
+      const F g11 = product(x, x), g12 = product(x, y), g22 = product(y, y), r1 = product(x, s), r2 = product(y, s);
+      const F det = g11 * g22 - g12 * g12;
+      const Mask<W> good = det > F(1e-12f) * g11 * g22;
+      const F safe = select(good, det, F(1.f));
+      zeroUnless(good, (g22 * r1 - g12 * r2) / safe).store(a + i);
+      zeroUnless(good, (g11 * r2 - g12 * r1) / safe).store(b + i);
+    }
+  }
+
+  static void lifts(const LiftsArgs& args);
+};
+
+// Cosines of the largest angle between facet and corner normals: trusted in full up to 15 degrees (a sphere of 24
+// facets around, a cylinder of 12), not at all from 30 on (the edges of a box: 45; its corners: 55).
+constexpr float kTrustedLean = 0.9659258f, kFarLean = 0.8660254f;
+// Lifts in heights of the triangle. With normals that lean by 15 degrees it is .19 halfway along the longest side of
+// half a square; more comes of long thin triangles whose normals lean along them.
+constexpr float kSmallLift = 0.25f, kLargeLift = 0.5f;
+
+// 1 up to `full`, 0 from `none` on.
+template <int W>
+KN_INLINE Float<W> fade(Float<W> x, float full, float none) {
+  return clamp((Float<W>(none) - x) / Float<W>(none - full), Float<W>(0.f), Float<W>(1.f));
+}
+
+template <int W>
+void Surface<W>::lifts(const LiftsArgs& args) {
+  const SurfaceArgs& a = args.at;
+  const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
+  for (uint32_t i = 0; i < a.n; i += W) {
+    const V zero(0.f);
+    alignas(64) uint32_t flags[W];
+    for (int l = 0; l < W; ++l) flags[l] = a.world->geometries[a.at.geometry[i + uint32_t(l)]].flags & kLiftsShadows;
+    Mask<W> on = Int<W>::load(flags) != Int<W>(0);
+    if (on.none()) {
+      zero.store(args.lift, i);
+      zero.store(args.facet, i);
+      continue;
+    }
+    // corners seen from the first, normals on the side that the ray came from; both in render space, where angles
+    // count
+    const CornerLanes<W> corners = cornerPositions<W>(a, i, false);
+    const CornerLanes<W> normals = cornerNormals<W>(a, i, false);
+    const Placing<W> placing(a, i);
+    const V first = corners.at[0].get();
+    const V corner[3] = {zero, placing.direction(corners.at[1].get() - first),
+                         placing.direction(corners.at[2].get() - first)};
+    V normal[3] = {normals.at[0].get(), normals.at[1].get(), normals.at[2].get()};
+    // normals of the mesh point outward
+    F turn = select(Int<W>::load(args.entering + i) != Int<W>(0), F(1.f), F(-1.f));
+    if (placing.any) {
+      const auto cofactors = placing.cofactors();
+      turn = select(cofactors.mirrors, -turn, turn);
+      for (V& n : normal) n = placing.normal(cofactors, n);
+    }
+    const V facet = V::load(args.Ng, i);
+    const Inside<W> in(a, i);
+    const F b[3] = {in.b0, in.b1, in.b2};
+    F least(1.f);
+    V p = zero;
+    for (int k = 0; k < 3; ++k) {
+      const F l2 = product(normal[k], normal[k]);
+      normal[k] = normal[k] * select(l2 > F(0.f), turn / sqrt(l2), F(0.f));
+      p = p + corner[k] * b[k];
+      least = min(least, product(normal[k], facet));
+    }
+    on &= least > F(kFarLean);
+    V lift = zero;
+    for (int k = 0; k < 3; ++k) {
+      const F below = b[k] * product(corner[k] - p, normal[k]);
+      lift = lift + zeroUnless(below > F(0.f), normal[k] * below);
+    }
+    const F l2 = product(lift, lift);
+    // height over the longest side
+    const V e3 = corner[2] - corner[1];
+    const F s1 = product(corner[1], corner[1]), s2 = product(corner[2], corner[2]);
+    const F longest2 = max(s1, max(s2, product(e3, e3)));
+    const F along = product(corner[1], corner[2]), twiceArea2 = s1 * s2 - along * along;
+    on &= (l2 > F(0.f)) & (twiceArea2 > F(0.f));
+    const F heights = sqrt(l2 * longest2 / select(on, twiceArea2, F(1.f)));
+    const F part = fade<W>(-least, -kTrustedLean, -kFarLean) * fade<W>(heights, kSmallLift, kLargeLift);
+    on &= part > F(0.f);
+    // What lies on which side follows from the smooth surface too: a facet that is turned away from a light which its
+    // normals look at is lit. Media need the true side: what encloses one never comes here.
+    const V ng = facet + (V::load(args.N, i) - facet) * part;
+    const F inverse = F(1.f) / sqrt(product(ng, ng));  // half a sphere apart at most
+    select(on, ng * inverse, facet).store(args.Ng, i);
+    zeroUnless(on, facet).store(args.facet, i);
+    zeroUnless(on, lift * part).store(args.lift, i);
+  }
+}
+
+template <int W>
+constexpr SurfaceKernels kSurface{&Surface<W>::positions,   &Surface<W>::normals,    &Surface<W>::edges,
+                                  &Surface<W>::slopes,      &Surface<W>::rest,       &Surface<W>::curvatures,
+                                  &Surface<W>::derivatives, &Surface<W>::footprints, &Surface<W>::across,
+                                  &Surface<W>::alongEdges,  &Surface<W>::lifts};
+#if HWY_TARGET == HWY_AVX2
+[[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
+[[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }
+[[maybe_unused]] const SurfaceKernels& surface8() { return kSurface<8>; }
+#else
+[[maybe_unused]] const SurfaceKernels& surface16() { return kSurface<16>; }
+#endif
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::shade {
+const SurfaceKernels& surfaceKernels(uint32_t width) {
+  return kernelFor(width, &N_AVX2::surface1, &N_AVX2::surface4, &N_AVX2::surface8, &N_AVX3::surface16)();
+}
+}  // namespace kinora::shade
+#endif
