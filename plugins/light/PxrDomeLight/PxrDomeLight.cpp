@@ -13,8 +13,8 @@
 // rotation and mirroring of the placement count, scale and shear do not.
 //
 // Sampling: one cell a texel (or, in large maps, a block of texels), chosen by inversion of the rows' and then the
-// row's distribution (binary search: strata of the random numbers survive), evenly in solid angle within the cell. A
-// cell's weight is the exact mean of the bilinear lookup over it, so no direction has value without density.
+// row's distribution (searched in order: strata of the random numbers survive), evenly in solid angle within the
+// cell. A cell's weight is the exact mean of the bilinear lookup over it, so no direction has value without density.
 #define KINORA_KERNEL_FILE "plugins/light/PxrDomeLight/PxrDomeLight.cpp"
 #include <kinora/light_setup.h>
 #include <algorithm>
@@ -34,10 +34,14 @@ struct Data {
   LightMap map;
   Float3 axis[3];  // local axes in render space: orthonormal, perhaps left-handed
   int32_t columns = 0, rows = 0;
-  int32_t rowSteps = 0, columnSteps = 0;  // of the binary searches
-  std::vector<float> rowCdf;              // rows + 1 numbers
-  std::vector<float> cellCdf;             // rows times (columns + 1)
-  std::vector<float> density;             // per solid angle, rows times columns
+  // Where the searches begin: each row's (and the rows') numbers in equal parts, a power of 2 of them; by part the
+  // first cell that it may lie in, and above 16 bits the last one.
+  int32_t rowParts = 1, columnParts = 1;
+  std::vector<int32_t> rowGuide;   // rowParts
+  std::vector<int32_t> cellGuide;  // rows times columnParts
+  std::vector<float> rowCdf;       // rows + 1 numbers
+  std::vector<float> cellCdf;      // rows times (columns + 1)
+  std::vector<float> density;      // per solid angle, rows times columns
   // 1 - |cos| of the polar angle at each row's upper and lower edge, from the pole of the row's own hemisphere: sines
   // near both poles keep their digits so. The row across the equator belongs to the north and may go beyond 1.
   std::vector<float> rowFrom, rowTo;
@@ -55,12 +59,14 @@ namespace HWY_NAMESPACE {
 namespace {
 using namespace pxrDomeLight;
 
-// Largest i in [0, n) with cdf[offset + i] <= u; steps = ceil(log2 n).
+// Largest i with cdf[offset + i] <= u, for the part of the numbers that u lies in by `guide` a few steps away.
 template <int W>
-KN_INLINE Int<W> find(const float* cdf, Int<W> offset, int32_t n, int32_t steps, Float<W> u) {
+KN_INLINE Int<W> find(const float* cdf, Int<W> offset, const int32_t* guide, Int<W> guideOffset, int32_t parts,
+                      Float<W> u) {
   using I = Int<W>;
-  I low(0), high(n);  // the answer lies in [low, high)
-  for (int32_t s = 0; s < steps; ++s) {
+  const I ends = gather(guide, guideOffset + toInt(u * Float<W>(float(parts))));
+  I low = ends & I(0xffff), high = ends.template shr<16>() + I(1);  // the answer lies in [low, high)
+  while ((high - low > I(1)).any()) {
     const I middle = (low + high).template shr<1>();
     const Mask<W> above = gather(cdf, offset + middle) <= u;
     low = select(above, middle, low);
@@ -107,11 +113,11 @@ struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
     using F = Float<W>;
     using I = Int<W>;
     if (!k.map.valid()) return uniformSphere(u, v);
-    const I row = find<W>(k.rowCdf.data(), I(0), k.rows, k.rowSteps, v);
+    const I row = find<W>(k.rowCdf.data(), I(0), k.rowGuide.data(), I(0), k.rowParts, v);
     const F r0 = gather(k.rowCdf.data(), row), r1 = gather(k.rowCdf.data(), row + I(1));
     const F down = clamp((v - r0) / max(r1 - r0, F(1e-30f)), F(0.f), F(1.f));
     const I start = row * I(k.columns + 1);
-    const I column = find<W>(k.cellCdf.data(), start, k.columns, k.columnSteps, u);
+    const I column = find<W>(k.cellCdf.data(), start, k.cellGuide.data(), row * I(k.columnParts), k.columnParts, u);
     const F c0 = gather(k.cellCdf.data(), start + column), c1 = gather(k.cellCdf.data(), start + column + I(1));
     const F across = clamp((u - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
     // evenly in the cosine
@@ -137,10 +143,20 @@ namespace {
 using pxrDomeLight::Data;
 constexpr double kPi = 3.14159265358979323846;
 
-int32_t stepsFor(int32_t n) {
-  int32_t s = 0;
-  while ((int64_t(1) << s) < n) ++s;
-  return s;
+// A power of 2 near an eighth of the cells: tables an eighth as large, and few steps left.
+int32_t partsFor(int32_t cells) {
+  int32_t parts = 1;
+  while (parts * 8 < cells) parts *= 2;
+  return parts;
+}
+void appendGuide(const float* cdf, int32_t cells, int32_t parts, std::vector<int32_t>& guide) {
+  static_assert(pxrDomeLight::kMostColumns <= 0xffff && pxrDomeLight::kMostRows <= 0xffff);
+  int32_t at = 0;
+  for (int32_t p = 0; p < parts; ++p) {
+    const int32_t first = at;
+    while (at + 1 < cells && cdf[at + 1] <= float(p + 1) / float(parts)) ++at;
+    guide.push_back(first | at << 16);
+  }
 }
 
 // Mean over each cell of the bilinear lookup's absolute value, averaged over RGB with the light's colour. Cells are
@@ -191,8 +207,8 @@ std::vector<double> cellMeans(const Data& k) {
 bool buildDistribution(Data& k) {
   k.columns = std::min(k.map.width, pxrDomeLight::kMostColumns);
   k.rows = std::min(k.map.height, pxrDomeLight::kMostRows);
-  k.columnSteps = stepsFor(k.columns);
-  k.rowSteps = stepsFor(k.rows);
+  k.columnParts = partsFor(k.columns);
+  k.rowParts = partsFor(k.rows);
   std::vector<double> cells = cellMeans(k);
   std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
   Double3 mean;
@@ -240,8 +256,10 @@ bool buildDistribution(Data& k) {
       k.density[size_t(j) * k.columns + i] = float(cell / total);
     }
     cdf[k.columns] = 1;
+    appendGuide(cdf, k.columns, k.columnParts, k.cellGuide);
   }
   k.rowCdf[size_t(k.rows)] = 1;
+  appendGuide(k.rowCdf.data(), k.rows, k.rowParts, k.rowGuide);
   return true;
 }
 
