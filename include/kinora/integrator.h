@@ -84,12 +84,30 @@ struct Group {
 struct LightSamples {
   const float* wi[3];
   const float* distance;     // that a shadow ray goes; 0: nothing shadows this light
+  const float* t;            // to the point on the light; infinity for infinite lights
   const float* radiance[3];  // unshadowed
   const float* pdf;          // choice of the light included; 0: none
   const float* diffuse;      // factors on diffuse and specular slots
   const float* specular;
   const uint32_t* flags;  // LightSampleFlags
   const uint32_t* light;  // index, for light path events
+};
+
+// Of points on lights, where paths begin or end.
+enum LightEndFlags : uint32_t {
+  kLightIsDelta = 1,  // no ray finds it: of its two densities one is a probability. Where it is infinite that is the
+                      // direction's, else the position's
+  kLightIsInfinite = 2  // positions lie on a disk outside of the world, across the direction
+};
+
+// Light that the paths of a light stage start with, by slot.
+struct EmittedLight {
+  float* throughput[3];  // radiance * cosine / (pdfPosition * pdfDirection); 0: the slot has no path
+  uint32_t* light;
+  const float* N[3];          // unit, of the light there; infinite and delta lights: the ray's direction
+  const float* pdfPosition;   // per area; choice of the light included
+  const float* pdfDirection;  // per solid angle
+  const uint32_t* flags;      // LightEndFlags
 };
 
 // Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit; lights without
@@ -147,6 +165,25 @@ struct ShadowRays {
   const uint32_t* tinted;   // by ray, 1: it goes straight through glass and takes its tint (the stock default where
                             // caustics are off), 0: glass blocks it; null: 0
   float* transmittance[3];  // out
+};
+
+// What the weights of bidirectional methods ask of rays that met a light, by whatever technique: with which densities
+// the others would have made them.
+struct LightEnds {
+  // in, by ray
+  uint32_t count;
+  const float* d[3];      // unit, towards the light
+  const float* t;         // to the point on the light, as in LightSamples and LightHits
+  const uint32_t* light;  // kNoLight: all that comes out is 0
+  const uint32_t* point;  // with `runs`: the vertex that it left, as in ShadowRays
+  uint32_t runCount;
+  const ShadowRun* runs;
+  // out, in the group's memory
+  const float* pdf;  // of lightSamples() at that vertex, as in LightHits; delta lights: the choice's probability
+  const float* N[3];
+  const float* pdfPosition;  // of emitLight(), as there, for the light that comes back along the ray
+  const float* pdfDirection;
+  const uint32_t* flags;
 };
 
 // A vertex put aside, in a form that means something to the renderer only. It holds while the world that it is of
@@ -255,8 +292,9 @@ struct Services {
   void (*contribute)(Group*, const Contributions*);
   // Marks the listed slots as covering their pixel: alpha.
   void (*cover)(Group*, uint32_t n, const uint32_t* slots, const float* alpha);
-  // Light paths: fills the first n of the group's paths with emitted rays; throughput = radiance * cos / pdfs.
-  void (*emitLight)(Group*, uint32_t n, float* const throughput[3], uint32_t* light);
+  // Light paths: fills the first n of the group's paths with emitted rays. The arrays are the group's memory.
+  void (*emitLight)(Group*, uint32_t n, EmittedLight*);
+  void (*lightEnds)(Group*, LightEnds*);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);
   // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer. The
   // state is that of the path read from the camera; `light`: the index of the light it began at, by splat.

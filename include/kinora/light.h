@@ -77,8 +77,9 @@ struct LightEmitArgs : LightLanes {
   float* pdfDirection;  // out: per solid angle
 };
 
-// Rays that meet their light as evaluate()'s do: with which densities would emit() have made the light that comes
-// back along them? What bidirectional weights ask of a light that a path found.
+// Rays that meet their light as evaluate()'s do, or point at it as samples of delta lights do: with which densities
+// would emit() have made the light that comes back along them? What bidirectional weights ask of a light that a path
+// found.
 struct LightDensityArgs : LightLanes {
   uint32_t count;
   const float* o[3];
@@ -96,7 +97,7 @@ struct LightFunctions {
   void (*intersect)(const LightRayArgs*);  // null for infinite and delta lights
   void (*evaluate)(const LightRayArgs*);
   void (*emit)(const LightEmitArgs*);
-  void (*densities)(const LightDensityArgs*);  // null: delta lights, and lights that do not say
+  void (*densities)(const LightDensityArgs*);  // null: it does not say, and bidirectional methods do without it
   uint32_t mixes;  // 1: lanes with different lights cost as little as lanes with the same; 0: the host sorts them
 };
 

@@ -58,7 +58,8 @@ bool fits(uint64_t bytes) {
 
 const char* nameOf(MemoryUse use) {
   static const char* const kNames[] = {"program", "scene description", "meshes",   "bvh (Embree)",
-                                       "film",    "pictures",          "textures", "records between stages"};
+                                       "film",    "pictures",          "textures", "records between stages",
+                                       "lights"};
   static_assert(std::size(kNames) == kUses);
   return kNames[size_t(use)];
 }

@@ -394,5 +394,19 @@ TEST(LightChoiceMemory, IsInProportionToLights) {
   EXPECT_LT(double(linked.bytes() - plain.bytes()) / 50, 0.1 * n) << "bytes a set";
 }
 
+TEST(LightChoiceMemory, IsCharged) {
+  const std::vector<LightDescription> lights = someLights(100000, 1);
+  const uint64_t before = Memory::used(MemoryUse::Lights);
+  {
+    const LightSet set = setOf(lights);
+    EXPECT_EQ(Memory::used(MemoryUse::Lights) - before, set.bytes());
+  }
+  EXPECT_EQ(Memory::used(MemoryUse::Lights), before);
+  Memory::setLimit(Memory::resident() + (1 << 20));
+  EXPECT_THROW(setOf(lights), MemoryExceeded);
+  Memory::setLimit(0);
+  EXPECT_EQ(Memory::used(MemoryUse::Lights), before);
+}
+
 }  // namespace
 }  // namespace kinora::light

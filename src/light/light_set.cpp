@@ -2,26 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "light/choose.h"
-#include "light/light_order.h"
-#include "light/near_rays.h"
+#include "light/light_set_order.h"
 
 namespace kinora::light {
 
 namespace {
 
-constexpr uint32_t kMostNear = 8;   // lights that are tried one by one
-constexpr uint32_t kBatch = 2048;   // pairs of a ray and a light that are asked at once
-constexpr float kBeyond = 3.4e38f;  // distances past it are infinite
-
-template <class T>
-T* grown(Arena& arena, const T* old, uint32_t count, uint32_t room) {
-  T* x = arena.make<T>(room + kPad);
-  if (count) std::memcpy(x, old, count * sizeof(T));
-  return x;
-}
+constexpr uint32_t kMostNear = 8;  // lights that are tried one by one
 
 bool isUsable(const LightDescription& d) {
   bool is = std::isfinite(d.power) && (d.isInfinite || (d.radius >= 0 && std::isfinite(d.radius)));
@@ -31,25 +20,12 @@ bool isUsable(const LightDescription& d) {
   return is;
 }
 
-void padFloats(float* x, uint32_t n) {
-  for (uint32_t i = n; n && i < padded(n); ++i) x[i] = x[n - 1];
-}
-
 }  // namespace
-
-class LightSet::Order : public LightOrder {
- public:
-  Order(const LightSet& set, uint32_t width, Arena& arena, uint32_t n, const uint32_t* light)
-      : LightOrder(
-            arena, uint32_t(set.kinds_.size()), set.size(), n, light,
-            [&](uint32_t l) { return uint32_t(set.lights_[l].kind); },
-            [&](uint32_t k) { return set.kinds_[k].byWidth[width]->mixes != 0; },
-            [&](uint32_t l) { return set.lights_[l].instance; }) {}
-};
 
 LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
                    const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius)
     : kinds_(std::move(kinds)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
+  held_.set(lights.size() * (sizeof(Record) + 2 * sizeof(TreeNode)));  // the rest is known at the end
   std::vector<LightDescription> descriptions;
   descriptions.reserve(lights.size());
   for (const LightEntry& l : lights) {
@@ -77,6 +53,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));
     }
+    hasDistances_ = hasDistances_ || !(r.flags & kCastsShadow);
     if (isLit && !d.isDelta) {
       isCameraSeen_ = isCameraSeen_ || (r.flags & kSeenByCamera);
       isShadowless_ = isShadowless_ || !(r.flags & kCastsShadow);
@@ -119,6 +96,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     emission_[i] = 1;
     if (power[i] >= 0) break;
   }
+  held_.set(bytes());
 }
 
 size_t LightSet::bytes() const {
@@ -204,12 +182,14 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     out->radiance[c] = radiance[c] = arena.make<float>(n);
   }
   float* distance = arena.make<float>(n);
+  float* t = hasDistances_ ? arena.make<float>(n) : distance;
   float* pdf = arena.make<float>(n);
   float* diffuse = arena.make<float>(n);
   float* specular = arena.make<float>(n);
   uint32_t* flags = arena.make<uint32_t>(n);
   uint32_t* light = arena.make<uint32_t>(n);
   out->distance = distance;
+  out->t = t;
   out->pdf = pdf;
   out->diffuse = diffuse;
   out->specular = specular;
@@ -284,6 +264,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     flags[i] = 0;
   }
   filterRadiance(width, arena, p.count, light, p.P, wi, distance, p.time, radiance, false);
+  if (t != distance) std::copy_n(distance, p.count, t);
   for (uint32_t i = 0; i < p.count; ++i) {
     const bool some = light[i] != kNoLight;
     diffuse[i] = some ? lights_[light[i]].diffuse : 0.f;
@@ -294,373 +275,12 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   }
   arena.release(mark);
   for (float* x : outputs) padFloats(x, p.count);
+  if (t != distance) padFloats(t, p.count);
   padFloats(diffuse, p.count);
   padFloats(specular, p.count);
   for (uint32_t i = p.count; i < n; ++i) {
     flags[i] = flags[p.count - 1];
     light[i] = light[p.count - 1];
-  }
-}
-
-// How far a ray of the list looks for a light.
-float LightSet::reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const {
-  if (camera) return list.tHit[slot];
-  const bool inMirrors = light.flags & kSeenByMirrors;
-  if (list.origin && (list.origin[slot] & kFromDiscrete)) return inMirrors ? list.tHit[slot] : 0.f;
-  return light.flags & kCastsShadow ? list.tHit[slot] : INFINITY;
-}
-
-// Lights met, growing: `ray` is the index in the list. And the rays that wait to be asked of a light each.
-struct LightSet::Found {
-  uint32_t count = 0, room = 0;
-  uint32_t *ray = nullptr, *light = nullptr;
-  float *t = nullptr, *pdf = nullptr, *radiance[3] = {};
-  struct Waiting {
-    uint32_t count = 0, room = 0;
-    float *o[3], *d[3], *time, *t;
-    uint32_t *ray, *light;
-  } waiting;
-  Found(Arena& arena, uint32_t rays) {
-    waiting.room = std::max(kBatch, padded(rays));
-    const uint32_t n = waiting.room + 2 * kPad;
-    for (int c = 0; c < 3; ++c) {
-      waiting.o[c] = arena.make<float>(n);
-      waiting.d[c] = arena.make<float>(n);
-    }
-    waiting.time = arena.make<float>(n);
-    waiting.t = arena.make<float>(n);
-    waiting.ray = arena.make<uint32_t>(n);
-    waiting.light = arena.make<uint32_t>(n);
-  }
-  void reserve(Arena& arena, uint32_t more) {
-    if (count + more <= room) return;
-    room = std::max(2 * room, count + more + 256);
-    ray = grown(arena, ray, count, room);
-    light = grown(arena, light, count, room);
-    t = grown(arena, t, count, room);
-    pdf = grown(arena, pdf, count, room);
-    for (float*& x : radiance) x = grown(arena, x, count, room);
-  }
-};
-
-// Asks whether the waiting rays hit their lights, and of those that do what they bring.
-void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const {
-  Found::Waiting& w = found.waiting;
-  uint32_t n = w.count;
-  w.count = 0;
-  if (!n) return;
-  found.reserve(arena, n);
-  const Arena::Mark mark = arena.mark();
-  float* const arrays[8] = {w.o[0], w.o[1], w.o[2], w.d[0], w.d[1], w.d[2], w.time, w.t};
-  for (float* x : arrays) padFloats(x, n);
-  // a run's part of the rays: origins, directions and times in order
-  const auto raysOf = [&](const Order& order, const LightOrder::Run& run, const float* const* in, float* t) {
-    LightRayArgs a{};
-    order.setLights(a, run);
-    setWorld(a);
-    a.count = run.count;
-    for (int c = 0; c < 3; ++c) {
-      a.o[c] = in[c] + run.from;
-      a.d[c] = in[3 + c] + run.from;
-    }
-    a.time = in[6] + run.from;
-    a.t = t + run.from;
-    return a;
-  };
-  if (!areInfinite) {
-    uint32_t* met = arena.make<uint32_t>(padded(n) + kPad);
-    const Order order(*this, width, arena, n, w.light);
-    const float* in[7];
-    for (int k = 0; k < 7; ++k) in[k] = order.take(arrays[k]);
-    float* t = const_cast<float*>(order.take(w.t));
-    uint32_t* hit = order.room(met);
-    for (uint32_t r = 0; r < order.runCount(); ++r) {
-      const LightOrder::Run& run = order.run(r);
-      LightRayArgs a = raysOf(order, run, in, t);
-      a.hit = hit + run.from;
-      if (const auto intersect = kinds_[run.kind].byWidth[width]->intersect)
-        intersect(&a);
-      else
-        std::fill_n(a.hit, padded(run.count), 0u);
-    }
-    order.put(t, w.t);
-    order.put(hit, met);
-    uint32_t m = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      if (!met[i]) continue;
-      if (m != i) {
-        for (float* x : arrays) x[m] = x[i];
-        w.ray[m] = w.ray[i];
-        w.light[m] = w.light[i];
-      }
-      ++m;
-    }
-    n = m;
-    for (float* x : arrays) padFloats(x, n);
-  }
-  if (n) {
-    float *radiance[3], *pdf = arena.make<float>(padded(n) + kPad);
-    for (float*& x : radiance) x = arena.make<float>(padded(n) + kPad);
-    const Order order(*this, width, arena, n, w.light);
-    const float* in[8];
-    for (int k = 0; k < 8; ++k) in[k] = order.take(arrays[k]);
-    float* const outputs[4] = {radiance[0], radiance[1], radiance[2], pdf};
-    float* ordered[4];
-    for (int k = 0; k < 4; ++k) ordered[k] = order.room(outputs[k]);
-    for (uint32_t r = 0; r < order.runCount(); ++r) {
-      const LightOrder::Run& run = order.run(r);
-      LightRayArgs a = raysOf(order, run, in, const_cast<float*>(in[7]));
-      for (int c = 0; c < 3; ++c) a.radiance[c] = ordered[c] + run.from;
-      a.pdf = ordered[3] + run.from;
-      kinds_[run.kind].byWidth[width]->evaluate(&a);
-    }
-    for (int k = 0; k < 4; ++k) order.put(ordered[k], outputs[k]);
-    if (!filters_.empty()) {
-      // as sample() says it: infinite lights are infinitely far
-      float* far = w.t;
-      if (areInfinite) {
-        far = arena.make<float>(padded(n) + kPad);
-        std::fill_n(far, padded(n), INFINITY);
-      }
-      filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, radiance, false);
-    }
-    for (uint32_t i = 0; i < n; ++i) {
-      if (areInfinite && radiance[0][i] == 0 && radiance[1][i] == 0 && radiance[2][i] == 0) continue;
-      const uint32_t e = found.count++;
-      found.ray[e] = w.ray[i];
-      found.light[e] = w.light[i];
-      found.t[e] = w.t[i];
-      found.pdf[e] = pdf[i];
-      for (int c = 0; c < 3; ++c) found.radiance[c][e] = radiance[c][i];
-    }
-  }
-  arena.release(mark);
-}
-
-// The rays of the list that come near one light.
-void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
-                           const Sphere* sphere, Found& found) const {
-  const Record& l = lights_[light];
-  if (camera && !(l.flags & kSeenByCamera)) return;
-  Found::Waiting& w = found.waiting;
-  if (w.count + padded(list.count) > w.room) askWaiting(width, arena, !sphere, found);
-  const Arena::Mark mark = arena.mark();
-  const float* tHit = list.tHit;
-  if (!camera && (l.flags & (kCastsShadow | kSeenByMirrors)) != (kCastsShadow | kSeenByMirrors)) {
-    uint32_t slots = 0;
-    for (uint32_t i = 0; i < list.count; ++i) slots = std::max(slots, list.slots[i] + 1);
-    float* reach = arena.make<float>(padded(slots) + kPad);
-    for (uint32_t i = 0; i < list.count; ++i) reach[list.slots[i]] = reachOf(l, camera, list, list.slots[i]);
-    tHit = reach;
-  }
-  const uint32_t at = w.count;
-  NearRaysArgs a{list.count,
-                 list.slots,
-                 list.rays,
-                 tHit,
-                 !sphere,
-                 {},
-                 0,
-                 {w.o[0] + at, w.o[1] + at, w.o[2] + at},
-                 {w.d[0] + at, w.d[1] + at, w.d[2] + at},
-                 w.time + at,
-                 w.t + at,
-                 w.ray + at};
-  if (sphere) {
-    for (int c = 0; c < 3; ++c) a.center[c] = sphere->center[c];
-    a.radius2 = sphere->radius2;
-  }
-  const uint32_t k = nearRaysKernel(width)(a);
-  std::fill_n(w.light + at, k, light);
-  w.count += k;
-  arena.release(mark);
-}
-
-void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const {
-  for (const Sphere& s : near_) addNearRays(width, arena, camera, list, s.light, &s, found);
-  Found::Waiting& w = found.waiting;
-  for (uint32_t i = 0; i < list.count && near_.empty(); ++i) {
-    const uint32_t s = list.slots[i];
-    const float o[3] = {list.rays->o[0][s], list.rays->o[1][s], list.rays->o[2][s]},
-                d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]}, most = list.rays->tMax[s];
-    const float limit = isShadowless_ && !camera ? most : std::min(list.tHit[s], most);
-    boxes_.pass(o, d, limit, [&](uint32_t l) {
-      if (camera && !(lights_[l].flags & kSeenByCamera)) return;
-      const float reach = std::min(reachOf(lights_[l], camera, list, s), most);
-      if (!(reach > 0)) return;
-      if (w.count == w.room) askWaiting(width, arena, false, found);
-      for (int c = 0; c < 3; ++c) {
-        w.o[c][w.count] = o[c];
-        w.d[c][w.count] = d[c];
-      }
-      w.time[w.count] = list.rays->time[s];
-      w.t[w.count] = reach;
-      w.ray[w.count] = i;
-      w.light[w.count++] = l;
-    });
-  }
-  askWaiting(width, arena, false, found);
-  for (const uint32_t l : distant_) addNearRays(width, arena, camera, list, l, nullptr, found);
-  askWaiting(width, arena, true, found);
-}
-
-void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {
-  *out = LightHits{};
-  if (!list.count || (camera && !isCameraSeen_)) return;
-  Found found(arena, list.count);
-  findLights(width, arena, camera, list, found);
-  if (!found.count) return;
-  // by ray; a ray's own lights come in an order that its group does not change
-  uint32_t* order = arena.make<uint32_t>(found.count);
-  bool isSorted = true;
-  for (uint32_t e = 0; e < found.count; ++e) {
-    order[e] = e;
-    isSorted = isSorted && (!e || found.ray[e - 1] <= found.ray[e]);
-  }
-  if (!isSorted) {
-    uint32_t* at = arena.make<uint32_t>(list.count + 1);
-    std::fill_n(at, list.count + 1, 0u);
-    for (uint32_t e = 0; e < found.count; ++e) ++at[found.ray[e] + 1];
-    for (uint32_t i = 0; i < list.count; ++i) at[i + 1] += at[i];
-    for (uint32_t e = 0; e < found.count; ++e) order[at[found.ray[e]]++] = e;
-  }
-
-  const uint32_t room = padded(found.count) + kPad;
-  uint32_t *slot = arena.make<uint32_t>(room), *light = arena.make<uint32_t>(room);
-  uint32_t* blocks = arena.make<uint32_t>(room);
-  float *pdf = arena.make<float>(room), *t = arena.make<float>(room), *radiance[3];
-  for (float*& r : radiance) r = arena.make<float>(room);
-  float *diffuse = arena.make<float>(room), *specular = arena.make<float>(room);
-  uint32_t m = 0;
-  const auto keep = [&](uint32_t e, bool isBlocking) {
-    slot[m] = list.slots[found.ray[e]];
-    light[m] = found.light[e];
-    t[m] = found.t[e];
-    pdf[m] = found.pdf[e];
-    for (int c = 0; c < 3; ++c) radiance[c][m] = found.radiance[c][e];
-    diffuse[m] = lights_[light[m]].diffuse;
-    specular[m] = lights_[light[m]].specular;
-    blocks[m++] = isBlocking;
-  };
-  if (camera) {
-    // only the nearest light is seen; it hides the surface, and whatever infinite light is behind
-    for (uint32_t from = 0, to; from < found.count; from = to) {
-      const uint32_t ray = found.ray[order[from]];
-      uint32_t nearest = kNone;
-      for (to = from; to < found.count && found.ray[order[to]] == ray; ++to) {
-        const uint32_t e = order[to];
-        if (lights_[found.light[e]].flags & kInfinite) continue;
-        if (nearest == kNone || found.t[e] < found.t[nearest]) nearest = e;
-      }
-      if (nearest != kNone) {
-        keep(nearest, true);
-        list.tHit[list.slots[ray]] = INFINITY;
-      } else {
-        for (uint32_t k = from; k < to; ++k) keep(order[k], false);
-      }
-    }
-  } else {
-    for (uint32_t k = 0; k < found.count; ++k) {
-      const uint32_t e = order[k], s = list.slots[found.ray[e]];
-      // a light that is not linked to the surface which the ray left does not light it, however it is found
-      if (isLinked(list.linkSet ? list.linkSet[s] : 0, found.light[e])) keep(e, false);
-    }
-    if (m && hasChoice()) {
-      const Arena::Mark mark = arena.mark();
-      float *x[6], *probability = arena.make<float>(room);
-      for (float*& y : x) y = arena.make<float>(room);
-      uint32_t* sets = list.linkSet ? arena.make<uint32_t>(room) : nullptr;
-      for (uint32_t i = 0; i < padded(m); ++i) {
-        const uint32_t s = slot[std::min(i, m - 1)];
-        for (int c = 0; c < 3; ++c) {
-          x[c][i] = list.rays->o[c][s];
-          x[3 + c][i] = list.N[0] ? list.N[c][s] : 0.f;
-        }
-        if (sets) sets[i] = list.linkSet[s];
-        if (i >= m) light[i] = light[m - 1];
-      }
-      Points p{};
-      p.count = m;
-      for (int c = 0; c < 3; ++c) {
-        p.P[c] = x[c];
-        p.N[c] = x[3 + c];
-      }
-      p.linkSet = sets;
-      probabilities(width, p, light, probability);
-      for (uint32_t i = 0; i < m; ++i) pdf[i] *= probability[i];
-      arena.release(mark);
-    }
-  }
-  out->count = m;
-  out->slot = slot;
-  for (int c = 0; c < 3; ++c) out->radiance[c] = radiance[c];
-  out->pdf = pdf;
-  out->t = t;
-  out->diffuse = diffuse;
-  out->specular = specular;
-  out->light = light;
-  out->blocks = blocks;
-}
-
-void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
-                    const float* time, float* const o[3], float* const d[3], float* const throughput[3],
-                    uint32_t* light) const {
-  // light paths come from all lights
-  if (!tree_.topCount()) {
-    for (int c = 0; c < 3; ++c) std::fill_n(throughput[c], padded(n), 0.f);
-    std::fill_n(light, padded(n), kNoLight);
-    return;
-  }
-  if (!n) return;
-  const uint32_t room = padded(n) + kPad;
-  uint32_t* chosen = arena.make<uint32_t>(room);
-  float* choice = arena.make<float>(room);
-  for (uint32_t i = 0; i < n; ++i) {
-    const size_t k =
-        std::min<size_t>(size_t(std::upper_bound(emission_.begin(), emission_.end(), uChoice[i]) - emission_.begin()),
-                         emission_.size() - 1);
-    chosen[i] = light[i] = uint32_t(k);
-    choice[i] = emission_[k] - (k ? emission_[k - 1] : 0.f);
-  }
-  for (uint32_t i = n; i < padded(n); ++i) chosen[i] = chosen[n - 1];
-  const Order order(*this, width, arena, n, chosen);
-  const float* in[5] = {order.take(u[0]), order.take(u[1]), order.take(u[2]), order.take(u[3]), order.take(time)};
-  float *outputs[14], *ordered[14];
-  for (int k = 0; k < 14; ++k) {
-    outputs[k] = arena.make<float>(room);
-    ordered[k] = order.room(outputs[k]);
-  }
-  for (uint32_t r = 0; r < order.runCount(); ++r) {
-    const LightOrder::Run& run = order.run(r);
-    LightEmitArgs a{};
-    order.setLights(a, run);
-    setWorld(a);
-    a.count = run.count;
-    for (int k = 0; k < 4; ++k) a.u[k] = in[k] + run.from;
-    a.time = in[4] ? in[4] + run.from : nullptr;
-    for (int c = 0; c < 3; ++c) {
-      a.o[c] = ordered[c] + run.from;
-      a.d[c] = ordered[3 + c] + run.from;
-      a.N[c] = ordered[6 + c] + run.from;
-      a.radiance[c] = ordered[9 + c] + run.from;
-    }
-    a.pdfPosition = ordered[12] + run.from;
-    a.pdfDirection = ordered[13] + run.from;
-    kinds_[run.kind].byWidth[width]->emit(&a);
-  }
-  for (int k = 0; k < 14; ++k) order.put(ordered[k], outputs[k]);
-  // a factor that depends on the lit point is not known yet
-  filterRadiance(width, arena, n, chosen, outputs, outputs + 3, time, time, outputs + 9, true);
-  for (uint32_t i = 0; i < n; ++i) {
-    float cosine = 0;
-    for (int c = 0; c < 3; ++c) {
-      o[c][i] = outputs[c][i];
-      d[c][i] = outputs[3 + c][i];
-      cosine += outputs[3 + c][i] * outputs[6 + c][i];
-    }
-    const float pdf = outputs[12][i] * outputs[13][i] * choice[i];
-    const float scale = pdf > 0 && cosine > 0 ? cosine / pdf : 0.f;
-    for (int c = 0; c < 3; ++c) throughput[c][i] = outputs[9 + c][i] * scale;
   }
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/arena.h"
+#include "base/memory.h"
 #include "light/light_boxes.h"
 #include "light/light_tree.h"
 #include "light/link_sets.h"
@@ -52,6 +53,7 @@ struct LightEntry {
 
 class LightSet {
  public:
+  // Throws MemoryExceeded.
   LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
            const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius);
 
@@ -88,10 +90,11 @@ class LightSet {
   // do, hidden from mirrors or not, and through what is in between where the light casts no shadows.
   void hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const;
 
-  // n emitted rays, light chosen by power. u: choice, then four numbers. Writes throughput = radiance cos / pdf.
+  // n emitted rays, light chosen by power, all else into arrays of the arena. u: choice, then four numbers.
   void emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
-            const float* time, float* const o[3], float* const d[3], float* const throughput[3],
-            uint32_t* light) const;
+            const float* time, float* const o[3], float* const d[3], EmittedLight* out) const;
+  // Of rays that left the points and met a light each (end: as given, but for point and runs).
+  void ends(uint32_t width, Arena& arena, const Points& points, LightEnds* end) const;
 
   bool hasChoice() const;  // uChoice of a sample is read
   // Of a light being sampled at n points (padded; no more than P, N and linkSet are read): what sample() divides by.
@@ -128,6 +131,11 @@ class LightSet {
   void addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
                    const Sphere* sphere, Found& found) const;
   void askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const;
+  uint32_t endFlags(uint32_t light) const {
+    return (lights_[light].flags & kDelta ? kLightIsDelta : 0u) |
+           (lights_[light].flags & kInfinite ? kLightIsInfinite : 0u);
+  }
+  float emissionOf(uint32_t light) const { return emission_[light] - (light ? emission_[light - 1] : 0.f); }
   float reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const;
   void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
                       const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
@@ -138,6 +146,7 @@ class LightSet {
     a.worldRadius = radius_;
   }
 
+  MemoryHold held_{MemoryUse::Lights};
   std::vector<LightKind> kinds_;
   std::vector<Record> lights_;
   std::vector<std::vector<LightFilterEntry>> filters_;
@@ -151,6 +160,7 @@ class LightSet {
   float radius_;
   bool isCameraSeen_ = false;  // some light that rays can hit
   bool isShadowless_ = false;  // of those, some light that nothing hides
+  bool hasDistances_ = false;  // some light at all that nothing hides: its distance is not a shadow ray's
 };
 
 }  // namespace kinora::light

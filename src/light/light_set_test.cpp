@@ -117,16 +117,20 @@ TEST_P(LightFilters, SamplesAndHitsAgree) {
 TEST_P(LightFilters, EmittedLightTakesUniformFactorsAlone) {
   const auto [count, infinite] = GetParam();
   const LightSet set = lights(count, infinite);
-  alignas(64) float u[16], time[16] = {}, o[3][16], d[3][16], throughput[3][16];
-  uint32_t light[16];
+  alignas(64) float u[16], time[16] = {}, o[3][16], d[3][16];
   for (int i = 0; i < 16; ++i) u[i] = (float(i) + 0.5f) / 16;
   const float* four[4] = {u, u, u, u};
-  float *po[3] = {o[0], o[1], o[2]}, *pd[3] = {d[0], d[1], d[2]},
-        *pt[3] = {throughput[0], throughput[1], throughput[2]};
+  float *po[3] = {o[0], o[1], o[2]}, *pd[3] = {d[0], d[1], d[2]};
   Arena arena;
-  set.emit(8, arena, 7, u, four, time, po, pd, pt, light);
-  for (int i = 0; i < 7; ++i)
-    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(throughput[c][i], 0.5f * float(count));  // one of `count` was chosen
+  EmittedLight e;
+  set.emit(8, arena, 7, u, four, time, po, pd, &e);
+  for (int i = 0; i < 7; ++i) {
+    for (int c = 0; c < 3; ++c)
+      EXPECT_FLOAT_EQ(e.throughput[c][i], 0.5f * float(count));  // one of `count` was chosen
+    EXPECT_FLOAT_EQ(e.pdfPosition[i], 1.f / float(count));
+    EXPECT_EQ(e.pdfDirection[i], 1.f);
+    EXPECT_EQ(e.flags[i], infinite ? kLightIsInfinite : 0u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, LightFilters, testing::Combine(testing::Values(1, 3), testing::Bool()));

@@ -144,7 +144,8 @@ struct Worker::Calls {
       for (uint32_t i = 0; i < n; ++i) r[slots[i]] = alpha[i];
     }
   }
-  static void emitLight(Group* g, uint32_t n, float* const t[3], uint32_t* light) { of(g).emitLight(n, t, light); }
+  static void emitLight(Group* g, uint32_t n, EmittedLight* out) { of(g).emitLight(n, out); }
+  static void lightEnds(Group* g, LightEnds* ends) { of(g).state_.lightEnds(ends); }
   static void connectCamera(Group* g, const Context* c, CameraConnection* out) { of(g).connectCamera(c, out); }
   static void splat(Group* g, uint32_t n, const float* const raster[2], const float* const value[3],
                     const uint32_t* state, const uint32_t* light) {
@@ -205,6 +206,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.shadeVertices = &Calls::shadeVertices;
   s.hitsOnObject = &Calls::hitsOnObject;
   s.emitLight = &Calls::emitLight;
+  s.lightEnds = &Calls::lightEnds;
   s.connectCamera = &Calls::connectCamera;
   s.splat = &Calls::splat;
   s.event = &Calls::event;
@@ -332,7 +334,7 @@ void Worker::contribute(const Contributions* c) {
     }
 }
 
-void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) {
+void Worker::emitLight(uint32_t n, EmittedLight* out) {
   Arena& arena = state_.arena();
   const uint32_t m = padded(n);
   float* u[6];
@@ -344,14 +346,14 @@ void Worker::emitLight(uint32_t n, float* const throughput[3], uint32_t* light) 
   draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens + 3, u[3], u[4]);
   const float* four[4] = {u[1], u[2], u[3], u[4]};
   state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.paths.rays.time, g.paths.rays.o,
-                              g.paths.rays.d, throughput, light);
+                              g.paths.rays.d, out);
   for (uint32_t i = 0; i < n; ++i) {
     g.paths.rays.tMax[i] = 1e30f;
     g.paths.rays.radius[i] = 0;
     g.paths.rays.spread[i] = 0;
   }
   lightRays += n;
-  emitted_.assign(light, light + n);
+  emitted_.assign(out->light, out->light + n);
 }
 
 // A light that is not linked to the surface that its path meets first does not light it: the path ends there.

@@ -85,7 +85,7 @@ class Worker {
   struct Calls;
   void primary(const Context* c);
   void contribute(const Contributions* c);
-  void emitLight(uint32_t n, float* const throughput[3], uint32_t* light);
+  void emitLight(uint32_t n, EmittedLight* out);
   uint32_t keepLinked(uint32_t n, const uint32_t** slots);
   void connectCamera(const Context* c, CameraConnection* out);
   void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,

@@ -161,6 +161,7 @@ class GroupState {
                          const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
+  void lightEnds(LightEnds* ends);
   void lightsBeyond(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
 

@@ -63,6 +63,55 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths && out->count) dropLightsBehindHoles(out);
 }
 
+void GroupState::lightEnds(LightEnds* ends) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  const uint32_t n = ends->count, room = padded(n) + kPad;
+  float *P[3], *N[3] = {nullptr, nullptr, nullptr}, *time = arena_.make<float>(room);
+  uint32_t* sets = arena_.make<uint32_t>(room);
+  for (int k = 0; k < 3; ++k) {
+    P[k] = arena_.make<float>(room);
+    if (world_.lights->hasChoice()) N[k] = arena_.make<float>(room);
+  }
+  std::fill_n(sets, room, 0u);
+  uint32_t done = 0;
+  const auto put = [&](uint32_t at, uint32_t from, const float* const* p, const float* t, const VertexState& left) {
+    for (int k = 0; k < 3; ++k) {
+      P[k][at] = p[k][from];
+      if (N[k]) N[k][at] = left.lightN[k][from];
+    }
+    time[at] = t[from];
+    if (left.linkSet) sets[at] = left.linkSet[from];
+  };
+  for (uint32_t r = 0, first = 0; r < ends->runCount; first = ends->runs[r++].end) {
+    const ShadowRun& run = ends->runs[r];
+    for (uint32_t i = first; i < run.end; ++i, ++done) {
+      const uint32_t from = ends->point ? ends->point[i] : i - first;
+      if (run.context)
+        put(i, from, run.context->P, run.context->time, ContextHost::of(run.context).state);
+      else
+        put(i, from, run.list->rays.o, run.list->rays.time, ListHost::of(*run.list).left);
+    }
+  }
+  for (uint32_t i = done; done && i < padded(n); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      P[k][i] = P[k][done - 1];
+      if (N[k]) N[k][i] = N[k][done - 1];
+    }
+    time[i] = time[done - 1];
+    sets[i] = sets[done - 1];
+  }
+  light::LightSet::Points p{};
+  p.count = n;
+  p.padded = padded(n);
+  for (int k = 0; k < 3; ++k) {
+    p.P[k] = P[k];
+    p.N[k] = N[k];
+  }
+  p.time = time;
+  p.linkSet = sets;
+  world_.lights->ends(world_.width, arena_, p, ends);
+}
+
 void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* entries, LightHits* out) {
   *out = LightHits{};
   uint32_t* list = arena_.make<uint32_t>(padded(n));

@@ -5,6 +5,8 @@
 #define KINORA_KERNEL_FILE "tests/probes/light_tracer_test.cpp"
 #include <kinora/bxdf.h>
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <new>
@@ -29,6 +31,11 @@ struct Data {
   uint32_t bounces;
   float gain;
 };
+// Densities of points on lights, asked for and as they were told when the points were made.
+struct EndCount {
+  std::atomic<uint64_t> emitted, emittedOff, sampled, sampledOff;
+};
+inline EndCount ends;
 }  // namespace kinora::lightTracer
 #endif
 
@@ -46,15 +53,13 @@ class LightPaths {
   void run() {
     const uint32_t room = g_->padded + kPad;
     float* medium[3];
-    for (int c = 0; c < 3; ++c) {
-      throughput_[c] = floats(room);
-      medium[c] = floats(room);
-    }
+    for (float*& x : medium) x = floats(room);
     events_ = static_cast<uint16_t*>(sv_->alloc(g_, room * (data_.bounces + 1) * sizeof(uint16_t)));
     room_ = room;
-    light_ = words(room);
     uint32_t* live = words(room);
-    sv_->emitLight(g_, g_->count, throughput_, light_);
+    sv_->emitLight(g_, g_->count, &emitted_);
+    for (int c = 0; c < 3; ++c) throughput_[c] = emitted_.throughput[c];
+    light_ = emitted_.light;
     uint32_t n = 0;
     for (uint32_t i = 0; i < g_->count; ++i) {
       for (int c = 0; c < 3; ++c) throughput_[c][i] *= data_.gain;
@@ -67,6 +72,7 @@ class LightPaths {
         if (g_->paths.hits.t[live[i]] < 3e38f) live[hits++] = live[i];
       Context* const* contexts = nullptr;
       const uint32_t count = sv_->shade(g_, &g_->paths, kTraitLightPath, depth, hits, live, &contexts);
+      for (uint32_t k = 0; k < count && !depth; ++k) compareEnds(*contexts[k]);
       for (uint32_t k = 0; k < count; ++k) connect(*contexts[k], depth);
       if (depth == data_.bounces) return;
       n = 0;
@@ -87,6 +93,49 @@ class LightPaths {
   static Vec3<W> start(const Context& c, uint32_t i, Vec3<W> wi) {
     const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
     return fma(Ng, copySign(Float<W>::load(c.bias + i), dot(Ng, wi)), Vec3<W>::load(c.P, i));
+  }
+
+  static bool isNear(float a, float b) { return std::fabs(a - b) <= 0.02f * std::max(std::fabs(a), std::fabs(b)); }
+
+  // At the first vertices of light paths: of the way back to where each began, and of light samples.
+  void compareEnds(const Context& c) {
+    const ShadowRun run{&c, nullptr, c.count};
+    LightEnds end{};
+    end.count = c.count;
+    end.runCount = 1;
+    end.runs = &run;
+    float* t = floats(c.padded);
+    uint32_t* light = words(c.padded);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      t[i] = g_->paths.hits.t[c.path[i]];
+      light[i] = light_[c.path[i]];
+    }
+    for (int x = 0; x < 3; ++x) end.d[x] = c.wo[x];
+    end.t = t;
+    end.light = light;
+    sv_->lightEnds(g_, &end);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const uint32_t s = c.path[i];
+      float facing = 0;
+      for (int x = 0; x < 3; ++x) facing += end.N[x][i] * emitted_.N[x][s];
+      ends.emitted.fetch_add(1, std::memory_order_relaxed);
+      if (!isNear(end.pdfPosition[i], emitted_.pdfPosition[s]) ||
+          !isNear(end.pdfDirection[i], emitted_.pdfDirection[s]) || !(facing > 0.99f) ||
+          end.flags[i] != emitted_.flags[s])
+        ends.emittedOff.fetch_add(1, std::memory_order_relaxed);
+    }
+    LightSamples samples;
+    sv_->lightSamples(g_, &c, 0, 1, &samples);
+    for (int x = 0; x < 3; ++x) end.d[x] = samples.wi[x];
+    end.t = samples.t;
+    end.light = samples.light;
+    sv_->lightEnds(g_, &end);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      if (!(samples.pdf[i] > 0)) continue;
+      ends.sampled.fetch_add(1, std::memory_order_relaxed);
+      if (!isNear(end.pdf[i], samples.pdf[i]) || !(end.pdfPosition[i] > 0))
+        ends.sampledOff.fetch_add(1, std::memory_order_relaxed);
+    }
   }
 
   void connect(const Context& c, uint32_t depth) {
@@ -199,6 +248,7 @@ class LightPaths {
   const Data& data_;
   float* throughput_[3];
   uint32_t room_ = 0;
+  EmittedLight emitted_;
   uint32_t* light_ = nullptr;   // by slot
   uint16_t* events_ = nullptr;  // by depth from the light, and slot
 };
@@ -362,6 +412,29 @@ TEST(LightTracer, EqualsPathTracerUnderDistantLight) { expectSamePicture(room(kD
 TEST(LightTracer, EqualsPathTracerUnderDomeLight) { expectSamePicture(room(kDome, kGrey, kGrey)); }
 TEST(LightTracer, EqualsPathTracerUnderTwoLightsWithGlossyFloor) {
   expectSamePicture(room(std::string(kRect) + kSphere, kGlossy, kGlossy));
+}
+
+// What weights of bidirectional methods ask, of lights of every kind at once: areas, infinite ones and deltas.
+TEST(LightTracer, DensitiesOfLightEndsAreThoseOfMakingThem) {
+  const std::string lights = std::string(kRect) + kSphere + kDistant + kDome + R"(
+    AttributeBegin
+      Translate 0.5 1.5 1.5
+      Light "PointLight" "bare" "float intensity" [2] "float coneAngle" [120]
+      Light "PxrDistantLight" "ray" "float intensity" [0.3] "float angleExtent" [0] "int enableShadows" [0]
+    AttributeEnd)";
+  lightTracer::ends.emitted = lightTracer::ends.emittedOff = 0;
+  lightTracer::ends.sampled = lightTracer::ends.sampledOff = 0;
+  Workshop stage{&kLightTracer};
+  render::Settings s;
+  s.threads = 1;
+  s.integrator = "ProbeLightTracer";
+  const auto renderer = stage.load(sceneOf(room(lights, kGrey, kGlossy), stage.messages), s);
+  ASSERT_EQ(renderer->renderFilm(), render::Outcome::Complete);
+  EXPECT_GT(lightTracer::ends.emitted, 5000u) << stage.said;
+  EXPECT_GT(lightTracer::ends.sampled, 3000u);
+  // rays that graze a light lose digits of place and cosine
+  EXPECT_LT(lightTracer::ends.emittedOff, lightTracer::ends.emitted / 100);
+  EXPECT_LT(lightTracer::ends.sampledOff, lightTracer::ends.sampled / 100);
 }
 
 // The ball is lit by the rect light alone, the rest by both: light paths obey links, and channels by light group and

@@ -119,6 +119,16 @@ struct PointLight {
     out.pdfDirection = F(kInvTwoPi) / k(&Data::outer);
     out.radiance = intensity<W>(k, out.d);
   }
+  template <int W>
+  static KN_INLINE void densities(const LightOf<Data, W>& k, const LightRay<W>& ray, LightDensities<W>& out) {
+    using F = Float<W>;
+    if (k.isBlack()) return;
+    const Vec3<W> off = -ray.d - k(&Data::axis);
+    const F outer = k(&Data::outer);
+    out.N = -ray.d;
+    out.pdfPosition = F(1.f);
+    out.pdfDirection = zeroUnless(F(0.5f) * dot(off, off) <= outer * F(1.f + 1e-5f), F(kInvTwoPi) / outer);
+  }
 };
 
 using Runner = LightRunner<PointLight>;

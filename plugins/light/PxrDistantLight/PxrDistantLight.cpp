@@ -93,9 +93,12 @@ struct PxrDistantLight {
   }
   template <int W>
   static KN_INLINE void densities(const Data& k, const LightRay<W>& ray, LightDensities<W>& out) {
-    if (k.isBlack || k.isDelta) return;
+    if (k.isBlack) return;
     Rgb<W> unused;
-    evaluate<W>(k, ray, unused, out.pdfDirection);
+    if (k.isDelta)
+      out.pdfDirection = Float<W>(1.f);
+    else
+      evaluate<W>(k, ray, unused, out.pdfDirection);
     densityOfDisk<W>(ray, out);
   }
 };
