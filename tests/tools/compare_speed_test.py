@@ -81,11 +81,11 @@ class Intervals(unittest.TestCase):
         # the machine slowed down on the way: every pair says 1.1, the medians alone would not say how surely
         before = {"glass_ray": [100, 200, 400, 800, 1600, 3200]}
         after = {"glass_ray": [110, 220, 440, 880, 1760, 3520]}
-        row = compare.table(before, after, 6).splitlines()[-1]
-        self.assertIn("| 1.100 | 1.100 .. 1.100 | worse |", row)
+        row = compare.table(before, after).splitlines()[-1]
+        self.assertIn("| 1.100 | 1.100 .. 1.100 (96.9 %) | worse |", row)
 
     def test_a_missing_figure_is_a_dash(self):
-        row = compare.table({}, {"first_group": [0.1]}, 1).splitlines()[-1]
+        row = compare.table({}, {"first_group": [0.1]}).splitlines()[-1]
         self.assertEqual(row, "| first group after a start, s | - | 0.1 | - | - |  |")
 
 
@@ -151,6 +151,7 @@ class Runs(unittest.TestCase):
         self.assertEqual(rows["ns a ray above bare Embree, 10k"][1:4], ["250", "50", "0.200"])
         self.assertEqual(rows["first group after a start, s"][1:4], ["-", "0.1", "-"])
         self.assertNotIn("curves_vs_embree", rows)  # neither has it
+        self.assertEqual(self.log.read_text().count("x3 render"), 2 * 2 * 6 + 2)
         ray = float(rows["rich frame, ns a ray"][3])
         self.assertTrue(0.2 < ray < 0.5, ray)  # a third, of busy loops
         # of 3 ms for 10,000 rays, 3/8 in the trace stages
