@@ -136,37 +136,83 @@ BareEmbree::BareEmbree() {
   std::fill_n(buffers_->mask.v, kMost, 0xffffffffu);
 }
 
-void BareEmbree::attach(RTCGeometry g) {
+void BareEmbree::attach(RTCGeometry g, RTCScene to) {
   rtcCommitGeometry(g);
-  rtcAttachGeometry(scene_, g);
+  rtcAttachGeometry(to, g);
   rtcReleaseGeometry(g);
-  rtcCommitScene(scene_);
 }
 
 BareEmbree::BareEmbree(const CurveSet& curves) : BareEmbree() {
-  points_ = curves.controls;
-  for (size_t i = 0; i < curves.pieceCount(); ++i) indices_.push_back(uint32_t(4 * i));
   const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, points_.data(), 0, 16,
-                             points_.size() / 4);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, indices_.data(), 0, 4, indices_.size());
-  attach(g);
+  void* points =
+      rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 4 * curves.pieceCount());
+  std::memcpy(points, curves.controls.data(), 4 * curves.controls.size());
+  auto* pieces = static_cast<uint32_t*>(
+      rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, 4, curves.pieceCount()));
+  for (size_t i = 0; i < curves.pieceCount(); ++i) pieces[i] = uint32_t(4 * i);
+  attach(g, scene_);
+  rtcCommitScene(scene_);
+}
+
+// `later`: points at the end of the shutter; empty: it keeps its shape.
+void BareEmbree::attachMesh(const TriangleMesh& mesh, const std::vector<float>& later, RTCScene to) {
+  const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const auto points = [&](unsigned step, const std::vector<float>& from) {
+    void* place = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3, 12, from.size() / 3);
+    std::memcpy(place, from.data(), 4 * from.size());
+  };
+  rtcSetGeometryTimeStepCount(g, later.empty() ? 1 : 2);
+  points(0, mesh.points);
+  if (!later.empty()) points(1, later);
+  void* corners = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangleCount());
+  std::memcpy(corners, mesh.vertices.data(), 4 * mesh.vertices.size());
+  attach(g, to);
 }
 
 BareEmbree::BareEmbree(const TriangleMesh& mesh) : BareEmbree() {
-  points_ = mesh.points;
-  indices_.assign(mesh.vertices.begin(), mesh.vertices.end());
-  points_.push_back(0);  // Embree reads 16 bytes at each vertex
-  const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points_.data(), 0, 12,
-                             points_.size() / 3);
-  rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices_.data(), 0, 12,
-                             indices_.size() / 3);
-  attach(g);
+  attachMesh(mesh, {}, scene_);
+  rtcCommitScene(scene_);
+}
+
+BareEmbree::BareEmbree(const RichScene& rich) : BareEmbree() {
+  parts_.resize(rich.meshes.size(), nullptr);
+  for (const RichPlacement& p : rich.placements) {
+    const RichMesh& m = rich.meshes[p.mesh];
+    const bool moves = p.toWorld.matrices.size() > 1;
+    if (!p.isInstance && !moves && m.later.empty()) {
+      TriangleMesh there = m.mesh;
+      for (size_t i = 0; i < there.points.size(); i += 3) {
+        const Imath::V3d at = Imath::V3d(there.points[i], there.points[i + 1], there.points[i + 2]) * p.toWorld.at(0);
+        for (size_t c = 0; c < 3; ++c) there.points[i + c] = float(at[int(c)]);
+      }
+      attachMesh(there, {}, scene_);
+      continue;
+    }
+    if (!parts_[p.mesh]) {
+      parts_[p.mesh] = rtcNewScene(device_);
+      attachMesh(m.mesh, m.later, parts_[p.mesh]);
+      rtcCommitScene(parts_[p.mesh]);
+    }
+    const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(g, parts_[p.mesh]);
+    const unsigned keys = moves ? 5 : 1;  // turning bends the way of points: more than its two ends
+    rtcSetGeometryTimeStepCount(g, keys);
+    for (unsigned k = 0; k < keys; ++k) {
+      const scene::Matrix at = p.toWorld.at(keys > 1 ? double(k) / (keys - 1) : 0);
+      float rows[12];
+      for (int column = 0; column < 4; ++column)
+        for (int c = 0; c < 3; ++c) rows[3 * column + c] = float(at[column][c]);
+      rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, rows);
+    }
+    attach(g, scene_);
+  }
+  rtcCommitScene(scene_);
 }
 
 BareEmbree::~BareEmbree() {
   rtcReleaseScene(scene_);
+  for (const RTCScene part : parts_)
+    if (part) rtcReleaseScene(part);
   rtcReleaseDevice(device_);
   delete buffers_;
 }

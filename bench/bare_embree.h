@@ -9,6 +9,7 @@
 #include <string>
 
 #include "recorded_rays.h"
+#include "rich_scene.h"
 #include "scenes.h"
 
 namespace kinora::bench {
@@ -20,6 +21,8 @@ class BareEmbree {
  public:
   explicit BareEmbree(const TriangleMesh& mesh);
   explicit BareEmbree(const CurveSet& curves);  // round Bezier curves
+  // What is placed once and stands still lies in the top level as it is; all else is an instance of a scene.
+  explicit BareEmbree(const RichScene& rich);
   ~BareEmbree();
   BareEmbree(const BareEmbree&) = delete;
   // Tries every call on all the rays, `rounds` times in turn, and keeps for each kind the one with the least time.
@@ -39,12 +42,12 @@ class BareEmbree {
  private:
   using Kind = std::pair<bool, uint32_t>;  // shadow, depth
   BareEmbree();
-  void attach(RTCGeometry g);
+  void attach(RTCGeometry g, RTCScene to);
+  void attachMesh(const TriangleMesh& mesh, const std::vector<float>& later, RTCScene to);
   double trace(const RecordedRays& rays, const RayBatch& batch, Call call);
   RTCDevice device_;
   RTCScene scene_;
-  std::vector<float> points_;
-  std::vector<uint32_t> indices_;
+  std::vector<RTCScene> parts_;
   std::map<Kind, Call> choice_;
   uint64_t hits_[2] = {0, 0};
   struct Buffers;

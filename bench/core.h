@@ -12,6 +12,7 @@ struct Options {
   bool quick = false;      // tiny sizes: to test the program, not to measure
   bool full = false;       // with 10 million triangles
   uint32_t groupSize = 0;  // rays a group of "tracing"; 0: the renderer's default
+  bool spoil = false;      // one of the values compared is changed: a test of the check
   std::string filter;      // only groups whose name contains this
 };
 
@@ -19,6 +20,7 @@ struct Options {
 std::string makeTexture(int side, bool isHalf);  // core_textures.cpp
 
 void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
+void measureRich(const Options& options, Figures& figures);        // core_tracing.cpp
 void measureCurves(const Options& options, Figures& figures);      // core_curves.cpp
 void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
 void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp

@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 
 #include "core.h"
+#include "folder.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
 #include "rib/reader.h"
@@ -23,24 +23,6 @@ namespace {
 
 using render::Renderer;
 using render::Settings;
-
-// A folder that goes when the run ends.
-class Folder {
- public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "kinora-bench-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error("no folder for temporary files");
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 Settings oneThread(const Options& options) {
   Settings s;
@@ -286,7 +268,7 @@ void measureLanes(const Options& options, Figures& figures) {
   if (!renderer.load(std::move(scene))) return;
   renderer.renderFilm();
   const render::Statistics& s = renderer.statistics();
-  figures.add("lane_use_first_hit", {double(s.lanesFirstHit.active) / double(s.lanesFirstHit.possible)},
+  figures.add("lane_use_first_hit", {double(s.lanesAt[0].active) / double(s.lanesAt[0].possible)},
               "SIMD lanes in use at camera hits");
   figures.add("lane_use_materials", {double(s.materials)}, "materials of that scene");
   figures.add("lane_use_programs", {double(s.programs)}, "programs of that scene");

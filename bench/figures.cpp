@@ -37,6 +37,11 @@ void Figures::add(const std::string& name, const std::vector<double>& repetition
   std::fflush(stdout);
 }
 
+void Figures::fail(const std::string& code, const std::string& what) {
+  std::fprintf(stderr, "kinora-bench: error %s: %s\n", code.c_str(), what.c_str());
+  isSound_ = false;
+}
+
 void Figures::print() const {
   std::printf("\n%-30s %10s %10s %10s  %s\n", "figure", "median", "least", "most", "meaning");
   for (const Figure& f : list_)

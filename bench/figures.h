@@ -24,6 +24,10 @@ class Figures {
  public:
   // One figure from its repetitions: the median, the least and the largest.
   void add(const std::string& name, const std::vector<double>& repetitions, const std::string& meaning);
+  // What was measured is not what it should be, so that the figures mean nothing: said on stderr with a code, and the
+  // program ends with 1.
+  void fail(const std::string& code, const std::string& what);
+  bool isSound() const { return isSound_; }
   const std::vector<Figure>& list() const { return list_; }
   void print() const;
   // {"name": .., "name_min": .., "name_max": ..}; false when the file cannot be written.
@@ -31,6 +35,7 @@ class Figures {
 
  private:
   std::vector<Figure> list_;
+  bool isSound_ = true;
 };
 
 }  // namespace kinora::bench

@@ -3,11 +3,15 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <exception>
+#include <filesystem>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "core.h"
 #include "lights.h"
+#include "rich_scene.h"
 #include "shading.h"
 #include "simd/dispatch.h"
 
@@ -28,9 +32,12 @@ constexpr Group kCore[] = {
     {"tracing", &measureTracing,
      "trace_vs_embree_*, frame_vs_embree_*, rays_per_sample_*, ns_*: a render's trace stages and its whole frame "
      "against "
-     "bare Embree on the same rays with the best call for each kind; time_growth_*: time a sample from small to "
-     "large "
-     "meshes, over bare Embree's growth"},
+     "bare Embree on the same rays with the best call for each kind; ns_above_embree_*: the frame's nanoseconds a "
+     "ray "
+     "above bare Embree's"},
+    {"rich", &measureRich,
+     "the same figures of a frame as films have them, *_rich: smooth normals, st, 40 materials of five textures, "
+     "instances, motion blur, glass, a dome and 20 lights; ns_outside_trace_rich: what is not in the trace stages"},
     {"curves", &measureCurves,
      "curves_vs_embree: closest hits of round cubic curves through a render's trace stages against bare Embree on "
      "the "
@@ -64,6 +71,23 @@ constexpr Group kLights[] = {
      "its variance against choice by power; bytes_per_light, light_build_seconds"},
 };
 
+int writeScenes(const std::string& folder, bool quick) {
+  if (folder.empty()) {
+    std::fputs("kinora-bench: error CLI-NAME: scenes go into a folder; nothing was written; try --out FOLDER\n",
+               stderr);
+    return 2;
+  }
+  try {
+    std::filesystem::create_directories(folder);
+    std::puts(writeRichScene(folder, quick).file.c_str());
+    std::puts(writeNestedGlasses(folder, quick).c_str());
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "kinora-bench: error BENCH-WRITE: %s\n", e.what());
+    return 6;
+  }
+  return 0;
+}
+
 int list() {
   std::puts("core: the path tracing loop (ratios within one run, repetitions in turn, medians with least and most)");
   for (const Group& g : kCore) std::printf("  %-12s %s\n", g.name, g.meaning);
@@ -71,6 +95,7 @@ int list() {
   for (const Group& g : kShading) std::printf("  %-12s %s\n", g.name, g.meaning);
   std::puts("lights: choice among many lights");
   for (const Group& g : kLights) std::printf("  %-12s %s\n", g.name, g.meaning);
+  std::puts("scenes: measures nothing; writes rich.rib and glass.rib with their textures into the folder of --out");
   return 0;
 }
 
@@ -82,14 +107,17 @@ int main(int count, char** values) {
     return 9;
   }
   CLI::App app{"Measures Kinora. NAME is a family; `kinora-bench list` says what each measures and against what."};
-  std::string name, json;
+  std::string name, json, out;
   Options options;
-  app.add_option("NAME", name, "a family (core, shading, lights), or list")->required();
+  app.add_option("NAME", name, "a family (core, shading, lights), list, or scenes")->required();
   app.add_option("--json", json, "write the figures here as flat JSON");
+  app.add_option("--out", out, "folder for what `scenes` writes");
   app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
   app.add_option("--only", options.filter, "only this group of the family's measures");
   app.add_option("--group-size", options.groupSize, "rays a group of the tracing measures");
   app.add_flag("--quick", options.quick, "tiny sizes: tests the program, measures nothing");
+  app.add_flag("--spoil", options.spoil, "changes one of the values that are compared: to test that it is found")
+      ->group("");
   app.add_flag("--full", options.full, "with 10 million triangles: more time, 4 GB of memory");
   try {
     app.parse(count, values);
@@ -97,6 +125,7 @@ int main(int count, char** values) {
     return app.exit(e) ? 2 : 0;
   }
   if (name == "list") return list();
+  if (name == "scenes") return writeScenes(out, options.quick);
   if (name != "core" && name != "shading" && name != "lights") {
     std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n",
                  name.c_str());
@@ -124,5 +153,5 @@ int main(int count, char** values) {
     std::fprintf(stderr, "kinora-bench: error BENCH-WRITE: '%s' cannot be written\n", json.c_str());
     return 6;
   }
-  return 0;
+  return figures.isSound() ? 0 : 1;
 }

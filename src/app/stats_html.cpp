@@ -219,10 +219,19 @@ class Page {
       row(name, fmt::format("{}", n), share(double(n), double(all)));
     row("all", fmt::format("{}, {:.3g} a second", all, share(double(all), s_.renderSeconds)));
     raw("</table>\n<h2>Lane use: active of possible SIMD lanes</h2><table>\n");
-    for (const auto& [name, lanes] : {std::pair{"first hits", s_.lanesFirstHit},
-                                      std::pair{"deeper hits", s_.lanesDeeper}, std::pair{"lights", s_.lanesLights}})
-      row(name, fmt::format("{} of {}", lanes.active, lanes.possible),
-          share(double(lanes.active), double(lanes.possible)));
+    const auto laneRow = [&](const std::string& name, const render::LaneUse& l) {
+      if (l.possible)
+        row(name,
+            fmt::format("{} of {}, {:.1f} points a group", l.active, l.possible,
+                        share(double(l.active), double(l.groups))),
+            share(double(l.active), double(l.possible)));
+    };
+    for (size_t k = 0; k < s_.lanesAt.size(); ++k)
+      laneRow(k == 0                      ? "camera hits"
+              : k + 1 < s_.lanesAt.size() ? fmt::format("hits after {} bounces", k)
+                                          : fmt::format("hits after {} bounces and more", k),
+              s_.lanesAt[k]);
+    laneRow("presence and clear shadows", s_.lanesQueries);
     raw("</table>\n");
     put("<p class=note>{} shading groups of {:.1f} points on average, {} ray groups.</p>\n", s_.shadingGroups,
         share(double(s_.shadingPoints), double(s_.shadingGroups)), s_.groups);

@@ -54,6 +54,19 @@ std::vector<Statistics::Owner> largestFirst(const Statistics& s) {
   return owners;
 }
 
+double pointsPerGroup(const LaneUse& l) { return ratio(double(l.active), double(l.groups)); }
+
+// Of all vertices after the camera's.
+LaneUse deeperLanes(const Statistics& s) {
+  LaneUse sum;
+  for (size_t k = 1; k < s.lanesAt.size(); ++k) {
+    sum.active += s.lanesAt[k].active;
+    sum.possible += s.lanesAt[k].possible;
+    sum.groups += s.lanesAt[k].groups;
+  }
+  return sum;
+}
+
 nlohmann::ordered_json asJson(const LaneUse& l) {
   return {{"active", l.active}, {"possible", l.possible}, {"share", share(l)}};
 }
@@ -81,6 +94,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   j["outcome"] = heading.outcome;
   j["seconds"] = {{"load", s.loadSeconds}, {"build", s.buildSeconds}, {"render", s.renderSeconds}};
   if (s.firstPixelSeconds >= 0) j["seconds"]["first_pixel"] = s.firstPixelSeconds;
+  if (s.firstGroupSeconds >= 0) j["seconds"]["first_group"] = s.firstGroupSeconds;
   j["world"] = {{"primitives", s.primitives}, {"instances", s.instances},          {"triangles", s.triangles},
                 {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
                 {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
@@ -113,7 +127,13 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   }
   j["stages"] = stages;
   j["lane_use"] = {
-      {"first_hit", asJson(s.lanesFirstHit)}, {"deeper", asJson(s.lanesDeeper)}, {"lights", asJson(s.lanesLights)}};
+      {"first_hit", asJson(s.lanesAt[0])}, {"deeper", asJson(deeperLanes(s))}, {"queries", asJson(s.lanesQueries)}};
+  Json depths = Json::array();
+  for (const LaneUse& l : s.lanesAt) {
+    if (!l.possible) break;
+    depths.push_back({{"share", share(l)}, {"points_per_group", pointsPerGroup(l)}, {"groups", l.groups}});
+  }
+  j["lane_use"]["by_depth"] = depths;
   j["shading"] = {{"points", s.shadingPoints},
                   {"groups", s.shadingGroups},
                   {"points_per_group", ratio(double(s.shadingPoints), double(s.shadingGroups))},
@@ -205,6 +225,7 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("Time");
   line("  load {:.2f} s, build {:.2f} s, render {:.2f} s", s.loadSeconds, s.buildSeconds, s.renderSeconds);
   if (s.firstPixelSeconds >= 0) line("  first pixels in the file after {:.2f} s", s.firstPixelSeconds);
+  if (s.firstGroupSeconds >= 0) line("  first group of rays {:.2f} s after the program's start", s.firstGroupSeconds);
   const uint64_t rays = totalRays(s), loop = loopNanoseconds(s);
   line("");
   line("Stages (all threads together)         seconds   share   ns a ray   ns an own ray");
@@ -224,8 +245,13 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("  hits: camera {}, indirect {}", s.cameraHits, s.indirectHits);
   line("");
   line("Lane use (active of possible lanes)");
-  line("  first hit {:.3f}, deeper hits {:.3f}, lights {:.3f}", share(s.lanesFirstHit), share(s.lanesDeeper),
-       share(s.lanesLights));
+  line("  first hit {:.3f}, deeper hits {:.3f}, presence and clear shadows {:.3f}", share(s.lanesAt[0]),
+       share(deeperLanes(s)), share(s.lanesQueries));
+  std::string depths;
+  for (const LaneUse& l : s.lanesAt)
+    if (l.possible)
+      depths += fmt::format("{}{:.2f} ({:.0f})", depths.empty() ? "" : ", ", share(l), pointsPerGroup(l));
+  line("  by depth (points a group): {}", depths);
   line("  {} shading groups of {:.1f} points on average, {} ray groups", s.shadingGroups,
        ratio(double(s.shadingPoints), double(s.shadingGroups)), s.groups);
   line("");

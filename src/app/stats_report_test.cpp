@@ -24,6 +24,7 @@ Statistics example() {
   s.buildSeconds = 0.25;
   s.renderSeconds = 2;
   s.firstPixelSeconds = 0.75;
+  s.firstGroupSeconds = 0.25;
   s.primitives = 3;
   s.triangles = 1200;
   s.lights = 2;
@@ -34,7 +35,10 @@ Statistics example() {
   s.indirectRays = 60;
   s.shadowRays = 40;
   s.samples = 100;
-  s.lanesFirstHit = {75, 100};
+  s.lanesAt[0] = {75, 100, 5};
+  s.lanesAt[1] = {30, 48, 3};
+  s.lanesAt[2] = {10, 16, 1};
+  s.lanesQueries = {3, 8, 1};
   s.shadingPoints = 90;
   s.shadingGroups = 9;
   s.nonFiniteSamples = 1;
@@ -77,6 +81,7 @@ TEST(StatsReport, JsonHoldsTheFiguresAndTheirRatios) {
   EXPECT_EQ(j["outcome"], "complete");
   EXPECT_EQ(j["seconds"]["render"], 2.0);
   EXPECT_EQ(j["seconds"]["first_pixel"], 0.75);
+  EXPECT_EQ(j["seconds"]["first_group"], 0.25);
   EXPECT_EQ(j["world"]["triangles"], 1200);
   EXPECT_EQ(j["memory_bytes"]["by_owner"]["geometry"], 5000);
   EXPECT_EQ(j["memory_bytes"]["sum"], 6000);
@@ -92,6 +97,10 @@ TEST(StatsReport, JsonHoldsTheFiguresAndTheirRatios) {
   EXPECT_DOUBLE_EQ(trace["nanoseconds_per_own_ray"], 40);
   EXPECT_EQ(j["stages"].size(), size_t(StageTime::Count));
   EXPECT_DOUBLE_EQ(j["lane_use"]["first_hit"]["share"], 0.75);
+  EXPECT_DOUBLE_EQ(j["lane_use"]["deeper"]["share"], 0.625);
+  EXPECT_DOUBLE_EQ(j["lane_use"]["queries"]["share"], 0.375);
+  ASSERT_EQ(j["lane_use"]["by_depth"].size(), 3u);
+  EXPECT_DOUBLE_EQ(j["lane_use"]["by_depth"][1]["points_per_group"], 10);
   EXPECT_DOUBLE_EQ(j["shading"]["points_per_group"], 10);
   EXPECT_EQ(j["film"]["non_finite"], 1);
   EXPECT_EQ(j["textures"]["lookups"], 17);
@@ -103,6 +112,7 @@ TEST(StatsReport, AFrameWithoutRaysGivesNumbersEverywhere) {
   const auto j = nlohmann::json::parse(text);
   EXPECT_EQ(j["rays"]["nanoseconds_per_ray"], 0.0);
   EXPECT_FALSE(j["seconds"].contains("first_pixel"));
+  EXPECT_FALSE(j["seconds"].contains("first_group"));
   const std::string lines = statsAsText(Statistics(), {"", 0, "failed", 0});
   EXPECT_EQ(lines.find("nan"), std::string::npos) << lines;
 }

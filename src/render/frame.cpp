@@ -11,6 +11,7 @@
 #include <exception>
 #include <tuple>
 
+#include "base/process_age.h"
 #include "render/shutter.h"
 #include "sampling/draw.h"
 #include "simd/dispatch.h"
@@ -381,6 +382,10 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.filterWeights = w.filterWeights.empty() ? nullptr : w.filterWeights.data();
   in_.film->addSamples(span);
   times_->byWorker[w.index][2] += now() - start;
+  if (firstGroupAge_.load(std::memory_order_relaxed) < 0) {
+    double none = -1;
+    firstGroupAge_.compare_exchange_strong(none, processAge());
+  }
 }
 
 void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage) {
@@ -479,6 +484,7 @@ uint64_t Frame::arenaBytes() const {
 }
 
 void Frame::addTo(Statistics& st) const {
+  if (st.firstGroupSeconds < 0) st.firstGroupSeconds = firstGroupAge_;
   st.buckets.clear();
   for (size_t i = 0; i < buckets_.size(); ++i)
     st.buckets.push_back({buckets_[i].x, buckets_[i].y, kBucket, bucketTimes_[i]});
@@ -489,13 +495,19 @@ void Frame::addTo(Statistics& st) const {
     st.shadowRays += c.shadowRays;
     st.cameraHits += c.cameraHits;
     st.indirectHits += c.indirectHits;
-    st.shadingPoints += c.points;
-    st.shadingGroups += c.contexts;
     st.endlessRays += c.endlessRays;
-    st.lanesFirstHit.active += c.lanesFirst[0];
-    st.lanesFirstHit.possible += c.lanesFirst[1];
-    st.lanesDeeper.active += c.lanesDeeper[0];
-    st.lanesDeeper.possible += c.lanesDeeper[1];
+    const auto addLanes = [](LaneUse& to, const shade::LaneCounts& from) {
+      to.active += from.active;
+      to.possible += from.possible;
+      to.groups += from.contexts;
+    };
+    static_assert(std::tuple_size_v<decltype(st.lanesAt)> == shade::GroupCounters::kLaneDepths);
+    for (size_t k = 0; k < st.lanesAt.size(); ++k) {
+      addLanes(st.lanesAt[k], c.lanes[k]);
+      st.shadingPoints += c.lanes[k].active;
+      st.shadingGroups += c.lanes[k].contexts;
+    }
+    addLanes(st.lanesQueries, c.queries);
     const std::vector<shade::ShaderCounts>& shaders = workers_[i]->state().shaderCounts;
     for (size_t k = 0; k < shaders.size() && k < st.shaders.size(); ++k) {
       const language::RunCounts& n = shaders[k].machine;

@@ -1,6 +1,7 @@
 // The loop over a frame: passes, stages, buckets, groups. Each pass is a range of sample indices over the whole
 // picture; between stages all threads meet. Called by Renderer; it decides nothing about files.
 #pragma once
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -74,7 +75,8 @@ class Frame {
   uint64_t lightPathsPerSample_ = 0;
   struct Times;
   std::unique_ptr<Times> times_;
-  std::unique_ptr<PassStore> store_;  // null: the integrator keeps no records
+  std::atomic<double> firstGroupAge_{-1};  // of the process, when its first samples became pixels
+  std::unique_ptr<PassStore> store_;       // null: the integrator keeps no records
 };
 
 }  // namespace kinora::render

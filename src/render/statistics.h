@@ -23,8 +23,9 @@ enum class StageTime : uint32_t {
 };
 const char* nameOf(StageTime s);
 
+// SIMD lanes that held a point, lanes that could have, and of shading also the groups that they were counted over.
 struct LaneUse {
-  uint64_t active = 0, possible = 0;
+  uint64_t active = 0, possible = 0, groups = 0;
 };
 
 // Time of one bucket, all passes together.
@@ -51,6 +52,7 @@ struct ShaderCost {
 struct Statistics {
   // world
   double loadSeconds = 0, buildSeconds = 0, renderSeconds = 0, firstPixelSeconds = -1;
+  double firstGroupSeconds = -1;  // from the start of the process until its first samples were pixels
   uint64_t primitives = 0, instances = 0, triangles = 0, lights = 0, materials = 0, programs = 0;
   uint64_t shadersCompiled = 0, shaderPrograms = 0;  // of the shading language: files, and programs of the machine
   double shaderCompileSeconds = 0;                   // both, within buildSeconds
@@ -66,7 +68,10 @@ struct Statistics {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0;
   uint64_t cameraHits = 0, indirectHits = 0;
   uint64_t shadingPoints = 0, shadingGroups = 0;
-  LaneUse lanesFirstHit, lanesDeeper, lanesLights;
+  // By depth of the vertex: camera hits first, the last for it and all beyond. `lanesQueries`: groups that are asked
+  // for presence, the light that surfaces let through and the media behind them, which shade nothing.
+  std::array<LaneUse, 12> lanesAt;
+  LaneUse lanesQueries;
   uint64_t groups = 0, samples = 0;
   std::vector<ShaderCost> shaders;
   std::vector<BucketTime> buckets;  // of the last render

@@ -4,6 +4,7 @@
 #pragma once
 #include <kinora/integrator.h>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <map>
@@ -112,11 +113,18 @@ struct ListHost {
   static ListHost& of(const RayList& l) { return *static_cast<ListHost*>(l.host); }
 };
 
+// SIMD lanes of contexts: those that hold a point, those that could, and the contexts.
+struct LaneCounts {
+  uint64_t active = 0, possible = 0, contexts = 0;
+};
+
 struct GroupCounters {
   uint64_t cameraRays = 0, indirectRays = 0, shadowRays = 0, lightRays = 0, cameraHits = 0, indirectHits = 0;
-  uint64_t points = 0, contexts = 0;
-  uint64_t lanesFirst[2] = {0, 0}, lanesDeeper[2] = {0, 0};  // active, possible
-  uint64_t endlessRays = 0;                                  // that would pass more than kMostPasses surfaces
+  // By depth of the vertex, the last for it and all beyond; `queries` are contexts that are asked for presence, the
+  // light that a surface lets through, or the medium behind it, and then forgotten.
+  static constexpr uint32_t kLaneDepths = 12;
+  LaneCounts lanes[kLaneDepths], queries;
+  uint64_t endlessRays = 0;  // that would pass more than kMostPasses surfaces
   uint64_t nanoseconds[16] = {};
 };
 
@@ -178,6 +186,13 @@ class GroupState {
                           Context*& context);
   Context* makeContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
                        const uint32_t* entries, bool bind);
+  void countLanes(uint32_t traits, uint32_t depth, uint32_t points) {
+    LaneCounts& l =
+        traits & kTraitPresenceQuery ? counters.queries : counters.lanes[std::min(depth, counters.kLaneDepths - 1)];
+    l.active += points;
+    l.possible += (points + world_.width - 1) / world_.width * world_.width;
+    ++l.contexts;
+  }
   // State of points of a context or of entries of a list, with room for n; what the world has no use for stays null.
   VertexState makeState(uint32_t n);
   // trace_sets.cpp; worlds with traceSets or hasHoles only.

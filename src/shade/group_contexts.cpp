@@ -46,18 +46,9 @@ uint32_t GroupState::shade(RayList& rays, uint32_t traits, uint32_t depth, uint3
   }
   for (uint32_t k = 0; k < count; ++k)
     list[k] = makeContext(rays, programs[k], traits, depth, first[k + 1] - first[k], order + first[k], !query);
-  if (!query) {
-    uint64_t* lanes = depth == 0 ? counters.lanesFirst : counters.lanesDeeper;
-    for (uint32_t k = 0; k < count; ++k) {
-      const uint32_t m = first[k + 1] - first[k], w = world_.width;
-      lanes[0] += m;
-      lanes[1] += (m + w - 1) / w * w;
-    }
-    counters.points += n;
-    counters.contexts += count;
-    if ((traits & kTraitPrimaryHit) && onPrimary)
-      for (uint32_t k = 0; k < count; ++k) onPrimary(list[k]);
-  }
+  for (uint32_t k = 0; k < count; ++k) countLanes(traits, depth, list[k]->count);
+  if (!query && (traits & kTraitPrimaryHit) && onPrimary)
+    for (uint32_t k = 0; k < count; ++k) onPrimary(list[k]);
   *contexts = list;
   return count;
 }
@@ -265,6 +256,7 @@ Context* GroupState::pointsInSpace(RayList& list, uint32_t traits, uint32_t dept
   if (!n) return nullptr;
   Context* c;
   PointsArgs a = startContext(list, traits | kTraitInSpace, depth, n, entries, c);
+  countLanes(traits, depth, n);
   const uint32_t m = c->padded;
   ContextHost& h = ContextHost::of(c);
   const auto f = [&] { return arena_.make<float>(m); };

@@ -125,6 +125,7 @@ uint32_t GroupState::shadeVertices(uint32_t n, const VertexRecord* records, Cont
     host.kind = kindOf(how[a]);
     made[count++] =
         makeContext(list, program[a], traitsOf(how[a]), depthOf(how[a]), end - first, order + first, true);
+    countLanes(traitsOf(how[a]), depthOf(how[a]), end - first);
   }
   *contexts = made;
   return count;
