@@ -31,7 +31,33 @@ struct DisplayMetadata {
   const float* matrix;  // 16 floats, row-major, row vectors
 };
 
-// CreateInfo::extra. Valid until create() returns.
+// What a value is in a file of a plain picture.
+enum class DisplayCode : uint32_t { UInt8, UInt16, Float };
+
+// A file that DisplayPictureFiles shall write. What it points to is read by open().
+struct DisplayPictureFormat {
+  const char* format;      // "png", "jpeg", "tiff"
+  const char* path;        // DisplayInfo::writePath
+  int32_t window[4];       // x0 y0 x1 y1, x1 and y1 excluded
+  uint32_t resolution[2];  // of the full picture
+  uint32_t channelCount;
+  const char* const* channelNames;    // null: as the format calls so many
+  int32_t alphaChannel;               // of named ones; -1: none
+  DisplayCode code;                   // of all values
+  const DisplayMetadata* attributes;  // as OpenImageIO names them, whose writers these are
+  uint32_t attributeCount;
+};
+
+// The renderer's own writers of plain pictures, for drivers. Null or 0 come with a text.
+struct DisplayPictureFiles {
+  void* (*open)(const DisplayPictureFormat* format, ErrorText* error);
+  // Rows of the window from its top, in order; pixels without gaps between them.
+  int (*write)(void* file, uint32_t firstRow, uint32_t rowCount, const void* pixels, ErrorText* error);
+  int (*close)(void* file, ErrorText* error);  // 1: the file is whole and on its way to the disk
+  void (*destroy)(void* file);                 // after close(), or instead of it
+};
+
+// CreateInfo::extra. All but `pictureFiles` is valid until create() returns.
 struct DisplayInfo {
   const char* file;        // what the user asked for; for messages
   const char* writePath;   // where to write
@@ -45,6 +71,7 @@ struct DisplayInfo {
   // What the picture shows of the plane at distance 1 from the camera, along its axis (orthographic: of any): centre,
   // to the right and up, and width. Width 0: not known.
   float screenWindow[3];
+  const DisplayPictureFiles* pictureFiles;
 };
 
 // All pixels of the window. Value of channel c at window-relative (x, y): channels[c][y * rowStride + x *
@@ -66,6 +93,7 @@ struct DisplayTraits {
   // 1: the format keeps colours apart from alpha. They come divided by it then, before exposure, view and dither.
   // Else they come as the renderer has them, multiplied (on black).
   int32_t straightAlpha;
+  int32_t pictureFiles;  // 1: DisplayInfo::pictureFiles are used; that they can be is found out before rendering
 };
 
 // The metadata "colorSpace" says what the codes of a format of integers mean once colours of isColor 1 are

@@ -11,8 +11,9 @@
 
 #include "app/command_line.h"
 #include "app/exit_codes.h"
-#include "render/version.h"
 #include "base/diagnostics.h"
+#include "image/picture_library.h"
+#include "render/version.h"
 #include "volume/read_process.h"
 
 namespace kinora::app {
@@ -95,6 +96,10 @@ int runProgram(const Arguments& arguments) {
   } catch (...) {
     Diagnostics().error("APP-INTERNAL", {}, "internal error of an unknown kind", "stopped",
                         "please report it with the scene and this command: " + quoted(arguments));
+  }
+  if (const std::string problem = image::pictureLibraryProblem(); !problem.empty()) {
+    Diagnostics().error("APP-LIBRARY", {}, problem, "what needs it was not done", "install Kinora anew, as a whole");
+    code = kInternal;
   }
   // a full disk behind standard output shows only now
   if ((std::fflush(stdout) != 0 || std::ferror(stdout)) && code == kComplete) {

@@ -19,6 +19,13 @@ constexpr Explanation kOwn[] = {
      "Kinora met a state that its authors held to be impossible. Exit code 8. The message repeats the command; a "
      "report "
      "with the scene lets it be found."},
+    {"APP-LIBRARY",
+     "libkinora_pictures.so, which lies in lib/kinora beside the program's folder, is missing, belongs to another "
+     "version "
+     "or lacks one of the shared libraries that OpenImageIO brings. Textures, light maps, volumes and all picture "
+     "files "
+     "but OpenEXR ones need it. Exit code 8: the scene is not at fault. Install Kinora anew, as a whole; the message "
+     "says what the system's loader found missing."},
     {"APP-WRITE",
      "A file or standard output cannot be written: the folder is missing, permission is refused, the disk is full, "
      "or the "
@@ -265,7 +272,8 @@ constexpr Explanation kRooms[] = {
      "list that does not exist or that another stage writes; those records were dropped. A fault of the plug-in."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
-     "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays were "
+     "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays "
+     "were "
      "blocked. The message counts them."},
     {"RENDER-NONFINITE",
      "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "

@@ -16,6 +16,7 @@
 #include "base/memory.h"
 #include "film/display_plan.h"
 #include "image/atomic_file.h"
+#include "image/picture_library.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
 #include "rib/reader.h"
@@ -230,6 +231,7 @@ class RenderRun {
     render::Renderer renderer(registry_, diagnostics_, settings);
     const bool isLoaded = renderer.load(std::move(scene));
     if (diagnostics_.count("CLI-SET") > 0) return kBadCommandLine;
+    if (!image::pictureLibraryProblem().empty()) return kInternal;  // runProgram() says why
     if (settings.strict && diagnostics_.assetProblems() > 0) {
       diagnostics_.error("APP-STRICT", {}, "assets are missing or broken and --strict was given",
                          "nothing was rendered");

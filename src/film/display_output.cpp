@@ -8,8 +8,10 @@
 #include <set>
 
 #include "base/text.h"
+#include "film/display_files.h"
 #include "image/atomic_file.h"
 #include "image/colors.h"
+#include "image/picture_library.h"
 #include "image/read_write.h"
 
 namespace kinora::film {
@@ -215,9 +217,25 @@ bool DisplayOutput::fail(const Output& output, const std::string& why) {
 
 bool DisplayOutput::probe() {
   bool ok = true;
-  for (const Output& o : plan_.outputs)
+  for (const Output& o : plan_.outputs) {
     if (const image::Status s = image::AtomicFile(o.file).probe(); !s.ok()) ok = fail(o, s.what);
+    if (needsPictureLibrary(o) && !image::isPictureLibraryThere())
+      ok = fail(o, "the library that writes such files, libkinora_pictures.so, is not installed");
+  }
   return ok;
+}
+
+const Descriptor* DisplayOutput::driverOf(const Output& output) const {
+  const Descriptor* driver = output.driver != kImageWriter && lookup_ ? lookup_(output.driver) : nullptr;
+  const bool isUsable = driver && driver->kind == Kind::Display && driver->create && driver->destroy &&
+                        driver->tableCount == 1 && driver->tables[0].functions;
+  return isUsable ? driver : nullptr;
+}
+
+bool DisplayOutput::needsPictureLibrary(const Output& output) const {
+  const Descriptor* driver = driverOf(output);
+  const auto* traits = driver ? static_cast<const DisplayTraits*>(driver->traits) : nullptr;
+  return !driver || (traits && traits->pictureFiles);
 }
 
 bool DisplayOutput::write(const Film& film, const FrameMetadata& frame) {
@@ -258,10 +276,7 @@ void DisplayOutput::snapshot(const Film& film, const FrameMetadata& frame) {
 
 bool DisplayOutput::writeOne(const Output& output, const Film& film, const FilteredPixels& filtered,
                              const std::map<std::string, image::MetaValue>& metadata) {
-  const Descriptor* driver = output.driver != kImageWriter && lookup_ ? lookup_(output.driver) : nullptr;
-  if (driver && !(driver->kind == Kind::Display && driver->create && driver->destroy && driver->tableCount == 1 &&
-                  driver->tables[0].functions))
-    driver = nullptr;
+  const Descriptor* const driver = driverOf(output);
   const auto* traits = driver ? static_cast<const DisplayTraits*>(driver->traits) : nullptr;
   const bool isStraight =
       driver ? traits && traits->straightAlpha : image::hasStraightAlpha(image::extensionOf(output.file));
@@ -360,7 +375,8 @@ bool DisplayOutput::writeByPlugin(const Output& output, const Descriptor& driver
                          uint32_t(channels.size()),
                          metadata.data(),
                          uint32_t(metadata.size()),
-                         {screenWindow_[0], screenWindow_[1], screenWindow_[2]}};
+                         {screenWindow_[0], screenWindow_[1], screenWindow_[2]},
+                         &displayPictureFiles()};
   const DriverValues values(driver, output, diagnostics_);
   // every snapshot makes a driver anew, and what it says of the file is said once
   output_ = &output;

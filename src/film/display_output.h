@@ -67,6 +67,9 @@ class DisplayOutput {
 
  private:
   bool applyView(const Output& output, const Descriptor& driver, image::Image& picture);
+  // Null: there is none that can be used.
+  const Descriptor* driverOf(const Output& output) const;
+  bool needsPictureLibrary(const Output& output) const;
   bool writeOne(const Output& output, const Film& film, const FilteredPixels& filtered,
                 const std::map<std::string, image::MetaValue>& metadata);
   bool writeByPlugin(const Output& output, const Descriptor& driver, image::Image picture);

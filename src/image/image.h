@@ -68,4 +68,11 @@ inline int Image::findChannel(std::string_view name) const {
   return -1;
 }
 
+// Channels that are no colour in pictures to look at: alpha and depth, with or without a layer ("diffuse.A").
+inline bool isAlphaName(const std::string& channel) {
+  const size_t dot = channel.rfind('.');
+  const std::string last = dot == std::string::npos ? channel : channel.substr(dot + 1);
+  return last == "A" || last == "a" || last == "alpha" || last == "Z" || last == "z";
+}
+
 }  // namespace kinora::image

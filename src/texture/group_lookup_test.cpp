@@ -1,7 +1,7 @@
 // Proves: group lookups are OpenImageIO's own within rounding, for each pixel type, wrap mode and number of channels,
 // on prepared and plain files; a point's value does not depend on the group; the cache's budget holds; headers that
 // claim more than their file can hold are refused; atlases with holes; one hint a file. Misses: speed (kinora-bench).
-#include "texture/group_lookup.h"
+#include "texture/module/group_lookup.h"
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -15,7 +15,7 @@
 #include <fstream>
 #include <random>
 
-#include "texture/pyramid_input.h"
+#include "texture/module/pyramid_input.h"
 #include "texture/texture_system.h"
 
 namespace kinora {

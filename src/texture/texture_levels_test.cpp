@@ -14,7 +14,7 @@
 
 #include "texture/area_average.h"
 #include "texture/make_texture.h"
-#include "texture/srgb_input.h"
+#include "texture/module/srgb_input.h"
 #include "texture/texture_system.h"
 
 namespace kinora {

@@ -17,7 +17,7 @@
 #include <functional>
 #include <thread>
 
-#include "texture/srgb_input.h"
+#include "texture/module/srgb_input.h"
 
 namespace kinora {
 namespace {

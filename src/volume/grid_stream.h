@@ -26,6 +26,12 @@ enum class GridRecord : uint32_t {
 // return where the file is damaged. False: the descriptor cannot be written.
 bool sendGrid(const std::string& path, const std::string& which, int descriptor);
 
+// What sendGrid() asks of the library of picture files (image/picture_library.h).
+struct VolumeCalls {
+  static constexpr const char* kSymbol = "kinoraVolumeCalls";
+  bool (*send)(const std::string& path, const std::string& which, int descriptor);
+};
+
 // The grid that `read` gives (false: no more bytes), of `most` bytes; null with `error`, which is "" where the bytes
 // end too early. Throws MemoryExceeded or bad_alloc.
 std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void* to, size_t bytes)>& read, uint64_t most,

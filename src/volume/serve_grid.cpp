@@ -1,5 +1,4 @@
 // The other side of read_process.cpp: bounds itself, then reads.
-#include <OpenImageIO/imageio.h>
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -9,6 +8,7 @@
 #include <csignal>
 #include <cstdlib>
 
+#include "image/picture_library.h"
 #include "volume/grid_stream.h"
 #include "volume/read_process.h"
 
@@ -32,6 +32,14 @@ bool number(const std::string& text, uint64_t& value) {
 
 }  // namespace
 
+bool sendGrid(const std::string& path, const std::string& which, int descriptor) {
+  std::string why;
+  if (const auto* const library = image::pictureLibrary<VolumeCalls>(why))
+    return library->send(path, which, descriptor);
+  const uint32_t head[2] = {uint32_t(GridRecord::Refusal), uint32_t(std::min<size_t>(why.size(), 1000))};
+  return write(descriptor, head, sizeof head) == sizeof head && write(descriptor, why.data(), head[1]) == head[1];
+}
+
 int serveGrid(const std::vector<std::string>& words) {
   uint64_t bytes = 0, seconds = 0;
   if (words.size() != 4 || !number(words[2], bytes) || !number(words[3], seconds)) return 2;
@@ -46,7 +54,6 @@ int serveGrid(const std::vector<std::string>& words) {
   // what libraries print must not come between the records
   const int out = fcntl(1, F_DUPFD_CLOEXEC, 3), nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (out < 0 || nowhere < 0 || dup2(nowhere, 1) < 0) return 1;
-  OIIO::attribute("threads", 1);
   return sendGrid(words[0], words[1], out) ? 0 : 1;
 }
 

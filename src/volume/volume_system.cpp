@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "base/file_search.h"
-#include "image/pixels.h"
+#include "image/volume_file.h"
 
 namespace kinora {
 

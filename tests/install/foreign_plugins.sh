@@ -2,8 +2,8 @@
 # foreign_plugins.sh SOURCE BUILD: installs BUILD, moves the installed tree, builds examples/plugins and tests/install/broken
 # against it with nothing of SOURCE on the include path, renders with them and checks them with the installed kit.
 # Proves: the package is complete and can be moved; a user's bxdf and integrator change the picture; a library of another
-# plug-in interface, one without the symbol and one that throws give a message and a picture, not a crash. Misses: other
-# compilers, other distributions.
+# plug-in interface, one without the symbol and one that throws give a message and a picture, not a crash; without the library of
+# picture files there is a message and an exit code. Misses: other compilers, other distributions.
 set -euo pipefail
 source_dir=$1 build_dir=$2
 work=$(mktemp -d "${TMPDIR:-/tmp}/kinora_install.XXXXXX")
@@ -25,7 +25,7 @@ cmake --install "$build_dir" --prefix "$work/first" >"$work/install.log" || fail
 mv "$work/first" "$work/moved here"
 tree="$work/moved here"
 for part in bin/kinora bin/kinora-check-plugin include/kinora/plugin.h include/kinora/testing/bxdf_checks.h \
-  lib/libkinora-testing.a lib/kinora/plugins lib/cmake/Kinora/KinoraConfig.cmake share/kinora/scenes/cornell.rib \
+  lib/libkinora-testing.a lib/kinora/libkinora_base.so lib/kinora/libkinora_image.so lib/kinora/libkinora_pictures.so lib/kinora/plugins lib/cmake/Kinora/KinoraConfig.cmake share/kinora/scenes/cornell.rib \
   share/kinora/docs/plugins.md; do
   [[ -e $tree/$part ]] || fail "$part is not installed"
 done
@@ -151,4 +151,28 @@ says Throws.log Throws
 says Throws.log PLUGIN-CREATE
 run 0 diff.log "$kinora" diff stock.exr Throws.exr  # the path tracer stands in
 run 4 Throws.strict.log "$kinora" Throws.rib --progress none --plugin-path "$work/build_broken" --strict
+# without the library of picture files: what needs none goes on, all else has one message and its exit code
+library="$tree/lib/kinora/libkinora_pictures.so"
+run 0 png.log "$kinora" stock.rib -o stock.png --progress none
+sed 's/^Bxdf .*/Pattern "PxrTexture" "picture" "string filename" ["stock.png"]\n&/; s/^Sphere/Bxdf "PxrDiffuse" "textured" "reference color diffuseColor" ["picture:resultRGB"]\n&/' \
+  stock.rib >textured.rib
+run 0 textured.log "$kinora" textured.rib -o textured.exr --progress none
+mv "$library" "$library.away"
+run 0 version.log "$kinora" --version
+run 0 without.log "$kinora" stock.rib -o without.exr --progress none
+for arguments in "textured.rib -o none.exr" "info stock.png" "diff stock.png stock.png" "maketex stock.png stock.tx"; do
+  # shellcheck disable=SC2086
+  run 8 library.log "$kinora" $arguments
+  says library.log APP-LIBRARY
+  says library.log libkinora_pictures.so
+done
+run 6 library.log "$kinora" stock.rib -o none.png --progress none
+says library.log libkinora_pictures.so
+echo "no library" >"$library"
+run 8 library.log "$kinora" info stock.png
+says library.log APP-LIBRARY
+mv "$library.away" "$library"
+run 0 diff.log "$kinora" diff stock.exr without.exr
+[[ $(ldd "$kinora" | wc -l) -lt 40 ]] || fail "the program starts with $(ldd "$kinora" | wc -l) shared libraries"
+
 echo "install: all passed"

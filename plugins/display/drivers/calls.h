@@ -13,26 +13,36 @@ inline int say(ErrorText* error, const char* what) {
   return 0;
 }
 
-// The calls of a driver `D`: constructed from a CreateInfo, with void write(const DisplayPixels&); both may throw.
+// The calls of a driver `D`: constructed from a CreateInfo and its DisplayInfo, with void write(const DisplayPixels&)
+// and void close(); all may throw.
 template <class D>
 struct DriverCalls {
   static void* create(const CreateInfo* info, ErrorText* error) {
     try {
-      return new D(*info);
+      return new D(*info, *static_cast<const DisplayInfo*>(info->extra));
     } catch (const std::exception& e) {
       say(error, e.what());
       return nullptr;
     }
   }
   static void destroy(void* display) { delete static_cast<D*>(display); }
-  static int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
+  template <class Run>
+  static int guarded(ErrorText* error, Run run) {
     try {
-      static_cast<D*>(display)->write(*pixels);
+      run();
       return 1;
     } catch (const std::exception& e) {
       return say(error, e.what());
     }
   }
+  static int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
+    return guarded(error, [&] { static_cast<D*>(display)->write(*pixels); });
+  }
+  static int close(void* display, ErrorText* error) {
+    return guarded(error, [&] { static_cast<D*>(display)->close(); });
+  }
+  static void abort(void*) {}  // destroy() forgets the picture
+  static constexpr DisplayFunctions kFunctions{write, close, abort};
 };
 
 }  // namespace kinora

@@ -1,6 +1,5 @@
 // Display driver "jpeg": the first colour, sRGB-encoded, 8 bits. JPEG has no alpha: premultiplied colours stand on
 // black. Further channels do not fit: a message says which are left out.
-#include <OpenImageIO/imageio.h>
 #include <kinora/display_codes.h>
 
 #include <algorithm>
@@ -9,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../drivers/encoded_file.h"
+#include "../drivers/picture_file.h"
 
 namespace kinora {
 namespace {
@@ -20,42 +19,39 @@ const Param kParams[] = {
         .help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": plain sRGB"),
 };
 
-constexpr int kMostSide = 65500;  // libjpeg's
+constexpr uint32_t kMostSide = 65500;  // libjpeg's
 
 struct Jpeg {
-  EncodedFile file;
-  OIIO::ImageSpec spec;
   std::vector<uint32_t> channels;
   std::vector<bool> isLight;
+  PictureFile file;
 
-  explicit Jpeg(const CreateInfo& info) {
-    const DisplayInfo& d = *static_cast<const DisplayInfo*>(info.extra);
-    file.path = d.writePath;
-    channels = channelsToLookAt(d, false);
+  Jpeg(const CreateInfo& info, const DisplayInfo& d)
+      : channels(channelsToLookAt(d, false)), file("jpeg", d, uint32_t(channels.size()), DisplayCode::UInt8) {
     warnOfChannels(info, d, channels);
     for (const uint32_t c : channels) isLight.push_back(d.channels[c].isColor == 1);
-    const int width = d.window[2] - d.window[0], height = d.window[3] - d.window[1];
-    if (width > kMostSide || height > kMostSide)
+    if (file.width() > kMostSide || file.height() > kMostSide)
       throw std::runtime_error("JPEG holds at most 65500 pixels on a side");
-    spec = OIIO::ImageSpec(width, height, int(channels.size()), OIIO::TypeUInt8);
-    stateColorSpace(spec, d);
-    spec.attribute("CompressionQuality", std::clamp(info.integer(0), 1, 100));
-    spec.attribute("jpeg:subsampling", "4:4:4");  // coloured edges stay sharp
-    if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);
+    // the format has no place for a window in a larger picture
+    file.format.resolution[0] = uint32_t(file.format.window[2] -= file.format.window[0]);
+    file.format.resolution[1] = uint32_t(file.format.window[3] -= file.format.window[1]);
+    file.format.window[0] = file.format.window[1] = 0;
+    stateColorSpace(file, d);
+    file.attribute("CompressionQuality", std::clamp(info.integer(0), 1, 100));
+    file.attribute("jpeg:subsampling", "4:4:4");  // coloured edges stay sharp
+    if (d.pixelAspect > 0) file.attribute("PixelAspectRatio", d.pixelAspect);
     for (uint32_t i = 0; i < d.metadataCount; ++i)
-      if (d.metadata[i].type == DisplayMetadataType::String) spec.attribute(d.metadata[i].key, d.metadata[i].text);
+      if (d.metadata[i].type == DisplayMetadataType::String) file.attribute(d.metadata[i].key, d.metadata[i].text);
   }
 
   void write(const DisplayPixels& p) {
-    const auto data = pictureCodes<uint8_t>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
-    file.encode("jpeg", "JPEG", spec, OIIO::TypeUInt8, data.data());
+    file.whole(pictureCodes<uint8_t>(p, channels, isLight, file.width(), file.height()).data());
   }
+  void close() { file.close(); }
 };
 
-int close(void* display, ErrorText* error) { return static_cast<const Jpeg*>(display)->file.write(error); }
-void abort(void*) {}
-
-const DisplayFunctions kFunctions{DriverCalls<Jpeg>::write, close, abort};
+constexpr DisplayTraits kTraits{0, 1};
+const DisplayFunctions kFunctions = DriverCalls<Jpeg>::kFunctions;
 const WidthTable kTables[] = {{1, &kFunctions}};
 const Descriptor kDescriptor{kAbiVersion,
                              sizeof(Descriptor),
@@ -67,7 +63,7 @@ const Descriptor kDescriptor{kAbiVersion,
                              std::size(kParams),
                              kTables,
                              1,
-                             nullptr,
+                             &kTraits,
                              DriverCalls<Jpeg>::create,
                              DriverCalls<Jpeg>::destroy};
 }  // namespace

@@ -112,8 +112,7 @@ struct OpenExr {
   int tileSize = 64;
   std::unique_ptr<File> file;
 
-  explicit OpenExr(const CreateInfo& info) {
-    const DisplayInfo& d = *static_cast<const DisplayInfo*>(info.extra);
+  OpenExr(const CreateInfo& info, const DisplayInfo& d) {
     path = d.writePath;
     window = {{d.window[0], d.window[1]}, {d.window[2] - 1, d.window[3] - 1}};
     const float par = info.number(kForcePar) > 0 ? info.number(kForcePar) : d.pixelAspect;

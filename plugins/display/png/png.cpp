@@ -1,13 +1,12 @@
 // Display driver "png" (d_Png): the first colour and alpha, sRGB-encoded, 8 bits (or 16). Colours come divided by
 // alpha, as PNG means them. Further channels do not fit: a message says which are left out.
-#include <OpenImageIO/imageio.h>
 #include <kinora/display_codes.h>
 
 #include <iterator>
 #include <string>
 #include <vector>
 
-#include "../drivers/encoded_file.h"
+#include "../drivers/picture_file.h"
 
 namespace kinora {
 namespace {
@@ -19,55 +18,40 @@ const Param kParams[] = {
 };
 
 struct Png {
-  EncodedFile file;
-  OIIO::ImageSpec spec;
   std::vector<uint32_t> channels;
   std::vector<bool> isLight;
-  bool is16 = false;
+  bool is16;
+  PictureFile file;
 
-  explicit Png(const CreateInfo& info) {
-    const DisplayInfo& d = *static_cast<const DisplayInfo*>(info.extra);
-    file.path = d.writePath;
-    is16 = info.integer(0) != 1;
-    channels = channelsToLookAt(d, true);
+  Png(const CreateInfo& info, const DisplayInfo& d)
+      : channels(channelsToLookAt(d, true)),
+        is16(info.integer(0) != 1),
+        file("png", d, uint32_t(channels.size()), is16 ? DisplayCode::UInt16 : DisplayCode::UInt8) {
     warnOfChannels(info, d, channels);
-    spec = OIIO::ImageSpec(d.window[2] - d.window[0], d.window[3] - d.window[1], int(channels.size()),
-                           is16 ? OIIO::TypeUInt16 : OIIO::TypeUInt8);
-    spec.x = d.window[0];
-    spec.y = d.window[1];
-    spec.full_width = int(d.resolution[0]);
-    spec.full_height = int(d.resolution[1]);
-    stateColorSpace(spec, d);
-    spec.attribute("oiio:UnassociatedAlpha", 1);  // else the library divides codes
-    if (d.pixelAspect > 0) spec.attribute("PixelAspectRatio", d.pixelAspect);
+    stateColorSpace(file, d);
+    file.attribute("oiio:UnassociatedAlpha", 1);  // else the library divides codes
+    if (d.pixelAspect > 0) file.attribute("PixelAspectRatio", d.pixelAspect);
     for (const uint32_t c : channels) isLight.push_back(d.channels[c].isColor == 1);
     for (uint32_t i = 0; i < d.metadataCount; ++i) {
       const DisplayMetadata& m = d.metadata[i];
       // text is what PNG can hold; matrices belong to EXR
-      if (m.type == DisplayMetadataType::String) spec.attribute(m.key, m.text);
-      if (m.type == DisplayMetadataType::Int) spec.attribute(m.key, std::to_string(m.integer));
-      if (m.type == DisplayMetadataType::Float) spec.attribute(m.key, std::to_string(m.number));
+      if (m.type == DisplayMetadataType::String) file.attribute(m.key, m.text);
+      if (m.type == DisplayMetadataType::Int) file.attribute(m.key, std::to_string(m.integer));
+      if (m.type == DisplayMetadataType::Float) file.attribute(m.key, std::to_string(m.number));
     }
   }
 
-  template <typename Int>
-  void encode(const DisplayPixels& p) {
-    const std::vector<Int> data = pictureCodes<Int>(p, channels, isLight, size_t(spec.width), size_t(spec.height));
-    file.encode("png", "PNG", spec, is16 ? OIIO::TypeUInt16 : OIIO::TypeUInt8, data.data());
-  }
   void write(const DisplayPixels& p) {
     if (is16)
-      encode<uint16_t>(p);
+      file.whole(pictureCodes<uint16_t>(p, channels, isLight, file.width(), file.height()).data());
     else
-      encode<uint8_t>(p);
+      file.whole(pictureCodes<uint8_t>(p, channels, isLight, file.width(), file.height()).data());
   }
+  void close() { file.close(); }
 };
 
-int close(void* display, ErrorText* error) { return static_cast<const Png*>(display)->file.write(error); }
-void abort(void*) {}
-
-constexpr DisplayTraits kTraits{1};
-const DisplayFunctions kFunctions{DriverCalls<Png>::write, close, abort};
+constexpr DisplayTraits kTraits{1, 1};
+const DisplayFunctions kFunctions = DriverCalls<Png>::kFunctions;
 const WidthTable kTables[] = {{1, &kFunctions}};
 const Descriptor kDescriptor{kAbiVersion,
                              sizeof(Descriptor),

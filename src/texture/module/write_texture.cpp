@@ -1,4 +1,4 @@
-#include "texture/make_texture.h"
+#include "texture/module/write_texture.h"
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "texture/area_average.h"
-#include "texture/srgb_input.h"
-#include "texture/texture_files.h"
+#include "texture/module/srgb_input.h"
+#include "texture/module/texture_files.h"
 
 namespace kinora::texture {
 namespace {
@@ -149,8 +149,8 @@ std::string writeLevels(OIIO::ImageBuf& image, OIIO::ImageSpec spec, const MakeT
 
 }  // namespace
 
-MakeTextureResult makeTexture(const std::string& input, const std::string& output, const MakeTextureOptions& options,
-                              std::string& why) {
+MakeTextureResult writeTexture(const std::string& input, const std::string& output, const MakeTextureOptions& options,
+                               std::string& why) {
   FileFacts facts;
   why = examine(input, facts);
   if (!why.empty()) return MakeTextureResult::BadInput;

@@ -1,4 +1,4 @@
-#include "texture/group_lookup.h"
+#include "texture/module/group_lookup.h"
 
 #include <atomic>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "texture/srgb_input.h"
+#include "texture/module/srgb_input.h"
 
 #include <kinora/math/srgb.h>
 

@@ -1,4 +1,4 @@
-#include "texture/texture_files.h"
+#include "texture/module/texture_files.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -9,7 +9,8 @@
 #include <filesystem>
 
 #include "base/file_search.h"
-#include "image/pixels.h"
+#include "image/module/pixels.h"
+#include "image/volume_file.h"
 
 namespace kinora::texture {
 namespace {

@@ -1,4 +1,4 @@
-#include "texture/pyramid_input.h"
+#include "texture/module/pyramid_input.h"
 
 #include <OpenImageIO/imageio.h>
 

@@ -3,19 +3,9 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <cstring>
-#include <fstream>
-#include <string>
+#include <cstddef>
 
 namespace kinora::image {
-
-// Files of volumes (OpenVDB) by their first bytes, whatever their names say. OpenImageIO opens them as pictures
-// through a library that ends the program, or never returns, where a file is damaged: nobody hands it one.
-inline bool holdsVolumes(const std::string& path) {
-  char first[8] = {};
-  std::ifstream(path, std::ios::binary).read(first, sizeof first);
-  return std::memcmp(first, " BDV\0\0\0\0", sizeof first) == 0;
-}
 
 // TIFF files say how many rows a strip has. OpenImageIO 2.4 allocates that many rows, and near 2^31, where its sum
 // overflows, never ends. More than the picture has serves nobody, but for all ones ("one strip"), which it does not

@@ -1,5 +1,5 @@
 // The only place that hands files of volumes to OpenImageIO, which hands them to OpenVDB: damaged ones end or hang
-// the process that runs this. No message but through the descriptor.
+// the process that runs this. No message but through the descriptor. In the library of picture files.
 #include <OpenImageIO/imageio.h>
 #include <unistd.h>
 
@@ -12,7 +12,8 @@
 #include <new>
 #include <optional>
 
-#include "image/pixels.h"
+#include "image/picture_library.h"
+#include "image/volume_file.h"
 #include "volume/grid_stream.h"
 
 namespace kinora::volume {
@@ -170,12 +171,11 @@ std::string send(const std::string& path, const std::string& which, GridWriter& 
   return "";
 }
 
-}  // namespace
-
-bool sendGrid(const std::string& path, const std::string& which, int descriptor) {
+bool sendFile(const std::string& path, const std::string& which, int descriptor) {
   GridWriter writer(descriptor);
   std::string why;
   try {
+    OIIO::attribute("threads", 1);
     // the library would copy files to a temporary folder and read of the copy what is asked for
     ::setenv("OPENVDB_DISABLE_DELAYED_LOAD", "1", 1);
     why = send(path, which, writer);
@@ -190,4 +190,7 @@ bool sendGrid(const std::string& path, const std::string& which, int descriptor)
   return writer.flush();
 }
 
+}  // namespace
 }  // namespace kinora::volume
+
+KINORA_PICTURE_LIBRARY_EXPORT(kinora::volume::VolumeCalls, kinoraVolumeCalls){kinora::volume::sendFile};
