@@ -177,6 +177,13 @@ function(kinora_tests)
         kinora_unity(test_${folder} 8)
       endif()
       target_link_libraries(test_${folder} PRIVATE kinora_test_support)
+      if(folder STREQUAL "probes")
+        # an example that is judged by its pictures; tests/install builds it as its users do
+        set(example ${PROJECT_SOURCE_DIR}/examples/plugins/OneConnection.cpp)
+        set_source_files_properties(${example} PROPERTIES COMPILE_DEFINITIONS KINORA_STOCK_PLUGIN
+          INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/examples/plugins SKIP_UNITY_BUILD_INCLUSION ON)
+        target_sources(test_probes PRIVATE ${example})
+      endif()
     endif()
   endforeach()
   # one program a kind: a program for each plug-in spent a minute of the build on linking

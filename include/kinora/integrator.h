@@ -192,6 +192,21 @@ struct VertexRecord {
   uint32_t words[24];
 };
 
+// Points on surfaces that no ray found (dicing, baking, probes), by point. Triangles and quads only: of curves,
+// points and user geometry there are none.
+struct SurfacePlaces {
+  const uint32_t* instance;  // as Places
+  const uint32_t* geometry;
+  const uint32_t* primitive;
+  const float* u;  // barycentric b1, b2
+  const float* v;
+  const float* time;         // of the shutter, 0..1
+  const float* radius;       // footprint, render units
+  const uint32_t* isInside;  // 1: seen from the side that the outward normal turns away from; null: from outside
+  const uint32_t* sampleSeed;
+  const uint32_t* sampleIndex;
+};
+
 // All that chords meet of the objects that they began on, see Services::hitsOnObject.
 struct ObjectHits {
   uint32_t most;     // in: room for each ray
@@ -273,6 +288,10 @@ struct Services {
   // which is the record's index. Records of one depth and path share contexts. Points in space have no records.
   void (*keepVertices)(Group*, const Context*, uint32_t n, const uint32_t* points, VertexRecord* out);
   uint32_t (*shadeVertices)(Group*, uint32_t n, const VertexRecord* records, Context* const** contexts);
+  // Records of n points that no ray found, in empty space, seen along their geometric normals, for shadeVertices().
+  // They are packed: out[i] is of place which[i]; what is no place on a triangle of the world is left out. Returns
+  // their number.
+  uint32_t (*makeVertices)(Group*, uint32_t n, const SurfacePlaces*, VertexRecord* out, uint32_t* which);
   // Hits of rays that leave the listed points of a context (o, d, tMax, time by ray) on the objects of those points,
   // whatever presence, visibility and other objects have to say.
   void (*hitsOnObject)(Group*, const Context*, uint32_t n, const uint32_t* points, const Rays* rays, ObjectHits*);

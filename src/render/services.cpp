@@ -115,6 +115,10 @@ struct Worker::Calls {
   static uint32_t shadeVertices(Group* g, uint32_t n, const VertexRecord* records, Context* const** contexts) {
     return of(g).state_.shadeVertices(n, records, contexts);
   }
+  static uint32_t makeVertices(Group* g, uint32_t n, const SurfacePlaces* places, VertexRecord* out,
+                               uint32_t* which) {
+    return of(g).state_.makeVertices(n, *places, out, which);
+  }
   static void hitsOnObject(Group* g, const Context* c, uint32_t n, const uint32_t* points, const Rays* rays,
                            ObjectHits* out) {
     of(g).state_.hitsOnObject(c, n, points, *rays, out);
@@ -204,6 +208,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.leave = &Calls::leave;
   s.keepVertices = &Calls::keepVertices;
   s.shadeVertices = &Calls::shadeVertices;
+  s.makeVertices = &Calls::makeVertices;
   s.hitsOnObject = &Calls::hitsOnObject;
   s.emitLight = &Calls::emitLight;
   s.lightEnds = &Calls::lightEnds;

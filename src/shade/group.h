@@ -164,6 +164,7 @@ class GroupState {
                  Context* const** contexts);
   void keepVertices(const Context* c, uint32_t n, const uint32_t* points, VertexRecord* out);
   uint32_t shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts);
+  uint32_t makeVertices(uint32_t n, const SurfacePlaces& places, VertexRecord* out, uint32_t* which);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);

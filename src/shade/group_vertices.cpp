@@ -1,6 +1,8 @@
 // Vertices put aside, and shaded again from their records.
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "shade/clock.h"
 #include "shade/context_host.h"
@@ -66,6 +68,69 @@ void GroupState::keepVertices(const Context* c, uint32_t n, const uint32_t* poin
     r.how = how | (h.origin[p] & kOriginMask) << 10;
     std::memcpy(&out[i], &r, sizeof r);
   }
+}
+
+uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, VertexRecord* out, uint32_t* which) {
+  const trace::World& w = *world_.world;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t instance = places.instance[i], geometry = places.geometry[i];
+    const float u = places.u[i], v = places.v[i];
+    if (instance < w.instanceCount() && geometry < w.geometryCount() &&
+        places.primitive[i] < w.mesh(geometry).triangleCount() && u >= 0 && v >= 0 && u + v <= 1.0001f &&
+        std::isfinite(places.time[i]))
+      which[count++] = i;
+  }
+  if (!count) return 0;
+  const uint32_t m = padded(count);
+  const auto f = [&] { return arena_.make<float>(m); };
+  const auto take = [&](const auto* from) {
+    auto* x = arena_.make<std::remove_const_t<std::remove_reference_t<decltype(*from)>>>(m);
+    for (uint32_t i = 0; i < m; ++i) x[i] = from[which[std::min(i, count - 1)]];
+    return x;
+  };
+  SurfaceArgs a{};
+  a.n = m;
+  a.world = &world_;
+  a.at.instance = take(places.instance);
+  a.at.geometry = take(places.geometry);
+  a.at.primitive = take(places.primitive);
+  a.at.u = take(places.u);
+  a.at.v = take(places.v);
+  a.time = take(places.time);
+  float *P[3] = {f(), f(), f()}, *facet[3] = {f(), f(), f()}, *normal[3] = {f(), f(), f()};
+  const SurfaceKernels& k = surfaceKernels(world_.width);
+  k.positions(a, P);
+  k.facets(a, facet);
+  k.normals(a, facet, normal, nullptr);
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t p = which[i];
+    float length = 0;
+    for (int x = 0; x < 3; ++x) length += normal[x][i] * normal[x][i];
+    length = std::sqrt(length);
+    const bool isInside = places.isInside && places.isInside[p];
+    const float turn = length > 0 ? world_.geometries[a.at.geometry[i]].side * (isInside ? 1.f : -1.f) / length : 0.f;
+    Record r{};
+    for (int x = 0; x < 3; ++x) {
+      r.P[x] = P[x][i];
+      r.d[x] = length > 0 ? turn * normal[x][i] : float(x == 2);
+      r.ng[x] = facet[x][i];
+    }
+    r.u = a.at.u[i];
+    r.v = a.at.v[i];
+    r.time = a.time[i];
+    r.radius = places.radius[p];
+    r.instance = a.at.instance[i];
+    r.geometry = a.at.geometry[i];
+    r.primitive = a.at.primitive[i];
+    r.seed = places.sampleSeed[p];
+    r.index = places.sampleIndex[p];
+    r.linkSet = world_.tables.linkSetOfInstance[r.instance];
+    r.media = MediaPool::kEmpty;
+    r.how = kTraitEyePath | uint32_t(RayKind::Indirect) << 8;
+    std::memcpy(&out[i], &r, sizeof r);
+  }
+  return count;
 }
 
 uint32_t GroupState::shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts) {

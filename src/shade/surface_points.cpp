@@ -248,6 +248,14 @@ struct Surface {
     }
   }
 
+  static void facets(const SurfaceArgs& a, float* const ng[3]) {
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, false);
+      const V first = corners.at[0].get();
+      area(corners.at[1].get() - first, corners.at[2].get() - first).store(ng, i);
+    }
+  }
+
   static void normals(const SurfaceArgs& a, const float* const raw[3], float* const ng[3], float* const smooth[3]) {
     for (uint32_t i = 0; i < a.n; i += W) {
       const Placing<W> placing(a, i);
@@ -576,10 +584,10 @@ void Surface<W>::lifts(const LiftsArgs& args) {
 }
 
 template <int W>
-constexpr SurfaceKernels kSurface{&Surface<W>::positions,   &Surface<W>::normals,    &Surface<W>::edges,
-                                  &Surface<W>::slopes,      &Surface<W>::rest,       &Surface<W>::curvatures,
-                                  &Surface<W>::derivatives, &Surface<W>::footprints, &Surface<W>::across,
-                                  &Surface<W>::alongEdges,  &Surface<W>::lifts};
+constexpr SurfaceKernels kSurface{&Surface<W>::positions,  &Surface<W>::facets,      &Surface<W>::normals,
+                                  &Surface<W>::edges,      &Surface<W>::slopes,      &Surface<W>::rest,
+                                  &Surface<W>::curvatures, &Surface<W>::derivatives, &Surface<W>::footprints,
+                                  &Surface<W>::across,     &Surface<W>::alongEdges,  &Surface<W>::lifts};
 #if HWY_TARGET == HWY_AVX2
 [[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
 [[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }

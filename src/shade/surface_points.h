@@ -40,6 +40,8 @@ struct SlopeSource {
 struct SurfaceKernels {
   // Where the points have moved to at a.time.
   void (*positions)(const SurfaceArgs& a, float* const P[3]);
+  // Geometric normals as Hits::ng: of the triangles, in the geometry's own space, as long as twice their areas.
+  void (*facets)(const SurfaceArgs& a, float* const ng[3]);
   // Geometric normals (raw: as Hits::ng) and unit smooth ones (zero: the facet's), both oriented by the mesh; either
   // may be null.
   void (*normals)(const SurfaceArgs& a, const float* const raw[3], float* const ng[3], float* const smooth[3]);

@@ -85,6 +85,12 @@ for width in 1 4; do
     run 0 diff.log "$kinora" diff $name.exr width.exr
   done
 done
+# two stages with records between them; what its picture is like is judged in tests/probes
+scene OneConnection PxrDiffuse >connection.rib
+run 0 connection.log "$kinora" connection.rib -o connection.exr --progress none --plugin-path "$work/build_examples" --strict
+is_silent_about connection.log PLUGIN-
+run 0 width.log "$kinora" connection.rib -o width.exr --width 1 --progress none --plugin-path "$work/build_examples"
+run 0 diff.log "$kinora" diff connection.exr width.exr
 # chords of the unit sphere are 4/3 long on average, wherever they begin
 scene Thickness PxrDiffuse | sed 's/\[4\]/[64]/g; s/^Integrator.*/& "float scale" [0.75]/; s/^Format/CropWindow 0.42 0.58 0.42 0.58\n&/' >thickness.rib
 run 0 thickness.log "$kinora" thickness.rib -o thickness.exr --progress none --plugin-path "$work/build_examples" --strict

@@ -17,7 +17,7 @@
 namespace kinora::probes {
 namespace {
 
-enum class Task { Records, Contexts, Chords };
+enum class Task { Records, Contexts, Chords, Places };
 struct Kept {
   VertexRecord record;
   uint64_t digest;
@@ -301,6 +301,57 @@ void contexts(Group* g, const Services* s) {
   shared.different += different;
 }
 
+// Points made of the places of camera hits and of what their rays met, shaded: as the hits themselves but for
+// rounding, whichever side they were seen from. Places that are none are left out.
+void places(Group* g, const Services* s) {
+  Prober p(g, s);
+  uint64_t count = 0, wrong = 0;
+  for (const Context* c : p.path(2)) {
+    const uint32_t n = c->count;
+    std::vector<uint32_t> inside(n), which(n), instance(c->place.instance, c->place.instance + n),
+        primitive(c->place.primitive, c->place.primitive + n);
+    for (uint32_t i = 0; i < n; ++i) inside[i] = !c->entering[i];
+    const uint32_t broken = n > 5 ? n / 2 : ~0u;
+    if (broken < n) primitive[broken] = 0x7fffffff;
+    if (broken < n) instance[broken - 1] = ~0u;
+    const SurfacePlaces at{instance.data(), c->place.geometry, primitive.data(), c->place.u,    c->place.v,
+                           c->time,         c->radius,         inside.data(),    c->sampleSeed, c->sampleIndex};
+    std::vector<VertexRecord> records(n);
+    const uint32_t made = s->makeVertices(g, n, &at, records.data(), which.data());
+    Context* const* contexts;
+    const uint32_t contextCount = s->shadeVertices(g, made, records.data(), &contexts);
+    for (uint32_t k = 0; k < contextCount; ++k) {
+      const Context& d = *contexts[k];
+      const Value st[2] = {c->builtin(Builtin::St), d.builtin(Builtin::St)},
+                  du[2] = {c->builtin(Builtin::DPdu), d.builtin(Builtin::DPdu)},
+                  heat[2] = {c->fn->primvar(c, "heat", nullptr), d.fn->primvar(&d, "heat", nullptr)};
+      for (uint32_t j = 0; j < d.count; ++j, ++count) {
+        const uint32_t i = which[d.path[j]];
+        float apart = 0, turned = 0, size = 1e-6f;
+        for (int x = 0; x < 3; ++x) {
+          apart = std::max(apart, std::fabs(c->P[x][i] - d.P[x][j]));
+          turned = std::max(turned, std::fabs(c->Ng[x][i] - d.Ng[x][j]));
+          size = std::max(size, c->bias[i]);
+        }
+        bool isSame = i != broken && i + 1 != broken && apart < 10 * size && turned < 0.05f &&
+                      c->entering[i] == d.entering[j] && c->bxdf == d.bxdf && c->time[i] == d.time[j] &&
+                      c->place.instance[i] == d.place.instance[j] && c->radius[i] == d.radius[j];
+        for (int x = 0; x < 2; ++x) isSame &= std::fabs(st[0].data[x][i] - st[1].data[x][j]) < 1e-4f;
+        for (int x = 0; x < 3; ++x)
+          isSame &= std::fabs(du[0].data[x][i] - du[1].data[x][j]) < 1e-3f * (1 + std::fabs(du[0].data[x][i]));
+        for (uint32_t x = 0; x < heat[0].components; ++x)
+          isSame &= std::fabs(heat[0].data[x][i] - heat[1].data[x][j]) < 1e-4f;
+        wrong += !isSame;
+      }
+    }
+    const uint32_t meshes = n - (broken < n ? 2 : 0);
+    if (made > meshes) ++wrong;
+  }
+  const std::lock_guard lock(shared.mutex);
+  shared.compared += count;
+  shared.different += wrong;
+}
+
 // From each camera hit on the unit sphere a chord into it.
 void chords(Group* g, const Services* s) {
   Prober p(g, s);
@@ -361,6 +412,9 @@ void integrate(const void*, uint32_t stage, Group* g, const Services* s) {
       break;
     case Task::Contexts:
       if (stage == 0) contexts(g, s);
+      break;
+    case Task::Places:
+      if (stage == 0) places(g, s);
       break;
     case Task::Chords:
       if (stage == 0) chords(g, s);
@@ -456,6 +510,14 @@ TEST(Vertex, ContextsKeepWhatTheyKnowWhilePathsGoOn) {
   renderProbe(kRich, Task::Contexts, 1);
   EXPECT_GT(shared.compared, 2000u);
   EXPECT_EQ(shared.different, 0u) << "of " << shared.compared;
+}
+
+TEST(Vertex, ContextsOfPlacesThatNoRayFound) {
+  for (const uint32_t width : {1u, 8u}) {
+    renderProbe(kRich, Task::Places, 1, width);
+    EXPECT_GT(shared.compared, 2000u);
+    EXPECT_EQ(shared.different, 0u) << "of " << shared.compared << " at width " << width;
+  }
 }
 
 TEST(Vertex, ChordsMeetTheirOwnObjectOnly) {

@@ -1,0 +1,152 @@
+// By what other ways could this path have been made? Weights of bidirectional methods in two numbers for each path,
+// that go along with it: I. Georgiev, "Implementing Vertex Connection and Merging" (2012), here without merging and
+// without connections to the camera. Both are sums of densities relative to that by which the path was made. Included
+// per target.
+#include <kinora/integrator.h>
+#include <kinora/simd/wide.h>
+
+#ifndef KINORA_PATH_DENSITIES_ONCE
+#define KINORA_PATH_DENSITIES_ONCE
+#include <algorithm>
+#include <cmath>
+namespace kinora {
+// All are for balance-heuristic weights 1 / (1 + others).
+struct PathSums {
+  float last;    // connections through the last vertex; the density of the connection is a factor yet to come
+  float before;  // those through the vertices before; the density of the reverse direction is a factor yet to come
+};
+}  // namespace kinora
+#endif
+
+#if defined(KINORA_PATH_DENSITIES_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_PATH_DENSITIES_H_TARGET
+#undef KINORA_PATH_DENSITIES_H_TARGET
+#else
+#define KINORA_PATH_DENSITIES_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+// |cos| between the surface and a direction; geometric normals, so that both ends of a ray say the same to both kinds
+// of paths.
+inline float surfaceCosine(const Context& c, uint32_t i, Vec3<1> w) {
+  return std::max(std::fabs(dot(Vec3<1>::load(c.Ng, i), w).lane0()), 1e-7f);
+}
+
+// What lights say of rays that met them.
+class LightDensities {
+ public:
+  // Rays that left the points of a context in directions d, t away from lights.
+  LightDensities(Group* g, const Services* services, const Context& c, const float* const d[3], const float* t,
+                 const uint32_t* light) {
+    ask(g, services, {&c, nullptr, c.count}, d, t, light, nullptr);
+  }
+  // Of the group's paths.
+  LightDensities(Group* g, const Services* services, const LightHits& hits) {
+    float* d[3];
+    for (int k = 0; k < 3; ++k) {
+      d[k] = static_cast<float*>(services->alloc(g, (hits.count + kPad) * sizeof(float)));
+      for (uint32_t i = 0; i < hits.count; ++i) d[k][i] = g->paths.rays.d[k][hits.slot[i]];
+    }
+    ask(g, services, {nullptr, &g->paths, hits.count}, d, hits.t, hits.light, hits.slot);
+  }
+  bool isDelta(uint32_t i) const { return x_.flags[i] & kLightIsDelta; }
+  // Of light paths that begin with this light, over the cosine at which they leave it; per solid angle and, of
+  // infinite lights, per area across the ray.
+  float emission(uint32_t i) const {
+    const float pdf = x_.pdfPosition[i] * x_.pdfDirection[i];
+    if (x_.flags[i] & (kLightIsDelta | kLightIsInfinite)) return pdf;
+    const float cosine = -dot(Vec3<1>::load(x_.N, i), Vec3<1>::load(x_.d, i)).lane0();
+    return cosine > 0 ? pdf / cosine : 0.f;
+  }
+  // Of a light sample at the vertex that the ray left, per solid angle. Seen from there a point has none, but so it
+  // is with every way to find it: the square of the distance is left.
+  float direct(uint32_t i) const {
+    const bool isPoint = (x_.flags[i] & (kLightIsDelta | kLightIsInfinite)) == kLightIsDelta;
+    return isPoint ? x_.pdf[i] * x_.t[i] * x_.t[i] : x_.pdf[i];
+  }
+
+ private:
+  void ask(Group* g, const Services* services, ShadowRun run, const float* const d[3], const float* t,
+           const uint32_t* light, const uint32_t* point) {
+    x_.count = run.end;
+    for (int k = 0; k < 3; ++k) x_.d[k] = d[k];
+    x_.t = t;
+    x_.light = light;
+    x_.point = point;
+    x_.runCount = 1;
+    x_.runs = &run;
+    services->lightEnds(g, &x_);
+    x_.runs = nullptr;
+  }
+  LightEnds x_{};
+};
+
+// The numbers of a group's paths, by slot.
+class PathDensities {
+ public:
+  PathDensities(Group* g, const Services* services)
+      : of_(static_cast<PathSums*>(services->alloc(g, (g->padded + kPad) * sizeof(PathSums)))) {
+    std::fill_n(of_, g->padded + kPad, PathSums{0, 0});
+  }
+  const PathSums& operator[](uint32_t slot) const { return of_[slot]; }
+
+  // At the first vertex of light paths; `light` by slot.
+  void begin(Group* g, const Services* services, const Context& c, const uint32_t* light) {
+    uint32_t* lights = c.alloc<uint32_t>(c.padded);
+    for (uint32_t i = 0; i < c.padded; ++i) lights[i] = light[c.path[i]];
+    const LightDensities x(g, services, c, c.wo, c.distance, lights);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)));
+      of_[c.path[i]] = {x.direct(i) * share, x.isDelta(i) ? 0 : share};
+    }
+  }
+  // At each other vertex: from densities per solid angle to those per area.
+  void arrive(const Context& c) {
+    for (uint32_t i = 0; i < c.count; ++i) {
+      PathSums& x = of_[c.path[i]];
+      const float inverse = 1 / surfaceCosine(c, i, Vec3<1>::load(c.wo, i));
+      x = {x.last * c.distance[i] * c.distance[i] * inverse, x.before * inverse};
+    }
+  }
+  // After new directions were taken.
+  void leave(const Context& c, const GenerateArgs& a) {
+    for (uint32_t i = 0; i < c.count; ++i) {
+      if (a.slot[i] == kNoLobe) continue;
+      PathSums& x = of_[c.path[i]];
+      const float cosine = surfaceCosine(c, i, Vec3<1>::load(a.wi, i)) / a.pdf[i];
+      x = a.flags[i] & kSampleDiscrete ? PathSums{0, cosine * x.before * a.pdfReverse[i]}
+                                       : PathSums{1 / a.pdf[i], cosine * (x.before * a.pdfReverse[i] + x.last)};
+    }
+  }
+
+ private:
+  PathSums* of_;
+};
+
+// The other ways to make a path that was made by...
+// ... a ray that met a light, which light samples would have made with density `pdf` (LightHits::pdf).
+inline float othersOfHit(const PathSums& path, float pdf, const LightDensities& light, uint32_t i) {
+  return pdf * path.last + light.emission(i) * path.before;
+}
+// ... a light sample from point i of a context in direction wi; pdf, reverse: the bxdf's for wi.
+inline float othersOfSample(const PathSums& path, const Context& c, uint32_t i, Vec3<1> wi, float pdf, float reverse,
+                            const LightDensities& light) {
+  const float back = light.emission(i) * surfaceCosine(c, i, wi) * (path.last + path.before * reverse);
+  return ((light.isDelta(i) ? 0 : pdf) + back) / light.direct(i);
+}
+// ... a connection of two vertices. Of each: what the other end's bxdf makes the direction with, the cosine to it,
+// and the reverse density at its own bxdf.
+inline float othersOfConnection(float distance, const PathSums& a, float pdfToA, float cosineA, float reverseA,
+                                const PathSums& b, float pdfToB, float cosineB, float reverseB) {
+  const float near = 1 / (distance * distance);
+  return near *
+         (pdfToA * cosineA * (a.last + a.before * reverseA) + pdfToB * cosineB * (b.last + b.before * reverseB));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

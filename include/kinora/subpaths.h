@@ -1,0 +1,372 @@
+// Paths that an integrator follows vertex by vertex, from the camera or from lights: what bidirectional methods begin
+// with. Subpaths traces them, makes contexts and takes new directions; Arrivals holds light back until its shadow
+// rays have been traced. Whoever uses them keeps the books on densities. Included per target.
+#include <kinora/integrator.h>
+#include <kinora/random.h>
+
+#ifndef KINORA_SUBPATHS_ONCE
+#define KINORA_SUBPATHS_ONCE
+#include <algorithm>
+namespace kinora {
+// A vertex of a light path, put aside for others to connect to.
+struct PathVertex {
+  static constexpr uint32_t kMostBefore = 15;  // vertices before it of which events are kept
+  VertexRecord vertex;
+  float throughput[3];
+  uint32_t light;                    // where the path began
+  uint32_t before;                   // how many vertices of the path were before it
+  uint16_t events[kMostBefore + 1];  // there, from the light on
+};
+}  // namespace kinora
+#endif
+
+#if defined(KINORA_SUBPATHS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_SUBPATHS_H_TARGET
+#undef KINORA_SUBPATHS_H_TARGET
+#else
+#define KINORA_SUBPATHS_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+// What a bxdf's weight, which holds the shading normal's cosine on wi's side, is multiplied by where importance
+// travels: its own is that of wo's side, and the geometric normal's on the other (Veach 1997, section 5.3).
+template <int W>
+KN_INLINE Float<W> adjointFactor(const Context& c, uint32_t i, Vec3<W> wi) {
+  const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i), wo = Vec3<W>::load(c.wo, i);
+  return abs(dot(N, wo) * dot(Ng, wi)) / max(abs(dot(Ng, wo) * dot(N, wi)), Float<W>(1e-12f));
+}
+
+// The bxdfs' answers for one direction a point (unit, arrays of the context's padded length): weights by slot and
+// both densities, in memory of the group.
+inline EvaluateArgs evaluateBxdf(const Context& c, const float* const wi[3]) {
+  EvaluateArgs e{{wi[0], wi[1], wi[2]}, {}, c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
+  for (uint32_t l = 0; l < c.slotCount; ++l)
+    for (float*& w : e.weight[l]) w = c.alloc<float>(c.padded);
+  c.bxdf->evaluate(&c, c.closure, &e);
+  return e;
+}
+
+// The state after an event at a vertex that is reached in another one.
+inline uint32_t stepState(const PathStates& paths, uint32_t state, uint32_t event) {
+  return paths.next[state * paths.eventCount + event];
+}
+// The state after a connection: an event at its vertex of the light path, and those at the vertices before, read from
+// the camera.
+inline uint32_t stepState(const PathStates& paths, uint32_t state, uint32_t event, const PathVertex& end) {
+  state = stepState(paths, state, event);
+  for (uint32_t b = end.before; b-- > 0;) state = stepState(paths, state, end.events[b]);
+  return state;
+}
+
+// The paths of a group, by slot. Each step is trace(), shade(), and scatter() for each context.
+template <int W>
+class Subpaths {
+ public:
+  // traits: kTraitEyePath or kTraitLightPath.
+  Subpaths(Group* group, const Services* services, uint32_t traits) : g_(group), sv_(services), traits_(traits) {
+    const uint32_t n = g_->padded + kPad;
+    for (int c = 0; c < 3; ++c) {
+      throughput[c] = floats(n);
+      medium_[c] = floats(n);
+    }
+    state = words(n);
+    live = words(n);
+    if (traits_ & kTraitLightPath)
+      events_ = static_cast<uint16_t*>(sv_->alloc(g_, n * PathVertex::kMostBefore * sizeof(uint16_t)));
+  }
+
+  // Camera rays of all samples.
+  void startAtCamera() {
+    count = g_->count;
+    for (uint32_t i = 0; i < g_->padded; ++i) {
+      live[i] = std::min(i, count - 1);
+      for (float* t : throughput) t[i] = g_->rayWeight[i];
+      state[i] = sv_->paths.start;
+      g_->paths.origin[i] = kFromDiscrete;
+    }
+  }
+  // Emitted rays: those that carry light live.
+  EmittedLight startAtLights() {
+    EmittedLight rays{};
+    sv_->emitLight(g_, g_->count, &rays);
+    light = rays.light;
+    count = 0;
+    for (uint32_t i = 0; i < g_->count; ++i) {
+      for (int c = 0; c < 3; ++c) throughput[c][i] = rays.throughput[c][i];
+      g_->paths.origin[i] = 0;
+      live[count] = i;
+      count += throughput[0][i] + throughput[1][i] + throughput[2][i] > 0;
+    }
+    return rays;
+  }
+
+  // What the surfaces of a context give off on their own.
+  void contributeEmission(const Context& c) const {
+    if (!c.bxdf->emission) return;
+    float* rgb[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
+    uint32_t *at = c.alloc<uint32_t>(c.padded), *light = c.alloc<uint32_t>(c.padded);
+    c.bxdf->emission(&c, c.closure, rgb);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      for (int k = 0; k < 3; ++k) rgb[k][i] *= throughput[k][c.path[i]];
+      at[i] = state[c.path[i]];
+      light[i] = kNoLight;
+    }
+    const Contributions out{c.count, c.path, {rgb[0], rgb[1], rgb[2]}, at, light, LightKind::Arrives};
+    sv_->contribute(g_, &out);
+  }
+
+  // Lights that the paths have met (after trace), each with a weight.
+  void contribute(const LightHits& h, uint32_t depth, const float* weight) const {
+    float* value[3] = {floats(h.count), floats(h.count), floats(h.count)};
+    uint32_t* at = words(h.count);
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i];
+      const bool isSpecular = g_->paths.origin[s] & kFromSpecular;
+      const float w = weight[i] * (depth == 0 ? 1.f : isSpecular ? h.specular[i] : h.diffuse[i]);
+      for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * h.radiance[k][i] * w;
+      at[i] = state[s];
+    }
+    const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, LightKind::Arrives};
+    sv_->contribute(g_, &out);
+  }
+
+  // Nearest hits of the paths that live, which all go on living; what media let through has been taken into account.
+  void trace(uint32_t depth) {
+    const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
+    sv_->trace(g_, &g_->paths, isCamera ? RayKind::Camera : RayKind::Indirect, depth, count, live, medium_);
+    for (uint32_t i = 0; i < count; ++i)
+      for (int c = 0; c < 3; ++c) throughput[c][live[i]] *= medium_[c][live[i]];
+  }
+  // Contexts of what they hit; those that escaped end.
+  uint32_t shade(uint32_t depth, Context* const** contexts) {
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t s = live[i];
+      live[n] = s;
+      n += g_->paths.hits.t[s] < 3e38f;
+    }
+    const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
+    if (isCamera && n) {
+      float* alpha = floats(n);
+      std::fill_n(alpha, n, 1.f);
+      sv_->cover(g_, n, live, alpha);
+    }
+    count = 0;  // from here on they are those that scatter() lets live
+    return sv_->shade(g_, &g_->paths, isCamera ? traits_ | kTraitPrimaryHit : traits_, depth, n, live, contexts);
+  }
+  // The points of a context as vertices of their paths, before directions are taken from them.
+  PathVertex* vertices(const Context& c, uint32_t depth) const {
+    uint32_t* points = c.alloc<uint32_t>(c.count);
+    VertexRecord* records = c.alloc<VertexRecord>(c.count);
+    PathVertex* out = c.alloc<PathVertex>(c.count);
+    for (uint32_t i = 0; i < c.count; ++i) points[i] = i;
+    sv_->keepVertices(g_, &c, c.count, points, records);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const uint32_t s = c.path[i];
+      const uint32_t before = std::min(depth, PathVertex::kMostBefore);
+      out[i] = {records[i], {throughput[0][s], throughput[1][s], throughput[2][s]}, light[s], before, {}};
+      std::copy_n(events_ + s * PathVertex::kMostBefore, before, out[i].events);
+    }
+    return out;
+  }
+  // New directions from the points of a context, one each, in memory of the group; slot is kNoLobe where the path
+  // ends. Rays, throughputs, states and events are those of the next step.
+  GenerateArgs scatter(const Context& c, uint32_t depth) {
+    using F = Float<W>;
+    const auto f = [&] { return c.alloc<float>(c.padded + kPad); };
+    const auto u = [&] { return c.alloc<uint32_t>(c.padded + kPad); };
+    float* random[4] = {f(), f(), f(), f()};
+    const GenerateArgs a{
+        {random[0], random[1], random[2], random[3]}, {f(), f(), f()}, {f(), f(), f()}, f(), f(), u(), u()};
+    for (uint32_t i = 0; i < c.padded; i += W)
+      for (uint32_t k = 0; k < 4; k += 2) {
+        F x, y;
+        draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
+              dimensionAt(depth) + (k ? kDimLobe : kDimBxdf), x, y);
+        x.store(random[k] + i);
+        y.store(random[k + 1] + i);
+      }
+    c.bxdf->generate(&c, c.closure, &a);
+    uint32_t *points = u(), *through = u(), n = 0;
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < c.count; i += W) {
+      const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - i, W)));
+      const Slots<W> s = Slots<W>::load(c.path + i);
+      const Int<W> slot = Int<W>::load(a.slot + i), flags = Int<W>::load(a.flags + i);
+      const F pdf = F::load(a.pdf + i);
+      const Vec3<W> w = Vec3<W>::load(a.wi, i);
+      Vec3<W> t = Vec3<W>::get(throughput, s) * Vec3<W>::load(a.weight, i) * (F(1.f) / max(pdf, F(1e-38f)));
+      if (traits_ & kTraitLightPath) t = t * adjointFactor(c, i, w);
+      const Mask<W> on = in & (slot != Int<W>(kNoLobe)) & (pdf > F(0.f)) & (maxComponent(t) > F(0.f));
+      select(on, slot, Int<W>(kNoLobe)).store(a.slot + i);
+      if (on.none()) continue;
+      const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
+      const Vec3<W> o = fma(Ng, copySign(F::load(c.bias + i), dot(Ng, w)), Vec3<W>::load(c.P, i));
+      for (int k = 0; k < 3; ++k) {
+        s.put(on, k == 0 ? o.x : k == 1 ? o.y : o.z, r.o[k]);
+        s.put(on, k == 0 ? w.x : k == 1 ? w.y : w.z, r.d[k]);
+        s.put(on, k == 0 ? t.x : k == 1 ? t.y : t.z, throughput[k]);
+      }
+      s.put(on, F(1e30f), r.tMax);
+      s.put(on, F::load(c.radius + i), r.radius);
+      s.put(on, F::load(c.spread + i), r.spread);
+      Int<W> what(uint32_t(c.eventOfSlot[0]));
+      for (uint32_t l = 1; l < c.slotCount; ++l)
+        what = select(slot == Int<W>(l), Int<W>(uint32_t(c.eventOfSlot[l])), what);
+      if (events_ && depth < PathVertex::kMostBefore)
+        for (uint32_t b = on.bits(); b; b &= b - 1) {
+          const uint32_t point = i + uint32_t(__builtin_ctz(b));
+          events_[c.path[point] * PathVertex::kMostBefore + depth] = c.eventOfSlot[a.slot[point]];
+        }
+      if (!events_) s.put(on, gather(sv_->paths.next, s.get(state) * Int<W>(sv_->paths.eventCount) + what), state);
+      const auto bit = [&](Mask<W> m, uint32_t b) { return select(m, Int<W>(b), Int<W>(0)); };
+      const Mask<W> transmits = (flags & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
+      s.put(on,
+            bit((flags & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0), kFromDiscrete) |
+                bit((what & Int<W>(1)) != Int<W>(0), kFromSpecular) | bit(transmits, kFromTransmission),
+            g_->paths.origin);
+      const Packer<W> pack(on);
+      pack.put(s.s, live + count);
+      pack.put(Int<W>::lanes(int32_t(i)), points + n);
+      pack.put(bit(transmits, 1), through + n);
+      n += uint32_t(pack.count);
+      count += uint32_t(pack.count);
+    }
+    if (n) sv_->leave(g_, &g_->paths, &c, n, points, nullptr, through);
+    return a;
+  }
+
+  float* throughput[3];
+  uint32_t* state;            // of the light path automaton; camera paths only
+  uint32_t* light = nullptr;  // where light paths began, by slot
+  uint32_t* live;             // slots of the paths that live
+  uint32_t count = 0;
+
+ private:
+  float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); }
+  uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(sv_->alloc(g_, (n + kPad) * sizeof(uint32_t))); }
+
+  Group* g_;
+  const Services* sv_;
+  uint32_t traits_;
+  float* medium_[3];
+  uint16_t* events_ = nullptr;  // by slot, PathVertex::kMostBefore each
+};
+
+// Light on its way to points of a context: values, each behind one of the shadow rays.
+class Arrivals {
+ public:
+  // Room for `values` of them and a ray a point.
+  Arrivals(const Context& context, uint32_t values) : c_(context) {
+    const uint32_t n = c_.padded + kPad;
+    for (int k = 0; k < 3; ++k) {
+      o_[k] = c_.alloc<float>(n);
+      d_[k] = c_.alloc<float>(n);
+      transmittance_[k] = c_.alloc<float>(n);
+      value_[k] = c_.alloc<float>(values + kPad);
+    }
+    tMax_ = c_.alloc<float>(n);
+    time_ = c_.alloc<float>(n);
+    point_ = c_.alloc<uint32_t>(n);
+    for (uint32_t** x : {&ray_, &slot_, &state_, &light_}) *x = c_.alloc<uint32_t>(values + kPad);
+  }
+  // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); the values
+  // that follow come along it.
+  void from(uint32_t point, Vec3<1> d, float distance) {
+    const Vec3<1> Ng = Vec3<1>::load(c_.Ng, point);
+    const Float<1> bias(c_.bias[point]);
+    fma(Ng, copySign(bias, dot(Ng, d)), Vec3<1>::load(c_.P, point)).store(o_, rays_);
+    d.store(d_, rays_);
+    tMax_[rays_] = distance * 0.99999f - 2 * c_.bias[point];
+    time_[rays_] = c_.time[point];
+    point_[rays_++] = point;
+  }
+  void add(Vec3<1> value, uint32_t state, uint32_t light) {
+    if (!(maxComponent(value).lane0() > 0)) return;
+    value.store(value_, values_);
+    ray_[values_] = rays_ - 1;
+    slot_[values_] = c_.path[point_[rays_ - 1]];
+    state_[values_] = state;
+    light_[values_++] = light;
+  }
+  // Traces the rays and contributes what is left.
+  void send(Group* g, const Services* services) {
+    if (!values_) return;
+    const ShadowRun run{&c_, nullptr, rays_};
+    const ShadowRays rays{rays_,
+                          {o_[0], o_[1], o_[2]},
+                          {d_[0], d_[1], d_[2]},
+                          tMax_,
+                          time_,
+                          point_,
+                          1,
+                          &run,
+                          nullptr,
+                          {transmittance_[0], transmittance_[1], transmittance_[2]}};
+    services->shadow(g, c_.depth, &rays);
+    for (uint32_t i = 0; i < values_; ++i)
+      for (int k = 0; k < 3; ++k) value_[k][i] *= transmittance_[k][ray_[i]];
+    const Contributions out{values_, slot_, {value_[0], value_[1], value_[2]}, state_, light_, LightKind::Shadowed};
+    services->contribute(g, &out);
+  }
+
+ private:
+  const Context& c_;
+  float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *value_[3];
+  uint32_t *point_, *ray_, *slot_, *state_, *light_;
+  uint32_t rays_ = 0, values_ = 0;
+};
+
+// Connections of points of a context with vertices of other paths, at most one a point, and what the bxdfs at both
+// ends say of them. All in memory of the group.
+struct Connections {
+  struct End {
+    const Context* context;
+    uint32_t point;
+    const EvaluateArgs* bxdf;  // for the direction back to the point
+  };
+  uint32_t count;
+  const uint32_t* point;  // by connection
+  const End* end;         // by connection
+  EvaluateArgs bxdf;      // by point of the context, towards the end
+  float* d[3];            // by point: unit, towards the end; N where there is no connection
+  float* distance;        // by connection
+
+  Connections(Group* g, const Services* services, const Context& c, uint32_t n, const uint32_t* points,
+              const VertexRecord* vertices)
+      : count(n), point(points) {
+    End* ends = c.alloc<End>(n + 1);
+    end = ends;
+    distance = c.alloc<float>(n + 1);
+    for (int k = 0; k < 3; ++k) {
+      d[k] = c.alloc<float>(c.padded);
+      std::copy_n(c.N[k], c.padded, d[k]);
+    }
+    Context* const* contexts;
+    const uint32_t contextCount = services->shadeVertices(g, n, vertices, &contexts);
+    EvaluateArgs* bxdfs = c.alloc<EvaluateArgs>(contextCount + 1);
+    for (uint32_t k = 0; k < contextCount; ++k) {
+      const Context& e = *contexts[k];
+      float* back[3] = {e.alloc<float>(e.padded), e.alloc<float>(e.padded), e.alloc<float>(e.padded)};
+      for (uint32_t j = 0; j < e.padded; ++j) {
+        const uint32_t r = e.path[j], i = point[r];
+        const Vec3<1> between = Vec3<1>::load(e.P, j) - Vec3<1>::load(c.P, i);
+        const Float<1> far = max(length(between), Float<1>(1e-18f));
+        ends[r] = {&e, std::min(j, e.count - 1), bxdfs + k};
+        distance[r] = far.lane0();
+        (between / far).store(d, i);
+        (-between / far).store(back, j);
+      }
+      bxdfs[k] = evaluateBxdf(e, back);
+    }
+    bxdf = evaluateBxdf(c, d);
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif
