@@ -43,13 +43,17 @@ WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const S
 WorldBuilder::~WorldBuilder() = default;
 
 void WorldBuilder::forget() {
+  forgetPlugins();
+  flat_ = nullptr;
+  meshes_.forget();
+  traced_.forget();
+}
+
+void WorldBuilder::forgetPlugins() {
   shading_ = nullptr;
   ofCamera_ = {};
   camera_ = {};
-  flat_ = nullptr;
-  meshes_.forget();
   materials_.forget();
-  traced_.forget();
   lights_.forget();
 }
 
@@ -94,7 +98,7 @@ bool WorldBuilder::openTextures(const scene::Scene& scene, Statistics& statistic
   std::vector<std::string> path = searchPath(scene, "texture");
   const bool isOther = !isOpen_ || path != texturePath_ || haveFilesChanged();
   if (isOther && isOpen_) {
-    forget();  // before the images that plug-ins point to
+    forgetPlugins();  // before the images that they point to
     contents_.forgetAll();
     volumes_ = std::make_unique<VolumeSystem>(diagnostics_, settings_.volumeReader, &contents_);
     textures_ = std::make_unique<TextureSystem>(diagnostics_, &contents_);

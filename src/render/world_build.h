@@ -60,6 +60,7 @@ class WorldBuilder {
   std::vector<std::string> searchPath(const scene::Scene& scene, const std::string& kind) const;
 
  private:
+  void forgetPlugins();  // all that plug-ins made
   bool haveFilesChanged();
   void flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt);
   void setScene(const scene::Scene& scene, shade::ShadingWorld& w);

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <functional>
 #include <memory>
+#include <utility>
 
 #include "film/film.h"
 #include "plugin/registry.h"
@@ -93,6 +95,35 @@ TEST_F(SamePicture, AfterEachKindOfEdit) {
       const std::vector<int64_t> edited = picture(*r, isUpdated);
       EXPECT_TRUE(edited == fresh(r->scene()));
     }
+}
+
+// Pictures and shaders that were written anew, or for the first time.
+TEST_F(SamePicture, AfterFilesHaveChanged) {
+  scene::Scene base = sceneWithEverything(folder_, diagnostics_);
+  for (scene::Light& l : base.lights)
+    if (l.node && l.node->plugin == "PxrDomeLight") {
+      auto dome = std::make_shared<scene::Node>(*l.node);
+      dome->params.find("lightColorMap")->strings = {"late.png"};
+      l.node = std::move(dome);
+    }
+  const auto r = renderer();
+  ASSERT_TRUE(r->load(base));
+  std::vector<int64_t> before = picture(*r, true);
+  const std::pair<const char*, std::function<void()>> kChanges[] = {
+      {"a texture", [&] { folder_.picture("wood.png", 0.8f); }},
+      {"a shader",
+       [&] { folder_.write("stripe.osl", "shader stripe(output color resultRGB = 0) { resultRGB = .9 * u; }"); }},
+      {"a map that was missing", [&] { folder_.picture("late.png", 0.7f); }},
+      {"and is another one", [&] { folder_.picture("late.png", 0.2f); }}};
+  for (const auto& [what, change] : kChanges) {
+    SCOPED_TRACE(what);
+    change();
+    ASSERT_TRUE(r->update());
+    const std::vector<int64_t> after = picture(*r, true);
+    EXPECT_FALSE(after == before) << "it does not show";
+    EXPECT_TRUE(after == fresh(r->scene()));
+    before = after;
+  }
 }
 
 }  // namespace
