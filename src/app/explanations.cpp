@@ -266,6 +266,16 @@ constexpr Explanation kRooms[] = {
     {"FILTER-CHANNEL",
      "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
      "holds. The filter runs without it."},
+    {"RENDER-INSTANCE-GONE",
+     "An instance is of an object that the scene does not have, as after an edit that removed the object alone. The "
+     "instance is left out."},
+    {"RENDER-NO-WORLD",
+     "A picture was asked for after a load or an update that gave nothing to render. The messages before say why."},
+    {"EDIT-EMPTY",
+     "An edit left an empty place in a list of the scene. It is taken out, as if the thing had been erased."},
+    {"EDIT-TRANSFORM",
+     "An edit left a transform with another number of times than matrices, or with times that do not rise. Its first "
+     "matrix is used, or the identity where it has none."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
     {"RENDER-RECORDS",
      "An integrator keeps records from one stage of a pass for the next, in lists that it declares. It appended to a "

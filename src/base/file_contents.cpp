@@ -94,10 +94,45 @@ void FileContents::begin() {
   for (auto& [key, known] : files_) known.isUsed = false;
 }
 
+FileContents::Listening::Listening(FileContents& contents, Names& names) : contents_(contents) {
+  const std::lock_guard lock(contents_.mutex_);
+  contents_.listener_ = &names;
+}
+
+FileContents::Listening::~Listening() {
+  const std::lock_guard lock(contents_.mutex_);
+  contents_.listener_ = nullptr;
+}
+
+bool FileContents::hasChanged(const std::function<std::string(const Entry&)>& find) {
+  std::vector<Entry> lacking;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [key, known] : files_) {
+      if (known.isGiven) continue;
+      if (known.paths.empty()) lacking.push_back({key.first, key.second, {}});
+      if (stampsOf(known.paths) != known.stamps) return true;
+    }
+  }
+  return std::any_of(lacking.begin(), lacking.end(), [&](const Entry& e) { return !find(e).empty(); });
+}
+
+void FileContents::forgetAll() {
+  const std::lock_guard lock(mutex_);
+  files_.clear();
+}
+
+FileContents::Known& FileContents::used(std::string_view kind, const std::string& name) {
+  std::pair<std::string, std::string> key(kind, name);
+  if (listener_) listener_->insert(key);
+  Known& known = files_[std::move(key)];
+  known.isUsed = true;
+  return known;
+}
+
 void FileContents::use(std::string_view kind, const std::string& name, const std::vector<std::string>& paths) {
   const std::lock_guard lock(mutex_);
-  Known& known = files_[{std::string(kind), name}];
-  known.isUsed = true;
+  Known& known = used(kind, name);
   if (known.paths == paths && !known.isGiven) return;
   known.paths = paths;
   known.stamps = stampsOf(paths);
@@ -107,15 +142,19 @@ void FileContents::use(std::string_view kind, const std::string& name, const std
 
 void FileContents::use(std::string_view kind, const std::string& name, const Digest& content) {
   const std::lock_guard lock(mutex_);
-  Known& known = files_[{std::string(kind), name}];
+  Known& known = used(kind, name);
   known.paths.clear();
   known.content = content;
-  known.isGiven = known.isRead = known.isUsed = true;
+  known.isGiven = known.isRead = true;
 }
 
 void FileContents::again(std::string_view kind, const std::string& name) {
   const std::lock_guard lock(mutex_);
-  if (const auto it = files_.find({std::string(kind), name}); it != files_.end()) it->second.isUsed = true;
+  if (files_.contains({std::string(kind), name})) used(kind, name);
+}
+
+void FileContents::again(const Names& names) {
+  for (const auto& [kind, name] : names) again(kind, name);
 }
 
 std::vector<FileContents::Entry> FileContents::names() {

@@ -96,5 +96,40 @@ TEST_F(Files, AWorldHasItsOwn) {
   EXPECT_NE(contents.contentOf("texture", "b"), atlas);
 }
 
+// Who keeps what was made of files says their names again in another world, and learns when they have changed.
+TEST_F(Files, OfWhatIsKept) {
+  const std::string a = put("a", "one"), b = put("b", "two");
+  FileContents contents;
+  FileContents::Names names;
+  {
+    const FileContents::Listening listening(contents, names);
+    contents.use("texture", "a", {a});
+    contents.use("texture", "none", {});
+  }
+  contents.use("texture", "b", {b});
+  EXPECT_EQ(names, (FileContents::Names{{"texture", "a"}, {"texture", "none"}}));
+  contents.begin();
+  EXPECT_TRUE(contents.names().empty());
+  contents.again(names);
+  ASSERT_EQ(contents.names().size(), 2u);
+  EXPECT_EQ(contents.names()[0].name, "a");
+
+  std::vector<std::string> asked;
+  std::string place;
+  const auto find = [&](const FileContents::Entry& e) {
+    asked.push_back(e.name);
+    return place;
+  };
+  EXPECT_FALSE(contents.hasChanged(find));
+  EXPECT_EQ(asked, std::vector<std::string>{"none"});
+  place = "somewhere";
+  EXPECT_TRUE(contents.hasChanged(find));
+  place.clear();
+  put("b", "three");  // not used in this world, and read before
+  EXPECT_TRUE(contents.hasChanged(find));
+  contents.forgetAll();
+  EXPECT_FALSE(contents.hasChanged(find));
+}
+
 }  // namespace
 }  // namespace kinora

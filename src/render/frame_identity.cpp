@@ -22,8 +22,10 @@ std::string portable(const std::string& name) {
 
 }  // namespace
 
-void FrameIdentity::start(const scene::Scene& scene, FileContents& contents, const Registry& registry) {
+void FrameIdentity::start(const scene::Scene& scene, FileContents& contents, const Registry& registry,
+                          bool isEdited) {
   wait();
+  if (!isEdited) primitives_ = {};
   files_ = contents.names();
   facts_ = {{"version of the program", "", digestOf(kVersion)}};
   std::set<std::string> named;
@@ -31,10 +33,10 @@ void FrameIdentity::start(const scene::Scene& scene, FileContents& contents, con
   for (const Descriptor* d : registry.all())
     if (const auto library = registry.libraryOf(*d); library && named.contains(lowerCase(d->name)))
       facts_.push_back({"library of the plug-in", d->name, *library});
-  const auto makeAlone = [this, &scene, &contents] {
+  const auto makeAlone = [this, &scene, &contents, isEdited] {
     // one thread beside those that render
     tbb::task_arena alone(1);
-    alone.execute([&] { make(scene, contents); });
+    alone.execute([&] { make(scene, contents, isEdited); });
   };
   try {
     made_ = std::async(std::launch::async, makeAlone);
@@ -43,7 +45,7 @@ void FrameIdentity::start(const scene::Scene& scene, FileContents& contents, con
   }
 }
 
-void FrameIdentity::make(const scene::Scene& scene, FileContents& contents) {
+void FrameIdentity::make(const scene::Scene& scene, FileContents& contents, bool isEdited) {
   byName_.clear();
   for (FileContents::Entry& f : files_) {
     f.content = contents.contentOf(f.kind, f.name);
@@ -59,7 +61,7 @@ void FrameIdentity::make(const scene::Scene& scene, FileContents& contents) {
   }
   std::sort(facts_.begin(), facts_.end());
   Hasher h;
-  h.digest(scene::digestOf(scene, byName_));
+  h.digest(scene::digestOf(scene, byName_, isEdited ? &primitives_ : nullptr));
   for (const Fact& f : facts_) {
     h.text(f.kind);
     h.text(f.name);

@@ -18,7 +18,8 @@ namespace kinora::render {
 class FrameIdentity {
  public:
   // Of a world that was just built. The scene must stay as it is until wait() or any of the others has returned.
-  void start(const scene::Scene& scene, FileContents& contents, const Registry& registry);
+  // isEdited: it is that of the world before, edited; digests of its primitives are remembered for the next time.
+  void start(const scene::Scene& scene, FileContents& contents, const Registry& registry, bool isEdited);
   void wait() const;
   // 32 digits. Early pictures do without: "" when it is not ready and they may not wait.
   std::string hash(bool mayWait);
@@ -34,12 +35,13 @@ class FrameIdentity {
     Digest content;
     auto operator<=>(const Fact&) const = default;
   };
-  void make(const scene::Scene& scene, FileContents& contents);
+  void make(const scene::Scene& scene, FileContents& contents, bool isEdited);
   void finish();  // as wait(), but throws what stopped it: memory that is not there
 
   std::vector<Fact> facts_;                 // beside the scene, sorted
   std::vector<FileContents::Entry> files_;  // known before the first sample
   scene::ContentsByName byName_;
+  scene::PrimitiveDigests primitives_;  // of the world before
   Digest digest_;
   std::future<void> made_;  // the last member: it is waited for first
 };

@@ -16,11 +16,14 @@
 #include "image/colors.h"
 #include "plugin/registry.h"
 #include "render/camera_attributes.h"
+#include "render/check_scene.h"
 #include "render/frame.h"
 #include "render/frame_identity.h"
+#include "render/frame_plan.h"
 #include "render/overrides.h"
 #include "render/version.h"
 #include "render/world_build.h"
+#include "scene/digests.h"
 #include "texture/texture_system.h"
 
 namespace kinora::render {
@@ -44,12 +47,11 @@ struct Renderer::Impl {
   scene::Scene scene;
   WorldBuilder builder;
   Statistics stats;
-  film::DisplayPlan plan;
-  std::unique_ptr<film::LightPaths> paths;
-  RecordPlan record;
-  film::PixelFilter filter;
-  FilterChain sampleFilters, displayFilters;
-  std::vector<film::FilterRatio> ratios;
+  std::unique_ptr<FramePlan> plan;
+  Digest ofPlan, ofIntegrator;  // of what they were made of
+  FileContents::Names filesOfIntegrator;
+  bool isReady = false;   // there is a world to render
+  bool isEdited = false;  // the scene is that of the world before, edited
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
@@ -59,16 +61,11 @@ struct Renderer::Impl {
   FrameIdentity identity;
   Clock::time_point loadedAt;
   MemoryHold sceneHeld{MemoryUse::Description}, filmHeld{MemoryUse::Film}, picturesHeld{MemoryUse::Pictures};
-  std::array<int, 2> halves{-1, -1};  // channels of the even and the odd samples; -1: not measured
-  std::vector<int64_t> passStart;     // the film's sums before the running pass; for parts of a frame only
+  std::vector<int64_t> passStart;  // the film's sums before the running pass; for parts of a frame only
 
   Impl(Registry& r, Diagnostics& d, Settings s)
       : registry(r), diagnostics(d), settings(std::move(s)), builder(r, d, settings) {
     threads = threadCount(settings.threads);
-  }
-
-  film::DriverLookup drivers() {
-    return [this](const std::string& name) { return registry.find(Kind::Display, name, diagnostics, {}); };
   }
 
   bool prepare() {
@@ -77,8 +74,12 @@ struct Renderer::Impl {
                           "correct or unset OCIO");
     applyOverrides(scene, settings, registry, diagnostics);
     if (diagnostics.count("CLI-SET") > 0) return false;
-    builder.openTextures(scene);
-    if (!builder.buildCamera(scene)) return false;
+    if (builder.openTextures(scene, stats)) {
+      // filters and integrators may hold images of before
+      plan.reset();
+      integrator = {};
+    }
+    if (!builder.buildCamera(scene, stats)) return false;
     // samples
     constexpr int kMostSamples = 1 << 16;
     int spp = settings.samplesPerPixel;
@@ -108,9 +109,22 @@ struct Renderer::Impl {
   bool makeIntegrator() {
     const scene::Node* node = scene.integrator.get();
     const std::string name = node ? node->plugin : defaultIntegrator(scene);
+    Hasher h;
+    h.text(name);
+    h.digest(scene::digestOf(scene.integrator));
+    if (const Digest digest = h.result(); integrator.plugin() && digest == ofIntegrator) {
+      builder.contents().again(filesOfIntegrator);
+      return true;
+    } else {
+      ofIntegrator = digest;
+    }
+    filesOfIntegrator.clear();
+    const FileContents::Listening listening(builder.contents(), filesOfIntegrator);
+    ++stats.rebuilt.integrators;
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {
-      diagnostics.warning("PLUGIN-MISSING", node->pos, "no integrator '" + name + "'", "PxrPathTracer stands in");
+      diagnostics.warning("PLUGIN-MISSING", node ? node->pos : scene.pos, "no integrator '" + name + "'",
+                          "PxrPathTracer stands in");
       d = registry.find(Kind::Integrator, "PxrPathTracer", diagnostics, {});
       node = nullptr;
     }
@@ -133,37 +147,20 @@ struct Renderer::Impl {
     picturesHeld.set(0);
     // an interrupted part of a frame falls back to the sums of the last complete pass
     const uint64_t copies = settings.firstSample >= 0 ? 2 : 1;
-    filmHeld.set(copies * film::Film::bytesNeeded(window, plan.layout));
+    filmHeld.set(copies * film::Film::bytesNeeded(window, plan->displays.layout));
     uint64_t floats = 0;
-    for (const film::Output& o : plan.outputs) {
+    for (const film::Output& o : plan->displays.outputs) {
       uint64_t n = 0;
-      for (const film::OutputChannel& k : o.channels) n += uint64_t(plan.layout[k.channel].width);
+      for (const film::OutputChannel& k : o.channels) n += uint64_t(plan->displays.layout[k.channel].width);
       floats = std::max(floats, n);
     }
     picturesHeld.set(floats * window.pixels() * sizeof(float) * 3 / 2);
   }
 
-  // The first colour again, once for each half of the samples.
-  void addHalves() {
-    halves = {-1, -1};
-    for (int c = 0; c < plan.layout.size(); ++c) {
-      film::Channel k = plan.layout[c];
-      if (k.type != film::ChannelType::Color || k.isData || k.reducer != film::Reducer::Sum) continue;
-      if (k.source.empty()) k.source = k.name;
-      k.splats = false;
-      for (const film::Half half : {film::Half::Even, film::Half::Odd}) {
-        k.half = half;
-        k.name = half == film::Half::Even ? "__even" : "__odd";
-        halves[half == film::Half::Even ? 0 : 1] = plan.layout.add(k);
-      }
-      return;
-    }
-  }
-
   // Each half is an estimate of its own: their mean is the pixel, half their difference its error.
   PixelMap relativeError() const {
     PixelMap m;
-    if (halves[0] < 0 || halves[1] < 0 || samplesDone < 2) return m;
+    if (plan->halves[0] < 0 || plan->halves[1] < 0 || samplesDone < 2) return m;
     const film::Window& w = film->window();
     m.x0 = w.x0, m.y0 = w.y0, m.width = w.width(), m.height = w.height();
     m.values.resize(size_t(w.pixels()));
@@ -172,8 +169,8 @@ struct Renderer::Impl {
     for (int y = w.y0; y < w.y1; ++y)
       for (int x = w.x0; x < w.x1; ++x) {
         float a[4] = {}, b[4] = {};
-        film->resolvePixel(halves[0], x, y, a);
-        film->resolvePixel(halves[1], x, y, b);
+        film->resolvePixel(plan->halves[0], x, y, a);
+        film->resolvePixel(plan->halves[1], x, y, b);
         const size_t i = size_t(y - w.y0) * size_t(m.width) + size_t(x - w.x0);
         for (int c = 0; c < 3; ++c) {
           m.values[i] += 0.5f * std::fabs(a[c] - b[c]) / 3;
@@ -188,76 +185,30 @@ struct Renderer::Impl {
   }
 
   bool makeFilm() {
-    film::PlanOptions options;
-    // of a part -o names the part; its pictures stay the scene's
-    options.isPart = settings.firstSample >= 0;
-    if (!options.isPart) options.output = settings.output;
-    options.splats = hasLightStage();
-    plan = film::planDisplays(scene, options, drivers(), diagnostics);
-    if (!options.output.empty()) film::keepBeside(plan, film::fillFrame(options.output, scene.frame), diagnostics);
-    if (!plan.isWritable) return false;
-    if (options.isPart && !plan.displayFilters.empty()) plan.texturePath = builder.searchPath(scene, "texture");
-    makePixelFilter(scene, registry, builder.host(), diagnostics, filter);
-    if (settings.errorMap && settings.firstSample < 0) addHalves();
-    sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, plan.layout, registry, builder.host(),
-                       builder.width(), diagnostics);
-    displayFilters.make(Kind::DisplayFilter, scene.displayFilters, plan.layout, registry, builder.host(),
-                        builder.width(), diagnostics);
-    record = planRecord(plan.layout);
     builder.openShaders(scene);
-    paths = std::make_unique<film::LightPaths>(record.sources, builder.needsSplit(scene),
-                                               film::LobeNumbers(scene.options));
-    addUserLobes(*paths, record);
-    tellOfPaths();
-    makeRatios();
+    const bool lightStage = hasLightStage(), split = builder.needsSplit(scene);
+    const Digest digest = framePlanDigestOf(scene, lightStage, split);
+    if (plan && digest == ofPlan) {
+      builder.contents().again(plan->files);
+    } else {
+      plan = planFrame(scene, settings, lightStage, split, plan.get(), registry, builder, diagnostics);
+      if (!plan) return false;
+      ofPlan = digest;
+      ++stats.rebuilt.plans;
+    }
     const auto& c = builder.camera();
-    film::Status made;
+    const film::Window window{c.window[0], c.window[1], c.window[2], c.window[3]};
     film.reset();
-    chargeFilm({c.window[0], c.window[1], c.window[2], c.window[3]});
-    film = film::Film::create(c.resolution[0], c.resolution[1], {c.window[0], c.window[1], c.window[2], c.window[3]},
-                              plan.layout, made);
-    if (!film) {
-      diagnostics.error("FILM-MEMORY", scene.pos, made.what, "nothing is rendered");
-      return false;
-    }
-    return true;
-  }
-
-  // Expressions that cannot be had as they are written.
-  void tellOfPaths() {
-    for (const uint16_t i : paths->unmatched()) {
-      const std::string what = "the light path expression \"" + record.sources[i] + "\" ";
-      if (paths->isTooLarge())
-        diagnostics.warning("LPE-SIZE", scene.pos, what + "is too large together with the others",
-                            "its channel stays black", "fewer repetitions ({n,m}), labels and channels need less");
-      else
-        diagnostics.warning(
-            "LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
-            "paths end with L, a light, or O, a glowing surface or a light that the camera sees itself");
-    }
-  }
-
-  bool hasJitter() const { return !scene.hider || scene.hider->params.getInt("jitter", 1) != 0; }
-
-  void makeRatios() {
-    ratios.clear();
-    plan.layout.setNegative(-1, hasJitter() ? filter.negativeMean() : 0);
-    for (const film::ChannelFilter& f : plan.layout.filters()) {
-      film::PixelFilter own;
-      if (!film::PixelFilter::make(f.name, f.xWidth, f.yWidth, own).ok()) own = filter;  // checked by the plan
-      ratios.emplace_back(filter, own);
-      plan.layout.setNegative(int(ratios.size()) - 1, hasJitter() ? ratios.back().negativeMean() : 0);
-      if (ratios.back().covered() < 0.98)
-        diagnostics.warning("DISPLAY-CHANNEL-FILTER", scene.pos,
-                            "the filter \"" + f.name + "\" of a channel reaches beyond the frame's pixel filter \"" +
-                                filter.name() + "\"",
-                            "it is cut there", "give PixelFilter the widest filter of the frame");
-    }
+    chargeFilm(window);
+    film::Status made;
+    film = film::Film::create(c.resolution[0], c.resolution[1], window, plan->displays.layout, made);
+    if (!film) diagnostics.error("FILM-MEMORY", scene.pos, made.what, "nothing is rendered");
+    return film != nullptr;
   }
 
   // Sources that are no built-in ones are primvars, and some object should have them.
   void tellOfPrimvars() {
-    for (const RecordPlan::Primvar& p : record.primvars)
+    for (const RecordPlan::Primvar& p : plan->record.primvars)
       if (!builder.world().primvarWidths.contains(p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
                             "no output and no primvar named \"" + p.name + "\" is in the scene",
@@ -275,7 +226,7 @@ struct Renderer::Impl {
     m.renderSeconds = seconds;
     m.kinoraVersion = kVersion;
     m.sceneHash = identity.hash(!early);
-    m.pixelFilter = filter.name();
+    m.pixelFilter = plan->filter.name();
     m.isComplete = complete;
     return m;
   }
@@ -285,11 +236,11 @@ struct Renderer::Impl {
     in.world = &builder;
     in.integrator = integrator.plugin();
     in.integratorData = integrator.data();
-    in.paths = paths.get();
-    in.plan = &record;
-    in.filter = &filter;
-    in.sampleFilters = sampleFilters.empty() ? nullptr : &sampleFilters;
-    in.ratios = ratios;
+    in.paths = plan->paths.get();
+    in.plan = &plan->record;
+    in.filter = &plan->filter;
+    in.sampleFilters = plan->sampleFilters.empty() ? nullptr : &plan->sampleFilters;
+    in.ratios = plan->ratios;
     in.film = film.get();
     in.hider = hider;
     in.seed = settings.seed;
@@ -299,35 +250,54 @@ struct Renderer::Impl {
     if (settings.groupSize) in.groupSize = settings.groupSize;
     in.bucketOrder =
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
-    in.jitter = hasJitter();
+    in.jitter = hasJitter(scene);
     in.stop = settings.stop;
     in.rayListener = settings.rayListener;
     frame = std::make_unique<Frame>(in);
   }
 
+  // A world of the scene as it is now, from what still holds of the one before. When that fails nothing is kept.
   bool build() {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     identity.wait();  // of the world before, which looks at the scene
+    frame.reset();
+    isReady = false;
     try {
-      sceneHeld.set(scene.bytes());
-      if (!prepare() || !makeFilm() || !builder.buildWorld(scene, *paths, stats)) return false;
-      tellOfPrimvars();
-      identity.start(scene, builder.contents(), registry);
-      // textures live with what is left: a smaller cache costs time only
-      constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
-      if (Memory::limit() > 0)
-        builder.textures().setCacheLimit(std::max(
-            kLeast,
-            std::min(settings.textureCacheBytes ? settings.textureCacheBytes : kUsual, Memory::left() / 4 * 3)));
-      return true;
+      isReady = makeWorld();
     } catch (const MemoryExceeded& e) {
       diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "nothing is rendered",
                         "raise --memory-limit, or simplify what is largest");
-      return false;
     } catch (const std::bad_alloc&) {
       diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to build the scene", "nothing is rendered");
-      return false;
     }
+    if (!isReady) forget();
+    return isReady;
+  }
+
+  // Nothing that was made is used again.
+  void forget() {
+    isReady = false;
+    frame.reset();
+    film.reset();
+    plan.reset();
+    integrator = {};
+    builder.forget();
+  }
+
+  bool makeWorld() {
+    checkScene(scene, diagnostics);
+    sceneHeld.set(scene.bytes());
+    if (!prepare() || !makeFilm() || !builder.buildWorld(scene, plan->paths, stats)) return false;
+    tellOfPrimvars();
+    identity.start(scene, builder.contents(), registry, isEdited);
+    isEdited = true;
+    // textures live with what is left: a smaller cache costs time only
+    constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
+    if (Memory::limit() > 0)
+      builder.textures().setCacheLimit(std::max(
+          kLeast,
+          std::min(settings.textureCacheBytes ? settings.textureCacheBytes : kUsual, Memory::left() / 4 * 3)));
+    return true;
   }
 
   // What the tile cache holds, so that refusals can name it.
@@ -404,6 +374,8 @@ bool Renderer::load(scene::Scene scene) {
   const auto start = Clock::now();
   m.stats = Statistics();
   m.identity.wait();
+  m.forget();
+  m.isEdited = false;
   m.scene = std::move(scene);
   if (!m.build()) return false;
   m.stats.loadSeconds = since(start);
@@ -418,7 +390,6 @@ scene::Scene& Renderer::scene() {
 
 bool Renderer::update() {
   Impl& m = *impl_;
-  m.frame.reset();
   if (!m.build()) return false;
   m.loadedAt = Clock::now();
   return true;
@@ -428,11 +399,17 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
   // one pool for all: Embree and the loop share it
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   const auto start = Clock::now();
+  if (!isReady) {
+    diagnostics.error("RENDER-NO-WORLD", scene.pos, "there is no world to render: the last load or update failed",
+                      "nothing is rendered", "correct the scene and update again");
+    return Outcome::BadScene;
+  }
   try {
     if (write) {
-      output = std::make_unique<film::DisplayOutput>(plan, drivers(), diagnostics);
-      if (!displayFilters.empty())
-        output->setPixelStage([this](const film::Film& f) { return displayFilters.run(f); });
+      output =
+          std::make_unique<film::DisplayOutput>(plan->displays, displayDrivers(registry, diagnostics), diagnostics);
+      if (!plan->displayFilters.empty())
+        output->setPixelStage([this](const film::Film& f) { return plan->displayFilters.run(f); });
       if (!output->probe()) return Outcome::CannotWrite;
     }
     makeFrame();
@@ -540,6 +517,7 @@ const Statistics& Renderer::statistics() const { return impl_->stats; }
 int Renderer::samplesDone() const { return impl_->samplesDone; }
 
 bool Renderer::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
+  if (!impl_->isReady) return false;
   impl_->makeFrame();
   return impl_->frame->replay(x, y, sample, print);
 }
@@ -562,11 +540,11 @@ bool Renderer::writeShard(const std::string& file) {
   info.lateFiles = m.identity.lateFiles(m.builder.contents());
   info.seed = m.settings.seed;
   info.frame = m.scene.frame;
-  info.pixelFilter = m.filter.name();
+  info.pixelFilter = m.plan->filter.name();
   info.ranges = {{uint32_t(m.firstSample), uint32_t(m.firstSample + m.samplesDone)}};
   info.renderSeconds = m.stats.renderSeconds;
   info.kinoraVersion = kVersion;
-  info.outputs = film::outputsToJson(m.plan, m.metadata(m.stats.renderSeconds, true, false));
+  info.outputs = film::outputsToJson(m.plan->displays, m.metadata(m.stats.renderSeconds, true, false));
   const film::Status s = film::writeShard(file, *m.film, info);
   if (!s.ok()) m.diagnostics.error("FILM-SHARD-WRITE", {}, s.what, "nothing was written");
   return s.ok();

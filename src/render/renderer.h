@@ -72,7 +72,8 @@ class Renderer {
   ~Renderer();
   // Builds the world: plug-ins, textures, BVHs. False when nothing can be rendered (messages say why).
   bool load(scene::Scene scene);
-  // The scene may be edited between renders; update() rebuilds only what the edits touched (Statistics counts it).
+  // The scene may be edited in any way between renders; update() makes what the edits reached (Statistics::rebuilt
+  // counts it), and the picture is then a fresh load's. False as for load(): nothing is rendered until the next one.
   scene::Scene& scene();
   bool update();
   // Renders and writes displays. May be called again after update().

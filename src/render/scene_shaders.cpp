@@ -9,6 +9,7 @@ namespace kinora::render {
 void WorldBuilder::openShaders(const scene::Scene& scene) {
   shaders_.begin(searchPath(scene, "shader"), scene.options.getInt("shader:cache", 0) != 0);
   asksRayType_ = false;
+  shadersInUse_.clear();
   std::set<const scene::Network*> seen;
   const auto look = [&](const scene::AttributesPtr& attributes) {
     if (!attributes || !attributes->bxdf || !seen.insert(attributes->bxdf.get()).second) return;
@@ -17,6 +18,7 @@ void WorldBuilder::openShaders(const scene::Scene& scene) {
       const std::string name = shade::shaderNameOf(*n);
       const auto shader = name.empty() ? nullptr : shaders_.find(name, n->pos);
       asksRayType_ |= shader && shader->asksRayType;
+      shadersInUse_.push_back(shader);
     }
   };
   const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives,

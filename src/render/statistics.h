@@ -49,8 +49,22 @@ struct ShaderCost {
   LaneUse lanes;  // of what kernels worked on: that held a point which took part
 };
 
+// What was made, over all load() and update() calls: of what an edit did not reach, nothing.
+struct Rebuilt {
+  uint64_t textures = 0;  // systems opened: for another search path, or files that have changed
+  uint64_t cameras = 0, integrators = 0, plans = 0;  // plans: channels, filters and light paths of a frame
+  uint64_t flattened = 0;                            // lists of placed objects
+  uint64_t meshes = 0;                               // tessellated, but for those that came out as before
+  uint64_t materials = 0;                            // bound to programs
+  uint64_t worlds = 0;     // of traced parts; bvhPartsBuilt and bvhBuilds say what was new in them
+  uint64_t lights = 0;     // made by their plug-ins
+  uint64_t lightSets = 0;  // trees over them
+  bool operator==(const Rebuilt&) const = default;
+};
+
 struct Statistics {
   // world
+  Rebuilt rebuilt;
   double loadSeconds = 0, buildSeconds = 0, renderSeconds = 0, firstPixelSeconds = -1;
   double firstGroupSeconds = -1;  // from the start of the process until its first samples were pixels
   uint64_t primitives = 0, instances = 0, triangles = 0, lights = 0, materials = 0, programs = 0;

@@ -4,7 +4,8 @@
 #include <map>
 #include <set>
 
-#include "render/world_build.h"
+#include "render/trace_stage.h"
+#include "render/world_lights.h"
 
 namespace kinora::render {
 
@@ -34,7 +35,29 @@ std::vector<std::string> groupNames(const std::string& list) {
   return names;
 }
 
-void WorldBuilder::traceSets(shade::ShadingWorld& world) {
+namespace {
+
+// What stops shadow rays follows from what shapes are made of, in any of their places.
+std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::MaterialSet& materials,
+                                         const std::vector<shade::PlacementInfo>& infos) {
+  std::vector<uint32_t> visibility(flat.shapes.size(),
+                                   trace::kSeenByCamera | trace::kSeenByIndirect | trace::kSeenByOpaqueShadow);
+  for (size_t k = 0; k < flat.placements.size(); ++k) {
+    const shade::Program& program = materials.program(materials[infos[k].material].program);
+    if (program.opaque && !program.tints) continue;
+    uint32_t& v = visibility[flat.parts[flat.placements[k].part].shapes[0]];
+    v = (v & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
+  }
+  return visibility;
+}
+
+}  // namespace
+
+Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::vector<shade::PlacementInfo>& infos,
+              Diagnostics& diagnostics) {
+  Sight sight;
+  sight.ofShape = visibilityOfShapes(flat, materials, infos);
+  for (const trace::PlacementInput& p : flat.placements) sight.ofPlacement.push_back(p.visibility);
   struct Subset {
     int kind;
     std::vector<std::string> names, exclude;
@@ -42,24 +65,24 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
   };
   std::map<std::array<std::string, 3>, uint32_t> known;  // kind and both texts -> bit
   std::vector<Subset> subsets;
-  std::vector<std::vector<std::string>> groups(placements_.size());
+  std::vector<std::vector<std::string>> groups(flat.placements.size());
   std::set<std::string> members, missed;
   uint32_t nextBit = kFirstBit;
   bool any = false, tooMany = false;
-  for (size_t i = 0; i < placements_.size(); ++i) {
-    const scene::Attributes* a = attributesOfPlacement_[i];
+  for (size_t i = 0; i < flat.placements.size(); ++i) {
+    const scene::Attributes* a = flat.attributes[i];
     if (!a) continue;
     groups[i] = groupNames(a->named.getString("grouping:membership", ""));
     members.insert(groups[i].begin(), groups[i].end());
     for (const SetKind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
-  if (!any) return;
+  if (!any) return sight;
   std::map<std::array<uint32_t, 3>, uint32_t> setOf;
-  world.traceSets.push_back({});
+  sight.sets.push_back({});
   setOf[{0, 0, 0}] = 0;
-  for (size_t i = 0; i < placements_.size(); ++i) {
-    const scene::Attributes* a = attributesOfPlacement_[i];
-    placementInfos_[i].traceSet = 0;
+  for (size_t i = 0; i < flat.placements.size(); ++i) {
+    const scene::Attributes* a = flat.attributes[i];
+    infos[i].traceSet = 0;
     if (!a) continue;
     std::array<uint32_t, 3> bits{};
     for (int k = 0; k < 3; ++k) {
@@ -71,17 +94,17 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
         for (const std::string& n : *list)
           if (!members.count(n) && missed.insert(n).second) {
             const scene::Parameter* p = a->named.find(list == &s.names ? kKinds[k].subset : kKinds[k].exclude);
-            diagnostics_.warning("RENDER-TRACE-SET", p ? p->pos : SourcePos{},
-                                 std::string(list == &s.names ? kKinds[k].subset : kKinds[k].exclude) + " names '" +
-                                     n.substr(0, 60) + "', and no object is a member of that group",
-                                 "the name selects nothing");
+            diagnostics.warning("RENDER-TRACE-SET", p ? p->pos : SourcePos{},
+                                std::string(list == &s.names ? kKinds[k].subset : kKinds[k].exclude) + " names '" +
+                                    n.substr(0, 60) + "', and no object is a member of that group",
+                                "the name selects nothing");
           }
       const auto [it, fresh] = known.try_emplace({std::to_string(k), subset, exclude}, nextBit);
       if (fresh) {
         if (nextBit + kKinds[k].bits > 32) {
           if (!tooMany)
-            diagnostics_.warning("RENDER-TRACE-SET", {}, "the scene has more subsets for rays than can be told apart",
-                                 "those beyond are ignored");
+            diagnostics.warning("RENDER-TRACE-SET", {}, "the scene has more subsets for rays than can be told apart",
+                                "those beyond are ignored");
           tooMany = true;
           it->second = 0;
           continue;
@@ -92,7 +115,7 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
       }
       bits[size_t(k)] = it->second;
     }
-    const auto [it, fresh] = setOf.try_emplace(bits, uint32_t(world.traceSets.size()));
+    const auto [it, fresh] = setOf.try_emplace(bits, uint32_t(sight.sets.size()));
     if (fresh) {
       shade::TraceSet set;
       if (bits[0]) set.reflect = 1u << bits[0];
@@ -101,29 +124,29 @@ void WorldBuilder::traceSets(shade::ShadingWorld& world) {
         set.opaqueShadow = 1u << bits[2];
         set.clearShadow = 2u << bits[2];
       }
-      world.traceSets.push_back(set);
+      sight.sets.push_back(set);
     }
-    placementInfos_[i].traceSet = it->second;
+    infos[i].traceSet = it->second;
   }
-  if (world.traceSets.size() == 1) world.traceSets.clear();
+  if (sight.sets.size() == 1) sight.sets.clear();
   // shapes take part as far as their visibility lets them; placements are members
   const auto bitsOf = [](const Subset& s, uint32_t visibility) {
     if (s.kind < 2) return visibility & trace::kSeenByIndirect ? 1u << s.bit : 0u;
     return (visibility & trace::kSeenByOpaqueShadow ? 1u << s.bit : 0u) |
            (visibility & trace::kSeenByClearShadow ? 2u << s.bit : 0u);
   };
-  for (trace::ShapeInput& shape : shapeInputs_)
-    for (const Subset& s : subsets) shape.visibility |= bitsOf(s, shape.visibility);
-  for (size_t i = 0; i < placements_.size(); ++i)
+  for (uint32_t& visibility : sight.ofShape)
+    for (const Subset& s : subsets) visibility |= bitsOf(s, visibility);
+  for (size_t i = 0; i < flat.placements.size(); ++i)
     for (const Subset& s : subsets) {
       const auto in = [&](const std::vector<std::string>& names) {
         return std::any_of(names.begin(), names.end(), [&](const std::string& n) {
           return std::find(groups[i].begin(), groups[i].end(), n) != groups[i].end();
         });
       };
-      if ((s.names.empty() || in(s.names)) && !in(s.exclude))
-        placements_[i].visibility |= bitsOf(s, placements_[i].visibility);
+      if ((s.names.empty() || in(s.names)) && !in(s.exclude)) sight.ofPlacement[i] |= bitsOf(s, sight.ofPlacement[i]);
     }
+  return sight;
 }
 
 }  // namespace kinora::render

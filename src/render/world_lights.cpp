@@ -1,17 +1,17 @@
-// The lights of a world: plug-in instances, their filters and geometry, and which objects they light.
+#include "render/world_lights.h"
+
 #include <algorithm>
-#include <map>
-#include <set>
+#include <cmath>
+#include <utility>
 
 #include "render/filters.h"
 #include "render/mesh_light.h"
-#include "render/world_build.h"
+#include "scene/digests.h"
 
 namespace kinora::render {
 
-// Objects of the same lights share a set; set 0 is that of all lights.
-WorldBuilder::LinkSets WorldBuilder::linkObjects(const scene::Scene& scene,
-                                                 const std::vector<scene::Light>& sources) {
+LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>& sources, const FlatScene& flat,
+                     std::vector<shade::PlacementInfo>& infos) {
   std::set<uint32_t> rendered;
   for (const scene::Light& l : sources) rendered.insert(l.id);
   std::vector<uint32_t> classic;
@@ -28,8 +28,13 @@ WorldBuilder::LinkSets WorldBuilder::linkObjects(const scene::Scene& scene,
     return it->second;
   };
   LinkSets sets{{Linking{}, 0}};
-  for (size_t k = 0; k < placements_.size(); ++k) {
-    const scene::Attributes* a = attributesOfPlacement_[k];
+  for (size_t k = 0; k < infos.size(); ++k) {
+    const scene::Attributes* a = flat.attributes[k];
+    // most objects share the attributes of the one before
+    if (k > 0 && a == flat.attributes[k - 1]) {
+      infos[k].linkSet = infos[k - 1].linkSet;
+      continue;
+    }
     Linking key;
     if (a) {
       key.subset = a->named.getString("lighting:subset", "");
@@ -37,18 +42,64 @@ WorldBuilder::LinkSets WorldBuilder::linkObjects(const scene::Scene& scene,
       if (const scene::Parameter* off = a->named.find("illuminate:off")) key.off = off->strings;
     }
     key.unlisted = unlisted(a ? a->lightSources.get() : nullptr);
-    placementInfos_[k].linkSet = sets.try_emplace(std::move(key), uint32_t(sets.size())).first->second;
+    infos[k].linkSet = sets.try_emplace(std::move(key), uint32_t(sets.size())).first->second;
   }
   return sets;
 }
 
+namespace {
+
+// A light's handle and its groups.
+std::set<std::string> namesOf(const scene::Light& l) {
+  std::set<std::string> all{l.node->handle};
+  if (l.attributes)
+    for (std::string& g : groupNames(l.attributes->named.getString("grouping:membership", "")))
+      all.insert(std::move(g));
+  return all;
+}
+
+Placement placementOf(const scene::Transform& toWorld, const CameraState& camera) {
+  Placement p{};
+  scene::Matrix m = toWorld.at(camera.middle());
+  bool isFinite = true;
+  for (int i = 0; i < 16; ++i) isFinite &= std::isfinite(m[i / 4][i % 4]);
+  if (!isFinite) m = scene::Matrix();
+  for (int k = 0; k < 3; ++k) {
+    m[3][k] -= camera.origin[k];
+    p.worldOrigin[k] = camera.origin[k];
+  }
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) p.localToRender[4 * i + j] = m[i][j];
+  p.isStatic = toWorld.isStatic();
+  return p;
+}
+
+// Of all that a light's own data are made of.
+Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Scene& scene,
+                const CameraState& camera) {
+  Hasher h;
+  h.digest(scene::ownDigestOf(l));
+  h.text(plugin.name);
+  h.bytes(camera.origin, sizeof camera.origin);
+  const double middle = camera.middle();
+  h.bytes(&middle, sizeof middle);
+  if (l.geometry) {
+    h.word(camera.worldToCamera.determinant() < 0);
+    h.digest(scene::digestOf(l.geometry->toWorld));
+  }
+  // filters stand in coordinate systems by name
+  if (!l.filters.empty()) h.digest(scene::digestOf(scene.coordinateSystems));
+  return h.result();
+}
+
 // A LightSource whose block ends before any object is said is off for all of them (RISpec): no mistake, but likely
 // one.
-void WorldBuilder::tellOfUnusedLights(const std::vector<std::vector<uint32_t>>& sets,
-                                      const std::vector<const scene::Light*>& sourceOf, const scene::Scene& scene) {
-  if (placementInfos_.empty()) return;
+void tellOfUnusedLights(const std::vector<std::vector<uint32_t>>& sets,
+                        const std::vector<const scene::Light*>& sourceOf, const scene::Scene& scene,
+                        const std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
+  if (infos.empty()) return;
   std::vector<bool> isUsed(sets.size(), false), shines(sourceOf.size(), false);
-  for (const shade::PlacementInfo& p : placementInfos_) isUsed[p.linkSet] = true;
+  for (const shade::PlacementInfo& p : infos) isUsed[p.linkSet] = true;
   for (size_t k = 0; k < sets.size(); ++k)
     for (const uint32_t i : sets[k]) shines[i] = shines[i] || isUsed[k];
   std::set<uint32_t> dark;
@@ -56,97 +107,31 @@ void WorldBuilder::tellOfUnusedLights(const std::vector<std::vector<uint32_t>>& 
     if (!shines[i]) dark.insert(sourceOf[i]->id);
   for (const scene::Light& l : scene.classicLights)
     if (l.node && l.node->kind == "LightSource" && dark.count(l.id))
-      diagnostics_.warning(
+      diagnostics.warning(
           "LIGHT-OFF", l.node->pos, "LightSource '" + l.node->handle + "' shines on no object", "it lights nothing",
           "a LightSource ends with its attribute block; Illuminate switches it on again for what follows");
 }
 
-std::shared_ptr<const light::LightSet> WorldBuilder::makeLights(const scene::Scene& scene,
-                                                                const std::vector<scene::Light>& sources,
-                                                                const film::LightPaths& paths,
-                                                                const LinkSets& links) {
-  const trace::World& world = *shading_->world;
-  std::vector<light::LightKind> kinds;
-  std::map<const Descriptor*, uint32_t> kindOf;
-  std::vector<light::LightEntry> lights;
-  std::vector<std::set<std::string>> names;  // of each light: its handle and its groups
-  std::vector<const scene::Light*> sourceOf;
-  std::set<std::string> known;  // those of lights that are not rendered too
-  const auto namesOf = [](const scene::Light& l) {
-    std::set<std::string> all{l.node->handle};
-    if (l.attributes)
-      for (std::string& g : groupNames(l.attributes->named.getString("grouping:membership", "")))
-        all.insert(std::move(g));
-    return all;
-  };
-  for (const auto* list : {&scene.classicLights, &sources})
-    for (const scene::Light& l : *list)
-      if (l.node) known.merge(namesOf(l));
-  for (const scene::Light& l : sources) {
-    if (!l.node) continue;
-    if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
-    const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, diagnostics_, l.node->pos);
-    if (!d) {
-      diagnostics_.warning("PLUGIN-MISSING", l.node->pos,
-                           "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')", "it is left out",
-                           "is its library on the plug-in path?");
-      continue;
-    }
-    const Placement placement = placementOf(l.toWorld);
-    Instance inst;
-    EmittingMesh emitting;
-    if (l.geometry)
-      emitting = emittingMesh(*l.geometry, l.toWorld, 0.5 * (camera_.shutterOpen + camera_.shutterClose), origin_,
-                              camera_.worldToCamera.determinant() < 0, diagnostics_);
-    const LightMesh lightMesh = emitting.mesh();
-    if (!inst.create(*d, l.node.get(), &placement, &lightMesh, host_, diagnostics_)) continue;
-    light::LightEntry e;
-    const auto [kind, isNewKind] = kindOf.try_emplace(d, uint32_t(kinds.size()));
-    if (isNewKind) {
-      kinds.emplace_back();
-      for (uint32_t width : {1u, 4u, 8u, 16u})
-        kinds.back().byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
-    }
-    e.kind = kind->second;
-    e.owner = inst.owner();
-    e.instance = inst.data();
-    e.description.visibleToCamera = 1;
-    e.description.diffuse = e.description.specular = 1;
-    if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->describe)
-      traits->describe(inst.data(), &e.description);
-    float largestFactor = 1;
-    e.filters = makeLightFilters(
-        l, scene, [this](const scene::Transform& t) { return placementOf(t); }, registry_, host_, diagnostics_,
-        largestFactor);
-    e.description.power *= largestFactor;
-    e.group = paths.end(l.node->params.getString("lightGroup", ""));
-    e.visibility = 0;
-    if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
-    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
-    e.castsShadow = l.node->params.getInt("enableShadows", 1) != 0;
-    e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
-    names.push_back(namesOf(l));
-    sourceOf.push_back(&l);
-    lights.push_back(std::move(e));
-  }
-  if (lights.empty())
-    diagnostics_.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered",
-                         "only glowing surfaces will be seen", "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
+// Which lights each link set holds; names that no light has are told of.
+std::vector<std::vector<uint32_t>> membersOf(const LinkSets& links, const std::vector<std::set<std::string>>& names,
+                                             const std::vector<const scene::Light*>& sourceOf,
+                                             const std::set<std::string>& known, const scene::Scene& scene,
+                                             Diagnostics& diagnostics) {
   std::vector<std::vector<uint32_t>> sets(links.size());
   std::set<std::string> unknown;
   const auto check = [&](const std::vector<std::string>& list, const char* what, const char* done) {
     for (const std::string& n : list)
       if (!known.count(n) && unknown.insert(n).second)
-        diagnostics_.warning("LIGHT-LINK", scene.pos,
-                             std::string(what) + " names '" + n + "', which no light is or belongs to", done,
-                             "a light's handle, or its Attribute \"grouping\" \"string membership\", is such a name");
+        diagnostics.warning("LIGHT-LINK", scene.pos,
+                            std::string(what) + " names '" + n + "', which no light is or belongs to", done,
+                            "a light's handle, or its Attribute \"grouping\" \"string membership\", is such a name");
   };
   for (const auto& [key, index] : links) {
     const std::vector<std::string> subset = groupNames(key.subset), exclude = groupNames(key.exclude);
     check(subset, "light linking", "objects that name nothing else in lighting:subset are unlit");
     check(exclude, "light linking", "nothing is excluded by it");
     check(key.off, "Illuminate", "nothing is switched off by it");
-    for (uint32_t i = 0; i < lights.size(); ++i) {
+    for (uint32_t i = 0; i < names.size(); ++i) {
       const auto in = [&](const std::vector<std::string>& list) {
         return std::any_of(list.begin(), list.end(), [&](const std::string& n) { return names[i].count(n) > 0; });
       };
@@ -157,16 +142,137 @@ std::shared_ptr<const light::LightSet> WorldBuilder::makeLights(const scene::Sce
       if (!has(key.unlisted, sourceOf[i]->id)) sets[index].push_back(i);
     }
   }
-  tellOfUnusedLights(sets, sourceOf, scene);
-  if (std::any_of(lights.begin(), lights.end(), [](const light::LightEntry& e) { return !e.isIndirectToo; })) {
-    shading_->indirectSets = uint32_t(links.size());
-    shading_->hasLinks = true;
+  return sets;
+}
+
+}  // namespace
+
+struct Lights::Chosen {
+  std::vector<light::LightKind> kinds;
+  std::vector<light::LightEntry> entries;
+  std::vector<uint64_t> serials;
+  std::vector<std::set<std::string>> names;
+  std::vector<const scene::Light*> sources;
+};
+
+std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const Descriptor& plugin,
+                                                   const scene::Scene& scene, const Tools& tools, Rebuilt& made) {
+  const Digest digest = digestOf(l, plugin, scene, tools.camera);
+  if (const auto it = now_.find(digest); it != now_.end()) return it->second;
+  if (const auto it = before_.find(digest); it != before_.end()) {
+    tools.contents.again(it->second->files);
+    return now_[digest] = it->second;
+  }
+  auto m = std::make_shared<Made>();
+  const FileContents::Listening listening(tools.contents, m->files);
+  const Placement placement = placementOf(l.toWorld, tools.camera);
+  EmittingMesh emitting;
+  if (l.geometry)
+    emitting = emittingMesh(*l.geometry, l.toWorld, tools.camera.middle(), tools.camera.origin,
+                            tools.camera.worldToCamera.determinant() < 0, tools.diagnostics);
+  const LightMesh lightMesh = emitting.mesh();
+  Instance instance;
+  if (!instance.create(plugin, l.node.get(), &placement, &lightMesh, tools.host, tools.diagnostics)) return nullptr;
+  light::LightEntry& e = m->entry;
+  e.owner = instance.owner();
+  e.instance = instance.data();
+  e.description.visibleToCamera = 1;
+  e.description.diffuse = e.description.specular = 1;
+  if (const auto* traits = static_cast<const LightTraits*>(plugin.traits); traits && traits->describe)
+    traits->describe(instance.data(), &e.description);
+  float largestFactor = 1;
+  e.filters = makeLightFilters(
+      l, scene, [&](const scene::Transform& t) { return placementOf(t, tools.camera); }, tools.registry, tools.host,
+      tools.diagnostics, largestFactor);
+  e.description.power *= largestFactor;
+  m->serial = ++lastSerial_;
+  ++made.lights;
+  return now_[digest] = m;
+}
+
+Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene::Light>& sources, const Tools& tools,
+                              Rebuilt& made) {
+  Chosen c;
+  std::map<const Descriptor*, uint32_t> kindOf;
+  for (const scene::Light& l : sources) {
+    if (!l.node) continue;
+    if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
+    const Descriptor* d = tools.registry.find(Kind::Light, l.node->plugin, tools.diagnostics, l.node->pos);
+    if (!d) {
+      tools.diagnostics.warning("PLUGIN-MISSING", l.node->pos,
+                                "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')", "it is left out",
+                                "is its library on the plug-in path?");
+      continue;
+    }
+    const std::shared_ptr<const Made> m = madeOf(l, *d, scene, tools, made);
+    if (!m) continue;
+    light::LightEntry e = m->entry;
+    const auto [kind, isNewKind] = kindOf.try_emplace(d, uint32_t(c.kinds.size()));
+    if (isNewKind) {
+      c.kinds.emplace_back();
+      for (uint32_t width : {1u, 4u, 8u, 16u})
+        c.kinds.back().byWidth[width] = static_cast<const LightFunctions*>(functionsFor(*d, width));
+    }
+    e.kind = kind->second;
+    e.group = tools.paths.end(l.node->params.getString("lightGroup", ""));
+    e.visibility = 0;
+    if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
+    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
+    e.castsShadow = l.node->params.getInt("enableShadows", 1) != 0;
+    e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
+    c.names.push_back(namesOf(l));
+    c.sources.push_back(&l);
+    c.serials.push_back(m->serial);
+    c.entries.push_back(std::move(e));
+  }
+  return c;
+}
+
+std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
+                                                    const std::vector<scene::Light>& sources, const LinkSets& links,
+                                                    const Tools& tools, shade::ShadingWorld& world, Rebuilt& made) {
+  before_ = std::move(now_);
+  now_.clear();
+  Chosen chosen = choose(scene, sources, tools, made);
+  before_.clear();
+  if (chosen.entries.empty())
+    tools.diagnostics.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered",
+                              "only glowing surfaces will be seen",
+                              "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
+  std::set<std::string> known;  // names of lights that are not rendered too
+  for (const auto* list : {&scene.classicLights, &sources})
+    for (const scene::Light& l : *list)
+      if (l.node) known.merge(namesOf(l));
+  std::vector<std::vector<uint32_t>> sets =
+      membersOf(links, chosen.names, chosen.sources, known, scene, tools.diagnostics);
+  tellOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
+  if (std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
+    world.indirectSets = uint32_t(links.size());
+    world.hasLinks = true;
     for (size_t k = 0; k < links.size(); ++k) {
       sets.push_back(sets[k]);
-      std::erase_if(sets.back(), [&](uint32_t i) { return !lights[i].isIndirectToo; });
+      std::erase_if(sets.back(), [&](uint32_t i) { return !chosen.entries[i].isIndirectToo; });
     }
   }
-  return std::make_shared<light::LightSet>(std::move(kinds), std::move(lights), sets, world.center(), world.radius());
+  Hasher h;
+  for (size_t i = 0; i < chosen.entries.size(); ++i) {
+    const light::LightEntry& e = chosen.entries[i];
+    for (const uint64_t w : {chosen.serials[i], uint64_t(e.kind), uint64_t(e.group),
+                             uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9)})
+      h.word(w);
+  }
+  h.word(sets.size());
+  for (const auto& set : sets) h.bytes(set.data(), set.size() * sizeof(uint32_t));
+  h.bytes(world.world->center(), 3 * sizeof(float));
+  const float radius = world.world->radius();
+  h.bytes(&radius, sizeof radius);
+  if (const Digest digest = h.result(); !set_ || digest != ofSet_) {
+    set_ = std::make_shared<light::LightSet>(std::move(chosen.kinds), std::move(chosen.entries), sets,
+                                             world.world->center(), radius);
+    ofSet_ = digest;
+    ++made.lightSets;
+  }
+  return set_;
 }
 
 }  // namespace kinora::render

@@ -3,9 +3,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
+#include <map>
 #include <set>
 
+#include "scene/digester.h"
 #include "scene/fields.h"
 
 namespace kinora::scene {
@@ -21,175 +22,6 @@ bool optionDecidesPixels(const Parameter& option) {
 }
 
 namespace {
-
-template <class T>
-struct IsVector : std::false_type {};
-template <class T>
-struct IsVector<std::vector<T>> : std::true_type {};
-template <class T>
-struct IsArray : std::false_type {};
-template <class T, size_t N>
-struct IsArray<std::array<T, N>> : std::true_type {};
-template <class T>
-struct IsShared : std::false_type {};
-template <class T>
-struct IsShared<std::shared_ptr<T>> : std::true_type {};
-template <class T>
-struct IsMap : std::false_type {};
-template <class T>
-struct IsMap<std::map<std::string, T>> : std::true_type {};
-template <class T>
-constexpr bool kIsNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
-// Values without padding and without owners: their bytes are what they say.
-template <class T>
-constexpr bool kIsBytes = (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) || std::is_same_v<T, Matrix>;
-
-// Where in the scene the things are that others name by their id. Only light sources are named so: objects list those
-// that shine on them, and an area light is an object as well.
-class Places {
- public:
-  explicit Places(const Scene& scene) {
-    if (scene.classicLights.empty()) return;
-    for (size_t i = 0; i < scene.classicLights.size(); ++i)
-      places_.try_emplace(scene.classicLights[i].id, uint64_t(i) << 1 | 1);
-    for (size_t i = 0; i < scene.primitives.size(); ++i)
-      places_.try_emplace(scene.primitives[i]->id, uint64_t(i) << 1);
-  }
-  uint64_t of(uint32_t id) const {
-    const auto it = places_.find(id);
-    return it == places_.end() ? ~uint64_t(id) : it->second;
-  }
-
- private:
-  std::unordered_map<uint32_t, uint64_t> places_;
-};
-
-// What digests depend on beside the thing itself.
-struct Surroundings {
-  const Scene& scene;
-  const ContentsByName& files;
-  Places places;
-};
-
-// Digests of things. It remembers those of what things share, so that each is worked out once; one for each thread.
-class Digester {
- public:
-  explicit Digester(const Surroundings& s) : s_(s) {}
-
-  template <class T>
-  Digest of(const T& value) {
-    Hasher h;
-    add(h, value);
-    return h.result();
-  }
-  template <class F>
-  Digest of(const F& field, const typename F::Member& value) {
-    Hasher h;
-    add(h, field, value);
-    return h.result();
-  }
-
- private:
-  template <class F>
-  void add(Hasher& h, const F& field, const typename F::Member& value) {
-    if constexpr (F::kCounts == Counts::ByPlace)
-      addPlaces(h, value);
-    else if constexpr (std::is_same_v<typename F::Member, ParameterList>)
-      addParameters(h, value, field.isCounted);
-    else if constexpr (F::kCounts == Counts::Always)
-      add(h, value);
-  }
-
-  void addPlaces(Hasher& h, const std::shared_ptr<const std::vector<uint32_t>>& ids) {
-    h.word(ids ? ids->size() + 1 : 0);
-    if (ids)
-      for (const uint32_t id : *ids) h.word(s_.places.of(id));
-  }
-
-  // What parameters say may be names of files.
-  void addArgument(Hasher& h, const std::string& text) {
-    const auto file = s_.files.find(text);
-    h.word(file != s_.files.end());
-    file != s_.files.end() ? h.digest(file->second) : h.text(text);
-  }
-
-  void addParameters(Hasher& h, const ParameterList& list, bool (*isCounted)(const Parameter&)) {
-    uint64_t count = 0;
-    for (const Parameter& p : list)
-      if (!isCounted || isCounted(p)) add(h, p), ++count;
-    h.word(count);
-  }
-
-  // Shared by many owners: once.
-  template <class T>
-  void addShared(Hasher& h, const std::shared_ptr<T>& pointer) {
-    using Plain = std::remove_const_t<T>;
-    h.word(pointer != nullptr);
-    if (!pointer) return;
-    if constexpr (std::is_same_v<Plain, Attributes>) {
-      // mostly those of the object before
-      if (pointer.get() != lastAttributes_) {
-        digestOfLast_ = of(*pointer);
-        lastAttributes_ = pointer.get();
-      }
-      h.digest(digestOfLast_);
-    } else if constexpr (std::is_same_v<Plain, Network> || IsMap<Plain>::value) {
-      auto it = known_.find(pointer.get());
-      if (it == known_.end()) it = known_.emplace(pointer.get(), of(*pointer)).first;
-      h.digest(it->second);
-    } else {
-      add(h, *pointer);
-    }
-  }
-
-  template <class T>
-  void add(Hasher& h, const T& value) {
-    if constexpr (std::is_same_v<T, float>) {
-      h.word(std::bit_cast<uint32_t>(value));
-    } else if constexpr (std::is_same_v<T, double>) {
-      h.word(std::bit_cast<uint64_t>(value));
-    } else if constexpr (kIsNumber<T>) {
-      h.word(uint64_t(value));
-    } else if constexpr (std::is_same_v<T, Matrix>) {
-      h.bytes(&value, sizeof value);
-    } else if constexpr (std::is_same_v<T, std::string>) {
-      h.text(value);
-    } else if constexpr (std::is_same_v<T, ParameterList>) {
-      addParameters(h, value, nullptr);
-    } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-      h.word(value.size());
-      for (const std::string& one : value) addArgument(h, one);
-    } else if constexpr (IsVector<T>::value || IsArray<T>::value) {
-      if constexpr (kIsBytes<typename T::value_type>) {
-        h.bytes(value.data(), value.size() * sizeof(typename T::value_type));
-      } else {
-        h.word(value.size());
-        for (const auto& one : value) add(h, one);
-      }
-    } else if constexpr (IsMap<T>::value) {
-      h.word(value.size());
-      for (const auto& [name, one] : value) h.text(name), add(h, one);
-    } else if constexpr (IsShared<T>::value) {
-      addShared(h, value);
-    } else if constexpr (detail::IsOptional<T>::value) {
-      h.word(value.has_value());
-      if (value) add(h, *value);
-    } else if constexpr (std::is_same_v<T, Shape>) {
-      h.word(value.index());
-      std::visit([&](const auto& shape) { add(h, shape); }, value);
-    } else {
-      forEachField(value, [&](const auto& field, const auto& member) { add(h, field, member); });
-      // which object the light is as well, and so does not stand in the scene a second time
-      if constexpr (std::is_same_v<T, Light>)
-        if (value.geometry) h.word(s_.places.of(value.geometry->id));
-    }
-  }
-
-  const Surroundings& s_;
-  const void* lastAttributes_ = nullptr;
-  Digest digestOfLast_;
-  std::unordered_map<const void*, Digest> known_;
-};
 
 std::string inQuotes(const std::string& what, const std::string& name) { return what + " \"" + name + "\""; }
 std::string placeOf(const SourcePos& pos) { return pos.str(); }
@@ -383,6 +215,12 @@ class Things {
   }
   template <class T>
   void addThing(const T& object, const std::string* within = nullptr) {
+    list.push_back({&object, typeOf<T>(), within});
+  }
+
+ public:
+  template <class T>
+  static const ThingType* typeOf() {
     static constexpr ThingType kType{[](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
                                      [](const Thing& t, const Section&, const Scene& s) {
                                        Title title = titleOf(*static_cast<const T*>(t.object), s);
@@ -390,8 +228,10 @@ class Things {
                                        return title;
                                      },
                                      [](PartLister& l, const void* o) { l.list(*static_cast<const T*>(o)); }};
-    list.push_back({&object, &kType, within});
+    return &kType;
   }
+
+ private:
   template <class T>
   void addPlain(const T& value, const std::string* key) {
     static constexpr ThingType kType{[](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
@@ -405,40 +245,82 @@ class Things {
 };
 
 // A key that a thing stands under counts as well.
-Digest digestOf(const Thing& t, Digester& digester) {
+Digest digestOf(const Thing& t, const Digest& own) {
   Hasher h;
-  h.digest(t.type->digest(digester, t.object));
+  h.digest(own);
   if (t.key) h.text(*t.key);
   return h.result();
 }
 
-std::vector<Digest> digestsOf(const Things& things, const Surroundings& s) {
+bool isPrimitive(const Thing& t) { return t.type == Things::typeOf<Primitive>(); }
+
+// What a thing's digest depends on beside the thing.
+Digest digestOf(const Surroundings& s, const Scene& scene) {
+  std::map<std::string_view, Digest> sorted(s.files.begin(), s.files.end());
+  Hasher h;
+  for (const auto& [name, content] : sorted) h.text(name), h.digest(content);
+  h.word(scene.classicLights.size());
+  for (const Light& l : scene.classicLights) h.word(l.id);
+  if (!scene.classicLights.empty())
+    for (const PrimitivePtr& p : scene.primitives) h.word(p->id);
+  return h.result();
+}
+
+std::vector<Digest> digestsOf(const Things& things, const Surroundings& s, PrimitiveDigests* remembered = nullptr) {
   constexpr size_t kChunk = 1024;
   std::vector<Digest> digests(things.list.size());
   tbb::parallel_for(size_t(0), (digests.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
     Digester digester(s);
-    for (size_t i = chunk * kChunk; i < std::min(digests.size(), (chunk + 1) * kChunk); ++i)
-      digests[i] = digestOf(things.list[i], digester);
+    for (size_t i = chunk * kChunk; i < std::min(digests.size(), (chunk + 1) * kChunk); ++i) {
+      const Thing& t = things.list[i];
+      if (remembered && isPrimitive(t))
+        if (const auto it = remembered->known.find(static_cast<const Primitive*>(t.object));
+            it != remembered->known.end()) {
+          digests[i] = it->second.digest;
+          continue;
+        }
+      digests[i] = t.type->digest(digester, t.object);
+    }
   });
   return digests;
 }
 
+// Those of the scene's primitives, of which `own` has the digests in the order of `things`.
+void remember(const Scene& scene, const Things& things, const std::vector<Digest>& own, PrimitiveDigests& to) {
+  std::unordered_map<const Primitive*, PrimitiveDigests::Known> now;
+  std::unordered_map<const void*, size_t> places;
+  for (size_t i = 0; i < things.list.size(); ++i)
+    if (isPrimitive(things.list[i])) places.emplace(things.list[i].object, i);
+  const auto add = [&](const std::vector<PrimitivePtr>& list) {
+    for (const PrimitivePtr& p : list) now.try_emplace(p.get(), PrimitiveDigests::Known{p, own[places.at(p.get())]});
+  };
+  add(scene.primitives);
+  for (const Prototype& p : scene.prototypes) add(p.primitives);
+  to.known = std::move(now);
+}
+
 }  // namespace
 
-Digest digestOf(const Scene& scene, const ContentsByName& files) {
-  const Surroundings s{scene, files, Places(scene)};
+Digest digestOf(const Scene& scene, const ContentsByName& files, PrimitiveDigests* remembered) {
+  const Surroundings s{files, Places(scene)};
   const Things things(scene);
-  const std::vector<Digest> digests = digestsOf(things, s);
+  if (remembered)
+    if (const Digest around = digestOf(s, scene); around != remembered->surroundings) {
+      remembered->known.clear();
+      remembered->surroundings = around;
+    }
+  const std::vector<Digest> digests = digestsOf(things, s, remembered);
+  if (remembered) remember(scene, things, digests, *remembered);
   Hasher h;
   for (const Section& section : things.sections) {
     h.word(section.end - section.first);
-    for (size_t i = section.first; i < section.end; ++i) h.digest(digests[i]);
+    for (size_t i = section.first; i < section.end; ++i) h.digest(digestOf(things.list[i], digests[i]));
   }
   return h.result();
 }
 
 Inventory inventoryOf(const Scene& scene, const ContentsByName& files, const InventorySize& most) {
-  const Surroundings s{scene, files, Places(scene)};
+  const Surroundings s{files, Places(scene)};
   const Things things(scene);
   const std::vector<Digest> digests = digestsOf(things, s);
   Digester digester(s);
@@ -455,10 +337,10 @@ Inventory inventoryOf(const Scene& scene, const ContentsByName& files, const Inv
       if (end - i > 1) {
         entry.last = things.list[end - 1].type->title(things.list[end - 1], section, scene).name;
         Hasher h;
-        for (size_t k = i; k < end; ++k) h.digest(digests[k]);
+        for (size_t k = i; k < end; ++k) h.digest(digestOf(things.list[k], digests[k]));
         entry.digest = h.result().low;
       } else {
-        entry.digest = digests[i].low;
+        entry.digest = digestOf(t, digests[i]).low;
         if (t.type->parts && partsLeft > 0) {
           PartLister lister(digester, entry.parts);
           t.type->parts(lister, t.object);

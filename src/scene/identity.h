@@ -18,7 +18,19 @@ namespace kinora::scene {
 // What the files hold that parameters name: such a string counts as that, and not as a path of one machine.
 using ContentsByName = std::unordered_map<std::string, Digest>;
 
-Digest digestOf(const Scene& scene, const ContentsByName& files = {});
+// The digests of primitives, remembered with them from one digest of a scene to the next: geometry is most of what
+// there is to read. What is shared is const, so that an edit puts another one in its place.
+struct PrimitiveDigests {
+  struct Known {
+    PrimitivePtr primitive;
+    Digest digest;
+  };
+  // As they count beside these other things: files by content, light sources by place.
+  Digest surroundings;
+  std::unordered_map<const Primitive*, Known> known;
+};
+
+Digest digestOf(const Scene& scene, const ContentsByName& files = {}, PrimitiveDigests* remembered = nullptr);
 
 // The things that a scene is made of with digests of their fields: enough to name a difference without the scene. Its
 // size is bounded: of very many things of a kind several share an entry.

@@ -1,6 +1,8 @@
 // The scene description: what a scene *says*, typed, editable, with source positions. Written by rib/ (and by tests
 // and later by bindings), read by render/. It holds no BVH, no loaded plug-in and no opinion on what can be rendered.
 // Every type here lists its fields in scene/fields.h; one that is forgotten there does not compile.
+// What things share is const: an edit puts another one in its place. Whoever keeps what was made of a thing may so
+// hold it and know it again by its address.
 // Space convention: row vectors, p' = p * M (RIB's and Imath's); transforms are double precision.
 #pragma once
 #include <ImathMatrix.h>

@@ -131,6 +131,24 @@ TEST(Bench, AValueOfTheMachineThatDiffersFails) {
   EXPECT_NE(spoiled.out.find("BENCH-VALUES: marble: 1 of 3072 values"), std::string::npos) << spoiled.out;
 }
 
+TEST(Bench, EditsWriteFlatJsonWithEveryKey) {
+  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
+  ASSERT_TRUE(mkdtemp(folder.data()));
+  const Result r = run("edits --quick --repeat 2 --json " + folder + "/edits.json");
+  EXPECT_EQ(r.code, 0) << r.out;
+  std::ifstream file(folder + "/edits.json");
+  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(j.is_object()) << r.out;
+  for (const char* kind : {"camera", "light", "dome", "material", "object"})
+    for (const char* measure : {"_ms", "_cpu_ms"}) {
+      const std::string name = std::string("edit_") + kind + measure;
+      ASSERT_TRUE(j.contains(name)) << name;
+      EXPECT_GT(j[name].get<double>(), 0) << name;
+    }
+  EXPECT_GT(j["edit_load_ms"].get<double>(), 0);
+}
+
 TEST(Bench, FramesOfShadersAreThoseOfPlugIns) {
   const Result r = run("shading --quick --repeat 1 --only frames");
   EXPECT_EQ(r.code, 0) << r.out;

@@ -1,0 +1,193 @@
+#include "render/flat_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+#include "base/memory.h"
+#include "scene/digests.h"
+
+namespace kinora::render {
+
+Digest lookOf(const scene::Attributes* attributes) {
+  static const scene::Attributes kUsual;
+  const scene::Attributes& a = attributes ? *attributes : kUsual;
+  Hasher h;
+  h.word(uint64_t(a.orientation) | uint64_t(a.reverseOrientation) << 8 | uint64_t(a.displacement != nullptr) << 9);
+  for (const int v : {a.sides, a.uStep, a.vStep}) h.word(uint64_t(v));
+  h.bytes(a.textureCoordinates.data(), sizeof a.textureCoordinates);
+  for (const auto* basis : {&a.uBasis, &a.vBasis}) h.bytes(basis->data(), sizeof *basis);
+  for (const scene::Parameter& p : a.named)
+    if (p.name.starts_with("dice:") || p.name.starts_with("polygon:")) {
+      h.text(p.name);
+      h.bytes(p.floats.data(), p.floats.size() * sizeof(float));
+      h.bytes(p.ints.data(), p.ints.size() * sizeof(int));
+      h.word(p.strings.size());
+      for (const std::string& v : p.strings) h.text(v);
+    }
+  return h.result();
+}
+
+namespace {
+
+bool areSame(const scene::Transform& a, const scene::Transform& b) {
+  return a.times == b.times && a.matrices == b.matrices;
+}
+bool areSame(const std::vector<scene::Instance>& a, const std::vector<scene::Instance>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const scene::Instance& x, const scene::Instance& y) {
+    return x.prototype == y.prototype && x.attributes == y.attributes && areSame(x.toWorld, y.toWorld);
+  });
+}
+
+uint32_t visibilityOf(const scene::Attributes* a) {
+  if (!a) return 15u;
+  uint32_t v = 0;
+  if (a->getInt("visibility:camera", 1)) v |= trace::kSeenByCamera;
+  if (a->getInt("visibility:indirect", 1)) v |= trace::kSeenByIndirect;
+  // "casts_shadows" is BMRT's, which old files say of skies around their scenes
+  if (a->getInt("visibility:transmission", 1) && a->named.getString("render:casts_shadows", "") != "none")
+    v |= trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+  return v;
+}
+
+}  // namespace
+
+bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const {
+  return space_ == space && leaveOut_ == leaveOut && primitives_ == scene.primitives &&
+         areSame(instances_, scene.instances) &&
+         std::equal(prototypes_.begin(), prototypes_.end(), scene.prototypes.begin(), scene.prototypes.end(),
+                    [](const scene::Prototype& a, const scene::Prototype& b) {
+                      return a.name == b.name && a.primitives == b.primitives && areSame(a.instances, b.instances);
+                    });
+}
+
+class Flattener {
+ public:
+  Flattener(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut,
+            const std::atomic<bool>* stop, Diagnostics& diagnostics)
+      : scene_(scene), stop_(stop), diagnostics_(diagnostics), flat_(std::make_shared<FlatScene>()) {
+    flat_->primitives_ = scene.primitives;
+    flat_->instances_ = scene.instances;
+    flat_->prototypes_ = scene.prototypes;
+    flat_->space_ = space;
+    flat_->leaveOut_ = leaveOut;
+    scene::Matrix shift;
+    shift.setTranslation(Imath::V3d(-space.origin[0], -space.origin[1], -space.origin[2]));
+    toRender_ = scene::Transform::fixed(shift);
+  }
+
+  std::shared_ptr<const FlatScene> run() {
+    FlatScene& f = *flat_;
+    for (const scene::PrimitivePtr& p : scene_.primitives) {
+      if (f.leaveOut_.count(p->id)) continue;
+      const uint32_t part = addPart(p->id, false, {p, p->attributes, lookOf(p->attributes.get())});
+      place(part, p->toWorld, p->attributes.get(), p->name());
+    }
+    for (const scene::Instance& i : scene_.instances) open(i, i.toWorld, 0, i.attributes);
+    return std::move(flat_);
+  }
+
+ private:
+  uint32_t addPart(uint64_t key, bool isInstanced, FlatScene::Shape shape) {
+    trace::PartInput part;
+    part.key = key;
+    part.instanced = isInstanced;
+    part.shapes.push_back(uint32_t(flat_->shapes.size()));
+    flat_->shapes.push_back(std::move(shape));
+    flat_->parts.push_back(std::move(part));
+    return uint32_t(flat_->parts.size() - 1);
+  }
+
+  void place(uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes, std::string name) {
+    trace::PlacementInput p;
+    p.part = part;
+    p.visibility = visibilityOf(attributes);
+    p.toRender = concat(toWorld, toRender_);
+    p.revision = scene::digestOf(p.toRender).low;
+    shade::PlacementInfo info;
+    info.name = std::move(name);
+    info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
+    info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
+    info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
+    info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
+    const scene::Matrix m = p.toRender.at(flat_->space_.middle);
+    info.renderToObject = trace::Affine::from(std::fabs(m.determinant()) > 1e-300 ? m.inverse() : scene::Matrix());
+    flat_->placements.push_back(std::move(p));
+    flat_->infos.push_back(std::move(info));
+    flat_->attributes.push_back(attributes);
+  }
+
+  const std::pair<scene::AttributesPtr, Digest>& inheritedBy(const scene::AttributesPtr& own,
+                                                             const scene::AttributesPtr& instance) {
+    const auto [it, isNew] = flat_->inherited_.try_emplace({own.get(), instance.get()});
+    if (isNew) {
+      it->second.first = scene::inherit(own, instance);
+      it->second.second = lookOf(it->second.first.get());
+    }
+    return it->second;
+  }
+
+  // Primitives of objects keep their own transform inside the object, so each becomes a part of its own that every
+  // instance places; nested instances are flattened (the packaged Embree has one level).
+  void open(const scene::Instance& inst, const scene::Transform& toWorld, int depth,
+            const scene::AttributesPtr& attributes) {
+    // Objects that hold the next one twice, level after level, are countless also where they place nothing.
+    constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
+    constexpr int kMostNesting = 32;
+    if (isTooMany_) return;
+    if (inst.prototype >= scene_.prototypes.size()) {
+      diagnostics_.warning("RENDER-INSTANCE-GONE", inst.pos,
+                           "an instance is of object number " + std::to_string(inst.prototype) +
+                               ", and the scene has " + std::to_string(scene_.prototypes.size()),
+                           "the instance is left out", "an edit that removes an object removes its instances too");
+      return;
+    }
+    if (++opened_ % 4096 == 0) {
+      isTooMany_ = stop_ && stop_->load(std::memory_order_relaxed);
+      Memory::check(MemoryUse::Description);
+    }
+    if (depth > kMostNesting) {
+      if (!isTooDeep_)
+        diagnostics_.warning("RENDER-INSTANCES", inst.pos,
+                             "instances are nested more than " + std::to_string(kMostNesting) + " deep",
+                             "what is deeper is left out");
+      isTooDeep_ = true;
+      return;
+    }
+    if (placed_ > kMostPlacements || opened_ > placed_ + kMostIdle) {
+      isTooMany_ = true;
+      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances inside instances are too many",
+                           "those after the first " + std::to_string(placed_) + " objects are left out");
+      return;
+    }
+    const scene::Prototype& proto = scene_.prototypes[inst.prototype];
+    for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
+      const scene::PrimitivePtr& p = proto.primitives[k];
+      const auto& [inherited, look] = inheritedBy(p->attributes, attributes);
+      const auto [it, isNew] = partOf_.try_emplace({inst.prototype, k, look}, 0);
+      if (isNew) it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, inherited, look});
+      ++placed_;
+      place(it->second, concat(p->toWorld, toWorld), inherited.get(), proto.name);
+    }
+    for (const scene::Instance& nested : proto.instances)
+      open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first);
+  }
+
+  const scene::Scene& scene_;
+  const std::atomic<bool>* stop_;
+  Diagnostics& diagnostics_;
+  std::shared_ptr<FlatScene> flat_;
+  scene::Transform toRender_;
+  std::map<std::tuple<uint32_t, uint32_t, Digest>, uint32_t> partOf_;
+  uint64_t placed_ = 0, opened_ = 0;
+  bool isTooMany_ = false, isTooDeep_ = false;
+};
+
+std::shared_ptr<const FlatScene> flatten(const scene::Scene& scene, const RenderSpace& space,
+                                         const std::set<uint32_t>& leaveOut, const std::atomic<bool>* stop,
+                                         Diagnostics& diagnostics) {
+  return Flattener(scene, space, leaveOut, stop, diagnostics).run();
+}
+
+}  // namespace kinora::render

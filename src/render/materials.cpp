@@ -1,0 +1,95 @@
+#include "render/materials.h"
+
+#include <array>
+#include <map>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "shade/bxdf_stand_ins.h"
+
+namespace kinora::render {
+
+namespace {
+
+// What decides a placement's material; the first placement of each lends its place to messages.
+struct Ask {
+  scene::NetworkPtr network;  // null: a plain surface of the Color attribute
+  const scene::Attributes* attributes;
+  const scene::Primitive* primitive;
+};
+
+// Which asks differ, and which of them each placement has.
+struct Asks {
+  std::vector<Ask> list;
+  std::vector<uint32_t> ofPlacement;
+};
+
+Asks asksOf(const FlatScene& flat) {
+  Asks asks;
+  using Color = std::array<float, 3>;
+  std::map<Color, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
+  std::map<std::tuple<const scene::Network*, Color, bool, std::string>, uint32_t> known;
+  asks.ofPlacement.reserve(flat.placements.size());
+  for (size_t k = 0; k < flat.placements.size(); ++k) {
+    const scene::Attributes* a = flat.attributes[k];
+    const scene::Primitive& p = *flat.shapeOf(flat.placements[k]).primitive;
+    scene::NetworkPtr network = a ? a->bxdf : nullptr;
+    if (!network && p.primvars.find("Cs")) {
+      scene::NetworkPtr& made = colored[a && a->color ? *a->color : Color{1, 1, 1}];
+      if (!made) made = shade::colorPrimvarNetwork(a);
+      network = made;
+    }
+    const bool hasColor = !network && a && a->color;
+    const auto [it, isNew] = known.try_emplace({network.get(), hasColor ? *a->color : Color{}, hasColor,
+                                                a ? a->named.getString("identifier:lpegroup", "") : std::string()},
+                                               uint32_t(asks.list.size()));
+    if (isNew) asks.list.push_back({std::move(network), a, &p});
+    asks.ofPlacement.push_back(it->second);
+  }
+  return asks;
+}
+
+Digest digestOf(const Ask& ask, scene::NetworkDigests& networks) {
+  Hasher h;
+  h.word(ask.network != nullptr);
+  h.digest(networks.of(ask.network));
+  const bool hasColor = !ask.network && ask.attributes && ask.attributes->color;
+  h.word(hasColor);
+  if (hasColor) h.bytes(ask.attributes->color->data(), sizeof *ask.attributes->color);
+  h.text(ask.attributes ? ask.attributes->named.getString("identifier:lpegroup", "") : std::string());
+  return h.result();
+}
+
+}  // namespace
+
+std::shared_ptr<const shade::MaterialSet> Materials::make(const FlatScene& flat, const Tools& tools,
+                                                          std::vector<shade::PlacementInfo>& infos, Rebuilt& made) {
+  const Asks asks = asksOf(flat);
+  std::vector<Digest> asked;
+  for (const Ask& a : asks.list) asked.push_back(digestOf(a, digests_));
+  digests_.forgetOthers();
+  if (set_ && asked == asked_ && paths_ == tools.paths && shaders_ == tools.shadersInUse) {
+    tools.contents.again(files_);
+  } else {
+    set_ = nullptr;
+    paths_ = tools.paths;
+    files_.clear();
+    ofAsk_.clear();
+    auto set = std::make_shared<shade::MaterialSet>(tools.registry, tools.diagnostics, tools.textures, tools.width,
+                                                    *tools.paths, tools.shaders);
+    {
+      const FileContents::Listening listening(tools.contents, files_);
+      for (const Ask& a : asks.list) ofAsk_.push_back(set->add(a.network, a.attributes, a.primitive->pos));
+    }
+    set->finish();
+    made.materials += set->size();
+    asked_ = std::move(asked);
+    shaders_ = tools.shadersInUse;
+    set_ = std::move(set);
+  }
+  for (size_t k = 0; k < infos.size(); ++k) infos[k].material = ofAsk_[asks.ofPlacement[k]];
+  return set_;
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,274 @@
+#include "render/meshes.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <unordered_map>
+
+#include "geometry/tessellate.h"
+#include "scene/bytes.h"
+#include "scene/digests.h"
+#include "scene/uniform_keys.h"
+
+namespace kinora::render {
+
+namespace {
+
+constexpr double kPixelsPerEdge = 2.0;  // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
+
+// Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing
+// moves.
+void uniformKeys(geometry::Mesh& mesh, double open, double close) {
+  if (mesh.keyCount() < 2) return;
+  const auto at = [&](double time, const float* data, size_t stride, std::vector<float>& out) {
+    const auto& t = mesh.times;
+    size_t k = 0;
+    while (k + 2 < t.size() && time > t[k + 1]) ++k;
+    const double f = t[k + 1] > t[k] ? std::clamp((time - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0) : 0.0;
+    for (size_t i = 0; i < stride; ++i)
+      out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
+  };
+  const int keys = scene::uniformKeyCount(mesh.times, open, close, 65);
+  const auto resample = [&](const float* data, size_t stride) {
+    std::vector<float> out;
+    out.reserve(stride * size_t(keys));
+    for (int k = 0; k < keys; ++k)
+      at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
+    return out;
+  };
+  const auto bring = [&](auto& elements) {
+    if (elements.empty()) return;
+    constexpr size_t kFloats = sizeof(elements[0]) / sizeof(float);
+    const std::vector<float> out = resample(&elements[0].x, size_t(mesh.vertexCount) * kFloats);
+    elements.resize(out.size() / kFloats);
+    std::memcpy(&elements[0].x, out.data(), out.size() * sizeof(float));
+  };
+  for (geometry::Primvar& v : mesh.primvars)
+    if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
+        v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
+      v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
+  bring(mesh.points);
+  bring(mesh.spine);
+  bring(mesh.spineNormals);
+  mesh.times.clear();
+  for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
+}
+
+// What a mesh takes from camera and shutter besides its dicing.
+Digest settingsOf(const scene::Primitive& p, const CameraState& camera) {
+  Hasher h;
+  h.word(camera.worldToCamera.determinant() < 0);
+  h.bytes(camera.origin, sizeof camera.origin);  // it may be brought into render space for good
+  const bool isStill = p.motion.empty() && p.toWorld.isStatic();
+  h.word(isStill);
+  if (!isStill)
+    for (const double t : {camera.shutterOpen, camera.shutterClose}) h.bytes(&t, sizeof t);
+  return h.result();
+}
+
+// A placed use of a shape, for its dicing: object -> world, with the length that it gives to an object unit.
+struct Use {
+  scene::Matrix m;
+  double scale;
+};
+
+constexpr size_t kMostUses = 64;  // placements that a shape is diced for
+
+std::vector<std::vector<Use>> usesOf(const FlatScene& flat, const CameraState& camera) {
+  std::vector<std::vector<Use>> uses(flat.shapes.size());
+  std::vector<uint32_t> looked(flat.shapes.size(), 0);
+  for (const trace::PlacementInput& p : flat.placements)
+    for (const uint32_t s : flat.parts[p.part].shapes) {
+      if (looked[s]++ >= kMostUses) continue;
+      scene::Matrix m = p.toRender.at(camera.middle());
+      for (int c = 0; c < 3; ++c) m[3][c] += camera.origin[c];
+      const double scale = std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                                               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                                               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
+      if (scale > 0 && std::isfinite(scale)) uses[s].push_back({m, scale});
+    }
+  return uses;
+}
+
+Digest dicingOf(const std::vector<Use>& uses, const CameraState& camera) {
+  Hasher h;
+  const Imath::V3d eye = camera.worldToCamera.inverse().translation();
+  for (const double v : {eye.x, eye.y, eye.z, camera.pixelAngle, camera.pixelSize}) h.bytes(&v, sizeof v);
+  for (const Use& u : uses) h.bytes(&u.m, sizeof u.m);
+  return h.result();
+}
+
+// Of all that a mesh holds: a field more and this does not compile.
+Digest digestOf(const geometry::Mesh& mesh) {
+  Hasher h;
+  const auto values = [&](const auto& list) { h.bytes(list.data(), list.size() * sizeof list[0]); };
+  const auto& [kind, spine, spineNormals, along, points, origin, vertexCount, times, indices, faceOfTriangle, quads,
+               quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] = mesh;
+  h.word(uint64_t(kind) | uint64_t(quads) << 8 | uint64_t(quadPairs) << 9 | uint64_t(flipNormals) << 10 |
+         uint64_t(doubleSided) << 11);
+  h.word(vertexCount);
+  values(spine), values(spineNormals), values(along), values(points), values(times), values(indices);
+  values(faceOfTriangle), values(cornerUV), values(vertexUV);
+  h.bytes(&origin, sizeof origin);
+  h.bytes(&bounds, sizeof bounds);
+  h.word(primvars.size());
+  for (const geometry::Primvar& p : primvars) {
+    const auto& [name, type, width, rate, data, strings] = p;
+    h.text(name);
+    h.word(uint64_t(type) | uint64_t(rate) << 8 | uint64_t(uint32_t(width)) << 16);
+    values(data);
+    h.word(strings.size());
+    for (const std::string& s : strings) h.text(s);
+  }
+  return h.result();
+}
+
+}  // namespace
+
+// The meshes of the world before, each to be taken once.
+class Meshes::Finder {
+ public:
+  explicit Finder(std::vector<Kept>& kept) : kept_(kept), isTaken_(kept.size(), false) {
+    for (size_t i = 0; i < kept.size(); ++i) {
+      byAddress_.emplace(kept[i].source.get(), i);
+      byId_.emplace(kept[i].source->id, i);
+    }
+  }
+  // The one that was made of the same; null: there is none.
+  Kept* find(const FlatScene::Shape& shape, const Digest& settings) {
+    const scene::Primitive* p = shape.primitive.get();
+    const auto fits = [&](size_t i) {
+      return !isTaken_[i] && kept_[i].look == shape.look && kept_[i].settings == settings;
+    };
+    for (auto [it, end] = byAddress_.equal_range(p); it != end; ++it)
+      if (fits(it->second)) return take(it->second);
+    std::optional<Digest> own;
+    for (auto [it, end] = byId_.equal_range(p->id); it != end; ++it) {
+      if (!fits(it->second) || kept_[it->second].source.get() == p) continue;
+      if (!own) own = scene::ownDigestOf(*p);
+      if (scene::ownDigestOf(*kept_[it->second].source) == *own) return take(it->second);
+    }
+    return nullptr;
+  }
+
+ private:
+  Kept* take(size_t i) {
+    isTaken_[i] = true;
+    return &kept_[i];
+  }
+  std::vector<Kept>& kept_;
+  std::vector<bool> isTaken_;
+  std::unordered_multimap<const scene::Primitive*, size_t> byAddress_;
+  std::unordered_multimap<uint32_t, size_t> byId_;
+};
+
+Meshes::Kept Meshes::tessellated(const FlatScene::Shape& shape, const geometry::DiceRate& rate,
+                                 const CameraState& camera, const std::atomic<bool>& isDiced,
+                                 Diagnostics& diagnostics) {
+  Kept kept;
+  kept.source = shape.primitive;
+  kept.look = shape.look;
+  scene::Primitive asInherited;
+  const scene::Primitive* p = shape.primitive.get();
+  if (shape.attributes != p->attributes && lookOf(p->attributes.get()) != shape.look) {
+    asInherited = *p;
+    asInherited.attributes = shape.attributes;
+    p = &asInherited;
+  }
+  std::optional<geometry::Mesh> mesh = geometry::tessellate(*p, rate, diagnostics);
+  if (mesh) uniformKeys(*mesh, camera.shutterOpen, camera.shutterClose);
+  kept.mesh = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
+  kept.isDiced = isDiced;
+  if (isDiced) kept.content = digestOf(*kept.mesh);
+  return kept;
+}
+
+bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::atomic<bool>* stop,
+                  Diagnostics& diagnostics, Rebuilt& made) {
+  const size_t count = flat.shapes.size();
+  const std::vector<std::vector<Use>> uses = usesOf(flat, camera);
+  const Imath::V3d eye = camera.worldToCamera.inverse().translation();
+  std::vector<Kept> before = std::move(kept_);
+  kept_.clear();
+  Finder finder(before);
+  std::vector<Kept> next(count);
+  std::vector<Kept*> found(count);
+  std::vector<uint32_t> missing;
+  for (uint32_t i = 0; i < count; ++i) {
+    const FlatScene::Shape& shape = flat.shapes[i];
+    const Digest settings = settingsOf(*shape.primitive, camera);
+    found[i] = finder.find(shape, settings);
+    if (found[i] && !(found[i]->isDiced && found[i]->dicing != dicingOf(uses[i], camera))) {
+      next[i] = std::move(*found[i]);
+      next[i].source = shape.primitive;
+    } else {
+      next[i].settings = settings;
+      missing.push_back(i);
+    }
+  }
+  tbb::parallel_for(size_t(0), missing.size(), [&](size_t k) {
+    if (stop && stop->load(std::memory_order_relaxed)) return;
+    const uint32_t i = missing[k];
+    const FlatScene::Shape& shape = flat.shapes[i];
+    // not less than the description holds; the true size is charged when it is known
+    MemoryHold coming(MemoryUse::Meshes);
+    coming.add(scene::bytesHeld(*shape.primitive));
+    geometry::DiceRate rate;
+    rate.worldMirrored = camera.worldToCamera.determinant() < 0;
+    const float length = shape.attributes ? shape.attributes->named.getFloat("dice:micropolygonlength", 1) : 1;
+    const double pixels = kPixelsPerEdge * (length > 0 ? double(length) : 1);
+    std::atomic<bool> isDiced = false;
+    rate.edgeLength = [&](const Imath::V3d& x) {
+      isDiced.store(true, std::memory_order_relaxed);
+      double best = INFINITY;
+      for (const Use& u : uses[i]) {
+        const double distance = (x * u.m - eye).length();
+        best = std::min(best, std::max(camera.pixelSize, distance * camera.pixelAngle) * pixels / u.scale);
+      }
+      return best;
+    };
+    Kept mine = tessellated(shape, rate, camera, isDiced, diagnostics);
+    coming.set(0);
+    mine.settings = next[i].settings;
+    mine.dicing = dicingOf(uses[i], camera);
+    if (found[i] && mine.isDiced == found[i]->isDiced && mine.content == found[i]->content) {
+      // the camera sees it otherwise, and it is diced as before: what was built of it stays
+      mine.mesh = found[i]->mesh;
+      mine.serial = found[i]->serial;
+    } else {
+      held_.add(mine.mesh->bytes());
+    }
+    next[i] = std::move(mine);
+  });
+  if (stop && stop->load()) return false;
+  for (const uint32_t i : missing)
+    if (next[i].serial == 0) {
+      next[i].serial = ++lastSerial_;
+      ++made.meshes;
+    }
+  kept_ = std::move(next);
+  return true;
+}
+
+std::vector<trace::ShapeInput> Meshes::shapes() const {
+  std::vector<trace::ShapeInput> out(kept_.size());
+  std::unordered_map<uint32_t, uint64_t> variants;  // each look of a primitive has its own key in the world
+  for (size_t i = 0; i < kept_.size(); ++i) {
+    const uint32_t id = kept_[i].source->id;
+    out[i].key = id | variants[id]++ << 32;
+    out[i].revision = kept_[i].serial;
+    out[i].mesh = kept_[i].mesh;
+  }
+  return out;
+}
+
+std::vector<uint64_t> Meshes::serials() const {
+  std::vector<uint64_t> out;
+  for (const Kept& k : kept_) out.push_back(k.serial);
+  return out;
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,17 @@
+// What shading knows of geometries, placements and spaces, as the tables of a ShadingWorld. Called by WorldBuilder
+// for each world, after what they are of has been made.
+#pragma once
+#include "render/camera.h"
+#include "render/flat_scene.h"
+#include "render/meshes.h"
+#include "shade/group.h"
+
+namespace kinora::render {
+
+// Of the geometries of w.world. softTerminator: shadow rays of smooth polygons are lifted.
+void describeGeometries(const FlatScene& flat, const Meshes& meshes, bool softTerminator, shade::ShadingWorld& w);
+// Of w.placements, and of the materials that they have.
+void describePlacements(const FlatScene& flat, shade::ShadingWorld& w);
+void describeSpaces(const scene::Scene& scene, const CameraState& camera, shade::ShadingWorld& w);
+
+}  // namespace kinora::render

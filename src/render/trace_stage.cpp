@@ -1,0 +1,35 @@
+#include "render/trace_stage.h"
+
+#include <utility>
+
+namespace kinora::render {
+
+std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const FlatScene>& flat,
+                                                     const Meshes& meshes, const Sight& sight,
+                                                     const CameraState& camera, bool isWatertight,
+                                                     Statistics& statistics) {
+  Inputs inputs{
+      flat,        meshes.serials(), sight.ofShape, sight.ofPlacement, camera.shutterOpen, camera.shutterClose,
+      isWatertight};
+  if (world_ && inputs == inputs_) return world_;
+  std::vector<trace::ShapeInput> shapes = meshes.shapes();
+  for (size_t i = 0; i < shapes.size(); ++i) shapes[i].visibility = sight.ofShape[i];
+  std::vector<trace::PlacementInput> placements = flat->placements;
+  for (size_t i = 0; i < placements.size(); ++i) placements[i].visibility = sight.ofPlacement[i];
+  trace::BuildOptions options;
+  options.shutterOpen = camera.shutterOpen;
+  options.shutterClose = camera.shutterClose;
+  options.watertight = isWatertight;
+  trace::BuildCounters counters;
+  // from here on meshes may lie in render space: who stops half-way begins with meshes of his own
+  const std::shared_ptr<const trace::World> before = std::exchange(world_, nullptr);
+  world_ =
+      trace::World::build(std::move(shapes), flat->parts, std::move(placements), options, before.get(), counters);
+  inputs_ = std::move(inputs);
+  statistics.bvhPartsBuilt += counters.partsBuilt;
+  statistics.bvhBuilds += counters.topLevelBuilds;
+  ++statistics.rebuilt.worlds;
+  return world_;
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,46 @@
+// The world that rays see, made of meshes and placements: which rays see what (visibility, named subsets, shadows
+// that are let through), then the hierarchies over it. Kept when none of that is another. Called by WorldBuilder.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "render/camera.h"
+#include "render/flat_scene.h"
+#include "render/meshes.h"
+#include "render/statistics.h"
+#include "shade/group.h"
+
+namespace kinora::render {
+
+// Which rays see what, and what rays that leave objects ask for.
+struct Sight {
+  std::vector<uint32_t> ofShape, ofPlacement;  // VisibilityBits, and a bit for each subset
+  std::vector<shade::TraceSet> sets;           // by PlacementInfo::traceSet; empty: every ray sees everything
+};
+// Sets `traceSet` of each of `infos`; their materials are set.
+Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::vector<shade::PlacementInfo>& infos,
+              Diagnostics& diagnostics);
+
+class TraceStage {
+ public:
+  // isWatertight: see trace::BuildOptions. Counts in `statistics`.
+  std::shared_ptr<const trace::World> make(const std::shared_ptr<const FlatScene>& flat, const Meshes& meshes,
+                                           const Sight& sight, const CameraState& camera, bool isWatertight,
+                                           Statistics& statistics);
+  void forget() { *this = {}; }
+
+ private:
+  struct Inputs {
+    std::shared_ptr<const FlatScene> flat;
+    std::vector<uint64_t> serials;
+    std::vector<uint32_t> ofShape, ofPlacement;
+    double shutterOpen, shutterClose;
+    bool isWatertight;
+    bool operator==(const Inputs&) const = default;
+  };
+  Inputs inputs_{};
+  std::shared_ptr<const trace::World> world_;
+};
+
+}  // namespace kinora::render
