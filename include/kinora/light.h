@@ -27,6 +27,9 @@ struct LightDescription {
   float axis[3];
   float cosNormals, cosEmission;
   int isTwoSided;  // emits likewise about the opposite normals
+  // Infinite lights: cosine of the angle about `axis` within which all of it lies; rays that point elsewhere do not
+  // ask for it. 0 (the host's default) and below: anywhere.
+  float cosReach;
 };
 
 // The lights of a call, by lane: instances of one plug-in. lightStride 1: an array of padded length; 0: all lanes

@@ -48,6 +48,21 @@ struct WideNode {
   KN_INLINE WideNode() {}
 };
 
+// 1 / sqrt(x) within .18 %, of positive x: choice weighs lights by estimates that are coarser by far, and roots and
+// divisions would be most of what it takes. One Newton step from the exponent's half, the same bits on every CPU.
+constexpr float kRootSlack = 0.002f;
+template <int W>
+KN_INLINE Float<W> inverseRoot(Float<W> x) {
+  using F = Float<W>;
+  const F y = asFloat(Int<W>(0x5f375a86) - asInt(x).template shr<1>());
+  return y * fnma(x * F(0.5f), y * y, F(1.5f));
+}
+// sqrt(x) as well, of x >= 0.
+template <int W>
+KN_INLINE Float<W> root(Float<W> x) {
+  return x * inverseRoot<W>(max(x, Float<W>(1e-30f)));
+}
+
 template <int W>
 KN_INLINE Vec3<W> absolute(Vec3<W> a) {
   return {abs(a.x), abs(a.y), abs(a.z)};
@@ -72,28 +87,29 @@ KN_INLINE Float<W> nearImportance(const Receiver<W>& r, const WideNode<W>& n) {
   const Vec3<W> v = n.center - r.P, distance = absolute(v);
   const Vec3<W> beyond = distance - n.half, farthest = distance + n.half;
   const Vec3<W> nearest(max(beyond.x, zero), max(beyond.y, zero), max(beyond.z, zero));
-  const F d2 = dot(v, v), inverse = one / sqrt(max(d2, tiny));
-  const F least2 = dot(nearest, nearest), inverseLeast = one / sqrt(max(least2, tiny));
+  const F d2 = dot(v, v), inverse = inverseRoot<W>(max(d2, tiny));
+  const F least2 = dot(nearest, nearest), inverseLeast = inverseRoot<W>(max(least2, tiny));
   const Mask<W> inside = least2 <= tiny;
   // to the axis of emission, and past the cone of normals
   const F towards = -dot(n.axis, v);
   const F height = select(n.isTwoSided, abs(towards), towards), rise = dot(absolute(n.axis), n.half);
-  const F inverseMost = one / sqrt(max(dot(farthest, farthest), tiny));
+  const F inverseMost = inverseRoot<W>(max(dot(farthest, farthest), tiny));
   const F top = height + rise;
   const F most = min(fma(top, select(top > zero, inverseLeast, inverseMost), F(light::kAxisSlack)), one);
   const F mean = clamp(height * inverse, F(-1.f), one);
   const auto past = [&](F cosine) HWY_ATTR {
-    const F sine = sqrt(max(fnma(cosine, cosine, one), zero));
+    const F sine = root<W>(max(fnma(cosine, cosine, one), zero));
     return select(cosine >= n.cosNormals, one, fma(cosine, n.cosNormals, sine * n.sinNormals));
   };
   const F mostEmitted = select(inside, one, past(max(most, F(-1.f))));
-  const F emitted = zeroUnless(mostEmitted >= n.cosEmission,
+  const F emitted = zeroUnless(mostEmitted + F(kRootSlack) >= n.cosEmission,
                                max(half * (max(mostEmitted, zero) + max(past(mean), zero)), F(1e-3f)));
   // to the receiver's normal
   const F heightN = dot(r.N, v), topN = heightN + dot(absolute(r.N), n.half);
   const F mostN = select(inside, one, min(max(topN, zero) * inverseLeast, one));
   const F facing = select(r.hasN, max(half * (mostN + max(heightN * inverse, zero)), r.least), one);
-  return n.weight * emitted * facing / max(max(d2, dot(n.half, n.half)), F(1e-20f));
+  const F spread = inverseRoot<W>(max(max(d2, dot(n.half, n.half)), F(1e-20f)));
+  return n.weight * emitted * facing * (spread * spread);
 }
 
 template <int W>
@@ -122,7 +138,6 @@ KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t) {
 template <int W>
 struct InnerNode {
   WideNode<W> near;
-  Float<W> concentration;
   Mask<W> isFar;
   Int<W> child;
   template <class Number>
@@ -143,15 +158,17 @@ struct InnerNode {
                  toFloat(axis.template shl<16>().template sar<24>()) * eighth,
                  toFloat(axis.template shl<8>().template sar<24>()) * eighth};
     near.cosNormals = toFloat(extentZ.template sar<16>()) * sixteenth;
-    near.sinNormals = sqrt(max(fnma(near.cosNormals, near.cosNormals, F(1.f)), F(0.f)));
+    near.sinNormals = root<W>(max(fnma(near.cosNormals, near.cosNormals, F(1.f)), F(0.f)));
     near.cosEmission = toFloat(axis.template sar<24>()) * eighth;
     near.isTwoSided = extent < I(0);
     isFar = (extent & I(uint32_t(light::kNodeInfinite))) != I(0);
-    concentration = sqrt(dot(near.center, near.center));
   }
   KN_INLINE Float<W> importance(const Receiver<W>& r) const {
     Float<W> w = nearImportance<W>(r, near);
-    if (isFar.any()) w = select(isFar, farImportance<W>(r, near.center, concentration, near.weight), w);
+    if (isFar.any()) {
+      const Float<W> concentration = root<W>(dot(near.center, near.center));
+      w = select(isFar, farImportance<W>(r, near.center, concentration, near.weight), w);
+    }
     return usable(w);
   }
 };
@@ -206,7 +223,7 @@ struct Top {
     total = F(0.f);
     for (uint32_t k = 0; k < count; ++k) {
       const F share = p[k] * scale;
-      p[k] = fma(sqrt(share), F(light::kRootShare), share);
+      p[k] = fma(root<W>(share), F(light::kRootShare), share);
       total += p[k];
     }
     scale = F(1.f) / max(total, F(1e-37f));
@@ -237,7 +254,7 @@ struct Walk {
     const F one(1.f), zero(0.f), total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
     const Mask<W> takesFirst = x < p0;
     const F share = select(takesFirst, p0, one - p0);
-    x = select(takesFirst, x / max(p0, F(1e-37f)), (x - p0) / max(one - p0, F(1e-37f)));
+    x = select(takesFirst, x, x - p0) / max(share, F(1e-37f));
     x = min(max(x, zero), F(0.99999994f));
     p = zeroUnless(total > zero, p * share);
     // a number's digits are used up: the other one's remain

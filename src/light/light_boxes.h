@@ -18,6 +18,7 @@ class LightBoxes {
   LightBoxes() = default;
   // boxes[i] is that of lights[i].
   LightBoxes(const std::vector<LightBox3>& boxes, const std::vector<uint32_t>& lights);
+  bool isEmpty() const { return nodes_.empty(); }
   size_t bytes() const { return nodes_.size() * sizeof(Node) + lights_.size() * sizeof(uint32_t); }
 
   // Calls found(light) for each light whose box the ray passes before tMax.

@@ -10,7 +10,8 @@ namespace kinora::light {
 
 namespace {
 
-constexpr uint32_t kBatch = 2048;  // pairs of a ray and a light that are asked at once
+constexpr float kBeyond = 3.4e38f;  // distances past it are infinite
+constexpr uint32_t kBatch = 2048;   // pairs of a ray and a light that are asked at once
 
 template <class T>
 T* grown(Arena& arena, const T* old, uint32_t count, uint32_t room) {
@@ -198,28 +199,37 @@ void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayL
 void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const {
   for (const Sphere& s : near_) addNearRays(width, arena, camera, list, s.light, &s, found);
   Found::Waiting& w = found.waiting;
+  const auto wait = [&](uint32_t i, uint32_t l, float most, bool isInfinite) {
+    if (camera && !(lights_[l].flags & kSeenByCamera)) return;
+    const uint32_t s = list.slots[i];
+    const float reach = reachOf(lights_[l], camera, list, s);
+    if (isInfinite ? !(reach > kBeyond) : !(reach > 0)) return;
+    if (w.count == w.room) askWaiting(width, arena, isInfinite, found);
+    for (int c = 0; c < 3; ++c) {
+      w.o[c][w.count] = list.rays->o[c][s];
+      w.d[c][w.count] = list.rays->d[c][s];
+    }
+    w.time[w.count] = list.rays->time[s];
+    w.t[w.count] = std::min(reach, most);
+    w.ray[w.count] = i;
+    w.light[w.count++] = l;
+  };
   for (uint32_t i = 0; i < list.count && near_.empty(); ++i) {
     const uint32_t s = list.slots[i];
     const float o[3] = {list.rays->o[0][s], list.rays->o[1][s], list.rays->o[2][s]},
                 d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]}, most = list.rays->tMax[s];
     const float limit = isShadowless_ && !camera ? most : std::min(list.tHit[s], most);
-    boxes_.pass(o, d, limit, [&](uint32_t l) {
-      if (camera && !(lights_[l].flags & kSeenByCamera)) return;
-      const float reach = std::min(reachOf(lights_[l], camera, list, s), most);
-      if (!(reach > 0)) return;
-      if (w.count == w.room) askWaiting(width, arena, false, found);
-      for (int c = 0; c < 3; ++c) {
-        w.o[c][w.count] = o[c];
-        w.d[c][w.count] = d[c];
-      }
-      w.time[w.count] = list.rays->time[s];
-      w.t[w.count] = reach;
-      w.ray[w.count] = i;
-      w.light[w.count++] = l;
-    });
+    boxes_.pass(o, d, limit, [&](uint32_t l) { wait(i, l, most, false); });
   }
   askWaiting(width, arena, false, found);
   for (const uint32_t l : distant_) addNearRays(width, arena, camera, list, l, nullptr, found);
+  for (uint32_t i = 0; i < list.count && !directions_.isEmpty(); ++i) {
+    const uint32_t s = list.slots[i];
+    if (!isShadowless_ && !(list.tHit[s] > kBeyond)) continue;
+    // where the direction lies
+    const float d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]};
+    directions_.pass(d, d, 0, [&](uint32_t l) { wait(i, l, list.rays->tMax[s], true); });
+  }
   askWaiting(width, arena, true, found);
 }
 

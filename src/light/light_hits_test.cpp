@@ -139,5 +139,86 @@ TEST_P(LightsMet, AreThoseInTheWay) {
 INSTANTIATE_TEST_SUITE_P(Among, LightsMet,
                          testing::Combine(testing::Values(5u, 8u, 9u, 40u, 500u), testing::Values(0u, 1u)));
 
+struct Sun {
+  float towards[3], cosine;
+};
+uint32_t sunsAsked = 0;
+void shineFromFar(const LightRayArgs* a) {
+  sunsAsked += a->count;
+  for (uint32_t i = 0; i < a->count; ++i) {
+    const Sun& s = *static_cast<const Sun*>(a->light[i * a->lightStride]);
+    const float cosine = s.towards[0] * a->d[0][i] + s.towards[1] * a->d[1][i] + s.towards[2] * a->d[2][i];
+    for (int c = 0; c < 3; ++c) a->radiance[c][i] = cosine >= s.cosine;
+    a->pdf[i] = 1;
+  }
+}
+
+// Escaped rays find the infinite lights that lie where they point, and ask few others.
+TEST(InfiniteLights, AreFoundByDirection) {
+  constexpr uint32_t kSuns = 1000, kSkies = 3, n = 512;
+  const LightFunctions functions{&sampleBall, nullptr, &shineFromFar, &emitBall, nullptr, 1};
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  const auto direction = [&](float* out) {
+    double v[3], l2 = 0;
+    for (double& x : v) l2 += (x = normal(random)) * x;
+    for (int c = 0; c < 3; ++c) out[c] = float(v[c] / std::sqrt(l2));
+  };
+  std::vector<Sun> suns(kSuns + kSkies);
+  std::vector<LightEntry> entries(suns.size());
+  std::vector<uint32_t> all;
+  for (uint32_t i = 0; i < suns.size(); ++i) {
+    direction(suns[i].towards);
+    const float angle = i % 5 ? 0.02f + 0.0003f * float(i % 100) : 1e-4f;
+    suns[i].cosine = i < kSuns ? std::cos(angle) : -1.f;  // the last are all around
+    LightDescription& d = entries[i].description;
+    d.isInfinite = 1;
+    d.radius = -1;
+    d.power = d.diffuse = d.specular = 1;
+    for (int c = 0; c < 3; ++c) d.axis[c] = i < kSuns ? suns[i].towards[c] : 0.f;
+    d.cosReach = i < kSuns ? suns[i].cosine : 0.f;
+    entries[i].instance = &suns[i];
+    all.push_back(i);
+  }
+  LightKind kind;
+  for (const int w : {1, 4, 8, 16}) kind.byWidth[w] = &functions;
+  const float center[3] = {0, 0, 0};
+  const LightSet set({kind}, std::move(entries), {all}, center, 10);
+  std::vector<float> zero(n + kPad, 0.f), d[3], tHit(n + kPad), most(n + kPad, 1e30f);
+  std::vector<uint32_t> slots(n + kPad);
+  for (auto& x : d) x.assign(n + kPad, 0.f);
+  for (uint32_t i = 0; i < n; ++i) {
+    float w[3];
+    direction(w);
+    for (size_t c = 0; c < 3; ++c) d[c][i] = i % 2 ? w[c] : suns[i].towards[c];
+    slots[i] = i;
+    tHit[i] = i % 8 ? INFINITY : 3.f;
+  }
+  Rays rays{};
+  for (int c = 0; c < 3; ++c) {
+    rays.o[c] = zero.data();
+    rays.d[c] = d[c].data();
+  }
+  rays.tMax = most.data();
+  rays.time = rays.radius = rays.spread = zero.data();
+  std::set<std::pair<uint32_t, uint32_t>> expected;
+  for (uint32_t i = 0; i < n; ++i)
+    for (uint32_t l = 0; l < suns.size() && i % 8; ++l) {
+      const float cosine = suns[l].towards[0] * d[0][i] + suns[l].towards[1] * d[1][i] + suns[l].towards[2] * d[2][i];
+      if (cosine >= suns[l].cosine) expected.insert({i, l});
+    }
+  for (const uint32_t width : {1u, 8u}) {
+    Arena arena;
+    LightHits found;
+    sunsAsked = 0;
+    set.hits(width, arena, false, {n, slots.data(), &rays, tHit.data(), nullptr, nullptr, {}}, &found);
+    std::set<std::pair<uint32_t, uint32_t>> seen;
+    for (uint32_t e = 0; e < found.count; ++e) seen.insert({found.slot[e], found.light[e]});
+    EXPECT_EQ(seen, expected);
+    EXPECT_LT(sunsAsked, n * kSkies + 4 * expected.size()) << "of " << n * suns.size();
+  }
+  EXPECT_GT(expected.size(), n * kSkies / 2);
+}
+
 }  // namespace
 }  // namespace kinora::light

@@ -20,6 +20,22 @@ bool isUsable(const LightDescription& d) {
   return is;
 }
 
+// Of the directions to an infinite light; false: all.
+bool boxOfDirections(const LightDescription& d, LightBox3& b) {
+  double l2 = 0;
+  for (const float x : d.axis) l2 += double(x) * x;
+  if (!(d.cosReach > 0) || !(l2 > 1e-6)) return false;
+  // the cap within the angle lies in the ball about its rim's middle; a thousandth for what is rounded
+  const double cosine = std::min(1.0, double(d.cosReach)), sine = std::sqrt(1 - cosine * cosine);
+  const double reach = std::max(sine, 1 - cosine) + 1e-3;
+  for (int c = 0; c < 3; ++c) {
+    const double middle = d.axis[c] / std::sqrt(l2) * cosine;
+    b.low[c] = float(middle - reach);
+    b.high[c] = float(middle + reach);
+  }
+  return true;
+}
+
 }  // namespace
 
 LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
@@ -36,8 +52,8 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   tree_ = LightTree(descriptions);
   links_ = LinkSets(tree_, linkSets.empty() ? std::vector<std::vector<uint32_t>>(1) : linkSets);
 
-  std::vector<LightBox3> boxes;
-  std::vector<uint32_t> boxed;
+  std::vector<LightBox3> boxes, cones;
+  std::vector<uint32_t> boxed, coned;
   std::vector<double> power;
   double total = 0;
   lights_.reserve(lights.size());
@@ -57,7 +73,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     if (isLit && !d.isDelta) {
       isCameraSeen_ = isCameraSeen_ || (r.flags & kSeenByCamera);
       isShadowless_ = isShadowless_ || !(r.flags & kCastsShadow);
-      if (d.isInfinite) {
+      if (LightBox3 b; d.isInfinite && boxOfDirections(d, b)) {
+        cones.push_back(b);
+        coned.push_back(i);
+      } else if (d.isInfinite) {
         distant_.push_back(i);
       } else {
         LightBox3 b;
@@ -85,6 +104,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   } else {
     boxes_ = LightBoxes(boxes, boxed);
   }
+  if (coned.size() <= kMostNear)
+    distant_.insert(distant_.end(), coned.begin(), coned.end());
+  else
+    directions_ = LightBoxes(cones, coned);
   const auto lit = double(std::count_if(power.begin(), power.end(), [](double p) { return p >= 0; }));
   double sum = 0;
   emission_.reserve(power.size());
@@ -102,7 +125,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
 size_t LightSet::bytes() const {
   size_t n = lights_.size() * sizeof(Record) + tree_.nodeCount() * sizeof(TreeNode) +
              tree_.places().size() * sizeof(LightTree::Place) + links_.bytes() + boxes_.bytes() +
-             near_.size() * sizeof(Sphere) + (distant_.size() + emission_.size()) * 4;
+             directions_.bytes() + near_.size() * sizeof(Sphere) + (distant_.size() + emission_.size()) * 4;
   for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
   return n;
 }

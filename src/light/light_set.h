@@ -154,7 +154,8 @@ class LightSet {
   LinkSets links_;
   std::vector<Sphere> near_;       // lights that rays can hit, while they are few
   LightBoxes boxes_;               // else
-  std::vector<uint32_t> distant_;  // infinite lights that rays can hit
+  std::vector<uint32_t> distant_;  // infinite lights that rays can hit, from anywhere
+  LightBoxes directions_;          // those that lie within an angle, among directions
   std::vector<float> emission_;    // sums of the probabilities of emitting, by light
   std::array<float, 3> center_;
   float radius_;

@@ -149,6 +149,7 @@ void describe(const void* data, LightDescription* d) {
   *d = describeInfiniteLight(k.common, k.isBlack, sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos));
   d->isDelta = k.isDelta;
   setAxis(*d, k.axis64 * (1 - 0.5 * k.oneMinusCos));  // the mean over the cone
+  d->cosReach = 1 - k.oneMinusCos;
 }
 
 // L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.
