@@ -4,18 +4,10 @@
 // It shows the calls every integrator makes: trace the group's rays, shade the hits (which gives contexts with
 // positions and normals), send shadow rays, contribute. A group belongs to one thread; memory comes from its arena.
 #define KINORA_KERNEL_FILE "AmbientOcclusion.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
 #include <limits>
-#include <new>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/integrator.h>
-#include <kinora/math/sampling.h>
-#include <kinora/random.h>
-#include <kinora/simd/tables.h>
+#include <kinora/integrator_author.h>
 
-#ifndef AMBIENTOCCLUSION_ONCE
-#define AMBIENTOCCLUSION_ONCE
+#if KINORA_PLAIN
 namespace kinora::ambientOcclusion {
 enum : uint32_t { kMaxDistance };
 constexpr Param kParams[] = {
@@ -23,17 +15,16 @@ constexpr Param kParams[] = {
 };
 struct Data {
   float maxDistance;
+  explicit Data(const CreateInfo& info) : maxDistance(info.number(kMaxDistance)) {}
 };
 }  // namespace kinora::ambientOcclusion
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace ambientOcclusion;
 
 struct AmbientOcclusion {
+  using Data = ambientOcclusion::Data;
   // One shadow ray for each point of a context, appended at `first`.
   template <int W>
   static void makeRays(const Services& services, const Context& c, uint32_t first, float* const o[3],
@@ -51,15 +42,16 @@ struct AmbientOcclusion {
   }
 
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* g, const Services* services) {
-    const float farthest = static_cast<const Data*>(integrator)->maxDistance;
-    const auto floats = [&](uint32_t n) { return static_cast<float*>(services->alloc(g, n * sizeof(float))); };
-    const auto words = [&](uint32_t n) { return static_cast<uint32_t*>(services->alloc(g, n * sizeof(uint32_t))); };
+  static void integrate(const Data& k, uint32_t, Group& group, const Services& services) {
+    Group* const g = &group;
+    const float farthest = k.maxDistance;
+    const auto floats = [&](uint32_t n) { return static_cast<float*>(services.alloc(g, n * sizeof(float))); };
+    const auto words = [&](uint32_t n) { return static_cast<uint32_t*>(services.alloc(g, n * sizeof(uint32_t))); };
 
     uint32_t* slots = words(g->padded);
     for (uint32_t i = 0; i < g->count; ++i) slots[i] = i;
     float* through[3] = {floats(g->padded), floats(g->padded), floats(g->padded)};
-    services->trace(g, &g->paths, RayKind::Camera, 0, g->count, slots, through);
+    services.trace(g, &g->paths, RayKind::Camera, 0, g->count, slots, through);
 
     uint32_t hits = 0;
     float* alpha = floats(g->padded);
@@ -68,10 +60,10 @@ struct AmbientOcclusion {
         alpha[hits] = 1;
         slots[hits++] = i;
       }
-    services->cover(g, hits, slots, alpha);
+    services.cover(g, hits, slots, alpha);
     Context* const* contexts = nullptr;
     const uint32_t contextCount =
-        services->shade(g, &g->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, slots, &contexts);
+        services.shade(g, &g->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, slots, &contexts);
 
     // contexts are padded each, so that rays of several need room for the padding of all
     const uint32_t room = padded(hits) + contextCount * kPad;
@@ -80,64 +72,30 @@ struct AmbientOcclusion {
     float* light[3] = {floats(room), floats(room), floats(room)};
     float *tMax = floats(room), *time = floats(room);
     uint32_t *slot = words(room), *emitter = words(room);
-    uint32_t* state = static_cast<uint32_t*>(services->alloc(g, room * sizeof(uint32_t)));
-    ShadowRun* runs = static_cast<ShadowRun*>(services->alloc(g, contextCount * sizeof(ShadowRun)));
+    uint32_t* state = static_cast<uint32_t*>(services.alloc(g, room * sizeof(uint32_t)));
+    ShadowRun* runs = static_cast<ShadowRun*>(services.alloc(g, contextCount * sizeof(ShadowRun)));
     uint32_t n = 0;
-    for (uint32_t k = 0; k < contextCount; ++k) {
-      const Context& c = *contexts[k];
-      makeRays<W>(*services, c, n, o, d);
+    for (uint32_t x = 0; x < contextCount; ++x) {
+      const Context& c = *contexts[x];
+      makeRays<W>(services, c, n, o, d);
       for (uint32_t i = 0; i < c.count; ++i, ++n) {
         slot[n] = c.path[i];
         time[n] = c.time[i];
         tMax[n] = farthest > 0 ? farthest : std::numeric_limits<float>::infinity();
         emitter[n] = kNoLight;  // to the picture this is light given off by the surface that was hit
-        state[n] = services->paths.start;
+        state[n] = services.paths.start;
       }
-      runs[k] = {&c, nullptr, n};  // one ray for each of its points, in order
+      runs[x] = {&c, nullptr, n};  // one ray for each of its points, in order
     }
     ShadowRays rays{n, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, nullptr, contextCount, runs, nullptr, {}};
     for (int x = 0; x < 3; ++x) rays.transmittance[x] = light[x];
     rays.tinted = nullptr;  // a 1 for a ray would let it go through glass in a straight line
-    services->shadow(g, 0, &rays);
+    services.shadow(g, 0, &rays);
     const Contributions value{n, slot, {light[0], light[1], light[2]}, state, emitter};
-    services->contribute(g, &value);
-  }
-
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
+    services.contribute(g, &value);
   }
 };
+KINORA_KERNELS_END
 
-KINORA_WIDTH_TABLES(AmbientOcclusion, IntegratorFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace kinora {
-namespace {
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error,
-                       [&] { return new ambientOcclusion::Data{info->number(ambientOcclusion::kMaxDistance)}; });
-}
-void destroy(void* data) { delete static_cast<ambientOcclusion::Data*>(data); }
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Integrator,
-                             0,
-                             "AmbientOcclusion",
-                             "How open to the sky each visible point is.",
-                             ambientOcclusion::kParams,
-                             std::size(ambientOcclusion::kParams),
-                             kTables,
-                             4,
-                             nullptr,
-                             &create,
-                             &destroy};
-}  // namespace
-KINORA_REGISTER(AmbientOcclusion, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_INTEGRATOR(AmbientOcclusion, .help = "How open to the sky each visible point is.", .params = kParams,
+                  .setUp = setUp<Data>)

@@ -5,18 +5,12 @@
 //
 // What services do runs in lanes; the little in between is written a point at a time.
 #define KINORA_KERNEL_FILE "OneConnection.cpp"
-#include <kinora/bxdf.h>
-#include <algorithm>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/integrator.h>
+#include <kinora/integrator_author.h>
 #include <kinora/path_densities.h>
-#include <kinora/simd/tables.h>
 #include <kinora/subpaths.h>
 
-#ifndef ONE_CONNECTION_ONCE
-#define ONE_CONNECTION_ONCE
+#if KINORA_PLAIN
+#include <algorithm>
 namespace kinora::oneConnection {
 enum : uint32_t { kBounces };
 constexpr Param kParams[] = {
@@ -24,18 +18,25 @@ constexpr Param kParams[] = {
 };
 struct Data {
   uint32_t bounces;
+  explicit Data(const CreateInfo& info) : bounces(uint32_t(info.integer(kBounces))) {}
 };
 struct Stored {
   PathVertex at;
   PathSums sums;
 };
+inline uint32_t stages(const void*, Stage* out, uint32_t) {
+  out[0] = {StageKind::LightPaths, 1};
+  out[1] = {StageKind::CameraPaths, 0};
+  return 2;
+}
+inline uint32_t lists(const void*, RecordList* out, uint32_t) {
+  out[0] = {sizeof(Stored), 0};  // written by stage 0
+  return 1;
+}
 }  // namespace kinora::oneConnection
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace oneConnection;
 using V = Vec3<1>;
 
@@ -170,59 +171,16 @@ class Bidirectional {
 };
 
 struct OneConnection {
+  using Data = oneConnection::Data;
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* g, const Services* services) {
-    const uint32_t bounces = static_cast<const Data*>(integrator)->bounces;
-    if (g->stage == StageKind::LightPaths)
-      Bidirectional<W>(g, services, kTraitLightPath, bounces).lightStage();
+  static void integrate(const Data& data, uint32_t, Group& group, const Services& services) {
+    if (group.stage == StageKind::LightPaths)
+      Bidirectional<W>(&group, &services, kTraitLightPath, data.bounces).lightStage();
     else
-      Bidirectional<W>(g, services, kTraitEyePath, bounces).cameraStage();
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return {&integrate<W>};
+      Bidirectional<W>(&group, &services, kTraitEyePath, data.bounces).cameraStage();
   }
 };
+KINORA_KERNELS_END
 
-KINORA_WIDTH_TABLES(OneConnection, IntegratorFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace kinora {
-namespace {
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error,
-                       [&] { return new oneConnection::Data{uint32_t(info->integer(oneConnection::kBounces))}; });
-}
-void destroy(void* data) { delete static_cast<oneConnection::Data*>(data); }
-uint32_t stages(const void*, Stage* out, uint32_t) {
-  out[0] = {StageKind::LightPaths, 1};
-  out[1] = {StageKind::CameraPaths, 0};
-  return 2;
-}
-uint32_t lists(const void*, RecordList* out, uint32_t) {
-  out[0] = {sizeof(oneConnection::Stored), 0};
-  return 1;
-}
-constexpr IntegratorTraits kTraits{&stages, &lists};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Integrator,
-                             0,
-                             "OneConnection",
-                             "Bidirectional path tracing with one connection a vertex.",
-                             oneConnection::kParams,
-                             std::size(oneConnection::kParams),
-                             kTables,
-                             4,
-                             &kTraits,
-                             &create,
-                             &destroy};
-}  // namespace
-KINORA_REGISTER(OneConnection, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_INTEGRATOR(OneConnection, .help = "Bidirectional path tracing with one connection a vertex.",
+                  .params = kParams, .setUp = setUp<Data>, .stages = stages, .lists = lists)

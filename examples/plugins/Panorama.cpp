@@ -1,33 +1,33 @@
 // A projection: all around the eye, on a cylinder.
 //   Projection "Panorama" "float heightAngle" [90]
 #define KINORA_KERNEL_FILE "Panorama.cpp"
-#include <kinora/projection_setup.h>
-
 #include <cmath>
-#include <iterator>
-#include <memory>
-
-#include <kinora/simd/foreach_target.h>
 #include <kinora/projection_author.h>
 #include <kinora/math/elementary.h>
 
-#ifndef PANORAMA_ONCE
-#define PANORAMA_ONCE
+#if KINORA_PLAIN
 namespace kinora::panorama {
 constexpr Param kParams[] = {
     param::number("heightAngle", 90.f).range(1, 170).help("Degrees from the bottom to the top of the picture."),
 };
 struct Data {
   float width, height, tangent;
+  explicit Data(const CreateInfo& info) {
+    const auto* picture = static_cast<const ProjectionInfo*>(info.extra);
+    const double angle = info.number(0);
+    if (!(angle > 0 && angle < 179)) throw "heightAngle must lie between 0 and 179 degrees";
+    width = float(picture->resolution[0]);
+    height = float(picture->resolution[1]);
+    tangent = float(std::tan(angle * 3.14159265358979 / 360));
+  }
 };
 }  // namespace kinora::panorama
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-struct Cylinder {
+KINORA_KERNELS_BEGIN
+using namespace panorama;
+
+struct Panorama {
   using Data = panorama::Data;
   static constexpr float kTurn = 6.2831853f;
   template <int W>
@@ -49,43 +49,6 @@ struct Cylinder {
     out.x = out.y = out.importance = out.pdf = Float<W>(0.f);
   }
 };
-using Runner = ProjectionRunner<Cylinder>;
-KINORA_WIDTH_TABLES(Runner, ProjectionFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using namespace panorama;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const auto* picture = static_cast<const ProjectionInfo*>(info->extra);
-    const double angle = info->number(0);
-    if (!(angle > 0 && angle < 179)) throw "heightAngle must lie between 0 and 179 degrees";
-    return std::make_unique<Data>(Data{float(picture->resolution[0]), float(picture->resolution[1]),
-                                       float(std::tan(angle * 3.14159265358979 / 360))})
-        .release();
-  });
-}
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Projection,
-                             0,
-                             "Panorama",
-                             "All around the eye on a cylinder.",
-                             kParams,
-                             uint32_t(std::size(kParams)),
-                             kTables,
-                             4,
-                             nullptr,
-                             create,
-                             [](void* d) { delete static_cast<Data*>(d); }};
-}  // namespace
-KINORA_REGISTER(Panorama, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PROJECTION(Panorama, .help = "All around the eye on a cylinder.", .params = kParams, .setUp = setUp<Data>)

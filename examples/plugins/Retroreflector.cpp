@@ -5,16 +5,12 @@
 // places, so it is reciprocal, and it reflects at most retroColor, because the power cosine integrates to 1 before
 // the cosine at the surface takes its part.
 #define KINORA_KERNEL_FILE "Retroreflector.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 
 // Plain declarations stand once; what is below is compiled for each instruction set.
-#ifndef RETROREFLECTOR_ONCE
-#define RETROREFLECTOR_ONCE
-namespace kinora::retroreflector {
+
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kDiffuseColor, kRetroColor, kSharpness };
 constexpr Param kParams[] = {
     param::color("diffuseColor", 0.1f).help("Fraction of light reflected diffusely."),
@@ -22,20 +18,13 @@ constexpr Param kParams[] = {
     param::number("sharpness", 40.f).range(1, 400).help("Exponent of the lobe; larger is narrower."),
 };
 constexpr LobeDecl kLobes[] = {{"Diffuse", kLobeDiffuse}, {"Specular", kLobeSpecular}};
-struct Closure {
-  Value diffuse, retro, sharpness;
-};
-}  // namespace kinora::retroreflector
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace retroreflector;
+// settings of which a test may demand that they never reflect more than they receive
+constexpr const char* kConserving[] = {"diffuseColor=0.5 0.5 0.5; retroColor=0.5 0.5 0.5", nullptr};
 
 struct Retroreflector {
-  using Closure = retroreflector::Closure;
+  struct Closure {
+    Value diffuse, retro, sharpness;
+  };
   static void begin(const Context& c, Closure& k) {
     k.diffuse = c.param(kDiffuseColor);
     k.retro = c.param(kRetroColor);
@@ -83,34 +72,7 @@ struct Retroreflector {
   };
 };
 
-using Runner = BxdfRunner<Retroreflector>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-// settings of which a test may demand that they never reflect more than they receive
-const char* const kConserving[] = {"diffuseColor=0.5 0.5 0.5; retroColor=0.5 0.5 0.5", nullptr};
-constexpr BxdfTraits kTraits{retroreflector::kLobes, 2, -1, nullptr, nullptr, nullptr, kConserving};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Bxdf,
-                             0,
-                             "Retroreflector",
-                             "Sends light back to where it came from, over a diffuse ground.",
-                             retroreflector::kParams,
-                             std::size(retroreflector::kParams),
-                             kTables,
-                             4,
-                             &kTraits,
-                             nullptr,
-                             nullptr};
-}  // namespace
-KINORA_REGISTER(Retroreflector, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_BXDF(Retroreflector, .help = "Sends light back to where it came from, over a diffuse ground.",
+            .params = kParams, .lobes = kLobes, .conserving = kConserving)

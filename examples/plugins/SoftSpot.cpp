@@ -1,20 +1,13 @@
 // A light filter: the light falls off with the distance from the z axis of a coordinate system.
 //   LightFilter "SoftSpot" "spot" "float radius" [0.5]   (before the Light that it filters)
 #define KINORA_KERNEL_FILE "SoftSpot.cpp"
-#include <kinora/light_filter.h>
 #include <kinora/light_setup.h>
-
-#include <cmath>
-#include <iterator>
-#include <memory>
-
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_filter_author.h>
 #include <kinora/math/elementary.h>
 
-#ifndef SOFTSPOT_ONCE
-#define SOFTSPOT_ONCE
+#if KINORA_PLAIN
 namespace kinora::softSpot {
+enum : uint32_t { kRadius, kCoordsys };
 constexpr Param kParams[] = {
     param::number("radius", 1.f).range(0.1f, 10).help("Where the light has fallen to half, in the filter's space."),
     param::string("coordsys", "").help("Coordinate system of the filter; empty: the light's."),
@@ -22,15 +15,22 @@ constexpr Param kParams[] = {
 struct Data {
   Float3 center, axis;  // render space
   float inverseRadius2;
+  explicit Data(const CreateInfo& info) {
+    const LocalFrame frame = LocalFrame::of(info);
+    const double radius = info.number(kRadius) * length(frame.x);
+    if (!(radius > 0)) throw "radius must be positive";
+    center = Float3(frame.origin);
+    axis = Float3(normalized(frame.z));
+    inverseRadius2 = float(1 / (radius * radius));
+  }
 };
 }  // namespace kinora::softSpot
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-struct Spot {
+KINORA_KERNELS_BEGIN
+using namespace softSpot;
+
+struct SoftSpot {
   using Data = softSpot::Data;
   // Depends on the lit point alone, so light samples and rays that meet the light agree.
   template <int W>
@@ -43,44 +43,6 @@ struct Spot {
     return {f, f, f};
   }
 };
-using Runner = LightFilterRunner<Spot>;
-KINORA_WIDTH_TABLES(Runner, LightFilterFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using namespace softSpot;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues v(*info, kParams, std::size(kParams));
-    const LocalFrame frame = LocalFrame::of(*info);
-    const double radius = v.number("radius") * length(frame.x);
-    if (!(radius > 0)) throw "radius must be positive";
-    return std::make_unique<Data>(
-               Data{Float3(frame.origin), Float3(normalized(frame.z)), float(1 / (radius * radius))})
-        .release();
-  });
-}
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::LightFilter,
-                             0,
-                             "SoftSpot",
-                             "Light that falls off around an axis.",
-                             kParams,
-                             uint32_t(std::size(kParams)),
-                             kTables,
-                             4,
-                             nullptr,
-                             create,
-                             [](void* d) { delete static_cast<Data*>(d); }};
-}  // namespace
-KINORA_REGISTER(SoftSpot, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_LIGHT_FILTER(SoftSpot, .help = "Light that falls off around an axis.", .params = kParams, .setUp = setUp<Data>)

@@ -5,18 +5,10 @@
 // An object with holes or folds is met several times: what lies between the 2nd and 3rd hit, the 4th and 5th and so
 // on is not inside. Chords of a sphere of radius r are 4/3 r long on average, wherever they begin.
 #define KINORA_KERNEL_FILE "Thickness.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator_author.h>
 #include <kinora/camera_hits.h>
-#include <kinora/integrator.h>
-#include <kinora/math/sampling.h>
-#include <kinora/random.h>
-#include <kinora/simd/tables.h>
 
-#ifndef THICKNESS_ONCE
-#define THICKNESS_ONCE
+#if KINORA_PLAIN
 namespace kinora::thickness {
 enum : uint32_t { kScale };
 constexpr Param kParams[] = {
@@ -24,22 +16,20 @@ constexpr Param kParams[] = {
 };
 struct Data {
   float scale;
+  explicit Data(const CreateInfo& info) : scale(info.number(kScale)) {}
 };
 constexpr uint32_t kMostHits = 16;  // of a chord; what lies beyond does not count
 }  // namespace kinora::thickness
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace thickness;
 
 struct Thickness {
+  using Data = thickness::Data;
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* g, const Services* services) {
-    const float scale = static_cast<const Data*>(integrator)->scale;
-    const CameraHits hits(g, services);
+  static void integrate(const Data& data, uint32_t, Group& group, const Services& services) {
+    const CameraHits hits(&group, &services);
     for (uint32_t k = 0; k < hits.contextCount; ++k) {
       const Context& c = *hits.contexts[k];
       float *o[3], *d[3], *tMax = hits.floats(c.padded), *time = hits.floats(c.padded),
@@ -51,7 +41,7 @@ struct Thickness {
       }
       for (uint32_t i = 0; i < c.padded; i += W) {
         Float<W> u, v;
-        draw2<W>(services->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
+        draw2<W>(services.samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
                  dimensionAt(0) + kDimUser, u, v);
         const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
         (Frame<W>(-Ng).toWorld(cosineHemisphere(u, v))).store(d, i);
@@ -69,7 +59,7 @@ struct Thickness {
       rays.time = time;
       ObjectHits met{};
       met.most = kMostHits;
-      services->hitsOnObject(g, &c, c.count, point, &rays, &met);
+      services.hitsOnObject(&group, &c, c.count, point, &rays, &met);
       for (uint32_t i = 0; i < c.padded; ++i) {
         value[i] = 0;
         if (i >= c.count) continue;
@@ -77,47 +67,14 @@ struct Thickness {
         const float* t = met.t + size_t(i) * kMostHits;
         float inside = 0;
         for (uint32_t h = 0; h < met.count[i]; h += 2) inside += h ? t[h] - t[h - 1] : t[0];
-        value[i] = scale * inside;
+        value[i] = data.scale * inside;
       }
       float* rgb[3] = {value, value, value};
       hits.show(c, rgb);
     }
   }
-
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
-  }
 };
+KINORA_KERNELS_END
 
-KINORA_WIDTH_TABLES(Thickness, IntegratorFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace kinora {
-namespace {
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&] { return new thickness::Data{info->number(thickness::kScale)}; });
-}
-void destroy(void* data) { delete static_cast<thickness::Data*>(data); }
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Integrator,
-                             0,
-                             "Thickness",
-                             "How far it is through each visible object.",
-                             thickness::kParams,
-                             std::size(thickness::kParams),
-                             kTables,
-                             4,
-                             nullptr,
-                             &create,
-                             &destroy};
-}  // namespace
-KINORA_REGISTER(Thickness, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_INTEGRATOR(Thickness, .help = "How far it is through each visible object.", .params = kParams,
+                  .setUp = setUp<Data>)

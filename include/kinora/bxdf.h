@@ -82,4 +82,24 @@ struct BxdfTraits {
   uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
 };
 
+// What a bxdf declares; see BxdfTraits.
+struct BxdfPlugin {
+  using Functions = BxdfFunctions;
+  static constexpr Kind kKind = Kind::Bxdf;
+  const char* help = "";
+  ListOf<Param> params = {};
+  ListOf<LobeDecl> lobes = {};
+  int presenceParam = -1;
+  uint64_t (*programKey)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*enclosesMedium)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
+  const char* const* lossless = nullptr;
+  const char* const* conserving = nullptr;
+  uint32_t flags = 0;
+  constexpr BxdfTraits traits() const {
+    return {lobes.data,     lobes.count, presenceParam, programKey,
+            enclosesMedium, lossless,    conserving,    letsShadowsThrough};
+  }
+};
+
 }  // namespace kinora

@@ -1,18 +1,22 @@
 // The bxdf author's layer: write one struct over W points, and BxdfRunner turns it into the tables of bxdf.h.
 //
-//   struct Closure { Value color; };                      // bound once a context; Values are uniform or varying
 //   struct MyBxdf {
-//     using Closure = ...;
+//     struct Closure { Value color; };                    // bound once a context; Values are uniform or varying
 //     static void begin(const Context& c, Closure& k);    // k.color = c.param(kColor);
 //     template <int W> struct Lanes {                     // W points
 //       Lanes(const Closure& k, const Surface<W>& s);     // load what evaluation needs
-//       void evaluate(Vec3<W> wi, LobeSum<W>& out) const; // out.add(lobe, weight with cosine), out.pdf,
-//       out.pdfReverse void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
+//       void evaluate(Vec3<W> wi, LobeSum<W>& out) const; // out.add(lobe, weight with cosine); out.pdf, out.pdfReverse
+//       void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
+//       Rgb<W> albedo() const;
 //     };
-//     // optional: template <int W> emission / albedo, and presence / interior over whole contexts
+//     // optional: HasEmission with emission, and presence, interior and thinShadow over whole contexts
 //   };
+//   KINORA_BXDF(MyBxdf, .help = "...", .params = kParams, .lobes = kLobes)          // after KINORA_KERNELS_END
 // Included per target.
 #include <kinora/bxdf.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/math/sampling.h>
 
 #if defined(KINORA_BXDF_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -271,3 +275,7 @@ HWY_AFTER_NAMESPACE();
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_BXDF
+#define KINORA_BXDF(Name, ...) KINORA_PLUGIN(Name, BxdfRunner<Name>, BxdfPlugin, __VA_ARGS__)

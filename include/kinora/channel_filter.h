@@ -36,4 +36,18 @@ struct ChannelFilterTraits {
   const char* (*channel)(const void* data, uint32_t i);
 };
 
+// What a sample filter (or a display filter) declares.
+template <Kind K, class FilterFunctions>
+struct ChannelFilterPlugin {
+  using Functions = FilterFunctions;
+  static constexpr Kind kKind = K;
+  const char* help = "";
+  ListOf<Param> params = {};
+  SetUp setUp = {};
+  const char* (*channel)(const void* data, uint32_t i) = nullptr;
+  constexpr ChannelFilterTraits traits() const { return {channel}; }
+};
+using SampleFilterPlugin = ChannelFilterPlugin<Kind::SampleFilter, SampleFilterFunctions>;
+using DisplayFilterPlugin = ChannelFilterPlugin<Kind::DisplayFilter, DisplayFilterFunctions>;
+
 }  // namespace kinora

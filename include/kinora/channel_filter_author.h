@@ -2,12 +2,15 @@
 // tables of channel_filter.h. Included per target, after <kinora/simd/foreach_target.h>.
 //
 //   struct MyFilter {
-//     using Data = ...;                                               // made by create()
+//     using Data = ...;                                               // of one node
 //     template <int W> static void filter(const Data&, const ChannelSpan<W>&);
 //   };
-//   using Runner = ChannelFilterRunner<MyFilter, SampleFilterFunctions>;
-//   KINORA_WIDTH_TABLES(Runner, SampleFilterFunctions)
+//   KINORA_SAMPLE_FILTER(MyFilter, .help = "...", .params = kParams, .setUp = setUp<Data>)        // after
+//   KINORA_KERNELS_END
 #include <kinora/channel_filter.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/simd/wide.h>
 
 #if defined(KINORA_CHANNEL_FILTER_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -58,6 +61,10 @@ struct ChannelFilterRunner {
     return Functions{&filter<W>};
   }
 };
+template <class Filter>
+using SampleFilterRunner = ChannelFilterRunner<Filter, SampleFilterFunctions>;
+template <class Filter>
+using DisplayFilterRunner = ChannelFilterRunner<Filter, DisplayFilterFunctions>;
 
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
@@ -66,3 +73,10 @@ HWY_AFTER_NAMESPACE();
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_SAMPLE_FILTER
+#define KINORA_SAMPLE_FILTER(Name, ...) KINORA_PLUGIN(Name, SampleFilterRunner<Name>, SampleFilterPlugin, __VA_ARGS__)
+#undef KINORA_DISPLAY_FILTER
+#define KINORA_DISPLAY_FILTER(Name, ...) \
+  KINORA_PLUGIN(Name, DisplayFilterRunner<Name>, DisplayFilterPlugin, __VA_ARGS__)

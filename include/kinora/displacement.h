@@ -19,4 +19,14 @@ struct DisplacementTraits {
   float (*bound)(const CreateInfo*);
 };
 
+// What a displacement declares.
+struct DisplacementPlugin {
+  using Functions = DisplacementFunctions;
+  static constexpr Kind kKind = Kind::Displacement;
+  const char* help = "";
+  ListOf<Param> params = {};
+  float (*bound)(const CreateInfo*) = nullptr;
+  constexpr DisplacementTraits traits() const { return {bound}; }
+};
+
 }  // namespace kinora

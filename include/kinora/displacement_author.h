@@ -3,9 +3,11 @@
 //   struct MyDisplacement {
 //     template <int W> static Vec3<W> offset(const Context& c, At at);       // c.param(kAmount), c.P, c.N ...
 //   };
-//   using Runner = DisplacementRunner<MyDisplacement>;
-//   KINORA_WIDTH_TABLES(Runner, DisplacementFunctions)
+//   KINORA_DISPLACEMENT(MyDisplacement, .help = "...", .params = kParams)        // after KINORA_KERNELS_END
 #include <kinora/displacement.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/pattern_author.h>
 
 #if defined(KINORA_DISPLACEMENT_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -42,3 +44,7 @@ HWY_AFTER_NAMESPACE();
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_DISPLACEMENT
+#define KINORA_DISPLACEMENT(Name, ...) KINORA_PLUGIN(Name, DisplacementRunner<Name>, DisplacementPlugin, __VA_ARGS__)

@@ -100,6 +100,6 @@ struct DisplayTraits {
 // sRGB-encoded: "sRGB", "gamma 2.2" (an exposure has encoded them so), the name of a view, or that and the working
 // space where it is another than sRGB's. Formats of floats get the working space.
 
-// A driver has one function table, of width 1: const WidthTable kTables[] = {{1, &kFunctions}}.
+// A driver has one function table, of width 1; <kinora/display_author.h> makes it.
 
 }  // namespace kinora

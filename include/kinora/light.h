@@ -110,4 +110,16 @@ struct LightTraits {
   double (*irradiance)(const void* light, const double P[3], const double N[3]);
 };
 
+// What a light declares.
+struct LightPlugin {
+  using Functions = LightFunctions;
+  static constexpr Kind kKind = Kind::Light;
+  const char* help = "";
+  ListOf<Param> params = {};
+  SetUp setUp = {};
+  void (*describe)(const void* light, LightDescription*) = nullptr;
+  double (*irradiance)(const void* light, const double P[3], const double N[3]) = nullptr;
+  constexpr LightTraits traits() const { return {describe, irradiance}; }
+};
+
 }  // namespace kinora

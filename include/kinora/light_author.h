@@ -3,21 +3,25 @@
 // light_setup.h.
 //
 //   struct MyLight {
-//     using Data = ...;                                          // made by create()
+//     using Data = ...;                                          // of one light
 //     static constexpr bool kIntersects = true;                  // false: infinite or delta
 //     template <int W> static void sample(const Data&, const LightPoint<W>&, LightSample<W>& out);
 //     // hits nearer than t alone
 //     template <int W> static Mask<W> intersect(const Data&, Vec3<W> o, Vec3<W> d, Float<W>& t);
 //     template <int W> static void evaluate(const Data&, const LightRay<W>&, Rgb<W>& radiance, Float<W>& pdf);
 //     template <int W> static void emit(const Data&, const EmitInput<W>&, LightEmission<W>& out);
-//     template <int W> static void densities(const Data&, const LightRay<W>&, LightDensities<W>& out);   // may be
-//     left out
+//     // may be left out
+//     template <int W> static void densities(const Data&, const LightRay<W>&, LightDensities<W>& out);
 //   };
+//   KINORA_LIGHT(MyLight, .help = "...", .params = kParams, .setUp = setUp<Data>, .describe = describe)
 //
 // Lanes may ask for different lights of the kind: the runner calls once for each of them and keeps its lanes. A
 // struct with `static constexpr bool kMixes = true` takes `const LightOf<Data, W>&` in place of `const Data&` and
 // fetches what it reads by lane, k(&Data::area), so that one call serves them all.
 #include <kinora/light_setup.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/math/sampling.h>
 
 #if defined(KINORA_LIGHT_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -523,28 +527,10 @@ struct DirectionalLight {
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();
 
-// Under HWY_ONCE, in namespace kinora: the descriptor of light `Name` with its array of parameters, LightTraits,
-// create() and the type that it makes.
-#undef KINORA_REGISTER_LIGHT
-#define KINORA_REGISTER_LIGHT(Name, doc, params, traits, create, Data)         \
-  namespace {                                                                  \
-  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                              \
-  const Descriptor kDescriptor{kAbiVersion,                                    \
-                               sizeof(Descriptor),                             \
-                               Kind::Light,                                    \
-                               0,                                              \
-                               #Name,                                          \
-                               doc,                                            \
-                               params.data(),                                  \
-                               uint32_t(params.size()),                        \
-                               kTables,                                        \
-                               std::size(kTables),                             \
-                               &traits,                                        \
-                               create,                                         \
-                               [](void* d) { delete static_cast<Data*>(d); }}; \
-  }                                                                            \
-  KINORA_REGISTER(Name, kDescriptor)
-
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_LIGHT
+#define KINORA_LIGHT(Name, ...) KINORA_PLUGIN(Name, LightRunner<Name>, LightPlugin, __VA_ARGS__)

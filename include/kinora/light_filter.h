@@ -28,4 +28,16 @@ struct LightFilterTraits {
   float (*largest)(const void* filter);
 };
 
+// What a light filter declares.
+struct LightFilterPlugin {
+  using Functions = LightFilterFunctions;
+  static constexpr Kind kKind = Kind::LightFilter;
+  const char* help = "";
+  ListOf<Param> params = {};
+  SetUp setUp = {};
+  int (*isUniform)(const void* filter) = nullptr;
+  float (*largest)(const void* filter) = nullptr;
+  constexpr LightFilterTraits traits() const { return {isUniform, largest}; }
+};
+
 }  // namespace kinora

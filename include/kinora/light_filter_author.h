@@ -4,9 +4,12 @@
 //     using Data = ...;
 //     template <int W> static Rgb<W> factor(const Data&, const LitPoint<W>&);
 //   };
-//   using Runner = LightFilterRunner<MyFilter>;
-//   KINORA_WIDTH_TABLES(Runner, LightFilterFunctions)
+//   KINORA_LIGHT_FILTER(MyFilter, .help = "...", .params = kParams, .setUp = setUp<Data>)        // after
+//   KINORA_KERNELS_END
 #include <kinora/light_filter.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/simd/wide.h>
 
 #if defined(KINORA_LIGHT_FILTER_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -58,3 +61,7 @@ HWY_AFTER_NAMESPACE();
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_LIGHT_FILTER
+#define KINORA_LIGHT_FILTER(Name, ...) KINORA_PLUGIN(Name, LightFilterRunner<Name>, LightFilterPlugin, __VA_ARGS__)

@@ -22,4 +22,13 @@ struct PatternFunctions {
   void (*compute)(const Context*, const PatternArgs*);
 };
 
+// What a pattern declares.
+struct PatternPlugin {
+  using Functions = PatternFunctions;
+  static constexpr Kind kKind = Kind::Pattern;
+  const char* help = "";
+  ListOf<Param> params = {};
+  constexpr NoTraits traits() const { return {}; }
+};
+
 }  // namespace kinora

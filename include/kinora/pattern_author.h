@@ -3,6 +3,9 @@
 #include <cstring>
 #include <initializer_list>
 #include <iterator>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/bxdf_author.h>
 
 #if defined(KINORA_PATTERN_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -117,12 +120,17 @@ inline Value constantValue(const Context& c, uint32_t count, const float* number
   return v;
 }
 
-// `B` has `template <int W> static void compute(const Context*, const PatternArgs*)`.
+// `B` has `template <int W> static void compute(const Context*, const PatternArgs*)`, or is a pointwise node (below).
+template <class B>
+struct PointwiseRunner;
 template <class B>
 struct PatternRunner {
   template <int W>
   static constexpr PatternFunctions table() {
-    return PatternFunctions{&B::template compute<W>};
+    if constexpr (requires { typename B::Setup; })
+      return PointwiseRunner<B>::template table<W>();
+    else
+      return PatternFunctions{&B::template compute<W>};
   }
 };
 
@@ -193,9 +201,12 @@ inline void positionGradients(const Context& c, const char* space, const char* p
 }
 
 // For nodes that make one colour (kComponents 3) or number (1) of inputs at the same point. `B` has
-//   struct Setup { explicit Setup(const Context&); bool uniform() const; };   // values, modes, ...: read once a
-//   context static constexpr uint32_t kComponents; template <int W> static KN_INLINE Vec3<W> at(const Setup&, At); //
-//   x alone counts for numbers
+//   struct Setup {                            // values, modes, ...: read once a context
+//     explicit Setup(const Context&);
+//     bool uniform() const;
+//   };
+//   static constexpr uint32_t kComponents;
+//   template <int W> static KN_INLINE Vec3<W> at(const Setup&, At);    // x alone counts for numbers
 // The first output is the result; further ones are a colour's parts, or a number's repetition as a colour and its
 // parts.
 template <class B>
@@ -227,31 +238,13 @@ struct PointwiseRunner {
     return PatternFunctions{&compute<W>};
   }
 };
-#undef KINORA_POINTWISE_TABLES
-#define KINORA_POINTWISE_TABLES(Node)   \
-  using Runner = PointwiseRunner<Node>; \
-  KINORA_WIDTH_TABLES(Runner, PatternFunctions)
-
-// Inside the per-target namespace, after the node's struct; then KINORA_REGISTER_PATTERN after all of it.
-#undef KINORA_PATTERN_TABLES
-#define KINORA_PATTERN_TABLES(Node)   \
-  using Runner = PatternRunner<Node>; \
-  KINORA_WIDTH_TABLES(Runner, PatternFunctions)
-
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();
-
-// Under HWY_ONCE: the descriptor of pattern `Name` with its array of parameters.
-#undef KINORA_REGISTER_PATTERN
-#define KINORA_REGISTER_PATTERN(Name, doc, params)                                                     \
-  namespace kinora {                                                                                   \
-  namespace {                                                                                          \
-  const WidthTable kTables[] = KINORA_ALL_WIDTHS;                                                      \
-  const Descriptor kDescriptor{                                                                        \
-      kAbiVersion, sizeof(Descriptor), Kind::Pattern, 0,       #Name,  doc, params, std::size(params), \
-      kTables,     std::size(kTables), nullptr,       nullptr, nullptr};                               \
-  }                                                                                                    \
-  KINORA_REGISTER(Name, kDescriptor)                                                                   \
-  }
 #endif
+
+#include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_PATTERN
+#define KINORA_PATTERN(Name, ...) KINORA_PLUGIN(Name, PatternRunner<Name>, PatternPlugin, __VA_ARGS__)

@@ -15,6 +15,24 @@ struct PixelFilterFunctions {
   double (*value)(const void* filter, double x, double y);
 };
 
-// One function table, of width 1: const WidthTable kTables[] = {{1, &kFunctions}}.
+// What a pixel filter declares: a struct made of a PixelFilterInfo, with double value(double x, double y) const.
+template <class Filter>
+struct PixelFilterPlugin {
+  using Functions = PixelFilterFunctions;
+  static constexpr Kind kKind = Kind::PixelFilter;
+  static constexpr SetUp setUp{[](const CreateInfo* info, ErrorText* error) {
+                                 const auto& widths = *static_cast<const PixelFilterInfo*>(info->extra);
+                                 return guardedCreate(error, [&] { return new Filter(widths); });
+                               },
+                               [](void* filter) { delete static_cast<Filter*>(filter); }};
+  static constexpr Functions kFunctions{
+      [](const void* filter, double x, double y) { return static_cast<const Filter*>(filter)->value(x, y); }};
+  const char* help = "";
+  ListOf<Param> params = {};
+  constexpr NoTraits traits() const { return {}; }
+};
+// Ends the file of a plug-in, outside of namespaces.
+#define KINORA_PIXEL_FILTER(Name, Filter, ...) \
+  KINORA_SCALAR_PLUGIN(Name, PixelFilterPlugin<Filter>::kFunctions, PixelFilterPlugin<Filter>, __VA_ARGS__)
 
 }  // namespace kinora

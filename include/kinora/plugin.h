@@ -5,6 +5,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 
 namespace kinora {
 
@@ -27,9 +28,7 @@ enum class Kind : uint32_t {
   PixelFilter,
   SampleFilter,
   DisplayFilter,
-  Display,
-  Geometry,
-  Hider
+  Display
 };
 enum class Type : uint32_t { Float, Int, String, Color, Point, Vector, Normal, Matrix, Struct };
 
@@ -150,6 +149,13 @@ struct ParamValue {
   uint32_t count = 0;      // floats or strings
   uint32_t given = 0;      // 1: the scene sets it
   uint32_t connected = 0;  // 1: fed by a pattern; the value is not known yet
+
+  // False where it is known to be 0: a lobe of that weight is off.
+  bool mayBeOn() const {
+    for (uint32_t i = 0; i < count && !connected; ++i)
+      if (floats[i] != 0.f) return true;
+    return connected;
+  }
 };
 
 // An image for set-up code (light maps). Row-major, top row first, `channels` floats a pixel, scene-linear.
@@ -216,26 +222,88 @@ struct Descriptor {
   void (*destroy)(void*);
 };
 
+// Declarations of a plug-in: an array, or what has data() and size().
+template <class T>
+struct ListOf {
+  const T* data = nullptr;
+  uint32_t count = 0;
+  constexpr ListOf() = default;
+  template <size_t N>
+  constexpr ListOf(const T (&list)[N]) : data(list), count(N) {}
+  template <class L>
+  requires requires(const L& l) { l.data()[l.size()].name; }
+  constexpr ListOf(const L& list) : data(list.data()), count(uint32_t(list.size())) {}
+};
+
 // The exported symbol of a shared library: descriptor i, or null past the last.
 using DescriptorFunction = const Descriptor* (*)(uint32_t index);
 inline constexpr const char* kDescriptorSymbol = "kinoraPlugins";
 
-// Runs set-up code so that no exception crosses the boundary; a throw becomes an ErrorText.
+// Runs a plug-in's code so that no exception crosses the boundary: 1, or 0 where one was thrown, which becomes an
+// ErrorText.
 template <class F>
-void* guardedCreate(ErrorText* error, F&& make) noexcept {
+int guardedCall(ErrorText* error, F&& run) noexcept {
   const auto say = [&](const char* what) {
     size_t i = 0;
     for (; what[i] && i + 1 < sizeof error->text; ++i) error->text[i] = what[i];
     error->text[i] = 0;
+    return 0;
   };
   try {
-    return make();
+    run();
+    return 1;
   } catch (const char* what) {
-    say(what);
+    return say(what);
+  } catch (const std::exception& e) {
+    return say(e.what());
   } catch (...) {
-    say("exception in create()");
+    return say("an exception without a text");
   }
-  return nullptr;
+}
+// The same of what makes something: null where it throws.
+template <class F>
+void* guardedCreate(ErrorText* error, F&& make) noexcept {
+  void* made = nullptr;
+  return guardedCall(error, [&] { made = make(); }) ? made : nullptr;
+}
+
+// Makes and deletes the data of a node: `Data`, constructed from a CreateInfo; the constructor may throw a text.
+struct SetUp {
+  void* (*create)(const CreateInfo*, ErrorText*) = nullptr;
+  void (*destroy)(void*) = nullptr;
+};
+template <class Data>
+inline constexpr SetUp setUp{
+    [](const CreateInfo* info, ErrorText* error) { return guardedCreate(error, [&] { return new Data(*info); }); },
+    [](void* data) { delete static_cast<Data*>(data); }};
+
+// The same by a function that makes the data, std::unique_ptr<Data> make(const CreateInfo&); it may throw a text.
+template <auto make>
+inline constexpr SetUp setUpBy{[](const CreateInfo* info, ErrorText* error) -> void* {
+                                 return guardedCreate(error, [&]() -> void* { return make(*info).release(); });
+                               },
+                               [](void* data) {
+                                 using Pointer = decltype(make(*static_cast<const CreateInfo*>(nullptr)).release());
+                                 delete static_cast<Pointer>(data);
+                               }};
+
+// Traits of kinds that have none.
+struct NoTraits {};
+
+// The descriptor of a plug-in by what its kind asks for (BxdfPlugin, PatternPlugin, ...). Tables and traits live as
+// long as the program.
+template <class Plugin, size_t N, class Traits>
+constexpr Descriptor describe(const char* name, const Plugin& p, const WidthTable (&tables)[N],
+                              const Traits& traits) {
+  Descriptor d{kAbiVersion, sizeof(Descriptor), Plugin::kKind, 0,       name,   p.help, p.params.data, p.params.count,
+               tables,      uint32_t(N),        &traits,       nullptr, nullptr};
+  if constexpr (requires { p.flags; }) d.flags = p.flags;
+  if constexpr (__is_same(Traits, NoTraits)) d.traits = nullptr;
+  if constexpr (requires { p.setUp; }) {
+    d.create = p.setUp.create;
+    d.destroy = p.setUp.destroy;
+  }
+  return d;
 }
 
 }  // namespace kinora
@@ -256,3 +324,16 @@ void* guardedCreate(ErrorText* error, F&& make) noexcept {
     return index == 0 ? &descriptorObject : nullptr;                                   \
   }
 #endif
+
+// A plug-in of a kind without widths: `functions` (of the kind's type) and the members of its kind's description.
+#define KINORA_SCALAR_PLUGIN(Name, functions, Plugin, ...)                       \
+  namespace kinora {                                                             \
+  namespace {                                                                    \
+  constexpr Plugin kPlugin{__VA_ARGS__};                                         \
+  constexpr auto kTraits = kPlugin.traits();                                     \
+  constexpr Plugin::Functions kFunctions = functions;                            \
+  constexpr WidthTable kTables[] = {{1, &kFunctions}};                           \
+  constexpr Descriptor kDescriptor = describe(#Name, kPlugin, kTables, kTraits); \
+  }                                                                              \
+  KINORA_REGISTER(Name, kDescriptor)                                             \
+  }

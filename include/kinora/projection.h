@@ -53,4 +53,15 @@ struct ProjectionTraits {
   void (*ndcMatrix)(const void* projection, double out[16]);
 };
 
+// What a projection declares.
+struct ProjectionPlugin {
+  using Functions = ProjectionFunctions;
+  static constexpr Kind kKind = Kind::Projection;
+  const char* help = "";
+  ListOf<Param> params = {};
+  SetUp setUp = {};
+  void (*ndcMatrix)(const void* projection, double out[16]) = nullptr;
+  constexpr ProjectionTraits traits() const { return {ndcMatrix}; }
+};
+
 }  // namespace kinora

@@ -6,21 +6,23 @@
 //     template <int W> static void rays(const Data&, const CameraSample<W>&, CameraRay<W>& out);
 //     template <int W> static void connect(const Data&, const CameraPoint<W>&, CameraLink<W>& out);
 //   };
+//   KINORA_PROJECTION(MyProjection, .help = "...", .params = kParams, .setUp = setUp<Data>)
 //
 // Importance and density, as light tracing needs them. A pixel's value is the mean over its raster square of the
 // radiance along rays(): I = integral of L dx dy over one square pixel. With a lens point fixed and theta the angle
 // of the ray to the view axis, a pixel covers A = (pixel width)(pixel height) on the screen plane at unit distance,
 // and there dx dy = dw / (A cos^3 theta). So
-//   pdf = 1 / (A cos^3 theta)           per solid angle, for one sample placed evenly in the pixel that is met;
-//   divide by
-//                                       the number of pixels for a sample placed evenly in the whole picture
-//   importance = 1 / (A cos^4 theta)    We of I = integral of We L cos theta dw; the lens point's density has
-//   cancelled.
+//   pdf = 1 / (A cos^3 theta)           per solid angle, for one sample placed evenly in the pixel that is met; divide
+//                                       by the number of pixels for a sample placed evenly in the whole picture
+//   importance = 1 / (A cos^4 theta)    We of I = integral of We L cos theta dw; the lens point's density has cancelled
 // A splat from a point X at distance r is then f(X) * importance * cos(theta at the lens) * cos(at X) / r^2, and the
 // mean of L * weight over a pixel's samples equals the sum of splats over the number of light paths. This holds for
 // every lens point of a thin lens: the raster maps linearly to a plane of focus that faces the camera, whose scale
 // cancels; tilted ones divide both by a determinant (ThinLensProjection).
 #include <kinora/projection_setup.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
 #include <kinora/math/sampling.h>
 
 #if defined(KINORA_PROJECTION_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -231,3 +233,7 @@ HWY_AFTER_NAMESPACE();
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_PROJECTION
+#define KINORA_PROJECTION(Name, ...) KINORA_PLUGIN(Name, ProjectionRunner<Name>, ProjectionPlugin, __VA_ARGS__)

@@ -36,4 +36,17 @@ struct VolumeTraits {
   void (*extremes)(const void* volume, uint32_t field, const VolumeBound* box, float low[3], float high[3]);
 };
 
+// What a volume declares.
+struct VolumePlugin {
+  using Functions = VolumeFunctions;
+  static constexpr Kind kKind = Kind::Volume;
+  const char* help = "";
+  ListOf<Param> params = {};
+  SetUp setUp = {};
+  ListOf<VolumeField> fields = {};
+  void (*bound)(const void* volume, VolumeBound*) = nullptr;
+  void (*extremes)(const void* volume, uint32_t field, const VolumeBound* box, float low[3], float high[3]) = nullptr;
+  constexpr VolumeTraits traits() const { return {fields.data, fields.count, bound, extremes}; }
+};
+
 }  // namespace kinora

@@ -4,10 +4,13 @@
 //     using Data = ...;
 //     template <int W> static Rgb<W> value(const Data&, uint32_t field, Vec3<W> P, Float<W> time);
 //   };
-//   using Runner = VolumeRunner<MyVolume>;
-//   KINORA_WIDTH_TABLES(Runner, VolumeFunctions)
-#include <kinora/simd/wide.h>
+//   KINORA_VOLUME(MyVolume, .help = "...", .params = kParams, .setUp = setUp<Data>)        // after
+//   KINORA_KERNELS_END
 #include <kinora/volume.h>
+#ifdef KINORA_KERNEL_FILE
+#include <kinora/simd/foreach_target.h>
+#endif
+#include <kinora/simd/wide.h>
 
 #if defined(KINORA_VOLUME_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_VOLUME_AUTHOR_H_TARGET
@@ -47,3 +50,7 @@ HWY_AFTER_NAMESPACE();
 #endif
 
 #include <kinora/simd/tables.h>
+
+// Ends the file of a plug-in, whose struct has its name.
+#undef KINORA_VOLUME
+#define KINORA_VOLUME(Name, ...) KINORA_PLUGIN(Name, VolumeRunner<Name>, VolumePlugin, __VA_ARGS__)

@@ -36,11 +36,6 @@ Matrix placed(float cosine, float sine, float x, float y) {
 Values floatsOf(std::initializer_list<float> list) { return {{}, list, {}}; }
 Values intsOf(std::initializer_list<int32_t> list) { return {list, {}, {}}; }
 
-struct Attribute {
-  Type type;
-  Values values;
-};
-
 language::GivenValue givenOf(const Type& type, const Values& v) {
   if (type.base == Base::String) return {nullptr, nullptr, v.strings.data(), v.strings.size()};
   if (type.base == Base::Int) return {nullptr, v.ints.data(), nullptr, v.ints.size()};
@@ -50,6 +45,10 @@ language::GivenValue givenOf(const Type& type, const Values& v) {
 }  // namespace
 
 struct ShadeWorld::Impl {
+  struct Attribute {
+    Type type;
+    Values values;
+  };
   ShadeGrid grid;
   std::vector<NamedValue> userData;
   std::map<int32_t, std::pair<Matrix, Matrix>> spaces;  // by name: to common and back
@@ -120,6 +119,7 @@ bool ShadeWorld::hasPrimvar(const std::string& name, const Type& type) const {
 }
 
 struct ShadeWorld::Slice::Impl {
+  using Attribute = ShadeWorld::Impl::Attribute;
   const ShadeWorld::Impl& world;
   uint64_t first = 0;
   uint32_t count = 0, most, padded = 0;
@@ -338,7 +338,7 @@ const language::VaryingInput* ShadeWorld::Slice::inputs(const language::Executab
     if (input.parameter.ends_with('?')) {  // whether it is there
       const std::string name = input.parameter.substr(0, input.parameter.size() - 1);
       for (uint32_t i = 0; i < s.padded; ++i) {
-        Attribute found;
+        Impl::Attribute found;
         const int32_t isThere = s.primvar(name, i, found, nullptr);
         std::memcpy(&memory[i], &isThere, 4);
       }
@@ -358,7 +358,7 @@ const language::VaryingInput* ShadeWorld::Slice::inputs(const language::Executab
     span.base = uint8_t(input.type.base);
     span.varies = true;
     for (uint32_t i = 0; i < s.padded; ++i) {
-      Attribute found;
+      Impl::Attribute found;
       float d[1][2] = {{0, 0}};
       if (s.primvar(input.parameter, i, found, d) &&
           language::giveValue(givenOf(found.type, found.values), span, i)) {

@@ -19,6 +19,8 @@ namespace {
 constexpr size_t kFlush = 1 << 16;
 constexpr size_t kColumns = 110;  // where lines of ASCII break, between values
 
+}  // namespace
+
 // Requests as bytes. Both forms read back to the same requests, values and types.
 class Encoder {
  public:
@@ -221,8 +223,6 @@ class Binary : public Encoder {
   std::unordered_map<std::string, size_t> codes_, seen_;
   size_t tokens_ = 0;
 };
-
-}  // namespace
 
 struct Converter::Impl {
   Diagnostics& messages;

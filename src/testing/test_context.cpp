@@ -10,19 +10,6 @@
 namespace kinora::testing {
 
 namespace {
-struct Block {
-  explicit Block(size_t bytes) {
-    // each allocation stands alone, so that a memory checker sees the end of each
-    const size_t whole = std::max<size_t>((bytes + 63) & ~size_t(63), 64);
-    memory = std::aligned_alloc(64, whole);
-    if (!memory) throw std::bad_alloc();
-    std::memset(memory, 0xff, whole);  // NaN as float, -1 as integer: unwritten values show
-  }
-  ~Block() { std::free(memory); }
-  Block(const Block&) = delete;
-  Block& operator=(const Block&) = delete;
-  void* memory;
-};
 Vec3 anyPerpendicular(Vec3 n) {
   const Vec3 a = std::abs(n.x) < 0.7f ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   Vec3 t{a.y * n.z - a.z * n.y, a.z * n.x - a.x * n.z, a.x * n.y - a.y * n.x};
@@ -37,6 +24,19 @@ uint32_t TestPoints::count() const {
 }
 
 struct TestContext::Impl {
+  struct Block {
+    explicit Block(size_t bytes) {
+      // each allocation stands alone, so that a memory checker sees the end of each
+      const size_t whole = std::max<size_t>((bytes + 63) & ~size_t(63), 64);
+      memory = std::aligned_alloc(64, whole);
+      if (!memory) throw std::bad_alloc();
+      std::memset(memory, 0xff, whole);  // NaN as float, -1 as integer: unwritten values show
+    }
+    ~Block() { std::free(memory); }
+    Block(const Block&) = delete;
+    Block& operator=(const Block&) = delete;
+    void* memory;
+  };
   const Descriptor* plugin;
   Setting setting;
   uint32_t count, paddedCount;
@@ -293,7 +293,7 @@ void TestContext::setParameter(const std::string& name, const std::vector<float>
 }
 void TestContext::setManifold(const std::string& name, const Manifold& manifold) {
   const uint32_t i = impl_->paramIndex(name);
-  impl_->blocks.push_back(std::make_unique<Block>(sizeof(Manifold)));
+  impl_->blocks.push_back(std::make_unique<Impl::Block>(sizeof(Manifold)));
   impl_->manifolds[i] = new (impl_->blocks.back()->memory) Manifold(manifold);
 }
 void TestContext::setTexture(TestTexture texture) { impl_->texture = std::move(texture); }

@@ -57,7 +57,9 @@ TEST(Frames, OnlyThoseAskedFor) {
   EXPECT_NE(r.err.find("5, 6"), std::string::npos) << r.err;
   EXPECT_TRUE(w.has("g.4.png"));
   for (const char* bad : {"3-1", "1,", "x", "1-2-3", "", "99999999999"})
-    if (*bad) EXPECT_EQ(w.run({"scene.rib", "--frames", bad}).exitCode, 2) << bad;
+    if (*bad) {
+      EXPECT_EQ(w.run({"scene.rib", "--frames", bad}).exitCode, 2) << bad;
+    }
 }
 
 TEST(Frames, WorldsOutsideFramesCountFromZero) {

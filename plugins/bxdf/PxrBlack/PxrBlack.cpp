@@ -1,14 +1,10 @@
 // PxrBlack: absorbs all light. For hold-outs and objects that only cast shadows; presence is always 1.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrBlack/PxrBlack.cpp"
-#include <kinora/bxdf.h>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
+
+constexpr const char* kAsItIs[] = {"", nullptr};
 
 struct PxrBlack {
   struct Closure {};
@@ -25,23 +21,6 @@ struct PxrBlack {
   };
 };
 
-using Runner = BxdfRunner<PxrBlack>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-const char* const kConserving[] = {"", nullptr};
-constexpr BxdfTraits kTraits{nullptr, 0, -1, nullptr, nullptr, nullptr, kConserving};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion, sizeof(Descriptor), Kind::Bxdf, 0,      "PxrBlack", "Absorbs all light.", nullptr, 0, kTables,
-    4,           &kTraits,           nullptr,    nullptr};
-}  // namespace
-KINORA_REGISTER(PxrBlack, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_BXDF(PxrBlack, .help = "Absorbs all light.", .conserving = kAsItIs)

@@ -1,36 +1,24 @@
 // PxrConstant: a flat colour, the same from all sides, whatever the light. It scatters nothing.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrConstant/PxrConstant.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 
-#ifndef PXRCONSTANT_ONCE
-#define PXRCONSTANT_ONCE
-namespace kinora::pxrConstant {
+KINORA_KERNELS_BEGIN
+
+constexpr const char* kAsItIs[] = {"", nullptr};
 enum : uint32_t { kEmitColor, kPresence };
 constexpr Param kParams[] = {
     param::color("emitColor", 1.f).range(0, 10).help("Radiance given off, on both sides."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
 };
-struct Closure {
-  Value emit;
-};
-}  // namespace kinora::pxrConstant
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
 
 struct PxrConstant {
-  using Closure = pxrConstant::Closure;
+  struct Closure {
+    Value emit;
+  };
   template <int W>
   using HasEmission = void;
-  static void begin(const Context& c, Closure& k) { k.emit = c.param(pxrConstant::kEmitColor); }
-  static void presence(const Context* c, float* out) { copyFloat(c->param(pxrConstant::kPresence), c->padded, out); }
+  static void begin(const Context& c, Closure& k) { k.emit = c.param(kEmitColor); }
+  static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
   template <int W>
   static KN_INLINE Rgb<W> emission(const Closure& k, At at) {
     return loadRgb<W>(k.emit, at);
@@ -52,33 +40,7 @@ struct PxrConstant {
   };
 };
 
-using Runner = BxdfRunner<PxrConstant>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-const char* const kConserving[] = {"", nullptr};
-constexpr BxdfTraits kTraits{nullptr, 0, pxrConstant::kPresence, nullptr, nullptr, nullptr, kConserving};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Bxdf,
-                             0,
-                             "PxrConstant",
-                             "A constant colour, unlit.",
-                             pxrConstant::kParams,
-                             std::size(pxrConstant::kParams),
-                             kTables,
-                             4,
-                             &kTraits,
-                             nullptr,
-                             nullptr};
-}  // namespace
-KINORA_REGISTER(PxrConstant, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_BXDF(PxrConstant, .help = "A constant colour, unlit.", .params = kParams, .presenceParam = kPresence,
+            .conserving = kAsItIs)

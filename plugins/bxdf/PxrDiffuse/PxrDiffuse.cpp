@@ -1,15 +1,10 @@
 // PxrDiffuse: Lambertian reflection and transmission. Albedo is diffuseColor (front and back alike) plus
 // transmissionColor. Paper: Lambert; importance: cosine-weighted (Shirley and Chiu's concentric map).
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrDiffuse/PxrDiffuse.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 
-#ifndef PXRDIFFUSE_ONCE
-#define PXRDIFFUSE_ONCE
-namespace kinora::pxrDiffuse {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kDiffuseColor, kTransmissionBehavior, kTransmissionColor, kPresence, kBumpNormal };
 constexpr Param kParams[] = {
     param::color("diffuseColor", 0.5f).help("Fraction of light reflected."),
@@ -23,21 +18,13 @@ constexpr Param kParams[] = {
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
 };
 constexpr LobeDecl kLobes[] = {{"Diffuse", kLobeDiffuse}, {"Diffuse", kLobeDiffuse | kLobeTransmit}};
-struct Closure {
-  Value reflect, transmit, bump;
-  bool transmits = false, bumped = false;
-};
-}  // namespace kinora::pxrDiffuse
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrDiffuse;
+constexpr const char* kLossless[] = {"diffuseColor=1 1 1", nullptr};
 
 struct PxrDiffuse {
-  using Closure = pxrDiffuse::Closure;
+  struct Closure {
+    Value reflect, transmit, bump;
+    bool transmits = false, bumped = false;
+  };
   static void begin(const Context& c, Closure& k) {
     k.reflect = c.param(kDiffuseColor);
     const int behavior = int(c.param(kTransmissionBehavior).data[0][0]);
@@ -92,33 +79,7 @@ struct PxrDiffuse {
   };
 };
 
-using Runner = BxdfRunner<PxrDiffuse>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-const char* const kLossless[] = {"diffuseColor=1 1 1", nullptr};
-constexpr BxdfTraits kTraits{pxrDiffuse::kLobes, 2, pxrDiffuse::kPresence, nullptr, nullptr, kLossless, kLossless};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Bxdf,
-                             0,
-                             "PxrDiffuse",
-                             "Ideal diffuse reflection and transmission.",
-                             pxrDiffuse::kParams,
-                             std::size(pxrDiffuse::kParams),
-                             kTables,
-                             4,
-                             &kTraits,
-                             nullptr,
-                             nullptr};
-}  // namespace
-KINORA_REGISTER(PxrDiffuse, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_BXDF(PxrDiffuse, .help = "Ideal diffuse reflection and transmission.", .params = kParams, .lobes = kLobes,
+            .presenceParam = kPresence, .lossless = kLossless, .conserving = kLossless)

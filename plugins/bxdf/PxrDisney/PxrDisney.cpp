@@ -3,19 +3,13 @@
 // a clear coat, simply added up, as its authors do: bright dielectrics may return somewhat more than they receive,
 // and rough metals less, because what scatters between facets is lost.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrDisney/PxrDisney.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 #include "parameters.h"
 #include "base.h"
 #include "plugins/bxdf/lobes/bind.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
+
 using namespace pxrDisney;
 
 enum Technique : uint32_t { kMakeCosine, kMakeSpecular, kMakeCoat, kTechniques };
@@ -27,7 +21,28 @@ struct Choice {
   KN_INLINE Choice() {}
 };
 
+#define METAL "baseColor=1 1 1; metallic=1; "
+constexpr const char* kConserving[] = {METAL "roughness=0",
+                                       METAL "roughness=0.1",
+                                       METAL "roughness=0.6",
+                                       METAL "roughness=1",
+                                       "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.7",
+                                       "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.4; anisotropic=0.3",
+                                       "baseColor=0.6 0.5 0.4; roughness=0.3; specular=1; clearcoat=1",
+                                       "baseColor=0.5 0.5 0.5; roughness=0.5; subsurface=0.5",
+                                       nullptr};
+#undef METAL
+
 struct PxrDisney {
+  // A bit for each part that may be on: materials of one group then take the same branches.
+  static uint64_t programKey(const ParamValue* v, uint32_t) {
+    uint64_t key = 0;
+    uint32_t bit = 0;
+    for (const uint32_t i : {kSubsurface, kSheen, kClearcoat, kAnisotropic, kEmitColor})
+      key |= uint64_t(v[i].mayBeOn()) << bit++;
+    return key;
+  }
+
   using Closure = pxrDisney::Closure;
   template <int W>
   using HasEmission = void;
@@ -192,60 +207,8 @@ struct PxrDisney {
   };
 };
 
-using Runner = BxdfRunner<PxrDisney>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-bool mayBeOn(const ParamValue& v) {
-  if (v.connected) return true;
-  for (uint32_t i = 0; i < v.count; ++i)
-    if (v.floats[i] != 0.f) return true;
-  return false;
-}
-// A bit for each part that may be on: materials of one group then take the same branches.
-uint64_t programKey(const ParamValue* v, uint32_t) {
-  uint64_t key = 0;
-  uint32_t bit = 0;
-  for (const uint32_t i : {pxrDisney::kSubsurface, pxrDisney::kSheen, pxrDisney::kClearcoat, pxrDisney::kAnisotropic,
-                           pxrDisney::kEmitColor})
-    key |= uint64_t(mayBeOn(v[i])) << bit++;
-  return key;
-}
-
-#define METAL "baseColor=1 1 1; metallic=1; "
-const char* const kConserving[] = {METAL "roughness=0",
-                                   METAL "roughness=0.1",
-                                   METAL "roughness=0.6",
-                                   METAL "roughness=1",
-                                   "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.7",
-                                   "baseColor=0.9 0.6 0.3; metallic=1; roughness=0.4; anisotropic=0.3",
-                                   "baseColor=0.6 0.5 0.4; roughness=0.3; specular=1; clearcoat=1",
-                                   "baseColor=0.5 0.5 0.5; roughness=0.5; subsurface=0.5",
-                                   nullptr};
-#undef METAL
-constexpr BxdfTraits kTraits{
-    pxrDisney::kLobes, pxrDisney::kLobeCount, int(pxrDisney::kPresence), &programKey, nullptr, nullptr, kConserving};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Bxdf,
-                             0,
-                             "PxrDisney",
-                             "The principled material of 2012: dielectric to metal, with sheen and clear coat.",
-                             pxrDisney::kParams,
-                             std::size(pxrDisney::kParams),
-                             kTables,
-                             4,
-                             &kTraits,
-                             nullptr,
-                             nullptr};
-}  // namespace
-KINORA_REGISTER(PxrDisney, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_BXDF(PxrDisney, .help = "The principled material of 2012: dielectric to metal, with sheen and clear coat.",
+            .params = kParams, .lobes = kLobes, .presenceParam = int(kPresence), .programKey = PxrDisney::programKey,
+            .conserving = kConserving)

@@ -2,19 +2,14 @@
 // absorbed after Beer and Lambert: exp(-absorptionGain * absorptionColor * distance). Real files call the colour of
 // what is let through transmissionColor, lists of parameters refractionColor: both are taken.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrGlass/PxrGlass.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
 #include "plugins/bxdf/lobes/bind.h"
 #include "plugins/bxdf/lobes/glass.h"
 #include "plugins/bxdf/lobes/stack_functions.h"
 
-#ifndef PXRGLASS_ONCE
-#define PXRGLASS_ONCE
-namespace kinora::pxrGlass {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kReflectionColor,
   kReflectionGain,
@@ -42,14 +37,6 @@ constexpr Param kParams[] = {
         .help("Absorption inside, per unit of length, of a channel whose absorptionColor is 1."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
 };
-}  // namespace kinora::pxrGlass
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrGlass;
 
 // refractionColor where it is not white, else transmissionColor.
 inline Value transmissionColor(const Context& c) {
@@ -69,7 +56,19 @@ inline Value transmissionColor(const Context& c) {
   return v;
 }
 
+constexpr const char* kLossless[] = {
+    "roughness=0",   "roughness=0; ior=1.33", "roughness=0.1",        "roughness=0.3; ior=1.33",
+    "roughness=0.6", "roughness=1",           "roughness=0.8; ior=2", nullptr};
+constexpr const char* kConserving[] = {"roughness=0.3; reflectionColor=0.9 0.7 0.5; transmissionColor=0.5 0.7 0.9",
+                                       "roughness=0.7; reflectionGain=0.2; refractionColor=0.9 1 0.9; ior=2.5",
+                                       nullptr};
+
 struct PxrGlass {
+  static uint64_t programKey(const ParamValue* v, uint32_t) {
+    return (v[kReflectionGain].mayBeOn() ? 1u : 0u) | (v[kTransmissionGain].mayBeOn() ? 2u : 0u);
+  }
+  static uint32_t enclosesMedium(const ParamValue* v, uint32_t) { return v[kTransmissionGain].mayBeOn(); }
+
   static void begin(const Context& c, lobes::Closure& k) {
     k.radiance = !(c.traits & kTraitLightPath);
     lobes::GlassClosure& g = k.glass;
@@ -103,44 +102,8 @@ struct PxrGlass {
   }
 };
 
-using Runner = StackMaterial<PxrGlass>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-bool mayBeOn(const ParamValue& v) { return v.connected || (v.count && v.floats[0] != 0.f); }
-uint64_t programKey(const ParamValue* v, uint32_t) {
-  return (mayBeOn(v[pxrGlass::kReflectionGain]) ? 1u : 0u) | (mayBeOn(v[pxrGlass::kTransmissionGain]) ? 2u : 0u);
-}
-uint32_t enclosesMedium(const ParamValue* v, uint32_t) { return mayBeOn(v[pxrGlass::kTransmissionGain]); }
-
-const char* const kLossless[] = {
-    "roughness=0",   "roughness=0; ior=1.33", "roughness=0.1",        "roughness=0.3; ior=1.33",
-    "roughness=0.6", "roughness=1",           "roughness=0.8; ior=2", nullptr};
-const char* const kConserving[] = {"roughness=0.3; reflectionColor=0.9 0.7 0.5; transmissionColor=0.5 0.7 0.9",
-                                   "roughness=0.7; reflectionGain=0.2; refractionColor=0.9 1 0.9; ior=2.5", nullptr};
-constexpr BxdfTraits kTraits{lobes::kLobes,   lobes::kLobeCount, -1,         &programKey,
-                             &enclosesMedium, kLossless,         kConserving};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Bxdf,
-                             0,
-                             "PxrGlass",
-                             "Clear or rough glass with absorption inside.",
-                             pxrGlass::kParams,
-                             std::size(pxrGlass::kParams),
-                             kTables,
-                             4,
-                             &kTraits,
-                             nullptr,
-                             nullptr};
-}  // namespace
-KINORA_REGISTER(PxrGlass, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PLUGIN(PxrGlass, StackMaterial<PxrGlass>, BxdfPlugin, .help = "Clear or rough glass with absorption inside.",
+              .params = kParams, .lobes = lobes::kLobes, .programKey = PxrGlass::programKey,
+              .enclosesMedium = PxrGlass::enclosesMedium, .lossless = kLossless, .conserving = kConserving)

@@ -2,10 +2,6 @@
 // declares the plug-in. It does not render subsurface and single scattering and iridescence (their parameters are
 // declared).
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
 #include "parameters.h"
@@ -13,10 +9,8 @@
 #include "plugins/bxdf/lobes/glass.h"
 #include "plugins/bxdf/lobes/stack_functions.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
+
 using namespace pxrSurface;
 using namespace lobes;
 
@@ -128,12 +122,7 @@ struct PxrSurface {
   }
 };
 
-using Runner = StackMaterial<PxrSurface>;
-KINORA_WIDTH_TABLES(Runner, BxdfFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora {
@@ -141,46 +130,40 @@ namespace {
 using namespace pxrSurface;
 using namespace lobes;
 
-bool mayBeOn(const ParamValue& v) {
-  if (v.connected) return true;
-  for (uint32_t i = 0; i < v.count; ++i)
-    if (v.floats[i] != 0.f) return true;
-  return false;
-}
 bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
 // A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
 // same branches. Modes and switches are fixed parameters and part of the program already.
 uint64_t programKey(const ParamValue* v, uint32_t) {
   uint64_t key = 0;
-  if (mayBeOn(v[at("diffuseGain")])) key |= 1;
-  if (isSet(v[at("diffuseDoubleSided")]) && mayBeOn(v[at("diffuseTransmitGain")])) key |= 2;
+  if (v[at("diffuseGain")].mayBeOn()) key |= 1;
+  if (isSet(v[at("diffuseDoubleSided")]) && v[at("diffuseTransmitGain")].mayBeOn()) key |= 2;
   for (uint32_t i = 0; i < 3; ++i) {
     const ParamValue* l = v + kSpecularFirst[i];
-    if (!mayBeOn(l[kEdgeColor]) && (isSet(l[kFresnelMode]) || !mayBeOn(l[kFaceColor]))) continue;
+    if (!l[kEdgeColor].mayBeOn() && (isSet(l[kFresnelMode]) || !l[kFaceColor].mayBeOn())) continue;
     key |= uint64_t(4) << i;
-    if (mayBeOn(l[kAnisotropy])) key |= uint64_t(256) << i;
+    if (l[kAnisotropy].mayBeOn()) key |= uint64_t(256) << i;
   }
-  if (mayBeOn(v[at("fuzzGain")])) key |= 32;
-  if (mayBeOn(v[at("reflectionGain")])) key |= 64;
-  if (mayBeOn(v[at("refractionGain")])) key |= 128;
-  if ((key & 192) && mayBeOn(v[at("glassAnisotropy")])) key |= 2048;
-  if ((key & 16) && (mayBeOn(v[at("clearcoatEnergyCompensation")]) ||
-                     (mayBeOn(v[at("clearcoatThickness")]) && mayBeOn(v[at("clearcoatAbsorptionTint")]))))
+  if (v[at("fuzzGain")].mayBeOn()) key |= 32;
+  if (v[at("reflectionGain")].mayBeOn()) key |= 64;
+  if (v[at("refractionGain")].mayBeOn()) key |= 128;
+  if ((key & 192) && v[at("glassAnisotropy")].mayBeOn()) key |= 2048;
+  if ((key & 16) && (v[at("clearcoatEnergyCompensation")].mayBeOn() ||
+                     (v[at("clearcoatThickness")].mayBeOn() && v[at("clearcoatAbsorptionTint")].mayBeOn())))
     key |= 4096;
-  if ((key & 12) && mayBeOn(v[at("specularEnergyCompensation")])) key |= 8192;
-  if (mayBeOn(v[at("glowGain")])) key |= 16384;
+  if ((key & 12) && v[at("specularEnergyCompensation")].mayBeOn()) key |= 8192;
+  if (v[at("glowGain")].mayBeOn()) key |= 16384;
   return key;
 }
 uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
-  return mayBeOn(v[at("refractionGain")]) && !isSet(v[at("thinGlass")]);
+  return v[at("refractionGain")].mayBeOn() && !isSet(v[at("thinGlass")]);
 }
 
-uint32_t letsShadowsThrough(const ParamValue* v, uint32_t) { return mayBeOn(v[at("refractionGain")]); }
+uint32_t letsShadowsThrough(const ParamValue* v, uint32_t) { return v[at("refractionGain")].mayBeOn(); }
 
 #define METAL "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularDoubleSided=1; "
 #define GLASS "diffuseGain=0; reflectionGain=1; refractionGain=1; "
-const char* const kLossless[] = {
+constexpr const char* kLossless[] = {
     "diffuseColor=1 1 1; diffuseDoubleSided=1",
     "diffuseColor=1 1 1; diffuseDoubleSided=1; diffuseRoughness=0.5",
     "diffuseColor=1 1 1; diffuseDoubleSided=1; diffuseRoughness=1",
@@ -203,7 +186,7 @@ const char* const kLossless[] = {
     GLASS "glassRoughness=0; thinGlass=1",
     GLASS "glassRoughness=0.5; thinGlass=1",
     nullptr};
-const char* const kConserving[] = {
+constexpr const char* kConserving[] = {
     "diffuseColor=1 1 1; diffuseDoubleSided=1; diffuseExponent=4",
     "diffuseGain=0; fuzzGain=1; fuzzDoubleSided=1",
     "diffuseGain=0; fuzzGain=1; fuzzConeAngle=32; fuzzDoubleSided=1",
@@ -220,17 +203,12 @@ const char* const kConserving[] = {
     nullptr};
 #undef METAL
 #undef GLASS
-
-constexpr BxdfTraits kTraits{kLobes,          kLobeCount, int(at("presence")), &programKey,
-                             &enclosesMedium, kLossless,  kConserving,         &letsShadowsThrough};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion, sizeof(Descriptor), Kind::Bxdf,
-    0,           "PxrSurface",       "General material: diffuse, three specular lobes, fuzz, glass and glow.",
-    kParams,     kParamCount,        kTables,
-    4,           &kTraits,           nullptr,
-    nullptr};
 }  // namespace
-KINORA_REGISTER(PxrSurface, kDescriptor)
 }  // namespace kinora
 #endif
+
+KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
+              .help = "General material: diffuse, three specular lobes, fuzz, glass and glow.", .params = kParams,
+              .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
+              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough, .lossless = kLossless,
+              .conserving = kConserving)

@@ -1,14 +1,9 @@
 // PxrDisplace: P' = P + dispAmount * (dispScalar * N + dispVector + modelDispVector).
 #define KINORA_KERNEL_FILE "plugins/displacement/PxrDisplace/PxrDisplace.cpp"
-#include <kinora/displacement.h>
-
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/displacement_author.h>
 
-#ifndef PXRDISPLACE_ONCE
-#define PXRDISPLACE_ONCE
-namespace kinora::pxrDisplace {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kEnabled, kAmount, kScalar, kVector, kModelVector };
 constexpr Param kParams[] = {
     param::integer("enabled", 1).range(0, 1).options("0 off, 1 on").help("0 leaves the surface where it is."),
@@ -17,15 +12,8 @@ constexpr Param kParams[] = {
     param::vector("dispVector", 0, 0, 0).help("Offset in the space of the points."),
     param::vector("modelDispVector", 0, 0, 0).help("Offset modelled elsewhere, added to dispVector."),
 };
-}  // namespace kinora::pxrDisplace
-#endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrDisplace;
-struct Displace {
+struct PxrDisplace {
   template <int W>
   static KN_INLINE Vec3<W> offset(const Context& c, At at) {
     if (!fixedInteger(c, kEnabled)) return Vec3<W>(0.f);
@@ -37,31 +25,8 @@ struct Displace {
     return {a * fma(s, n.x, v.x + m.x), a * fma(s, n.y, v.y + m.y), a * fma(s, n.z, v.z + m.z)};
   }
 };
-using Runner = DisplacementRunner<Displace>;
-KINORA_WIDTH_TABLES(Runner, DisplacementFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Displacement,
-                             0,
-                             "PxrDisplace",
-                             "Moves a surface along its normal and by a vector. Kept, not rendered yet.",
-                             pxrDisplace::kParams,
-                             uint32_t(std::size(pxrDisplace::kParams)),
-                             kTables,
-                             4,
-                             nullptr,
-                             nullptr,
-                             nullptr};
-}  // namespace
-KINORA_REGISTER(PxrDisplace, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_KERNELS_END
+
+KINORA_DISPLACEMENT(PxrDisplace, .help = "Moves a surface along its normal and by a vector. Kept, not rendered yet.",
+                    .params = kParams)

@@ -1,6 +1,6 @@
 // A plain picture's file by the renderer's own writers, for the drivers of PNG, JPEG and TIFF. All functions throw.
 #pragma once
-#include <kinora/display.h>
+#include <kinora/display_author.h>
 
 #include <cstdio>
 #include <cstring>
@@ -8,8 +8,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "calls.h"
 
 namespace kinora {
 

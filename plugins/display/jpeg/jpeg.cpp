@@ -3,7 +3,6 @@
 #include <kinora/display_codes.h>
 
 #include <algorithm>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -50,22 +49,8 @@ struct Jpeg {
   void close() { file.close(); }
 };
 
-constexpr DisplayTraits kTraits{0, 1};
-const DisplayFunctions kFunctions = DriverCalls<Jpeg>::kFunctions;
-const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Display,
-                             0,
-                             "jpeg",
-                             "JPEG pictures to look at: sRGB, 8 bits, no alpha.",
-                             kParams,
-                             std::size(kParams),
-                             kTables,
-                             1,
-                             &kTraits,
-                             DriverCalls<Jpeg>::create,
-                             DriverCalls<Jpeg>::destroy};
 }  // namespace
-KINORA_REGISTER(jpeg, kDescriptor)
 }  // namespace kinora
+
+KINORA_DISPLAY(jpeg, Jpeg, .help = "JPEG pictures to look at: sRGB, 8 bits, no alpha.", .params = kParams,
+               .pictureFiles = 1)

@@ -14,19 +14,16 @@
 #include <ImfStringAttribute.h>
 #include <ImfTiledOutputFile.h>
 #include <half.h>
-#include <kinora/display.h>
+#include <kinora/display_author.h>
 
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "../drivers/calls.h"
 
 namespace kinora {
 namespace {
@@ -177,7 +174,7 @@ struct OpenExr {
     return box.isEmpty() ? Imath::Box2i(window.min, window.min) : box;
   }
 
-  void write(const DisplayPixels& p) {
+  void encode(const DisplayPixels& p) {
     const Imath::Box2i box = autoCrop ? usedPart(p) : window;
     header->dataWindow() = box;
     const size_t w = size_t(box.max.x - box.min.x + 1), h = size_t(box.max.y - box.min.y + 1);
@@ -222,39 +219,23 @@ struct OpenExr {
       out.writePixels(int(h));
     }
   }
+
+  void write(const DisplayPixels& p) {
+    try {
+      encode(p);
+    } catch (const std::exception&) {
+      finish();  // what the disk said is clearer than what the library makes of it
+      throw;
+    }
+  }
+  void close() { finish(); }
+  void finish() const {
+    if (const int code = file->finish()) throw std::runtime_error(std::strerror(code));
+  }
 };
 
-int write(void* display, const DisplayPixels* pixels, ErrorText* error) {
-  OpenExr& d = *static_cast<OpenExr*>(display);
-  try {
-    d.write(*pixels);
-    return 1;
-  } catch (const std::exception& e) {
-    const int code = d.file->finish();  // what the disk said is clearer than what the library makes of it
-    return say(error, code ? std::strerror(code) : e.what());
-  }
-}
-int close(void* display, ErrorText* error) {
-  const int code = static_cast<OpenExr*>(display)->file->finish();
-  return code ? say(error, std::strerror(code)) : 1;
-}
-void abort(void* display) { static_cast<OpenExr*>(display)->file->finish(); }
-
-const DisplayFunctions kFunctions{write, close, abort};
-const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Display,
-                             0,
-                             "openexr",
-                             "OpenEXR pictures, scene-linear, with layers and metadata.",
-                             kParams,
-                             std::size(kParams),
-                             kTables,
-                             1,
-                             nullptr,
-                             DriverCalls<OpenExr>::create,
-                             DriverCalls<OpenExr>::destroy};
 }  // namespace
-KINORA_REGISTER(openexr, kDescriptor)
 }  // namespace kinora
+
+KINORA_DISPLAY(openexr, OpenExr, .help = "OpenEXR pictures, scene-linear, with layers and metadata.",
+               .params = kParams)

@@ -2,7 +2,6 @@
 // alpha, as PNG means them. Further channels do not fit: a message says which are left out.
 #include <kinora/display_codes.h>
 
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -50,22 +49,8 @@ struct Png {
   void close() { file.close(); }
 };
 
-constexpr DisplayTraits kTraits{1, 1};
-const DisplayFunctions kFunctions = DriverCalls<Png>::kFunctions;
-const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Display,
-                             0,
-                             "png",
-                             "PNG pictures to look at: sRGB, 8 or 16 bits, straight alpha.",
-                             kParams,
-                             std::size(kParams),
-                             kTables,
-                             1,
-                             &kTraits,
-                             DriverCalls<Png>::create,
-                             DriverCalls<Png>::destroy};
 }  // namespace
-KINORA_REGISTER(png, kDescriptor)
 }  // namespace kinora
+
+KINORA_DISPLAY(png, Png, .help = "PNG pictures to look at: sRGB, 8 or 16 bits, straight alpha.", .params = kParams,
+               .straightAlpha = 1, .pictureFiles = 1)

@@ -4,7 +4,6 @@
 #include <kinora/display_codes.h>
 
 #include <cstring>
-#include <iterator>
 #include <memory>
 #include <numeric>
 #include <stdexcept>
@@ -112,22 +111,8 @@ struct Tiff {
   void close() { file.close(); }
 };
 
-constexpr DisplayTraits kTraits{0, 1};
-const DisplayFunctions kFunctions = DriverCalls<Tiff>::kFunctions;
-const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Display,
-                             0,
-                             "tiff",
-                             "TIFF pictures: any channels, 8 or 16 bits (sRGB) or floats.",
-                             kParams,
-                             std::size(kParams),
-                             kTables,
-                             1,
-                             &kTraits,
-                             DriverCalls<Tiff>::create,
-                             DriverCalls<Tiff>::destroy};
 }  // namespace
-KINORA_REGISTER(tiff, kDescriptor)
 }  // namespace kinora
+
+KINORA_DISPLAY(tiff, Tiff, .help = "TIFF pictures: any channels, 8 or 16 bits (sRGB) or floats.", .params = kParams,
+               .pictureFiles = 1)

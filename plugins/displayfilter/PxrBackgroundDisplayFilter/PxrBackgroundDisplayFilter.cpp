@@ -4,14 +4,11 @@
 #include <kinora/channel_filter.h>
 #include <kinora/named_values.h>
 
-#include <iterator>
 #include <memory>
 #include <string>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/channel_filter_author.h>
 
-#ifndef PXRBACKGROUNDDISPLAYFILTER_ONCE
-#define PXRBACKGROUNDDISPLAYFILTER_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrBackgroundDisplayFilter {
 constexpr Param kParams[] = {
     param::string("aov", "Ci").help("Channel that gets the background."),
@@ -23,14 +20,26 @@ struct Data {
   std::string aov, alpha;
   float color[3];
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues v(info, kParams, std::size(kParams));
+  auto data = std::make_unique<Data>();
+  data->aov = v.string("aov");
+  data->alpha = v.string("aovAlpha");
+  for (int c = 0; c < 3; ++c) data->color[c] = float(v.number("backgroundColor", c));
+  return data;
+}
+const char* channel(const void* data, uint32_t i) {
+  const auto* k = static_cast<const Data*>(data);
+  return i == 0 ? k->aov.c_str() : i == 1 ? k->alpha.c_str() : nullptr;
+}
 }  // namespace kinora::pxrBackgroundDisplayFilter
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-struct Background {
+KINORA_KERNELS_BEGIN
+using namespace pxrBackgroundDisplayFilter;
+
+struct PxrBackgroundDisplayFilter {
   using Data = pxrBackgroundDisplayFilter::Data;
   template <int W>
   static KN_INLINE void filter(const Data& k, const ChannelSpan<W>& s) {
@@ -41,48 +50,7 @@ struct Background {
     s.set(0, Rgb<W>(fma(room, F(k.color[0]), c.x), fma(room, F(k.color[1]), c.y), fma(room, F(k.color[2]), c.z)));
   }
 };
-using Runner = ChannelFilterRunner<Background, DisplayFilterFunctions>;
-KINORA_WIDTH_TABLES(Runner, DisplayFilterFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrBackgroundDisplayFilter::Data;
-using pxrBackgroundDisplayFilter::kParams;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues v(*info, kParams, std::size(kParams));
-    auto data = std::make_unique<Data>();
-    data->aov = v.string("aov");
-    data->alpha = v.string("aovAlpha");
-    for (int c = 0; c < 3; ++c) data->color[c] = float(v.number("backgroundColor", c));
-    return data.release();
-  });
-}
-constexpr ChannelFilterTraits kTraits{[](const void* data, uint32_t i) -> const char* {
-  const auto* k = static_cast<const Data*>(data);
-  return i == 0 ? k->aov.c_str() : i == 1 ? k->alpha.c_str() : nullptr;
-}};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::DisplayFilter,
-                             0,
-                             "PxrBackgroundDisplayFilter",
-                             "Puts a colour behind the picture.",
-                             kParams,
-                             uint32_t(std::size(kParams)),
-                             kTables,
-                             4,
-                             &kTraits,
-                             create,
-                             [](void* d) { delete static_cast<Data*>(d); }};
-}  // namespace
-KINORA_REGISTER(PxrBackgroundDisplayFilter, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_DISPLAY_FILTER(PxrBackgroundDisplayFilter, .help = "Puts a colour behind the picture.", .params = kParams,
+                      .setUp = setUpBy<make>, .channel = channel)

@@ -2,17 +2,9 @@
 // bxdf answers for light coming from where it is seen (radiance pi, so that a white diffuse surface facing the eye is
 // white).
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrDefault/PxrDefault.cpp"
-#include <kinora/integrator.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/sampling.h>
-#include <kinora/simd/tables.h>
+#include <kinora/integrator_author.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 struct Runner {
   template <int W>
@@ -65,27 +57,8 @@ struct Runner {
     return IntegratorFunctions{&integrate<W>};
   }
 };
-KINORA_WIDTH_TABLES(Runner, IntegratorFunctions)
 
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{
-    kAbiVersion,      sizeof(Descriptor),
-    Kind::Integrator, 0,
-    "PxrDefault",     "A headlight: each surface lit from the eye, for scenes without lights.",
-    nullptr,          0,
-    kTables,          4,
-    &kTraits,         nullptr,
-    nullptr};
-}  // namespace
-KINORA_REGISTER(PxrDefault, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PLUGIN(PxrDefault, Runner, IntegratorPlugin,
+              .help = "A headlight: each surface lit from the eye, for scenes without lights.")

@@ -1,18 +1,12 @@
 // PxrOcclusion: how open each visible point is: the share of directions, spread as `distribution` says, in which
 // nothing is met. Lights play no part. A direction that meets something at distance t is closed by exp(-falloff t).
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrOcclusion/PxrOcclusion.cpp"
-#include <kinora/bxdf.h>
-#include <iterator>
 #include <limits>
-#include <new>
-#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator_author.h>
 #include <kinora/camera_hits.h>
-#include <kinora/math/sampling.h>
 #include <kinora/path_loop.h>
-#include <kinora/simd/tables.h>
 
-#ifndef PXROCCLUSION_ONCE
-#define PXROCCLUSION_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrOcclusion {
 enum : uint32_t { kNumSamples, kDistribution, kCosineSpread, kFalloff, kMaxDistance, kUseAlbedo };
 enum Distribution : int { kUniform, kCosine, kReflection };
@@ -35,13 +29,21 @@ struct Data {
   float spread = 1, falloff = 0, farthest = 0;
   bool useAlbedo = false;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const int samples = info.integer(kNumSamples);
+  const auto positive = [](float x) { return x > 0 && x < 1e30f ? x : 0.f; };
+  return std::make_unique<Data>(Data{uint32_t(samples < 1      ? 1
+                                              : samples > 4096 ? 4096
+                                                               : samples),
+                                     info.integer(kDistribution), positive(info.number(kCosineSpread)),
+                                     positive(info.number(kFalloff)), positive(info.number(kMaxDistance)),
+                                     info.integer(kUseAlbedo) != 0});
+}
 }  // namespace kinora::pxrOcclusion
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrOcclusion;
 
 struct PxrOcclusion {
@@ -171,41 +173,9 @@ struct PxrOcclusion {
     return IntegratorFunctions{&integrate<W>};
   }
 };
-KINORA_WIDTH_TABLES(PxrOcclusion, IntegratorFunctions)
 
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using namespace pxrOcclusion;
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const int samples = info->integer(kNumSamples);
-    const auto positive = [](float x) { return x > 0 && x < 1e30f ? x : 0.f; };
-    return new Data{uint32_t(samples < 1      ? 1
-                             : samples > 4096 ? 4096
-                                              : samples),
-                    info->integer(kDistribution),
-                    positive(info->number(kCosineSpread)),
-                    positive(info->number(kFalloff)),
-                    positive(info->number(kMaxDistance)),
-                    info->integer(kUseAlbedo) != 0};
-  });
-}
-void destroy(void* data) { delete static_cast<Data*>(data); }
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{
-    kAbiVersion, sizeof(Descriptor), Kind::Integrator,
-    0,           "PxrOcclusion",     "How open each visible point is to its surroundings; lights play no part.",
-    kParams,     std::size(kParams), kTables,
-    4,           &kTraits,           &create,
-    &destroy};
-}  // namespace
-KINORA_REGISTER(PxrOcclusion, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PLUGIN(PxrOcclusion, PxrOcclusion, IntegratorPlugin,
+              .help = "How open each visible point is to its surroundings; lights play no part.", .params = kParams,
+              .setUp = setUpBy<make>)

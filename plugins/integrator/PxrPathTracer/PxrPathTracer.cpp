@@ -1,13 +1,9 @@
 // PxrPathTracer: forward paths (kinora/path_loop.h) with the stock parameters.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrPathTracer/PxrPathTracer.cpp"
-#include <kinora/integrator.h>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator_author.h>
 #include <kinora/path_loop.h>
 
-#ifndef PXRPATHTRACER_ONCE
-#define PXRPATHTRACER_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrPathTracer {
 enum : uint32_t {
   kMaxBounces,
@@ -62,13 +58,28 @@ constexpr Param kParams[] = {
     param::string("volumeAggregateTransmission", "").help("Volumes. No effect yet."),
 };
 enum : uint32_t { kMaxPathLength = 15 };
+
+std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
+  auto o = std::make_unique<PathLoopOptions>();
+  const int length = info.integer(kMaxPathLength);
+  const int bounces = length > 0 && !info.values[kMaxBounces].given ? length - 1 : info.integer(kMaxBounces);
+  const auto count = [](int v, int least, int most) { return uint32_t(v < least ? least : v > most ? most : v); };
+  o->maxIndirectBounces = count(bounces, 0, 1000);
+  o->lightSamples = count(info.integer(kLightSamples), 0, 1024);
+  o->indirectSamples = count(info.integer(kIndirectSamples), 1, 1024);
+  o->clampDepth = count(info.integer(kClampDepth), 0, 100000);
+  o->clampLuminance = info.number(kClampLuminance);
+  o->rouletteDepth = count(info.integer(kRouletteDepth), 0, 100000);
+  o->rouletteThreshold = info.number(kRouletteThreshold);
+  if (!(o->rouletteThreshold > 0)) o->rouletteDepth = 1u << 30;
+  o->allowCaustics = info.integer(kAllowCaustics) != 0;
+  return o;
+}
 }  // namespace kinora::pxrPathTracer
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
+using namespace pxrPathTracer;
 
 struct Runner {
   template <int W>
@@ -80,44 +91,8 @@ struct Runner {
     return IntegratorFunctions{&integrate<W>};
   }
 };
-KINORA_WIDTH_TABLES(Runner, IntegratorFunctions)
 
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using namespace pxrPathTracer;
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    auto* o = new PathLoopOptions();
-    const int length = info->integer(kMaxPathLength);
-    const int bounces = length > 0 && !info->values[kMaxBounces].given ? length - 1 : info->integer(kMaxBounces);
-    const auto count = [](int v, int least, int most) { return uint32_t(v < least ? least : v > most ? most : v); };
-    o->maxIndirectBounces = count(bounces, 0, 1000);
-    o->lightSamples = count(info->integer(kLightSamples), 0, 1024);
-    o->indirectSamples = count(info->integer(kIndirectSamples), 1, 1024);
-    o->clampDepth = count(info->integer(kClampDepth), 0, 100000);
-    o->clampLuminance = info->number(kClampLuminance);
-    o->rouletteDepth = count(info->integer(kRouletteDepth), 0, 100000);
-    o->rouletteThreshold = info->number(kRouletteThreshold);
-    if (!(o->rouletteThreshold > 0)) o->rouletteDepth = 1u << 30;
-    o->allowCaustics = info->integer(kAllowCaustics) != 0;
-    return o;
-  });
-}
-void destroy(void* p) { delete static_cast<PathLoopOptions*>(p); }
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{kAbiVersion, sizeof(Descriptor), Kind::Integrator,
-                             0,           "PxrPathTracer",    "Forward path tracing with next-event estimation.",
-                             kParams,     std::size(kParams), kTables,
-                             4,           &kTraits,           &create,
-                             &destroy};
-}  // namespace
-KINORA_REGISTER(PxrPathTracer, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PLUGIN(PxrPathTracer, Runner, IntegratorPlugin, .help = "Forward path tracing with next-event estimation.",
+              .params = kParams, .setUp = setUpBy<make>)

@@ -4,17 +4,11 @@
 // continuous lobes, and of the weights where the picture does not tell lobes apart). Blue: samples that are broken:
 // not finite, no unit direction, negative density. A sound material is pure green.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrValidateBxdf/PxrValidateBxdf.cpp"
-#include <kinora/bxdf.h>
 #include <cmath>
-#include <iterator>
-#include <new>
-#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator_author.h>
 #include <kinora/camera_hits.h>
-#include <kinora/random.h>
-#include <kinora/simd/tables.h>
 
-#ifndef PXRVALIDATEBXDF_ONCE
-#define PXRVALIDATEBXDF_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrValidateBxdf {
 constexpr Param kParams[] = {
     param::integer("numSamples", 4).range(1, 64).help("Directions from each camera hit."),
@@ -22,13 +16,15 @@ constexpr Param kParams[] = {
 struct Data {
   uint32_t samples = 4;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const int samples = info.integer(0);
+  return std::make_unique<Data>(Data{uint32_t(samples < 1 ? 1 : samples > 4096 ? 4096 : samples)});
+}
 }  // namespace kinora::pxrValidateBxdf
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrValidateBxdf;
 
 struct PxrValidateBxdf {
@@ -111,42 +107,11 @@ struct PxrValidateBxdf {
     return IntegratorFunctions{&integrate<W>};
   }
 };
-KINORA_WIDTH_TABLES(PxrValidateBxdf, IntegratorFunctions)
 
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using namespace pxrValidateBxdf;
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const int samples = info->integer(0);
-    return new Data{uint32_t(samples < 1 ? 1 : samples > 4096 ? 4096 : samples)};
-  });
-}
-void destroy(void* data) { delete static_cast<Data*>(data); }
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Integrator,
-    0,
-    "PxrValidateBxdf",
-    "Shows where materials are unsound: red densities that disagree, green the albedo, blue broken "
-    "samples. A sound material is pure green.",
-    kParams,
-    std::size(kParams),
-    kTables,
-    4,
-    &kTraits,
-    &create,
-    &destroy};
-}  // namespace
-KINORA_REGISTER(PxrValidateBxdf, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PLUGIN(PxrValidateBxdf, PxrValidateBxdf, IntegratorPlugin,
+              .help =
+                  "Shows where materials are unsound: red densities that disagree, green the albedo, blue broken "
+                  "samples. A sound material is pure green.",
+              .params = kParams, .setUp = setUpBy<make>)

@@ -3,18 +3,13 @@
 // micropolygons are drawn over it from the hit's barycentric coordinates; the triangle's shape is not known here, so
 // that widths are those of an equilateral triangle of the same area.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrVisualizer/PxrVisualizer.cpp"
-#include <kinora/bxdf.h>
 #include <kinora/named_values.h>
 #include <cmath>
-#include <iterator>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
+#include <kinora/integrator_author.h>
 #include <kinora/camera_hits.h>
-#include <kinora/math/sampling.h>
-#include <kinora/simd/tables.h>
 
-#ifndef PXRVISUALIZER_ONCE
-#define PXRVISUALIZER_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrVisualizer {
 constexpr std::array kParams = {
     param::string("style", "shaded")
@@ -43,13 +38,41 @@ struct Data {
   std::string tint;
   const HostImage* matCap = nullptr;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues v(info, kParams.data(), kParams.size());
+  auto k = std::make_unique<Data>();
+  static constexpr const char* kStyles[] = {"bxdf", "shaded", "flat", "normals", "objectnormals", "st", "matcap"};
+  const std::string style = v.string("style");
+  bool found = false;
+  for (size_t i = 0; i < std::size(kStyles); ++i)
+    if (style == kStyles[i]) {
+      k->style = Style(i);
+      found = true;
+    }
+  if (!found)
+    v.warn("PARAM-CHOICE",
+           "style '" + style + "' is not one of bxdf, shaded, flat, normals, objectnormals, st, matcap",
+           "shaded is used");
+  k->wireframe = v.integer("wireframe") != 0;
+  k->normalCheck = v.integer("normalCheck") != 0;
+  k->normalMap = v.integer("normalMap") != 0;
+  for (int c = 0; c < 3; ++c) k->color[c] = float(v.number("wireframeColor", c));
+  k->opacity = float(std::fmin(1, std::fmax(0, v.number("wireframeOpacity"))));
+  k->width = float(std::fmax(0, v.number("wireframeWidth")));
+  k->tint = v.string("shadedPrimVar");
+  const std::string file = v.string("matCap");
+  if (k->style == Style::MatCap && info.host && info.host->image) {
+    k->matCap = file.empty() ? nullptr : info.host->image(info.host->self, file.c_str(), -1);
+    if (k->matCap && (!k->matCap->pixels || !k->matCap->width || !k->matCap->height || !k->matCap->channels))
+      k->matCap = nullptr;
+  }
+  return k;
+}
 }  // namespace kinora::pxrVisualizer
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrVisualizer;
 
 struct PxrVisualizer {
@@ -190,61 +213,9 @@ struct PxrVisualizer {
     return IntegratorFunctions{&integrate<W>};
   }
 };
-KINORA_WIDTH_TABLES(PxrVisualizer, IntegratorFunctions)
 
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using namespace pxrVisualizer;
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues v(*info, kParams.data(), kParams.size());
-    auto k = std::make_unique<Data>();
-    static constexpr const char* kStyles[] = {"bxdf", "shaded", "flat", "normals", "objectnormals", "st", "matcap"};
-    const std::string style = v.string("style");
-    bool found = false;
-    for (size_t i = 0; i < std::size(kStyles); ++i)
-      if (style == kStyles[i]) {
-        k->style = Style(i);
-        found = true;
-      }
-    if (!found)
-      v.warn("PARAM-CHOICE",
-             "style '" + style + "' is not one of bxdf, shaded, flat, normals, objectnormals, st, matcap",
-             "shaded is used");
-    k->wireframe = v.integer("wireframe") != 0;
-    k->normalCheck = v.integer("normalCheck") != 0;
-    k->normalMap = v.integer("normalMap") != 0;
-    for (int c = 0; c < 3; ++c) k->color[c] = float(v.number("wireframeColor", c));
-    k->opacity = float(std::fmin(1, std::fmax(0, v.number("wireframeOpacity"))));
-    k->width = float(std::fmax(0, v.number("wireframeWidth")));
-    k->tint = v.string("shadedPrimVar");
-    const std::string file = v.string("matCap");
-    if (k->style == Style::MatCap && info->host && info->host->image) {
-      k->matCap = file.empty() ? nullptr : info->host->image(info->host->self, file.c_str(), -1);
-      if (k->matCap && (!k->matCap->pixels || !k->matCap->width || !k->matCap->height || !k->matCap->channels))
-        k->matCap = nullptr;
-    }
-    return k.release();
-  });
-}
-void destroy(void* data) { delete static_cast<Data*>(data); }
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-constexpr IntegratorTraits kTraits{nullptr};
-const Descriptor kDescriptor{
-    kAbiVersion,      sizeof(Descriptor),
-    Kind::Integrator, 0,
-    "PxrVisualizer",  "Shows geometry without light: shading by the view, normals, texture coordinates, edges.",
-    kParams.data(),   uint32_t(kParams.size()),
-    kTables,          4,
-    &kTraits,         &create,
-    &destroy};
-}  // namespace
-KINORA_REGISTER(PxrVisualizer, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PLUGIN(PxrVisualizer, PxrVisualizer, IntegratorPlugin,
+              .help = "Shows geometry without light: shading by the view, normals, texture coordinates, edges.",
+              .params = kParams, .setUp = setUpBy<make>)

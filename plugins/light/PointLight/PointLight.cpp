@@ -5,11 +5,9 @@
 #define KINORA_KERNEL_FILE "plugins/light/PointLight/PointLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef POINTLIGHT_ONCE
-#define POINTLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pointLight {
 constexpr std::array kOwn = {
     param::number("coneAngle", 180.f)
@@ -53,13 +51,66 @@ inline double shapeAt(const Data& k, double away) {  // away: 1 - cos
   if (k.beam > 0) s *= away < 1 ? std::pow(1 - away, k.beam) : 0;
   return s;
 }
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame frame = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  const double cone = std::fmin(180, std::fmax(0, values.number("coneAngle")));
+  const double fade = std::fmin(cone, std::fmax(0, values.number("coneDeltaAngle")));
+  light->isConed = cone < 180 || fade > 0;
+  light->outer = float(oneMinusCos(cone * Shaping::kRadians));
+  light->inner = float(oneMinusCos((cone - fade) * Shaping::kRadians));
+  light->beam = float(std::fmax(0, values.number("beamDistribution")));
+  light->common = LightCommon::of(values, -1);
+  light->center = Float3(frame.origin);
+  values.warnNoEffect();
+  const bool hasAxis = length(frame.z) > 1e-30;
+  light->axis = hasAxis ? Float3(normalized(frame.z)) : Float3(0, 0, 1);
+  if (!hasAxis && (light->isConed || light->beam > 0)) {
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no direction", "the light is black");
+    return light;
+  }
+  light->isBlack = light->common.isBlack() || !(light->outer > 0);
+  constexpr int kSteps = 4096;
+  light->shaped = 1;
+  if (!light->isConed && !(light->beam > 0)) return light;
+  light->shaped = 0;
+  for (int i = 0; i < kSteps; ++i)
+    light->shaped += shapeAt(*light, light->outer * (i + 0.5) / kSteps) * light->outer / 2 / kSteps;
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  double sum = 0;
+  for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
+  *d = describeLight(k.common, k.isBlack, 4 * 3.14159265358979 * sum * k.shaped);
+  d->isDelta = 1;
+  d->center[0] = k.center.x;
+  d->center[1] = k.center.y;
+  d->center[2] = k.center.z;
+  d->radius = 0;
+  if (!k.isConed && !(k.beam > 0)) return;
+  // even within the cone; a beam falls off with the cosine at least
+  setAxis(*d, {k.axis.x, k.axis.y, k.axis.z});
+  d->cosNormals = k.beam > 0 ? 1.f : 1 - k.outer;
+  d->cosEmission = k.beam > 0 ? (k.outer < 1 ? 1 - k.outer : 0.f) : 1.f;
+}
+
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  const Double3 to = Double3{k.center.x, k.center.y, k.center.z} - Double3{P[0], P[1], P[2]};
+  const double d = length(to), cosine = dot(to, normalized({N[0], N[1], N[2]})) / d;
+  const double away = 1 + dot(to, {k.axis.x, k.axis.y, k.axis.z}) / d;
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return cosine > 0 ? mean * shapeAt(k, away) * cosine / (d * d) : 0;
+}
 }  // namespace kinora::pointLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pointLight;
 
 struct PointLight {
@@ -131,84 +182,11 @@ struct PointLight {
   }
 };
 
-using Runner = LightRunner<PointLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pointLight::Data;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pointLight::kParams.data(), pointLight::kParams.size());
-    const LocalFrame frame = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    const double cone = std::fmin(180, std::fmax(0, values.number("coneAngle")));
-    const double fade = std::fmin(cone, std::fmax(0, values.number("coneDeltaAngle")));
-    light->isConed = cone < 180 || fade > 0;
-    light->outer = float(pointLight::oneMinusCos(cone * Shaping::kRadians));
-    light->inner = float(pointLight::oneMinusCos((cone - fade) * Shaping::kRadians));
-    light->beam = float(std::fmax(0, values.number("beamDistribution")));
-    light->common = LightCommon::of(values, -1);
-    light->center = Float3(frame.origin);
-    values.warnNoEffect();
-    const bool hasAxis = length(frame.z) > 1e-30;
-    light->axis = hasAxis ? Float3(normalized(frame.z)) : Float3(0, 0, 1);
-    if (!hasAxis && (light->isConed || light->beam > 0)) {
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no direction", "the light is black");
-      return light.release();
-    }
-    light->isBlack = light->common.isBlack() || !(light->outer > 0);
-    constexpr int kSteps = 4096;
-    light->shaped = 1;
-    if (!light->isConed && !(light->beam > 0)) return light.release();
-    light->shaped = 0;
-    for (int i = 0; i < kSteps; ++i)
-      light->shaped += pointLight::shapeAt(*light, light->outer * (i + 0.5) / kSteps) * light->outer / 2 / kSteps;
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  double sum = 0;
-  for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
-  *d = describeLight(k.common, k.isBlack, 4 * 3.14159265358979 * sum * k.shaped);
-  d->isDelta = 1;
-  d->center[0] = k.center.x;
-  d->center[1] = k.center.y;
-  d->center[2] = k.center.z;
-  d->radius = 0;
-  if (!k.isConed && !(k.beam > 0)) return;
-  // even within the cone; a beam falls off with the cosine at least
-  setAxis(*d, {k.axis.x, k.axis.y, k.axis.z});
-  d->cosNormals = k.beam > 0 ? 1.f : 1 - k.outer;
-  d->cosEmission = k.beam > 0 ? (k.outer < 1 ? 1 - k.outer : 0.f) : 1.f;
-}
-
-double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  const Double3 to = Double3{k.center.x, k.center.y, k.center.z} - Double3{P[0], P[1], P[2]};
-  const double d = length(to), cosine = dot(to, normalized({N[0], N[1], N[2]})) / d;
-  const double away = 1 + dot(to, {k.axis.x, k.axis.y, k.axis.z}) / d;
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  return cosine > 0 ? mean * pointLight::shapeAt(k, away) * cosine / (d * d) : 0;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
-    PointLight,
-    "Light from a point without size; with a cone, the spotlight of the RenderMan Interface: radiant intensity times "
-    "the cosine to local +Z to the power beamDistribution, faded at the edge. Only position and the direction of "
-    "local "
-    "Z count; neither the camera nor mirrors show it.",
-    pointLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+KINORA_LIGHT(PointLight,
+             .help =
+                 "Light from a point without size; with a cone, the spotlight of the RenderMan Interface: radiant "
+                 "intensity times the cosine to local +Z to the power beamDistribution, faded at the edge. Only "
+                 "position and the direction of local Z count; neither the camera nor mirrors show it.",
+             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

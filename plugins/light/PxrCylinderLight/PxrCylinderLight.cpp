@@ -9,11 +9,9 @@
 #define KINORA_KERNEL_FILE "plugins/light/PxrCylinderLight/PxrCylinderLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRCYLINDERLIGHT_ONCE
-#define PXRCYLINDERLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrCylinderLight {
 constexpr auto kParams =
     joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
@@ -32,13 +30,104 @@ struct Data {
   Double3 rows64[3], center64;
   bool isBlack = true;
 };
+
+constexpr double kPi = 3.14159265358979323846;
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame f = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  const double lx = length(f.x), ly = length(f.y), lz = length(f.z), determinant = f.determinant();
+  light->center = Float3(f.origin);
+  light->center64 = f.origin;
+  // thinner than a millionth of its size, single precision no longer tells its sides apart
+  const double longest = std::fmax(lx, std::fmax(ly, lz));
+  const bool degenerate =
+      !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
+  if (!degenerate) {
+    // columns of the inverse are these cross products, and rows of its transpose
+    const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
+                                cross(f.x, f.y) * (1 / determinant)};
+    const Double3 rows[3] = {f.x, f.y, f.z};
+    const Double3 inverse[3] = {{normals[0].x, normals[1].x, normals[2].x},
+                                {normals[0].y, normals[1].y, normals[2].y},
+                                {normals[0].z, normals[1].z, normals[2].z}};
+    for (int i = 0; i < 3; ++i) {
+      light->rows[i] = Float3(rows[i]);
+      light->rows64[i] = rows[i];
+      light->inverse[i] = Float3(inverse[i]);
+      light->normalRows[i] = Float3(normals[i]);
+    }
+    light->determinant = float(std::fabs(determinant));
+    light->axis = Float3(normalized(f.z));
+    const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
+    light->rounding = float(1.5e-6 * std::fmin(longest * shrink, 100));
+    const bool kept = std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
+                      std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+    if (kept) {
+      light->scale = lx;
+      light->area = kPi * lx * lx;
+      light->boundingRadius = std::sqrt(0.5) * lx * (1 + 1e-5);
+    }
+    constexpr int kSteps = 4096;
+    for (int i = 0; i < kSteps && !kept; ++i) {
+      const double a = 2 * kPi * (i + 0.5) / kSteps;
+      light->area += length(cross(f.x, f.y * (-0.5 * std::sin(a)) + f.z * (0.5 * std::cos(a)))) * 2 * kPi / kSteps;
+      const Double3 rim = f.x * 0.5 + f.y * (0.5 * std::cos(a)) + f.z * (0.5 * std::sin(a));
+      light->boundingRadius = std::fmax(light->boundingRadius, length(rim) * (1 + 1e-6));
+    }
+  }
+  light->common = LightCommon::of(values, light->area);
+  light->shaping = Shaping::of(values, true);
+  values.warnNoEffect();
+  if (degenerate)
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
+  else
+    light->isBlack = light->common.isBlack();
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
+}
+
+// Of a cylinder wholly above the receiver's horizon; -1 for other cases. Over phi by quadrature, in each slice by the
+// primitives of Y and sqrt(1 - Y^2).
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.shaping.focused || k.shaping.coned || k.scale == 0) return -1;
+  const Double3 x = normalized(k.rows64[0]), n = normalized({N[0], N[1], N[2]});
+  const Double3 to = k.center64 - Double3{P[0], P[1], P[2]};
+  const double along = dot(to, x), r = 0.5 * k.scale;
+  const Double3 across = to - x * along;
+  const double rho = length(across);
+  if (rho <= r) return 0;
+  // the ends' circles lie above the horizon
+  const double nx = dot(n, x), room = r * std::sqrt(std::fmax(0, 1 - nx * nx)), height = dot(to, n);
+  if (height - std::fabs(nx) * r - room < 0) return -1;
+  const Double3 towards = across * (1 / rho), side = cross(x, towards);
+  const double x0 = along - r, x1 = along + r, phiMax = std::asin(r / rho);
+  constexpr int kSteps = 4096;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    // substitution phi = phiMax sin(a) takes the root at the limb away
+    const double a = kPi * ((i + 0.5) / kSteps - 0.5), phi = phiMax * std::sin(a);
+    const double s = rho * std::sin(phi), l = rho * std::cos(phi) - std::sqrt(std::fmax(0, r * r - s * s));
+    const double y0 = x0 / std::hypot(x0, l), y1 = x1 / std::hypot(x1, l);
+    const double flat = dot(n, towards * std::cos(phi) + side * std::sin(phi));
+    const auto primitive = [](double y) { return (y * std::sqrt(1 - y * y) + std::asin(y)) / 2; };
+    sum += (nx * (y1 * y1 - y0 * y0) / 2 + flat * (primitive(y1) - primitive(y0))) * phiMax * std::cos(a);
+  }
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return mean * sum * kPi / kSteps;
+}
 }  // namespace kinora::pxrCylinderLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrCylinderLight;
 
 template <int W>
@@ -222,121 +311,11 @@ struct PxrCylinderLight {
   }
 };
 
-using Runner = LightRunner<PxrCylinderLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrCylinderLight::Data;
-constexpr double kPi = 3.14159265358979323846;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrCylinderLight::kParams.data(), pxrCylinderLight::kParams.size());
-    const LocalFrame f = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    const double lx = length(f.x), ly = length(f.y), lz = length(f.z), determinant = f.determinant();
-    light->center = Float3(f.origin);
-    light->center64 = f.origin;
-    // thinner than a millionth of its size, single precision no longer tells its sides apart
-    const double longest = std::fmax(lx, std::fmax(ly, lz));
-    const bool degenerate =
-        !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
-    if (!degenerate) {
-      // columns of the inverse are these cross products, and rows of its transpose
-      const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
-                                  cross(f.x, f.y) * (1 / determinant)};
-      const Double3 rows[3] = {f.x, f.y, f.z};
-      const Double3 inverse[3] = {{normals[0].x, normals[1].x, normals[2].x},
-                                  {normals[0].y, normals[1].y, normals[2].y},
-                                  {normals[0].z, normals[1].z, normals[2].z}};
-      for (int i = 0; i < 3; ++i) {
-        light->rows[i] = Float3(rows[i]);
-        light->rows64[i] = rows[i];
-        light->inverse[i] = Float3(inverse[i]);
-        light->normalRows[i] = Float3(normals[i]);
-      }
-      light->determinant = float(std::fabs(determinant));
-      light->axis = Float3(normalized(f.z));
-      const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
-      light->rounding = float(1.5e-6 * std::fmin(longest * shrink, 100));
-      const bool kept =
-          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
-      if (kept) {
-        light->scale = lx;
-        light->area = kPi * lx * lx;
-        light->boundingRadius = std::sqrt(0.5) * lx * (1 + 1e-5);
-      }
-      constexpr int kSteps = 4096;
-      for (int i = 0; i < kSteps && !kept; ++i) {
-        const double a = 2 * kPi * (i + 0.5) / kSteps;
-        light->area += length(cross(f.x, f.y * (-0.5 * std::sin(a)) + f.z * (0.5 * std::cos(a)))) * 2 * kPi / kSteps;
-        const Double3 rim = f.x * 0.5 + f.y * (0.5 * std::cos(a)) + f.z * (0.5 * std::sin(a));
-        light->boundingRadius = std::fmax(light->boundingRadius, length(rim) * (1 + 1e-6));
-      }
-    }
-    light->common = LightCommon::of(values, light->area);
-    light->shaping = Shaping::of(values, true);
-    values.warnNoEffect();
-    if (degenerate)
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
-    else
-      light->isBlack = light->common.isBlack();
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
-  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
-}
-
-// Of a cylinder wholly above the receiver's horizon; -1 for other cases. Over phi by quadrature, in each slice by the
-// primitives of Y and sqrt(1 - Y^2).
-double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (k.shaping.focused || k.shaping.coned || k.scale == 0) return -1;
-  const Double3 x = normalized(k.rows64[0]), n = normalized({N[0], N[1], N[2]});
-  const Double3 to = k.center64 - Double3{P[0], P[1], P[2]};
-  const double along = dot(to, x), r = 0.5 * k.scale;
-  const Double3 across = to - x * along;
-  const double rho = length(across);
-  if (rho <= r) return 0;
-  // the ends' circles lie above the horizon
-  const double nx = dot(n, x), room = r * std::sqrt(std::fmax(0, 1 - nx * nx)), height = dot(to, n);
-  if (height - std::fabs(nx) * r - room < 0) return -1;
-  const Double3 towards = across * (1 / rho), side = cross(x, towards);
-  const double x0 = along - r, x1 = along + r, phiMax = std::asin(r / rho);
-  constexpr int kSteps = 4096;
-  double sum = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    // substitution phi = phiMax sin(a) takes the root at the limb away
-    const double a = kPi * ((i + 0.5) / kSteps - 0.5), phi = phiMax * std::sin(a);
-    const double s = rho * std::sin(phi), l = rho * std::cos(phi) - std::sqrt(std::fmax(0, r * r - s * s));
-    const double y0 = x0 / std::hypot(x0, l), y1 = x1 / std::hypot(x1, l);
-    const double flat = dot(n, towards * std::cos(phi) + side * std::sin(phi));
-    const auto primitive = [](double y) { return (y * std::sqrt(1 - y * y) + std::asin(y)) / 2; };
-    sum += (nx * (y1 * y1 - y0 * y0) / 2 + flat * (primitive(y1) - primitive(y0))) * phiMax * std::cos(a);
-  }
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  return mean * sum * kPi / kSteps;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
-    PxrCylinderLight,
-    "Wall of the cylinder of radius 0.5 and length 1 along local X, emitting outwards; its ends are open and dark. "
-    "Focus "
-    "and cone are measured from local +Z (emissionFocusNormalize as for a sphere); a coneAngle of 90 cuts nothing.",
-    pxrCylinderLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+KINORA_LIGHT(PxrCylinderLight,
+             .help =
+                 "Wall of the cylinder of radius 0.5 and length 1 along local X, emitting outwards; its ends are "
+                 "open and dark. Focus and cone are measured from local +Z (emissionFocusNormalize as for a sphere); "
+                 "a coneAngle of 90 cuts nothing.",
+             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

@@ -9,11 +9,9 @@
 #define KINORA_KERNEL_FILE "plugins/light/PxrDiskLight/PxrDiskLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRDISKLIGHT_ONCE
-#define PXRDISKLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrDiskLight {
 constexpr auto kParams =
     joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
@@ -31,13 +29,109 @@ struct Data {
   bool isBlack = true;
   Double3 axisX, axisY, center64, normal64;
 };
+
+constexpr double kPi = 3.14159265358979323846;
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame f = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  const Double3 across = cross(f.x, f.y);
+  const double square = length(across), area = kPi / 4 * square, lx = length(f.x), ly = length(f.y);
+  light->common = LightCommon::of(values, area);
+  light->shaping = Shaping::of(values, false);
+  values.warnNoEffect();
+  light->center = Float3(f.origin);
+  if (!(square > 1e-30) || !(square > 1e-6 * lx * ly) || !(std::fmin(lx, ly) > 1e-6 * std::fmax(lx, ly))) {
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no area", "the light is black");
+    return light;
+  }
+  // the side of local +Z; where Z is lost in the plane, that of X cross Y
+  const Double3 n = normalized(across) * (dot(across, f.z) < 0 ? -1.0 : 1.0);
+  const double scale = std::sqrt(square);
+  light->center64 = f.origin;
+  light->axisX = f.x;
+  light->axisY = f.y;
+  light->normal64 = n;
+  light->normal = Float3(n);
+  light->rows[0] = Float3(f.x);
+  light->rows[1] = Float3(f.y);
+  light->rows[2] = Float3(n * scale);
+  const Double3 up = normalized(across);
+  light->inverse[0] = Float3(cross(f.y, up) * (1 / square));
+  light->inverse[1] = Float3(cross(up, f.x) * (1 / square));
+  light->inverse[2] = Float3(n * (1 / scale));
+  light->determinant = float(square * scale);
+  light->area = float(area);
+  // the ellipse's longer half axis
+  const double a = dot(f.x, f.x), b = dot(f.x, f.y), c = dot(f.y, f.y);
+  const double longest = std::sqrt((a + c) / 2 + std::sqrt((a - c) * (a - c) / 4 + b * b));
+  light->boundingRadius = 0.5 * longest;
+  light->rounding = float(4e-7 * std::fmin(longest / scale, 100) * std::fmin(longest * scale / square, 100));
+  light->isBlack = light->common.isBlack();
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  if (!(k.boundingRadius > 0)) return;
+  describeEmission(*d, k.shaping, k.normal64);
+  // an ellipse reaches as far along an axis as the root of the sum of its half axes' squares there
+  const Double3 reach{0.5 * std::hypot(k.axisX.x, k.axisY.x), 0.5 * std::hypot(k.axisX.y, k.axisY.y),
+                      0.5 * std::hypot(k.axisX.z, k.axisY.z)};
+  LightBox box;
+  box.add(k.center64 - reach);
+  box.add(k.center64 + reach);
+  box.describe(*d);
+}
+
+// Lambert's formula over a polygon of many sides and the ellipse's area, cut at the receiver's horizon: within 1e-5.
+// -1 where shaping makes the radiance vary.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.shaping.focused || k.shaping.coned) return -1;
+  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
+  if (dot(p - k.center64, k.normal64) <= 0) return 0;
+  constexpr int kSides = 2048;
+  constexpr double kStep = 2 * kPi / kSides;
+  const double r = 0.5 * std::sqrt(kStep / std::sin(kStep));
+  const auto corner = [&](int i) {
+    return k.center64 + k.axisX * (r * std::cos(i * kStep)) + k.axisY * (r * std::sin(i * kStep)) - p;
+  };
+  Double3 first{}, last{};
+  bool any = false;
+  double sum = 0;
+  const auto edge = [&](Double3 from, Double3 to) {
+    const Double3 a = normalized(from), b = normalized(to), c = cross(a, b);
+    const double s = length(c);
+    if (s > 1e-15) sum += std::atan2(s, dot(a, b)) * dot(c, n) / s;
+  };
+  const auto vertex = [&](Double3 v) {
+    if (any)
+      edge(last, v);
+    else
+      first = v;
+    any = true;
+    last = v;
+  };
+  Double3 a = corner(0);
+  for (int i = 0; i < kSides; ++i) {
+    const Double3 b = corner(i + 1);
+    const double ha = dot(a, n), hb = dot(b, n);
+    if (ha >= 0) vertex(a);
+    if ((ha < 0) != (hb < 0)) vertex(a + (b - a) * (ha / (ha - hb)));
+    a = b;
+  }
+  if (any) edge(last, first);
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return mean * std::fabs(sum) / 2;
+}
 }  // namespace kinora::pxrDiskLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrDiskLight;
 
 // Of each lane's light.
@@ -239,123 +333,10 @@ struct PxrDiskLight {
   }
 };
 
-using Runner = LightRunner<PxrDiskLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrDiskLight::Data;
-constexpr double kPi = 3.14159265358979323846;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrDiskLight::kParams.data(), pxrDiskLight::kParams.size());
-    const LocalFrame f = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    const Double3 across = cross(f.x, f.y);
-    const double square = length(across), area = kPi / 4 * square, lx = length(f.x), ly = length(f.y);
-    light->common = LightCommon::of(values, area);
-    light->shaping = Shaping::of(values, false);
-    values.warnNoEffect();
-    light->center = Float3(f.origin);
-    if (!(square > 1e-30) || !(square > 1e-6 * lx * ly) || !(std::fmin(lx, ly) > 1e-6 * std::fmax(lx, ly))) {
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no area", "the light is black");
-      return light.release();
-    }
-    // the side of local +Z; where Z is lost in the plane, that of X cross Y
-    const Double3 n = normalized(across) * (dot(across, f.z) < 0 ? -1.0 : 1.0);
-    const double scale = std::sqrt(square);
-    light->center64 = f.origin;
-    light->axisX = f.x;
-    light->axisY = f.y;
-    light->normal64 = n;
-    light->normal = Float3(n);
-    light->rows[0] = Float3(f.x);
-    light->rows[1] = Float3(f.y);
-    light->rows[2] = Float3(n * scale);
-    const Double3 up = normalized(across);
-    light->inverse[0] = Float3(cross(f.y, up) * (1 / square));
-    light->inverse[1] = Float3(cross(up, f.x) * (1 / square));
-    light->inverse[2] = Float3(n * (1 / scale));
-    light->determinant = float(square * scale);
-    light->area = float(area);
-    // the ellipse's longer half axis
-    const double a = dot(f.x, f.x), b = dot(f.x, f.y), c = dot(f.y, f.y);
-    const double longest = std::sqrt((a + c) / 2 + std::sqrt((a - c) * (a - c) / 4 + b * b));
-    light->boundingRadius = 0.5 * longest;
-    light->rounding = float(4e-7 * std::fmin(longest / scale, 100) * std::fmin(longest * scale / square, 100));
-    light->isBlack = light->common.isBlack();
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
-  if (!(k.boundingRadius > 0)) return;
-  describeEmission(*d, k.shaping, k.normal64);
-  // an ellipse reaches as far along an axis as the root of the sum of its half axes' squares there
-  const Double3 reach{0.5 * std::hypot(k.axisX.x, k.axisY.x), 0.5 * std::hypot(k.axisX.y, k.axisY.y),
-                      0.5 * std::hypot(k.axisX.z, k.axisY.z)};
-  LightBox box;
-  box.add(k.center64 - reach);
-  box.add(k.center64 + reach);
-  box.describe(*d);
-}
-
-// Lambert's formula over a polygon of many sides and the ellipse's area, cut at the receiver's horizon: within 1e-5.
-// -1 where shaping makes the radiance vary.
-double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (k.shaping.focused || k.shaping.coned) return -1;
-  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
-  if (dot(p - k.center64, k.normal64) <= 0) return 0;
-  constexpr int kSides = 2048;
-  constexpr double kStep = 2 * kPi / kSides;
-  const double r = 0.5 * std::sqrt(kStep / std::sin(kStep));
-  const auto corner = [&](int i) {
-    return k.center64 + k.axisX * (r * std::cos(i * kStep)) + k.axisY * (r * std::sin(i * kStep)) - p;
-  };
-  Double3 first{}, last{};
-  bool any = false;
-  double sum = 0;
-  const auto edge = [&](Double3 from, Double3 to) {
-    const Double3 a = normalized(from), b = normalized(to), c = cross(a, b);
-    const double s = length(c);
-    if (s > 1e-15) sum += std::atan2(s, dot(a, b)) * dot(c, n) / s;
-  };
-  const auto vertex = [&](Double3 v) {
-    if (any)
-      edge(last, v);
-    else
-      first = v;
-    any = true;
-    last = v;
-  };
-  Double3 a = corner(0);
-  for (int i = 0; i < kSides; ++i) {
-    const Double3 b = corner(i + 1);
-    const double ha = dot(a, n), hb = dot(b, n);
-    if (ha >= 0) vertex(a);
-    if ((ha < 0) != (hb < 0)) vertex(a + (b - a) * (ha / (ha - hb)));
-    a = b;
-  }
-  if (any) edge(last, first);
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  return mean * std::fabs(sum) / 2;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
-    PxrDiskLight,
-    "Disk of radius 0.5 in the local XY plane (an ellipse when scaled unevenly), emitting to the side of local +Z.",
-    pxrDiskLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+KINORA_LIGHT(PxrDiskLight,
+             .help =
+                 "Disk of radius 0.5 in the local XY plane (an ellipse when scaled unevenly), emitting to the side "
+                 "of local +Z.",
+             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

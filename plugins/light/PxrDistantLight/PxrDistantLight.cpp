@@ -5,11 +5,9 @@
 #define KINORA_KERNEL_FILE "plugins/light/PxrDistantLight/PxrDistantLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRDISTANTLIGHT_ONCE
-#define PXRDISTANTLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrDistantLight {
 constexpr std::array kOwn = {
     param::number("angleExtent", 0.53f)
@@ -33,13 +31,58 @@ struct Data {
   double sin2 = 0;        // of the half angle, squared
   bool isDelta = false, isBlack = true;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame frame = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  double angle = values.number("angleExtent");
+  if (angle < 0 || angle > 180) {
+    values.warn("LIGHT-ANGLE", "angleExtent lies outside 0 to 180 degrees", "the nearest of the two is used");
+    angle = angle < 0 ? 0 : 180;
+  }
+  const double half = angle * Shaping::kRadians / 2;
+  // narrower than this, single-precision directions do not differ
+  light->isDelta = half < 2e-6;
+  light->sin2 = light->isDelta ? 0 : std::sin(half) * std::sin(half);
+  light->oneMinusCos = light->isDelta ? 0.f : float(2 * std::sin(half / 2) * std::sin(half / 2));
+  light->common = LightCommon::of(values, light->isDelta ? 1 : 3.14159265358979 * light->sin2);
+  values.warnNoEffect();
+  light->axis64 = normalized(frame.z) * -1;
+  light->axis = Float3(light->axis64);
+  if (!(length(frame.z) > 1e-30))
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no direction", "the light is black");
+  else
+    light->isBlack = light->common.isBlack();
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  double sum = 0;
+  for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
+  *d = describeInfiniteLight(k.common, k.isBlack, sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos));
+  d->isDelta = k.isDelta;
+  setAxis(*d, k.axis64 * (1 - 0.5 * k.oneMinusCos));  // the mean over the cone
+  d->cosReach = 1 - k.oneMinusCos;
+}
+
+// L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.
+double irradiance(const void* data, const double*, const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  const double cosine = dot(normalized({N[0], N[1], N[2]}), k.axis64);
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  if (k.isDelta) return cosine > 0 ? mean * cosine : 0;
+  const double sine = std::sqrt(k.sin2);
+  if (cosine <= -sine) return 0;
+  if (cosine < sine) return -1;
+  return mean * 3.14159265358979 * k.sin2 * cosine;
+}
 }  // namespace kinora::pxrDistantLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrDistantLight;
 
 struct PxrDistantLight {
@@ -103,73 +146,9 @@ struct PxrDistantLight {
   }
 };
 
-using Runner = LightRunner<PxrDistantLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrDistantLight::Data;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrDistantLight::kParams.data(), pxrDistantLight::kParams.size());
-    const LocalFrame frame = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    double angle = values.number("angleExtent");
-    if (angle < 0 || angle > 180) {
-      values.warn("LIGHT-ANGLE", "angleExtent lies outside 0 to 180 degrees", "the nearest of the two is used");
-      angle = angle < 0 ? 0 : 180;
-    }
-    const double half = angle * Shaping::kRadians / 2;
-    // narrower than this, single-precision directions do not differ
-    light->isDelta = half < 2e-6;
-    light->sin2 = light->isDelta ? 0 : std::sin(half) * std::sin(half);
-    light->oneMinusCos = light->isDelta ? 0.f : float(2 * std::sin(half / 2) * std::sin(half / 2));
-    light->common = LightCommon::of(values, light->isDelta ? 1 : 3.14159265358979 * light->sin2);
-    values.warnNoEffect();
-    light->axis64 = normalized(frame.z) * -1;
-    light->axis = Float3(light->axis64);
-    if (!(length(frame.z) > 1e-30))
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no direction", "the light is black");
-    else
-      light->isBlack = light->common.isBlack();
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  double sum = 0;
-  for (float c : k.common.radiance) sum += std::fabs(double(c)) / 3;
-  *d = describeInfiniteLight(k.common, k.isBlack, sum * (k.isDelta ? 1 : 6.283185307179586 * k.oneMinusCos));
-  d->isDelta = k.isDelta;
-  setAxis(*d, k.axis64 * (1 - 0.5 * k.oneMinusCos));  // the mean over the cone
-  d->cosReach = 1 - k.oneMinusCos;
-}
-
-// L pi sin^2(half) cos for a cone wholly above the horizon, L cos for one direction; -1 for other cases.
-double irradiance(const void* data, const double*, const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  const double cosine = dot(normalized({N[0], N[1], N[2]}), k.axis64);
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  if (k.isDelta) return cosine > 0 ? mean * cosine : 0;
-  const double sine = std::sqrt(k.sin2);
-  if (cosine <= -sine) return 0;
-  if (cosine < sine) return -1;
-  return mean * 3.14159265358979 * k.sin2 * cosine;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
+KINORA_LIGHT(
     PxrDistantLight,
-    "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
-    pxrDistantLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+    .help = "Light from far away, such as the sun: travels along local +Z. Only the direction of local Z counts.",
+    .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

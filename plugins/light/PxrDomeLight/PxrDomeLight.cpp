@@ -19,11 +19,9 @@
 #include <kinora/light_setup.h>
 #include <algorithm>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRDOMELIGHT_ONCE
-#define PXRDOMELIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrDomeLight {
 constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kMap, lightParams::kControl);
 // Cells in the distribution; finer maps are gathered into blocks. 2048 x 1024 cells are 17 MB of tables.
@@ -50,13 +48,174 @@ struct Data {
   Double3 meanDirection;    // towards the light, weighted by its radiance
   bool isBlack = true;
 };
+
+constexpr double kPi = 3.14159265358979323846;
+
+// A power of 2 near an eighth of the cells: tables an eighth as large, and few steps left.
+int32_t partsFor(int32_t cells) {
+  int32_t parts = 1;
+  while (parts * 8 < cells) parts *= 2;
+  return parts;
+}
+void appendGuide(const float* cdf, int32_t cells, int32_t parts, std::vector<int32_t>& guide) {
+  static_assert(kMostColumns <= 0xffff && kMostRows <= 0xffff);
+  int32_t at = 0;
+  for (int32_t p = 0; p < parts; ++p) {
+    const int32_t first = at;
+    while (at + 1 < cells && cdf[at + 1] <= float(p + 1) / float(parts)) ++at;
+    guide.push_back(first | at << 16);
+  }
+}
+
+// Mean over each cell of the bilinear lookup's absolute value, averaged over RGB with the light's colour. Cells are
+// texels or blocks of them; over a texel's own square the lookup is a mix of the 3 x 3 texels around it with weights
+// 1/8, 6/8, 1/8 each way.
+std::vector<double> cellMeans(const Data& k) {
+  const int32_t w = k.map.width, h = k.map.height;
+  std::vector<double> cells(size_t(k.columns) * k.rows, 0.0), row(static_cast<size_t>(w)),
+      smooth(static_cast<size_t>(w));
+  std::vector<double> three[3];
+  const auto load = [&](int32_t y, std::vector<double>& out) {
+    y = std::clamp(y, 0, h - 1);
+    for (int32_t x = 0; x < w; ++x) {
+      double sum = 0;
+      for (int c = 0; c < 3; ++c) sum += std::fabs(k.common.radiance[c] * k.map.texel(size_t(y) * w + x, c)) / 3;
+      row[size_t(x)] = sum;
+    }
+    out.resize(static_cast<size_t>(w));
+    for (int32_t x = 0; x < w; ++x)
+      out[size_t(x)] =
+          0.125 * row[size_t((x + w - 1) % w)] + 0.75 * row[size_t(x)] + 0.125 * row[size_t((x + 1) % w)];
+  };
+  load(0, three[0]);
+  load(0, three[1]);
+  // A block's cell runs over [i * w / columns, (i + 1) * w / columns); texels that it shares with a neighbour count
+  // for both in proportion.
+  for (int32_t y = 0; y < h; ++y) {
+    load(y + 1, three[2]);
+    for (int32_t x = 0; x < w; ++x)
+      smooth[size_t(x)] = 0.125 * three[0][size_t(x)] + 0.75 * three[1][size_t(x)] + 0.125 * three[2][size_t(x)];
+    const double y0 = double(y) * k.rows / h, y1 = double(y + 1) * k.rows / h;
+    for (int32_t j = int32_t(y0); j < k.rows && double(j) < y1 - 1e-9; ++j) {
+      const double shareY = std::fmin(y1, j + 1.0) - std::fmax(y0, double(j));
+      for (int32_t x = 0; x < w; ++x) {
+        const double x0 = double(x) * k.columns / w, x1 = double(x + 1) * k.columns / w;
+        for (int32_t i = int32_t(x0); i < k.columns && double(i) < x1 - 1e-9; ++i)
+          cells[size_t(j) * k.columns + i] +=
+              smooth[size_t(x)] * shareY * (std::fmin(x1, i + 1.0) - std::fmax(x0, double(i)));
+      }
+    }
+    std::swap(three[0], three[1]);
+    std::swap(three[1], three[2]);
+  }
+  return cells;
+}
+
+// False where the map is black altogether.
+bool buildDistribution(Data& k) {
+  k.columns = std::min(k.map.width, kMostColumns);
+  k.rows = std::min(k.map.height, kMostRows);
+  k.columnParts = partsFor(k.columns);
+  k.rowParts = partsFor(k.rows);
+  std::vector<double> cells = cellMeans(k);
+  std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
+  Double3 mean;
+  double total = 0;
+  k.northRows = (k.rows + 1) / 2;
+  for (int32_t j = 0; j < k.rows; ++j) {
+    const bool north = j < k.northRows;
+    const double from = kPi * (north ? j : k.rows - j) / k.rows, to = kPi * (north ? j + 1 : k.rows - j - 1) / k.rows;
+    k.rowFrom.push_back(float(2 * std::pow(std::sin(from / 2), 2)));
+    k.rowTo.push_back(float(2 * std::pow(std::sin(to / 2), 2)));
+  }
+  for (int32_t j = 0; j < k.rows; ++j) {
+    solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
+    const double polar = kPi * (j + 0.5) / k.rows;
+    for (int32_t i = 0; i < k.columns; ++i) {
+      const double weight = cells[size_t(j) * k.columns + i] * solid[size_t(j)];
+      const double turn = -2 * kPi * (i + 0.5) / k.columns;
+      mean = mean +
+             Double3{std::cos(turn) * std::sin(polar), std::sin(turn) * std::sin(polar), std::cos(polar)} * weight;
+      rowWeight[size_t(j)] += weight;
+    }
+    total += rowWeight[size_t(j)];
+  }
+  k.meanRadiance = total / (4 * kPi);
+  if (!(total > 0) || !std::isfinite(total)) return false;
+  mean = mean * (1 / total);
+  for (int c = 0; c < 3; ++c) {
+    const double local = c == 0 ? mean.x : c == 1 ? mean.y : mean.z;
+    k.meanDirection = k.meanDirection + Double3{k.axis[c].x, k.axis[c].y, k.axis[c].z} * local;
+  }
+  k.rowCdf.resize(size_t(k.rows) + 1);
+  k.cellCdf.resize((size_t(k.columns) + 1) * k.rows);
+  k.density.resize(cells.size());
+  double below = 0;
+  for (int32_t j = 0; j < k.rows; ++j) {
+    k.rowCdf[size_t(j)] = float(below / total);
+    below += rowWeight[size_t(j)];
+    float* cdf = &k.cellCdf[size_t(j) * (size_t(k.columns) + 1)];
+    double left = 0;
+    for (int32_t i = 0; i < k.columns; ++i) {
+      const double cell = cells[size_t(j) * k.columns + i];
+      cdf[i] = rowWeight[size_t(j)] > 0 ? float(left * solid[size_t(j)] / rowWeight[size_t(j)])
+                                        : float(i) / float(k.columns);
+      left += cell;
+      k.density[size_t(j) * k.columns + i] = float(cell / total);
+    }
+    cdf[k.columns] = 1;
+    appendGuide(cdf, k.columns, k.columnParts, k.cellGuide);
+  }
+  k.rowCdf[size_t(k.rows)] = 1;
+  appendGuide(k.rowCdf.data(), k.rows, k.rowParts, k.rowGuide);
+  return true;
+}
+
+// Rotation and mirroring of the placement alone.
+bool setAxes(const LocalFrame& f, Data& k) {
+  const Double3 z = normalized(f.z), y = normalized(normalized(f.y) - z * dot(normalized(f.y), z));
+  Double3 x = cross(y, z);
+  if (dot(x, f.x) < 0) x = x * -1;
+  k.axis[0] = Float3(x);
+  k.axis[1] = Float3(y);
+  k.axis[2] = Float3(z);
+  return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, normalized(f.x))) > 1e-6;
+}
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame frame = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  light->common = LightCommon::of(values, -1);
+  light->map.load(values);
+  values.warnNoEffect();
+  if (!setAxes(frame, *light)) {
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
+    return light;
+  }
+  light->isBlack = light->common.isBlack();
+  for (float c : light->common.radiance) light->meanRadiance += std::fabs(double(c)) / 3;
+  if (light->map.valid() && !light->isBlack) light->isBlack = !buildDistribution(*light);
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
+  setAxis(*d, k.meanDirection);
+}
+
+// pi L for a constant dome; -1 for a map.
+double irradiance(const void* data, const double*, const double*) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.map.valid()) return -1;
+  return kPi * (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+}
 }  // namespace kinora::pxrDomeLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrDomeLight;
 
 // Largest i with cdf[offset + i] <= u, for the part of the numbers that u lies in by `guide` a few steps away.
@@ -130,190 +289,11 @@ struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
   }
 };
 
-using Runner = LightRunner<PxrDomeLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrDomeLight::Data;
-constexpr double kPi = 3.14159265358979323846;
-
-// A power of 2 near an eighth of the cells: tables an eighth as large, and few steps left.
-int32_t partsFor(int32_t cells) {
-  int32_t parts = 1;
-  while (parts * 8 < cells) parts *= 2;
-  return parts;
-}
-void appendGuide(const float* cdf, int32_t cells, int32_t parts, std::vector<int32_t>& guide) {
-  static_assert(pxrDomeLight::kMostColumns <= 0xffff && pxrDomeLight::kMostRows <= 0xffff);
-  int32_t at = 0;
-  for (int32_t p = 0; p < parts; ++p) {
-    const int32_t first = at;
-    while (at + 1 < cells && cdf[at + 1] <= float(p + 1) / float(parts)) ++at;
-    guide.push_back(first | at << 16);
-  }
-}
-
-// Mean over each cell of the bilinear lookup's absolute value, averaged over RGB with the light's colour. Cells are
-// texels or blocks of them; over a texel's own square the lookup is a mix of the 3 x 3 texels around it with weights
-// 1/8, 6/8, 1/8 each way.
-std::vector<double> cellMeans(const Data& k) {
-  const int32_t w = k.map.width, h = k.map.height;
-  std::vector<double> cells(size_t(k.columns) * k.rows, 0.0), row(static_cast<size_t>(w)),
-      smooth(static_cast<size_t>(w));
-  std::vector<double> three[3];
-  const auto load = [&](int32_t y, std::vector<double>& out) {
-    y = std::clamp(y, 0, h - 1);
-    for (int32_t x = 0; x < w; ++x) {
-      double sum = 0;
-      for (int c = 0; c < 3; ++c) sum += std::fabs(k.common.radiance[c] * k.map.texel(size_t(y) * w + x, c)) / 3;
-      row[size_t(x)] = sum;
-    }
-    out.resize(static_cast<size_t>(w));
-    for (int32_t x = 0; x < w; ++x)
-      out[size_t(x)] =
-          0.125 * row[size_t((x + w - 1) % w)] + 0.75 * row[size_t(x)] + 0.125 * row[size_t((x + 1) % w)];
-  };
-  load(0, three[0]);
-  load(0, three[1]);
-  // A block's cell runs over [i * w / columns, (i + 1) * w / columns); texels that it shares with a neighbour count
-  // for both in proportion.
-  for (int32_t y = 0; y < h; ++y) {
-    load(y + 1, three[2]);
-    for (int32_t x = 0; x < w; ++x)
-      smooth[size_t(x)] = 0.125 * three[0][size_t(x)] + 0.75 * three[1][size_t(x)] + 0.125 * three[2][size_t(x)];
-    const double y0 = double(y) * k.rows / h, y1 = double(y + 1) * k.rows / h;
-    for (int32_t j = int32_t(y0); j < k.rows && double(j) < y1 - 1e-9; ++j) {
-      const double shareY = std::fmin(y1, j + 1.0) - std::fmax(y0, double(j));
-      for (int32_t x = 0; x < w; ++x) {
-        const double x0 = double(x) * k.columns / w, x1 = double(x + 1) * k.columns / w;
-        for (int32_t i = int32_t(x0); i < k.columns && double(i) < x1 - 1e-9; ++i)
-          cells[size_t(j) * k.columns + i] +=
-              smooth[size_t(x)] * shareY * (std::fmin(x1, i + 1.0) - std::fmax(x0, double(i)));
-      }
-    }
-    std::swap(three[0], three[1]);
-    std::swap(three[1], three[2]);
-  }
-  return cells;
-}
-
-// False where the map is black altogether.
-bool buildDistribution(Data& k) {
-  k.columns = std::min(k.map.width, pxrDomeLight::kMostColumns);
-  k.rows = std::min(k.map.height, pxrDomeLight::kMostRows);
-  k.columnParts = partsFor(k.columns);
-  k.rowParts = partsFor(k.rows);
-  std::vector<double> cells = cellMeans(k);
-  std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
-  Double3 mean;
-  double total = 0;
-  k.northRows = (k.rows + 1) / 2;
-  for (int32_t j = 0; j < k.rows; ++j) {
-    const bool north = j < k.northRows;
-    const double from = kPi * (north ? j : k.rows - j) / k.rows, to = kPi * (north ? j + 1 : k.rows - j - 1) / k.rows;
-    k.rowFrom.push_back(float(2 * std::pow(std::sin(from / 2), 2)));
-    k.rowTo.push_back(float(2 * std::pow(std::sin(to / 2), 2)));
-  }
-  for (int32_t j = 0; j < k.rows; ++j) {
-    solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
-    const double polar = kPi * (j + 0.5) / k.rows;
-    for (int32_t i = 0; i < k.columns; ++i) {
-      const double weight = cells[size_t(j) * k.columns + i] * solid[size_t(j)];
-      const double turn = -2 * kPi * (i + 0.5) / k.columns;
-      mean = mean +
-             Double3{std::cos(turn) * std::sin(polar), std::sin(turn) * std::sin(polar), std::cos(polar)} * weight;
-      rowWeight[size_t(j)] += weight;
-    }
-    total += rowWeight[size_t(j)];
-  }
-  k.meanRadiance = total / (4 * kPi);
-  if (!(total > 0) || !std::isfinite(total)) return false;
-  mean = mean * (1 / total);
-  for (int c = 0; c < 3; ++c) {
-    const double local = c == 0 ? mean.x : c == 1 ? mean.y : mean.z;
-    k.meanDirection = k.meanDirection + Double3{k.axis[c].x, k.axis[c].y, k.axis[c].z} * local;
-  }
-  k.rowCdf.resize(size_t(k.rows) + 1);
-  k.cellCdf.resize((size_t(k.columns) + 1) * k.rows);
-  k.density.resize(cells.size());
-  double below = 0;
-  for (int32_t j = 0; j < k.rows; ++j) {
-    k.rowCdf[size_t(j)] = float(below / total);
-    below += rowWeight[size_t(j)];
-    float* cdf = &k.cellCdf[size_t(j) * (size_t(k.columns) + 1)];
-    double left = 0;
-    for (int32_t i = 0; i < k.columns; ++i) {
-      const double cell = cells[size_t(j) * k.columns + i];
-      cdf[i] = rowWeight[size_t(j)] > 0 ? float(left * solid[size_t(j)] / rowWeight[size_t(j)])
-                                        : float(i) / float(k.columns);
-      left += cell;
-      k.density[size_t(j) * k.columns + i] = float(cell / total);
-    }
-    cdf[k.columns] = 1;
-    appendGuide(cdf, k.columns, k.columnParts, k.cellGuide);
-  }
-  k.rowCdf[size_t(k.rows)] = 1;
-  appendGuide(k.rowCdf.data(), k.rows, k.rowParts, k.rowGuide);
-  return true;
-}
-
-// Rotation and mirroring of the placement alone.
-bool setAxes(const LocalFrame& f, Data& k) {
-  const Double3 z = normalized(f.z), y = normalized(normalized(f.y) - z * dot(normalized(f.y), z));
-  Double3 x = cross(y, z);
-  if (dot(x, f.x) < 0) x = x * -1;
-  k.axis[0] = Float3(x);
-  k.axis[1] = Float3(y);
-  k.axis[2] = Float3(z);
-  return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, normalized(f.x))) > 1e-6;
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrDomeLight::kParams.data(), pxrDomeLight::kParams.size());
-    const LocalFrame frame = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    light->common = LightCommon::of(values, -1);
-    light->map.load(values);
-    values.warnNoEffect();
-    if (!setAxes(frame, *light)) {
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
-      return light.release();
-    }
-    light->isBlack = light->common.isBlack();
-    for (float c : light->common.radiance) light->meanRadiance += std::fabs(double(c)) / 3;
-    if (light->map.valid() && !light->isBlack) light->isBlack = !buildDistribution(*light);
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
-  setAxis(*d, k.meanDirection);
-}
-
-// pi L for a constant dome; -1 for a map.
-double irradiance(const void* data, const double*, const double*) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (k.map.valid()) return -1;
-  return kPi * (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
+KINORA_LIGHT(
     PxrDomeLight,
-    "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its "
-    "left edge +X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the "
-    "placement count.",
-    pxrDomeLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+    .help =
+        "Light from all around, constant or a latitude-longitude map. Z-up: the map's top is local +Z, its left edge "
+        "+X, its middle -X, a quarter from the left -Y. Only rotation and mirroring of the placement count.",
+    .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

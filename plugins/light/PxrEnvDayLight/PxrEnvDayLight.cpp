@@ -13,11 +13,9 @@
 #include <kinora/light_setup.h>
 #include <algorithm>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRENVDAYLIGHT_ONCE
-#define PXRENVDAYLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrEnvDayLight {
 inline constexpr std::array kDay = {
     param::integer("month", 11).range(0, 12).help("1 to 12; 0: sunDirection says where the sun is."),
@@ -66,10 +64,7 @@ struct Data {
 }  // namespace kinora::pxrEnvDayLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrEnvDayLight;
 
 // Largest i in [0, n) with cdf[offset + i] <= u; n is a power of two.
@@ -175,12 +170,7 @@ struct PxrEnvDayLight : DirectionalLight<PxrEnvDayLight, pxrEnvDayLight::Data> {
   }
 };
 
-using Runner = LightRunner<PxrEnvDayLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora {
@@ -263,10 +253,8 @@ void sunIrradiance(double T, double elevation, double rgb[3]) {
 // The grid's cells by the light's own evaluate (without sun and density yet), four places each way in a cell.
 void buildGrid(Data& k, double skyIrradiance[3]) {
   constexpr int kPlaces = 4;
-  const LightFunctions* evaluate = nullptr;
-  static constexpr WidthTable kOwn[] = KINORA_ALL_WIDTHS;
-  for (const WidthTable& t : kOwn)
-    if (t.width == 1) evaluate = static_cast<const LightFunctions*>(t.functions);
+  using Runner = HWY_NAMESPACE::LightRunner<HWY_NAMESPACE::PxrEnvDayLight>;
+  constexpr LightFunctions kOwn = Runner::table<1>();
   std::vector<float> d[3], rgb[3], pdf(kColumns * kPlaces), o(kColumns * kPlaces, 0.f);
   for (int c = 0; c < 3; ++c) {
     d[c].resize(kColumns * kPlaces);
@@ -305,7 +293,7 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
         a.radiance[c] = rgb[c].data();
       }
       a.pdf = pdf.data();
-      evaluate->evaluate(&a);
+      kOwn.evaluate(&a);
       for (int i = 0; i < kColumns * kPlaces; ++i) {
         double mean = 0;
         for (int c = 0; c < 3; ++c) {
@@ -356,81 +344,79 @@ bool setAxes(const LocalFrame& f, Data& k) {
   return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, normalized(f.x))) > 1e-6;
 }
 
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrEnvDayLight::kParams.data(), pxrEnvDayLight::kParams.size());
-    const LocalFrame frame = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    light->common = LightCommon::of(values, -1);
-    values.warnNoEffect();
-    if (!setAxes(frame, *light)) {
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
-      return light.release();
-    }
-    light->isBlack = light->common.isBlack();
-    if (light->isBlack) return light.release();
-    const double haze = std::clamp(values.number("haziness"), 1.7, 10.0);
-    Double3 sun = sunOf(values);
-    const double height = std::asin(std::clamp(sun.z, -1.0, 1.0));
-    // the model ends at the horizon: the sky after sunset is that of sunset, which fades over civil twilight (6
-    // degrees)
-    double dusk = 1;
-    if (height < 0) {
-      values.warn("LIGHT-SUN-SET", "the sun stands below the horizon", "the sky is that of dusk, without the sun");
-      dusk = std::fmax(0.01, 1 + height / (6 * kPi / 180));
-      const double flat = std::hypot(sun.x, sun.y);
-      sun = flat > 1e-6 ? Double3{sun.x / flat, sun.y / flat, 0} : Double3{1, 0, 0};
-    }
-    light->sun = Float3(sun);
-    setSky(*light, haze, kPi / 2 - std::fmax(0, height));
-    double sunE[3] = {0, 0, 0};
-    const double half = 0.275 * kPi / 180 * std::fmin(100, std::fmax(0, values.number("sunSize")));
-    const double oneMinusCos = 2 * std::pow(std::sin(half / 2), 2);
-    double sunMean = 0;
-    for (int c = 0; c < 3; ++c) light->skyTint[c] = float(values.number("skyTint", c) * dusk);
-    if (height > 0 && half > 0) {
-      sunIrradiance(haze, height, sunE);
-      for (int c = 0; c < 3; ++c) {
-        sunE[c] *= values.number("sunTint", c);
-        // of a disc that is evenly bright
-        light->sunRadiance[c] = float(sunE[c] / (2 * kPi * oneMinusCos));
-        sunMean += std::fabs(sunE[c] * light->common.radiance[c]) / 3;
-      }
-    }
-    light->horizonBelow = values.integer("groundMode") != 2;
-    // twice: the ground reflects what the first round finds of the sky
-    double skyE[3];
-    buildGrid(*light, skyE);
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, pxrEnvDayLight::kParams.data(), pxrEnvDayLight::kParams.size());
+  const LocalFrame frame = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  light->common = LightCommon::of(values, -1);
+  values.warnNoEffect();
+  if (!setAxes(frame, *light)) {
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
+    return light;
+  }
+  light->isBlack = light->common.isBlack();
+  if (light->isBlack) return light;
+  const double haze = std::clamp(values.number("haziness"), 1.7, 10.0);
+  Double3 sun = sunOf(values);
+  const double height = std::asin(std::clamp(sun.z, -1.0, 1.0));
+  // the model ends at the horizon: the sky after sunset is that of sunset, which fades over civil twilight (6
+  // degrees)
+  double dusk = 1;
+  if (height < 0) {
+    values.warn("LIGHT-SUN-SET", "the sun stands below the horizon", "the sky is that of dusk, without the sun");
+    dusk = std::fmax(0.01, 1 + height / (6 * kPi / 180));
+    const double flat = std::hypot(sun.x, sun.y);
+    sun = flat > 1e-6 ? Double3{sun.x / flat, sun.y / flat, 0} : Double3{1, 0, 0};
+  }
+  light->sun = Float3(sun);
+  setSky(*light, haze, kPi / 2 - std::fmax(0, height));
+  double sunE[3] = {0, 0, 0};
+  const double half = 0.275 * kPi / 180 * std::fmin(100, std::fmax(0, values.number("sunSize")));
+  const double oneMinusCos = 2 * std::pow(std::sin(half / 2), 2);
+  double sunMean = 0;
+  for (int c = 0; c < 3; ++c) light->skyTint[c] = float(values.number("skyTint", c) * dusk);
+  if (height > 0 && half > 0) {
+    sunIrradiance(haze, height, sunE);
     for (int c = 0; c < 3; ++c) {
-      const double factor = light->common.radiance[c];
-      const double sky = factor != 0 ? skyE[c] / factor : 0;
-      light->ground[c] = float(values.number("groundColor", c) / kPi * (sky + sunE[c] * std::fmax(0, double(sun.z))));
+      sunE[c] *= values.number("sunTint", c);
+      // of a disc that is evenly bright
+      light->sunRadiance[c] = float(sunE[c] / (2 * kPi * oneMinusCos));
+      sunMean += std::fabs(sunE[c] * light->common.radiance[c]) / 3;
     }
-    if (!light->horizonBelow) buildGrid(*light, skyE);
-    const double skyMean = light->meanRadiance * 4 * kPi;
-    if (light->density.empty() && !(sunMean > 0)) {
-      light->isBlack = true;
-      return light.release();
-    }
-    if (light->density.empty()) {  // the sun alone: the grid keeps a density for the mixture's other half
-      light->density.assign(size_t(kRows) * kColumns, float(1 / (4 * kPi)));
-      for (int i = 0; i <= kRows; ++i) light->rowCdf.push_back(float(i) / kRows);
-      for (int row = 0; row < kRows; ++row)
-        for (int i = 0; i <= kColumns; ++i) light->cellCdf.push_back(float(i) / kColumns);
-    }
-    if (sunMean > 0) {
-      light->sunOneMinusCos = float(oneMinusCos);
-      // by what each gives a surface: the sky's light comes from aslant
-      light->sunShare = float(std::clamp(sunMean / (sunMean + 0.5 * skyMean), 0.05, 0.95));
-      light->meanRadiance += sunMean / (4 * kPi);
-      const double share = sunMean / (4 * kPi * light->meanRadiance);
-      const Double3 towards = Double3{light->axis[0].x, light->axis[0].y, light->axis[0].z} * sun.x +
-                              Double3{light->axis[1].x, light->axis[1].y, light->axis[1].z} * sun.y +
-                              Double3{light->axis[2].x, light->axis[2].y, light->axis[2].z} * sun.z;
-      light->meanDirection = light->meanDirection * (1 - share) + towards * share;
-    }
-    return light.release();
-  });
+  }
+  light->horizonBelow = values.integer("groundMode") != 2;
+  // twice: the ground reflects what the first round finds of the sky
+  double skyE[3];
+  buildGrid(*light, skyE);
+  for (int c = 0; c < 3; ++c) {
+    const double factor = light->common.radiance[c];
+    const double sky = factor != 0 ? skyE[c] / factor : 0;
+    light->ground[c] = float(values.number("groundColor", c) / kPi * (sky + sunE[c] * std::fmax(0, double(sun.z))));
+  }
+  if (!light->horizonBelow) buildGrid(*light, skyE);
+  const double skyMean = light->meanRadiance * 4 * kPi;
+  if (light->density.empty() && !(sunMean > 0)) {
+    light->isBlack = true;
+    return light;
+  }
+  if (light->density.empty()) {  // the sun alone: the grid keeps a density for the mixture's other half
+    light->density.assign(size_t(kRows) * kColumns, float(1 / (4 * kPi)));
+    for (int i = 0; i <= kRows; ++i) light->rowCdf.push_back(float(i) / kRows);
+    for (int row = 0; row < kRows; ++row)
+      for (int i = 0; i <= kColumns; ++i) light->cellCdf.push_back(float(i) / kColumns);
+  }
+  if (sunMean > 0) {
+    light->sunOneMinusCos = float(oneMinusCos);
+    // by what each gives a surface: the sky's light comes from aslant
+    light->sunShare = float(std::clamp(sunMean / (sunMean + 0.5 * skyMean), 0.05, 0.95));
+    light->meanRadiance += sunMean / (4 * kPi);
+    const double share = sunMean / (4 * kPi * light->meanRadiance);
+    const Double3 towards = Double3{light->axis[0].x, light->axis[0].y, light->axis[0].z} * sun.x +
+                            Double3{light->axis[1].x, light->axis[1].y, light->axis[1].z} * sun.y +
+                            Double3{light->axis[2].x, light->axis[2].y, light->axis[2].z} * sun.z;
+    light->meanDirection = light->meanDirection * (1 - share) + towards * share;
+  }
+  return light;
 }
 
 void describe(const void* data, LightDescription* d) {
@@ -439,13 +425,13 @@ void describe(const void* data, LightDescription* d) {
   setAxis(*d, k.meanDirection);
 }
 
-constexpr LightTraits kTraits{describe, nullptr};
 }  // namespace
-KINORA_REGISTER_LIGHT(
-    PxrEnvDayLight,
-    "Sky and sun by date and place, or by the sun's direction, after the daylight model of Preetham, Shirley and "
-    "Smits "
-    "(1999). Z-up: local +Z is the zenith, +X north, +Y east. Only rotation and mirroring of the placement count.",
-    pxrEnvDayLight::kParams, kTraits, create, Data)
 }  // namespace kinora
 #endif
+
+KINORA_LIGHT(PxrEnvDayLight,
+             .help =
+                 "Sky and sun by date and place, or by the sun's direction, after the daylight model of Preetham, "
+                 "Shirley and Smits (1999). Z-up: local +Z is the zenith, +X north, +Y east. Only rotation and "
+                 "mirroring of the placement count.",
+             .params = pxrEnvDayLight::kParams, .setUp = setUpBy<make>, .describe = describe)

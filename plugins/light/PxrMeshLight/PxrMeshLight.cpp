@@ -8,11 +8,9 @@
 #include <kinora/light_setup.h>
 #include <memory>
 #include "plugins/light/PxrMeshLight/triangle_tree.h"
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRMESHLIGHT_ONCE
-#define PXRMESHLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrMeshLight {
 inline constexpr std::array kTexture = {
     param::color("textureColor", 1.f).help("Factor on the colour; a pattern connected here does not count yet."),
@@ -33,13 +31,161 @@ struct Data {
   double radius = 0, area = 0;
   bool isBlack = true;
 };
+
+constexpr double kPi = 3.14159265358979323846;
+
+Double3 corner(const LightMesh& m, uint32_t index) {
+  return {m.P[3 * size_t(index)], m.P[3 * size_t(index) + 1], m.P[3 * size_t(index) + 2]};
+}
+
+// Triangles with area; returns how many had none or were broken.
+uint32_t gatherTriangles(const LightMesh& m, Data& k) {
+  uint32_t left = 0;
+  Double3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (uint32_t i = 0; i < m.triangleCount; ++i) {
+    const uint32_t* v = m.triangles + 3 * size_t(i);
+    if (v[0] >= m.vertexCount || v[1] >= m.vertexCount || v[2] >= m.vertexCount) {
+      ++left;
+      continue;
+    }
+    const Double3 p[3] = {corner(m, v[0]), corner(m, v[1]), corner(m, v[2])};
+    const Double3 e1 = p[1] - p[0], e2 = p[2] - p[0], n = cross(e1, e2);
+    const double twice = length(n);
+    if (!std::isfinite(twice) || !(twice > 1e-30) || !(twice > 1e-7 * length(e1) * length(e2))) {
+      ++left;
+      continue;
+    }
+    const double parts[4][3] = {
+        {p[0].x, p[0].y, p[0].z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, {n.x / twice, n.y / twice, n.z / twice}};
+    for (int c = 0; c < 3; ++c) {
+      k.triangles.v0[c].push_back(float(parts[0][c]));
+      k.triangles.e1[c].push_back(float(parts[1][c]));
+      k.triangles.e2[c].push_back(float(parts[2][c]));
+      k.triangles.normal[c].push_back(float(parts[3][c]));
+    }
+    for (const Double3& q : p) {
+      low = {std::fmin(low.x, q.x), std::fmin(low.y, q.y), std::fmin(low.z, q.z)};
+      high = {std::fmax(high.x, q.x), std::fmax(high.y, q.y), std::fmax(high.z, q.z)};
+    }
+  }
+  if (k.triangles.count()) {
+    k.center = (low + high) * 0.5;
+    k.radius = length(high - low) * 0.5;
+  }
+  return left;
+}
+
+Double3 get(const std::vector<float> v[3], uint32_t i) { return {v[0][i], v[1][i], v[2][i]}; }
+
+// Whether every triangle lies behind every other's plane, or in it; asked of small lights only.
+bool isConvex(const Data& k) {
+  const Triangles& t = k.triangles;
+  constexpr uint32_t kMost = 1024;
+  if (t.count() > kMost) return false;
+  for (uint32_t i = 0; i < t.count(); ++i) {
+    const Double3 n = get(t.normal, i), o = get(t.v0, i);
+    for (uint32_t j = 0; j < t.count(); ++j) {
+      const Double3 p = get(t.v0, j) - o;
+      const double most = std::fmax(dot(p, n), std::fmax(dot(p + get(t.e1, j), n), dot(p + get(t.e2, j), n)));
+      if (most > 1e-5 * k.radius) return false;
+    }
+  }
+  return true;
+}
+
+void buildDistribution(Data& k) {
+  const Triangles& t = k.triangles;
+  std::vector<double> area(t.count());
+  for (uint32_t i = 0; i < t.count(); ++i) k.area += area[i] = 0.5 * length(cross(get(t.e1, i), get(t.e2, i)));
+  double sum = 0;
+  k.cdf.push_back(0);
+  for (uint32_t i = 0; i < t.count(); ++i) {
+    sum += area[i];
+    k.cdf.push_back(i + 1 == t.count() ? 1.f : std::fmin(1.f, float(sum / k.area)));
+    k.density.push_back(float((double(k.cdf[i + 1]) - k.cdf[i]) / area[i]));
+  }
+  while ((int64_t(1) << k.steps) < t.count()) ++k.steps;
+}
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  LocalFrame::of(info);  // refuses placements that are not finite
+  auto light = std::make_unique<Data>();
+  const LightMesh* mesh = static_cast<const LightMesh*>(info.extra);
+  const uint32_t left = mesh ? gatherTriangles(*mesh, *light) : 0;
+  if (left)
+    values.warn("LIGHT-DEGENERATE", std::to_string(left) + " triangles of the light have no area",
+                "they do not emit");
+  if (light->triangles.count()) {
+    light->tree.build(light->triangles);
+    buildDistribution(*light);
+    light->convex = isConvex(*light);
+  }
+  light->common = LightCommon::of(values, light->area);
+  for (int c = 0; c < 3; ++c) light->common.radiance[c] *= float(values.number("textureColor", c));
+  light->shaping = Shaping::of(values, false);
+  values.warnNoEffect();
+  if (!light->triangles.count())
+    values.warn("LIGHT-DEGENERATE", "no geometry with area follows the light in its attribute block",
+                "the light is black");
+  else
+    light->isBlack = light->common.isBlack();
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, Float3(k.center), k.radius * (1 + 1e-6), k.area);
+  if (!k.triangles.count()) return;
+  Double3 mean;
+  LightBox box;
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
+    const Double3 v0 = get(k.triangles.v0, i), e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
+    mean = mean + cross(e1, e2) * 0.5;
+    for (const Double3& p : {v0, v0 + e1, v0 + e2}) box.add(p);
+  }
+  box.describe(*d);
+  // normals that point apart are those of a closed surface
+  mean = normalized(mean);
+  double least = 1;
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
+  describeEmission(*d, k.shaping, least > -0.9 ? mean : Double3{}, least);
+}
+
+// Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may
+// hide each other or shaping makes the radiance vary.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (!k.convex || k.shaping.focused || k.shaping.coned) return -1;
+  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
+  double sum = 0;
+  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
+    const Double3 v0 = get(k.triangles.v0, i) - p, e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
+    if (dot(v0, cross(e1, e2)) >= 0) continue;
+    const Double3 v[3] = {v0, v0 + e1, v0 + e2};
+    Double3 cut[6];
+    int count = 0;
+    for (int j = 0; j < 3; ++j) {
+      const Double3 a = v[j], b = v[(j + 1) % 3];
+      const double ha = dot(a, n), hb = dot(b, n);
+      if (ha >= 0) cut[count++] = a;
+      if ((ha < 0) != (hb < 0)) cut[count++] = a + (b - a) * (ha / (ha - hb));
+    }
+    double one = 0;
+    for (int j = 0; j < count; ++j) {
+      const Double3 a = normalized(cut[j]), b = normalized(cut[(j + 1) % count]), c = cross(a, b);
+      const double s = length(c);
+      if (s > 1e-15) one += std::atan2(s, dot(a, b)) * dot(c, n) / s;
+    }
+    sum += std::fabs(one) / 2;
+  }
+  return (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3 * sum;
+}
 }  // namespace kinora::pxrMeshLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrMeshLight;
 
 template <int W>
@@ -188,176 +334,10 @@ struct PxrMeshLight {
   }
 };
 
-using Runner = LightRunner<PxrMeshLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrMeshLight::Data;
-constexpr double kPi = 3.14159265358979323846;
-
-Double3 corner(const LightMesh& m, uint32_t index) {
-  return {m.P[3 * size_t(index)], m.P[3 * size_t(index) + 1], m.P[3 * size_t(index) + 2]};
-}
-
-// Triangles with area; returns how many had none or were broken.
-uint32_t gatherTriangles(const LightMesh& m, Data& k) {
-  uint32_t left = 0;
-  Double3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (uint32_t i = 0; i < m.triangleCount; ++i) {
-    const uint32_t* v = m.triangles + 3 * size_t(i);
-    if (v[0] >= m.vertexCount || v[1] >= m.vertexCount || v[2] >= m.vertexCount) {
-      ++left;
-      continue;
-    }
-    const Double3 p[3] = {corner(m, v[0]), corner(m, v[1]), corner(m, v[2])};
-    const Double3 e1 = p[1] - p[0], e2 = p[2] - p[0], n = cross(e1, e2);
-    const double twice = length(n);
-    if (!std::isfinite(twice) || !(twice > 1e-30) || !(twice > 1e-7 * length(e1) * length(e2))) {
-      ++left;
-      continue;
-    }
-    const double parts[4][3] = {
-        {p[0].x, p[0].y, p[0].z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, {n.x / twice, n.y / twice, n.z / twice}};
-    for (int c = 0; c < 3; ++c) {
-      k.triangles.v0[c].push_back(float(parts[0][c]));
-      k.triangles.e1[c].push_back(float(parts[1][c]));
-      k.triangles.e2[c].push_back(float(parts[2][c]));
-      k.triangles.normal[c].push_back(float(parts[3][c]));
-    }
-    for (const Double3& q : p) {
-      low = {std::fmin(low.x, q.x), std::fmin(low.y, q.y), std::fmin(low.z, q.z)};
-      high = {std::fmax(high.x, q.x), std::fmax(high.y, q.y), std::fmax(high.z, q.z)};
-    }
-  }
-  if (k.triangles.count()) {
-    k.center = (low + high) * 0.5;
-    k.radius = length(high - low) * 0.5;
-  }
-  return left;
-}
-
-Double3 get(const std::vector<float> v[3], uint32_t i) { return {v[0][i], v[1][i], v[2][i]}; }
-
-// Whether every triangle lies behind every other's plane, or in it; asked of small lights only.
-bool isConvex(const Data& k) {
-  const pxrMeshLight::Triangles& t = k.triangles;
-  constexpr uint32_t kMost = 1024;
-  if (t.count() > kMost) return false;
-  for (uint32_t i = 0; i < t.count(); ++i) {
-    const Double3 n = get(t.normal, i), o = get(t.v0, i);
-    for (uint32_t j = 0; j < t.count(); ++j) {
-      const Double3 p = get(t.v0, j) - o;
-      const double most = std::fmax(dot(p, n), std::fmax(dot(p + get(t.e1, j), n), dot(p + get(t.e2, j), n)));
-      if (most > 1e-5 * k.radius) return false;
-    }
-  }
-  return true;
-}
-
-void buildDistribution(Data& k) {
-  const pxrMeshLight::Triangles& t = k.triangles;
-  std::vector<double> area(t.count());
-  for (uint32_t i = 0; i < t.count(); ++i) k.area += area[i] = 0.5 * length(cross(get(t.e1, i), get(t.e2, i)));
-  double sum = 0;
-  k.cdf.push_back(0);
-  for (uint32_t i = 0; i < t.count(); ++i) {
-    sum += area[i];
-    k.cdf.push_back(i + 1 == t.count() ? 1.f : std::fmin(1.f, float(sum / k.area)));
-    k.density.push_back(float((double(k.cdf[i + 1]) - k.cdf[i]) / area[i]));
-  }
-  while ((int64_t(1) << k.steps) < t.count()) ++k.steps;
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrMeshLight::kParams.data(), pxrMeshLight::kParams.size());
-    LocalFrame::of(*info);  // refuses placements that are not finite
-    auto light = std::make_unique<Data>();
-    const LightMesh* mesh = static_cast<const LightMesh*>(info->extra);
-    const uint32_t left = mesh ? gatherTriangles(*mesh, *light) : 0;
-    if (left)
-      values.warn("LIGHT-DEGENERATE", std::to_string(left) + " triangles of the light have no area",
-                  "they do not emit");
-    if (light->triangles.count()) {
-      light->tree.build(light->triangles);
-      buildDistribution(*light);
-      light->convex = isConvex(*light);
-    }
-    light->common = LightCommon::of(values, light->area);
-    for (int c = 0; c < 3; ++c) light->common.radiance[c] *= float(values.number("textureColor", c));
-    light->shaping = Shaping::of(values, false);
-    values.warnNoEffect();
-    if (!light->triangles.count())
-      values.warn("LIGHT-DEGENERATE", "no geometry with area follows the light in its attribute block",
-                  "the light is black");
-    else
-      light->isBlack = light->common.isBlack();
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, Float3(k.center), k.radius * (1 + 1e-6), k.area);
-  if (!k.triangles.count()) return;
-  Double3 mean;
-  LightBox box;
-  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
-    const Double3 v0 = get(k.triangles.v0, i), e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
-    mean = mean + cross(e1, e2) * 0.5;
-    for (const Double3& p : {v0, v0 + e1, v0 + e2}) box.add(p);
-  }
-  box.describe(*d);
-  // normals that point apart are those of a closed surface
-  mean = normalized(mean);
-  double least = 1;
-  for (uint32_t i = 0; i < k.triangles.count(); ++i) least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
-  describeEmission(*d, k.shaping, least > -0.9 ? mean : Double3{}, least);
-}
-
-// Lambert's formula over the triangles that face the point, cut at the receiver's horizon; -1 where triangles may
-// hide each other or shaping makes the radiance vary.
-double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (!k.convex || k.shaping.focused || k.shaping.coned) return -1;
-  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
-  double sum = 0;
-  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
-    const Double3 v0 = get(k.triangles.v0, i) - p, e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
-    if (dot(v0, cross(e1, e2)) >= 0) continue;
-    const Double3 v[3] = {v0, v0 + e1, v0 + e2};
-    Double3 cut[6];
-    int count = 0;
-    for (int j = 0; j < 3; ++j) {
-      const Double3 a = v[j], b = v[(j + 1) % 3];
-      const double ha = dot(a, n), hb = dot(b, n);
-      if (ha >= 0) cut[count++] = a;
-      if ((ha < 0) != (hb < 0)) cut[count++] = a + (b - a) * (ha / (ha - hb));
-    }
-    double one = 0;
-    for (int j = 0; j < count; ++j) {
-      const Double3 a = normalized(cut[j]), b = normalized(cut[(j + 1) % count]), c = cross(a, b);
-      const double s = length(c);
-      if (s > 1e-15) one += std::atan2(s, dot(a, b)) * dot(c, n) / s;
-    }
-    sum += std::fabs(one) / 2;
-  }
-  return (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3 * sum;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(PxrMeshLight,
-                      "The geometry that follows in its attribute block emits, from the side of its outward normal; "
-                      "the geometry itself "
-                      "is not rendered. Focus and cone are measured from the surface's normal.",
-                      pxrMeshLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+KINORA_LIGHT(PxrMeshLight,
+             .help =
+                 "The geometry that follows in its attribute block emits, from the side of its outward normal; the "
+                 "geometry itself is not rendered. Focus and cone are measured from the surface's normal.",
+             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

@@ -5,11 +5,9 @@
 #define KINORA_KERNEL_FILE "plugins/light/PxrRectLight/PxrRectLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRRECTLIGHT_ONCE
-#define PXRRECTLIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrRectLight {
 constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kMap,
                                     lightParams::kShaping, lightParams::kControl);
@@ -29,13 +27,85 @@ struct Data {
   bool isRectangle = false, isBlack = true;
   Double3 corner[4], normal64;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame frame = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  const Double3 across = cross(frame.x, frame.y);
+  const double area = length(across);
+  light->common = LightCommon::of(values, area);
+  light->shaping = Shaping::of(values, false);
+  light->map.load(values);
+  values.warnNoEffect();
+  const double lx = length(frame.x), ly = length(frame.y);
+  light->center = Float3(frame.origin);
+  if (!(area > 1e-30) || !(area > 1e-7 * lx * ly)) {
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no area", "the light is black");
+    return light;
+  }
+  // the side of local +Z; where Z is lost in the plane, that of X cross Y
+  light->normal64 = normalized(across) * (dot(across, frame.z) < 0 ? -1.0 : 1.0);
+  light->normal = Float3(light->normal64);
+  light->edgeX = Float3(frame.x);
+  light->edgeY = Float3(frame.y);
+  light->unitX = Float3(frame.x * (1 / lx));
+  light->unitY = Float3(frame.y * (1 / ly));
+  const Double3 n = across * (1 / area);
+  light->dualX = Float3(cross(frame.y, n) * (1 / area));
+  light->dualY = Float3(cross(n, frame.x) * (1 / area));
+  light->halfX = float(lx / 2);
+  light->halfY = float(ly / 2);
+  light->area = float(area);
+  light->isRectangle = std::fabs(dot(frame.x, frame.y)) <= 1e-6 * lx * ly;
+  light->isBlack = light->common.isBlack();
+  const double sx[4] = {-0.5, 0.5, 0.5, -0.5}, sy[4] = {-0.5, -0.5, 0.5, 0.5};
+  for (int i = 0; i < 4; ++i) light->corner[i] = frame.origin + frame.x * sx[i] + frame.y * sy[i];
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  double radius = 0;
+  for (const Double3& c : k.corner)
+    if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, radius, k.area, k.map.mean);
+  if (!(k.area > 0)) return;
+  describeEmission(*d, k.shaping, k.normal64);
+  LightBox box;
+  for (const Double3& c : k.corner) box.add(c);
+  box.describe(*d);
+}
+
+// Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1
+// where a map or shaping makes the radiance vary.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.map.valid() || k.shaping.focused || k.shaping.coned) return -1;
+  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
+  if (dot(p - k.corner[0], k.normal64) <= 0) return 0;
+  Double3 clipped[8];
+  int count = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Double3 a = k.corner[i] - p, b = k.corner[(i + 1) % 4] - p;
+    const double ha = dot(a, n), hb = dot(b, n);
+    if (ha >= 0) clipped[count++] = a;
+    if ((ha < 0) != (hb < 0)) clipped[count++] = a + (b - a) * (ha / (ha - hb));
+  }
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    const Double3 a = normalized(clipped[i]), b = normalized(clipped[(i + 1) % count]), c = cross(a, b);
+    const double s = length(c);
+    if (s > 1e-15) sum += std::atan2(s, dot(a, b)) * dot(c, n) / s;
+  }
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return mean * std::fabs(sum) / 2;
+}
 }  // namespace kinora::pxrRectLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrRectLight;
 
 // Of each lane's light.
@@ -246,101 +316,10 @@ struct PxrRectLight {
   }
 };
 
-using Runner = LightRunner<PxrRectLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrRectLight::Data;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrRectLight::kParams.data(), pxrRectLight::kParams.size());
-    const LocalFrame frame = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    const Double3 across = cross(frame.x, frame.y);
-    const double area = length(across);
-    light->common = LightCommon::of(values, area);
-    light->shaping = Shaping::of(values, false);
-    light->map.load(values);
-    values.warnNoEffect();
-    const double lx = length(frame.x), ly = length(frame.y);
-    light->center = Float3(frame.origin);
-    if (!(area > 1e-30) || !(area > 1e-7 * lx * ly)) {
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no area", "the light is black");
-      return light.release();
-    }
-    // the side of local +Z; where Z is lost in the plane, that of X cross Y
-    light->normal64 = normalized(across) * (dot(across, frame.z) < 0 ? -1.0 : 1.0);
-    light->normal = Float3(light->normal64);
-    light->edgeX = Float3(frame.x);
-    light->edgeY = Float3(frame.y);
-    light->unitX = Float3(frame.x * (1 / lx));
-    light->unitY = Float3(frame.y * (1 / ly));
-    const Double3 n = across * (1 / area);
-    light->dualX = Float3(cross(frame.y, n) * (1 / area));
-    light->dualY = Float3(cross(n, frame.x) * (1 / area));
-    light->halfX = float(lx / 2);
-    light->halfY = float(ly / 2);
-    light->area = float(area);
-    light->isRectangle = std::fabs(dot(frame.x, frame.y)) <= 1e-6 * lx * ly;
-    light->isBlack = light->common.isBlack();
-    const double sx[4] = {-0.5, 0.5, 0.5, -0.5}, sy[4] = {-0.5, -0.5, 0.5, 0.5};
-    for (int i = 0; i < 4; ++i) light->corner[i] = frame.origin + frame.x * sx[i] + frame.y * sy[i];
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  double radius = 0;
-  for (const Double3& c : k.corner)
-    if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, radius, k.area, k.map.mean);
-  if (!(k.area > 0)) return;
-  describeEmission(*d, k.shaping, k.normal64);
-  LightBox box;
-  for (const Double3& c : k.corner) box.add(c);
-  box.describe(*d);
-}
-
-// Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1
-// where a map or shaping makes the radiance vary.
-double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (k.map.valid() || k.shaping.focused || k.shaping.coned) return -1;
-  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
-  if (dot(p - k.corner[0], k.normal64) <= 0) return 0;
-  Double3 clipped[8];
-  int count = 0;
-  for (int i = 0; i < 4; ++i) {
-    const Double3 a = k.corner[i] - p, b = k.corner[(i + 1) % 4] - p;
-    const double ha = dot(a, n), hb = dot(b, n);
-    if (ha >= 0) clipped[count++] = a;
-    if ((ha < 0) != (hb < 0)) clipped[count++] = a + (b - a) * (ha / (ha - hb));
-  }
-  double sum = 0;
-  for (int i = 0; i < count; ++i) {
-    const Double3 a = normalized(clipped[i]), b = normalized(clipped[(i + 1) % count]), c = cross(a, b);
-    const double s = length(c);
-    if (s > 1e-15) sum += std::atan2(s, dot(a, b)) * dot(c, n) / s;
-  }
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  return mean * std::fabs(sum) / 2;
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
-    PxrRectLight,
-    "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
-    "front with local +Y up, a map stands upright with its left edge at local +X.",
-    pxrRectLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+KINORA_LIGHT(PxrRectLight,
+             .help =
+                 "Rectangle: the unit square of the local XY plane, emitting to the side of local +Z. Seen from the "
+                 "front with local +Y up, a map stands upright with its left edge at local +X.",
+             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

@@ -5,11 +5,9 @@
 #define KINORA_KERNEL_FILE "plugins/light/PxrSphereLight/PxrSphereLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/light_author.h>
 
-#ifndef PXRSPHERELIGHT_ONCE
-#define PXRSPHERELIGHT_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrSphereLight {
 constexpr auto kParams =
     joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
@@ -27,13 +25,93 @@ struct Data {
   double area = 0, boundingRadius = 0, sphereRadius = 0;  // sphereRadius: 0 for ellipsoids
   bool isBlack = true;
 };
+
+// Rows of the inverse of the matrix with rows x, y, z. The determinant is not zero.
+void invert(const LocalFrame& f, double determinant, Double3 rows[3]) {
+  const Double3 yz = cross(f.y, f.z) * (1 / determinant), zx = cross(f.z, f.x) * (1 / determinant),
+                xy = cross(f.x, f.y) * (1 / determinant);
+  rows[0] = {yz.x, zx.x, xy.x};
+  rows[1] = {yz.y, zx.y, xy.y};
+  rows[2] = {yz.z, zx.z, xy.z};
+}
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const LocalFrame f = LocalFrame::of(info);
+  auto light = std::make_unique<Data>();
+  const double lx = length(f.x), ly = length(f.y), lz = length(f.z);
+  const double determinant = f.determinant();
+  light->center = Float3(f.origin);
+  // thinner than a millionth of its size, single precision no longer tells its sides apart
+  const double longest = std::fmax(lx, std::fmax(ly, lz));
+  const bool degenerate =
+      !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
+  if (!degenerate) {
+    Double3 inverse[3];
+    invert(f, determinant, inverse);
+    const Double3 rows[3] = {f.x, f.y, f.z};
+    const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
+                                cross(f.x, f.y) * (1 / determinant)};
+    for (int i = 0; i < 3; ++i) {
+      light->rows[i] = Float3(rows[i]);
+      light->inverse[i] = Float3(inverse[i]);
+      light->normalRows[i] = Float3(normals[i]);
+    }
+    light->determinant = float(std::fabs(determinant));
+    light->axis = Float3(normalized(f.z));
+    const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
+    light->rounding = float(4e-7 * std::fmin(longest * shrink, 100));
+    light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
+    const bool round =
+        std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
+        std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+    // surface: the integral of |det M| |n M^-T| over the local sphere
+    constexpr int kRings = 512, kSteps = 128;
+    double sum = 0;
+    for (int i = 0; i < kRings && !round; ++i)
+      for (int j = 0; j < kSteps; ++j) {
+        const double z = (2.0 * i + 1) / kRings - 1, s = std::sqrt(1 - z * z);
+        const double phi = 6.283185307179586 * (j + 0.5) / kSteps;
+        sum += length(normals[0] * (s * std::cos(phi)) + normals[1] * (s * std::sin(phi)) + normals[2] * z);
+      }
+    light->area = 3.14159265358979 * std::fabs(determinant) * sum / (kRings * kSteps);
+    if (round) {
+      light->sphereRadius = light->boundingRadius = 0.5 * lx;
+      light->area = 3.14159265358979 * lx * lx;
+    }
+  }
+  light->common = LightCommon::of(values, light->area);
+  light->shaping = Shaping::of(values, true);
+  values.warnNoEffect();
+  if (degenerate)
+    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
+  else
+    light->isBlack = light->common.isBlack();
+  return light;
+}
+
+void describe(const void* data, LightDescription* d) {
+  const Data& k = *static_cast<const Data*>(data);
+  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
+  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
+}
+
+// pi L (r / d)^2 cos for a sphere wholly above the receiver's horizon; -1 for other cases.
+double irradiance(const void* data, const double P[3], const double N[3]) {
+  const Data& k = *static_cast<const Data*>(data);
+  if (k.isBlack) return 0;
+  if (k.shaping.focused || k.shaping.coned || k.sphereRadius == 0) return -1;
+  const Double3 to = Double3{k.center.x, k.center.y, k.center.z} - Double3{P[0], P[1], P[2]};
+  const double d = length(to), height = dot(to, normalized({N[0], N[1], N[2]}));
+  if (d <= k.sphereRadius || height <= -k.sphereRadius) return 0;
+  if (height < k.sphereRadius) return -1;
+  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
+  return 3.14159265358979 * mean * k.sphereRadius * k.sphereRadius * height / (d * d * d);
+}
 }  // namespace kinora::pxrSphereLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace pxrSphereLight;
 
 // Of each lane's light.
@@ -183,109 +261,10 @@ struct PxrSphereLight {
   }
 };
 
-using Runner = LightRunner<PxrSphereLight>;
-KINORA_WIDTH_TABLES(Runner, LightFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrSphereLight::Data;
-
-// Rows of the inverse of the matrix with rows x, y, z. The determinant is not zero.
-void invert(const LocalFrame& f, double determinant, Double3 rows[3]) {
-  const Double3 yz = cross(f.y, f.z) * (1 / determinant), zx = cross(f.z, f.x) * (1 / determinant),
-                xy = cross(f.x, f.y) * (1 / determinant);
-  rows[0] = {yz.x, zx.x, xy.x};
-  rows[1] = {yz.y, zx.y, xy.y};
-  rows[2] = {yz.z, zx.z, xy.z};
-}
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, pxrSphereLight::kParams.data(), pxrSphereLight::kParams.size());
-    const LocalFrame f = LocalFrame::of(*info);
-    auto light = std::make_unique<Data>();
-    const double lx = length(f.x), ly = length(f.y), lz = length(f.z);
-    const double determinant = f.determinant();
-    light->center = Float3(f.origin);
-    // thinner than a millionth of its size, single precision no longer tells its sides apart
-    const double longest = std::fmax(lx, std::fmax(ly, lz));
-    const bool degenerate =
-        !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
-    if (!degenerate) {
-      Double3 inverse[3];
-      invert(f, determinant, inverse);
-      const Double3 rows[3] = {f.x, f.y, f.z};
-      const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
-                                  cross(f.x, f.y) * (1 / determinant)};
-      for (int i = 0; i < 3; ++i) {
-        light->rows[i] = Float3(rows[i]);
-        light->inverse[i] = Float3(inverse[i]);
-        light->normalRows[i] = Float3(normals[i]);
-      }
-      light->determinant = float(std::fabs(determinant));
-      light->axis = Float3(normalized(f.z));
-      const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
-      light->rounding = float(4e-7 * std::fmin(longest * shrink, 100));
-      light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
-      const bool round =
-          std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-          std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
-      // surface: the integral of |det M| |n M^-T| over the local sphere
-      constexpr int kRings = 512, kSteps = 128;
-      double sum = 0;
-      for (int i = 0; i < kRings && !round; ++i)
-        for (int j = 0; j < kSteps; ++j) {
-          const double z = (2.0 * i + 1) / kRings - 1, s = std::sqrt(1 - z * z);
-          const double phi = 6.283185307179586 * (j + 0.5) / kSteps;
-          sum += length(normals[0] * (s * std::cos(phi)) + normals[1] * (s * std::sin(phi)) + normals[2] * z);
-        }
-      light->area = 3.14159265358979 * std::fabs(determinant) * sum / (kRings * kSteps);
-      if (round) {
-        light->sphereRadius = light->boundingRadius = 0.5 * lx;
-        light->area = 3.14159265358979 * lx * lx;
-      }
-    }
-    light->common = LightCommon::of(values, light->area);
-    light->shaping = Shaping::of(values, true);
-    values.warnNoEffect();
-    if (degenerate)
-      values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
-    else
-      light->isBlack = light->common.isBlack();
-    return light.release();
-  });
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
-  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
-}
-
-// pi L (r / d)^2 cos for a sphere wholly above the receiver's horizon; -1 for other cases.
-double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (k.shaping.focused || k.shaping.coned || k.sphereRadius == 0) return -1;
-  const Double3 to = Double3{k.center.x, k.center.y, k.center.z} - Double3{P[0], P[1], P[2]};
-  const double d = length(to), height = dot(to, normalized({N[0], N[1], N[2]}));
-  if (d <= k.sphereRadius || height <= -k.sphereRadius) return 0;
-  if (height < k.sphereRadius) return -1;
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  return 3.14159265358979 * mean * k.sphereRadius * k.sphereRadius * height / (d * d * d);
-}
-
-constexpr LightTraits kTraits{describe, irradiance};
-}  // namespace
-KINORA_REGISTER_LIGHT(
-    PxrSphereLight,
-    "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
-    "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
-    pxrSphereLight::kParams, kTraits, create, Data)
-}  // namespace kinora
-#endif
+KINORA_LIGHT(PxrSphereLight,
+             .help =
+                 "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
+                 "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
+             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)

@@ -1,14 +1,10 @@
 // PxrBlend: top over bottom with one of the blend modes of math/color.h.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBlend/PxrBlend.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRBLEND_ONCE
-#define PXRBLEND_ONCE
-namespace kinora::pxrBlend {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kOperation, kTopRGB, kTopA, kBottomRGB, kBottomA, kClampOutput };
 constexpr Param kParams[] = {
     param::integer("operation", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How the two are combined."),
@@ -23,14 +19,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultB"),
     param::output(Type::Float, "resultA"),
 };
-}  // namespace kinora::pxrBlend
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrBlend;
 
 struct PxrBlend {
   template <int W>
@@ -56,12 +44,6 @@ struct PxrBlend {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrBlend)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrBlend, "Combines two colours like layers of an image editor.", pxrBlend::kParams)
-#endif
+KINORA_PATTERN(PxrBlend, .help = "Combines two colours like layers of an image editor.", .params = kParams)

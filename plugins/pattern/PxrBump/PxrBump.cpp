@@ -3,14 +3,10 @@
 // surface, so that they follow the picture however a manifold turns, mirrors or stretches it. Patterns connected to
 // inputBump have no derivatives here and leave the normal as it is; displacement or PxrNormalMap serve there.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRBUMP_ONCE
-#define PXRBUMP_ONCE
-namespace kinora::pxrBump {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kScale,
   kDisable,
@@ -48,14 +44,6 @@ constexpr Param kParams[] = {
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::output(Type::Normal, "resultN"),
 };
-}  // namespace kinora::pxrBump
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrBump;
 
 struct PxrBump {
   template <int W>
@@ -120,12 +108,6 @@ struct PxrBump {
   static constexpr float kLeastStep = 1e-4f;  // fraction of the image: below it differences are noise
 };
 
-KINORA_PATTERN_TABLES(PxrBump)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrBump, "Shading normals from an image of heights.", pxrBump::kParams)
-#endif
+KINORA_PATTERN(PxrBump, .help = "Shading normals from an image of heights.", .params = kParams)

@@ -1,15 +1,11 @@
 // PxrChecker: unit squares (or cubes) of two colours. The edges are box-filtered over the footprint in closed form,
 // so that the pattern fades to the mean of both colours with distance.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrChecker/PxrChecker.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRCHECKER_ONCE
-#define PXRCHECKER_ONCE
-namespace kinora::pxrChecker {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kColorA, kColorB, kDimensions, kManifold };
 constexpr Param kParams[] = {
     param::color("colorA", 1.f).help("Colour of the square at the origin."),
@@ -24,14 +20,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrChecker
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrChecker;
 
 struct PxrChecker {
   static constexpr uint32_t kComponents = 3;
@@ -72,12 +60,6 @@ struct PxrChecker {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrChecker)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrChecker, "A chequered pattern of two colours.", pxrChecker::kParams)
-#endif
+KINORA_PATTERN(PxrChecker, .help = "A chequered pattern of two colours.", .params = kParams)

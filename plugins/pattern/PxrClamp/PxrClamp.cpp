@@ -1,14 +1,10 @@
 // PxrClamp: each component clamped to min..max, or wrapped into it (modulus).
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrClamp/PxrClamp.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRCLAMP_ONCE
-#define PXRCLAMP_ONCE
-namespace kinora::pxrClamp {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kMin, kMax, kModulus };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
@@ -20,14 +16,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrClamp
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrClamp;
 
 struct PxrClamp {
   static constexpr uint32_t kComponents = 3;
@@ -53,12 +41,6 @@ struct PxrClamp {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrClamp)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrClamp, "Limits a colour.", pxrClamp::kParams)
-#endif
+KINORA_PATTERN(PxrClamp, .help = "Limits a colour.", .params = kParams)

@@ -1,15 +1,11 @@
 // PxrColorCorrect: input range, gamma, contrast about a pivot, gain, hue/saturation/value, exposure, output range and
 // clamp, in this order; then mixed with the input by the mask.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrColorCorrect/PxrColorCorrect.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRCOLORCORRECT_ONCE
-#define PXRCOLORCORRECT_ONCE
-namespace kinora::pxrColorCorrect {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kInputRGB,
   kInputMask,
@@ -52,14 +48,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrColorCorrect
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrColorCorrect;
 
 struct PxrColorCorrect {
   static constexpr uint32_t kComponents = 3;
@@ -126,13 +114,7 @@ struct PxrColorCorrect {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrColorCorrect)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrColorCorrect, "Grades a colour: range, gamma, contrast, gain, hue, exposure.",
-                        pxrColorCorrect::kParams)
-#endif
+KINORA_PATTERN(PxrColorCorrect, .help = "Grades a colour: range, gamma, contrast, gain, hue, exposure.",
+               .params = kParams)

@@ -1,13 +1,9 @@
 // PxrExposure: inputRGB times 2^stops.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrExposure/PxrExposure.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXREXPOSURE_ONCE
-#define PXREXPOSURE_ONCE
-namespace kinora::pxrExposure {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kStops };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
@@ -17,14 +13,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrExposure
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrExposure;
 
 struct PxrExposure {
   static constexpr uint32_t kComponents = 3;
@@ -39,12 +27,6 @@ struct PxrExposure {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrExposure)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrExposure, "Brightens or darkens by stops.", pxrExposure::kParams)
-#endif
+KINORA_PATTERN(PxrExposure, .help = "Brightens or darkens by stops.", .params = kParams)

@@ -1,14 +1,10 @@
 // PxrFacingRatio: the cosine between the normal and the view (or a direction), as it is, through a gamma, or as
 // Fresnel reflectance of a dielectric. 1 where the surface faces, 0 at grazing angles.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrFacingRatio/PxrFacingRatio.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRFACINGRATIO_ONCE
-#define PXRFACINGRATIO_ONCE
-namespace kinora::pxrFacingRatio {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kUse, kDirection, kCoordSys, kFaceForward, kClamp, kInvert, kMode, kGamma, kIor, kBumpNormal };
 constexpr Param kParams[] = {
     param::integer("use", 0).range(0, 1).options("0 view, 1 direction").help("What the surface faces."),
@@ -23,14 +19,6 @@ constexpr Param kParams[] = {
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
     param::output(Type::Float, "resultF"),
 };
-}  // namespace kinora::pxrFacingRatio
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrFacingRatio;
 
 struct PxrFacingRatio {
   static constexpr uint32_t kComponents = 1;
@@ -87,13 +75,6 @@ struct PxrFacingRatio {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrFacingRatio)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrFacingRatio, "How much a surface faces the viewer or a direction.",
-                        pxrFacingRatio::kParams)
-#endif
+KINORA_PATTERN(PxrFacingRatio, .help = "How much a surface faces the viewer or a direction.", .params = kParams)

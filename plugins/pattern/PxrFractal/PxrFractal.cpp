@@ -2,15 +2,11 @@
 // their mean (math/noise.h), so that distant surfaces stay calm. Results lie in 0..1 about 0.5, turbulent ones in
 // 0..1 from 0.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrFractal/PxrFractal.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/noise.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/noise.h>
 
-#ifndef PXRFRACTAL_ONCE
-#define PXRFRACTAL_ONCE
-namespace kinora::pxrFractal {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kSurfacePosition,
   kLayers,
@@ -51,14 +47,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrFractal
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrFractal;
 
 inline Manifold noisePlace(const Context& c) {
   if (const Manifold* m = c.fn->manifold(&c, kManifold)) return *m;
@@ -138,12 +126,6 @@ struct PxrFractal {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrFractal)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrFractal, "Fractal noise over space or texture coordinates.", pxrFractal::kParams)
-#endif
+KINORA_PATTERN(PxrFractal, .help = "Fractal noise over space or texture coordinates.", .params = kParams)

@@ -1,13 +1,9 @@
 // PxrGamma: sign-preserving power 1 / gamma of each component.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrGamma/PxrGamma.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRGAMMA_ONCE
-#define PXRGAMMA_ONCE
-namespace kinora::pxrGamma {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kGamma };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
@@ -17,14 +13,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrGamma
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrGamma;
 
 struct PxrGamma {
   static constexpr uint32_t kComponents = 3;
@@ -41,12 +29,6 @@ struct PxrGamma {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrGamma)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrGamma, "Raises a colour to the power 1 / gamma.", pxrGamma::kParams)
-#endif
+KINORA_PATTERN(PxrGamma, .help = "Raises a colour to the power 1 / gamma.", .params = kParams)

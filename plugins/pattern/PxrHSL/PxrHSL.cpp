@@ -1,14 +1,10 @@
 // PxrHSL: the colour in hue, saturation and lightness; hue is shifted, the others are scaled.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrHSL/PxrHSL.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRHSL_ONCE
-#define PXRHSL_ONCE
-namespace kinora::pxrHSL {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kHue, kSaturation, kLuminance };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
@@ -20,14 +16,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrHSL
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrHSL;
 
 struct PxrHSL {
   static constexpr uint32_t kComponents = 3;
@@ -54,12 +42,6 @@ struct PxrHSL {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrHSL)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrHSL, "Shifts hue, scales saturation and lightness.", pxrHSL::kParams)
-#endif
+KINORA_PATTERN(PxrHSL, .help = "Shifts hue, scales saturation and lightness.", .params = kParams)

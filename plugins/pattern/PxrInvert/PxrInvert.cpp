@@ -1,14 +1,10 @@
 // PxrInvert: 1 - x of chosen channels, in a chosen colour model. Hue turns by half a turn.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrInvert/PxrInvert.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRINVERT_ONCE
-#define PXRINVERT_ONCE
-namespace kinora::pxrInvert {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kColorModel, kInvertChannel0, kInvertChannel1, kInvertChannel2 };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
@@ -21,14 +17,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrInvert
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrInvert;
 
 struct PxrInvert {
   static constexpr uint32_t kComponents = 3;
@@ -55,12 +43,6 @@ struct PxrInvert {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrInvert)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrInvert, "Inverts the channels of a colour.", pxrInvert::kParams)
-#endif
+KINORA_PATTERN(PxrInvert, .help = "Inverts the channels of a colour.", .params = kParams)

@@ -2,15 +2,11 @@
 // lobes that are off at 0. specularGain and its like multiply the face and edge colours, as PxrSurface has no gain
 // there.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrLayer/PxrLayer.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 #include "plugins/pattern/layers/members.h"
 
-#ifndef PXRLAYER_ONCE
-#define PXRLAYER_ONCE
-namespace kinora::pxrLayer {
+KINORA_KERNELS_BEGIN
+
 using namespace layers;
 #define KINORA_LAYER_PREFIX ""
 constexpr Param kParams[] = {
@@ -37,14 +33,6 @@ enum : uint32_t {
   kClearcoatGain,
   kOlder  // rrRefractionGain and those after it: as refractionGain and those after it
 };
-}  // namespace kinora::pxrLayer
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrLayer;
 
 inline bool isZero(const Value& v) { return v.uniform() && v.data[0][0] == 0.f; }
 
@@ -103,12 +91,6 @@ struct PxrLayer {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrLayer)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrLayer, "A layer of material for PxrLayerMixer and PxrLayerSurface.", pxrLayer::kParams)
-#endif
+KINORA_PATTERN(PxrLayer, .help = "A layer of material for PxrLayerMixer and PxrLayerSurface.", .params = kParams)

@@ -2,15 +2,11 @@
 // reference does: a mask of 0.5 gives a material of mean parameters. A lobe that a layer lacks stays as it is below;
 // one that nothing below has comes in with the layer's own shape and a weight that the mask scales.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrLayerMixer/PxrLayerMixer.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 #include "plugins/pattern/layers/members.h"
 
-#ifndef PXRLAYERMIXER_ONCE
-#define PXRLAYERMIXER_ONCE
-namespace kinora::pxrLayerMixer {
+KINORA_KERNELS_BEGIN
+
 using namespace layers;
 #define KINORA_LAYER_ALL KINORA_LAYER_LOBES(KINORA_LAYER_SWITCH) KINORA_LAYER_MEMBERS(KINORA_LAYER_MEMBER)
 #define KINORA_LAYER_MASK(name, on)                                                  \
@@ -45,14 +41,6 @@ constexpr Param kParams[] = {
     KINORA_LAYER_OUTPUTS};
 constexpr uint32_t kLayerSize = kLobes + kMemberCount, kLayerCount = 4;
 constexpr uint32_t kEnabled = (1 + kLayerCount) * kLayerSize, kMask = kEnabled + 1;  // of layer1; then every second
-}  // namespace kinora::pxrLayerMixer
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrLayerMixer;
 
 inline bool isUniformly(const Value& v, float x) {
   for (uint32_t k = 0; k < v.components; ++k)
@@ -126,13 +114,7 @@ struct PxrLayerMixer {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrLayerMixer)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrLayerMixer, "Lays up to four layers of material over a base, each by its mask.",
-                        pxrLayerMixer::kParams)
-#endif
+KINORA_PATTERN(PxrLayerMixer, .help = "Lays up to four layers of material over a base, each by its mask.",
+               .params = kParams)

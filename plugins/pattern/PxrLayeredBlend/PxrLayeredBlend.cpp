@@ -1,14 +1,10 @@
 // PxrLayeredBlend: layers 0 to 7, one over the other over the background, with the blend modes of math/color.h.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrLayeredBlend/PxrLayeredBlend.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRLAYEREDBLEND_ONCE
-#define PXRLAYEREDBLEND_ONCE
-namespace kinora::pxrLayeredBlend {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kBackgroundRGB, kBackgroundA, kClampOutput, kFirstLayer, kPerLayer = 4, kLayers = 8 };
 constexpr Param kParams[] = {
     param::color("backgroundRGB", 0.f).help("Colour under all layers."),
@@ -52,14 +48,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultB"),
     param::output(Type::Float, "resultA"),
 };
-}  // namespace kinora::pxrLayeredBlend
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrLayeredBlend;
 
 struct PxrLayeredBlend {
   template <int W>
@@ -98,12 +86,6 @@ struct PxrLayeredBlend {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrLayeredBlend)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrLayeredBlend, "Combines up to eight colours over a background.", pxrLayeredBlend::kParams)
-#endif
+KINORA_PATTERN(PxrLayeredBlend, .help = "Combines up to eight colours over a background.", .params = kParams)

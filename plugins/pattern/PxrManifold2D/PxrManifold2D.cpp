@@ -1,15 +1,11 @@
 // PxrManifold2D: texture coordinates turned, scaled and shifted about the origin, in this order, then inverted. The
 // footprint grows with the larger of the two scales, so that textures are never sampled too finely.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrManifold2D/PxrManifold2D.cpp"
-#include <kinora/pattern.h>
 #include <cmath>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRMANIFOLD2D_ONCE
-#define PXRMANIFOLD2D_ONCE
-namespace kinora::pxrManifold2D {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kInvertS, kInvertT, kPrimvarS, kPrimvarT };
 constexpr Param kParams[] = {
     param::number("angle", 0.f).range(-180, 180).help("Rotation about the origin, degrees."),
@@ -26,14 +22,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultS"),
     param::output(Type::Float, "resultT"),
 };
-}  // namespace kinora::pxrManifold2D
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrManifold2D;
 
 // Where s or t comes from: a component of a primitive variable, or (null) of the surface's own.
 struct Source {
@@ -130,13 +118,7 @@ struct PxrManifold2D {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrManifold2D)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrManifold2D, "Places 2D textures: rotates, scales, shifts and inverts texture coordinates.",
-                        pxrManifold2D::kParams)
-#endif
+KINORA_PATTERN(PxrManifold2D, .help = "Places 2D textures: rotates, scales, shifts and inverts texture coordinates.",
+               .params = kParams)

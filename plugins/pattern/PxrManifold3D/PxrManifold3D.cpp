@@ -1,13 +1,9 @@
 // PxrManifold3D: the position of a point in a chosen space, or a reference position carried by the geometry, scaled.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrManifold3D/PxrManifold3D.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRMANIFOLD3D_ONCE
-#define PXRMANIFOLD3D_ONCE
-namespace kinora::pxrManifold3D {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kScale, kUse, kPref, kCoordsys };
 constexpr Param kParams[] = {
     param::number("scale", 1.f).range(-8, 8).help("Factor of the position: features per unit of length."),
@@ -19,14 +15,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultY"),
     param::output(Type::Float, "resultZ"),
 };
-}  // namespace kinora::pxrManifold3D
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrManifold3D;
 
 struct PxrManifold3D {
   template <int W>
@@ -78,12 +66,6 @@ struct PxrManifold3D {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrManifold3D)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrManifold3D, "Positions in space for 3D patterns.", pxrManifold3D::kParams)
-#endif
+KINORA_PATTERN(PxrManifold3D, .help = "Positions in space for 3D patterns.", .params = kParams)

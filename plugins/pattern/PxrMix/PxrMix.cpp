@@ -1,13 +1,9 @@
 // PxrMix: color1 + mix (color2 - color1); mix is not clamped.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrMix/PxrMix.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRMIX_ONCE
-#define PXRMIX_ONCE
-namespace kinora::pxrMix {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kColor1, kColor2, kMix };
 constexpr Param kParams[] = {
     param::color("color1", 0.f).help("Result where mix is 0."),
@@ -18,14 +14,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrMix
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrMix;
 
 struct PxrMix {
   template <int W>
@@ -42,12 +30,6 @@ struct PxrMix {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrMix)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrMix, "Blends two colours.", pxrMix::kParams)
-#endif
+KINORA_PATTERN(PxrMix, .help = "Blends two colours.", .params = kParams)

@@ -2,14 +2,10 @@
 // rows of the picture, green across them, blue is above the surface: the frame is that of the texture coordinates and
 // turns with their manifold. Heights above the surface are kept positive; bumpScale stretches the slopes.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrNormalMap/PxrNormalMap.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRNORMALMAP_ONCE
-#define PXRNORMALMAP_ONCE
-namespace kinora::pxrNormalMap {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kBumpScale,
   kInputRGB,
@@ -61,14 +57,6 @@ constexpr Param kParams[] = {
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
     param::output(Type::Normal, "resultN"),
 };
-}  // namespace kinora::pxrNormalMap
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrNormalMap;
 
 struct PxrNormalMap {
   template <int W>
@@ -143,12 +131,6 @@ struct PxrNormalMap {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrNormalMap)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrNormalMap, "Shading normals from a tangent-space image.", pxrNormalMap::kParams)
-#endif
+KINORA_PATTERN(PxrNormalMap, .help = "Shading normals from a tangent-space image.", .params = kParams)

@@ -1,15 +1,11 @@
 // PxrPrimvar: a primitive variable by name, or a default where the object has none. Every output is filled whatever
 // the declared type: a float stands in all components of a colour, a colour's float is its first component.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrPrimvar/PxrPrimvar.cpp"
-#include <kinora/pattern.h>
 #include <cstring>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRPRIMVAR_ONCE
-#define PXRPRIMVAR_ONCE
-namespace kinora::pxrPrimvar {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kVarname,
   kType,
@@ -41,14 +37,6 @@ constexpr Param kParams[] = {
     param::output(Type::Point, "resultP"),
     param::output(Type::Float, "width"),
 };
-}  // namespace kinora::pxrPrimvar
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrPrimvar;
 
 struct PxrPrimvar {
   template <int W>
@@ -92,12 +80,6 @@ struct PxrPrimvar {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrPrimvar)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrPrimvar, "Reads a primitive variable of the geometry.", pxrPrimvar::kParams)
-#endif
+KINORA_PATTERN(PxrPrimvar, .help = "Reads a primitive variable of the geometry.", .params = kParams)

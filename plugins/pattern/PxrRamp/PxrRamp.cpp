@@ -1,17 +1,13 @@
 // PxrRamp: a spline of colours over texture coordinates or over a number of its own. Two neighbouring knots make a
 // piece; repeated knots at the ends, as exporters write them, are the outer control points of the cubic splines.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrRamp/PxrRamp.cpp"
-#include <kinora/pattern.h>
 #include <cstring>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
+#include <kinora/pattern_author.h>
 #include <kinora/math/color.h>
 #include <kinora/math/noise.h>
-#include <kinora/pattern_author.h>
 
-#ifndef PXRRAMP_ONCE
-#define PXRRAMP_ONCE
-namespace kinora::pxrRamp {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kRampType,
   kTile,
@@ -61,14 +57,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrRamp
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrRamp;
 
 enum class Curve { Constant, Linear, Bspline, CatmullRom };
 
@@ -186,12 +174,6 @@ struct PxrRamp {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrRamp)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrRamp, "Colours along a line, a circle, an angle or a number.", pxrRamp::kParams)
-#endif
+KINORA_PATTERN(PxrRamp, .help = "Colours along a line, a circle, an angle or a number.", .params = kParams)

@@ -1,14 +1,10 @@
 // PxrRemap: input range to 0..1, bias and gain (Perlin and Hoffert, "Hypertexture", 1989: bias is a power curve
 // through (0.5, bias), gain two of them back to back), then to the output range.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrRemap/PxrRemap.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRREMAP_ONCE
-#define PXRREMAP_ONCE
-namespace kinora::pxrRemap {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kInputMin, kInputMax, kClampInput, kBias, kGain, kOutputMin, kOutputMax, kClampOutput };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
@@ -25,14 +21,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrRemap
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrRemap;
 
 struct PxrRemap {
   static constexpr uint32_t kComponents = 3;
@@ -79,12 +67,6 @@ struct PxrRemap {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrRemap)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrRemap, "Maps a range of values to another, with bias and gain.", pxrRemap::kParams)
-#endif
+KINORA_PATTERN(PxrRemap, .help = "Maps a range of values to another, with bias and gain.", .params = kParams)

@@ -2,15 +2,11 @@
 // faces blend, each sample takes one of them with the probability of its weight: the mean over samples is the blend,
 // unbiased where what is looked up is used linearly (colours), and one lookup instead of three.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrRoundCube/PxrRoundCube.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 #include <kinora/random.h>
 
-#ifndef PXRROUNDCUBE_ONCE
-#define PXRROUNDCUBE_ONCE
-namespace kinora::pxrRoundCube {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kNumberOfTextures, kFrequency, kTransitionWidth, kUse, kPref, kNref, kCoordsys };
 constexpr Param kParams[] = {
     param::integer("numberOfTextures", 1)
@@ -31,14 +27,6 @@ constexpr Param kParams[] = {
 };
 // Addresses of random numbers that no path uses.
 constexpr uint32_t kDimension = 0x40000000u;
-}  // namespace kinora::pxrRoundCube
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrRoundCube;
 
 struct PxrRoundCube {
   template <int W>
@@ -119,13 +107,7 @@ struct PxrRoundCube {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrRoundCube)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrRoundCube, "Texture coordinates by projection along three axes, chosen by the normal.",
-                        pxrRoundCube::kParams)
-#endif
+KINORA_PATTERN(PxrRoundCube, .help = "Texture coordinates by projection along three axes, chosen by the normal.",
+               .params = kParams)

@@ -1,14 +1,10 @@
 // PxrTexture: filtered lookups in an image, at the texture coordinates or at a manifold. The mip level follows the
 // footprint. invertT counts only where no manifold is connected, since manifolds invert t themselves.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrTexture/PxrTexture.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRTEXTURE_ONCE
-#define PXRTEXTURE_ONCE
-namespace kinora::pxrTexture {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kFilename,
   kFirstChannel,
@@ -68,14 +64,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultB"),
     param::output(Type::Float, "resultA"),
 };
-}  // namespace kinora::pxrTexture
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrTexture;
 
 struct PxrTexture {
   template <int W>
@@ -152,12 +140,6 @@ struct PxrTexture {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrTexture)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrTexture, "Looks up an image, filtered over the footprint.", pxrTexture::kParams)
-#endif
+KINORA_PATTERN(PxrTexture, .help = "Looks up an image, filtered over the footprint.", .params = kParams)

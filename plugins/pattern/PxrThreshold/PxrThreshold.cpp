@@ -1,14 +1,10 @@
 // PxrThreshold: 0 below, 1 above, with a transition of a given width about the threshold.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrThreshold/PxrThreshold.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRTHRESHOLD_ONCE
-#define PXRTHRESHOLD_ONCE
-namespace kinora::pxrThreshold {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInputRGB, kChannel, kThreshold, kTransitionWidth, kTransitionProfile };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to judge."),
@@ -22,14 +18,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrThreshold
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrThreshold;
 
 struct PxrThreshold {
   static constexpr uint32_t kComponents = 1;
@@ -56,12 +44,6 @@ struct PxrThreshold {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrThreshold)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrThreshold, "Cuts a colour or one of its channels to 0 or 1.", pxrThreshold::kParams)
-#endif
+KINORA_PATTERN(PxrThreshold, .help = "Cuts a colour or one of its channels to 0 or 1.", .params = kParams)

@@ -1,14 +1,10 @@
 // PxrToFloat: a channel of a colour, or the mean or luminance of all.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrToFloat/PxrToFloat.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/color.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/color.h>
 
-#ifndef PXRTOFLOAT_ONCE
-#define PXRTOFLOAT_ONCE
-namespace kinora::pxrToFloat {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInput, kMode };
 constexpr Param kParams[] = {
     param::color("input", 0.f).help("Colour to read."),
@@ -18,14 +14,6 @@ constexpr Param kParams[] = {
         .help("What is read."),
     param::output(Type::Float, "resultF"),
 };
-}  // namespace kinora::pxrToFloat
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrToFloat;
 
 struct PxrToFloat {
   static constexpr uint32_t kComponents = 1;
@@ -53,12 +41,6 @@ struct PxrToFloat {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrToFloat)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrToFloat, "One number of a colour.", pxrToFloat::kParams)
-#endif
+KINORA_PATTERN(PxrToFloat, .help = "One number of a colour.", .params = kParams)

@@ -1,13 +1,9 @@
 // PxrToFloat3: three numbers as a colour; where none of them is given, one number in all channels.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrToFloat3/PxrToFloat3.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRTOFLOAT3_ONCE
-#define PXRTOFLOAT3_ONCE
-namespace kinora::pxrToFloat3 {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kInput, kInputR, kInputG, kInputB };
 constexpr Param kParams[] = {
     param::number("input", 0.f).help("All channels, where inputR, inputG and inputB are 0 and not connected."),
@@ -19,14 +15,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrToFloat3
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrToFloat3;
 
 struct PxrToFloat3 {
   static constexpr uint32_t kComponents = 3;
@@ -45,12 +33,6 @@ struct PxrToFloat3 {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrToFloat3)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrToFloat3, "A colour of three numbers, or of one.", pxrToFloat3::kParams)
-#endif
+KINORA_PATTERN(PxrToFloat3, .help = "A colour of three numbers, or of one.", .params = kParams)

@@ -1,14 +1,10 @@
 // PxrVariable: a built-in variable by name. Unknown names give 0 0 0.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrVariable/PxrVariable.cpp"
-#include <kinora/pattern.h>
 #include <cstring>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/pattern_author.h>
 
-#ifndef PXRVARIABLE_ONCE
-#define PXRVARIABLE_ONCE
-namespace kinora::pxrVariable {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t { kVariable, kName, kType, kCoordsys };
 constexpr Param kParams[] = {
     param::string("variable", "")
@@ -25,14 +21,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultB"),
     param::output(Type::Float, "resultRadius"),
 };
-}  // namespace kinora::pxrVariable
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrVariable;
 
 inline Value fromArrays(const float* const p[3], uint32_t components) {
   Value v;
@@ -105,12 +93,6 @@ struct PxrVariable {
   }
 };
 
-KINORA_PATTERN_TABLES(PxrVariable)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrVariable, "Reads a built-in variable.", pxrVariable::kParams)
-#endif
+KINORA_PATTERN(PxrVariable, .help = "Reads a built-in variable.", .params = kParams)

@@ -3,15 +3,11 @@
 // here in three dimensions with weights that end at distance 1, so that 27 cells suffice exactly). Layers below the
 // footprint fade out.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrVoronoise/PxrVoronoise.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/noise.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/noise.h>
 
-#ifndef PXRVORONOISE_ONCE
-#define PXRVORONOISE_ONCE
-namespace kinora::pxrVoronoise {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kFrequency,
   kOctaves,
@@ -42,14 +38,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrVoronoise
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrVoronoise;
 
 struct PxrVoronoise {
   static constexpr uint32_t kComponents = 1;
@@ -148,12 +136,6 @@ struct PxrVoronoise {
   static constexpr float kMeanAbs = 0.2f;  // of |2n - 1|, about; smoother settings have less
 };
 
-KINORA_POINTWISE_TABLES(PxrVoronoise)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrVoronoise, "Noise between cells and clouds.", pxrVoronoise::kParams)
-#endif
+KINORA_PATTERN(PxrVoronoise, .help = "Noise between cells and clouds.", .params = kParams)

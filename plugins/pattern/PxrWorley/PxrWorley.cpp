@@ -3,15 +3,11 @@
 // nearest two lie in the 27 cells around by the Euclidean metric but for rare misses of the second, which all
 // implementations of the kind share.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrWorley/PxrWorley.cpp"
-#include <kinora/pattern.h>
-#include <iterator>
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/noise.h>
 #include <kinora/pattern_author.h>
+#include <kinora/math/noise.h>
 
-#ifndef PXRWORLEY_ONCE
-#define PXRWORLEY_ONCE
-namespace kinora::pxrWorley {
+KINORA_KERNELS_BEGIN
+
 enum : uint32_t {
   kFrequency,
   kMetric,
@@ -48,14 +44,6 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
-}  // namespace kinora::pxrWorley
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using namespace pxrWorley;
 
 struct PxrWorley {
   static constexpr uint32_t kComponents = 1;
@@ -133,12 +121,6 @@ struct PxrWorley {
   }
 };
 
-KINORA_POINTWISE_TABLES(PxrWorley)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-KINORA_REGISTER_PATTERN(PxrWorley, "Distances to scattered points: cells, cracks, pebbles.", pxrWorley::kParams)
-#endif
+KINORA_PATTERN(PxrWorley, .help = "Distances to scattered points: cells, cracks, pebbles.", .params = kParams)

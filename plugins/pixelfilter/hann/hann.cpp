@@ -3,45 +3,22 @@
 #include <kinora/pixel_filter.h>
 
 #include <cmath>
-#include <memory>
 
 namespace kinora {
 namespace {
 
 struct Hann {
   double halfX, halfY;
+  explicit Hann(const PixelFilterInfo& size) : halfX(0.5 * size.width[0]), halfY(0.5 * size.width[1]) {}
+
+  double value(double x, double y) const {
+    constexpr double kPi = 3.14159265358979323846;
+    if (std::fabs(x) >= halfX || std::fabs(y) >= halfY) return 0;
+    return 0.25 * (1 + std::cos(kPi * x / halfX)) * (1 + std::cos(kPi * y / halfY));
+  }
 };
 
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const auto* size = static_cast<const PixelFilterInfo*>(info->extra);
-    return std::make_unique<Hann>(Hann{0.5 * size->width[0], 0.5 * size->width[1]}).release();
-  });
-}
-
-double value(const void* filter, double x, double y) {
-  constexpr double kPi = 3.14159265358979323846;
-  const auto* k = static_cast<const Hann*>(filter);
-  if (std::fabs(x) >= k->halfX || std::fabs(y) >= k->halfY) return 0;
-  return 0.25 * (1 + std::cos(kPi * x / k->halfX)) * (1 + std::cos(kPi * y / k->halfY));
-}
-
-const PixelFilterFunctions kFunctions{&value};
-const WidthTable kTables[] = {{1, &kFunctions}};
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::PixelFilter,
-                             0,
-                             "hann",
-                             "Raised cosine over the widths.",
-                             nullptr,
-                             0,
-                             kTables,
-                             1,
-                             nullptr,
-                             create,
-                             [](void* d) { delete static_cast<Hann*>(d); }};
-
 }  // namespace
-KINORA_REGISTER(hann, kDescriptor)
 }  // namespace kinora
+
+KINORA_PIXEL_FILTER(hann, Hann, .help = "Raised cosine over the widths.")

@@ -3,23 +3,10 @@
 #define KINORA_KERNEL_FILE "plugins/projection/PxrCamera/PxrCamera.cpp"
 #include <kinora/projection_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/projection_author.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-using Runner = ProjectionRunner<ThinLensProjection>;
-KINORA_WIDTH_TABLES(Runner, ProjectionFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace kinora {
-namespace {
+#if KINORA_PLAIN
+namespace kinora::pxrCamera {
 using namespace param;
 constexpr float kZeros[3] = {0, 0, 0}, kEnhance[3] = {0, 0, 1};
 constexpr Param list(const char* name, const float* values, uint32_t count, const char* text) {
@@ -85,50 +72,36 @@ constexpr std::array kOwn = {
 };
 constexpr auto kParams = joinParams(projectionParams::kLens, kOwn);
 
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues values(*info, kParams.data(), kParams.size());
-    const auto* projection = static_cast<const ProjectionInfo*>(info->extra);
-    auto lens = std::make_unique<ThinLens>();
-    lens->screen = ScreenMap::of(projection);
-    setLens(*lens, values, *projection);
-    lens->screen.left += float(values.number("shiftX"));
-    lens->screen.top += float(values.number("shiftY"));
-    const double roll = values.number("roll") * 3.14159265358979323846 / 180;
-    lens->screen.cosRoll = float(std::cos(roll));
-    lens->screen.sinRoll = float(std::sin(roll));
-    double focus[9];
-    bool areOne = true;
-    for (int i = 0; i < 9; ++i) {
-      focus[i] = values.number("focus" + std::to_string(1 + i / 3), i % 3);
-      areOne = areOne && focus[i] == focus[i % 3];
-    }
-    if (!areOne && lens->lensRadius > 0 && !setPlaneOfFocus(*lens, focus, *projection))
-      values.warn("PROJECTION-FOCUS", "focus1, focus2 and focus3 span no plane of focus that misses the lens",
-                  "focalDistance is used");
-    values.warnNoEffect();
-    return lens.release();
-  });
+std::unique_ptr<ThinLens> makeCamera(const CreateInfo& info) {
+  const NamedValues values(info, kParams.data(), kParams.size());
+  const auto* projection = static_cast<const ProjectionInfo*>(info.extra);
+  auto lens = std::make_unique<ThinLens>();
+  lens->screen = ScreenMap::of(projection);
+  setLens(*lens, values, *projection);
+  lens->screen.left += float(values.number("shiftX"));
+  lens->screen.top += float(values.number("shiftY"));
+  const double roll = values.number("roll") * 3.14159265358979323846 / 180;
+  lens->screen.cosRoll = float(std::cos(roll));
+  lens->screen.sinRoll = float(std::sin(roll));
+  double focus[9];
+  bool areOne = true;
+  for (int i = 0; i < 9; ++i) {
+    focus[i] = values.number("focus" + std::to_string(1 + i / 3), i % 3);
+    areOne = areOne && focus[i] == focus[i % 3];
+  }
+  if (!areOne && lens->lensRadius > 0 && !setPlaneOfFocus(*lens, focus, *projection))
+    values.warn("PROJECTION-FOCUS", "focus1, focus2 and focus3 span no plane of focus that misses the lens",
+                "focalDistance is used");
+  values.warnNoEffect();
+  return lens;
 }
-constexpr ProjectionTraits kTraits{
-    [](const void* data, double out[16]) { perspectiveMatrix(*static_cast<const ThinLens*>(data), out); }};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{
-    kAbiVersion,
-    sizeof(Descriptor),
-    Kind::Projection,
-    0,
-    "PxrCamera",
-    "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera "
-    "request's: apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect.",
-    kParams.data(),
-    uint32_t(kParams.size()),
-    kTables,
-    4,
-    &kTraits,
-    create,
-    [](void* d) { delete static_cast<ThinLens*>(d); }};
-}  // namespace
-KINORA_REGISTER(PxrCamera, kDescriptor)
-}  // namespace kinora
+void ndcMatrix(const void* data, double out[16]) { perspectiveMatrix(*static_cast<const ThinLens*>(data), out); }
+}  // namespace kinora::pxrCamera
 #endif
+
+KINORA_PLUGIN(PxrCamera, ProjectionRunner<ThinLensProjection>, ProjectionPlugin,
+              .help =
+                  "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera request's: "
+                  "apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect.",
+              .params = pxrCamera::kParams, .setUp = setUpBy<pxrCamera::makeCamera>,
+              .ndcMatrix = pxrCamera::ndcMatrix)

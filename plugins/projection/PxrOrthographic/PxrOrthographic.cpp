@@ -8,24 +8,33 @@
 #define KINORA_KERNEL_FILE "plugins/projection/PxrOrthographic/PxrOrthographic.cpp"
 #include <kinora/projection_setup.h>
 #include <memory>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/projection_author.h>
 
-#ifndef PXRORTHOGRAPHIC_ONCE
-#define PXRORTHOGRAPHIC_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrOrthographic {
 struct Data {
   ScreenMap screen;
   float nearClip = 0, farClip = 0;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const auto* projection = static_cast<const ProjectionInfo*>(info.extra);
+  auto data = std::make_unique<Data>();
+  data->screen = ScreenMap::of(projection);
+  data->nearClip = projection->clipping[0];
+  data->farClip = projection->clipping[1];
+  return data;
+}
+void ndcMatrix(const void* data, double out[16]) {
+  screenToNdc(static_cast<const Data*>(data)->screen, 1, false, out);
+}
 }  // namespace kinora::pxrOrthographic
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-struct Orthographic {
+KINORA_KERNELS_BEGIN
+using namespace pxrOrthographic;
+
+struct PxrOrthographic {
   using Data = pxrOrthographic::Data;
   template <int W>
   static KN_INLINE void rays(const Data& k, const CameraSample<W>& in, CameraRay<W>& out) {
@@ -48,45 +57,7 @@ struct Orthographic {
     out.pdf = out.importance;
   }
 };
-using Runner = ProjectionRunner<Orthographic>;
-KINORA_WIDTH_TABLES(Runner, ProjectionFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrOrthographic::Data;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const auto* projection = static_cast<const ProjectionInfo*>(info->extra);
-    auto data = std::make_unique<Data>();
-    data->screen = ScreenMap::of(projection);
-    data->nearClip = projection->clipping[0];
-    data->farClip = projection->clipping[1];
-    return data.release();
-  });
-}
-constexpr ProjectionTraits kTraits{
-    [](const void* data, double out[16]) { screenToNdc(static_cast<const Data*>(data)->screen, 1, false, out); }};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::Projection,
-                             0,
-                             "PxrOrthographic",
-                             "Parallel rays along the view axis.",
-                             nullptr,
-                             0,
-                             kTables,
-                             4,
-                             &kTraits,
-                             create,
-                             [](void* d) { delete static_cast<Data*>(d); }};
-}  // namespace
-KINORA_REGISTER(PxrOrthographic, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_PROJECTION(PxrOrthographic, .help = "Parallel rays along the view axis.", .setUp = setUpBy<make>,
+                  .ndcMatrix = ndcMatrix)

@@ -5,15 +5,12 @@
 #include <kinora/named_values.h>
 
 #include <cmath>
-#include <iterator>
 #include <memory>
 #include <string>
-#include <kinora/simd/foreach_target.h>
 #include <kinora/channel_filter_author.h>
 #include <kinora/math/elementary.h>
 
-#ifndef PXRGRADESAMPLEFILTER_ONCE
-#define PXRGRADESAMPLEFILTER_ONCE
+#if KINORA_PLAIN
 namespace kinora::pxrGradeSampleFilter {
 constexpr Param kParams[] = {
     param::string("aov", "Ci").help("Channel that is graded."),
@@ -35,14 +32,35 @@ struct Data {
   float black[3], scale[3], add[3], power[3], mask[3];
   bool clampBlack, clampWhite;
 };
+
+std::unique_ptr<Data> make(const CreateInfo& info) {
+  const NamedValues v(info, kParams, std::size(kParams));
+  auto data = std::make_unique<Data>();
+  data->aov = v.string("aov");
+  for (int c = 0; c < 3; ++c) {
+    const double black = v.number("blackPoint", c), range = v.number("whitePoint", c) - black;
+    if (std::fabs(range) < 1e-6) throw "blackPoint and whitePoint are the same";
+    const double gamma = v.number("gamma", c);
+    data->black[c] = float(black);
+    data->scale[c] = float(v.number("multiply", c) * v.number("gain", c) / range);
+    data->add[c] = float(v.number("lift", c) + v.number("offset", c));
+    data->power[c] = gamma > 1e-3 ? float(1 / gamma) : 1.f;
+    data->mask[c] = float(v.number("mask", c));
+  }
+  data->clampBlack = v.integer("clampBlack") != 0;
+  data->clampWhite = v.integer("clampWhite") != 0;
+  return data;
+}
+const char* channel(const void* data, uint32_t i) {
+  return i == 0 ? static_cast<const Data*>(data)->aov.c_str() : nullptr;
+}
 }  // namespace kinora::pxrGradeSampleFilter
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-struct Grade {
+KINORA_KERNELS_BEGIN
+using namespace pxrGradeSampleFilter;
+
+struct PxrGradeSampleFilter {
   using Data = pxrGradeSampleFilter::Data;
   template <int W>
   static KN_INLINE Float<W> one(const Data& k, int c, Float<W> x) {
@@ -60,57 +78,7 @@ struct Grade {
     s.set(0, Rgb<W>(one(k, 0, c.x), one(k, 1, c.y), one(k, 2, c.z)));
   }
 };
-using Runner = ChannelFilterRunner<Grade, SampleFilterFunctions>;
-KINORA_WIDTH_TABLES(Runner, SampleFilterFunctions)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
-#if HWY_ONCE
-namespace kinora {
-namespace {
-using pxrGradeSampleFilter::Data;
-using pxrGradeSampleFilter::kParams;
-
-void* create(const CreateInfo* info, ErrorText* error) {
-  return guardedCreate(error, [&]() -> void* {
-    const NamedValues v(*info, kParams, std::size(kParams));
-    auto data = std::make_unique<Data>();
-    data->aov = v.string("aov");
-    for (int c = 0; c < 3; ++c) {
-      const double black = v.number("blackPoint", c), range = v.number("whitePoint", c) - black;
-      if (std::fabs(range) < 1e-6) throw "blackPoint and whitePoint are the same";
-      const double gamma = v.number("gamma", c);
-      data->black[c] = float(black);
-      data->scale[c] = float(v.number("multiply", c) * v.number("gain", c) / range);
-      data->add[c] = float(v.number("lift", c) + v.number("offset", c));
-      data->power[c] = gamma > 1e-3 ? float(1 / gamma) : 1.f;
-      data->mask[c] = float(v.number("mask", c));
-    }
-    data->clampBlack = v.integer("clampBlack") != 0;
-    data->clampWhite = v.integer("clampWhite") != 0;
-    return data.release();
-  });
-}
-constexpr ChannelFilterTraits kTraits{[](const void* data, uint32_t i) -> const char* {
-  return i == 0 ? static_cast<const Data*>(data)->aov.c_str() : nullptr;
-}};
-const WidthTable kTables[] = KINORA_ALL_WIDTHS;
-const Descriptor kDescriptor{kAbiVersion,
-                             sizeof(Descriptor),
-                             Kind::SampleFilter,
-                             0,
-                             "PxrGradeSampleFilter",
-                             "Grades a colour channel of each camera sample.",
-                             kParams,
-                             uint32_t(std::size(kParams)),
-                             kTables,
-                             4,
-                             &kTraits,
-                             create,
-                             [](void* d) { delete static_cast<Data*>(d); }};
-}  // namespace
-KINORA_REGISTER(PxrGradeSampleFilter, kDescriptor)
-}  // namespace kinora
-#endif
+KINORA_SAMPLE_FILTER(PxrGradeSampleFilter, .help = "Grades a colour channel of each camera sample.",
+                     .params = kParams, .setUp = setUpBy<make>, .channel = channel)
