@@ -3,8 +3,7 @@
 //   struct MyDriver {
 //     MyDriver(const CreateInfo&, const DisplayInfo&);
 //     void write(const DisplayPixels&);
-//     void close();                       // what the disk refuses shows here at the latest; not called after a
-//     failure
+//     void close();                       // not called after a failure; what the disk refuses shows here at the latest
 //   };
 //   KINORA_DISPLAY(mine, MyDriver, .help = "...", .params = kParams)       // ends the file, outside of namespaces
 #pragma once

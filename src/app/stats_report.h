@@ -1,6 +1,5 @@
 // Where time and memory of a frame went, as JSON for scripts, as text and as a page (stats_html.h) for people. Called
-// by the render command for
-// --stats and -v. The figures are render/'s; nothing is measured here.
+// by the render command for --stats and -v. The figures are render/'s; nothing is measured here.
 #pragma once
 #include <string>
 #include <vector>
