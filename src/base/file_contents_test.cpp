@@ -65,7 +65,7 @@ TEST_F(Files, LargeOnes) {
 TEST_F(Files, AWorldHasItsOwn) {
   const std::string a = put("a", "1"), b = put("b", "2");
   FileContents contents;
-  contents.use("texture", "a", {a});
+  contents.use("texture", "a", std::vector{a});
   contents.use("texture", "gone", std::vector<std::string>());
   contents.use("shader", "s", digestOf("code"));
   const auto first = contents.used();
@@ -92,7 +92,7 @@ TEST_F(Files, AWorldHasItsOwn) {
   EXPECT_NE(contents.contentOf("volume", "late"), std::nullopt);
   EXPECT_EQ(contents.contentOf("volume", "never"), std::nullopt);
   const auto atlas = second[1].content;
-  contents.use("texture", "b", {b});
+  contents.use("texture", "b", std::vector{b});
   EXPECT_NE(contents.contentOf("texture", "b"), atlas);
 }
 
@@ -103,10 +103,10 @@ TEST_F(Files, OfWhatIsKept) {
   FileContents::Names names;
   {
     const FileContents::Listening listening(contents, names);
-    contents.use("texture", "a", {a});
-    contents.use("texture", "none", {});
+    contents.use("texture", "a", std::vector{a});
+    contents.use("texture", "none", std::vector<std::string>());
   }
-  contents.use("texture", "b", {b});
+  contents.use("texture", "b", std::vector{b});
   EXPECT_EQ(names, (FileContents::Names{{"texture", "a"}, {"texture", "none"}}));
   contents.begin();
   EXPECT_TRUE(contents.names().empty());
