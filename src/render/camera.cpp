@@ -182,7 +182,7 @@ std::optional<CameraState> makeCamera(const scene::Scene& scene, const Settings&
   if (!scene.cameras.empty()) camera = scene.cameras.front();
   CameraState c;
   if (!setRaster(scene, settings, diagnostics, c)) return {};
-  tellOfCameraParameters(camera, diagnostics);
+  warnOfCameraParameters(camera, diagnostics);
   c.times = shutterTimes(camera, scene.hider, diagnostics);
   c.cuts = cutPlanes(camera);
   setPlace(camera, diagnostics, c);

@@ -6,7 +6,7 @@
 
 namespace kinora::render {
 
-void tellOfCameraParameters(const scene::Camera& camera, Diagnostics& diagnostics) {
+void warnOfCameraParameters(const scene::Camera& camera, Diagnostics& diagnostics) {
   static const std::vector<std::string> kKnown = {
       "shutterOpenTime",   "shutterCloseTime", "shutteropening", "apertureNSides", "apertureAngle",
       "apertureRoundness", "apertureDensity",  "dofaspect",      "nearClip",       "farClip"};

@@ -8,7 +8,7 @@
 
 namespace kinora::render {
 
-void tellOfCameraParameters(const scene::Camera& camera, Diagnostics& diagnostics);
+void warnOfCameraParameters(const scene::Camera& camera, Diagnostics& diagnostics);
 
 // The camera's own parameters, else those of the Hider, which had them before.
 void setAperture(const scene::Camera& camera, const scene::NodePtr& hider, ProjectionInfo& info);

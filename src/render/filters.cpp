@@ -253,7 +253,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
   return list;
 }
 
-void tellOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
+void warnOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
                          Diagnostics& diagnostics) {
   const scene::Node* displacement = nullptr;
   std::string first;

@@ -66,7 +66,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
 
 // One message for all displacements: this version keeps them and does not render them. (Volumes are told of where
 // primitives are tessellated.)
-void tellOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
+void warnOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
                          Diagnostics& diagnostics);
 
 }  // namespace kinora::render

@@ -26,7 +26,7 @@ void addHalves(FramePlan& f) {
 }
 
 // Expressions that cannot be had as they are written.
-void tellOfPaths(const FramePlan& f, const scene::Scene& scene, Diagnostics& diagnostics) {
+void warnOfPaths(const FramePlan& f, const scene::Scene& scene, Diagnostics& diagnostics) {
   for (const uint16_t i : f.paths->unmatched()) {
     const std::string what = "the light path expression \"" + f.record.sources[i] + "\" ";
     if (f.paths->isTooLarge())
@@ -98,7 +98,7 @@ std::unique_ptr<FramePlan> planFrame(const scene::Scene& scene, const Settings& 
   else
     f.paths = std::make_shared<film::LightPaths>(f.record.sources, needsSplit, film::LobeNumbers(scene.options));
   addUserLobes(*f.paths, f.record);
-  tellOfPaths(f, scene, diagnostics);
+  warnOfPaths(f, scene, diagnostics);
   makeRatios(scene, diagnostics, f);
   return made;
 }

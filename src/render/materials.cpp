@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "shade/bxdf_stand_ins.h"
+#include "shade/legacy_bxdfs.h"
 
 namespace kinora::render {
 

@@ -207,7 +207,7 @@ struct Renderer::Impl {
   }
 
   // Sources that are no built-in ones are primvars, and some object should have them.
-  void tellOfPrimvars() {
+  void warnOfPrimvars() {
     for (const RecordPlan::Primvar& p : plan->record.primvars)
       if (!builder.world().primvarWidths.contains(p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
@@ -288,7 +288,7 @@ struct Renderer::Impl {
     checkScene(scene, diagnostics);
     sceneHeld.set(scene.bytes());
     if (!prepare() || !makeFilm() || !builder.buildWorld(scene, plan->paths, stats)) return false;
-    tellOfPrimvars();
+    warnOfPrimvars();
     identity.start(scene, builder.contents(), registry, isEdited);
     isEdited = true;
     // textures live with what is left: a smaller cache costs time only
@@ -314,7 +314,7 @@ struct Renderer::Impl {
   }
 
   // A picture without any light is seldom what was meant, and the messages before it do not always say why.
-  void tellOfBlackness() {
+  void warnOfBlackness() {
     const film::Film& f = *film;
     const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
     if (colour < 0) return;
@@ -490,7 +490,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
-      if (complete) tellOfBlackness();
+      if (complete) warnOfBlackness();
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;

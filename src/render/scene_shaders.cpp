@@ -1,7 +1,7 @@
 // What a world's making must know of the shaders in a scene before light paths are planned.
 #include <set>
 
-#include "render/stand_ins.h"
+#include "render/legacy_lights.h"
 #include "render/world_build.h"
 
 namespace kinora::render {

@@ -28,11 +28,11 @@ void describeGeometries(const FlatScene& flat, const Meshes& meshes, bool softTe
     info.st = coordinates("st", 2);
     info.s = coordinates("s", 1);
     info.t = coordinates("t", 1);
-    const bool lifts = softTerminator && info.N && info.N->rate != geometry::Primvar::Rate::PerFace &&
+    const bool moves = softTerminator && info.N && info.N->rate != geometry::Primvar::Rate::PerFace &&
                        info.N->rate != geometry::Primvar::Rate::Constant &&
                        std::holds_alternative<scene::PolygonMesh>(p.shape);
-    w.liftsShadows |= lifts;
-    info.flags = (lifts ? shade::kLiftsShadows : 0u) | (info.N ? shade::kHasNormals : 0u) |
+    w.movesShadowOrigins |= moves;
+    info.flags = (moves ? shade::kMovesShadowOrigins : 0u) | (info.N ? shade::kHasNormals : 0u) |
                  (mesh.doubleSided ? 0u : shade::kOneSided) | (mesh.quads ? shade::kHasQuads : 0u);
     info.name = p.name();
     for (const geometry::Primvar& v : mesh.primvars)

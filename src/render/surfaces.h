@@ -8,7 +8,7 @@
 
 namespace kinora::render {
 
-// Of the geometries of w.world. softTerminator: shadow rays of smooth polygons are lifted.
+// Of the geometries of w.world. softTerminator: shadow rays of smooth polygons start from the surface that their normals mean.
 void describeGeometries(const FlatScene& flat, const Meshes& meshes, bool softTerminator, shade::ShadingWorld& w);
 // Of w.placements, and of the materials that they have.
 void describePlacements(const FlatScene& flat, shade::ShadingWorld& w);

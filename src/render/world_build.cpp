@@ -9,7 +9,7 @@
 #include "image/colors.h"
 #include "render/camera_attributes.h"
 #include "render/filters.h"
-#include "render/stand_ins.h"
+#include "render/legacy_lights.h"
 #include "render/surfaces.h"
 #include "sampling/sample_table.h"
 #include "shade/shader_scene.h"
@@ -163,7 +163,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   std::set<uint32_t> emitters;
   const std::vector<scene::Light> sources = lightsToRender(scene, registry_, diagnostics_, emitters);
   flattenScene(scene, emitters, rebuilt);
-  tellOfDisplacements(scene, registry_, shaders_, diagnostics_);
+  warnOfDisplacements(scene, registry_, shaders_, diagnostics_);
   if (!meshes_.make(*flat_, camera_, settings_.stop, diagnostics_, rebuilt)) return false;
 
   auto next = std::make_unique<shade::ShadingWorld>();

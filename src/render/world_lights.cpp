@@ -94,7 +94,7 @@ Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Sc
 
 // A LightSource whose block ends before any object is said is off for all of them (RISpec): no mistake, but likely
 // one.
-void tellOfUnusedLights(const std::vector<std::vector<uint32_t>>& sets,
+void warnOfUnusedLights(const std::vector<std::vector<uint32_t>>& sets,
                         const std::vector<const scene::Light*>& sourceOf, const scene::Scene& scene,
                         const std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   if (infos.empty()) return;
@@ -245,7 +245,7 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
       if (l.node) known.merge(namesOf(l));
   std::vector<std::vector<uint32_t>> sets =
       membersOf(links, chosen.names, chosen.sources, known, scene, tools.diagnostics);
-  tellOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
+  warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
   if (std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
     world.indirectSets = uint32_t(links.size());
     world.hasLinks = true;

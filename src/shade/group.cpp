@@ -87,7 +87,7 @@ void GroupState::fillList(RayList& list, uint32_t room) {
   clear(left.media);
   for (int c = 0; c < 3; ++c) {
     clear(left.Ng[c]);
-    clear(left.lift[c]);
+    clear(left.terminatorOffset[c]);
     clear(left.facet[c]);
     clear(left.lightN[c]);
   }
@@ -99,9 +99,9 @@ VertexState GroupState::makeState(uint32_t n) {
   if (!world_.traceSets.empty()) s.traceSet = arena_.make<uint32_t>(n);
   if (world_.hasMedia) s.media = arena_.make<uint32_t>(n);
   for (int c = 0; c < 3; ++c) {
-    if (world_.liftsShadows || s.traceSet) s.Ng[c] = arena_.make<float>(n);
-    if (world_.liftsShadows) s.lift[c] = arena_.make<float>(n);
-    if (world_.liftsShadows) s.facet[c] = arena_.make<float>(n);
+    if (world_.movesShadowOrigins || s.traceSet) s.Ng[c] = arena_.make<float>(n);
+    if (world_.movesShadowOrigins) s.terminatorOffset[c] = arena_.make<float>(n);
+    if (world_.movesShadowOrigins) s.facet[c] = arena_.make<float>(n);
     if (world_.lights && world_.lights->hasChoice()) s.lightN[c] = arena_.make<float>(n);
   }
   return s;
@@ -151,14 +151,14 @@ void GroupState::leave(RayList& list, const Context* c, uint32_t n, const uint32
   if (from.traceSet) take(from.traceSet, to.traceSet);
   for (int k = 0; k < 3; ++k) {
     if (from.Ng[k]) take(from.Ng[k], to.Ng[k]);
-    if (from.lift[k]) take(from.lift[k], to.lift[k]);
+    if (from.terminatorOffset[k]) take(from.terminatorOffset[k], to.terminatorOffset[k]);
     if (from.facet[k]) take(from.facet[k], to.facet[k]);
     if (from.lightN[k]) take(from.lightN[k], to.lightN[k]);
   }
   if (!from.media) return;
   uint32_t* stacks = arena_.make<uint32_t>(padded(n));
   for (uint32_t i = 0; i < n; ++i) stacks[i] = from.media[points[i]];
-  if (through) crossSurface(c, n, points, through, stacks);
+  if (through) updateMedia(c, n, points, through, stacks);
   for (uint32_t i = 0; i < n; ++i) to.media[entryOf(i)] = stacks[i];
 }
 
@@ -265,7 +265,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
             points[i] = i;
             stacks[i] = host.left.media[x->path[i]];
           }
-          crossSurface(x, x->count, points, nullptr, stacks);
+          updateMedia(x, x->count, points, nullptr, stacks);
           for (uint32_t i = 0; i < x->count; ++i) host.left.media[x->path[i]] = stacks[i];
         }
       }

@@ -32,7 +32,7 @@ struct GeometryInfo {
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
   std::string name;
 };
-enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kLiftsShadows = 4, kHasQuads = 8 };
+enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
 // By placement (Instance::user): what follows from attributes.
 struct PlacementInfo {
   uint32_t material = 0;
@@ -84,7 +84,7 @@ struct ShadingWorld {
   bool hasLinks = false;            // some objects are lit by some lights only
   uint32_t indirectSets = 0;        // so many further on is the link set of what a diffuse bounce found; 0: the same
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
-  bool hasHoles = false, liftsShadows = false;
+  bool hasHoles = false, movesShadowOrigins = false;
   uint32_t width = 8;
   void fillTables();  // once all else is set
   uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
@@ -94,11 +94,12 @@ struct ShadingWorld {
 // that its rays have left. Arrays that the world has no use for are null, but for link sets of lists.
 struct VertexState {
   uint32_t* linkSet = nullptr;
-  uint32_t* traceSet = nullptr;                    // with traceSets
-  uint32_t* media = nullptr;                       // stacks in the group's MediaPool; with media
-  float* Ng[3] = {nullptr, nullptr, nullptr};      // geometric normal; with traceSets and lifts
-  float* lift[3] = {nullptr, nullptr, nullptr};    // from it to where its shadow rays start; with lifts
-  float* facet[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where lift is
+  uint32_t* traceSet = nullptr;                // with traceSets
+  uint32_t* media = nullptr;                   // stacks in the group's MediaPool; with media
+  float* Ng[3] = {nullptr, nullptr, nullptr};  // geometric normal; with traceSets and movesShadowOrigins
+  float* terminatorOffset[3] = {nullptr, nullptr,
+                                nullptr};          // to where its shadow rays start; with movesShadowOrigins
+  float* facet[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where the offset is
   float* lightN[3] = {nullptr, nullptr, nullptr};  // by which its lights are chosen, see light::LightSet::Points;
                                                    // where there is a choice
 };
@@ -204,11 +205,11 @@ class GroupState {
                       bool clear = false);
   void endAtHoles(const RayList& list, uint32_t n, const uint32_t* entries);
   void dropLightsBehindHoles(LightHits* l);
-  // shadow_terminator.cpp; worlds with liftsShadows only.
-  void findLifts(const Context* c, float* const Ng[3]);
+  // shadow_terminator.cpp; worlds with movesShadowOrigins only.
+  void findTerminatorOffsets(const Context* c, float* const Ng[3]);
   // The normal by which lights are chosen for a context's points; program null: points in space.
   void findLightNormals(const Context* c, const Program* program);
-  void liftShadows(ShadowRays* rays);
+  void moveShadowOrigins(ShadowRays* rays);
   // Whether anything of `mask` (opaque shadows, and clear ones) is in the way of shadow rays.
   void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);
   void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked);
@@ -218,7 +219,7 @@ class GroupState {
   bool insideHigherPriority(const RayList& list, uint32_t entry) const;
   void absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
   void findOuterIor(const Context* c, const uint32_t* stacks, float* ior) const;
-  void crossSurface(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through, uint32_t* stacks);
+  void updateMedia(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through, uint32_t* stacks);
   bool averted(const RayList& list, uint32_t entry) const;
   void passThrough(const RayList& list, uint32_t n, const uint32_t* entries, float* passed);
   void closest(RayList& list, uint32_t n, const uint32_t* entries);

@@ -179,11 +179,11 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) biasOfStrands(c, a.bias);
   if (bind) {
-    if (state.lift[0]) {
+    if (state.terminatorOffset[0]) {
       if (program.encloses)
-        for (float* x : state.lift) std::memset(x, 0, m * sizeof(float));
+        for (float* x : state.terminatorOffset) std::memset(x, 0, m * sizeof(float));
       else
-        findLifts(c, a.Ng);
+        findTerminatorOffsets(c, a.Ng);
     }
     findLightNormals(c, &program);
     for (int k = 0; state.Ng[0] && k < 3; ++k) state.Ng[k] = a.Ng[k];
@@ -273,7 +273,8 @@ Context* GroupState::pointsInSpace(RayList& list, uint32_t traits, uint32_t dept
     if (h.state.linkSet) h.state.linkSet[i] = 0;  // a medium is lit by all lights
     if (h.state.traceSet) h.state.traceSet[i] = 0;
     if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;
-    for (int k = 0; h.state.lift[0] && k < 3; ++k) h.state.lift[k][i] = h.state.facet[k][i] = 0;
+    for (int k = 0; h.state.terminatorOffset[0] && k < 3; ++k)
+      h.state.terminatorOffset[k][i] = h.state.facet[k][i] = 0;
   }
   c->distance = reach;
   h.origin = origin;

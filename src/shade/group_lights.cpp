@@ -174,7 +174,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
       for (uint32_t p = 0; i < own.runs[r].end; ++i) point[i] = p++;
     own.point = point;
   }
-  if (world_.liftsShadows) liftShadows(&own);
+  if (world_.movesShadowOrigins) moveShadowOrigins(&own);
   counters.shadowRays += n;
   if (listener) listener->shadow(depth, *rays);
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);

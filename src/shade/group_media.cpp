@@ -45,8 +45,8 @@ void GroupState::findOuterIor(const Context* c, const uint32_t* stacks, float* i
 }
 
 // Stacks beyond the surface at the listed points, in place: stacks[i] is that of points[i].
-void GroupState::crossSurface(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through,
-                              uint32_t* stacks) {
+void GroupState::updateMedia(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through,
+                             uint32_t* stacks) {
   const ContextHost& h = ContextHost::of(c);
   if (!h.program || !h.program->encloses || !c->bxdf->interior) return;
   if (through && std::none_of(through, through + n, [](uint32_t x) { return x != 0; })) return;

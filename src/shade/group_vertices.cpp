@@ -10,7 +10,7 @@
 namespace kinora::shade {
 namespace {
 
-// What a VertexRecord holds. Whatever follows from it in the same world (normals, lifts, materials) is found again.
+// What a VertexRecord holds. Whatever follows from it in the same world (normals, terminator offsets, materials) is found again.
 struct Record {
   float P[3], d[3], ng[3];  // place, direction of the ray that found it, normal as in Hits
   float u, v, distance, time, radius, spread;

@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 #include "language/vm/strings.h"
-#include "shade/bxdf_stand_ins.h"
+#include "shade/legacy_bxdfs.h"
 #include "shade/clock.h"
 #include "shade/shader_parameters.h"
 #include "texture/texture_system.h"
@@ -217,7 +217,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   const scene::Node* node = network && network->terminal ? network->terminal.get() : &plain;
   if (!resolve(*node, Kind::Bxdf, terminal)) {
     const std::string who = "no bxdf '" + node->plugin + "' (node '" + node->handle + "')";
-    if (std::optional<scene::Node> near = bxdfStandIn(*node)) {
+    if (std::optional<scene::Node> near = modernBxdfFor(*node)) {
       diagnostics_.warning("PLUGIN-STAND-IN", node->pos, who,
                            near->plugin + " stands in, with its colours and roughness");
       fallback = std::move(*near);

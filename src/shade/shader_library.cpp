@@ -37,7 +37,7 @@ int64_t timeOf(const std::string& path) {  // -1: no such file
 uint64_t hashOf(const std::string& text) { return std::hash<std::string>()(text); }
 
 // A pattern computes values; what scatters light is the bxdf that they feed.
-void tellOfClosures(const language::Shader& shader, Diagnostics& diagnostics) {
+void warnOfClosures(const language::Shader& shader, Diagnostics& diagnostics) {
   const language::Instruction* first = nullptr;
   language::forEachInstruction(shader.main, [&](const language::Instruction& in) {
     if (in.opcode == language::Opcode::MakeClosure && !first) first = &in;
@@ -157,7 +157,7 @@ std::shared_ptr<const ShaderNode> ShaderLibrary::open(const std::string& path, c
     diagnostics_.error("SHADER-COMPILE", pos, "shader '" + path + "' cannot be used: " + file.wrong,
                        "what it feeds is magenta where it is a colour, else has its default",
                        "kinora shader compile says the same without rendering");
-  if (shader) tellOfClosures(*shader, diagnostics_);
+  if (shader) warnOfClosures(*shader, diagnostics_);
   if (contents_) file.program = shader ? programOf(*shader) : digestOf("it cannot be compiled");
   file.node = makeShaderNode(path, std::move(shader));
   return file.node;

@@ -4,10 +4,10 @@
 // "Hacking the shadow terminator", Ray Tracing Gems II, 2021, chapter 4).
 //
 // That surface is a guess, so it counts only where it is a good one and where it is needed:
-// - Corner normals lean little from the facet, and the lift is small against the triangle. Else they were averaged
+// - Corner normals lean little from the facet, and the offset is small against the triangle. Else they were averaged
 // over
 //   hard edges, and the smooth surface is not what the shape is.
-// - The light lies behind the facet or grazes it: nothing convex shadows facets that face the light, and what a lift
+// - The light lies behind the facet or grazes it: nothing convex shadows facets that face the light, and what an offset
 //   passes by no longer casts its shadow.
 // - Nothing lies between the facet and the smooth surface.
 #include <algorithm>
@@ -30,7 +30,7 @@ float fade(float x, float full, float none) { return std::clamp((none - x) / (no
 
 }  // namespace
 
-void GroupState::liftShadows(ShadowRays* rays) {
+void GroupState::moveShadowOrigins(ShadowRays* rays) {
   const uint32_t n = rays->count, m = padded(n);
   const auto f = [&] { return arena_.make<float>(m); };
   // the few near the terminator, from their facets to where they would start
@@ -41,8 +41,8 @@ void GroupState::liftShadows(ShadowRays* rays) {
   forEachRun(*rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
     for (uint32_t i = first; i < run.end; ++i) {
       const uint32_t s = rays->point[i];
-      const float lift[3] = {left.lift[0][s], left.lift[1][s], left.lift[2][s]};
-      const float l2 = dot3(lift, lift);
+      const float offset[3] = {left.terminatorOffset[0][s], left.terminatorOffset[1][s], left.terminatorOffset[2][s]};
+      const float l2 = dot3(offset, offset);
       if (!(l2 > 0)) continue;
       float side = 0, facing = 0;
       for (int k = 0; k < 3; ++k) {
@@ -61,7 +61,7 @@ void GroupState::liftShadows(ShadowRays* rays) {
       const float l = std::sqrt(l2);
       for (int k = 0; k < 3; ++k) {
         o[k][count] = rays->o[k][i];
-        d[k][count] = lift[k] / l;
+        d[k][count] = offset[k] / l;
       }
       length[count] = part * l;
       time[count] = rays->time[i];
@@ -104,14 +104,14 @@ void GroupState::liftShadows(ShadowRays* rays) {
   }
 }
 
-void GroupState::findLifts(const Context* c, float* const Ng[3]) {
+void GroupState::findTerminatorOffsets(const Context* c, float* const Ng[3]) {
   ContextHost& h = ContextHost::of(c);
-  LiftsArgs a{h.surface.meshArgs(), c->entering, {c->N[0], c->N[1], c->N[2]}, {Ng[0], Ng[1], Ng[2]}, {}, {}};
+  TerminatorArgs a{h.surface.meshArgs(), c->entering, {c->N[0], c->N[1], c->N[2]}, {Ng[0], Ng[1], Ng[2]}, {}, {}};
   for (int k = 0; k < 3; ++k) {
     a.facet[k] = h.state.facet[k];
-    a.lift[k] = h.state.lift[k];
+    a.terminatorOffset[k] = h.state.terminatorOffset[k];
   }
-  h.surface.kernels().lifts(a);
+  h.surface.kernels().terminatorOffsets(a);
 }
 
 }  // namespace kinora::shade

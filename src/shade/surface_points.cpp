@@ -500,15 +500,15 @@ struct Surface {
     }
   }
 
-  static void lifts(const LiftsArgs& args);
+  static void terminatorOffsets(const TerminatorArgs& args);
 };
 
 // Cosines of the largest angle between facet and corner normals: trusted in full up to 15 degrees (a sphere of 24
 // facets around, a cylinder of 12), not at all from 30 on (the edges of a box: 45; its corners: 55).
 constexpr float kTrustedLean = 0.9659258f, kFarLean = 0.8660254f;
-// Lifts in heights of the triangle. With normals that lean by 15 degrees it is .19 halfway along the longest side of
+// Offsets in heights of the triangle. With normals that lean by 15 degrees it is .19 halfway along the longest side of
 // half a square; more comes of long thin triangles whose normals lean along them.
-constexpr float kSmallLift = 0.25f, kLargeLift = 0.5f;
+constexpr float kSmallOffset = 0.25f, kLargeOffset = 0.5f;
 
 // 1 up to `full`, 0 from `none` on.
 template <int W>
@@ -517,16 +517,17 @@ KN_INLINE Float<W> fade(Float<W> x, float full, float none) {
 }
 
 template <int W>
-void Surface<W>::lifts(const LiftsArgs& args) {
+void Surface<W>::terminatorOffsets(const TerminatorArgs& args) {
   const SurfaceArgs& a = args.at;
   const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
   for (uint32_t i = 0; i < a.n; i += W) {
     const V zero(0.f);
     alignas(64) uint32_t flags[W];
-    for (int l = 0; l < W; ++l) flags[l] = a.world->geometries[a.at.geometry[i + uint32_t(l)]].flags & kLiftsShadows;
+    for (int l = 0; l < W; ++l)
+      flags[l] = a.world->geometries[a.at.geometry[i + uint32_t(l)]].flags & kMovesShadowOrigins;
     Mask<W> on = Int<W>::load(flags) != Int<W>(0);
     if (on.none()) {
-      zero.store(args.lift, i);
+      zero.store(args.terminatorOffset, i);
       zero.store(args.facet, i);
       continue;
     }
@@ -558,12 +559,12 @@ void Surface<W>::lifts(const LiftsArgs& args) {
       least = min(least, product(normal[k], facet));
     }
     on &= least > F(kFarLean);
-    V lift = zero;
+    V offset = zero;
     for (int k = 0; k < 3; ++k) {
       const F below = b[k] * product(corner[k] - p, normal[k]);
-      lift = lift + zeroUnless(below > F(0.f), normal[k] * below);
+      offset = offset + zeroUnless(below > F(0.f), normal[k] * below);
     }
-    const F l2 = product(lift, lift);
+    const F l2 = product(offset, offset);
     // height over the longest side
     const V e3 = corner[2] - corner[1];
     const F s1 = product(corner[1], corner[1]), s2 = product(corner[2], corner[2]);
@@ -571,7 +572,7 @@ void Surface<W>::lifts(const LiftsArgs& args) {
     const F along = product(corner[1], corner[2]), twiceArea2 = s1 * s2 - along * along;
     on &= (l2 > F(0.f)) & (twiceArea2 > F(0.f));
     const F heights = sqrt(l2 * longest2 / select(on, twiceArea2, F(1.f)));
-    const F part = fade<W>(-least, -kTrustedLean, -kFarLean) * fade<W>(heights, kSmallLift, kLargeLift);
+    const F part = fade<W>(-least, -kTrustedLean, -kFarLean) * fade<W>(heights, kSmallOffset, kLargeOffset);
     on &= part > F(0.f);
     // What lies on which side follows from the smooth surface too: a facet that is turned away from a light which its
     // normals look at is lit. Media need the true side: what encloses one never comes here.
@@ -579,7 +580,7 @@ void Surface<W>::lifts(const LiftsArgs& args) {
     const F inverse = F(1.f) / sqrt(product(ng, ng));  // half a sphere apart at most
     select(on, ng * inverse, facet).store(args.Ng, i);
     zeroUnless(on, facet).store(args.facet, i);
-    zeroUnless(on, lift * part).store(args.lift, i);
+    zeroUnless(on, offset * part).store(args.terminatorOffset, i);
   }
 }
 
@@ -587,7 +588,7 @@ template <int W>
 constexpr SurfaceKernels kSurface{&Surface<W>::positions,  &Surface<W>::facets,      &Surface<W>::normals,
                                   &Surface<W>::edges,      &Surface<W>::slopes,      &Surface<W>::rest,
                                   &Surface<W>::curvatures, &Surface<W>::derivatives, &Surface<W>::footprints,
-                                  &Surface<W>::across,     &Surface<W>::alongEdges,  &Surface<W>::lifts};
+                                  &Surface<W>::across,     &Surface<W>::alongEdges,  &Surface<W>::terminatorOffsets};
 #if HWY_TARGET == HWY_AVX2
 [[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
 [[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }

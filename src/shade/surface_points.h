@@ -68,18 +68,18 @@ struct SurfaceKernels {
   void (*alongEdges)(uint32_t n, const float* const e1[3], const float* const e2[3], const float* const step[3],
                      float* a, float* b);
   // shadow_terminator.h
-  void (*lifts)(const struct LiftsArgs& a);
+  void (*terminatorOffsets)(const struct TerminatorArgs& a);
 };
 const SurfaceKernels& surfaceKernels(uint32_t width);
 
-// For GroupState::findLifts: see shadow_terminator.cpp. By point; Ng is changed.
-struct LiftsArgs {
+// For GroupState::findTerminatorOffsets: see shadow_terminator.cpp. By point; Ng is changed.
+struct TerminatorArgs {
   SurfaceArgs at;
   const uint32_t* entering;
   const float* N[3];
   float* Ng[3];
   float* facet[3];
-  float* lift[3];
+  float* terminatorOffset[3];
 };
 
 // The lazy side of it: what a context's points have been asked already.

@@ -1,4 +1,4 @@
-#include "shade/bxdf_stand_ins.h"
+#include "shade/legacy_bxdfs.h"
 
 #include <initializer_list>
 
@@ -107,7 +107,7 @@ scene::Parameter number(const char* name, scene::ValueType type, float value) {
 
 }  // namespace
 
-std::optional<scene::Node> bxdfStandIn(const scene::Node& node) {
+std::optional<scene::Node> modernBxdfFor(const scene::Node& node) {
   const std::string name = lowerCase(node.plugin);
   for (const StandIn& row : kTable) {
     if (name != row.missing) continue;

@@ -1,4 +1,4 @@
-#include "render/stand_ins.h"
+#include "render/legacy_lights.h"
 
 #include <cmath>
 

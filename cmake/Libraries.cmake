@@ -2,7 +2,7 @@
 # *_main.cpp, main.cpp and those of a folder module/ (kinora_picture_library). Tests beside the
 # code are gathered by kinora_tests(), so that adding a file to a room needs no edit here. SHARED: what it knows (memory
 # charged, colours) is one for the program and the picture library.
-function(kinora_room name)
+function(kinora_library name)
   cmake_parse_arguments(R "SHARED" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp ${PROJECT_SOURCE_DIR}/src/${name}/*/*.cpp)
   list(FILTER sources EXCLUDE REGEX "(_test|_main|/main)\\.cpp$|/module/")
@@ -61,7 +61,7 @@ function(kinora_stock_plugins)
     endif()
   endforeach()
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/generated/stock_plugins.cpp CONTENT
-"// Generated from the folders of plugins/; see cmake/Rooms.cmake.
+"// Generated from the folders of plugins/; see cmake/Libraries.cmake.
 #include \"plugin/registry.h\"
 namespace kinora {
 @declarations@
@@ -85,7 +85,7 @@ endfunction()
 
 # The program. Everything but main.cpp is the library kinora_app, so that tests link it.
 function(kinora_app)
-  kinora_room(app DEPENDS kinora_render kinora_rib kinora_film kinora_language kinora_stock CLI11::CLI11 fmt::fmt
+  kinora_library(app DEPENDS kinora_render kinora_rib kinora_film kinora_language kinora_stock CLI11::CLI11 fmt::fmt
                           nlohmann_json::nlohmann_json)
   # commands run once: their headers and their optimisation would be a tenth of the build's time
   target_compile_options(kinora_app PRIVATE -O1)

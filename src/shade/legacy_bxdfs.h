@@ -9,7 +9,7 @@
 namespace kinora::shade {
 
 // The node to use instead, or nothing where none comes near. The handle and position stay.
-std::optional<scene::Node> bxdfStandIn(const scene::Node& node);
+std::optional<scene::Node> modernBxdfFor(const scene::Node& node);
 
 // A diffuse material that takes its colour from the primitive variable Cs: what geometry without a material shows.
 scene::NetworkPtr colorPrimvarNetwork(const scene::Attributes* attributes);

@@ -1,4 +1,4 @@
-#include "shade/bxdf_stand_ins.h"
+#include "shade/legacy_bxdfs.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ scene::Parameter floats(const char* name, std::vector<float> values) {
   return p;
 }
 
-TEST(BxdfStandIn, KeepsColoursRoughnessAndConnections) {
+TEST(LegacyBxdfs, KeepsColoursRoughnessAndConnections) {
   scene::Node node;
   node.kind = "Bxdf";
   node.plugin = "PxrLMDiffuse";
@@ -26,7 +26,7 @@ TEST(BxdfStandIn, KeepsColoursRoughnessAndConnections) {
   link.isReference = true;
   link.strings = {"mix:resultRGB"};
   node.params.set(link);
-  const std::optional<scene::Node> n = bxdfStandIn(node);
+  const std::optional<scene::Node> n = modernBxdfFor(node);
   ASSERT_TRUE(n);
   EXPECT_EQ(n->plugin, "PxrSurface");
   EXPECT_EQ(n->handle, "clay");
@@ -38,24 +38,24 @@ TEST(BxdfStandIn, KeepsColoursRoughnessAndConnections) {
   EXPECT_EQ(color->strings[0], "mix:resultRGB");
 }
 
-TEST(BxdfStandIn, MetalsByColourAreArtisticOthersPhysical) {
+TEST(LegacyBxdfs, MetalsByColourAreArtisticOthersPhysical) {
   scene::Node node;
   node.plugin = "pxrlmMETAL";
   node.params.set(floats("eta", {0.2f, 0.4f, 1.3f}));
-  EXPECT_EQ(bxdfStandIn(node)->params.getInt("specularFresnelMode", 0), 1);
-  EXPECT_EQ(bxdfStandIn(node)->params.getFloats("specularIor"), (std::vector<float>{0.2f, 0.4f, 1.3f}));
+  EXPECT_EQ(modernBxdfFor(node)->params.getInt("specularFresnelMode", 0), 1);
+  EXPECT_EQ(modernBxdfFor(node)->params.getFloats("specularIor"), (std::vector<float>{0.2f, 0.4f, 1.3f}));
   node.params.set(floats("specularColor", {1, 0.8f, 0.3f}));
-  EXPECT_EQ(bxdfStandIn(node)->params.getInt("specularFresnelMode", 1), 0);
-  EXPECT_EQ(bxdfStandIn(node)->params.getFloats("specularFaceColor"), (std::vector<float>{1, 0.8f, 0.3f}));
+  EXPECT_EQ(modernBxdfFor(node)->params.getInt("specularFresnelMode", 1), 0);
+  EXPECT_EQ(modernBxdfFor(node)->params.getFloats("specularFaceColor"), (std::vector<float>{1, 0.8f, 0.3f}));
 }
 
-TEST(BxdfStandIn, OneEtaBecomesThreeAndStrangersGetNone) {
+TEST(LegacyBxdfs, OneEtaBecomesThreeAndStrangersGetNone) {
   scene::Node node;
   node.plugin = "PxrLMPlastic";
   node.params.set(floats("clearcoatEta", {1.4f}));
-  EXPECT_EQ(bxdfStandIn(node)->params.getFloats("clearcoatIor"), (std::vector<float>{1.4f, 1.4f, 1.4f}));
+  EXPECT_EQ(modernBxdfFor(node)->params.getFloats("clearcoatIor"), (std::vector<float>{1.4f, 1.4f, 1.4f}));
   node.plugin = "NobodyKnows";
-  EXPECT_FALSE(bxdfStandIn(node));
+  EXPECT_FALSE(modernBxdfFor(node));
 }
 
 TEST(ColorPrimvarNetwork, FallsBackOnTheColorOfTheAttributes) {
