@@ -95,13 +95,19 @@ bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thr
   return channels >= 1 && channels <= kMostChannels;
 }
 
-TileTable::~TileTable() {
-  for (Tile& t : tiles_)
+TileTable::~TileTable() { release(); }
+
+void TileTable::release() {
+  for (Tile& t : tiles_) {
     if (t.handle) cache_.release_tile(t.handle);
+    t = Tile();
+  }
+  bytes_ = 0;
 }
 
 const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, int tileY) {
-  Tile& t = tiles_[(uint32_t(tileX) + uint32_t(tileY) * 7u + uint32_t(level) * 29u) % kTiles];
+  const uint32_t pyramid = uint32_t(reinterpret_cast<uintptr_t>(&p) >> 5) * 0x9E3779B1u;
+  Tile& t = tiles_[((pyramid >> 16) + uint32_t(tileX) + uint32_t(tileY) * 7u + uint32_t(level) * 29u) % kTiles];
   if (t.handle && t.pyramid == &p && t.level == level && t.x == tileX && t.y == tileY) return &t;
   const Pyramid::Level& l = p.levels[size_t(level)];
   OIIO::ImageCache::Tile* handle = cache_.get_tile(level == 0 ? p.finest : p.coarse, thread_, 0, level,
@@ -112,13 +118,18 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
     std::atomic_ref(p.isBroken).store(true, std::memory_order_relaxed);
     return nullptr;
   }
-  if (t.handle) cache_.release_tile(t.handle);
+  if (t.handle) {
+    cache_.release_tile(t.handle);
+    bytes_ -= t.bytes;
+  }
+  if (bytes_ > mostBytes_) release();
   OIIO::TypeDesc format;
   t.handle = handle;
   t.pixels = static_cast<const char*>(cache_.tile_pixels(handle, format));
   t.type = format.basetype;
   t.stride = uint32_t(format.size()) * uint32_t(p.channels);
   t.bytes = t.stride * uint32_t(l.tileWidth) * uint32_t(l.tileHeight);
+  bytes_ += t.bytes;
   t.pyramid = &p;
   t.level = level;
   t.x = tileX;

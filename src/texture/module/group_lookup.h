@@ -1,7 +1,7 @@
-// Bilinear and trilinear lookups for a group of points, straight from the tiles of OpenImageIO's cache: each tile is
-// asked for once a group, the four channels are filtered together, the mip level follows from the footprint. Called
+// Bilinear and trilinear lookups for a group of points, straight from the tiles of OpenImageIO's cache: a thread keeps
+// the tiles that it has used last, the four channels are filtered together, the mip level follows from the footprint. Called
 // by TextureSystem for the filters that most lookups use; the rest go through OpenImageIO's own call. A lookup's
-// value is that of one point alone: the group only shares the search for tiles.
+// value is that of one point alone: others only share the search for tiles.
 #pragma once
 #include <OpenImageIO/imagecache.h>
 
@@ -36,10 +36,11 @@ struct LookupKind {
   int firstChannel = 0, channels = 4;  // channels: 1 to 4
 };
 
-// Holds on to the tiles that a group's lookups use; they go back when it ends.
+// Holds on to the tiles that a thread's lookups have used last, `mostBytes` of them and one more at most; the cache
+// keeps what is held here beside its own limit. They go back when it ends.
 class TileTable {
  public:
-  TileTable(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread) : cache_(cache), thread_(thread) {}
+  explicit TileTable(OIIO::ImageCache& cache) : cache_(cache) {}
   ~TileTable();
   TileTable(const TileTable&) = delete;
   TileTable& operator=(const TileTable&) = delete;
@@ -47,6 +48,11 @@ class TileTable {
   // `channels` values at (s, t) (t down) filtered over a texel of width `radius` in texture space; coordinates within
   // +-256 and finite. False when a tile cannot be read: the cache has the reason.
   bool lookUp(const Pyramid& pyramid, const LookupKind& kind, float s, float t, float radius, float* out);
+  // Of the calling thread, before a group's lookups.
+  void enter(OIIO::ImageCache::Perthread* thread, uint64_t mostBytes) {
+    thread_ = thread;
+    mostBytes_ = mostBytes;
+  }
 
  private:
   struct Tile {
@@ -62,9 +68,13 @@ class TileTable {
   template <class Vector>
   bool bilinear(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Vector& out);
 
-  static constexpr uint32_t kTiles = 64;
+  void release();
+
+  static constexpr uint32_t kTiles = 512;
   OIIO::ImageCache& cache_;
-  OIIO::ImageCache::Perthread* thread_;
+  OIIO::ImageCache::Perthread* thread_ = nullptr;
+  uint64_t mostBytes_ = 0;
+  uint64_t bytes_ = 0;  // held
   std::array<Tile, kTiles> tiles_{};
 };
 

@@ -4,6 +4,7 @@
 #include <OpenImageIO/imageio.h>
 #include <OpenImageIO/texture.h>
 #include <tbb/concurrent_vector.h>
+#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <atomic>
@@ -128,6 +129,7 @@ struct OpenTextures final : texture::TextureStore {
   }
   // the private tile cache is only freed when asked for
   ~OpenTextures() override {
+    threads.clear();
     levels.reset();
     Cache::destroy(cache, true);
   }
@@ -135,6 +137,7 @@ struct OpenTextures final : texture::TextureStore {
   // The library ends the program when it holds ten times its limit: room for the largest tile that is let through.
   void setCacheLimit(uint64_t bytes) override {
     cache->attribute("max_memory_MB", float(std::max(double(bytes) / 1048576.0, 16.0)));
+    tileBytes = std::clamp(bytes / 64, uint64_t(1) << 18, uint64_t(1) << 24);
   }
 
   // The cache's entry of one file; null when it cannot be used.
@@ -375,10 +378,18 @@ struct OpenTextures final : texture::TextureStore {
     Cache::Perthread* thread = cache->get_perthread_info();
     OIIO::ImageCache& images = *cache->imagecache();
     OIIO::ImageCache::Perthread* imageThread = images.get_perthread_info();
-    texture::TileTable tiles(images, imageThread);
+    OfThread& own = threads.local();
+    if (!own.tiles) own.tiles = std::make_unique<texture::TileTable>(images);
+    texture::TileTable& tiles = *own.tiles;
+    tiles.enter(imageThread, tileBytes);
+    // points of one file together: what holds for them, and their tiles, are found once
+    own.order.resize(n);
+    for (uint32_t i = 0; i < n; ++i) own.order[i] = uint64_t(uint32_t(handles[varying ? i : 0])) << 32 | i;
+    if (varying) std::sort(own.order.begin(), own.order.end());
     Bound bound;
     uint64_t missing = 0;
-    for (uint32_t i = 0; i < n; ++i) {
+    for (const uint64_t next : own.order) {
+      const uint32_t i = uint32_t(next);
       const int32_t h = handles[varying ? i : 0];
       const Entry* entry = h >= 0 && size_t(h) < entries.size() ? &entries[size_t(h)] : nullptr;
       Source* source = entry ? entry->single : nullptr;
@@ -575,6 +586,12 @@ struct OpenTextures final : texture::TextureStore {
     return r;
   }
 
+  // What a thread keeps from one group to the next.
+  struct OfThread {
+    std::unique_ptr<texture::TileTable> tiles;
+    std::vector<uint64_t> order;
+  };
+
   Diagnostics& diagnostics;
   FileContents* contents;
   Cache* cache;
@@ -588,6 +605,8 @@ struct OpenTextures final : texture::TextureStore {
   std::mutex imageMutex;
   std::map<std::pair<std::string, int>, std::unique_ptr<HeldImage>> images;
   std::atomic<uint64_t> lookups{0}, missingLookups{0}, imageBytes{0};
+  uint64_t tileBytes = 0;  // that a thread's table holds: a share of the cache
+  tbb::enumerable_thread_specific<OfThread> threads;
 };
 
 }  // namespace
