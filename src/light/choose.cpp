@@ -44,7 +44,7 @@ template <int W>
 struct WideNode {
   Vec3<W> center, half, axis;
   Float<W> weight, cosNormals, sinNormals, cosEmission;
-  Mask<W> isTwoSided;
+  Mask<W> isTwoSided, isUniform;
   KN_INLINE WideNode() {}
 };
 
@@ -112,15 +112,25 @@ KN_INLINE Float<W> nearImportance(const Receiver<W>& r, const WideNode<W>& n) {
   return n.weight * emitted * facing * (spread * spread);
 }
 
+// So small from the point that below this node lights are chosen by power: what distance and normal still tell of
+// them is less than what it takes to look.
+constexpr float kFar = 4;
+template <int W>
+KN_INLINE Mask<W> isByPower(const Receiver<W>& r, const WideNode<W>& n) {
+  const Vec3<W> v = n.center - r.P;
+  return n.isUniform & (dot(v, v) > Float<W>(kFar) * dot(n.half, n.half));
+}
+
 template <int W>
 KN_INLINE Float<W> usable(Float<W> x) {
   return zeroUnless((x > Float<W>(0.f)) & isFinite(x), x);
 }
 
 template <int W>
-KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t) {
+KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t, Mask<W>& byPower) {
   using F = Float<W>;
   const Vec3<W> center(F(t.center[0]), F(t.center[1]), F(t.center[2]));
+  byPower = Mask<W>(false);
   if (t.isInfinite) return usable(farImportance<W>(r, center, F(t.concentration), F(t.weight)));
   WideNode<W> n;
   n.center = center;
@@ -131,7 +141,14 @@ KN_INLINE Float<W> topImportance(const Receiver<W>& r, const TopNode& t) {
   n.sinNormals = F(t.sinNormals);
   n.cosEmission = F(t.cosEmission);
   n.isTwoSided = Mask<W>(t.isTwoSided != 0);
+  n.isUniform = Mask<W>(t.isUniform != 0);
+  byPower = isByPower<W>(r, n);
   return usable(nearImportance<W>(r, n));
+}
+
+template <int W>
+KN_INLINE Mask<W> isLeaf(Int<W> child) {
+  return child < Int<W>(0);
 }
 
 // A node of the tree, by lane or the same for all: number(k) is its k-th word.
@@ -161,7 +178,11 @@ struct InnerNode {
     near.sinNormals = root<W>(max(fnma(near.cosNormals, near.cosNormals, F(1.f)), F(0.f)));
     near.cosEmission = toFloat(axis.template sar<24>()) * eighth;
     near.isTwoSided = extent < I(0);
+    near.isUniform = (extentZ & I(light::kNodeUniform)) != I(0);
     isFar = (extent & I(uint32_t(light::kNodeInfinite))) != I(0);
+  }
+  KN_INLINE Mask<W> isByPower(const Receiver<W>& r) const {
+    return HWY_NAMESPACE::isByPower<W>(r, near) & !isFar & !isLeaf<W>(child);
   }
   KN_INLINE Float<W> importance(const Receiver<W>& r) const {
     Float<W> w = nearImportance<W>(r, near);
@@ -209,6 +230,7 @@ struct Links {
 template <int W>
 struct Top {
   Float<W> p[light::kMostTop];
+  Mask<W> byPower[light::kMostTop];
   KN_INLINE Top(const ChooseArgs& a, const Receiver<W>& r, const Links<W>& links) {
     using F = Float<W>;
     const light::LightTree& tree = *a.tree;
@@ -216,7 +238,7 @@ struct Top {
     F total(0.f);
     for (uint32_t k = 0; k < count; ++k) {
       const TopNode& t = tree.top()[k];
-      p[k] = links.keep(Int<W>(t.node), topImportance<W>(r, t));
+      p[k] = links.keep(Int<W>(t.node), topImportance<W>(r, t, byPower[k]));
       total += p[k];
     }
     F scale = F(1.f) / max(total, F(1e-37f));
@@ -239,15 +261,20 @@ KN_INLINE Float<W> shareOfFirst(Float<W> w0, Float<W> w1, Float<W> total) {
   return clamp(p, zeroUnless(w0 > F(0.f), least), F(1.f) - zeroUnless(w1 > F(0.f), least));
 }
 
-template <int W>
-KN_INLINE Mask<W> isLeaf(Int<W> child) {
-  return child < Int<W>(0);
-}
-
 // A point on its way down.
 template <int W>
 struct Walk {
   Float<W> x, spare, spent, p;
+  KN_INLINE Walk(const ChooseArgs& a, const Slots<W>& s)
+      : x(s.get(a.scratch.x)),
+        spare(s.get(a.scratch.spare)),
+        spent(s.get(a.scratch.spent)),
+        p(s.get(a.probability)) {}
+  KN_INLINE void put(Mask<W> in, const ChooseArgs& a, const Slots<W>& s) const {
+    s.put(in, x, a.scratch.x);
+    s.put(in, spent, a.scratch.spent);
+    s.put(in, p, a.probability);
+  }
   // Which of two siblings of these importances it goes to; p 0: to none.
   KN_INLINE Mask<W> step(Float<W> w0, Float<W> w1) {
     using F = Float<W>;
@@ -266,35 +293,50 @@ struct Walk {
   }
 };
 
-// Down from the siblings at `child`, all the points of a list together while they are many: neighbours go the same
-// way, and a node is then read once for all of them. Those that are left with few are added to scratch.few.
+// Points of the list that are below one node.
+struct Part {
+  uint32_t child, from, to;
+};
+
+// Down from the top nodes, whose points begin[k] says, all of a node's points together while they are many:
+// neighbours go the same way, and a node is then read once for all of them. Level by level, so that nodes arrive from
+// memory while others are weighed. Points that are left with few are added to scratch.few, those below a node that is
+// far for them to scratch.far.
 template <int W>
-void walkTogether(const ChooseArgs& a, const TreeNode* nodes, uint32_t child, uint32_t from, uint32_t to,
-                  uint32_t& few) {
+void walkTogether(const ChooseArgs& a, const TreeNode* nodes, const uint32_t* begin, uint32_t& few, uint32_t& far) {
   using F = Float<W>;
   using I = Int<W>;
-  constexpr uint32_t kFew = 3;
+  constexpr uint32_t kFew = 8;
   const light::ChooseScratch& c = a.scratch;
-  struct Part {
-    uint32_t child, from, to;
-  } stack[40];
-  uint32_t depth = 0;
-  stack[depth++] = {child, from, to};
-  while (depth) {
-    const Part part = stack[--depth];
-    if (part.from == part.to) continue;
+  Part* level = reinterpret_cast<Part*>(c.parts);
+  Part* next = level + a.n;
+  uint32_t count = 0, coming = 0;
+  const auto add = [&](Part* parts, uint32_t& n, const Part& part) {
+    const uint32_t size = part.to - part.from;
+    if (!size) return;
     if (part.child & light::kLeaf) {
       for (uint32_t i = part.from; i < part.to; ++i) a.light[c.list[i]] = part.child;
-      continue;
+      return;
     }
-    if (part.to - part.from <= kFew) {
-      for (uint32_t i = part.from; i < part.to; ++i) {
-        a.light[c.list[i]] = part.child;
-        c.few[few++] = c.list[i];
-      }
-      __builtin_prefetch(nodes + part.child);
-      continue;
+    __builtin_prefetch(nodes + part.child);
+    if (size > kFew) {
+      parts[n++] = part;
+      return;
     }
+    for (uint32_t i = part.from; i < part.to; ++i) {
+      a.light[c.list[i]] = part.child;
+      c.few[few++] = c.list[i];
+    }
+  };
+  for (uint32_t k = 0; k < a.tree->topCount(); ++k)
+    add(level, count, {nodes[a.tree->top()[k].node].child, begin[k], begin[k + 1]});
+  for (uint32_t q = 0; q < count || coming; ++q) {
+    if (q == count) {
+      std::swap(level, next);
+      count = coming;
+      coming = q = 0;
+    }
+    const Part part = level[q];
     const InnerNode<W> first = nodeOfAll<W>(nodes, part.child), second = nodeOfAll<W>(nodes, part.child + 1);
     uint32_t m0 = 0, m1 = 0;
     for (uint32_t i = part.from; i < part.to; i += W) {
@@ -304,12 +346,20 @@ void walkTogether(const ChooseArgs& a, const TreeNode* nodes, uint32_t child, ui
       const Links<W> links(a, s);
       const F w0 = links.keep(I(part.child), first.importance(r));
       const F w1 = links.keep(I(part.child + 1), second.importance(r));
-      Walk<W> walk{s.get(c.x), s.get(c.spare), s.get(c.spent), s.get(a.probability)};
+      Walk<W> walk(a, s);
       const Mask<W> takesFirst = walk.step(w0, w1);
-      s.put(in, walk.x, c.x);
-      s.put(in, walk.spent, c.spent);
-      s.put(in, walk.p, a.probability);
-      const Mask<W> on = in & (walk.p > F(0.f));
+      walk.put(in, a, s);
+      Mask<W> on = in & (walk.p > F(0.f));
+      if (links.all) {
+        const Mask<W> byPower = on & ((takesFirst & first.isByPower(r)) | ((!takesFirst) & second.isByPower(r)));
+        if (byPower.any()) {
+          s.put(byPower, select(takesFirst, first.child, second.child), a.light);
+          const Packer<W> away(byPower);
+          away.put(s.s, c.far + far);
+          far += uint32_t(away.count);
+          on = on & !byPower;
+        }
+      }
       const Packer<W> left(on & takesFirst), right(on & (!takesFirst));
       left.put(s.s, c.first + m0);
       m0 += uint32_t(left.count);
@@ -318,15 +368,22 @@ void walkTogether(const ChooseArgs& a, const TreeNode* nodes, uint32_t child, ui
     }
     for (uint32_t i = 0; i < m0; ++i) c.list[part.from + i] = c.first[i];
     for (uint32_t i = 0; i < m1; ++i) c.list[part.from + m0 + i] = c.second[i];
-    stack[depth++] = {nodes[part.child].child, part.from, part.from + m0};
-    stack[depth++] = {nodes[part.child + 1].child, part.from + m0, part.from + m0 + m1};
+    add(next, coming, {nodes[part.child].child, part.from, part.from + m0});
+    add(next, coming, {nodes[part.child + 1].child, part.from + m0, part.from + m0 + m1});
   }
+}
+
+template <int W>
+KN_INLINE void fetch(const TreeNode* nodes, Int<W> child) {
+  alignas(64) uint32_t wanted[W];
+  child.store(wanted);
+  for (int k = 0; k < W; ++k) __builtin_prefetch(nodes + (wanted[k] & light::kLeaf ? 0 : wanted[k]));
 }
 
 // The same for points that are each at a place of their own: step by step for all of them, so that nodes arrive from
 // memory while others are weighed.
 template <int W>
-void walkAlone(const ChooseArgs& a, const TreeNode* nodes, uint32_t few) {
+void walkAlone(const ChooseArgs& a, const TreeNode* nodes, uint32_t few, uint32_t& far) {
   using F = Float<W>;
   using I = Int<W>;
   const light::ChooseScratch& c = a.scratch;
@@ -340,25 +397,72 @@ void walkAlone(const ChooseArgs& a, const TreeNode* nodes, uint32_t few) {
       const Slots<W> s = Slots<W>::loadUpTo(list + i, few - i);
       const Receiver<W> r(a, s);
       const Links<W> links(a, s);
-      Walk<W> walk{s.get(c.x), s.get(c.spare), s.get(c.spent), s.get(a.probability)};
+      Walk<W> walk(a, s);
       const I at = s.get(a.light);
       const InnerNode<W> first = nodeOfLanes<W>(nodes, at), second = nodeOfLanes<W>(nodes, at + I(1));
       const Mask<W> takesFirst =
           walk.step(links.keep(at, first.importance(r)), links.keep(at + I(1), second.importance(r)));
       const I child = select(takesFirst, first.child, second.child);
       s.put(in, child, a.light);
-      s.put(in, walk.x, c.x);
-      s.put(in, walk.spent, c.spent);
-      s.put(in, walk.p, a.probability);
-      const Packer<W> on(in & (!isLeaf<W>(child)) & (walk.p > F(0.f)));
+      walk.put(in, a, s);
+      Mask<W> left = in & (!isLeaf<W>(child)) & (walk.p > F(0.f));
+      if (links.all) {
+        const Mask<W> byPower = left & ((takesFirst & first.isByPower(r)) | ((!takesFirst) & second.isByPower(r)));
+        const Packer<W> away(byPower);
+        away.put(s.s, c.far + far);
+        far += uint32_t(away.count);
+        left = left & !byPower;
+      }
+      const Packer<W> on(left);
       on.put(s.s, next + m);
       m += uint32_t(on.count);
-      alignas(64) uint32_t wanted[W];
-      child.store(wanted);
-      for (int k = 0; k < W; ++k) __builtin_prefetch(nodes + (wanted[k] & light::kLeaf ? 0 : wanted[k]));
+      fetch<W>(nodes, child);
     }
     list = next;
     few = m;
+    std::swap(next, other);
+  }
+}
+
+// Weights of two siblings.
+template <int W>
+struct Powers {
+  Float<W> first, second;
+  KN_INLINE Powers(const TreeNode* nodes, Int<W> at) {
+    const Int<W> word = at.template shl<3>();
+    first = gather(nodes->center, word + Int<W>(3));
+    second = gather(nodes->center, word + Int<W>(11));
+  }
+};
+
+// The rest of the way where only power tells lights apart.
+template <int W>
+void walkByPower(const ChooseArgs& a, const TreeNode* nodes, uint32_t far) {
+  using I = Int<W>;
+  const light::ChooseScratch& c = a.scratch;
+  const uint32_t* list = c.far;
+  uint32_t* next = c.first;
+  uint32_t* other = c.second;
+  while (far) {
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < far; i += W) {
+      const Mask<W> in = Mask<W>::firstN(int(far - i < W ? far - i : W));
+      const Slots<W> s = Slots<W>::loadUpTo(list + i, far - i);
+      Walk<W> walk(a, s);
+      const I at = s.get(a.light);
+      const Powers<W> powers(nodes, at);
+      const Mask<W> takesFirst = walk.step(powers.first, powers.second);
+      const I child = gather(reinterpret_cast<const uint32_t*>(nodes),
+                             select(takesFirst, at, at + I(1)).template shl<3>() + I(7));
+      s.put(in, child, a.light);
+      walk.put(in, a, s);
+      const Packer<W> on(in & (!isLeaf<W>(child)));
+      on.put(s.s, next + m);
+      m += uint32_t(on.count);
+      fetch<W>(nodes, child);
+    }
+    list = next;
+    far = m;
     std::swap(next, other);
   }
 }
@@ -371,11 +475,13 @@ void choose(const ChooseArgs& a) {
   const TreeNode* nodes = tree.nodes();
   const bool isDeep = tree.isDeep();
   const light::ChooseScratch& c = a.scratch;
+  uint32_t few = 0, far = 0;
   for (uint32_t i = 0; i < a.n; i += W) {
     const Slots<W> s(I::lanes(int32_t(i)));
     const Receiver<W> r(a, s);
     const Links<W> links(a, s);
     const Top<W> top(a, r, links);
+    Mask<W> byPower(false);
     const F u = F::load(a.u[0] + i);
     F below(0.f), from(0.f), p(0.f);
     I child(-1), which(0);
@@ -384,6 +490,7 @@ void choose(const ChooseArgs& a) {
       const Mask<W> is = (top.p[k] > F(0.f)) & (below <= u);
       child = select(is, I(nodes[tree.top()[k].node].child), child);
       which = select(is, I(k), which);
+      byPower = (is & top.byPower[k]) | (byPower & !is);
       from = select(is, below, from);
       p = select(is, top.p[k], p);
       below += top.p[k];
@@ -394,6 +501,13 @@ void choose(const ChooseArgs& a) {
       continue;
     }
     child.store(a.light + i);
+    if (links.all) {
+      byPower = byPower & (p > F(0.f)) & (!isLeaf<W>(child));
+      const Packer<W> away(byPower);
+      away.put(s.s, c.far + far);
+      far += uint32_t(away.count);
+      which = select(byPower, I(light::kMostTop), which);
+    }
     which.store(c.second + i);
     F::load(a.u[1] + i).store(c.x + i);
     // for the last steps
@@ -404,15 +518,14 @@ void choose(const ChooseArgs& a) {
   // by top node
   uint32_t begin[light::kMostTop + 1] = {}, at[light::kMostTop];
   for (uint32_t i = 0; i < a.n; ++i)
-    if (a.probability[i] > 0) ++begin[c.second[i] + 1];
+    if (a.probability[i] > 0 && c.second[i] < light::kMostTop) ++begin[c.second[i] + 1];
   for (uint32_t k = 0; k < light::kMostTop; ++k) begin[k + 1] += begin[k];
   for (uint32_t k = 0; k < light::kMostTop; ++k) at[k] = begin[k];
   for (uint32_t i = 0; i < a.n; ++i)
-    if (a.probability[i] > 0) c.list[at[c.second[i]]++] = i;
-  uint32_t few = 0;
-  for (uint32_t k = 0; k < tree.topCount(); ++k)
-    walkTogether<W>(a, nodes, nodes[tree.top()[k].node].child, begin[k], begin[k + 1], few);
-  walkAlone<W>(a, nodes, few);
+    if (a.probability[i] > 0 && c.second[i] < light::kMostTop) c.list[at[c.second[i]]++] = i;
+  walkTogether<W>(a, nodes, begin, few, far);
+  walkAlone<W>(a, nodes, few, far);
+  walkByPower<W>(a, nodes, far);
   for (uint32_t i = 0; i < a.n; ++i) a.light[i] = a.probability[i] > 0 ? a.light[i] & ~light::kLeaf : light::kNone;
 }
 
@@ -435,9 +548,11 @@ void probability(const ChooseArgs& a) {
     const Mask<W> lit = leaf != I(uint32_t(light::kNone));
     F p(0.f);
     I child(-1);
+    Mask<W> byPower(false);
     for (uint32_t k = 0; k < tree.topCount(); ++k) {
       const Mask<W> is = lit & (which == I(k));
       p = select(is, top.p[k], p);
+      if (links.all) byPower = byPower | (is & top.byPower[k]);
       child = select(is, I(nodes[tree.top()[k].node].child), child);
     }
     if (tree.isDeep()) {
@@ -446,10 +561,16 @@ void probability(const ChooseArgs& a) {
       while (open.any()) {
         const I first = select(open, child, I(0));
         const InnerNode<W> left = nodeOfLanes<W>(nodes, first), right = nodeOfLanes<W>(nodes, first + I(1));
-        const F w0 = links.keep(first, left.importance(r)), w1 = links.keep(first + I(1), right.importance(r));
+        F w0 = left.near.weight, w1 = right.near.weight;
+        if (!(open & !byPower).none()) {
+          w0 = select(byPower, w0, links.keep(first, left.importance(r)));
+          w1 = select(byPower, w1, links.keep(first + I(1), right.importance(r)));
+        }
         const F total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
         const Mask<W> takesFirst = (path & I(1)) == I(0);
         p = select(open, zeroUnless(total > zero, p * select(takesFirst, p0, one - p0)), p);
+        if (links.all)
+          byPower = byPower | (open & ((takesFirst & left.isByPower(r)) | ((!takesFirst) & right.isByPower(r))));
         child = select(open, select(takesFirst, left.child, right.child), child);
         path = path.template shr<1>();
         open = open & !isLeaf<W>(child) & (p > zero);

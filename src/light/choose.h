@@ -15,7 +15,7 @@ inline constexpr float kRootShare = 0.1f;
 // For points on their way down a deep tree: room for each, and a full vector more.
 struct ChooseScratch {
   float *x, *spare, *spent;
-  uint32_t *list, *first, *second, *few;
+  uint32_t *list, *first, *second, *few, *far, *parts;  // parts: 6 for each point
 };
 
 struct ChooseArgs {

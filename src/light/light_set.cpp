@@ -227,8 +227,9 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     ChooseScratch scratch{};
     if (tree_.isDeep()) {
       for (float** x : {&scratch.x, &scratch.spare, &scratch.spent}) *x = arena.make<float>(n + kPad);
-      for (uint32_t** x : {&scratch.list, &scratch.first, &scratch.second, &scratch.few})
+      for (uint32_t** x : {&scratch.list, &scratch.first, &scratch.second, &scratch.few, &scratch.far})
         *x = arena.make<uint32_t>(n + kPad);
+      scratch.parts = arena.make<uint32_t>(6 * n + kPad);
     }
     chooseKernel(width)({&tree_,
                          &links_,

@@ -1,10 +1,17 @@
 #include "light/light_tree.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
 namespace kinora::light {
+
+void useLargePages(void* memory, size_t bytes) {
+  constexpr size_t kPage = 2 << 20;
+  madvise(memory, bytes / kPage * kPage, MADV_HUGEPAGE);
+}
 
 namespace {
 
@@ -47,18 +54,25 @@ struct Bounds {
   float cosEmission = 1, weight = 0;
   float mean[3] = {0, 0, 0};  // of infinite lights: times the weight
   bool isTwoSided = false;
+  bool areAllSided = true, areBroad = true;  // every one emits to all sides; to all of a half space at least
 
   void add(const Bounds& b) {
     if (!(b.weight > 0)) return;
     normals = weight > 0 ? merged(normals, weight, b.normals, b.weight) : b.normals;
     cosEmission = weight > 0 ? std::min(cosEmission, b.cosEmission) : b.cosEmission;
     isTwoSided = isTwoSided || b.isTwoSided;
+    areAllSided = areAllSided && b.areAllSided;
+    areBroad = areBroad && b.areBroad;
     weight += b.weight;
     for (int c = 0; c < 3; ++c) {
       low[c] = std::min(low[c], b.low[c]);
       high[c] = std::max(high[c], b.high[c]);
       mean[c] += b.mean[c];
     }
+  }
+  bool isUniform() const {
+    constexpr float kAlike = 0.8f;  // cosine of an angle of normals
+    return areAllSided || (areBroad && normals.cosine >= kAlike);
   }
   float area() const {
     const float x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
@@ -120,6 +134,8 @@ Item itemOf(const LightDescription& d, uint32_t light) {
   } else {
     b.cosEmission = 0;
   }
+  b.areAllSided = b.normals.cosine <= -1 && b.cosEmission <= 0;
+  b.areBroad = cosOfSum(b.normals.cosine, b.cosEmission) <= 0.01f;
   b.weight = power / emissionMeasure(b.normals, b.cosEmission, b.isTwoSided);
   return it;
 }
@@ -147,7 +163,7 @@ TreeNode nodeOf(const Bounds& b, bool isInfinite, float scale) {
     half[c] = roundedUp(std::max({b.high[c] - n.center[c], n.center[c] - b.low[c], 0.f}));
   }
   n.extent = half[0] | half[1] << kExtentBits | (b.isTwoSided ? uint32_t(kNodeTwoSided) : 0u);
-  n.extentZ = half[2] | uint32_t(floorOf(b.normals.cosine * 32767)) << 16;
+  n.extentZ = half[2] | (b.isUniform() ? kNodeUniform : 0u) | uint32_t(floorOf(b.normals.cosine * 32767)) << 16;
   for (int c = 0; c < 3; ++c) n.axis |= (uint32_t(int32_t(std::lround(b.normals.axis[c] * 127))) & 255u) << (8 * c);
   n.axis |= uint32_t(floorOf(b.cosEmission * 127)) << 24;
   return n;
@@ -317,6 +333,7 @@ void LightTree::chooseTop() {
     isDeep_ = isDeep_ || !(n.child & kLeaf);
     t.isInfinite = (n.extent & kNodeInfinite) != 0;
     t.isTwoSided = (n.extent & kNodeTwoSided) != 0;
+    t.isUniform = (n.extentZ & kNodeUniform) != 0;
     t.half[0] = lengthOf(n.extent);
     t.half[1] = lengthOf(n.extent >> kExtentBits);
     t.half[2] = lengthOf(n.extentZ);

@@ -19,13 +19,15 @@ struct TreeNode {
   float center[3];   // of the box; infinite lights: mean direction, as in LightDescription
   float weight;      // largest radiant intensity; infinite lights: largest irradiance. Over that of all lights
   uint32_t extent;   // half the box along x and y, 14 bits each: floats without sign and low digits; NodeFlags
-  uint32_t extentZ;  // the same along z; high half: cosine of the angle of normals, times 32767
+  uint32_t extentZ;  // the same along z, and kNodeUniform; high half: cosine of the angle of normals, times 32767
   uint32_t axis;     // three times 8 signed bits; high 8: cosine of the angle of emission, times 127
   uint32_t child;    // the first of two, or kLeaf and the light's index
 };
 static_assert(sizeof(TreeNode) == 32);
 inline constexpr uint32_t kLeaf = 0x80000000u;
 enum NodeFlags : uint32_t { kNodeInfinite = 1u << 30, kNodeTwoSided = 1u << 31 };
+// In extentZ: the lights below emit alike, so that from afar they differ in power alone.
+inline constexpr uint32_t kNodeUniform = 1u << 14;
 inline constexpr uint32_t kExtentBits = 14, kExtentMask = (1u << kExtentBits) - 1;
 // By which a cosine to the axis may be off, for want of digits.
 inline constexpr float kAxisSlack = 0.008f;
@@ -34,20 +36,27 @@ inline constexpr float kAxisSlack = 0.008f;
 inline constexpr uint32_t kMostTop = 16;
 struct TopNode {
   float center[3], half[3], weight, axis[3], cosNormals, sinNormals, cosEmission, concentration;
-  uint32_t isInfinite, isTwoSided;
+  uint32_t isInfinite, isTwoSided, isUniform;
   uint32_t node;
 };
 
-// Siblings share a line of the cache.
+void useLargePages(void* memory, size_t bytes);  // asks the system, which may not
+
+// Siblings share a line of the cache; large trees lie on large pages, for each step of a walk is on another one.
 template <class T>
 struct LineAllocator {
   using value_type = T;
-  static constexpr std::align_val_t kLine{64};
+  static constexpr std::align_val_t kLine{64}, kLargePage{2 << 20};
   LineAllocator() = default;
   template <class U>
   LineAllocator(const LineAllocator<U>&) {}
-  T* allocate(size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), kLine)); }
-  void deallocate(T* p, size_t) { ::operator delete(p, kLine); }
+  static std::align_val_t alignmentOf(size_t n) { return n * sizeof(T) < size_t(kLargePage) ? kLine : kLargePage; }
+  T* allocate(size_t n) {
+    void* p = ::operator new(n * sizeof(T), alignmentOf(n));
+    if (alignmentOf(n) == kLargePage) useLargePages(p, n * sizeof(T));
+    return static_cast<T*>(p);
+  }
+  void deallocate(T* p, size_t n) { ::operator delete(p, alignmentOf(n)); }
   friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
 };
 
