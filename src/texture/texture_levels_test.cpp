@@ -155,8 +155,6 @@ std::string fileName(const PixelKind& kind, Size size, const char* ending) {
   return std::string(kind.name) + "_" + std::to_string(size.width) + "_" + std::to_string(size.height) + ending;
 }
 
-}  // namespace
-
 TEST_F(TextureLevels, KeepTheMeanWhenMadeByLookups) {
   for (const PixelKind& kind : kKinds)
     for (const Size size : kSizes) {
@@ -414,4 +412,5 @@ TEST_F(TextureLevels, SameBitsForManyThreads) {
   for (const auto& g : got) EXPECT_EQ(g, expected);
 }
 
+}  // namespace
 }  // namespace kinora
