@@ -99,7 +99,9 @@ TEST(PxrRectLight, SamplesAreEvenInSolidAngle) {
     // which of the two it uses here is its own affair: a constant density is the one by solid angle
     const bool bySolidAngle =
         std::all_of(r.a[12].begin(), r.a[12].begin() + r.n, [&](float pdf) { return pdf == r.a[12][0]; });
-    if (bySolidAngle) EXPECT_NEAR(r.a[12][0] * whole, 1, 1e-4) << p[0] << ' ' << p[1] << ' ' << p[2];
+    if (bySolidAngle) {
+      EXPECT_NEAR(r.a[12][0] * whole, 1, 1e-4) << p[0] << ' ' << p[1] << ' ' << p[2];
+    }
     std::vector<double> counts(kCells * kCells, 0);
     for (uint32_t i = 0; i < r.n; ++i) {
       const double t = -p[2] / r.a[7][i];

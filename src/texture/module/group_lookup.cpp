@@ -121,6 +121,7 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
   if (t.handle) {
     cache_.release_tile(t.handle);
     bytes_ -= t.bytes;
+    t = Tile();
   }
   if (bytes_ > mostBytes_) release();
   OIIO::TypeDesc format;
