@@ -88,7 +88,8 @@ TEST_F(Configured, ViewsAreFoundByNameAndApplied) {
 }
 
 TEST_F(Configured, MissingAndBrokenConfigurationsLeaveTheBuiltInColours) {
-  const std::string broken = std::string(kConfig).substr(0, 300) + "\n  - !<Rule> {{{";
+  std::string broken(kConfig, 300);
+  broken += "\n  - !<Rule> {{{";
   std::string withoutRole = kConfig;
   withoutRole.replace(withoutRole.find("  scene_linear: lin\n"), 20, "");
   for (const std::string& file : {std::string("/no/such/config.ocio"), write(broken)}) {

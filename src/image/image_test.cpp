@@ -290,7 +290,9 @@ TEST_F(ImageFile, MissingEmptyAndFolderAreSaid) {
   EXPECT_EQ(read(path("empty.exr"), back).code, "IMAGE-OPEN");
   put(path("text.exr"), "this is no picture at all");
   EXPECT_EQ(read(path("text.exr"), back).code, "IMAGE-OPEN");
-  put(path("cloud.exr"), std::string(" BDV\0\0\0\0", 8) + std::string(300, '\1'));
+  std::string cloud(" BDV\0\0\0\0", 8);
+  cloud.append(300, '\1');
+  put(path("cloud.exr"), cloud);
   EXPECT_NE(read(path("cloud.exr"), back).what.find("holds volumes (OpenVDB), no picture"), std::string::npos);
 }
 

@@ -161,7 +161,10 @@ TEST(InfiniteLights, AreFoundByDirection) {
   std::normal_distribution<float> normal;
   const auto direction = [&](float* out) {
     double v[3], l2 = 0;
-    for (double& x : v) l2 += (x = normal(random)) * x;
+    for (double& x : v) {
+      x = normal(random);
+      l2 += x * x;
+    }
     for (int c = 0; c < 3; ++c) out[c] = float(v[c] / std::sqrt(l2));
   };
   std::vector<Sun> suns(kSuns + kSkies);

@@ -61,7 +61,7 @@ bool Registry::load(const std::string& file, Diagnostics& diagnostics, const Sou
   if (!handle) return refuse(dlerror());
   impl_->handles.push_back(handle);
   const auto get = reinterpret_cast<DescriptorFunction>(dlsym(handle, kDescriptorSymbol));
-  if (!get) return refuse(std::string("it does not export ") + kDescriptorSymbol);
+  if (!get) return refuse("it does not export " + std::string(kDescriptorSymbol));
   const std::optional<Digest> content = digestOfFile(file);
   uint32_t known = 0, added = 0;
   constexpr uint32_t kMostPerLibrary = 256;

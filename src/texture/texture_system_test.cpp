@@ -76,8 +76,6 @@ class TextureTest : public testing::Test {
   TextureSystem system_{diagnostics_};
 };
 
-}  // namespace
-
 TEST_F(TextureTest, FindsFilesAndSaysWhatItUsed) {
   constant("a/one.tif", 0.5f);
   constant("b/two.png", 1.f);
@@ -429,4 +427,5 @@ TEST_F(TextureTest, PrintsItsRate) {
   EXPECT_GT(st.cacheBytes, 0u);
 }
 
+}  // namespace
 }  // namespace kinora

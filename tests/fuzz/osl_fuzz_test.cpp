@@ -17,8 +17,7 @@ namespace {
 
 TEST(OslFuzz, SomeSecondsWithAFixedSeed) {
   std::vector<std::string> pool;
-  for (const auto& e :
-       std::filesystem::recursive_directory_iterator(std::string(KINORA_SOURCE_DIR) + "/tests/language/refused")) {
+  for (const auto& e : std::filesystem::recursive_directory_iterator(KINORA_SOURCE_DIR "/tests/language/refused")) {
     std::ifstream in(e.path(), std::ios::binary);
     pool.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
   }

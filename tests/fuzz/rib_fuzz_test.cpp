@@ -21,7 +21,7 @@ std::vector<std::string> seeds() {
                                     "NuPatch 4 4 [0 0 0 0 1 1 1 1] 0 1 4 4 [0 0 0 0 1 1 1 1] 0 1 \"P\" [0 0 0 1 0 0 "
                                     "2 0 0 3 0 0 0 1 0 1 1 0 2 1 0 3 1 0 "
                                     "0 2 0 1 2 0 2 2 0 3 2 0 0 3 0 1 3 0 2 3 0 3 3 0]\nWorldEnd\n"};
-  for (const auto& e : std::filesystem::directory_iterator(std::string(KINORA_SOURCE_DIR) + "/scenes"))
+  for (const auto& e : std::filesystem::directory_iterator(KINORA_SOURCE_DIR "/scenes"))
     if (e.path().extension() == ".rib") {
       std::ifstream in(e.path(), std::ios::binary);
       found.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
