@@ -164,12 +164,14 @@ TEST(OneConnection, EqualsPathTracerInMotionThroughALens) {
 TEST(OneConnection, SameBits) {
   const std::string text = room(std::string(kRect) + kSun + kDome, kGlass, "DepthOfField 2 0.4 4\n");
   std::vector<int64_t> expected;
-  const auto filmOf = [&](int threads, uint32_t width, uint32_t groupSize) {
+  const auto filmOf = [&](int threads, uint32_t width, uint32_t groupSize, int first = -1, int last = -1) {
     Workshop stage{kinoraStock_OneConnection()};
     render::Settings s;
     s.threads = threads;
     s.width = width;
     s.groupSize = groupSize;
+    s.firstSample = first;
+    s.lastSample = last;
     s.integrator = "OneConnection";
     const auto r = stage.load(sceneOf(text, stage.messages), s);
     EXPECT_EQ(r->renderFilm(), render::Outcome::Complete) << stage.said;
@@ -178,6 +180,12 @@ TEST(OneConnection, SameBits) {
   expected = filmOf(1, 8, 1024);
   for (const uint32_t width : {1u, 4u, 16u}) EXPECT_TRUE(filmOf(2, width, 1024) == expected) << "width " << width;
   for (const uint32_t size : {64u, 256u, 4096u}) EXPECT_TRUE(filmOf(2, 8, size) == expected) << "groups of " << size;
+  // the film's numbers are sums
+  std::vector<int64_t> parts = filmOf(2, 8, 1024, 0, 5);
+  const std::vector<int64_t> rest = filmOf(1, 4, 256, 5, 16);
+  ASSERT_EQ(parts.size(), rest.size());
+  for (size_t i = 0; i < parts.size(); ++i) parts[i] += rest[i];
+  EXPECT_TRUE(parts == expected) << "in two parts";
 }
 
 }  // namespace
