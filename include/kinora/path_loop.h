@@ -4,6 +4,7 @@
 #include <kinora/integrator.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
+#include <kinora/ray_start.h>
 
 #ifndef KINORA_PATH_LOOP_ONCE
 #define KINORA_PATH_LOOP_ONCE
@@ -33,12 +34,6 @@ struct PathLoopOptions {
 HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
-
-// Where a ray that leaves a surface starts: off the plane by the bias, on the side it goes to.
-template <int W>
-KN_INLINE Vec3<W> leave(Vec3<W> P, Vec3<W> Ng, Float<W> bias, Vec3<W> direction) {
-  return fma(Ng, copySign(bias, dot(Ng, direction)), P);
-}
 
 // Footprint growth after a bounce: a direction of density pdf stands for the solid angle 1 / pdf; a quarter of that
 // cone's radius keeps neighbouring paths' footprints overlapping (path differentials collapsed to a radius).

@@ -3,6 +3,7 @@
 // rays have been traced. Whoever uses them keeps the books on densities. Included per target.
 #include <kinora/integrator.h>
 #include <kinora/random.h>
+#include <kinora/ray_start.h>
 
 #ifndef KINORA_SUBPATHS_ONCE
 #define KINORA_SUBPATHS_ONCE
@@ -203,8 +204,7 @@ class Subpaths {
       const Mask<W> on = in & (slot != Int<W>(kNoLobe)) & (pdf > F(0.f)) & (maxComponent(t) > F(0.f));
       select(on, slot, Int<W>(kNoLobe)).store(a.slot + i);
       if (on.none()) continue;
-      const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
-      const Vec3<W> o = fma(Ng, copySign(F::load(c.bias + i), dot(Ng, w)), Vec3<W>::load(c.P, i));
+      const Vec3<W> o = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
       for (int k = 0; k < 3; ++k) {
         s.put(on, k == 0 ? o.x : k == 1 ? o.y : o.z, r.o[k]);
         s.put(on, k == 0 ? w.x : k == 1 ? w.y : w.z, r.d[k]);
@@ -276,9 +276,7 @@ class Arrivals {
   // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); the values
   // that follow come along it.
   void from(uint32_t point, Vec3<1> d, float distance) {
-    const Vec3<1> Ng = Vec3<1>::load(c_.Ng, point);
-    const Float<1> bias(c_.bias[point]);
-    fma(Ng, copySign(bias, dot(Ng, d)), Vec3<1>::load(c_.P, point)).store(o_, rays_);
+    leave(Vec3<1>::load(c_.P, point), Vec3<1>::load(c_.Ng, point), Float<1>(c_.bias[point]), d).store(o_, rays_);
     d.store(d_, rays_);
     tMax_[rays_] = distance * 0.99999f - 2 * c_.bias[point];
     time_[rays_] = c_.time[point];

@@ -367,8 +367,8 @@ struct Surface {
     const trace::World& w = *a.world->world;
     for (uint32_t i = 0; i < a.n; i += W) {
       // of the triangle that was hit, undeformed; slopes of the quad where it is half of one
-      const CornerLanes<W> triangle = cornerPositions<W>(a, i, false, true),
-                           corners = cornerPositions<W>(a, i, true, true);
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, true, true);
+      const CornerLanes<W> triangle = corners.anyQuad ? cornerPositions<W>(a, i, false, true) : corners;
       Lanes3<W> origin;
       for (int l = 0; l < W; ++l) {
         const Imath::V3d& o = w.mesh(a.at.geometry[i + uint32_t(l)]).origin;

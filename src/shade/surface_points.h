@@ -98,7 +98,6 @@ class SurfacePoints {
   // `components` of three at most; arrays of the context's memory.
   Slopes slopes(const SlopeSource& source, uint32_t components);
   float* floats() const;
-  uint32_t size() const { return args_.n; }
 
  private:
   const SurfaceArgs& withStrands();

@@ -17,6 +17,7 @@
 #include <kinora/integrator.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
+#include <kinora/subpaths.h>
 #include <kinora/simd/tables.h>
 
 #ifndef KINORA_LIGHT_TRACER_ONCE
@@ -84,15 +85,8 @@ class LightPaths {
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
 
-  // Bxdfs weigh by the shading normal's cosine on wi's side; importance wants that of wo's side, and the true
-  // normal's on the other (Veach 1996, "Non-symmetric scattering").
-  static Float<W> adjoint(const Context& c, uint32_t i, Vec3<W> wi) {
-    const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i), wo = Vec3<W>::load(c.wo, i);
-    return abs(dot(N, wo) * dot(Ng, wi)) / max(abs(dot(Ng, wo) * dot(N, wi)), Float<W>(1e-12f));
-  }
   static Vec3<W> start(const Context& c, uint32_t i, Vec3<W> wi) {
-    const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
-    return fma(Ng, copySign(Float<W>::load(c.bias + i), dot(Ng, wi)), Vec3<W>::load(c.P, i));
+    return leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), Float<W>::load(c.bias + i), wi);
   }
 
   static bool isNear(float a, float b) { return std::fabs(a - b) <= 0.02f * std::max(std::fabs(a), std::fabs(b)); }
@@ -152,7 +146,7 @@ class LightPaths {
     for (uint32_t i = 0; i < c.padded; i += W) {
       const Vec3<W> wi = Vec3<W>::load(camera.wi, i);
       const Float<W> distance = Float<W>::load(camera.distance + i), bias = Float<W>::load(c.bias + i);
-      (adjoint(c, i, wi) * Float<W>::load(camera.importance + i) / max(distance * distance, Float<W>(1e-20f)))
+      (adjointFactor(c, i, wi) * Float<W>::load(camera.importance + i) / max(distance * distance, Float<W>(1e-20f)))
           .store(factor + i);
       start(c, i, wi).store(o, i);
       fma(distance, Float<W>(0.99999f), -(bias + bias)).store(tMax + i);
@@ -220,7 +214,7 @@ class LightPaths {
     for (uint32_t i = 0; i < c.padded; i += W) {
       const Vec3<W> w = Vec3<W>::load(wi, i);
       const Mask<W> discrete = (Int<W>::load(flags + i) & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
-      select(discrete, Float<W>(1.f), adjoint(c, i, w)).store(factor + i);
+      select(discrete, Float<W>(1.f), adjointFactor(c, i, w)).store(factor + i);
       start(c, i, w).store(o, i);
     }
     uint32_t m = 0;
