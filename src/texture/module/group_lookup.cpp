@@ -14,44 +14,48 @@ using V4i = int32_t __attribute__((vector_size(16)));
 int shiftOf(int side) { return side > 0 && (side & (side - 1)) == 0 ? std::countr_zero(unsigned(side)) : -1; }
 
 // Exact for all halves but NaN's payload, also where the thread flushes denormal floats.
-inline float fromHalf(uint16_t h) {
-  const uint32_t sign = uint32_t(h & 0x8000u) << 16, rest = h & 0x7fffu;
-  if (rest < 0x400u) return (sign ? -0x1p-24f : 0x1p-24f) * float(rest);
-  if (rest >= 0x7c00u) return std::bit_cast<float>(sign | 0x7f800000u | (rest & 0x3ffu) << 13);
-  return std::bit_cast<float>(sign | ((rest << 13) + 0x38000000u));
+inline V4f fromHalf(V4i h) {
+  const V4i sign = (h & 0x8000) << 16, rest = (h & 0x7fff) << 13;
+  constexpr int32_t kLeast = 0x38800000;  // the least normal half
+  const V4i least = V4i{} + kLeast;
+  const V4f small = std::bit_cast<V4f>(rest + kLeast) - std::bit_cast<V4f>(least);
+  const V4i large = rest + 0x38000000 + ((rest >= 0x0f800000) & 0x38000000);
+  return std::bit_cast<V4f>((rest < 0x00800000 ? std::bit_cast<V4i>(small) : large) | sign);
 }
 
-// Four channels from `first` on; those beyond the texel's own are whatever follows it. What would be read beyond the
-// tile counts as 0.
-inline V4f texel(const char* pixels, uint32_t bytes, uint32_t offset, int type, int first) {
+using V8u = uint16_t __attribute__((vector_size(16)));
+inline V4i widened(V8u v) { return std::bit_cast<V4i>(__builtin_shuffle(v, V8u{}, V8u{0, 8, 1, 9, 2, 10, 3, 11})); }
+
+// Four channels; those beyond the texel's own are whatever follows it.
+inline V4f decoded(const char* texel, int type) {
   if (type == OIIO::TypeDesc::UINT8) {
-    offset += uint32_t(first);
-    uint32_t word = 0;
-    if (offset + 4 <= bytes)
-      std::memcpy(&word, pixels + offset, 4);
-    else
-      std::memcpy(&word, pixels + offset, bytes - offset);
-    const V4i i = {int32_t(word & 255u), int32_t(word >> 8 & 255u), int32_t(word >> 16 & 255u), int32_t(word >> 24)};
-    return __builtin_convertvector(i, V4f) * (1.f / 255.f);
+    using V16u = uint8_t __attribute__((vector_size(16)));
+    uint32_t word;
+    std::memcpy(&word, texel, 4);
+    const V16u bytes = std::bit_cast<V16u>(V4i{int32_t(word), 0, 0, 0});
+    const V16u twice = __builtin_shuffle(bytes, V16u{}, V16u{0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23});
+    return __builtin_convertvector(widened(std::bit_cast<V8u>(twice)), V4f) * (1.f / 255.f);
   }
   if (type == OIIO::TypeDesc::FLOAT) {
-    offset += 4 * uint32_t(first);
-    V4f v{};
-    if (offset + 16 <= bytes)
-      std::memcpy(&v, pixels + offset, 16);
-    else
-      std::memcpy(&v, pixels + offset, bytes - offset);
+    V4f v;
+    std::memcpy(&v, texel, 16);
     return v;
   }
-  offset += 2 * uint32_t(first);
-  uint16_t h[4] = {0, 0, 0, 0};
-  if (offset + 8 <= bytes)
-    std::memcpy(h, pixels + offset, 8);
-  else
-    std::memcpy(h, pixels + offset, bytes - offset);
-  if (type == OIIO::TypeDesc::HALF) return V4f{fromHalf(h[0]), fromHalf(h[1]), fromHalf(h[2]), fromHalf(h[3])};
-  return V4f{float(h[0]), float(h[1]), float(h[2]), float(h[3])} * (1.f / 65535.f);
+  V8u h{};
+  std::memcpy(&h, texel, 8);
+  if (type == OIIO::TypeDesc::HALF) return fromHalf(widened(h));
+  return __builtin_convertvector(widened(h), V4f) * (1.f / 65535.f);
 }
+
+uint32_t channelBytes(int type) { return type == OIIO::TypeDesc::UINT8 ? 1 : type == OIIO::TypeDesc::FLOAT ? 4 : 2; }
+
+// Of numbers whose integers fit.
+inline int floorOf(float x) {
+  const int i = int(x);
+  return i - (float(i) > x);
+}
+
+alignas(16) constexpr char kBlack[16] = {};
 
 // Texel index within [0, size), or -1: black.
 inline int wrapped(int i, int size, Wrap wrap) {
@@ -95,56 +99,94 @@ bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thr
   return channels >= 1 && channels <= kMostChannels;
 }
 
-TileTable::~TileTable() { release(); }
-
-void TileTable::release() {
-  for (Tile& t : tiles_) {
+TileTable::~TileTable() {
+  for (Tile& t : tiles_)
     if (t.handle) cache_.release_tile(t.handle);
-    t = Tile();
+  for (OIIO::ImageCache::Tile* t : leaving_) cache_.release_tile(t);
+}
+
+void TileTable::giveBack(Tile& t) {
+  bytes_ -= t.bytes;
+  if (t.used == block_)
+    leaving_.push_back(t.handle);
+  else
+    cache_.release_tile(t.handle);
+  t = Tile();
+}
+
+// Tiles go in turn, those of this block excepted, until a quarter of the room is free.
+void TileTable::makeRoom() {
+  for (uint32_t k = 0; k < kSets && bytes_ > mostBytes_ / 4 * 3; ++k) {
+    hand_ = (hand_ + 1) % kSets;
+    for (uint32_t way = 0; way < kWays; ++way) {
+      Tile& t = tiles_[hand_ * kWays + way];
+      if (t.handle && t.used != block_) giveBack(t);
+    }
   }
-  bytes_ = 0;
 }
 
 const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, int tileY) {
-  const uint32_t pyramid = uint32_t(reinterpret_cast<uintptr_t>(&p) >> 5) * 0x9E3779B1u;
-  Tile& t = tiles_[((pyramid >> 16) + uint32_t(tileX) + uint32_t(tileY) * 7u + uint32_t(level) * 29u) % kTiles];
-  if (t.handle && t.pyramid == &p && t.level == level && t.x == tileX && t.y == tileY) return &t;
+  const uint32_t name = uint32_t(reinterpret_cast<uintptr_t>(&p) >> 5) * 0x9E3779B1u;
+  const uint64_t place = uint64_t(level) << 56 | uint64_t(tileX) << 28 | uint64_t(tileY);
+  Tile* const set =
+      &tiles_[((name >> 16) + uint32_t(tileX) + uint32_t(tileY) * 7u + uint32_t(level) * 29u) % kSets * kWays];
+  Tile* oldest = set;
+  for (uint32_t way = 0; way < kWays; ++way) {
+    Tile& t = set[way];
+    if (t.place == place && t.pyramid == &p) {
+      t.used = block_;
+      return &t;
+    }
+    if (!t.handle || (oldest->handle && block_ - t.used > block_ - oldest->used)) oldest = &t;
+  }
   const Pyramid::Level& l = p.levels[size_t(level)];
   OIIO::ImageCache::Tile* handle = cache_.get_tile(level == 0 ? p.finest : p.coarse, thread_, 0, level,
                                                    tileX * l.tileWidth, tileY * l.tileHeight, 0);
-  if (!handle) {
+  OIIO::TypeDesc format;
+  const char* pixels = handle ? static_cast<const char*>(cache_.tile_pixels(handle, format)) : nullptr;
+  const bool isKnown = format.basetype == OIIO::TypeDesc::UINT8 || format.basetype == OIIO::TypeDesc::UINT16 ||
+                       format.basetype == OIIO::TypeDesc::HALF || format.basetype == OIIO::TypeDesc::FLOAT;
+  if (!pixels || !isKnown) {
+    if (handle) cache_.release_tile(handle);
     // the cache keeps a tile that it could not read, and hands it out the next time: the file goes the other way for
     // good
     std::atomic_ref(p.isBroken).store(true, std::memory_order_relaxed);
     return nullptr;
   }
-  if (t.handle) {
-    cache_.release_tile(t.handle);
-    bytes_ -= t.bytes;
-    t = Tile();
-  }
-  if (bytes_ > mostBytes_) release();
-  OIIO::TypeDesc format;
+  Tile& t = *oldest;
+  if (t.handle) giveBack(t);
+  if (bytes_ > mostBytes_) makeRoom();
   t.handle = handle;
-  t.pixels = static_cast<const char*>(cache_.tile_pixels(handle, format));
+  t.pixels = pixels;
   t.type = format.basetype;
   t.stride = uint32_t(format.size()) * uint32_t(p.channels);
   t.bytes = t.stride * uint32_t(l.tileWidth) * uint32_t(l.tileHeight);
-  bytes_ += t.bytes;
+  t.used = block_;
   t.pyramid = &p;
-  t.level = level;
-  t.x = tileX;
-  t.y = tileY;
-  const bool known = t.type == OIIO::TypeDesc::UINT8 || t.type == OIIO::TypeDesc::UINT16 ||
-                     t.type == OIIO::TypeDesc::HALF || t.type == OIIO::TypeDesc::FLOAT;
-  return t.pixels && known ? &t : nullptr;
+  t.place = place;
+  bytes_ += t.bytes;
+  return &t;
 }
 
-template <class Vector>
-bool TileTable::bilinear(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Vector& out) {
+inline uint32_t TileTable::offsetOf(const Tile& tile, uint32_t at, const LookupKind& kind) {
+  return at * tile.stride + uint32_t(kind.firstChannel) * channelBytes(tile.type);
+}
+
+// What would be read beyond the tile counts as 0.
+inline const char* TileTable::texelAt(const Tile& tile, uint32_t offset) {
+  if (offset + kTexelBytes <= tile.bytes) return tile.pixels + offset;
+  char* const copy = end_[ends_++];
+  std::memset(copy, 0, kTexelBytes);
+  if (offset < tile.bytes) std::memcpy(copy, tile.pixels + offset, tile.bytes - offset);
+  return copy;
+}
+
+inline bool TileTable::tap(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Tap& tap) {
   const Pyramid::Level& l = p.levels[size_t(level)];
-  const float x = s * float(l.width) - 0.5f, y = t * float(l.height) - 0.5f, fx = std::floor(x), fy = std::floor(y);
-  const int ix = int(fx), iy = int(fy);
+  const float x = s * float(l.width) - 0.5f, y = t * float(l.height) - 0.5f;
+  const int ix = floorOf(x), iy = floorOf(y);
+  tap.x = x - float(ix);
+  tap.y = y - float(iy);
   const int xs[2] = {wrapped(ix, l.width, kind.wrapS), wrapped(ix + 1, l.width, kind.wrapS)};
   const int ys[2] = {wrapped(iy, l.height, kind.wrapT), wrapped(iy + 1, l.height, kind.wrapT)};
   int tx[2], ty[2];
@@ -152,24 +194,44 @@ bool TileTable::bilinear(const Pyramid& p, const LookupKind& kind, int level, fl
     tx[i] = l.shiftX >= 0 ? xs[i] >> l.shiftX : xs[i] / l.tileWidth;
     ty[i] = l.shiftY >= 0 ? ys[i] >> l.shiftY : ys[i] / l.tileHeight;
   }
-  V4f c[4] = {};
+  const auto within = [&](int texelX, int texelY, int tileX, int tileY) {
+    return uint32_t(texelY - tileY * l.tileHeight) * uint32_t(l.tileWidth) + uint32_t(texelX - tileX * l.tileWidth);
+  };
   const Tile* tile = nullptr;
+  const bool isOneTile = tx[0] == tx[1] && ty[0] == ty[1];
+  if (isOneTile && (xs[0] | xs[1] | ys[0] | ys[1]) >= 0) {  // as nearly always
+    tile = find(p, level, tx[0], ty[0]);
+    if (!tile) return false;
+    tap.type = tile->type;
+    const auto offset = [&](int i, int j) { return offsetOf(*tile, within(xs[i], ys[j], tx[0], ty[0]), kind); };
+    const uint32_t offsets[4] = {offset(0, 0), offset(1, 0), offset(0, 1), offset(1, 1)};
+    for (int k = 0; k < 4; ++k) tap.texel[k] = texelAt(*tile, offsets[k]);
+    __builtin_prefetch(tap.texel[0]);
+    __builtin_prefetch(tap.texel[2]);
+    return true;
+  }
+  int tileX = 0, tileY = 0;
+  tap.type = OIIO::TypeDesc::UINT8;
   for (int k = 0; k < 4; ++k) {
     const int a = k & 1, b = k >> 1;
-    if (xs[a] < 0 || ys[b] < 0) continue;  // black
-    if (!tile || tile->x != tx[a] || tile->y != ty[b]) tile = find(p, level, tx[a], ty[b]);
-    if (!tile) return false;
-    const uint32_t at =
-        uint32_t(ys[b] - ty[b] * l.tileHeight) * uint32_t(l.tileWidth) + uint32_t(xs[a] - tx[a] * l.tileWidth);
-    c[k] = texel(tile->pixels, tile->bytes, at * tile->stride, tile->type, kind.firstChannel);
+    tap.texel[k] = kBlack;
+    if (xs[a] < 0 || ys[b] < 0) continue;
+    if (!tile || tileX != tx[a] || tileY != ty[b]) {
+      tileX = tx[a];
+      tileY = ty[b];
+      tile = find(p, level, tileX, tileY);
+      if (!tile) return false;
+      tap.type = tile->type;
+    }
+    tap.texel[k] = texelAt(*tile, offsetOf(*tile, within(xs[a], ys[b], tileX, tileY), kind));
   }
-  const float ax = x - fx, ay = y - fy;
-  const V4f top = c[0] + (c[1] - c[0]) * ax, bottom = c[2] + (c[3] - c[2]) * ax;
-  out = top + (bottom - top) * ay;
+  // neighbours in a row mostly share a line of the CPU's cache
+  __builtin_prefetch(tap.texel[0]);
+  __builtin_prefetch(tap.texel[2]);
   return true;
 }
 
-bool TileTable::lookUp(const Pyramid& p, const LookupKind& kind, float s, float t, float radius, float* out) {
+bool TileTable::ask(const Pyramid& p, const LookupKind& kind, float s, float t, float radius) {
   if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return false;
   const Pyramid::Level& finest = p.levels[0];
   // how many texels of the finest level the footprint spans: level k where it spans 2^k, in between a mix in
@@ -191,15 +253,39 @@ bool TileTable::lookUp(const Pyramid& p, const LookupKind& kind, float s, float 
       blend = 0;
     }
   }
-  V4f value;
-  if (!bilinear(p, kind, level, s, t, value)) return false;
-  if (blend > 0) {
-    V4f coarser;
-    if (!bilinear(p, kind, level + 1, s, t, coarser)) return false;
-    value = value + (coarser - value) * blend;
+  Tap* const taps = &taps_[2 * asked_];
+  const uint32_t ends = ends_;
+  if (!tap(p, kind, level, s, t, taps[0]) || (blend > 0 && !tap(p, kind, level + 1, s, t, taps[1]))) {
+    ends_ = ends;
+    return false;
   }
-  for (int c = 0; c < kind.channels; ++c) out[c] = value[c];
+  blend_[asked_++] = blend;
   return true;
+}
+
+void TileTable::answer(float (*out)[4]) {
+  const auto filtered = [](const Tap& tap) {
+    V4f c[4];
+    for (int k = 0; k < 4; ++k) c[k] = decoded(tap.texel[k], tap.type);
+    const V4f top = c[0] + (c[1] - c[0]) * tap.x, bottom = c[2] + (c[3] - c[2]) * tap.x;
+    return top + (bottom - top) * tap.y;
+  };
+  for (uint32_t i = 0; i < asked_; ++i) {
+    V4f value = filtered(taps_[2 * i]);
+    if (blend_[i] > 0) {
+      const V4f coarser = filtered(taps_[2 * i + 1]);
+      value = value + (coarser - value) * blend_[i];
+    }
+    std::memcpy(out[i], &value, sizeof value);
+  }
+  endBlock();
+}
+
+void TileTable::endBlock() {
+  asked_ = ends_ = 0;
+  ++block_;
+  for (OIIO::ImageCache::Tile* t : leaving_) cache_.release_tile(t);
+  leaving_.clear();
 }
 
 }  // namespace kinora::texture

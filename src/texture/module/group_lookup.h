@@ -5,7 +5,6 @@
 #pragma once
 #include <OpenImageIO/imagecache.h>
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -36,46 +35,75 @@ struct LookupKind {
   int firstChannel = 0, channels = 4;  // channels: 1 to 4
 };
 
-// Holds on to the tiles that a thread's lookups have used last, `mostBytes` of them and one more at most; the cache
-// keeps what is held here beside its own limit. They go back when it ends.
+// Holds on to the tiles that a thread's lookups have used last, `mostBytes` of them and those of one block at most; the
+// cache keeps what is held here beside its own limit. They go back when it ends. Lookups are asked for first and
+// answered in blocks: which texels they want is known for the whole block before the first of them is read, so that
+// they arrive from memory together.
 class TileTable {
  public:
-  explicit TileTable(OIIO::ImageCache& cache) : cache_(cache) {}
+  static constexpr uint32_t kBlock = 32;
+
+  explicit TileTable(OIIO::ImageCache& cache) : cache_(cache), tiles_(kSets * kWays) {}
   ~TileTable();
   TileTable(const TileTable&) = delete;
   TileTable& operator=(const TileTable&) = delete;
 
-  // `channels` values at (s, t) (t down) filtered over a texel of width `radius` in texture space; coordinates within
-  // +-256 and finite. False when a tile cannot be read: the cache has the reason.
-  bool lookUp(const Pyramid& pyramid, const LookupKind& kind, float s, float t, float radius, float* out);
-  // Of the calling thread, before a group's lookups.
+  // Of the calling thread, before a group's lookups. Forgets what a group that was broken off has asked for.
   void enter(OIIO::ImageCache::Perthread* thread, uint64_t mostBytes) {
     thread_ = thread;
     mostBytes_ = mostBytes;
+    if (asked_) endBlock();
   }
+  // `kind.channels` values at (s, t) (t down) filtered over a texel of width `radius` in texture space; coordinates
+  // within +-256 and finite. False when a tile cannot be read: the cache has the reason. Where isFull(), answer()
+  // comes first.
+  bool ask(const Pyramid& pyramid, const LookupKind& kind, float s, float t, float radius);
+  bool isFull() const { return asked_ == kBlock; }
+  uint32_t asked() const { return asked_; }
+  // What has been asked for since the last answer: four numbers each, of which those beyond the file's channels mean
+  // nothing.
+  void answer(float (*out)[4]);
 
  private:
   struct Tile {
     const Pyramid* pyramid = nullptr;
-    int level = 0, x = 0, y = 0;  // in tiles
+    uint64_t place = 0;  // level, x and y
     OIIO::ImageCache::Tile* handle = nullptr;
     const char* pixels = nullptr;
     uint32_t bytes = 0;   // of the tile's pixels
     uint32_t stride = 0;  // of one pixel
+    uint32_t used = 0;    // in which block it was wanted last
     int type = 0;         // OIIO::TypeDesc::BASETYPE
   };
+  // Four texels of one level, and where between them.
+  struct Tap {
+    const char* texel[4];
+    float x, y;
+    int type;
+  };
+  static constexpr uint32_t kWays = 4, kSets = 512;
+  static constexpr uint32_t kTexelBytes = 16;  // that may be read from a texel on
   const Tile* find(const Pyramid& p, int level, int tileX, int tileY);
-  template <class Vector>
-  bool bilinear(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Vector& out);
+  void endBlock();
+  void giveBack(Tile& tile);
+  void makeRoom();
+  bool tap(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Tap& tap);
+  static uint32_t offsetOf(const Tile& tile, uint32_t at, const LookupKind& kind);
+  const char* texelAt(const Tile& tile, uint32_t offset);
 
-  void release();
-
-  static constexpr uint32_t kTiles = 512;
   OIIO::ImageCache& cache_;
   OIIO::ImageCache::Perthread* thread_ = nullptr;
   uint64_t mostBytes_ = 0;
   uint64_t bytes_ = 0;  // held
-  std::array<Tile, kTiles> tiles_{};
+  std::vector<Tile> tiles_;
+  uint32_t block_ = 1;                            // counts answers
+  uint32_t hand_ = 0;                             // of the sets, where room was made last
+  std::vector<OIIO::ImageCache::Tile*> leaving_;  // replaced, but wanted in this block
+  uint32_t asked_ = 0, ends_ = 0;
+  Tap taps_[2 * kBlock];
+  float blend_[kBlock];
+  // texels too near to the end of their tile to be read whole
+  char end_[8 * kBlock][kTexelBytes];
 };
 
 }  // namespace kinora::texture

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numeric>
 
 #include "base/file_contents.h"
 #include "base/memory.h"
@@ -373,6 +374,26 @@ struct OpenTextures final : texture::TextureStore {
         "lookups there give the missing colour", "add the files, or keep the texture coordinates inside the set");
   }
 
+  // What a thread keeps from one group to the next.
+  struct OfThread {
+    std::unique_ptr<texture::TileTable> tiles;
+    std::vector<uint32_t> order;
+  };
+
+  // Points of one file together, or nearly: what holds for them, and their tiles, are found once.
+  static void sortByFile(OfThread& own, const int32_t* handles, bool varying, uint32_t n) {
+    own.order.resize(n);
+    if (!varying) {
+      std::iota(own.order.begin(), own.order.end(), 0u);
+      return;
+    }
+    constexpr uint32_t kKeys = 256;
+    uint32_t at[kKeys + 1] = {};
+    for (uint32_t i = 0; i < n; ++i) ++at[uint32_t(handles[i]) % kKeys + 1];
+    for (uint32_t k = 0; k < kKeys; ++k) at[k + 1] += at[k];
+    for (uint32_t i = 0; i < n; ++i) own.order[at[uint32_t(handles[i]) % kKeys]++] = i;
+  }
+
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
               const TextureOptions& o, const Part& part, float* const rgba[4]) override {
     Cache::Perthread* thread = cache->get_perthread_info();
@@ -382,14 +403,24 @@ struct OpenTextures final : texture::TextureStore {
     if (!own.tiles) own.tiles = std::make_unique<texture::TileTable>(images);
     texture::TileTable& tiles = *own.tiles;
     tiles.enter(imageThread, tileBytes);
-    // points of one file together: what holds for them, and their tiles, are found once
-    own.order.resize(n);
-    for (uint32_t i = 0; i < n; ++i) own.order[i] = uint64_t(uint32_t(handles[varying ? i : 0])) << 32 | i;
-    if (varying) std::sort(own.order.begin(), own.order.end());
+    sortByFile(own, handles, varying, n);
     Bound bound;
     uint64_t missing = 0;
-    for (const uint64_t next : own.order) {
-      const uint32_t i = uint32_t(next);
+    // of the texels that tiles are asked for
+    uint32_t asker[texture::TileTable::kBlock], channels[texture::TileTable::kBlock];
+    const auto put = [&](uint32_t i, uint32_t available, const float texel[4]) {
+      rgba[0][i] = texel[0];
+      rgba[1][i] = available >= 3 ? texel[1] : texel[0];
+      rgba[2][i] = available >= 3 ? texel[2] : texel[0];
+      rgba[3][i] = available == 4 ? texel[3] : available == 2 ? texel[1] : 1.f;
+    };
+    const auto answer = [&] {
+      float texels[texture::TileTable::kBlock][4];
+      const uint32_t count = tiles.asked();
+      tiles.answer(texels);
+      for (uint32_t k = 0; k < count; ++k) put(asker[k], channels[k], texels[k]);
+    };
+    for (const uint32_t i : own.order) {
       const int32_t h = handles[varying ? i : 0];
       const Entry* entry = h >= 0 && size_t(h) < entries.size() ? &entries[size_t(h)] : nullptr;
       Source* source = entry ? entry->single : nullptr;
@@ -402,30 +433,32 @@ struct OpenTextures final : texture::TextureStore {
         ti = 1.f - up;
         if (!source) complainOfHole(*entry->atlas);
       }
-      float value[4] = {o.missingColor[0], o.missingColor[1], o.missingColor[2], o.missingAlpha};
       bool found = false;
       if (source) {
         if (source != bound.source) bind(bound, source, o, part, atlas, imageThread);
         if (bound.channels > 0) {
           const float r = safeRadius(radius[i], o.blur);
-          float texel[4];
           const float x = safeCoordinate(si, bound.opt.swrap), y = safeCoordinate(ti, bound.opt.twrap);
-          found = bound.levels
-                      ? tiles.lookUp(*bound.levels, bound.kind, x, y, r, texel)
-                      : cache->texture(bound.handle, thread, bound.opt, x, y, r, 0.f, 0.f, r, bound.channels, texel);
-          if (found) {
-            value[0] = texel[0];
-            value[1] = bound.channels >= 3 ? texel[1] : texel[0];
-            value[2] = bound.channels >= 3 ? texel[2] : texel[0];
-            value[3] = bound.channels == 4 ? texel[3] : bound.channels == 2 ? texel[1] : 1.f;
+          if (bound.levels) {
+            if (tiles.isFull()) answer();
+            const uint32_t at = tiles.asked();
+            found = tiles.ask(*bound.levels, bound.kind, x, y, r);
+            asker[at] = i;
+            channels[at] = uint32_t(bound.channels);
           } else {
-            complain(*source);
+            float texel[4];
+            found = cache->texture(bound.handle, thread, bound.opt, x, y, r, 0.f, 0.f, r, bound.channels, texel);
+            if (found) put(i, uint32_t(bound.channels), texel);
           }
+          if (!found) complain(*source);
         }
       }
-      missing += !found;
-      for (int c = 0; c < 4; ++c) rgba[c][i] = value[c];
+      if (found) continue;
+      ++missing;
+      for (int c = 0; c < 3; ++c) rgba[c][i] = o.missingColor[c];
+      rgba[3][i] = o.missingAlpha;
     }
+    if (tiles.asked()) answer();
     lookups.fetch_add(n, std::memory_order_relaxed);
     if (missing) missingLookups.fetch_add(missing, std::memory_order_relaxed);
   }
@@ -585,12 +618,6 @@ struct OpenTextures final : texture::TextureStore {
     r.cacheBytes = bytes("stat:cache_memory_used");
     return r;
   }
-
-  // What a thread keeps from one group to the next.
-  struct OfThread {
-    std::unique_ptr<texture::TileTable> tiles;
-    std::vector<uint64_t> order;
-  };
 
   Diagnostics& diagnostics;
   FileContents* contents;
