@@ -24,8 +24,10 @@ void ShadingWorld::fillTables() {
     const bool hasNormals = info.N && !mesh.isStrand();
     t.meshes.push_back(
         {&mesh, mesh.indices.data(), mesh.isStrand() ? nullptr : mesh.points.data(),
-         hasNormals ? info.N->data.data() : nullptr, hasNormals ? info.N->rate : geometry::Primvar::Rate::Constant,
-         mesh.keyCount() > 1,
+         hasNormals ? info.N->data.data() : nullptr,
+         info.st && !mesh.isStrand() && info.st->rate == geometry::Primvar::Rate::PerVertex ? info.st->data.data()
+                                                                                            : nullptr,
+         hasNormals ? info.N->rate : geometry::Primvar::Rate::Constant, mesh.keyCount() > 1,
          hasNormals && info.N->rate == geometry::Primvar::Rate::PerVertex && mesh.movesWithKeys(*info.N)});
   }
   hasLinks = false;

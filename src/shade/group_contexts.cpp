@@ -9,6 +9,44 @@
 
 namespace kinora::shade {
 
+namespace {
+
+// What is stored at the corners of the triangles hit lies all over memory: it is on its way before a kernel waits for
+// it point by point. First where the corners are, then, when that has arrived, what they have.
+class CornerFetch {
+ public:
+  CornerFetch(const SurfaceTables& tables, const Hits& hits, uint32_t n, const uint32_t* entries)
+      : tables_(tables), hits_(hits), n_(n), entries_(entries) {
+    for (uint32_t i = 0; i < n_; ++i) __builtin_prefetch(cornersOf(entries_[i], viewOf(entries_[i])));
+  }
+  void values() const {
+    constexpr int kToRead = 0, kKeep = 2;  // in the second cache: a group's values are more than the first one holds
+    for (uint32_t i = 0; i < n_; ++i) {
+      const MeshView& m = viewOf(entries_[i]);
+      if (!m.points) continue;  // strands
+      const uint32_t* corners = cornersOf(entries_[i], m);
+      for (int k = 0; k < 3; ++k) {
+        if (m.normals && m.rateOfNormals == geometry::Primvar::Rate::PerVertex)
+          __builtin_prefetch(m.normals + 3 * size_t(corners[k]), kToRead, kKeep);
+        __builtin_prefetch(m.points + corners[k], kToRead, kKeep);
+        if (m.st) __builtin_prefetch(m.st + 2 * size_t(corners[k]), kToRead, kKeep);
+      }
+    }
+  }
+
+ private:
+  const MeshView& viewOf(uint32_t entry) const { return tables_.meshes[hits_.geometry[entry]]; }
+  const uint32_t* cornersOf(uint32_t entry, const MeshView& m) const {
+    return m.indices + 3 * size_t(hits_.primitive[entry]);
+  }
+  const SurfaceTables& tables_;
+  const Hits& hits_;
+  uint32_t n_;
+  const uint32_t* entries_;
+};
+
+}  // namespace
+
 uint32_t GroupState::shade(RayList& rays, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                            Context* const** contexts) {
   *contexts = nullptr;
@@ -16,6 +54,7 @@ uint32_t GroupState::shade(RayList& rays, uint32_t traits, uint32_t depth, uint3
   const bool query = traits & kTraitPresenceQuery;
   uint64_t unused = 0;  // queries happen inside the time of tracing
   const Clock clock(query ? unused : counters.nanoseconds[kTimeGrouping]);
+  const CornerFetch fetch(world_.tables, rays.hits, n, entries);
   // Counting sort by program; within a program the order of the list stays.
   uint32_t* programOf = arena_.make<uint32_t>(padded(n));
   const ProgramsArgs programsArgs{n, entries, rays.hits.instance, &world_.tables, programOf};
@@ -37,6 +76,7 @@ uint32_t GroupState::shade(RayList& rays, uint32_t traits, uint32_t depth, uint3
   }
   first[touched_.size()] = sum;
   for (uint32_t i = 0; i < n; ++i) order[countOfProgram_[programOf[i]]++] = entries[i];
+  fetch.values();
   const uint32_t count = uint32_t(touched_.size());
   Context** list = arena_.make<Context*>(count);
   uint32_t* programs = arena_.make<uint32_t>(count);

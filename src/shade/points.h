@@ -46,6 +46,7 @@ struct alignas(64) MeshView {
   const uint32_t* indices;
   const Imath::V3f* points;  // null: strands
   const float* normals;      // null: none, or strands
+  const float* st;           // by vertex; null: another rate, or none
   geometry::Primvar::Rate rateOfNormals;
   bool isMoving, movesNormals;  // have several keys
 };

@@ -420,9 +420,14 @@ struct OpenTextures final : texture::TextureStore {
       tiles.answer(texels);
       for (uint32_t k = 0; k < count; ++k) put(asker[k], channels[k], texels[k]);
     };
+    const Entry* entry = nullptr;
+    int32_t handle = kNoTexture;
+    const size_t known = entries.size();
     for (const uint32_t i : own.order) {
-      const int32_t h = handles[varying ? i : 0];
-      const Entry* entry = h >= 0 && size_t(h) < entries.size() ? &entries[size_t(h)] : nullptr;
+      if (const int32_t h = handles[varying ? i : 0]; h != handle) {
+        handle = h;
+        entry = h >= 0 && size_t(h) < known ? &entries[size_t(h)] : nullptr;
+      }
       Source* source = entry ? entry->single : nullptr;
       float si = s[i], ti = t[i];
       const bool atlas = entry && entry->atlas;
