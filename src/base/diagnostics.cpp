@@ -1,7 +1,9 @@
 #include "base/diagnostics.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <string_view>
 
 namespace kinora {
 
@@ -11,6 +13,19 @@ std::string SourcePos::str() const {
 }
 
 namespace {
+// What a message names first, in its quotes ("no pattern 'PxrFoo'"), or nothing. An apostrophe within a word is none.
+std::string_view nameIn(std::string_view what) {
+  const auto isWord = [&](size_t i) { return i < what.size() && std::isalnum(static_cast<unsigned char>(what[i])); };
+  for (size_t open = what.find('\''); open != what.npos; open = what.find('\'', open + 1)) {
+    if (open > 0 && isWord(open - 1)) continue;
+    const size_t close = what.find('\'', open + 1);
+    constexpr size_t kLongest = 64;
+    if (close == what.npos || close - open > kLongest) return {};
+    return what.substr(open, close + 1 - open);
+  }
+  return {};
+}
+
 // Begins a line of its own in an advice: a text, and a caret under its mistake (film/path_expression.h).
 constexpr char kExcerpt = '\x1e';
 }  // namespace
@@ -48,12 +63,16 @@ void Diagnostics::report(Message m) {
     if (n <= shown_) {
       sink_(m.str(), m.severity);
     } else {
+      // the first places; of what is named, each name once with its first place
       Hidden& h = hidden_[m.code];
-      constexpr size_t kPlaces = 3;
-      const std::string place = m.pos.str();
-      if (++h.count && !place.empty() && h.places.size() < kPlaces &&
-          std::find(h.places.begin(), h.places.end(), place) == h.places.end())
-        h.places.push_back(place);
+      constexpr size_t kPlaces = 3, kNames = 12;
+      const std::string place = m.pos.str(), name(nameIn(m.what));
+      const std::string entry = name.empty() || place.empty() ? name + place : name + " at " + place;
+      const bool isKnown = std::any_of(h.places.begin(), h.places.end(), [&](const std::string& p) {
+        return name.empty() ? p == entry : p.starts_with(name);
+      });
+      if (++h.count && !entry.empty() && h.places.size() < (name.empty() ? kPlaces : kNames) && !isKnown)
+        h.places.push_back(entry);
     }
   }
   if (kept_.size() < 1000) kept_.push_back(std::move(m));
@@ -97,7 +116,7 @@ void Diagnostics::summary() {
   std::lock_guard lock(mutex_);
   for (const auto& [code, h] : hidden_) {
     std::string places;
-    for (const std::string& p : h.places) places += (places.empty() ? ", at " : ", ") + p;
+    for (const std::string& p : h.places) places += (!places.empty() ? ", " : p[0] == '\'' ? ": " : ", at ") + p;
     if (h.count > h.places.size() && !places.empty()) places += " ...";
     sink_("kinora: " + std::to_string(h.count) + " more of " + code + places + " (kinora explain " + code + ")",
           Severity::Info);

@@ -32,6 +32,23 @@ TEST(Diagnostics, EachKindIsShownOnceAndCounted) {
   EXPECT_TRUE(p.lines.empty()) << "counts are given once";
 }
 
+TEST(Diagnostics, EachNameIsGivenOnce) {
+  Printed p;
+  const auto say = [&](const char* what, uint32_t line) {
+    p.d.report({Severity::Warning, "X-ONE", {p.file, line}, what, "", ""});
+  };
+  say("no pattern 'Apple' (node 'a')", 1);
+  for (uint32_t i = 2; i < 40; ++i) say(i % 2 ? "no pattern 'Pear' (node 'b')" : "no pattern 'Apple' (node 'c')", i);
+  say("the wood's apples and the tree's 'Quince'", 50);
+  p.lines.clear();
+  p.d.summary();
+  ASSERT_EQ(p.lines.size(), 1u);
+  EXPECT_EQ(
+      p.lines[0],
+      "kinora: 39 more of X-ONE: 'Apple' at a.rib:2, 'Pear' at a.rib:3, 'Quince' at a.rib:50 ... (kinora explain "
+      "X-ONE)");
+}
+
 TEST(Diagnostics, QuietAndVerbose) {
   Printed p;
   p.d.setShown(3);
