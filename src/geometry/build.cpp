@@ -384,4 +384,34 @@ void repairNormals(const scene::Primitive& primitive, Mesh& mesh, Diagnostics& d
       n.data[i + 2] = 1;  // only on triangles without area
 }
 
+static void addCornerPrimvars(const scene::Primitive& primitive, Diagnostics& diagnostics, Mesh& mesh) {
+  for (const SourcePrimvar& s : readPrimvars(primitive, {1, 4, 4, 4}, diagnostics)) {
+    const bool single = s.storage == scene::StorageClass::Constant || s.storage == scene::StorageClass::Uniform;
+    Primvar p = emptyPrimvar(s, single ? Primvar::Rate::Constant : Primvar::Rate::PerVertex);
+    if (single) {
+      p.data = s.values;
+    } else {
+      // Four values at (u, v) = (0,0), (1,0), (0,1), (1,1).
+      p.data.reserve(mesh.vertexUV.size() * p.width);
+      for (const Imath::V2f& uv : mesh.vertexUV)
+        for (int k = 0; k < p.width; ++k) {
+          const float *d = s.values.data() + k, u = uv.x, v = uv.y;
+          p.data.push_back((1 - v) * ((1 - u) * d[0] + u * d[p.width]) +
+                           v * ((1 - u) * d[2 * p.width] + u * d[3 * p.width]));
+        }
+    }
+    mesh.primvars.push_back(std::move(p));
+  }
+}
+
+void finishSurface(const scene::Primitive& primitive, Primvar normals, Diagnostics& diagnostics, Mesh& mesh) {
+  addCornerPrimvars(primitive, diagnostics, mesh);
+  if (mesh.find("N"))
+    repairNormals(primitive, mesh, diagnostics);
+  else
+    mesh.primvars.push_back(std::move(normals));
+  joinTextureCoordinates(mesh);
+  applyTextureCoordinates(primitive, mesh);
+}
+
 }  // namespace kinora::geometry

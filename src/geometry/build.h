@@ -65,6 +65,10 @@ void joinTextureCoordinates(Mesh& mesh);
 // For grids: adds "st" by the attribute TextureCoordinates when that differs from (u, v) and no "st" is there.
 void applyTextureCoordinates(const scene::Primitive& primitive, Mesh& mesh);
 
+// Of a surface with one value of class uniform and four of the others, at (u, v) = (0,0), (1,0), (0,1), (1,1): its
+// primvars, its normals where none are said, its texture coordinates.
+void finishSurface(const scene::Primitive& primitive, Primvar normals, Diagnostics& diagnostics, Mesh& mesh);
+
 // Area- and angle-weighted vertex normals on the side of the geometric normal, as "N".
 void addSmoothNormals(Mesh& mesh);
 // Makes user normals unit vectors, replaces unusable ones by geometric ones, and turns all of them when most point

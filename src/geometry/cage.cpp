@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 
 namespace kinora::geometry {
@@ -39,6 +40,7 @@ Tags readTags(const scene::Primitive& primitive, const scene::SubdivisionMesh& s
   Tags out;
   out.options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_NONE);
   int faceVaryingMode = 1, propagate = 0;
+  std::map<std::string, int> unknown;
   auto complain = [&](const std::string& what) {
     diagnostics.warning("GEOM-TAG", primitive.pos, subject(primitive) + ": " + what,
                         "that part of the tag is left out");
@@ -90,8 +92,22 @@ Tags readTags(const scene::Primitive& primitive, const scene::SubdivisionMesh& s
     } else if (tag.name == "smoothtriangles") {
       out.options.SetTriangleSubdivision(first ? Sdc::Options::TRI_SUB_SMOOTH : Sdc::Options::TRI_SUB_CATMARK);
     } else {
-      complain("tag \"" + tag.name + "\" is not supported");
+      ++unknown[tag.name];
     }
+  }
+  if (!unknown.empty()) {
+    // edits of a hierarchical mesh come by the hundred
+    std::string names;
+    for (const auto& [name, count] : unknown) {
+      if (names.size() > 100) {
+        names += " ...";
+        break;
+      }
+      names += (names.empty() ? "'" : ", '") + name.substr(0, 40) + "'";
+      if (count > 1) names += " (" + std::to_string(count) + " times)";
+    }
+    diagnostics.warning("GEOM-TAG", primitive.pos, subject(primitive) + ": tags that are not supported: " + names,
+                        "its surface without them is rendered");
   }
   out.options.SetFVarLinearInterpolation(faceVaryingMode == 0   ? Sdc::Options::FVAR_LINEAR_ALL
                                          : faceVaryingMode == 2 ? Sdc::Options::FVAR_LINEAR_NONE

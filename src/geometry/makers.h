@@ -9,6 +9,9 @@ bool makeQuadric(const scene::Primitive&, const scene::Quadric&, const DiceRate&
 bool makePolygons(const scene::Primitive&, const scene::PolygonMesh&, Diagnostics&, Mesh&);
 bool makeSubdivision(const scene::Primitive&, const scene::SubdivisionMesh&, const DiceRate&, Diagnostics&, Mesh&);
 bool makePatches(const scene::Primitive&, const DiceRate&, Diagnostics&, Mesh&);  // Patch, PatchMesh, NuPatch
+bool makeTeapot(const scene::Primitive&, const DiceRate&, Diagnostics&, Mesh&);
+// The shape that a Geometry request names, made by the others.
+bool makeNamedShape(const scene::Primitive&, const scene::OtherPrimitive&, const DiceRate&, Diagnostics&, Mesh&);
 
 bool makeBlobby(const scene::Primitive&, const scene::OtherPrimitive&, const DiceRate&, Diagnostics&, Mesh&);
 

@@ -80,7 +80,25 @@ constexpr Explanation kExplanations[] = {
      "or is of a kind that is not supported (hierarchical edits). That part of the tag is ignored."},
     {"GEOM-TOO-LARGE",
      "A single primitive has more faces than its triangles could be numbered. Cut it into several primitives."},
-    {"GEOM-TRIM", "A NURBS surface has trim curves. They are not rendered yet, so the surface appears whole."},
+    {"GEOM-SHAPE-NAME",
+     "Geometry \"name\" asks for a shape by its name. Known are teapot, cube (or box), sphere, cylinder, disk and "
+     "plane; spheres, cylinders and disks take a radius (.5). The names of lights' shapes (rectlight, envsphere ...) "
+     "mean "
+     "something only where a light is declared for them. Anything else is left out."},
+    {"GEOM-TRIM",
+     "Trim curves of a NURBS surface cannot be used: counts that do not fit together, knots that decrease, weights "
+     "of "
+     "0, "
+     "an order outside 2 to 64, or more segments than can be followed. A loop with such a curve is left out; where "
+     "all "
+     "of them are meant the surface is rendered whole."},
+    {"GEOM-TRIM-CROSSING",
+     "A trim loop of a NURBS surface crosses itself or another one. A point is inside where a ray from it meets the "
+     "loops an odd number of times, so that what two loops have in common is outside."},
+    {"GEOM-TRIM-OPEN",
+     "A trim loop of a NURBS surface does not end where it begins, or its curves do not meet. A straight line closes "
+     "the "
+     "gap. Gaps below a thousandth of the surface are closed without a message."},
     {"GEOM-POINTS-TYPE",
      "Points are rendered as discs that face the ray (type \"particle\", the default), as discs that stand as N says "
      "or "

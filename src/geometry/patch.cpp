@@ -2,13 +2,14 @@
 // primvars may break between pieces; positions on shared lines are computed once and copied, so that nothing cracks.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <unordered_map>
 
-#include "geometry/axis.h"
 #include "geometry/build.h"
-#include "geometry/dice.h"
 #include "geometry/makers.h"
+#include "geometry/tensor_surface.h"
+#include "geometry/trim_curves.h"
 
 namespace kinora::geometry {
 
@@ -17,52 +18,7 @@ using Imath::V4d;
 
 namespace {
 
-constexpr int kMostPatchSegments = 1024;  // a piece
-
-struct ParametricSurface {
-  Axis u, v;
-  std::vector<std::vector<V4d>> keys;  // homogeneous control points, u fastest
-  std::vector<char> rational;          // by key: the points have weights ("Pw")
-
-  V3d at(size_t key, const Axis::Span& a, double s, const Axis::Span& b, double t, V3d* du = nullptr,
-         V3d* dv = nullptr) const {
-    double wu[64], wv[64], su[64], sv[64];
-    u.weights(a, s, wu, su);
-    v.weights(b, t, wv, sv);
-    V4d p(0), pu(0), pv(0);
-    for (int j = 0; j < v.order(); ++j) {
-      const V4d* row = &keys[key][size_t(v.control(b, j)) * u.controls()];
-      for (int i = 0; i < u.order(); ++i) {
-        const V4d& c = row[u.control(a, i)];
-        p += c * (wu[i] * wv[j]);
-        pu += c * (su[i] * wv[j]);
-        pv += c * (wu[i] * sv[j]);
-      }
-    }
-    if (!rational[key]) {
-      // the weights of a basis need not sum to one: tangents and coefficients are no points
-      if (du) *du = V3d(pu.x, pu.y, pu.z);
-      if (dv) *dv = V3d(pv.x, pv.y, pv.z);
-      return V3d(p.x, p.y, p.z);
-    }
-    const V3d point = V3d(p.x, p.y, p.z) / p.w;
-    if (du) *du = (V3d(pu.x, pu.y, pu.z) - point * pu.w) / p.w;
-    if (dv) *dv = (V3d(pv.x, pv.y, pv.z) - point * pv.w) / p.w;
-    return point;
-  }
-  // Unit dPdu x dPdv; where it vanishes (a side drawn together to a point), its limit from inside the piece.
-  V3d normal(size_t key, const Axis::Span& a, double s, const Axis::Span& b, double t) const {
-    for (double inward : {0.0, 1e-4, 1e-3, 1e-2, 0.1}) {
-      V3d du, dv;
-      at(key, a, s + (0.5 - s) * inward, b, t + (0.5 - t) * inward, &du, &dv);
-      const V3d n = du.cross(dv);
-      if (n.length() > 1e-9 * (du.length2() + dv.length2())) return n.normalized();
-    }
-    return V3d(0, 0, 1);
-  }
-};
-
-std::string describe(const scene::Primitive& primitive, size_t pointCount, ParametricSurface& out) {
+std::string describe(const scene::Primitive& primitive, size_t pointCount, TensorSurface& out) {
   // Before anything is made that is as large as the numbers say.
   auto tooFew = [&](int nu, int nv) {
     const double needed = double(nu) * double(nv);
@@ -93,139 +49,6 @@ std::string describe(const scene::Primitive& primitive, size_t pointCount, Param
   return wrong.empty() ? Axis::cubic(m.nv, m.vPeriodic, a.vBasis, a.vStep, out.v) : wrong;
 }
 
-// One vertex of one piece, for interpolating primvars.
-struct Place {
-  const Axis::Span *a, *b;
-  double s, t;
-};
-
-void interpolate(const ParametricSurface& surface, const SourcePrimvar& source, const Place& place,
-                 std::vector<float>& out) {
-  const int width = int(source.parameter->elementFloats());
-  const Axis &u = surface.u, &v = surface.v;
-  auto value = [&](int element, int k) { return double(source.values[size_t(element) * width + k]); };
-  if (source.storage == scene::StorageClass::Vertex) {
-    double wu[64], wv[64], unused[64];
-    u.weights(*place.a, place.s, wu, unused);
-    v.weights(*place.b, place.t, wv, unused);
-    for (int k = 0; k < width; ++k) {
-      double sum = 0;
-      for (int j = 0; j < v.order(); ++j)
-        for (int i = 0; i < u.order(); ++i)
-          sum += wu[i] * wv[j] * value(v.control(*place.b, j) * u.controls() + u.control(*place.a, i), k);
-      out.push_back(float(sum));
-    }
-    return;
-  }
-  // Bilinear over the cell that the piece is a part of.
-  const double x = place.a->cell0 + (place.a->cell1 - place.a->cell0) * place.s;
-  const double y = place.b->cell0 + (place.b->cell1 - place.b->cell0) * place.t;
-  int corner[4];
-  for (int c = 0; c < 4; ++c)
-    corner[c] = source.storage == scene::StorageClass::Varying
-                    ? v.varying(place.b->cell, c / 2) * u.varyings() + u.varying(place.a->cell, c % 2)
-                    : 4 * (place.b->cell * u.cells() + place.a->cell) + c;
-  for (int k = 0; k < width; ++k)
-    out.push_back(float((1 - y) * ((1 - x) * value(corner[0], k) + x * value(corner[1], k)) +
-                        y * ((1 - x) * value(corner[2], k) + x * value(corner[3], k))));
-}
-
-// Points, normals and values along a line of a piece.
-struct Sample {
-  V3d p, n;
-  std::vector<float> values;
-};
-
-// By how much they miss the straight way from the first to the last: see segmentsForPlace().
-double missOf(const std::vector<const Sample*>& line, double length, const std::vector<double>& range) {
-  double most = 0;
-  const Sample &first = *line.front(), &last = *line.back();
-  for (size_t a = 1; a + 1 < line.size(); ++a) {
-    const double t = double(a) / double(line.size() - 1);
-    V3d off = line[a]->p - (first.p * (1 - t) + last.p * t);
-    off -= line[a]->n * off.dot(line[a]->n);
-    if (length > 0) most = std::max(most, off.length() / length);
-    for (size_t c = 0; c < line[a]->values.size(); ++c)
-      if (range[c] > 0)
-        most = std::max(most,
-                        std::abs(line[a]->values[c] - (first.values[c] * (1 - t) + last.values[c] * t)) / range[c]);
-  }
-  return most;
-}
-
-// Segments of each span of both axes: the finest that any piece along it asks for.
-void chooseRates(const scene::Primitive& primitive, const ParametricSurface& s,
-                 const std::vector<SourcePrimvar>& primvars, const DiceRate& rate, std::vector<int>& nu,
-                 std::vector<int>& nv) {
-  // only those of class vertex follow the basis; others are bilinear anyway
-  std::vector<const SourcePrimvar*> curved;
-  std::vector<double> range;
-  for (const SourcePrimvar& v : primvars) {
-    if (v.storage != scene::StorageClass::Vertex || v.values.empty()) continue;
-    curved.push_back(&v);
-    const size_t width = v.parameter->elementFloats();
-    for (size_t c = 0; c < width; ++c) {
-      float low = v.values[c], high = low;
-      for (size_t i = c; i < v.values.size(); i += width) {
-        low = std::min(low, v.values[i]);
-        high = std::max(high, v.values[i]);
-      }
-      range.push_back(double(high) - double(low));
-    }
-  }
-  const bool displaced = primitive.attributes && primitive.attributes->displacement;
-  std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
-  constexpr int kSamples = 4;
-  for (size_t key = 0; key < s.keys.size(); key += std::max<size_t>(1, s.keys.size() - 1))  // first and last
-    for (size_t j = 0; j < wantV.size(); ++j)
-      for (size_t i = 0; i < wantU.size(); ++i) {
-        Sample at[kSamples + 1][kSamples + 1];
-        double edge = std::numeric_limits<double>::infinity();
-        for (int b = 0; b <= kSamples; ++b)
-          for (int a = 0; a <= kSamples; ++a) {
-            const double x = double(a) / kSamples, y = double(b) / kSamples;
-            Sample& here = at[b][a];
-            here.p = s.at(key, s.u.spans()[i], x, s.v.spans()[j], y);
-            here.n = s.normal(key, s.u.spans()[i], x, s.v.spans()[j], y);
-            for (const SourcePrimvar* v : curved)
-              interpolate(s, *v, {&s.u.spans()[i], &s.v.spans()[j], x, y}, here.values);
-            if (a % 2 == 0 && b % 2 == 0) edge = std::min(edge, rate.at(here.p));
-          }
-        for (int b = 0; b <= kSamples; ++b) {
-          double lengthU = 0, turnU = 0, lengthV = 0, turnV = 0;
-          std::vector<const Sample*> alongU, alongV;
-          for (int a = 0; a <= kSamples; ++a) {
-            alongU.push_back(&at[b][a]);
-            alongV.push_back(&at[a][b]);
-            if (a == kSamples) break;
-            lengthU += (at[b][a + 1].p - at[b][a].p).length();
-            turnU += turnBetween(at[b][a].n, at[b][a + 1].n);
-            lengthV += (at[a + 1][b].p - at[a][b].p).length();
-            turnV += turnBetween(at[a][b].n, at[a + 1][b].n);
-          }
-          wantU[i] = std::max({wantU[i], segmentsFor(lengthU, turnU, edge, displaced),
-                               segmentsForPlace(missOf(alongU, lengthU, range), lengthU, edge)});
-          wantV[j] = std::max({wantV[j], segmentsFor(lengthV, turnV, edge, displaced),
-                               segmentsForPlace(missOf(alongV, lengthV, range), lengthV, edge)});
-        }
-      }
-  for (double scale = 1;; scale *= 0.8) {
-    double u = 0, v = 0;
-    bool least = true;
-    auto round = [&](const std::vector<double>& want, std::vector<int>& out, double& sum) {
-      out.clear();
-      for (double w : want) {
-        out.push_back(int(std::ceil(std::clamp(w * scale - 1e-6, 1.0, double(kMostPatchSegments)))));
-        sum += out.back();
-        least &= out.back() == 1;
-      }
-    };
-    round(wantU, nu, u);
-    round(wantV, nv, v);
-    if (least || 2 * u * v <= rate.maxTriangles) return;
-  }
-}
-
 // A line of the grid along one axis: which piece and where in it.
 struct Line {
   size_t span;
@@ -248,6 +71,184 @@ std::vector<Line> linesOf(const Axis& axis, const std::vector<int>& segments, st
   return out;
 }
 
+// What becomes of all pieces: points and normals by key, and where each vertex lies.
+struct Pieces {
+  explicit Pieces(size_t keys) : points(keys), normals(keys) {}
+  std::vector<std::vector<V3d>> points, normals;
+  std::vector<PiecePlace> places;
+
+  uint32_t count() const { return uint32_t(places.size()); }
+  void add(const TensorSurface& surface, const PiecePlace& place, size_t key, const V3d& point) {
+    points[key].push_back(point);
+    normals[key].push_back(surface.normal(key, *place.a, place.s, *place.b, place.t));
+  }
+  void add(const PiecePlace& place, Mesh& mesh) {
+    const Axis::Span &a = *place.a, &b = *place.b;
+    places.push_back(place);
+    mesh.vertexUV.emplace_back(float(a.u0 + (a.u1 - a.u0) * place.s), float(b.u0 + (b.u1 - b.u0) * place.t));
+  }
+  // But for sides drawn together to a point, which leave triangles without area.
+  void addTriangle(const std::array<uint32_t, 3>& t, uint32_t face, Mesh& mesh) const {
+    const std::vector<V3d>& p = points[0];
+    if (points.size() == 1 && (p[t[0]] == p[t[1]] || p[t[1]] == p[t[2]] || p[t[2]] == p[t[0]])) return;
+    mesh.indices.insert(mesh.indices.end(), t.begin(), t.end());
+    mesh.faceOfTriangle.push_back(face);
+  }
+};
+
+// The grids of all pieces.
+void makeGrids(const TensorSurface& surface, const std::vector<int>& nu, const std::vector<int>& nv, Pieces& out,
+               Mesh& mesh) {
+  std::vector<int> startU, startV;
+  const std::vector<Line> linesU = linesOf(surface.u, nu, startU), linesV = linesOf(surface.v, nv, startV);
+  const size_t keys = surface.keys.size(), width = linesU.size();
+  std::vector<std::vector<V3d>> global(keys);  // every crossing of lines once
+  for (size_t k = 0; k < keys; ++k)
+    for (const Line& y : linesV)
+      for (const Line& x : linesU)
+        global[k].push_back(surface.at(k, surface.u.spans()[x.span], x.s, surface.v.spans()[y.span], y.s));
+  for (size_t j = 0; j < nv.size(); ++j)
+    for (size_t i = 0; i < nu.size(); ++i) {
+      const Axis::Span &a = surface.u.spans()[i], &b = surface.v.spans()[j];
+      const uint32_t first = out.count(), columns = uint32_t(nu[i] + 1);
+      for (int y = 0; y <= nv[j]; ++y)
+        for (int x = 0; x <= nu[i]; ++x) {
+          const PiecePlace place{&a, &b, x == nu[i] ? 1.0 : double(x) / nu[i], y == nv[j] ? 1.0 : double(y) / nv[j]};
+          for (size_t k = 0; k < keys; ++k)
+            out.add(surface, place, k, global[k][size_t(startV[j] + y) * width + size_t(startU[i] + x)]);
+          out.add(place, mesh);
+        }
+      for (int y = 0; y < nv[j]; ++y)
+        for (int x = 0; x < nu[i]; ++x) {
+          const uint32_t p = first + uint32_t(y) * columns + uint32_t(x), q = p + 1, r = q + columns, s = p + columns;
+          for (const auto& t : {std::array{p, q, r}, std::array{p, r, s}})
+            out.addTriangle(t, uint32_t(b.cell * surface.u.cells() + a.cell), mesh);
+        }
+    }
+}
+
+// The same of what trim curves leave: vertices where they are used alone. A place that several pieces share is
+// computed once.
+class TrimmedGrids {
+ public:
+  TrimmedGrids(const TensorSurface& surface, Pieces& out, Mesh& mesh) : surface_(surface), out_(out), mesh_(mesh) {}
+
+  void make(const TrimmedCells& cells, const std::vector<double>& linesU, const std::vector<double>& linesV,
+            const std::vector<int>& nu, const std::vector<int>& nv) {
+    const size_t columns = linesU.size() - 1;
+    size_t startV = 0;
+    for (size_t j = 0; j < nv.size(); startV += size_t(nv[j]), ++j) {
+      size_t startU = 0;
+      for (size_t i = 0; i < nu.size(); startU += size_t(nu[i]), ++i) {
+        a_ = &surface_.u.spans()[i];
+        b_ = &surface_.v.spans()[j];
+        vertexAt_.clear();
+        const uint32_t face = uint32_t(b_->cell * surface_.u.cells() + a_->cell);
+        for (size_t y = startV; y < startV + size_t(nv[j]); ++y)
+          for (size_t x = startU; x < startU + size_t(nu[i]); ++x) {
+            const size_t cell = y * columns + x;
+            if (cells.kind[cell] == TrimmedCells::Whole) {
+              const uint32_t p = vertex({linesU[x], linesV[y]}), q = vertex({linesU[x + 1], linesV[y]}),
+                             r = vertex({linesU[x + 1], linesV[y + 1]}), s = vertex({linesU[x], linesV[y + 1]});
+              if (!follows(p, q, r, face)) {
+                out_.addTriangle({p, q, r}, face, mesh_);
+                out_.addTriangle({p, r, s}, face, mesh_);
+              } else {
+                out_.addTriangle({r, s, p}, face, mesh_);
+                out_.addTriangle({r, p, q}, face, mesh_);
+              }
+            } else if (cells.kind[cell] == TrimmedCells::Cut) {
+              for (size_t t = cells.first[cell]; t < cells.first[cell + 1]; ++t) {
+                const uint32_t p = vertex(cells.triangles[3 * t]), q = vertex(cells.triangles[3 * t + 1]),
+                               r = vertex(cells.triangles[3 * t + 2]);
+                out_.addTriangle(follows(p, q, r, face) ? std::array{q, r, p} : std::array{p, q, r}, face, mesh_);
+              }
+            }
+          }
+      }
+    }
+  }
+
+ private:
+  struct Bits {
+    size_t operator()(const std::pair<double, double>& p) const {
+      const uint64_t a = std::bit_cast<uint64_t>(p.first), b = std::bit_cast<uint64_t>(p.second);
+      return size_t((a * 0x9e3779b97f4a7c15u) ^ ((b * 0xc2b2ae3d27d4eb4fu) >> 7) ^ (a >> 29));
+    }
+  };
+  using Places = std::unordered_map<std::pair<double, double>, uint32_t, Bits>;
+
+  // Whether this triangle would pass for the other half of a quad that the last one begins: see Mesh::quads.
+  bool follows(uint32_t p, uint32_t q, uint32_t, uint32_t face) const {
+    const std::vector<uint32_t>& at = mesh_.indices;
+    return at.size() >= 3 && at[at.size() - 3] == p && at[at.size() - 1] == q && mesh_.faceOfTriangle.back() == face;
+  }
+
+  uint32_t vertex(const Imath::V2d& uv) {
+    const auto [it, isNew] = vertexAt_.try_emplace({uv.x, uv.y}, out_.count());
+    if (!isNew) return it->second;
+    const auto part = [](double x, double from, double to) { return x == to ? 1.0 : (x - from) / (to - from); };
+    const PiecePlace place{a_, b_, part(uv.x, a_->u0, a_->u1), part(uv.y, b_->u0, b_->u1)};
+    const auto [known, isFirst] = firstAt_.try_emplace({uv.x, uv.y}, out_.count());
+    for (size_t k = 0; k < surface_.keys.size(); ++k)
+      out_.add(surface_, place, k,
+               isFirst ? surface_.at(k, *a_, place.s, *b_, place.t) : V3d(out_.points[k][known->second]));
+    out_.add(place, mesh_);
+    return it->second;
+  }
+
+  const TensorSurface& surface_;
+  Pieces& out_;
+  Mesh& mesh_;
+  const Axis::Span *a_ = nullptr, *b_ = nullptr;
+  Places vertexAt_;  // of the current piece
+  Places firstAt_;   // of any
+};
+
+// The lines of all grids along one axis, 0 to 1.
+std::vector<double> parametersOf(const Axis& axis, const std::vector<int>& segments) {
+  std::vector<double> out;
+  for (size_t i = 0; i < segments.size(); ++i)
+    for (int k = 0; k < segments[i]; ++k) {
+      const Axis::Span& span = axis.spans()[i];
+      out.push_back(span.u0 + (span.u1 - span.u0) * k / segments[i]);
+    }
+  out.push_back(axis.spans().back().u1);
+  return out;
+}
+
+// Cuts the grids along trim curves; false where nothing is left. `nu` and `nv` rise to what suits the curves.
+bool makeTrimmed(const scene::Primitive& primitive, const TensorSurface& surface, const Trim& trim,
+                 std::vector<int>& nu, std::vector<int>& nv, Pieces& out, Diagnostics& diagnostics, Mesh& mesh) {
+  // cells that a few segments pass: more make long thin triangles, and places are rounded to parts of a cell
+  size_t segments = 0;
+  for (const auto& loop : trim.loops) segments += loop.size();
+  constexpr double kLeastLines = 16, kMostLines = 256;
+  const double least = std::clamp(2 * std::sqrt(double(segments)), kLeastLines, kMostLines);
+  for (auto [axis, count] : {std::pair(&surface.u, &nu), std::pair(&surface.v, &nv)})
+    for (size_t i = 0; i < count->size(); ++i) {
+      const Axis::Span& span = axis->spans()[i];
+      (*count)[i] = std::max((*count)[i], int(std::ceil(least * (span.u1 - span.u0))));
+    }
+  const std::vector<double> linesU = parametersOf(surface.u, nu), linesV = parametersOf(surface.v, nv);
+  const TrimmedCells cells = trimCells(trim.loops, trim.keepInside, linesU, linesV);
+  if (cells.tooMuch) {
+    diagnostics.warning("GEOM-TRIM", primitive.pos,
+                        "trim curves of " + subject(primitive) + " cross the surface too often to be followed",
+                        "the whole surface is rendered");
+    makeGrids(surface, nu, nv, out, mesh);
+    return true;
+  }
+  if (cells.crosses)
+    diagnostics.warning("GEOM-TRIM-CROSSING", primitive.pos, "trim curves of " + subject(primitive) + " cross",
+                        "what they surround an odd number of times counts as inside");
+  TrimmedGrids(surface, out, mesh).make(cells, linesU, linesV, nu, nv);
+  if (mesh.indices.empty())
+    diagnostics.warning("GEOM-ZERO-AREA", primitive.pos, "trim curves of " + subject(primitive) + " leave nothing",
+                        "the primitive is left out", "see Attribute \"trimcurve\" \"sense\"");
+  return !mesh.indices.empty();
+}
+
 }  // namespace
 
 bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagnostics& diagnostics, Mesh& mesh) {
@@ -260,7 +261,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   for (size_t k = 0; k < points->keys.size(); ++k)  // a weight of 0 is legal here, unlike where points are projected
     for (const V4d& p : homogeneousPoints(primitive, k))
       if (!std::isfinite(p.x + p.y + p.z + p.w)) return refuse("GEOM-NOT-FINITE", "points that are not finite");
-  ParametricSurface surface;
+  TensorSurface surface;
   const std::string wrong = describe(primitive, points->count, surface);
   if (!wrong.empty()) return refuse("GEOM-PATCH-SHAPE", wrong);
   const size_t needed = size_t(surface.u.controls()) * size_t(surface.v.controls());
@@ -273,54 +274,22 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
       surface.rational[k] = surface.rational[0];
     }
   }
-  if (const auto* n = std::get_if<scene::NuPatch>(&primitive.shape); n && !n->trim.empty())
-    diagnostics.warning("GEOM-TRIM", primitive.pos,
-                        subject(primitive) + " has trim curves, which are not rendered yet",
-                        "the whole surface is rendered");
 
-  std::vector<int> nu, nv, startU, startV;
-  const size_t cells = size_t(surface.u.cells()) * surface.v.cells();
+  std::vector<int> nu, nv;
+  const size_t cells = size_t(surface.u.cells()) * surface.v.cells(), keys = surface.keys.size();
   const ClassCounts counts{cells, size_t(surface.u.varyings()) * surface.v.varyings(), needed, 4 * cells};
   const std::vector<SourcePrimvar> primvars = readPrimvars(primitive, counts, diagnostics);
   chooseRates(primitive, surface, primvars, rate, nu, nv);
-  const std::vector<Line> linesU = linesOf(surface.u, nu, startU), linesV = linesOf(surface.v, nv, startV);
-  const size_t keys = surface.keys.size(), width = linesU.size();
-  std::vector<std::vector<V3d>> global(keys);  // every crossing of lines once
-  for (size_t k = 0; k < keys; ++k)
-    for (const Line& y : linesV)
-      for (const Line& x : linesU)
-        global[k].push_back(surface.at(k, surface.u.spans()[x.span], x.s, surface.v.spans()[y.span], y.s));
-
-  std::vector<std::vector<V3d>> out(keys), normals(keys);
-  std::vector<Place> places;
-  for (size_t j = 0; j < nv.size(); ++j)
-    for (size_t i = 0; i < nu.size(); ++i) {
-      const Axis::Span &a = surface.u.spans()[i], &b = surface.v.spans()[j];
-      const uint32_t first = uint32_t(out[0].size()), columns = uint32_t(nu[i] + 1);
-      for (int y = 0; y <= nv[j]; ++y)
-        for (int x = 0; x <= nu[i]; ++x) {
-          const double s = x == nu[i] ? 1.0 : double(x) / nu[i], t = y == nv[j] ? 1.0 : double(y) / nv[j];
-          for (size_t k = 0; k < keys; ++k) {
-            out[k].push_back(global[k][size_t(startV[j] + y) * width + size_t(startU[i] + x)]);
-            normals[k].push_back(surface.normal(k, a, s, b, t));
-          }
-          places.push_back({&a, &b, s, t});
-          mesh.vertexUV.emplace_back(float(a.u0 + (a.u1 - a.u0) * s), float(b.u0 + (b.u1 - b.u0) * t));
-        }
-      for (int y = 0; y < nv[j]; ++y)
-        for (int x = 0; x < nu[i]; ++x) {
-          const uint32_t p = first + uint32_t(y) * columns + uint32_t(x), q = p + 1, r = q + columns, s = p + columns;
-          for (const auto& t : {std::array{p, q, r}, std::array{p, r, s}}) {
-            // Sides drawn together to a point leave triangles without area.
-            const auto& o = out[0];
-            if (keys == 1 && (o[t[0]] == o[t[1]] || o[t[1]] == o[t[2]] || o[t[2]] == o[t[0]])) continue;
-            mesh.indices.insert(mesh.indices.end(), t.begin(), t.end());
-            mesh.faceOfTriangle.push_back(uint32_t(b.cell * surface.u.cells() + a.cell));
-          }
-        }
-    }
+  Trim trim;
+  if (const auto* n = std::get_if<scene::NuPatch>(&primitive.shape))
+    trim = readTrim(primitive, *n, surface, rate, diagnostics);
+  Pieces pieces(keys);
+  if (trim.loops.empty())
+    makeGrids(surface, nu, nv, pieces, mesh);
+  else if (!makeTrimmed(primitive, surface, trim, nu, nv, pieces, diagnostics, mesh))
+    return false;
   std::vector<V3d> all;
-  for (const auto& key : out) all.insert(all.end(), key.begin(), key.end());
+  for (const auto& key : pieces.points) all.insert(all.end(), key.begin(), key.end());
   for (const V3d& p : all)
     if (!std::isfinite(p.x + p.y + p.z)) return refuse("GEOM-NOT-FINITE", "weights that make it infinite");
   if (keys > 1) mesh.times = points->times;
@@ -343,7 +312,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
     if (constant || uniform)
       p.data = s.values;
     else
-      for (const Place& place : places) interpolate(surface, s, place, p.data);
+      for (const PiecePlace& place : pieces.places) interpolate(surface, s, place, p.data);
     mesh.primvars.push_back(std::move(p));
   }
   repairNormals(primitive, mesh, diagnostics);
@@ -353,7 +322,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
     n.type = scene::ValueType::Normal;
     n.width = 3;
     n.rate = Primvar::Rate::PerVertex;
-    for (const auto& key : normals)
+    for (const auto& key : pieces.normals)
       for (const V3d& v : key)
         for (int c = 0; c < 3; ++c) n.data.push_back(float(mesh.flipNormals ? -v[c] : v[c]));
     mesh.primvars.push_back(std::move(n));

@@ -207,7 +207,7 @@ TEST(Patch, NurbsSphereAndItsPoles) {
   }
   EXPECT_NEAR(area(m) / (4 * kPi), 1, 3e-3);
   EXPECT_NEAR(volume(m) / (4 * kPi / 3), 1, 5e-3);
-  // Half the range in u: half the sphere, and the trim curves are told about.
+  // Half the range in u: half the sphere, and trim curves that are no such thing are told about.
   n.uMax = 2;
   n.trim.set(parameter("ncurves", StorageClass::Constant, ValueType::Float, {1}));
   p.shape = n;

@@ -184,26 +184,6 @@ double finestEdge(const Profile& profile, const DiceRate& rate) {
   return edge;
 }
 
-void addPrimvars(const scene::Primitive& primitive, Diagnostics& diagnostics, Mesh& mesh) {
-  for (const SourcePrimvar& s : readPrimvars(primitive, {1, 4, 4, 4}, diagnostics)) {
-    const bool single = s.storage == scene::StorageClass::Constant || s.storage == scene::StorageClass::Uniform;
-    Primvar p = emptyPrimvar(s, single ? Primvar::Rate::Constant : Primvar::Rate::PerVertex);
-    if (single) {
-      p.data = s.values;
-    } else {
-      // Four values at (u, v) = (0,0), (1,0), (0,1), (1,1).
-      p.data.reserve(mesh.vertexUV.size() * p.width);
-      for (const Imath::V2f& uv : mesh.vertexUV)
-        for (int k = 0; k < p.width; ++k) {
-          const float *d = s.values.data() + k, u = uv.x, v = uv.y;
-          p.data.push_back((1 - v) * ((1 - u) * d[0] + u * d[p.width]) +
-                           v * ((1 - u) * d[2 * p.width] + u * d[3 * p.width]));
-        }
-    }
-    mesh.primvars.push_back(std::move(p));
-  }
-}
-
 // The arguments at every deformation key: those of the request, then those that the keys say (see scene::Quadric).
 std::vector<Quadric> quadricKeys(const scene::Primitive& primitive, const Quadric& first, Diagnostics& diagnostics) {
   std::vector<Quadric> keys{first};
@@ -333,13 +313,7 @@ bool makeQuadric(const scene::Primitive& primitive, const Quadric& quadric, cons
   mesh.faceOfTriangle.assign(mesh.triangleCount(), 0);
   mesh.quads = true;
 
-  addPrimvars(primitive, diagnostics, mesh);
-  if (mesh.find("N"))
-    repairNormals(primitive, mesh, diagnostics);
-  else
-    mesh.primvars.push_back(std::move(normals));
-  joinTextureCoordinates(mesh);
-  applyTextureCoordinates(primitive, mesh);
+  finishSurface(primitive, std::move(normals), diagnostics, mesh);
   return true;
 }
 

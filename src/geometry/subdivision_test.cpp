@@ -439,6 +439,18 @@ TEST(Subdivision, BadTagsAreToldAndLeftOut) {
     EXPECT_GE(d.count("GEOM-TAG"), 1u) << t.name;
     EXPECT_EQ(edges(*m).open, 0u);
   }
+  // Edits of a hierarchical mesh are told once, whatever their number, and its base is the surface.
+  std::vector<std::string> lines;
+  Diagnostics told([&](const std::string& line, Severity) { lines.push_back(line); });
+  const std::vector<scene::SubdivisionMesh::Tag> base{tag("crease", {0, 1}, {10})};
+  std::vector<scene::SubdivisionMesh::Tag> edited = base;
+  for (int i = 0; i < 300; ++i) edited.push_back(tag(i % 3 ? "vertexedit" : "faceedit", {0, i % 4}, {1, 2, 3}));
+  const auto hierarchical = tessellate(subdivision(cube(), "catmull-clark", edited), {}, told);
+  ASSERT_TRUE(hierarchical.has_value());
+  EXPECT_EQ(volume(*hierarchical), volume(made(subdivision(cube(), "catmull-clark", base))));
+  EXPECT_EQ(told.count("GEOM-TAG"), 1u);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_NE(lines[0].find("'faceedit' (100 times), 'vertexedit' (200 times)"), std::string::npos) << lines[0];
   // Odd sharpnesses do no harm.
   Quiet d;
   const auto m = tessellate(subdivision(cube(), "catmull-clark",

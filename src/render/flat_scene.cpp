@@ -19,7 +19,7 @@ Digest lookOf(const scene::Attributes* attributes) {
   h.bytes(a.textureCoordinates.data(), sizeof a.textureCoordinates);
   for (const auto* basis : {&a.uBasis, &a.vBasis}) h.bytes(basis->data(), sizeof *basis);
   for (const scene::Parameter& p : a.named)
-    if (p.name.starts_with("dice:") || p.name.starts_with("polygon:")) {
+    if (p.name.starts_with("dice:") || p.name.starts_with("polygon:") || p.name.starts_with("trimcurve:")) {
       h.text(p.name);
       h.bytes(p.floats.data(), p.floats.size() * sizeof(float));
       h.bytes(p.ints.data(), p.ints.size() * sizeof(int));

@@ -60,7 +60,7 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
     quadric = std::get_if<scene::Quadric>(&l.geometry->shape);
     if (const auto* other = std::get_if<scene::OtherPrimitive>(&l.geometry->shape)) {
       named = true;
-      if (const scene::Parameter* name = other->args.find("name"); name && !name->strings.empty())
+      if (const scene::Parameter* name = other->args.find("type"); name && !name->strings.empty())
         shape = lowerCase(name->strings[0]);
     }
   }

@@ -282,8 +282,8 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     OtherPrimitive o{r.name, {}};
     if (!c.string(text)) return bad("a name");
     o.args.set(arrayOf("type", std::vector<std::string>{text}, r.pos));
-    other(std::move(o));
-  } else {  // Procedural, Procedural2: a kind, its data, its bound
+    p.shape = std::move(o);  // which names there are is known to who makes them
+  } else {                   // Procedural, Procedural2: a kind, its data, its bound
     OtherPrimitive o{r.name, {}};
     std::vector<std::string> data;
     if (!c.string(text)) return bad("a kind");

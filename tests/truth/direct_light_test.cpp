@@ -158,6 +158,8 @@ TEST(Irradiance, OfOldAreaLights) {
   expectIrradiance(begin + "-1\nSphere 0.5 -0.5 0.5 360\nAttributeEnd\n", kPi * 0.25 / 4, "sphere of an old kind");
   expectIrradiance(begin + "-1\nScale 1 1 -1 Geometry \"rectlight\"\nAttributeEnd\n",
                    1.0 / 4.25 * std::sqrt(4.25) * 2 * std::atan(0.5 / std::sqrt(4.25)), "rectangle of an old kind");
+  expectIrradiance(begin + "-1\nScale 1 1 -1 Geometry \"disklight\"\nAttributeEnd\n", kPi * 0.25 / 4.25,
+                   "disk of an old kind by its name");
   const std::string scaled =
       kUnseen + "AreaLightSource \"PxrStdAreaLight\" \"old\"\nTranslate 0 0 -1\nDisk 0 0.5 360\nAttributeEnd\n";
   expectIrradiance(scaled, 1 / 4.25, "disk of an old kind, its power of its own");

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "geometry/teapot_patches.h"
 #include "support/render_scene.h"
 #include "truth/scenes.h"
 
@@ -70,6 +71,49 @@ TEST(Roads, SphereAtAnyDicingRateIsTheSamePicture) {
   EXPECT_LT(rmse(coarse, fine), 0.06 * mean(fine))
       << SceneRender::keep(coarse, "coarse") << SceneRender::keep(fine, "fine");
   EXPECT_NEAR(mean(normal), mean(fine), 0.002 * mean(fine));
+}
+
+TEST(Roads, ShapesByNameAndTrimmedSurfacesAreWhatTheyStandFor) {
+  const auto picture = [](const std::string& what) {
+    RenderRequest r;
+    r.rib =
+        head(64) + unbiased(2) + "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" +
+        "Bxdf \"PxrDiffuse\" \"floor\" \"color diffuseColor\" [0.6 0.5 0.4]\n" +  // facets of so few pixels would show
+        "Attribute \"dice\" \"float micropolygonlength\" [0.1]\n" +
+        "Polygon \"vertex point P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\nRotate -90 1 0 0\n" + what + "WorldEnd\n";
+    SceneRender render(r);
+    return render.channel("Ci");
+  };
+  const auto expectSame = [&](const std::string& one, const std::string& other, const char* what) {
+    const image::Image a = picture(one), b = picture(other);
+    // the same samples meet nearly the same surface
+    EXPECT_LT(rmse(a, b), 0.02 * mean(b)) << SceneRender::keep(a, what) << SceneRender::keep(b, "other");
+    EXPECT_NEAR(mean(a), mean(b), 0.002 * mean(b)) << what;
+  };
+  std::string patches = "Basis \"bezier\" 3 \"bezier\" 3\nTranslate 0 0 -0.15\n";
+  for (int k = 0; k < 28; ++k) {
+    patches += "Patch \"bicubic\" \"P\" [";
+    for (const uint16_t i : geometry::kTeapotPatches[k])
+      for (const float c : geometry::kTeapotPoints[i - 1]) patches += std::to_string(c) + " ";
+    patches += "]\n";
+  }
+  const std::string small = "Scale 0.35 0.35 0.35\n";
+  expectSame(small + "Geometry \"teapot\"\n", small + patches, "teapot");
+  // a ring in a square of 2, standing up
+  const std::string up = "Rotate 60 1 0 0 Translate 0 1 -0.3\n";
+  const auto circle = [](double radius, bool isU) {
+    std::string out;
+    const int d[9][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+    for (int i = 0; i < 9; ++i)
+      out += std::to_string((0.5 + radius * d[i][isU ? 0 : 1]) * (i % 2 ? std::sqrt(0.5) : 1)) + " ";
+    return out;
+  };
+  const std::string knots = "0 0 0 1 1 2 2 3 3 4 4 4 ",
+                    weights = "1 0.7071068 1 0.7071068 1 0.7071068 1 0.7071068 1 ";
+  expectSame(up + "TrimCurve [1 1] [3 3] [" + knots + knots + "] [0 0] [4 4] [9 9] [" + circle(0.4, true) +
+                 circle(0.2, true) + "] [" + circle(0.4, false) + circle(0.2, false) + "] [" + weights + weights +
+                 "]\nNuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n",
+             up + "Hyperboloid 0.4 0 0 0.8 0 0 360\n", "ring");
 }
 
 const char* const kPiece = R"(AttributeBegin
