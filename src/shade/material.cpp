@@ -165,7 +165,8 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     const scene::Node own = forShader(node, *out.shader, out.wantedParts, diagnostics_);
     out.values = std::make_unique<ResolvedParams>(*out.plugin, out.shader->shader ? &own : nullptr, diagnostics_);
   } else {
-    out.values = std::make_unique<ResolvedParams>(*out.plugin, &node, diagnostics_);
+    const std::optional<scene::Node> split = withElements(node, *out.plugin, diagnostics_);
+    out.values = std::make_unique<ResolvedParams>(*out.plugin, split ? &*split : &node, diagnostics_);
   }
   out.links.resize(out.plugin->paramCount);
   return true;

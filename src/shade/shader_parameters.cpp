@@ -142,6 +142,39 @@ scene::Node forShader(const scene::Node& node, const ShaderNode& shader, std::ve
   return out;
 }
 
+std::optional<scene::Node> withElements(const scene::Node& node, const Descriptor& plugin, Diagnostics& diagnostics) {
+  const auto isDeclared = [&](const std::string& name) {
+    for (uint32_t i = 0; i < plugin.paramCount; ++i)
+      if (sameName(plugin.params[i].name, name)) return true;
+    return false;
+  };
+  std::optional<scene::Node> out;
+  for (const scene::Parameter& given : node.params) {
+    if (!given.isReference || !isDeclared(given.name + "_0")) continue;
+    if (!out) out = node;
+    // the list keeps the number of its elements
+    scene::Parameter list = given;
+    list.isReference = false;
+    list.floats.assign(given.strings.size() * 3, 0.f);
+    list.strings.clear();
+    out->params.set(std::move(list));
+    for (size_t k = 0; k < given.strings.size(); ++k) {
+      scene::Parameter element = given;
+      element.name = given.name + "_" + std::to_string(k);
+      if (!isDeclared(element.name)) {
+        diagnostics.warning("PARAM-TYPE", given.pos,
+                            std::string(plugin.name) + "." + given.name + " of '" + node.handle +
+                                "' is connected to " + std::to_string(given.strings.size()) + " nodes",
+                            "those from number " + std::to_string(k) + " on are left out");
+        break;
+      }
+      element.strings = {given.strings[k]};
+      if (!given.strings[k].empty()) out->params.set(std::move(element));
+    }
+  }
+  return out;
+}
+
 std::string connectionProblem(const Param& from, bool fromShader, int32_t fromPart, const Param& to, bool toShader,
                               int32_t toPart) {
   const auto isList = [](const Param& p) { return (p.flags & kParamArray) && p.type != Type::Matrix; };

@@ -1,6 +1,7 @@
 // What a scene gives to the parameters of a shader, brought to the form of plug-ins: declared types are checked,
 // structs are taken apart into their fields, arrays get their full length. Used by MaterialSet.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,10 @@ struct PartReference {
 // The node with parameters that ResolvedParams takes; what cannot be used is told and left out.
 scene::Node forShader(const scene::Node& node, const ShaderNode& shader, std::vector<PartReference>& parts,
                       Diagnostics& diagnostics);
+
+// The node of a plug-in that declares NAME_0, NAME_1 ... beside an array NAME: references to the array's elements become
+// references of those, and the array keeps its length. Nothing where there are none.
+std::optional<scene::Node> withElements(const scene::Node& node, const Descriptor& plugin, Diagnostics& diagnostics);
 
 // "name[3]" -> name and 3; -1 where there is no index.
 int32_t splitIndex(std::string& name);

@@ -5,6 +5,8 @@
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
 #include <kinora/pattern_author.h>
 
+#include "plugins/pattern/slopes/surface_gradient.h"
+
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t {
@@ -43,11 +45,17 @@ constexpr Param kParams[] = {
     param::number("adjustAmount", 1.f).help("Accepted; materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::output(Type::Normal, "resultN"),
+    param::output(Type::Vector, "resultNG"),
 };
 
 struct PxrBump {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
+    bend<W>(c, args);
+    if (args->wanted[1]) makeSurfaceGradients<W>(*c, args->outputs[0].data, args->outputs[1]);
+  }
+  template <int W>
+  static void bend(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
     const Value input = c->param(kInputN), scale = c->param(kScale), mix = c->param(kSurfaceNormalMix),
                 blur = c->param(kBlur);

@@ -4,6 +4,8 @@
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrNormalMap/PxrNormalMap.cpp"
 #include <kinora/pattern_author.h>
 
+#include "plugins/pattern/slopes/surface_gradient.h"
+
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t {
@@ -56,11 +58,17 @@ constexpr Param kParams[] = {
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
     param::output(Type::Normal, "resultN"),
+    param::output(Type::Vector, "resultNG"),
 };
 
 struct PxrNormalMap {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
+    bend<W>(c, args);
+    if (args->wanted[1]) makeSurfaceGradients<W>(*c, args->outputs[0].data, args->outputs[1]);
+  }
+  template <int W>
+  static void bend(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
     const Value overlay = c->param(kBumpOverlay), scale = c->param(kBumpScale), mix = c->param(kSurfaceNormalMix);
     float* out[3];

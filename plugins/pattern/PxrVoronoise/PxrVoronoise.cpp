@@ -6,6 +6,8 @@
 #include <kinora/pattern_author.h>
 #include <kinora/math/noise.h>
 
+#include "plugins/pattern/cells/cells.h"
+
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t {
@@ -76,26 +78,15 @@ struct PxrVoronoise {
   template <int W>
   static KN_INLINE Float<W> cells(Vec3<W> p, Float<W> jitter, Float<W> steep, uint32_t seed) {
     using F = Float<W>;
-    using I = Int<W>;
-    const F fx = floor(p.x), fy = floor(p.y), fz = floor(p.z);
-    const I ix = toInt(fx), iy = toInt(fy), iz = toInt(fz);
     F near[27], value[27], nearest(0.f), sum(0.f), weights(0.f);
     int n = 0;
-    for (int z = -1; z <= 1; ++z)
-      for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-          const I h = hashLattice(ix + I(x), iy + I(y), iz + I(z), seed);
-          const I g = h * I(0x2c1b3c6du);
-          const F half(0.5f);
-          const Vec3<W> d(fma(toUnitFloat(h) - half, jitter, F(float(x) + 0.5f)) - (p.x - fx),
-                          fma(toUnitFloat(h.template shl<12>()) - half, jitter, F(float(y) + 0.5f)) - (p.y - fy),
-                          fma(toUnitFloat(g) - half, jitter, F(float(z) + 0.5f)) - (p.z - fz));
-          const F t = max(F(1.f) - length(d), F(0.f));
-          near[n] = t * t * fnma(F(2.f), t, F(3.f));
-          value[n] = toUnitFloat(foldHigh(g) * I(0x297a2d39u));
-          nearest = max(nearest, near[n]);
-          ++n;
-        }
+    forCellPoints(p, jitter, true, seed, [&](Vec3<W> d, Int<W> bits) {
+      const F t = max(F(1.f) - length(d), F(0.f));
+      near[n] = t * t * fnma(F(2.f), t, F(3.f));
+      value[n] = toUnitFloat(bits);
+      nearest = max(nearest, near[n]);
+      ++n;
+    });
     // relative to the nearest point, so that steep weights do not all underflow
     const F scale = F(1.f) / max(nearest, F(1e-20f));
     for (int k = 0; k < 27; ++k) {

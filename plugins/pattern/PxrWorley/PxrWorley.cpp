@@ -6,6 +6,8 @@
 #include <kinora/pattern_author.h>
 #include <kinora/math/noise.h>
 
+#include "plugins/pattern/cells/cells.h"
+
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t {
@@ -60,18 +62,11 @@ struct PxrWorley {
           exponent(c.param(kExponent)),
           scale(c.param(kRandomScale)),
           scaleCenter(c.param(kRandomScaleCenter)),
+          m(spaceManifold(c, kManifold)),
           metric(fixedInteger(c, kMetric)),
           shape(fixedInteger(c, kShape)),
           clamped(fixedInteger(c, kClamp) != 0),
-          inverted(fixedInteger(c, kInvert) != 0) {
-      if (const Manifold* connected = c.fn->manifold(&c, kManifold)) {
-        m = *connected;
-        return;
-      }
-      m.dimensions = 3;
-      m.q = c.builtin(Builtin::Po);
-      m.radius = c.builtin(Builtin::PoRadius);
-    }
+          inverted(fixedInteger(c, kInvert) != 0) {}
     bool uniform() const {
       return allUniform({&frequency, &jitter, &c1, &c2, &exponent, &scale, &scaleCenter, &m.q});
     }
@@ -89,31 +84,20 @@ struct PxrWorley {
   template <int W>
   static KN_INLINE Vec3<W> at(const Setup& s, At at) {
     using F = Float<W>;
-    using I = Int<W>;
-    const F zero(0.f), one(1.f), half(0.5f);
+    const F zero(0.f), one(1.f);
     const Vec3<W> p = loadPosition<W>(s.m, at) * loadFloat<W>(s.frequency, at);
     const F jitter = clamp(loadFloat<W>(s.jitter, at), zero, one);
     const F exponent = max(loadFloat<W>(s.exponent, at), F(0.1f));
     const F spread = loadFloat<W>(s.scale, at), center = loadFloat<W>(s.scaleCenter, at);
-    const F fx = floor(p.x), fy = floor(p.y), fz = floor(p.z);
-    const I ix = toInt(fx), iy = toInt(fy), iz = toInt(fz);
     F first(1e30f), second(1e30f), value(0.f);
-    const int depth = s.m.dimensions > 2 ? 1 : 0;
-    for (int z = -depth; z <= depth; ++z)
-      for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-          const I h = hashLattice(ix + I(x), iy + I(y), iz + I(z), 0x51ed270bu);
-          const I g = h * I(0x2c1b3c6du);
-          const Vec3<W> d(fma(toUnitFloat(h) - half, jitter, F(float(x) + 0.5f)) - (p.x - fx),
-                          fma(toUnitFloat(h.template shl<12>()) - half, jitter, F(float(y) + 0.5f)) - (p.y - fy),
-                          depth ? fma(toUnitFloat(g) - half, jitter, F(float(z) + 0.5f)) - (p.z - fz) : zero);
-          const F own = toUnitFloat(foldHigh(g) * I(0x297a2d39u));
-          const F l = distance<W>(s.metric, d, exponent) * max(fma(spread, own - center, one), F(0.01f));
-          const Mask<W> nearer = l < first;
-          second = select(nearer, first, min(second, l));
-          value = select(nearer, own, value);
-          first = select(nearer, l, first);
-        }
+    forCellPoints(p, jitter, s.m.dimensions > 2, 0x51ed270bu, [&](Vec3<W> d, Int<W> bits) {
+      const F own = toUnitFloat(bits);
+      const F l = distance<W>(s.metric, d, exponent) * max(fma(spread, own - center, one), F(0.01f));
+      const Mask<W> nearer = l < first;
+      second = select(nearer, first, min(second, l));
+      value = select(nearer, own, value);
+      first = select(nearer, l, first);
+    });
     F r = s.shape == 1 ? value : fma(loadFloat<W>(s.c1, at), first, loadFloat<W>(s.c2, at) * second);
     if (s.clamped) r = clamp(r, zero, one);
     if (s.inverted) r = one - r;

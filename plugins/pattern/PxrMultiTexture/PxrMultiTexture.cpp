@@ -1,0 +1,139 @@
+// PxrMultiTexture: one of up to ten images, chosen by a manifold of several textures (PxrTileManifold, PxrRoundCube
+// ...), with colours that vary from tile to tile and from object to object.
+#define KINORA_KERNEL_FILE "plugins/pattern/PxrMultiTexture/PxrMultiTexture.cpp"
+#include <kinora/pattern_author.h>
+
+#include "plugins/pattern/variation/vary.h"
+
+KINORA_KERNELS_BEGIN
+
+enum : uint32_t {
+  kManifold,
+  kFilename0,
+  kFirstChannel = kFilename0 + 10,
+  kInvertT,
+  kFilter,
+  kBlur,
+  kLerp,
+  kMissingColor,
+  kMissingAlpha,
+  kLinearize,
+  kRandomSource,
+  kRandomSeed,
+  kRandomHue,
+  kHueMode = kRandomHue + 4
+};
+constexpr uint32_t kFiles = 10;
+#define KINORA_FILE(n) param::string("filename" #n, "").file().help("Image " #n " of the manifold's.")
+constexpr Param kParams[] = {
+    param::structure("manifoldMulti")
+        .help("Texture coordinates and number of the image; st and image 0 where not "
+              "connected."),
+    KINORA_FILE(0),
+    KINORA_FILE(1),
+    KINORA_FILE(2),
+    KINORA_FILE(3),
+    KINORA_FILE(4),
+    KINORA_FILE(5),
+    KINORA_FILE(6),
+    KINORA_FILE(7),
+    KINORA_FILE(8),
+    KINORA_FILE(9),
+    param::integer("firstChannel", 0).range(0, 3).help("Channel of the files that becomes red."),
+    param::integer("invertT", 1)
+        .range(0, 1)
+        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
+    param::integer("filter", 1)
+        .range(0, 7)
+        .options("0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian")
+        .help("Filter of lookups."),
+    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
+    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
+    param::color("missingColor", 1, 0, 1).fixed().help("Result where there is no image."),
+    param::number("missingAlpha", 1.f).fixed().help("resultA where there is no image."),
+    param::integer("linearize", 0).range(0, 1).help("1: the files store sRGB; it is decoded before it is filtered."),
+    KINORA_VARY_SOURCE,
+    param::number("randomSeed", 0.f).help("Another number, another set of variations."),
+    KINORA_VARY_AMOUNTS("randomHue", "randomSaturation", "randomLuminance", "randomGamma"),
+    KINORA_VARY_SIDES,
+    param::output(Type::Color, "resultRGB"),
+    param::output(Type::Float, "resultR"),
+    param::output(Type::Float, "resultG"),
+    param::output(Type::Float, "resultB"),
+    param::output(Type::Float, "resultA"),
+};
+#undef KINORA_FILE
+
+struct PxrMultiTexture {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* args) {
+    using F = Float<W>;
+    const Manifold m = surfaceManifold(*c, kManifold);
+    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
+    const Value blur = c->param(kBlur), missing = c->param(kMissingColor);
+    TextureOptions o;
+    o.firstChannel = fixedInteger(*c, kFirstChannel);
+    o.filter = fixedInteger(*c, kFilter);
+    o.interpolateLevels = fixedInteger(*c, kLerp);
+    o.linearize = fixedInteger(*c, kLinearize);
+    for (uint32_t k = 0; k < 3; ++k) o.missingColor[k] = missing.data[k][0];
+    o.missingAlpha = c->param(kMissingAlpha).data[0][0];
+    float *st[3], *radius[3], *rgb[3], *alpha[3];
+    Value place, size;
+    makeOutput(*c, place, 2, false, st);
+    makeOutput(*c, size, 1, false, radius);
+    makeOutput(*c, args->outputs[0], 3, false, rgb);
+    makeOutput(*c, args->outputs[4], 1, false, alpha);
+    for (uint32_t i = 0; i < c->padded; i += W) {
+      const At at{i, false};
+      loadComponent<W>(m.q, 0, at).store(st[0] + i);
+      const F t = loadComponent<W>(m.q, 1, at);
+      (flip ? F(1.f) - t : t).store(st[1] + i);
+      (abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at)).store(radius[0] + i);
+    }
+    const Value handles = chosen(*c, m);
+    float* const rgba[4] = {rgb[0], rgb[1], rgb[2], alpha[0]};
+    c->fn->texture(c, &handles, st[0], st[1], radius[0], &o, rgba);
+    for (uint32_t i = c->count; i < c->padded; ++i)
+      for (float* p : rgba) p[i] = p[c->count - 1];
+    vary<W>(*c, m, rgb);
+    shareComponents(*args, 0);
+  }
+  // Each point's file: numbers past the last one that is named go round.
+  static Value chosen(const Context& c, const Manifold& m) {
+    Value files[kFiles];
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < kFiles; ++k) {
+      files[k] = c.param(kFilename0 + k);
+      if (hasFile(files[k])) n = k + 1;
+    }
+    if (n < 2 || m.q.components < 3) return files[0];
+    Value v;
+    float* handles[3];
+    makeOutput(c, v, 1, false, handles);
+    for (uint32_t i = 0; i < c.padded; ++i) {
+      const float x = m.q.data[2][m.q.stride ? i : 0];
+      const uint32_t k = (x > 0 && x < 65536 ? uint32_t(x) : 0) % n;
+      const int32_t h = handleAt(files[k], i);
+      std::memcpy(&handles[0][i], &h, sizeof h);
+    }
+    return v;
+  }
+  template <int W>
+  static void vary(const Context& c, const Manifold& m, float* const rgb[3]) {
+    const Variation change(c, kRandomHue, kHueMode);
+    if (change.isOff()) return;
+    const Value extra = c.param(kRandomSeed), id = c.builtin(Builtin::ObjectId);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const At at{i, false};
+      Int<W> seed = hashWords(seedOf(loadComponent<W>(id, 0, at)), seedOf(loadFloat<W>(extra, at)));
+      // what manifolds of tiles hand on behind the number of the image
+      if (m.q.components > 2) seed = hashWords(seed, seedOf(loadComponent<W>(m.q, 2, at)));
+      change.apply(Rgb<W>::load(rgb, i), seed, at).store(rgb, i);
+    }
+  }
+};
+
+KINORA_KERNELS_END
+
+KINORA_PATTERN(PxrMultiTexture, .help = "One of several images, chosen tile by tile.", .params = kParams)
