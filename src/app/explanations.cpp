@@ -100,6 +100,13 @@ constexpr Explanation kRooms[] = {
      "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta "
      "where it is "
      "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
+    {"PATTERN-EXPRESSION",
+     "The expression of a PxrSeExpr node is not understood; the message says what is wrong, with line and column "
+     "within "
+     "the expression. It is assignments (name = value;) and conditions (if (...) { ... } else { ... }), then the "
+     "result "
+     "without a name. What the node feeds is magenta where it is a colour and has its default elsewhere. "
+     "`kinora plugins PxrSeExpr` lists the variables."},
     {"SHADER-CALL",
      "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders "
      "trace rays. "

@@ -24,6 +24,7 @@
 #include "render/version.h"
 #include "render/world_build.h"
 #include "scene/digests.h"
+#include "shade/tees.h"
 #include "texture/texture_system.h"
 
 namespace kinora::render {
@@ -206,10 +207,10 @@ struct Renderer::Impl {
     return film != nullptr;
   }
 
-  // Sources that are no built-in ones are primvars, and some object should have them.
+  // Sources that are no built-in ones are primvars or PxrTee nodes', and some object should have them.
   void warnOfPrimvars() {
     for (const RecordPlan::Primvar& p : plan->record.primvars)
-      if (!builder.world().primvarWidths.contains(p.name))
+      if (!builder.world().primvarWidths.contains(p.name) && !shade::hasTee(*builder.world().materials, p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
                             "no output and no primvar named \"" + p.name + "\" is in the scene",
                             "its channel stays black");

@@ -8,6 +8,7 @@
 
 #include "render/surface_channels.h"
 #include "sampling/draw.h"
+#include "shade/tees.h"
 
 namespace kinora::render {
 
@@ -290,7 +291,8 @@ void Worker::primary(const Context* c) {
     }
   }
   for (const RecordPlan::Primvar& o : plan_.primvars) {
-    const Value v = c->fn->primvar(c, o.name.c_str(), nullptr);
+    Value v = shade::teeValue(c, o.name);
+    if (!v.components) v = c->fn->primvar(c, o.name.c_str(), nullptr);
     for (int k = 0; k < std::min(o.width, int(v.components)); ++k) {
       float* r = record(size_t(o.offset + k));
       for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v.data[k][i * v.stride];

@@ -11,6 +11,7 @@
 #include "shade/legacy_bxdfs.h"
 #include "shade/clock.h"
 #include "shade/shader_parameters.h"
+#include "shade/standard_shaders.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
@@ -161,8 +162,14 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     if (out.shader) out.plugin = &out.shader->descriptor;
   }
   if (!out.plugin) return false;
+  std::optional<StandardShader> standard;
+  if (kind == Kind::Pattern && !out.shader) standard = standardShader(node, shaders_);
+  if (standard) {
+    out.shader = standard->shader;
+    out.plugin = &out.shader->descriptor;
+  }
   if (out.shader) {
-    const scene::Node own = forShader(node, *out.shader, out.wantedParts, diagnostics_);
+    const scene::Node own = forShader(standard ? standard->node : node, *out.shader, out.wantedParts, diagnostics_);
     out.values = std::make_unique<ResolvedParams>(*out.plugin, out.shader->shader ? &own : nullptr, diagnostics_);
   } else {
     const std::optional<scene::Node> split = withElements(node, *out.plugin, diagnostics_);
@@ -499,6 +506,25 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   return uint32_t(materials_.size() - 1);
 }
 
+// The number goes to the channel where nothing reads the colour.
+static void findTees(Program& p) {
+  for (uint32_t n = 0; n < p.nodes.size(); ++n) {
+    const ProgramNode& node = p.nodes[n];
+    if (node.source || !sameName(node.plugin->name, "PxrTee")) continue;
+    uint32_t output = 0, wanted = 0;
+    for (uint32_t k = 0; k < node.outputParam.size(); ++k) {
+      const char* name = node.plugin->params[node.outputParam[k]].name;
+      if (sameName(name, "resultF"))
+        output = k;
+      else if (node.wanted[k])
+        ++wanted;
+    }
+    for (uint32_t i = 0; i < node.plugin->paramCount; ++i)
+      if (sameName(node.plugin->params[i].name, "aov") && node.params[i].text && *node.params[i].text)
+        p.tees.push_back({node.params[i].text, n, wanted ? 0 : output});
+  }
+}
+
 void MaterialSet::finish() {
   // only for finding what is there already
   known_.clear();
@@ -508,6 +534,7 @@ void MaterialSet::finish() {
   for (const auto& owned : programs_) {
     Program& p = *owned;
     p.blocks.shrink_to_fit();
+    findTees(p);
     for (ProgramNode& n : p.nodes)
       for (ParamSource& s : n.params) {
         if (s.from != ParamSource::From::Gathered) continue;

@@ -63,6 +63,11 @@ struct Program {
   std::vector<ShaderUse> shaders;
   const BxdfTraits* traits = nullptr;
   std::vector<std::string> texts;  // owns the strings
+  struct Tee {
+    std::string channel;
+    uint32_t node, output;
+  };
+  std::vector<Tee> tees;  // PxrTee nodes that name a channel
   uint32_t blockFloats = 0;
   std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;

@@ -97,7 +97,47 @@ void ShaderLibrary::begin(std::vector<std::string> searchPath, bool keepCompiled
   searchPath_ = std::move(searchPath);
   keepCompiled_ = keepCompiled;
   byName_.clear();
+  // what the last world did not ask for
+  std::erase_if(texts_, [&](const auto& text) {
+    if (text.second.usedAt == generation_) return false;
+    if (text.second.node->shader) executables_.forget(*text.second.node->shader);
+    return true;
+  });
   ++generation_;
+}
+
+std::shared_ptr<const ShaderNode> ShaderLibrary::fromSource(const std::string& source, const std::string& name) {
+  Text& text = texts_[source];
+  text.usedAt = generation_;
+  if (text.node) return text.node;
+  const SteadyClock::time_point start = SteadyClock::now();
+  ++compiled_;
+  language::CompileOptions options;
+  options.withWarnings = false;
+  language::CompileResult result =
+      language::compile(source, name, options, [](const std::string&) { return std::optional<std::string>(); });
+  std::shared_ptr<language::Shader> shader;
+  if (result.ok())
+    shader = std::make_shared<language::Shader>(std::move(*result.shader));
+  else
+    diagnostics_.error("SHADER-COMPILE", {},
+                       "what stands for '" + name + "' cannot be used: " +
+                           (result.messages.empty() ? std::string() : result.messages[0].str()),
+                       "what it feeds is magenta where it is a colour, else has its default");
+  compileSeconds_ += std::chrono::duration<double>(SteadyClock::now() - start).count();
+  text.node = makeShaderNode(name, std::move(shader));
+  return text.node;
+}
+
+std::shared_ptr<const ShaderNode> ShaderLibrary::refused(const std::string& expression, const std::string& problem,
+                                                         const SourcePos& pos) {
+  Text& text = texts_["refused " + expression];
+  text.usedAt = generation_;
+  if (text.node) return text.node;
+  diagnostics_.error("PATTERN-EXPRESSION", pos, "an expression cannot be used: " + problem,
+                     "what it feeds is magenta where it is a colour, else has its default");
+  text.node = makeShaderNode("expression", nullptr);
+  return text.node;
 }
 
 std::shared_ptr<language::Shader> ShaderLibrary::read(const std::string& path, File& file) {

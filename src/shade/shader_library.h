@@ -24,6 +24,11 @@ class ShaderLibrary {
   // NAME, NAME.osl or NAME.oso, absolute or along the path; .osl before .oso, but for an .oso that is newer. Null:
   // there is no such file; nothing was said. A file that cannot be compiled is told once for each state that it has.
   std::shared_ptr<const ShaderNode> find(const std::string& name, const SourcePos& pos);
+  // A shader that is no file's: of a node's expression, or built in. Equal sources are one shader.
+  std::shared_ptr<const ShaderNode> fromSource(const std::string& source, const std::string& name);
+  // What an expression that has no source stands for: a shader that cannot be compiled, told once for each text.
+  std::shared_ptr<const ShaderNode> refused(const std::string& expression, const std::string& problem,
+                                            const SourcePos& pos);
   language::ExecutableCache& executables() { return executables_; }
   // Over the life of the library.
   uint64_t compiled() const { return compiled_; }
@@ -46,6 +51,10 @@ class ShaderLibrary {
     Digest program;             // of the code, whatever its text looks like and wherever it was compiled
     uint64_t lookedAt = 0;      // generation
   };
+  struct Text {
+    std::shared_ptr<const ShaderNode> node;
+    uint64_t usedAt = 0;  // generation
+  };
   static Stamp stampOf(const std::string& path);
   static bool isAsBefore(Stamp& stamp);
   std::string choose(const std::string& base) const;
@@ -60,6 +69,7 @@ class ShaderLibrary {
   uint64_t generation_ = 0, compiled_ = 0;
   double compileSeconds_ = 0;
   std::map<std::string, std::shared_ptr<const ShaderNode>> byName_;  // of this generation
+  std::map<std::string, Text> texts_;                                // by source, or by an expression that has none
   std::map<std::string, File> files_;                                // by path
   language::ExecutableCache executables_;
 };

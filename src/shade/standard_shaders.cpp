@@ -1,0 +1,96 @@
+#include "shade/standard_shaders.h"
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "language/seexpr/translate.h"
+
+namespace kinora::shade {
+
+namespace {
+
+constexpr const char* kAttribute = R"(
+shader PxrAttribute(string varname = "", string type = "float", int defaultInt = 0, float defaultFloat = 0,
+                    vector defaultFloat3 = 0, color defaultColor = 0, int verbosity = 0,
+                    output color resultRGB = 0, output float resultR = 0, output float resultG = 0,
+                    output float resultB = 0, output float resultF = 0, output int resultI = 0) {
+  color c = defaultFloat;
+  int whole = 0;
+  float number = 0;
+  float pair[2] = {0, 0};
+  vector triple = 0;
+  if (type == "color") {
+    c = defaultColor;
+    if (!getattribute(varname, c) && getattribute(varname, number)) c = number;
+  } else if (type == "int") {
+    c = defaultInt;
+    if (getattribute(varname, whole)) c = whole;
+    else if (getattribute(varname, number)) c = trunc(number);
+  } else if (type == "float") {
+    if (getattribute(varname, number)) c = number;
+    else if (getattribute(varname, whole)) c = whole;
+  } else if (type == "float2") {
+    c = (color)defaultFloat3;
+    if (getattribute(varname, pair)) c = color(pair[0], pair[1], 0);
+  } else {
+    c = (color)defaultFloat3;
+    if (getattribute(varname, triple)) c = (color)triple;
+  }
+  resultRGB = c;
+  resultR = c[0];
+  resultG = c[1];
+  resultB = c[2];
+  resultF = c[0];
+  resultI = (int)c[0];
+}
+)";
+
+StandardShader ofExpression(const scene::Node& node, ShaderLibrary& library) {
+  StandardShader out;
+  out.node = node;
+  out.node.params = {};
+  std::string expression;
+  std::vector<language::seexpr::Input> inputs;
+  for (const char* name : {"colorInput1", "colorInput2", "colorInput3", "colorInput4"})
+    inputs.push_back({name, true});
+  for (const char* name : {"floatInput1", "floatInput2", "floatInput3", "floatInput4"})
+    inputs.push_back({name, false});
+  for (const scene::Parameter& p : node.params) {
+    if (sameName(p.name, "expression") && !p.isReference) {
+      // lines may be given as several strings
+      for (const std::string& s : p.strings) expression += (expression.empty() ? "" : "\n") + s;
+      continue;
+    }
+    if (p.name.starts_with("__")) continue;
+    const bool isTriple = scene::isFloatBased(p.type) && scene::componentsOf(p.type) == 3;
+    const auto known = std::find_if(inputs.begin(), inputs.end(), [&](const auto& i) { return i.name == p.name; });
+    if (known == inputs.end())
+      inputs.push_back({p.name, isTriple});
+    else
+      known->isTriple = isTriple;
+  }
+  const language::seexpr::Translation t = language::seexpr::translate(expression, inputs, "PxrSeExpr");
+  if (!t.problem.empty()) {
+    out.shader = library.refused(expression, t.problem, node.pos);
+    return out;
+  }
+  out.shader = library.fromSource(t.source, "PxrSeExpr");
+  for (const scene::Parameter& p : node.params) {
+    if (std::find(t.inputs.begin(), t.inputs.end(), p.name) == t.inputs.end()) continue;
+    scene::Parameter input = p;
+    input.name = language::seexpr::parameterOf(p.name);
+    out.node.params.set(std::move(input));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<StandardShader> standardShader(const scene::Node& node, ShaderLibrary& library) {
+  if (sameName(node.plugin, "PxrSeExpr")) return ofExpression(node, library);
+  if (sameName(node.plugin, "PxrAttribute"))
+    return StandardShader{library.fromSource(kAttribute, "PxrAttribute"), node};
+  return std::nullopt;
+}
+
+}  // namespace kinora::shade

@@ -1,0 +1,16 @@
+// Values that a network's PxrTee nodes show in display channels. Asked by render/ at camera hits.
+#pragma once
+#include <kinora/context.h>
+
+#include <string_view>
+
+namespace kinora::shade {
+
+class MaterialSet;
+
+// What the node for `channel` hands on at the points of a context; components 0: their program has no such node.
+Value teeValue(const Context* c, std::string_view channel);
+// Whether any material has such a node.
+bool hasTee(const MaterialSet& materials, std::string_view channel);
+
+}  // namespace kinora::shade

@@ -1,0 +1,140 @@
+// Proves: expressions (PxrSeExpr) and attributes (PxrAttribute) in scenes; their variables, connections both ways, and
+// that broken expressions are told once and seen; elements of a plug-in's array are connected (PxrSwitch).
+#include <memory>
+
+#include "fixture.h"
+
+namespace kinora::tests {
+namespace {
+
+constexpr const char* kShowRGB = "Bxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultRGB\"]\n";
+
+std::string expression(const std::string& text, const std::string& more = "") {
+  return "Pattern \"PxrSeExpr\" \"n\" \"string expression\" [\"" + text + "\"] " + more + "\n" + kShowRGB;
+}
+
+TEST_F(Shaders, ExpressionsKnowTheSurface) {
+  SceneRender render(requestOf(expression("[s, t, objectId + (u - s) + (Nn[2] + 1) + (Cs[0] - Cs[1])]")));
+  ASSERT_TRUE(render.ok());
+  EXPECT_TRUE(render.messages().empty());
+  const image::Image picture = render.channel("Ci");
+  for (int y : {0, 7, 15})
+    for (int x : {0, 5, 15}) {
+      EXPECT_NEAR(picture.at(x, y)[0], (x + 0.5) / 16, 0.5 / 16 + 1e-5);
+      EXPECT_NEAR(picture.at(x, y)[1], 1 - (y + 0.5) / 16, 0.5 / 16 + 1e-5);
+    }
+  // the square lies at z 1 and is 2 wide
+  SceneRender place(requestOf(expression("[P[2], Pobj[2], P[0] - 2*s + 1]")));
+  ASSERT_TRUE(place.ok());
+  const auto c = middleOf(place);
+  EXPECT_NEAR(c[0], 1, 1e-5);
+  EXPECT_NEAR(c[1], 0, 1e-5);
+  EXPECT_NEAR(c[2], 0, 1e-5);
+}
+
+TEST_F(Shaders, ExpressionsAreConnectedByName) {
+  const auto expected = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [.25 .5 .75]\n");
+  const std::string color =
+      "Pattern \"PxrMix\" \"a\" \"color color1\" [.5 1 1.5] \"color color2\" [.5 1 1.5]\n"
+      "Pattern \"PxrToFloat\" \"f\" \"reference color input\" [\"a:resultRGB\"]\n";
+  EXPECT_EQ(filmOf(color + expression("$tint * $mix",
+                                      "\"reference color tint\" [\"a:resultRGB\"] "
+                                      "\"reference float mix\" [\"f:resultF\"]")),
+            expected);
+  EXPECT_EQ(filmOf(expression("colorInput2 / floatInput1",
+                              "\"color colorInput2\" [1 2 3] \"float floatInput1\" [4] "
+                              "\"float floatInput2\" [9] \"__instanceid\" [\"x\"]")),
+            expected);
+  // an expression feeds a pattern and an expression
+  const std::string chain =
+      "Pattern \"PxrSeExpr\" \"e\" \"string expression\" [\"[1,2,3]\"]\n"
+      "Pattern \"PxrExposure\" \"half\" \"reference color inputRGB\" [\"e:resultRGB\"] \"float stops\" [-1]\n";
+  EXPECT_EQ(filmOf(chain + expression("(x + y - y) * z",
+                                      "\"reference color x\" [\"half:resultRGB\"] "
+                                      "\"reference color y\" [\"e:resultRGB\"] "
+                                      "\"float z\" [.5]")),
+            expected);
+}
+
+TEST_F(Shaders, BrokenExpressionsAreToldAndSeen) {
+  const std::string broken = "Pattern \"PxrSeExpr\" \"n\" \"string expression\" [\"a = 1;\\nb + a\"]\n";
+  RenderRequest request = requestOf(broken + kShowRGB + "Sphere .1 -.1 .1 360\n" + broken + kShowRGB);
+  SceneRender render(request);
+  ASSERT_TRUE(render.ok());
+  EXPECT_EQ(told(render, "PATTERN-EXPRESSION"), 1u);
+  EXPECT_NE(render.messages()[0].find("2:1: there is no variable 'b'"), std::string::npos) << render.messages()[0];
+  EXPECT_EQ(middleOf(render), (std::array<float, 3>{1, 0, 1}));
+  SceneRender none(requestOf(expression("")));
+  ASSERT_TRUE(none.ok());
+  EXPECT_EQ(told(none, "PATTERN-EXPRESSION"), 1u);
+}
+
+TEST_F(Shaders, AttributesOfObjects) {
+  const auto network = [](const std::string& type, const std::string& more) {
+    return "Pattern \"PxrAttribute\" \"n\" \"string varname\" [\"user:dirt\"] \"string type\" [\"" + type + "\"] " +
+           more + "\n" + kShowRGB;
+  };
+  const std::string has = "Attribute \"user\" \"color dirt\" [.25 .5 .75]\n";
+  const auto expected = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [.25 .5 .75]\n");
+  EXPECT_EQ(filmOf(has + network("color", "\"color defaultColor\" [9 9 9]")), expected);
+  EXPECT_EQ(filmOf(network("color", "\"color defaultColor\" [.25 .5 .75]")), expected);
+  const auto grey = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [3 3 3]\n");
+  EXPECT_EQ(filmOf("Attribute \"user\" \"int dirt\" [3]\n" + network("int", "")), grey);
+  EXPECT_EQ(filmOf("Attribute \"user\" \"float dirt\" [3]\n" + network("float", "\"float defaultFloat\" [1]")), grey);
+  EXPECT_EQ(filmOf(network("float", "\"float defaultFloat\" [3]")), grey);
+  EXPECT_EQ(filmOf(network("int", "\"int defaultInt\" [3]")), grey);
+}
+
+TEST_F(Shaders, ElementsOfArraysAreConnected) {
+  const std::string colors =
+      "Pattern \"PxrMix\" \"a\" \"color color1\" [9 9 9]\n"
+      "Pattern \"PxrMix\" \"b\" \"color color1\" [.25 .5 .75]\n";
+  const auto chosen = [&](const std::string& index) {
+    return colors + "Pattern \"PxrSwitch\" \"n\" \"float index\" [" + index +
+           "] \"reference color[2] inputsRGB\" [\"a:resultRGB\" \"b:resultRGB\"]\n" + kShowRGB;
+  };
+  const auto expected = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [.25 .5 .75]\n");
+  EXPECT_EQ(filmOf(chosen("1")), expected);
+  EXPECT_EQ(filmOf(chosen("3.2")), expected);
+  EXPECT_NE(filmOf(chosen("0")), expected);
+  EXPECT_EQ(filmOf("Pattern \"PxrSwitch\" \"n\" \"float index\" [1] \"color[2] inputsRGB\" [9 9 9 .25 .5 .75]\n" +
+                   std::string(kShowRGB)),
+            expected);
+  std::string many = colors + "Pattern \"PxrSwitch\" \"n\" \"reference color[17] inputsRGB\" [";
+  for (int i = 0; i < 17; ++i) many += "\"b:resultRGB\" ";
+  SceneRender render(requestOf(many + "]\n" + kShowRGB));
+  ASSERT_TRUE(render.ok());
+  EXPECT_EQ(told(render, "PARAM-TYPE"), 1u);
+  EXPECT_FLOAT_EQ(middleOf(render)[1], 0.5f);
+}
+
+TEST_F(Shaders, TeesShowInChannels) {
+  const auto render = [&](const std::string& channel, const std::string& network) {
+    RenderRequest r = requestOf(network);
+    r.rib.insert(r.rib.find("WorldBegin"), "DisplayChannel \"" + channel + "\"\n");
+    r.channels = "Ci,a,shown";
+    return std::make_unique<SceneRender>(r);
+  };
+  const std::string color = "Pattern \"PxrMix\" \"a\" \"color color1\" [.25 .5 .75]\n";
+  auto triple =
+      render("color shown",
+             color +
+                 "Pattern \"PxrTee\" \"n\" \"reference color inputRGB\" [\"a:resultRGB\"] \"string aov\" "
+                 "[\"shown\"]\n" +
+                 "Pattern \"PxrExposure\" \"e\" \"reference color inputRGB\" [\"n:resultRGB\"] \"float stops\" [1]\n"
+                 "Bxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"e:resultRGB\"]\n");
+  ASSERT_TRUE(triple->ok());
+  EXPECT_TRUE(triple->messages().empty()) << triple->messages()[0];
+  EXPECT_FLOAT_EQ(triple->channel("shown").at(8, 8)[2], 0.75f);
+  EXPECT_FLOAT_EQ(middleOf(*triple)[2], 1.5f);
+  auto number = render("float shown",
+                       "Pattern \"PxrTee\" \"n\" \"float inputF\" [.25] \"string aov\" [\"shown\"]\n"
+                       "Bxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultF\"]\n");
+  ASSERT_TRUE(number->ok());
+  EXPECT_FLOAT_EQ(number->channel("shown").at(8, 8)[0], 0.25f);
+  auto none = render("color shown", kShowRGB);
+  EXPECT_EQ(told(*none, "DISPLAY-SOURCE"), 1u);
+}
+
+}  // namespace
+}  // namespace kinora::tests
