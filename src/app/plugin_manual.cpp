@@ -147,6 +147,12 @@ std::string pluginPage(const Descriptor& d) {
   return out + "\nMade by `kinora plugins " + d.name + " --markdown`; [all plug-ins](../plugins.md).\n";
 }
 
-bool hasPicture(const Descriptor& d) { return d.kind != Kind::Display && d.kind != Kind::Displacement; }
+// Patterns that only hand on integers have nothing to show.
+bool hasPicture(const Descriptor& d) {
+  if (d.kind != Kind::Pattern) return d.kind != Kind::Display && d.kind != Kind::Displacement;
+  bool shows = false;
+  eachParam(d, true, [&](const Param& p) { shows = shows || p.type != Type::Int; });
+  return shows;
+}
 
 }  // namespace kinora::app
