@@ -169,10 +169,7 @@ void GroupState::passThrough(const RayList& list, uint32_t n, const uint32_t* en
   const Rays& r = list.rays;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = entries[i];
-    const float t = list.hits.t[s];
-    float size = t;
-    for (int c = 0; c < 3; ++c) size = std::max(size, std::fabs(r.o[c][s] + r.d[c][s] * t));
-    const float step = t + size * 8e-6f + 1e-7f;
+    const float step = distanceBeyond(r, s, list.hits.t[s]);
     for (int c = 0; c < 3; ++c) r.o[c][s] += r.d[c][s] * step;
     r.tMax[s] -= step;
     r.radius[s] += r.spread[s] * step;

@@ -212,7 +212,12 @@ class GroupState {
   void moveShadowOrigins(ShadowRays* rays);
   // Whether anything of `mask` (opaque shadows, and clear ones) is in the way of shadow rays.
   void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);
+  // clear_shadows.cpp
   void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked);
+  RayList& nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open, uint32_t& n, uint32_t*& entries,
+                             uint32_t*& owner);
+  RayList& raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits);
+  static float distanceBeyond(const Rays& rays, uint32_t slot, float t);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
   void biasOfStrands(const Context* c, float* bias) const;
   // group_media.cpp; worlds with media only.
@@ -234,6 +239,7 @@ class GroupState {
   MediaPool media_;
   language::RunState shaderState_;
   ShaderTextures shaderTextures_;
+  std::vector<trace::World::CollectedHit> collected_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

@@ -81,7 +81,10 @@ struct World::Part {
 
 void World::Part::build() {
   scene = rtcNewScene(device());
-  if (watertight) rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  int flags = watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+  for (const uint32_t v : visibility)
+    if (v & kSeenByClearShadow) flags |= RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;  // for collect()
+  rtcSetSceneFlags(scene, RTCSceneFlags(flags));
   std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
   const auto attach = [&](RTCGeometry g, uint32_t mask) {
     rtcSetGeometryMask(g, mask);
@@ -460,7 +463,7 @@ Affine World::objectToRender(uint32_t index, float time) const {
   return r;
 }
 
-inline void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const {
+void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const {
   uint32_t instance = kNone;
   uint32_t index = 0;
   if (!single_) {
@@ -532,25 +535,29 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) co
   if (hasFacing_) turnToRays(rays, hits, slots, nullptr);
 }
 
+void World::setRay(const Rays& rays, uint32_t s, uint32_t mask, RTCRayHit& r) {
+  r.ray.org_x = rays.o[0][s];
+  r.ray.org_y = rays.o[1][s];
+  r.ray.org_z = rays.o[2][s];
+  r.ray.dir_x = rays.d[0][s];
+  r.ray.dir_y = rays.d[1][s];
+  r.ray.dir_z = rays.d[2][s];
+  r.ray.tnear = 0;
+  r.ray.tfar = rays.tMax[s];
+  r.ray.time = rays.time[s];
+  r.ray.mask = mask;
+  r.ray.flags = 0;
+  r.ray.id = s;
+  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+}
+
 void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
   QueryContext context(false, rays.radius, rays.spread, hits.level);
   alignas(64) RTCRayHit r;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
-    r.ray.org_x = rays.o[0][s];
-    r.ray.org_y = rays.o[1][s];
-    r.ray.org_z = rays.o[2][s];
-    r.ray.dir_x = rays.d[0][s];
-    r.ray.dir_y = rays.d[1][s];
-    r.ray.dir_z = rays.d[2][s];
-    r.ray.tnear = 0;
-    r.ray.tfar = rays.tMax[s];
-    r.ray.time = rays.time[s];
-    r.ray.mask = mask;
-    r.ray.flags = 0;
-    r.ray.id = s;
-    r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    setRay(rays, s, mask, r);
     rtcIntersect1(top_, &context.embree, &r);
     if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
       hits.t[s] = INFINITY;

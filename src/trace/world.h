@@ -90,6 +90,20 @@ class World {
   // and are traced as such, so that a packet's answer never depends on what else is in the group.
   void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;  // all slots 0..slots-1
   void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const;
+  // A hit before it has a place in Hits.
+  struct CollectedHit {
+    uint32_t slot;  // of its ray
+    float t, u, v, ng[3];
+    uint32_t geomId, primId, instId;  // Embree's
+  };
+  static constexpr uint32_t kMostCollected = 8;
+  // The nearest hits of the listed slots' rays with what lets part of a shadow ray through, kMostCollected of each, ray
+  // by ray in order of distance. By listed ray: beyond: 1 where there are more behind. Not for worlds with user
+  // geometry.
+  void collectClear(const Rays& rays, uint32_t n, const uint32_t* slots, std::vector<CollectedHit>& hits,
+                    uint32_t* beyond) const;
+  // n of them into slots 0 to n - 1, which have their rays already.
+  void resolve(const Rays& rays, uint32_t n, const CollectedHit* hits, const Hits& out) const;
   // Opaque occlusion of packed rays; writes 1 where something of `mask` is in the way. Footprints (by ray) matter to
   // user geometry only; null: the finest level.
   void occluded(uint32_t n, const float* const o[3], const float* const d[3], const float* tMax, const float* time,
@@ -118,6 +132,7 @@ class World {
   bool sameTop(const World& previous) const;
   // Gives what faces its rays (ribbons, discs) the normals that it has seen from them.
   void turnToRays(const Rays& rays, const Hits& hits, uint32_t n, const uint32_t* slots) const;
+  static void setRay(const Rays& rays, uint32_t slot, uint32_t mask, RTCRayHit& out);
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
 
   RTCScene top_ = nullptr;

@@ -172,6 +172,107 @@ TEST(World, NothingBlocksARayWithoutLength) {
   }
 }
 
+// Rays in arrays as the world takes them.
+struct Asked {
+  RayList list;
+  std::vector<float> floats;
+  std::vector<uint32_t> words;
+  Rays rays{};
+  Hits hits{};
+  explicit Asked(const RayList& r) : list(r), floats(8 * r.size()), words(4 * r.size()) {
+    const size_t n = list.size();
+    for (int c = 0; c < 3; ++c) {
+      rays.o[c] = list.column[c].data();
+      rays.d[c] = list.column[3 + c].data();
+      hits.ng[c] = &floats[(3 + size_t(c)) * n];
+    }
+    rays.tMax = list.column[6].data();
+    rays.time = list.column[7].data();
+    rays.radius = rays.spread = &floats[6 * n];
+    hits.t = &floats[0];
+    hits.u = &floats[n];
+    hits.v = &floats[2 * n];
+    hits.instance = &words[0];
+    hits.geometry = &words[n];
+    hits.primitive = &words[2 * n];
+    hits.level = &words[3 * n];
+  }
+};
+
+// All surfaces along a ray, by one walk, are those that the nearest-hit query finds one after the other; they come in
+// order, the nearest where there are too many, and do not depend on the call.
+TEST(World, CollectsWhatTheNearestHitsAre) {
+  for (const bool moving : {false, true}) {
+    std::vector<std::shared_ptr<geometry::Mesh>> meshes;
+    for (int i = 0; i < 7; ++i) meshes.push_back(cube(6 + i, 0.3f + 0.11f * float(i), 0.2f));
+    const auto world = worldOf(meshes, moving);
+    RayList rays = raysBetween(meshes, 3000);
+    std::mt19937 random(3);
+    const auto unit = [&] { return float(random() >> 8) / 8388608.f - 1; };
+    for (size_t i = 0; i < rays.size(); ++i) {  // from outside all through, in general directions
+      const Imath::V3f o = Imath::V3f(unit(), unit(), unit()).normalized() * 4.f;
+      const Imath::V3f d = (Imath::V3f(unit(), unit(), unit()) * 0.5f - o).normalized();
+      for (int c = 0; c < 3; ++c) {
+        rays.column[c][i] = o[c];
+        rays.column[3 + c][i] = d[c];
+      }
+      rays.column[6][i] = 8;
+    }
+    Asked asked(rays);
+    std::vector<uint32_t> slots(rays.size()), beyond(rays.size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    std::vector<World::CollectedHit> all, one;
+    world->collectClear(asked.rays, uint32_t(slots.size()), slots.data(), all, beyond.data());
+    size_t at = 0, full = 0, unclear = 0;
+    for (uint32_t i = 0; i < rays.size(); ++i) {
+      size_t end = at;
+      bool areApart = true;
+      for (; end < all.size() && all[end].slot == i; ++end) {
+        ASSERT_TRUE(end == at || all[end].t >= all[end - 1].t);
+        areApart = areApart && (end == at || all[end].t - all[end - 1].t > 1e-4f);
+      }
+      if (!areApart) {  // an edge, or nearly: which of its triangles is first is nobody's promise
+        ++unclear;
+        at = end;
+        continue;
+      }
+      Asked walk(rays);
+      float passed = 0;
+      uint32_t found = 0;
+      for (; found <= World::kMostCollected; ++found) {
+        world->closest(walk.rays, walk.hits, kSeenByClearShadow, 1, &i);
+        if (std::isinf(walk.hits.t[i])) break;
+        passed += walk.hits.t[i];
+        if (found == World::kMostCollected) break;
+        ASSERT_LT(at, all.size());
+        ASSERT_EQ(all[at].slot, i);
+        ASSERT_NEAR(all[at].t, passed, 2e-5f);
+        Asked place(rays);
+        World::CollectedHit hit = all[at];
+        world->resolve(asked.rays, 1, &hit, place.hits);
+        ASSERT_EQ(place.hits.geometry[0], walk.hits.geometry[i]);
+        ASSERT_EQ(place.hits.primitive[0], walk.hits.primitive[i]);
+        ++at;
+        const float step = walk.hits.t[i] + 4e-6f;
+        for (int c = 0; c < 3; ++c) walk.list.column[c][i] += walk.list.column[3 + c][i] * step;
+        walk.list.column[6][i] -= step;
+        passed += 4e-6f;
+      }
+      ASSERT_EQ(beyond[i], found == World::kMostCollected && !std::isinf(walk.hits.t[i])) << "ray " << i;
+      full += beyond[i];
+      uint32_t alone = 0;
+      world->collectClear(asked.rays, 1, &i, one, &alone);
+      ASSERT_EQ(one.size(), found);
+      ASSERT_EQ(alone, beyond[i]);
+      for (size_t k = 0; k < one.size(); ++k) ASSERT_EQ(one[k].t, all[at - one.size() + k].t);
+    }
+    EXPECT_EQ(at, all.size());
+    EXPECT_LT(unclear, rays.size() / 50);
+    EXPECT_GT(full, rays.size() / 10);  // too many for one walk are common
+    EXPECT_LT(full, rays.size());
+  }
+}
+
 TEST(World, ShadowOfARayDoesNotDependOnOthersCoplanar) { expectShadowsAlone(false, 0, 60000); }
 TEST(World, ShadowOfARayDoesNotDependOnOthersBumpy) { expectShadowsAlone(false, 0.3f, 60000); }
 TEST(World, ShadowOfARayDoesNotDependOnOthersMoving) { expectShadowsAlone(true, 0.2f, 30000); }

@@ -1,0 +1,164 @@
+// Shadow rays through what lets part of the light pass.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shade/context_host.h"
+
+namespace kinora::shade {
+
+namespace {
+
+// What shadow rays are asked with where they pass a surface: the state of the vertices that they left.
+void copyRays(const ShadowRays& rays, const ListHost& host, RayList& list) {
+  for (int c = 0; c < 3; ++c) {
+    std::memcpy(list.rays.o[c], rays.o[c], rays.count * sizeof(float));
+    std::memcpy(list.rays.d[c], rays.d[c], rays.count * sizeof(float));
+  }
+  std::memcpy(list.rays.tMax, rays.tMax, rays.count * sizeof(float));
+  std::memcpy(list.rays.time, rays.time, rays.count * sizeof(float));
+  forEachRun(rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
+    const bool ofContext = run.context;
+    const float* radius = ofContext ? run.context->radius : run.list->rays.radius;
+    const float* spread = ofContext ? run.context->spread : run.list->rays.spread;
+    const uint32_t* seed = ofContext ? run.context->sampleSeed : run.list->sampleSeed;
+    const uint32_t* index = ofContext ? run.context->sampleIndex : run.list->sampleIndex;
+    for (uint32_t i = first; i < run.end; ++i) {
+      const uint32_t p = rays.point[i];
+      list.rays.radius[i] = radius[p];
+      list.rays.spread[i] = spread[p];
+      list.sampleSeed[i] = seed[p];
+      list.sampleIndex[i] = index[p];
+      if (left.traceSet) host.left.traceSet[i] = left.traceSet[p];
+    }
+  });
+}
+
+}  // namespace
+
+// The distance that a ray goes on beyond a hit to be past it, from where the hit was asked for.
+float GroupState::distanceBeyond(const Rays& r, uint32_t s, float t) {
+  float size = t;
+  for (int c = 0; c < 3; ++c) size = std::max(size, std::fabs(r.o[c][s] + r.d[c][s] * t));
+  return t + size * 8e-6f + 1e-7f;
+}
+
+RayList& GroupState::raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits) {
+  RayList& list = *makeRays(n);
+  ListHost& host = ListHost::of(list);
+  host.kind = ListHost::of(from).kind;
+  host.left.media = nullptr;
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    const uint32_t s = hits[std::min(i, n - 1)].slot;
+    for (int c = 0; c < 3; ++c) {
+      list.rays.o[c][i] = from.rays.o[c][s];
+      list.rays.d[c][i] = from.rays.d[c][s];
+    }
+    list.rays.tMax[i] = from.rays.tMax[s];
+    list.rays.time[i] = from.rays.time[s];
+    list.rays.radius[i] = from.rays.radius[s];
+    list.rays.spread[i] = from.rays.spread[s];
+    list.sampleSeed[i] = from.sampleSeed[s];
+    list.sampleIndex[i] = from.sampleIndex[s];
+    list.origin[i] = from.origin[s];
+  }
+  world_.world->resolve(list.rays, n, hits, list.hits);
+  return list;
+}
+
+// The next surfaces that rays pass, as entries of the list that is given back: of each ray the nearest, or, by one walk
+// of the hierarchy, as many as World::collectClear() gives. owner: which ray each entry is of. The rays that may pass more
+// go to `open`, their last hit in list.hits.t.
+RayList& GroupState::nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open, uint32_t& n,
+                                       uint32_t*& entries, uint32_t*& owner) {
+  const trace::World& w = *world_.world;
+  uint32_t going = 0;
+  if (w.hasUserGeometry() || ListHost::of(list).left.traceSet) {
+    closest(list, openCount, open);
+    for (uint32_t i = 0; i < openCount; ++i)
+      if (!std::isinf(list.hits.t[open[i]])) open[going++] = open[i];
+    n = openCount = going;
+    entries = arena_.make<uint32_t>(padded(n));
+    std::copy_n(open, n, entries);
+    owner = nullptr;  // themselves
+    return list;
+  }
+  uint32_t* beyond = arena_.make<uint32_t>(padded(openCount));
+  w.collectClear(list.rays, openCount, open, collected_, beyond);
+  // a surface is passed once where its triangles meet
+  n = 0;
+  uint32_t ray = 0;
+  float past = 0;
+  for (size_t k = 0; k < collected_.size(); ++k) {
+    const trace::World::CollectedHit& hit = collected_[k];
+    if (k == 0 || hit.slot != ray) past = 0;
+    ray = hit.slot;
+    list.hits.t[ray] = hit.t;
+    if (hit.t < past) continue;
+    past = distanceBeyond(list.rays, ray, hit.t);
+    collected_[n++] = hit;
+  }
+  for (uint32_t i = 0; i < openCount; ++i)
+    if (beyond[i]) open[going++] = open[i];
+  openCount = going;
+  entries = arena_.make<uint32_t>(padded(n));
+  owner = arena_.make<uint32_t>(padded(n));
+  for (uint32_t i = 0; i < n; ++i) {
+    entries[i] = i;
+    owner[i] = collected_[i].slot;
+  }
+  return n ? raysOfHits(list, n, collected_.data()) : list;
+}
+
+// Shadow rays that nothing opaque blocks go through what lets light pass.
+void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked) {
+  const uint32_t n = rays.count;
+  RayList& list = *makeRays(n);
+  ListHost& host = ListHost::of(list);
+  host.kind = RayKind::Transmission;
+  host.left.media = nullptr;  // straight rays know no media
+  copyRays(rays, host, list);
+  uint32_t* open = arena_.make<uint32_t>(padded(n));
+  uint32_t k = 0;
+  for (uint32_t i = 0; i < n; ++i)
+    if (!blocked[i] && rays.tMax[i] > 0) open[k++] = i;
+  for (int pass = 0; k && pass < kMostPasses; ++pass) {
+    uint32_t met = 0, *entries, *owner;
+    RayList& surfaces = nextClearSurfaces(list, k, open, met, entries, owner);
+    Context* const* contexts;
+    const uint32_t count = shade(surfaces, kTraitEyePath | kTraitPresenceQuery, depth, met, entries, &contexts);
+    for (uint32_t c = 0; c < count; ++c) {
+      const Context* x = contexts[c];
+      float* presence = x->alloc<float>(x->padded);
+      if (x->bxdf->presence)
+        x->bxdf->presence(x, presence);
+      else
+        std::fill_n(presence, x->padded, 1.f);
+      float* keep[3] = {nullptr, nullptr, nullptr};
+      if (rays.tinted && (x->traits & kTraitTinted)) {
+        for (float*& q : keep) q = x->alloc<float>(x->padded);
+        x->bxdf->thinShadow(x, keep);
+      }
+      for (uint32_t i = 0; i < x->count; ++i) {
+        const uint32_t s = owner ? owner[x->path[i]] : x->path[i];
+        for (int q = 0; q < 3; ++q) {
+          const float pass1 = (1.f - presence[i]) + (keep[q] && rays.tinted[s] ? presence[i] * keep[q][i] : 0.f);
+          rays.transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);
+        }
+      }
+    }
+    uint32_t lit = 0;
+    for (uint32_t i = 0; i < k; ++i) {
+      const uint32_t s = open[i];
+      if (rays.transmittance[0][s] > 0 || rays.transmittance[1][s] > 0 || rays.transmittance[2][s] > 0)
+        open[lit++] = s;
+    }
+    k = lit;
+    passThrough(list, k, open, nullptr);
+  }
+  counters.endlessRays += k;
+  for (uint32_t i = 0; i < k; ++i)
+    for (float* T : rays.transmittance) T[open[i]] = 0;
+}
+
+}  // namespace kinora::shade
