@@ -25,6 +25,7 @@ class Materials {
     const std::vector<std::shared_ptr<const shade::ShaderNode>>& shadersInUse;
     const std::shared_ptr<const film::LightPaths>& paths;
     uint32_t width;
+    const std::vector<scene::Light>& lights;  // that are rendered
   };
   // Sets `material` of each of `infos`, which are by placement.
   std::shared_ptr<const shade::MaterialSet> make(const FlatScene& flat, const Tools& tools,

@@ -371,6 +371,8 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
 }
 
 void Interpreter::reportKept(const Request& r) {
+  // the shape of an area light is that of what stands in for the light, and not seen otherwise
+  if (r.name == "Geometry" && state_.emitter && state_.emitter->node->kind == "AreaLightSource") return;
   if (!keptNames_.insert(r.name).second) return;
   std::string code = "RIB-KEPT-" + r.name;
   for (char& c : code) c = char(std::toupper(static_cast<unsigned char>(c)));

@@ -436,8 +436,7 @@ Sphere 1 -1 1 360)");
   EXPECT_EQ(r.primitive(1).attributes->classicShaders.at(0)->plugin, "plastic");
   EXPECT_EQ(*r.primitive(0).attributes->lightSources, (std::vector<uint32_t>{r.world().classicLights[0].id}));
   EXPECT_EQ(r.primitive(1).attributes->lightSources, nullptr);
-  EXPECT_EQ(r.count("RIB-KEPT-SURFACE"), 1u);
-  EXPECT_EQ(r.messages.size(), 1u) << r.all();
+  EXPECT_TRUE(r.messages.empty()) << "a Surface is rendered, a light's shape is that of its stand-in\n" << r.all();
 }
 
 // RISpec 4.1.6: the list of light sources is an attribute. Ids are those of Scene::classicLights.

@@ -232,7 +232,7 @@ void Interpreter::light(Request& r) {
 void Interpreter::classicShader(Request& r) {
   auto n = node(r, false, Use::Classic);
   if (!n) return;
-  reportKept(r);
+  if (n->kind != "Surface") reportKept(r);
   auto& shaders = edit().classicShaders;
   std::erase_if(shaders, [&](const NodePtr& s) { return s->kind == n->kind; });
   shaders.push_back(std::move(n));
