@@ -254,8 +254,12 @@ constexpr Explanation kRooms[] = {
      "of these stands in: by a word in the shader's name (metal, plastic, glass, constant ...), else matte, or "
      "plastic "
      "where Ks or specularcolor is given. Color and Opacity, and of its parameters those that many shaders share, "
-     "count as they would there: Ka, Kd, Ks, Kr, roughness, specularcolor, a colour by a usual name (basecolor, "
-     "surfacecolor ...), a texture (texturename, mapname ...)."},
+     "count as they would there: Ka (at most 1), Kd, Ks, Kr, roughness, specularcolor, a colour by a usual name "
+     "(basecolor, "
+     "surfacecolor ...), a texture (texturename, mapname ...). "
+     "Opacity that differs between channels counts as its mean. Atmosphere fog and depthcue fade these surfaces "
+     "by the length of the ray that meets them; not glass, not objects with a Bxdf, not what stands behind all "
+     "objects."},
     {"LIGHT-OFF",
      "A LightSource lights what is said after it in its own attribute block, as the RenderMan Interface has it: at "
      "AttributeEnd the list of lights before comes back. This one meets no object. Illuminate HANDLE 1 behind the "

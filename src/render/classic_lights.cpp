@@ -178,7 +178,7 @@ class Maker {
       case Emitter::Rect:
         node_->plugin = "PxrRectLight";
         setInt(*node_, "areaNormalize", 1);
-        set(*node_, "intensity", kPi * intensity);
+        set(*node_, "intensity", perArea(name) * intensity);
         break;
       case Emitter::Shaped:
         node_->plugin = hasRays ? "PxrDistantLight" : "PointLight";
@@ -192,6 +192,11 @@ class Maker {
         if (e == Emitter::Spot) cone();
         distance(name);
     }
+  }
+
+  // The plausible shaders of 2011 gave the power of a light, to surfaces with their 1 / pi.
+  static double perArea(const std::string& name) {
+    return name.find("plausible") != std::string::npos ? 1 / kPi : kPi;
   }
 
   // Angles are radians, half of the cone; exporters of other programs wrote degrees, all of it and a penumbra around.
@@ -249,7 +254,7 @@ class Maker {
   void area(const std::string& name, scene::Light& out) {
     node_->plugin = "PxrMeshLight";
     setInt(*node_, "areaNormalize", 1);
-    set(*node_, "intensity", kPi * number({"intensity"}, 1));
+    set(*node_, "intensity", perArea(name) * number({"intensity"}, 1));
     out.toWorld = light_.geometry->toWorld;
     out.attributes = light_.geometry->attributes ? light_.geometry->attributes : light_.attributes;
     out.geometry = light_.geometry;

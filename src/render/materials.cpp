@@ -46,8 +46,8 @@ std::map<uint32_t, Color> ambientLights(const std::vector<scene::Light>& lights)
 // The materials of objects without a Bxdf, from their Surface shader and their Opacity.
 class ClassicMaterials {
  public:
-  ClassicMaterials(const std::vector<scene::Light>& lights, Asks& asks)
-      : ambient_(ambientLights(lights)), asks_(asks) {}
+  ClassicMaterials(const Materials::Tools& tools, Asks& asks)
+      : ambient_(ambientLights(tools.lights)), clipping_(tools.clipping), asks_(asks) {}
   // Null where attributes say nothing of the kind.
   scene::NetworkPtr of(const scene::Attributes* a, const scene::Primitive& p) {
     shade::ClassicLook look;
@@ -55,11 +55,15 @@ class ClassicMaterials {
     look.hasColor = (a && a->color) || p.primvars.find("Cs");
     look.hasOpacities = p.primvars.find("Os") != nullptr;
     if (a && a->opacity) look.opacity = *a->opacity;
-    if (!look.surface && !look.hasOpacities && look.opacity == Color{1, 1, 1}) return nullptr;
+    look.clipping = clipping_;
+    for (const scene::NodePtr& n : a ? a->classicShaders : std::vector<scene::NodePtr>())
+      if (shade::isAtmosphere(*n)) look.atmosphere = n.get();
+    if (!look.surface && !look.atmosphere && !look.hasOpacities && look.opacity == Color{1, 1, 1}) return nullptr;
     for (const uint32_t id : a && a->lightSources ? *a->lightSources : std::vector<uint32_t>())
       if (const auto it = ambient_.find(id); it != ambient_.end())
         for (size_t k = 0; k < 3; ++k) look.ambient[k] += it->second[k];
-    scene::NetworkPtr& made = made_[{look.surface, look.opacity, look.hasColor, look.hasOpacities, look.ambient}];
+    scene::NetworkPtr& made =
+        made_[{look.surface, look.atmosphere, look.opacity, look.hasColor, look.hasOpacities, look.ambient}];
     if (made) return made;
     shade::ClassicMaterial m = shade::classicMaterial(look);
     if (!m.standIn.empty()) asks_.standIns.try_emplace(look.surface->plugin, look.surface->pos, m.standIn);
@@ -68,13 +72,14 @@ class ClassicMaterials {
 
  private:
   std::map<uint32_t, Color> ambient_;
+  std::array<float, 2> clipping_;
   Asks& asks_;
-  std::map<std::tuple<const scene::Node*, Color, bool, bool, Color>, scene::NetworkPtr> made_;
+  std::map<std::tuple<const scene::Node*, const scene::Node*, Color, bool, bool, Color>, scene::NetworkPtr> made_;
 };
 
-Asks asksOf(const FlatScene& flat, const std::vector<scene::Light>& lights) {
+Asks asksOf(const FlatScene& flat, const Materials::Tools& tools) {
   Asks asks;
-  ClassicMaterials classic(lights, asks);
+  ClassicMaterials classic(tools, asks);
   std::map<Color, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
   std::map<std::tuple<const scene::Network*, Color, bool, std::string>, uint32_t> known;
   asks.ofPlacement.reserve(flat.placements.size());
@@ -113,7 +118,7 @@ Digest digestOf(const Ask& ask, scene::NetworkDigests& networks) {
 
 std::shared_ptr<const shade::MaterialSet> Materials::make(const FlatScene& flat, const Tools& tools,
                                                           std::vector<shade::PlacementInfo>& infos, Rebuilt& made) {
-  const Asks asks = asksOf(flat, tools.lights);
+  const Asks asks = asksOf(flat, tools);
   std::vector<Digest> asked;
   for (const Ask& a : asks.list) asked.push_back(digestOf(a, digests_));
   digests_.forgetOthers();

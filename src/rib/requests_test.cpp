@@ -420,6 +420,28 @@ Sphere 2 -2 2 360)");
   ASSERT_EQ(r.world().primitives.size(), 1u) << "a mesh light's geometry is the light's";
 }
 
+TEST(Options, ImagersThatDisplayFiltersStandFor) {
+  const Read r = readRib("Imager \"background\" \"color bgcolor\" [.1 .2 .3]\nWorldBegin\nWorldEnd");
+  ASSERT_EQ(r.world().displayFilters.size(), 1u);
+  const scene::Node& n = *r.world().displayFilters[0];
+  EXPECT_EQ(n.plugin, "PxrBackgroundDisplayFilter");
+  EXPECT_EQ(n.params.getFloats("backgroundColor"), (std::vector<float>{.1f, .2f, .3f}));
+  EXPECT_TRUE(r.messages.empty()) << r.all();
+  EXPECT_EQ(r.world().kept.size(), 1u) << "it is written again";
+  // one that the scene says itself is the last
+  const Read both =
+      readRib("DisplayFilter \"PxrBackgroundDisplayFilter\" \"own\"\nImager \"background\"\nWorldBegin\nWorldEnd");
+  ASSERT_EQ(both.world().displayFilters.size(), 2u);
+  EXPECT_EQ(both.world().displayFilters.back()->handle, "own");
+  // others are named, each once; bad ones do no harm
+  const Read others = readRib(
+      "Imager \"gradient\"\nImager \"fisheye\"\nImager \"gradient\"\nImager\nImager 3\nImager \"background\" "
+      "\"bgcolor\" [1]\nWorldBegin\nWorldEnd");
+  EXPECT_EQ(others.count("RIB-KEPT-IMAGER"), 3u) << others.all();
+  EXPECT_NE(others.all().find("Imager 'fisheye' is not rendered"), std::string::npos);
+  EXPECT_EQ(others.world().displayFilters.size(), 1u);
+}
+
 TEST(Lights, ClassicOnesAreKept) {
   const Read r = readWorld(R"(LightSource "pointlight" 1 "from" [1 2 3] "intensity" 4
 AreaLightSource "PxrStdAreaLight" "area" "float exposure" [2]

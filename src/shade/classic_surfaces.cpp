@@ -187,7 +187,10 @@ class Builder {
   void reflector(scene::Node& out) {
     const uint32_t traits = model_->traits;
     colors(out);
-    const float ka = coefficient("Ka", model_->ka), kd = coefficient("Kd", model_->kd);
+    if (look_.atmosphere) fade(out, *look_.atmosphere);
+    float ka = coefficient("Ka", model_->ka);
+    if (!isStandard_) ka = std::min(ka, 1.f);  // it may mean something else there, and blows pictures out
+    const float kd = coefficient("Kd", model_->kd);
     if (traits & kFromTheEye) {
       out.params.set(number("facingGain", kd));
       const float unlit[3] = {ka, ka, ka};
@@ -242,6 +245,22 @@ class Builder {
     out.params.set(link("surfaceColor", scene::ValueType::Color, "texture:resultRGB"));
   }
 
+  // Depth is linear between the clipping planes; the length of the ray stands for it.
+  void fade(scene::Node& out, const scene::Node& shader) const {
+    const scene::ParameterList& given = shader.params;
+    const std::vector<float> c = given.getFloats("background");
+    if (c.size() == 3) out.params.set(color("fogColor", c.data()));
+    if (lowerCase(shader.plugin) == "fog") {
+      out.params.set(number("fogDistance", std::max(given.getFloat("distance", 1), 1e-6f)));
+      return;
+    }
+    const auto [hither, yon] = look_.clipping;
+    if (!(yon > hither) || yon > 1e30f) return;                               // all of the scene is at depth 0
+    const auto length = [&](float depth) { return depth * (yon - hither); };  // rays begin at the first plane
+    out.params.set(number("cueStart", length(given.getFloat("mindistance", 0))));
+    out.params.set(number("cueEnd", std::max(length(given.getFloat("maxdistance", 1)), 1e-6f)));
+  }
+
   void glass(scene::Node& out) const {
     out.params.set(number("reflectionGain", std::clamp(coefficient("Kr", 1), 0.f, 1.f)));
     out.params.set(number("transmissionGain", std::clamp(coefficient("Kt", 1), 0.f, 1.f)));
@@ -259,6 +278,11 @@ class Builder {
 };
 
 }  // namespace
+
+bool isAtmosphere(const scene::Node& shader) {
+  const std::string name = lowerCase(shader.plugin);
+  return shader.kind == "Atmosphere" && (name == "fog" || name == "depthcue");
+}
 
 ClassicMaterial classicMaterial(const ClassicLook& look) { return Builder(look).build(); }
 

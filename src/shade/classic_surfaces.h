@@ -11,7 +11,9 @@ namespace kinora::shade {
 
 // What decides an object's material where no Bxdf is bound.
 struct ClassicLook {
-  const scene::Node* surface = nullptr;  // null: none is bound
+  const scene::Node* surface = nullptr;     // null: none is bound
+  const scene::Node* atmosphere = nullptr;  // fog or depthcue; see isAtmosphere()
+  std::array<float, 2> clipping{0, 0};      // of the camera: depth 0 and 1
   std::array<float, 3> opacity{1, 1, 1};
   bool hasColor = false;                  // Color, or a primitive variable Cs
   bool hasOpacities = false;              // a primitive variable Os
@@ -25,5 +27,9 @@ struct ClassicMaterial {
 
 // Color, and Cs of primitives, reach the network as the primitive variable Cs.
 ClassicMaterial classicMaterial(const ClassicLook& look);
+
+// Whether a shader is one of the Atmosphere shaders that classic materials know: they fade a surface by
+// the length of the ray that meets it, not what stands behind it.
+bool isAtmosphere(const scene::Node& shader);
 
 }  // namespace kinora::shade

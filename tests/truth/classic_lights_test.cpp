@@ -127,9 +127,12 @@ TEST(ClassicLights, OthersByWordsAndParameters) {
   EXPECT_LIGHT("\"uberlight\" 1 \"parallelrays\" 1 \"intensity\" .5", .5);
   EXPECT_LIGHT("\"envlight\" 1 \"intensity\" .5", .5);
   // a small square, all of it as much as a point
-  EXPECT_NEAR(seen("\"plausibleArealight\" 1 \"intensity\" 4\nTransformBegin Scale .02 .02 1\nLightSource "
-                   "\"plausibleArealight\" 2 \"intensity\" 4\nTransformEnd\nIlluminate 1 0"),
+  EXPECT_NEAR(seen("\"arealight\" 1 \"intensity\" 4\nTransformBegin Scale .02 .02 1\nLightSource "
+                   "\"arealight\" 2 \"intensity\" 4\nTransformEnd\nIlluminate 1 0"),
               1, 0.02);
+  EXPECT_NEAR(seen("\"pointlight\" 1\nTransformBegin Scale .02 .02 1\nLightSource \"plausibleArealight\" 2 "
+                   "\"intensity\" 40\nTransformEnd\nIlluminate 1 0"),
+              10 / kPi / kPi, 0.02);
 #undef EXPECT_LIGHT
 }
 

@@ -206,6 +206,30 @@ TEST(ClassicSurfaces, PaintedPlasticReadsItsTexture) {
   EXPECT_NEAR(seen(".75")[1], 0.5, 0.02);
 }
 
+// RISpec 3.2, appendix A.3: surfaces fade with the length of the ray that meets them, 2 here.
+TEST(ClassicSurfaces, FadeInFogAndByDepth) {
+  const std::string P = "Polygon \"P\" " + kFacing + "\n";
+  const auto seen = [&](const std::string& atmosphere, const std::string& surface) {
+    return look(kLight + atmosphere + "\nColor .8 .4 .2 " + surface + "\n" + P).color;
+  };
+  for (const char* surface : {"Surface \"matte\"", "Surface \"constant\"", ""})
+    for (const double distance : {1.0, 5.0}) {
+      const Rgb c =
+          seen("Atmosphere \"fog\" \"distance\" " + std::to_string(distance) + " \"background\" [.1 .2 .9]", surface);
+      const double clear = std::exp(-2 / distance);
+      EXPECT_NEAR(c[0], .8 * clear + .1 * (1 - clear), 2e-3) << surface << distance;
+      EXPECT_NEAR(c[2], .2 * clear + .9 * (1 - clear), 2e-3) << surface << distance;
+    }
+  RenderRequest r;
+  r.rib = orthographic(4, 1e-4, 16) + kDirect + "Clipping 1 5\nWorldBegin\n" + kLight +
+          "Atmosphere \"depthcue\" \"mindistance\" 0 \"maxdistance\" .5 \"background\" [1 0 0]\nColor 0 1 0 Surface "
+          "\"constant\"\n" +
+          P + "WorldEnd\n";
+  SceneRender render(r);
+  EXPECT_NEAR(overPixels(render.channel("Ci"), 0).mean(), .5, 2e-3) << "a depth of .25";
+  EXPECT_TRUE(render.messages().size() <= 1) << "the light alone";
+}
+
 // A constant surface lights nothing, and ambient light stands for all light by way of other surfaces.
 TEST(ClassicSurfaces, UnlitColorsReachTheEyeAlone) {
   const std::string ceiling =

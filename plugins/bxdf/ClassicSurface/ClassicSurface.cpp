@@ -20,6 +20,10 @@ enum : uint32_t {
   kMetallic,
   kUnlitColor,
   kFacingGain,
+  kFogColor,
+  kFogDistance,
+  kCueStart,
+  kCueEnd,
   kPresence,
   kBumpNormal
 };
@@ -41,6 +45,12 @@ constexpr Param kParams[] = {
               "Camera and mirrors see it; it lights nothing else."),
     param::number("facingGain", 0.f)
         .help("Radiance that falls with the square of the cosine between normal and viewer, before surfaceColor."),
+    param::color("fogColor", 0.f).help("Colour that fog and depth cueing mix in; camera and mirrors see it."),
+    param::number("fogDistance", 0.f)
+        .range(0, 10)
+        .help("Fog: over this length of the ray that meets it the surface fades to 1 / e; 0: none."),
+    param::number("cueStart", 0.f).range(0, 10).help("Depth cueing: length of the ray where it begins."),
+    param::number("cueEnd", 0.f).range(0, 10).help("Depth cueing: where only fogColor is left; 0: none."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
 };
@@ -52,7 +62,8 @@ struct ClassicSurface {
   struct Closure {
     const Context* context;
     Value color, kd, specularColor, ks, roughness, kr, unlit, facing, bump, seen;
-    bool metallic = false, bumped = false, isLimited = false;
+    Value fogColor, fogDistance, cueStart, cueEnd;
+    bool metallic = false, bumped = false, isLimited = false, hasFog = false;
   };
   template <int W>
   using HasEmission = void;
@@ -75,6 +86,23 @@ struct ClassicSurface {
     k.bumped = isBumped(k.bump);
     k.seen = c.fn->primvar(&c, "__seen", nullptr);
     k.isLimited = c.depth > 0;
+    k.fogDistance = c.param(kFogDistance);
+    k.cueEnd = c.param(kCueEnd);
+    k.hasFog = !(isNone(k.fogDistance) && isNone(k.cueEnd));
+    if (!k.hasFog) return;
+    k.fogColor = c.param(kFogColor);
+    k.cueStart = c.param(kCueStart);
+  }
+  static bool isNone(const Value& v) { return v.uniform() && v.data[0][0] == 0.f; }
+  // What the way to the surface leaves of it (RISpec 3.2, appendix A.3).
+  template <int W>
+  static KN_INLINE Float<W> visibility(const Closure& k, At at) {
+    using F = Float<W>;
+    const F away = loadFloat<W>(k.context->distance, at), reach = loadFloat<W>(k.fogDistance, at);
+    const F start = loadFloat<W>(k.cueStart, at), end = loadFloat<W>(k.cueEnd, at);
+    const F fog = select(reach > F(0.f), exp(-away / max(reach, F(1e-12f))), F(1.f));
+    const F cued = clamp((away - start) / max(end - start, F(1e-12f)), F(0.f), F(1.f));
+    return select(end > F(0.f), fog * (F(1.f) - cued), fog);
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
 
@@ -82,9 +110,12 @@ struct ClassicSurface {
   static KN_INLINE Rgb<W> emission(const Closure& k, At at) {
     const Surface<W> s(*k.context, at);
     const Float<W> facing = loadFloat<W>(k.facing, at) * s.cosO * s.cosO;
-    Rgb<W> sum = loadRgb<W>(k.unlit, at) + Rgb<W>(facing, facing, facing);
-    if (k.seen.components) sum = sum * loadFloat<W>(k.seen, at);
-    return sum * loadRgb<W>(k.color, at);
+    Rgb<W> sum = (loadRgb<W>(k.unlit, at) + Rgb<W>(facing, facing, facing)) * loadRgb<W>(k.color, at);
+    if (k.hasFog) {
+      const Float<W> clear = visibility<W>(k, at);
+      sum = sum * clear + loadRgb<W>(k.fogColor, at) * (Float<W>(1.f) - clear);
+    }
+    return k.seen.components ? sum * loadFloat<W>(k.seen, at) : sum;
   }
 
   template <int W>
@@ -104,6 +135,12 @@ struct ClassicSurface {
       if (k.metallic) {
         highlight = highlight * color;
         mirror = mirror * color;
+      }
+      if (k.hasFog) {
+        const F clear = visibility<W>(k, s.at);
+        diffuse = diffuse * clear;
+        highlight = highlight * clear;
+        mirror = mirror * clear;
       }
       exponent = F(1.f) / max(loadFloat<W>(k.roughness, s.at), F(kLeastRoughness));
       const F spread = F(8.f) / (exponent + F(2.f));  // what a highlight keeps of light from above, at most
