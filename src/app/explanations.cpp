@@ -243,10 +243,30 @@ constexpr Explanation kRooms[] = {
      "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
      "stands in. ambientlight, distantlight, pointlight and spotlight, and shaders with one of these words in their "
      "names, follow the RenderMan Interface Specification; intensity is what a white surface that faces the light "
-     "shows "
-     "(of point and spot at distance 1 in the world). Ambient light casts no shadows and makes no highlights. An "
-     "AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) becomes the modern light of its shape, "
-     "which takes the place of its geometry; radiance follows intensity and exposure as they stand."},
+     "shows (of point and spot at distance 1 in the world). Ambient light casts no shadows and makes no highlights. "
+     "Other shaders are known by words in their names (area, env, uber ...), else by the parameters that they are "
+     "given: coneangle makes a spot, to a distant light, from a point, lighttype or cuton the controls of Barzel's "
+     "model (BarzelLightFilter). Shadow maps are not read: shadows are traced. The shape of an unknown "
+     "AreaLightSource emits, all of it together as much as a point light of its intensity; one with a falloff of its "
+     "own is not seen itself. An AreaLightSource of the first RIS years (PxrStdAreaLight and its kin) becomes the "
+     "modern light of its shape, which takes the place of its geometry; radiance follows intensity and exposure as "
+     "they stand."},
+    {"CLASSIC-LIGHT-OUT",
+     "A LightSource is left out, because nothing is known of it (neither its name nor its parameters say what it "
+     "does), or because it stands for light that paths find by themselves: caustics of photon maps, light bounced "
+     "between surfaces. Where no other light is left, the scene has a headlight."},
+    {"CLASSIC-SURFACE",
+     "A Surface names a shader of the RenderMan Shading Language, which Kinora does not run, and it is none of the "
+     "standard ones (constant, matte, metal, shinymetal, plastic, paintedplastic, defaultsurface, null; glass). One "
+     "of these stands in: by a word in the shader's name (metal, plastic, glass, constant ...), else matte, or "
+     "plastic "
+     "where Ks or specularcolor is given. Color and Opacity, and of its parameters those that many shaders share, "
+     "count as they would there: Ka (at most 1), Kd, Ks, Kr, roughness, specularcolor, a colour by a usual name "
+     "(basecolor, "
+     "surfacecolor ...), a texture (texturename, mapname ...). "
+     "Opacity that differs between channels counts as its mean. Atmosphere fog and depthcue fade these surfaces "
+     "by the length of the ray that meets them; not glass, not objects with a Bxdf, not what stands behind all "
+     "objects."},
     {"LIGHT-OFF",
      "A LightSource lights what is said after it in its own attribute block, as the RenderMan Interface has it: at "
      "AttributeEnd the list of lights before comes back. This one meets no object. Illuminate HANDLE 1 behind the "

@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "geometry/tessellate.h"
+#include "render/classic_lights.h"
 
 namespace kinora::render {
 
@@ -126,86 +127,22 @@ bool fromClassic(const scene::Light& l, scene::Light& out) {
   return true;
 }
 
-// Lights of the shading-language age by the kind that their name tells, as RISpec's appendix A.2 defines them. Such
-// lights met surfaces without the 1 / pi of a Lambert surface: a point light of intensity I gives irradiance pi I /
-// d^2 here. Distances are those of the world, whatever scale the light was declared under: its shader computed with
-// the vector from the light to the surface in world space. Ambient light has no direction: nothing shadows it, and no
-// mirror or highlight shows it. It is all that arrives by way of other surfaces, so that what these send on of it
-// does not count again.
-bool fromShader(const scene::Light& l, scene::Light& out) {
-  if (l.node->kind != "LightSource") return false;
-  const std::string name = lowerCase(l.node->plugin);
-  const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
-  const scene::ParameterList& given = l.node->params;
-  const auto point = [&](const char* parameter, Imath::V3d fallback) {
-    const std::vector<float> v = given.getFloats(parameter);
-    return v.size() >= 3 ? Imath::V3d(v[0], v[1], v[2]) : fallback;
-  };
-  const double intensity = given.getFloat("intensity", 1);
-  const Imath::V3d from = point("from", {0, 0, 0}), to = point("to", {0, 0, 1});
-  Imath::V3d axis = (to - from).length() > 0 ? (to - from).normalized() : Imath::V3d(0, 0, 1);
-  const auto n = std::make_shared<scene::Node>();
-  n->kind = "Light";
-  n->handle = l.node->handle;
-  n->pos = l.node->pos;
-  const auto number = [&](const char* parameter, double value) {
-    scene::Parameter p;
-    p.name = parameter;
-    p.floats = {float(value)};
-    n->params.set(p);
-  };
-  const auto off = [&](const char* parameter) {
-    scene::Parameter p;
-    p.name = parameter;
-    p.type = scene::ValueType::Int;
-    p.ints = {0};
-    n->params.set(p);
-  };
-  rename(*n, *l.node, "lightcolor", "lightColor");
-  out = l;
-  // local +Z along the light's axis
-  const Imath::V3d side =
-      (std::fabs(axis.x) < 0.9 ? Imath::V3d(1, 0, 0) : Imath::V3d(0, 1, 0)).cross(axis).normalized();
-  const Imath::V3d up = axis.cross(side);
-  scene::Matrix m(side.x, side.y, side.z, 0, up.x, up.y, up.z, 0, axis.x, axis.y, axis.z, 0, from.x, from.y, from.z,
-                  1);
-  constexpr double kPi = 3.14159265358979;
-  const bool isAmbient = has("ambient");
-  if (isAmbient) {
-    n->plugin = "PxrDomeLight";
-    number("intensity", intensity);
-    off("enableShadows");
-    off("__indirect");
-    number("specular", 0);
-  } else if (has("distant") || has("solar")) {
-    n->plugin = "PxrDistantLight";
-    number("angleExtent", 0);
-    number("intensity", kPi * intensity);
-  } else if (has("point") || has("spot")) {
-    n->plugin = "PointLight";
-    number("intensity", kPi * intensity);
-    if (has("spot")) {
-      number("coneAngle", given.getFloat("coneangle", 0.5235988f) * (180 / kPi));
-      number("coneDeltaAngle", given.getFloat("conedeltaangle", 0.0872665f) * (180 / kPi));
-      number("beamDistribution", given.getFloat("beamdistribution", 2));
-    }
-  } else {
-    return false;
-  }
-  out.node = n;
-  out.toWorld = isAmbient ? scene::Transform() : concat(scene::Transform::fixed(m), l.toWorld);
-  auto unseen =
-      l.attributes ? std::make_shared<scene::Attributes>(*l.attributes) : std::make_shared<scene::Attributes>();
-  scene::Parameter p;
-  p.name = "visibility:camera";
-  p.type = scene::ValueType::Int;
-  p.ints = {0};
-  unseen->named.set(p);
-  out.attributes = unseen;
-  return true;
+}  // namespace
+
+bool isAmbient(const scene::Light& light) { return light.node && !light.node->params.getInt("__indirect", 1); }
+
+bool hasStandIn(const scene::Light& light) {
+  scene::Light out;
+  std::string why;
+  return light.node && (fromClassic(light, out) || classicLight(light, out, why));
 }
 
-}  // namespace
+const scene::Node* surfaceOf(const scene::Attributes* attributes) {
+  if (!attributes || attributes->bxdf) return nullptr;
+  for (const scene::NodePtr& n : attributes->classicShaders)
+    if (n->kind == "Surface" && !n->plugin.empty()) return n.get();
+  return nullptr;
+}
 
 // Whether a prototype, or one that it instances, has a light.
 static std::vector<bool> prototypesWithLights(const scene::Scene& scene) {
@@ -250,16 +187,16 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
   for (const scene::Light& l : scene.classicLights) {
     scene::Light out;
     if (!l.node) continue;
-    if (!fromClassic(l, out) && !fromShader(l, out)) {
-      diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
-                          l.node->kind + " '" + l.node->plugin + "' is of an old kind, and nothing is known of it",
-                          "it is left out", "lights are known by ambient, distant, point or spot in their names");
+    std::string why;
+    if (!fromClassic(l, out) && !classicLight(l, out, why)) {
+      diagnostics.warning("CLASSIC-LIGHT-OUT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is left out",
+                          why);
       continue;
     }
     if (l.geometry) shapes.insert(l.geometry->id);
     diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
                         l.node->kind + " '" + l.node->plugin + "' is of an old kind",
-                        out.node->plugin + " stands in");
+                        out.node->plugin + " stands in" + (out.filters.empty() ? "" : " with BarzelLightFilter"));
     all.push_back(std::move(out));
   }
   struct Substitute {
@@ -284,6 +221,19 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     }
   }
   return all;
+}
+
+std::string lightsLeftOut(const scene::Scene& scene, Registry& registry) {
+  std::set<std::string> names;
+  Diagnostics quiet([](const std::string&, Severity) {});
+  for (const scene::Light& l : scene.classicLights)
+    if (l.node && !hasStandIn(l)) names.insert(l.node->plugin);
+  std::set<uint32_t> shapes;
+  for (const scene::Light& l : lightsToRender(scene, registry, quiet, shapes))
+    if (l.node && !registry.find(Kind::Light, l.node->plugin, quiet, l.node->pos)) names.insert(l.node->plugin);
+  std::string list;
+  for (const std::string& n : names) list += (list.empty() ? "'" : ", '") + n + "'";
+  return list;
 }
 
 }  // namespace kinora::render

@@ -3,6 +3,7 @@
 // not there the nearest one that is. Each substitution is reported.
 #pragma once
 #include <set>
+#include <string>
 #include <vector>
 
 #include "plugin/registry.h"
@@ -13,5 +14,18 @@ namespace kinora::render {
 // `shapes` gets the ids of primitives that are the shape of such a light: the light takes their place.
 std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
                                          std::set<uint32_t>& shapes);
+
+// Whether one of those is an ambient light: it lights what the camera and mirrors see, and no more. Surface shaders get
+// it by themselves.
+bool isAmbient(const scene::Light& light);
+
+// Whether something stands in for a LightSource or AreaLightSource.
+bool hasStandIn(const scene::Light& light);
+
+// The names of those that are not rendered, each once, in quotes with commas between; empty: all are.
+std::string lightsLeftOut(const scene::Scene& scene, Registry& registry);
+
+// The Surface shader of an object without a Bxdf; null: none.
+const scene::Node* surfaceOf(const scene::Attributes* attributes);
 
 }  // namespace kinora::render

@@ -1,6 +1,7 @@
 // The materials of a flat scene, bound to shading programs, and which of them each placement has. Kept from one world
 // to the next as long as networks, textures, shaders and light paths stay what they are. Called by WorldBuilder.
 #pragma once
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -25,6 +26,8 @@ class Materials {
     const std::vector<std::shared_ptr<const shade::ShaderNode>>& shadersInUse;
     const std::shared_ptr<const film::LightPaths>& paths;
     uint32_t width;
+    const std::vector<scene::Light>& lights;  // that are rendered
+    std::array<float, 2> clipping;            // as the camera says
   };
   // Sets `material` of each of `infos`, which are by placement.
   std::shared_ptr<const shade::MaterialSet> make(const FlatScene& flat, const Tools& tools,

@@ -6,6 +6,7 @@
 
 #include "base/near_name.h"
 #include "film/display_output.h"
+#include "render/legacy_lights.h"
 
 namespace kinora::render {
 
@@ -278,7 +279,8 @@ void applyOverrides(scene::Scene& scene, const Settings& settings, Registry& reg
 }
 
 const char* defaultIntegrator(const scene::Scene& scene) {
-  const bool isDark = scene.lights.empty() && scene.classicLights.empty() &&
+  const bool isDark = scene.lights.empty() &&
+                      std::none_of(scene.classicLights.begin(), scene.classicLights.end(), hasStandIn) &&
                       std::all_of(scene.prototypes.begin(), scene.prototypes.end(),
                                   [](const scene::Prototype& p) { return p.lights.empty(); });
   return isDark ? "PxrDefault" : "PxrPathTracer";

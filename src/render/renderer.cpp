@@ -20,6 +20,7 @@
 #include "render/frame.h"
 #include "render/frame_identity.h"
 #include "render/frame_plan.h"
+#include "render/legacy_lights.h"
 #include "render/overrides.h"
 #include "render/version.h"
 #include "render/world_build.h"
@@ -330,12 +331,14 @@ struct Renderer::Impl {
         if (!filtered.find(alpha, x, y, values)) f.resolvePixel(alpha, x, y, values);
         isCovered = values[0] != 0;
       }
+    const std::string leftOut = isCovered ? lightsLeftOut(scene, registry) : "";
     diagnostics.warning(
         "RENDER-BLACK", scene.pos,
-        isCovered ? "every pixel is black: no light reaches what the camera sees"
+        isCovered ? "every pixel is black: no light reaches what the camera sees" +
+                        (leftOut.empty() ? "" : "; these lights are not rendered: " + leftOut)
                   : "every pixel is black and empty: the camera sees nothing",
         "the picture is written",
-        isCovered ? "look at the lights, their distance and their linking; old lights and shaders may not be rendered"
+        isCovered ? "look at the lights, their distance and their linking"
                   : "look at the camera's transform, the clipping planes and the messages about objects left out");
   }
 

@@ -169,9 +169,11 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   auto next = std::make_unique<shade::ShadingWorld>();
   next->paths = paths.get();
   next->placements = flat_->infos;
-  next->materials = materials_.make(
-      *flat_, {registry_, diagnostics_, *textures_, contents_, shaders_, shadersInUse_, paths, width_},
-      next->placements, rebuilt);
+  next->materials =
+      materials_.make(*flat_,
+                      {registry_, diagnostics_, *textures_, contents_, shaders_, shadersInUse_, paths, width_,
+                       sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping},
+                      next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, next->placements, diagnostics_);
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics);
   next->traceSets = std::move(sight.sets);

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "base/text.h"
 #include "render/filters.h"
+#include "render/legacy_lights.h"
 #include "render/mesh_light.h"
 #include "scene/digests.h"
 
@@ -14,7 +16,10 @@ LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>&
                      std::vector<shade::PlacementInfo>& infos) {
   std::set<uint32_t> rendered;
   for (const scene::Light& l : sources) rendered.insert(l.id);
-  std::vector<uint32_t> classic;
+  std::vector<uint32_t> classic, ambient;
+  for (const scene::Light& l : sources)
+    if (isAmbient(l)) ambient.push_back(l.id);
+  std::sort(ambient.begin(), ambient.end());
   for (const scene::Light& l : scene.classicLights)
     if (l.node && l.node->kind == "LightSource" && rendered.count(l.id)) classic.push_back(l.id);
   std::sort(classic.begin(), classic.end());
@@ -42,6 +47,12 @@ LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>&
       if (const scene::Parameter* off = a->named.find("illuminate:off")) key.off = off->strings;
     }
     key.unlisted = unlisted(a ? a->lightSources.get() : nullptr);
+    if (surfaceOf(a)) {  // its material has them already
+      std::vector<uint32_t> all;
+      std::set_union(key.unlisted.begin(), key.unlisted.end(), ambient.begin(), ambient.end(),
+                     std::back_inserter(all));
+      key.unlisted = std::move(all);
+    }
     infos[k].linkSet = sets.try_emplace(std::move(key), uint32_t(sets.size())).first->second;
   }
   return sets;
@@ -104,12 +115,20 @@ void warnOfUnusedLights(const std::vector<std::vector<uint32_t>>& sets,
     for (const uint32_t i : sets[k]) shines[i] = shines[i] || isUsed[k];
   std::set<uint32_t> dark;
   for (size_t i = 0; i < sourceOf.size(); ++i)
-    if (!shines[i]) dark.insert(sourceOf[i]->id);
+    if (!shines[i] && !isAmbient(*sourceOf[i]))  // which materials have as a colour
+      dark.insert(sourceOf[i]->id);
   for (const scene::Light& l : scene.classicLights)
     if (l.node && l.node->kind == "LightSource" && dark.count(l.id))
       diagnostics.warning(
           "LIGHT-OFF", l.node->pos, "LightSource '" + l.node->handle + "' shines on no object", "it lights nothing",
           "a LightSource ends with its attribute block; Illuminate switches it on again for what follows");
+}
+
+// Whether a material sends light that only the camera and mirrors see.
+bool hasUnlitColors(const shade::MaterialSet& materials) {
+  for (uint32_t i = 0; i < materials.programCount(); ++i)
+    if (sameName(materials.program(i).nodes.back().plugin->name, "ClassicSurface")) return true;
+  return false;
 }
 
 // Which lights each link set holds; names that no light has are told of.
@@ -246,7 +265,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   std::vector<std::vector<uint32_t>> sets =
       membersOf(links, chosen.names, chosen.sources, known, scene, tools.diagnostics);
   warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
-  if (std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
+  if (hasUnlitColors(*world.materials) ||
+      std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
     world.indirectSets = uint32_t(links.size());
     world.hasLinks = true;
     for (size_t k = 0; k < links.size(); ++k) {

@@ -143,7 +143,7 @@ const Interpreter::Table& Interpreter::table() {
       {"ErrorHandler", {&I::keep, Other}},
       {"GeometricApproximation", {&I::keep, Other}},
       {"GeometricRepresentation", {&I::keep, Other}},
-      {"Imager", {&I::keep, Other}},
+      {"Imager", {&I::imager, Other}},
       {"MakeBrickMap", {&I::keep, Other}},
       {"MakeBump", {&I::keep, Other}},
       {"MakeCubeFaceEnvironment", {&I::keep, Other}},
@@ -371,15 +371,27 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
 }
 
 void Interpreter::reportKept(const Request& r) {
-  if (!keptNames_.insert(r.name).second) return;
+  // the shape of an area light is that of what stands in for the light, and not seen otherwise
+  if (r.name == "Geometry" && state_.emitter && state_.emitter->node->kind == "AreaLightSource") return;
+  static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",
+                                                  "Interior", "Exterior",   "Deformation"};
+  std::string who = r.name;
+  if (std::find(std::begin(kShaders), std::end(kShaders), r.name) != std::end(kShaders) && r.count > 0 &&
+      r.args[0].isString())
+    who += " '" + r.args[0].strings[0].substr(0, 60) + "'";
+  if (!keptNames_.insert(who).second) return;
   std::string code = "RIB-KEPT-" + r.name;
   for (char& c : code) c = char(std::toupper(static_cast<unsigned char>(c)));
-  report(Severity::Warning, std::move(code), r.pos, r.name + " is not rendered yet",
+  report(Severity::Warning, std::move(code), r.pos, who + " is not rendered yet",
          "it is kept in the scene description without effect");
 }
 
 void Interpreter::keep(Request& r) {
   reportKept(r);
+  keepQuietly(r);
+}
+
+void Interpreter::keepQuietly(Request& r) {
   scene::KeptRequest k;
   k.request = r.name;
   k.pos = r.pos;

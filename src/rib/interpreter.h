@@ -104,8 +104,9 @@ class Interpreter {
               std::string advice = {}) {
     messages_.report({s, std::move(code), pos, std::move(what), std::move(done), std::move(advice)});
   }
-  void keep(Request& r);  // into Scene::kept, reported once per name
-  void reportKept(const Request& r);
+  void keep(Request& r);                                    // into Scene::kept, with a report
+  void keepQuietly(Request& r);                             // where something stands in for it
+  void reportKept(const Request& r);                        // once per name, of shaders once per shader
   scene::Attributes& edit();                                // the current attributes, no longer shared
   scene::Attributes& edit(scene::Attributes::Given what) {  // ... of which this is being set
     scene::Attributes& a = edit();
@@ -182,6 +183,7 @@ class Interpreter {
   void integrator(Request&);
   void sampleFilter(Request&);
   void displayFilter(Request&);
+  void imager(Request&);
   void applyRiOptions(const scene::ParameterList& p);
   void useDirmap(const Request* r);
 

@@ -362,4 +362,30 @@ void Interpreter::displayFilter(Request& r) {
     if (auto n = node(r, true)) addFilter(frame_.options.displayFilters, n);
 }
 
+// RISpec 3.2, appendix A.6: background puts a colour where nothing covers the pixel, which a display filter does;
+// other imagers are kept. A DisplayFilter that the scene has itself comes after it and is in force.
+void Interpreter::imager(Request& r) {
+  Request copy = r;
+  const bool isBackground = r.count > 0 && r.args[0].isString() && r.args[0].strings[0] == "background" && !world_;
+  if (!isBackground) return keep(r);
+  keepQuietly(r);
+  const auto given = node(copy, false, Use::Classic);
+  if (!given) return;
+  auto n = std::make_shared<scene::Node>();
+  n->kind = "DisplayFilter";
+  n->plugin = "PxrBackgroundDisplayFilter";
+  n->handle = "Imager";
+  n->pos = copy.pos;
+  scene::Parameter color;
+  color.name = "backgroundColor";
+  color.type = scene::ValueType::Color;
+  color.floats = {1, 1, 1};
+  for (const char* name : {"background", "bgcolor", "color"})
+    if (const std::vector<float> c = given->params.getFloats(name); c.size() == 3) color.floats = c;
+  n->params.set(std::move(color));
+  auto& filters = frame_.options.displayFilters;
+  std::erase_if(filters, [&](const scene::NodePtr& f) { return f->handle == n->handle; });
+  filters.insert(filters.begin(), std::move(n));
+}
+
 }  // namespace kinora::rib

@@ -232,7 +232,8 @@ void Interpreter::light(Request& r) {
 void Interpreter::classicShader(Request& r) {
   auto n = node(r, false, Use::Classic);
   if (!n) return;
-  reportKept(r);
+  const bool fades = n->kind == "Atmosphere" && (n->plugin == "fog" || n->plugin == "depthcue");
+  if (n->kind != "Surface" && !fades) reportKept(r);
   auto& shaders = edit().classicShaders;
   std::erase_if(shaders, [&](const NodePtr& s) { return s->kind == n->kind; });
   shaders.push_back(std::move(n));

@@ -178,10 +178,25 @@ float slopeOf(const SurfaceArgs& a, uint32_t point, const float e1[3], const flo
   return std::max(along(e1, d1), along(e2, d2));
 }
 
+// 1 at points that the camera saw, itself or by mirrors, 0 at those that a diffuse bounce found: they have link sets of
+// their own (ShadingWorld::indirectSets).
+Value seenAt(const Context* c) {
+  const ContextHost& h = ContextHost::of(c);
+  Value out;
+  const uint32_t indirect = h.group->world().indirectSets;
+  if (!indirect || !h.state.linkSet) return out;
+  float* seen = floats(c);
+  for (uint32_t i = 0; i < c->padded; ++i) seen[i] = h.state.linkSet[i] < indirect ? 1.f : 0.f;
+  out.data[0] = seen;
+  out.components = out.stride = 1;
+  return out;
+}
+
 Value primvar(const Context* c, const char* name, Value* radius) {
   ContextHost& h = ContextHost::of(c);
   const uint32_t n = c->padded;
   Value out;
+  if (!std::strcmp(name, kSeenPrimvar)) return seenAt(c);
   // The widest of that name in the scene holds for all points, so that it does not matter which ones share a context;
   // objects without it give 0, numbers fill all components.
   const ShadingWorld& world = h.group->world();

@@ -8,6 +8,9 @@
 
 namespace kinora::shade {
 
+// The renderer's own, of the vertex and not of the object.
+inline constexpr const char* kSeenPrimvar = "__seen";
+
 inline Implied impliedBy(const char* name) {
   if (!std::strcmp(name, "st")) return Implied::St;
   if (!std::strcmp(name, "s")) return Implied::S;

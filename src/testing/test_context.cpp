@@ -114,6 +114,7 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
   m.spread(points.Ng.empty() ? points.N : points.Ng, c.Ng);
   m.spread(points.wo, c.wo);
   c.radius = m.spread(points.radius);
+  c.distance = m.spread({1.f});
   c.spread = m.spread({0.001f});
   c.time = m.spread(points.time);
   c.bias = m.spread({1e-4f});

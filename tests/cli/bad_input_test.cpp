@@ -114,6 +114,12 @@ TEST(BadInput, ABlackPictureIsNeverSilent) {
     const Result r = w.run({w.write("scene.rib", rib(parts)), "--progress", "none"});
     expectEnd(r, 0, {"scene.rib:", "warning RENDER-BLACK", isSeen ? "no light reaches" : "sees nothing"});
   }
+  // lights that are not rendered are named
+  parts = {};
+  parts.light = "Light \"StudioLight\" \"key\"\nLightSource \"causticlight\" 1";
+  Workplace w;
+  expectEnd(w.run({w.write("scene.rib", rib(parts)), "--progress", "none"}), 0,
+            {"RENDER-BLACK", "not rendered: 'StudioLight', 'causticlight'"});
 }
 
 TEST(BadInput, NoCameraIsTheDefaultOne) {

@@ -1,8 +1,8 @@
 // Proves: the lights of the RenderMan Interface by the formulas of its specification (3.2, appendix A.2), seen by a
 // white diffuse plane that faces the camera, whose colour is Cl times the cosine; which objects they light (the list
 // of light sources is an attribute); Illuminate for them and for lights of RIS; lights declared before the world;
-// ambient light without shadow, by light samples and by bxdf samples; lights that mirrors do not show. Misses: shadow
-// maps and other light shaders.
+// ambient light without shadow, by light samples and by bxdf samples; lights that mirrors do not show; stand-ins for
+// lights of other names. Misses: shadow maps, slides and noise of other light shaders.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -94,6 +94,123 @@ TEST(ClassicLights, AmbientHasNoShadow) {
   EXPECT_NEAR(radiance(scene(ambient + shiny + room, "", unbiased(8)), 4), 0.3, 1e-3);
   // a mirror shows neither it nor its light
   EXPECT_EQ(radiance(scene(ambient + shiny, "", unbiased(2))), 0);
+}
+
+// What no standard light is, at one point, against the formula of what stands in (Barzel 1997 for uberlight).
+TEST(ClassicLights, OthersByWordsAndParameters) {
+  const auto seen = [](const std::string& what) { return radiance(scene("LightSource " + what + "\n")); };
+#define EXPECT_LIGHT(what, expected) EXPECT_NEAR(seen(what), expected, 0.01 * (expected) + 1e-9) << what
+  EXPECT_LIGHT("\"shadowspot\" 1 \"intensity\" 8 \"shadowname\" \"none.shad\" \"conedeltaangle\" .1", 2);
+  EXPECT_LIGHT("\"shadowdistant\" 1 \"intensity\" .5 \"from\" [0 0 0] \"to\" [0 0 1]", .5);
+  EXPECT_LIGHT("\"pointlight_shadows\" 1 \"float intensity\" 4 \"point from\" [0 0 0]", 1);
+  EXPECT_LIGHT("\"pointnofalloff\" 1 \"intensity\" .5", .5);
+  EXPECT_LIGHT(
+      "\"renderman/a/shaders/spotLightShape1_rfm\" 1 \"float intensity\" 2 \"float coneAngle\" 40 \"float "
+      "penumbraAngle\" 5 \"float decayRate\" 1 \"color cl\" [.5 .5 .5] \"float dropoff\" 0",
+      .5);
+  EXPECT_LIGHT("\"Light0x1\" \"spotlight\" \"intensity\" 4", 1);
+  // by parameters alone
+  EXPECT_LIGHT("\"keylight\" 1 \"intensity\" 4 \"from\" [0 0 1]", 4);
+  EXPECT_LIGHT("\"keylight\" 1 \"intensity\" .7 \"from\" [0 0 0] \"to\" [0 0 1]", .7);
+  EXPECT_LIGHT("\"keylight\" 1 \"intensity\" 4 \"coneangle\" .5", 1);
+  EXPECT_LIGHT("\"keylight\" 1 \"intensity\" .7", .7);
+  EXPECT_LIGHT("\"keylight\" 1 \"intensity\" 4 \"falloff\" 1", 2);
+  // Barzel's controls: a cone with an edge, cuts, falloff
+  EXPECT_LIGHT("\"uberlight\" 1 \"intensity\" .6", .6);
+  EXPECT_LIGHT("\"uberlight\" 1 \"intensity\" 8 \"falloff\" 2", 2);
+  EXPECT_LIGHT("\"uberlight\" 1 \"intensity\" 8 \"falloff\" 2 \"falloffdist\" 2", 8);
+  EXPECT_LIGHT("\"uberlight\" 1 \"intensity\" 8 \"falloff\" 1 \"falloffdist\" 4 \"maxintensity\" 3",
+               8 * 3 * std::exp(-std::log(3.0) * std::pow(.5, 1 / std::log(3.0))));
+  EXPECT_LIGHT("\"uberlight\" 1 \"string lighttype\" \"omni\" \"cutoff\" 1.5 \"faredge\" 1", .5);
+  EXPECT_LIGHT("\"uberlight\" 1 \"cuton\" 2.5 \"nearedge\" 1", .5);
+  EXPECT_LIGHT("\"uberlight\" 1 \"cuton\" 2.5", 0.0);
+  EXPECT_LIGHT("\"uberlight\" 1 \"parallelrays\" 1 \"intensity\" .5", .5);
+  EXPECT_LIGHT("\"envlight\" 1 \"intensity\" .5", .5);
+  // a small square, all of it as much as a point
+  EXPECT_NEAR(seen("\"arealight\" 1 \"intensity\" 4\nTransformBegin Scale .02 .02 1\nLightSource "
+                   "\"arealight\" 2 \"intensity\" 4\nTransformEnd\nIlluminate 1 0"),
+              1, 0.02);
+  EXPECT_NEAR(seen("\"pointlight\" 1\nTransformBegin Scale .02 .02 1\nLightSource \"plausibleArealight\" 2 "
+                   "\"intensity\" 40\nTransformEnd\nIlluminate 1 0"),
+              10 / kPi / kPi, 0.02);
+#undef EXPECT_LIGHT
+}
+
+// The superellipse, with light and point apart: (x, y) off the axis at depth 2.
+TEST(ClassicLights, UberlightsConeIsASuperellipse) {
+  for (const double roundness : {0.0, 0.5, 1.0})
+    for (const double x : {0.1, 0.25, 0.3, 0.34, 0.5})
+      for (const double y : {0.0, 0.15, 0.26}) {
+        const double a = .2, b = .15, A = a + .1, B = b + .05, u = x / 2, v = y / 2;
+        double f;
+        if (roundness == 0) {
+          f = (1 - smoothstep(a, A, u)) * (1 - smoothstep(b, B, v));
+        } else {
+          const double e = 2 / roundness;
+          const auto scale = [&](double p, double q) {
+            return p * q * std::pow(std::pow(q * u, e) + std::pow(p * v, e), -1 / e);
+          };
+          f = 1 - smoothstep(scale(a, b), scale(A, B), 1);
+        }
+        const double cosine = 2 / std::sqrt(4 + x * x + y * y);
+        const std::string text = "TransformBegin Translate " + std::to_string(-x) + " " + std::to_string(-y) +
+                                 " 0\nLightSource \"uberlight\" 1 \"width\" .2 \"height\" .15 \"wedge\" .1 \"hedge\" "
+                                 ".05 \"roundness\" " +
+                                 std::to_string(roundness) + "\nTransformEnd\n";
+        EXPECT_NEAR(radiance(scene(text)), f * cosine, 0.01 * f + 1e-3) << roundness << " " << x << " " << y;
+      }
+}
+
+// An unknown area light: the shape shines as much as a point light of its intensity, from its outside.
+TEST(ClassicLights, AreaLightsOfAnyName) {
+  const auto lit = [](const std::string& parameters) {
+    return scene("AttributeBegin AreaLightSource \"mylight\" \"a\" " + parameters +
+                 "\nAttribute \"visibility\" \"int camera\" [0]\nTranslate 0 0 -2 Disk 0 .05 360 AttributeEnd\n");
+  };
+  RenderRequest r;
+  for (const auto& [parameters, expected] : {std::pair{"\"intensity\" 16", 1.0},
+                                             {"\"intensity\" .5 \"float falloff\" 0", .5},
+                                             {"\"intensity\" 16 \"color lightcolor\" [.5 .5 .5]", .5}}) {
+    r.rib = lit(parameters);
+    EXPECT_MEAN(overSeeds(r, 8), expected, 0.01 * expected);
+  }
+}
+
+bool says(SceneRender& render, const std::string& what) {
+  for (const std::string& m : render.messages())
+    if (m.find(what) != std::string::npos) return true;
+  return false;
+}
+
+// A light of which nothing is known is told of; where it was the only one the headlight stays on.
+TEST(ClassicLights, NothingKnownIsNotBlack) {
+  RenderRequest r;
+  for (const char* name : {"causticlight", "strange", ""}) {
+    r.rib =
+        orthographic(4, 1e-4, 4) + "WorldBegin\nLightSource \"" + name + "\" 1\n" + kWhite + kPlane + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_NEAR(overPixels(render.channel("Ci")).mean(), 1, 1e-3) << name;
+    EXPECT_TRUE(says(render, "CLASSIC-LIGHT-OUT")) << name;
+  }
+}
+
+// What is said of a light's shape does not change what it lights, and the shape is told of once.
+TEST(Lights, AreaLightsThatTheCameraDoesNotSee) {
+  for (const char* name : {"PxrStdAreaLight", "arealight"})
+    for (const char* shape : {"Sphere .2 -.2 .2 360", "Disk 0 .2 360", "Rotate 180 1 0 0 Geometry \"rectlight\""}) {
+      testing::Moments lit[2];
+      for (const int seen : {0, 1}) {
+        RenderRequest r;
+        r.rib = scene("AttributeBegin Attribute \"visibility\" \"int camera\" [" + std::to_string(seen) +
+                      "]\nAreaLightSource \"" + name + "\" \"l\" \"float intensity\" [9]\nTranslate .5 0 -1.5 " +
+                      shape + " AttributeEnd\n");
+        lit[seen] = overSeeds(r, 4);
+        SceneRender render(r);
+        EXPECT_FALSE(says(render, "RIB-KEPT")) << shape;
+      }
+      EXPECT_GT(lit[0].mean(), 0.01) << name << shape;
+      EXPECT_SAME_MEAN(lit[0], lit[1], 0.02);
+    }
 }
 
 // Any light may go without shadows; both techniques then go through what is in between, and add up to the light's
