@@ -96,6 +96,25 @@ TEST_F(ShaderServiceCalls, TexturesHaveDerivatives) {
   EXPECT_NEAR(c[0], 1, 0.02);
 }
 
+// The slope of alpha is that of the picture: a ramp over 64 columns.
+TEST_F(ShaderServiceCalls, AlphaHasDerivatives) {
+  picture("ramp.exr", 64, 64, 4, [](int x, int, int c) { return c == 3 ? (float(x) + 0.5f) / 64 : 1.f; });
+  const Rgb c = asked(
+      "float a = 0; color d = texture(\"ramp.exr\", s, t, \"width\", 0, \"alpha\", a); result = color(filterwidth(a) "
+      "* "
+      "16, 0, 0);");
+  EXPECT_NEAR(c[0], 1, 0.02);
+}
+
+TEST_F(ShaderServiceCalls, ShaderSpaceIsTheObjectsWhereNoneIsNamed) {
+  const Rgb c = asked(
+      "point a = transform(\"shader\", P), b = transform(\"object\", P); result = color(distance(a, b), a[2], "
+      "P[2]);");
+  EXPECT_EQ(c[0], 0);
+  EXPECT_NEAR(c[1], 0, 1e-6);
+  EXPECT_NEAR(c[2], 1, 1e-6);
+}
+
 TEST_F(ShaderServiceCalls, EnvironmentsAreLatitudeAndLongitude) {
   const auto look = [&](const std::string& direction) {
     return asked("result = environment(\"grid.exr\", vector(" + direction +

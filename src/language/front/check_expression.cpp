@@ -337,7 +337,7 @@ Type Checker::unary(Expr* e, Type expected) {
   if (uses_) use(std::string(spelling(e->op)) + " " + text(t));
   switch (e->op) {
     case Punct::Not:
-      if (!isSimple(t)) break;
+      if (!isCondition(t)) break;
       return plain(Base::Int);
     case Punct::Tilde:
       if (isInt(t)) return t;
@@ -355,7 +355,7 @@ Type Checker::binaryType(Punct op, const Type& a, const Type& b) const {
   switch (op) {
     case Punct::AndAnd:
     case Punct::OrOr:
-      return isSimple(a) && isSimple(b) ? plain(Base::Int) : Type{};
+      return isCondition(a) && isCondition(b) ? plain(Base::Int) : Type{};
     case Punct::Percent:
     case Punct::And:
     case Punct::Or:
@@ -505,7 +505,7 @@ Type Checker::increment(Expr* e) {
 
 Type Checker::ternary(Expr* e, Type expected) {
   Type c = check(e->a, plain(Base::Int));
-  if (!isPoison(c) && !isSimple(c)) {
+  if (!isPoison(c) && !isCondition(c)) {
     error(e->a->pos, "a value of type '" + text(c) + "' is no condition");
     c = kPoison;
   }

@@ -246,8 +246,11 @@ void Checker::warnOfLibrary(Function* f) {
     if (isSame([&](size_t i) { return p->parameters[i]->type; }, p->parameters.size())) return warn();
   const Builtin* b = builtinNamed(names_.text(f->name));
   if (!b) return;
-  for (const Signature& s : signaturesOf(*b))
-    if (s.rest == 0 && isSame([&](size_t i) { return s.formals[i].type; }, s.count)) return warn();
+  for (const Signature& s : signaturesOf(*b)) {
+    const size_t n = s.rest == '+' ? std::max<size_t>(s.count, f->parameters.size()) : s.count;
+    const bool isOpen = s.rest == '*' || s.rest == '@';
+    if (!isOpen && isSame([&](size_t i) { return s.at(uint32_t(i)).type; }, n)) return warn();
+  }
 }
 
 bool Checker::alwaysReturns(const Stmt* s) {
@@ -395,7 +398,7 @@ void Checker::condition(Expr* e) {
   if (!e) return;
   const Type t = check(e);
   if (isPoison(t)) return;
-  if (!isPlain(t) || componentsOf(t.base) == 0) error(e->pos, "a value of type '" + text(t) + "' is no condition");
+  if (!isCondition(t)) error(e->pos, "a value of type '" + text(t) + "' is no condition");
 }
 
 void Checker::statement(Stmt* s) {

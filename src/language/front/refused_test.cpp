@@ -97,6 +97,8 @@ TEST(Refused, WhatIsHardlyMeantIsAWarning) {
             "1:7 function 'abs' takes the place of the library's\n");
   EXPECT_EQ(compiled("float hypot(float a, float b) { return a; }\nshader t() { }").warnings,
             "1:7 function 'hypot' takes the place of the library's\n");
+  EXPECT_EQ(compiled("string concat(string a, string b) { return a; }\nshader t() { }").warnings,
+            "1:8 function 'concat' takes the place of the library's\n");
   // other arguments, or the body of another function: nothing is replaced
   EXPECT_EQ(compiled("int abs(string s) { return 1; }\nvoid f() { float sin(float x) { return x; } }\nshader t() { }")
                 .warnings,
