@@ -107,6 +107,14 @@ constexpr Explanation kRooms[] = {
      "result "
      "without a name. What the node feeds is magenta where it is a colour and has its default elsewhere. "
      "`kinora plugins PxrSeExpr` lists the variables."},
+    {"SHADER-OSO",
+     "A compiled shader (.oso) was found and cannot be used: it is damaged, of a version that is not known, or made "
+     "by "
+     "a tool "
+     "whose text is not understood; the message says where. The source of the same name stands beside it and is "
+     "compiled "
+     "in its place, so that the picture is as it should be. Removing the .oso file, or writing it again with `kinora "
+     "shader compile`, ends the message."},
     {"SHADER-CALL",
      "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders "
      "trace rays. "

@@ -25,10 +25,10 @@ bool ShaderOptions::value(std::string& out) {
   return !isMissing_;
 }
 
-bool ShaderOptions::letter(char c, std::string& out) {
-  if (!isOption_ || word_.empty() || word_[0] != c) return false;
-  if (word_.size() == 1) return value(out);
-  out = word_.substr(1);
+bool ShaderOptions::joined(std::string_view name, std::string& out) {
+  if (!isOption_ || !word_.starts_with(name)) return false;
+  if (word_.size() == name.size()) return value(out);
+  out = word_.substr(name.size());
   return true;
 }
 
@@ -44,17 +44,21 @@ std::optional<language::Shader> loadShader(const std::string& name, const langua
     else
       for (const char* ending : {".oso", ".osl"}) candidates.push_back(place + ending);
   }
-  for (const std::string& file : candidates) {
-    const std::optional<std::string> text = language::readSourceFile(file);
-    if (!text) continue;
+  for (std::string& file : candidates) {
+    std::optional<std::string> source = language::readSourceFile(file);
+    if (!source) continue;
     if (file.ends_with(".oso")) {
       language::Shader shader;
       std::string error;
-      if (language::readOso(*text, file, shader, error)) return shader;
+      if (language::readOso(*source, file, shader, error)) return shader;
       fmt::print(stderr, "{}\n", error);
-      return std::nullopt;
+      const std::string beside = file.substr(0, file.size() - 4) + ".osl";
+      source = language::readSourceFile(beside);
+      if (!source) return std::nullopt;
+      fmt::print(stderr, "{}: warning: compiled instead\n", beside);
+      file = beside;
     }
-    language::CompileResult result = language::compile(*text, file, options);
+    language::CompileResult result = language::compile(*source, file, options);
     for (const language::CompileMessage& m : result.messages) fmt::print(stderr, "{}\n", m.str());
     return std::move(result.shader);
   }

@@ -24,7 +24,8 @@ class ShaderOptions {
   const std::string& word() const { return word_; }  // an option's name without dashes, or what is no option
   bool is(std::string_view name) const { return isOption_ && word_ == name; }
   // -DX and -D X: the value of a one-letter option; nothing when it is another or the value is missing.
-  bool letter(char c, std::string& value);
+  bool letter(char c, std::string& value) { return joined(std::string_view(&c, 1), value); }
+  bool joined(std::string_view name, std::string& value);  // -MFX and -MF X alike
   // The next argument; false: there is none.
   bool value(std::string& out);
   bool isMissing() const { return isMissing_; }

@@ -23,7 +23,7 @@ constexpr const char* kHelp =
   -E              only preprocess, to standard output or -o FILE
   -M, -MM         only print what the source depends on, as a rule for make
   -MD, -MMD       compile, and write that rule beside the output (FILE.d)
-  -MF FILE        where to write the rule; -MT TARGET: what it makes
+  -MF FILE        where to write the rule; -MT TARGET: what it makes; both also without the blank
   -Wall           all warnings, which is the default; -w: none; -Werror: warnings are errors
   -O0 -O1 -O2     accepted: programs are optimised when they are loaded, with their parameters known
   -q              say nothing but warnings and errors; -v: say more
@@ -129,10 +129,7 @@ int runShaderCompile(const Arguments& arguments) {
       job.isRuleOnly = true;
     } else if (o.is("MD") || o.is("MMD")) {
       job.hasRule = true;
-    } else if (o.is("MF")) {
-      o.value(job.ruleFile);
-    } else if (o.is("MT")) {
-      o.value(job.ruleTarget);
+    } else if (o.joined("MF", job.ruleFile) || o.joined("MT", job.ruleTarget)) {
     } else if (o.is("Wall")) {
       job.options.withWarnings = true;
     } else if (o.is("w")) {

@@ -249,7 +249,10 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   const ContextHost& h = ContextHost::of(c);
   const ShadingWorld& w = h.group->world();
   const uint32_t* instanceOf = c->place.instance;
-  const auto isObject = [](const char* space) { return !std::strcmp(space, "object"); };
+  // where the shader was declared is not kept: as exporters write it, that is the object's space
+  const auto isObject = [&](const char* space) {
+    return !std::strcmp(space, "object") || (!std::strcmp(space, "shader") && !w.spaces.contains("shader"));
+  };
   bool known = true;
   const auto toRender = [&](const char* space, uint32_t instance) {
     if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return scene::Matrix();

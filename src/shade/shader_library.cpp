@@ -62,6 +62,13 @@ void forgetPlaces(language::Block& block) {
   }
 }
 
+// Of a compiled shader; "" where there is none, and of sources.
+std::string sourceBeside(const std::string& path) {
+  if (!path.ends_with(".oso")) return {};
+  const std::string source = path.substr(0, path.size() - 4) + ".osl";
+  return isFile(source) ? source : std::string();
+}
+
 // Of what a shader computes: the same for its source, for a copy in another folder and for what it was compiled to.
 Digest programOf(language::Shader shader) {
   forgetPlaces(shader.main);
@@ -193,7 +200,11 @@ std::shared_ptr<const ShaderNode> ShaderLibrary::open(const std::string& path, c
   if (before && (shader || file.wrong != wrongBefore))
     diagnostics_.info("SHADER-RECOMPILED", pos, "shader '" + path + "' has changed and is compiled again");
   if (shader && keepCompiled_ && path.ends_with(".osl")) writeBeside(path, *shader, file, pos);
-  if (!shader && !(before && file.wrong == wrongBefore))
+  const bool isNews = !shader && !(before && file.wrong == wrongBefore);
+  if (isNews && !sourceBeside(path).empty())
+    diagnostics_.warning("SHADER-OSO", pos, "compiled shader '" + path + "' cannot be used: " + file.wrong,
+                         "its source beside it is compiled", "removing the .oso file ends this message");
+  else if (isNews)
     diagnostics_.error("SHADER-COMPILE", pos, "shader '" + path + "' cannot be used: " + file.wrong,
                        "what it feeds is magenta where it is a colour, else has its default",
                        "kinora shader compile says the same without rendering");
@@ -261,6 +272,10 @@ std::shared_ptr<const ShaderNode> ShaderLibrary::find(const std::string& name, c
   }
   std::shared_ptr<const ShaderNode>& found = byName_[name];
   if (!path.empty()) found = open(path, pos);
+  if (found && !found->shader && !sourceBeside(path).empty()) {
+    path = sourceBeside(path);
+    found = open(path, pos);
+  }
   if (contents_ && found)
     contents_->use("shader", name, files_[path].program);
   else if (contents_)

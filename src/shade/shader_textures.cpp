@@ -51,9 +51,12 @@ void ShaderTextures::lookUp(const Batch& batch, const TextureCall& call, const P
   for (float*& x : rgba) x = arena_.make<float>(n);
   for (float*& x : moved) x = arena_.make<float>(n);
   for (float*& x : place) x = arena_.make<float>(n);
-  const bool wantsDerivs = at.step[0] && (call.resultDx.components || call.resultDy.components);
+  const bool wantsDerivs = at.step[0] && (call.resultDx.components || call.resultDy.components ||
+                                          call.alphaDx.components || call.alphaDy.components);
   const uint32_t components = call.result.components;
   const bool isUniform = !hasVaryingOptions(call);
+  // alpha is the channel behind those of the result
+  const auto alphaChannel = [&](int channels) { return components == 1 && channels >= 3 ? 1 : 3; };
   for (uint32_t first = 0; first < n;) {
     uint32_t end = first + 1;
     if (isUniform) end = n;
@@ -78,8 +81,7 @@ void ShaderTextures::lookUp(const Batch& batch, const TextureCall& call, const P
                         : int(k) >= channels      ? o.fill
                         : channels == 2 && k == 1 ? rgba[3][i]
                                                   : rgba[k][i]);
-      // the channel behind those of the result
-      if (call.alpha.components) call.alpha.set(0, i, components == 1 && channels >= 3 ? rgba[1][i] : rgba[3][i]);
+      if (call.alpha.components) call.alpha.set(0, i, rgba[alphaChannel(channels)][i]);
       if (call.error.components) {
         static const int32_t kNotThere = language::internString("the texture is not there");
         static const int32_t kNoChannel = language::internString("the texture has no such channel");
@@ -87,8 +89,8 @@ void ShaderTextures::lookUp(const Batch& batch, const TextureCall& call, const P
       }
     }
     for (uint32_t axis = 0; wantsDerivs && axis < 2; ++axis) {
-      const Span& to = axis ? call.resultDy : call.resultDx;
-      if (!to.components) continue;
+      const Span &to = axis ? call.resultDy : call.resultDx, &alpha = axis ? call.alphaDy : call.alphaDx;
+      if (!to.components && !alpha.components) continue;
       for (uint32_t i = first; i < end; ++i) {
         place[0][i] = at.s[i] + at.step[2 * axis][i];
         place[1][i] = at.t[i] + at.step[2 * axis + 1][i];
@@ -96,8 +98,13 @@ void ShaderTextures::lookUp(const Batch& batch, const TextureCall& call, const P
       part(moved, out);
       textures.lookup(handles + first, true, end - first, place[0] + first, place[1] + first, at.radius + first,
                       o.plain, o.part, out);
-      for (uint32_t i = first; i < end; ++i)
-        for (uint32_t k = 0; batch.isLive(i) && k < to.components; ++k) to.set(k, i, moved[k][i] - rgba[k][i]);
+      for (uint32_t i = first; i < end; ++i) {
+        if (!batch.isLive(i)) continue;
+        for (uint32_t k = 0; k < to.components; ++k) to.set(k, i, moved[k][i] - rgba[k][i]);
+        if (!alpha.components) continue;
+        const int k = alphaChannel(textures.channels(handles[i]) - std::max(o.plain.firstChannel, 0));
+        alpha.set(0, i, moved[k][i] - rgba[k][i]);
+      }
     }
     first = end;
   }

@@ -30,12 +30,15 @@ struct TextureCallOptions {
   float fill = 0;
   bool hasFill = false, hasMissing = false;
 
+  // bicubic where texels are larger than the footprint, bilinear elsewhere: what the language does unless asked
+  static constexpr int kSmartCubic = 7;
+
   static int wrapCode(std::string_view text) {
     return text == "black" ? 0 : text == "clamp" ? 2 : text == "periodic" ? 3 : text == "mirror" ? 4 : 1;
   }
   TextureCallOptions() {
     plain.wrapS = plain.wrapT = 0;
-    plain.filter = 2;
+    plain.filter = kSmartCubic;
   }
   TextureCallOptions(const TextureCall& call, uint32_t i) : TextureCallOptions() {
     for (uint32_t k = 0; k < call.options; ++k) {
@@ -71,7 +74,7 @@ struct TextureCallOptions {
         fill = numberAt(v, 0, i), hasFill = true;
       else if (token == "interp") {
         const std::string_view how = textAt(v, i);
-        plain.filter = how == "closest" ? 0 : how == "cubic" ? 3 : how == "smartcubic" ? 7 : 2;
+        plain.filter = how == "closest" ? 0 : how == "cubic" ? 3 : how == "linear" ? 2 : kSmartCubic;
       } else if (token == "subimage") {
         hasPartNumber = v.base != uint8_t(language::Base::String);
         partText = hasPartNumber ? -1 : v.integer(0, i);

@@ -22,9 +22,12 @@ TEST(Shader, Compile) {
   Result r = w.run({"shader", "compile", "s.osl"});
   EXPECT_EQ(r.exitCode, 0) << r.err;
   EXPECT_EQ(r.out, "Compiled s.osl -> s.oso\n");
-  r = w.run({"shader", "compile", "-q", "--Wall", "-O2", "-o", "other.oso", "-MD", "-MT", "target", "s.osl"});
+  r = w.run({"shader", "compile", "-q", "--Wall", "-O2", "-o", "other.oso", "-MD", "-MTtarget", "s.osl"});
   EXPECT_EQ(r.exitCode, 0) << r.err;
   EXPECT_EQ(r.out + r.err, "");
+  r = w.run({"shader", "compile", "-q", "-MM", "-MFrule.d", "-MT", "target", "s.osl"});
+  EXPECT_EQ(r.out, "");
+  EXPECT_TRUE(w.has("rule.d"));
   r = w.run({"shader", "compile", "-MM", "s.osl"});
   EXPECT_EQ(r.out, "s.oso: s.osl inc.h\n");
   r = w.run({"shader", "compile", "-E", "-DY=7", "s.osl"});

@@ -132,7 +132,11 @@ void lookUp(const Batch& b, const TextureCall& t, float perComponent) {
       if (t.resultDx.components) t.resultDx.set(k, i, isMissing ? 0 : dx);
       if (t.resultDy.components) t.resultDy.set(k, i, isMissing ? 0 : dy);
     }
-    if (t.alpha.components) t.alpha.set(0, i, .5f);
+    if (t.alpha.components) t.alpha.set(0, i, textOf(t.file, i) == "ramp" ? t.coordinates.number(0, i) : .5f);
+    if (t.alphaDx.components && textOf(t.file, i) == "ramp") {
+      t.alphaDx.set(0, i, t.dx.components ? t.dx.number(0, i) : 0.f);
+      t.alphaDy.set(0, i, t.dy.components ? t.dy.number(0, i) : 0.f);
+    }
     if (t.error.components) t.error.set(0, i, internString(isMissing ? "no file" : ""));
   });
 }

@@ -116,5 +116,21 @@ TEST_F(ShaderFiles, CompiledShadersAreWrittenWhereAsked) {
   EXPECT_EQ(shown(), (Rgb{.75f, .75f, .75f}));
 }
 
+TEST_F(ShaderFiles, ASourceStandsInForACompiledShaderThatIsRefused) {
+  write("shown.osl", "shader shown(output color result = 0) { result = .5; }");
+  age("shown.osl", 100);
+  write("shown.oso",
+        "OpenShadingLanguage 1.00\nshader shown\noparam\tcolor\tresult\t0 0 0\ncode ___main___\n\tnonsense\n");
+  SceneRender render(requestOf(network_));
+  ASSERT_TRUE(render.ok());
+  EXPECT_EQ(middleOf(render), (Rgb{.5f, .5f, .5f}));
+  EXPECT_EQ(told(render, "SHADER-OSO"), 1u);
+  EXPECT_EQ(told(render, "SHADER-COMPILE"), 0u);
+  EXPECT_EQ(again(render), (Rgb{.5f, .5f, .5f}));
+  EXPECT_EQ(told(render, "SHADER-OSO"), 1u);
+  write("shown.osl", "shader shown(output color result = 0) { result = .75; }");
+  EXPECT_EQ(again(render), (Rgb{.75f, .75f, .75f}));
+}
+
 }  // namespace
 }  // namespace kinora::tests

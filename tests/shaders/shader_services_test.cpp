@@ -68,13 +68,15 @@ TEST_F(ShaderServiceCalls, TextureOptions) {
   // channels
   EXPECT_EQ(at("0.375, 0.75, \"firstchannel\", 1"), (Rgb{.5f, .125f, 0}));
   EXPECT_EQ(at("0.375, 0.75, \"firstchannel\", 1, \"fill\", 2"), (Rgb{.5f, .125f, 2}));
-  EXPECT_EQ(asked("result = texture(\"grey.exr\", .5, .5, \"fill\", .75);"), (Rgb{.25f, .75f, .75f}));
+  EXPECT_EQ(asked("result = texture(\"grey.exr\", .5, .5, \"wrap\", \"clamp\", \"fill\", .75);"),
+            (Rgb{.25f, .75f, .75f}));
   EXPECT_EQ(asked("float a = 9; float x = texture(\"grid.exr\", .375, .75, \"alpha\", a, \"width\", 0, \"interp\", "
                   "\"closest\"); "
                   "result = color(x, a, 0);"),
             (Rgb{.25f, .5f, 0}));
-  EXPECT_EQ(asked("float a = 9; result = texture(\"grey.exr\", .5, .5, \"alpha\", a); result[1] = a;"),
-            (Rgb{.25f, 1, .25f}));
+  EXPECT_EQ(
+      asked("float a = 9; result = texture(\"grey.exr\", .5, .5, \"wrap\", \"clamp\", \"alpha\", a); result[1] = a;"),
+      (Rgb{.25f, 1, .25f}));
   // what is not there is told in words
   const std::string lost =
       "string why = \"\"; float a = 0; result = texture(\"lost.exr\", s, t, \"missingcolor\", color(1, 2, 3), "
@@ -83,7 +85,8 @@ TEST_F(ShaderServiceCalls, TextureOptions) {
   SceneRender missing(requestFor(lost));
   EXPECT_EQ(told(missing, "ASSET-TEXTURE-MISSING"), 1u);
   EXPECT_EQ(middleOf(missing), (Rgb{1, 2, .5f}));
-  EXPECT_EQ(asked("string why = \"x\"; result = texture(\"grey.exr\", .5, .5, \"errormessage\", why); result[1] = "
+  EXPECT_EQ(asked("string why = \"x\"; result = texture(\"grey.exr\", .5, .5, \"wrap\", \"clamp\", \"errormessage\", "
+                  "why); result[1] = "
                   "why == \"\";"),
             (Rgb{.25f, 1, .25f}));
 }
@@ -94,6 +97,37 @@ TEST_F(ShaderServiceCalls, TexturesHaveDerivatives) {
   const Rgb c =
       asked("float h = texture(\"ramp.exr\", s, t, \"width\", 0); result = color(filterwidth(h) * 16, 0, 0);");
   EXPECT_NEAR(c[0], 1, 0.02);
+}
+
+// A line of light texels read at its middle: cubic B-splines weigh it by 2/3, lines by 1.
+TEST_F(ShaderServiceCalls, MagnifiedTexturesAreBicubicUnlessAskedOtherwise) {
+  picture("line.exr", 8, 8, 3, [](int x, int, int) { return x == 4 ? 1.f : 0.f; });
+  const auto read = [&](const std::string& options) {
+    return asked("result = texture(\"line.exr\", 4.5 / 8, .5, \"width\", 0" + options + ");")[0];
+  };
+  EXPECT_NEAR(read(""), 2.f / 3, 1e-3);
+  EXPECT_NEAR(read(", \"interp\", \"smartcubic\""), 2.f / 3, 1e-3);
+  EXPECT_NEAR(read(", \"interp\", \"cubic\""), 2.f / 3, 1e-3);
+  EXPECT_NEAR(read(", \"interp\", \"linear\""), 1, 1e-3);
+}
+
+// The slope of alpha is that of the picture: a ramp over 64 columns.
+TEST_F(ShaderServiceCalls, AlphaHasDerivatives) {
+  picture("ramp.exr", 64, 64, 4, [](int x, int, int c) { return c == 3 ? (float(x) + 0.5f) / 64 : 1.f; });
+  const Rgb c = asked(
+      "float a = 0; color d = texture(\"ramp.exr\", s, t, \"width\", 0, \"alpha\", a); result = color(filterwidth(a) "
+      "* "
+      "16, 0, 0);");
+  EXPECT_NEAR(c[0], 1, 0.02);
+}
+
+TEST_F(ShaderServiceCalls, ShaderSpaceIsTheObjectsWhereNoneIsNamed) {
+  const Rgb c = asked(
+      "point a = transform(\"shader\", P), b = transform(\"object\", P); result = color(distance(a, b), a[2], "
+      "P[2]);");
+  EXPECT_EQ(c[0], 0);
+  EXPECT_NEAR(c[1], 0, 1e-6);
+  EXPECT_NEAR(c[2], 1, 1e-6);
 }
 
 TEST_F(ShaderServiceCalls, EnvironmentsAreLatitudeAndLongitude) {

@@ -49,6 +49,8 @@ std::span<const Signature> signaturesOf(const Builtin&);
 constexpr Type kPoison{Base::Void, 0, -2};
 constexpr bool isPoison(const Type& t) { return t.base == Base::Void && t.structure == -2; }
 constexpr bool isPlain(const Type& t) { return t.arrayLength == 0; }
+// Whether it may decide: not 0, not "", not the closure that is none.
+inline bool isCondition(const Type& t) { return isPlain(t) && (componentsOf(t.base) > 0 || t.base == Base::Closure); }
 
 bool assignable(const Type& to, const Type& from);
 int matchScore(const Type& formal, const Type& actual);  // 0: does not match

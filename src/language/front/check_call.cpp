@@ -9,6 +9,8 @@ namespace kinora::language::front {
 
 namespace {
 
+constexpr Type kFloat{Base::Float, 0, -1};
+
 // preferred first, when nothing else decides
 int rankOf(Base b) {
   static constexpr Base kOrder[] = {Base::Float,   Base::Int,    Base::Color,  Base::Vector,
@@ -169,6 +171,14 @@ Function* Checker::operatorFor(Expr* e, std::span<Expr*> operands, Type expected
   return best.function;
 }
 
+// A variable that is declared nearer than every function of its name hides them all.
+bool Checker::isHiddenByVariable(Name name) {
+  if (isInPrelude_) return false;
+  const VarEntry& entry = vars_[name];
+  const Function* f = functions_[name];
+  return entry.var && !isPoison(entry.var->type) && entry.scope > (f ? f->scope : 0);
+}
+
 Type Checker::structConstruct(Expr* e, int32_t structure) {
   e->isStructConstruct = true;
   return list(e, {Base::Struct, 0, structure});
@@ -190,6 +200,12 @@ bool Checker::checkElements(Expr* list) {
 
 Type Checker::call(Expr* e, Type expected) {
   if (const int32_t s = isInPrelude_ ? 0 : structs_[e->name]; s != 0) return structConstruct(e, s - 1);
+  if (isHiddenByVariable(e->name)) {
+    for (Expr* x : e->list)
+      if (x->kind != ExprKind::List) check(x);
+    error(e->pos, "'" + text(e->name) + "' is a variable and cannot be called");
+    return kPoison;
+  }
   bool isGood = true;
   for (Expr* x : e->list) {
     if (x->kind == ExprKind::List) {
@@ -229,15 +245,22 @@ Type Checker::call(Expr* e, Type expected) {
                           "cross", "luminance", "getattribute"})
       near.push_back(n);
     const std::string hint = didYouMean(std::string(name), near);
-    error(e->pos, (find(e->name) ? "'" + std::string(name) + "' is a variable and cannot be called"
-                                 : "there is no function '" + std::string(name) + "'") +
-                      (hint.empty() ? "" : "; " + hint));
+    error(e->pos, "there is no function '" + std::string(name) + "'" + (hint.empty() ? "" : "; " + hint));
     return kPoison;
   }
   if (!isGood) return kPoison;
   std::vector<Candidate> fitting;
-  for (Candidate& c : candidates)
-    if (match(c, e->list, expected)) fitting.push_back(c);
+  const auto findFitting = [&] {
+    for (Candidate& c : candidates)
+      if (match(c, e->list, expected)) fitting.push_back(c);
+  };
+  findFitting();
+  // vector(rotate(p, noise("perlin", P), a, b)): what the call is to give says nothing of its angle
+  if (fitting.empty() && expected.base != Base::Void && !(expected == kFloat)) {
+    for (Expr* x : e->list)
+      if (x->kind != ExprKind::List) check(x, kFloat);
+    findFitting();
+  }
   if (fitting.empty()) {
     std::string given;
     for (const Expr* x : e->list)

@@ -159,8 +159,11 @@ Type Checker::checkAs(Expr* e, Type target, const char* what) {
   const Type t = check(e, target);
   if (isPoison(t) || isPoison(target)) return t;
   if (assignable(target, t)) return t;
-  if (target.base == Base::Closure && isPlain(target) && e->kind == ExprKind::Int && e->intValue == 0)
-    return t;  // none
+  if (target.base == Base::Closure && isPlain(target) &&
+      ((e->kind == ExprKind::Int && e->intValue == 0) || (e->kind == ExprKind::Float && e->floatValue == 0))) {
+    e->kind = ExprKind::Int;  // 0.0 is none as well
+    return e->type = plain(Base::Int);
+  }
   if (target == plain(Base::Int) && t == plain(Base::Float)) {
     messages_.warning(e->pos, "assignment may lose precision: int = float");
     return t;
@@ -256,12 +259,14 @@ Type Checker::index(Expr* e) {
   Type t = check(chain.back()->a);
   for (size_t n = chain.size(); n > 0; --n) {
     Expr* node = chain[n - 1];
-    if (isMatrix(t) && n > 1) {
-      Expr* column = chain[--n - 1];
-      column->c = column->b;
-      column->b = node->b;
-      column->a = node->a;
-      node = column;
+    if (isMatrix(t) && (n > 1 || node->c)) {
+      if (!node->c) {  // else it was checked before
+        Expr* column = chain[--n - 1];
+        column->c = column->b;
+        column->b = node->b;
+        column->a = node->a;
+        node = column;
+      }
       t = plain(Base::Float);
       for (Expr* x : {node->b, node->c}) {
         const Type i = check(x);
@@ -308,11 +313,11 @@ Type Checker::field(Expr* e) {
     return kPoison;
   }
   if (isTripleValue(t)) {
-    const std::string_view n = names_.text(e->name);
-    const size_t at = n.size() == 1 ? std::string_view("xyzrgb").find(n[0]) : std::string_view::npos;
+    const std::string_view n = names_.text(e->name), own = t.base == Base::Color ? "rgb" : "xyz";
+    const size_t at = n.size() == 1 ? own.find(n[0]) : std::string_view::npos;
     if (at != std::string_view::npos) {
       if (uses_) use(text(t) + " ." + std::string(n));
-      e->field = int32_t(at % 3);
+      e->field = int32_t(at);
       return plain(Base::Float);
     }
     error(e->pos, "a value of type '" + text(t) + "' has no component '" + text(e->name) + "'");
@@ -332,7 +337,7 @@ Type Checker::unary(Expr* e, Type expected) {
   if (uses_) use(std::string(spelling(e->op)) + " " + text(t));
   switch (e->op) {
     case Punct::Not:
-      if (!isSimple(t)) break;
+      if (!isCondition(t)) break;
       return plain(Base::Int);
     case Punct::Tilde:
       if (isInt(t)) return t;
@@ -350,7 +355,7 @@ Type Checker::binaryType(Punct op, const Type& a, const Type& b) const {
   switch (op) {
     case Punct::AndAnd:
     case Punct::OrOr:
-      return isSimple(a) && isSimple(b) ? plain(Base::Int) : Type{};
+      return isCondition(a) && isCondition(b) ? plain(Base::Int) : Type{};
     case Punct::Percent:
     case Punct::And:
     case Punct::Or:
@@ -500,7 +505,7 @@ Type Checker::increment(Expr* e) {
 
 Type Checker::ternary(Expr* e, Type expected) {
   Type c = check(e->a, plain(Base::Int));
-  if (!isPoison(c) && !isSimple(c)) {
+  if (!isPoison(c) && !isCondition(c)) {
     error(e->a->pos, "a value of type '" + text(c) + "' is no condition");
     c = kPoison;
   }

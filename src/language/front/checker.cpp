@@ -221,12 +221,36 @@ void Checker::declare(Function* f) {
     }
     break;
   }
+  if (f->body && f->scope == 0 && !isInPrelude_) warnOfLibrary(f);
   // a closure primitive of somebody's own header
   if (!f->body) f->isClosure = f->type.base == Base::Closure;
   if (!isInPrelude_) undo_.push_back({Space::Functions, f->name, head, 0});
   f->next = head;
   head = f;
   if (f->body) body(f);
+}
+
+// A function of the file that takes what one of the library's takes stands in its place.
+void Checker::warnOfLibrary(Function* f) {
+  loadPrelude(f->name);
+  const auto warn = [&] {
+    messages_.warning(f->pos, "function '" + text(f->name) + "' takes the place of the library's");
+  };
+  const auto isSame = [&](auto&& typeOf, size_t n) {
+    if (n != f->parameters.size()) return false;
+    for (size_t i = 0; i < n; ++i)
+      if (f->parameters[i]->type != typeOf(i)) return false;
+    return true;
+  };
+  for (const Function* p = prelude_[f->name]; p; p = p->next)
+    if (isSame([&](size_t i) { return p->parameters[i]->type; }, p->parameters.size())) return warn();
+  const Builtin* b = builtinNamed(names_.text(f->name));
+  if (!b) return;
+  for (const Signature& s : signaturesOf(*b)) {
+    const size_t n = s.rest == '+' ? std::max<size_t>(s.count, f->parameters.size()) : s.count;
+    const bool isOpen = s.rest == '*' || s.rest == '@';
+    if (!isOpen && isSame([&](size_t i) { return s.at(uint32_t(i)).type; }, n)) return warn();
+  }
 }
 
 bool Checker::alwaysReturns(const Stmt* s) {
@@ -283,10 +307,7 @@ void Checker::initialise(Var* v) {
     if (v->init) check(v->init);
     return;
   }
-  if (v->init->kind == ExprKind::Comma && v->init->isParenthesised)
-    messages_.warning(v->init->pos, "a comma in parentheses gives the last value alone; " + text(v->type) +
-                                        "(...) or {...} is meant?");
-  // an array that has as many elements as it is given, and none otherwise
+  // an array that has as many elements as it is given, and one of zeros otherwise
   if (v->kind == VarKind::Parameter && v->type.arrayLength < 0 && componentsOf(v->type.base) != 0 &&
       v->init->kind == ExprKind::List && v->init->list.empty()) {
     v->init->type = v->type;
@@ -309,7 +330,11 @@ void Checker::shader(ShaderDecl* s) {
       error(p->pos, "a parameter cannot be void");
       p->type = kPoison;
     }
-    if (!p->init)
+    if (p->isOutput && p->type.arrayLength < 0) {
+      error(p->pos, "output '" + text(p->name) + "' needs a length: nothing gives it one");
+      p->type = kPoison;
+      p->init = p->init && p->init->kind == ExprKind::List ? nullptr : p->init;
+    } else if (!p->init)
       error(p->pos, "parameter '" + text(p->name) + "' has no default");
     else
       initialise(p);
@@ -373,7 +398,7 @@ void Checker::condition(Expr* e) {
   if (!e) return;
   const Type t = check(e);
   if (isPoison(t)) return;
-  if (!isPlain(t) || componentsOf(t.base) == 0) error(e->pos, "a value of type '" + text(t) + "' is no condition");
+  if (!isCondition(t)) error(e->pos, "a value of type '" + text(t) + "' is no condition");
 }
 
 void Checker::statement(Stmt* s) {

@@ -41,6 +41,7 @@ class Checker {
   void initialise(Var* v);
   void metadata(std::span<MetaDecl> list);
   void loadPrelude(Name name);
+  void warnOfLibrary(Function* f);
   void statement(Stmt* s);
   void condition(Expr* e);
   static bool alwaysReturns(const Stmt* s);
@@ -69,6 +70,7 @@ class Checker {
   // check_call.cpp
   Type call(Expr* e, Type expected);
   bool checkElements(Expr* list);
+  bool isHiddenByVariable(Name name);
   Type structConstruct(Expr* e, int32_t structure);
   Function* operatorFor(Expr* e, std::span<Expr*> operands, Type expected);
   bool match(Candidate& c, std::span<Expr*> arguments, Type expected);

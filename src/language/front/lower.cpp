@@ -177,6 +177,8 @@ void Lowerer::parameter(Var* v, SymbolId id, const Type& type, Expr* init) {
   const bool isConstant = constantOf(*init, values);
   if (isConstant) {
     values = front::converted(values, init->type, type);
+    if (type.arrayLength < 0 && init->list.empty() && init->kind == ExprKind::List)
+      values = zeros({type.base, 1, -1});
   } else {
     if (type.arrayLength < 0) messages_.error(init->pos, "the default of an array without a length must be constant");
     values = zeros(type);

@@ -267,7 +267,10 @@ SymbolId Lowerer::truth(SymbolId v, Pos pos) {
   const Base b = typeOf(v).base;
   if (b == Base::Int) return v;
   const SymbolId t = temporary({Base::Int, 0, -1}, pos);
-  emit(Opcode::Neq, {t, v, b == Base::String ? constant(std::string_view()) : constant(0.f)}, pos);
+  const SymbolId none = b == Base::String    ? constant(std::string_view())
+                        : b == Base::Closure ? constant(0)
+                                             : constant(0.f);
+  emit(Opcode::Neq, {t, v, none}, pos);
   return t;
 }
 

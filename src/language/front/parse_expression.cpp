@@ -49,7 +49,11 @@ Expr* Parser::expression() {
 
 Expr* Parser::assignment() {
   const Deeper deeper(*this);
-  Expr* target = ternary();
+  return assigned(ternary());
+}
+
+// What an assignment operator stands behind is its target.
+Expr* Parser::assigned(Expr* target) {
   const Token& t = peek();
   if (!isAssign(t.punct)) return target;
   ++at_;
@@ -148,7 +152,11 @@ Expr* Parser::postfix() {
       increment->a = e;
       e = finish(increment);
     } else {
-      return e;
+      // an assignment binds to what stands before it wherever that can be written to: +r = 3 is +(r = 3)
+      const bool isPlace = e->kind == ExprKind::Variable || e->kind == ExprKind::Index || e->kind == ExprKind::Field;
+      if (!isPlace || e->isParenthesised || !isAssign(t.punct)) return e;
+      const Deeper deeper(*this);
+      return assigned(e);
     }
   }
 }
@@ -170,6 +178,10 @@ Expr* Parser::list() {
   while (!is(Punct::RBrace)) {
     elements.push_back(initialiser());
     if (!take(Punct::Comma)) break;
+  }
+  if (elements.empty() && !isInFormals_) {
+    messages_.error(e->pos, "only defaults of shader parameters may be an empty list");
+    e->kind = ExprKind::Bad;
   }
   expect(Punct::RBrace, "}", "after the list");
   e->list = pool_.copy(elements);
@@ -198,6 +210,9 @@ Expr* Parser::primary() {
         ++at_;
         Expr* e = expression();
         expect(Punct::RParen, ")", "after the expression");
+        if (e->kind == ExprKind::Comma && !e->isParenthesised)
+          messages_.warning(e->pos,
+                            "a comma in parentheses gives the last value alone; color(...) or {...} is meant?");
         e->isParenthesised = true;
         return e;
       }
@@ -211,8 +226,7 @@ Expr* Parser::primary() {
         return finish(e);
       }
       if (t.name < Name(Keyword::Count)) {
-        if (t.name == Name(Keyword::k_illuminance) || t.name == Name(Keyword::k_illuminate) ||
-            t.name == Name(Keyword::k_emit))
+        if (t.name == Name(Keyword::k_illuminance) || t.name == Name(Keyword::k_illuminate))
           wrong(t, "'" + std::string(t.text) + "' is not supported");
         wrong(t, "expected an expression, found the reserved word '" + std::string(t.text) + "'");
       }

@@ -193,6 +193,7 @@ Function* Parser::function(const TypeSpec& spec, const Token& name) {
 std::vector<Var*> Parser::formals(bool isShader) {
   std::vector<Var*> list;
   if (take(Punct::RParen)) return list;
+  isInFormals_ = isShader;
   if (is(Keyword::k_void) && peek(1).punct == Punct::RParen) {
     at_ += 2;
     return list;
@@ -215,7 +216,8 @@ std::vector<Var*> Parser::formals(bool isShader) {
     }
     v->metadata = metadata();
     list.push_back(v);
-  } while (take(Punct::Comma));
+  } while (takeCommas());
+  isInFormals_ = false;
   expect(Punct::RParen, ")", "after the parameters");
   return list;
 }
@@ -236,7 +238,7 @@ std::span<MetaDecl> Parser::metadata() {
     expect(Punct::Assign, "=", "after the name of metadata");
     m.value = initialiser();
     list.push_back(m);
-    if (!take(Punct::Comma)) break;
+    if (!takeCommas()) break;
   }
   expect(Punct::RBracket, "]]", "after the metadata");
   expect(Punct::RBracket, "]]", "after the metadata");

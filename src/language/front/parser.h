@@ -39,6 +39,7 @@ class Parser {
   // parse_expression.cpp
   Expr* expression();  // with commas
   Expr* assignment();
+  Expr* assigned(Expr* target);
   Expr* ternary();
   Expr* binary(int above);
   Expr* unary();
@@ -57,6 +58,12 @@ class Parser {
   bool is(Keyword k) const { return peek().name == Name(k); }
   bool take(Punct p) { return is(p) && (++at_, true); }
   bool take(Keyword k) { return is(k) && (++at_, true); }
+  bool takeCommas() {  // one or more, as the grammar of parameters and metadata has them
+    if (!take(Punct::Comma)) return false;
+    while (take(Punct::Comma)) {
+    }
+    return true;
+  }
   void expect(Punct p, const char* what, const char* where);
   const Token& identifier(const char* what);
   [[noreturn]] void wrong(const Token& at, std::string text);
@@ -65,6 +72,7 @@ class Parser {
   std::span<const Token> tokens_;
   size_t at_ = 0;
   uint32_t depth_ = 0;
+  bool isInFormals_ = false;  // of a shader: only their lists may be empty
   Pool& pool_;
   Names& names_;
   Messages& messages_;

@@ -123,6 +123,13 @@ void bump(string space, float amp) {
   bump(amp * n / length(transform(space, n)));
 }
 )"},
+    // older names of raytype()
+    {"iscameraray", "int iscameraray() { return raytype(\"camera\"); }\n"},
+    {"isdiffuseray", "int isdiffuseray() { return raytype(\"diffuse\"); }\n"},
+    {"isglossyray", "int isglossyray() { return raytype(\"glossy\"); }\n"},
+    {"isshadowray", "int isshadowray() { return raytype(\"shadow\"); }\n"},
+    {"isreflectionray", "int isreflectionray() { return raytype(\"reflection\"); }\n"},
+    {"isrefractionray", "int isrefractionray() { return raytype(\"refraction\"); }\n"},
     // Gulbrandsen 2014, "Artist Friendly Metallic Fresnel"
     {"artistic_ior", R"(
 void artistic_ior(color reflectivity, color edge_tint, output color ior, output color extinction) {

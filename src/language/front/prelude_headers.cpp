@@ -1,5 +1,9 @@
-// Headers that shaders of other systems expect beside stdosl.h: pairs and quadruples of numbers with their operators.
+// Headers that shaders of other systems expect beside stdosl.h: pairs and quadruples of numbers with their operators,
+// matrices of three rows, lines along edges. What each declares is the interface that shaders know; the text is made
+// here, field by field.
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "language/front/prelude.h"
 
@@ -7,89 +11,166 @@ namespace kinora::language::front {
 
 namespace {
 
-// T(a) op by fields for a struct of two fields.
-#define KN_PAIR(S, A, B, TA, TB)                                                                                    \
-  "struct " S " { " TA " " A "; " TB " " B "; };\n" KN_PAIR_OP(S, A, B, "add", "+") KN_PAIR_OP(S, A, B, "sub", "-") \
-      KN_PAIR_OP(S, A, B, "mul", "*") KN_PAIR_OP(S, A, B, "div", "/") S                                             \
-      " __operator__neg__(" S " a) { return " S "(-a." A ", -a." B                                                  \
-      "); }\n"                                                                                                      \
-      "int __operator__eq__(" S " a, " S " b) { return a." A " == b." A " && a." B " == b." B                       \
-      "; }\n"                                                                                                       \
-      "int __operator__ne__(" S " a, " S " b) { return a." A " != b." A " || a." B " != b." B                       \
-      "; }\n" KN_PAIR_F1(S, A, B, "abs") KN_PAIR_F1(S, A, B, "ceil") KN_PAIR_F1(S, A, B, "floor")                   \
-          KN_PAIR_F1(S, A, B, "sqrt") KN_PAIR_F1(S, A, B, "exp") KN_PAIR_F1(S, A, B, "log")                         \
-              KN_PAIR_F2(S, A, B, "max") KN_PAIR_F2(S, A, B, "min") KN_PAIR_F2(S, A, B, "pow")                      \
-                  KN_PAIR_F2(S, A, B, "mod") KN_PAIR_F2(S, A, B, "fmod") S                                          \
-      " mix(" S " a, " S " b, float x) { return " S "(mix(a." A ", b." A ", x), mix(a." B ", b." B ", x)); }\n" S   \
-      " mix(" S " a, " S " b, " S " x) { return " S "(mix(a." A ", b." A ", x." A "), mix(a." B ", b." B ", x." B   \
-      ")); }\n" S " clamp(" S " x, " S " lo, " S " hi) { return " S "(clamp(x." A ", lo." A ", hi." A               \
-      "), clamp(x." B ", lo." B ", hi." B ")); }\n" S " clamp(" S " x, float lo, float hi) { return clamp(x, " S    \
-      "(lo, lo), " S "(hi, hi)); }\n"
-#define KN_PAIR_OP(S, A, B, NAME, OP)                                                                                \
-  S " __operator__" NAME "__(" S " a, " S " b) { return " S "(a." A " " OP " b." A ", a." B " " OP " b." B           \
-    "); }\n" S " __operator__" NAME "__(" S " a, float b) { return " S "(a." A " " OP " b, a." B " " OP " b); }\n" S \
-    " __operator__" NAME "__(float a, " S " b) { return " S "(a " OP " b." A ", a " OP " b." B "); }\n"
-#define KN_PAIR_F1(S, A, B, NAME) S " " NAME "(" S " a) { return " S "(" NAME "(a." A "), " NAME "(a." B ")); }\n"
-#define KN_PAIR_F2(S, A, B, NAME)                                                                               \
-  S " " NAME "(" S " a, " S " b) { return " S "(" NAME "(a." A ", b." A "), " NAME "(a." B ", b." B ")); }\n" S \
-    " " NAME "(" S " a, float b) { return " S "(" NAME "(a." A ", b), " NAME "(a." B ", b)); }\n"
+// A struct whose operators and functions work on each field for itself.
+struct Shape {
+  std::string name;
+  std::vector<std::pair<std::string, std::string>> fields;  // type, name
+};
 
-constexpr char kVector2[] = KN_PAIR("vector2", "x", "y", "float", "float")
-    "float dot(vector2 a, vector2 b) { return a.x * b.x + a.y * b.y; }\n"
-    "float length(vector2 a) { return sqrt(dot(a, a)); }\n"
-    "float distance(vector2 a, vector2 b) { return length(a - b); }\n"
-    "vector2 normalize(vector2 a) { float l = length(a); return l > 0.0 ? a / l : vector2(0.0, 0.0); }\n";
-constexpr char kColor2[] = KN_PAIR("color2", "r", "a", "float", "float");
-constexpr char kColor4[] = KN_PAIR("color4", "rgb", "a", "color", "float");
+// S(f(a.x, b.x), f(a.y, b.y) ...): `each` with $ in place of a field's name.
+std::string ofFields(const Shape& s, const std::string& each, const char* between = ", ") {
+  std::string text;
+  for (const auto& [type, field] : s.fields) {
+    if (!text.empty()) text += between;
+    for (const char c : each) text += c == '$' ? field : std::string(1, c);
+  }
+  return text;
+}
 
-#define KN_FOUR_OP(NAME, OP)                                                                                      \
-  "vector4 __operator__" NAME "__(vector4 a, vector4 b) { return vector4(a.x " OP " b.x, a.y " OP " b.y, a.z " OP \
-  " b.z, a.w " OP                                                                                                 \
-  " b.w); }\n"                                                                                                    \
-  "vector4 __operator__" NAME "__(vector4 a, float b) { return vector4(a.x " OP " b, a.y " OP " b, a.z " OP       \
-  " b, a.w " OP                                                                                                   \
-  " b); }\n"                                                                                                      \
-  "vector4 __operator__" NAME "__(float a, vector4 b) { return vector4(a " OP " b.x, a " OP " b.y, a " OP         \
-  " b.z, a " OP " b.w); }\n"
-#define KN_FOUR_F1(NAME) \
-  "vector4 " NAME "(vector4 a) { return vector4(" NAME "(a.x), " NAME "(a.y), " NAME "(a.z), " NAME "(a.w)); }\n"
-#define KN_FOUR_F2(NAME)                                                                                  \
-  "vector4 " NAME "(vector4 a, vector4 b) { return vector4(" NAME "(a.x, b.x), " NAME "(a.y, b.y), " NAME \
-  "(a.z, b.z), " NAME                                                                                     \
-  "(a.w, b.w)); }\n"                                                                                      \
-  "vector4 " NAME "(vector4 a, float b) { return vector4(" NAME "(a.x, b), " NAME "(a.y, b), " NAME       \
-  "(a.z, b), " NAME "(a.w, b)); }\n"
-constexpr char kVector4[] = "struct vector4 { float x; float y; float z; float w; };\n"
-    KN_FOUR_OP("add", "+") KN_FOUR_OP("sub", "-") KN_FOUR_OP("mul", "*") KN_FOUR_OP("div", "/")
-    "vector4 __operator__neg__(vector4 a) { return vector4(-a.x, -a.y, -a.z, -a.w); }\n"
-    "int __operator__eq__(vector4 a, vector4 b) { return a.x == b.x && a.y == b.y && a.z == b.z && a.w == b.w; }\n"
-    "int __operator__ne__(vector4 a, vector4 b) { return a.x != b.x || a.y != b.y || a.z != b.z || a.w != b.w; }\n"
-    KN_FOUR_F1("abs") KN_FOUR_F1("ceil") KN_FOUR_F1("floor") KN_FOUR_F1("sqrt") KN_FOUR_F1("exp") KN_FOUR_F1("log")
-    KN_FOUR_F2("max") KN_FOUR_F2("min") KN_FOUR_F2("pow") KN_FOUR_F2("mod") KN_FOUR_F2("fmod")
-    "vector4 mix(vector4 a, vector4 b, float x) { return a * (1.0 - x) + b * x; }\n"
-    "vector4 mix(vector4 a, vector4 b, vector4 x) { return a * (1.0 - x) + b * x; }\n"
-    "vector4 clamp(vector4 x, vector4 lo, vector4 hi) { return max(min(x, hi), lo); }\n"
-    "vector4 clamp(vector4 x, float lo, float hi) { return max(min(x, hi), lo); }\n"
-    "float dot(vector4 a, vector4 b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }\n"
-    "float length(vector4 a) { return sqrt(dot(a, a)); }\n"
-    "float distance(vector4 a, vector4 b) { return length(a - b); }\n"
-    "vector4 normalize(vector4 a) { float l = length(a); return l > 0.0 ? a / l : vector4(0.0, 0.0, 0.0, 0.0); }\n"
-    "vector4 transform(matrix m, vector4 a) {\n"
-    "  return vector4(a.x * m[0][0] + a.y * m[1][0] + a.z * m[2][0] + a.w * m[3][0],\n"
-    "                 a.x * m[0][1] + a.y * m[1][1] + a.z * m[2][1] + a.w * m[3][1],\n"
-    "                 a.x * m[0][2] + a.y * m[1][2] + a.z * m[2][2] + a.w * m[3][2],\n"
-    "                 a.x * m[0][3] + a.y * m[1][3] + a.z * m[2][3] + a.w * m[3][3]);\n"
-    "}\n";
+std::string shapeHeader(const Shape& s) {
+  const std::string& S = s.name;
+  std::string guard = S;
+  for (char& c : guard) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+  std::string all = "#define " + guard + "_H\nstruct " + S + " { ";
+  for (const auto& [type, field] : s.fields) all += type + " " + field + "; ";
+  all += "};\n";
+  const auto function = [&](const std::string& name, const std::string& parameters, const std::string& each) {
+    all += S + " " + name + "(" + parameters + ") { return " + S + "(" + ofFields(s, each) + "); }\n";
+  };
+  for (const auto& [name, op] : {std::pair{"add", "+"}, {"sub", "-"}, {"mul", "*"}, {"div", "/"}}) {
+    const std::string n = "__operator__" + std::string(name) + "__", o = " " + std::string(op) + " ";
+    function(n, S + " a, " + S + " b", "a.$" + o + "b.$");
+    function(n, S + " a, float b", "a.$" + o + "b");
+    function(n, "float a, " + S + " b", "a" + o + "b.$");
+    // not as ints: 1 / 2 is a half here
+    function(n, S + " a, int b", "a.$" + o + "(float)b");
+    function(n, "int a, " + S + " b", "(float)a" + o + "b.$");
+  }
+  function("__operator__neg__", S + " a", "-a.$");
+  all += "int __operator__eq__(" + S + " a, " + S + " b) { return " + ofFields(s, "a.$ == b.$", " && ") + "; }\n";
+  all += "int __operator__ne__(" + S + " a, " + S + " b) { return " + ofFields(s, "a.$ != b.$", " || ") + "; }\n";
+  for (const char* f : {"abs", "ceil", "floor", "sqrt", "exp", "log", "log2", "sign", "sin", "cos", "tan", "asin",
+                        "acos", "round", "trunc"})
+    function(f, S + " a", std::string(f) + "(a.$)");
+  for (const char* f : {"max", "min", "pow", "mod", "fmod", "atan2"}) {
+    function(f, S + " a, " + S + " b", std::string(f) + "(a.$, b.$)");
+    function(f, S + " a, float b", std::string(f) + "(a.$, b)");
+  }
+  function("fmod", S + " a, int b", "fmod(a.$, (float)b)");
+  function("mix", S + " a, " + S + " b, float x", "mix(a.$, b.$, x)");
+  function("mix", S + " a, " + S + " b, " + S + " x", "mix(a.$, b.$, x.$)");
+  for (const char* f : {"smoothstep", "clamp"}) {  // whose value stands last, or first
+    const bool isFirst = f[0] == 'c';
+    const std::string name = f, each = isFirst ? "(x.$, a.$, b.$)" : "(a.$, b.$, x.$)",
+                      whole = isFirst ? "(x.$, a, b)" : "(a, b, x.$)";
+    const auto order = [&](const std::string& edge) {
+      return isFirst ? S + " x, " + edge + " a, " + edge + " b" : edge + " a, " + edge + " b, " + S + " x";
+    };
+    function(name, order(S), name + each);
+    function(name, order("float"), name + whole);
+  }
+  return all;
+}
+
+// Of shapes whose fields are floats: coordinates.
+std::string vectorHeader(const Shape& s) {
+  const std::string& S = s.name;
+  return shapeHeader(s) + "float dot(" + S + " a, " + S + " b) { return " + ofFields(s, "a.$ * b.$", " + ") +
+         "; }\nfloat length(" + S + " a) { return sqrt(dot(a, a)); }\nfloat distance(" + S + " a, " + S +
+         " b) { return length(a - b); }\n" + S + " normalize(" + S +
+         " a) { float l = length(a); return l > 0.0 ? a / l : a * 0.0; }\n";
+}
+
+std::string vector4Header() {
+  return vectorHeader({"vector4", {{"float", "x"}, {"float", "y"}, {"float", "z"}, {"float", "w"}}}) + R"(
+vector vec4ToVec3(vector4 v) { return vector(v.x, v.y, v.z) / v.w; }
+vector4 transform(matrix m, vector4 a) {
+  return vector4(a.x * m[0][0] + a.y * m[1][0] + a.z * m[2][0] + a.w * m[3][0],
+                 a.x * m[0][1] + a.y * m[1][1] + a.z * m[2][1] + a.w * m[3][1],
+                 a.x * m[0][2] + a.y * m[1][2] + a.z * m[2][2] + a.w * m[3][2],
+                 a.x * m[0][3] + a.y * m[1][3] + a.z * m[2][3] + a.w * m[3][3]);
+}
+vector4 transform(string from, string to, vector4 a) { return transform(matrix(from, to), a); }
+)";
+}
+
+std::string color4Header() {
+  return shapeHeader({"color4", {{"color", "rgb"}, {"float", "a"}}}) + R"(
+float dot(color4 a, color b) { return dot(a.rgb, b); }
+color4 transformc(string to, color4 c) { return color4(transformc(to, c.rgb), c.a); }
+color4 transformc(string from, string to, color4 c) { return color4(transformc(from, to, c.rgb), c.a); }
+)";
+}
+
+// Rows and columns of three in the corner of a matrix, which multiplies and inverts as they would.
+constexpr char kMatrix33[] = R"(#define MATRIX33_H
+struct matrix33 { matrix m; };
+int isValidAs33(matrix m) {
+  return m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][0] == 0 && m[3][1] == 0 && m[3][2] == 0 && m[3][3] == 1;
+}
+matrix matrix33To44(matrix33 a) { return a.m; }
+matrix33 matrix44To33(matrix m) {
+  return matrix33(matrix(m[0][0], m[0][1], m[0][2], 0, m[1][0], m[1][1], m[1][2], 0, m[2][0], m[2][1], m[2][2], 0, 0, 0,
+                         0, 1));
+}
+matrix33 __operator__neg__(matrix33 a) { return matrix33(-a.m); }
+matrix33 __operator__mul__(matrix33 a, matrix33 b) { return matrix33(a.m * b.m); }
+matrix33 __operator__mul__(matrix33 a, float b) { return matrix33(a.m * b); }
+matrix33 __operator__mul__(float a, matrix33 b) { return matrix33(a * b.m); }
+matrix33 __operator__mul__(matrix33 a, int b) { return matrix33(a.m * b); }
+matrix33 __operator__mul__(int a, matrix33 b) { return matrix33(a * b.m); }
+matrix33 __operator__div__(matrix33 a, matrix33 b) { return matrix33(a.m / b.m); }
+matrix33 __operator__div__(matrix33 a, float b) { return matrix33(a.m / b); }
+matrix33 __operator__div__(float a, matrix33 b) { return matrix33(a / b.m); }
+matrix33 __operator__div__(matrix33 a, int b) { return matrix33(a.m / b); }
+matrix33 __operator__div__(int a, matrix33 b) { return matrix33(a / b.m); }
+int __operator__eq__(matrix33 a, matrix33 b) { return a.m == b.m; }
+int __operator__ne__(matrix33 a, matrix33 b) { return a.m != b.m; }
+float determinant(matrix33 a) { return determinant(a.m); }
+matrix33 transpose(matrix33 a) { return matrix33(transpose(a.m)); }
+point transform(matrix33 a, point p) { return transform(a.m, p); }
+vector transform(matrix33 a, vector v) { return transform(a.m, v); }
+normal transform(matrix33 a, normal n) { return transform(a.m, n); }
+)";
+
+// wireframe(): 1 on lines along the edges of the face that the point lies on, where the renderer gives its corners.
+// The width is that of the whole line, half of which lies on the neighbour, in pixels or in units of the world.
+constexpr char kUtil[] = R"(#define OSLUTIL_H
+float wireframe(string edge_type, float line_width, int raster) {
+  point corners[64];
+  int count = 0;
+  if (edge_type == "triangles")
+    count = getattribute("geom:trianglevertices", corners) ? 3 : 0;
+  else if ((edge_type == "polygons" || edge_type == "patches") && getattribute("geom:numpolyvertices", count))
+    count = getattribute("geom:polyvertices", corners) ? min(count, 64) : 0;
+  float reach = 0.5 * line_width;
+  if (raster) {
+    vector across = Dx(P) - dot(Dx(P), I) * I, down = Dy(P) - dot(Dy(P), I) * I;
+    reach *= 0.5 * (length(across) + length(down));
+  }
+  for (int i = 0; i < count; ++i)
+    if (distance(corners[i], corners[(i + 1) % count], P) < reach) return 1.0;
+  return 0.0;
+}
+float wireframe(string edge_type, float line_width) { return wireframe(edge_type, line_width, 1); }
+float wireframe(string edge_type) { return wireframe(edge_type, 1.0, 1); }
+float wireframe() { return wireframe("polygons", 1.0, 1); }
+)";
 
 }  // namespace
 
 std::string_view preludeHeader(std::string_view name) {
   if (const size_t slash = name.rfind('/'); slash != std::string_view::npos) name.remove_prefix(slash + 1);
+  static const std::string kVector2 = vectorHeader({"vector2", {{"float", "x"}, {"float", "y"}}}),
+                           kVector4 = vector4Header(),
+                           kColor2 = shapeHeader({"color2", {{"float", "r"}, {"float", "a"}}}),
+                           kColor4 = color4Header();
   if (name == "vector2.h") return kVector2;
   if (name == "vector4.h") return kVector4;
   if (name == "color2.h") return kColor2;
   if (name == "color4.h") return kColor4;
-  if (name == "oslutil.h") return "\n";  // what shaders use of it is in the library
+  if (name == "matrix33.h") return kMatrix33;
+  if (name == "oslutil.h") return kUtil;
   return {};
 }
 

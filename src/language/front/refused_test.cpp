@@ -88,6 +88,23 @@ TEST(Refused, WarningsAreErrorsWhenAsked) {
   EXPECT_EQ(compiled("shader t() { int i = 1.5; }", {}, options).warnings, "");
 }
 
+TEST(Refused, WhatIsHardlyMeantIsAWarning) {
+  EXPECT_EQ(compiled("shader t() {\n  color c = (1, 2, 3);\n}").warnings,
+            "2:14 a comma in parentheses gives the last value alone; color(...) or {...} is meant?\n");
+  EXPECT_EQ(compiled("shader t() {\n  color c = 2 * (1, 2, 3);\n}").warnings,
+            "2:18 a comma in parentheses gives the last value alone; color(...) or {...} is meant?\n");
+  EXPECT_EQ(compiled("point abs(point p) { return p; }\nshader t() { }").warnings,
+            "1:7 function 'abs' takes the place of the library's\n");
+  EXPECT_EQ(compiled("float hypot(float a, float b) { return a; }\nshader t() { }").warnings,
+            "1:7 function 'hypot' takes the place of the library's\n");
+  EXPECT_EQ(compiled("string concat(string a, string b) { return a; }\nshader t() { }").warnings,
+            "1:8 function 'concat' takes the place of the library's\n");
+  // other arguments, or the body of another function: nothing is replaced
+  EXPECT_EQ(compiled("int abs(string s) { return 1; }\nvoid f() { float sin(float x) { return x; } }\nshader t() { }")
+                .warnings,
+            "");
+}
+
 TEST(Refused, AfterFiftyErrorsItStops) {
   std::string source = "shader t() {\n";
   for (int i = 0; i < 200; ++i) source += "  string s" + std::to_string(i) + " = 1;\n";

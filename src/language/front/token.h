@@ -19,12 +19,12 @@ enum class Punct : uint8_t {
 
 // The first names of every compilation, in this order (Name = index + 1).
 #define KN_LANGUAGE_KEYWORDS(X)                                                                                       \
-  X(and) X(break) X(closure) X(color) X(continue) X(do) X(else) X(emit) X(float) X(for) X(if) X(illuminance)          \
+  X(and) X(break) X(closure) X(color) X(continue) X(do) X(else) X(float) X(for) X(if) X(illuminance)          \
   X(illuminate) X(int) X(matrix) X(normal) X(not) X(or) X(output) X(point) X(public) X(return) X(string) X(struct)    \
   X(vector) X(void) X(while)                                                                                          \
   X(bool) X(case) X(catch) X(char) X(class) X(const) X(delete) X(default) X(double) X(enum) X(extern) X(false)        \
   X(friend) X(goto) X(inline) X(long) X(new) X(operator) X(private) X(protected) X(short) X(signed) X(sizeof)         \
-  X(static) X(switch) X(template) X(this) X(throw) X(true) X(try) X(typedef) X(uniform) X(union) X(unsigned)          \
+  X(static) X(switch) X(template) X(this) X(throw) X(true) X(typedef) X(uniform) X(union) X(unsigned)          \
   X(varying) X(virtual) X(volatile)
 // clang-format on
 enum class Keyword : Name {

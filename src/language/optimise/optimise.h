@@ -5,8 +5,10 @@
 
 namespace kinora::language {
 
-void linkMessages(FlatProgram&);  // messages.cpp, the last step of flatten()
+void linkMessages(FlatProgram&);       // messages.cpp, the last step of flatten()
+void makeClosureValues(FlatProgram&);  // closure_values.cpp, before the other passes
 void optimise(FlatProgram&);
+void chooseNames(FlatProgram&);   // choose_names.cpp, behind the other passes: what they could not know
 void renameValues(FlatProgram&);  // rename.cpp, a pass of optimise()
 
 // The values that a layer's settings give to a parameter, in `type`; `values` stays when there is none.

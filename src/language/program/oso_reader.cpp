@@ -547,6 +547,10 @@ class Reader {
       made.opcode = op.opcode;
       made.arguments = op.arguments;
       made.pos = op.pos;
+      // other compilers assign arrays as they assign values
+      if (op.opcode == Opcode::Assign && op.arguments.size() == 2 &&
+          shader_.symbols[size_t(op.arguments[0])].type.arrayLength != 0)
+        made.opcode = Opcode::ArrayCopy;
       uint32_t edges[6] = {at + 1};
       for (uint32_t j = 0; j < op.jumpCount; ++j) {
         edges[j + 1] = op.jumps[j];

@@ -52,6 +52,37 @@ TEST(OsoReader, ReadsWhatIsWhole) {
   EXPECT_EQ(shader.main.code[2].blocks.at(0).code.size(), 1u);
 }
 
+// Other compilers assign whole arrays by `assign`.
+TEST(OsoReader, ArraysAreAssignedWhole) {
+  Shader shader;
+  std::string error;
+  ASSERT_TRUE(readOso(R"(OpenShadingLanguage 1.00
+shader whole
+param	float[3]	from	1 2 3
+oparam	float[3]	to	0 0 0
+oparam	string[2]	words	"" ""
+const	string[2]	$c1	"a" "b"
+code ___main___
+	assign	to from
+	assign	words $c1
+	end
+)",
+                      "x.oso", shader, error))
+      << error;
+  ASSERT_EQ(shader.main.code.size(), 2u);
+  EXPECT_EQ(shader.main.code[0].opcode, Opcode::ArrayCopy);
+  Shader mixed;
+  EXPECT_FALSE(readOso(R"(OpenShadingLanguage 1.00
+shader whole
+param	float[3]	from	1 2 3
+oparam	float	to	0
+code ___main___
+	assign	to from
+	end
+)",
+                       "x.oso", mixed, error));
+}
+
 TEST(OsoReader, RefusesWhatIsNot) {
   const struct {
     std::string text, message;

@@ -179,6 +179,8 @@ class Validator {
     if (isScalar(a) && isScalar(b)) return true;
     if (op != Opcode::Eq && op != Opcode::Neq) return false;
     if (a.base == Base::String || b.base == Base::String) return a.base == b.base;
+    const auto isClosure = [](const Type& t) { return t.base == Base::Closure || t.base == Base::Int; };
+    if (a.base == Base::Closure || b.base == Base::Closure) return isClosure(a) && isClosure(b);  // none or not
     const auto isNumber = [](const Type& t) { return isScalar(t) || isTripleValue(t) || t.base == Base::Matrix; };
     if (!isNumber(a) || !isNumber(b)) return false;
     return kindOf(a.base) == kindOf(b.base) || isScalar(a) || isScalar(b);

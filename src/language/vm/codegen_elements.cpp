@@ -57,10 +57,10 @@ void CodeGenerator::construct(const Instruction& in) {
     return transformColor(in, result, made, space, nullptr, true);
   }
   const Operand matrix = matrixBetween(in, in.arguments[1], kNone);
-  if (symbol.type.base == Base::Matrix) {  // space to common, after the given matrix
+  if (symbol.type.base == Base::Matrix) {  // space to common, then the given matrix
     Operand out = temporary(Base::Matrix, 16, true);
     reference(out.reg);
-    for (const Operand& o : {made, matrix}) {
+    for (const Operand& o : {matrix, made}) {
       reference(o.reg, o.at);
       word(o.varies);
     }

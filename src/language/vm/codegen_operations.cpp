@@ -338,6 +338,14 @@ void CodeGenerator::operation(const Instruction& in) {
       return scalar(in, Scalar::Split);
     case Opcode::Complain:
       return scalar(in, Scalar::Printf, {}, uint32_t(MessageKind::Error) | 256);
+    case Opcode::ClosureMake:
+      return scalar(in, Scalar::ClosureMake);
+    case Opcode::ClosureAdd:
+      return scalar(in, Scalar::ClosureAdd);
+    case Opcode::ClosureMul:
+      return scalar(in, Scalar::ClosureMul);
+    case Opcode::ClosureText:
+      return scalar(in, Scalar::ClosureText);
     case Opcode::DebugNan:
       return scalar(in, Scalar::DebugNan);
     case Opcode::DebugUninit:

@@ -177,6 +177,7 @@ void Executable::run(RunState& state, const RunArguments& arguments) const {
       }
       cells[x.cell] = const_cast<float*>(p ? p + first : zeroPoints());
     }
+    state.closures.clear();
     const uint32_t points = std::min(blockPoints_, arguments.points - first);
     const uint32_t all = ~0u >> (32 - (points + 15) / 16);
     const Frame frame{cells, points, first, all, &state};
@@ -257,7 +258,9 @@ std::shared_ptr<const Executable> compileGroup(const ShaderGroup& group, const M
                                                std::string& error) {
   FlatProgram flat;
   if (!flatten(group, flat, error)) return nullptr;
+  makeClosureValues(flat);
   if (options.optimise) optimise(flat);
+  chooseNames(flat);
   return generate(flat, options, error);
 }
 

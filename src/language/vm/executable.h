@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "language/optimise/group.h"
+#include "language/vm/closures.h"
 #include "language/vm/kernel.h"
 #include "language/vm/services.h"
 
@@ -177,7 +178,8 @@ class RunState {
   const Executable* program = nullptr;
   std::vector<Spoken> spoken;
   std::vector<uint8_t> toldOnce;  // by site
-  bool isSpent = false;           // loops together have turned as often as they may: a block was left as it was
+  ClosureTable closures;
+  bool isSpent = false;  // loops together have turned as often as they may: a block was left as it was
   bool tellsEveryPoint = false;
   float* scratch(uint32_t k) { return scratch_ + size_t(k) * stride_; }  // kScratch arrays of a block's points
   static constexpr uint32_t kScratch = 24;

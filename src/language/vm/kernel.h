@@ -44,9 +44,10 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 // Cheap operations of two numbers: each of the operands may be uniform (U) or varying (V).
 #define KN_VM_BINARY(X) X(Add) X(Sub) X(Mul) X(Div) X(DivPlain) X(Min) X(Max)
 // One number in, one out, with a dual form.
-#define KN_VM_UNARY(X)                                                                                               \
-  X(Neg)                                                                                                             \
-  X(Abs) X(Sin) X(Cos) X(Tan) X(Asin) X(Acos) X(Atan) X(Sinh) X(Cosh) X(Tanh) X(Exp) X(Exp2) X(Expm1) X(Log) X(Log2) \
+#define KN_VM_UNARY(X)                                                                                        \
+  X(Neg)                                                                                                      \
+  X(Abs)                                                                                                      \
+  X(Sin) X(Cos) X(Tan) X(Asin) X(Acos) X(Atan) X(Sinh) X(Cosh) X(Tanh) X(Exp) X(Exp2) X(Expm1) X(Log) X(Log2) \
       X(Log10) X(Sqrt) X(InverseSqrt) X(Cbrt) X(Erf) X(Erfc) X(Radians) X(Degrees)
 // No derivatives.
 #define KN_VM_ROUNDING(X) X(Floor) X(Ceil) X(Round) X(Trunc) X(Sign) X(Logb)
@@ -57,21 +58,21 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 #define KN_VM_MIXED4(X) X(SmoothLinearStep)
 // Comparisons of numbers, result int; of triples the components' answers are joined (and for Eq, or for Neq).
 #define KN_VM_COMPARE(X) X(EqF) X(NeqF) X(LtF) X(LeF) X(GtF) X(GeF) X(EqI) X(NeqI) X(LtI) X(LeI) X(GtI) X(GeI)
-#define KN_VM_INT(X)                                                                                                 \
-  X(AddI)                                                                                                            \
-  X(SubI) X(MulI) X(DivI) X(ModI) X(FloorModI) X(AndBits) X(OrBits) X(XorBits) X(Shl) X(Shr) X(MinI) X(MaxI) X(AndI) \
-      X(OrI)
+#define KN_VM_INT(X) \
+  X(AddI)            \
+  X(SubI)            \
+  X(MulI) X(DivI) X(ModI) X(FloorModI) X(AndBits) X(OrBits) X(XorBits) X(Shl) X(Shr) X(MinI) X(MaxI) X(AndI) X(OrI)
 #define KN_VM_INT1(X) X(NegI) X(AbsI) X(Complement) X(ToFloat) X(ToInt) X(IsNan) X(IsInf) X(IsFinite) X(NotZeroF)
-#define KN_VM_MEMORY(X)                                                                                     \
-  X(Copy)                                                                                                   \
-  X(Broadcast) X(Fill) X(Blend) X(BlendUniform) X(MaskAll) X(MaskSplit) X(MaskAnd) X(MaskCopy) X(MaskClear) \
-      X(MaskAny)
+#define KN_VM_MEMORY(X) \
+  X(Copy)               \
+  X(Broadcast) X(Fill) X(Blend) X(BlendUniform) X(MaskAll) X(MaskSplit) X(MaskAnd) X(MaskCopy) X(MaskClear) X(MaskAny)
 // What a choice, the narrowing of a mask or its splitting may depend on (fused.cpp).
 #define KN_VM_CONDITION(X) X(LtF) X(LeF) X(LtI) X(LeI) X(EqF) X(NeqF) X(EqI) X(NeqI)
 // Triples. Operands as in KN_VM_MIXED2.
-#define KN_VM_VECTOR(X)                                                                                        \
-  X(Dot)                                                                                                       \
-  X(Cross) X(Length) X(Distance) X(Normalize) X(Reflect) X(Refract) X(FaceForward) X(Rotate) X(TransformPoint) \
+#define KN_VM_VECTOR(X)                                                                               \
+  X(Dot)                                                                                              \
+  X(Cross)                                                                                            \
+  X(Length) X(Distance) X(Normalize) X(Reflect) X(Refract) X(FaceForward) X(Rotate) X(TransformPoint) \
       X(TransformVector) X(TransformNormal) X(SegmentDistance)  // a normal by the inverse matrix
 #define KN_VM_MATRIX(X) X(MatrixMul) X(MatrixTranspose) X(MatrixDeterminant) X(MatrixInverse)
 #define KN_VM_DERIV(X) X(FilterWidth) X(AreaOf) X(NormalOf)
@@ -89,15 +90,17 @@ using KernelFunction = void (*)(const Frame&, const uint32_t* words);
 // basis, number of knots, knots, their dx, their dy, result, x as in KN_VM_MIXED2.
 #define KN_VM_SPLINE(X)                                                                                             \
   X(Spline1U)                                                                                                       \
-  X(Spline1V) X(Spline1DU) X(Spline1DV) X(Spline1DD) X(Spline3U) X(Spline3V) X(Spline3DU) X(Spline3DV) X(Spline3DD) \
-      X(InverseU) X(InverseV) X(InverseDU) X(InverseDV)
+  X(Spline1V)                                                                                                       \
+  X(Spline1DU) X(Spline1DV) X(Spline1DD) X(Spline3U) X(Spline3V) X(Spline3DU) X(Spline3DV) X(Spline3DD) X(InverseU) \
+      X(InverseV) X(InverseDU) X(InverseDV)
 // One function for all widths: work on one point after the other.
-#define KN_VM_SCALAR(X)                                                                                 \
-  X(ArrayRead)                                                                                          \
-  X(ArrayWrite) X(CheckIndex) X(LoopLimit) X(Refuse) X(Printf) X(Format) X(Concat) X(Strlen) X(GetChar) \
-      X(StartsWith) X(EndsWith) X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix)  \
-          X(GetAttribute) X(RayType) X(Backfacing) X(SurfaceArea) X(Texture) X(GetTextureInfo) X(Trace) \
-              X(GetMessage) X(DictFind) X(DictNext) X(DictValue) X(DebugNan) X(DebugUninit)
+#define KN_VM_SCALAR(X)                                                                                             \
+  X(ArrayRead)                                                                                                      \
+  X(ArrayWrite)                                                                                                     \
+  X(CheckIndex) X(LoopLimit) X(Refuse) X(Printf) X(Format) X(Concat) X(Strlen) X(GetChar) X(StartsWith) X(EndsWith) \
+      X(Substr) X(StoI) X(StoF) X(Split) X(Regex) X(HashString) X(GetMatrix) X(GetAttribute) X(RayType)             \
+          X(Backfacing) X(SurfaceArea) X(Texture) X(GetTextureInfo) X(Trace) X(GetMessage) X(DictFind) X(DictNext)  \
+              X(DictValue) X(DebugNan) X(DebugUninit) X(ClosureMake) X(ClosureAdd) X(ClosureMul) X(ClosureText)
 
 enum class Family : uint8_t {
   Arithmetic,

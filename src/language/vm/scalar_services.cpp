@@ -167,12 +167,15 @@ void scalarTexture(const Frame& f, const uint32_t* w) {
   zero(call, 0);
   TextureCall t;
   t.result = call.span(0);
-  t.resultDx = call.derivs(0, 1);
-  t.resultDy = call.derivs(0, 2);
-  for (const Span* d : {&t.resultDx, &t.resultDy})
-    for (uint32_t c = 0; c < d->components; ++c)
-      for (uint32_t i = 0; i < f.points; ++i)
-        if (call.isLive(i)) d->set(c, i, 0.f);
+  const auto zeroDerivs = [&](uint32_t k, Span& dx, Span& dy) {
+    dx = call.derivs(k, 1);
+    dy = call.derivs(k, 2);
+    for (const Span* d : {&dx, &dy})
+      for (uint32_t c = 0; c < d->components; ++c)
+        for (uint32_t i = 0; i < f.points; ++i)
+          if (call.isLive(i)) d->set(c, i, 0.f);
+  };
+  zeroDerivs(0, t.resultDx, t.resultDy);
   t.file = call.span(1);
   const uint32_t numbers = numbersFrom(call, 2);
   const uint32_t own = kind == TextureKind::Texture ? 2 : 1;  // arguments that are the coordinates
@@ -213,6 +216,7 @@ void scalarTexture(const Frame& f, const uint32_t* w) {
       if (token == "alpha" || token == "errormessage") {
         zero(call, k + 1);
         (token == "alpha" ? t.alpha : t.error) = call.span(k + 1);
+        if (token == "alpha") zeroDerivs(k + 1, t.alphaDx, t.alphaDy);
         continue;
       }
     }

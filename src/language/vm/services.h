@@ -42,6 +42,7 @@ struct TextureCall {
   uint32_t options = 0;
   Span result, resultDx, resultDy;  // 1 or 3 components; derivatives are zero unless set
   Span alpha, error;                // outputs asked for by "alpha" and "errormessage"
+  Span alphaDx, alphaDy;            // as those of the result
 };
 
 // A value that a renderer has for getattribute() and its kin: one of the three, and how many.

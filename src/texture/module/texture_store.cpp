@@ -332,7 +332,11 @@ struct OpenTextures final : texture::TextureStore {
     b.opt.swrap = atlas ? TextureOpt::WrapClamp : wrapOf(o.wrapS, s->wrapS);
     b.opt.twrap = atlas ? TextureOpt::WrapClamp : wrapOf(o.wrapT, s->wrapT);
     b.opt.interpmode = interpolationOf(o.filter);
-    b.opt.mipmode = o.interpolateLevels ? TextureOpt::MipModeTrilinear : TextureOpt::MipModeOneLevel;
+    // the library chooses between cubic and linear only in the mode that would be anisotropic, which at most 1 is not
+    const bool isSmart = b.opt.interpmode == TextureOpt::InterpSmartBicubic;
+    b.opt.mipmode = !o.interpolateLevels ? TextureOpt::MipModeOneLevel
+                    : isSmart            ? TextureOpt::MipModeAniso
+                                         : TextureOpt::MipModeTrilinear;
     b.opt.anisotropic = 1;
     b.levels = nullptr;
     b.opt.subimage = std::max(part.number, 0);
