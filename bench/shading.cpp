@@ -91,7 +91,7 @@ struct Pictures {
     Pictures& p = *static_cast<Pictures*>(self);
     TextureOptions options;
     options.wrapS = options.wrapT = 3;
-    options.filter = 2;
+    options.filter = 7;  // smart cubic
     p.system.lookup(&p.handle, false, n, s, t, radius, options, rgba);
   }
   static void call(void* self, const Batch& batch, const TextureCall& call) {

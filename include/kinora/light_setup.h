@@ -35,7 +35,8 @@ inline constexpr std::array kNormalize = {
     param::integer("areaNormalize", 0)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle), so that the "
+        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle, over "
+              "that of the default angle), so that the "
               "power "
               "does not grow with it."),
 };

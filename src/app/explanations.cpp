@@ -338,8 +338,8 @@ constexpr Explanation kRooms[] = {
      "each "
      "light once. The group of a light stands behind either: \"C.*[<L.'key'><O.'key'>]\"."},
     {"DISPLAY-DRIVER",
-     "A Display names a driver that is no plug-in. The format is chosen by the file's extension, or openexr stands "
-     "in."},
+     "A Display names a driver that is no plug-in, or a program that shows pictures in a window (framebuffer, it). The "
+     "format is chosen by the file's extension, or openexr stands in."},
     {"DISPLAY-SAME-FILE",
      "Two displays of a frame, or a display and -o, name one file, and the second picture would take the place of "
      "the "

@@ -47,14 +47,23 @@ void printNames(const char* what, const std::map<std::string, size_t>& names) {
   fmt::print("\n");
 }
 
-void countPrimitives(const std::vector<scene::PrimitivePtr>& list, std::map<std::string, size_t>& shapes,
-                     std::map<std::string, size_t>& bxdfs, std::set<const scene::Network*>& networks) {
-  for (const scene::PrimitivePtr& p : list) {
-    ++shapes[nameOf(p->shape)];
-    const scene::Network* network = p->attributes ? p->attributes->bxdf.get() : nullptr;
-    if (network && network->terminal && networks.insert(network).second) ++bxdfs[network->terminal->plugin];
+// What a scene's primitives are and are made of; materials and shaders that several share count once.
+struct Counts {
+  std::map<std::string, size_t> shapes, bxdfs;
+  std::map<std::string, std::map<std::string, size_t>> shaders;  // classic ones, by kind
+  std::set<const void*> seen;
+
+  void add(const std::vector<scene::PrimitivePtr>& list) {
+    for (const scene::PrimitivePtr& p : list) {
+      ++shapes[nameOf(p->shape)];
+      if (!p->attributes) continue;
+      const scene::Network* network = p->attributes->bxdf.get();
+      if (network && network->terminal && seen.insert(network).second) ++bxdfs[network->terminal->plugin];
+      for (const scene::NodePtr& n : p->attributes->classicShaders)
+        if (n && !n->plugin.empty() && seen.insert(n.get()).second) ++shaders[n->kind][n->plugin];
+    }
   }
-}
+};
 
 void print(const scene::Scene& s) {
   fmt::print("frame {}\n", s.frame);
@@ -64,17 +73,21 @@ void print(const scene::Scene& s) {
     fmt::print("  {:<12}{}{}\n", "camera", c.projection ? c.projection->plugin : "orthographic",
                c.worldToCamera.isStatic() ? "" : ", moving");
   if (s.integrator) fmt::print("  {:<12}{}\n", "integrator", s.integrator->plugin);
-  std::map<std::string, size_t> shapes, bxdfs, lights;
-  std::set<const scene::Network*> networks;
-  countPrimitives(s.primitives, shapes, bxdfs, networks);
-  for (const scene::Prototype& p : s.prototypes) countPrimitives(p.primitives, shapes, bxdfs, networks);
+  std::map<std::string, size_t> lights, classicLights;
+  Counts counts;
+  counts.add(s.primitives);
+  for (const scene::Prototype& p : s.prototypes) counts.add(p.primitives);
   for (const scene::Light& l : s.lights)
     if (l.node) ++lights[l.node->plugin];
-  printNames("geometry", shapes);
+  for (const scene::Light& l : s.classicLights)
+    if (l.node) ++classicLights[l.node->plugin];
+  printNames("geometry", counts.shapes);
   if (!s.prototypes.empty())
     fmt::print("  {:<12}{} of {} objects\n", "instances", s.instances.size(), s.prototypes.size());
-  printNames("materials", bxdfs);
+  printNames("materials", counts.bxdfs);
+  for (const auto& [kind, names] : counts.shaders) printNames(lowerCase(kind).c_str(), names);
   printNames("lights", lights);
+  printNames("lightsource", classicLights);
   std::map<std::string, size_t> kept;
   for (const scene::KeptRequest& k : s.kept) ++kept[k.request];
   printNames("not rendered", kept);
@@ -84,6 +97,25 @@ int printScene(const std::vector<std::string>& files, const std::vector<std::str
                Diagnostics& diagnostics) {
   rib::ReadOptions options;
   options.archivePath = archivePath;
+  const bool isStream = std::find(files.begin(), files.end(), "-") != files.end();
+  if (!isStream) {
+    // an archive is shown as what a world that reads it has
+    Diagnostics quiet([](const std::string&, Severity) {});
+    rib::ReadOptions once = options;
+    once.checkOnly = true;
+    rib::RibReader trial(quiet, std::move(once), [](scene::Scene&&) {});
+    bool isRead = true;
+    for (const std::string& file : files) isRead = isRead && trial.readFile(file);
+    if (isRead && trial.worlds() == 0) {
+      rib::RibReader reader(diagnostics, std::move(options), [](scene::Scene&& s) { print(s); });
+      fmt::print("archive, without a world of its own\n");
+      reader.readString("world", "WorldBegin\n");
+      for (const std::string& file : files) reader.readFile(file);
+      reader.readString("world", "\nWorldEnd\n");
+      reader.finish();
+      return diagnostics.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
+    }
+  }
   rib::RibReader reader(diagnostics, std::move(options), [](scene::Scene&& s) { print(s); });
   for (const std::string& file : files)
     if (!reader.readFile(file)) return kBadScene;

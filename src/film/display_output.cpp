@@ -49,6 +49,13 @@ class DriverValues {
                             "its default is used");
         given = nullptr;
       }
+      if (given && !isChoice(p, *given)) {
+        diagnostics.warning("DISPLAY-PARAMETER", given->pos,
+                            "parameter \"" + given->name + "\" of display \"" + output.file + "\" is \"" +
+                                given->strings[0] + "\", which is none of " + p.choices,
+                            std::string("\"") + p.text + "\" is used");
+        given = nullptr;
+      }
       if (!given) {
         numbers_[i] = {p.value[0], p.value[1], p.value[2]};
         strings_[i] = {p.text};
@@ -69,6 +76,12 @@ class DriverValues {
   uint32_t count() const { return uint32_t(values_.size()); }
 
  private:
+  // Words for which a driver has a list: one of it, in any case.
+  static bool isChoice(const Param& p, const scene::Parameter& given) {
+    if (p.type != Type::String || !p.choices || !*p.choices) return true;
+    const std::string list = "|" + lowerCase(p.choices) + "|", word = lowerCase(given.strings[0]);
+    return word.empty() || list.find("|" + word + "|") != std::string::npos;
+  }
   bool take(const Param& p, const scene::Parameter& given, uint32_t i) {
     if (p.type == Type::String) {
       if (given.strings.empty()) return false;

@@ -57,8 +57,13 @@ bool chooseDriver(const scene::Display& display, const DriverLookup& lookup, Dia
     out.file += ".exr";
     out.driver = "openexr";
   }
-  // "file" is RIB's word for "the usual format"
-  if (driver != "file" && driver != kImageWriter && !driver.empty())
+  // "file" is RIB's word for "the usual format"; programs that showed pictures in windows are not missed
+  static constexpr std::array kWindows{"framebuffer", "it",      "rgbframebuffer", "zframebuffer",
+                                       "x11",         "windows", "houdini"};
+  if (std::find(kWindows.begin(), kWindows.end(), driver) != kWindows.end())
+    diagnostics.info("DISPLAY-DRIVER", display.pos,
+                     "display \"" + display.driver + "\" shows no window here: \"" + out.file + "\" is written");
+  else if (driver != "file" && driver != kImageWriter && !driver.empty())
     diagnostics.warning("DISPLAY-DRIVER", display.pos, "display driver \"" + display.driver + "\" is not known",
                         "\"" + out.file + "\" is written");
   return true;

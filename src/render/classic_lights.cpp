@@ -317,6 +317,22 @@ class Maker {
 
 }  // namespace
 
+bool hasClassicShadows(const scene::Light& light) {
+  if (light.attributes) {
+    const std::string said = lowerCase(light.attributes->named.getString("light:shadows", ""));
+    if (!said.empty()) return said != "off" && said != "none";
+  }
+  if (light.geometry || lowerCase(light.node->plugin).find("shadow") != std::string::npos) return true;
+  if (lowerCase(light.node->plugin).find("area") != std::string::npos) return true;
+  for (const scene::Parameter& p : light.node->params) {
+    const std::string name = lowerCase(p.name);
+    const bool isMap = name.find("shadow") != std::string::npos && !p.strings.empty() && !p.strings[0].empty();
+    const bool isTraced = name.find("raytrace") != std::string::npos && light.node->params.getFloat(p.name, 0) != 0;
+    if (isMap || isTraced) return true;
+  }
+  return false;
+}
+
 bool classicLight(const scene::Light& light, scene::Light& out, std::string& why) {
   return Maker(light).make(out, why);
 }

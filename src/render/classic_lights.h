@@ -1,7 +1,7 @@
 // Lights of the shading-language age (LightSource, AreaLightSource) as lights of stock plug-ins: the standard ones of
 // RISpec 3.2, appendix A.2, all others by words in their names and by the parameters that many of them share
 // (intensity, lightcolor, from, to, coneangle, falloff ...). Called by legacy_lights.cpp. It runs no shader and reads
-// no shadow map: shadows are traced.
+// no shadow map: shadows are traced where a light had any.
 #pragma once
 #include <string>
 
@@ -11,5 +11,10 @@ namespace kinora::render {
 
 // False, and `why` says why, where nothing stands in for it.
 bool classicLight(const scene::Light& light, scene::Light& out, std::string& why);
+
+// Whether a light of that age is meant to cast shadows, in a scene for a classic renderer: by Attribute "light"
+// "shadows", else where its name or a parameter tells of shadows, and of shapes. The standard lights had none: whoever
+// wanted shadows made maps of them.
+bool hasClassicShadows(const scene::Light& light);
 
 }  // namespace kinora::render

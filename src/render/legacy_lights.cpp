@@ -193,6 +193,18 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
                           why);
       continue;
     }
+    // a scene that names its integrator is for a path tracer, whose lights all cast shadows
+    const bool isDome =
+        out.node->plugin == "PxrDomeLight";  // by which old files mean occlusion; ambient light says its own
+    if (!scene.integrator && !isDome && !hasClassicShadows(l)) {
+      auto open = std::make_shared<scene::Node>(*out.node);
+      scene::Parameter p;
+      p.name = "enableShadows";
+      p.type = scene::ValueType::Int;
+      p.ints = {0};
+      open->params.set(std::move(p));
+      out.node = open;
+    }
     if (l.geometry) shapes.insert(l.geometry->id);
     diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
                         l.node->kind + " '" + l.node->plugin + "' is of an old kind",

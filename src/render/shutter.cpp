@@ -30,19 +30,19 @@ std::vector<float> shutterTimes(const scene::Camera& camera, const scene::NodePt
   if (given.empty() && hider) given = hider->params.getFloats("shutteropening");
   // control points relative to their rectangles; as they are here, both sides are straight
   double shape[8] = {0, 0, 0, 0, 1, 1, 1, 1};
-  bool good = given.empty() || given.size() == 8 || given.size() == 10;
-  if (good && given.size() == 10) {  // the older form begins with the two times
+  bool good = given.empty() || given.size() == 2 || given.size() == 8 || given.size() == 10;
+  if (good && given.size() % 8 == 2) {  // the older forms begin with the two times, or are them
     open = given[0];
     close = given[1];
   }
-  if (good && !given.empty())
+  if (good && given.size() >= 8)
     for (size_t i = 0; i < 8; ++i) shape[i] = given[given.size() - 8 + i];
   for (const double x : shape) good &= x >= 0 && x <= 1;
   good &= open >= 0 && close <= 1 && open <= close;
   if (!good) {
     diagnostics.warning(
         "RENDER-SHUTTER", camera.pos,
-        "the shutter's opening needs 0 <= shutterOpenTime <= shutterCloseTime <= 1 and 8 (or 10) numbers "
+        "the shutter's opening needs 0 <= shutterOpenTime <= shutterCloseTime <= 1 and 2, 8 or 10 numbers "
         "of 0 to 1 for shutteropening",
         "it opens and closes at once");
     return {};

@@ -104,24 +104,28 @@ TEST_F(GroupLookup, IsOpenImageIOsOwnCall) {
     ASSERT_GE(handle, 0) << c.file;
     OIIO::TextureOpt opt;
     OIIO::TextureOpt::parse_wrapmodes(c.wrap ? c.wrap : "periodic,periodic", opt.swrap, opt.twrap);
-    opt.interpmode = OIIO::TextureOpt::InterpBilinear;
-    opt.mipmode = OIIO::TextureOpt::MipModeTrilinear;
-    opt.anisotropic = 1;
-    Group g(1024);
-    g.look(system, handle, {}, 0, 1024);
     const OIIO::ustring file = c.prepared ? OIIO::ustring(path(c.file)) : maker->add(path(c.file));
-    int differ = 0;
-    for (uint32_t i = 0; i < 1024; ++i) {
-      float texel[4] = {0, 0, 0, 0};
-      const float r = std::min(g.radius[i], 4.f);
-      ASSERT_TRUE(theirs->texture(file, opt, g.s[i], g.t[i], r, 0, 0, r, c.channels, texel));
-      const float* expected = texel;
-      for (int k = 0; k < (c.channels < 3 ? 1 : 3); ++k)
-        if (std::fabs(g.out[k][i] - expected[k]) > c.tolerance && ++differ < 4)
-          ADD_FAILURE() << c.file << " at " << g.s[i] << ' ' << g.t[i] << " radius " << r << " channel " << k << ": "
-                        << g.out[k][i] << " against " << expected[k];
+    for (const bool isSmart : {false, true}) {  // bilinear; cubic where texels are magnified
+      opt.interpmode = isSmart ? OIIO::TextureOpt::InterpSmartBicubic : OIIO::TextureOpt::InterpBilinear;
+      opt.mipmode = isSmart ? OIIO::TextureOpt::MipModeAniso : OIIO::TextureOpt::MipModeTrilinear;
+      opt.anisotropic = 1;
+      TextureOptions options;
+      options.filter = isSmart ? 7 : 1;
+      Group g(1024);
+      g.look(system, handle, options, 0, 1024);
+      int differ = 0;
+      for (uint32_t i = 0; i < 1024; ++i) {
+        float texel[4] = {0, 0, 0, 0};
+        const float r = std::min(g.radius[i], 4.f);
+        ASSERT_TRUE(theirs->texture(file, opt, g.s[i], g.t[i], r, 0, 0, r, c.channels, texel));
+        const float* expected = texel;
+        for (int k = 0; k < (c.channels < 3 ? 1 : 3); ++k)
+          if (std::fabs(g.out[k][i] - expected[k]) > c.tolerance && ++differ < 4)
+            ADD_FAILURE() << c.file << " at " << g.s[i] << ' ' << g.t[i] << " radius " << r << " channel " << k
+                          << ": " << g.out[k][i] << " against " << expected[k] << (isSmart ? ", smart" : "");
+      }
+      EXPECT_EQ(differ, 0) << c.file;
     }
-    EXPECT_EQ(differ, 0) << c.file;
   }
   maker.reset();
   OIIO::TextureSystem::destroy(theirs, true);

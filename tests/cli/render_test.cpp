@@ -269,6 +269,40 @@ TEST(Commands, InfoTellsAboutScenesAndPictures) {
   EXPECT_EQ(w.run({"info", "missing.exr"}).exitCode, 3);
 }
 
+TEST(Commands, InfoTellsAboutArchivesAndClassicShaders) {
+  Workplace w;
+  w.write("part.rib",
+          "AttributeBegin\nLightSource \"pointlight\" 1\nSurface \"plastic\"\nDisplacement \"dented\"\n"
+          "Sphere 1 -1 1 360\nSphere 2 -2 2 360\nAttributeEnd\n");
+  const Result archive = w.run({"info", "part.rib"});
+  EXPECT_EQ(archive.exitCode, 0) << archive.err;
+  for (const char* part : {"archive", "2 quadrics", "1 plastic", "1 dented", "1 pointlight"})
+    EXPECT_NE(archive.out.find(part), std::string::npos) << part << "\n" << archive.out;
+  EXPECT_EQ(archive.err.find("RIB-NO-WORLD"), std::string::npos) << archive.err;
+  w.write("bad.rib", "");
+  EXPECT_EQ(w.run({"info", "bad.rib"}).exitCode, 3);
+}
+
+// Exporters write the two times that the shutter opens and closes between, as older renderers had them.
+TEST(Commands, AShutterOpeningOfTwoNumbersIsItsTimes) {
+  Workplace w;
+  const auto scene = [&](const std::string& name, const std::string& hider, const std::string& camera) {
+    w.write(name, "Display \"" + name + ".exr\" \"openexr\" \"rgba\"\nFormat 24 24 1\nShutter 0 1\n" +
+                      "Hider \"raytrace\" \"int maxsamples\" [16] \"int minsamples\" [16] " + hider +
+                      "\nProjection \"perspective\"\nTranslate 0 0 5\n" + camera +
+                      "WorldBegin\nBxdf \"PxrConstant\" \"c\"\nMotionBegin [0 1]\nTranslate -2 0 0\n"
+                      "Translate 2 0 0\nMotionEnd\nSphere 1 -1 1 360\nWorldEnd\n");
+    return w.run({"render", name});
+  };
+  const Result by = scene("hider.rib", "\"float[2] shutteropening\" [.25 .5]", "");
+  EXPECT_EQ(by.exitCode, 0) << by.err;
+  EXPECT_EQ(by.err.find("RENDER-SHUTTER"), std::string::npos) << by.err;
+  scene("camera.rib", "", "Camera \"main\" \"float shutterOpenTime\" [.25] \"float shutterCloseTime\" [.5]\n");
+  scene("none.rib", "", "");
+  EXPECT_EQ(w.run({"diff", "hider.rib.exr", "camera.rib.exr"}).exitCode, 0);
+  EXPECT_EQ(w.run({"diff", "hider.rib.exr", "none.rib.exr"}).exitCode, 1);
+}
+
 TEST(Commands, ExplainKnowsEveryCodeItLists) {
   Workplace w;
   const auto codes = linesOf(w.run({"explain"}).out);

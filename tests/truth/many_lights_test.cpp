@@ -23,7 +23,7 @@ const std::vector<std::string> kLights = {
     "LightFilter \"PxrIntMultLightFilter\" \"f\" \"float exposure\" [-1] Translate 2 -2 2.8 Scale .2 .2 .2 Light "
     "\"PxrSphereLight\" \"ball\" \"float intensity\" [30]",
     "Translate -1 2 3 Scale 1 .1 .1 Light \"PxrCylinderLight\" \"tube\" \"float intensity\" [12]",
-    "Rotate 35 1 .5 0 Light \"PxrDistantLight\" \"sun\" \"float intensity\" [.5] \"int areaNormalize\" [1]",
+    "Rotate 35 1 .5 0 Light \"PxrDistantLight\" \"sun\" \"float intensity\" [7440] \"int areaNormalize\" [1]",
     "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [.1]",
     "Translate 0 0 1 Light \"PointLight\" \"bulb\" \"float intensity\" [4] \"float coneAngle\" [30] \"float "
     "coneDeltaAngle\" [5]",

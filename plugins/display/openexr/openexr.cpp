@@ -48,8 +48,8 @@ const Param kParams[] = {
     param::string("asrgbacolorchannel", "").help("channel that becomes R G B; \"\": Ci"),
     param::string("autocrop", "false").options("false|true").help("data window shrinks to the pixels that are not 0"),
     param::string("compression", "zips")
-        .options("none|rle|zip|zips|piz|pixar|b44|b44a|dwaa|dwab")
-        .help("How pixels are packed; none of b44, b44a, dwaa, dwab and pixar (for floats) is lossless."),
+        .options("none|rle|zip|zips|piz|pixar|pxr24|b44|b44a|dwaa|dwab")
+        .help("How pixels are packed; none of b44, b44a, dwaa, dwab and pixar alias pxr24 (for floats) is lossless."),
     param::number("compressionlevel", 45).range(0, 500).help("of dwaa and dwab: larger loses more"),
     param::string("exrpixeltype", "half").options("half|float").help("half: colours in half, data in float"),
     param::number("forcepar", 0).range(0, 4).help("pixel aspect ratio to state; 0: the render's"),

@@ -1,7 +1,8 @@
 // PxrDistantLight: light from infinitely far away that travels along local +Z (UsdLux has it along -Z in a
 // right-handed space, which is +Z in this left-handed light space), from all directions within angleExtent / 2 of
 // that. Of the placement only the direction of the Z axis counts. Irradiance facing it is L pi sin^2(angleExtent /
-// 2); with areaNormalize, or where angleExtent is 0 (one direction, a delta light), it is L itself.
+// 2); with areaNormalize it is what the default angle gives, whatever the angle: the intensities that files have with
+// it, 800 to 10,000, are those of a sun. Where angleExtent is 0 (one direction, a delta light), it is L itself.
 #define KINORA_KERNEL_FILE "plugins/light/PxrDistantLight/PxrDistantLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
@@ -9,8 +10,9 @@
 
 #if KINORA_PLAIN
 namespace kinora::pxrDistantLight {
+constexpr float kDefaultAngle = 0.53f;  // of the sun, degrees
 constexpr std::array kOwn = {
-    param::number("angleExtent", 0.53f)
+    param::number("angleExtent", kDefaultAngle)
         .range(0, 180)
         .help("Degrees across the light as seen from the scene; 0 is one direction."),
 };
@@ -46,7 +48,8 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   light->isDelta = half < 2e-6;
   light->sin2 = light->isDelta ? 0 : std::sin(half) * std::sin(half);
   light->oneMinusCos = light->isDelta ? 0.f : float(2 * std::sin(half / 2) * std::sin(half / 2));
-  light->common = LightCommon::of(values, light->isDelta ? 1 : 3.14159265358979 * light->sin2);
+  const double sinOfDefault = std::sin(double(kDefaultAngle) * Shaping::kRadians / 2);
+  light->common = LightCommon::of(values, light->isDelta ? 1 : light->sin2 / (sinOfDefault * sinOfDefault));
   values.warnNoEffect();
   light->axis64 = normalized(frame.z) * -1;
   light->axis = Float3(light->axis64);

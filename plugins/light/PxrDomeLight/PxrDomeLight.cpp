@@ -188,6 +188,12 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   auto light = std::make_unique<Data>();
   light->common = LightCommon::of(values, -1);
   light->map.load(values);
+  if (!light->map.valid() && !values.string("lightColorMap").empty()) {
+    // intensities are set for maps, whose means are far below 1: without one the frame would be burnt out
+    constexpr float kGreySky = 0.25f;
+    for (float& c : light->common.radiance) c *= kGreySky;
+    values.warn("LIGHT-MAP", "there is no map to light with", "an even grey of .25 stands in for it");
+  }
   values.warnNoEffect();
   if (!setAxes(frame, *light)) {
     values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");

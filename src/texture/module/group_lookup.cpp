@@ -181,54 +181,75 @@ inline const char* TileTable::texelAt(const Tile& tile, uint32_t offset) {
   return copy;
 }
 
-inline bool TileTable::tap(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Tap& tap) {
+template <int kSide>
+bool TileTable::texels(const Pyramid& p, const LookupKind& kind, int level, int x, int y, const char** out,
+                       int& type) {
+  const Pyramid::Level& l = p.levels[size_t(level)];
+  int xs[kSide], ys[kSide], tx[kSide], ty[kSide];
+  bool isOneTile = true;
+  for (int i = 0; i < kSide; ++i) {
+    xs[i] = wrapped(x + i, l.width, kind.wrapS);
+    ys[i] = wrapped(y + i, l.height, kind.wrapT);
+    tx[i] = l.shiftX >= 0 ? xs[i] >> l.shiftX : xs[i] / l.tileWidth;
+    ty[i] = l.shiftY >= 0 ? ys[i] >> l.shiftY : ys[i] / l.tileHeight;
+    isOneTile = isOneTile && tx[i] == tx[0] && ty[i] == ty[0] && (xs[i] | ys[i]) >= 0;
+  }
+  const auto within = [&](int i, int j) {
+    return uint32_t(ys[j] - ty[j] * l.tileHeight) * uint32_t(l.tileWidth) + uint32_t(xs[i] - tx[i] * l.tileWidth);
+  };
+  if (isOneTile) {  // as nearly always
+    const Tile* const tile = find(p, level, tx[0], ty[0]);
+    if (!tile) return false;
+    type = tile->type;
+    for (int j = 0; j < kSide; ++j) {
+      for (int i = 0; i < kSide; ++i) out[j * kSide + i] = texelAt(*tile, offsetOf(*tile, within(i, j), kind));
+      __builtin_prefetch(out[j * kSide]);  // neighbours in a row mostly share a line of the CPU's cache
+    }
+    return true;
+  }
+  const Tile* tile = nullptr;
+  int tileX = 0, tileY = 0;
+  type = OIIO::TypeDesc::UINT8;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      out[j * kSide + i] = kBlack;
+      if (xs[i] < 0 || ys[j] < 0) continue;
+      if (!tile || tileX != tx[i] || tileY != ty[j]) {
+        tileX = tx[i];
+        tileY = ty[j];
+        tile = find(p, level, tileX, tileY);
+        if (!tile) return false;
+        type = tile->type;
+      }
+      out[j * kSide + i] = texelAt(*tile, offsetOf(*tile, within(i, j), kind));
+      __builtin_prefetch(out[j * kSide + i]);
+    }
+  return true;
+}
+
+bool TileTable::tap(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Tap& tap) {
   const Pyramid::Level& l = p.levels[size_t(level)];
   const float x = s * float(l.width) - 0.5f, y = t * float(l.height) - 0.5f;
   const int ix = floorOf(x), iy = floorOf(y);
   tap.x = x - float(ix);
   tap.y = y - float(iy);
-  const int xs[2] = {wrapped(ix, l.width, kind.wrapS), wrapped(ix + 1, l.width, kind.wrapS)};
-  const int ys[2] = {wrapped(iy, l.height, kind.wrapT), wrapped(iy + 1, l.height, kind.wrapT)};
-  int tx[2], ty[2];
-  for (int i = 0; i < 2; ++i) {
-    tx[i] = l.shiftX >= 0 ? xs[i] >> l.shiftX : xs[i] / l.tileWidth;
-    ty[i] = l.shiftY >= 0 ? ys[i] >> l.shiftY : ys[i] / l.tileHeight;
-  }
-  const auto within = [&](int texelX, int texelY, int tileX, int tileY) {
-    return uint32_t(texelY - tileY * l.tileHeight) * uint32_t(l.tileWidth) + uint32_t(texelX - tileX * l.tileWidth);
+  return texels<2>(p, kind, level, ix, iy, tap.texel, tap.type);
+}
+
+bool TileTable::cubicTap(const Pyramid& p, const LookupKind& kind, float s, float t, CubicTap& tap) {
+  const Pyramid::Level& l = p.levels[0];
+  const float x = s * float(l.width) - 0.5f, y = t * float(l.height) - 0.5f;
+  const int ix = floorOf(x), iy = floorOf(y);
+  const auto weights = [](float f, float w[4]) {
+    const float g = 1.f - f;
+    w[0] = g * g * g * (1 / 6.f);
+    w[1] = 2 / 3.f - 0.5f * f * f * (2.f - f);
+    w[2] = 2 / 3.f - 0.5f * g * g * (2.f - g);
+    w[3] = f * f * f * (1 / 6.f);
   };
-  const Tile* tile = nullptr;
-  const bool isOneTile = tx[0] == tx[1] && ty[0] == ty[1];
-  if (isOneTile && (xs[0] | xs[1] | ys[0] | ys[1]) >= 0) {  // as nearly always
-    tile = find(p, level, tx[0], ty[0]);
-    if (!tile) return false;
-    tap.type = tile->type;
-    const auto offset = [&](int i, int j) { return offsetOf(*tile, within(xs[i], ys[j], tx[0], ty[0]), kind); };
-    const uint32_t offsets[4] = {offset(0, 0), offset(1, 0), offset(0, 1), offset(1, 1)};
-    for (int k = 0; k < 4; ++k) tap.texel[k] = texelAt(*tile, offsets[k]);
-    __builtin_prefetch(tap.texel[0]);
-    __builtin_prefetch(tap.texel[2]);
-    return true;
-  }
-  int tileX = 0, tileY = 0;
-  tap.type = OIIO::TypeDesc::UINT8;
-  for (int k = 0; k < 4; ++k) {
-    const int a = k & 1, b = k >> 1;
-    tap.texel[k] = kBlack;
-    if (xs[a] < 0 || ys[b] < 0) continue;
-    if (!tile || tileX != tx[a] || tileY != ty[b]) {
-      tileX = tx[a];
-      tileY = ty[b];
-      tile = find(p, level, tileX, tileY);
-      if (!tile) return false;
-      tap.type = tile->type;
-    }
-    tap.texel[k] = texelAt(*tile, offsetOf(*tile, within(xs[a], ys[b], tileX, tileY), kind));
-  }
-  // neighbours in a row mostly share a line of the CPU's cache
-  __builtin_prefetch(tap.texel[0]);
-  __builtin_prefetch(tap.texel[2]);
-  return true;
+  weights(x - float(ix), tap.x);
+  weights(y - float(iy), tap.y);
+  return texels<4>(p, kind, 0, ix - 1, iy - 1, tap.texel, tap.type);
 }
 
 bool TileTable::ask(const Pyramid& p, const LookupKind& kind, float s, float t, float radius) {
@@ -255,10 +276,13 @@ bool TileTable::ask(const Pyramid& p, const LookupKind& kind, float s, float t, 
   }
   Tap* const taps = &taps_[2 * asked_];
   const uint32_t ends = ends_;
-  if (!tap(p, kind, level, s, t, taps[0]) || (blend > 0 && !tap(p, kind, level + 1, s, t, taps[1]))) {
+  const bool isCubic = kind.isCubic && level == 0;
+  const bool isThere = isCubic ? cubicTap(p, kind, s, t, cubic_[asked_]) : tap(p, kind, level, s, t, taps[0]);
+  if (!isThere || (blend > 0 && !tap(p, kind, level + 1, s, t, taps[1]))) {
     ends_ = ends;
     return false;
   }
+  isCubic_[asked_] = isCubic;
   blend_[asked_++] = blend;
   return true;
 }
@@ -270,8 +294,17 @@ void TileTable::answer(float (*out)[4]) {
     const V4f top = c[0] + (c[1] - c[0]) * tap.x, bottom = c[2] + (c[3] - c[2]) * tap.x;
     return top + (bottom - top) * tap.y;
   };
+  const auto cubic = [](const CubicTap& tap) {
+    V4f sum{};
+    for (int j = 0; j < 4; ++j) {
+      V4f row{};
+      for (int i = 0; i < 4; ++i) row += decoded(tap.texel[4 * j + i], tap.type) * tap.x[i];
+      sum += row * tap.y[j];
+    }
+    return sum;
+  };
   for (uint32_t i = 0; i < asked_; ++i) {
-    V4f value = filtered(taps_[2 * i]);
+    V4f value = isCubic_[i] ? cubic(cubic_[i]) : filtered(taps_[2 * i]);
     if (blend_[i] > 0) {
       const V4f coarser = filtered(taps_[2 * i + 1]);
       value = value + (coarser - value) * blend_[i];

@@ -32,6 +32,7 @@ struct Pyramid {
 struct LookupKind {
   Wrap wrapS = Wrap::Periodic, wrapT = Wrap::Periodic;
   bool blendLevels = true;
+  bool isCubic = false;  // the finest level by a cubic B-spline: no facets where texels are larger than the footprint
   int firstChannel = 0, channels = 4;  // channels: 1 to 4
 };
 
@@ -81,13 +82,23 @@ class TileTable {
     float x, y;
     int type;
   };
+  // Sixteen of the finest level, with the weights of their columns and rows.
+  struct CubicTap {
+    const char* texel[16];
+    float x[4], y[4];
+    int type;
+  };
   static constexpr uint32_t kWays = 4, kSets = 512;
   static constexpr uint32_t kTexelBytes = 16;  // that may be read from a texel on
   const Tile* find(const Pyramid& p, int level, int tileX, int tileY);
   void endBlock();
   void giveBack(Tile& tile);
   void makeRoom();
+  // Texels of kSide columns and rows from (x, y) on. False where a tile cannot be read.
+  template <int kSide>
+  bool texels(const Pyramid& p, const LookupKind& kind, int level, int x, int y, const char** out, int& type);
   bool tap(const Pyramid& p, const LookupKind& kind, int level, float s, float t, Tap& tap);
+  bool cubicTap(const Pyramid& p, const LookupKind& kind, float s, float t, CubicTap& tap);
   static uint32_t offsetOf(const Tile& tile, uint32_t at, const LookupKind& kind);
   const char* texelAt(const Tile& tile, uint32_t offset);
 
@@ -101,9 +112,11 @@ class TileTable {
   std::vector<OIIO::ImageCache::Tile*> leaving_;  // replaced, but wanted in this block
   uint32_t asked_ = 0, ends_ = 0;
   Tap taps_[2 * kBlock];
+  CubicTap cubic_[kBlock];
+  bool isCubic_[kBlock];  // the first tap is that one
   float blend_[kBlock];
   // texels too near to the end of their tile to be read whole
-  char end_[8 * kBlock][kTexelBytes];
+  char end_[20 * kBlock][kTexelBytes];
 };
 
 }  // namespace kinora::texture

@@ -157,6 +157,38 @@ std::string examine(const std::string& path, FileFacts& facts) {
   }
 }
 
+namespace {
+
+// Folders below and beside those of the search path that by their names hold pictures: authors told their renderers of
+// them by files that did not come with the scene.
+std::vector<fs::path> pictureFolders(const std::vector<std::string>& searchPath) {
+  constexpr size_t kMostFolders = 32, kMostEntries = 2000;
+  std::vector<fs::path> found;
+  for (const std::string& directory : searchPath)
+    for (const fs::path& base : {fs::path(directory), fs::path(directory) / ".."}) {
+      std::error_code ec;
+      std::vector<fs::path> here;
+      size_t entries = 0;
+      for (fs::directory_iterator it(base, ec), end; !ec && it != end && ++entries < kMostEntries; it.increment(ec)) {
+        std::string name = it->path().filename().string();
+        for (char& c : name) c = char(std::tolower(static_cast<unsigned char>(c)));
+        std::error_code no;
+        for (const char* hint : {"tex", "map", "image", "tif", "pict"})
+          if (name.find(hint) != std::string::npos && it->is_directory(no)) {
+            here.push_back(it->path());
+            break;
+          }
+      }
+      std::sort(here.begin(), here.end());  // the system's order is any
+      for (const fs::path& f : here)
+        if (found.size() < kMostFolders && std::find(found.begin(), found.end(), f) == found.end())
+          found.push_back(f);
+    }
+  return found;
+}
+
+}  // namespace
+
 std::vector<std::string> candidates(const std::string& name, const std::vector<std::string>& searchPath,
                                     size_t& exact) {
   std::vector<std::string> found;
@@ -173,6 +205,12 @@ std::vector<std::string> candidates(const std::string& name, const std::vector<s
       fs::path other = list[i];
       add(other.replace_extension(e));
     }
+  }
+  if (!found.empty() || list.empty()) return found;
+  for (const fs::path& folder : pictureFolders(searchPath)) {
+    fs::path place = folder / list.back().filename();
+    add(place);
+    for (const char* e : kExtensions) add(place.replace_extension(e));
   }
   return found;
 }

@@ -342,11 +342,12 @@ struct OpenTextures final : texture::TextureStore {
     b.opt.subimage = std::max(part.number, 0);
     b.opt.subimagename = part.name.empty() ? OIIO::ustring() : OIIO::ustring(std::string(part.name));
     const bool isFirst = part.number <= 0 && part.name.empty();
-    if (isFirst && b.channels > 0 && b.opt.interpmode == TextureOpt::InterpBilinear &&
+    if (isFirst && b.channels > 0 && (b.opt.interpmode == TextureOpt::InterpBilinear || isSmart) &&
         simple(b.opt.swrap, b.kind.wrapS) && simple(b.opt.twrap, b.kind.wrapT)) {
       const texture::Pyramid& levels = levelsOf(*s, o.linearize != 0, thread);
       if (!levels.levels.empty()) b.levels = &levels;
       b.kind.blendLevels = o.interpolateLevels != 0;
+      b.kind.isCubic = isSmart;
       b.kind.firstChannel = b.opt.firstchannel;
       b.kind.channels = b.channels;
     }
