@@ -180,7 +180,7 @@ bool Solids::keeps(const Member& member, const float o[3], const float d[3], flo
     p[c] = o[c] + d[c] * t;
     largest = std::max(largest, std::fabs(p[c]));
   }
-  const float step = largest * 1e-5f + 1e-7f;
+  const float step = largest * 4e-6f + 1e-7f;
   float start[3], back[3];
   for (int c = 0; c < 3; ++c) {
     start[c] = p[c] - d[c] * step;

@@ -317,6 +317,36 @@ TEST(Solids, FacesInOnePlane) {
   const std::vector<Intervals> beside = seenBy(*cut, {{{0.7, 0.05, -8}, {0, 0, 1}}, {{-8, 0.05, 0.1}, {1, 0, 0}}});
   EXPECT_NEAR(lengthOf(beside[0]), 2, 1e-5);
   EXPECT_EQ(beside[1].size(), 2u);
+  // at all angles, faces in one plane among them
+  const std::vector<Ray> rays = raysAround(5, 4000, 1.5, 6);
+  const std::vector<Intervals> seen = seenBy(*cut, rays);
+  double sum = 0, wrong = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const auto crossed = [&](const Imath::V3d& half) {
+      Interval t{-INFINITY, INFINITY};
+      for (int c = 0; c < 3; ++c) {
+        const double a = (-half[c] - rays[i].o[c]) / rays[i].d[c], b = (half[c] - rays[i].o[c]) / rays[i].d[c];
+        t = {std::max(t[0], std::min(a, b)), std::min(t[1], std::max(a, b))};
+      }
+      return t;
+    };
+    const Interval whole = crossed({1, 1, 1}), taken = crossed({0.5, 0.25, 1});
+    Intervals wanted;
+    if (whole[0] < whole[1]) {
+      if (taken[0] >= taken[1]) {
+        wanted.push_back(whole);
+      } else {
+        wanted.push_back({whole[0], taken[0]});
+        wanted.push_back({taken[1], whole[1]});
+      }
+    }
+    const double one = difference(seen[i], wanted);
+    sum += std::min(one, 10.);
+    wrong += one > 1e-3;
+  }
+  // walls thinner than the step of 1e-4 from hit to hit are all that differs
+  EXPECT_LT(sum / double(rays.size()), 1e-3);
+  EXPECT_LE(wrong, 2);
   const auto row = worldOf({{cube, at({-1, 0, 0}, 1), {0, 0}}, {cube, at({1, 0, 0}, 1), {0, 1}}}, {unionOf(2)});
   const std::vector<Intervals> through = seenBy(*row, {{{-8, 0.3, 0.2}, {1, 0, 0}}});
   ASSERT_EQ(through[0].size(), 1u);

@@ -2,7 +2,7 @@
 // the open and behind transforms, instances and motion; a lens, a hemisphere and a nested object as the same shapes
 // told by explicit surfaces, with lit, one-sided and glass materials; the same bits at all widths, with threads and
 // groups; messages and the pictures of what cannot be resolved. src/trace/solids_test.cpp has the geometry. Misses:
-// two media in one solid.
+// media of several kinds in one solid.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -171,6 +171,13 @@ TEST(Solids, AsExplicitSurfaces) {
   for (const char* sides : {"Sides 2\n", "Sides 1\n"})
     expectAlike("half", std::string(kMatte) + sides + view + half, std::string(kMatte) + sides + view + bowl, 0.01);
   expectAlike("glass half", kGlass + view + half, kGlass + view + bowl, 0.02);
+  // another material on the face, which differs by nothing that is seen: light that came in by the ball leaves there
+  const std::string other =
+      "Bxdf \"PxrSurface\" \"h\"" + kGlass.substr(std::string("Bxdf \"PxrSurface\" \"g\"").size());
+  const std::string tinted = std::string(other).replace(other.find(".2 .6 .1"), 8, ".2 .6 .1001");
+  expectAlike("glass half of two materials",
+              kGlass + view + solid("difference", ball(1) + box(2, tinted + "Translate 0 0 -2\n")),
+              kGlass + view + bowl, 0.02);
 }
 
 TEST(Solids, SameBits) {
