@@ -238,7 +238,8 @@ constexpr Explanation kRooms[] = {
      "that leave it less often than they enter tell of a hole, as of a Cylinder without its Disks, and a Disk or "
      "curves "
      "alone enclose nothing. Then, and when a difference has nothing to take away from or a solid has more than 8192 "
-     "parts, "
+     "parts or "
+     "one that is scaled or placed beyond a billion, "
      "all surfaces of that solid are drawn as they are. Operands without any surface are left out."},
     {"RENDER-TRACE-SET",
      "A subset of objects for rays (trace:reflectsubset, shadowsubset, transmitsubset and their exclude forms) names "

@@ -140,10 +140,10 @@ class Flattener {
              const SolidTrees::Place& in) {
     trace::PlacementInput p;
     p.part = part;
-    p.member = trees_.add(in);
     p.visibility = visibilityOf(attributes);
     p.toRender = concat(toWorld, toRender_);
     p.revision = scene::digestOf(p.toRender).low;
+    p.member = trees_.add(in, p.toRender);
     shade::PlacementInfo info;
     info.name = std::move(name);
     info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;

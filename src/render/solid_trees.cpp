@@ -1,5 +1,6 @@
 #include "render/solid_trees.h"
 
+#include <cmath>
 #include <string>
 
 namespace kinora::render {
@@ -7,6 +8,18 @@ namespace kinora::render {
 namespace {
 
 constexpr const char* kAsTheyAre = "its surfaces are drawn as they are";
+
+// Surfaces of solids keep spaces of their own, in which Embree takes no ray whose numbers are beyond 1e18.
+bool isInReach(const scene::Transform& toRender) {
+  constexpr double kMost = 1e9;
+  for (const scene::Matrix& m : toRender.matrices) {
+    if (!(std::fabs(m.determinant()) > 1e-100)) return false;
+    const scene::Matrix inverse = m.inverse();
+    for (int i = 0; i < 16; ++i)
+      if (!(std::fabs(m[i / 4][i % 4]) < kMost && std::fabs(inverse[i / 4][i % 4]) < kMost)) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -42,8 +55,9 @@ std::vector<SolidTrees::Place> SolidTrees::open(const std::vector<scene::Solid>&
   return places;
 }
 
-trace::Solids::Member SolidTrees::add(const Place& p) {
+trace::Solids::Member SolidTrees::add(const Place& p, const scene::Transform& toRender) {
   if (p.solid == trace::kNoSolid) return {};
+  trees_[p.solid].isInReach &= isInReach(toRender);
   ++trees_[p.solid].nodes[p.node].surfaces;
   return {p.solid, p.node};
 }
@@ -58,6 +72,12 @@ bool SolidTrees::check(Tree& tree) const {
     if (!n.isAlive || i == 0) continue;
     ++alive[n.in.parent];
     if (n.in.joins == trace::SolidNode::Joins::And) hasFirst[n.in.parent] = true;
+  }
+  if (!tree.isInReach) {
+    diagnostics_.warning("RENDER-SOLID", nodes[0].pos,
+                         "a part of a solid is a billion times larger or smaller than it was made, or as far away",
+                         kAsTheyAre);
+    return false;
   }
   if (nodes.size() > trace::kMostSolidNodes) {
     diagnostics_.warning(

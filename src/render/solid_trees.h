@@ -23,7 +23,7 @@ class SolidTrees {
   // Whether what is inside there is taken away from the whole, so that surfaces show their other side.
   bool isTurned(const Place& p) const { return p.solid != trace::kNoSolid && trees_[p.solid].nodes[p.node].isTurned; }
   // A surface that is placed there. The world's number of the leaf follows in finish().
-  trace::Solids::Member add(const Place& p);
+  trace::Solids::Member add(const Place& p, const scene::Transform& toRender);
   // Messages of what cannot be resolved, whose surfaces are members of nothing then. `places`: where each solid stands
   // in files.
   std::vector<trace::SolidInput> finish(std::vector<trace::PlacementInput>& placements,
@@ -40,6 +40,7 @@ class SolidTrees {
   };
   struct Tree {
     std::vector<Node> nodes;
+    bool isInReach = true;  // of rays that stay in the surfaces' own spaces
   };
   Place addNode(const scene::Solid& solid, const Place& parent);
   // False: it means nothing.

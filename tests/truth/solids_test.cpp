@@ -220,6 +220,10 @@ TEST(Solids, WhatCannotBeResolved) {
       {"one operand", solid("difference", box(1)), "a difference has one operand", ":9:", whole},
       {"nothing to take away from", solid("difference", primitive("") + box(1)),
        "a difference has nothing to take away from", ":9:", whole},
+      {"flat beyond numbers", solid("difference", box(1) + tube(0.5, 3, "Scale 1 1 1e-20\n")), "a billion times",
+       ":9:", whole},
+      {"far beyond numbers", solid("difference", box(1) + tube(0.5, 3, "Translate 0 0 1e10\n")), "a billion times",
+       ":9:", whole},
       {"nothing at all", solid("union", "") + box(1), "a solid holds no surface", ":9:", whole},
   };
   for (const auto& row : table) {
