@@ -232,6 +232,15 @@ constexpr Explanation kRooms[] = {
      "shutteropening of the Hider) do not lie in 0 to 1, are in the wrong order or too few. The shutter opens and "
      "closes "
      "at once."},
+    {"RENDER-SOLID",
+     "A solid (SolidBegin ... SolidEnd) cannot be resolved as said. Each primitive solid has to be closed: lines "
+     "through it "
+     "that leave it less often than they enter tell of a hole, as of a Cylinder without its Disks, and a Disk or "
+     "curves "
+     "alone enclose nothing. Then, and when a difference has nothing to take away from or a solid has more than 8192 "
+     "parts or "
+     "one that is scaled or placed beyond a billion, "
+     "all surfaces of that solid are drawn as they are. Operands without any surface are left out."},
     {"RENDER-TRACE-SET",
      "A subset of objects for rays (trace:reflectsubset, shadowsubset, transmitsubset and their exclude forms) names "
      "a "

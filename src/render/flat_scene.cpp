@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/memory.h"
+#include "render/solid_trees.h"
 #include "scene/digests.h"
 
 namespace kinora::render {
@@ -36,7 +37,8 @@ bool areSame(const scene::Transform& a, const scene::Transform& b) {
 }
 bool areSame(const std::vector<scene::Instance>& a, const std::vector<scene::Instance>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const scene::Instance& x, const scene::Instance& y) {
-    return x.prototype == y.prototype && x.attributes == y.attributes && areSame(x.toWorld, y.toWorld);
+    return x.prototype == y.prototype && x.solid == y.solid && x.attributes == y.attributes &&
+           areSame(x.toWorld, y.toWorld);
   });
 }
 
@@ -54,11 +56,12 @@ uint32_t visibilityOf(const scene::Attributes* a) {
 }  // namespace
 
 bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const {
-  return space_ == space && leaveOut_ == leaveOut && primitives_ == scene.primitives &&
+  return space_ == space && leaveOut_ == leaveOut && primitives_ == scene.primitives && solids_ == scene.solids &&
          areSame(instances_, scene.instances) &&
          std::equal(prototypes_.begin(), prototypes_.end(), scene.prototypes.begin(), scene.prototypes.end(),
                     [](const scene::Prototype& a, const scene::Prototype& b) {
-                      return a.name == b.name && a.primitives == b.primitives && areSame(a.instances, b.instances);
+                      return a.name == b.name && a.primitives == b.primitives && a.solids == b.solids &&
+                             areSame(a.instances, b.instances);
                     });
 }
 
@@ -66,10 +69,15 @@ class Flattener {
  public:
   Flattener(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut,
             const std::atomic<bool>* stop, Diagnostics& diagnostics)
-      : scene_(scene), stop_(stop), diagnostics_(diagnostics), flat_(std::make_shared<FlatScene>()) {
+      : scene_(scene),
+        stop_(stop),
+        diagnostics_(diagnostics),
+        flat_(std::make_shared<FlatScene>()),
+        trees_(diagnostics) {
     flat_->primitives_ = scene.primitives;
     flat_->instances_ = scene.instances;
     flat_->prototypes_ = scene.prototypes;
+    flat_->solids_ = scene.solids;
     flat_->space_ = space;
     flat_->leaveOut_ = leaveOut;
     scene::Matrix shift;
@@ -79,12 +87,17 @@ class Flattener {
 
   std::shared_ptr<const FlatScene> run() {
     FlatScene& f = *flat_;
+    const std::vector<SolidTrees::Place> solids = trees_.open(scene_.solids, {});
     for (const scene::PrimitivePtr& p : scene_.primitives) {
       if (f.leaveOut_.count(p->id)) continue;
-      const uint32_t part = addPart(p->id, false, {p, p->attributes, lookOf(p->attributes.get())});
-      place(part, p->toWorld, p->attributes.get(), p->name());
+      const SolidTrees::Place in = placeIn(solids, p->solid, {}, p->pos);
+      const scene::AttributesPtr& look = trees_.isTurned(in) ? turned(p->attributes) : p->attributes;
+      const uint32_t part = addPart(p->id, false, {p, look, lookOf(look.get())});
+      place(part, p->toWorld, p->attributes.get(), p->name(), in);
     }
-    for (const scene::Instance& i : scene_.instances) open(i, i.toWorld, 0, i.attributes);
+    for (const scene::Instance& i : scene_.instances)
+      open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
+    f.solids = trees_.finish(f.placements, f.solidPlaces);
     return std::move(flat_);
   }
 
@@ -99,12 +112,38 @@ class Flattener {
     return uint32_t(flat_->parts.size() - 1);
   }
 
-  void place(uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes, std::string name) {
+  // Of the solid with this number, from 1, in a list that has these places; 0: what stands around the list.
+  SolidTrees::Place placeIn(const std::vector<SolidTrees::Place>& places, uint32_t solid,
+                            const SolidTrees::Place& around, const SourcePos& pos) {
+    if (solid == 0) return around;
+    if (solid <= places.size()) return places[solid - 1];
+    diagnostics_.warning("RENDER-SOLID", pos,
+                         "an object is a part of solid number " + std::to_string(solid) + ", and there are " +
+                             std::to_string(places.size()),
+                         "it is drawn as it is", "an edit that removes a solid removes its parts too");
+    return {};
+  }
+
+  // With the other side out.
+  const scene::AttributesPtr& turned(const scene::AttributesPtr& attributes) {
+    scene::AttributesPtr& out = turned_[attributes];
+    if (!out) {
+      auto made =
+          attributes ? std::make_shared<scene::Attributes>(*attributes) : std::make_shared<scene::Attributes>();
+      made->reverseOrientation = !made->reverseOrientation;
+      out = std::move(made);
+    }
+    return out;
+  }
+
+  void place(uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes, std::string name,
+             const SolidTrees::Place& in) {
     trace::PlacementInput p;
     p.part = part;
     p.visibility = visibilityOf(attributes);
     p.toRender = concat(toWorld, toRender_);
     p.revision = scene::digestOf(p.toRender).low;
+    p.member = trees_.add(in, p.toRender);
     shade::PlacementInfo info;
     info.name = std::move(name);
     info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
@@ -131,7 +170,7 @@ class Flattener {
   // Primitives of objects keep their own transform inside the object, so each becomes a part of its own that every
   // instance places; nested instances are flattened (the packaged Embree has one level).
   void open(const scene::Instance& inst, const scene::Transform& toWorld, int depth,
-            const scene::AttributesPtr& attributes) {
+            const scene::AttributesPtr& attributes, const SolidTrees::Place& around) {
     // Objects that hold the next one twice, level after level, are countless also where they place nothing.
     constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
     constexpr int kMostNesting = 32;
@@ -162,16 +201,22 @@ class Flattener {
       return;
     }
     const scene::Prototype& proto = scene_.prototypes[inst.prototype];
+    const std::vector<SolidTrees::Place> solids = trees_.open(proto.solids, around);
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
-      const auto& [inherited, look] = inheritedBy(p->attributes, attributes);
+      const SolidTrees::Place in = placeIn(solids, p->solid, around, p->pos);
+      const auto& [inherited, lookAsSaid] = inheritedBy(p->attributes, attributes);
+      const bool isTurned = trees_.isTurned(in);
+      const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
+      const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
       const auto [it, isNew] = partOf_.try_emplace({inst.prototype, k, look}, 0);
-      if (isNew) it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, inherited, look});
+      if (isNew) it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look});
       ++placed_;
-      place(it->second, concat(p->toWorld, toWorld), inherited.get(), proto.name);
+      place(it->second, concat(p->toWorld, toWorld), inherited.get(), proto.name, in);
     }
     for (const scene::Instance& nested : proto.instances)
-      open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first);
+      open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
+           placeIn(solids, nested.solid, around, nested.pos));
   }
 
   const scene::Scene& scene_;
@@ -180,6 +225,8 @@ class Flattener {
   std::shared_ptr<FlatScene> flat_;
   scene::Transform toRender_;
   std::map<std::tuple<uint32_t, uint32_t, Digest>, uint32_t> partOf_;
+  SolidTrees trees_;
+  std::map<scene::AttributesPtr, scene::AttributesPtr> turned_;
   uint64_t placed_ = 0, opened_ = 0;
   bool isTooMany_ = false, isTooDeep_ = false;
 };

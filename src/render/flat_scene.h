@@ -42,6 +42,8 @@ struct FlatScene {
   std::vector<trace::PlacementInput> placements;
   std::vector<shade::PlacementInfo> infos;  // without materials, link sets, trace sets and tints
   std::vector<const scene::Attributes*> attributes;
+  std::vector<trace::SolidInput> solids;  // that placements are members of
+  std::vector<SourcePos> solidPlaces;
 
   const Shape& shapeOf(const trace::PlacementInput& p) const { return shapes[parts[p.part].shapes[0]]; }
   // Whether flatten() would make the same again.
@@ -53,6 +55,7 @@ struct FlatScene {
   std::vector<scene::PrimitivePtr> primitives_;
   std::vector<scene::Instance> instances_;
   std::vector<scene::Prototype> prototypes_;
+  std::vector<scene::Solid> solids_;
   RenderSpace space_;
   std::set<uint32_t> leaveOut_;
   // attributes inside objects as an instance gives them, for those who point to them

@@ -57,9 +57,10 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
   for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
 }
 
-// What a mesh takes from camera and shutter besides its dicing.
-Digest settingsOf(const scene::Primitive& p, const CameraState& camera) {
+// What a mesh takes from camera and shutter besides its dicing; what bounds a solid stays in its own space.
+Digest settingsOf(const scene::Primitive& p, bool isOfSolid, const CameraState& camera) {
   Hasher h;
+  h.word(isOfSolid);
   h.word(camera.worldToCamera.determinant() < 0);
   h.bytes(camera.origin, sizeof camera.origin);  // it may be brought into render space for good
   const bool isStill = p.motion.empty() && p.toWorld.isStatic();
@@ -190,6 +191,10 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::a
                   Diagnostics& diagnostics, Rebuilt& made) {
   const size_t count = flat.shapes.size();
   const std::vector<std::vector<Use>> uses = usesOf(flat, camera);
+  std::vector<bool> isOfSolid(count, false);
+  for (const trace::PlacementInput& p : flat.placements)
+    if (p.member.solid != trace::kNoSolid)
+      for (const uint32_t s : flat.parts[p.part].shapes) isOfSolid[s] = true;
   const Imath::V3d eye = camera.worldToCamera.inverse().translation();
   std::vector<Kept> before = std::move(kept_);
   kept_.clear();
@@ -199,7 +204,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::a
   std::vector<uint32_t> missing;
   for (uint32_t i = 0; i < count; ++i) {
     const FlatScene::Shape& shape = flat.shapes[i];
-    const Digest settings = settingsOf(*shape.primitive, camera);
+    const Digest settings = settingsOf(*shape.primitive, isOfSolid[i], camera);
     found[i] = finder.find(shape, settings);
     if (found[i] && !(found[i]->isDiced && found[i]->dicing != dicingOf(uses[i], camera))) {
       next[i] = std::move(*found[i]);

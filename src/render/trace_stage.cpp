@@ -7,7 +7,7 @@ namespace kinora::render {
 std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const FlatScene>& flat,
                                                      const Meshes& meshes, const Sight& sight,
                                                      const CameraState& camera, bool isWatertight,
-                                                     Statistics& statistics) {
+                                                     Statistics& statistics, Diagnostics& diagnostics) {
   Inputs inputs{
       flat,        meshes.serials(), sight.ofShape, sight.ofPlacement, camera.shutterOpen, camera.shutterClose,
       isWatertight};
@@ -23,8 +23,15 @@ std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const
   trace::BuildCounters counters;
   // from here on meshes may lie in render space: who stops half-way begins with meshes of his own
   const std::shared_ptr<const trace::World> before = std::exchange(world_, nullptr);
-  world_ =
-      trace::World::build(std::move(shapes), flat->parts, std::move(placements), options, before.get(), counters);
+  world_ = trace::World::build(std::move(shapes), flat->parts, std::move(placements), options, before.get(), counters,
+                               flat->solids);
+  for (const trace::OpenSolid& s : world_->openSolids()) {
+    const scene::Primitive& p = *flat->shapeOf(flat->placements[s.placement]).primitive;
+    diagnostics.warning("RENDER-SOLID", p.pos,
+                        "'" + p.name() + "' and what stands with it in its block do not close a volume",
+                        "the surfaces of the solid at " + flat->solidPlaces[s.solid].str() + " are drawn as they are",
+                        "each primitive solid needs surfaces without holes, as a Cylinder with two Disks");
+  }
   inputs_ = std::move(inputs);
   statistics.bvhPartsBuilt += counters.partsBuilt;
   statistics.bvhBuilds += counters.topLevelBuilds;

@@ -27,7 +27,7 @@ class TraceStage {
   // isWatertight: see trace::BuildOptions. Counts in `statistics`.
   std::shared_ptr<const trace::World> make(const std::shared_ptr<const FlatScene>& flat, const Meshes& meshes,
                                            const Sight& sight, const CameraState& camera, bool isWatertight,
-                                           Statistics& statistics);
+                                           Statistics& statistics, Diagnostics& diagnostics);
   void forget() { *this = {}; }
 
  private:

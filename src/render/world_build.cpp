@@ -175,7 +175,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
                        sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping},
                       next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, next->placements, diagnostics_);
-  next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics);
+  next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
   setScene(scene, *next);
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);

@@ -114,6 +114,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadRequest{"CoordSys", "CoordSysTransform \"nowhere\"", "RIB-COORDSYS", 2, 0},
         BadRequest{"StrayEnd", "AttributeEnd", "RIB-NESTING", 2, 0},
         BadRequest{"OpenAttribute", "TransformBegin\nAttributeBegin\nTransformEnd", "RIB-NESTING", 4, 0},
+        BadRequest{"OpenSolid", "AttributeBegin\nSolidBegin \"union\"\nAttributeEnd", "RIB-NESTING", 4, 0},
+        BadRequest{"StraySolidEnd", "SolidEnd", "RIB-NESTING", 2, 0},
+        BadRequest{"SolidNeverClosed", "\n\nSolidBegin \"union\"", "RIB-NESTING", 6, 0},
+        BadRequest{"UnknownSolid", "SolidBegin \"xor\"\nSphere 1 -1 1 360\nSolidEnd", "RIB-SOLID", 2, 1},
+        BadRequest{"NoKindOfSolid", "SolidBegin\nSphere 1 -1 1 360\nSolidEnd", "RIB-SOLID", 2, 1},
+        BadRequest{"SolidInPrimitive",
+                   "SolidBegin \"primitive\"\nSolidBegin \"union\"\nSphere 1 -1 1 360\nSolidEnd\nSolidEnd",
+                   "RIB-SOLID", 3, 1},
         BadRequest{"StrayElse", "Else", "RIB-NESTING", 2, 0},
         BadRequest{"StrayArchiveEnd", "ArchiveEnd", "RIB-NESTING", 2, 0},
         BadRequest{"StrayMotionEnd", "MotionEnd", "RIB-NESTING", 2, 0},
@@ -610,7 +618,9 @@ TEST(BadInput, RandomArgumentsForEveryRequest) {
                                       "[1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]",
                                       "\"Pw\" [0 0 0 1]",
                                       "\"N\" [0 0 1]",
-                                      "\"attributes\""};
+                                      "\"attributes\"",
+                                      "\"primitive\"",
+                                      "\"difference\""};
   uint32_t state = 99;
   const auto next = [&](size_t n) {
     state = state * 1664525u + 1013904223u;

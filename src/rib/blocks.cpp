@@ -1,4 +1,6 @@
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "rib/condition.h"
 #include "rib/interpreter.h"
@@ -23,6 +25,7 @@ void Interpreter::open(BlockKind kind, const Request& r) {
   b.kind = kind;
   b.pos = r.pos;
   b.ctm = state_.ctm;
+  b.solid = solid_;
   if (kind != BlockKind::Transform && kind != BlockKind::Resource && kind != BlockKind::Solid)
     b.state = std::make_unique<State>(state_);
   if (kind == BlockKind::Frame) b.frame = std::make_unique<FrameState>(frame_);
@@ -32,6 +35,7 @@ void Interpreter::open(BlockKind kind, const Request& r) {
 void Interpreter::leave() {
   Block b = std::move(blocks_.back());
   blocks_.pop_back();
+  solid_ = b.solid;
   switch (b.kind) {
     case BlockKind::World:
       finishWorld();
@@ -175,8 +179,38 @@ void Interpreter::resourceBegin(Request& r) { open(BlockKind::Resource, r); }
 void Interpreter::resourceEnd(Request& r) { close(BlockKind::Resource, r); }
 
 void Interpreter::solidBegin(Request& r) {
-  keep(r);
+  using Operation = scene::Solid::Operation;
+  static const std::map<std::string, Operation, std::less<>> kOperations{{"primitive", Operation::Primitive},
+                                                                         {"union", Operation::Union},
+                                                                         {"intersection", Operation::Intersection},
+                                                                         {"difference", Operation::Difference}};
+  Cursor c(r);
+  std::string name;
+  const auto it = c.string(name) ? kOperations.find(name) : kOperations.end();
+  const size_t depth = blocks_.size();
   open(BlockKind::Solid, r);
+  if (blocks_.size() == depth || !inWorldOrObject()) return;
+  const uint32_t outer = std::exchange(solid_, 0);
+  if (it == kOperations.end()) {
+    report(Severity::Error, "RIB-SOLID", r.pos, "'" + name.substr(0, 60) + "' is no operation of solids",
+           "what stands in this block is drawn as it is",
+           "there are \"primitive\", \"union\", \"intersection\" and \"difference\"");
+    return;
+  }
+  std::vector<scene::Solid>& solids = solidsHere();
+  if (outer && solids[outer - 1].operation == Operation::Primitive)
+    report(Severity::Warning, "RIB-SOLID", r.pos, "a solid stands in a primitive solid", "they are united",
+           "the operands of a union stand in a block of \"union\"");
+  solids.push_back({it->second, outer, r.pos});
+  solid_ = uint32_t(solids.size());
+}
+
+uint32_t Interpreter::solidHere(const SourcePos& pos) {
+  if (!solid_) return 0;
+  std::vector<scene::Solid>& solids = solidsHere();
+  if (solids[solid_ - 1].operation == scene::Solid::Operation::Primitive) return solid_;
+  solids.push_back({scene::Solid::Operation::Primitive, solid_, pos});
+  return uint32_t(solids.size());
 }
 void Interpreter::solidEnd(Request& r) { close(BlockKind::Solid, r); }
 
@@ -197,6 +231,7 @@ void Interpreter::objectBegin(Request& r) {
   clean->vStep = outer.vStep;
   clean->coordinateSystems = outer.coordinateSystems;
   state_ = State{clean, scene::Transform(), {}, nullptr, state_.trim, nullptr, nullptr};
+  solid_ = 0;
   const auto index = uint32_t(prototypes_.size());
   scene::Prototype p;
   p.name = handle;
@@ -232,6 +267,7 @@ void Interpreter::objectInstance(Request& r) {
   i.prototype = it->second;
   i.toWorld = state_.ctm;
   i.attributes = attributesInUse();
+  i.solid = solidHere(r.pos);
   i.pos = r.pos;
   (openObjects_.empty() ? world_->instances : prototypes_[openObjects_.back()].instances).push_back(std::move(i));
 }

@@ -392,6 +392,7 @@ void Interpreter::emit(Primitive p) {
     addLight(std::move(l));
   }
   if (isLamp) return;
+  p.solid = solidHere(p.pos);
   held_.add(scene::bytesHeld(p));
   auto shared = std::make_shared<const Primitive>(std::move(p));
   if (openObjects_.empty())

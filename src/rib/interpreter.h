@@ -74,6 +74,7 @@ class Interpreter {
     scene::Transform ctm;
     std::unique_ptr<FrameState> frame;  // FrameBegin's
     std::unique_ptr<NodeMap> nodes;     // declared in this block, by handle
+    uint32_t solid = 0;                 // the one that was open before
   };
   struct Source {
     std::unique_ptr<Lexer> lexer;              // a file, or
@@ -142,6 +143,11 @@ class Interpreter {
   void transformEnd(Request&);
   void solidBegin(Request&);
   void solidEnd(Request&);
+  // The solid that a surface here bounds a part of.
+  uint32_t solidHere(const SourcePos& pos);
+  std::vector<scene::Solid>& solidsHere() {
+    return openObjects_.empty() ? world_->solids : prototypes_[openObjects_.back()].solids;
+  }
   void objectBegin(Request&);
   void objectEnd(Request&);
   void objectInstance(Request&);
@@ -269,6 +275,7 @@ class Interpreter {
   std::vector<scene::Prototype> prototypes_;
   std::unordered_map<std::string, uint32_t> prototypeByHandle_;
   std::vector<uint32_t> openObjects_;
+  uint32_t solid_ = 0;  // the innermost open one of the world or the object, from 1; 0: none
 
   bool inMotion_ = false, isMotionCut_ = false;  // cut: its times were not all usable
   std::vector<double> motionTimes_;

@@ -121,6 +121,9 @@ constexpr Explanation kExplanations[] = {
      "Blocks are not balanced: an end without its begin is ignored; a block left open inside another is closed where "
      "the outer one "
      "ends; what is open at the end of the file is closed there."},
+    {"RIB-SOLID",
+     "SolidBegin names an operation that does not exist: what stands in the block is drawn as it is. Or solids stand "
+     "in a primitive solid, which holds surfaces alone: they are united."},
     {"RIB-DEPTH",
      "Blocks or archives are nested deeper, or archives are read more often, than a scene sensibly does. What is "
      "beyond the limit is "

@@ -844,10 +844,60 @@ TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
   Explanations explain;
   explain.add(explanations());
   for (const Message& m : r.messages) EXPECT_TRUE(explain.find(m.code)) << m.code;
-  const Read solid = readWorld(
-      "SolidBegin \"primitive\"\nSphere 1 -1 1 360\nSolidEnd\nEditBegin \"attribute\"\nSphere 9 -9 9 360\nEditEnd\n");
-  EXPECT_EQ(solid.world().kept.size(), 2u);
-  EXPECT_EQ(solid.world().primitives.size(), 1u);
+  const Read edit = readWorld("Sphere 1 -1 1 360\nEditBegin \"attribute\"\nSphere 9 -9 9 360\nEditEnd\n");
+  EXPECT_EQ(edit.world().kept.size(), 1u);
+  EXPECT_EQ(edit.world().primitives.size(), 1u);
+}
+
+TEST(Requests, SolidsAreTrees) {
+  const Read r = readWorld(R"(SolidBegin "difference"
+SolidBegin "primitive"
+Cylinder 1 -1 1 360
+Disk 1 1 360
+SolidEnd
+AttributeBegin
+SolidBegin "union"
+Sphere 1 -1 1 360
+Sphere 2 -2 2 360
+SolidEnd
+AttributeEnd
+SolidEnd
+ObjectBegin "o"
+Sphere 3 -3 3 360
+SolidBegin "intersection"
+SolidBegin "primitive"
+Sphere 4 -4 4 360
+SolidEnd
+SolidEnd
+ObjectEnd
+SolidBegin "primitive"
+ObjectInstance "o"
+SolidEnd
+Sphere 5 -5 5 360
+)");
+  expectClean(r);
+  using O = scene::Solid::Operation;
+  const auto expectSolids = [](const std::vector<scene::Solid>& got,
+                               const std::vector<std::pair<O, uint32_t>>& wanted) {
+    ASSERT_EQ(got.size(), wanted.size());
+    for (size_t i = 0; i < got.size(); ++i) {
+      EXPECT_EQ(got[i].operation, wanted[i].first) << i;
+      EXPECT_EQ(got[i].parent, wanted[i].second) << i;
+    }
+  };
+  expectSolids(r.world().solids, {{O::Difference, 0},
+                                  {O::Primitive, 1},
+                                  {O::Union, 1},
+                                  {O::Primitive, 3},
+                                  {O::Primitive, 3},
+                                  {O::Primitive, 0}});
+  expectSolids(r.world().prototypes[0].solids, {{O::Intersection, 0}, {O::Primitive, 1}});
+  const std::vector<uint32_t> wanted{2, 2, 4, 5, 0};
+  ASSERT_EQ(r.world().primitives.size(), wanted.size());
+  for (size_t i = 0; i < wanted.size(); ++i) EXPECT_EQ(r.primitive(i).solid, wanted[i]) << i;
+  EXPECT_EQ(r.world().prototypes[0].primitives[0]->solid, 0u);
+  EXPECT_EQ(r.world().prototypes[0].primitives[1]->solid, 2u);
+  EXPECT_EQ(r.world().instances[0].solid, 6u);
 }
 
 TEST(Declarations, DeclareAndInline) {

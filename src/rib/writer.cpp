@@ -159,18 +159,38 @@ class Writer {
   void primitive(const Primitive& p);
   void light(const Light& l);
   void camera(const Camera& c, bool primary);
-  void contents(const std::vector<PrimitivePtr>& primitives, const std::vector<Instance>& instances,
-                const std::vector<Light>& lights) {
-    for (const Light& l : lights) light(l);
-    for (const PrimitivePtr& p : primitives) primitive(*p);
-    for (const Instance& i : instances) {
-      if (i.prototype >= names_.size()) continue;
-      request("AttributeBegin");
-      attributes(i.attributes);
-      transform(i.toWorld);
-      request("ObjectInstance", names_[i.prototype]);
-      request("AttributeEnd");
+  void instance(const Instance& i) {
+    if (i.prototype >= names_.size()) return;
+    request("AttributeBegin");
+    attributes(i.attributes);
+    transform(i.toWorld);
+    request("ObjectInstance", names_[i.prototype]);
+    request("AttributeEnd");
+  }
+  // Of a scene or a prototype: what is no part of a solid, then the solids with what bounds them.
+  template <class Owner>
+  void contents(const Owner& owner) {
+    for (const Light& l : owner.lights) light(l);
+    std::vector<std::vector<const Primitive*>> primitivesOf(owner.solids.size() + 1);
+    std::vector<std::vector<const Instance*>> instancesOf(owner.solids.size() + 1);
+    const auto place = [&](uint32_t solid) { return solid <= owner.solids.size() ? solid : 0; };
+    for (const PrimitivePtr& p : owner.primitives) primitivesOf[place(p->solid)].push_back(p.get());
+    for (const Instance& i : owner.instances) instancesOf[place(i.solid)].push_back(&i);
+    std::vector<uint32_t> open;
+    const auto closeTo = [&](uint32_t solid) {
+      for (; !open.empty() && open.back() != solid; open.pop_back()) request("SolidEnd");
+    };
+    for (uint32_t solid = 0; solid <= owner.solids.size(); ++solid) {
+      if (solid) {
+        closeTo(owner.solids[solid - 1].parent);
+        static constexpr const char* kOperations[] = {"primitive", "union", "intersection", "difference"};
+        request("SolidBegin", kOperations[int(owner.solids[solid - 1].operation)]);
+        open.push_back(solid);
+      }
+      for (const Primitive* p : primitivesOf[solid]) primitive(*p);
+      for (const Instance* i : instancesOf[solid]) instance(*i);
     }
+    closeTo(0);
   }
   void prototypes(const std::vector<Prototype>& list);
 
@@ -407,7 +427,7 @@ void Writer::prototypes(const std::vector<Prototype>& list) {
       if (state[i] == 2) continue;
       state[i] = 2;
       request("ObjectBegin", names_[i]);
-      contents(list[i].primitives, list[i].instances, list[i].lights);
+      contents(list[i]);
       request("ObjectEnd");
     }
   }
@@ -448,7 +468,7 @@ void Writer::scene(const Scene& s) {
     end();
   }
   for (const KeptRequest& k : s.kept) {
-    if (k.request == "SolidBegin" || k.request == "EditBegin") continue;  // blocks whose ends are not known any more
+    if (k.request == "EditBegin") continue;  // a block whose end is not known any more
     begin(k.request);
     for (const std::string& a : k.args) {
       double v;
@@ -487,7 +507,7 @@ void Writer::scene(const Scene& s) {
       light(named);
     }
   prototypes(s.prototypes);
-  contents(s.primitives, s.instances, s.lights);
+  contents(s);
   request("WorldEnd");
   if (s.hasFrame) request("FrameEnd");
 }

@@ -47,8 +47,12 @@ ReverseOrientation
 ObjectBegin "leaf"
 Sides 2
 Sphere 1 -1 1 360 "constant color Cs" [1 0 0]
+SolidBegin "primitive"
+SolidEnd
 ObjectEnd
 ObjectBegin "tree"
+SolidBegin "primitive"
+SolidEnd
 Translate 0 1 0
 ObjectInstance "leaf"
 ObjectEnd
@@ -101,6 +105,15 @@ Sphere 1 -1 1 360
 AttributeEnd
 Scale 2 2 2
 ObjectInstance "tree"
+SolidBegin "difference"
+SolidBegin "primitive"
+Cone 1 1 360
+SolidEnd
+SolidBegin "union"
+Sphere 1 -1 1 360
+ObjectInstance "tree"
+SolidEnd
+SolidEnd
 WorldEnd
 FrameEnd
 )";
@@ -108,8 +121,8 @@ FrameEnd
 TEST(Writer, RoundTrip) {
   const Read r = readRib(kEverything);
   for (const Message& m : r.messages) EXPECT_TRUE(m.code.starts_with("RIB-KEPT-")) << m.str();
-  ASSERT_EQ(r.world().primitives.size(), 14u);
-  const std::string first = writeRib(r.world()), second = again(first, 14);
+  ASSERT_EQ(r.world().primitives.size(), 16u);
+  const std::string first = writeRib(r.world()), second = again(first, 16);
   EXPECT_EQ(first, second);
   const Read back = readRib(first);
   EXPECT_EQ(back.world().frame, 3);
@@ -122,6 +135,9 @@ TEST(Writer, RoundTrip) {
   EXPECT_EQ(lights(13), (std::vector<uint32_t>{back.world().classicLights[0].id, back.world().classicLights[1].id}));
   EXPECT_EQ(lights(0), (std::vector<uint32_t>{back.world().classicLights[0].id}));
   EXPECT_EQ(back.world().prototypes.size(), 2u);
+  EXPECT_EQ(back.world().solids, r.world().solids);
+  EXPECT_EQ(back.primitive(15).solid, 4u);
+  EXPECT_EQ(back.world().instances[1].solid, 5u);
   EXPECT_EQ(back.world().instances[0].toWorld.matrices[0][0][0], 2);
   // the default, said inside an object, wins over an instance's
   EXPECT_TRUE(back.world().prototypes[0].primitives[0]->attributes->says(scene::Attributes::kSides));
@@ -142,6 +158,8 @@ TEST(Writer, WritesEveryField) {
       // attributes, numbers of points
       ".*times.*|coordinate system \"(camera|world)\".*|.*geometry: (attributes|transform):.*|"
       ".*shape: (loops|faces|count).*|"
+      // what is no operand of another: a light's geometry, a solid of itself
+      ".*geometry: solid|.*solids\\[0\\]: operand of|"
       // what is off stays off: a lens, a frame's aspect, the last numbers of a quadric that has fewer, lights that
       // are not there
       "cameras.*depth of field.*|frame aspect|pixel variance|pixel samples.*|.*size.*|.*light sources made");

@@ -143,11 +143,15 @@ inline constexpr auto kFields<OtherPrimitive> = std::tuple(field("request", &Oth
                                                            field("argument", &OtherPrimitive::args));
 
 template <>
-inline constexpr auto kFields<Primitive> =
-    std::tuple(note("id", &Primitive::id), note("revision", &Primitive::revision), part("shape", &Primitive::shape),
-               field("primvar", &Primitive::primvars), field("times of deformation", &Primitive::times),
-               field("deformed primvars", &Primitive::motion), field("transform", &Primitive::toWorld),
-               part("attributes", &Primitive::attributes), note("place", &Primitive::pos));
+inline constexpr auto kFields<Solid> = std::tuple(field("operation", &Solid::operation),
+                                                  field("operand of", &Solid::parent), note("place", &Solid::pos));
+
+template <>
+inline constexpr auto kFields<Primitive> = std::tuple(
+    note("id", &Primitive::id), note("revision", &Primitive::revision), part("shape", &Primitive::shape),
+    field("primvar", &Primitive::primvars), field("times of deformation", &Primitive::times),
+    field("deformed primvars", &Primitive::motion), field("transform", &Primitive::toWorld),
+    part("attributes", &Primitive::attributes), field("solid", &Primitive::solid), note("place", &Primitive::pos));
 
 template <>
 inline constexpr auto kFields<Light> = std::tuple(note("id", &Light::id), note("revision", &Light::revision),
@@ -163,13 +167,14 @@ inline constexpr auto kFields<Instance> = std::tuple(note("id", &Instance::id), 
                                                      field("object", &Instance::prototype),
                                                      field("transform", &Instance::toWorld),
                                                      part("attributes", &Instance::attributes),
-                                                     note("place", &Instance::pos));
+                                                     field("solid", &Instance::solid), note("place", &Instance::pos));
 
 template <>
 inline constexpr auto kFields<Prototype> = std::tuple(field("name", &Prototype::name),
                                                       part("primitives", &Prototype::primitives),
                                                       part("instances", &Prototype::instances),
                                                       part("lights", &Prototype::lights),
+                                                      part("solids", &Prototype::solids),
                                                       note("place", &Prototype::pos));
 
 template <>
@@ -212,9 +217,10 @@ inline constexpr auto kFields<Scene> = std::tuple(
     part("integrator", &Scene::integrator), part("sample filters", &Scene::sampleFilters),
     part("display filters", &Scene::displayFilters), part("displays", &Scene::displays),
     part("channels", &Scene::channels), part("cameras", &Scene::cameras), part("primitives", &Scene::primitives),
-    part("objects", &Scene::prototypes), part("instances", &Scene::instances), part("lights", &Scene::lights),
-    part("light sources", &Scene::classicLights), field("coordinate system", &Scene::coordinateSystems),
-    part("other requests", &Scene::kept), note("place", &Scene::pos), note("next id", &Scene::nextId));
+    part("objects", &Scene::prototypes), part("solids", &Scene::solids), part("instances", &Scene::instances),
+    part("lights", &Scene::lights), part("light sources", &Scene::classicLights),
+    field("coordinate system", &Scene::coordinateSystems), part("other requests", &Scene::kept),
+    note("place", &Scene::pos), note("next id", &Scene::nextId));
 
 template <class T>
 concept Described = !std::is_same_v<decltype(kFields<std::remove_const_t<T>>), const std::nullptr_t>;

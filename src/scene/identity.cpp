@@ -124,6 +124,7 @@ Title titleOf(const Instance& i, const Scene& s) {
   return {inQuotes("instance of object", i.prototype < s.prototypes.size() ? s.prototypes[i.prototype].name : ""),
           placeOf(i.pos)};
 }
+Title titleOf(const Solid& s, const Scene&) { return {"solid", placeOf(s.pos)}; }
 Title titleOf(const Node& n, const Scene&) { return {titleOf(n), placeOf(n.pos)}; }
 Title titleOf(const Camera& c, const Scene&) { return {inQuotes("camera", c.name), placeOf(c.pos)}; }
 Title titleOf(const Display& d, const Scene&) { return {inQuotes("display", d.file), placeOf(d.pos)}; }

@@ -269,7 +269,7 @@ SceneStatistics Scene::statistics() const {
   SceneStatistics s;
   const Attributes* last = nullptr;  // objects that share attributes mostly follow each other
   size_t n = sizeof *this + options.bytes() + bytesOf(primitives) + bytesOf(instances) + bytesOf(prototypes) +
-             bytesOf(lights) + bytesOf(classicLights) + bytesOf(kept);
+             bytesOf(lights) + bytesOf(classicLights) + bytesOf(kept) + bytesOf(solids);
   const auto addAttributes = [&](const AttributesPtr& a) {
     if (a && a.get() != last) n += sizeof(Attributes) + a->named.size() * sizeof(std::shared_ptr<Parameter>);
     last = a.get();
@@ -290,7 +290,7 @@ SceneStatistics Scene::statistics() const {
   for (const auto& p : primitives) addPrimitive(*p);
   addInstances(instances);
   for (const Prototype& o : prototypes) {
-    n += bytesOf(o.primitives) + bytesOf(o.instances) + bytesOf(o.lights);
+    n += bytesOf(o.primitives) + bytesOf(o.instances) + bytesOf(o.lights) + bytesOf(o.solids);
     for (const auto& p : o.primitives) addPrimitive(*p);
     addInstances(o.instances);
     s.lights += o.lights.size();

@@ -148,6 +148,15 @@ using Shape =
     std::variant<Quadric, PolygonMesh, SubdivisionMesh, Curves, Points, Patch, PatchMesh, NuPatch, OtherPrimitive>;
 const char* requestName(const Shape& shape);  // "Sphere"
 
+// A block of SolidBegin ... SolidEnd, a node of a tree of constructive solid geometry. Surfaces stand in blocks of
+// Primitive alone: one that stands in a block of an operation has a block of its own.
+struct Solid {
+  enum class Operation : uint8_t { Primitive, Union, Intersection, Difference } operation = Operation::Primitive;
+  uint32_t parent = 0;  // the solid that it is an operand of, see Primitive::solid; before it in its list. 0: none
+  SourcePos pos;
+  bool operator==(const Solid& o) const { return operation == o.operation && parent == o.parent; }
+};
+
 // One primitive. `primvars` are those of the first motion key; `motion` those of the further keys at times[1..].
 struct Primitive {
   uint32_t id = 0;        // stable over edits, unique in the scene, from 1
@@ -158,6 +167,7 @@ struct Primitive {
   std::vector<ParameterList> motion;  // times.size() - 1 of them
   Transform toWorld;                  // object -> world (inside a prototype: object -> prototype space)
   AttributesPtr attributes;
+  uint32_t solid = 0;  // that it bounds a part of: place in `solids` of the scene or the prototype, from 1; 0: none
   SourcePos pos;
   std::string givenName() const;  // identifier:name, identifier:object; "" without
   std::string name() const;       // that, else "Sphere at file.rib:12"
@@ -182,6 +192,7 @@ struct Instance {
   uint32_t prototype = 0;    // index into Scene::prototypes
   Transform toWorld;         // (inside a prototype: to that prototype's space)
   AttributesPtr attributes;  // those at the ObjectInstance request
+  uint32_t solid = 0;        // as of a primitive
   SourcePos pos;
 };
 // ObjectBegin ... ObjectEnd. Attributes inside begin at their defaults, whatever stood before ObjectBegin. Nested
@@ -191,6 +202,7 @@ struct Prototype {
   std::vector<PrimitivePtr> primitives;
   std::vector<Instance> instances;
   std::vector<Light> lights;
+  std::vector<Solid> solids;
   SourcePos pos;
 };
 
@@ -258,6 +270,7 @@ struct Scene {
   std::vector<PrimitivePtr> primitives;
   std::vector<Instance> instances;
   std::vector<Prototype> prototypes;
+  std::vector<Solid> solids;
   std::vector<Light> lights;
   std::vector<Light> classicLights;  // LightSource and AreaLightSource as said; `node->kind` tells which
   std::map<std::string, Transform> coordinateSystems;  // name -> (that space to world)

@@ -8,7 +8,7 @@
 namespace kinora::shade {
 
 struct Medium {
-  uint32_t object;    // instance whose surface was crossed
+  uint32_t object;    // trace::World::bodyOf the instance whose surface was crossed
   uint32_t material;  // of that surface
   int priority;
   float ior;

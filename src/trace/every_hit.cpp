@@ -57,7 +57,8 @@ void World::collectClear(const Rays& rays, uint32_t n, const uint32_t* slots, st
                          uint32_t* beyond) const {
   hits.clear();
   Collector collector;
-  collector.query.embree.filter = &Collector::note;
+  collector.query.embree.filter = &Collector::note;  // asked after those of surfaces of solids
+  collector.query.askSolids(solids_.get(), rays.o, rays.d);
   alignas(64) RTCRayHit r;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];

@@ -6,13 +6,25 @@
 
 namespace kinora::trace {
 
+class Solids;
+
 // Context of one query. Embree hands callbacks a pointer to its first member; ray.id indexes the arrays.
 struct QueryContext {
   RTCIntersectContext embree;
   const float* radius;  // footprints in render units; null: none, the finest level
   const float* spread;
   uint32_t* level;  // out, where user geometry is the nearest hit so far; null in shadow queries
+  // The world's rays, for surfaces of its solids; null: there are none.
+  const Solids* solids = nullptr;
+  const float* const* o = nullptr;
+  const float* const* d = nullptr;
+  void* crossings = nullptr;  // what a line through a solid crosses is counted here
   QueryContext(bool coherent, const float* radii, const float* spreads, uint32_t* levels);
+  void askSolids(const Solids* ofWorld, const float* const origins[3], const float* const directions[3]) {
+    solids = ofWorld;
+    o = origins;
+    d = directions;
+  }
 };
 
 // An Embree geometry over the patches; `geometry` must outlive it. Not committed yet.

@@ -6,6 +6,8 @@
 #include <map>
 #include <set>
 
+#include <kinora/sample_table.h>
+
 #include "scene/uniform_keys.h"
 #include "trace/embree_device.h"
 #include "trace/strands.h"
@@ -71,6 +73,7 @@ struct World::Part {
   std::vector<std::vector<float>> mergedPoints;
   std::vector<std::vector<uint32_t>> mergedIndices;
   bool batch = false, watertight = false;
+  bool ofSolid = false;  // some placement of it is
   float lower[3], upper[3];
 
   ~Part() {
@@ -87,6 +90,7 @@ void World::Part::build() {
   rtcSetSceneFlags(scene, RTCSceneFlags(flags));
   std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
   const auto attach = [&](RTCGeometry g, uint32_t mask) {
+    if (ofSolid) Solids::setFilters(g);
     rtcSetGeometryMask(g, mask);
     rtcCommitGeometry(g);
     rtcAttachGeometryByID(scene, g, uint32_t(firstSlice.size()));
@@ -196,7 +200,8 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
 
 std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::vector<PartInput> partInputs,
                                           std::vector<PlacementInput> placements, const BuildOptions& options,
-                                          const World* previous, BuildCounters& counters) {
+                                          const World* previous, BuildCounters& counters,
+                                          const std::vector<SolidInput>& solids) {
   auto world = std::shared_ptr<World>(new World());
   World& w = *world;
   w.watertight_ = options.watertight;
@@ -209,7 +214,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   struct Plan {
     std::vector<uint32_t> placements;
     std::vector<uint32_t> shapes;
-    bool batch = false;
+    bool batch = false, ofSolid = false;
     uint32_t triangles = 0;
   };
   std::vector<Plan> plans;
@@ -225,7 +230,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       user |= shapes[s].user != nullptr;
       if (shapes[s].mesh->isStrand()) even &= keepsWidths(place.toRender.matrices[0]);
     }
-    const bool bakes = !user && even && !in.instanced && uses[place.part] == 1 &&
+    const bool ofSolid = place.member.solid != kNoSolid;
+    const bool bakes = !user && even && !ofSolid && !in.instanced && uses[place.part] == 1 &&
                        keyCountFor(place.toRender, options.shutterOpen, options.shutterClose) == 1;
     if (bakes) {
       const bool small = triangles < options.smallShape;
@@ -248,6 +254,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         plans.back().triangles = triangles;
       }
       plans[planOfPart[place.part]].placements.push_back(i);
+      plans[planOfPart[place.part]].ofSolid |= ofSolid;
     }
   }
 
@@ -310,8 +317,10 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
-    if (const auto it = old.find(key);
-        it != old.end() && it->second->identity == identity && it->second->watertight == options.watertight) {
+    const bool isWatertight = options.watertight || plan.ofSolid;
+    if (const auto it = old.find(key); it != old.end() && it->second->identity == identity &&
+                                       it->second->watertight == isWatertight &&
+                                       it->second->ofSolid == plan.ofSolid) {
       part = it->second;
       ++counters.partsKept;
     } else {
@@ -319,7 +328,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       made->key = key;
       made->identity = identity;
       made->batch = plan.batch;
-      made->watertight = options.watertight;
+      made->watertight = isWatertight;
+      made->ofSolid = plan.ofSolid;
       for (size_t i = 0; i < plan.shapes.size(); ++i) {
         ShapeInput& s = shapes[plan.shapes[i]];
         uint32_t visibility = s.visibility;
@@ -393,16 +403,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.top_ = rtcNewScene(device());
     if (options.watertight) rtcSetSceneFlags(w.top_, RTC_SCENE_FLAG_ROBUST);
     for (uint32_t i = 0; i < tops.size(); ++i) {
-      const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
-      rtcSetGeometryInstancedScene(g, w.parts_[tops[i].part]->scene);
-      const uint32_t keys = tops[i].instance == kNone ? 1 : w.instances_[tops[i].instance].keyCount;
-      rtcSetGeometryTimeStepCount(g, keys);
-      for (uint32_t k = 0; k < keys; ++k) {
-        const Affine a = tops[i].instance == kNone ? Affine() : w.keys_[w.instances_[tops[i].instance].firstKey + k];
-        const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
-                             a.m[0][2], a.m[1][2], a.m[2][2], a.t[0],    a.t[1],    a.t[2]};
-        rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
-      }
+      const RTCGeometry g = w.makeInstance(i);
       rtcSetGeometryMask(g, tops[i].visibility);
       rtcCommitGeometry(g);
       rtcAttachGeometryByID(w.top_, g, i);
@@ -412,6 +413,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     throwIfRefused();
     ++counters.topLevelBuilds;
   }
+  if (!solids.empty()) w.buildSolids(solids, placements);
   if (lower[0] <= upper[0]) {
     float r2 = 0;
     for (int k = 0; k < 3; ++k) {
@@ -421,6 +423,102 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.radius_ = std::sqrt(r2);
   }
   return world;
+}
+
+RTCGeometry World::makeInstance(uint32_t top) const {
+  const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(g, parts_[partOfTop_[top]]->scene);
+  const uint32_t instance = instanceOfTop_[top];
+  const uint32_t keys = instance == kNone ? 1 : instances_[instance].keyCount;
+  rtcSetGeometryTimeStepCount(g, keys);
+  for (uint32_t k = 0; k < keys; ++k) {
+    const Affine a = instance == kNone ? Affine() : keys_[instances_[instance].firstKey + k];
+    const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
+                         a.m[0][2], a.m[1][2], a.m[2][2], a.t[0],    a.t[1],    a.t[2]};
+    rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
+  }
+  return g;
+}
+
+void World::buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements) {
+  solids_ = std::make_unique<Solids>(inputs);
+  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> topsOfLeaf;  // solid and leaf
+  for (uint32_t top = 0; top < instanceOfTop_.size(); ++top) {
+    if (instanceOfTop_[top] == kNone) continue;
+    const Solids::Member& member = placements[instances_[instanceOfTop_[top]].user].member;
+    if (member.solid == kNoSolid) continue;
+    solids_->add(top, member, makeInstance(top));
+    topsOfLeaf[{member.solid, member.leaf}].push_back(top);
+  }
+  solids_->commit();
+  throwIfRefused();
+  uint32_t open = kNoSolid;  // the last that was found to be
+  for (const auto& [leaf, tops] : topsOfLeaf) {
+    if (leaf.first == open || !isOpen({leaf.first, leaf.second}, tops)) continue;
+    open = leaf.first;
+    openSolids_.push_back({open, instances_[instanceOfTop_[tops[0]]].user});
+  }
+  for (const OpenSolid& s : openSolids_) solids_->dissolve(s.solid);
+  std::vector<uint32_t> first(inputs.size(), kNone);
+  for (uint32_t i = 0; i < instances_.size(); ++i) bodies_.push_back(i);
+  for (uint32_t top = 0; top < instanceOfTop_.size(); ++top) {
+    const uint32_t solid = solids_->memberOf(top).solid;
+    if (solid == kNoSolid) continue;
+    if (first[solid] == kNone) first[solid] = instanceOfTop_[top];
+    bodies_[instanceOfTop_[top]] = first[solid];
+  }
+}
+
+// Lines through middles of triangles, which meet the leaf for certain: each leaves a closed one as often as it enters.
+// A few may slip through a seam between surfaces that were diced apart.
+bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops) const {
+  const auto lines = uint32_t(std::clamp<size_t>(4 * tops.size(), 128, 1024));
+  float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (const uint32_t top : tops) {
+    const Part& part = *parts_[partOfTop_[top]];
+    if (part.hasUser || part.meshes[0]->isStrand()) return true;
+    for (int c = 0; c < 8; ++c) {
+      const float q[3] = {c & 1 ? part.upper[0] : part.lower[0], c & 2 ? part.upper[1] : part.lower[1],
+                          c & 4 ? part.upper[2] : part.lower[2]};
+      float r[3];
+      keys(instances_[instanceOfTop_[top]])->point(q, r);
+      for (int k = 0; k < 3; ++k) {
+        lower[k] = std::min(lower[k], r[k]);
+        upper[k] = std::max(upper[k], r[k]);
+      }
+    }
+  }
+  float length = 0;
+  for (int k = 0; k < 3; ++k) length += upper[k] - lower[k];
+  if (!std::isfinite(length)) return true;
+  uint32_t met = 0, odd = 0;
+  uint32_t drawn = 0;
+  const auto next = [&] { return hashWords(0, drawn++) >> 8; };  // the same lines for each world
+  for (uint32_t i = 0; i < lines; ++i) {
+    const uint32_t top = tops[i % tops.size()];
+    const geometry::Mesh& mesh = *parts_[partOfTop_[top]]->meshes[0];
+    float d[3], size = 0;
+    for (float& x : d) {
+      x = float(next()) * (2.f / 16777216.f) - 1.f;
+      size += x * x;
+    }
+    if (!mesh.triangleCount() || !(size > 1e-4f)) continue;
+    const size_t triangle = next() % mesh.triangleCount();
+    const Imath::V3f middle = (mesh.points[mesh.indices[3 * triangle]] + mesh.points[mesh.indices[3 * triangle + 1]] +
+                               mesh.points[mesh.indices[3 * triangle + 2]]) /
+                              3.f;
+    const float inObject[3] = {middle.x, middle.y, middle.z};
+    float o[3];
+    keys(instances_[instanceOfTop_[top]])->point(inObject, o);
+    for (int k = 0; k < 3; ++k) {
+      d[k] /= std::sqrt(size);
+      o[k] -= d[k] * length;
+    }
+    bool hits;
+    odd += solids_->isOdd(leaf, o, d, 0.f, &hits);
+    met += hits;
+  }
+  return met == 0 || odd * 32 > met;
 }
 
 // An edit that moved nothing (a light, the camera) leaves the top level as it is.
@@ -495,6 +593,7 @@ void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t p
 
 void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
   QueryContext context(true, rays.radius, rays.spread, hits.level);
+  context.askSolids(solids_.get(), rays.o, rays.d);
   alignas(64) RTCRayHit16 r;
   alignas(64) int valid[16];
   for (uint32_t b = 0; b < slots; b += 16) {
@@ -554,6 +653,7 @@ void World::setRay(const Rays& rays, uint32_t s, uint32_t mask, RTCRayHit& r) {
 
 void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
   QueryContext context(false, rays.radius, rays.spread, hits.level);
+  context.askSolids(solids_.get(), rays.o, rays.d);
   alignas(64) RTCRayHit r;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = slots[i];
@@ -578,6 +678,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
                      const float* time, uint32_t mask, uint32_t* blocked, const float* radius,
                      const float* spread) const {
   QueryContext context(false, radius, spread, nullptr);
+  context.askSolids(solids_.get(), o, d);
   // Streams answer "is something in the way" like single rays, bit for bit, whatever else is in the stream: no
   // nearest hit has to be told from an equal one (world_test.cpp holds that). Over instances single rays are faster.
   if (single_ && !moving_ && !hasUser_ && !hasStrands_) {

@@ -15,6 +15,7 @@
 
 #include "geometry/mesh.h"
 #include "scene/scene.h"
+#include "trace/solids.h"
 #include "trace/user_geometry.h"
 
 namespace kinora::trace {
@@ -58,6 +59,12 @@ struct PlacementInput {
   uint32_t visibility = 15;
   scene::Transform toRender;  // over shutter time in scene units
   uint64_t revision = 0;
+  Solids::Member member;  // of the solid whose boundary it is a part of
+};
+// A solid that is none, since one of its surfaces has a hole: its surfaces are drawn as they are.
+struct OpenSolid {
+  uint32_t solid;
+  uint32_t placement;  // a surface of the leaf that is open
 };
 
 // A placed part or object, as shading sees it.
@@ -83,7 +90,8 @@ class World {
  public:
   static std::shared_ptr<const World> build(std::vector<ShapeInput> shapes, std::vector<PartInput> parts,
                                             std::vector<PlacementInput> placements, const BuildOptions& options,
-                                            const World* previous, BuildCounters& counters);
+                                            const World* previous, BuildCounters& counters,
+                                            const std::vector<SolidInput>& solids = {});
   ~World();
 
   // Closest hits of the listed slots. Camera rays come in aligned runs of 16 slots (4x4 pixels at one sample index)
@@ -121,6 +129,9 @@ class World {
   uint32_t instanceCount() const { return uint32_t(instances_.size()); }
   const Instance& instance(uint32_t i) const { return instances_[i]; }
   const Affine* keys(const Instance& i) const { return keys_.data() + i.firstKey; }
+  const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
+  // What surfaces of one solid have in common; others are themselves.
+  uint32_t bodyOf(uint32_t instance) const { return bodies_.empty() ? instance : bodies_[instance]; }
   // Object to render at shutter time 0..1.
   Affine objectToRender(uint32_t instance, float time) const;
   uint64_t meshBytes() const;
@@ -130,6 +141,10 @@ class World {
   World() = default;
   struct Part;
   bool sameTop(const World& previous) const;
+  // Embree's instance for one placement of the top level, not committed.
+  RTCGeometry makeInstance(uint32_t top) const;
+  void buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements);
+  bool isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops) const;
   // Gives what faces its rays (ribbons, discs) the normals that it has seen from them.
   void turnToRays(const Rays& rays, const Hits& hits, uint32_t n, const uint32_t* slots) const;
   static void setRay(const Rays& rays, uint32_t slot, uint32_t mask, RTCRayHit& out);
@@ -154,6 +169,9 @@ class World {
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
   std::vector<Instance> instances_;
   std::vector<Affine> keys_;
+  std::unique_ptr<Solids> solids_;  // null: none
+  std::vector<OpenSolid> openSolids_;
+  std::vector<uint32_t> bodies_;  // by instance; empty without solids
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
   bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false,

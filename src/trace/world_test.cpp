@@ -2,7 +2,7 @@
 // their order. Meshes touch, coincide and lie along the axes, and rays run along edges and end on surfaces, where
 // calls would differ if they could. It misses other CPUs: Embree's code paths are pinned by the device string, not
 // here.
-#include "trace/world.h"
+#include "trace/test_world.h"
 
 #include <gtest/gtest.h>
 
@@ -99,30 +99,13 @@ std::vector<uint32_t> occluded(const World& world, const RayList& rays, const st
 }
 
 std::shared_ptr<const World> worldOf(const std::vector<std::shared_ptr<geometry::Mesh>>& meshes, bool moving) {
-  std::vector<ShapeInput> shapes;
-  std::vector<PartInput> parts;
-  std::vector<PlacementInput> placements;
-  for (uint32_t i = 0; i < meshes.size(); ++i) {
-    ShapeInput s;
-    s.key = i + 1;
-    s.mesh = meshes[i];
-    shapes.push_back(s);
-    PartInput p;
-    p.key = i + 1;
-    p.shapes = {i};
-    parts.push_back(p);
-    PlacementInput place;
-    place.part = i;
-    if (moving && i == 0) {
-      place.toRender.times = {0, 1};
-      place.toRender.matrices = {scene::Matrix(), scene::Matrix().setTranslation(Imath::V3d(0.1, 0, 0))};
-    }
-    placements.push_back(place);
+  std::vector<test::Placed> all;
+  for (const auto& mesh : meshes) all.push_back({mesh, {}, {}});
+  if (moving) {
+    all[0].toRender.times = {0, 1};
+    all[0].toRender.matrices = {scene::Matrix(), scene::Matrix().setTranslation(Imath::V3d(0.1, 0, 0))};
   }
-  BuildOptions options;
-  options.shutterClose = 1;
-  BuildCounters counters;
-  return World::build(std::move(shapes), std::move(parts), std::move(placements), options, nullptr, counters);
+  return test::worldOf(all);
 }
 
 void expectShadowsAlone(bool moving, float amplitude, size_t count) {

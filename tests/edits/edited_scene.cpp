@@ -183,6 +183,27 @@ AttributeBegin
   Translate -0.6 -1 -1.5
   ObjectInstance "twig"
 AttributeEnd
+ObjectBegin "bead"
+  SolidBegin "difference"
+    Sphere 0.3 -0.3 0.3 360
+    SolidBegin "primitive"
+      Cylinder 0.1 -0.5 0.5 360
+      Disk 0.5 0.1 360
+      Disk -0.5 0.1 360
+    SolidEnd
+  SolidEnd
+ObjectEnd
+AttributeBegin
+  Translate -0.6 0 -1.2
+  Rotate 50 0 1 0
+  SolidBegin "union"
+    ObjectInstance "bead"
+    AttributeBegin
+      Translate 0.3 0 0
+      Sphere 0.2 -0.2 0.2 360
+    AttributeEnd
+  SolidEnd
+AttributeEnd
 WorldEnd
 )";
   folder.write("scene.rib", kText);

@@ -311,6 +311,26 @@ const Kind kKindsOfObjects[] = {
        std::swap(s.prototypes[0].primitives, s.prototypes[1].primitives);
        return "objects exchanged";
      }},
+    {"operation of a solid",
+     [](Scene& s, R& r) -> std::string {
+       std::vector<Solid*> all;
+       for (Solid& one : s.solids) all.push_back(&one);
+       for (Prototype& p : s.prototypes)
+         for (Solid& one : p.solids) all.push_back(&one);
+       if (all.empty()) return "";
+       all[r.below(all.size())]->operation = Solid::Operation(r.below(4));
+       return "operation of a solid";
+     }},
+    {"operands of a solid",
+     [](Scene& s, R& r) -> std::string {
+       if (s.solids.empty() || s.primitives.empty()) return "";
+       PrimitivePtr& p = s.primitives[r.below(s.primitives.size())];
+       auto edited = std::make_shared<Primitive>(*p);
+       // one too many: a solid that is not there
+       edited->solid = p->solid ? 0 : uint32_t(r.below(s.solids.size() + 2));
+       p = std::move(edited);
+       return "operands of a solid";
+     }},
     {"coordinate system",
      [](Scene& s, R& r) -> std::string {
        if (s.coordinateSystems.count("mark") && r.below(4) == 0) {

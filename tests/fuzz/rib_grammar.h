@@ -134,6 +134,8 @@ constexpr Bracket kBrackets[] = {
     {"FrameBegin 1", "FrameEnd"},
     {"ObjectBegin \"a\"", "ObjectEnd\nObjectInstance \"a\""},
     {"SolidBegin \"union\"", "SolidEnd"},
+    {"SolidBegin \"difference\"", "SolidEnd"},
+    {"SolidBegin \"primitive\"", "SolidEnd"},
     {"ResourceBegin", "ResourceEnd"},
     {"MotionBegin [0 1]", "MotionEnd"},
     {"MotionBegin [1 0.5 nan]", "MotionEnd"},
