@@ -94,6 +94,10 @@ constexpr Explanation kRooms[] = {
      "colour, intensity and about the same area, a material of the same colours and roughness. The picture is near "
      "to "
      "what is meant, not equal to it. With --strict the exit code is 4."},
+    {"BXDF-LAYERS",
+     "A material is a tree of bxdfs (LamaSurface, LamaLayer, LamaMix, LamaAdd) that cannot be kept as it is: it has "
+     "more than eight leaves, a leaf is no Lama slab, nothing is connected, or the back differs from the front. The "
+     "message says what is done. `kinora plugins LamaSurface` has the rules."},
     {"SHADER-COMPILE",
      "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version "
      "or a tool "

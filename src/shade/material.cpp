@@ -10,6 +10,7 @@
 #include "language/vm/strings.h"
 #include "shade/legacy_bxdfs.h"
 #include "shade/clock.h"
+#include "shade/layered_bxdfs.h"
 #include "shade/shader_parameters.h"
 #include "shade/standard_shaders.h"
 #include "texture/texture_system.h"
@@ -179,8 +180,7 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
   return true;
 }
 
-uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attributes* attributes,
-                          const SourcePos& pos) {
+uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attributes* attributes, const SourcePos& pos) {
   // objects without a bxdf differ by their Color
   std::string variant;
   scene::Node plain;
@@ -188,7 +188,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   plain.plugin = "PxrDiffuse";
   plain.handle = "default";
   plain.pos = pos;
-  if (!network && attributes && attributes->color) {
+  if (!given && attributes && attributes->color) {
     scene::Parameter p;
     p.name = "diffuseColor";
     p.type = scene::ValueType::Color;
@@ -198,9 +198,12 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& network, const scene::Attribu
   }
   std::string lpeGroup = attributes ? attributes->named.getString("identifier:lpegroup", "") : "";
   if (!paths_.usesSurface(lpeGroup)) lpeGroup.clear();
-  const std::pair<const void*, std::string> id(network.get(), variant + '\1' + lpeGroup);
+  const std::pair<const void*, std::string> id(given.get(), variant + '\1' + lpeGroup);
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
-  keepAlive_[network.get()] = network;
+  keepAlive_[given.get()] = given;
+  const scene::NetworkPtr flat = given ? withFlatLayers(*given, registry_, diagnostics_) : nullptr;
+  if (flat) keepAlive_[flat.get()] = flat;
+  const scene::NetworkPtr& network = flat ? flat : given;
 
   std::vector<Resolved> nodes;
   std::map<std::string, int> byHandle;

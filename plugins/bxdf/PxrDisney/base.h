@@ -28,13 +28,6 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Schlick's weight: (1 - cos)^5.
-template <int W>
-KN_INLINE Float<W> schlickWeight(Float<W> cosine) {
-  const Float<W> x = clamp(Float<W>(1.f) - cosine, Float<W>(0.f), Float<W>(1.f)), x2 = x * x;
-  return x2 * x2 * x;
-}
-
 // Without the cosine. cosD: cosine between a direction and the half vector.
 template <int W>
 KN_INLINE Float<W> disneyDiffuse(Float<W> roughness, Float<W> muO, Float<W> muI, Float<W> cosD) {

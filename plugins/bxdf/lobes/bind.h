@@ -23,7 +23,8 @@ inline bool isZero(const Value& v) {
 }
 inline bool flag(const Context& c, uint32_t index) { return c.param(index).data[0][0] != 0.f; }
 
-inline int bindNormal(const Context& c, lobes::Closure& k, uint32_t index, int general) {
+template <class Closure>
+inline int bindNormal(const Context& c, Closure& k, uint32_t index, int general) {
   const Value v = c.param(index);
   if (!isBumped(v)) return general;
   k.normals[k.normalCount] = v;

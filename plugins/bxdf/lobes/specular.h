@@ -16,6 +16,13 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 
+// Schlick's weight: (1 - cos)^5.
+template <int W>
+KN_INLINE Float<W> schlickWeight(Float<W> cosine) {
+  const Float<W> x = clamp(Float<W>(1.f) - cosine, Float<W>(0.f), Float<W>(1.f)), x2 = x * x;
+  return x2 * x2 * x;
+}
+
 // How much anisotropy stretches: alphas are alpha / aspect and alpha * aspect (Burley, SIGGRAPH course 2012).
 template <int W>
 KN_INLINE Float<W> disneyAspect(Float<W> amount) {

@@ -1,0 +1,132 @@
+// LamaSurface: the root of a layered material. The renderer (shade/layered_bxdfs) turns the tree of LamaLayer, LamaMix,
+// LamaAdd and their leaves that is connected here into one node of this plug-in: `structure` is the tree in postfix
+// order, and each leaf's values stand in the parameters leaf1_ ... of its turn, each operation's in op1_ ... So trees
+// of one structure share a shading program, whatever feeds their values.
+#define KINORA_KERNEL_FILE "plugins/bxdf/LamaSurface/LamaSurface.cpp"
+#include <kinora/bxdf_author.h>
+#include <string_view>
+#include "plugins/bxdf/lama/bind.h"
+
+KINORA_KERNELS_BEGIN
+
+enum : uint32_t { kFront, kBack, kPresence, kStructure, kFirstLeaf };
+enum : uint32_t {  // of a leaf
+  kColor,
+  kThrough,
+  kSecond,
+  kThird,
+  kRoughness,
+  kAnisotropy,
+  kDirection,
+  kIor,
+  kAmount,
+  kNormal,
+  kLeafSize
+};
+#define LEAF(n)                                                                                                     \
+  param::color("leaf" #n "_color", 0.5f).help("Leaf " #n ": its colour, or tint of what it reflects."),             \
+      param::color("leaf" #n "_through", 1.f).help("Leaf " #n ": tint of what it lets through."),                   \
+      param::color("leaf" #n "_second", 0.5f)                                                                       \
+          .help("Leaf " #n ": index or reflectivity of a conductor or Schlick's."),                                 \
+      param::color("leaf" #n "_third", 1.f)                                                                         \
+          .help("Leaf " #n ": extinction or edge colour of a conductor, reflectivity90, or absorption of glass."),  \
+      param::number("leaf" #n "_roughness", 0.2f).help("Leaf " #n ": roughness."),                                  \
+      param::number("leaf" #n "_anisotropy", 0.f).range(-1, 1).help("Leaf " #n ": anisotropy."),                    \
+      param::vector("leaf" #n "_direction", 0, 0, 0).help("Leaf " #n ": direction of anisotropy."),                 \
+      param::number("leaf" #n "_ior", 1.5f).range(1, 3).help("Leaf " #n ": index, or reflectivity of kinds r, g."), \
+      param::number("leaf" #n "_amount", 0.2f)                                                                      \
+          .range(0.1f, 1)                                                                                           \
+          .help("Leaf " #n ": profile of Schlick's, radius of absorption."),                                        \
+      param::normal("leaf" #n "_normal").help("Leaf " #n ": shading normal from a bump pattern.")
+#define OP(n)                                                                                         \
+  param::number("op" #n "_amount", 1.f).help("Operation " #n ": topMix, mix, or the base's weight."), \
+      param::number("op" #n "_other", 1.f).help("Operation " #n ": weight of the second of a sum.")
+constexpr Param kParams[] = {
+    param::structure("materialFront").help("The material: a Lama node."),
+    param::structure("materialBack").help("Not rendered yet: the front's material is on both sides."),
+    param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
+    param::string("structure", "D")
+        .options("D|DRL|CDM|DHP|GRL|DSLHL|TDMEP|TGM")
+        .help("The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
+              "colours), G "
+              "glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), H sheen, T "
+              "translucent, E emission. L: the newest lies on the one before, M: mix, P: sum."),
+    LEAF(1),
+    LEAF(2),
+    LEAF(3),
+    LEAF(4),
+    LEAF(5),
+    LEAF(6),
+    LEAF(7),
+    LEAF(8),
+    OP(1),
+    OP(2),
+    OP(3),
+    OP(4),
+    OP(5),
+    OP(6),
+    OP(7)};
+constexpr uint32_t kFirstOp = kFirstLeaf + lama::kMaxLeaves * kLeafSize;
+static_assert(std::size(kParams) == kFirstOp + 2 * lama::kMaxOps);
+
+struct LamaSurface {
+  static constexpr bool kGlass = true;
+
+  static void begin(const Context& c, lama::Closure& k) {
+    TreeBuilder tree(c, k);
+    bool sound = true;
+    for (const char letter : std::string_view(c.fn->text(&c, kStructure))) {
+      if (letter == lama::kOpLayer || letter == lama::kOpMix || letter == lama::kOpAdd) {
+        const uint32_t first = kFirstOp + 2 * k.opCount;
+        sound = sound && k.opCount < lama::kMaxOps && tree.op(letter, c.param(first), c.param(first + 1));
+      } else {
+        const int first = int(kFirstLeaf + kLeafSize * k.leafCount);
+        sound = sound && std::string_view("DCAGgRrSsHTE").find(letter) != std::string_view::npos &&
+                tree.leaf(letter, {.color = first + int(kColor),
+                                   .through = first + int(kThrough),
+                                   .second = first + int(kSecond),
+                                   .third = first + int(kThird),
+                                   .roughness = first + int(kRoughness),
+                                   .anisotropy = first + int(kAnisotropy),
+                                   .direction = first + int(kDirection),
+                                   .ior = first + int(kIor),
+                                   .amount = first + int(kAmount),
+                                   .normal = first + int(kNormal)});
+      }
+    }
+    if (sound && tree.whole()) return;
+    // written by hand and no tree: the first leaf as a diffuse surface
+    k.leafCount = k.opCount = 0;
+    k.layered = k.glows = false;
+    k.glass = -1;
+    bindLeaf(c, k, lama::kKindDiffuse, {.color = int(kFirstLeaf)});
+  }
+  static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
+  static uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
+    if (!v[kStructure].count || !v[kStructure].strings) return 0;
+    for (const char letter : std::string_view(v[kStructure].strings[0]))
+      if (letter == lama::kKindGlass || letter == lama::kKindArtisticGlass) return 1;
+    return 0;
+  }
+};
+#define PLASTIC "structure=DRL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; "
+constexpr const char* kLossless[] = {"structure=D; leaf1_color=1 1 1",
+                                     "structure=GRL; op1_amount=0; leaf1_color=1 1 1", nullptr};
+constexpr const char* kConserving[] = {
+    PLASTIC "leaf2_roughness=0",
+    PLASTIC "leaf2_roughness=0.3",
+    PLASTIC "leaf2_roughness=1; leaf2_ior=2.5",
+    "structure=DHP; leaf1_color=1 1 1; leaf2_color=1 1 1",
+    "structure=DHL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; leaf2_roughness=0.4",
+    "structure=DSLHL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; leaf3_color=1 1 1",
+    nullptr};
+#undef PLASTIC
+#undef LEAF
+#undef OP
+
+KINORA_KERNELS_END
+
+KINORA_PLUGIN(LamaSurface, SlabMaterial<LamaSurface>, BxdfPlugin,
+              .help = "The root of a material made of LamaLayer, LamaMix, LamaAdd and the slabs they combine.",
+              .params = kParams, .lobes = lama::kLobes, .presenceParam = int(kPresence),
+              .enclosesMedium = LamaSurface::enclosesMedium, .lossless = kLossless, .conserving = kConserving)

@@ -1,0 +1,276 @@
+// Helpers for materials that fill a tree of slabs from their parameters. Included per target.
+#include <kinora/bxdf_author.h>
+#include <kinora/math/microfacet.h>
+#include "closure.h"
+#include "functions.h"
+#include "sheen.h"
+#include "plugins/bxdf/lobes/bind.h"
+
+#ifndef KINORA_LAMA_BIND_ONCE
+#define KINORA_LAMA_BIND_ONCE
+namespace kinora::lama {
+// Where a leaf's values stand among a node's parameters; -1: nowhere.
+struct LeafParams {
+  int color = -1;    // colour, or tint of what is reflected
+  int through = -1;  // tint of what is let through
+  int second = -1;   // conductor: index, or reflectivity; Schlick: reflectivity, or index
+  int third = -1;    // conductor: extinction, or edge colour; Schlick: reflectivity at the edge; glass: absorption
+  int roughness = -1;
+  int anisotropy = -1, direction = -1;
+  int ior = -1;     // dielectrics: index, or reflectivity; film: its index
+  int amount = -1;  // Schlick: profile; glass: radius of absorption; film: thickness
+  int normal = -1;
+};
+}  // namespace kinora::lama
+
+#define KINORA_LAMA_LATER "Not rendered yet: kept, without effect. "
+// Parameters that several nodes have in common.
+#define KINORA_LAMA_TINTS                                                    \
+  param::color("reflectionTint", 1.f).help("Multiplies what is reflected."), \
+      param::color("transmissionTint", 1.f)                                  \
+          .help("Multiplies what is let through: at each boundary, or to the base of a layer.")
+#define KINORA_LAMA_FACETS                                                                                     \
+  param::number("roughness", 0.1f).help("0 clear, or a mirror .. 1; the distribution's alpha is its square."), \
+      param::normal("normal").help("Shading normal from a bump pattern.")
+#define KINORA_LAMA_SCATTERING                                                    \
+  param::color("scatterColor", 0.f).help(KINORA_LAMA_LATER "Scattering inside."), \
+      param::number("scatterAnisotropy", 0.f).range(-1, 1).help(KINORA_LAMA_LATER "Its direction.")
+#define KINORA_LAMA_ANISOTROPY                                                                           \
+  param::number("anisotropy", 0.f)                                                                       \
+      .range(-1, 1)                                                                                      \
+      .help("Above 0 highlights stretch along the direction, below 0 across it; as PxrSurface has it."), \
+      param::vector("anisotropyDirection", 0, 0, 0)                                                      \
+          .help("Direction in render space; 0 0 0: the surface's tangent."),                             \
+      param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_LATER "Turns the direction.")
+#define KINORA_LAMA_COMMON                                                                                       \
+  param::color("shadowColor", 0.f).help(KINORA_LAMA_LATER "Colour of shadows cast."),                            \
+      param::number("energyCompensation", 1.f).help("Accepted: what facets lose always comes back."),            \
+      param::integer("bumpShadowing", 1).range(0, 1).help(KINORA_LAMA_LATER "Softens the terminator of bumps."), \
+      param::string("lobeName", "").help(KINORA_LAMA_LATER "Name of the lobe in light path expressions."),       \
+      param::string("matte", "").help(KINORA_LAMA_LATER "Name of a matte.")
+#endif
+
+#if defined(KINORA_LAMA_BIND_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_LAMA_BIND_H_TARGET
+#undef KINORA_LAMA_BIND_H_TARGET
+#else
+#define KINORA_LAMA_BIND_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+
+inline float valueAt(const Value& v, uint32_t channel, uint32_t point) {
+  return v.data[v.components == 1 ? 0 : channel][v.stride ? point : 0];
+}
+// A value made of others, component by component: f(channel, point).
+template <class Fn>
+inline Value computedValue(const Context& c, uint32_t components, bool uniform, Fn f) {
+  Value v;
+  v.components = components;
+  v.stride = uniform ? 0 : 1;
+  for (uint32_t k = 0; k < components; ++k) {
+    float* out = c.alloc<float>(uniform ? 1 : c.padded);
+    for (uint32_t i = 0; i < (uniform ? 1 : c.padded); ++i) out[i] = f(k, i);
+    v.data[k] = out;
+  }
+  return v;
+}
+inline Value constant(const Context& c, uint32_t components, float x) {
+  return computedValue(c, components, true, [&](uint32_t, uint32_t) { return x; });
+}
+inline float root(float x) { return sqrt(Float<8>(x > 0 ? x : 0)).lane0(); }
+// Index of a dielectric by its reflectance face on.
+inline float indexOf(float reflectivity) {
+  const float r = root(reflectivity < 0.99f ? reflectivity : 0.99f);
+  return (1 + r) / (1 - r);
+}
+
+// Builds a closure's tree in postfix order.
+class TreeBuilder {
+ public:
+  TreeBuilder(const Context& c, lama::Closure& k) : c_(c), k_(k) {}
+
+  // False where there is no more room. Kinds by artists' parameters become those by indices.
+  bool leaf(char kind, const lama::LeafParams& p) {
+    if (k_.leafCount == lama::kMaxLeaves) return false;
+    lama::Leaf& l = push(kind);
+    l.color = value(p.color, 3, 1);
+    l.through = value(p.through, 3, 1);
+    l.roughness = value(p.roughness, 1, 0);
+    if (p.normal >= 0) l.bump = bindNormal(c_, k_, uint32_t(p.normal), -1);
+    lobes::AnisotropyClosure anisotropy;
+    if (p.anisotropy >= 0) bindAnisotropy(c_, anisotropy, uint32_t(p.anisotropy), uint32_t(p.direction));
+    switch (kind) {
+      case lama::kKindConductor:
+      case lama::kKindArtisticConductor:
+        conductor(l, kind, value(p.second, 3, 1), value(p.third, 3, 0));
+        break;
+      case lama::kKindDielectric:
+        dielectric(l, value(p.ior, 1, 1.5f));
+        break;
+      case lama::kKindArtisticDielectric:
+        dielectric(l, byReflectivity(value(p.ior, 1, 0.04f)));
+        break;
+      case lama::kKindSchlick:
+      case lama::kKindScientificSchlick:
+        schlick(l, kind, value(p.second, 3, 0.04f), value(p.third, 3, 1), value(p.amount, 1, 0.2f));
+        break;
+      case lama::kKindGlass:
+      case lama::kKindArtisticGlass: {
+        const Value ior = value(p.ior, 1, kind == lama::kKindGlass ? 1.5f : 0.04f);
+        glass(l, kind == lama::kKindGlass ? ior : byReflectivity(ior), false, anisotropy);
+        l.absorption = value(p.third, 3, 1);
+        l.absorptionRadius = value(p.amount, 1, 1);
+        break;
+      }
+      case lama::kKindSheen:
+        k_.sheen = &sheenTable();
+        break;
+      case lama::kKindEmission:
+        k_.glows = true;
+        break;
+    }
+    if (l.isSpecular()) stretch(l, anisotropy);
+    return true;
+  }
+  // The two newest nodes become one.
+  bool op(char kind, const Value& amount, const Value& other) {
+    if (depth_ < 2 || k_.opCount == lama::kMaxOps) return false;
+    lama::Op& o = k_.ops[k_.opCount];
+    o.kind = kind;
+    o.below = stack_[depth_ - 2].node;
+    o.above = stack_[depth_ - 1].node;
+    o.first = stack_[depth_ - 2].first;
+    o.middle = stack_[depth_ - 1].first;
+    o.last = uint8_t(k_.leafCount);
+    o.amount = amount;
+    o.other = other;
+    --depth_;
+    stack_[depth_ - 1].node = uint8_t(lama::kMaxLeaves + k_.opCount++);
+    if (kind == lama::kOpLayer) {
+      k_.layered = true;
+      for (uint32_t i = o.middle; i < o.last; ++i) k_.leaves[i].covers = true;
+    }
+    return true;
+  }
+  bool op(char kind, float amount) { return op(kind, constant(c_, 1, amount), constant(c_, 1, amount)); }
+  bool whole() const { return depth_ == 1; }
+
+  // ---- leaves by values, for materials that compute them ----
+  lama::Leaf& push(char kind) {
+    stack_[depth_++] = {uint8_t(k_.leafCount), uint8_t(k_.leafCount)};
+    lama::Leaf& l = k_.leaves[k_.leafCount++];
+    l.kind = kind;
+    return l;
+  }
+  void dielectric(lama::Leaf& l, const Value& ior) {
+    l.kind = lama::kKindDielectric;
+    const bool uniform = ior.uniform();
+    reflecting(l, computedValue(c_, 3, uniform, [&](uint32_t, uint32_t i) { return valueAt(ior, 0, i); }),
+               constant(c_, 3, 0));
+  }
+  void glass(lama::Leaf& l, const Value& ior, bool thin, const lobes::AnisotropyClosure& anisotropy) {
+    l.kind = lama::kKindGlass;
+    lobes::GlassClosure& g = l.glass;
+    g.thin = thin;
+    g.tinted = true;
+    g.reflectionGain = g.refractionGain = constant(c_, 1, 1);
+    g.reflectionColor = l.color;
+    g.refractionColor = l.through;
+    g.roughness = g.refractionRoughness = l.roughness;
+    g.ior = ior;
+    g.anisotropy = anisotropy;
+    if (thin) {
+      k_.reflectionEnergy = &reflectionEnergyTable();
+      return;
+    }
+    l.glassEnergy = glassTable(c_, ior);
+    if (k_.glass < 0) k_.glass = int(k_.leafCount) - 1;
+  }
+  // Schlick's between two colours.
+  void schlick(lama::Leaf& l, const Value& face, const Value& edge, const Value& exponent) {
+    l.kind = lama::kKindSchlick;
+    k_.reflectionEnergy = &reflectionEnergyTable();
+    l.specular.ggx = true;
+    l.specular.roughness = l.roughness;
+    l.specular.face = face;
+    l.specular.edge = edge;
+    l.specular.shape = exponent;
+  }
+  void stretch(lama::Leaf& l, const lobes::AnisotropyClosure& anisotropy) {
+    l.specular.anisotropy = anisotropy;
+    if (anisotropy.on) l.specular.anisotropy.energy = &anisotropicEnergyTable(true);
+  }
+
+ private:
+  struct Node {
+    uint8_t node, first;
+  };
+  const Context& c_;
+  lama::Closure& k_;
+  Node stack_[lama::kMaxLeaves];
+  uint32_t depth_ = 0;
+
+  Value value(int index, uint32_t components, float otherwise) {
+    return index >= 0 ? c_.param(uint32_t(index)) : constant(c_, components, otherwise);
+  }
+  Value byReflectivity(const Value& r) {
+    return computedValue(c_, 1, r.uniform(), [&](uint32_t, uint32_t i) { return indexOf(valueAt(r, 0, i)); });
+  }
+  void reflecting(lama::Leaf& l, const Value& ior, const Value& extinction) {
+    k_.reflectionEnergy = &reflectionEnergyTable();
+    l.specular.physical = l.specular.ggx = true;
+    l.specular.roughness = l.roughness;
+    l.specular.edge = l.color;
+    l.specular.ior = ior;
+    l.specular.extinction = extinction;
+  }
+  void conductor(lama::Leaf& l, char kind, const Value& second, const Value& third) {
+    l.kind = lama::kKindConductor;
+    if (kind == lama::kKindConductor) return reflecting(l, second, third);
+    // Gulbrandsen, "Artist Friendly Metallic Fresnel" (JCGT 2014)
+    const bool uniform = second.uniform() && third.uniform();
+    const auto face = [&](uint32_t k, uint32_t i) {
+      const float r = valueAt(second, k, i);
+      return r < 0 ? 0.f : r > 0.999f ? 0.999f : r;
+    };
+    const Value n = computedValue(c_, 3, uniform, [&](uint32_t k, uint32_t i) {
+      const float r = face(k, i), s = root(r), edge = valueAt(third, k, i), g = edge < 0 ? 0 : edge > 1 ? 1 : edge;
+      return g * (1 - r) / (1 + r) + (1 - g) * (1 + s) / (1 - s);
+    });
+    reflecting(l, n, computedValue(c_, 3, uniform, [&](uint32_t k, uint32_t i) {
+                 const float r = face(k, i), m = valueAt(n, k, i);
+                 return root((r * (m + 1) * (m + 1) - (m - 1) * (m - 1)) / (1 - r));
+               }));
+  }
+  void schlick(lama::Leaf& l, char kind, const Value& second, const Value& edge, const Value& profile) {
+    const Value tint = l.color;
+    const bool uniform = second.uniform() && tint.uniform(), edgeUniform = edge.uniform() && tint.uniform();
+    schlick(l,
+            computedValue(c_, 3, uniform,
+                          [&](uint32_t k, uint32_t i) {
+                            const float x = valueAt(second, k, i), r = (x - 1) / (x + 1);
+                            return valueAt(tint, k, i) * (kind == lama::kKindSchlick ? x : r * r);
+                          }),
+            computedValue(c_, 3, edgeUniform,
+                          [&](uint32_t k, uint32_t i) { return valueAt(tint, k, i) * valueAt(edge, k, i); }),
+            computedValue(c_, 1, profile.uniform(), [&](uint32_t, uint32_t i) {
+              const float p = valueAt(profile, 0, i);
+              return p > 0.01f ? 1 / p : 100.f;
+            }));
+  }
+};
+
+// The tree of one leaf, for the nodes that are one.
+inline void bindLeaf(const Context& c, lama::Closure& k, char kind, const lama::LeafParams& p) {
+  TreeBuilder(c, k).leaf(kind, p);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,77 @@
+// What a material made of a tree of slabs binds once a context: leaves, each a lobe or a pair of them, and the
+// operations that combine them (layer, mix, add), in postfix order. Filled by materials (bind.h helps), read by
+// stack.h; plain data.
+#pragma once
+#include <kinora/bxdf.h>
+#include "plugins/bxdf/lobes/closure.h"
+
+namespace kinora::lama {
+
+struct SheenTable;
+
+constexpr uint32_t kMaxLeaves = 8, kMaxOps = kMaxLeaves - 1;
+
+// Which lobe is which in LobeSum, and what each is to light path expressions.
+enum Lobe : uint32_t { kDiffuse, kDiffuseTransmit, kSpecular, kTransmit, kSheen, kLobeCount };
+constexpr LobeDecl kLobes[kLobeCount] = {{"Diffuse", kLobeDiffuse},
+                                         {"Diffuse", kLobeDiffuse | kLobeTransmit},
+                                         {"Specular", kLobeSpecular},
+                                         {"Glass", kLobeSpecular | kLobeTransmit},
+                                         {"Fuzz", kLobeSpecular}};
+
+// The kinds of leaves, as the letters of a structure: a tree in postfix order, "DRL" a dielectric over a diffuse base.
+enum Kind : char {
+  kKindDiffuse = 'D',
+  kKindBurley = 'B',              // the diffuse of PxrDisneyBsdf
+  kKindConductor = 'C',           // by complex index
+  kKindArtisticConductor = 'A',   // by the colours seen face on and towards the edge
+  kKindGlass = 'G',               // a dielectric that light goes through
+  kKindArtisticGlass = 'g',       // by the reflectance seen face on instead of the index
+  kKindDielectric = 'R',          // one that lies on something: it reflects, the rest reaches what is below
+  kKindArtisticDielectric = 'r',  // by the reflectance seen face on
+  kKindSchlick = 'S',             // the generalised Schlick, by reflectances
+  kKindScientificSchlick = 's',   // by index
+  kKindFilm = 'F',                // a thin film
+  kKindSheen = 'H',
+  kKindTranslucent = 'T',
+  kKindEmission = 'E',
+};
+// The operations: the base stands before what lies on it.
+enum OpKind : char { kOpLayer = 'L', kOpMix = 'M', kOpAdd = 'P' };
+
+struct Leaf {
+  char kind = 0;
+  bool covers = false;  // it is in the top of a layer: what it lets through counts
+  int bump = -1;        // index into Closure::normals, -1: the surface's
+  Value color;          // of what is reflected (translucent: let through, emission: given off)
+  Value through;        // tint of what reaches the base; of Burley's diffuse: its sheen
+  Value roughness;
+  lobes::SpecularClosure specular;
+  lobes::GlassClosure glass;
+  Value absorption, absorptionRadius;  // glass: the colour left after that distance
+  const GlassEnergy* glassEnergy = nullptr;
+  bool isSpecular() const { return kind == 'C' || kind == 'R' || kind == 'S' || kind == 'F'; }
+};
+// Nodes: leaves first, then operations from kMaxLeaves on. Leaves of a node are neighbours.
+struct Op {
+  char kind = 0;
+  uint8_t below = 0, above = 0;             // its two nodes: base and top, or first and second
+  uint8_t first = 0, middle = 0, last = 0;  // leaves [first, middle) of below and [middle, last) of above
+  Value amount, other;                      // layer: visibility of the top; mix: share of the second; add: weights
+};
+struct Closure {
+  uint32_t leafCount = 0, opCount = 0;
+  Leaf leaves[kMaxLeaves];
+  Op ops[kMaxOps];
+  bool layered = false;  // there is an op of kind layer
+  bool glows = false;
+  int glass = -1;     // the first leaf of glass that bounds a medium
+  Value normals[10];  // bump inputs in use
+  int normalCount = 0;
+  bool radiance = true;  // eta^2 on refraction
+  const ReflectionEnergy* reflectionEnergy = nullptr;
+  const SheenTable* sheen = nullptr;
+  const Context* context = nullptr;
+};
+
+}  // namespace kinora::lama

@@ -1,0 +1,298 @@
+#include "shade/layered_bxdfs.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+
+#include "base/text.h"
+#include "shade/material.h"
+
+namespace kinora::shade {
+
+namespace {
+
+constexpr int kMaxLeaves = 8;  // of plugins/bxdf/lama/closure.h
+constexpr int kMaxVisits = 256;
+
+struct Slot {
+  const char *from, *to;
+};
+// A leaf: its letters in a structure by fresnelMode, alone or at the bottom and (on) lying on something, and where its
+// parameters go. Rows of the same plug-in and another mode differ in what they read.
+struct LeafRow {
+  const char* plugin;
+  int mode;  // -1: any
+  char alone, on;
+  std::initializer_list<Slot> slots;
+};
+const LeafRow kLeaves[] = {
+    {"LamaDiffuse", -1, 'D', 'D', {{"color", "color"}, {"roughness", "roughness"}}},
+    {"LamaConductor",
+     0,
+     'C',
+     'C',
+     {{"tint", "color"},
+      {"IOR", "second"},
+      {"extinction", "third"},
+      {"roughness", "roughness"},
+      {"anisotropy", "anisotropy"},
+      {"anisotropyDirection", "direction"}}},
+    {"LamaConductor",
+     1,
+     'A',
+     'A',
+     {{"tint", "color"},
+      {"reflectivity", "second"},
+      {"edgeColor", "third"},
+      {"roughness", "roughness"},
+      {"anisotropy", "anisotropy"},
+      {"anisotropyDirection", "direction"}}},
+    {"LamaDielectric",
+     0,
+     'g',
+     'r',
+     {{"reflectionTint", "color"},
+      {"transmissionTint", "through"},
+      {"absorptionColor", "third"},
+      {"roughness", "roughness"},
+      {"anisotropy", "anisotropy"},
+      {"direction", "direction"},
+      {"reflectivity", "ior"},
+      {"absorptionRadius", "amount"}}},
+    {"LamaDielectric",
+     1,
+     'G',
+     'R',
+     {{"reflectionTint", "color"},
+      {"transmissionTint", "through"},
+      {"absorptionColor", "third"},
+      {"roughness", "roughness"},
+      {"anisotropy", "anisotropy"},
+      {"direction", "direction"},
+      {"IOR", "ior"},
+      {"absorptionRadius", "amount"}}},
+    {"LamaGeneralizedSchlick",
+     0,
+     's',
+     's',
+     {{"reflectionTint", "color"},
+      {"transmissionTint", "through"},
+      {"IOR", "second"},
+      {"reflectivity90", "third"},
+      {"roughness", "roughness"},
+      {"anisotropy", "anisotropy"},
+      {"anisotropyDirection", "direction"},
+      {"reflectivityProfile", "amount"}}},
+    {"LamaGeneralizedSchlick",
+     1,
+     'S',
+     'S',
+     {{"reflectionTint", "color"},
+      {"transmissionTint", "through"},
+      {"reflectivity", "second"},
+      {"reflectivity90", "third"},
+      {"roughness", "roughness"},
+      {"anisotropy", "anisotropy"},
+      {"anisotropyDirection", "direction"},
+      {"reflectivityProfile", "amount"}}},
+    {"LamaSheen", -1, 'H', 'H', {{"color", "color"}, {"roughness", "roughness"}}},
+    {"LamaTranslucent", -1, 'T', 'T', {{"color", "color"}}},
+    {"LamaEmission", -1, 'E', 'E', {{"color", "color"}}},
+};
+
+struct OpRow {
+  const char* plugin;
+  char letter;
+  const char *below, *above;   // inputs
+  const char *amount, *other;  // numbers; null: none
+};
+constexpr OpRow kOps[] = {{"LamaLayer", 'L', "materialBase", "materialTop", "topMix", nullptr},
+                          {"LamaMix", 'M', "material1", "material2", "mix", nullptr},
+                          {"LamaAdd", 'P', "material1", "material2", "weight1", "weight2"}};
+
+const OpRow* opOf(const scene::Node& n) {
+  for (const OpRow& row : kOps)
+    if (sameName(n.plugin, row.plugin)) return &row;
+  return nullptr;
+}
+
+class Flattener {
+ public:
+  Flattener(const scene::Network& network, Registry& registry, Diagnostics& diagnostics)
+      : network_(network), registry_(registry), diagnostics_(diagnostics) {}
+
+  scene::NetworkPtr flat(const scene::Node& terminal, const scene::Node* root) {
+    node_.kind = "Bxdf";
+    node_.plugin = "LamaSurface";
+    node_.handle = terminal.handle;
+    node_.pos = terminal.pos;
+    if (&terminal != root)
+      for (const scene::Parameter& p : terminal.params)
+        if (!sameName(p.name, "materialFront") && !sameName(p.name, "materialBack")) node_.params.set(p);
+    if (!root || !add(*root, false)) black();
+    scene::Parameter structure;
+    structure.name = "structure";
+    structure.type = scene::ValueType::String;
+    structure.strings = {structure_};
+    node_.params.set(structure);
+    auto network = std::make_shared<scene::Network>();
+    for (const scene::NodePtr& p : network_.patterns)
+      if (p->kind != "Bxdf") network->patterns.push_back(p);
+    network->terminal = std::make_shared<scene::Node>(std::move(node_));
+    return network;
+  }
+  // What an input is connected to.
+  const scene::Node* input(const scene::Node& n, std::string_view name) const {
+    for (const scene::Parameter& p : n.params) {
+      if (!sameName(p.name, name) || p.strings.empty()) continue;
+      const std::string handle = p.strings[0].substr(0, p.strings[0].find(':'));
+      for (const scene::NodePtr& q : network_.patterns)
+        if (q->handle == handle) return q.get();
+    }
+    return nullptr;
+  }
+  void tell(const SourcePos& pos, const std::string& what, const std::string& done) {
+    diagnostics_.warning("BXDF-LAYERS", pos, what, done);
+  }
+
+ private:
+  const scene::Network& network_;
+  Registry& registry_;
+  Diagnostics& diagnostics_;
+  scene::Node node_;
+  std::string structure_;
+  int leaves_ = 0, ops_ = 0, visits_ = 0;
+  bool told_ = false;
+
+  // Appends a node's tree; false where nothing came of it. on: it lies on something.
+  bool add(const scene::Node& n, bool on) {
+    // nodes are few, but each may be read twice by the next: a chain of them would be a tree without end
+    if (++visits_ > kMaxVisits || leaves_ == kMaxLeaves) {
+      if (!told_)
+        tell(n.pos, "the material '" + node_.handle + "' has more than " + std::to_string(kMaxLeaves) + " leaves",
+             "'" + n.handle + "' and those after it are left out");
+      told_ = true;
+      return false;
+    }
+    const OpRow* op = opOf(n);
+    if (!op) return leaf(n, on);
+    const Descriptor* d = registry_.find(Kind::Bxdf, op->plugin, diagnostics_, n.pos);
+    if (d) ResolvedParams(*d, &n, diagnostics_);  // for its messages
+    const scene::Node *below = input(n, op->below), *above = input(n, op->above);
+    bool hasBelow = below && add(*below, on);
+    bool hasAbove = above && add(*above, on || (hasBelow && op->letter == 'L'));
+    if (op->letter != 'L' && hasBelow != hasAbove && leaves_ < kMaxLeaves) {
+      // the half that is not there returns no light; what is there keeps its place
+      if (hasBelow) {
+        black();
+        hasAbove = true;
+      } else {
+        black();
+        return combine(n, *op, d, true);
+      }
+    }
+    if (hasBelow && hasAbove) return combine(n, *op, d, false);
+    return hasBelow || hasAbove;
+  }
+  bool combine(const scene::Node& n, const OpRow& op, const Descriptor* d, bool swapped) {
+    structure_ += op.letter;
+    const std::string prefix = "op" + std::to_string(++ops_) + "_";
+    if (!swapped) {
+      copy(n, d, op.amount, prefix + "amount");
+      if (op.other) copy(n, d, op.other, prefix + "other");
+    } else if (op.other) {
+      copy(n, d, op.other, prefix + "amount");
+    } else {
+      const scene::Parameter* mix = n.params.find(op.amount);
+      number(prefix + "amount", 1 - (mix && !mix->isReference ? n.params.getFloat(op.amount, 0.f) : 0.f));
+    }
+    return true;
+  }
+  bool leaf(const scene::Node& n, bool on) {
+    for (const LeafRow& row : kLeaves) {
+      if (!sameName(n.plugin, row.plugin)) continue;
+      const Descriptor* d = registry_.find(Kind::Bxdf, row.plugin, diagnostics_, n.pos);
+      if (!d) break;
+      if (row.mode >= 0 && row.mode != n.params.getInt("fresnelMode", 0)) continue;
+      ResolvedParams(*d, &n, diagnostics_);  // for its messages
+      const std::string prefix = next(on ? row.on : row.alone);
+      for (const Slot& s : row.slots) copy(n, d, s.from, prefix + s.to);
+      if (sameName(row.plugin, "LamaDiffuse") && n.params.find("diffuseColor"))
+        copy(n, d, "diffuseColor", prefix + "color");
+      copy(n, d, "normal", prefix + "normal");
+      return true;
+    }
+    // keeps the look where the node says a colour
+    const std::string prefix = next('D');
+    const char* said = nullptr;
+    for (const char* name : {"color", "diffuseColor", "sssColor", "baseColor"})
+      if (!said && n.params.find(name)) said = name;
+    scene::Parameter p;
+    p.type = scene::ValueType::Color;
+    p.floats = {0.8f, 0.f, 0.8f};
+    if (said) p = *n.params.find(said);
+    p.name = prefix + "color";
+    node_.params.set(std::move(p));
+    tell(n.pos, "the bxdf '" + n.plugin + "' (node '" + n.handle + "') is no slab that layers are made of",
+         said ? std::string("a diffuse slab of its ") + said + " stands in" : "a magenta diffuse slab stands in");
+    return true;
+  }
+  std::string next(char letter) {
+    structure_ += letter;
+    return "leaf" + std::to_string(++leaves_) + "_";
+  }
+  void black() {
+    scene::Parameter p;
+    p.name = next('E') + "color";
+    p.type = scene::ValueType::Color;
+    p.floats = {0, 0, 0};
+    node_.params.set(std::move(p));
+  }
+  void number(const std::string& to, float value) {
+    scene::Parameter p;
+    p.name = to;
+    p.floats = {value};
+    node_.params.set(std::move(p));
+  }
+  // The value of a node's parameter, or its plug-in's default, as another parameter.
+  void copy(const scene::Node& n, const Descriptor* d, const char* from, const std::string& to) {
+    for (const scene::Parameter& q : n.params)
+      if (sameName(q.name, from)) {
+        scene::Parameter p = q;
+        p.name = to;
+        node_.params.set(std::move(p));
+        return;
+      }
+    for (uint32_t i = 0; d && i < d->paramCount; ++i) {
+      const Param& q = d->params[i];
+      if (!sameName(q.name, from)) continue;
+      scene::Parameter p;
+      p.name = to;
+      const bool isNumber = q.type == Type::Float;
+      p.type = isNumber ? scene::ValueType::Float : scene::ValueType::Color;
+      p.floats.assign(q.value, q.value + (isNumber ? 1 : 3));
+      node_.params.set(std::move(p));
+    }
+  }
+};
+
+}  // namespace
+
+scene::NetworkPtr withFlatLayers(const scene::Network& network, Registry& registry, Diagnostics& diagnostics) {
+  if (!network.terminal) return nullptr;
+  const scene::Node& terminal = *network.terminal;
+  Flattener flattener(network, registry, diagnostics);
+  if (opOf(terminal)) return flattener.flat(terminal, &terminal);
+  if (!sameName(terminal.plugin, "LamaSurface") || terminal.params.find("structure")) return nullptr;
+  const scene::Node *front = flattener.input(terminal, "materialFront"),
+                    *back = flattener.input(terminal, "materialBack");
+  if (back && front && back != front)
+    flattener.tell(terminal.pos, "the material '" + terminal.handle + "' has another back than front",
+                   "the front's is on both sides");
+  if (!front && !back)
+    flattener.tell(terminal.pos, "no material is connected to materialFront of '" + terminal.handle + "'",
+                   "the surface is black");
+  return flattener.flat(terminal, front ? front : back);
+}
+
+}  // namespace kinora::shade
