@@ -47,10 +47,11 @@ constexpr Param kParams[] = {
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::string("structure", "D")
         .options("D|DRL|CDM|DHP|GRL|DSLHL|TDMEP|TGM")
-        .help("The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
-              "colours), G "
-              "glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), H sheen, T "
-              "translucent, E emission. L: the newest lies on the one before, M: mix, P: sum."),
+        .help(
+            "The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
+            "colours), G "
+            "glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), F film, H sheen, T "
+            "translucent, E emission. L: the newest lies on the one before, M: mix, P: sum."),
     LEAF(1),
     LEAF(2),
     LEAF(3),
@@ -81,7 +82,7 @@ struct LamaSurface {
         sound = sound && k.opCount < lama::kMaxOps && tree.op(letter, c.param(first), c.param(first + 1));
       } else {
         const int first = int(kFirstLeaf + kLeafSize * k.leafCount);
-        sound = sound && std::string_view("DCAGgRrSsHTE").find(letter) != std::string_view::npos &&
+        sound = sound && std::string_view("DCAGgRrSsFHTE").find(letter) != std::string_view::npos &&
                 tree.leaf(letter, {.color = first + int(kColor),
                                    .through = first + int(kThrough),
                                    .second = first + int(kSecond),

@@ -3,6 +3,7 @@
 // statistics cover sampling, reciprocity and furnaces; that a scene's nodes become the structure is in tests/patterns.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <complex>
 
@@ -14,6 +15,7 @@ const Descriptor* kinoraStock_LamaSurface();
 const Descriptor* kinoraStock_LamaConductor();
 const Descriptor* kinoraStock_LamaDielectric();
 const Descriptor* kinoraStock_LamaGeneralizedSchlick();
+const Descriptor* kinoraStock_LamaIridescence();
 const Descriptor* kinoraStock_PxrDisneyBsdf();
 
 namespace testing {
@@ -116,6 +118,47 @@ TEST(LamaSurface, SchlicksAreByTheirColoursAndProfile) {
   EXPECT_NEAR(r.mirrored[0], 0.04, 1e-5);
   EXPECT_NEAR(r.mirrored[1], 1. / 9, 1e-5);
   EXPECT_NEAR(r.mirrored[2], 0, 1e-7);
+}
+
+// Airy's formula at every wavelength, summed over the observer's curves.
+TEST(LamaSurface, FilmsAreAirys) {
+  const auto bell = [](double nm, double height, double middle, double below, double above) {
+    const double t = (nm - middle) * (nm < middle ? below : above);
+    return height * std::exp(-0.5 * t * t);
+  };
+  for (const double eta : {1.3, 2.})
+    for (const double thickness : {0., 200., 450., 1200.})
+      for (const double c : {1., 0.7, 0.3}) {
+        const double inside = std::sqrt(1 - (1 - c * c) / (eta * eta));
+        const double r[2] = {std::pow((c - eta * inside) / (c + eta * inside), 2),
+                             std::pow((eta * c - inside) / (eta * c + inside), 2)};
+        double sum[3] = {0, 0, 0}, total[3] = {0, 0, 0};
+        for (double nm = 380; nm <= 780; nm += 1) {
+          const double half = std::pow(std::sin(2 * kPi * eta * thickness * inside / nm), 2);
+          double f = 0;
+          for (const double face : r) {
+            const double finesse = 4 * face / ((1 - face) * (1 - face));
+            f += 0.5 * finesse * half / (1 + finesse * half);
+          }
+          const double x = bell(nm, 0.362, 442, 0.0624, 0.0374) + bell(nm, 1.056, 599.8, 0.0264, 0.0323) +
+                           bell(nm, -0.065, 501.1, 0.0490, 0.0382);
+          const double y = bell(nm, 0.821, 568.8, 0.0213, 0.0247) + bell(nm, 0.286, 530.9, 0.0613, 0.0322);
+          const double z = bell(nm, 1.217, 437, 0.0845, 0.0278) + bell(nm, 0.681, 459, 0.0385, 0.0725);
+          const double rgb[3] = {3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z,
+                                 0.0557 * x - 0.2040 * y + 1.0570 * z};
+          for (int k = 0; k < 3; ++k) {
+            sum[k] += rgb[k] * f;
+            total[k] += rgb[k];
+          }
+        }
+        const Returned got = returnedBy(kinoraStock_LamaIridescence(),
+                                        "roughness=0; relativeFilmThickness=0; filmIOR=" + std::to_string(eta) +
+                                            "; minFilmThickness=" + std::to_string(thickness),
+                                        c);
+        for (size_t k = 0; k < 3; ++k)
+          EXPECT_NEAR(got.mirrored[k], std::clamp(sum[k] / total[k], 0., 1.), 3e-3)
+              << eta << " " << thickness << " " << c << " channel " << k;
+      }
 }
 
 // A clear coat over Lambert: the base gets what the worse of the two directions lets through; the furnace is that

@@ -5,6 +5,7 @@
 #include "functions.h"
 #include "sheen.h"
 #include "plugins/bxdf/lobes/bind.h"
+#include "plugins/bxdf/lobes/film.h"
 
 #ifndef KINORA_LAMA_BIND_ONCE
 #define KINORA_LAMA_BIND_ONCE
@@ -18,7 +19,7 @@ struct LeafParams {
   int roughness = -1;
   int anisotropy = -1, direction = -1;
   int ior = -1;     // dielectrics: index, or reflectivity; film: its index
-  int amount = -1;  // Schlick: profile; glass: radius of absorption; film: thickness
+  int amount = -1;  // Schlick: profile; glass: radius of absorption; film: thickness between those
   int normal = -1;
 };
 }  // namespace kinora::lama
@@ -126,6 +127,9 @@ class TreeBuilder {
         l.absorptionRadius = value(p.amount, 1, 1);
         break;
       }
+      case lama::kKindFilm:
+        film(l, value(p.ior, 1, 1.3f), value(p.amount, 1, 0.5f), value(p.second, 3, 400), value(p.third, 3, 800));
+        break;
       case lama::kKindSheen:
         k_.sheen = &sheenTable();
         break;
@@ -227,6 +231,19 @@ class TreeBuilder {
     l.specular.edge = l.color;
     l.specular.ior = ior;
     l.specular.extinction = extinction;
+  }
+  void film(lama::Leaf& l, const Value& ior, const Value& relative, const Value& least, const Value& most) {
+    k_.reflectionEnergy = &reflectionEnergyTable();
+    l.specular.ggx = true;
+    l.specular.film = &filmTable();
+    l.specular.roughness = l.roughness;
+    l.specular.edge = l.color;
+    l.specular.face = computedValue(c_, 3, ior.uniform(), [&](uint32_t, uint32_t i) { return valueAt(ior, 0, i); });
+    const bool uniform = relative.uniform() && least.uniform() && most.uniform();
+    l.specular.shape = computedValue(c_, 1, uniform, [&](uint32_t, uint32_t i) {
+      const float a = valueAt(relative, 0, i);
+      return (1 - a) * valueAt(least, 0, i) + a * valueAt(most, 0, i);
+    });
   }
   void conductor(lama::Leaf& l, char kind, const Value& second, const Value& third) {
     l.kind = lama::kKindConductor;

@@ -10,6 +10,8 @@ struct GlassEnergy;
 }  // namespace kinora
 namespace kinora::lobes {
 
+struct FilmTable;
+
 // Which lobe is which in LobeSum, and what each is to light path expressions.
 enum Lobe : uint32_t {
   kDiffuse,
@@ -38,6 +40,7 @@ struct SpecularClosure {
   bool physical = false, ggx = false, doubleSided = false;
   int bump = -1;  // index into Closure::normals, -1: the surface's
   Value face, edge, shape, ior, extinction, roughness;
+  const FilmTable* film = nullptr;  // a thin film of index `face` (3 alike) and thickness `shape` in nm
   AnisotropyClosure anisotropy;
 };
 struct GlassClosure {

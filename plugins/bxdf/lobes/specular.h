@@ -3,6 +3,7 @@
 #include "closure.h"
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet_anisotropy.h>
+#include "film.h"
 
 #if defined(KINORA_LOBES_SPECULAR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_LOBES_SPECULAR_H_TARGET
@@ -74,12 +75,18 @@ struct SpecularLobe {
     facets(closure, energyTable, loadFloat<W>(closure.roughness, s.at), normal, s);
     edge_ = loadRgb<W>(k->edge, s.at);
     Rgb<W> mean;
-    if (k->physical) {
+    if (k->film) {
+      face_.x = max(loadRgb<W>(k->face, s.at).x, F(1.f));
+      thickness_ = max(loadFloat<W>(k->shape, s.at), F(0.f));
+      shape_ = F(5.f);  // of the weights that choose
+      f0_ = average(fresnel(F(1.f)));
+      mean = meanFresnel();
+    } else if (k->physical) {
       face_ = loadRgb<W>(k->ior, s.at);
       extinction_ = loadRgb<W>(k->extinction, s.at);
       shape_ = F(5.f);
       f0_ = average(fresnel(F(1.f)));
-      mean = fresnel(F(kMeanCos0)) * F(kMeanWeight0) + fresnel(F(kMeanCos1)) * F(kMeanWeight1);
+      mean = meanFresnel();
     } else {
       face_ = loadRgb<W>(k->face, s.at);
       shape_ = max(loadFloat<W>(k->shape, s.at), F(0.01f));
@@ -100,6 +107,7 @@ struct SpecularLobe {
   }
 
   KN_INLINE Rgb<W> fresnel(F cosine) const {
+    if (k->film) return edge_ * filmReflectance(*k->film, cosine, face_.x, thickness_);
     if (k->physical)
       return edge_ * Rgb<W>(fresnelConductor(cosine, face_.x, extinction_.x),
                             fresnelConductor(cosine, face_.y, extinction_.y),
@@ -157,7 +165,8 @@ struct SpecularLobe {
   AnisotropicAxes<W> stretch_;  // where anisotropy is on
   Mask<W> turned_, wideIsX_;    // turned: stretched at all
   F lambdaO_, lambdaSampleO_, eMean_, shape_, f0_, f90_, multipleMean_;
-  Rgb<W> face_, edge_, extinction_;  // physical: face_ is the index of refraction
+  Rgb<W> face_, edge_, extinction_;  // physical and films: face_ is the index of refraction
+  F thickness_;                      // of a film
 
   KN_INLINE void facets(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable,
                         F roughnessAsGiven, Vec3<W> normal, const Surface<W>& s) {
@@ -179,6 +188,9 @@ struct SpecularLobe {
       stretch_ = AnisotropicAxes<W>(disneyAspect(amount), roughness);
       eMean_ = select(turned_, anisotropicEnergyMean(*k->anisotropy.energy, stretch_), eMean_);
     }
+  }
+  KN_INLINE Rgb<W> meanFresnel() const {
+    return fresnel(F(kMeanCos0)) * F(kMeanWeight0) + fresnel(F(kMeanCos1)) * F(kMeanWeight1);
   }
   KN_INLINE Rgb<W> schlickMean() const {
     return lerp(face_, edge_, F(2.f) / ((shape_ + F(1.f)) * (shape_ + F(2.f))));
