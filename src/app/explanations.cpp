@@ -96,7 +96,8 @@ constexpr Explanation kRooms[] = {
      "what is meant, not equal to it. With --strict the exit code is 4."},
     {"BXDF-LAYERS",
      "A material is a tree of bxdfs (LamaSurface, LamaLayer, LamaMix, LamaAdd) that cannot be kept as it is: it has "
-     "more than eight leaves, a leaf is no Lama slab, nothing is connected, or the back differs from the front. The "
+     "more than eight leaves, a leaf is no Lama slab, nothing is connected, the back differs from the front, or a "
+     "structure written by hand is no tree. The "
      "message says what is done. `kinora plugins LamaSurface` has the rules."},
     {"SHADER-COMPILE",
      "A file of the shading language was found for a pattern and cannot be compiled, or it is compiled by a version "
@@ -351,7 +352,8 @@ constexpr Explanation kRooms[] = {
      "each "
      "light once. The group of a light stands behind either: \"C.*[<L.'key'><O.'key'>]\"."},
     {"DISPLAY-DRIVER",
-     "A Display names a driver that is no plug-in, or a program that shows pictures in a window (framebuffer, it). The "
+     "A Display names a driver that is no plug-in, or a program that shows pictures in a window (framebuffer, it). "
+     "The "
      "format is chosen by the file's extension, or openexr stands in."},
     {"DISPLAY-SAME-FILE",
      "Two displays of a frame, or a display and -o, name one file, and the second picture would take the place of "

@@ -128,6 +128,21 @@ const OpRow* opOf(const scene::Node& n) {
   return nullptr;
 }
 
+// Whether LamaSurface takes a structure that was written by hand.
+bool isTree(std::string_view text) {
+  int open = 0, leaves = 0;
+  for (const char letter : text) {
+    if (std::string_view("LMP").find(letter) != std::string_view::npos) {
+      if (--open < 1) return false;
+    } else {
+      if (std::string_view("DCAGgRrSsFHTE").find(letter) == std::string_view::npos) return false;
+      ++open;
+      if (++leaves > kMaxLeaves) return false;
+    }
+  }
+  return open == 1;
+}
+
 class Flattener {
  public:
   Flattener(const scene::Network& network, Registry& registry, Diagnostics& diagnostics)
@@ -141,7 +156,10 @@ class Flattener {
     if (&terminal != root)
       for (const scene::Parameter& p : terminal.params)
         if (!sameName(p.name, "materialFront") && !sameName(p.name, "materialBack")) node_.params.set(p);
-    if (!root || !add(*root, false)) black();
+    if (!root || !add(*root, false)) {
+      tell(terminal.pos, "no slab is connected to the material '" + terminal.handle + "'", "the surface is black");
+      black();
+    }
     scene::Parameter structure;
     structure.name = "structure";
     structure.type = scene::ValueType::String;
@@ -295,15 +313,20 @@ scene::NetworkPtr withFlatLayers(const scene::Network& network, Registry& regist
   const scene::Node& terminal = *network.terminal;
   Flattener flattener(network, registry, diagnostics);
   if (opOf(terminal)) return flattener.flat(terminal, &terminal);
-  if (!sameName(terminal.plugin, "LamaSurface") || terminal.params.find("structure")) return nullptr;
+  if (!sameName(terminal.plugin, "LamaSurface")) return nullptr;
+  if (terminal.params.find("structure")) {
+    const std::string text = terminal.params.getString("structure", "");
+    if (!isTree(text))
+      flattener.tell(terminal.pos,
+                     "the structure '" + text.substr(0, 40) + "' of '" + terminal.handle + "' is no tree",
+                     "a diffuse surface of its first leaf's colour stands in");
+    return nullptr;
+  }
   const scene::Node *front = flattener.input(terminal, "materialFront"),
                     *back = flattener.input(terminal, "materialBack");
   if (back && front && back != front)
     flattener.tell(terminal.pos, "the material '" + terminal.handle + "' has another back than front",
                    "the front's is on both sides");
-  if (!front && !back)
-    flattener.tell(terminal.pos, "no material is connected to materialFront of '" + terminal.handle + "'",
-                   "the surface is black");
   return flattener.flat(terminal, front ? front : back);
 }
 

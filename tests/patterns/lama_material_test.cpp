@@ -83,7 +83,10 @@ TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
     EXPECT_TRUE(found) << what;
     EXPECT_LE(s.messages.size(), 3u);
   };
-  told("Bxdf \"LamaSurface\" \"s\"\n", "no material");
+  told("Bxdf \"LamaSurface\" \"s\"\n", "no slab");
+  told("Bxdf \"LamaLayer\" \"s\"\n", "no slab");
+  for (const std::string text : {"DL", "DD", "X", "", "DDDDDDDDDLLLLLLLL"})
+    told("Bxdf \"LamaSurface\" \"s\" \"string structure\" [\"" + text + "\"]\n", "is no tree");
   told(
       "Bxdf \"LamaSSS\" \"a\" \"color sssColor\" [0.5 0.5 0.5]\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
       "materialFront\" [\"a\"]\n",
