@@ -302,9 +302,16 @@ constexpr Explanation kRooms[] = {
     {"LIGHT-FILTER-SPACE",
      "The coordsys of a light filter names no coordinate system of the scene. CoordinateSystem or "
      "ScopedCoordinateSystem makes one; the light's own space stands in."},
-    {"LIGHT-FILTER-COMBINE", "Light filters multiply, whatever PxrCombinerLightFilter says of max, min and screen."},
+    {"LIGHT-FILTER-RAMP",
+     "The knots of a light filter's ramp are missing, more than 64, not ascending, or not numbers, or its values are "
+     "fewer than its knots. The ramp counts as 1 everywhere; the filter's other settings hold."},
+    {"LIGHT-FILTER-MAP",
+     "The image of a cookie or gobo filter is not named, holds no texels, or is too large (2^31 numbers). The filter "
+     "leaves its light as it is."},
     {"FILTER-REFERENCE",
-     "A filter combiner names a SampleFilter or DisplayFilter by a handle that no such request has. It is left out; "
+     "A filter combiner names a filter by a handle that no SampleFilter, DisplayFilter or LightFilter of its kind "
+     "(for "
+     "lights: in force where the Light stands) has. It is left out; "
      "the "
      "others run in the order in which the combiner names them."},
     {"FILTER-CHANNEL",
