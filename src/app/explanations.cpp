@@ -302,6 +302,17 @@ constexpr Explanation kRooms[] = {
     {"LIGHT-FILTER-SPACE",
      "The coordsys of a light filter names no coordinate system of the scene. CoordinateSystem or "
      "ScopedCoordinateSystem makes one; the light's own space stands in."},
+    {"ASSET-IES-MISSING",
+     "The file that a light's iesProfile names is nowhere along the search path of textures. The light shines as if "
+     "it "
+     "named none."},
+    {"ASSET-IES-READ",
+     "The file that a light's iesProfile names is no IES LM-63 file that can be read: the message says where and "
+     "why. "
+     "Text up to a line TILT=NONE is free; numbers follow: counts, sizes, angles that ascend, a candela value for "
+     "each "
+     "pair of angles. Horizontal angles go from 0 to 0, 90, 180 or 360 (or from 90 to 270), vertical ones lie within "
+     "0 and 180, for types A and B within -90 and 90. The light shines as if it named no profile."},
     {"LIGHT-FILTER-RAMP",
      "The knots of a light filter's ramp are missing, more than 64, not ascending, or not numbers, or its values are "
      "fewer than its knots. The ramp counts as 1 everywhere; the filter's other settings hold."},

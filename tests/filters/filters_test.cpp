@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "image/read_write.h"
 #include "support/render_scene.h"
@@ -223,6 +224,37 @@ TEST(LightFilter, SamplesAndHitsSeeOneFactor) {
     EXPECT_GT(both, 0.02 * plain) << f << ": all dark";
   }
   std::filesystem::remove(texture);
+}
+
+TEST(LightFilter, AProfileIsReadFromItsFile) {
+  const auto folder = std::filesystem::temp_directory_path() / ("profiles_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const auto put = [&](const char* name, const std::string& text) { std::ofstream(folder / name) << text; };
+  put("spot.ies", "IESNA91\n[TEST] 1\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 30 60\n0\n800 400 0\n");
+  put("broken.ies", "IESNA91\n[TEST] 1\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 60 30\n0\n800 400 0\n");
+  const auto render = [&](const std::string& filter, const std::string& file) {
+    std::string rib = room(filter);
+    const std::string light = "\"float intensity\" [8]";
+    if (!file.empty()) rib.insert(rib.find(light), "\"string iesProfile\" [\"" + file + "\"] ");
+    rib = "Option \"searchpath\" \"string texture\" [\"" + folder.string() + "\"]\n" + rib;
+    return SceneRender(request(rib));
+  };
+  SceneRender plain = render("", ""), spot = render("", "spot.ies"), missing = render("", "no.ies"),
+                    broken = render("", "broken.ies"),
+                    tables = render(
+                        "LightFilter \"IesLightFilter\" \"f\" \"float[3] verticalAngles\" [0 30 60] "
+                        "\"float[3] candela\" [8 4 0]\n",
+                        "");
+  EXPECT_TRUE(spot.messages().empty()) << spot.messages()[0];
+  EXPECT_EQ(hashOf(spot.film()), hashOf(tables.film()));
+  EXPECT_NE(hashOf(spot.film()), hashOf(plain.film()));
+  EXPECT_EQ(hashOf(missing.film()), hashOf(plain.film()));
+  EXPECT_TRUE(says(missing, "ASSET-IES-MISSING"));
+  EXPECT_EQ(hashOf(broken.film()), hashOf(plain.film()));
+  ASSERT_EQ(broken.messages().size(), 1u);
+  EXPECT_NE(broken.messages()[0].find("broken.ies:6: warning ASSET-IES-READ"), std::string::npos)
+      << broken.messages()[0];
+  std::filesystem::remove_all(folder);
 }
 
 TEST(PixelFilter, APluginsFilterIsTheFrames) {
