@@ -6,7 +6,11 @@
 
 namespace kinora {
 
-// CreateInfo::placement is the filter's own space: where LightFilter was said, or the light's coordinate system.
+// CreateInfo::placement is the filter's own space: the coordinate system that it names, or the light's.
+// CreateInfo::extra points to this; null where the filter is made without a light.
+struct LightFilterInfo {
+  const Placement* light;
+};
 
 struct LightFilterArgs {
   uint32_t count;

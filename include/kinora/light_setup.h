@@ -64,12 +64,15 @@ inline constexpr std::array kShaping = {
     param::number("coneSoftness", 0.f)
         .range(0, 2)
         .help("Part of coneAngle over which the edge fades; above 1 the axis is dimmed too."),
-    param::string("iesProfile", "").help("No effect yet: measured light distribution."),
-    param::number("iesProfileScale", 0.f).range(-1, 1).help("No effect yet: rescales the angles of iesProfile."),
+    param::string("iesProfile", "")
+        .help(
+            "File of a measured light distribution (IES LM-63) about the light's +z axis, horizontal angles from +x "
+            "to +y; a factor on the radiance that is 1 where it is largest."),
+    param::number("iesProfileScale", 0.f).range(-0.9f, 1).help("Widens the profile's angles by this part of them."),
     param::integer("iesProfileNormalize", 0)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: keep the power under iesProfile."),
+        .help("1: the mean of the factor over all directions is 1."),
     param::number("intensityNearDist", 0.f)
         .range(0, 10)
         .help("No effect yet: distance below which brightness stops rising."),

@@ -307,9 +307,27 @@ constexpr Explanation kRooms[] = {
     {"LIGHT-FILTER-SPACE",
      "The coordsys of a light filter names no coordinate system of the scene. CoordinateSystem or "
      "ScopedCoordinateSystem makes one; the light's own space stands in."},
-    {"LIGHT-FILTER-COMBINE", "Light filters multiply, whatever PxrCombinerLightFilter says of max, min and screen."},
+    {"ASSET-IES-MISSING",
+     "The file that a light's iesProfile names is nowhere along the search path of textures. The light shines as if "
+     "it "
+     "named none."},
+    {"ASSET-IES-READ",
+     "The file that a light's iesProfile names is no IES LM-63 file that can be read: the message says where and "
+     "why. "
+     "Text up to a line TILT=NONE is free; numbers follow: counts, sizes, angles that ascend, a candela value for "
+     "each "
+     "pair of angles. Horizontal angles go from 0 to 0, 90, 180 or 360 (or from 90 to 270), vertical ones lie within "
+     "0 and 180, for types A and B within -90 and 90. The light shines as if it named no profile."},
+    {"LIGHT-FILTER-RAMP",
+     "The knots of a light filter's ramp are missing, more than 64, not ascending, or not numbers, or its values are "
+     "fewer than its knots. The ramp counts as 1 everywhere; the filter's other settings hold."},
+    {"LIGHT-FILTER-MAP",
+     "The image of a cookie or gobo filter is not named, holds no texels, or is too large (2^31 numbers). The filter "
+     "leaves its light as it is."},
     {"FILTER-REFERENCE",
-     "A filter combiner names a SampleFilter or DisplayFilter by a handle that no such request has. It is left out; "
+     "A filter combiner names a filter by a handle that no SampleFilter, DisplayFilter or LightFilter of its kind "
+     "(for "
+     "lights: in force where the Light stands) has. It is left out; "
      "the "
      "others run in the order in which the combiner names them."},
     {"FILTER-CHANNEL",

@@ -19,12 +19,18 @@
 
 namespace kinora::light {
 
+// How the filters of a group combine, by channel; Screen is 1 - (1 - a) (1 - b) ...
+enum class LightFilterMode : uint8_t { Multiply, Max, Min, Screen };
+
 // A factor on one light; see kinora/light_filter.h.
 struct LightFilterEntry {
   const LightFilterFunctions* byWidth[17] = {};
   std::shared_ptr<void> owner;
   const void* instance = nullptr;
   bool isUniform = false;  // holds for emitted light too
+  // Neighbours of one group combine in its mode; groups multiply.
+  LightFilterMode mode = LightFilterMode::Multiply;
+  uint32_t group = 0;
 };
 
 // A plug-in's functions.
@@ -48,7 +54,7 @@ struct LightEntry {
   uint32_t group = 0;         // light group for path expressions
   bool castsShadow = true;    // false: its samples have distance 0
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
-  std::vector<LightFilterEntry> filters;  // they multiply
+  std::vector<LightFilterEntry> filters;
 };
 
 class LightSet {

@@ -3,8 +3,11 @@
 #include <kinora/pixel_filter.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "base/text.h"
 #include "texture/texture_system.h"
@@ -199,21 +202,71 @@ void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& 
   if (!status.ok()) diagnostics.warning("FILM-FILTER", scene.pos, status.what, "gaussian 2 2 is used");
 }
 
+namespace {
+
+using light::LightFilterMode;
+constexpr std::pair<const char*, LightFilterMode> kModes[] = {{"mult", LightFilterMode::Multiply},
+                                                              {"max", LightFilterMode::Max},
+                                                              {"min", LightFilterMode::Min},
+                                                              {"screen", LightFilterMode::Screen}};
+
+bool isLightCombiner(const scene::Node& n) { return lowerCase(n.plugin) == "pxrcombinerlightfilter"; }
+
+// Which filters of a light combine: by the combiners among them, the first that names a filter; else by their own
+// combineMode.
+class FilterGroups {
+ public:
+  FilterGroups(const std::vector<scene::NodePtr>& filters, Diagnostics& diagnostics) {
+    uint32_t group = uint32_t(std::size(kModes));  // the first ones are those without a combiner
+    for (const scene::NodePtr& n : filters) {
+      if (!isLightCombiner(*n)) continue;
+      for (const auto& [name, mode] : kModes) {
+        const scene::Parameter* list = n->params.find(name);
+        for (const std::string& handle : list ? list->strings : std::vector<std::string>()) {
+          const auto it =
+              std::find_if(filters.begin(), filters.end(), [&](const auto& f) { return f->handle == handle; });
+          if (it == filters.end() || isLightCombiner(**it))
+            diagnostics.warning(
+                "FILTER-REFERENCE", n->pos,
+                n->plugin + " '" + n->handle + "' names the filter '" + handle + "', which is not there",
+                "it is left out");
+          else
+            byHandle_.try_emplace(handle, group, mode);
+        }
+        ++group;
+      }
+    }
+  }
+  void place(const scene::Node& n, light::LightFilterEntry& e) const {
+    if (const auto it = byHandle_.find(n.handle); it != byHandle_.end()) {
+      std::tie(e.group, e.mode) = it->second;
+      return;
+    }
+    const std::string own = n.params.getString("combineMode", "mult");
+    for (const auto& [name, mode] : kModes)
+      if (own == name) {
+        e.group = uint32_t(mode);
+        e.mode = mode;
+      }
+  }
+
+ private:
+  std::map<std::string, std::pair<uint32_t, LightFilterMode>> byHandle_;
+};
+
+}  // namespace
+
 std::vector<light::LightFilterEntry> makeLightFilters(
     const scene::Light& light, const scene::Scene& scene,
     const std::function<Placement(const scene::Transform&)>& placement, Registry& registry, const Host& host,
     Diagnostics& diagnostics, float& largestFactor) {
   std::vector<light::LightFilterEntry> list;
   largestFactor = 1;
+  const FilterGroups groups(light.filters, diagnostics);
+  const Placement lightPlace = placement(light.toWorld);
+  const LightFilterInfo info{&lightPlace};
   for (const scene::NodePtr& n : light.filters) {
-    if (lowerCase(n->plugin) == "pxrcombinerlightfilter") {
-      for (const char* group : {"max", "min", "screen"})
-        if (n->params.find(group))
-          diagnostics.warning("LIGHT-FILTER-COMBINE", n->pos,
-                              "PxrCombinerLightFilter '" + n->handle + "' combines by '" + group + "'",
-                              "all filters multiply");
-      continue;
-    }
+    if (isLightCombiner(*n)) continue;
     const Descriptor* d = registry.find(Kind::LightFilter, n->plugin, diagnostics, n->pos);
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", n->pos, "no light filter '" + n->plugin + "' (node '" + n->handle + "')",
@@ -234,7 +287,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
     }
     const Placement place = placement(space);
     Instance instance;
-    if (!instance.create(*d, n.get(), &place, nullptr, host, diagnostics)) continue;
+    if (!instance.create(*d, n.get(), &place, &info, host, diagnostics)) continue;
     light::LightFilterEntry e;
     bool usable = true;
     for (uint32_t width : {1u, 4u, 8u, 16u}) {
@@ -248,8 +301,10 @@ std::vector<light::LightFilterEntry> makeLightFilters(
       e.isUniform = traits->isUniform && traits->isUniform(e.instance);
       if (traits->largest) largestFactor *= std::max(0.f, traits->largest(e.instance));
     }
+    groups.place(*n, e);
     list.push_back(std::move(e));
   }
+  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.group < b.group; });
   return list;
 }
 

@@ -9,6 +9,7 @@
 #include "image/colors.h"
 #include "render/camera_attributes.h"
 #include "render/filters.h"
+#include "render/ies_profiles.h"
 #include "render/legacy_lights.h"
 #include "render/surfaces.h"
 #include "sampling/sample_table.h"
@@ -88,6 +89,7 @@ bool WorldBuilder::haveFilesChanged() {
     std::string place;
     if (lacking.kind == "texture") place = textures_->find(lacking.name);
     if (lacking.kind == "volume") place = volumes_->find(lacking.name);
+    if (lacking.kind == "light profile") place = placeOfProfile(lacking.name, texturePath_);
     // one that is there and cannot be read is looked at once
     std::string& before = placesOfLacking_[lacking.kind + " " + lacking.name];
     return std::exchange(before, place) == place ? "" : place;
@@ -180,8 +182,9 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   setScene(scene, *next);
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();
-  next->lights = lights_.make(scene, sources, links, {registry_, diagnostics_, contents_, host(), camera_, *paths},
-                              *next, rebuilt);
+  next->lights =
+      lights_.make(scene, sources, links, {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths},
+                   *next, rebuilt);
   count(scene, *next, statistics);
   shading_ = std::move(next);
   statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "base/text.h"
 #include "render/filters.h"
+#include "render/ies_profiles.h"
 #include "render/legacy_lights.h"
 #include "render/mesh_light.h"
 #include "scene/digests.h"
@@ -164,6 +166,11 @@ std::vector<std::vector<uint32_t>> membersOf(const LinkSets& links, const std::v
   return sets;
 }
 
+bool declares(const Descriptor& plugin, const char* name) {
+  return std::any_of(plugin.params, plugin.params + plugin.paramCount,
+                     [&](const Param& p) { return std::string_view(p.name) == name; });
+}
+
 }  // namespace
 
 struct Lights::Chosen {
@@ -200,9 +207,17 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   if (const auto* traits = static_cast<const LightTraits*>(plugin.traits); traits && traits->describe)
     traits->describe(instance.data(), &e.description);
   float largestFactor = 1;
+  scene::Light filtered;
+  const scene::NodePtr profile = declares(plugin, "iesProfile")
+                                     ? iesFilterOf(*l.node, tools.searchPath, tools.contents, tools.diagnostics)
+                                     : nullptr;
+  if (profile) {
+    filtered = l;
+    filtered.filters.push_back(profile);
+  }
   e.filters = makeLightFilters(
-      l, scene, [&](const scene::Transform& t) { return placementOf(t, tools.camera); }, tools.registry, tools.host,
-      tools.diagnostics, largestFactor);
+      profile ? filtered : l, scene, [&](const scene::Transform& t) { return placementOf(t, tools.camera); },
+      tools.registry, tools.host, tools.diagnostics, largestFactor);
   e.description.power *= largestFactor;
   m->serial = ++lastSerial_;
   ++made.lights;

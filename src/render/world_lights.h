@@ -41,6 +41,7 @@ class Lights {
     Registry& registry;
     Diagnostics& diagnostics;
     FileContents& contents;
+    const std::vector<std::string>& searchPath;  // of textures
     const Host& host;
     const CameraState& camera;
     const film::LightPaths& paths;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "image/read_write.h"
 #include "support/render_scene.h"
@@ -134,6 +135,126 @@ TEST(LightFilter, OneFactorEverywhereIsAnotherIntensity) {
       }
   EXPECT_GT(sum, 10);
   EXPECT_GT(most, 4) << "the light itself is not seen";
+}
+
+double meanOf(const image::Image& picture) {
+  double sum = 0;
+  for (int y = 0; y < 24; ++y)
+    for (int x = 0; x < 24; ++x) sum += picture.at(x, y)[0];
+  return sum / (24 * 24);
+}
+
+TEST(LightFilter, CombineByTheirModesOrACombiners) {
+  const auto filter = [](const char* name, const char* more) {
+    return std::string("LightFilter \"PxrIntMultLightFilter\" ") + name + " " + more + "\n";
+  };
+  const auto mean = [](const std::string& filters) {
+    SceneRender r(request(room(filters)));
+    EXPECT_TRUE(r.ok());
+    EXPECT_FALSE(says(r, "FILTER-REFERENCE"));
+    return meanOf(r.channel("Ci"));
+  };
+  const std::string a = filter("\"a\"", "\"float intensity\" [0.25]"),
+                    b = filter("\"b\"", "\"float intensity\" [0.5]"), c = filter("\"c\"", "\"float intensity\" [3]");
+  const double plain = mean("");
+  const std::pair<const char*, double> modes[] = {{"mult", 0.125}, {"max", 0.5}, {"min", 0.25}, {"screen", 0.625}};
+  for (const auto& [mode, factor] : modes) {
+    const std::string combiner =
+        std::string("LightFilter \"PxrCombinerLightFilter\" \"all\" \"reference lightfilter[2] ") + mode +
+        "\" [\"a\" \"b\"]\n";
+    EXPECT_NEAR(mean(a + b + c + combiner) / plain, 3 * factor, 1e-5) << mode << " by a combiner; c multiplies";
+    const std::string own = std::string("\"string combineMode\" [\"") + mode + "\"]";
+    EXPECT_NEAR(mean(filter("\"a\"", ("\"float intensity\" [0.25] " + own).c_str()) + c +
+                     filter("\"b\"", ("\"float intensity\" [0.5] " + own).c_str())) /
+                    plain,
+                3 * factor, 1e-5)
+        << mode << " by their own";
+  }
+  EXPECT_NEAR(mean(a + b + c +
+                   "LightFilter \"PxrCombinerLightFilter\" \"all\" \"reference lightfilter[2] max\" [\"a\" \"b\"] "
+                   "\"reference lightfilter[1] min\" [\"c\"]\n") /
+                  plain,
+              1.5, 1e-5)
+      << "groups multiply";
+  SceneRender gone(
+      request(room("LightFilter \"PxrCombinerLightFilter\" \"all\" \"reference lightfilter[1] max\" [\"x\"]\n")));
+  EXPECT_TRUE(says(gone, "FILTER-REFERENCE"));
+  EXPECT_NEAR(meanOf(gone.channel("Ci")) / plain, 1, 1e-5);
+}
+
+// The same light by its samples alone nearly, by rays that meet it alone, and by both.
+TEST(LightFilter, SamplesAndHitsSeeOneFactor) {
+  const char* filters[] = {
+      "\"PxrBarnLightFilter\" \"f\" \"float width\" [0.5] \"float edge\" [0.3]",
+      "\"PxrRodLightFilter\" \"f\" \"string coordsys\" [\"low\"] \"float edge\" [1]",
+      "\"PxrBlockerLightFilter\" \"f\" \"string coordsys\" [\"low\"] \"float edge\" [1]",
+      "\"PxrRampLightFilter\" \"f\" \"float endDist\" [4]",
+      "\"PxrCookieLightFilter\" \"f\" \"string map\" [\"TEXTURE\"] \"float width\" [2] \"color fillColor\" [0 0 0]",
+      "\"PxrGoboLightFilter\" \"f\" \"string map\" [\"TEXTURE\"] \"float width\" [2] \"color fillColor\" [0 0 0]",
+  };
+  const std::string texture =
+      (std::filesystem::temp_directory_path() / ("filter_map_" + std::to_string(getpid()) + ".exr")).string();
+  image::Image map({0, 0, 2, 1}, {{"R"}, {"G"}, {"B"}});
+  for (int c = 0; c < 3; ++c) {
+    map.at(0, 0)[c] = 1;
+    map.at(1, 0)[c] = 0.25f;
+  }
+  ASSERT_TRUE(image::write(texture, map).ok());
+  const auto mean = [&](std::string filter, int lightSamples, int bxdfSamples) {
+    if (const size_t at = filter.find("TEXTURE"); at != std::string::npos) filter.replace(at, 7, texture);
+    std::string rib = room("LightFilter " + filter + "\n");
+    const std::string from = "Integrator \"PxrPathTracer\" \"i\" \"int maxIndirectBounces\" [3]";
+    rib.replace(rib.find(from), from.size(),
+                "Integrator \"PxrDirectLighting\" \"i\" \"int numLightSamples\" [" + std::to_string(lightSamples) +
+                    "] \"int numBxdfSamples\" [" + std::to_string(bxdfSamples) + "]");
+    rib.replace(rib.find("[8]"), 3, "[64]");
+    rib.insert(rib.find("AttributeBegin"),
+               "TransformBegin Translate 0.5 0 0 CoordinateSystem \"low\" TransformEnd\n");
+    SceneRender r(request(rib));
+    EXPECT_TRUE(r.ok());
+    EXPECT_FALSE(says(r, "LIGHT-FILTER-SPACE"));
+    return meanOf(r.channel("Ci"));
+  };
+  const double plain = mean("\"PxrIntMultLightFilter\" \"f\"", 4, 4);
+  for (const char* f : filters) {
+    const double hits = mean(f, 0, 16), both = mean(f, 4, 4), samples = mean(f, 32, 1);
+    EXPECT_NEAR(hits / both, 1, 0.02) << f;
+    EXPECT_NEAR(samples / both, 1, 0.01) << f;
+    EXPECT_LT(both, 0.95 * plain) << f << ": does nothing";
+    EXPECT_GT(both, 0.02 * plain) << f << ": all dark";
+  }
+  std::filesystem::remove(texture);
+}
+
+TEST(LightFilter, AProfileIsReadFromItsFile) {
+  const auto folder = std::filesystem::temp_directory_path() / ("profiles_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const auto put = [&](const char* name, const std::string& text) { std::ofstream(folder / name) << text; };
+  put("spot.ies", "IESNA91\n[TEST] 1\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 30 60\n0\n800 400 0\n");
+  put("broken.ies", "IESNA91\n[TEST] 1\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 60 30\n0\n800 400 0\n");
+  const auto render = [&](const std::string& filter, const std::string& file) {
+    std::string rib = room(filter);
+    const std::string light = "\"float intensity\" [8]";
+    if (!file.empty()) rib.insert(rib.find(light), "\"string iesProfile\" [\"" + file + "\"] ");
+    rib = "Option \"searchpath\" \"string texture\" [\"" + folder.string() + "\"]\n" + rib;
+    return SceneRender(request(rib));
+  };
+  SceneRender plain = render("", ""), spot = render("", "spot.ies"), missing = render("", "no.ies"),
+                    broken = render("", "broken.ies"),
+                    tables = render(
+                        "LightFilter \"IesLightFilter\" \"f\" \"float[3] verticalAngles\" [0 30 60] "
+                        "\"float[3] candela\" [8 4 0]\n",
+                        "");
+  EXPECT_TRUE(spot.messages().empty()) << spot.messages()[0];
+  EXPECT_EQ(hashOf(spot.film()), hashOf(tables.film()));
+  EXPECT_NE(hashOf(spot.film()), hashOf(plain.film()));
+  EXPECT_EQ(hashOf(missing.film()), hashOf(plain.film()));
+  EXPECT_TRUE(says(missing, "ASSET-IES-MISSING"));
+  EXPECT_EQ(hashOf(broken.film()), hashOf(plain.film()));
+  ASSERT_EQ(broken.messages().size(), 1u);
+  EXPECT_NE(broken.messages()[0].find("broken.ies:6: warning ASSET-IES-READ"), std::string::npos)
+      << broken.messages()[0];
+  std::filesystem::remove_all(folder);
 }
 
 TEST(PixelFilter, APluginsFilterIsTheFrames) {

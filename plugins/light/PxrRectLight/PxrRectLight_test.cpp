@@ -1,6 +1,6 @@
 // Proves: irradiance by samples, by looking and by Lambert's closed form agree, near, far, behind, tilted and
 // sheared; densities agree and integrate to 1; emitted power; maps, shaping and normalisation; widths; placements
-// that leave no light. Misses: motion, IES profiles and near distances, which have no effect yet.
+// that leave no light. Misses: motion, IES profiles (tests/filters), near distances, which have no effect yet.
 #include <algorithm>
 
 #include "plugins/light/light_testing.h"

@@ -4,17 +4,18 @@
 // the filter's space, where the light stands at the origin and shines along +Z. Barn doors, slides, noise and fake
 // shadows of the paper are not here.
 #define KINORA_KERNEL_FILE "plugins/lightfilter/BarzelLightFilter/BarzelLightFilter.cpp"
-#include <kinora/light_filter.h>
-#include <kinora/light_setup.h>
-
-#include <algorithm>
-#include <cmath>
 #include <memory>
+
+#include "plugins/lightfilter/parts/filter_setup.h"
+// per target from here
 #include <kinora/light_filter_author.h>
 #include <kinora/math/elementary.h>
 
+#include "plugins/lightfilter/parts/filter_kernels.h"
+
 #if KINORA_PLAIN
 namespace kinora::barzelLightFilter {
+using namespace filterParts;
 enum Shape : int { kCone, kOmni, kBeam };
 constexpr Param kParams[] = {
     param::integer("shape", kCone)
@@ -50,7 +51,7 @@ constexpr Param kParams[] = {
     param::string("coordsys", "").help("Coordinate system of the filter; empty: the light's."),
 };
 struct Data {
-  Float3 origin{0, 0, 0}, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};  // of the filter's axes: rows of render -> local
+  FilterSpace space;
   int shape = kCone;
   float width = 1, height = 1, outerWidth = 1, outerHeight = 1, sharpness = 2, shearX = 0, shearY = 0;
   bool isRectangle = false;
@@ -62,38 +63,31 @@ struct Data {
 
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues v(info, kParams, std::size(kParams));
-  const auto atLeast = [&](const char* name, double least) { return float(std::clamp(v.number(name), least, 1e18)); };
   auto k = std::make_unique<Data>();
-  const LocalFrame f = LocalFrame::of(info);
-  const double determinant = f.determinant();
-  if (!(std::fabs(determinant) > 1e-30)) throw "the filter's transformation is flat";
-  k->origin = Float3(f.origin);
-  k->x = Float3(cross(f.y, f.z) * (1 / determinant));
-  k->y = Float3(cross(f.z, f.x) * (1 / determinant));
-  k->z = Float3(cross(f.x, f.y) * (1 / determinant));
+  k->space = FilterSpace::of(info);
   k->shape = std::clamp(v.integer("shape"), 0, 2);
-  k->width = atLeast("width", 1e-6);
-  k->height = atLeast("height", 1e-6);
-  k->outerWidth = k->width + atLeast("wedge", 0);
-  k->outerHeight = k->height + atLeast("hedge", 0);
+  k->width = atLeast(v, "width", 1e-6);
+  k->height = atLeast(v, "height", 1e-6);
+  k->outerWidth = k->width + atLeast(v, "wedge", 0);
+  k->outerHeight = k->height + atLeast(v, "hedge", 0);
   const double roundness = std::clamp(v.number("roundness"), 0.0, 1.0);
   k->isRectangle = roundness < 0.01;  // rounder corners are below a thousandth of the width
   k->sharpness = k->isRectangle ? 2 : float(2 / roundness);
   k->shearX = float(v.number("shearx"));
   k->shearY = float(v.number("sheary"));
   k->on = float(v.number("cuton"));
-  k->onEdge = atLeast("nearedge", 0);
+  k->onEdge = atLeast(v, "nearedge", 0);
   k->off = float(v.number("cutoff"));
-  k->offEdge = atLeast("faredge", 0);
-  k->falloff = atLeast("falloff", 0);
-  k->falloffDistance = atLeast("falloffdist", 1e-6);
+  k->offEdge = atLeast(v, "faredge", 0);
+  k->falloff = atLeast(v, "falloff", 0);
+  k->falloffDistance = atLeast(v, "falloffdist", 1e-6);
   const double most = std::clamp(v.number("maxintensity"), 1.0, 1e18);
   k->rise = float(std::log(most));
   k->beta = most > 1.0001 ? float(k->falloff / std::log(most)) : 0;
   if (k->beta == 0) k->rise = 0;
-  k->beam = atLeast("beamdistribution", 0);
+  k->beam = atLeast(v, "beamdistribution", 0);
   k->replacesFalloff = v.integer("replacesFalloff") != 0 && k->shape != kBeam;
-  k->fromDistance = atLeast("fromDistance", 1e-6);
+  k->fromDistance = atLeast(v, "fromDistance", 1e-6);
   return k;
 }
 }  // namespace kinora::barzelLightFilter
@@ -102,15 +96,6 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
 KINORA_KERNELS_BEGIN
 using namespace barzelLightFilter;
 
-// 0 before `from`, 1 behind `to`, smooth between; a step where they are the same.
-template <int W>
-KN_INLINE Float<W> smoothly(Float<W> from, Float<W> to, Float<W> x) {
-  using F = Float<W>;
-  const F room = to - from;
-  const F t = select(room > F(1e-12f), clamp((x - from) / max(room, F(1e-12f)), F(0.f), F(1.f)),
-                     select(x < to, F(0.f), F(1.f)));
-  return t * t * fnma(F(2.f), t, F(3.f));
-}
 // By what a point must be scaled to lie on the superellipse of half axes a, b.
 template <int W>
 KN_INLINE Float<W> scaleToBorder(const Data& k, Float<W> x, Float<W> y, float a, float b) {
@@ -125,9 +110,7 @@ struct BarzelLightFilter {
   template <int W>
   static KN_INLINE Rgb<W> factor(const Data& k, const LitPoint<W>& p) {
     using F = Float<W>;
-    const Vec3<W> from = p.P - Vec3<W>(F(k.origin.x), F(k.origin.y), F(k.origin.z));
-    const auto along = [&](const Float3& row) { return dot(from, Vec3<W>(F(row.x), F(row.y), F(row.z))); };
-    const Vec3<W> at(along(k.x), along(k.y), along(k.z));
+    const Vec3<W> at = placeIn<W>(k.space, p.P);
     const F distance = max(length(at), F(1e-12f));
     F f(1.f);
     if (k.shape != kOmni) {

@@ -1,37 +1,29 @@
 // PxrIntMultLightFilter: one factor on a light everywhere: intensity * 2^exposure * tint, blended in by density.
 #define KINORA_KERNEL_FILE "plugins/lightfilter/PxrIntMultLightFilter/PxrIntMultLightFilter.cpp"
-#include <kinora/light_filter.h>
-#include <kinora/named_values.h>
-
-#include <algorithm>
-#include <cmath>
 #include <memory>
+
+#include "plugins/lightfilter/parts/filter_setup.h"
+// per target from here
 #include <kinora/light_filter_author.h>
 
 #if KINORA_PLAIN
 namespace kinora::pxrIntMultLightFilter {
-constexpr Param kParams[] = {
-    param::number("intensity", 1.f).range(0, 10).help("Factor on the light."),
-    param::number("exposure", 0.f).range(-8, 8).help("Stops: the factor is multiplied by 2 to this power."),
-    param::color("tint", 1.f).help("Colour of the factor."),
-    param::number("density", 1.f).range(0, 1).help("0 leaves the light as it is, 1 filters it fully."),
-    param::integer("invert", 0).range(0, 1).options("0 off, 1 on").help("Filters by 1 - density instead."),
-    param::number("saturation", 1.f).range(0, 2).help("No effect yet: saturation of the filtered light."),
-    param::number("diffuse", 1.f).range(0, 1).help("No effect yet: influence on diffuse light."),
-    param::number("specular", 1.f).range(0, 1).help("No effect yet: influence on specular light."),
-    param::string("combineMode", "mult").options("mult|max|min|screen").help("No effect yet: filters multiply."),
-    param::string("coordsys", "").help("No effect: the factor is the same everywhere."),
-    param::string("linkingGroups", "").help("No effect yet: which lights take the filter."),
-    param::string("notes", "").help("Free text; read by nobody."),
-};
+using namespace filterParts;
+constexpr auto kParams = joinParams(
+    intensity(1, "Factor on the light."),
+    std::array{
+        param::number("exposure", 0.f).range(-8, 8).help("Stops: the factor is multiplied by 2 to this power."),
+        param::color("tint", 1.f).help("Colour of the factor."),
+    },
+    invert("Filters by 1 - density instead."), kStrength, kSaturation);
 struct Data {
   float factor[3];
 };
 
 std::unique_ptr<Data> make(const CreateInfo& info) {
-  const NamedValues v(info, kParams, std::size(kParams));
+  const NamedValues v(info, kParams.data(), kParams.size());
   auto data = std::make_unique<Data>();
-  double density = std::clamp(v.number("density"), 0.0, 1.0);
+  double density = strength(v);
   if (v.integer("invert")) density = 1 - density;
   const double scale = v.number("intensity") * std::exp2(std::clamp(v.number("exposure"), -100.0, 100.0));
   for (int c = 0; c < 3; ++c) {

@@ -1,10 +1,9 @@
-// PxrRamp: a spline of colours over texture coordinates or over a number of its own. Two neighbouring knots make a
-// piece; repeated knots at the ends, as exporters write them, are the outer control points of the cubic splines.
+// PxrRamp: a spline of colours over texture coordinates or over a number of its own.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrRamp/PxrRamp.cpp"
-#include <cstring>
 #include <kinora/pattern_author.h>
 #include <kinora/math/color.h>
 #include <kinora/math/noise.h>
+#include <kinora/math/ramp.h>
 
 KINORA_KERNELS_BEGIN
 
@@ -58,20 +57,16 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultB"),
 };
 
-enum class Curve { Constant, Linear, Bspline, CatmullRom };
-
 struct PxrRamp {
   static constexpr uint32_t kComponents = 3;
   static constexpr uint32_t kMaxKnots = 256;
   struct Setup {
     Manifold m;
     Value map, object;
-    int type, count = 0;
+    int type;
     bool tile, reverse, mapped;
     uint32_t seed;
-    const float* knots = nullptr;
-    float* rgb[3] = {nullptr, nullptr, nullptr};
-    Curve curve = Curve::CatmullRom;
+    RampKnots ramp;
     explicit Setup(const Context& c) : m(surfaceManifold(c, kManifold)), map(c.param(kSplineMap)) {
       type = fixedInteger(c, kRampType);
       tile = fixedInteger(c, kTile) != 0;
@@ -83,35 +78,28 @@ struct PxrRamp {
       uint32_t n = c.fn->list(&c, kPositions, &places), floats = c.fn->list(&c, kOldColors, &colors);
       if (n && floats >= 3) {
         const int basis = fixedInteger(c, kBasis);
-        curve = basis == 1   ? Curve::Constant
-                : basis == 2 ? Curve::Linear
-                : basis == 3 ? Curve::Bspline
-                             : Curve::CatmullRom;
+        ramp.curve = basis == 1   ? RampCurve::Constant
+                     : basis == 2 ? RampCurve::Linear
+                     : basis == 3 ? RampCurve::Bspline
+                                  : RampCurve::CatmullRom;
       } else {
         n = c.fn->list(&c, kKnots, &places);
         floats = c.fn->list(&c, kColors, &colors);
-        const char* name = c.fn->text(&c, kInterpolation);
-        if (!std::strcmp(name, "linear")) curve = Curve::Linear;
-        if (!std::strcmp(name, "bspline")) curve = Curve::Bspline;
-        if (!std::strcmp(name, "constant")) curve = Curve::Constant;
+        ramp.curve = rampCurveOf(c.fn->text(&c, kInterpolation), RampCurve::CatmullRom);
       }
       n = n < floats / 3 ? n : floats / 3;
-      count = int(n < kMaxKnots ? n : kMaxKnots);
-      knots = places;
+      ramp.count = int(n < kMaxKnots ? n : kMaxKnots);
+      ramp.knots = places;
       for (uint32_t k = 0; k < 3; ++k) {
-        rgb[k] = c.alloc<float>(size_t(count) + 1);
-        for (int i = 0; i < count; ++i) rgb[k][i] = colors[3 * i + int(k)];
+        float* channel = c.alloc<float>(size_t(ramp.count) + 1);
+        for (int i = 0; i < ramp.count; ++i) channel[i] = colors[3 * i + int(k)];
+        ramp.rgb[k] = channel;
       }
     }
     bool uniform() const {
       return mapped ? map.uniform() : type == 7 ? object.uniform() : allUniform({&m.q, &m.radius});
     }
   };
-  template <int W>
-  static KN_INLINE Rgb<W> colorAt(const Setup& s, Int<W> i) {
-    const Int<W> last(s.count - 1), j = select(i > last, last, select(i < Int<W>(0), Int<W>(0), i));
-    return {gather(s.rgb[0], j), gather(s.rgb[1], j), gather(s.rgb[2], j)};
-  }
   template <int W>
   static KN_INLINE Float<W> place(const Setup& s, At at) {
     using F = Float<W>;
@@ -140,37 +128,11 @@ struct PxrRamp {
   template <int W>
   static KN_INLINE Rgb<W> at(const Setup& s, At at) {
     using F = Float<W>;
-    using I = Int<W>;
-    if (s.count == 0) return Rgb<W>();
+    if (s.ramp.count == 0) return Rgb<W>();
     F x = place<W>(s, at);
     if (s.tile) x = fraction(x);
     if (s.reverse) x = F(1.f) - x;
-    x = clamp(x, F(s.knots[0]), F(s.knots[s.count - 1]));
-    // the last knot at or before x; pieces between repeated knots are empty and never chosen, but at the upper end
-    I i(0);
-    F from(s.knots[0]), to(s.knots[s.count > 1 ? 1 : 0]);
-    for (int k = 1; k + 1 < s.count; ++k) {
-      const Mask<W> here = (x >= F(s.knots[k])) & (F(s.knots[k + 1]) > F(s.knots[k]));
-      i = select(here, I(k), i);
-      from = select(here, F(s.knots[k]), from);
-      to = select(here, F(s.knots[k + 1]), to);
-    }
-    const F span = to - from;
-    const F t = select(span > F(0.f), clamp((x - from) / max(span, F(1e-20f)), F(0.f), F(1.f)), F(0.f));
-    const Rgb<W> b = colorAt<W>(s, i), c = colorAt<W>(s, i + I(1));
-    if (s.curve == Curve::Constant) return b;
-    if (s.curve == Curve::Linear) return lerp(b, c, t);
-    const Rgb<W> a = colorAt<W>(s, i - I(1)), d = colorAt<W>(s, i + I(2));
-    const F t2 = t * t, t3 = t2 * t;
-    if (s.curve == Curve::Bspline) {
-      const F u = F(1.f) - t, sixth(1.f / 6.f);
-      const F wb = fma(F(3.f), t3, fma(F(-6.f), t2, F(4.f))), wc = fma(F(3.f), t + t2 - t3, F(1.f));
-      return (a * (u * u * u) + b * wb + c * wc + d * t3) * sixth;
-    }
-    const F half(0.5f);
-    const F wa = fma(F(2.f), t2, -t3 - t), wb = fma(F(3.f), t3, fma(F(-5.f), t2, F(2.f)));
-    const F wc = fma(F(-3.f), t3, fma(F(4.f), t2, t)), wd = t3 - t2;
-    return (a * wa + b * wb + c * wc + d * wd) * half;
+    return rampAt(s.ramp, x);
   }
 };
 

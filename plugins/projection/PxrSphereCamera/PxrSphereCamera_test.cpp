@@ -1,0 +1,81 @@
+// Proves, for PxrSphereCamera and PxrCylinderCamera: rays of chosen raster places in closed form, the way back, the
+// densities of light paths, widths, refused sweeps and frames.
+#include "plugins/projection/projection_testing.h"
+
+namespace kinora {
+namespace {
+using namespace projectionTesting;
+
+void expectRay(const TestProjection& p, double x, double y, double turn, double elevation) {
+  const auto r = p.ray(x, y);
+  const double d[3] = {std::sin(turn) * std::cos(elevation), std::sin(elevation),
+                       std::cos(turn) * std::cos(elevation)};
+  for (size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(r[c], 0);
+    EXPECT_NEAR(r[3 + c], d[c], 1e-6) << x << " " << y;
+  }
+}
+
+TEST(PxrSphereCamera, RowsAreElevations) {
+  const TestProjection p("PxrSphereCamera", {}, frame(64, 32));
+  for (double x : {0.0, 16.0, 32.0, 50.5, 64.0})
+    for (double y : {1.0, 8.0, 16.0, 31.0}) expectRay(p, x, y, (x / 64 - 0.5) * 2 * M_PI, (0.5 - y / 32) * M_PI);
+  const TestProjection part("PxrSphereCamera", {{"hsweep", 90.f}, {"vsweep", 60.f}}, frame(64, 32));
+  expectRay(part, 0, 0, -M_PI / 4, M_PI / 6);
+  expectRay(part, 64, 16, M_PI / 4, 0);
+}
+
+TEST(PxrSphereCamera, ACylindersRowsAreHeights) {
+  const TestProjection p("PxrCylinderCamera", {}, frame(64, 32));
+  for (double x : {0.0, 20.0, 32.0})
+    for (double y : {0.0, 8.0, 16.0, 32.0}) expectRay(p, x, y, (x / 64 - 0.5) * 2 * M_PI, std::atan(1 - y / 16));
+}
+
+TEST(PxrSphereCamera, TheWayBackAndLightPaths) {
+  for (const char* name : {"PxrSphereCamera", "PxrCylinderCamera"}) {
+    const TestProjection whole(name, {}, frame(64, 48)),
+        part(name, {{"hsweep", 80.f}, {"vsweep", 50.f}}, frame(64, 48));
+    expectRoundTrip(whole);
+    expectRoundTrip(part);
+    TestProjection widths(name, {}, frame(640, 480));
+    expectWidthsAgree(widths);
+    // the density of rays, integrated over all directions, is the number of pixels
+    constexpr int kSteps = 1000;
+    Columns c(kSteps);
+    double sum = 0;
+    for (int j = 0; j < 200; ++j) {
+      const double s = -1 + 2 * (j + 0.5) / 200, across = std::sqrt(1 - s * s);
+      for (int i = 0; i < kSteps; ++i) {
+        const double turn = 2 * M_PI * (i + 0.5) / kSteps;
+        c.a[14][size_t(i)] = float(3 * across * std::sin(turn));
+        c.a[15][size_t(i)] = float(3 * s);
+        c.a[16][size_t(i)] = float(3 * across * std::cos(turn));
+      }
+      part.connect(c);
+      for (int i = 0; i < kSteps; ++i) sum += c.a[23][size_t(i)] * 4 * M_PI / (200.0 * kSteps);
+    }
+    EXPECT_NEAR(sum / (64 * 48), 1, 0.02) << name;
+  }
+}
+
+TEST(PxrSphereCamera, BadNumbers) {
+  for (const char* name : {"PxrSphereCamera", "PxrCylinderCamera"}) {
+    for (const char* sweep : {"hsweep", "vsweep"})
+      for (float x : {0.f, -1.f, 361.f}) {
+        const TestProjection p(name, {{sweep, x}}, frame(64, 48));
+        EXPECT_FALSE(p.made());
+        EXPECT_FALSE(p.error.empty());
+      }
+    EXPECT_FALSE(TestProjection(name, {}, ProjectionInfo{}).made());
+    const TestProjection p(name, {}, frame(64, 48));
+    Columns c(3);
+    c.a[15] = {0, 1, NAN};
+    c.a[15].resize(padded(3));
+    p.connect(c);
+    EXPECT_EQ(c.a[22][0], 0) << "at the eye";
+    EXPECT_EQ(c.a[22][2], 0);
+  }
+}
+
+}  // namespace
+}  // namespace kinora
