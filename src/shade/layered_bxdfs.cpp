@@ -324,6 +324,11 @@ scene::NetworkPtr withFlatLayers(const scene::Network& network, Registry& regist
   }
   const scene::Node *front = flattener.input(terminal, "materialFront"),
                     *back = flattener.input(terminal, "materialBack");
+  if (!front && !back) {
+    flattener.tell(terminal.pos, "no slab is connected to the material '" + terminal.handle + "'",
+                   "a diffuse surface stands in");
+    return nullptr;
+  }
   if (back && front && back != front)
     flattener.tell(terminal.pos, "the material '" + terminal.handle + "' has another back than front",
                    "the front's is on both sides");

@@ -350,7 +350,7 @@ const char* const kSphere = R"(
 const char* const kDistant = R"(
     AttributeBegin
       Rotate 70 1 0.3 0
-      Light "PxrDistantLight" "sun" "float intensity" [2] "float angleExtent" [4] "int areaNormalize" [1]
+      Light "PxrDistantLight" "sun" "float intensity" [29760] "float angleExtent" [4] "int areaNormalize" [1]
     AttributeEnd)";
 const char* const kDome = R"(Light "PxrDomeLight" "sky" "float intensity" [0.4])";
 

@@ -111,7 +111,7 @@ TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
               " 0 1 0\nPolygon \"vertex point P\" [-1 -1 0  -1 1 0  1 1 0  1 -1 0]\nWorldEnd\n";
       // more seeds until the error is small enough for the question
       testing::Moments mean[3];
-      for (uint32_t seed = 1; seed <= 64; ++seed) {
+      for (uint32_t seed = 1; seed <= 128; ++seed) {
         r.settings.seed = seed;
         SceneRender render(r);
         ASSERT_TRUE(render.ok()) << nameOf(s);

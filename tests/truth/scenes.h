@@ -46,10 +46,14 @@ inline std::string asRib(const Descriptor& d, std::string_view setting) {
           case Type::Normal:
             type = "normal";
             break;
+          case Type::String:
+            type = "string";
+            break;
           default:
             break;
         }
-    out += " \"" + std::string(type) + " " + name + "\" [" + std::string(pair.substr(equals + 1)) + "]";
+    const std::string value(pair.substr(equals + 1)), quote = std::string_view(type) == "string" ? "\"" : "";
+    out += " \"" + std::string(type) + " " + name + "\" [" + quote + value + quote + "]";
   }
   return out;
 }
