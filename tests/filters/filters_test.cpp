@@ -240,11 +240,11 @@ TEST(LightFilter, AProfileIsReadFromItsFile) {
     return SceneRender(request(rib));
   };
   SceneRender plain = render("", ""), spot = render("", "spot.ies"), missing = render("", "no.ies"),
-                    broken = render("", "broken.ies"),
-                    tables = render(
-                        "LightFilter \"IesLightFilter\" \"f\" \"float[3] verticalAngles\" [0 30 60] "
-                        "\"float[3] candela\" [8 4 0]\n",
-                        "");
+              broken = render("", "broken.ies"),
+              tables = render(
+                  "LightFilter \"IesLightFilter\" \"f\" \"float[3] verticalAngles\" [0 30 60] "
+                  "\"float[3] candela\" [8 4 0]\n",
+                  "");
   EXPECT_TRUE(spot.messages().empty()) << spot.messages()[0];
   EXPECT_EQ(hashOf(spot.film()), hashOf(tables.film()));
   EXPECT_NE(hashOf(spot.film()), hashOf(plain.film()));
