@@ -97,30 +97,27 @@ int printScene(const std::vector<std::string>& files, const std::vector<std::str
                Diagnostics& diagnostics) {
   rib::ReadOptions options;
   options.archivePath = archivePath;
-  const bool isStream = std::find(files.begin(), files.end(), "-") != files.end();
-  if (!isStream) {
-    // an archive is shown as what a world that reads it has
-    Diagnostics quiet([](const std::string&, Severity) {});
-    rib::ReadOptions once = options;
-    once.checkOnly = true;
-    rib::RibReader trial(quiet, std::move(once), [](scene::Scene&&) {});
-    bool isRead = true;
-    for (const std::string& file : files) isRead = isRead && trial.readFile(file);
-    if (isRead && trial.worlds() == 0) {
-      rib::RibReader reader(diagnostics, std::move(options), [](scene::Scene&& s) { print(s); });
-      fmt::print("archive, without a world of its own\n");
-      reader.readString("world", "WorldBegin\n");
-      for (const std::string& file : files) reader.readFile(file);
-      reader.readString("world", "\nWorldEnd\n");
-      reader.finish();
-      return diagnostics.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
-    }
+  // What is said of a file on its own waits until it is known to be a scene: an archive is read again, within a world,
+  // and what that one says counts.
+  std::vector<std::string> held;
+  Diagnostics alone([&](const std::string& line, Severity) { held.push_back(line); });
+  rib::RibReader reader(alone, options, [](scene::Scene&& s) { print(s); });
+  bool isRead = true;
+  for (const std::string& file : files) isRead = isRead && reader.readFile(file);
+  const bool isStream = std::find(files.begin(), files.end(), "-") != files.end();  // cannot be read again
+  if (isRead && reader.worlds() == 0 && !isStream) {
+    rib::RibReader again(diagnostics, std::move(options), [](scene::Scene&& s) { print(s); });
+    fmt::print("archive, without a world of its own\n");
+    again.readString("world", "WorldBegin\n");
+    for (const std::string& file : files) again.readFile(file);
+    again.readString("world", "\nWorldEnd\n");
+    again.finish();
+    return diagnostics.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
   }
-  rib::RibReader reader(diagnostics, std::move(options), [](scene::Scene&& s) { print(s); });
-  for (const std::string& file : files)
-    if (!reader.readFile(file)) return kBadScene;
-  reader.finish();
-  return reader.worlds() > 0 && diagnostics.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
+  if (isRead) reader.finish();
+  alone.summary();
+  for (const std::string& line : held) fmt::print(stderr, "{}\n", line);
+  return isRead && reader.worlds() > 0 && alone.count("RIB-TRUNCATED") == 0 ? kComplete : kBadScene;
 }
 
 }  // namespace

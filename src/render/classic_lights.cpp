@@ -51,7 +51,7 @@ class Maker {
     node_->pos = light.node->pos;
   }
 
-  bool make(scene::Light& out, std::string& why) {
+  bool make(bool isPathTraced, scene::Light& out, std::string& why) {
     const std::string name = lowerCase(light_.node->plugin.substr(light_.node->plugin.find_last_of("/\\") + 1));
     out = light_;
     if (light_.geometry) {
@@ -69,6 +69,8 @@ class Maker {
       place(e, out);
       shine(e, name);
     }
+    // domes are what occlusion was made with; ambient light has its own
+    if (node_->plugin != "PxrDomeLight" && !isPathTraced && !hasShadows()) setInt(*node_, "enableShadows", 0);
     color();
     kinds();
     out.node = node_;
@@ -107,6 +109,21 @@ class Maker {
     p.type = scene::ValueType::Int;
     p.ints = {value};
     n.params.set(std::move(p));
+  }
+
+  bool hasShadows() const {
+    if (light_.attributes) {
+      const std::string said = lowerCase(light_.attributes->named.getString("light:shadows", ""));
+      if (!said.empty()) return said != "off" && said != "none";
+    }
+    const std::string plugin = lowerCase(light_.node->plugin);
+    if (light_.geometry || plugin.find("shadow") != std::string::npos || plugin.find("area") != std::string::npos)
+      return true;
+    return std::any_of(given_.begin(), given_.end(), [&](const scene::Parameter& p) {
+      const std::string name = lowerCase(p.name);
+      const bool isMap = name.find("shadow") != std::string::npos && !p.strings.empty() && !p.strings[0].empty();
+      return isMap || (name.find("raytrace") != std::string::npos && given_.getFloat(p.name, 0) != 0);
+    });
   }
 
   // By name, by the handle where an exporter gave them the wrong way round, then by parameters.
@@ -317,24 +334,8 @@ class Maker {
 
 }  // namespace
 
-bool hasClassicShadows(const scene::Light& light) {
-  if (light.attributes) {
-    const std::string said = lowerCase(light.attributes->named.getString("light:shadows", ""));
-    if (!said.empty()) return said != "off" && said != "none";
-  }
-  if (light.geometry || lowerCase(light.node->plugin).find("shadow") != std::string::npos) return true;
-  if (lowerCase(light.node->plugin).find("area") != std::string::npos) return true;
-  for (const scene::Parameter& p : light.node->params) {
-    const std::string name = lowerCase(p.name);
-    const bool isMap = name.find("shadow") != std::string::npos && !p.strings.empty() && !p.strings[0].empty();
-    const bool isTraced = name.find("raytrace") != std::string::npos && light.node->params.getFloat(p.name, 0) != 0;
-    if (isMap || isTraced) return true;
-  }
-  return false;
-}
-
-bool classicLight(const scene::Light& light, scene::Light& out, std::string& why) {
-  return Maker(light).make(out, why);
+bool classicLight(const scene::Light& light, bool isPathTraced, scene::Light& out, std::string& why) {
+  return Maker(light).make(isPathTraced, out, why);
 }
 
 }  // namespace kinora::render

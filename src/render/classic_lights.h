@@ -9,12 +9,9 @@
 
 namespace kinora::render {
 
-// False, and `why` says why, where nothing stands in for it.
-bool classicLight(const scene::Light& light, scene::Light& out, std::string& why);
-
-// Whether a light of that age is meant to cast shadows, in a scene for a classic renderer: by Attribute "light"
-// "shadows", else where its name or a parameter tells of shadows, and of shapes. The standard lights had none: whoever
-// wanted shadows made maps of them.
-bool hasClassicShadows(const scene::Light& light);
+// False, and `why` says why, where nothing stands in for it. isPathTraced: the scene names an integrator, so that all
+// its lights cast shadows. Else a light does by Attribute "light" "shadows", or where its name or a parameter tells of
+// shadows, and shapes and domes do. The standard lights had none: whoever wanted shadows made maps of them.
+bool classicLight(const scene::Light& light, bool isPathTraced, scene::Light& out, std::string& why);
 
 }  // namespace kinora::render

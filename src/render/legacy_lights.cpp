@@ -134,7 +134,7 @@ bool isAmbient(const scene::Light& light) { return light.node && !light.node->pa
 bool hasStandIn(const scene::Light& light) {
   scene::Light out;
   std::string why;
-  return light.node && (fromClassic(light, out) || classicLight(light, out, why));
+  return light.node && (fromClassic(light, out) || classicLight(light, false, out, why));
 }
 
 const scene::Node* surfaceOf(const scene::Attributes* attributes) {
@@ -188,22 +188,10 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     scene::Light out;
     if (!l.node) continue;
     std::string why;
-    if (!fromClassic(l, out) && !classicLight(l, out, why)) {
+    if (!fromClassic(l, out) && !classicLight(l, scene.integrator != nullptr, out, why)) {
       diagnostics.warning("CLASSIC-LIGHT-OUT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is left out",
                           why);
       continue;
-    }
-    // a scene that names its integrator is for a path tracer, whose lights all cast shadows
-    const bool isDome =
-        out.node->plugin == "PxrDomeLight";  // by which old files mean occlusion; ambient light says its own
-    if (!scene.integrator && !isDome && !hasClassicShadows(l)) {
-      auto open = std::make_shared<scene::Node>(*out.node);
-      scene::Parameter p;
-      p.name = "enableShadows";
-      p.type = scene::ValueType::Int;
-      p.ints = {0};
-      open->params.set(std::move(p));
-      out.node = open;
     }
     if (l.geometry) shapes.insert(l.geometry->id);
     diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,

@@ -66,28 +66,31 @@ RayList& GroupState::raysOfHits(const RayList& from, uint32_t n, const trace::Wo
   return list;
 }
 
-// The next surfaces that rays pass, as entries of the list that is given back: of each ray the nearest, or, by one walk
-// of the hierarchy, as many as World::collectClear() gives. owner: which ray each entry is of. The rays that may pass more
-// go to `open`, their last hit in list.hits.t.
-RayList& GroupState::nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open, uint32_t& n,
-                                       uint32_t*& entries, uint32_t*& owner) {
+// Surfaces that rays pass next, as entries of a list; which ray each is of (null: of that of its own number).
+struct GroupState::ClearSurfaces {
+  RayList* list;
+  uint32_t count;
+  const uint32_t *entries, *owner;
+};
+
+// Of each open ray the nearest, or, by one walk of the hierarchy, as many as World::collectClear() gives. Rays that may
+// pass more stay in `open`, with their last hit in list.hits.t.
+GroupState::ClearSurfaces GroupState::nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open) {
   const trace::World& w = *world_.world;
   uint32_t going = 0;
   if (w.hasUserGeometry() || ListHost::of(list).left.traceSet) {
     closest(list, openCount, open);
     for (uint32_t i = 0; i < openCount; ++i)
       if (!std::isinf(list.hits.t[open[i]])) open[going++] = open[i];
-    n = openCount = going;
-    entries = arena_.make<uint32_t>(padded(n));
-    std::copy_n(open, n, entries);
-    owner = nullptr;  // themselves
-    return list;
+    openCount = going;
+    uint32_t* entries = arena_.make<uint32_t>(padded(going));  // `open` is thinned out while these are looked at
+    std::copy_n(open, going, entries);
+    return {&list, going, entries, nullptr};
   }
   uint32_t* beyond = arena_.make<uint32_t>(padded(openCount));
   w.collectClear(list.rays, openCount, open, collected_, beyond);
   // a surface is passed once where its triangles meet
-  n = 0;
-  uint32_t ray = 0;
+  uint32_t n = 0, ray = 0;
   float past = 0;
   for (size_t k = 0; k < collected_.size(); ++k) {
     const trace::World::CollectedHit& hit = collected_[k];
@@ -101,13 +104,13 @@ RayList& GroupState::nextClearSurfaces(RayList& list, uint32_t& openCount, uint3
   for (uint32_t i = 0; i < openCount; ++i)
     if (beyond[i]) open[going++] = open[i];
   openCount = going;
-  entries = arena_.make<uint32_t>(padded(n));
-  owner = arena_.make<uint32_t>(padded(n));
+  uint32_t* entries = arena_.make<uint32_t>(padded(n));
+  uint32_t* owner = arena_.make<uint32_t>(padded(n));
   for (uint32_t i = 0; i < n; ++i) {
     entries[i] = i;
     owner[i] = collected_[i].slot;
   }
-  return n ? raysOfHits(list, n, collected_.data()) : list;
+  return {n ? &raysOfHits(list, n, collected_.data()) : &list, n, entries, owner};
 }
 
 // Shadow rays that nothing opaque blocks go through what lets light pass.
@@ -123,10 +126,10 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
   for (uint32_t i = 0; i < n; ++i)
     if (!blocked[i] && rays.tMax[i] > 0) open[k++] = i;
   for (int pass = 0; k && pass < kMostPasses; ++pass) {
-    uint32_t met = 0, *entries, *owner;
-    RayList& surfaces = nextClearSurfaces(list, k, open, met, entries, owner);
+    const ClearSurfaces met = nextClearSurfaces(list, k, open);
     Context* const* contexts;
-    const uint32_t count = shade(surfaces, kTraitEyePath | kTraitPresenceQuery, depth, met, entries, &contexts);
+    const uint32_t count =
+        shade(*met.list, kTraitEyePath | kTraitPresenceQuery, depth, met.count, met.entries, &contexts);
     for (uint32_t c = 0; c < count; ++c) {
       const Context* x = contexts[c];
       float* presence = x->alloc<float>(x->padded);
@@ -140,7 +143,7 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
         x->bxdf->thinShadow(x, keep);
       }
       for (uint32_t i = 0; i < x->count; ++i) {
-        const uint32_t s = owner ? owner[x->path[i]] : x->path[i];
+        const uint32_t s = met.owner ? met.owner[x->path[i]] : x->path[i];
         for (int q = 0; q < 3; ++q) {
           const float pass1 = (1.f - presence[i]) + (keep[q] && rays.tinted[s] ? presence[i] * keep[q][i] : 0.f);
           rays.transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);

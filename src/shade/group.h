@@ -214,8 +214,8 @@ class GroupState {
   void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);
   // clear_shadows.cpp
   void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked);
-  RayList& nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open, uint32_t& n, uint32_t*& entries,
-                             uint32_t*& owner);
+  struct ClearSurfaces;
+  ClearSurfaces nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open);
   RayList& raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits);
   static float distanceBeyond(const Rays& rays, uint32_t slot, float t);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.

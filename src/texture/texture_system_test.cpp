@@ -94,6 +94,20 @@ TEST_F(TextureTest, FindsFilesAndSaysWhatItUsed) {
   EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-MISSING"), 2u);
 }
 
+// Authors keep textures below and beside the scene and told their renderers so elsewhere.
+TEST_F(TextureTest, FoldersOfPicturesNearbyAreTheLastResort) {
+  constant("scene/maps/below.png", 0.25f);
+  constant("Textures/beside.tif", 0.75f);
+  constant("other/hidden.tif", 0.75f);
+  fs::create_directories(path("scene"));
+  system_.setSearchPath({path("scene")});
+  EXPECT_NEAR(look(system_, system_.handle("below.tx", {}), 0.5f, 0.5f).v[0], 0.25f, 0.01f);
+  EXPECT_NEAR(look(system_, system_.handle("deep/beside.tif", {}), 0.5f, 0.5f).v[0], 0.75f, 0.01f);
+  EXPECT_NE(said().find("below.png' is used instead"), std::string::npos) << said();
+  EXPECT_LT(system_.handle("hidden.tif", {}), 0) << "its folder's name says nothing of pictures";
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-MISSING"), 3u);
+}
+
 TEST_F(TextureTest, MissingFilesGiveTheMissingColour) {
   TextureOptions o;
   o.missingColor[0] = 0.1f, o.missingColor[1] = 0.2f, o.missingColor[2] = 0.3f, o.missingAlpha = 0.4f;

@@ -96,6 +96,22 @@ TEST(ClassicLights, AmbientHasNoShadow) {
   EXPECT_EQ(radiance(scene(ambient + shiny, "", unbiased(2))), 0);
 }
 
+// A scene without an integrator is one of the old renderers, whose lights cast shadows where they were told to.
+TEST(ClassicLights, ShadowsAreWhereTheOldRenderersHadThem) {
+  const std::string card =
+      "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\nBxdf \"PxrDiffuse\" \"black\" \"color "
+      "diffuseColor\" [0 0 0]\nPolygon \"P\" [-50 -50 1  50 -50 1  50 50 1  -50 50 1]\nAttributeEnd\n";
+  const auto seen = [&](const std::string& lights, const std::string& integrator) {
+    return radiance(scene(lights + card, "", integrator));
+  };
+  const std::string sun = "LightSource \"distantlight\" 1 \"intensity\" .7 \"to\" [0 0 1]\n";
+  EXPECT_NEAR(seen(sun, ""), 0.7, 1e-3);
+  EXPECT_NEAR(seen(sun, kDirect), 0, 1e-9);
+  EXPECT_NEAR(seen("Attribute \"light\" \"shadows\" \"on\"\n" + sun, ""), 0, 1e-9);
+  EXPECT_NEAR(seen("LightSource \"pointlight_shadows\" 1 \"intensity\" 4 \"from\" [0 0 0]\n", ""), 0, 1e-9);
+  EXPECT_NEAR(seen("LightSource \"spotlight\" 1 \"intensity\" 4 \"shadowname\" \"a.shad\"\n", ""), 0, 1e-9);
+}
+
 // What no standard light is, at one point, against the formula of what stands in (Barzel 1997 for uberlight).
 TEST(ClassicLights, OthersByWordsAndParameters) {
   const auto seen = [](const std::string& what) { return radiance(scene("LightSource " + what + "\n")); };

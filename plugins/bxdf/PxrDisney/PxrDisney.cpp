@@ -132,7 +132,7 @@ struct PxrDisney {
       const Vec3<W> h = normalize(specular.wo + w);
       const F cosD = min(dot(specular.wo, h), F(1.f));
       F pdf = choiceO.weight[kMakeCosine] * muI * F(kInvPi), reverse = choiceI.weight[kMakeCosine] * muO * F(kInvPi);
-      Rgb<W> base = diffuse * disneyDiffuse(roughness, muO, muI, cosD);
+      Rgb<W> base = diffuse * burleyDiffuse(roughness, muO, muI, F(2.f) * cosD * cosD);
       if (k.flattens) base = base + flat * disneyFlat(roughness, muO, muI, cosD);
       out.add(kDiffuseLobe, zeroUnless(here, base * muI));
       if (k.sheens) out.add(kSheenLobe, zeroUnless(here, sheen * (schlickWeight(cosD) * muI)));

@@ -2,6 +2,7 @@
 // scattering, sheen, the specular lobe and the clear coat. All after Burley, "Physically-Based Shading at Disney"
 // (SIGGRAPH course 2012). Included per target.
 #include <kinora/math/microfacet.h>
+#include "plugins/bxdf/lobes/burley.h"
 #include "plugins/bxdf/lobes/specular.h"
 
 #ifndef KINORA_PXRDISNEY_BASE_ONCE
@@ -29,12 +30,6 @@ namespace HWY_NAMESPACE {
 namespace {
 
 // Without the cosine. cosD: cosine between a direction and the half vector.
-template <int W>
-KN_INLINE Float<W> disneyDiffuse(Float<W> roughness, Float<W> muO, Float<W> muI, Float<W> cosD) {
-  using F = Float<W>;
-  const F more = fma(F(2.f) * cosD * cosD, roughness, F(-0.5f));  // F_D90 - 1
-  return fma(more, schlickWeight(muO), F(1.f)) * fma(more, schlickWeight(muI), F(1.f)) * F(kInvPi);
-}
 // After Hanrahan and Krueger's isotropic scattering (SIGGRAPH 1993).
 template <int W>
 KN_INLINE Float<W> disneyFlat(Float<W> roughness, Float<W> muO, Float<W> muI, Float<W> cosD) {

@@ -2,12 +2,12 @@
 // What a layer lets through to its base is 1 less its top's directional albedo, the lesser of the two directions',
 // which is reciprocal and never gains. Tops that are opaque (diffuse, conductor) let through nothing. Weights of sums
 // are scaled down where they would return more than arrives. The leaves' formulas are those of plugins/bxdf/lobes and
-// of sheen.h and burley.h here. Included per target, by stack.cpp alone.
+// of sheen.h here and burley.h of the lobes. Included per target, by stack.cpp alone.
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
 #include <iterator>
 #include "closure.h"
-#include "burley.h"
+#include "plugins/bxdf/lobes/burley.h"
 #include "sheen.h"
 #include "plugins/bxdf/lobes/diffuse.h"
 #include "plugins/bxdf/lobes/specular.h"
@@ -185,7 +185,7 @@ struct SlabTree {
       }
       Rgb<W> f;
       if (leaf.kind == lama::kKindBurley)
-        f = l.color * burleyDiffuse(l.roughness, muO, muI, dot(wo, wi)) +
+        f = l.color * burleyDiffuse(l.roughness, muO, muI, max(dot(wo, wi) + F(1.f), F(0.f))) +
             l.through * schlickWeight(safeSqrt(fma(dot(wo, wi), F(0.5f), F(0.5f))));
       else
         f = l.rough.evaluate(l.color, muO, muI, dot(wo, wi));

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "base/file_search.h"
+#include "base/text.h"
 #include "image/module/pixels.h"
 #include "image/volume_file.h"
 
@@ -170,8 +171,7 @@ std::vector<fs::path> pictureFolders(const std::vector<std::string>& searchPath)
       std::vector<fs::path> here;
       size_t entries = 0;
       for (fs::directory_iterator it(base, ec), end; !ec && it != end && ++entries < kMostEntries; it.increment(ec)) {
-        std::string name = it->path().filename().string();
-        for (char& c : name) c = char(std::tolower(static_cast<unsigned char>(c)));
+        const std::string name = lowerCase(it->path().filename().string());
         std::error_code no;
         for (const char* hint : {"tex", "map", "image", "tif", "pict"})
           if (name.find(hint) != std::string::npos && it->is_directory(no)) {
