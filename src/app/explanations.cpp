@@ -220,6 +220,11 @@ constexpr Explanation kRooms[] = {
      "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say "
      "how "
      "many samples a pixel has."},
+    {"RENDER-ADAPTIVE",
+     "Adaptive sampling cannot be done as it is asked for. With a least number of samples (minsamples, --min-spp) "
+     "above the most, every pixel takes the most. A part of a frame's samples (--samples) takes all of them in every "
+     "pixel, for what earlier samples would have decided is not known to it: such parts merge to the picture without "
+     "adaptive sampling. Parts by --crop decide as the whole frame does."},
     {"RENDER-CROP",
      "CropWindow, or --crop, rounded to pixels as RIB says, is empty: a pixel belongs to the window that holds its "
      "top "

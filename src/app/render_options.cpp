@@ -5,6 +5,7 @@
 #include <CLI/Formatter.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -37,8 +38,7 @@ struct Texts {
 
 // Options of the contract that this version does not have: named as what they are, not as unknown.
 const char* unavailable(const std::vector<std::string>& arguments) {
-  static constexpr const char* kLater[] = {"--min-spp", "--max-spp",        "--pixel-variance", "--checkpoint",
-                                           "--recover", "--geometry-cache", "--allow-exec"};
+  static constexpr const char* kLater[] = {"--checkpoint", "--recover", "--geometry-cache", "--allow-exec"};
   for (const std::string& a : arguments) {
     if (a == "--") return nullptr;
     for (const char* option : kLater)
@@ -65,6 +65,13 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
       return std::string("--crop takes XMIN XMAX YMIN YMAX within 0..1, each MIN below its MAX");
     s.crop = {c[0], c[1], c[2], c[3]};
   }
+  if (s.samplesPerPixel > 0 && (s.pixelVariance > 0 || s.leastSamples > 0 || s.mostSamples > 0))
+    return "--spp gives every pixel the same samples; --min-spp, --max-spp and --pixel-variance leave that to the "
+           "picture's noise";
+  if (std::isnan(s.pixelVariance)) return std::string("--pixel-variance is no number");
+  if (s.mostSamples > 0 && s.leastSamples > s.mostSamples) return "--min-spp is above --max-spp";
+  if (!texts.samples.empty() && s.pixelVariance > 0)
+    return "--samples renders all of its samples in every pixel: parts by --crop keep --pixel-variance";
   if (!texts.samples.empty()) {
     if (!splitInts(texts.samples, ':', numbers) || numbers.size() != 2 || numbers[0] < 0 || numbers[1] <= numbers[0])
       return "--samples '" + texts.samples + "' is not A:B with 0 <= A < B";
@@ -161,6 +168,17 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("N")
       ->check(CLI::Range(-4096, 4096));
   app.add_option("--spp", s.samplesPerPixel, "samples a pixel; overrides the scene's")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 16));
+  app.add_option(
+         "--pixel-variance", s.pixelVariance,
+         "adaptive sampling: pixels are done at this relative deviation, say .02; 0: off; overrides the scene's")
+      ->type_name("V")
+      ->check(CLI::Range(0.f, 1e6f));
+  app.add_option("--min-spp", s.leastSamples, "adaptive sampling: at least so many samples a pixel")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 16));
+  app.add_option("--max-spp", s.mostSamples, "at most so many samples a pixel; overrides the scene's")
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 16));
   app.add_option("--res", texts.resolution, "resolution; overrides the scene's Format")->type_name("WxH");

@@ -103,6 +103,15 @@ TEST(RenderOptions, RangesAndSamples) {
   EXPECT_EQ(*one.options.onlySample, (std::array<int, 3>{10, 20, 3}));
 }
 
+TEST(RenderOptions, AdaptiveSampling) {
+  const Parsed p = parsed({"a.rib", "--pixel-variance", ".05", "--min-spp", "8", "--max-spp", "512"});
+  ASSERT_FALSE(p.done);
+  EXPECT_EQ(p.options.settings.pixelVariance, 0.05f);
+  EXPECT_EQ(p.options.settings.leastSamples, 8);
+  EXPECT_EQ(p.options.settings.mostSamples, 512);
+  EXPECT_LT(parsed({"a.rib"}).options.settings.pixelVariance, 0.f) << "the scene decides";
+}
+
 TEST(RenderOptions, WrongFormsAreRefusedWithOneMessage) {
   const std::vector<std::vector<std::string>> wrong{
       {},
@@ -119,6 +128,13 @@ TEST(RenderOptions, WrongFormsAreRefusedWithOneMessage) {
       {"a.rib", "--spp", "0"},
       {"a.rib", "--spp", "many"},
       {"a.rib", "--spp"},
+      {"a.rib", "--pixel-variance", "-1"},
+      {"a.rib", "--pixel-variance", "nan"},
+      {"a.rib", "--min-spp", "0"},
+      {"a.rib", "--min-spp", "8", "--max-spp", "4"},
+      {"a.rib", "--spp", "8", "--max-spp", "16"},
+      {"a.rib", "--spp", "8", "--pixel-variance", ".1"},
+      {"a.rib", "--samples", "0:4", "--pixel-variance", ".1"},
       {"a.rib", "--width", "5"},
       {"a.rib", "--group-size", "0"},
       {"a.rib", "--seed", "-1"},

@@ -149,6 +149,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
     j["shaders"]["slowest"] = list;
   }
   j["film"] = {{"samples", s.samples},
+               {"pixels_done_early", s.donePixels},
                {"non_finite", s.nonFiniteSamples},
                {"saturated", s.saturatedSamples},
                {"negative", s.negativeSamples}};
@@ -285,6 +286,8 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("Film");
   line("  {} samples; {} not finite (dropped), {} saturated, {} negative", s.samples, s.nonFiniteSamples,
        s.saturatedSamples, s.negativeSamples);
+  if (s.donePixels)
+    line("  {} pixels were good enough before they had all samples (adaptive sampling)", s.donePixels);
   return out;
 }
 

@@ -105,7 +105,9 @@ TEST(Teapot, PointsAndNormalsAreThoseOfTheTable) {
         ASSERT_LT((vertex(m, i) - s.p).length(), 3e-6);
         const V3d normal(n->data[3 * i], n->data[3 * i + 1], n->data[3 * i + 2]), front = s.du.cross(s.dv);
         ASSERT_NEAR(normal.length(), 1, 1e-5);
-        if (front.length() > 1e-3) ASSERT_NEAR(normal.dot(front.normalized()), reversed ? -1 : 1, 1e-4);
+        if (front.length() > 1e-3) {
+          ASSERT_NEAR(normal.dot(front.normalized()), reversed ? -1 : 1, 1e-4);
+        }
       }
     }
     EXPECT_EQ(std::count(seen.begin(), seen.end(), true), 32);

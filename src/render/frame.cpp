@@ -20,7 +20,7 @@ namespace kinora::render {
 
 namespace {
 
-constexpr int kBucket = 16, kBlock = 4;
+constexpr int kBucket = 16, kBlock = ActiveBlocks::kSide;
 
 uint64_t now() {
   return uint64_t(
@@ -55,6 +55,7 @@ class Frame::RayLoop final : public Hider {
         for (int x0 = b.x0; x0 < b.x1; x0 += kBlock) {
           // a block that touches the window is traced whole: its packet must not depend on the crop
           if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
+          if (b.active && !b.active->isActive(x0, y0)) continue;
           for (int k = 0; k < kBlock * kBlock; ++k) {
             const int x = x0 + k % kBlock, y = y0 + k / kBlock;
             s.pixelX()[n] = x;
@@ -207,9 +208,11 @@ bool Frame::pass(int first, int last) {
         if (i >= buckets_.size()) return false;
         Worker& w = *workers_[t];
         const Bucket& b = buckets_[i];
+        if (in_.active && !in_.active->anyIn(b.x, b.y, b.x + kBucket, b.y + kBucket)) return true;
         const uint64_t begin = now();
-        hider_->fill(w, {b.x, b.y, b.x + kBucket, b.y + kBucket, first, last, s, in_.seed, &in_.world->camera()},
-                     [this, &w](uint32_t count) { retire(w, count); });
+        hider_->fill(
+            w, {b.x, b.y, b.x + kBucket, b.y + kBucket, first, last, s, in_.seed, &in_.world->camera(), in_.active},
+            [this, &w](uint32_t count) { retire(w, count); });
         bucketTimes_[i] += now() - begin;
         return true;
       });
@@ -381,10 +384,21 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.zeros = w.zeros();
   span.filterWeights = w.filterWeights.empty() ? nullptr : w.filterWeights.data();
   in_.film->addSamples(span);
+  if (in_.noise) addNoise(count, w.values() + in_.noiseOffset, s);
   times_->byWorker[w.index][2] += now() - start;
   if (firstGroupAge_.load(std::memory_order_relaxed) < 0) {
     double none = -1;
     firstGroupAge_.compare_exchange_strong(none, processAge());
+  }
+}
+
+void Frame::addNoise(uint32_t count, const float* const* colour, shade::GroupState& s) {
+  for (uint32_t i = 0; i < count; ++i) {
+    const int x = s.pixelX()[i], y = s.pixelY()[i];
+    const int64_t block = in_.active->indexOf(x, y);
+    if (block < 0) continue;
+    const float rgb[3] = {colour[0][i], colour[1][i], colour[2][i]};
+    in_.noise->add(size_t(block), y % kBlock * kBlock + x % kBlock, s.group().paths.sampleIndex[i], rgb);
   }
 }
 

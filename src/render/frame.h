@@ -9,6 +9,7 @@
 #include "film/film.h"
 #include "film/filter_ratio.h"
 #include "film/pixel_filter.h"
+#include "render/adaptive.h"
 #include "render/filters.h"
 #include "render/hider.h"
 #include "render/services.h"
@@ -28,6 +29,9 @@ struct FrameInput {
   const Hider* hider = nullptr;  // null: the loop over rays
   uint32_t seed = 0;
   int firstSample = 0, lastSample = 64;  // half open
+  const ActiveBlocks* active = nullptr;  // where passes take samples; null: everywhere
+  NoiseEstimate* noise = nullptr;        // gets every sample's three floats from `noiseOffset` of the record on
+  int noiseOffset = 0;
   int threads = 1;
   uint32_t groupSize = 1024;
   std::string bucketOrder = "horizontal";
@@ -59,6 +63,7 @@ class Frame {
   class RayLoop;
   void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
   void retire(Worker& w, uint32_t count);
+  void addNoise(uint32_t count, const float* const* colour, shade::GroupState& s);
   void cameraRays(Worker& w, uint32_t count);
   uint64_t pathsOf(const Stage& s) const;  // light paths a sample
   uint32_t replayEarlierStages(int sample);

@@ -22,6 +22,7 @@
 #include "render/frame_plan.h"
 #include "render/legacy_lights.h"
 #include "render/overrides.h"
+#include "render/sample_counts.h"
 #include "render/version.h"
 #include "render/world_build.h"
 #include "scene/digests.h"
@@ -58,7 +59,12 @@ struct Renderer::Impl {
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
   Instance integrator;
-  int threads = 1, firstSample = 0, lastSample = 64, samplesDone = 0;
+  int threads = 1;
+  SampleCounts counts;
+  int samplesDone = 0;        // of each pixel that still takes some
+  uint64_t samplesTaken = 0;  // of all pixels
+  ActiveBlocks active;
+  std::unique_ptr<NoiseEstimate> noise;  // null: every pixel takes the same samples
   const Hider* hider = nullptr;
   FrameIdentity identity;
   Clock::time_point loadedAt;
@@ -82,29 +88,7 @@ struct Renderer::Impl {
       integrator = {};
     }
     if (!builder.buildCamera(scene, stats)) return false;
-    // samples
-    constexpr int kMostSamples = 1 << 16;
-    int spp = settings.samplesPerPixel;
-    if (spp <= 0) {
-      spp = scene.hider ? scene.hider->params.getInt("maxsamples", 0) : 0;
-      if (spp < 0 || spp > kMostSamples)
-        diagnostics.warning("RENDER-SAMPLES", scene.hider->pos,
-                            "maxsamples of the Hider is " + std::to_string(spp) + ", which is not within 0 to " +
-                                std::to_string(kMostSamples),
-                            spp < 0 ? "it is ignored" : std::to_string(kMostSamples) + " are taken");
-      if (spp <= 0 && scene.pixelSamples[0] > 0) spp = scene.pixelSamples[0] * std::max(1, scene.pixelSamples[1]);
-      if (spp <= 0) spp = 64;
-    }
-    spp = std::clamp(spp, 1, kMostSamples);
-    firstSample = 0;
-    lastSample = spp;
-    if (settings.firstSample >= 0) {
-      firstSample = settings.firstSample;
-      lastSample = settings.lastSample;
-    } else if (scene.hider) {
-      firstSample = std::clamp(scene.hider->params.getInt("sampleoffset", 0), 0, 1 << 20);
-      lastSample = firstSample + spp;
-    }
+    counts = sampleCountsOf(scene, settings, diagnostics);
     return makeIntegrator();
   }
 
@@ -149,7 +133,8 @@ struct Renderer::Impl {
     picturesHeld.set(0);
     // an interrupted part of a frame falls back to the sums of the last complete pass
     const uint64_t copies = settings.firstSample >= 0 ? 2 : 1;
-    filmHeld.set(copies * film::Film::bytesNeeded(window, plan->displays.layout));
+    const uint64_t noiseBytes = counts.adaptivity.isOn() ? NoiseEstimate::bytesFor(ActiveBlocks(window).blocks()) : 0;
+    filmHeld.set(copies * film::Film::bytesNeeded(window, plan->displays.layout) + noiseBytes);
     uint64_t floats = 0;
     for (const film::Output& o : plan->displays.outputs) {
       uint64_t n = 0;
@@ -223,8 +208,8 @@ struct Renderer::Impl {
     describeCamera(builder.camera(), m);
     m.frame = scene.frame;
     m.seed = settings.seed;
-    m.samples = {{uint32_t(firstSample), uint32_t(firstSample + samplesDone)}};
-    m.samplesPerPixel = samplesDone;
+    m.samples = {{uint32_t(counts.first), uint32_t(counts.first + samplesDone)}};
+    m.samplesPerPixel = double(samplesTaken) / double(std::max<uint64_t>(1, film->window().pixels()));
     m.renderSeconds = seconds;
     m.kinoraVersion = kVersion;
     m.sceneHash = identity.hash(!early);
@@ -246,8 +231,13 @@ struct Renderer::Impl {
     in.film = film.get();
     in.hider = hider;
     in.seed = settings.seed;
-    in.firstSample = firstSample;
-    in.lastSample = lastSample;
+    in.firstSample = counts.first;
+    in.lastSample = counts.last;
+    if (noise) {
+      in.active = &active;
+      in.noise = noise.get();
+      in.noiseOffset = colourOffset();
+    }
     in.threads = threads;
     if (settings.groupSize) in.groupSize = settings.groupSize;
     in.bucketOrder =
@@ -345,8 +335,9 @@ struct Renderer::Impl {
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
   // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
-    int b = lastSample;
-    for (const auto& [from, to] : Frame::passes(firstSample, lastSample, Frame::passSamplesOf(*integrator.plugin())))
+    int b = counts.last;
+    for (const auto& [from, to] :
+         Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin())))
       if (to > a) {
         b = to;
         break;
@@ -358,6 +349,30 @@ struct Renderer::Impl {
     const double perSample = seconds / samplesDone;
     if ((b - a) * perSample <= settings.snapshotSeconds) return b;
     return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));
+  }
+
+  // Where the record holds the colour whose noise decides, the first; -1: there is none.
+  int colourOffset() const {
+    const film::ChannelLayout& layout = plan->displays.layout;
+    for (int c = 0; c < layout.size(); ++c)
+      if (layout[c].type == film::ChannelType::Color && !layout[c].isData && layout[c].width == 3 &&
+          layout[c].reducer == film::Reducer::Sum)
+        return layout.recordOffset(c);
+    return -1;
+  }
+
+  // What is left is at most what active pixels would still take.
+  Progress progressAt(double seconds) const {
+    Progress p;
+    p.samplesDone = samplesDone;
+    p.samplesWanted = counts.last - counts.first;
+    const double taken = double(samplesTaken),
+                 left = double(p.samplesWanted - samplesDone) * double(active.activePixels());
+    p.fraction = taken / std::max(1.0, taken + left);
+    p.seconds = seconds;
+    p.secondsLeft = taken > 0 ? seconds / taken * left : -1;
+    p.memoryBytes = Memory::resident();
+    return p;
   }
 
   void keepSums() {
@@ -416,35 +431,31 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         output->setPixelStage([this](const film::Film& f) { return plan->displayFilters.run(f); });
       if (!output->probe()) return Outcome::CannotWrite;
     }
+    active = ActiveBlocks(film->window());
+    noise.reset();
+    if (counts.adaptivity.isOn() && colourOffset() >= 0) noise = std::make_unique<NoiseEstimate>(active.blocks());
     makeFrame();
-    const int wanted = lastSample - firstSample;
     samplesDone = 0;
+    samplesTaken = 0;
     auto lastSnapshot = Clock::now();
     bool complete = true, showed = false;
     const bool isPart = settings.firstSample >= 0;
-    for (int a = firstSample; a < lastSample;) {
+    for (int a = counts.first; a < counts.last && active.activePixels() > 0;) {
       const int b = passEnd(a, since(start));
       if (isPart) keepSums();
       if (!frame->pass(a, b)) {
         complete = false;
         break;
       }
+      samplesTaken += uint64_t(b - a) * active.activePixels();
       a = b;
-      samplesDone = b - firstSample;
+      samplesDone = b - counts.first;
+      if (noise && isDecisionPoint(b)) stopQuietBlocks(counts.adaptivity, *noise, counts.first, b, active);
       const double seconds = since(start);
-      if (progress) {
-        Progress p;
-        p.fraction = double(samplesDone) / wanted;
-        p.seconds = seconds;
-        p.secondsLeft = samplesDone > 0 ? seconds / samplesDone * (wanted - samplesDone) : -1;
-        p.memoryBytes = Memory::resident();
-        p.samplesDone = samplesDone;
-        p.samplesWanted = wanted;
-        progress(p);
-      }
+      if (progress) progress(progressAt(seconds));
       const bool isAsked = settings.snapshotNow && settings.snapshotNow->exchange(false);
       const bool isDue = settings.snapshotSeconds > 0 && (!showed || since(lastSnapshot) > settings.snapshotSeconds);
-      if (write && b < lastSample && (isAsked || isDue)) {
+      if (write && b < counts.last && (isAsked || isDue)) {
         // the first pixels go to the file at once, later ones now and then
         output->snapshot(*film, metadata(seconds, false, true));
         showed = true;
@@ -455,7 +466,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       Memory::check(MemoryUse::Textures);
     }
     stats.renderSeconds = since(start);
-    stats.samples = uint64_t(samplesDone) * uint64_t(film->window().width()) * uint64_t(film->window().height());
+    stats.samples = samplesTaken;
+    stats.donePixels = film->window().pixels() - active.activePixels();
     frame->addTo(stats);
     const film::FilmCounters counters = film->counters();
     stats.nonFiniteSamples = counters.nonFinite;
@@ -533,7 +545,7 @@ bool Renderer::writeShard(const std::string& file) {
                           "no part is written");
     return false;
   }
-  if (m.samplesDone < m.lastSample - m.firstSample && !m.passStart.empty()) {
+  if (m.samplesDone < m.counts.last - m.counts.first && !m.passStart.empty()) {
     // buckets of a pass that was not finished are ahead of the others
     const film::Window& w = m.film->window();
     std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
@@ -545,7 +557,7 @@ bool Renderer::writeShard(const std::string& file) {
   info.seed = m.settings.seed;
   info.frame = m.scene.frame;
   info.pixelFilter = m.plan->filter.name();
-  info.ranges = {{uint32_t(m.firstSample), uint32_t(m.firstSample + m.samplesDone)}};
+  info.ranges = {{uint32_t(m.counts.first), uint32_t(m.counts.first + m.samplesDone)}};
   info.renderSeconds = m.stats.renderSeconds;
   info.kinoraVersion = kVersion;
   info.outputs = film::outputsToJson(m.plan->displays, m.metadata(m.stats.renderSeconds, true, false));
@@ -558,7 +570,8 @@ std::string Renderer::summary() const {
   const Statistics& s = impl_->stats;
   const auto& c = impl_->builder.camera();
   return std::to_string(c.resolution[0]) + " x " + std::to_string(c.resolution[1]) + " pixels, " +
-         std::to_string(impl_->lastSample - impl_->firstSample) + " samples a pixel; " +
+         (impl_->counts.adaptivity.isOn() ? std::to_string(impl_->counts.adaptivity.least) + " to " : "") +
+         std::to_string(impl_->counts.last - impl_->counts.first) + " samples a pixel; " +
          std::to_string(s.primitives) + " primitives, " + std::to_string(s.instances) + " placements, " +
          std::to_string(s.triangles) + " triangles; " + std::to_string(s.lights) + " lights; " +
          std::to_string(s.materials) + " materials of " + std::to_string(s.programs) + " programs";

@@ -33,8 +33,12 @@ inline constexpr int kMostSide = 1 << 16;
 inline constexpr int64_t kMostPixels = int64_t(1) << 31;
 
 struct Settings {
-  int threads = 0;                                        // 0: all; -n: all but n
-  int samplesPerPixel = 0;                                // 0: what the scene says
+  int threads = 0;          // 0: all; -n: all but n
+  int samplesPerPixel = 0;  // 0: what the scene says
+  // Adaptive sampling: relative deviation at which pixels are done (0: none; -1: what the scene says), and the least
+  // and the most samples a pixel (0: what the scene says). Not together with samplesPerPixel.
+  float pixelVariance = -1;
+  int leastSamples = 0, mostSamples = 0;
   int firstSample = -1, lastSample = -1;                  // --samples A:B (B exclusive); -1: not given
   std::array<int, 2> resolution{0, 0};                    // 0: the scene's
   std::array<float, 4> crop{-1, -1, -1, -1};              // xmin xmax ymin ymax; -1: the scene's

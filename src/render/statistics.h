@@ -87,6 +87,7 @@ struct Statistics {
   std::array<LaneUse, 12> lanesAt;
   LaneUse lanesQueries;
   uint64_t groups = 0, samples = 0;
+  uint64_t donePixels = 0;  // that adaptive sampling found good enough before they had all samples
   std::vector<ShaderCost> shaders;
   std::vector<BucketTime> buckets;  // of the last render
   // film

@@ -172,9 +172,8 @@ TEST(Later, OptionsAndCommandsOfTheContractSayThatTheyAreNotAvailableYet) {
   Workplace w;
   w.write("scene.rib", rib());
   const std::vector<std::vector<std::string>> commands = {
-      {"scene.rib", "--min-spp", "4"},      {"scene.rib", "--max-spp=64"}, {"scene.rib", "--pixel-variance", ".01"},
-      {"--checkpoint", "30s", "scene.rib"}, {"scene.rib", "--recover"},    {"scene.rib", "--geometry-cache", "4G"},
-      {"scene.rib", "--allow-exec"},        {"denoise", "a.exr"},          {"view", "scene.rib"}};
+      {"--checkpoint", "30s", "scene.rib"}, {"scene.rib", "--recover"}, {"scene.rib", "--geometry-cache", "4G"},
+      {"scene.rib", "--allow-exec"},        {"denoise", "a.exr"},       {"view", "scene.rib"}};
   for (const auto& command : commands) {
     const Result r = w.run(command);
     EXPECT_EQ(r.exitCode, 2) << command[0] << ' ' << command[1];

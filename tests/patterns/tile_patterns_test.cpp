@@ -144,7 +144,7 @@ TEST(TilePatterns, ObjectsPlaceTheirTexturesAtRandom) {
   for (uint32_t i = 0; i < kObjects; ++i)
     ++seen[{int(std::lround(10 * t.at("resultS", i))), int(std::lround(10 * t.at("resultT", i)))}];
   ASSERT_EQ(seen.size(), 4u);
-  for (const std::pair<int, int> place : {std::pair(4, 8), std::pair(2, 4), std::pair(6, 2), std::pair(8, 6)})
+  for (const std::pair<int, int>& place : {std::pair(4, 8), std::pair(2, 4), std::pair(6, 2), std::pair(8, 6)})
     EXPECT_NEAR(seen[place] / double(kObjects), 0.25, 4 * std::sqrt(0.25 * 0.75 / kObjects));
   t.set("randomOrientation", 0);
   t.set("randomOffsetS", 1);

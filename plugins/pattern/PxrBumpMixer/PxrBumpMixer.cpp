@@ -28,7 +28,6 @@ constexpr Param kParams[] = {
 struct PxrBumpMixer {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
-    using F = Float<W>;
     const Value base = c->param(kInputN);
     const bool given = isBumped(base), off = fixedInteger(*c, kDisable) != 0;
     // only what is there is asked for: the rest of the network need not run

@@ -1,0 +1,220 @@
+// Proves: adaptive sampling. Its estimate of a block's error against closed form; decisions that no thread, width,
+// group, bucket order, cut pass or crop changes; samples where the noise is; means that stay; how scenes and settings
+// ask for it. Misses: light stages beside it, error of channels other than the first colour.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "render/adaptive.h"
+#include "render/frame.h"
+#include "support/render_scene.h"
+#include "truth/scenes.h"
+
+namespace kinora::tests {
+namespace {
+
+using render::ActiveBlocks;
+using render::NoiseEstimate;
+
+TEST(Adaptive, BlocksCoverTheWindow) {
+  ActiveBlocks b(image::Window{5, 3, 18, 9});
+  EXPECT_EQ(b.blocks(), 12u);  // columns 1 to 4, rows 0 to 2
+  EXPECT_EQ(b.activePixels(), 78u);
+  EXPECT_TRUE(b.isActive(4, 0)) << "beside the window, in a block that touches it";
+  EXPECT_FALSE(b.isActive(3, 4));
+  EXPECT_FALSE(b.isActive(20, 4));
+  EXPECT_FALSE(b.isActive(-1, 4));
+  b.stop(size_t(b.indexOf(4, 0)));
+  b.stop(size_t(b.indexOf(4, 0)));
+  EXPECT_EQ(b.activePixels(), 75u) << "3 x 1 pixels of the corner, once";
+  EXPECT_FALSE(b.anyIn(4, 0, 8, 4));
+  EXPECT_TRUE(b.anyIn(4, 0, 12, 4));
+  EXPECT_EQ(ActiveBlocks(image::Window{}).blocks(), 0u);
+}
+
+TEST(Adaptive, DecisionsFallOnPowersOfTwoAndHalfway) {
+  std::vector<int> at;
+  for (int n = -3; n <= 100; ++n)
+    if (render::isDecisionPoint(n)) at.push_back(n);
+  EXPECT_EQ(at, (std::vector<int>{1, 2, 4, 8, 16, 32, 48, 64, 96}));
+  // where cut passes end is no matter, where whole ones end is: each decision is the end of one
+  for (const int n : at) {
+    bool isEnd = false;
+    for (const auto& [from, to] : render::Frame::passes(0, 100)) isEnd |= to == n;
+    EXPECT_TRUE(isEnd || n > 96) << n;
+  }
+}
+
+// Samples of known variance: the mean over many blocks of the squared estimate is that of the mean of all samples,
+// also where the halves have different counts.
+TEST(Adaptive, EstimateIsTheErrorOfTheMean) {
+  constexpr size_t kBlocks = 2000;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform(0.f, 2.f);  // mean 1, variance 1/3
+  for (const int samples : {2, 5, 16, 33}) {
+    NoiseEstimate noise(kBlocks);
+    for (size_t b = 0; b < kBlocks; ++b)
+      for (int pixel = 0; pixel < 16; ++pixel)
+        for (int s = 0; s < samples; ++s) {
+          const float rgb[3] = {uniform(random), uniform(random), uniform(random)};
+          noise.add(b, pixel, uint32_t(s), rgb);
+        }
+    testing::Moments squares;
+    for (size_t b = 0; b < kBlocks; ++b) {
+      // far above the level, the floor makes the deviation absolute
+      const double e = noise.relativeDeviation(b, (samples + 1) / 2, samples / 2, 1e6f) * (1e6 + 1);
+      squares.add(e * e);
+    }
+    EXPECT_NEAR(squares.mean() * samples * 3, 1, 4 * squares.standardError() * samples * 3 + 1e-4) << samples;
+    EXPECT_LT(squares.standardError() * samples * 3, 0.02);
+  }
+  NoiseEstimate odd(1);
+  const float bad[3] = {NAN, INFINITY, -INFINITY};
+  odd.add(0, 0, 0, bad);
+  odd.add(0, 0, 1, bad);
+  EXPECT_TRUE(std::isfinite(odd.relativeDeviation(0, 1, 1, 0.1f)));
+  EXPECT_TRUE(std::isinf(odd.relativeDeviation(0, 1, 0, 0.1f))) << "one half alone says nothing";
+}
+
+// Left half a lamp seen directly, without noise; right half a floor in a soft shadow.
+std::string scene(const std::string& options) {
+  return "Format 32 24 1\n" + options +
+         "Projection \"perspective\" \"fov\" [50]\nIntegrator \"PxrPathTracer\" \"i\"\nWorldBegin\n"
+         "AttributeBegin\nTranslate 0 3 4\nRotate 90 1 0 0\nLight \"PxrRectLight\" \"l\" \"float intensity\" [4]\n"
+         "AttributeEnd\nAttributeBegin\nBxdf \"PxrConstant\" \"c\" \"color emitColor\" [.5 .4 .3]\n"
+         "Polygon \"P\" [-9 -9 3  -9 9 3  0 9 3  0 -9 3]\nAttributeEnd\n"
+         "Bxdf \"PxrDiffuse\" \"d\"\nPolygon \"P\" [-20 -1 0  -20 -1 40  20 -1 40  20 -1 0]\n"
+         "Translate .8 .4 4\nSphere .5 -.5 .5 360\nWorldEnd\n";
+}
+RenderRequest request(float variance, int most = 128) {
+  RenderRequest r;
+  r.rib = scene("");
+  r.channels = "Ci,a,sampleCount";
+  r.settings.pixelVariance = variance;
+  r.settings.mostSamples = most;
+  return r;
+}
+
+TEST(Adaptive, NothingButTheSamplesDecides) {
+  SceneRender base(request(0.05f));
+  ASSERT_TRUE(base.ok());
+  const std::vector<int64_t> state = stateOf(base.film());
+  std::vector<std::pair<const char*, RenderRequest>> others;
+  const auto other = [&](const char* name) -> render::Settings& {
+    others.emplace_back(name, request(0.05f));
+    return others.back().second.settings;
+  };
+  other("threads").threads = 2;
+  other("width 1").width = 1;
+  other("width 8").width = 8;
+  other("groups").groupSize = 64;
+  other("buckets").bucketOrder = "random";
+  other("cut passes").snapshotSeconds = 1e-6;
+  for (auto& [name, r] : others) {
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok()) << name;
+    EXPECT_EQ(stateOf(render.film()), state) << name;
+  }
+  // windows that cut blocks
+  for (const std::array<float, 4>& crop :
+       {std::array<float, 4>{0.3f, 0.8f, 0.15f, 0.65f}, std::array<float, 4>{0.f, 0.53f, 0.4f, 0.47f}}) {
+    RenderRequest r = request(0.05f);
+    r.settings.crop = crop;
+    SceneRender part(r);
+    ASSERT_TRUE(part.ok());
+    const image::Window w = part.film().window();
+    for (int y = w.y0; y < w.y1; ++y)
+      for (int x = w.x0; x < w.x1; ++x)
+        EXPECT_TRUE(std::equal(part.film().pixel(x, y), part.film().pixel(x, y) + part.film().slots(),
+                               base.film().pixel(x, y)))
+            << x << ' ' << y;
+  }
+}
+
+TEST(Adaptive, SamplesGoWhereTheNoiseIs) {
+  SceneRender render(request(0.03f, 256));
+  ASSERT_TRUE(render.ok());
+  int64_t total = 0;
+  int most = 0;
+  for (int y = 0; y < 24; ++y)
+    for (int x = 0; x < 32; ++x) {
+      const int n = int(render.film().sampleCount(x, y));
+      total += n;
+      most = std::max(most, n);
+      EXPECT_TRUE(n >= 16 && n <= 256 && (n == 256 || render::isDecisionPoint(n))) << n;
+      if (x < 12 && y < 12) {
+        EXPECT_EQ(n, 16) << x << ' ' << y << ": a lamp has no noise";
+      }
+    }
+  EXPECT_GT(most, 16);
+  EXPECT_EQ(render.renderer().statistics().samples, uint64_t(total));
+  EXPECT_GT(render.renderer().statistics().donePixels, 12u * 12);
+  // the count is a channel too
+  const image::Image counts = render.channel("sampleCount");
+  EXPECT_NEAR(overPixels(counts).mean() * 32 * 24, double(total), 1e-6);
+}
+
+// Blocks that end where few samples happen to agree take the mean with them: the bias stays small beside the error
+// that was asked for.
+TEST(Adaptive, MeansStay) {
+  RenderRequest fixed;
+  fixed.rib = scene("");
+  fixed.settings.samplesPerPixel = 64;
+  const testing::Moments truth = overSeeds(fixed, 8);
+  for (const float variance : {0.2f, 0.05f}) {
+    const testing::Moments m = overSeeds(request(variance), 16);
+    const double bias = m.mean() / truth.mean() - 1,
+                 error = std::hypot(m.standardError(), truth.standardError()) / truth.mean();
+    RecordProperty("bias_" + std::to_string(variance), std::to_string(bias));
+    EXPECT_LE(std::abs(bias), 4 * error + 0.05 * double(variance)) << "standard error " << error;
+    EXPECT_LE(error, 0.02 * double(variance)) << "too few samples to judge";
+  }
+}
+
+int64_t countAt(const RenderRequest& r, int x, int y) {
+  SceneRender render(r);
+  return render.ok() ? render.film().sampleCount(x, y) : -1;
+}
+
+TEST(Adaptive, WhoAsksForIt) {
+  const auto ofScene = [](const std::string& options) {
+    RenderRequest r;
+    r.rib = scene(options);
+    return r;
+  };
+  EXPECT_EQ(countAt(ofScene("Hider \"raytrace\" \"int maxsamples\" [40]\n"), 2, 2), 40) << "nobody";
+  EXPECT_EQ(countAt(ofScene("Hider \"raytrace\" \"int maxsamples\" [40]\nPixelVariance .05\n"), 2, 2), 16);
+  EXPECT_EQ(countAt(ofScene("Hider \"raytrace\" \"int maxsamples\" [40]\nPixelVariance 0\n"), 2, 2), 40);
+  EXPECT_EQ(
+      countAt(ofScene("Hider \"raytrace\" \"int maxsamples\" [40] \"int minsamples\" [24] \"float pixelvariance\" "
+                      "[.05]\n"),
+              2, 2),
+      32)
+      << "the first decision from the least on";
+  EXPECT_EQ(
+      countAt(ofScene("Hider \"raytrace\" \"int maxsamples\" [40] \"int minsamples\" [20]\nPixelVariance .05\n"), 2,
+              2),
+      32)
+      << "the decision after the least";
+  RenderRequest r = ofScene("Hider \"raytrace\" \"int maxsamples\" [40]\nPixelVariance .05\n");
+  r.settings.samplesPerPixel = 20;
+  EXPECT_EQ(countAt(r, 2, 2), 20) << "--spp";
+  r.settings.samplesPerPixel = 0;
+  r.settings.firstSample = 8;
+  r.settings.lastSample = 40;
+  SceneRender part(r);
+  ASSERT_TRUE(part.ok());
+  EXPECT_EQ(part.film().sampleCount(2, 2), 32) << "a part of the samples";
+  ASSERT_EQ(part.messages().size(), 1u);
+  EXPECT_NE(part.messages()[0].find("RENDER-ADAPTIVE"), std::string::npos) << part.messages()[0];
+  SceneRender above(
+      ofScene("Hider \"raytrace\" \"int maxsamples\" [20] \"int minsamples\" [30]\nPixelVariance .05\n"));
+  ASSERT_TRUE(above.ok());
+  EXPECT_EQ(above.film().sampleCount(2, 2), 20);
+  ASSERT_EQ(above.messages().size(), 1u);
+  EXPECT_NE(above.messages()[0].find("RENDER-ADAPTIVE"), std::string::npos) << above.messages()[0];
+}
+
+}  // namespace
+}  // namespace kinora::tests
