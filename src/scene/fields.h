@@ -147,24 +147,20 @@ inline constexpr auto kFields<Solid> = std::tuple(field("operation", &Solid::ope
                                                   field("operand of", &Solid::parent), note("place", &Solid::pos));
 
 template <>
-inline constexpr auto kFields<Primitive> = std::tuple(
-    note("id", &Primitive::id), note("revision", &Primitive::revision), part("shape", &Primitive::shape),
-    field("primvar", &Primitive::primvars), field("times of deformation", &Primitive::times),
-    field("deformed primvars", &Primitive::motion), field("transform", &Primitive::toWorld),
-    part("attributes", &Primitive::attributes), field("solid", &Primitive::solid), note("place", &Primitive::pos));
+inline constexpr auto kFields<Primitive> =
+    std::tuple(note("id", &Primitive::id), part("shape", &Primitive::shape), field("primvar", &Primitive::primvars),
+               field("times of deformation", &Primitive::times), field("deformed primvars", &Primitive::motion),
+               field("transform", &Primitive::toWorld), part("attributes", &Primitive::attributes),
+               field("solid", &Primitive::solid), note("place", &Primitive::pos));
 
 template <>
-inline constexpr auto kFields<Light> = std::tuple(note("id", &Light::id), note("revision", &Light::revision),
-                                                  part("node", &Light::node), part("filters", &Light::filters),
-                                                  field("filter's transform", &Light::filterToWorld),
-                                                  part("patterns", &Light::patterns),
-                                                  field("transform", &Light::toWorld),
-                                                  part("attributes", &Light::attributes),
-                                                  part("geometry", &Light::geometry));
+inline constexpr auto kFields<Light> = std::tuple(
+    note("id", &Light::id), part("node", &Light::node), part("filters", &Light::filters),
+    field("filter's transform", &Light::filterToWorld), part("patterns", &Light::patterns),
+    field("transform", &Light::toWorld), part("attributes", &Light::attributes), part("geometry", &Light::geometry));
 
 template <>
-inline constexpr auto kFields<Instance> = std::tuple(note("id", &Instance::id), note("revision", &Instance::revision),
-                                                     field("object", &Instance::prototype),
+inline constexpr auto kFields<Instance> = std::tuple(note("id", &Instance::id), field("object", &Instance::prototype),
                                                      field("transform", &Instance::toWorld),
                                                      part("attributes", &Instance::attributes),
                                                      field("solid", &Instance::solid), note("place", &Instance::pos));
@@ -208,7 +204,7 @@ inline constexpr auto kFields<KeptRequest> = std::tuple(field("request", &KeptRe
 // The number of a frame is compared by itself; two frames of one number may be one frame.
 template <>
 inline constexpr auto kFields<Scene> = std::tuple(
-    note("revision", &Scene::revision), note("frame", &Scene::frame), note("inside a frame", &Scene::hasFrame),
+    note("frame", &Scene::frame), note("inside a frame", &Scene::hasFrame),
     some("option", &Scene::options, &optionDecidesPixels), field("resolution", &Scene::resolution),
     field("pixel aspect", &Scene::pixelAspect), field("frame aspect", &Scene::frameAspect),
     field("crop window", &Scene::cropWindow), field("pixel filter", &Scene::pixelFilter),

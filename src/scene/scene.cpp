@@ -177,7 +177,6 @@ bool Scene::setPrimitiveTransform(uint32_t id, const Transform& t) {
     if (p->id == id) {
       auto edited = std::make_shared<Primitive>(*p);
       edited->toWorld = t;
-      edited->revision = ++revision;
       p = std::move(edited);
       return true;
     }
@@ -189,7 +188,6 @@ bool Scene::setPrimitiveAttributes(uint32_t id, AttributesPtr a) {
     if (p->id == id) {
       auto edited = std::make_shared<Primitive>(*p);
       edited->attributes = std::move(a);
-      edited->revision = ++revision;
       p = std::move(edited);
       return true;
     }
@@ -200,7 +198,6 @@ bool Scene::replacePrimitive(uint32_t id, Primitive replacement) {
   for (PrimitivePtr& p : primitives)
     if (p->id == id) {
       replacement.id = id;
-      replacement.revision = ++revision;
       p = std::make_shared<Primitive>(std::move(replacement));
       return true;
     }
@@ -212,7 +209,6 @@ bool Scene::removePrimitive(uint32_t id) {
       std::find_if(primitives.begin(), primitives.end(), [id](const PrimitivePtr& p) { return p->id == id; });
   if (it == primitives.end()) return false;
   primitives.erase(it);
-  ++revision;
   return true;
 }
 
@@ -220,7 +216,6 @@ bool Scene::setInstanceTransform(uint32_t id, const Transform& t) {
   Instance* i = byId(instances, id);
   if (!i) return false;
   i->toWorld = t;
-  i->revision = ++revision;
   return true;
 }
 
@@ -228,7 +223,6 @@ bool Scene::setLight(uint32_t id, Light l) {
   Light* held = byId(lights, id);
   if (!held) return false;
   l.id = id;
-  l.revision = ++revision;
   *held = std::move(l);
   return true;
 }
@@ -236,27 +230,23 @@ bool Scene::setLight(uint32_t id, Light l) {
 bool Scene::setCamera(size_t index, Camera c) {
   if (index >= cameras.size()) return false;
   cameras[index] = std::move(c);
-  ++revision;
   return true;
 }
 
 uint32_t Scene::add(Primitive p) {
   p.id = nextId++;
-  p.revision = ++revision;
   primitives.push_back(std::make_shared<Primitive>(std::move(p)));
   return primitives.back()->id;
 }
 
 uint32_t Scene::add(Light l) {
   l.id = nextId++;
-  l.revision = ++revision;
   lights.push_back(std::move(l));
   return lights.back().id;
 }
 
 uint32_t Scene::add(Instance i) {
   i.id = nextId++;
-  i.revision = ++revision;
   instances.push_back(std::move(i));
   return instances.back().id;
 }

@@ -159,8 +159,7 @@ struct Solid {
 
 // One primitive. `primvars` are those of the first motion key; `motion` those of the further keys at times[1..].
 struct Primitive {
-  uint32_t id = 0;        // stable over edits, unique in the scene, from 1
-  uint64_t revision = 0;  // scene revision at its last edit
+  uint32_t id = 0;  // stable over edits, unique in the scene, from 1
   Shape shape;
   ParameterList primvars;
   std::vector<double> times;          // empty: no deformation
@@ -176,7 +175,6 @@ using PrimitivePtr = std::shared_ptr<const Primitive>;
 
 struct Light {
   uint32_t id = 0;
-  uint64_t revision = 0;
   NodePtr node;
   std::vector<NodePtr> filters;
   std::vector<Transform> filterToWorld;  // one a filter: the space it was declared in
@@ -188,7 +186,6 @@ struct Light {
 
 struct Instance {
   uint32_t id = 0;
-  uint64_t revision = 0;
   uint32_t prototype = 0;    // index into Scene::prototypes
   Transform toWorld;         // (inside a prototype: to that prototype's space)
   AttributesPtr attributes;  // those at the ObjectInstance request
@@ -250,7 +247,6 @@ struct SceneStatistics {
 };
 
 struct Scene {
-  uint64_t revision = 1;                // raised by every edit
   int frame = 0;                        // FrameBegin's number; see hasFrame
   bool hasFrame = false;                // inside FrameBegin ... FrameEnd
   ParameterList options;                // "group:name"
@@ -278,7 +274,8 @@ struct Scene {
   SourcePos pos;  // of WorldBegin
   uint32_t nextId = 1;
 
-  // Edits. Each raises `revision` and stamps what it touched; unknown ids are reported by false.
+  // Edits. What they touch becomes another object, so that whoever holds the old one keeps it; unknown ids are
+  // reported by false.
   bool setPrimitiveTransform(uint32_t id, const Transform& t);
   bool setPrimitiveAttributes(uint32_t id, AttributesPtr a);
   bool replacePrimitive(uint32_t id, Primitive p);
