@@ -231,6 +231,13 @@ constexpr Explanation kRooms[] = {
      "left corner, and narrow windows may lie between two of them. Nothing is rendered; the exit code is 3, or 2 "
      "where "
      "the command line named the window."},
+    {"RENDER-FLAT",
+     "An object, or one placing of it, has a transformation that leaves it no volume to speak of, or makes it so "
+     "small or "
+     "puts it so far away that no ray can be brought into its space. It is left out there. What only passes such a "
+     "moment "
+     "while it moves, as something that turns inside out, is drawn: rays keep a millionth of the shutter's time "
+     "away."},
     {"RENDER-FRAME-ASPECT",
      "--res asks for a picture of another shape than the scene's FrameAspectRatio. As with Format, the picture is "
      "the "
@@ -258,7 +265,10 @@ constexpr Explanation kRooms[] = {
      "tell "
      "apart (28; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
-    {"RENDER-CAMERA", "The camera's transform cannot be inverted or holds NaN. The identity stands in for it."},
+    {"RENDER-CAMERA",
+     "The camera's transform cannot be inverted or holds NaN: the identity stands in for it. Or its screen window, "
+     "near "
+     "clipping plane or lens is beyond 1e15, where no ray can begin: the usual one, none, and a pinhole stand in."},
     {"RENDER-NO-CAMERA",
      "The scene has no Projection and no Camera. What RIB says then is an orthographic view along z from the "
      "origin."},

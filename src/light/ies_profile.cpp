@@ -71,6 +71,22 @@ void unfold(IesProfile& p, const Columns& columns) {
   p.candela = std::move(candela);
 }
 
+// Files from 90 to 270 are alike on both sides of the plane through these: where 180 is not among their angles, neither
+// would 0 be, and the way around would have a gap.
+void completeHalf(IesProfile& p) {
+  std::vector<float>& h = p.horizontal;
+  if (p.type != IesType::C || h.size() < 2 || h.front() != 90 || h.back() != 270) return;
+  const auto above = std::lower_bound(h.begin(), h.end(), 180.f);
+  if (*above == 180) return;
+  const auto i = size_t(above - h.begin()), rows = p.vertical.size();
+  const float f = (180 - h[i - 1]) / (h[i] - h[i - 1]);
+  std::vector<float> between(rows);
+  for (size_t k = 0; k < rows; ++k)
+    between[k] = p.candela[(i - 1) * rows + k] * (1 - f) + p.candela[i * rows + k] * f;
+  p.candela.insert(p.candela.begin() + std::ptrdiff_t(i * rows), between.begin(), between.end());
+  h.insert(above, 180.f);
+}
+
 // The columns of all angles by the symmetry that the file's have; "" or what is wrong with them.
 std::string unfoldedColumns(const IesProfile& p, Columns& columns) {
   const std::vector<float>& h = p.horizontal;
@@ -191,7 +207,11 @@ IesError readIes(std::string_view text, IesProfile& profile) {
     shines |= c > 0;
   }
   if (in.ok() && !shines) in.fail("all candela values are 0");
-  if (in.ok()) unfold(profile, columns);
+  if (!in.ok()) return in.error;
+  completeHalf(profile);
+  columns.clear();
+  unfoldedColumns(profile, columns);
+  unfold(profile, columns);
   return in.error;
 }
 

@@ -92,6 +92,22 @@ TEST(IesProfile, SymmetriesAreUnfolded) {
   expectColumns(f, {{-80.f, 0}, {0.f, 1}, {10.f, 2}});
 }
 
+// Found by fuzzing: the way around had a gap where neither 0 nor 180 was said.
+TEST(IesProfile, HalvesWithoutTheirMiddleGoAllAround) {
+  File f;
+  f.horizontal = {90, 160, 220, 270};
+  IesProfile p;
+  ASSERT_EQ(readIes(f.text(), p).line, 0u);
+  EXPECT_EQ(p.horizontal, (std::vector<float>{0, 20, 90, 160, 180, 220, 270, 320, 360}));
+  const double scale = f.multiplier * f.ballast;
+  for (size_t r = 0; r < 3; ++r) {
+    const double at180 = (File::value(1, r) * 2 + File::value(2, r)) / 3 * scale;
+    for (const size_t c : {0u, 4u, 8u}) EXPECT_FLOAT_EQ(p.candela[c * 3 + r], float(at180)) << c;
+    EXPECT_FLOAT_EQ(p.candela[1 * 3 + r], float(File::value(1, r) * scale));
+    EXPECT_FLOAT_EQ(p.candela[7 * 3 + r], float(File::value(2, r) * scale));
+  }
+}
+
 TEST(IesProfile, NumbersMayBeBrokenAnyhow) {
   File f;
   std::string text = f.text();

@@ -107,6 +107,30 @@ void setPlace(scene::Camera& camera, Diagnostics& diagnostics, CameraState& c) {
   }
 }
 
+// Rays begin on the picture's plane, the lens and the near plane: what is beyond these numbers no ray can hold.
+void boundNumbers(const scene::Camera& camera, Diagnostics& diagnostics, ProjectionInfo& info) {
+  constexpr float kMost = kMostOfCamera;
+  const auto tell = [&](const char* what, const char* done) {
+    diagnostics.warning("RENDER-CAMERA", camera.pos, std::string(what) + " is beyond 1e15", done);
+  };
+  for (const float x : info.screenWindow)
+    if (!(std::fabs(x) < kMost)) {
+      tell("the screen window", "the usual one is used");
+      std::fill_n(info.screenWindow, 4, 0.f);
+      info.screenWindowGiven = false;
+      break;
+    }
+  const bool hasLens = info.fStop > 0;
+  if (hasLens && !(info.focalLength / (2 * info.fStop) < kMost && std::fabs(info.focalDistance) < 1e30f)) {
+    tell("the width of the lens (focal length by f-stop)", "everything is in focus");
+    info.fStop = 0;
+  }
+  if (!(std::fabs(info.clipping[0]) < kMost)) {
+    tell("the near clipping plane", "0 is used");
+    info.clipping[0] = 0;
+  }
+}
+
 bool setProjection(const scene::Scene& scene, const scene::Camera& camera, Registry& registry, const Host& host,
                    uint32_t width, Diagnostics& diagnostics, CameraState& c) {
   ProjectionInfo info{};
@@ -122,6 +146,7 @@ bool setProjection(const scene::Scene& scene, const scene::Camera& camera, Regis
   info.focalDistance = camera.depthOfField[2];
   info.clipping[0] = camera.clipping[0];
   info.clipping[1] = camera.clipping[1];
+  boundNumbers(camera, diagnostics, info);
   setAperture(camera, scene.hider, info);
   const scene::Matrix toCamera = camera.worldToCamera.at(c.middle());
   for (int i = 0; i < 4; ++i)

@@ -8,6 +8,9 @@
 
 namespace kinora::render {
 
+// No ray begins farther away than this on the picture's plane, the lens or the near plane: Embree takes none.
+inline constexpr float kMostOfCamera = 1e15f;
+
 // What lies on the side that the normal points to is cut away.
 struct CutPlane {
   float normal[3], offset;  // cut where dot(normal, p) > offset
@@ -17,7 +20,8 @@ struct CutPlane {
 inline std::vector<CutPlane> cutPlanes(const scene::Camera& camera) {
   std::vector<CutPlane> out;
   if (camera.clipping[1] > camera.clipping[0]) {
-    if (camera.clipping[0] > 0) out.push_back({{0, 0, -1}, -camera.clipping[0]});
+    if (camera.clipping[0] > 0 && camera.clipping[0] < kMostOfCamera)
+      out.push_back({{0, 0, -1}, -camera.clipping[0]});
     if (camera.clipping[1] < 1e30f) out.push_back({{0, 0, 1}, camera.clipping[1]});
   }
   for (const std::array<double, 6>& p : camera.clippingPlanes) {

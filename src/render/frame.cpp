@@ -299,6 +299,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     s.group().paths.rays.time[i] = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
   }
   Rays& r = s.group().paths.rays;
+  in_.world->world().world->avoidFlatMoments(r.time, m);
   float* weight = x[6];
   const CameraSampleArgs a{
       n,      {x[0], x[1]}, {x[2], x[3]}, r.time, {r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]},
@@ -429,6 +430,7 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   drawSpan(in_.world->width())(w.services().samples, m, timeSeed, s.group().paths.sampleIndex, kDimTime, u, v);
   const std::vector<float>& times = in_.world->camera().times;
   for (uint32_t i = 0; i < m; ++i) s.group().paths.rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
+  in_.world->world().world->avoidFlatMoments(s.group().paths.rays.time, m);
   s.group().rayWeight = weight;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
 }

@@ -32,6 +32,16 @@ std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const
                         "the surfaces of the solid at " + flat->solidPlaces[s.solid].str() + " are drawn as they are",
                         "each primitive solid needs surfaces without holes, as a Cylinder with two Disks");
   }
+  for (const uint32_t placement : world_->lostPlacements()) {
+    const scene::Primitive& p = *flat->shapeOf(flat->placements[placement]).primitive;
+    const std::string& name = flat->infos[placement].name;
+    diagnostics.warning(
+        "RENDER-FLAT", p.pos,
+        "'" + (name.empty() ? p.name() : name) +
+            "' is placed by a transformation that leaves it no volume, or that is too small or too far "
+            "away for rays",
+        "it is left out there", "look at the scales around its ObjectInstance or in its MotionBegin");
+  }
   inputs_ = std::move(inputs);
   statistics.bvhPartsBuilt += counters.partsBuilt;
   statistics.bvhBuilds += counters.topLevelBuilds;

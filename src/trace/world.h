@@ -130,6 +130,14 @@ class World {
   const Instance& instance(uint32_t i) const { return instances_[i]; }
   const Affine* keys(const Instance& i) const { return keys_.data() + i.firstKey; }
   const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
+  // Placements that no ray can be brought into the spaces of, which are too small, too flat or too far away: nothing of
+  // them is seen.
+  const std::vector<uint32_t>& lostPlacements() const { return lost_; }
+  // Moves ray times away from the moments at which something that moves has no volume, by a millionth of the shutter.
+  void avoidFlatMoments(float* times, uint32_t n) const {
+    if (flatMoments_.empty()) return;
+    for (uint32_t i = 0; i < n; ++i) times[i] = besideFlatMoments(times[i]);
+  }
   // What surfaces of one solid have in common; others are themselves.
   uint32_t bodyOf(uint32_t instance) const { return bodies_.empty() ? instance : bodies_[instance]; }
   // Object to render at shutter time 0..1.
@@ -141,6 +149,9 @@ class World {
   World() = default;
   struct Part;
   bool sameTop(const World& previous) const;
+  // Fills lost_ and flatMoments_.
+  void findLost();
+  float besideFlatMoments(float time) const;
   // Embree's instance for one placement of the top level, not committed.
   RTCGeometry makeInstance(uint32_t top) const;
   void buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements);
@@ -171,7 +182,10 @@ class World {
   std::vector<Affine> keys_;
   std::unique_ptr<Solids> solids_;  // null: none
   std::vector<OpenSolid> openSolids_;
-  std::vector<uint32_t> bodies_;  // by instance; empty without solids
+  std::vector<uint32_t> lost_;
+  std::vector<bool> isLost_;                          // by instance; empty: none
+  std::vector<std::pair<float, float>> flatMoments_;  // rising, apart from each other
+  std::vector<uint32_t> bodies_;                      // by instance; empty without solids
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
   bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false,

@@ -11,6 +11,7 @@
 #include "film/film.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
+#include "rib/reader.h"
 #include "tests/edits/edited_scene.h"
 #include "tests/support/render_scene.h"
 
@@ -124,6 +125,70 @@ TEST_F(SamePicture, AfterFilesHaveChanged) {
     EXPECT_TRUE(after == fresh(r->scene()));
     before = after;
   }
+}
+
+// A profile of a light is read again when its file has changed, whatever the scene says.
+TEST_F(SamePicture, AfterAnIesFileHasChanged) {
+  const auto profile = [](const char* candela) {
+    return std::string("IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n") + candela + "\n";
+  };
+  folder_.write("lamp.ies", profile("1000 800 10"));
+  scene::Scene base = sceneWithEverything(folder_, diagnostics_);
+  for (scene::Light& l : base.lights)
+    if (l.node->plugin == "PxrRectLight") {
+      auto node = std::make_shared<scene::Node>(*l.node);
+      scene::Parameter p;
+      p.name = "iesProfile";
+      p.type = scene::ValueType::String;
+      p.strings = {"lamp.ies"};
+      node->params.set(std::move(p));
+      l.node = std::move(node);
+    }
+  const auto r = renderer();
+  const std::vector<int64_t> before = picture(*r, r->load(base));
+  ASSERT_FALSE(before.empty()) << said_;
+  for (const std::string& text : {profile("10 800 1000"), std::string("TILT=NONE\nbroken"), profile("1000 800 10")}) {
+    folder_.write("lamp.ies", text);
+    const std::vector<int64_t> edited = picture(*r, r->update());
+    EXPECT_EQ(edited, fresh(base)) << text;
+    EXPECT_EQ(edited == before, text == profile("1000 800 10")) << text;
+  }
+  EXPECT_NE(said_.find("lamp.ies"), std::string::npos) << "the broken one is told";
+}
+
+TEST_F(SamePicture, AfterTheSenseOfTrimCurves) {
+  scene::Scene base;
+  rib::RibReader reader(diagnostics_, {}, [&](scene::Scene&& s) { base = std::move(s); });
+  reader.readString("trim.rib",
+                    "Format 16 16 1\nHider \"raytrace\" \"int maxsamples\" [2]\nProjection \"orthographic\"\n"
+                    "WorldBegin\nTranslate -.5 -.5 2\nBxdf \"PxrConstant\" \"c\"\n"
+                    "TrimCurve [1] [3] [0 0 0 .25 .5 .5 1 1 1] [0] [1] [6] [.2 .8 .8 .2 .2 .2] [.2 .2 .8 .8 .2 .2] "
+                    "[1 1 1 1 1 1]\n"
+                    "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]\nWorldEnd\n");
+  reader.finish();
+  ASSERT_EQ(base.primitives.size(), 1u) << said_;
+  const auto r = renderer();
+  const std::vector<int64_t> inside = picture(*r, r->load(base));
+  ASSERT_FALSE(inside.empty()) << said_;
+  const auto with = [&](const char* sense) {
+    auto attributes = std::make_shared<scene::Attributes>(*r->scene().primitives[0]->attributes);
+    scene::Parameter p;
+    p.name = "trimcurve:sense";
+    p.type = scene::ValueType::String;
+    p.strings = {sense};
+    attributes->named.set(std::move(p));
+    auto copy = std::make_shared<scene::Primitive>(*r->scene().primitives[0]);
+    copy->attributes = std::move(attributes);
+    r->scene().primitives[0] = std::move(copy);
+    const uint64_t meshes = r->statistics().rebuilt.meshes;
+    const std::vector<int64_t> edited = picture(*r, r->update());
+    EXPECT_EQ(edited, fresh(r->scene())) << sense;
+    EXPECT_EQ(r->statistics().rebuilt.meshes - meshes, 1u) << sense;
+    return edited;
+  };
+  const std::vector<int64_t> outside = with("outside");
+  EXPECT_NE(outside, inside);
+  EXPECT_EQ(with("inside"), inside);
 }
 
 }  // namespace

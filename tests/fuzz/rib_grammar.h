@@ -121,6 +121,29 @@ constexpr RequestShape kRequests[] = {
     {"EnableLightFilter", "ssn"},
     {"MakeTexture", "ssssnnn*"},
     {"System", "s"},
+    {"Imager", "s*"},
+    {"Interior", "s*"},
+    {"Exterior", "s*"},
+    {"Deformation", "s*"},
+    {"ShaderLayer", "sss*"},
+    {"ConnectShaderLayers", "sssss"},
+    {"VPAtmosphere", "s*"},
+    {"VPInterior", "s*"},
+    {"RelativeDetail", "n"},
+    {"Detail", "nnnnnn"},
+    {"DetailRange", "nnnn"},
+    {"Bound", "nnnnnn"},
+    {"GeometricApproximation", "sn"},
+    {"GeometricRepresentation", "s"},
+    {"ColorSamples", "NN"},
+    {"Quantize", "snnnn"},
+    {"VolumePixelSamples", "nn"},
+    {"ErrorHandler", "s"},
+    {"MakeShadow", "ss*"},
+    {"MakeBump", "ssssnnn*"},
+    {"MakeLatLongEnvironment", "sssnn*"},
+    {"MakeCubeFaceEnvironment", "ssssssssnnn*"},
+    {"ArchiveRecord", "ss"},
     {"Unheard", "nsN*"},
 };
 
@@ -136,6 +159,11 @@ constexpr Bracket kBrackets[] = {
     {"SolidBegin \"union\"", "SolidEnd"},
     {"SolidBegin \"difference\"", "SolidEnd"},
     {"SolidBegin \"primitive\"", "SolidEnd"},
+    {"SolidBegin \"intersection\"", "SolidEnd"},
+    {"SolidBegin \"nosuch\"", "SolidEnd"},
+    {"SolidBegin \"difference\"", ""},
+    {"AttributeBegin\nScale 1 1 1e-20", "AttributeEnd"},
+    {"AttributeBegin\nMotionBegin [0 1]\nScale 1 1 1\nScale 1 1 -1\nMotionEnd", "AttributeEnd"},
     {"ResourceBegin", "ResourceEnd"},
     {"MotionBegin [0 1]", "MotionEnd"},
     {"MotionBegin [1 0.5 nan]", "MotionEnd"},
@@ -245,6 +273,35 @@ constexpr const char* kStrings[] = {
     "[1 2 3] == [1 2 3]",
     "lpe:C<RD>[<L.>O]",
     "lpe:C[<",
+    "teapot",
+    "cube",
+    "plane",
+    "sphere",
+    "torus",
+    "cylinder",
+    "primitive",
+    "union",
+    "intersection",
+    "difference",
+    "inside",
+    "outside",
+    "vertexedit",
+    "edgeedit",
+    "creasemethod",
+    "fog",
+    "depthcue",
+    "background",
+    "clamp",
+    "uberlight",
+    "ambientlight",
+    "spotlight",
+    "pointlight",
+    "mydistant",
+    "PxrSeExpr",
+    "PxrBlend",
+    "PxrPortalLight",
+    "LamaSurface",
+    "nosuch.ies",
     "\\101\\n\\\\",
     "\303\244",
 };
@@ -311,6 +368,72 @@ constexpr const char* kDeclarations[] = {
     "string filter",
     "float[2] filterwidth",
     "float[4] quantize",
+    "float radius",
+    "string sense",
+    "string trimcurve:sense",
+    "string iesProfile",
+    "string expression",
+    "int operation",
+    "float Kd",
+    "float Ka",
+    "float roughness",
+    "color specularcolor",
+    "string texturename",
+    "point from",
+    "point to",
+    "float coneangle",
+    "float distance",
+    "color background",
+};
+
+// Scenes' worth of requests that are right: what changes of numbers and of order begin with. Each leaves something
+// that can be traced.
+constexpr const char* kPieces[] = {
+    "Geometry \"teapot\"\n",
+    "Geometry \"cube\" \"float radius\" [2]\n",
+    "Geometry \"torus\"\nGeometry \"plane\"\nGeometry \"cylinder\"\n",
+    // a hole in a flat patch, and a star whose points cross
+    "TrimCurve [1] [3] [0 0 0 .25 .5 .5 1 1 1] [0] [1] [6] [.2 .8 .8 .2 .2 .2] [.2 .2 .8 .8 .2 .2] [1 1 1 1 1 1]\n"
+    "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]\n",
+    "Attribute \"trimcurve\" \"string sense\" [\"outside\"]\n"
+    "TrimCurve [1] [2] [0 0 1 2 3 4 5 5] [0] [5] [6] [.5 .8 .1 .9 .2 .5] [.9 .1 .6 .6 .1 .9] [1 1 1 1 1 1]\n"
+    "NuPatch 3 3 [0 0 0 1 1 1] 0 1 3 3 [0 0 0 1 1 1] 0 1 \"P\" [0 0 0 1 0 1 2 0 0 0 1 1 1 1 2 2 1 1 0 2 0 1 2 1 2 2 "
+    "0]\n",
+    "TrimCurve [2 1] [2 2 2] [0 0 1 1 0 0 1 1 0 0 1 2 2] [0 0 0] [1 1 2] [2 2 3] [.1 .9 .9 .1 .4 .6 .4] "
+    "[.1 .1 .9 .9 .4 .4 .6] [1 1 1 1 1 1 1]\n"
+    "NuPatch 4 4 [0 0 0 0 1 1 1 1] 0 1 4 4 [0 0 0 0 1 1 1 1] 0 1 \"Pw\" [0 0 0 1 1 0 0 1 2 0 0 1 3 0 0 1 0 1 0 1 1 1 "
+    "1 "
+    "1 2 1 1 1 3 1 0 1 0 2 0 1 1 2 1 2 2 2 1 1 3 2 0 1 0 3 0 1 1 3 0 1 2 3 0 1 3 3 0 1]\n",
+    "SolidBegin \"difference\"\nSolidBegin \"primitive\"\nSphere 1 -1 1 360\nSolidEnd\nSolidBegin \"primitive\"\n"
+    "Translate .5 0 0\nSphere .7 -.7 .7 360\nSolidEnd\nSolidEnd\n",
+    "SolidBegin \"intersection\"\nSolidBegin \"union\"\nSolidBegin \"primitive\"\nTorus 1 .3 0 360 360\nSolidEnd\n"
+    "SolidBegin \"primitive\"\nCylinder .5 -1 1 360\nDisk -1 .5 360\nDisk 1 .5 360\nSolidEnd\nSolidEnd\n"
+    "SolidBegin \"primitive\"\nGeometry \"cube\" \"float radius\" [.8]\nSolidEnd\nSolidEnd\n",
+    "ObjectBegin \"a\"\nSolidBegin \"difference\"\nSolidBegin \"primitive\"\nSphere 1 -1 1 360\nSolidEnd\n"
+    "SolidBegin \"primitive\"\nSphere .5 -.5 .5 360\nSolidEnd\nSolidEnd\nObjectEnd\nSolidBegin \"union\"\n"
+    "ObjectInstance \"a\"\nTranslate 1 0 0\nObjectInstance \"a\"\nSolidEnd\n",
+    "ObjectBegin \"a\"\nSphere 1 -1 1 360\nObjectEnd\nAttributeBegin\nMotionBegin [0 1]\nRotate 0 0 0 1\nRotate 180 "
+    "0 0 1\n"
+    "MotionEnd\nScale 1 1 .001\nObjectInstance \"a\"\nAttributeEnd\nScale 1e3 1 1\nObjectInstance \"a\"\n",
+    "HierarchicalSubdivisionMesh \"catmull-clark\" [4 4] [0 1 2 3 1 4 5 2] [\"crease\" \"corner\" "
+    "\"interpolateboundary\"] "
+    "[2 1 0 1 1 0 0 0 0] [1 2 0] [2 3] [] \"P\" [0 0 0 1 0 0 1 1 0 0 1 0 2 0 1 2 1 1]\n",
+    "SubdivisionMesh \"loop\" [3 3] [0 1 2 0 2 3] [\"interpolateboundary\" \"hole\"] [0 0 1 0] [1] [] \"P\" [0 0 0 1 "
+    "0 0 1 1 0 "
+    "0 1 0]\n",
+    "Curves \"cubic\" [4 5] \"nonperiodic\" \"P\" [0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1 0 2 1] "
+    "\"constantwidth\" "
+    "[.2]\nPoints \"P\" [0 0 0 1 0 0] \"constantwidth\" [.1]\n",
+    "Blobby 2 [1001 0 1001 16 0 2 0 1] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 1 0 0 0 0 1 0 0 0 0 1 0 .5 0 0 1] [\"\"]\n",
+    "PatchMesh \"bicubic\" 4 \"nonperiodic\" 4 \"nonperiodic\" \"P\" [0 0 0 1 0 0 2 0 0 3 0 0 0 1 0 1 1 1 2 1 1 3 1 "
+    "0 0 2 0 1 2 "
+    "1 2 2 1 3 2 0 0 3 0 1 3 0 2 3 0 3 3 0]\nPointsGeneralPolygons [2] [4 4] [0 1 2 3 4 5 6 7] \"P\" [0 0 0 4 0 0 4 "
+    "4 0 0 4 0 "
+    "1 1 0 1 2 0 2 2 0 2 1 0]\n",
+    "Surface \"nosuch\" \"Kd\" [.5]\nAtmosphere \"fog\" \"distance\" [3]\nLightSource \"nosuchlight\" 1 "
+    "\"intensity\" [2] \"from\" [0 0 "
+    "1]\nAreaLightSource \"whatever\" 2 \"lightcolor\" [1 0 0]\nHyperboloid 1 0 0 1 1 1 360\nParaboloid 1 0 1 "
+    "360\nCone 1 1 360\n",
 };
 
 }  // namespace kinora::fuzz

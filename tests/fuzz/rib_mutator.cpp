@@ -253,6 +253,9 @@ void RibMutator::mutateRequests(std::vector<Token>& t, const std::vector<Token>&
       t.insert(at(a), space(begin));
       break;
     }
+    case 6:
+      t.insert(at(a), space(below(2) ? request() : "\n" + std::string(kPieces[below(std::size(kPieces))])));
+      break;
     default:
       t.insert(at(a), space(request()));
   }

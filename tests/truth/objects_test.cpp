@@ -163,5 +163,66 @@ TEST(Objects, PrimvarsThatAreImplied) {
   EXPECT_NEAR(seen(shows("Cs", "color") + "Color [.3 .4 .5]\n" + own).colour, 0.9, 1e-6);
 }
 
+// Instances that no ray can be brought into the space of are left out and told by name, file and line; what moves
+// through such a moment is drawn. Embree ends the program on a ray with numbers beyond 1.8e18, and where a moment
+// without volume falls onto a ray's time: the middle of the shutter does, as one in 16 million.
+TEST(Objects, WithoutVolumeAreLeftOutAndTold) {
+  const std::string object = "ObjectBegin \"thing\"\n" + kPatch + "Sphere .5 -.5 .5 360\nObjectEnd\n";
+  const auto moving = [](const std::string& a, const std::string& b) {
+    return "MotionBegin [0 1]\n" + a + b + "MotionEnd\n";
+  };
+  const struct {
+    const char* what;
+    std::string transform;
+    bool isLost;
+  } table[] = {
+      {"flat", "Scale 1 1 1e-20\n", true},
+      {"tiny", "Scale 1e-13 1e-13 1e-13\n", true},
+      {"tiny twice", "Scale 1e-30 1e-30 1e-30\n", true},
+      {"small and far", "Translate 1e10 0 0\nScale 1e-9 1e-9 1e-9\n", true},
+      {"huge", "Scale 1e18 1e18 1e18\n", true},
+      {"thin", "Scale 1 1 1e-9\n", false},
+      {"flat throughout", moving("Scale 1 1 1e-20\n", "Scale 1 1 1e-25\n"), true},
+      {"flat at the end", moving("Scale 1 1 1\n", "Scale 1 1 1e-20\n"), false},
+      {"flat at the beginning", moving("Scale 1 1 1e-30\n", "Scale 1 1 1\n"), false},
+      {"inside out", moving("Scale 1 1 1\n", "Scale 1 1 -1\n"), false},
+      {"half a turn", moving("Rotate 0 0 0 1\n", "Rotate 180 0 0 1\n"), false},
+  };
+  for (const auto& row : table) {
+    RenderRequest r;
+    r.rib = kHead + "Shutter 0 1\nWorldBegin\nTranslate 0 0 2\n" + glow(1) + object + row.transform +
+            "ObjectInstance \"thing\"\nWorldEnd\n";
+    r.settings.samplesPerPixel = 1024;
+    SceneRender s(r);
+    ASSERT_TRUE(s.ok()) << row.what;
+    int told = 0;
+    for (const std::string& m : s.messages())
+      told += m.find("RENDER-FLAT") != std::string::npos && m.find("'thing'") != std::string::npos &&
+              (m.find(":11:") != std::string::npos || m.find(":12:") != std::string::npos);
+    EXPECT_EQ(told > 0, row.isLost) << row.what << (s.messages().empty() ? "" : ": " + s.messages()[0]);
+    const double alpha = overPixels(s.channel("a")).mean();
+    if (row.isLost)
+      EXPECT_EQ(alpha, 0) << row.what;
+    else
+      EXPECT_GT(alpha, 0.05) << row.what;
+  }
+}
+
+// The camera's own numbers, beyond what rays hold.
+TEST(Objects, CamerasBeyondNumbersAreToldAndDrawSomething) {
+  for (const std::string& line :
+       {std::string("ScreenWindow -1e19 1e19 -1e19 1e19\n"), std::string("Clipping 1e19 3e38\n"),
+        std::string("Projection \"perspective\" \"fov\" [60]\nDepthOfField 1e-30 1e18 1e18\n")}) {
+    RenderRequest r;
+    r.rib = kHead + line + "WorldBegin\nTranslate 0 0 2\n" + glow(1) + kPatch + "WorldEnd\n";
+    SceneRender s(r);
+    ASSERT_TRUE(s.ok()) << line;
+    int told = 0;
+    for (const std::string& m : s.messages()) told += m.find("RENDER-CAMERA") != std::string::npos;
+    EXPECT_EQ(told, 1) << line;
+    EXPECT_GT(overPixels(s.channel("a")).mean(), 0.5) << line;
+  }
+}
+
 }  // namespace
 }  // namespace kinora::tests
