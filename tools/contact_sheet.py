@@ -64,6 +64,13 @@ def shown(path, out):
     return None
 
 
+def some_of(pictures):
+    """The first, one in the middle, the last: passes that make maps come first, and frames move."""
+    if len(pictures) <= MOST_PICTURES:
+        return pictures
+    return [pictures[0], pictures[len(pictures) // 2], pictures[-1]]
+
+
 def counts_of(rows, verdicts):
     counts = dict.fromkeys([*VERDICTS, "none"], 0)
     for row in rows:
@@ -96,7 +103,7 @@ def scene(folder, out, row, verdict):
     rib = folder / row["file"]
     root = folder / row["file"].split("/")[0]
     figures = []
-    for name in row["pictures"][:MOST_PICTURES]:
+    for name in some_of(row["pictures"]):
         figures.append(f'<figure><img loading="lazy" src="{q(name)}"><figcaption>Kinora: {q(name)}</figcaption></figure>')
     for path in authors_pictures(root if root.is_dir() else folder, rib):
         see = shown(path, out)
