@@ -258,6 +258,15 @@ TEST(ClassicSurfaces, GlassHasHighlights) {
   EXPECT_EQ(seen("\"Ks\" 0")[1], 0);
 }
 
+// What no light is switched on for, and has no shader, is lit from the eye; a light of its own takes over.
+TEST(ClassicSurfaces, WithoutShaderAndLightTheEyeLights) {
+  const std::string elsewhere = "AttributeBegin " + kLight + "AttributeEnd\n", P = "Polygon \"P\" " + kFacing + "\n";
+  EXPECT_NEAR(look(elsewhere + "Color .5 .5 .5\n" + P, "").color[0], .5 * (.2 + .8), 1e-3);
+  EXPECT_NEAR(look(kLight + "Color .5 .5 .5\n" + P, "").color[0], .5, 1e-3);
+  EXPECT_EQ(look(elsewhere + "Surface \"matte\" Color .5 .5 .5\n" + P, "").color[0], 0);
+  EXPECT_EQ(look(elsewhere + "Color .5 .5 .5\n" + P).color[0], 0) << "with an integrator of its own";
+}
+
 bool says(const Seen& seen, const std::string& what) {
   for (const std::string& m : seen.messages)
     if (m.find(what) != std::string::npos) return true;
