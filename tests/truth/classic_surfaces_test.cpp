@@ -1,6 +1,7 @@
 // Proves: the standard surfaces of the RenderMan Interface by the formulas of its specification (3.2, appendix A.1; with
-// the highlights' exponent 8 / roughness that renderers had in place of its 1 / roughness), at 20 points each with their own normal, light, colours and coefficients, under a distant and an ambient light; Color,
-// Opacity and the primitive variables Cs and Os; textures; what stands in for shaders that nobody knows. Misses:
+// the highlights' exponent 8 / roughness that renderers had in place of its 1 / roughness), at 20 points each with
+// their own normal, light, colours and coefficients, under a distant and an ambient light; Color, Opacity and the
+// primitive variables Cs and Os; textures; highlights of glass; what stands in for shaders that nobody knows. Misses:
 // reflection maps and glass as other renderers drew them.
 #include <gtest/gtest.h>
 
