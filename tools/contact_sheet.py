@@ -1,7 +1,9 @@
 """The page that render_all --sheet writes: every picture beside its author's, with what the program said and an eye's verdict.
 
-Verdicts are one JSON object, {"file": {"verdict": "yes|partly|no|waits", "why": "..."}}; the page changes them and gives the
-object back, to be saved and given to --verdicts the next time. `waits` is for what needs a part of Kinora that is not there yet.
+Verdicts are one JSON object, {"file": {"verdict": "yes|partly|no|waits|empty", "why": "cause: ..."}}; the page changes them and
+gives the object back, to be saved and given to --verdicts the next time. `waits` is for what needs a part of Kinora that is not
+there yet, `empty` for what shows nothing in any renderer: passes that make maps, pieces of other scenes, tests of broken files.
+A reason begins with its cause in a word or two and a colon, by which the page counts.
 """
 import html
 import json
@@ -9,7 +11,7 @@ import re
 import shutil
 import subprocess
 
-VERDICTS = {"yes": "recognisable", "partly": "partly", "no": "no", "waits": "waits"}
+VERDICTS = {"yes": "recognisable", "partly": "partly", "no": "no", "waits": "waits", "empty": "nothing to show"}
 PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".tif", ".tiff", ".bmp")
 SHOWN_BY_BROWSERS = (".png", ".jpg", ".jpeg", ".gif", ".bmp")
 TEXTURE_FOLDER = re.compile(r"tex|map|ptc|hdr", re.I)
@@ -64,6 +66,13 @@ def shown(path, out):
     return None
 
 
+def some_of(pictures):
+    """The first, one in the middle, the last: passes that make maps come first, and frames move."""
+    if len(pictures) <= MOST_PICTURES:
+        return pictures
+    return [pictures[0], pictures[len(pictures) // 2], pictures[-1]]
+
+
 def counts_of(rows, verdicts):
     counts = dict.fromkeys([*VERDICTS, "none"], 0)
     for row in rows:
@@ -75,8 +84,19 @@ def counts_of(rows, verdicts):
 def summary_of(counts):
     judged = counts["yes"] + counts["partly"] + counts["no"]
     share = f", {100 * counts['yes'] / judged:.0f} % of those that wait for nothing are recognisable" if judged else ""
-    return (f"{counts['yes']} recognisable, {counts['partly']} partly, {counts['no']} not, {counts['waits']} wait, "
+    return (f"{counts['yes']} recognisable, {counts['partly']} partly, {counts['no']} not, {counts['waits']} wait, {counts['empty']} have nothing to show, "
             f"{counts['none']} without a verdict{share}")
+
+
+def causes_of(rows, verdicts):
+    """What the reasons of a verdict begin with, by verdict: how often."""
+    causes = {}
+    for row in rows:
+        v = verdicts.get(row["file"], {})
+        if row["result"] != "no world" and ":" in v.get("why", ""):
+            key = (v["verdict"], v["why"].split(":")[0].strip())
+            causes[key] = causes.get(key, 0) + 1
+    return ", ".join(f"{VERDICTS[v]} for {cause} {n}" for (v, cause), n in sorted(causes.items(), key=lambda x: (x[0][0], -x[1])))
 
 
 STYLE = """body{font:14px sans-serif;background:#333;color:#ddd;margin:1em}
@@ -96,7 +116,7 @@ def scene(folder, out, row, verdict):
     rib = folder / row["file"]
     root = folder / row["file"].split("/")[0]
     figures = []
-    for name in row["pictures"][:MOST_PICTURES]:
+    for name in some_of(row["pictures"]):
         figures.append(f'<figure><img loading="lazy" src="{q(name)}"><figcaption>Kinora: {q(name)}</figcaption></figure>')
     for path in authors_pictures(root if root.is_dir() else folder, rib):
         see = shown(path, out)
@@ -114,8 +134,10 @@ def scene(folder, out, row, verdict):
 def write(sheet, folder, out, rows, verdicts):
     """`sheet`: the page; pictures are those in `out`. Files that are no scenes are left out. Returns the line that sums up."""
     line = summary_of(counts_of(rows, verdicts))
+    if causes := causes_of(rows, verdicts):
+        line += "; " + causes
     parts = [f"<!doctype html><meta charset=utf-8><title>Contact sheet</title><style>{STYLE}</style><script>{SCRIPT}</script>",
-             f"<h1>{html.escape(str(folder))}</h1><p>{line} <button onclick=save()>save verdicts</button></p>"]
+             f"<h1>{html.escape(str(folder))}</h1><p>{html.escape(line)} <button onclick=save()>save verdicts</button></p>"]
     parts += [scene(folder, out, row, verdicts.get(row["file"], {})) for row in rows if row["result"] != "no world"]
     sheet.write_text("\n".join(parts), encoding="utf-8")
     return line

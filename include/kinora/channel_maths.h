@@ -169,8 +169,9 @@ struct Shadow {
 struct Background {
   std::string aov, alpha;
   float color[3];
-  Background(const NamedValues& v, std::string aov_, std::string alpha_)
-      : aov(std::move(aov_)), alpha(std::move(alpha_)) {
+  bool coversAll = false;  // alpha is 1 everywhere afterwards
+  Background(const NamedValues& v, std::string aov_, std::string alpha_, bool coversAll_ = false)
+      : aov(std::move(aov_)), alpha(std::move(alpha_)), coversAll(coversAll_) {
     for (int c = 0; c < 3; ++c) color[c] = float(v.number("backgroundColor", c));
   }
   const char* channel(uint32_t i) const { return i == 0 ? aov.c_str() : i == 1 ? alpha.c_str() : nullptr; }
@@ -275,6 +276,7 @@ struct BackgroundFilter {
     const F room = max(F(1.f) - s.number(1), F(0.f));
     const Rgb<W> c = s.rgb(0);
     s.set(0, Rgb<W>(fma(room, F(k.color[0]), c.x), fma(room, F(k.color[1]), c.y), fma(room, F(k.color[2]), c.z)));
+    if (k.coversAll) s.set(1, s.number(1) + room);
   }
 };
 

@@ -163,7 +163,8 @@ constexpr Explanation kRooms[] = {
      "--search-path archive=DIRS. What it would have held is left out."},
     {"ASSET-TEXTURE-MISSING",
      "A texture file is not found beside the scene, on the scene's texture search path, or under --search-path "
-     "texture=DIRS. The pattern's missingColor is shown, magenta by default."},
+     "texture=DIRS. The pattern's missingColor is shown; where that is magenta, its default, a checkerboard of two "
+     "greys."},
     {"ASSET-TEXTURE-",
      "A texture file was found but not all of it can be used: it cannot be read, lacks the channels asked for, or "
      "had to "

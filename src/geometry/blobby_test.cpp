@@ -186,7 +186,8 @@ TEST(Blobby, WrongInstructionsAreOneMessage) {
                {1, {1001, 0}, infinite},
                {1, {1002, 0}, one},
                {1, {1001, 0, 9, 0}, one},  // unknown
-               {1, {1005, 0}, one},
+               {1, {1005, 2, 0}, one},     // unknown, and cut short
+               {1, {1005, -1}, one},
                {1, {1001, 0, 0, 2, 0, 1}, one},  // its own result
                {1, {1001, 0, 0, 2147483647, 0}, one},
                {1, {1001, 0, 0, -1}, one},
@@ -201,6 +202,10 @@ TEST(Blobby, WrongInstructionsAreOneMessage) {
   Quiet d;
   EXPECT_TRUE(tessellate(blobby(3, {1001, 0, 1001, 16, 1003, 0, 0, 0, 3, 0, 1, 2}, one + flat), {}, d).has_value());
   EXPECT_EQ(d.count("GEOM-BLOBBY"), 1u);
+  // fields of other renderers say how many operands they have
+  Quiet foreign;
+  EXPECT_TRUE(tessellate(blobby(2, {1001, 0, 9000, 4, 0, 16, 1, 0, 0, 2, 0, 1}, one), {}, foreign).has_value());
+  EXPECT_EQ(foreign.count("GEOM-BLOBBY"), 1u);
   Quiet nothing;
   EXPECT_FALSE(tessellate(blobby(1, {1000, 0, 1001, 1, 1, 2, 0, 1}, Floats{0.1f} + one), {}, nothing).has_value());
 }

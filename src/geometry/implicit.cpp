@@ -361,6 +361,10 @@ std::string readBlobby(const scene::ParameterList& args, ImplicitField& field, u
         if (!has(5)) return which + " (field plug-in) is cut short";
         said = which + " asks for a field plug-in";
         at += 5;
+      } else if (op > 1004 && has(1) && c[at] >= 0 && has(size_t(c[at]) + 1)) {
+        // other renderers' fields say how many operands follow
+        said = which + " has the code " + std::to_string(op) + " of a field that is not known";
+        at += size_t(c[at]) + 1;
       } else {
         return which + " has the unknown code " + std::to_string(op);
       }

@@ -43,15 +43,28 @@ std::map<uint32_t, Color> ambientLights(const std::vector<scene::Light>& lights)
   return found;
 }
 
+const scene::Node* defaultSurface() {
+  static const scene::Node kNode = [] {
+    scene::Node n;
+    n.kind = "Surface";
+    n.plugin = "defaultsurface";
+    return n;
+  }();
+  return &kNode;
+}
+
 // The materials of objects without a Bxdf, from their Surface shader and their Opacity.
 class ClassicMaterials {
  public:
   ClassicMaterials(const Materials::Tools& tools, Asks& asks)
-      : ambient_(ambientLights(tools.lights)), clipping_(tools.clipping), asks_(asks) {}
+      : ambient_(ambientLights(tools.lights)), clipping_(tools.clipping), isClassic_(tools.isClassic), asks_(asks) {}
   // Null where attributes say nothing of the kind.
   scene::NetworkPtr of(const scene::Attributes* a, const scene::Primitive& p) {
     shade::ClassicLook look;
     look.surface = surfaceOf(a);
+    // renderers showed what neither a shader nor a light was for as lit from the eye
+    const bool isUnlit = !a || !a->lightSources || a->lightSources->empty();
+    if (!look.surface && isClassic_ && isUnlit && !(a && a->bxdf)) look.surface = defaultSurface();
     look.hasColor = (a && a->color) || p.primvars.find("Cs");
     look.hasOpacities = p.primvars.find("Os") != nullptr;
     if (a && a->opacity) look.opacity = *a->opacity;
@@ -73,6 +86,7 @@ class ClassicMaterials {
  private:
   std::map<uint32_t, Color> ambient_;
   std::array<float, 2> clipping_;
+  bool isClassic_;
   Asks& asks_;
   std::map<std::tuple<const scene::Node*, const scene::Node*, Color, bool, bool, Color>, scene::NetworkPtr> made_;
 };

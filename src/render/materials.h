@@ -28,6 +28,7 @@ class Materials {
     uint32_t width;
     const std::vector<scene::Light>& lights;  // that are rendered
     std::array<float, 2> clipping;            // as the camera says
+    bool isClassic = false;                   // its lights are all of the shading-language age
   };
   // Sets `material` of each of `infos`, which are by placement.
   std::shared_ptr<const shade::MaterialSet> make(const FlatScene& flat, const Tools& tools,

@@ -311,7 +311,8 @@ struct Renderer::Impl {
     const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
     if (colour < 0) return;
     const film::FilteredPixels filtered = output->filtered(f);
-    bool isCovered = alpha < 0;
+    const bool isUnknown = alpha < 0;
+    bool isCovered = isUnknown;
     float values[16];
     for (int y = f.window().y0; y < f.window().y1; ++y)
       for (int x = f.window().x0; x < f.window().x1; ++x) {
@@ -324,12 +325,14 @@ struct Renderer::Impl {
     const std::string leftOut = isCovered ? lightsLeftOut(scene, registry) : "";
     diagnostics.warning(
         "RENDER-BLACK", scene.pos,
-        isCovered ? "every pixel is black: no light reaches what the camera sees" +
+        isCovered ? std::string("every pixel is black: ") + (isUnknown ? "the camera sees nothing, or " : "") +
+                        "no light reaches what " + (isUnknown ? "it" : "the camera") + " sees" +
                         (leftOut.empty() ? "" : "; these lights are not rendered: " + leftOut)
                   : "every pixel is black and empty: the camera sees nothing",
         "the picture is written",
-        isCovered ? "look at the lights, their distance and their linking"
-                  : "look at the camera's transform, the clipping planes and the messages about objects left out");
+        isUnknown   ? "a Display with alpha, \"rgba\", would tell which"
+        : isCovered ? "look at the lights, their distance and their linking"
+                    : "look at the camera's transform, the clipping planes and the messages about objects left out");
   }
 
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that

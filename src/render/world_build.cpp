@@ -174,7 +174,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   next->materials =
       materials_.make(*flat_,
                       {registry_, diagnostics_, *textures_, contents_, shaders_, shadersInUse_, paths, width_,
-                       sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping},
+                       sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping,
+                       !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
                       next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, next->placements, diagnostics_);
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);

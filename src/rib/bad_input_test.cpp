@@ -504,6 +504,31 @@ TEST(Archives, AnOpenConditionDoesNotSwallowTheRest) {
   EXPECT_EQ(r.count("RIB-NESTING"), 1u);
 }
 
+// A whole file read inside a world adds what it holds; a world that the same file begins ends the one before.
+TEST(Archives, AWorldInsideAWorldIsPartOfIt) {
+  const Folder f;
+  f.write("vase.rib",
+          "Display \"v.tif\" \"file\" \"rgb\"\nTranslate 0 0 5\nWorldBegin\nColor 1 0 0\n"
+          "Sphere 1 -1 1 360\nWorldEnd\n");
+  f.write("cut.rib", "WorldBegin\nSphere 1 -1 1 360\n");
+  const Read r = readFile(f.write("main.rib",
+                                  "WorldBegin\nColor 0 1 0\nAttributeBegin\nReadArchive \"vase.rib\"\n"
+                                  "Sphere 2 -2 2 360\nAttributeEnd\nSphere 3 -3 3 360\nWorldEnd\n"));
+  ASSERT_EQ(r.worlds.size(), 1u) << r.all();
+  ASSERT_EQ(r.world().primitives.size(), 3u);
+  EXPECT_EQ(r.count("RIB-NESTING"), 1u) << r.all();
+  EXPECT_EQ(r.primitive(0).toWorld.matrices[0][3][2], 5);
+  EXPECT_EQ((*r.primitive(0).attributes->color)[0], 1);
+  EXPECT_EQ((*r.primitive(1).attributes->color)[1], 1) << "its colour ended with its world";
+  const Read cut = readFile(f.write("main.rib",
+                                    "WorldBegin\nReadArchive \"cut.rib\"\nSphere 2 -2 2 360\nWorldEnd\n"
+                                    "WorldBegin\nSphere 3 -3 3 360\nWorldEnd\n"));
+  ASSERT_EQ(cut.worlds.size(), 2u) << cut.all();
+  EXPECT_EQ(cut.worlds[0].primitives.size(), 2u);
+  EXPECT_EQ(cut.worlds[1].primitives.size(), 1u);
+  EXPECT_EQ(readRib("WorldBegin\nSphere 1 -1 1 360\nWorldBegin\nSphere 2 -2 2 360\nWorldEnd").worlds.size(), 2u);
+}
+
 TEST(BadInput, CheckOnlyKeepsNothing) {
   ReadOptions options;
   options.checkOnly = true;

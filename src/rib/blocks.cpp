@@ -118,6 +118,12 @@ void Interpreter::frameBegin(Request& r) {
 void Interpreter::frameEnd(Request& r) { close(BlockKind::Frame, r); }
 
 void Interpreter::worldBegin(Request& r) {
+  if (world_ && sources_.size() > worldSources_) {
+    report(Severity::Error, "RIB-NESTING", r.pos, "WorldBegin in an archive that is read inside a world",
+           "what stands in it is part of the world around it");
+    innerWorlds_.push_back(sources_.size());
+    return open(BlockKind::Attribute, r);
+  }
   if (world_) {
     report(Severity::Error, "RIB-NESTING", r.pos, "WorldBegin inside a world", "the world before is ended first");
     close(BlockKind::World, r);
@@ -127,6 +133,8 @@ void Interpreter::worldBegin(Request& r) {
   if (blocks_.size() == depth) return;
   world_ = frame_.options;
   world_->pos = r.pos;
+  worldSources_ = sources_.size();
+  innerWorlds_.clear();
   // The primary camera is the one named "world"; else the first Camera request that placed it; else what stands here.
   scene::Camera primary = frame_.camera;
   primary.name = "world";
@@ -157,7 +165,13 @@ void Interpreter::worldBegin(Request& r) {
   state_.ctm = scene::Transform();
 }
 
-void Interpreter::worldEnd(Request& r) { close(BlockKind::World, r); }
+void Interpreter::worldEnd(Request& r) {
+  // an archive that was cut short has ended its worlds with itself
+  while (!innerWorlds_.empty() && innerWorlds_.back() > sources_.size()) innerWorlds_.pop_back();
+  if (innerWorlds_.empty()) return close(BlockKind::World, r);
+  innerWorlds_.pop_back();
+  close(BlockKind::Attribute, r);
+}
 
 void Interpreter::finishWorld() {
   if (!world_) return;

@@ -266,6 +266,8 @@ class Interpreter {
   size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
   FrameState frame_;
   std::optional<scene::Scene> world_;
+  size_t worldSources_ = 0;                  // how many files were being read when it began
+  std::vector<size_t> innerWorlds_;          // the same of worlds that archives began inside it
   MemoryHold held_{MemoryUse::Description};  // of what was read and not handed over yet
   uint32_t nextId_ = 1;
   size_t outsideWorld_ = 0;

@@ -362,7 +362,8 @@ void Interpreter::displayFilter(Request& r) {
     if (auto n = node(r, true)) addFilter(frame_.options.displayFilters, n);
 }
 
-// RISpec 3.2, appendix A.6: background puts a colour where nothing covers the pixel, which a display filter does;
+// RISpec 3.2, appendix A.6: background puts a colour where nothing covers the pixel, which then counts as covered: a
+// display filter does it;
 // other imagers are kept. A DisplayFilter that the scene has itself comes after it and is in force.
 void Interpreter::imager(Request& r) {
   Request copy = r;
@@ -383,6 +384,11 @@ void Interpreter::imager(Request& r) {
   for (const char* name : {"background", "bgcolor", "color"})
     if (const std::vector<float> c = given->params.getFloats(name); c.size() == 3) color.floats = c;
   n->params.set(std::move(color));
+  scene::Parameter covers;
+  covers.name = "coverAll";
+  covers.type = scene::ValueType::Int;
+  covers.ints = {1};
+  n->params.set(std::move(covers));
   auto& filters = frame_.options.displayFilters;
   std::erase_if(filters, [&](const scene::NodePtr& f) { return f->handle == n->handle; });
   filters.insert(filters.begin(), std::move(n));

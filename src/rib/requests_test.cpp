@@ -426,6 +426,7 @@ TEST(Options, ImagersThatDisplayFiltersStandFor) {
   const scene::Node& n = *r.world().displayFilters[0];
   EXPECT_EQ(n.plugin, "PxrBackgroundDisplayFilter");
   EXPECT_EQ(n.params.getFloats("backgroundColor"), (std::vector<float>{.1f, .2f, .3f}));
+  EXPECT_EQ(n.params.getInt("coverAll", 0), 1) << "the imager left alpha 1";
   EXPECT_TRUE(r.messages.empty()) << r.all();
   EXPECT_EQ(r.world().kept.size(), 1u) << "it is written again";
   // one that the scene says itself is the last

@@ -17,7 +17,9 @@ enum Traits : uint32_t {
   kPainted = 4,        // texturename multiplies the colour
   kUnlit = 8,          // shows its colour whatever lights it
   kFromTheEye = 16,    // lit from where it is seen: Kd cos^2
-  kGlass = 32
+  kGlass = 32,
+  kMapIsAround = 64,  // a texture is of what is reflected, which is traced
+  kBlack = 128
 };
 
 // Coefficients of a shader's parameters by default. A standard shader takes those parameters that are not 0 here.
@@ -38,8 +40,12 @@ constexpr Model kModels[] = {
     {"constant", 0, 0, 0, 0, kUnlit},
     {"null", 0, 0, 0, 0, kUnlit},
     {"defaultsurface", .2f, .8f, 0, 0, kPainted | kFromTheEye},
-    {"glass", 0, 0, 0, 1, kGlass},
+    {"glass", 0, 0, .5f, 1, kGlass},
 };
+// What words alone tell of: plastic that reflects, whose map, if it has one, is of what is around it; and skies full of
+// stars, of which the stars are lost.
+constexpr Model kShiny = {"plastic that reflects", 1, .5f, .5f, .5f, kMapIsAround};
+constexpr Model kStars = {"black", 0, 0, 0, 0, kUnlit | kBlack};
 // Of shaders that no word tells anything about; published ones have their Kd about there.
 constexpr Model kUnknown = {"matte", 1, .75f, 0, 0, 0};
 
@@ -50,9 +56,12 @@ struct Word {
 constexpr Word kWords[] = {{"glass", "glass"},       {"constant", "constant"}, {"chrome", "shinymetal"},
                            {"mirror", "shinymetal"}, {"metal", "metal"},       {"steel", "metal"},
                            {"plastic", "plastic"},   {"phong", "plastic"},     {"blinn", "plastic"},
-                           {"shiny", "plastic"},     {"matte", "matte"},       {"lambert", "matte"}};
+                           {"shiny", "shiny"},       {"matte", "matte"},       {"lambert", "matte"},
+                           {"starfield", "stars"}};
 
 const Model& modelNamed(std::string_view name) {
+  if (name == "shiny") return kShiny;
+  if (name == "stars") return kStars;
   for (const Model& m : kModels)
     if (name == m.name) return m;
   return kModels[0];
@@ -113,7 +122,7 @@ class Builder {
   ClassicMaterial build() {
     network_ = std::make_shared<scene::Network>();
     const float presence = (look_.opacity[0] + look_.opacity[1] + look_.opacity[2]) / 3;
-    std::shared_ptr<scene::Node> surface = make("Bxdf", model_->traits & kGlass ? "PxrGlass" : "ClassicSurface",
+    std::shared_ptr<scene::Node> surface = make("Bxdf", model_->traits & kGlass ? "PxrSurface" : "ClassicSurface",
                                                 look_.surface ? look_.surface->plugin.c_str() : "default");
     if (model_->traits & kGlass)
       glass(*surface);
@@ -179,6 +188,7 @@ class Builder {
 
   std::string textureName() const {
     if (!look_.surface || (isStandard_ && !(model_->traits & kPainted))) return {};
+    if (model_->traits & kMapIsAround) return {};
     for (const char* n : kTextures)
       if (std::string file = look_.surface->params.getString(n, ""); !file.empty()) return file;
     return {};
@@ -228,6 +238,8 @@ class Builder {
 
   // surfaceColor: Cs, or a colour that the shader has instead, times its texture.
   void colors(scene::Node& out) {
+    constexpr float kNone[3] = {0, 0, 0};
+    if (model_->traits & kBlack) return out.params.set(color("surfaceColor", kNone));
     const scene::Parameter* own = ownColor();
     if (!own) reads("Cs");
     const std::string file = textureName();
@@ -261,14 +273,28 @@ class Builder {
     out.params.set(number("cueEnd", std::max(length(given.getFloat("maxdistance", 1)), 1e-6f)));
   }
 
+  // Clear glass, and the highlight that lights without extent leave on it: a Beckmann lobe as wide as the power of the
+  // cosine that shaders had, and as bright in its middle.
   void glass(scene::Node& out) const {
+    out.params.set(number("diffuseGain", 0));
     out.params.set(number("reflectionGain", std::clamp(coefficient("Kr", 1), 0.f, 1.f)));
-    out.params.set(number("transmissionGain", std::clamp(coefficient("Kt", 1), 0.f, 1.f)));
+    out.params.set(number("refractionGain", std::clamp(coefficient("Kt", 1), 0.f, 1.f)));
+    out.params.set(number("glassRoughness", 0));
     for (const char* n : {"eta", "ior", "refractIndex"})
       if (const scene::Parameter* p = given({n}); p && p->size() == 1)
-        out.params.set(number("ior", look_.surface->params.getFloat(n, 1.5f)));
+        out.params.set(number("glassIor", look_.surface->params.getFloat(n, 1.5f)));
     if (const scene::Parameter* p = given({"transmitcolor", "transmitColor"}); p && p->floats.size() == 3)
-      out.params.set(color("transmissionColor", p->floats.data()));
+      out.params.set(color("refractionColor", p->floats.data()));
+    const float exponent = 8 / std::clamp(coefficient("roughness", .05f), .008f, 1.f);
+    const float alphaSquared = 2 / (exponent + 2);
+    const float peak = std::clamp(4 * alphaSquared * coefficient("Ks", model_->ks), 0.f, 1.f);
+    if (!(peak > 0)) return;
+    float shine[3] = {peak, peak, peak};
+    if (const scene::Parameter* p = given({"specularcolor", "specularColor"}); p && p->floats.size() == 3)
+      for (size_t c = 0; c < 3; ++c) shine[c] = std::clamp(peak * p->floats[c], 0.f, 1.f);
+    out.params.set(color("specularFaceColor", shine));
+    out.params.set(color("specularEdgeColor", shine));
+    out.params.set(number("specularRoughness", std::sqrt(std::sqrt(alphaSquared))));
   }
 
   const ClassicLook& look_;

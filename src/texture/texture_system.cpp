@@ -6,6 +6,7 @@
 
 #include "base/file_contents.h"
 #include "image/picture_library.h"
+#include "texture/missing_color.h"
 #include "texture/texture_store.h"
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -90,8 +91,13 @@ void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, con
   if (TextureStore* const store = impl_->store)
     return store->lookup(handles, varying, n, s, t, radius, options, part, rgba);
   // without a store there has been no file
-  for (int c = 0; c < 4; ++c)
-    for (uint32_t i = 0; i < n; ++i) rgba[c][i] = c < 3 ? options.missingColor[c] : options.missingAlpha;
+  const texture::MissingColor missing(options);
+  for (uint32_t i = 0; i < n; ++i) {
+    float color[3];
+    missing.at(s[i], t[i], radius[i], color);
+    for (int c = 0; c < 3; ++c) rgba[c][i] = color[c];
+    rgba[3][i] = options.missingAlpha;
+  }
   impl_->missingLookups.fetch_add(n, std::memory_order_relaxed);
 }
 

@@ -123,12 +123,28 @@ TEST_F(TextureTest, MissingFilesGiveTheMissingColour) {
   EXPECT_EQ(system_.statistics().missingLookups, 5u);
 }
 
+// The default, magenta, is shown as squares of two greys, which blend into their mean where a lookup covers many.
+TEST_F(TextureTest, MissingFilesWithoutAColourGiveGreySquares) {
+  const auto squares = [&](TextureSystem& system, int h) {
+    const float light = look(system, h, 0.06f, 0.06f).v[0], dark = look(system, h, 0.19f, 0.06f).v[0];
+    EXPECT_NEAR(light, 0.36f, 1e-4f);
+    EXPECT_NEAR(dark, 0.18f, 1e-4f);
+    EXPECT_NEAR(look(system, h, -0.06f, 0.06f).v[0], dark, 1e-4f) << "below 0";
+    EXPECT_NEAR(look(system, h, 0.19f, 0.19f).v[1], light, 1e-4f);
+    EXPECT_NEAR(look(system, h, 0.33f, 0.06f, 2.f).v[2], 0.27f, 0.01f);
+    EXPECT_NEAR(look(system, h, 1e20f, NAN).v[2], 0.27f, 0.01f);
+    EXPECT_EQ(look(system, h, 0.06f, 0.06f).v[3], 1.f);
+  };
+  squares(system_, system_.handle("", {}));  // nothing has been opened yet
+  squares(system_, system_.handle("nowhere.tx", {}));
+}
+
 TEST_F(TextureTest, DamagedFilesAreRefusedOrGiveTheMissingColour) {
   std::ofstream(path("empty.tif"));
   std::ofstream(path("words.png")) << "this is no picture";
   fs::create_directories(path("folder.tx"));
   for (const char* name : {"empty.tif", "words.png", "folder.tx"})
-    EXPECT_EQ(look(system_, system_.handle(path(name), {}), 0.5f, 0.5f).v[1], 0.f) << name;
+    EXPECT_FLOAT_EQ(look(system_, system_.handle(path(name), {}), 0.5f, 0.5f).v[1], 0.27f) << name;
   EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-READ"), 2u);
   EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-MISSING"), 1u);  // a folder is no file
   // headers that promise 1e5 x 1e5 pixels in a few hundred bytes
@@ -199,7 +215,7 @@ TEST_F(TextureTest, ChannelsBecomeColourAndAlpha) {
   EXPECT_FLOAT_EQ(look(system_, h, 0.5f, 0.5f, 0, o).v[0], 2.f);
   EXPECT_FLOAT_EQ(look(system_, h, 0.5f, 0.5f, 0, o).v[3], 1.f);
   o.firstChannel = 9;
-  EXPECT_FLOAT_EQ(look(system_, h, 0.5f, 0.5f, 0, o).v[1], 0.f);  // the missing colour
+  EXPECT_FLOAT_EQ(look(system_, h, 0.5f, 0.5f, 0, o).v[1], 0.27f);  // the missing colour
   EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-CHANNEL"), 1u);
 }
 
@@ -293,8 +309,8 @@ TEST_F(TextureTest, AtlasOfFiles) {
   EXPECT_NEAR(look(system_, udim, 0.5f, 0.5f).v[0], 0.2f, 0.01f);
   EXPECT_NEAR(look(system_, udim, 1.5f, 0.5f).v[0], 0.4f, 0.01f);
   EXPECT_NEAR(look(system_, udim, 0.5f, -0.5f).v[0], 0.6f, 0.01f);
-  EXPECT_NEAR(look(system_, udim, 1.5f, -0.5f).v[1], 0.f, 0.01f);  // no such file: the missing colour
-  EXPECT_NEAR(look(system_, udim, -0.5f, 0.5f).v[1], 0.f, 0.01f);
+  EXPECT_NEAR(look(system_, udim, 1.5f, -0.5f).v[1], 0.27f, 0.01f);  // no such file: the missing colour
+  EXPECT_NEAR(look(system_, udim, -0.5f, 0.5f).v[1], 0.27f, 0.01f);
   EXPECT_NEAR(look(system_, zbrush, 1.5f, 0.5f).v[0], 0.8f, 0.01f);
   EXPECT_NEAR(look(system_, zbrush, 0.5f, -0.5f).v[0], 1.f, 0.01f);
   EXPECT_NEAR(look(system_, system_.handle("skin._MAPID_.tif", {}), 1.5f, 0.5f).v[0], 0.4f, 0.01f);

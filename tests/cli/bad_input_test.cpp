@@ -114,6 +114,13 @@ TEST(BadInput, ABlackPictureIsNeverSilent) {
     const Result r = w.run({w.write("scene.rib", rib(parts)), "--progress", "none"});
     expectEnd(r, 0, {"scene.rib:", "warning RENDER-BLACK", isSeen ? "no light reaches" : "sees nothing"});
   }
+  // without alpha nobody knows which
+  parts = {};
+  parts.camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 -9";
+  parts.display = "Display \"out.exr\" \"openexr\" \"rgb\"";
+  Workplace unknown;
+  expectEnd(unknown.run({unknown.write("scene.rib", rib(parts)), "--progress", "none"}), 0,
+            {"RENDER-BLACK", "the camera sees nothing, or no light reaches what it sees"});
   // lights that are not rendered are named
   parts = {};
   parts.light = "Light \"StudioLight\" \"key\"\nLightSource \"causticlight\" 1";

@@ -108,6 +108,24 @@ TEST(DisplayFilter, ChangesPicturesAndLeavesTheFilm) {
             << x << " " << y;
 }
 
+// The background imager of old files left pixels that count as covered.
+TEST(DisplayFilter, BackgroundCanCoverAll) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("kinora_covered_" + std::to_string(getpid()) + ".exr")).string();
+  RenderRequest q = request(ball("Imager \"background\" \"color bgcolor\" [0.25 0.5 1]\n"));
+  q.settings.output = file;
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  ASSERT_EQ(r.renderer().render(), render::Outcome::Complete);
+  image::Image picture;
+  ASSERT_TRUE(image::read(file, picture).ok());
+  std::filesystem::remove(file);
+  ASSERT_GE(picture.channelCount(), 4);
+  EXPECT_NEAR(picture.at(0, 0)[2], 1, 1e-3);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) EXPECT_NEAR(picture.at(x, y)[3], 1, 2e-3) << x << " " << y;
+}
+
 // A floor under a rectangle that the camera sees too; the path tracer finds the light by both halves.
 std::string room(const std::string& filter) {
   return "Format 24 24 1\nProjection \"perspective\" \"fov\" [60]\nHider \"raytrace\" \"int maxsamples\" [8]\n"

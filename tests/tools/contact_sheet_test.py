@@ -6,6 +6,7 @@ belongs to it; archives are not; verdicts come back as they were saved and are s
 """
 import json
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -36,13 +37,13 @@ class Sheet(unittest.TestCase):
         for name in ("ball.jpg", "ball.tif", "textures/ball.png"):
             (scenes / name).write_bytes(b"")  # only their names matter here
 
-    def run_sheet(self, verdicts=None):
+    def run_sheet(self, verdicts=None, render=("--res", "16x16", "--spp", "1"), options=()):
         out = self.folder / "out"
         command = [sys.executable, SCRIPT, self.folder / "scenes", "--kinora", KINORA, "--out", out, "--sheet", out / "sheet.html"]
         if verdicts is not None:
             (self.folder / "v.json").write_text(json.dumps(verdicts))
             command += ["--verdicts", self.folder / "v.json"]
-        r = subprocess.run([*map(str, command), "--", "--res", "16x16", "--spp", "1"], capture_output=True, text=True, check=False)
+        r = subprocess.run([*map(str, command), *options, "--", *render], capture_output=True, text=True, check=False)
         return r, (out / "sheet.html").read_text() if r.returncode == 0 else ""
 
     def test_scenes_stand_beside_their_authors_pictures(self):
@@ -61,10 +62,27 @@ class Sheet(unittest.TestCase):
 
     def test_verdicts_come_back(self):
         r, page = self.run_sheet({"somebody/ball.rib": {"verdict": "yes", "why": ""},
-                                  "somebody/other.rib": {"verdict": "no", "why": "no <shape>"}})
-        self.assertIn("1 recognisable, 0 partly, 1 not, 0 wait, 0 without a verdict, 50 %", r.stdout)
+                                  "somebody/other.rib": {"verdict": "no", "why": "shape: no <shape>"}})
+        self.assertIn("1 recognisable, 0 partly, 1 not, 0 wait, 0 have nothing to show, 0 without a verdict, 50 %", r.stdout)
+        self.assertIn("no for shape 1", r.stdout)
         self.assertIn('value="yes" checked', page)
         self.assertIn("no &lt;shape&gt;", page)
+
+    def test_what_has_nothing_to_show_is_not_judged(self):
+        r, _ = self.run_sheet({"somebody/ball.rib": {"verdict": "yes"},
+                               "somebody/other.rib": {"verdict": "empty", "why": "map: a pass that makes a map"}})
+        self.assertIn("1 have nothing to show, 0 without a verdict, 100 %", r.stdout)
+
+    def test_a_picture_has_the_shape_of_the_last_world(self):
+        scenes = self.folder / "scenes" / "somebody"
+        (scenes / "passes.rib").write_text("FrameBegin 1\nFormat 64 64 1\n" + SCENE.format("") + "FrameEnd\nFrameBegin 2\n"
+                                           "Format 64 32 1\n" + SCENE.format("") + "FrameEnd\n")
+        (scenes / "option.rib").write_text('Option "Ri" "int[2] FormatResolution" [96 24]\n' + SCENE.format(""))
+        r, page = self.run_sheet(render=["--spp", "1"], options=["--longest", "40"])
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        for picture, size in (("somebody_passes.rib.0002.png", (40, 20)), ("somebody_option.rib.0000.png", (40, 16))):
+            data = (self.folder / "out" / picture).read_bytes()
+            self.assertEqual(struct.unpack(">II", data[16:24]), size, picture)
 
     def test_a_broken_verdict_is_refused(self):
         r, _ = self.run_sheet({"somebody/ball.rib": {"verdict": "maybe"}})

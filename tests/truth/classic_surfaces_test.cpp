@@ -1,6 +1,7 @@
-// Proves: the standard surfaces of the RenderMan Interface by the formulas of its specification (3.2, appendix A.1), at
-// 20 points each with their own normal, light, colours and coefficients, under a distant and an ambient light; Color,
-// Opacity and the primitive variables Cs and Os; textures; what stands in for shaders that nobody knows. Misses:
+// Proves: the standard surfaces of the RenderMan Interface by the formulas of its specification (3.2, appendix A.1; with
+// the highlights' exponent 8 / roughness that renderers had in place of its 1 / roughness), at 20 points each with
+// their own normal, light, colours and coefficients, under a distant and an ambient light; Color, Opacity and the
+// primitive variables Cs and Os; textures; highlights of glass; what stands in for shaders that nobody knows. Misses:
 // reflection maps and glass as other renderers drew them.
 #include <gtest/gtest.h>
 
@@ -49,7 +50,7 @@ struct Spot {
     Rgb h = toLight;
     h[2] -= 1;  // the viewer is along -z
     const double l = std::sqrt(dot(h, h));
-    return diffuse() > 0 ? std::pow(std::fmax(0, dot(N, h) / l), 1 / roughness) : 0;
+    return diffuse() > 0 ? std::pow(std::fmax(0, dot(N, h) / l), 8 / roughness) : 0;
   }
   double facing() const { return N[2] * N[2]; }
 };
@@ -246,6 +247,27 @@ TEST(ClassicSurfaces, UnlitColorsReachTheEyeAlone) {
   EXPECT_NEAR(look(room + floor, unbiased(4)).color[0], .5, 1e-3);
 }
 
+// Clear glass shows the highlights of lights that no reflected ray finds, as bright in their middle as Ks says.
+TEST(ClassicSurfaces, GlassHasHighlights) {
+  const auto seen = [&](const std::string& parameters) {
+    return look(kLight + "Surface \"glass\" " + parameters + "\nPolygon \"P\" " + kFacing + "\n").color;
+  };
+  for (const char* roughness : {".02", ".05", ".1"})
+    EXPECT_NEAR(seen(std::string("\"Ks\" .5 \"roughness\" ") + roughness)[1], .5, .01) << roughness;
+  EXPECT_NEAR(seen("\"Ks\" .25 \"specularcolor\" [1 .5 0]")[1], .125, .005);
+  EXPECT_NEAR(seen("")[1], .5, .01) << "by default";
+  EXPECT_EQ(seen("\"Ks\" 0")[1], 0);
+}
+
+// What no light is switched on for, and has no shader, is lit from the eye; a light of its own takes over.
+TEST(ClassicSurfaces, WithoutShaderAndLightTheEyeLights) {
+  const std::string elsewhere = "AttributeBegin " + kLight + "AttributeEnd\n", P = "Polygon \"P\" " + kFacing + "\n";
+  EXPECT_NEAR(look(elsewhere + "Color .5 .5 .5\n" + P, "").color[0], .5 * (.2 + .8), 1e-3);
+  EXPECT_NEAR(look(kLight + "Color .5 .5 .5\n" + P, "").color[0], .5, 1e-3);
+  EXPECT_EQ(look(elsewhere + "Surface \"matte\" Color .5 .5 .5\n" + P, "").color[0], 0);
+  EXPECT_EQ(look(elsewhere + "Color .5 .5 .5\n" + P).color[0], 0) << "with an integrator of its own";
+}
+
 bool says(const Seen& seen, const std::string& what) {
   for (const std::string& m : seen.messages)
     if (m.find(what) != std::string::npos) return true;
@@ -272,6 +294,10 @@ TEST(ClassicSurfaces, UnknownOnesGetAStandIn) {
   EXPECT_NEAR(seen("Surface \"wood\" \"Kd\" 1 \"color basecolor\" [.3 .2 .1]").color[0], .3, 1e-4);
   EXPECT_GT(seen("Surface \"IDbrushedmetal\"").color[0], .4);
   EXPECT_TRUE(std::isfinite(seen("Surface \"\"").color[0]));
+  // what a map is of is around the surface, and traced
+  EXPECT_NEAR(seen("Surface \"shiny\" \"string mapname\" \"env\" \"Kr\" 0").color[0], .5 * .5 + .5, 1e-4);
+  EXPECT_FALSE(says(seen("Surface \"shiny\" \"string mapname\" \"env\""), "ASSET-TEXTURE"));
+  EXPECT_EQ(seen("Surface \"LCStarfield\"").color[0], 0) << "the stars are lost, the sky stays dark";
   // numbers that are none, and beyond all sense
   for (const char* bad : {"\"roughness\" 0", "\"roughness\" -1", "\"Kd\" 1e38", "\"specularcolor\" [1 2]",
                           "\"texturename\" \"nowhere.tx\"", "\"Ks\" \"text\""})

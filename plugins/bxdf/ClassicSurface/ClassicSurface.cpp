@@ -1,7 +1,8 @@
 // ClassicSurface: the standard surfaces of the RenderMan Interface by their formulas (RISpec 3.2, appendix A.1), for
 // files of the shading-language age: surfaceColor times Kd times the diffuse light, plus the highlight Ks
-// (N.H)^(1 / roughness), which has no cosine of its own: it is not reciprocal, and paths traced from the lights make
-// other highlights than those from the camera. Lights bring pi times what a shader
+// (N.H)^(8 / roughness), which has no cosine of its own: it is not reciprocal, and paths traced from the lights make
+// other highlights than those from the camera. The specification writes the exponent as 1 / roughness; the renderers of
+// its time drew highlights eight times narrower in it, and files were lit by what these showed. Lights bring pi times what a shader
 // called Cl (a light of intensity 1 that faces a white matte surface makes it 1), hence the 1 / pi here. What shaders
 // made of light without direction is unlitColor: it is seen by the camera and in mirrors, and lights nothing.
 #define KINORA_KERNEL_FILE "plugins/bxdf/ClassicSurface/ClassicSurface.cpp"
@@ -27,7 +28,7 @@ enum : uint32_t {
   kPresence,
   kBumpNormal
 };
-constexpr float kLeastRoughness = 1e-3f;  // narrower highlights are beyond single precision
+constexpr float kLeastRoughness = 8e-3f;  // narrower highlights are beyond single precision
 constexpr Param kParams[] = {
     param::color("surfaceColor", 1.f).help("Colour of the surface, which multiplies what is diffuse and unlit."),
     param::number("Kd", 0.5f).help("Diffuse coefficient."),
@@ -35,7 +36,9 @@ constexpr Param kParams[] = {
     param::number("Ks", 0.5f).help("Coefficient of highlights."),
     param::number("roughness", 0.1f)
         .range(0.02f, 1)
-        .help("Highlights are the cosine of normal and half-way vector to the power 1 / roughness; at least 0.001."),
+        .help("Highlights are the cosine of normal and half-way vector to the power 8 / roughness, as renderers of "
+              "that "
+              "time drew them; at least 0.008."),
     param::number("Kr", 0.f).help("Fraction reflected as by a mirror."),
     param::integer("metallic", 0)
         .range(0, 1)
@@ -142,7 +145,7 @@ struct ClassicSurface {
         highlight = highlight * clear;
         mirror = mirror * clear;
       }
-      exponent = F(1.f) / max(loadFloat<W>(k.roughness, s.at), F(kLeastRoughness));
+      exponent = F(8.f) / max(loadFloat<W>(k.roughness, s.at), F(kLeastRoughness));
       const F spread = F(8.f) / (exponent + F(2.f));  // what a highlight keeps of light from above, at most
       if (k.isLimited) {
         // between surfaces that send on more than they get, light would grow without end

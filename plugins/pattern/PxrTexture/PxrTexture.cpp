@@ -44,7 +44,9 @@ constexpr Param kParams[] = {
         .help("Filter of lookups."),
     param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
     param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
-    param::color("missingColor", 1, 0, 1).fixed().help("Result where there is no image."),
+    param::color("missingColor", 1, 0, 1)
+        .fixed()
+        .help("Result where there is no image; magenta is shown as a checkerboard of two greys."),
     param::number("missingAlpha", 1.f).fixed().help("resultA where there is no image."),
     param::integer("linearize", 0).range(0, 1).help("1: the file stores sRGB; it is decoded before it is filtered."),
     param::structure("manifold").help("Texture coordinates; st where not connected."),

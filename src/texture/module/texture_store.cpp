@@ -19,6 +19,7 @@
 #include "image/module/pixels.h"
 #include "image/picture_library.h"
 #include "texture/atlas_grid.h"
+#include "texture/missing_color.h"
 #include "texture/module/group_lookup.h"
 #include "texture/module/pyramid_input.h"
 #include "texture/module/srgb_input.h"
@@ -411,6 +412,7 @@ struct OpenTextures final : texture::TextureStore {
     sortByFile(own, handles, varying, n);
     Bound bound;
     uint64_t missing = 0;
+    const texture::MissingColor missingColor(o);
     // of the texels that tiles are asked for
     uint32_t asker[texture::TileTable::kBlock], channels[texture::TileTable::kBlock];
     const auto put = [&](uint32_t i, uint32_t available, const float texel[4]) {
@@ -465,7 +467,9 @@ struct OpenTextures final : texture::TextureStore {
       }
       if (found) continue;
       ++missing;
-      for (int c = 0; c < 3; ++c) rgba[c][i] = o.missingColor[c];
+      float color[3];
+      missingColor.at(s[i], t[i], safeRadius(radius[i], o.blur), color);
+      for (int c = 0; c < 3; ++c) rgba[c][i] = color[c];
       rgba[3][i] = o.missingAlpha;
     }
     if (tiles.asked()) answer();
