@@ -4,6 +4,7 @@
 // mask.
 #pragma once
 #include <kinora/plugin.h>
+#include <kinora/sample_table.h>
 
 namespace kinora {
 
@@ -87,6 +88,23 @@ struct ContextFunctions {
   // given as primvar() gives it: 3 components, 0 where the surface has no direction of change. Components 0 when the
   // scene has no primvar of that name.
   Value (*gradient)(const Context*, const char* primvar, uint32_t component);
+  // Nearest hits of rays that a pattern sends from points of the context. 0 where nothing can be traced: without a
+  // world (the testing kit), and where the context belongs to a surface that a pattern's ray asks whether it is
+  // present. The pattern then answers as if its rays had met nothing.
+  int (*probe)(const Context*, const struct ProbeRays*);
+};
+
+// Rays from points of a context, in any number of each. They see what rays that leave the points see
+// (visibility:indirect, trace:reflectsubset and its like), and pass what is not present. Arrays by ray, padded.
+struct ProbeRays {
+  uint32_t count = 0;
+  const uint32_t* point = nullptr;  // of the context; the ray leaves it on the side of Ng that it goes to
+  const uint32_t* part = nullptr;   // tells a ray from the others of its point: they have random numbers of their own
+  const float* d[3] = {nullptr, nullptr, nullptr};  // unit, render space
+  const float* reach = nullptr;                     // what lies farther off is not met
+  // The text of a parameter declared with traceSet(): only members of these groups are seen. Null, "": no choice.
+  const char* traceSet = nullptr;
+  float* t = nullptr;  // out: the distance; infinity where nothing is met
 };
 
 struct TextureOptions {
@@ -128,7 +146,8 @@ struct Context {
   const float* outerIor;       // index of refraction around the object (1 in empty space)
   const uint32_t* sampleSeed;  // address of random numbers, see random.h
   const uint32_t* sampleIndex;
-  uint32_t depth;  // bounces before this vertex
+  const SampleTable* samples;  // what draws from it; null in contexts of the testing kit
+  uint32_t depth;              // bounces before this vertex
   // Lobes. The host maps each declared lobe of the bxdf to a slot that active outputs tell apart.
   uint32_t lobeCount, slotCount;
   const uint8_t* slotOfLobe;    // lobeCount

@@ -10,7 +10,7 @@
 namespace kinora {
 
 // Raised whenever a struct or a function signature in include/kinora/ changes. Another version is refused.
-inline constexpr uint32_t kAbiVersion = 4;
+inline constexpr uint32_t kAbiVersion = 5;
 
 // Arrays over points, rays or lanes are padded to this many elements, and their padding holds valid numbers.
 inline constexpr uint32_t kPad = 16;
@@ -37,8 +37,9 @@ enum ParamFlags : uint32_t {
   kParamArray = 2,   // type[]; any length
   kParamFile = 4,    // a string that names a texture: each point gets the handle (an int), see Context::param
   kParamNotConnectable = 8,
-  kParamFixed = 16,     // part of the shading program: materials that differ in it never share a shading group
-  kParamGradients = 32  // a manifold whose gradients are read: what it is connected to computes them
+  kParamFixed = 16,      // part of the shading program: materials that differ in it never share a shading group
+  kParamGradients = 32,  // a manifold whose gradients are read: what it is connected to computes them
+  kParamTraceSet = 64    // a string that names the groups of objects which a pattern's rays see, see ProbeRays
 };
 
 // One parameter, declared once: read by the RIB reader, `kinora plugins NAME`, the manual and every test loop.
@@ -78,6 +79,11 @@ struct Param {
   constexpr Param gradients() const {
     Param p = *this;
     p.flags |= kParamGradients;
+    return p;
+  }
+  constexpr Param traceSet() const {
+    Param p = *this;
+    p.flags |= kParamTraceSet;
     return p;
   }
   constexpr Param file() const {

@@ -64,6 +64,7 @@ class TestContext {
     for (uint32_t k = 0; k < 3; ++k) place[k] = keep(v[k]);
   }
   std::function<void(int handle, float s, float t, float radius, const TextureOptions&, float rgba[4])> onTexture;
+  std::function<float(const ProbeRays&, uint32_t ray)> onProbe;  // its distance
   std::map<std::string, std::vector<float>> matrices;  // "from>to"
 
   // Runs the pattern; false when this CPU lacks the width.
@@ -197,8 +198,13 @@ class TestContext {
     if (name && !t.primvars_.count(name)) return Value();
     return t.value({{name || component != 0 ? 0.f : 1.f}, {name || component != 1 ? 0.f : 1.f}, {0.f}});
   }
-  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,   &list,
-                                               &builtin, &primvar, &texture,  &matrix, &gradient};
+  static int probe(const Context* c, const ProbeRays* rays) {
+    if (!self(c).onProbe) return 0;
+    for (uint32_t i = 0; i < rays->count; ++i) rays->t[i] = self(c).onProbe(*rays, i);
+    return 1;
+  }
+  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,     &list, &builtin,
+                                               &primvar, &texture, &matrix,   &gradient, &probe};
 
   const Descriptor* descriptor_ = nullptr;
   std::deque<std::vector<float>> kept_;

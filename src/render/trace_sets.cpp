@@ -18,6 +18,7 @@ struct SetKind {
 constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset", 1},
                               {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
                               {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
+constexpr int kOfShadows = 2, kOfPatterns = 3;  // kinds; the last is asked for by nodes
 constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
 constexpr const char* kBetweenNames = ", \t\n\r\f\v";
 
@@ -51,6 +52,17 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
   return visibility;
 }
 
+// Nodes of patterns by the groups that their rays see (kParamTraceSet), the first of each text.
+std::map<std::string, const shade::ProgramNode*> setsOfPatterns(const shade::MaterialSet& materials) {
+  std::map<std::string, const shade::ProgramNode*> sets;
+  for (uint32_t i = 0; i < materials.programCount(); ++i)
+    for (const shade::ProgramNode& node : materials.program(i).nodes)
+      for (uint32_t k = 0; node.plugin && k < node.plugin->paramCount; ++k)
+        if (node.plugin->params[k].flags & kParamTraceSet && *node.params[k].text)
+          sets.try_emplace(node.params[k].text, &node);
+  return sets;
+}
+
 }  // namespace
 
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::vector<shade::PlacementInfo>& infos,
@@ -76,7 +88,21 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::v
     members.insert(groups[i].begin(), groups[i].end());
     for (const SetKind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
-  if (!any) return sight;
+  const std::map<std::string, const shade::ProgramNode*> patterns = setsOfPatterns(materials);
+  if (!any && patterns.empty()) return sight;
+  const auto isTooMany = [&](uint32_t more) {
+    if (nextBit + more <= 32) return false;
+    if (!tooMany)
+      diagnostics.warning("RENDER-TRACE-SET", {}, "the scene has more subsets for rays than can be told apart",
+                          "those beyond are ignored");
+    return tooMany = true;
+  };
+  const auto warnOfMissing = [&](const std::string& name, const SourcePos& pos, const std::string& who) {
+    if (!members.count(name) && missed.insert(name).second)
+      diagnostics.warning("RENDER-TRACE-SET", pos,
+                          who + " names '" + name.substr(0, 60) + "', and no object is a member of that group",
+                          "the name selects nothing");
+  };
   std::map<std::array<uint32_t, 3>, uint32_t> setOf;
   sight.sets.push_back({});
   setOf[{0, 0, 0}] = 0;
@@ -91,21 +117,14 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::v
       Subset s{k, groupNames(subset), groupNames(exclude), 0};
       if (s.names.empty() && s.exclude.empty()) continue;
       for (const auto* list : {&s.names, &s.exclude})
-        for (const std::string& n : *list)
-          if (!members.count(n) && missed.insert(n).second) {
-            const scene::Parameter* p = a->named.find(list == &s.names ? kKinds[k].subset : kKinds[k].exclude);
-            diagnostics.warning("RENDER-TRACE-SET", p ? p->pos : SourcePos{},
-                                std::string(list == &s.names ? kKinds[k].subset : kKinds[k].exclude) + " names '" +
-                                    n.substr(0, 60) + "', and no object is a member of that group",
-                                "the name selects nothing");
-          }
+        for (const std::string& n : *list) {
+          const char* name = list == &s.names ? kKinds[k].subset : kKinds[k].exclude;
+          const scene::Parameter* p = a->named.find(name);
+          warnOfMissing(n, p ? p->pos : SourcePos{}, name);
+        }
       const auto [it, fresh] = known.try_emplace({std::to_string(k), subset, exclude}, nextBit);
       if (fresh) {
-        if (nextBit + kKinds[k].bits > 32) {
-          if (!tooMany)
-            diagnostics.warning("RENDER-TRACE-SET", {}, "the scene has more subsets for rays than can be told apart",
-                                "those beyond are ignored");
-          tooMany = true;
+        if (isTooMany(kKinds[k].bits)) {
           it->second = 0;
           continue;
         }
@@ -129,9 +148,18 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::v
     infos[i].traceSet = it->second;
   }
   if (sight.sets.size() == 1) sight.sets.clear();
+  for (const auto& [text, node] : patterns) {
+    Subset s{kOfPatterns, groupNames(text), {}, nextBit};
+    if (s.names.empty()) continue;
+    for (const std::string& n : s.names)
+      warnOfMissing(n, node->pos, std::string(node->plugin->name) + " '" + node->handle + "'");
+    if (isTooMany(1)) break;
+    sight.ofPatterns[text] = 1u << nextBit++;
+    subsets.push_back(std::move(s));
+  }
   // shapes take part as far as their visibility lets them; placements are members
   const auto bitsOf = [](const Subset& s, uint32_t visibility) {
-    if (s.kind < 2) return visibility & trace::kSeenByIndirect ? 1u << s.bit : 0u;
+    if (s.kind != kOfShadows) return visibility & trace::kSeenByIndirect ? 1u << s.bit : 0u;
     return (visibility & trace::kSeenByOpaqueShadow ? 1u << s.bit : 0u) |
            (visibility & trace::kSeenByClearShadow ? 2u << s.bit : 0u);
   };

@@ -1,7 +1,10 @@
 // The world that rays see, made of meshes and placements: which rays see what (visibility, named subsets, shadows
 // that are let through), then the hierarchies over it. Kept when none of that is another. Called by WorldBuilder.
 #pragma once
+#include <functional>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/diagnostics.h"
@@ -17,6 +20,7 @@ namespace kinora::render {
 struct Sight {
   std::vector<uint32_t> ofShape, ofPlacement;  // VisibilityBits, and a bit for each subset
   std::vector<shade::TraceSet> sets;           // by PlacementInfo::traceSet; empty: every ray sees everything
+  std::map<std::string, uint32_t, std::less<>> ofPatterns;  // ShadingWorld::probeSets
 };
 // Sets `traceSet` of each of `infos`; their materials are set.
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::vector<shade::PlacementInfo>& infos,

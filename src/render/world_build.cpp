@@ -180,6 +180,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   Sight sight = sightOf(*flat_, *next->materials, next->placements, diagnostics_);
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
+  next->probeSets = std::move(sight.ofPatterns);
   setScene(scene, *next);
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();

@@ -322,6 +322,8 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
   return out;
 }
 
+int probe(const Context* c, const ProbeRays* rays) { return ContextHost::of(c).group->probe(c, *rays); }
+
 }  // namespace
 
 void ContextHost::evaluate(const Context* c, uint32_t n) {
@@ -346,7 +348,7 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   node = before;
 }
 
-const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,   &list,
-                                         &builtin, &primvar, &texture,  &matrix, &gradient};
+const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,     &list, &builtin,
+                                         &primvar, &texture, &matrix,   &gradient, &probe};
 
 }  // namespace kinora::shade

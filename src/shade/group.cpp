@@ -204,6 +204,8 @@ void GroupState::closest(RayList& list, uint32_t n, const uint32_t* entries) {
                        : w.closest(list.rays, list.hits, trace::kSeenByClearShadow, n, entries);
   else if (host.kind == RayKind::Camera)
     w.closest(list.rays, list.hits, trace::kSeenByCamera, n, entries);
+  else if (host.seen)
+    w.closest(list.rays, list.hits, host.seen, n, entries);
   else if (host.left.traceSet)
     closestInSets(list, false, n, entries);
   else

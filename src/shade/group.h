@@ -84,6 +84,7 @@ struct ShadingWorld {
   bool hasLinks = false;            // some objects are lit by some lights only
   uint32_t indirectSets = 0;        // so many further on is the link set of what a diffuse bounce found; 0: the same
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
+  std::map<std::string, uint32_t, std::less<>> probeSets;  // masks by the texts of patterns, see ProbeRays::traceSet
   bool hasHoles = false, movesShadowOrigins = false;
   uint32_t width = 8;
   void fillTables();  // once all else is set
@@ -111,6 +112,7 @@ struct ListHost {
   // Lists that stand for records of vertices: rays.o is the vertex itself, `left` its own state, and this the
   // distance from where its ray began. Null: rays as they were traced.
   const float* reach = nullptr;
+  uint32_t seen = 0;  // mask of what the rays see; 0: what those of their kind see that leave their vertices
   static ListHost& of(const RayList& l) { return *static_cast<ListHost*>(l.host); }
 };
 
@@ -174,6 +176,7 @@ class GroupState {
   void lightEnds(LightEnds* ends);
   void lightsBeyond(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
+  int probe(const Context* c, const ProbeRays& rays);  // see ContextFunctions
 
   GroupCounters counters;
   RayListener* listener = nullptr;
@@ -228,6 +231,7 @@ class GroupState {
   bool averted(const RayList& list, uint32_t entry) const;
   void passThrough(const RayList& list, uint32_t n, const uint32_t* entries, float* passed);
   void closest(RayList& list, uint32_t n, const uint32_t* entries);
+  void probeSome(const Context* c, const ProbeRays& rays, uint32_t first, uint32_t count, uint32_t mask);
 
   const ShadingWorld& world_;
   Arena arena_;
@@ -239,6 +243,7 @@ class GroupState {
   MediaPool media_;
   language::RunState shaderState_;
   ShaderTextures shaderTextures_;
+  bool probing_ = false;  // the rays of a pattern are on their way
   std::vector<trace::World::CollectedHit> collected_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;

@@ -112,6 +112,7 @@ PointsArgs GroupState::startContext(const RayList& list, uint32_t traits, uint32
   c->width = world_.width;
   c->traits = traits;
   c->path = path;
+  c->samples = &world_.samples;
   c->depth = depth;
   c->fn = &kContextFunctions;
   c->host = h;

@@ -218,6 +218,7 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
   builtin(Builtin::ObjectId) = m.make(1, {1}, false);
 
   ContextFunctions& f = m.functions;
+  f.probe = [](const Context*, const ProbeRays*) { return 0; };  // nothing is around the points
   f.alloc = [](const Context* x, size_t bytes) -> void* {
     return static_cast<Impl*>(x->host)->alloc<uint8_t>(bytes);
   };

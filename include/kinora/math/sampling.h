@@ -71,6 +71,16 @@ KN_INLINE Vec3<W> cosineHemisphere(Float<W> u, Float<W> v) {
   concentricDisk(u, v, x, y);
   return {x, y, safeSqrt(fnma(x, x, fnma(y, y, Float<W>(1.f))))};
 }
+// Bends a direction of cosineHemisphere() so that its density goes with the cosine's power of `exponent`; pdf =
+// (exponent + 1) / (2 pi) z^exponent. The square of z is even in [0, 1] for exponent 1; in general its power
+// (exponent + 1) / 2 is.
+template <int W>
+KN_INLINE Vec3<W> bendToPower(Vec3<W> local, Float<W> exponent) {
+  using F = Float<W>;
+  const F c2 = pow(max(local.z * local.z, F(1e-30f)), F(2.f) / (exponent + F(1.f)));
+  const F scale = safeSqrt(F(1.f) - c2) / max(safeSqrt(fnma(local.z, local.z, F(1.f))), F(1e-12f));
+  return {local.x * scale, local.y * scale, sqrt(c2)};
+}
 // Uniform on the unit sphere; pdf = 1 / (4 pi).
 template <int W>
 KN_INLINE Vec3<W> uniformSphere(Float<W> u, Float<W> v) {

@@ -87,12 +87,7 @@ struct PxrOcclusion {
         local = uniformCone(a, b, F(1.f));
       } else {
         local = cosineHemisphere(a, b);
-        if (k.spread != 1) {
-          // the cosine's square is even in [0, 1] for exponent 1; in general its power (spread + 1) / 2 is
-          const F c2 = pow(max(local.z * local.z, F(1e-30f)), F(2.f / (k.spread + 1.f)));
-          const F scale = safeSqrt(F(1.f) - c2) / max(safeSqrt(fnma(local.z, local.z, F(1.f))), F(1e-12f));
-          local = Vec3<W>(local.x * scale, local.y * scale, sqrt(c2));
-        }
+        if (k.spread != 1) local = bendToPower(local, F(k.spread));
       }
       Frame<W>(Vec3<W>::load(c.N, i)).toWorld(local).store(wi, i);
     }
