@@ -1,6 +1,6 @@
 // Thickness: an example integrator. From each point that the camera sees a ray goes into the object, in a direction
 // drawn by the cosine; its way to the far side, mean by mean, is the picture. It shows rays from vertices in lists of
-// their own: all hits on one object, whatever else is in the way (Services::hitsOnObject).
+// their own: all hits on one object or on a set of objects, whatever else is in the way (Services::hitsOnObject).
 //
 // An object with holes or folds is met several times: what lies between the 2nd and 3rd hit, the 4th and 5th and so
 // on is not inside. Chords of a sphere of radius r are 4/3 r long on average, wherever they begin.
@@ -9,14 +9,20 @@
 #include <kinora/camera_hits.h>
 
 #if KINORA_PLAIN
+#include <string>
+
 namespace kinora::thickness {
-enum : uint32_t { kScale };
+enum : uint32_t { kScale, kTraceSet };
 constexpr Param kParams[] = {
     param::number("scale", 1.f).range(0, 10).help("Value of the picture for a way of one scene unit."),
+    param::string("traceSet", "")
+        .traceSet()
+        .help("Groups (grouping:membership) whose members count as one object; without it each object is one."),
 };
 struct Data {
   float scale;
-  explicit Data(const CreateInfo& info) : scale(info.number(kScale)) {}
+  std::string traceSet;
+  explicit Data(const CreateInfo& info) : scale(info.number(kScale)), traceSet(info.string(kTraceSet)) {}
 };
 constexpr uint32_t kMostHits = 16;  // of a chord; what lies beyond does not count
 }  // namespace kinora::thickness
@@ -59,6 +65,7 @@ struct Thickness {
       rays.time = time;
       ObjectHits met{};
       met.most = kMostHits;
+      met.traceSet = data.traceSet.c_str();
       services.hitsOnObject(&group, &c, c.count, point, &rays, &met);
       for (uint32_t i = 0; i < c.padded; ++i) {
         value[i] = 0;

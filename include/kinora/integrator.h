@@ -207,15 +207,18 @@ struct SurfacePlaces {
   const uint32_t* sampleIndex;
 };
 
-// All that chords meet of the objects that they began on, see Services::hitsOnObject.
+// All that chords meet of the objects that they began on, or of a set of objects; see Services::hitsOnObject.
 struct ObjectHits {
-  uint32_t most;     // in: room for each ray
-  uint32_t* count;   // out, by ray: hits stored, the nearest ones
-  uint32_t* beyond;  // out, by ray: hits for which there was no room
-  float* t;          // out, [ray * most + hit], nearest first
+  uint32_t most;         // in: room for each ray
+  const char* traceSet;  // in: the text of a parameter of the integrator or of a material that is declared with
+                         // traceSet(): members of these groups are met. Null, "": each ray's own object
+  uint32_t* count;       // out, by ray: hits stored, the nearest ones
+  uint32_t* beyond;      // out, by ray: hits for which there was no room
+  float* t;              // out, [ray * most + hit], nearest first
   float* u;
   float* v;
   float* ng[3];  // as in Hits
+  uint32_t* instance;
   uint32_t* geometry;
   uint32_t* primitive;
   uint32_t* level;
@@ -293,7 +296,8 @@ struct Services {
   // their number.
   uint32_t (*makeVertices)(Group*, uint32_t n, const SurfacePlaces*, VertexRecord* out, uint32_t* which);
   // Hits of rays that leave the listed points of a context (o, d, tMax, time by ray) on the objects of those points,
-  // whatever presence, visibility and other objects have to say.
+  // whatever presence, visibility and other objects have to say; or on the members of a set of objects, as far as
+  // these are seen by indirect rays.
   void (*hitsOnObject)(Group*, const Context*, uint32_t n, const uint32_t* points, const Rays* rays, ObjectHits*);
   // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs
   // only its last vertex keeps within the cache that way.

@@ -279,7 +279,9 @@ struct Renderer::Impl {
   bool makeWorld() {
     checkScene(scene, diagnostics);
     sceneHeld.set(scene.bytes());
-    if (!prepare() || !makeFilm() || !builder.buildWorld(scene, plan->paths, stats)) return false;
+    if (!prepare() || !makeFilm()) return false;
+    const std::vector<SetAsker> askers = setAskersOf(*integrator.plugin(), scene.integrator.get());
+    if (!builder.buildWorld(scene, plan->paths, askers, stats)) return false;
     warnOfPrimvars();
     identity.start(scene, builder.contents(), registry, isEdited);
     isEdited = true;

@@ -18,8 +18,8 @@ struct SetKind {
 constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubset", 1},
                               {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
                               {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
-constexpr int kOfShadows = 2, kOfPatterns = 3;  // kinds; the last is asked for by nodes
-constexpr uint32_t kFirstBit = 4;  // after trace::VisibilityBits
+constexpr int kOfShadows = 2, kByText = 3;  // kinds; the last is asked for by plug-ins
+constexpr uint32_t kFirstBit = 4;           // after trace::VisibilityBits
 constexpr const char* kBetweenNames = ", \t\n\r\f\v";
 
 }  // namespace
@@ -52,21 +52,36 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
   return visibility;
 }
 
-// Nodes of patterns by the groups that their rays see (kParamTraceSet), the first of each text.
-std::map<std::string, const shade::ProgramNode*> setsOfPatterns(const shade::MaterialSet& materials) {
-  std::map<std::string, const shade::ProgramNode*> sets;
+// The groups that plug-ins name (kParamTraceSet), with the first that asks for each text.
+std::map<std::string, SetAsker> setsByText(const shade::MaterialSet& materials, const std::vector<SetAsker>& askers) {
+  std::map<std::string, SetAsker> sets;
+  for (const SetAsker& a : askers) sets.try_emplace(a.text, a);
   for (uint32_t i = 0; i < materials.programCount(); ++i)
     for (const shade::ProgramNode& node : materials.program(i).nodes)
       for (uint32_t k = 0; node.plugin && k < node.plugin->paramCount; ++k)
         if (node.plugin->params[k].flags & kParamTraceSet && *node.params[k].text)
-          sets.try_emplace(node.params[k].text, &node);
+          sets.try_emplace(
+              node.params[k].text,
+              SetAsker{node.params[k].text, std::string(node.plugin->name) + " '" + node.handle + "'", node.pos});
   return sets;
 }
 
 }  // namespace
 
-Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::vector<shade::PlacementInfo>& infos,
-              Diagnostics& diagnostics) {
+std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* node) {
+  std::vector<SetAsker> askers;
+  for (uint32_t k = 0; k < plugin.paramCount; ++k) {
+    const Param& p = plugin.params[k];
+    if (!(p.flags & kParamTraceSet)) continue;
+    const bool isOwn = node && node->plugin == plugin.name;
+    std::string text = isOwn ? node->params.getString(p.name, p.text) : p.text;
+    if (!text.empty()) askers.push_back({std::move(text), plugin.name, node ? node->pos : SourcePos{}});
+  }
+  return askers;
+}
+
+Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
+              std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
   for (const trace::PlacementInput& p : flat.placements) sight.ofPlacement.push_back(p.visibility);
@@ -88,8 +103,8 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::v
     members.insert(groups[i].begin(), groups[i].end());
     for (const SetKind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
-  const std::map<std::string, const shade::ProgramNode*> patterns = setsOfPatterns(materials);
-  if (!any && patterns.empty()) return sight;
+  const std::map<std::string, SetAsker> byText = setsByText(materials, askers);
+  if (!any && byText.empty()) return sight;
   const auto isTooMany = [&](uint32_t more) {
     if (nextBit + more <= 32) return false;
     if (!tooMany)
@@ -148,13 +163,12 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::v
     infos[i].traceSet = it->second;
   }
   if (sight.sets.size() == 1) sight.sets.clear();
-  for (const auto& [text, node] : patterns) {
-    Subset s{kOfPatterns, groupNames(text), {}, nextBit};
+  for (const auto& [text, asker] : byText) {
+    Subset s{kByText, groupNames(text), {}, nextBit};
     if (s.names.empty()) continue;
-    for (const std::string& n : s.names)
-      warnOfMissing(n, node->pos, std::string(node->plugin->name) + " '" + node->handle + "'");
+    for (const std::string& n : s.names) warnOfMissing(n, asker.pos, asker.who);
     if (isTooMany(1)) break;
-    sight.ofPatterns[text] = 1u << nextBit++;
+    sight.byText[text] = 1u << nextBit++;
     subsets.push_back(std::move(s));
   }
   // shapes take part as far as their visibility lets them; placements are members

@@ -20,11 +20,18 @@ namespace kinora::render {
 struct Sight {
   std::vector<uint32_t> ofShape, ofPlacement;  // VisibilityBits, and a bit for each subset
   std::vector<shade::TraceSet> sets;           // by PlacementInfo::traceSet; empty: every ray sees everything
-  std::map<std::string, uint32_t, std::less<>> ofPatterns;  // ShadingWorld::probeSets
+  std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
 };
-// Sets `traceSet` of each of `infos`; their materials are set.
-Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, std::vector<shade::PlacementInfo>& infos,
-              Diagnostics& diagnostics);
+// A plug-in that names groups of objects in a parameter declared with Param::traceSet().
+struct SetAsker {
+  std::string text, who;
+  SourcePos pos;
+};
+// Of a plug-in as a node sets it; null: its defaults.
+std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* node);
+// Sets `traceSet` of each of `infos`; their materials are set. `askers`: beside those among the materials.
+Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
+              std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics);
 
 class TraceStage {
  public:

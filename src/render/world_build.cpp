@@ -159,7 +159,7 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
 }
 
 bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<const film::LightPaths>& paths,
-                              Statistics& statistics) {
+                              const std::vector<SetAsker>& askers, Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
   Rebuilt& rebuilt = statistics.rebuilt;
   std::set<uint32_t> emitters;
@@ -177,10 +177,10 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
                        sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping,
                        !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
                       next->placements, rebuilt);
-  Sight sight = sightOf(*flat_, *next->materials, next->placements, diagnostics_);
+  Sight sight = sightOf(*flat_, *next->materials, askers, next->placements, diagnostics_);
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
-  next->probeSets = std::move(sight.ofPatterns);
+  next->setsByText = std::move(sight.byText);
   setScene(scene, *next);
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();

@@ -44,9 +44,9 @@ class WorldBuilder {
   // Whether diffuse and specular must be told apart at every bounce: some light has different factors for them, or
   // some shader asks for the type of a ray.
   bool needsSplit(const scene::Scene& scene) const;
-  // Everything else. False when it was stopped.
+  // Everything else. False when it was stopped. `askers`: of sets of objects, beside materials.
   bool buildWorld(const scene::Scene& scene, const std::shared_ptr<const film::LightPaths>& paths,
-                  Statistics& statistics);
+                  const std::vector<SetAsker>& askers, Statistics& statistics);
   // After one of these failed or threw: nothing that was kept is used again.
   void forget();
 

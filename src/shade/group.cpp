@@ -326,7 +326,8 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
   for (uint32_t i = 0; i < n; ++i) met += !std::isinf(hits.t[entries[i]]);
 }
 
-// Chords through the objects of the points: from hit to hit, other objects are only passed.
+// Chords through the objects of the points: from hit to hit, other objects are only passed. Those of a set are told
+// from others by the mask of its rays.
 void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays,
                               ObjectHits* out) {
   const auto f = [&](size_t m) { return arena_.make<float>(m); };
@@ -339,9 +340,11 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
   out->u = f(room);
   out->v = f(room);
   for (float*& x : out->ng) x = f(room);
+  out->instance = u(room);
   out->geometry = u(room);
   out->primitive = u(room);
   out->level = u(room);
+  const uint32_t ofSet = maskOf(out->traceSet);
   RayList& list = *makeRays(n);
   uint32_t* open = u(padded(n));
   float* passed = f(padded(n));
@@ -359,14 +362,14 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
     out->count[i] = out->beyond[i] = 0;
   }
   for (uint32_t open_ = n; open_;) {
-    world_.world->closest(list.rays, list.hits, ~0u, open_, open);
+    world_.world->closest(list.rays, list.hits, ofSet ? ofSet : ~0u, open_, open);
     const Hits& h = list.hits;
     uint32_t m = 0;
     for (uint32_t k = 0; k < open_; ++k) {
       const uint32_t i = open[k];
       if (std::isinf(h.t[i])) continue;
       open[m++] = i;
-      if (h.instance[i] != c->place.instance[points[i]]) continue;
+      if (!ofSet && h.instance[i] != c->place.instance[points[i]]) continue;
       if (out->count[i] == most) {
         ++out->beyond[i];
         continue;
@@ -376,6 +379,7 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
       out->u[at] = h.u[i];
       out->v[at] = h.v[i];
       for (int x = 0; x < 3; ++x) out->ng[x][at] = h.ng[x][i];
+      out->instance[at] = h.instance[i];
       out->geometry[at] = h.geometry[i];
       out->primitive[at] = h.primitive[i];
       out->level[at] = h.level[i];

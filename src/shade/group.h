@@ -84,7 +84,7 @@ struct ShadingWorld {
   bool hasLinks = false;            // some objects are lit by some lights only
   uint32_t indirectSets = 0;        // so many further on is the link set of what a diffuse bounce found; 0: the same
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
-  std::map<std::string, uint32_t, std::less<>> probeSets;  // masks by the texts of patterns, see ProbeRays::traceSet
+  std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
   bool hasHoles = false, movesShadowOrigins = false;
   uint32_t width = 8;
   void fillTables();  // once all else is set
@@ -231,6 +231,7 @@ class GroupState {
   bool averted(const RayList& list, uint32_t entry) const;
   void passThrough(const RayList& list, uint32_t n, const uint32_t* entries, float* passed);
   void closest(RayList& list, uint32_t n, const uint32_t* entries);
+  uint32_t maskOf(const char* traceSet) const;  // 0: no choice
   void probeSome(const Context* c, const ProbeRays& rays, uint32_t first, uint32_t count, uint32_t mask);
 
   const ShadingWorld& world_;

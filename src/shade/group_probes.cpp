@@ -10,13 +10,16 @@ namespace {
 constexpr uint32_t kMostAtOnce = 1024;  // rays of a list, which goes when they are traced
 }  // namespace
 
+uint32_t GroupState::maskOf(const char* traceSet) const {
+  if (!traceSet || !*traceSet) return 0;
+  const auto set = world_.setsByText.find(std::string_view(traceSet));
+  return set == world_.setsByText.end() ? 0 : set->second;
+}
+
 int GroupState::probe(const Context* c, const ProbeRays& rays) {
   // A ray that asks whether what it met is present runs that surface's patterns: theirs go no further.
   if (probing_) return 0;
-  uint32_t mask = 0;
-  if (rays.traceSet && *rays.traceSet)
-    if (const auto set = world_.probeSets.find(std::string_view(rays.traceSet)); set != world_.probeSets.end())
-      mask = set->second;
+  const uint32_t mask = maskOf(rays.traceSet);
   probing_ = true;
   // The time is that of shading, which waits for the rays.
   const uint64_t indirect = counters.nanoseconds[kTimeTraceIndirect];

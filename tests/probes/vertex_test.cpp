@@ -17,7 +17,7 @@
 namespace kinora::probes {
 namespace {
 
-enum class Task { Records, Contexts, Chords, Places };
+enum class Task { Records, Contexts, Chords, ChordsOfSet, Places };
 struct Kept {
   VertexRecord record;
   uint64_t digest;
@@ -30,6 +30,9 @@ struct Shared {
   uint64_t compared = 0, different = 0, chords = 0, wrongCounts = 0;
   double worstLength = 0;
 } shared;
+
+constexpr const char* kSetName = "pair";
+constexpr Param kParams[] = {param::string("traceSet", kSetName).traceSet().help("Set of the chords.")};
 
 struct Digest {
   uint64_t h = 0x9E3779B97F4A7C15u;
@@ -352,7 +355,25 @@ void places(Group* g, const Services* s) {
   shared.different += wrong;
 }
 
-// From each camera hit on the unit sphere a chord into it.
+// Where a ray enters and leaves the small sphere of the set; false: it passes, `isNear` then or there by little.
+constexpr double kSmall[3] = {.2, .1, 3}, kSmallRadius = .3;
+bool meetsSmall(const double o[3], const float d[3], double t[2], bool& isNear) {
+  double along = 0, o2 = 0;
+  for (int k = 0; k < 3; ++k) {
+    along += (kSmall[k] - o[k]) * double(d[k]);
+    o2 += (kSmall[k] - o[k]) * (kSmall[k] - o[k]);
+  }
+  const double apart = std::sqrt(std::max(0., o2 - along * along));
+  isNear = std::fabs(apart - kSmallRadius) < .02;
+  if (apart >= kSmallRadius || along < 0) return false;
+  const double half = std::sqrt(kSmallRadius * kSmallRadius - apart * apart);
+  t[0] = along - half;
+  t[1] = along + half;
+  return true;
+}
+
+// From each camera hit on the unit sphere a chord into it; what it meets of the sphere alone, or of the set that a
+// small sphere inside belongs to as well.
 void chords(Group* g, const Services* s) {
   Prober p(g, s);
   uint64_t count = 0, wrong = 0;
@@ -392,11 +413,30 @@ void chords(Group* g, const Services* s) {
     rays.time = const_cast<float*>(c->time);
     ObjectHits hits{};
     hits.most = 4;
+    const bool ofSet = shared.task == Task::ChordsOfSet;
+    hits.traceSet = ofSet ? kSetName : nullptr;
     s->hitsOnObject(g, c, c->count, points.data(), &rays, &hits);
     for (uint32_t i = 0; i < c->count; ++i) {
+      const float* t = hits.t + size_t(i) * 4;
+      const uint32_t* instance = hits.instance + size_t(i) * 4;
+      double small[2];
+      bool isNear = false, meets = false;
+      if (ofSet) {
+        const double o[3] = {x[0][i], x[1][i], x[2][i]};
+        const float d[3] = {x[3][i], x[4][i], x[5][i]};
+        meets = meetsSmall(o, d, small, isNear);
+        if (isNear) continue;
+      }
+      const uint32_t last = meets ? 2 : 0;
       ++count;
-      wrong += hits.count[i] != 1 || hits.beyond[i] != 0;
-      if (hits.count[i]) worst = std::max(worst, std::fabs(double(hits.t[size_t(i) * 4]) - length[i]));
+      wrong += hits.count[i] != last + 1 || hits.beyond[i] != 0;
+      if (hits.count[i] <= last) continue;
+      worst = std::max(worst, std::fabs(double(t[last]) - length[i]));
+      for (uint32_t k = 0; k < last; ++k) {
+        worst = std::max(worst, std::fabs(double(t[k]) - small[k]));
+        wrong += instance[k] == c->place.instance[points[i]];
+      }
+      wrong += instance[last] != c->place.instance[points[i]];
     }
   }
   const std::lock_guard lock(shared.mutex);
@@ -417,6 +457,7 @@ void integrate(const void*, uint32_t stage, Group* g, const Services* s) {
       if (stage == 0) places(g, s);
       break;
     case Task::Chords:
+    case Task::ChordsOfSet:
       if (stage == 0) chords(g, s);
       break;
   }
@@ -435,7 +476,7 @@ void destroy(void* p) { delete static_cast<int*>(p); }
 constexpr Descriptor kProbe{kAbiVersion,      sizeof(Descriptor),
                             Kind::Integrator, 0,
                             "ProbeVertex",    "Digests of vertices.",
-                            nullptr,          0,
+                            kParams,          1,
                             kTables,          4,
                             &kTraits,         &create,
                             &destroy};
@@ -542,6 +583,37 @@ WorldEnd
   EXPECT_GT(shared.chords, 2000u);
   EXPECT_EQ(shared.wrongCounts, 0u) << "of " << shared.chords;
   EXPECT_LT(shared.worstLength, 0.02) << "the sphere is made of facets";
+}
+
+// Two members, one of them inside the other; what stands between belongs to no set, or cannot be seen.
+TEST(Vertex, ChordsMeetTheMembersOfASet) {
+  for (const uint32_t width : {1u, 8u}) {
+    renderProbe(R"(
+Hider "raytrace" "int maxsamples" [4]
+Display "probe.exr" "openexr" "Ci,a"
+Format 32 32 1
+PixelFilter "box" 1 1
+ScreenWindow -.9 .9 -.9 .9
+Projection "orthographic"
+Translate 0 0 3
+WorldBegin
+  Light "PxrDomeLight" "sky"
+  Bxdf "PxrDiffuse" "grey"
+  AttributeBegin
+    Attribute "grouping" "string membership" ["other pair"]
+    Sphere 1 -1 1 360
+    AttributeBegin Translate .2 .1 0 Sphere .3 -.3 .3 360 AttributeEnd
+    AttributeBegin Attribute "visibility" "int indirect" [0] Translate -.3 0 0 Sphere .4 -.4 .4 360 AttributeEnd
+  AttributeEnd
+  AttributeBegin Translate 0 0 1.5 Sphere .8 -.8 .8 360 AttributeEnd
+  AttributeBegin Attribute "grouping" "string membership" ["other"] Translate -.4 0 0 Sphere .2 -.2 .2 360 AttributeEnd
+WorldEnd
+)",
+                Task::ChordsOfSet, 1, width);
+    EXPECT_GT(shared.chords, 2000u);
+    EXPECT_EQ(shared.wrongCounts, 0u) << "of " << shared.chords;
+    EXPECT_LT(shared.worstLength, 0.02) << "spheres are made of facets";
+  }
 }
 
 }  // namespace
