@@ -1,6 +1,8 @@
 #include "shade/material.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <numeric>
 #include <set>
@@ -34,6 +36,22 @@ uint32_t componentsOf(Type t) {
 }
 
 bool isNumeric(Type t) { return t != Type::String && t != Type::Struct; }
+
+// Whether a whole number is one of those that a parameter lists ("0 Color, 1 ColorBurn"), where it lists any.
+bool isChoice(const Param& p, float value) {
+  if (p.type != Type::Int || (p.flags & kParamArray)) return true;
+  bool isListed = false, isDefaultListed = false;
+  for (const char* at = p.choices; at && *at;) {
+    char* end = nullptr;
+    const long number = std::strtol(at, &end, 10);
+    if (end == at) return true;
+    isListed |= float(number) == value;
+    isDefaultListed |= float(number) == p.value[0];
+    at = std::strchr(end, ',');
+    if (at) ++at;
+  }
+  return isListed || !isDefaultListed;
+}
 
 }  // namespace
 
@@ -91,7 +109,17 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
         floats_[i].assign(3, floats_[i][0]);
         ok = true;
       }
-      if (!ok && finite)
+      if (ok && !isChoice(p, floats_[i][0])) {
+        char said[32];
+        std::snprintf(said, sizeof said, "%.9g", double(floats_[i][0]));
+        diagnostics.warning("PARAM-CHOICE", given->pos,
+                            std::string(d.name) + "." + p.name + " of '" + node->handle + "' is " + said +
+                                ", which is none of its choices",
+                            "its default is used", std::string("there are ") + p.choices);
+        floats_[i].clear();
+        ints_[i].clear();
+        ok = false;
+      } else if (!ok && finite)
         diagnostics.warning(
             "PARAM-TYPE", given->pos,
             std::string(d.name) + "." + p.name + " of '" + node->handle + "' has the wrong type or length",

@@ -108,6 +108,26 @@ TEST_F(Shaders, ElementsOfArraysAreConnected) {
   EXPECT_FLOAT_EQ(middleOf(render)[1], 0.5f);
 }
 
+// A number that stands for no choice is told with the parameter's and the node's name, and is the default.
+TEST_F(Shaders, NumbersThatAreNoChoiceAreToldAndTheDefault) {
+  const auto blended = [](const std::string& operation) {
+    return "Pattern \"PxrBlend\" \"n\" " + operation +
+           " \"color topRGB\" [.25 .5 .75] \"color bottomRGB\" [.5 .5 .5]\n" + std::string(kShowRGB);
+  };
+  const auto expected = filmOf(blended(""));
+  EXPECT_NE(filmOf(blended("\"int operation\" [18]")), expected);
+  for (const char* wrong : {"\"int operation\" [99]", "\"int operation\" [-1]", "\"int operation\" [27]"}) {
+    SceneRender render(requestOf(blended(wrong)));
+    ASSERT_TRUE(render.ok()) << wrong;
+    EXPECT_EQ(told(render, "PARAM-CHOICE"), 1u) << wrong;
+    EXPECT_EQ(stateOf(render.film()), expected) << wrong;
+    for (const std::string& m : render.messages()) {
+      EXPECT_NE(m.find("PxrBlend.operation of 'n'"), std::string::npos) << m;
+      EXPECT_NE(m.find(".rib:"), std::string::npos) << m;
+    }
+  }
+}
+
 TEST_F(Shaders, TeesShowInChannels) {
   const auto render = [&](const std::string& channel, const std::string& network) {
     RenderRequest r = requestOf(network);
