@@ -358,9 +358,9 @@ struct LightMap {
 
   bool valid() const { return texels != nullptr; }
   // Never fails: a map that is missing or beyond bounds leaves the light without one (the colour alone), with a
-  // message.
-  void load(const NamedValues& v) {
-    const std::string file = v.string("lightColorMap");
+  // message. `name`: of the parameter that names the file.
+  void load(const NamedValues& v, const std::string& name = "lightColorMap") {
+    const std::string file = v.string(name);
     const Host* host = v.info().host;
     if (file.empty() || !host || !host->image) return;
     const HostImage* image = host->image(host->self, file.c_str(), -1);
@@ -368,8 +368,7 @@ struct LightMap {
     const uint64_t count = uint64_t(image->width) * image->height * image->channels;
     if (image->width == 0 || image->height == 0 || image->channels == 0 || image->width > 1u << 20 ||
         image->height > 1u << 20 || image->channels > 64 || count > 0x7fffffffu) {
-      v.warn("LIGHT-MAP", "lightColorMap '" + file + "' is empty or has more than 2^31 numbers",
-             "the light has no map");
+      v.warn("LIGHT-MAP", name + " '" + file + "' is empty or has more than 2^31 numbers", "the light has no map");
       return;
     }
     width = int32_t(image->width);
@@ -388,8 +387,7 @@ struct LightMap {
     size_t bad = 0;
     for (size_t i = 0; i < texelCount * image->channels; ++i) bad += !std::isfinite(image->pixels[i]);
     if (bad)
-      v.warn("LIGHT-MAP",
-             "lightColorMap '" + file + "' holds " + std::to_string(bad) + " numbers that are not finite",
+      v.warn("LIGHT-MAP", name + " '" + file + "' holds " + std::to_string(bad) + " numbers that are not finite",
              "they count as black");
     if (!changes && !bad) {
       texels = image->pixels;
@@ -398,7 +396,7 @@ struct LightMap {
       blue = grey ? 0 : 2;
     } else {
       if (uint64_t(texelCount) * 3 > 0x7fffffffu) {
-        v.warn("LIGHT-MAP", "lightColorMap '" + file + "' is too large to be changed", "the light has no map");
+        v.warn("LIGHT-MAP", name + " '" + file + "' is too large to be changed", "the light has no map");
         width = height = 0;
         return;
       }

@@ -80,12 +80,14 @@ class TestLight {
       values[i].floats = p.value;
       values[i].strings = &texts[i];
       values[i].count = p.type == Type::Float || p.type == Type::Int || p.type == Type::String ? 1 : 3;
+      if (p.flags & kParamArray) values[i].floats = p.list, values[i].count = p.listCount;
       for (const Setting& s : settings)
         if (s.name == p.name) {
           if (p.type == Type::String)
             texts[i] = s.text.c_str();
           else
             values[i].floats = s.numbers.data();
+          if (p.flags & kParamArray) values[i].count = uint32_t(s.numbers.size());
           values[i].given = 1;
         }
     }

@@ -94,6 +94,10 @@ constexpr Explanation kRooms[] = {
      "colour, intensity and about the same area, a material of the same colours and roughness. The picture is near "
      "to "
      "what is meant, not equal to it. With --strict the exit code is 4."},
+    {"LIGHT-PORTAL",
+     "A PxrPortalLight shows a dome through a rectangle: the PxrDomeLight whose lightColorMap is the portal's "
+     "domeColorMap, else the first dome of the scene. Without either it is an even light of its own colour. A "
+     "portalToDome that is no matrix leaves the dome standing as the portal does."},
     {"BXDF-LAYERS",
      "A material is a tree of bxdfs (LamaSurface, LamaLayer, LamaMix, LamaAdd) that cannot be kept as it is: it has "
      "more than eight leaves, a leaf is no Lama slab, nothing is connected, the back differs from the front, or a "

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "plugin/refused.h"
 #include "plugin/registry.h"
 
 namespace kinora::app {
@@ -125,6 +126,11 @@ std::string pluginsMarkdown(const std::vector<const Descriptor*>& plugins) {
                        hasPicture(*d) ? fmt::format("![](plugins/images/{}.jpg)", d->name) : "", d->name, d->name,
                        cell(d->doc ? d->doc : ""));
   }
+  out +=
+      "\n## Not in this version\n\nNames that files have and what is told of them (`PLUGIN-MISSING`).\n\n"
+      "| kind | name | why | instead |\n|---|---|---|---|\n";
+  for (const RefusedPlugin& r : refusedPlugins())
+    out += fmt::format("| {} | {} | {} | {} |\n", kinora::nameOf(r.kind), r.name, cell(r.why), cell(r.instead));
   return out;
 }
 

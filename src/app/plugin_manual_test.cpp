@@ -10,6 +10,8 @@
 #include <set>
 #include <sstream>
 
+#include "base/text.h"
+#include "plugin/refused.h"
 #include "plugin/registry.h"
 
 namespace kinora::app {
@@ -37,6 +39,23 @@ TEST(PluginManual, MarkdownKeepsTablesWhole) {
   const std::string page = pluginPage(kDescriptor);
   EXPECT_NE(page.find("| `gain` | float | 0.18 | 0 .. 2 | A factor. |"), std::string::npos) << page;
   EXPECT_NE(page.find("A colour \\| with a bar."), std::string::npos) << page;
+}
+
+// The index lists them all (CommittedPagesAreWhatTheProgramPrints compares it); what is in stock is not refused, and
+// a message tells the reason.
+TEST(PluginManual, WhatIsRefusedIsNotInStockAndHasAReason) {
+  const std::string index = pluginsMarkdown(stockPlugins());
+  std::set<std::pair<Kind, std::string>> names;
+  for (const RefusedPlugin& r : refusedPlugins()) {
+    EXPECT_TRUE(names.insert({r.kind, r.name}).second) << r.name << " stands twice";
+    EXPECT_TRUE(*r.why) << r.name;
+    EXPECT_NE(index.find(std::string("| ") + r.name + " | " + r.why), std::string::npos) << r.name;
+    EXPECT_NE(adviceOnMissing(r.kind, r.name).find(r.why), std::string::npos);
+    for (const Descriptor* d : stockPlugins())
+      EXPECT_FALSE(d->kind == r.kind && sameName(d->name, r.name)) << r.name << " is in stock";
+  }
+  EXPECT_FALSE(names.empty());
+  EXPECT_EQ(adviceOnMissing(Kind::Pattern, "MyOwn"), "is its library on the plug-in path?");
 }
 
 TEST(PluginManual, EveryStockPluginExplainsItself) {

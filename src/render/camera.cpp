@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/text.h"
+#include "plugin/refused.h"
 #include "render/camera_parameters.h"
 #include "render/shutter.h"
 #include "scene/digests.h"
@@ -162,7 +163,8 @@ bool setProjection(const scene::Scene& scene, const scene::Camera& camera, Regis
   const Descriptor* d = registry.find(Kind::Projection, name, diagnostics, camera.pos);
   if (!d) {
     diagnostics.warning("PLUGIN-MISSING", camera.projection ? camera.projection->pos : camera.pos,
-                        "no projection '" + name + "'", "PxrPerspective stands in");
+                        "no projection '" + name + "'", "PxrPerspective stands in",
+                        adviceOnMissing(Kind::Projection, name));
     d = registry.find(Kind::Projection, "PxrPerspective", diagnostics, camera.pos);
   }
   if (!d || !c.projection.create(*d, camera.projection.get(), nullptr, &info, host, diagnostics)) {

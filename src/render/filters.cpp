@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "plugin/refused.h"
 #include "texture/texture_system.h"
 
 namespace kinora::render {
@@ -50,8 +51,7 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
     const Descriptor* d = registry.find(kind, n->plugin, diagnostics, n->pos);
     const std::string who = std::string(nameOf(kind)) + " '" + n->plugin + "' (node '" + n->handle + "')";
     if (!d) {
-      diagnostics.warning("PLUGIN-MISSING", n->pos, "no " + who, "it is left out",
-                          "is its library on the plug-in path?");
+      diagnostics.warning("PLUGIN-MISSING", n->pos, "no " + who, "it is left out", adviceOnMissing(kind, n->plugin));
       continue;
     }
     Step step;
@@ -270,7 +270,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
     const Descriptor* d = registry.find(Kind::LightFilter, n->plugin, diagnostics, n->pos);
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", n->pos, "no light filter '" + n->plugin + "' (node '" + n->handle + "')",
-                          "the light is unfiltered by it", "is its library on the plug-in path?");
+                          "the light is unfiltered by it", adviceOnMissing(Kind::LightFilter, n->plugin));
       continue;
     }
     // a coordinate system by name, else the light's own

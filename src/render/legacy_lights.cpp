@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "geometry/tessellate.h"
 #include "render/classic_lights.h"
+#include "render/portals.h"
 
 namespace kinora::render {
 
@@ -220,6 +221,7 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
       break;
     }
   }
+  openPortals(all, diagnostics);
   return all;
 }
 

@@ -14,6 +14,7 @@
 #include "film/display_output.h"
 #include "film/shard.h"
 #include "image/colors.h"
+#include "plugin/refused.h"
 #include "plugin/registry.h"
 #include "render/camera_attributes.h"
 #include "render/check_scene.h"
@@ -110,7 +111,7 @@ struct Renderer::Impl {
     const Descriptor* d = registry.find(Kind::Integrator, name, diagnostics, node ? node->pos : SourcePos{});
     if (!d) {
       diagnostics.warning("PLUGIN-MISSING", node ? node->pos : scene.pos, "no integrator '" + name + "'",
-                          "PxrPathTracer stands in");
+                          "PxrPathTracer stands in", adviceOnMissing(Kind::Integrator, name));
       d = registry.find(Kind::Integrator, "PxrPathTracer", diagnostics, {});
       node = nullptr;
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "plugin/refused.h"
 #include "render/filters.h"
 #include "render/ies_profiles.h"
 #include "render/legacy_lights.h"
@@ -235,7 +236,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (!d) {
       tools.diagnostics.warning("PLUGIN-MISSING", l.node->pos,
                                 "no light '" + l.node->plugin + "' (node '" + l.node->handle + "')", "it is left out",
-                                "is its library on the plug-in path?");
+                                adviceOnMissing(Kind::Light, l.node->plugin));
       continue;
     }
     const std::shared_ptr<const Made> m = madeOf(l, *d, scene, tools, made);

@@ -10,6 +10,7 @@
 
 #include "base/text.h"
 #include "language/vm/strings.h"
+#include "plugin/refused.h"
 #include "shade/legacy_bxdfs.h"
 #include "shade/clock.h"
 #include "shade/layered_bxdfs.h"
@@ -244,7 +245,8 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
             "PLUGIN-MISSING", p->pos,
             (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
             "what it feeds uses its defaults",
-            shader.empty() ? "is its library on the plug-in path?" : "is its folder on the search path for shaders?");
+            shader.empty() ? adviceOnMissing(Kind::Pattern, p->plugin)
+                           : "is its folder on the search path for shaders?");
         continue;
       }
       nodes.push_back(std::move(r));
@@ -276,7 +278,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
         done = std::string("a diffuse material of its ") + name + " stands in";
         break;
       }
-      diagnostics_.warning("PLUGIN-MISSING", node->pos, who, done, "is its library on the plug-in path?");
+      diagnostics_.warning("PLUGIN-MISSING", node->pos, who, done, adviceOnMissing(Kind::Bxdf, node->plugin));
       fallback.handle = node->handle;
       fallback.params.set(p);
     }

@@ -27,8 +27,10 @@ const std::string kPlane =
 void expectClosed(const std::string& parameters, const std::string& around, double expected,
                   const std::string& seen = kPlane) {
   RenderRequest r;
-  r.rib = dirtOf(parameters, around, seen, 16);
-  const testing::Moments m = overSeeds(r, 8);
+  r.rib = dirtOf(parameters, around, seen, 64);
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  const testing::Moments m = overPixels(render.channel("Ci"));
   EXPECT_NEAR(m.mean(), expected, 3e-3 * expected + 4 * m.standardError()) << parameters << "\n" << around;
   EXPECT_LE(m.standardError(), 2e-3) << parameters;
 }
@@ -91,9 +93,11 @@ TEST(PatternRays, InsideABallTellItsCurvature) {
 
 TEST(PatternRays, ColoursAreMixed) {
   RenderRequest r;
-  r.rib = dirtOf("\"color occluded\" [0.2 0.4 1] \"color unoccluded\" [1 0 0.5]", kDisk, kPlane, 32);
+  r.rib = dirtOf("\"color occluded\" [0.2 0.4 1] \"color unoccluded\" [1 0 0.5]", kDisk, kPlane, 64);
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
   const double expected[3] = {1 - 0.64 * 0.8, 0.64 * 0.4, 0.5 + 0.64 * 0.5};
-  for (int c = 0; c < 3; ++c) EXPECT_MEAN(overSeeds(r, 8, "Ci", c), expected[c], 6e-3);
+  for (int c = 0; c < 3; ++c) EXPECT_MEAN(overPixels(render.channel("Ci"), c), expected[c], 6e-3);
 }
 
 TEST(PatternRays, ObeyVisibilityAndSubsets) {

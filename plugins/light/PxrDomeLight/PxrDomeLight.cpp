@@ -21,6 +21,9 @@
 #include <memory>
 #include <kinora/light_author.h>
 
+#include "plugins/light/parts/dome_map.h"
+#include "plugins/light/parts/grey_sky.h"
+
 #if KINORA_PLAIN
 namespace kinora::pxrDomeLight {
 constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kMap, lightParams::kControl);
@@ -188,12 +191,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   auto light = std::make_unique<Data>();
   light->common = LightCommon::of(values, -1);
   light->map.load(values);
-  if (!light->map.valid() && !values.string("lightColorMap").empty()) {
-    // intensities are set for maps, whose means are far below 1: without one the frame would be burnt out
-    constexpr float kGreySky = 0.25f;
-    for (float& c : light->common.radiance) c *= kGreySky;
-    values.warn("LIGHT-MAP", "there is no map to light with", "an even grey of .25 stands in for it");
-  }
+  lightParts::greySkyWithout(light->map, "lightColorMap", values, light->common);
   values.warnNoEffect();
   if (!setAxes(frame, *light)) {
     values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
@@ -249,14 +247,6 @@ struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
   static KN_INLINE Vec3<W> toRender(const Data& k, Vec3<W> l) {
     return fma(wide<W>(k.axis[0]), l.x, fma(wide<W>(k.axis[1]), l.y, wide<W>(k.axis[2]) * l.z));
   }
-  // Place in the map of a unit direction; the polar angle by atan2, since acos loses digits at the poles.
-  template <int W>
-  static KN_INLINE void toMap(Vec3<W> l, Float<W>& u, Float<W>& v) {
-    using F = Float<W>;
-    u = atan2(l.y, l.x) * F(-kInvTwoPi);
-    u = select(u < F(0.f), u + F(1.f), u);
-    v = atan2(sqrt(fma(l.x, l.x, l.y * l.y)), l.z) * F(kInvPi);
-  }
   // Radiance and density in one direction: sample, evaluate and emit all come here, so that they cannot disagree.
   template <int W>
   static KN_INLINE void at(const Data& k, Vec3<W> d, Rgb<W>& l, Float<W>& pdf) {
@@ -266,7 +256,7 @@ struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
     pdf = F(kInvFourPi);
     if (!k.map.valid()) return;
     F u, v;
-    toMap(toLocal<W>(k, d), u, v);
+    toDomeMap(toLocal<W>(k, d), u, v);
     l = l * lookUp<W, true>(k.map, u, v);
     const F none(0.f);
     const I column = toInt(clamp(u * F(float(k.columns)), none, F(float(k.columns - 1))));

@@ -1,106 +1,32 @@
-// PxrRectLight: the unit square of the local XY plane, emitting to the side of local +Z. Sampled by solid angle with
-// the spherical rectangle of Urena, Fajardo and King, "An Area-Preserving Parametrization for Spherical Rectangles"
-// (EGSR 2013); by area where the placement shears it, and where it appears so small that the four angles of the
-// spherical rectangle cancel in single precision.
+// PxrRectLight: the unit square of the local XY plane, emitting to the side of local +Z.
 #define KINORA_KERNEL_FILE "plugins/light/PxrRectLight/PxrRectLight.cpp"
 #include <kinora/light_setup.h>
 #include <memory>
 #include <kinora/light_author.h>
 
+#include "plugins/light/parts/rectangle_kernel.h"
+
 #if KINORA_PLAIN
 namespace kinora::pxrRectLight {
 constexpr auto kParams = joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kMap,
                                     lightParams::kShaping, lightParams::kControl);
-// Below this solid angle (steradians) sampling goes by area: the angles carry errors of 1e-6 in all, so that the
-// density by solid angle stays within 2e-5 above it, while the area density of so small a light hardly varies.
-constexpr float kLeastSolidAngle = 0.05f;
-
-struct Data {
-  LightCommon common;
-  Shaping shaping;
-  LightMap map;
-  Float3 center, edgeX, edgeY;  // whole edges
-  Float3 unitX, unitY, normal;  // unit; the three are orthogonal where isRectangle
-  Float3 dualX, dualY;          // dot(hit - center, dual) = local x, y in [-.5, .5]
-  float halfX = 0, halfY = 0;   // lengths of half the edges
-  float area = 0;
-  bool isRectangle = false, isBlack = true;
-  Double3 corner[4], normal64;
-};
+using Data = lightParts::Rectangle;
 
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   const LocalFrame frame = LocalFrame::of(info);
   auto light = std::make_unique<Data>();
-  const Double3 across = cross(frame.x, frame.y);
-  const double area = length(across);
-  light->common = LightCommon::of(values, area);
+  light->common = LightCommon::of(values, Data::areaOf(frame));
   light->shaping = Shaping::of(values, false);
   light->map.load(values);
   values.warnNoEffect();
-  const double lx = length(frame.x), ly = length(frame.y);
-  light->center = Float3(frame.origin);
-  if (!(area > 1e-30) || !(area > 1e-7 * lx * ly)) {
-    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no area", "the light is black");
-    return light;
-  }
-  // the side of local +Z; where Z is lost in the plane, that of X cross Y
-  light->normal64 = normalized(across) * (dot(across, frame.z) < 0 ? -1.0 : 1.0);
-  light->normal = Float3(light->normal64);
-  light->edgeX = Float3(frame.x);
-  light->edgeY = Float3(frame.y);
-  light->unitX = Float3(frame.x * (1 / lx));
-  light->unitY = Float3(frame.y * (1 / ly));
-  const Double3 n = across * (1 / area);
-  light->dualX = Float3(cross(frame.y, n) * (1 / area));
-  light->dualY = Float3(cross(n, frame.x) * (1 / area));
-  light->halfX = float(lx / 2);
-  light->halfY = float(ly / 2);
-  light->area = float(area);
-  light->isRectangle = std::fabs(dot(frame.x, frame.y)) <= 1e-6 * lx * ly;
-  light->isBlack = light->common.isBlack();
-  const double sx[4] = {-0.5, 0.5, 0.5, -0.5}, sy[4] = {-0.5, -0.5, 0.5, 0.5};
-  for (int i = 0; i < 4; ++i) light->corner[i] = frame.origin + frame.x * sx[i] + frame.y * sy[i];
+  light->place(values, frame);
   return light;
 }
 
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  double radius = 0;
-  for (const Double3& c : k.corner)
-    if (k.area > 0) radius = std::fmax(radius, length(c - Double3{k.center.x, k.center.y, k.center.z}));
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, radius, k.area, k.map.mean);
-  if (!(k.area > 0)) return;
-  describeEmission(*d, k.shaping, k.normal64);
-  LightBox box;
-  for (const Double3& c : k.corner) box.add(c);
-  box.describe(*d);
-}
-
-// Lambert's formula over the part of the parallelogram above the receiver's horizon, averaged over the channels; -1
-// where a map or shaping makes the radiance vary.
+void describe(const void* data, LightDescription* d) { *d = lightParts::describe(*static_cast<const Data*>(data)); }
 double irradiance(const void* data, const double P[3], const double N[3]) {
-  const Data& k = *static_cast<const Data*>(data);
-  if (k.isBlack) return 0;
-  if (k.map.valid() || k.shaping.focused || k.shaping.coned) return -1;
-  const Double3 p{P[0], P[1], P[2]}, n = normalized({N[0], N[1], N[2]});
-  if (dot(p - k.corner[0], k.normal64) <= 0) return 0;
-  Double3 clipped[8];
-  int count = 0;
-  for (int i = 0; i < 4; ++i) {
-    const Double3 a = k.corner[i] - p, b = k.corner[(i + 1) % 4] - p;
-    const double ha = dot(a, n), hb = dot(b, n);
-    if (ha >= 0) clipped[count++] = a;
-    if ((ha < 0) != (hb < 0)) clipped[count++] = a + (b - a) * (ha / (ha - hb));
-  }
-  double sum = 0;
-  for (int i = 0; i < count; ++i) {
-    const Double3 a = normalized(clipped[i]), b = normalized(clipped[(i + 1) % count]), c = cross(a, b);
-    const double s = length(c);
-    if (s > 1e-15) sum += std::atan2(s, dot(a, b)) * dot(c, n) / s;
-  }
-  const double mean = (double(k.common.radiance[0]) + k.common.radiance[1] + k.common.radiance[2]) / 3;
-  return mean * std::fabs(sum) / 2;
+  return lightParts::irradiance(*static_cast<const Data*>(data), P, N);
 }
 }  // namespace kinora::pxrRectLight
 #endif
@@ -108,211 +34,16 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
 KINORA_KERNELS_BEGIN
 using namespace pxrRectLight;
 
-// Of each lane's light.
-template <int W>
-struct Lights {
-  const LightOf<Data, W>& of;
-  Vec3<W> center, edgeX, edgeY, unitX, unitY, normal, dualX, dualY;
-  Float<W> halfX, halfY, area, sinCone;
-  Mask<W> isRectangle;
-  KN_INLINE explicit Lights(const LightOf<Data, W>& k)
-      : of(k),
-        center(k(&Data::center)),
-        edgeX(k(&Data::edgeX)),
-        edgeY(k(&Data::edgeY)),
-        unitX(k(&Data::unitX)),
-        unitY(k(&Data::unitY)),
-        normal(k(&Data::normal)),
-        dualX(k(&Data::dualX)),
-        dualY(k(&Data::dualY)),
-        halfX(k(&Data::halfX)),
-        halfY(k(&Data::halfY)),
-        area(k(&Data::area)),
-        sinCone(k.number([](const Data& d) { return d.shaping.sinCone; })),
-        isRectangle(k(&Data::isRectangle)) {}
-};
-
-// The spherical rectangle seen from a point: names follow the paper, z0 < 0.
-template <int W>
-struct SphericalRectangle {
-  Float<W> x0, x1, y0, y1, z0, solidAngle;
-  Float<W> k;  // less pi
-  Mask<W> front, byArea;
-  KN_INLINE SphericalRectangle(const Lights<W>& light, Vec3<W> P) {
-    using F = Float<W>;
-    const Vec3<W> toPoint = P - light.center;
-    const F px = dot(toPoint, light.unitX), py = dot(toPoint, light.unitY);
-    z0 = -dot(toPoint, light.normal);
-    front = z0 < F(0.f);
-    x0 = -px - light.halfX;
-    x1 = -px + light.halfX;
-    y0 = -py - light.halfY;
-    y1 = -py + light.halfY;
-    byArea = Mask<W>(true);
-    if (light.isRectangle.none()) return;
-    // The paper's four angles are pi/2 plus or minus atan(x y / (|z| r)) at the corners, r their distances. Arc
-    // cosines of the edges' normals, as it has them, lose half their digits near the rectangle's plane.
-    const F z2 = max(z0 * z0, F(1e-30f)), z = sqrt(z2);
-    const F a00 = cornerAngle(x0, y0, z, z2), a10 = cornerAngle(x1, y0, z, z2);
-    const F a01 = cornerAngle(x0, y1, z, z2), a11 = cornerAngle(x1, y1, z, z2);
-    k = a01 - a00;
-    solidAngle = (a11 - a10) - (a01 - a00);
-    byArea = !(light.isRectangle & (solidAngle >= F(kLeastSolidAngle)));
-  }
-  static KN_INLINE Float<W> cornerAngle(Float<W> x, Float<W> y, Float<W> z, Float<W> z2) {
-    return atan(x * y / (z * sqrt(fma(x, x, fma(y, y, z2)))));
-  }
-  // h(y) = y / sqrt(y^2 + d^2) at both ends, as 1 + h0, 1 - h1 and h1 - h0, each without the loss of digits of their
-  // differences where d is small beside y.
-  static KN_INLINE void ends(Float<W> y0, Float<W> y1, Float<W> d2, Float<W>& above0, Float<W>& below1,
-                             Float<W>& range) {
-    using F = Float<W>;
-    const F zero(0.f), one(1.f), l0 = sqrt(max(fma(y0, y0, d2), F(1e-30f))),
-                                 l1 = sqrt(max(fma(y1, y1, d2), F(1e-30f)));
-    const F c0 = d2 / max(l0 * (l0 + abs(y0)), F(1e-37f)), c1 = d2 / max(l1 * (l1 + abs(y1)), F(1e-37f));  // 1 - |h|
-    above0 = select(y0 < zero, c0, one + y0 / l0);
-    below1 = select(y1 > zero, c1, one - y1 / l1);
-    range = select(y0 > zero, c0 - c1, select(y1 < zero, c1 - c0, y1 / l1 - y0 / l0));
-  }
-  // Point of the rectangle's plane, relative to P in the rectangle's frame (z is z0). The paper's formulas, written
-  // in the angle less pi and in complements to 1, which keep their digits near the plane.
-  KN_INLINE void sample(Float<W> u, Float<W> v, Float<W>& x, Float<W>& y) const {
-    using F = Float<W>;
-    const F z2 = max(z0 * z0, F(1e-30f)), tiny(1e-20f);
-    F s, c, above0, below1, range;
-    sincos(F(0.5f) * fma(u, solidAngle, k), s, c);
-    ends(y0, y1, z2, above0, below1, range);
-    // fu = (cos a b0 - b1) / sin a with a = phi + pi, b0 = -h0, b1 = h1
-    const F l0 = max(fma(y0, y0, z2), F(1e-30f)), b0 = -y0 / sqrt(l0);
-    F sine = F(2.f) * s * c;
-    sine = select(abs(sine) > tiny, sine, copySign(tiny, sine));
-    const F fu = fnma(b0 * F(2.f), s * s, range) / sine;
-    x = copySign(sqrt(z2 / max(fms(fu, fu, z2 / l0), tiny)), fu);
-    x = clamp(x, x0, x1);
-    const F d2 = fma(x, x, z2);
-    ends(y0, y1, d2, above0, below1, range);
-    const F fromLow = fma(v, range, above0), fromHigh = fma(F(1.f) - v, range, below1);  // 1 + h, 1 - h
-    const F h = select(fromLow < fromHigh, fromLow - F(1.f), F(1.f) - fromHigh);
-    y = clamp(h * sqrt(d2 / max(fromLow * fromHigh, F(1e-30f))), y0, y1);
-  }
-};
-
-struct PxrRectLight {
-  using Data = pxrRectLight::Data;
-  static constexpr bool kIntersects = true, kMixes = true;
-
+struct PxrRectLight : RectangleLight<PxrRectLight, pxrRectLight::Data> {
   // x, y: local position in [-.5, .5]. A viewer in front sees the map upright and not mirrored when the scene's space
   // is left-handed: u runs along -x, v (down) along -y.
   template <int W>
-  static KN_INLINE Rgb<W> radiance(const Lights<W>& k, Float<W> x, Float<W> y, Float<W> cosine) {
+  static KN_INLINE Rgb<W> radiance(const RectangleLanes<Data, W>& k, Vec3<W>, Float<W> x, Float<W> y,
+                                   Float<W> cosine) {
     Rgb<W> l = k.of.rgb([](const Data& d) { return d.common.radiance; }) * shape(k.of, cosine);
     if (k.of.any([](const Data& d) { return d.map.valid(); }))
       l = l * lookUp<W, false>(k.of, Float<W>(0.5f) - x, Float<W>(0.5f) - y);
     return l;
-  }
-
-  template <int W>
-  static KN_INLINE void sample(const LightOf<Data, W>& of, const LightPoint<W>& in, LightSample<W>& out) {
-    using F = Float<W>;
-    if (of.isBlack()) return;
-    const Lights<W> k(of);
-    const SphericalRectangle<W> r(k, in.P);
-    F x = in.u - F(0.5f), y = in.v - F(0.5f);  // local position
-    const Vec3<W> toCenter = k.center - in.P;
-    Vec3<W> to = fma(k.edgeX, x, fma(k.edgeY, y, toCenter));
-    if (!r.byArea.all()) {
-      F sx, sy;
-      r.sample(in.u, in.v, sx, sy);
-      const Vec3<W> onSphere = fma(k.unitX, sx, fma(k.unitY, sy, k.normal * r.z0));
-      to = select(r.byArea, to, onSphere);
-      x = select(r.byArea, x, (sx - r.x0) / (F(2.f) * k.halfX) - F(0.5f));
-      y = select(r.byArea, y, (sy - r.y0) / (F(2.f) * k.halfY) - F(0.5f));
-    }
-    const F d2 = dot(to, to), distance = sqrt(d2);
-    out.wi = to * (F(1.f) / max(distance, F(1e-30f)));
-    out.distance = distance;
-    const F cosine = -dot(out.wi, k.normal);
-    out.pdf = density(k, r, d2, cosine);
-    out.radiance = radiance<W>(k, x, y, cosine);
-  }
-  // Behind the light and in its plane there is none.
-  template <int W>
-  static KN_INLINE Float<W> density(const Lights<W>& k, const SphericalRectangle<W>& r, Float<W> d2,
-                                    Float<W> cosine) {
-    using F = Float<W>;
-    const F byArea = d2 / (max(cosine, F(1e-30f)) * k.area);
-    return zeroUnless(r.front & (cosine > F(0.f)), select(r.byArea, byArea, F(1.f) / r.solidAngle));
-  }
-
-  // How far from the middle, in local units, a hit counts: half, and what rounding may take from a direction that
-  // sample() made towards the edge; that grows with the distance.
-  template <int W>
-  static KN_INLINE Float<W> reach(const Lights<W>& k, Float<W> t) {
-    using F = Float<W>;
-    return fma(t, F(1e-6f) / (F(2.f) * min(k.halfX, k.halfY)), F(0.5f + 1e-6f));
-  }
-
-  template <int W>
-  static KN_INLINE Mask<W> intersect(const LightOf<Data, W>& of, Vec3<W> o, Vec3<W> d, Float<W>& t) {
-    using F = Float<W>;
-    if (of.isBlack()) return Mask<W>(false);
-    const Lights<W> k(of);
-    const Vec3<W> n = k.normal, rel = o - k.center;
-    const F falling = -dot(d, n), height = dot(rel, n);
-    const F at = height / max(falling, F(1e-30f));
-    const Vec3<W> p = fma(d, at, rel);
-    const F x = dot(p, k.dualX), y = dot(p, k.dualY);
-    const F slack = reach<W>(k, at);
-    const Mask<W> hit = (falling > F(0.f)) & (height > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack) & (at < t);
-    t = select(hit, at, t);
-    return hit;
-  }
-
-  template <int W>
-  static KN_INLINE void evaluate(const LightOf<Data, W>& of, const LightRay<W>& ray, Rgb<W>& l, Float<W>& pdf) {
-    using F = Float<W>;
-    if (of.isBlack()) return;
-    const Lights<W> k(of);
-    const SphericalRectangle<W> r(k, ray.o);
-    const F cosine = -dot(ray.d, k.normal);
-    // the plane's distance, not the caller's: t may have been shortened by a ray offset
-    const F t = -r.z0 / max(cosine, F(1e-30f));
-    const Vec3<W> p = fma(ray.d, t, ray.o - k.center);
-    const F x = dot(p, k.dualX), y = dot(p, k.dualY);
-    const F slack = reach<W>(k, t);
-    const Mask<W> hit = r.front & (cosine > F(0.f)) & (abs(x) <= slack) & (abs(y) <= slack);
-    l = zeroUnless(hit, radiance<W>(k, x, y, cosine));
-    pdf = zeroUnless(hit, density(k, r, t * t, cosine));
-  }
-
-  template <int W>
-  static KN_INLINE void emit(const LightOf<Data, W>& of, const EmitInput<W>& in, LightEmission<W>& out) {
-    using F = Float<W>;
-    if (of.isBlack()) return;
-    const Lights<W> k(of);
-    const F x = in.u0 - F(0.5f), y = in.u1 - F(0.5f);
-    const Vec3<W> n = k.normal;
-    out.o = fma(k.edgeX, x, fma(k.edgeY, y, k.center));
-    out.N = n;
-    // cosine-weighted within the cone
-    F a, b;
-    concentricDisk(in.u2, in.u3, a, b);
-    a *= k.sinCone;
-    b *= k.sinCone;
-    const F cosine = safeSqrt(fnma(a, a, fnma(b, b, F(1.f))));
-    out.d = Frame<W>(n).toWorld({a, b, cosine});
-    out.pdfPosition = F(1.f) / k.area;
-    out.pdfDirection = cosine * (F(kInvPi) / (k.sinCone * k.sinCone));
-    out.radiance = radiance<W>(k, x, y, cosine);
-  }
-
-  template <int W>
-  static KN_INLINE void densities(const LightOf<Data, W>& of, const LightRay<W>& ray, LightDensities<W>& out) {
-    if (of.isBlack()) return;
-    const Lights<W> k(of);
-    out.N = k.normal;
-    out.pdfPosition = Float<W>(1.f) / k.area;
-    out.pdfDirection = coneDensity<W>(-dot(ray.d, k.normal), k.sinCone);
   }
 };
 

@@ -1,0 +1,72 @@
+#include "plugin/refused.h"
+
+#include "base/text.h"
+
+namespace kinora {
+
+namespace {
+
+constexpr const char* kHair = "strands have no bxdf of their own yet";
+constexpr const char* kBake = "nothing is baked";
+constexpr const char* kSubsurface = "subsurface scattering is not rendered yet";
+constexpr const char* kDisplacement = "displacements are not rendered yet";
+constexpr const char* kPaths = "light paths are not traced yet";
+
+constexpr RefusedPlugin kTable[] = {
+    {Kind::Bxdf, "LamaHairChiang", kHair, ""},
+    {Kind::Bxdf, "LamaSSS", kSubsurface, "LamaDiffuse, LamaTranslucent"},
+    {Kind::Bxdf, "LamaTricolorSSS", kSubsurface, "LamaDiffuse, LamaTranslucent"},
+    {Kind::Bxdf, "PxrHair", kHair, ""},
+    {Kind::Bxdf, "PxrHairColor", kHair, ""},
+    {Kind::Bxdf, "PxrLMLayer", "its layers are not taken apart", "PxrSurface, or LamaLayer"},
+    {Kind::Bxdf, "PxrLMMixer", "its layers are not taken apart", "PxrLayerSurface, or LamaMix"},
+    {Kind::Bxdf, "PxrMarschnerHair", kHair, ""},
+    {Kind::Bxdf, "PxrVolume", "volumes are not rendered yet", ""},
+    {Kind::Pattern, "PxrBakePointCloud", kBake, ""},
+    {Kind::Pattern, "PxrBakeTexture", kBake, ""},
+    {Kind::Pattern, "PxrBumpRoughness", "maps of slopes and their variance are not made yet", "PxrBump"},
+    {Kind::Pattern, "PxrColorSpace", "colour spaces of patterns are not known yet", "transformc() of a shader"},
+    {Kind::Pattern, "PxrCurvature", "its results are not published",
+     "PxrDirt with direction 1, distribution 0 and a maxDistance"},
+    {Kind::Pattern, "PxrGrid", "it is not published", "PxrChecker, PxrTileManifold"},
+    {Kind::Pattern, "PxrLayeredTexture", "it is not made yet", "PxrTexture with PxrLayeredBlend"},
+    {Kind::Pattern, "PxrPhasorNoise", "it is not made yet", "PxrFractal, PxrWorley"},
+    {Kind::Pattern, "PxrProjectionLayer", "it is not made yet", "PxrProjector with PxrTexture"},
+    {Kind::Pattern, "PxrPtexture", "there is no reader of Ptex files", "PxrTexture"},
+    {Kind::Pattern, "PxrShadedSide", "it is not made yet", "PxrVariable"},
+    {Kind::Pattern, "PxrSplineMap", "it is not made yet", "PxrRamp"},
+    {Kind::Pattern, "PxrWireframe", "patterns do not know the edges of what is drawn", "PxrVisualizer shows them"},
+    {Kind::Light, "PxrAovLight", "a light cannot write a channel",
+     "an expression with the light's group, or a channel of a primitive variable"},
+    {Kind::LightFilter, "PxrCheatShadowLightFilter", "shadows are where they are", ""},
+    {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
+    {Kind::Integrator, "PxrUPBP", kPaths, "PxrPathTracer"},
+    {Kind::Integrator, "PxrUnified", "guiding, manifold walks and light paths are not made yet", "PxrPathTracer"},
+    {Kind::Integrator, "PxrVCM", kPaths, "PxrPathTracer"},
+    {Kind::Projection, "OmnidirectionalStereo", "it is not made yet", "PxrSphereCamera, once for each eye"},
+    {Kind::Projection, "PxrLightProbe", "it is not made yet", "PxrSphereCamera"},
+    {Kind::Projection, "PxrPanini", "it is not made yet", "PxrCylinderCamera"},
+    {Kind::Displacement, "PxrDispScalarLayer", kDisplacement, ""},
+    {Kind::Displacement, "PxrDispTransform", kDisplacement, ""},
+    {Kind::Displacement, "PxrDispVectorLayer", kDisplacement, ""},
+    {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
+    {Kind::SampleFilter, "PxrImagePlaneFilter", "filters do not read pictures yet", ""},
+    {Kind::SampleFilter, "PxrWatermarkFilter", "filters do not read pictures yet", ""},
+    {Kind::DisplayFilter, "PxrEdgeDetect", "display filters see one pixel", ""},
+    {Kind::DisplayFilter, "PxrHalfBufferErrorFilter", "it is not made yet", ""},
+    {Kind::DisplayFilter, "PxrImageDisplayFilter", "filters do not read pictures yet", ""},
+    {Kind::DisplayFilter, "PxrLightSaturation", "it is not made yet", "PxrGradeDisplayFilter"},
+};
+
+}  // namespace
+
+std::span<const RefusedPlugin> refusedPlugins() { return kTable; }
+
+std::string adviceOnMissing(Kind kind, std::string_view name) {
+  for (const RefusedPlugin& r : kTable)
+    if (r.kind == kind && sameName(r.name, name))
+      return std::string("not in this version: ") + r.why + (*r.instead ? std::string("; use ") + r.instead : "");
+  return "is its library on the plug-in path?";
+}
+
+}  // namespace kinora
