@@ -356,7 +356,8 @@ void places(Group* g, const Services* s) {
 }
 
 // Where a ray enters and leaves the small sphere of the set; false: it passes, `isNear` then or there by little.
-constexpr double kSmall[3] = {.2, .1, 3}, kSmallRadius = .3;
+// o: from the centre of the unit sphere.
+constexpr double kSmall[3] = {.2, .1, 0}, kSmallRadius = .3;
 bool meetsSmall(const double o[3], const float d[3], double t[2], bool& isNear) {
   double along = 0, o2 = 0;
   for (int k = 0; k < 3; ++k) {
@@ -422,7 +423,8 @@ void chords(Group* g, const Services* s) {
       double small[2];
       bool isNear = false, meets = false;
       if (ofSet) {
-        const double o[3] = {x[0][i], x[1][i], x[2][i]};
+        double o[3];
+        for (int k = 0; k < 3; ++k) o[k] = double(c->N[k][i]) - double(c->bias[i]) * double(c->Ng[k][i]);
         const float d[3] = {x[3][i], x[4][i], x[5][i]};
         meets = meetsSmall(o, d, small, isNear);
         if (isNear) continue;
