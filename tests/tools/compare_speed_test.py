@@ -139,7 +139,7 @@ class Runs(unittest.TestCase):
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertIn(first[:12] + " (HEAD~1)", r.stdout)
         built = self.folder / "cache" / first[:12]
-        self.assertEqual([(f / "thing").read_text() for f in built.glob("build-*")], ["ON"])
+        self.assertEqual([(f / "thing").read_text() for f in built.glob("source/build-*")], ["ON"])
         self.assertEqual((built / "builds").read_text().count("built"), 2)  # two targets
         calls = self.log.read_text().split("\n")
         turns = [c for c in calls if c.endswith("core --only tracing")]
