@@ -1,11 +1,11 @@
 // PxrSurface: the general material, a stack of lobes (../lobes/stack.h) with glow. This file binds the parameters and
-// declares the plug-in. It does not render subsurface and single scattering and iridescence (their parameters are
-// declared).
+// declares the plug-in. It does not render subsurface and single scattering (their parameters are declared).
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
 #include "parameters.h"
 #include "plugins/bxdf/lobes/bind.h"
+#include "plugins/bxdf/lobes/film.h"
 #include "plugins/bxdf/lobes/glass.h"
 #include "plugins/bxdf/lobes/stack_functions.h"
 
@@ -34,6 +34,31 @@ void bindSpecular(const Context& c, Closure& k, uint32_t which, int bump) {
   bindAnisotropy(c, l.anisotropy, first + kAnisotropy, first + kAnisotropyDirection);
   if (l.anisotropy.on) l.anisotropy.energy = &anisotropicEnergyTable(l.ggx);
   l.bump = bindNormal(c, k, first + kBump, bump);
+}
+void bindIridescence(const Context& c, Closure& k, int bump) {
+  SpecularClosure& l = k.specular[kIridescence - kSpecular];
+  l.face = c.param(at("iridescenceFaceGain"));
+  l.edge = c.param(at("iridescenceEdgeGain"));
+  if (isZero(l.face) && isZero(l.edge)) return;
+  k.on |= 1u << kIridescence;
+  l.shape = c.param(at("iridescenceFresnelShape"));
+  l.doubleSided = flag(c, at("iridescenceDoubleSided"));
+  l.roughness = c.param(at("iridescenceRoughness"));
+  bindAnisotropy(c, l.anisotropy, at("iridescenceAnisotropy"), at("iridescenceAnisotropyDirection"));
+  if (l.anisotropy.on) l.anisotropy.energy = &anisotropicEnergyTable(l.ggx);
+  l.bump = bindNormal(c, k, at("iridescenceBumpNormal"), bump);
+  IridescenceClosure& i = k.iridescence;
+  l.iridescence = &i;
+  if (flag(c, at("iridescenceMode"))) {
+    i.film = &filmTable();
+    i.thickness = c.param(at("iridescenceThickness"));
+    return;
+  }
+  i.flip = flag(c, at("iridescenceFlip"));
+  i.primary = c.param(at("iridescencePrimaryColor"));
+  i.secondary = c.param(at("iridescenceSecondaryColor"));
+  i.curve = c.param(at("iridescenceCurve"));
+  i.scale = c.param(at("iridescenceScale"));
 }
 void bindGlass(const Context& c, Closure& k, int bump) {
   GlassClosure& g = k.glass;
@@ -74,6 +99,7 @@ void bind(const Context& c, Closure& k) {
   }
   if (k.has(kDiffuse) || k.has(kDiffuseTransmit)) k.diffuseBump = bindNormal(c, k, at("diffuseBumpNormal"), bump);
   for (uint32_t i = 0; i < 3; ++i) bindSpecular(c, k, i, bump);
+  bindIridescence(c, k, bump);
   k.fuzzGain = c.param(at("fuzzGain"));
   if (!isZero(k.fuzzGain)) {
     k.on |= 1u << kFuzz;
@@ -84,7 +110,8 @@ void bind(const Context& c, Closure& k) {
   }
   bindGlass(c, k, bump);
   const bool specular = k.has(kSpecular) || k.has(kRoughSpecular);
-  if (specular || k.has(kClearcoat) || k.glass.thin) k.reflectionEnergy = &reflectionEnergyTable();
+  if (specular || k.has(kClearcoat) || k.has(kIridescence) || k.glass.thin)
+    k.reflectionEnergy = &reflectionEnergyTable();
   if (k.has(kClearcoat)) {
     k.coatThickness = c.param(at("clearcoatThickness"));
     k.coatTint = c.param(at("clearcoatAbsorptionTint"));
@@ -153,6 +180,10 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
     key |= 4096;
   if ((key & 12) && v[at("specularEnergyCompensation")].mayBeOn()) key |= 8192;
   if (v[at("glowGain")].mayBeOn()) key |= 16384;
+  if (v[at("iridescenceFaceGain")].mayBeOn() || v[at("iridescenceEdgeGain")].mayBeOn()) {
+    key |= 32768;
+    if (v[at("iridescenceAnisotropy")].mayBeOn()) key |= 65536;
+  }
   return key;
 }
 uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
@@ -162,6 +193,7 @@ uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
 uint32_t letsShadowsThrough(const ParamValue* v, uint32_t) { return v[at("refractionGain")].mayBeOn(); }
 
 #define METAL "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularDoubleSided=1; "
+#define IRIDESCENT "diffuseGain=0; iridescenceFaceGain=1 1 1; iridescenceEdgeGain=1 1 1; iridescenceDoubleSided=1; "
 #define GLASS "diffuseGain=0; reflectionGain=1; refractionGain=1; "
 constexpr const char* kLossless[] = {
     "diffuseColor=1 1 1; diffuseDoubleSided=1",
@@ -200,15 +232,20 @@ constexpr const char* kConserving[] = {
     "clearcoatDoubleSided=1; clearcoatEnergyCompensation=1; clearcoatThickness=0.5; clearcoatAbsorptionTint=0.2 0.5 "
     "0.9",
     GLASS "glassRoughness=0.3; refractionColor=0.9 0.7 0.5",
+    IRIDESCENT "iridescenceScale=3; iridescenceCurve=0.5; iridescenceRoughness=0.5",
+    IRIDESCENT "iridescenceFlip=1; iridescenceAnisotropy=0.7",
+    IRIDESCENT "iridescenceMode=1; iridescenceThickness=400; iridescenceRoughness=0.1",
+    IRIDESCENT "iridescenceRoughness=0",
     nullptr};
 #undef METAL
 #undef GLASS
+#undef IRIDESCENT
 }  // namespace
 }  // namespace kinora
 #endif
 
 KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
-              .help = "General material: diffuse, three specular lobes, fuzz, glass and glow.", .params = kParams,
-              .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
+              .help = "General material: diffuse, three specular lobes, iridescence, fuzz, glass and glow.",
+              .params = kParams, .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
               .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough, .lossless = kLossless,
               .conserving = kConserving)

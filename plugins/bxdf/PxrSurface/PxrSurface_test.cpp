@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <kinora/bxdf.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +23,7 @@
 
 namespace kinora {
 const Descriptor* kinoraStock_PxrSurface();
+const Descriptor* kinoraStock_LamaIridescence();
 const Descriptor* kinoraStock_PxrConstant();
 const Descriptor* kinoraStock_PxrBlack();
 
@@ -72,11 +74,11 @@ class Bound {
       if (d->tables[i].width == width) fn = static_cast<const BxdfFunctions*>(d->tables[i].functions);
     set(settings);
   }
-  // every lobe its own slot, or all in one
+  // every lobe its own slot as far as they go, what is left in the last: all in one, or both of glass
   void slots(uint32_t n) {
     c.slotCount = n;
     slotOfLobe.assign(std::max(1u, c.lobeCount), 0);
-    for (uint32_t i = 0; i < c.lobeCount; ++i) slotOfLobe[i] = uint8_t(i % n);
+    for (uint32_t i = 0; i < c.lobeCount; ++i) slotOfLobe[i] = uint8_t(std::min(i, n - 1));
     c.slotOfLobe = slotOfLobe.data();
   }
   // "name=v v v; name=v"
@@ -269,8 +271,13 @@ const char* const kRoughSettings[] = {
     "diffuseGain=0; reflectionGain=1; refractionGain=1; glassRoughness=0.6; thinGlass=1",
     "diffuseDoubleSided=1; diffuseTransmitGain=0.5; diffuseTransmitColor=1 0.2 0.2; diffuseBackUseDiffuseColor=0; "
     "diffuseBackColor=0.9 0.1 0.1",
+    "diffuseGain=0; iridescenceFaceGain=1 0.9 0.8; iridescenceEdgeGain=1 1 1; iridescenceRoughness=0.5; "
+    "iridescenceScale=4; iridescenceCurve=0.7; iridescencePrimaryColor=0 0 0; iridescenceSecondaryColor=1 0.5 0.2",
+    "diffuseGain=0; iridescenceFaceGain=1 1 1; iridescenceEdgeGain=0.5 1 1; iridescenceRoughness=0.7; "
+    "iridescenceMode=1; iridescenceThickness=600; iridescenceAnisotropy=0.6; iridescenceDoubleSided=1",
     // all at once
-    "diffuseDoubleSided=1; diffuseTransmitGain=0.4; specularFaceColor=0.1 0.1 0.1; specularEdgeColor=1 1 1; "
+    "iridescenceFaceGain=0.1 0.2 0.1; iridescenceEdgeGain=0.5 0.5 0.6; diffuseDoubleSided=1; "
+    "diffuseTransmitGain=0.4; specularFaceColor=0.1 0.1 0.1; specularEdgeColor=1 1 1; "
     "specularRoughness=0.5; "
     "roughSpecularFaceColor=0.2 0.1 0.1; roughSpecularEdgeColor=0.5 0.5 0.5; roughSpecularModelType=1; "
     "clearcoatFresnelMode=1; "
@@ -540,6 +547,65 @@ TEST(PxrSurface, GenerateAgreesWithEvaluate) {
     }
     EXPECT_GT(valid, 60) << settings;
   }
+}
+
+// What a mirror lobe returns of light from one direction.
+std::array<double, 3> mirrored(const Descriptor* d, const std::string& settings, double cosine) {
+  Bound b(d, testWidth(), 16, settings);
+  b.setOut(unit(cosine, 0.3));
+  b.bind();
+  Samples s(16);
+  b.fn->generate(&b.c, b.closure, &s.args);
+  EXPECT_TRUE(s.flags[0] & kSampleDiscrete);
+  std::array<double, 3> f{};
+  for (size_t k = 0; k < 3; ++k) f[k] = s.weight[k][0] / s.pdf[0];
+  return f;
+}
+
+// Smooth, its reflectance is the gains' Schlick curve times the colours that alternate along the angle.
+TEST(PxrSurface, IridescenceAlternatesItsColours) {
+  const double face[3] = {0.9, 0.5, 0.7}, edge[3] = {0.3, 1, 0.6}, first[3] = {1, 0.2, 0}, second[3] = {0.1, 0.4, 1};
+  const std::string base =
+      "diffuseGain=0; iridescenceRoughness=0; iridescenceFaceGain=0.9 0.5 0.7; iridescenceEdgeGain=0.3 1 0.6; "
+      "iridescencePrimaryColor=1 0.2 0; iridescenceSecondaryColor=0.1 0.4 1; ";
+  for (const double shape : {5., 2.})
+    for (const double scale : {0., 1., 3.5})
+      for (const double curve : {0.5, 1., 3.})
+        for (const bool flip : {false, true}) {
+          const std::string settings = base + "iridescenceFresnelShape=" + std::to_string(shape) +
+                                       "; iridescenceScale=" + std::to_string(scale) +
+                                       "; iridescenceCurve=" + std::to_string(curve) +
+                                       "; iridescenceFlip=" + (flip ? "1" : "0");
+          for (const double cosine : {0.05, 0.2, 0.4, 0.6, 0.8, 0.97}) {
+            const std::array<double, 3> got = mirrored(surface(), settings, cosine);
+            double along = std::fmod(scale * std::pow(1 - cosine, curve), 2.);
+            along = along > 1 ? 2 - along : along;
+            if (flip) along = 1 - along;
+            for (size_t k = 0; k < 3; ++k) {
+              const double gain = face[k] + (edge[k] - face[k]) * std::pow(1 - cosine, shape);
+              EXPECT_NEAR(got[k], gain * (first[k] + (second[k] - first[k]) * along), 2e-4)
+                  << settings << ' ' << cosine;
+            }
+          }
+        }
+}
+
+// The physical one is the film that LamaIridescence proves against Airy's sum.
+TEST(PxrSurface, IridescenceOfAFilm) {
+  for (const char* thickness : {"150", "400", "800", "1900"})
+    for (const double cosine : {0.1, 0.5, 0.95}) {
+      const std::string nm = thickness;
+      const std::array<double, 3>
+          film = mirrored(kinoraStock_LamaIridescence(),
+                          "roughness=0; relativeFilmThickness=0; filmIOR=1.5; minFilmThickness=" + nm, cosine),
+          got = mirrored(surface(),
+                         "diffuseGain=0; iridescenceMode=1; iridescenceRoughness=0; iridescenceFaceGain=0.8 0.6 1; "
+                         "iridescenceEdgeGain=0.8 0.6 1; iridescenceThickness=" +
+                             nm,
+                         cosine);
+      const double gain[3] = {0.8, 0.6, 1};
+      for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(got[k], gain[k] * film[k], 1e-5) << nm << ' ' << cosine;
+    }
 }
 
 TEST(PxrSurface, GlowAndInterior) {

@@ -95,28 +95,36 @@ constexpr Param kParams[] = {
     param::number("clearcoatEnergyCompensation", 0.f)
         .help("Part of the light reflected by the clear coat that all lobes below it go without."),
 
-    param::color("iridescenceFaceGain", 0.f).help(PXRSURFACE_LATER "Iridescence seen face on."),
-    param::color("iridescenceEdgeGain", 0.f).help(PXRSURFACE_LATER "Iridescence at grazing angles."),
+    param::color("iridescenceFaceGain", 0.f)
+        .help("Multiplies iridescence seen face on. Black with a black edge: off."),
+    param::color("iridescenceEdgeGain", 0.f).help("Multiplies iridescence at grazing angles."),
     param::number("iridescenceFresnelShape", 5.f)
         .range(1, 10)
-        .help(PXRSURFACE_LATER "Exponent between face and edge."),
+        .help("Exponent of (1 - cos) between the gains of face and edge; 5 is Schlick's."),
     param::integer("iridescenceMode", 0)
         .range(0, 1)
         .options("0 artistic, 1 physical")
-        .help(PXRSURFACE_LATER "Two colours, or a thin film."),
-    param::color("iridescencePrimaryColor", 1, 0, 0).help(PXRSURFACE_LATER "First colour."),
-    param::color("iridescenceSecondaryColor", 0, 0, 1).help(PXRSURFACE_LATER "Second colour."),
-    param::number("iridescenceRoughness", 0.2f).help(PXRSURFACE_LATER "Roughness of the lobe."),
-    param::number("iridescenceAnisotropy", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Anisotropy of the lobe."),
-    param::vector("iridescenceAnisotropyDirection", 0, 0, 0).help(PXRSURFACE_LATER "Direction of anisotropy."),
-    param::normal("iridescenceBumpNormal").help(PXRSURFACE_LATER "Normal of this lobe."),
+        .help("Artistic: two colours that alternate with the angle; physical: a thin film of index 1.5 in air."),
+    param::color("iridescencePrimaryColor", 1, 0, 0).help("Artistic: the colour face on."),
+    param::color("iridescenceSecondaryColor", 0, 0, 1)
+        .help("Artistic: the colour where iridescenceScale (1 - cos)^iridescenceCurve is 1, 3 ..."),
+    param::number("iridescenceRoughness", 0.2f)
+        .help("0 mirror .. 1; the Beckmann distribution's alpha is its square."),
+    param::number("iridescenceAnisotropy", 0.f)
+        .range(-1, 1)
+        .help("Above 0 highlights stretch along the direction, below 0 across it."),
+    param::vector("iridescenceAnisotropyDirection", 0, 0, 0)
+        .help("Direction in render space; 0 0 0: the surface's tangent."),
+    param::normal("iridescenceBumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),
     param::number("iridescenceCurve", 1.f)
         .range(0, 10)
-        .help(PXRSURFACE_LATER "Shape of the change between the colours."),
-    param::number("iridescenceScale", 1.f).range(0, 10).help(PXRSURFACE_LATER "Repeats of the hues."),
-    param::integer("iridescenceFlip", 0).range(0, 1).help(PXRSURFACE_LATER "Swaps the colours."),
-    param::number("iridescenceThickness", 800.f).range(100, 2000).help(PXRSURFACE_LATER "Thickness of the film, nm."),
-    param::integer("iridescenceDoubleSided", 0).range(0, 1).help(PXRSURFACE_LATER "1: on the back as well."),
+        .help("Artistic: above 1 the first colour lasts longer, below 1 shorter."),
+    param::number("iridescenceScale", 1.f)
+        .range(0, 10)
+        .help("Artistic: how often the colour changes to the other one between face and edge."),
+    param::integer("iridescenceFlip", 0).range(0, 1).help("Artistic: 1: the colours change places."),
+    param::number("iridescenceThickness", 800.f).range(100, 2000).help("Physical: thickness of the film, nm."),
+    param::integer("iridescenceDoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well."),
 
     param::number("fuzzGain", 0.f).help("Multiplies fuzzColor; 0: off."),
     param::color("fuzzColor", 1.f)

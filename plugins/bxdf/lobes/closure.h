@@ -19,28 +19,45 @@ enum Lobe : uint32_t {
   kSpecular,
   kRoughSpecular,
   kClearcoat,
+  kIridescence,
   kFuzz,
   kGlassReflect,
   kGlassTransmit,
   kLobeCount
 };
 constexpr LobeDecl kLobes[kLobeCount] = {
-    {"Diffuse", kLobeDiffuse},    {"Diffuse", kLobeDiffuse | kLobeTransmit},
-    {"Specular", kLobeSpecular},  {"RoughSpecular", kLobeSpecular},
-    {"Clearcoat", kLobeSpecular}, {"Fuzz", kLobeSpecular},
-    {"Glass", kLobeSpecular},     {"Glass", kLobeSpecular | kLobeTransmit},
+    {"Diffuse", kLobeDiffuse},
+    {"Diffuse", kLobeDiffuse | kLobeTransmit},
+    {"Specular", kLobeSpecular},
+    {"RoughSpecular", kLobeSpecular},
+    {"Clearcoat", kLobeSpecular},
+    {"Iridescence", kLobeSpecular},
+    {"Fuzz", kLobeSpecular},
+    {"Glass", kLobeSpecular},
+    {"Glass", kLobeSpecular | kLobeTransmit},
 };
+// The lobes that reflect by microfacets, from kSpecular on in the order of Lobe.
+constexpr uint32_t kReflecting = 4, kCoat = kClearcoat - kSpecular;
 
 struct AnisotropyClosure {
   bool on = false, directed = false;
   Value amount, direction, tangent;           // direction only where directed; tangent where it is 0 0 0
   const AnisotropicEnergy* energy = nullptr;  // of reflecting lobes that are on
 };
+// Colours that change with the angle: Schlick's curve between `face` and `edge` of the lobe is multiplied by them.
+struct IridescenceClosure {
+  bool flip = false;                // artistic: the colours change places
+  Value primary, secondary;         // artistic
+  Value curve, scale;               // artistic: they alternate along scale (1 - cosine)^curve
+  const FilmTable* film = nullptr;  // physical: the colours of a film
+  Value thickness;                  // nm
+};
 struct SpecularClosure {
   bool physical = false, ggx = false, doubleSided = false;
   int bump = -1;  // index into Closure::normals, -1: the surface's
   Value face, edge, shape, ior, extinction, roughness;
   const FilmTable* film = nullptr;  // a thin film of index `face` (3 alike) and thickness `shape` in nm
+  const IridescenceClosure* iridescence = nullptr;
   AnisotropyClosure anisotropy;
 };
 struct GlassClosure {
@@ -56,7 +73,8 @@ struct Closure {
 
   Value diffuseGain, diffuseColor, diffuseBackColor, diffuseRoughness, diffuseExponent, transmitGain, transmitColor;
   bool diffuseDoubleSided = false, backHasOwnColor = false;
-  SpecularClosure specular[3];  // specular, rough specular, clear coat
+  SpecularClosure specular[kReflecting];
+  IridescenceClosure iridescence;
   GlassClosure glass;
   Value fuzzGain, fuzzColor, fuzzConeAngle;
   bool fuzzDoubleSided = false;
@@ -67,7 +85,7 @@ struct Closure {
   bool coatAttenuates = false, specularAttenuates = false;
   Value coatThickness, coatTint, coatCompensation, specularCompensation;
 
-  Value normals[7];  // bump inputs in use: the general one and those of six lobes
+  Value normals[8];  // bump inputs in use: the general one and those of seven lobes
   int normalCount = 0;
   bool bumped = false;  // normals[0] is bumpNormal
   int diffuseBump = -1, fuzzBump = -1;

@@ -1,4 +1,4 @@
-// Microfacet reflection (specular, rough specular, clear coat): one lobe at W points. It knows nothing of other
+// Microfacet reflection (specular, rough specular, clear coat, iridescence): one lobe at W points. It knows nothing of other
 // lobes; selection, attenuation and sides are the caller's. Included per target.
 #include "closure.h"
 #include <kinora/bxdf_author.h>
@@ -91,9 +91,13 @@ struct SpecularLobe {
       face_ = loadRgb<W>(k->face, s.at);
       shape_ = max(loadFloat<W>(k->shape, s.at), F(0.01f));
       f0_ = average(face_);
-      mean = schlickMean();
+      mean = k->iridescence ? iridescentMean(s.at) : schlickMean();
     }
     compensate(mean);
+    if (k->iridescence) {
+      f0_ = f0_ * brightest_;
+      f90_ = f90_ * brightest_;
+    }
   }
   // Schlick's Fresnel between two colours that the caller computed; of the closure's values only anisotropy counts.
   KN_INLINE void setSchlick(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, F roughness,
@@ -112,7 +116,8 @@ struct SpecularLobe {
       return edge_ * Rgb<W>(fresnelConductor(cosine, face_.x, extinction_.x),
                             fresnelConductor(cosine, face_.y, extinction_.y),
                             fresnelConductor(cosine, face_.z, extinction_.z));
-    return lerp(face_, edge_, power(cosine));
+    const Rgb<W> schlick = lerp(face_, edge_, power(cosine));
+    return k->iridescence ? schlick * iridescentColor(cosine) : schlick;
   }
   // Part of the light that one scattering returns, Fresnel aside. mu: cosine with the normal; x, y: the direction's
   // other components in the frame, which count where the lobe is anisotropic.
@@ -167,6 +172,9 @@ struct SpecularLobe {
   F lambdaO_, lambdaSampleO_, eMean_, shape_, f0_, f90_, multipleMean_;
   Rgb<W> face_, edge_, extinction_;  // physical and films: face_ is the index of refraction
   F thickness_;                      // of a film
+  // Of iridescence: the colours that alternate, along which steps, and the most that they can be on average.
+  Rgb<W> primary_, secondary_;
+  F curve_, scale_, brightest_;
 
   KN_INLINE void facets(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable,
                         F roughnessAsGiven, Vec3<W> normal, const Surface<W>& s) {
@@ -188,6 +196,30 @@ struct SpecularLobe {
       stretch_ = AnisotropicAxes<W>(disneyAspect(amount), roughness);
       eMean_ = select(turned_, anisotropicEnergyMean(*k->anisotropy.energy, stretch_), eMean_);
     }
+  }
+  // Of a film the index is that of oil and soap's oxides, 1.5; it reflects up to 4 r / (1 + r)^2 face on.
+  static constexpr float kFilmIndex = 1.5f;
+  KN_INLINE Rgb<W> iridescentMean(At at) {
+    const lobes::IridescenceClosure& i = *k->iridescence;
+    if (i.film) {
+      thickness_ = max(loadFloat<W>(i.thickness, at), F(0.f));
+      brightest_ = F(0.15f);
+    } else {
+      const Rgb<W> first = loadRgb<W>(i.primary, at), second = loadRgb<W>(i.secondary, at);
+      primary_ = i.flip ? second : first;
+      secondary_ = i.flip ? first : second;
+      curve_ = max(loadFloat<W>(i.curve, at), F(0.f));
+      scale_ = max(loadFloat<W>(i.scale, at), F(0.f));
+      brightest_ = max(average(first), average(second));
+    }
+    return meanFresnel();
+  }
+  KN_INLINE Rgb<W> iridescentColor(F cosine) const {
+    if (k->iridescence->film) return filmReflectance(*k->iridescence->film, cosine, F(kFilmIndex), thickness_);
+    const F x = scale_ * pow(clamp(F(1.f) - cosine, F(0.f), F(1.f)), curve_);
+    // to the second colour and back
+    const F along = abs(x - F(2.f) * floor(fma(x, F(0.5f), F(0.5f))));
+    return lerp(primary_, secondary_, along);
   }
   KN_INLINE Rgb<W> meanFresnel() const {
     return fresnel(F(kMeanCos0)) * F(kMeanWeight0) + fresnel(F(kMeanCos1)) * F(kMeanWeight1);

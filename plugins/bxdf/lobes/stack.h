@@ -1,5 +1,5 @@
 // A stack of lobes at W points: the lobes of a closure mixed into one density, lower ones attenuated by what lies
-// above. Top to bottom: fuzz, clear coat, specular and rough specular, then diffuse (reflected and transmitted) and
+// above. Top to bottom: fuzz, clear coat, specular, rough specular and iridescence, then diffuse (reflected and transmitted) and
 // glass. How much what is above takes from what is below: coat and specular by their directional albedo (times the
 // compensation parameters), the greater of the two directions', which is reciprocal and never gains; the coat absorbs
 // along both refracted directions. The lobes themselves are in diffuse.h, specular.h and glass.h; materials fill the
@@ -31,8 +31,8 @@ enum Technique : uint32_t {
   kMakeDiffuse,
   kMakeTransmit,
   kMakeSpecular,
-  kMakeMultiple = kMakeSpecular + 3,
-  kMakeFuzz = kMakeMultiple + 3,
+  kMakeMultiple = kMakeSpecular + kReflecting,
+  kMakeFuzz = kMakeMultiple + kReflecting,
   kMakeGlassReflect,
   kMakeGlassTransmit,
   kMakeGlassMultipleReflect,
@@ -43,8 +43,8 @@ enum Technique : uint32_t {
 // What the lobes need to know of one direction, whichever role it has.
 template <int W>
 struct Seen {
-  Mask<W> outside;            // it is on the outer side of the surface
-  Float<W> mu[3], energy[3];  // specular lobes: cosine with their normal, directional energy
+  Mask<W> outside;                                // it is on the outer side of the surface
+  Float<W> mu[kReflecting], energy[kReflecting];  // specular lobes: cosine with their normal, directional energy
   Float<W> muFuzz;
   GlassShares<W> glass;
   KN_INLINE Seen() {}
@@ -86,7 +86,7 @@ struct LobeStack {
   Choice<W> choiceO;
   // Lobes that are off are not even cleared: an unnamed union runs no constructor.
   union {
-    SpecularLobe<W> specular[3];
+    SpecularLobe<W> specular[kReflecting];
   };
   union {
     GlassLobe<W> glass;
@@ -126,7 +126,7 @@ struct LobeStack {
       transmittance = loadRgb<W>(k.transmitColor, s.at) * loadFloat<W>(k.transmitGain, s.at);
       transmitMean = max(average(transmittance), F(0.f));
     }
-    for (int i = 0; i < 3; ++i)
+    for (uint32_t i = 0; i < kReflecting; ++i)
       if (k.has(kSpecular + i)) {
         const int bump = k.specular[i].bump;
         specular[i].set(k.specular[i], *k.reflectionEnergy, bump < 0 ? s.N : normals[bump], s);
@@ -178,11 +178,11 @@ struct LobeStack {
     Rgb<W> upper(1.f), lower(1.f);
     if (attenuates()) attenuation(Layers<W>(), upper, lower);
     sum = sum * lower;
-    for (int i = 0; i < 3; ++i)
+    for (uint32_t i = 0; i < kReflecting; ++i)
       if (k.has(kSpecular + i)) {
         const Rgb<W> a = zeroUnless(onSide(k.specular[i].doubleSided, seenO.outside),
                                     specular[i].albedo(seenO.mu[i], seenO.energy[i]));
-        sum += i == 2 ? a : a * upper;
+        sum += i == kCoat ? a : a * upper;
       }
     if (k.has(kFuzz))
       sum += zeroUnless(onSide(k.fuzzDoubleSided, seenO.outside), fuzzColor * fuzz.albedoBound(muFuzzO));
@@ -211,7 +211,7 @@ struct LobeStack {
 
   // d: away from the surface; behind: not on wo's side of it.
   HWY_ATTR HWY_NOINLINE void see(const Vec3<W>& d, const Mask<W>& behind, Seen<W>& x) const {
-    for (int i = 0; i < 3; ++i)
+    for (uint32_t i = 0; i < kReflecting; ++i)
       if (k.has(kSpecular + i)) {
         x.mu[i] = min(abs(dot(specular[i].frame.z, d)), F(1.f));
         x.energy[i] = specular[i].energy(x.mu[i], d);
@@ -224,7 +224,7 @@ struct LobeStack {
     if (k.has(kDiffuse)) sum += c.weight[kMakeDiffuse] = select(x.outside, frontMean, backMean);
     if (k.has(kDiffuseTransmit))
       sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
-    for (int i = 0; i < 3; ++i) {
+    for (uint32_t i = 0; i < kReflecting; ++i) {
       if (!k.has(kSpecular + i)) continue;
       const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);
       c.weight[kMakeSpecular + i] = zeroUnless(here, specular[i].weightSingle(x.mu[i], x.energy[i]));
@@ -247,11 +247,11 @@ struct LobeStack {
   }
   HWY_ATTR HWY_NOINLINE void layer(const Seen<W>& x, Layers<W>& y) const {
     if (k.coatAttenuates) {
-      const Mask<W> here = onSide(k.specular[2].doubleSided, x.outside) & specular[2].present();
-      const F ior = max(specular[2].ior(), F(1.f)), mu = x.mu[2];
+      const Mask<W> here = onSide(k.specular[kCoat].doubleSided, x.outside) & specular[kCoat].present();
+      const F ior = max(specular[kCoat].ior(), F(1.f)), mu = x.mu[kCoat];
       const F inside = sqrt(max(F(1.f) - fnma(mu, mu, F(1.f)) / (ior * ior), F(1e-4f)));
       y.depth = zeroUnless(here, coatDepth / inside);
-      y.coat = zeroUnless(here, specular[2].albedo(mu, x.energy[2]) * coatCompensation);
+      y.coat = zeroUnless(here, specular[kCoat].albedo(mu, x.energy[kCoat]) * coatCompensation);
     }
     if (k.specularAttenuates) {
       Rgb<W> sum;

@@ -45,7 +45,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
       add(here, choiceO, choiceI, kMakeTransmit, -muI * F(kInvPi), muO * F(kInvPi), pdf, reverse);
     }
   }
-  for (int i = 0; i < 3; ++i) {
+  for (uint32_t i = 0; i < kReflecting; ++i) {
     if (!k.has(kSpecular + i)) continue;
     const SpecularLobe<W>& l = specular[i];
     const Vec3<W> w = l.frame.toLocal(wi);
@@ -53,7 +53,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
     if (here.none()) continue;
     F p, r;
     const Rgb<W> f = l.evaluate(w, seenO.energy[i], seenI.energy[i], p, r);
-    out.add(kSpecular + i, zeroUnless(here, i == 2 ? f : f * upper));
+    out.add(kSpecular + i, zeroUnless(here, i == kCoat ? f : f * upper));
     add(here, choiceO, choiceI, kMakeSpecular + i, p, r, pdf, reverse);
     add(here, choiceO, choiceI, kMakeMultiple + i, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
   }

@@ -35,7 +35,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
   Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
   Frame<W> frame(normal);
   F ax(1.f), ay(1.f);
-  for (uint32_t i = 0; i < 3; ++i) {
+  for (uint32_t i = 0; i < kReflecting; ++i) {
     if (!k.has(kSpecular + i)) continue;
     const SpecularLobe<W>& l = specular[i];
     const Mask<W> one = made == Int<W>(kMakeSpecular + i);
@@ -119,12 +119,12 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::mirror(const Int<W>& made, const F& pro
     attenuation(layersI, upper, lower);
   }
   Int<W> lobe(0);
-  for (uint32_t i = 0; i < 3; ++i) {
+  for (uint32_t i = 0; i < kReflecting; ++i) {
     if (!k.has(kSpecular + i)) continue;
     const Mask<W> here = made == Int<W>(kMakeSpecular + i);
     if (here.none()) continue;
     const Rgb<W> f = specular[i].fresnel(specular[i].wo.z);
-    value = select(here, i == 2 ? f : f * upper, value);
+    value = select(here, i == kCoat ? f : f * upper, value);
     lobe = select(here, Int<W>(kSpecular + i), lobe);
   }
   if (hasGlass()) {
