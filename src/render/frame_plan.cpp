@@ -11,17 +11,15 @@ namespace {
 // The first colour again, once for each half of the samples.
 void addHalves(FramePlan& f) {
   f.halves = {-1, -1};
-  for (int c = 0; c < f.displays.layout.size(); ++c) {
-    film::Channel k = f.displays.layout[c];
-    if (k.type != film::ChannelType::Color || k.isData || k.reducer != film::Reducer::Sum) continue;
-    if (k.source.empty()) k.source = k.name;
-    k.splats = false;
-    for (const film::Half half : {film::Half::Even, film::Half::Odd}) {
-      k.half = half;
-      k.name = half == film::Half::Even ? "__even" : "__odd";
-      f.halves[half == film::Half::Even ? 0 : 1] = f.displays.layout.add(k);
-    }
-    return;
+  const int c = firstColor(f.displays.layout);
+  if (c < 0) return;
+  film::Channel k = f.displays.layout[c];
+  if (k.source.empty()) k.source = k.name;
+  k.splats = false;
+  for (const film::Half half : {film::Half::Even, film::Half::Odd}) {
+    k.half = half;
+    k.name = half == film::Half::Even ? "__even" : "__odd";
+    f.halves[half == film::Half::Even ? 0 : 1] = f.displays.layout.add(k);
   }
 }
 
@@ -56,6 +54,14 @@ void makeRatios(const scene::Scene& scene, Diagnostics& diagnostics, FramePlan& 
 }
 
 }  // namespace
+
+int firstColor(const film::ChannelLayout& layout) {
+  for (int c = 0; c < layout.size(); ++c) {
+    const film::Channel& k = layout[c];
+    if (k.type == film::ChannelType::Color && !k.isData && k.reducer == film::Reducer::Sum) return c;
+  }
+  return -1;
+}
 
 bool hasJitter(const scene::Scene& scene) { return !scene.hider || scene.hider->params.getInt("jitter", 1) != 0; }
 

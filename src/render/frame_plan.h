@@ -28,6 +28,8 @@ struct FramePlan {
   FileContents::Names files;              // that filters were made of
 };
 
+// The first colour of a layout, by which noise is measured; -1: there is none.
+int firstColor(const film::ChannelLayout& layout);
 bool hasJitter(const scene::Scene& scene);
 film::DriverLookup displayDrivers(Registry& registry, Diagnostics& diagnostics);
 

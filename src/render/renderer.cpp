@@ -360,11 +360,8 @@ struct Renderer::Impl {
   // Where the record holds the colour whose noise decides, the first; -1: there is none.
   int colourOffset() const {
     const film::ChannelLayout& layout = plan->displays.layout;
-    for (int c = 0; c < layout.size(); ++c)
-      if (layout[c].type == film::ChannelType::Color && !layout[c].isData && layout[c].width == 3 &&
-          layout[c].reducer == film::Reducer::Sum)
-        return layout.recordOffset(c);
-    return -1;
+    const int c = firstColor(layout);
+    return c >= 0 && layout[c].width == 3 ? layout.recordOffset(c) : -1;
   }
 
   // What is left is at most what active pixels would still take.
