@@ -130,6 +130,8 @@ class World {
   const Instance& instance(uint32_t i) const { return instances_[i]; }
   const Affine* keys(const Instance& i) const { return keys_.data() + i.firstKey; }
   const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
+  // Embree takes no ray whose numbers are beyond 1.8e18.
+  static constexpr double kMostInSpace = 1e17;
   // Placements that no ray can be brought into the spaces of, which are too small, too flat or too far away: nothing of
   // them is seen.
   const std::vector<uint32_t>& lostPlacements() const { return lost_; }
