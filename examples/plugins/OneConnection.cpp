@@ -146,8 +146,8 @@ class Bidirectional {
       const PathVertex& at = ends[r]->at;
       const V d = V::load(to.d, i);
       const float others =
-          othersOfConnection(to.distance[r], sums_[s], f.pdf[j], surfaceCosine(c, i, d), e.pdfReverse[i],
-                             ends[r]->sums, e.pdf[i], surfaceCosine(end, j, d), f.pdfReverse[j]);
+          othersOfConnection(to.distance[r], {sums_[s], f.pdf[j], surfaceCosine(c, i, d), e.pdfReverse[i]},
+                             {ends[r]->sums, e.pdf[i], surfaceCosine(end, j, d), f.pdfReverse[j]});
       const Float<1> share =
           adjointFactor(end, j, -d) * Float<1>(float(found[i]) / (to.distance[r] * to.distance[r] * (1 + others)));
       const V arriving =
@@ -156,7 +156,7 @@ class Bidirectional {
       for (uint32_t l = 0; l < c.slotCount; ++l)
         for (uint32_t m = 0; m < end.slotCount; ++m)
           arrivals.add(
-              arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j),
+              arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) * Float<1>(at.factorOf(end.eventOfSlot[m])),
               stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), end.eventOfSlot[m], at),
               at.light);
     }

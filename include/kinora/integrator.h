@@ -108,6 +108,8 @@ struct EmittedLight {
   const float* pdfPosition;   // per area; choice of the light included
   const float* pdfDirection;  // per solid angle
   const uint32_t* flags;      // LightEndFlags
+  const float* diffuse;       // factors on diffuse and specular slots of the surface that the path meets first
+  const float* specular;
 };
 
 // Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit; lights without
@@ -231,7 +233,8 @@ struct PathStates {
   uint32_t start;  // after "C"
 };
 
-// A connection of a light path's vertex to the camera, by point of a context.
+// A connection of a light path's vertex to the camera, by point of a context. From points that camera rays hit it is
+// the way back along the ray, to where it left the lens.
 struct CameraConnection {
   const float* wi[3];  // towards the lens, unit, render space
   const float* distance;
@@ -263,6 +266,8 @@ struct Services {
   PathStates paths;
   float worldCenter[3], worldRadius;
   int32_t resolution[2];  // of the whole picture, pixels
+  // At the middle of the shutter. Seen from the camera a pixel is pixelSize + distance * pixelAngle wide.
+  float cameraCenter[3], pixelSize, pixelAngle;
   uint32_t lightCount;
   uint32_t hasMedia;          // 0: all of space is empty, and trace() may be given no transmittance
   uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
@@ -319,8 +324,8 @@ struct Services {
   void (*emitLight)(Group*, uint32_t n, EmittedLight*);
   void (*lightEnds)(Group*, LightEnds*);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);
-  // Adds value to the picture at raster positions; light paths of a whole pass are normalised by the renderer. The
-  // state is that of the path read from the camera; `light`: the index of the light it began at, by splat.
+  // Adds value to the picture at raster positions, through the picture's pixel filter; light paths of a whole pass are
+  // normalised by the renderer. The state is that of the path read from the camera; `light`: the index of the light it began at, by splat.
   void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                 const uint32_t* light);
   // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase

@@ -1,7 +1,7 @@
 // By what other ways could this path have been made? Weights of bidirectional methods in two numbers for each path,
-// that go along with it: I. Georgiev, "Implementing Vertex Connection and Merging" (2012), here without merging and
-// without connections to the camera. Both are sums of densities relative to that by which the path was made. Included
-// per target.
+// that go along with it: I. Georgiev, "Implementing Vertex Connection and Merging" (2012). Both are sums of densities
+// relative to that by which the path was made; his third, for merging, is the second over the number of merges that
+// one light path in all could have been part of. Included per target.
 #include <kinora/integrator.h>
 #include <kinora/simd/wide.h>
 
@@ -14,6 +14,13 @@ namespace kinora {
 struct PathSums {
   float last;    // connections through the last vertex; the density of the connection is a factor yet to come
   float before;  // those through the vertices before; the density of the reverse direction is a factor yet to come
+  float edge;    // 1: the last edge is one that a method could have made by connecting its ends, 0: none does
+};
+
+// What a method does beside meeting lights and sampling them.
+struct PathTechniques {
+  bool connectsPaths = true;  // vertices of camera paths to those of light paths
+  float lightPaths = 0;       // how many of a sample are connected to the camera; 0: none is
 };
 }  // namespace kinora
 #endif
@@ -87,9 +94,9 @@ class LightDensities {
 // The numbers of a group's paths, by slot.
 class PathDensities {
  public:
-  PathDensities(Group* g, const Services* services)
-      : of_(static_cast<PathSums*>(services->alloc(g, (g->padded + kPad) * sizeof(PathSums)))) {
-    std::fill_n(of_, g->padded + kPad, PathSums{0, 0});
+  PathDensities(Group* g, const Services* services, PathTechniques techniques = {})
+      : of_(static_cast<PathSums*>(services->alloc(g, (g->padded + kPad) * sizeof(PathSums)))), is_(techniques) {
+    std::fill_n(of_, g->padded + kPad, PathSums{0, 0, 0});
   }
   const PathSums& operator[](uint32_t slot) const { return of_[slot]; }
 
@@ -99,8 +106,17 @@ class PathDensities {
     for (uint32_t i = 0; i < c.padded; ++i) lights[i] = light[c.path[i]];
     const LightDensities x(g, services, c, c.wo, c.distance, lights);
     for (uint32_t i = 0; i < c.count; ++i) {
+      // a light sample connects the light with any vertex
       const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)));
-      of_[c.path[i]] = {x.direct(i) * share, x.isDelta(i) ? 0 : share};
+      of_[c.path[i]] = {x.direct(i) * share, x.isDelta(i) ? 0 : share, 1};
+    }
+  }
+  // At what camera rays hit, where light paths are connected to the camera; pdf: of their directions, by point
+  // (CameraConnection).
+  void beginAtCamera(const Context& c, const float* pdf) {
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const float back = pdf[i] * surfaceCosine(c, i, Vec3<1>::load(c.wo, i));
+      of_[c.path[i]] = {back > 0 ? is_.lightPaths * c.distance[i] * c.distance[i] / back : 0, 0, 1};
     }
   }
   // At each other vertex: from densities per solid angle to those per area.
@@ -108,22 +124,30 @@ class PathDensities {
     for (uint32_t i = 0; i < c.count; ++i) {
       PathSums& x = of_[c.path[i]];
       const float inverse = 1 / surfaceCosine(c, i, Vec3<1>::load(c.wo, i));
-      x = {x.last * c.distance[i] * c.distance[i] * inverse, x.before * inverse};
+      x = {x.last * c.distance[i] * c.distance[i] * inverse, x.before * inverse, is_.connectsPaths ? 1.f : 0.f};
     }
   }
-  // After new directions were taken.
-  void leave(const Context& c, const GenerateArgs& a) {
+  // After new directions were taken; merges: see below, null: none.
+  void leave(const Context& c, const GenerateArgs& a, const float* merges = nullptr) {
     for (uint32_t i = 0; i < c.count; ++i) {
       if (a.slot[i] == kNoLobe) continue;
       PathSums& x = of_[c.path[i]];
       const float cosine = surfaceCosine(c, i, Vec3<1>::load(a.wi, i)) / a.pdf[i];
-      x = a.flags[i] & kSampleDiscrete ? PathSums{0, cosine * x.before * a.pdfReverse[i]}
-                                       : PathSums{1 / a.pdf[i], cosine * (x.before * a.pdfReverse[i] + x.last)};
+      const float here = throughVertex(x, a.pdfReverse[i], merges ? merges[i] : 0);
+      x = a.flags[i] & kSampleDiscrete ? PathSums{0, cosine * x.before * a.pdfReverse[i], 0}
+                                       : PathSums{1 / a.pdf[i], cosine * here, 0};
     }
+  }
+  // Connections of the last edge, those before it, and merges at the vertex. reverse: density at the vertex of the
+  // way back. merges: how many of a sample's light paths go through the neighbourhood with which a camera path's
+  // vertex there is merged, for one that does so with a density of 1 per area.
+  static float throughVertex(const PathSums& x, float reverse, float merges) {
+    return x.edge * x.last + x.before * reverse + merges;
   }
 
  private:
   PathSums* of_;
+  PathTechniques is_;
 };
 
 // The other ways to make a path that was made by...
@@ -133,17 +157,35 @@ inline float othersOfHit(const PathSums& path, float pdf, const LightDensities& 
 }
 // ... a light sample from point i of a context in direction wi; pdf, reverse: the bxdf's for wi.
 inline float othersOfSample(const PathSums& path, const Context& c, uint32_t i, Vec3<1> wi, float pdf, float reverse,
-                            const LightDensities& light) {
-  const float back = light.emission(i) * surfaceCosine(c, i, wi) * (path.last + path.before * reverse);
+                            const LightDensities& light, float merges = 0) {
+  const float back =
+      light.emission(i) * surfaceCosine(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
   return ((light.isDelta(i) ? 0 : pdf) + back) / light.direct(i);
 }
-// ... a connection of two vertices. Of each: what the other end's bxdf makes the direction with, the cosine to it,
-// and the reverse density at its own bxdf.
-inline float othersOfConnection(float distance, const PathSums& a, float pdfToA, float cosineA, float reverseA,
-                                const PathSums& b, float pdfToB, float cosineB, float reverseB) {
-  const float near = 1 / (distance * distance);
-  return near *
-         (pdfToA * cosineA * (a.last + a.before * reverseA) + pdfToB * cosineB * (b.last + b.before * reverseB));
+// ... a connection of two vertices.
+struct ConnectedEnd {
+  const PathSums& path;
+  float pdfTo;    // of the direction to here, by the other end's bxdf
+  float cosine;   // between the surface here and that direction
+  float reverse;  // of the way back, by the bxdf here
+  float merges = 0;
+};
+inline float othersOfConnection(float distance, const ConnectedEnd& a, const ConnectedEnd& b) {
+  const auto side = [](const ConnectedEnd& x) {
+    return x.pdfTo * x.cosine * PathDensities::throughVertex(x.path, x.reverse, x.merges);
+  };
+  return (side(a) + side(b)) / (distance * distance);
+}
+// ... a connection of a light path's vertex to the camera, which makes that direction with density `pdf`; light paths
+// so connected; cosine, reverse, merges: as above.
+inline float othersOfSplat(const PathSums& path, float distance, float pdf, float lightPaths, float cosine,
+                           float reverse, float merges) {
+  return pdf * cosine / (distance * distance * lightPaths) * PathDensities::throughVertex(path, reverse, merges);
+}
+// ... merging a camera path's vertex with a light path's. pdf: of the camera path's bxdf for the direction in which
+// the light path came, and its reverse.
+inline float othersOfMerge(const PathSums& camera, const PathSums& light, float pdf, float reverse, float merges) {
+  return (PathDensities::throughVertex(camera, reverse, 0) + PathDensities::throughVertex(light, pdf, 0)) / merges;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -15,8 +15,16 @@ struct PathVertex {
   VertexRecord vertex;
   float throughput[3];
   uint32_t light;                    // where the path began
+  float factor[2];                   // of the light on diffuse and on specular slots here: 1 after the first vertex
   uint32_t before;                   // how many vertices of the path were before it
   uint16_t events[kMostBefore + 1];  // there, from the light on
+  float factorOf(uint32_t event) const { return factor[event & 1]; }
+};
+// Russian roulette: from that vertex on paths whose throughput is below the threshold go on with a probability in
+// proportion to it. Weights of multiple importance sampling leave it out, which keeps their sum.
+struct Roulette {
+  uint32_t depth = 0xffffffffu;
+  float threshold = 0;
 };
 }  // namespace kinora
 #endif
@@ -67,7 +75,8 @@ template <int W>
 class Subpaths {
  public:
   // traits: kTraitEyePath or kTraitLightPath.
-  Subpaths(Group* group, const Services* services, uint32_t traits) : g_(group), sv_(services), traits_(traits) {
+  Subpaths(Group* group, const Services* services, uint32_t traits, Roulette roulette = {})
+      : g_(group), sv_(services), traits_(traits), roulette_(roulette) {
     const uint32_t n = g_->padded + kPad;
     for (int c = 0; c < 3; ++c) {
       throughput[c] = floats(n);
@@ -94,6 +103,8 @@ class Subpaths {
     EmittedLight rays{};
     sv_->emitLight(g_, g_->count, &rays);
     light = rays.light;
+    factor_[0] = rays.diffuse;
+    factor_[1] = rays.specular;
     count = 0;
     for (uint32_t i = 0; i < g_->count; ++i) {
       for (int c = 0; c < 3; ++c) throughput[c][i] = rays.throughput[c][i];
@@ -168,7 +179,9 @@ class Subpaths {
     for (uint32_t i = 0; i < c.count; ++i) {
       const uint32_t s = c.path[i];
       const uint32_t before = std::min(depth, PathVertex::kMostBefore);
-      out[i] = {records[i], {throughput[0][s], throughput[1][s], throughput[2][s]}, light[s], before, {}};
+      out[i] = {records[i], {throughput[0][s], throughput[1][s], throughput[2][s]}, light[s], {1, 1}, before, {}};
+      if (!depth)
+        for (int k = 0; k < 2; ++k) out[i].factor[k] = factor_[k][s];
       std::copy_n(events_ + s * PathVertex::kMostBefore, before, out[i].events);
     }
     return out;
@@ -200,8 +213,23 @@ class Subpaths {
       const F pdf = F::load(a.pdf + i);
       const Vec3<W> w = Vec3<W>::load(a.wi, i);
       Vec3<W> t = Vec3<W>::get(throughput, s) * Vec3<W>::load(a.weight, i) * (F(1.f) / max(pdf, F(1e-38f)));
-      if (traits_ & kTraitLightPath) t = t * adjointFactor(c, i, w);
-      const Mask<W> on = in & (slot != Int<W>(kNoLobe)) & (pdf > F(0.f)) & (maxComponent(t) > F(0.f));
+      Int<W> what(uint32_t(c.eventOfSlot[0]));
+      for (uint32_t l = 1; l < c.slotCount; ++l)
+        what = select(slot == Int<W>(l), Int<W>(uint32_t(c.eventOfSlot[l])), what);
+      const Mask<W> isSpecular = (what & Int<W>(1)) != Int<W>(0);
+      if (traits_ & kTraitLightPath) {
+        t = t * adjointFactor(c, i, w);
+        if (!depth) t = t * select(isSpecular, s.get(factor_[1]), s.get(factor_[0]));
+      }
+      Mask<W> on = in & (slot != Int<W>(kNoLobe)) & (pdf > F(0.f)) & (maxComponent(t) > F(0.f));
+      if (depth >= roulette_.depth) {
+        F r, unused;
+        draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
+              dimensionAt(depth) + kDimRoulette, r, unused);
+        const F goesOn = clamp(maxComponent(t) * F(1.f / roulette_.threshold), F(0.05f), F(1.f));
+        on = on & (r < goesOn);
+        t = t * (F(1.f) / goesOn);
+      }
       select(on, slot, Int<W>(kNoLobe)).store(a.slot + i);
       if (on.none()) continue;
       const Vec3<W> o = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
@@ -213,9 +241,6 @@ class Subpaths {
       s.put(on, F(1e30f), r.tMax);
       s.put(on, F::load(c.radius + i), r.radius);
       s.put(on, F::load(c.spread + i), r.spread);
-      Int<W> what(uint32_t(c.eventOfSlot[0]));
-      for (uint32_t l = 1; l < c.slotCount; ++l)
-        what = select(slot == Int<W>(l), Int<W>(uint32_t(c.eventOfSlot[l])), what);
       if (events_ && depth < PathVertex::kMostBefore)
         for (uint32_t b = on.bits(); b; b &= b - 1) {
           const uint32_t point = i + uint32_t(__builtin_ctz(b));
@@ -226,7 +251,7 @@ class Subpaths {
       const Mask<W> transmits = (flags & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
       s.put(on,
             bit((flags & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0), kFromDiscrete) |
-                bit((what & Int<W>(1)) != Int<W>(0), kFromSpecular) | bit(transmits, kFromTransmission),
+                bit(isSpecular, kFromSpecular) | bit(transmits, kFromTransmission),
             g_->paths.origin);
       const Packer<W> pack(on);
       pack.put(s.s, live + count);
@@ -252,6 +277,8 @@ class Subpaths {
   Group* g_;
   const Services* sv_;
   uint32_t traits_;
+  Roulette roulette_;
+  const float* factor_[2] = {};  // of the lights that paths began at, by slot
   float* medium_[3];
   uint16_t* events_ = nullptr;  // by slot, PathVertex::kMostBefore each
 };

@@ -15,6 +15,9 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
   };
   float *N[3], *pdfPosition = floats(), *pdfDirection = floats();
   uint32_t *light = arena.make<uint32_t>(room), *flags = arena.make<uint32_t>(room);
+  float *diffuse = floats(), *specular = floats();
+  out->diffuse = diffuse;
+  out->specular = specular;
   for (int c = 0; c < 3; ++c) {
     out->throughput[c] = floats();
     out->N[c] = N[c] = floats();
@@ -64,6 +67,8 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
   for (uint32_t i = 0; i < n; ++i) {
     light[i] = chosen[i];
     flags[i] = endFlags(chosen[i]);
+    diffuse[i] = lights_[chosen[i]].diffuse;
+    specular[i] = lights_[chosen[i]].specular;
     float cosine = 0;
     for (int c = 0; c < 3; ++c) cosine += d[c][i] * N[c][i];
     const float choice = emissionOf(chosen[i]), pdf = pdfPosition[i] * pdfDirection[i] * choice;

@@ -42,7 +42,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
     {Kind::Integrator, "PxrUPBP", kPaths, "PxrPathTracer"},
     {Kind::Integrator, "PxrUnified", "guiding, manifold walks and light paths are not made yet", "PxrPathTracer"},
-    {Kind::Integrator, "PxrVCM", kPaths, "PxrPathTracer"},
     {Kind::Projection, "OmnidirectionalStereo", "it is not made yet", "PxrSphereCamera, once for each eye"},
     {Kind::Projection, "PxrLightProbe", "it is not made yet", "PxrSphereCamera"},
     {Kind::Projection, "PxrPanini", "it is not made yet", "PxrCylinderCamera"},

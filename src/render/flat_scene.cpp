@@ -149,6 +149,7 @@ class Flattener {
     info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
     info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
     info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
+    info.isHiddenFromCamera = !(p.visibility & trace::kSeenByCamera);
     info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     const scene::Matrix m = p.toRender.at(flat_->space_.middle);
     info.renderToObject = trace::Affine::from(std::fabs(m.determinant()) > 1e-300 ? m.inverse() : scene::Matrix());

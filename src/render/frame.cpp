@@ -156,9 +156,10 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     std::stable_sort(buckets_.begin(), buckets_.end(),
                      [&](const Bucket& a, const Bucket& b) { return morton(a) < morton(b); });
   }
+  splatFilter_ = in_.jitter ? film::SplatFilter(*in_.filter) : film::SplatFilter();
   for (int t = 0; t < std::max(1, in_.threads); ++t)
-    workers_.push_back(
-        std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, lightPathsPerSample_));
+    workers_.push_back(std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, splatFilter_,
+                                                lightPathsPerSample_));
   for (size_t i = 0; i < workers_.size(); ++i) {
     workers_[i]->index = i;
     workers_[i]->store = store_.get();

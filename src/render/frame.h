@@ -9,6 +9,7 @@
 #include "film/film.h"
 #include "film/filter_ratio.h"
 #include "film/pixel_filter.h"
+#include "film/splat_filter.h"
 #include "render/adaptive.h"
 #include "render/filters.h"
 #include "render/hider.h"
@@ -74,6 +75,7 @@ class Frame {
   std::vector<Stage> stages_;
   std::vector<Bucket> buckets_;
   std::vector<uint64_t> bucketTimes_;  // nanoseconds; each entry is one worker's at a time
+  film::SplatFilter splatFilter_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::unique_ptr<Hider> rayLoop_;
   const Hider* hider_;

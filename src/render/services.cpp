@@ -182,8 +182,15 @@ struct Worker::Calls {
 };
 
 Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, const RecordPlan& plan,
-               const film::LightPaths& paths, film::Film& film, uint64_t lightPathsPerPass)
-    : state_(world), camera_(camera), plan_(plan), paths_(paths), film_(film), lightPathsPerPass_(lightPathsPerPass) {
+               const film::LightPaths& paths, film::Film& film, const film::SplatFilter& splatFilter,
+               uint64_t lightPathsPerPass)
+    : state_(world),
+      camera_(camera),
+      plan_(plan),
+      paths_(paths),
+      film_(film),
+      splatFilter_(&splatFilter),
+      lightPathsPerPass_(lightPathsPerPass) {
   Services& s = services_;
   s.host = this;
   s.samples = world.samples;
@@ -222,6 +229,10 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.findStored = &Calls::findStored;
   s.index = &Calls::index;
   for (int c = 0; c < 2; ++c) s.resolution[c] = camera.resolution[c];
+  const float eye[3] = {0, 0, 0};
+  camera.toRender[camera.toRender.size() / 2].point(eye, s.cameraCenter);
+  s.pixelSize = float(camera.pixelSize);
+  s.pixelAngle = float(camera.pixelAngle);
   for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t(world.lights->groupOf(i)));
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;
@@ -379,13 +390,22 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   return m;
 }
 
+bool Worker::isHidden(uint32_t instance) const {
+  const shade::ShadingWorld& w = state_.world();
+  const shade::PlacementInfo& p = w.placements[w.world->instance(instance).user];
+  return p.isHiddenFromCamera || p.hole;
+}
+
 void Worker::connectCamera(const Context* c, CameraConnection* out) {
   Arena& arena = state_.arena();
   const uint32_t m = c->padded;
   float* x[15];
   for (float*& y : x) y = arena.make<float>(m);
   const DrawSpan draw = drawSpan(state_.world().width);
-  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, dimensionAt(c->depth) + kDimUser, x[3], x[4]);
+  // back to where a camera ray left the lens, or to anywhere on it
+  const bool isBack = c->traits & kTraitPrimaryHit;
+  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser, x[3],
+       x[4]);
   uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];
@@ -416,6 +436,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     const float v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     x[10][i] *= v2 > 0 ? std::max(v[2], 0.f) / std::sqrt(v2) : 0.f;
     if (cut && cut[i]) x[10][i] = 0;
+    if (!(c->traits & kTraitInSpace) && isHidden(c->place.instance[i])) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];
@@ -439,16 +460,24 @@ void Worker::splat(uint32_t n, const float* const raster[2], const float* const 
   float* v[3];
   for (float*& x : v) x = arena.make<float>(padded(n));
   const float scale = 1.f / float(lightPathsPerPass_ ? lightPathsPerPass_ : 1);
+  float* share = arena.make<float>(padded(n));
+  int32_t *column = arena.make<int32_t>(padded(n)), *row = arena.make<int32_t>(padded(n));
+  for (uint32_t i = 0; i < n; ++i) {
+    const film::SplatFilter::Pixel p = splatFilter_->choose(raster[0][i], raster[1][i]);
+    column[i] = p.x;
+    row[i] = p.y;
+    share[i] = p.weight * scale;
+  }
   // channel by channel; states differ by path
   for (size_t k = 0; k < splatChannels_.size(); ++k) {
     const uint8_t* takes = takesSplat_.data() + k * perKind_;
     int m = 0;
     for (uint32_t i = 0; i < n; ++i) {
       if (!takes[state[i] * endCount_ + (light ? endOf(light[i]) : 1)]) continue;
-      px[m] = int32_t(std::floor(raster[0][i]));
-      py[m] = int32_t(std::floor(raster[1][i]));
+      px[m] = column[i];
+      py[m] = row[i];
       index[m] = i;
-      for (int c = 0; c < 3; ++c) v[c][m] = value[c][i] * scale;
+      for (int c = 0; c < 3; ++c) v[c][m] = value[c][i] * share[i];
       ++m;
     }
     if (m) film_.splat({m, splatChannels_[k], px, py, index, v});

@@ -10,6 +10,7 @@
 
 #include "film/film.h"
 #include "film/light_paths.h"
+#include "film/splat_filter.h"
 #include "film/sources.h"
 #include "render/pass_store.h"
 #include "render/statistics.h"
@@ -58,7 +59,8 @@ void addUserLobes(const film::LightPaths& paths, RecordPlan& plan);
 class Worker {
  public:
   Worker(const shade::ShadingWorld& world, const CameraState& camera, const RecordPlan& plan,
-         const film::LightPaths& paths, film::Film& film, uint64_t lightPathsPerPass);
+         const film::LightPaths& paths, film::Film& film, const film::SplatFilter& splatFilter,
+         uint64_t lightPathsPerPass);
   shade::GroupState& state() { return state_; }
   Services& services() { return services_; }
   // Readies the group and clears its records.
@@ -87,6 +89,7 @@ class Worker {
   void contribute(const Contributions* c);
   void emitLight(uint32_t n, EmittedLight* out);
   uint32_t keepLinked(uint32_t n, const uint32_t** slots);
+  bool isHidden(uint32_t instance) const;  // from the camera
   void connectCamera(const Context* c, CameraConnection* out);
   void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
              const uint32_t* light);
@@ -97,6 +100,7 @@ class Worker {
   const RecordPlan& plan_;
   const film::LightPaths& paths_;
   film::Film& film_;
+  const film::SplatFilter* splatFilter_;
   uint64_t lightPathsPerPass_;
   Services services_{};
   float* record(size_t k) {

@@ -41,6 +41,7 @@ struct PlacementInfo {
   uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
   uint32_t traceSet = 0;                 // index into ShadingWorld::traceSets
   uint32_t tint = 0;                     // index into ShadingWorld::tints
+  bool isHiddenFromCamera = false;       // visibility:camera
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
   trace::Affine renderToObject;          // at the middle of the shutter
   float objectScale = 1;                 // by which lengths grow on that way; see ShadingWorld::fillTables()

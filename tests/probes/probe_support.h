@@ -68,6 +68,33 @@ inline std::vector<int64_t> stateOf(const film::Film& f) {
   return all;
 }
 
+// The same film with any number of threads, width, size of groups, and in two parts.
+inline void expectSameBits(std::initializer_list<const Descriptor*> plugins, const std::string& text,
+                           const std::string& integrator) {
+  const auto filmOf = [&](int threads, uint32_t width, uint32_t groupSize, int first = -1, int last = -1) {
+    Workshop stage(plugins);
+    render::Settings s;
+    s.threads = threads;
+    s.width = width;
+    s.groupSize = groupSize;
+    s.firstSample = first;
+    s.lastSample = last;
+    s.integrator = integrator;
+    const auto r = stage.load(sceneOf(text, stage.messages), s);
+    EXPECT_EQ(r->renderFilm(), render::Outcome::Complete) << stage.said;
+    return stateOf(r->film());
+  };
+  const std::vector<int64_t> expected = filmOf(1, 8, 1024);
+  for (const uint32_t width : {1u, 4u, 16u}) EXPECT_TRUE(filmOf(2, width, 1024) == expected) << "width " << width;
+  for (const uint32_t size : {64u, 256u, 4096u}) EXPECT_TRUE(filmOf(2, 8, size) == expected) << "groups of " << size;
+  // the film's numbers are sums
+  std::vector<int64_t> parts = filmOf(2, 8, 1024, 0, 5);
+  const std::vector<int64_t> rest = filmOf(1, 4, 256, 5, 16);
+  ASSERT_EQ(parts.size(), rest.size());
+  for (size_t i = 0; i < parts.size(); ++i) parts[i] += rest[i];
+  EXPECT_TRUE(parts == expected) << "in two parts";
+}
+
 // Moments over renders of the mean of each tile of size x size pixels, all colours added.
 struct TileMoments {
   std::vector<testing::Moments> tiles;

@@ -1,0 +1,81 @@
+// Rooms of 32 x 32 pixels in which integrators are compared: a corner with a floor, a wall, a ball and whatever a test
+// adds, under lights of every kind. The lights are not seen by the camera.
+#pragma once
+#include <string>
+
+namespace kinora::probes {
+
+// A corner of a room with a floor, a wall, a ball and whatever a test adds.
+inline std::string room(const std::string& lights, const std::string& ball, const std::string& camera = "",
+                        const std::string& more = "") {
+  return R"(
+Hider "raytrace" "int maxsamples" [16]
+Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
+DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
+DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
+Format 32 32 1
+PixelFilter "box" 1 1
+Shutter 0 1
+)" + camera +
+         R"(
+Projection "perspective" "fov" [40]
+Translate 0 -0.8 3.2
+WorldBegin
+  AttributeBegin
+    Attribute "visibility" "int camera" [0]
+)" + lights +
+         R"(
+  AttributeEnd
+  AttributeBegin
+    Bxdf "PxrSurface" "floor" "color diffuseColor" [0.4 0.4 0.45] "int specularFresnelMode" [1]
+      "color specularEdgeColor" [1 1 1] "color specularIor" [1.6 1.6 1.6] "int specularModelType" [1] "float specularRoughness" [0.4]
+    Polygon "vertex point P" [-1.5 0 0  1.5 0 0  1.5 0 2  -1.5 0 2]
+  AttributeEnd
+  Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
+  Polygon "vertex point P" [-1.5 0 2  1.5 0 2  1.5 2 2  -1.5 2 2]
+  Polygon "vertex point P" [-1.5 0 0  -1.5 0 2  -1.5 2 2  -1.5 2 0]
+  AttributeBegin
+    Attribute "identifier" "string lpegroup" ["ball"]
+    )" + ball +
+         R"(
+    Translate 0.4 0.45 1.1
+    Sphere 0.4 -0.4 0.4 360
+  AttributeEnd
+)" + more +
+         "WorldEnd\n";
+}
+inline const char* const kGrey = R"(Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.6 0.6 0.7])";
+inline const char* const kGlass = R"(Bxdf "PxrSurface" "glass" "float diffuseGain" [0] "float refractionGain" [1]
+    "float reflectionGain" [1] "float glassRoughness" [0] "float glassIor" [1.5] "color refractionColor" [0.9 1 0.9])";
+inline const char* const kRoughGlass = R"(Bxdf "PxrSurface" "glass" "float diffuseGain" [0] "float refractionGain" [1]
+    "float reflectionGain" [1] "float glassRoughness" [0.35] "float glassIor" [1.4])";
+inline const char* const kRect = R"(
+    AttributeBegin
+      ConcatTransform [0.8 0 0 0  0 0 0.6 0  0 -1 0 0  -0.2 1.9 1 1]
+      Light "PxrRectLight" "lamp" "float intensity" [6] "color lightColor" [1 0.9 0.7] "string lightGroup" ["key"]
+    AttributeEnd)";
+inline const char* const kSphere = R"(
+    AttributeBegin
+      Translate -0.8 0.9 0.6
+      Scale 0.3 0.3 0.3
+      Light "PxrSphereLight" "bulb" "float intensity" [12] "color lightColor" [0.6 0.8 1]
+    AttributeEnd)";
+inline const char* const kSun = R"(
+    AttributeBegin
+      Rotate 70 1 0.3 0
+      Light "PxrDistantLight" "sun" "float intensity" [2] "float angleExtent" [0] "string lightGroup" ["key"]
+    AttributeEnd)";
+inline const char* const kPoint = R"(
+    AttributeBegin
+      Translate -0.7 1.2 0.5
+      Light "PointLight" "spot" "float intensity" [3]
+    AttributeEnd)";
+inline const char* const kDome = R"(Light "PxrDomeLight" "sky" "float intensity" [0.5] "string lightGroup" ["key"])";
+inline const char* const kMesh = R"(
+    AttributeBegin
+      Translate -0.7 1.1 0.9
+      Light "PxrMeshLight" "shade" "float intensity" [4] "string lightGroup" ["key"]
+      PointsPolygons [3 3 3 3] [0 1 2  0 2 3  0 3 1  1 3 2] "vertex point P" [0 0.3 0  -0.2 -0.1 0.1  0.2 -0.1 0.1  0 -0.1 -0.2]
+    AttributeEnd)";
+
+}  // namespace kinora::probes

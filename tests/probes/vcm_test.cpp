@@ -1,0 +1,241 @@
+// PxrVCM against PxrPathTracer: equal means in rooms with every kind of light, glass, motion and a lens, for the
+// picture and for channels by path, with each set of techniques; what merging blurs is taken away by extrapolation to
+// a radius of 0. Equal bits for threads, widths, groups and splits. Caustics that only light paths find.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "film/splat_filter.h"
+#include "tests/probes/probe_support.h"
+#include "tests/probes/rooms.h"
+
+namespace kinora::probes {
+namespace {
+
+constexpr int kSide = 32, kTile = 8;
+const std::vector<std::string> kChannels{"Ci", "indirect", "ball", "key"};
+
+using Sets = std::vector<std::pair<std::string, std::string>>;
+using Pictures = std::map<std::string, TileMoments>;
+
+struct Method {
+  std::string integrator;
+  Sets sets;
+};
+Sets plain(int bounces) {
+  return {{"integrator.maxIndirectBounces", std::to_string(bounces)},
+          {"integrator.clampLuminance", "1e30"},
+          {"integrator.rouletteThreshold", "0"}};
+}
+Method pathTracer(int bounces = 4) {
+  Method m{"PxrPathTracer", plain(bounces)};
+  m.sets.emplace_back("integrator.allowCaustics", "1");
+  return m;
+}
+Method vcm(bool connects, bool merges, double radius = 5, int bounces = 4) {
+  Method m{"PxrVCM", plain(bounces)};
+  m.sets.insert(m.sets.end(), {{"integrator.connectPaths", connects ? "1" : "0"},
+                               {"integrator.mergePaths", merges ? "1" : "0"},
+                               {"integrator.mergeRadius", std::to_string(radius)},
+                               {"integrator.reduceRadius", "1"}});
+  return m;
+}
+
+// Tiles of each channel, and the whole picture.
+Pictures renderAll(Workshop& stage, const std::string& text, const Method& method, uint32_t firstSeed,
+                   uint32_t seeds = 24) {
+  Pictures r;
+  for (uint32_t seed = 0; seed < seeds; ++seed) {
+    render::Settings s;
+    s.threads = 1;
+    s.seed = firstSeed + seed;
+    s.integrator = method.integrator;
+    s.sets = method.sets;
+    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
+    EXPECT_EQ(renderer->renderFilm(), render::Outcome::Complete) << stage.said;
+    for (const std::string& name : kChannels) {
+      const image::Image picture = renderer->film().resolve(renderer->film().layout().find(name));
+      r[name].add(picture, kSide, kSide, kTile);
+      r[name + ", whole"].add(picture, kSide, kSide, kSide);
+    }
+  }
+  return r;
+}
+
+// Tiles without those that hold hardly any of the light: what few paths bring has no normal distribution.
+TileMoments mainTiles(const TileMoments& of, const TileMoments& reference) {
+  TileMoments r;
+  for (size_t i = 0; i < of.tiles.size(); ++i)
+    if (reference.tiles[i].mean() > 0.01 * reference.mean()) r.tiles.push_back(of.tiles[i]);
+  return r;
+}
+
+void expectEqual(const Pictures& one, const Pictures& other, const std::string& what, double sharpness) {
+  for (const auto& [name, moments] : one) {
+    const TileTest t = compareTiles(mainTiles(moments, other.at(name)), mainTiles(other.at(name), other.at(name)));
+    EXPECT_TRUE(t.agrees()) << what << ", " << name << ": worst z " << t.worstZ << ", means " << moments.mean()
+                            << " and " << other.at(name).mean();
+    if (name == "Ci") {
+      EXPECT_LT(t.meanError, sharpness) << what;
+    }
+  }
+}
+
+// Bias goes with the square of the radius: what two radii say of none.
+TileMoments extrapolated(Workshop& stage, const std::string& text, bool connects, double radius, uint32_t firstSeed,
+                         uint32_t seeds, int bounces = 4) {
+  TileMoments r;
+  for (uint32_t seed = 0; seed < seeds; ++seed) {
+    image::Image pictures[2];
+    for (int k = 0; k < 2; ++k) {
+      const Method m = vcm(connects, true, k ? radius / 2 : radius, bounces);
+      render::Settings s;
+      s.threads = 1;
+      s.seed = firstSeed + seed + seeds * uint32_t(k);
+      s.integrator = m.integrator;
+      s.sets = m.sets;
+      const auto renderer = stage.load(sceneOf(text, stage.messages), s);
+      pictures[k] = pictureOf(*renderer);
+    }
+    for (size_t i = 0; i < pictures[0].pixels.size(); ++i)
+      pictures[0].pixels[i] = (4 * pictures[1].pixels[i] - pictures[0].pixels[i]) / 3;
+    r.add(pictures[0], kSide, kSide, kTile);
+  }
+  return r;
+}
+
+// With all sets of techniques. `sharpness`: the relative standard error that a tile of Ci may have, on average.
+void expectSamePicture(const std::string& text, double sharpness, uint32_t seeds = 24) {
+  Workshop stage;
+  const Pictures reference = renderAll(stage, text, pathTracer(), 1000, seeds);
+  EXPECT_GT(reference.at("Ci").mean(), 0.01);
+  EXPECT_GT(reference.at("indirect").mean(), 0.001);
+  expectEqual(renderAll(stage, text, vcm(true, false), 2000, seeds), reference, "connections", sharpness);
+  expectEqual(renderAll(stage, text, vcm(false, false), 3000, seeds), reference, "camera paths alone", sharpness);
+  for (const bool connects : {true, false}) {
+    const TileMoments& all = reference.at("Ci");
+    const TileTest t =
+        compareTiles(mainTiles(extrapolated(stage, text, connects, 1, 4000, seeds), all), mainTiles(all, all));
+    EXPECT_TRUE(t.agrees()) << (connects ? "connections and merges" : "merges") << ": worst z " << t.worstZ;
+    EXPECT_LT(t.meanError, 4 * sharpness);
+  }
+}
+
+TEST(Vcm, EqualsPathTracerUnderPointAndSun) { expectSamePicture(room(std::string(kPoint) + kSun, kGrey), 0.03); }
+TEST(Vcm, EqualsPathTracerUnderAreaLights) { expectSamePicture(room(std::string(kRect) + kSphere, kGrey), 0.03); }
+TEST(Vcm, EqualsPathTracerUnderDome) { expectSamePicture(room(kDome, kGrey), 0.03); }
+TEST(Vcm, EqualsPathTracerUnderMeshLight) { expectSamePicture(room(kMesh, kGrey), 0.03); }
+TEST(Vcm, EqualsPathTracerBehindGlass) {
+  expectSamePicture(room(kSphere, kGlass, "", R"(
+  AttributeBegin )" + std::string(kRoughGlass) + R"(
+    Translate -0.6 0.3 0.6
+    Sphere 0.25 -0.25 0.25 360
+  AttributeEnd
+)"),
+                    0.04, 100);  // paths through the balls to the lamp by chance have long tails
+}
+TEST(Vcm, EqualsPathTracerInMotionThroughALens) {
+  expectSamePicture(room(kRect, kGrey, "DepthOfField 2 0.4 4\n", R"(
+  AttributeBegin
+    Bxdf "PxrDiffuse" "red" "color diffuseColor" [0.8 0.3 0.2]
+    MotionBegin [0 1]
+      Translate -0.9 0.3 0.7
+      Translate -0.3 0.6 0.9
+    MotionEnd
+    Sphere 0.25 -0.25 0.25 360
+  AttributeEnd
+)"),
+                    0.03);
+}
+
+// Lights that the camera sees, factors of lights on lobes, objects hidden from the camera, a wide pixel filter.
+TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
+  std::string text = room(std::string(kRect) + kSphere, kGrey, "", R"(
+  AttributeBegin
+    Attribute "visibility" "int camera" [0]
+    Bxdf "PxrDiffuse" "hidden" "color diffuseColor" [0.9 0.2 0.1]
+    Polygon "vertex point P" [-0.4 0.2 0.2  0.2 0.2 0.2  0.2 0.7 0.2  -0.4 0.7 0.2]
+  AttributeEnd
+)");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("PixelFilter \"box\" 1 1", "PixelFilter \"gaussian\" 3 3");
+  replace("\"PxrSphereLight\" \"bulb\"",
+          "\"PxrSphereLight\" \"bulb\" \"float diffuse\" [0.4] \"float specular\" [1.5]");
+  replace("Attribute \"visibility\" \"int camera\" [0]", "Attribute \"visibility\" \"int camera\" [1]");
+  expectSamePicture(text, 0.05, 80);
+}
+
+TEST(Vcm, SameBits) {
+  expectSameBits({}, room(std::string(kRect) + kSun + kDome, kGlass, "DepthOfField 2 0.4 4\n"), "PxrVCM");
+}
+
+// A point light in a shell of glass that hardly refracts, seen through a pane of it: what no technique but merging finds
+// is the picture without glass. Paths are too short for two diffuse surfaces.
+TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {
+  const std::string glass = R"(
+    Bxdf "PxrSurface" "clear" "float diffuseGain" [0] "float refractionGain" [1] "float reflectionGain" [0]
+      "float glassRoughness" [0] "float glassIor" [1.0005])";
+  const std::string between = R"(
+  AttributeBegin )" + glass + R"(
+    Translate 0 2.3 0.2
+    Sphere 0.15 -0.15 0.15 360
+  AttributeEnd
+  AttributeBegin )" + glass + R"(
+    Translate 0 0.8 -1
+    PointsPolygons [4 4 4 4 4 4] [0 1 2 3  7 6 5 4  0 4 5 1  1 5 6 2  2 6 7 3  3 7 4 0]
+      "vertex point P" [-2 -2 -0.1  2 -2 -0.1  2 2 -0.1  -2 2 -0.1  -2 -2 0.1  2 -2 0.1  2 2 0.1  -2 2 0.1]
+  AttributeEnd
+)";
+  const std::string lamp = R"(
+    AttributeBegin
+      Translate 0 2.3 0.2
+      Light "PointLight" "bare" "float intensity" [6]
+    AttributeEnd)";
+  const std::string covered = room(lamp, kGrey, "", between);
+  Workshop stage;
+  EXPECT_LT(renderAll(stage, covered, vcm(true, false, 1, 3), 100, 2).at("Ci").mean(), 1e-6);
+  const Pictures open = renderAll(stage, room(lamp, kGrey), pathTracer(0), 100);
+  const TileTest t = compareTiles(mainTiles(extrapolated(stage, covered, true, 1, 1000, 48, 3), open.at("Ci")),
+                                  mainTiles(open.at("Ci"), open.at("Ci")));
+  EXPECT_TRUE(t.agrees()) << "worst z " << t.worstZ << "\n" << stage.said;
+  EXPECT_LT(t.meanError, 0.05);
+}
+
+// What a splat brings to each pixel is the filter's share of it.
+TEST(SplatFilter, SharesByTheFiltersValues) {
+  for (const auto& [name, width] : std::vector<std::pair<std::string, float>>{
+           {"gaussian", 2.f}, {"mitchell", 4.f}, {"box", 1.f}, {"triangle", 3.f}}) {
+    film::PixelFilter filter;
+    ASSERT_TRUE(film::PixelFilter::make(name, width, width, filter).ok());
+    const film::SplatFilter splats(filter);
+    // places all over the neighbourhood of pixel (10, 10): the sum of its weights is the filter's integral, 1
+    const int n = 1000;
+    double sum = 0, aside = 0;
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const float x = 7.5f + 6.f * (float(i) + 0.5f) / float(n), y = 7.5f + 6.f * (float(j) + 0.5f) / float(n);
+        const film::SplatFilter::Pixel p = splats.choose(x, y);
+        if (p.x != 10 || p.y != 10) continue;
+        sum += p.weight;
+        aside += p.weight * (double(x) - 10.5) * (double(x) - 10.5);
+      }
+    const double area = 36.0 / (double(n) * n);
+    EXPECT_NEAR(sum * area, 1, 0.02) << name;
+    double whole = 0, second = 0;
+    for (int i = -300; i < 300; ++i)
+      for (int j = -300; j < 300; ++j) {
+        const double v = filter.evaluate((i + 0.5) / 100, (j + 0.5) / 100);
+        whole += v;
+        second += v * (i + 0.5) * (i + 0.5) / 1e4;
+      }
+    EXPECT_NEAR(aside * area, second / whole, 0.02) << name;
+  }
+}
+
+}  // namespace
+}  // namespace kinora::probes
