@@ -283,66 +283,81 @@ class Subpaths {
   uint16_t* events_ = nullptr;  // by slot, PathVertex::kMostBefore each
 };
 
-// Light on its way to points of a context: values, each behind one of the shadow rays.
+// Light on its way to points of contexts of one depth: values, each behind one of the shadow rays. What does not fit
+// sends the rest ahead.
 class Arrivals {
  public:
-  // Room for `values` of them and a ray a point.
-  Arrivals(const Context& context, uint32_t values) : c_(context) {
-    const uint32_t n = c_.padded + kPad;
+  Arrivals(Group* group, const Services* services, uint32_t rays = 4096, uint32_t values = 16384)
+      : g_(group), sv_(services), mostRays_(rays), mostValues_(values) {
     for (int k = 0; k < 3; ++k) {
-      o_[k] = c_.alloc<float>(n);
-      d_[k] = c_.alloc<float>(n);
-      transmittance_[k] = c_.alloc<float>(n);
-      value_[k] = c_.alloc<float>(values + kPad);
+      o_[k] = make<float>(rays);
+      d_[k] = make<float>(rays);
+      transmittance_[k] = make<float>(rays);
+      value_[k] = make<float>(values);
     }
-    tMax_ = c_.alloc<float>(n);
-    time_ = c_.alloc<float>(n);
-    point_ = c_.alloc<uint32_t>(n);
-    for (uint32_t** x : {&ray_, &slot_, &state_, &light_}) *x = c_.alloc<uint32_t>(values + kPad);
+    tMax_ = make<float>(rays);
+    time_ = make<float>(rays);
+    point_ = make<uint32_t>(rays);
+    runs_ = make<ShadowRun>(rays);
+    for (uint32_t** x : {&ray_, &slot_, &state_, &light_}) *x = make<uint32_t>(values);
   }
-  // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); the values
-  // that follow come along it.
-  void from(uint32_t point, Vec3<1> d, float distance) {
-    leave(Vec3<1>::load(c_.P, point), Vec3<1>::load(c_.Ng, point), Float<1>(c_.bias[point]), d).store(o_, rays_);
+  // The points that follow are this context's.
+  void of(const Context& context) { c_ = &context; }
+  // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); at most so
+  // many values follow that come along it.
+  void from(uint32_t point, Vec3<1> d, float distance, uint32_t values) {
+    if (rays_ == mostRays_ || values_ + values > mostValues_) send();
+    leave(Vec3<1>::load(c_->P, point), Vec3<1>::load(c_->Ng, point), Float<1>(c_->bias[point]), d).store(o_, rays_);
     d.store(d_, rays_);
-    tMax_[rays_] = distance * 0.99999f - 2 * c_.bias[point];
-    time_[rays_] = c_.time[point];
+    tMax_[rays_] = distance * 0.99999f - 2 * c_->bias[point];
+    time_[rays_] = c_->time[point];
     point_[rays_++] = point;
+    if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
+    runs_[runCount_ - 1].end = rays_;
   }
   void add(Vec3<1> value, uint32_t state, uint32_t light) {
     if (!(maxComponent(value).lane0() > 0)) return;
     value.store(value_, values_);
     ray_[values_] = rays_ - 1;
-    slot_[values_] = c_.path[point_[rays_ - 1]];
+    slot_[values_] = c_->path[point_[rays_ - 1]];
     state_[values_] = state;
     light_[values_++] = light;
   }
   // Traces the rays and contributes what is left.
-  void send(Group* g, const Services* services) {
-    if (!values_) return;
-    const ShadowRun run{&c_, nullptr, rays_};
-    const ShadowRays rays{rays_,
-                          {o_[0], o_[1], o_[2]},
-                          {d_[0], d_[1], d_[2]},
-                          tMax_,
-                          time_,
-                          point_,
-                          1,
-                          &run,
-                          nullptr,
-                          {transmittance_[0], transmittance_[1], transmittance_[2]}};
-    services->shadow(g, c_.depth, &rays);
-    for (uint32_t i = 0; i < values_; ++i)
-      for (int k = 0; k < 3; ++k) value_[k][i] *= transmittance_[k][ray_[i]];
-    const Contributions out{values_, slot_, {value_[0], value_[1], value_[2]}, state_, light_, LightKind::Shadowed};
-    services->contribute(g, &out);
+  void send() {
+    if (values_) {
+      const ShadowRays rays{rays_,
+                            {o_[0], o_[1], o_[2]},
+                            {d_[0], d_[1], d_[2]},
+                            tMax_,
+                            time_,
+                            point_,
+                            runCount_,
+                            runs_,
+                            nullptr,
+                            {transmittance_[0], transmittance_[1], transmittance_[2]}};
+      sv_->shadow(g_, runs_[0].context->depth, &rays);
+      for (uint32_t i = 0; i < values_; ++i)
+        for (int k = 0; k < 3; ++k) value_[k][i] *= transmittance_[k][ray_[i]];
+      const Contributions out{values_, slot_, {value_[0], value_[1], value_[2]}, state_, light_, LightKind::Shadowed};
+      sv_->contribute(g_, &out);
+    }
+    rays_ = values_ = runCount_ = 0;
   }
 
  private:
-  const Context& c_;
+  template <class T>
+  T* make(uint32_t n) const {
+    return static_cast<T*>(sv_->alloc(g_, (n + kPad) * sizeof(T)));
+  }
+  Group* g_;
+  const Services* sv_;
+  const Context* c_ = nullptr;
+  uint32_t mostRays_, mostValues_;
   float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *value_[3];
   uint32_t *point_, *ray_, *slot_, *state_, *light_;
-  uint32_t rays_ = 0, values_ = 0;
+  ShadowRun* runs_;
+  uint32_t rays_ = 0, values_ = 0, runCount_ = 0;
 };
 
 // Connections of points of a context with vertices of other paths, at most one a point, and what the bxdfs at both

@@ -20,7 +20,7 @@ namespace kinora::render {
 
 namespace {
 
-constexpr int kBucket = 16, kBlock = ActiveBlocks::kSide;
+constexpr int kBlock = ActiveBlocks::kSide;
 
 uint64_t now() {
   return uint64_t(
@@ -117,14 +117,16 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     if (s.kind == StageKind::LightPaths) lightPathsPerSample_ += pathsOf(s);
   in_.groupSize = std::clamp<uint32_t>(in_.groupSize / 16 * 16, 16, 8192);
 
+  // passes of one sample fill groups from four times the area
+  if (passSamplesOf(*in_.integrator) == 1) bucketSide_ *= 2;
+  const int side = bucketSide_;
   const auto& win = camera.window;
-  const int x0 = win[0] / kBucket, x1 = (win[2] + kBucket - 1) / kBucket, y0 = win[1] / kBucket,
-            y1 = (win[3] + kBucket - 1) / kBucket;
+  const int x0 = win[0] / side, x1 = (win[2] + side - 1) / side, y0 = win[1] / side, y1 = (win[3] + side - 1) / side;
   for (int y = y0; y < y1; ++y)
-    for (int x = x0; x < x1; ++x) buckets_.push_back({x * kBucket, y * kBucket});
+    for (int x = x0; x < x1; ++x) buckets_.push_back({x * side, y * side});
   const std::string& order = in_.bucketOrder;
   const auto center = [&](const Bucket& b) {
-    const double dx = b.x + kBucket / 2 - 0.5 * (win[0] + win[2]), dy = b.y + kBucket / 2 - 0.5 * (win[1] + win[3]);
+    const double dx = b.x + side / 2 - 0.5 * (win[0] + win[2]), dy = b.y + side / 2 - 0.5 * (win[1] + win[3]);
     return dx * dx + dy * dy;
   };
   if (order == "vertical") {
@@ -133,24 +135,24 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     std::stable_sort(buckets_.begin(), buckets_.end(),
                      [&](const Bucket& a, const Bucket& b) { return center(a) < center(b); });
   } else if (order == "zigzag-x") {
-    std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [side](const Bucket& a, const Bucket& b) {
       if (a.y != b.y) return a.y < b.y;
-      return (a.y / kBucket) & 1 ? a.x > b.x : a.x < b.x;
+      return (a.y / side) & 1 ? a.x > b.x : a.x < b.x;
     });
   } else if (order == "zigzag-y") {
-    std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
+    std::stable_sort(buckets_.begin(), buckets_.end(), [side](const Bucket& a, const Bucket& b) {
       if (a.x != b.x) return a.x < b.x;
-      return (a.x / kBucket) & 1 ? a.y > b.y : a.y < b.y;
+      return (a.x / side) & 1 ? a.y > b.y : a.y < b.y;
     });
   } else if (order == "random") {
     std::stable_sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) {
       return hashWords(uint32_t(a.x), uint32_t(a.y)) < hashWords(uint32_t(b.x), uint32_t(b.y));
     });
   } else if (order == "spacefill") {
-    const auto morton = [](const Bucket& b) {
+    const auto morton = [side](const Bucket& b) {
       uint64_t m = 0;
       for (int i = 0; i < 16; ++i)
-        m |= uint64_t(b.x / kBucket >> i & 1) << (2 * i) | uint64_t(b.y / kBucket >> i & 1) << (2 * i + 1);
+        m |= uint64_t(b.x / side >> i & 1) << (2 * i) | uint64_t(b.y / side >> i & 1) << (2 * i + 1);
       return m;
     };
     std::stable_sort(buckets_.begin(), buckets_.end(),
@@ -209,11 +211,11 @@ bool Frame::pass(int first, int last) {
         if (i >= buckets_.size()) return false;
         Worker& w = *workers_[t];
         const Bucket& b = buckets_[i];
-        if (in_.active && !in_.active->anyIn(b.x, b.y, b.x + kBucket, b.y + kBucket)) return true;
+        const int x1 = b.x + bucketSide_, y1 = b.y + bucketSide_;
+        if (in_.active && !in_.active->anyIn(b.x, b.y, x1, y1)) return true;
         const uint64_t begin = now();
-        hider_->fill(
-            w, {b.x, b.y, b.x + kBucket, b.y + kBucket, first, last, s, in_.seed, &in_.world->camera(), in_.active},
-            [this, &w](uint32_t count) { retire(w, count); });
+        hider_->fill(w, {b.x, b.y, x1, y1, first, last, s, in_.seed, &in_.world->camera(), in_.active},
+                     [this, &w](uint32_t count) { retire(w, count); });
         bucketTimes_[i] += now() - begin;
         return true;
       });
@@ -504,7 +506,7 @@ void Frame::addTo(Statistics& st) const {
   if (st.firstGroupSeconds < 0) st.firstGroupSeconds = firstGroupAge_;
   st.buckets.clear();
   for (size_t i = 0; i < buckets_.size(); ++i)
-    st.buckets.push_back({buckets_[i].x, buckets_[i].y, kBucket, bucketTimes_[i]});
+    st.buckets.push_back({buckets_[i].x, buckets_[i].y, bucketSide_, bucketTimes_[i]});
   for (size_t i = 0; i < workers_.size(); ++i) {
     const shade::GroupCounters& c = workers_[i]->state().counters;
     st.cameraRays += c.cameraRays;

@@ -73,6 +73,7 @@ class Frame {
   FrameInput in_;
   const IntegratorFunctions* functions_;
   std::vector<Stage> stages_;
+  int bucketSide_ = 16;  // pixels
   std::vector<Bucket> buckets_;
   std::vector<uint64_t> bucketTimes_;  // nanoseconds; each entry is one worker's at a time
   film::SplatFilter splatFilter_;

@@ -167,10 +167,9 @@ class Vcm {
         arrive(c, depth);
         merges[k] = mergesAt(c);
         paths_.contributeEmission(c);
-        const uint32_t samples = depth ? 1 : data_.lightSamples;
-        for (uint32_t part = 0; part < samples; ++part) sampleLights(c, merges[k], part, samples);
         if (data_.merges) merge(c, merges[k]);
       }
+      sampleLights(count, contexts, merges, depth ? 1 : data_.lightSamples);
       if (data_.connects) connectPaths(count, contexts, merges, depth);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
@@ -352,13 +351,20 @@ class Vcm {
     if (n) sv_->cover(g_, n, slots, alpha);
   }
 
-  void sampleLights(const Context& c, const float* merges, uint32_t part, uint32_t parts) {
-    if (!sv_->lightCount) return;
+  void sampleLights(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t parts) {
+    if (!sv_->lightCount || !parts) return;
+    Arrivals arrivals(g_, sv_);
+    for (uint32_t k = 0; k < count; ++k) {
+      arrivals.of(*contexts[k]);
+      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], merges[k], part, parts, arrivals);
+    }
+    arrivals.send();
+  }
+  void sampleLights(const Context& c, const float* merges, uint32_t part, uint32_t parts, Arrivals& arrivals) {
     LightSamples ls;
     sv_->lightSamples(g_, &c, part, parts, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
-    Arrivals arrivals(c, c.count * c.slotCount);
     for (uint32_t i = 0; i < c.count; ++i) {
       if (!(ls.pdf[i] > 0) || !(e.pdf[i] > 0)) continue;
       const uint32_t s = c.path[i];
@@ -367,14 +373,13 @@ class Vcm {
           othersOfSample(sums_[s], c, i, wi, e.pdf[i], e.pdfReverse[i], light, merges ? merges[i] : 0);
       const V arriving =
           V::load(paths_.throughput, s) * V::load(ls.radiance, i) / Float<1>(ls.pdf[i] * (1 + others) * float(parts));
-      arrivals.from(i, wi, ls.distance[i]);
+      arrivals.from(i, wi, ls.distance[i], c.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const float factor = c.eventOfSlot[l] & 1 ? ls.specular[i] : ls.diffuse[i];
         arrivals.add(clamped(c.depth + 2, arriving * V::load(e.weight[l], i) * Float<1>(factor)),
                      stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), ls.light[i]);
       }
     }
-    arrivals.send(g_, sv_);
   }
 
   // ---- connections: contexts of the vertices of the light paths with the numbers of the group's camera paths, those
@@ -388,13 +393,14 @@ class Vcm {
     for (uint32_t s = 0; s < n; ++s) most = std::max(most, found[s]);
     steps_ = std::min(most, data_.bounces);
     ends_ = make<Ends>(steps_);
+    VertexRecord* records = make<VertexRecord>(n * steps_);
+    uint32_t *slots = make<uint32_t>(n * steps_), count = 0;
     for (uint32_t v = 0; v < steps_; ++v) {
       Ends& e = ends_[v];
       e.stored = make<const Stored*>(n);
       e.context = make<uint32_t>(n);
       e.point = make<uint32_t>(n);
-      VertexRecord* records = make<VertexRecord>(n);
-      uint32_t *slots = make<uint32_t>(n), count = 0;
+      e.count = 0;
       for (uint32_t s = 0; s < n; ++s) {
         e.stored[s] = nullptr;
         e.context[s] = kNone;
@@ -403,17 +409,25 @@ class Vcm {
         records[count] = e.stored[s]->at.vertex;
         slots[count++] = s;
       }
-      e.count = count ? sv_->shadeVertices(g_, count, records, &e.contexts) : 0;
-      for (uint32_t k = 0; k < e.count; ++k)
-        for (uint32_t j = 0; j < e.contexts[k]->count; ++j) {
-          const uint32_t s = slots[e.contexts[k]->path[j]];
-          e.context[s] = k;
-          e.point[s] = j;
-        }
+    }
+    // contexts hold vertices of one depth
+    Context* const* contexts = nullptr;
+    const uint32_t contextCount = count ? sv_->shadeVertices(g_, count, records, &contexts) : 0;
+    for (uint32_t v = 0; v < steps_; ++v) ends_[v].contexts = make<Context*>(contextCount);
+    for (uint32_t k = 0; k < contextCount; ++k) {
+      Ends& e = ends_[contexts[k]->depth];
+      for (uint32_t j = 0; j < contexts[k]->count; ++j) {
+        const uint32_t s = slots[contexts[k]->path[j]];
+        e.context[s] = e.count;
+        e.point[s] = j;
+      }
+      e.contexts[e.count++] = contexts[k];
     }
   }
 
   void connectPaths(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t depth) {
+    if (!steps_ || depth >= data_.bounces) return;
+    Arrivals arrivals(g_, sv_);
     for (uint32_t v = 0; v < steps_ && v + depth < data_.bounces; ++v) {
       const Ends& ends = ends_[v];
       if (!ends.count) continue;
@@ -459,24 +473,23 @@ class Vcm {
         far[k] = evaluateBxdf(*ends.contexts[k], back[k]);
       }
       for (uint32_t k = 0; k < count; ++k)
-        connectContext(*contexts[k], merges[k], ends, far, d[k], distance[k], depth + v + 3);
+        connectContext(*contexts[k], merges[k], ends, far, d[k], distance[k], depth + v + 3, arrivals);
+      arrivals.send();
       sv_->releaseMemory(g_, mark);
     }
   }
 
   struct Ends {  // one vertex of each light path
     uint32_t count;
-    Context* const* contexts;
+    Context** contexts;
     const Stored** stored;      // by slot of the camera path
     uint32_t *context, *point;  // by slot; kNone: its light path is shorter
   };
 
   void connectContext(const Context& c, const float* merges, const Ends& ends, const EvaluateArgs* far,
-                      float* const d[3], const float* distance, uint32_t length) {
+                      float* const d[3], const float* distance, uint32_t length, Arrivals& arrivals) {
     const EvaluateArgs e = evaluateBxdf(c, d);
-    uint32_t most = 1;
-    for (uint32_t k = 0; k < ends.count; ++k) most = std::max(most, ends.contexts[k]->slotCount);
-    Arrivals arrivals(c, c.count * c.slotCount * most);
+    arrivals.of(c);
     for (uint32_t i = 0; i < c.count; ++i) {
       const uint32_t s = c.path[i];
       if (!(distance[i] > 0) || !(e.pdf[i] > 0)) continue;
@@ -493,7 +506,7 @@ class Vcm {
       const Float<1> share = adjointFactor(end, j, -w) * Float<1>(1 / (distance[i] * distance[i] * (1 + others)));
       const V arriving =
           V::load(paths_.throughput, s) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * share;
-      arrivals.from(i, w, distance[i]);
+      arrivals.from(i, w, distance[i], c.slotCount * end.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
         for (uint32_t m = 0; m < end.slotCount; ++m) {
           const V value = arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) *
@@ -504,7 +517,6 @@ class Vcm {
               at.light);
         }
     }
-    arrivals.send(g_, sv_);
   }
   float mergesOf(const Stored& s) const {
     return data_.merges ? lightPaths_ * kPi * s.photon.radius * s.photon.radius * shareInTime(s.photon.time) : 0;
