@@ -15,13 +15,24 @@ PassStore::PassStore(std::vector<RecordList> lists, size_t workers)
 }
 
 void PassStore::beginPass() {
+  // the memory stays for the records of this pass, which will be about as many
   for (std::vector<Part>& parts : parts_)
-    for (Part& p : parts) p = Part();
-  for (Sorted& s : sorted_) s = Sorted();
+    for (Part& p : parts) p.clear();
+  for (Sorted& s : sorted_) s.count = 0;
   blocks_.clear();
   index_ = nullptr;
   refused_ = false;
-  held_.set(0);
+  held_.set(bytes());
+}
+
+uint64_t PassStore::bytes() const {
+  uint64_t all = 0;
+  for (size_t l = 0; l < lists_.size(); ++l) {
+    const uint64_t one = sizeof(Address) + lists_[l].bytes;
+    all += sorted_[l].addresses.capacity() * one;
+    for (const Part& p : parts_[l]) all += p.addresses.capacity() * one;
+  }
+  return all;
 }
 
 bool PassStore::grow(Part& part, size_t n, size_t bytes) {
@@ -57,6 +68,9 @@ void PassStore::append(size_t worker, uint32_t list, uint32_t n, const uint32_t*
 
 void PassStore::endStage(int threads) {
   if (refused_) {
+    for (std::vector<Part>& parts : parts_)
+      for (Part& p : parts) p = Part();
+    for (Sorted& s : sorted_) s = Sorted();
     held_.set(0);
     throw MemoryExceeded("the records that the integrator keeps between stages do not fit; " + Memory::largest());
   }
@@ -70,15 +84,19 @@ void PassStore::endStage(int threads) {
       Address address;
       const std::byte* record;
     };
-    held_.add(count * (sizeof(Entry) + sizeof(Address) + bytes));
+    Sorted& s = sorted_[l];
+    const size_t more = std::max(count, s.addresses.capacity()) - s.addresses.capacity();
+    held_.add(count * sizeof(Entry) + more * (sizeof(Address) + bytes));
     std::vector<Entry> entries;
     entries.reserve(count);
     for (const Part& p : parts_[l])
       for (size_t i = 0; i < p.addresses.size(); ++i)
         entries.push_back({p.addresses[i], p.records.data() + i * bytes});
-    Sorted& s = sorted_[l];
-    s.addresses.resize(count);
-    s.records.resize(count * bytes);
+    s.count = count;
+    if (more) {
+      s.addresses.resize(count);
+      s.records.resize(count * bytes);
+    }
     arena.execute([&] {
       // a path is one worker's, so no two entries are equal and the order is the same however many threads there were
       tbb::parallel_sort(entries.begin(), entries.end(),
@@ -88,19 +106,14 @@ void PassStore::endStage(int threads) {
         std::memcpy(s.records.data() + i * bytes, entries[i].record, bytes);
       });
     });
-    for (Part& p : parts_[l]) p = Part();
+    for (Part& p : parts_[l]) p.clear();
   }
-  uint64_t kept = 0;
-  for (size_t l = 0; l < lists_.size(); ++l) {
-    kept += sorted_[l].addresses.size() * (sizeof(Address) + lists_[l].bytes);
-    for (const Part& p : parts_[l]) kept += p.addresses.capacity() * (sizeof(Address) + lists_[l].bytes);
-  }
-  held_.set(kept);
+  held_.set(bytes());
 }
 
 StoredRecords PassStore::stored(uint32_t list) const {
   if (list >= sorted_.size()) return {};
-  return {sorted_[list].addresses.size(), sorted_[list].records.data()};
+  return {sorted_[list].count, sorted_[list].count ? sorted_[list].records.data() : nullptr};
 }
 
 void PassStore::find(uint32_t list, uint32_t n, const uint64_t* paths, const uint32_t* samples, uint64_t* first,
@@ -110,9 +123,10 @@ void PassStore::find(uint32_t list, uint32_t n, const uint64_t* paths, const uin
     count[i] = 0;
     if (list >= sorted_.size()) continue;
     const std::vector<Address>& all = sorted_[list].addresses;
-    const auto from = std::lower_bound(all.begin(), all.end(), Address{paths[i], samples[i], 0});
+    const auto end = all.begin() + ptrdiff_t(sorted_[list].count);
+    const auto from = std::lower_bound(all.begin(), end, Address{paths[i], samples[i], 0});
     auto to = from;
-    while (to != all.end() && to->path == paths[i] && to->sample == samples[i]) ++to;
+    while (to != end && to->path == paths[i] && to->sample == samples[i]) ++to;
     first[i] = uint64_t(from - all.begin());
     count[i] = uint32_t(to - from);
   }

@@ -50,11 +50,17 @@ class PassStore {
   struct Part {  // one worker's records of one list
     std::vector<Address> addresses;
     std::vector<std::byte> records;
+    void clear() {
+      addresses.clear();
+      records.clear();
+    }
   };
   struct Sorted {
+    size_t count = 0;  // in use
     std::vector<Address> addresses;
     std::vector<std::byte> records;
   };
+  uint64_t bytes() const;  // of all lists
   bool grow(Part& part, size_t n, size_t bytes);
 
   std::vector<RecordList> lists_;

@@ -174,6 +174,17 @@ TEST(Vcm, SameBits) {
   expectSameBits({}, room(std::string(kRect) + kSun + kDome, kGlass, "DepthOfField 2 0.4 4\n"), "PxrVCM");
 }
 
+// Nothing to begin a light path with, nothing to merge: black and done.
+TEST(Vcm, RendersRoomsWithoutLight) {
+  Workshop stage;
+  Method m = vcm(true, true, 0);
+  m.sets.emplace_back("integrator.numLightSamples", "0");
+  const Pictures black = renderAll(stage, room("", kGrey), m, 1, 2);
+  EXPECT_EQ(black.at("Ci").mean(), 0);
+  const Pictures lit = renderAll(stage, room(kRect, kGrey), m, 1, 2);
+  EXPECT_GT(lit.at("Ci").mean(), 0.01);
+}
+
 // A point light in a shell of glass that hardly refracts, seen through a pane of it: what no technique but merging finds
 // is the picture without glass. Paths are too short for two diffuse surfaces.
 TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {

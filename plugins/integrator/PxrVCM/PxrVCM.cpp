@@ -39,8 +39,9 @@ constexpr Param kParams[] = {
         .help("Merge vertices of camera paths with those of light paths near by: finds caustics seen in mirrors, and "
               "blurs light by the radius."),
     param::number("mergeRadius", 5.f)
-        .range(0.01f, 1000)
-        .help("Radius of merging in pixels, as wide as they are where the vertex is, of the first sample."),
+        .range(0, 1000)
+        .help("Radius of merging in pixels, as wide as they are where the vertex is, of the first sample; 0 merges "
+              "nothing."),
     param::number("reduceRadius", 0.67f)
         .range(0.01f, 1)
         .help("How fast the radius shrinks: that of sample i (from 1) is i^((reduceRadius - 1) / 2) of the first; 1 "
