@@ -398,16 +398,23 @@ class Vcm {
     uint32_t *slots = make<uint32_t>(n * steps_), count = 0;
     for (uint32_t v = 0; v < steps_; ++v) {
       Ends& e = ends_[v];
-      e.stored = make<const Stored*>(n);
-      e.context = make<uint32_t>(n);
-      e.point = make<uint32_t>(n);
+      e.of = make<End>(n);
       e.count = 0;
       for (uint32_t s = 0; s < n; ++s) {
-        e.stored[s] = nullptr;
-        e.context[s] = kNone;
+        e.of[s].context = kNone;
         if (v >= found[s]) continue;
-        e.stored[s] = all + first[s] + v;
-        records[count] = e.stored[s]->at.vertex;
+        const Stored& stored = all[first[s] + v];
+        const PathVertex& at = stored.at;
+        const Photon& p = stored.photon;
+        e.of[s] = {stored.sums,
+                   {at.throughput[0], at.throughput[1], at.throughput[2]},
+                   {at.factor[0], at.factor[1]},
+                   data_.merges ? lightPaths_ * kPi * p.radius * p.radius * shareInTime(p.time) : 0,
+                   at.light,
+                   kNone,
+                   0,
+                   &at};
+        records[count] = at.vertex;
         slots[count++] = s;
       }
     }
@@ -418,9 +425,9 @@ class Vcm {
     for (uint32_t k = 0; k < contextCount; ++k) {
       Ends& e = ends_[contexts[k]->depth];
       for (uint32_t j = 0; j < contexts[k]->count; ++j) {
-        const uint32_t s = slots[contexts[k]->path[j]];
-        e.context[s] = e.count;
-        e.point[s] = j;
+        End& end = e.of[slots[contexts[k]->path[j]]];
+        end.context = e.count;
+        end.point = j;
       }
       e.contexts[e.count++] = contexts[k];
     }
@@ -455,10 +462,10 @@ class Vcm {
           std::copy_n(c.N[x], c.padded, d[k][x]);
         }
         for (uint32_t i = 0; i < c.count; ++i) {
-          const uint32_t s = c.path[i], which = ends.context[s];
+          const End& end = ends.of[c.path[i]];
+          const uint32_t which = end.context, j = end.point;
           distance[k][i] = 0;
           if (which == kNone) continue;
-          const uint32_t j = ends.point[s];
           const V between = V::load(ends.contexts[which]->P, j) - V::load(c.P, i);
           const Float<1> length = max(kinora::HWY_NAMESPACE::length(between), Float<1>(1e-18f));
           distance[k][i] = length.lane0();
@@ -480,11 +487,17 @@ class Vcm {
     }
   }
 
+  struct End {  // what connections ask of a stored vertex, side by side
+    PathSums sums;
+    float throughput[3], factor[2], merges;
+    uint32_t light;
+    uint32_t context, point;  // context kNone: the light path is shorter
+    const PathVertex* at;
+  };
   struct Ends {  // one vertex of each light path
     uint32_t count;
     Context** contexts;
-    const Stored** stored;      // by slot of the camera path
-    uint32_t *context, *point;  // by slot; kNone: its light path is shorter
+    End* of;  // by slot of the camera path
   };
 
   void connectContext(const Context& c, const float* merges, const Ends& ends, const EvaluateArgs* far,
@@ -494,33 +507,29 @@ class Vcm {
     for (uint32_t i = 0; i < c.count; ++i) {
       const uint32_t s = c.path[i];
       if (!(distance[i] > 0) || !(e.pdf[i] > 0)) continue;
-      const Context& end = *ends.contexts[ends.context[s]];
-      const EvaluateArgs& f = far[ends.context[s]];
-      const uint32_t j = ends.point[s];
+      const End& at = ends.of[s];
+      const Context& end = *ends.contexts[at.context];
+      const EvaluateArgs& f = far[at.context];
+      const uint32_t j = at.point;
       if (!(f.pdf[j] > 0)) continue;
-      const Stored& stored = *ends.stored[s];
-      const PathVertex& at = stored.at;
       const V w = V::load(d, i);
       const float others = othersOfConnection(
           distance[i], {sums_[s], f.pdf[j], surfaceCosine(c, i, w), e.pdfReverse[i], merges ? merges[i] : 0},
-          {stored.sums, e.pdf[i], surfaceCosine(end, j, w), f.pdfReverse[j], mergesOf(stored)});
+          {at.sums, e.pdf[i], surfaceCosine(end, j, w), f.pdfReverse[j], at.merges});
       const Float<1> share = adjointFactor(end, j, -w) * Float<1>(1 / (distance[i] * distance[i] * (1 + others)));
       const V arriving =
           V::load(paths_.throughput, s) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * share;
       arrivals.from(i, w, distance[i], c.slotCount * end.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
         for (uint32_t m = 0; m < end.slotCount; ++m) {
-          const V value = arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) *
-                          Float<1>(at.factorOf(end.eventOfSlot[m]));
-          arrivals.add(
-              clamped(length, value),
-              stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), end.eventOfSlot[m], at),
-              at.light);
+          const uint32_t event = end.eventOfSlot[m];
+          const V value =
+              arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) * Float<1>(at.factor[event & 1]);
+          const uint32_t state = stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]);
+          arrivals.add(clamped(length, value), readsEvents_ ? stepState(sv_->paths, state, event, *at.at) : state,
+                       at.light);
         }
     }
-  }
-  float mergesOf(const Stored& s) const {
-    return data_.merges ? lightPaths_ * kPi * s.photon.radius * s.photon.radius * shareInTime(s.photon.time) : 0;
   }
 
   // ---- merging
