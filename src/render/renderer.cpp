@@ -175,7 +175,7 @@ struct Renderer::Impl {
   bool makeFilm() {
     builder.openShaders(scene);
     const bool lightStage = hasLightStage(), split = builder.needsSplit(scene);
-    const Digest digest = framePlanDigestOf(scene, lightStage, split);
+    const Digest digest = framePlanDigestOf(scene, builder.camera(), lightStage, split);
     if (plan && digest == ofPlan) {
       builder.contents().again(plan->files);
     } else {
