@@ -36,8 +36,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Pattern, "PxrShadedSide", "it is not made yet", "PxrVariable"},
     {Kind::Pattern, "PxrSplineMap", "it is not made yet", "PxrRamp"},
     {Kind::Pattern, "PxrWireframe", "patterns do not know the edges of what is drawn", "PxrVisualizer shows them"},
-    {Kind::Light, "PxrAovLight", "a light cannot write a channel",
-     "an expression with the light's group, or a channel of a primitive variable"},
     {Kind::LightFilter, "PxrCheatShadowLightFilter", "shadows are where they are", ""},
     {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
     {Kind::Integrator, "PxrUPBP", kPaths, "PxrPathTracer"},

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 
+#include "render/marked_channels.h"
 #include "render/surface_channels.h"
 #include "sampling/draw.h"
 #include "shade/tees.h"
@@ -92,6 +93,8 @@ struct Worker::Calls {
     if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty() && list == &g->paths)
       n = w.keepLinked(n, &slots);
     const uint32_t count = w.state_.shade(*list, traits, depth, n, slots, contexts);
+    if (list == &g->paths && g->stage == StageKind::CameraPaths && !w.marks_->empty())
+      w.marks_->add(depth, count, *contexts, w.state_, w.recordAt_);
     if (w.print && list == &g->paths)
       for (uint32_t c = 0; c < count; ++c)
         for (uint32_t i = 0; i < (*contexts)[c]->count; ++i) {
@@ -253,7 +256,11 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
         }
     }
   state_.onPrimary = [this](const Context* c) { primary(c); };
+  marks_ = std::make_unique<MarkedChannels>(plan, world);
+  recordAt_ = [this](int k) { return record(size_t(k)); };
 }
+
+Worker::~Worker() = default;
 
 void Worker::begin(uint32_t count, StageKind stage) {
   state_.begin(count, stage);
