@@ -418,10 +418,6 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   camera_.functions->connect(camera_.projection.data(), &a);
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
-    // an integrator does not know the axis of the camera: the cosine at the lens goes into the importance
-    const float v[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
-    const float v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    x[10][i] *= v2 > 0 ? std::max(v[2], 0.f) / std::sqrt(v2) : 0.f;
     if (cut && cut[i]) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
