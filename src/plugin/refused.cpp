@@ -45,12 +45,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Displacement, "PxrDispTransform", kDisplacement, ""},
     {Kind::Displacement, "PxrDispVectorLayer", kDisplacement, ""},
     {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
-    {Kind::SampleFilter, "PxrImagePlaneFilter", "filters do not read pictures yet", ""},
-    {Kind::SampleFilter, "PxrWatermarkFilter", "filters do not read pictures yet", ""},
-    {Kind::DisplayFilter, "PxrEdgeDetect", "display filters see one pixel", ""},
-    {Kind::DisplayFilter, "PxrHalfBufferErrorFilter", "it is not made yet", ""},
-    {Kind::DisplayFilter, "PxrImageDisplayFilter", "filters do not read pictures yet", ""},
-    {Kind::DisplayFilter, "PxrLightSaturation", "it is not made yet", "PxrGradeDisplayFilter"},
 };
 
 }  // namespace

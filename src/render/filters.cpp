@@ -78,11 +78,19 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
       if (c.layoutIndex < 0)
         diagnostics.warning("FILTER-CHANNEL", n->pos,
                             who + " asks for the channel '" + c.name + "', which the frame has not",
-                            "the filter does without it", "add it to a Display or give it by DisplayChannel");
+                            "the filter does without it",
+                            "a Display must hold it; \"+NAME\" \"null\" keeps a channel without writing it");
       step.channels.push_back(std::move(c));
     }
     steps_.push_back(std::move(step));
   }
+}
+
+bool FilterChain::uses(const std::string& name) const {
+  for (const Step& step : steps_)
+    for (const Channel& c : step.channels)
+      if (c.name == name) return true;
+  return false;
 }
 
 void FilterChain::call(const Step& step, const ChannelFilterArgs& args) const {

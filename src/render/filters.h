@@ -27,6 +27,8 @@ class FilterChain {
             const ChannelFilterInfo& picture, Registry& registry, const Host& host, uint32_t width,
             Diagnostics& diagnostics);
   bool empty() const { return steps_.empty(); }
+  // Whether some filter has to do with the channel or those of its source: what it holds may be the filter's.
+  bool uses(const std::string& name) const;
   // Samples of a group: their records are changed in place. Padded arrays.
   void run(uint32_t count, const int32_t* x, const int32_t* y, float* const* records) const;
   // The pixels of a film.

@@ -208,10 +208,10 @@ struct Renderer::Impl {
       if (const light::MarkEntry& m = (*marks)[i]; !has(m.channel))
         diagnostics.warning("LIGHT-CHANNEL", scene.pos,
                             "a light marks the channel '" + m.channel + "', which the frame has not",
-                            "it marks nothing", "add it to a Display or give it by DisplayChannel");
+                            "it marks nothing", "a Display must hold a channel of that name or source");
     for (const RecordPlan::Primvar& p : plan->record.primvars)
-      if (!isMarked(p.name) && !builder.world().primvarWidths.contains(p.name) &&
-          !shade::hasTee(*builder.world().materials, p.name))
+      if (!isMarked(p.name) && !plan->sampleFilters.uses(p.name) && !plan->displayFilters.uses(p.name) &&
+          !builder.world().primvarWidths.contains(p.name) && !shade::hasTee(*builder.world().materials, p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
                             "no output and no primvar named \"" + p.name + "\" is in the scene",
                             "its channel stays black");

@@ -151,6 +151,31 @@ TEST(ChannelFilters, Clamp) {
   expectNear(run(name, {{"mode", {1}}}, {{2, -1, 0.5f}, {}})[0], {1, 0, 0.5f}, name);
 }
 
+TEST(ChannelFilters, LightSaturation) {
+  const char* name = "PxrLightSaturation";
+  const V color = {0.8f, 0.4f, 0.2f}, lit = {1, 1, 1}, dark = {0.2f, 0.2f, 0.2f};
+  const double grey = 0.2126 * 0.8 + 0.7152 * 0.4 + 0.0722 * 0.2;
+  const auto shifted = [&](double by) {
+    V v;
+    for (const float x : color) v.push_back(float(grey + (x - grey) * std::exp2(by)));
+    return v;
+  };
+  for (float shift : {1.f, -2.f}) {
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}}, {color, lit})[0], shifted(shift), name);
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}}, {color, dark})[0], color, name);
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}, {"invert", {1}}}, {color, dark})[0],
+               shifted(shift), name);
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}, {"invert", {1}}}, {color, lit})[0], color, name);
+  }
+}
+
+TEST(ChannelFilters, HalfBufferError) {
+  const char* name = "PxrHalfBufferErrorFilter";
+  const auto out = run(name, {}, {{1, 2, 3}, {1.5f, 2, 1}, {9}});
+  expectNear(out[2], {float((0.25 + 0 + 4) / 3 / 4)}, name);
+  expectNear(run(name, {}, {{4}, {2}, {9, 9, 9}})[2], {1, 1, 1}, "of single floats");
+}
+
 TEST(ChannelFilters, Gradient) {
   const char* name = "GradientDisplayFilter";
   const std::map<std::string, V> colors = {{"topColor", {1, 0, 0}}, {"bottomColor", {0, 1, 0.5f}}};
