@@ -209,7 +209,13 @@ void Interpreter::applyTransforms(std::vector<Request>& keys, const std::vector<
       return m;
     });
   }
+  const size_t before = state_.ctm.matrices.size();
   state_.ctm = replaces ? t : concat(t, state_.ctm);
+  if (!replaces && before > 1 && before < scene::Transform::kMostKeys &&
+      state_.ctm.matrices.size() == scene::Transform::kMostKeys)
+    report(Severity::Warning, "RIB-MOTION", keys[0].pos,
+           "motion blocks in one another have more than " + std::to_string(scene::Transform::kMostKeys) + " keys",
+           "as many of them are used");
 }
 
 void Interpreter::coordinateSystem(Request& r) {
