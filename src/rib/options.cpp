@@ -373,7 +373,7 @@ void setFloats(scene::Node& n, std::string name, scene::ValueType type, std::vec
   n.params.set(std::move(p));
 }
 
-// A display filter that does what an imager does; null: none does. Colours have the imager's default where nothing is
+// A display filter that does what an imager does, of those whose names promise one; null: none does. Colours have the imager's default where nothing is
 // said.
 std::shared_ptr<scene::Node> filterOfImager(const std::string& imager, const scene::ParameterList& given) {
   using scene::ValueType;
@@ -407,12 +407,11 @@ std::shared_ptr<scene::Node> filterOfImager(const std::string& imager, const sce
   }
   // RISpec 3.2, appendix A.6: a colour where nothing covers the pixel, which then counts as covered. Exporters bring
   // shaders of their own along that are named after it; what they show without a colour is not known.
-  const std::string name = lowerCase(imager);
   n->plugin = "PxrBackgroundDisplayFilter";
   bool hasColor = false;
   for (const char* from : {"background", "bgcolor", "color"})
     hasColor = copy(from, "backgroundColor", ValueType::Color) || hasColor;
-  if (name != "background" && !(hasColor && name.ends_with("background"))) return nullptr;
+  if (imager != "background" && !hasColor) return nullptr;
   if (!hasColor) setFloats(*n, "backgroundColor", ValueType::Color, {1, 1, 1});
   if (!copy("alpha", "backgroundAlpha", ValueType::Float)) setFloats(*n, "backgroundAlpha", ValueType::Float, {1});
   return n;
@@ -424,10 +423,13 @@ std::shared_ptr<scene::Node> filterOfImager(const std::string& imager, const sce
 // has itself comes after it and is in force.
 void Interpreter::imager(Request& r) {
   Request copy = r;
-  const bool hasName = r.count > 0 && r.args[0].isString();
-  if (!hasName || world_) return keep(r);
-  const scene::NodePtr given = node(copy, false, Use::Classic);
-  const std::shared_ptr<scene::Node> n = given ? filterOfImager(r.args[0].strings[0], given->params) : nullptr;
+  const std::string imager = r.count > 0 && r.args[0].isString() ? r.args[0].strings[0] : "";
+  if (imager.empty() || world_) return keep(r);
+  const bool isCandidate = imager == "clamp" || imager == "clamptoalpha" || imager == "gradient" ||
+                           lowerCase(imager).ends_with("background");
+  // parameters of others are their own business
+  const scene::NodePtr given = isCandidate ? node(copy, false, Use::Classic) : nullptr;
+  const std::shared_ptr<scene::Node> n = given ? filterOfImager(imager, given->params) : nullptr;
   auto& filters = frame_.options.displayFilters;
   std::erase_if(filters, [](const scene::NodePtr& f) { return f->handle == "Imager"; });  // the last one is in force
   if (!n) return keep(r);

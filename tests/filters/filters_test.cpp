@@ -197,6 +197,34 @@ TEST(DisplayFilter, APictureBehind) {
   std::filesystem::remove_all(folder);
 }
 
+// PNG holds colours without their alpha; the sky that the camera sees is no part of what stands before it.
+TEST(Displays, EdgesBeforeTheSkyAreNoBrighterThanWhatCovers) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("kinora_edges_" + std::to_string(getpid()) + ".png")).string();
+  RenderRequest q = request(ball(""));
+  q.rib.replace(q.rib.find("[5 5 5]"), 7, "[0.1 0.2 0.05]");
+  q.rib.insert(q.rib.find("Translate 0 0 5"), "Light \"PxrDomeLight\" \"sky\" \"color lightColor\" [0.5 0.6 0.8]\n");
+  q.settings.output = file;
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  const image::Image alpha = r.channel("a");
+  ASSERT_EQ(r.renderer().render(), render::Outcome::Complete);
+  image::Image picture;
+  ASSERT_TRUE(image::read(file, picture).ok());
+  std::filesystem::remove(file);
+  const float ballColor[3] = {0.1f, 0.2f, 0.05f}, sky[3] = {0.5f, 0.6f, 0.8f};
+  int edges = 0;
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      const float a = alpha.at(x, y)[0];
+      edges += a > 0 && a < 1;
+      EXPECT_NEAR(picture.at(x, y)[3], a, 0.5 / 255 + 1e-4);
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(picture.at(x, y)[c] * 255, image::encodeSrgb8((a > 0 ? ballColor : sky)[c]), 1) << x << " " << y;
+    }
+  EXPECT_GT(edges, 30);
+}
+
 // A floor under a rectangle that the camera sees too; the path tracer finds the light by both halves.
 std::string room(const std::string& filter) {
   return "Format 24 24 1\nProjection \"perspective\" \"fov\" [60]\nHider \"raytrace\" \"int maxsamples\" [8]\n"
