@@ -12,19 +12,25 @@ namespace {
 class LightBehind {
  public:
   LightBehind(const Image& image, const std::vector<size_t>& colors, size_t alpha) : n_(colors.size()) {
-    Level first(image.width(), image.height(), n_);
-    for (size_t i = 0; i < first.weight.size(); ++i) {
-      const float* p = image.pixels.data() + i * image.channels.size();
+    const size_t pixels = image.pixels.size() / image.channels.size();
+    const auto isKnown = [&](const float* p) {
       bool isGood = p[alpha] == 0;
       for (size_t c = 0; c < n_; ++c) isGood = isGood && std::isfinite(p[colors[c]]);
-      if (!isGood) continue;
-      first.weight[i] = 1;
-      for (size_t c = 0; c < n_; ++c) {
-        first.value[i * n_ + c] = p[colors[c]];
-        isDark_ = isDark_ && p[colors[c]] == 0;
-      }
+      return isGood;
+    };
+    // most pictures have none
+    for (size_t i = 0; i < pixels && isDark_; ++i) {
+      const float* p = image.pixels.data() + i * image.channels.size();
+      for (size_t c = 0; c < n_ && isKnown(p); ++c) isDark_ = isDark_ && p[colors[c]] == 0;
     }
     if (isDark_) return;
+    Level first(image.width(), image.height(), n_);
+    for (size_t i = 0; i < pixels; ++i) {
+      const float* p = image.pixels.data() + i * image.channels.size();
+      if (!isKnown(p)) continue;
+      first.weight[i] = 1;
+      for (size_t c = 0; c < n_; ++c) first.value[i * n_ + c] = p[colors[c]];
+    }
     levels_.push_back(std::move(first));
     while (levels_.back().width > 1 || levels_.back().height > 1) levels_.push_back(pulled(levels_.back()));
     for (size_t l = levels_.size() - 1; l-- > 0;) push(levels_[l + 1], levels_[l]);

@@ -129,6 +129,23 @@ TEST(LightMarks, RefractionsShowIt) {
   EXPECT_NEAR(mean("\"int inRefraction\" [1]"), 1, 1e-3) << "hardly anything is reflected";
 }
 
+TEST(LightMarks, EditsOfLinksAreSeen) {
+  SceneRender r(balls(aovLight()));
+  ASSERT_TRUE(r.ok());
+  scene::Scene& s = r.renderer().scene();
+  ASSERT_EQ(s.primitives.size(), 2u);
+  for (auto& p : s.primitives) {
+    auto changed = std::make_shared<scene::Primitive>(*p);
+    changed->attributes = s.primitives[0]->attributes;  // those of the ball that is marked
+    p = changed;
+  }
+  ASSERT_TRUE(r.renderer().update());
+  ASSERT_EQ(r.renderer().render(), render::Outcome::Complete);
+  const image::Image a = r.channel("a"), mask = r.channel("mask");
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) EXPECT_FLOAT_EQ(mask.at(x, y)[0], a.at(x, y)[0]) << x << " " << y;
+}
+
 TEST(LightMarks, SameBitsAtAllWidthsThreadsAndGroups) {
   RenderRequest q =
       balls(aovLight("\"int inReflection\" [1] \"color lightColor\" [0.3 0.6 0.1] \"int useColor\" [1]"),
