@@ -91,6 +91,9 @@ TEST(Hostile, MotionInMotionHasBoundedKeys) {
   EXPECT_EQ(most, scene::Transform::kMostKeys);
   EXPECT_LE(keys, 300 * scene::Transform::kMostKeys);
   EXPECT_NE(r.all().find("more than 1024 keys"), std::string::npos) << "it is told";
+  // and those of one that turns very often
+  const Read turns = readWorld("MotionBegin [0 1]\nRotate 0 0 0 1\nRotate 1e6 0 0 1\nMotionEnd\nSphere 1 -1 1 360\n");
+  EXPECT_EQ(turns.world().primitives[0]->toWorld.matrices.size(), scene::Transform::kMostKeys);
 }
 
 }  // namespace

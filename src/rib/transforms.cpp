@@ -71,7 +71,7 @@ int piecesFor(double angle) {
   constexpr double kStep =
       0.02;  // below it, so that keys that were cut once and scaled are not cut again when read back
   if (!(std::abs(angle) > kLargestStep)) return 1;
-  constexpr double kMost = 4096;
+  constexpr double kMost = double(scene::Transform::kMostKeys) - 1;
   return int(std::max(1.0, std::min(kMost, std::ceil(std::abs(angle) / kStep))));
 }
 

@@ -29,7 +29,7 @@ struct Transform {
   Matrix at(double time) const;
   Transform inverse() const;  // key by key
   static Transform fixed(const Matrix& m);
-  // Of motions in one another: renderers use a tenth of them, and without a bound a short file whose blocks nest would
+  // Renderers use a tenth of them, and without a bound a short file whose blocks nest would
   // have more with each object than fit into memory.
   static constexpr size_t kMostKeys = 1024;
 };
