@@ -38,6 +38,24 @@ struct ChannelSpan {
     return {Float<W>::load(c.data[0] + at), Float<W>::load(c.data[grey ? 0 : 1] + at),
             Float<W>::load(c.data[grey ? 0 : 2] + at)};
   }
+  // A channel of the pixels (dx, dy) to the right and below, as they were before this filter; beyond the border those
+  // of the border. For display filters that see the picture.
+  KN_INLINE Rgb<W> before(uint32_t channel, int dx, int dy) const {
+    const FilterChannel& c = args.channels[channel];
+    const int32_t* w = args.window;
+    const auto within = [](Int<W> v, int32_t low, int32_t high) {
+      v = select(v < Int<W>(low), Int<W>(low), v);
+      return select(v < Int<W>(high), v, Int<W>(high - 1));
+    };
+    const Int<W> x = within(Int<W>::load(args.x + at) + Int<W>(dx), w[0], w[2]),
+                 y = within(Int<W>::load(args.y + at) + Int<W>(dy), w[1], w[3]);
+    const Int<W> i = (y - Int<W>(w[1])) * Int<W>(w[2] - w[0]) + (x - Int<W>(w[0]));
+    const bool grey = c.components < 3;
+    return {gather(c.before[0], i), gather(c.before[grey ? 0 : 1], i), gather(c.before[grey ? 0 : 2], i)};
+  }
+  // Where the pixels are in the full raster: of their middles.
+  KN_INLINE Float<W> x() const { return toFloat(Int<W>::load(args.x + at)) + Float<W>(0.5f); }
+  KN_INLINE Float<W> y() const { return toFloat(Int<W>::load(args.y + at)) + Float<W>(0.5f); }
   KN_INLINE Float<W> number(uint32_t channel) const { return Float<W>::load(args.channels[channel].data[0] + at); }
   KN_INLINE void set(uint32_t channel, Rgb<W> v) const {
     const FilterChannel& c = args.channels[channel];

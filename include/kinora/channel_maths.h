@@ -169,9 +169,9 @@ struct Shadow {
 struct Background {
   std::string aov, alpha;
   float color[3];
-  bool coversAll = false;  // alpha is 1 everywhere afterwards
-  Background(const NamedValues& v, std::string aov_, std::string alpha_, bool coversAll_ = false)
-      : aov(std::move(aov_)), alpha(std::move(alpha_)), coversAll(coversAll_) {
+  float opacity = 0;  // of the background: its part of alpha
+  Background(const NamedValues& v, std::string aov_, std::string alpha_, double opacity_ = 0)
+      : aov(std::move(aov_)), alpha(std::move(alpha_)), opacity(float(opacity_)) {
     for (int c = 0; c < 3; ++c) color[c] = float(v.number("backgroundColor", c));
   }
   const char* channel(uint32_t i) const { return i == 0 ? aov.c_str() : i == 1 ? alpha.c_str() : nullptr; }
@@ -276,7 +276,7 @@ struct BackgroundFilter {
     const F room = max(F(1.f) - s.number(1), F(0.f));
     const Rgb<W> c = s.rgb(0);
     s.set(0, Rgb<W>(fma(room, F(k.color[0]), c.x), fma(room, F(k.color[1]), c.y), fma(room, F(k.color[2]), c.z)));
-    if (k.coversAll) s.set(1, s.number(1) + room);
+    if (k.opacity != 0) s.set(1, fma(room, F(k.opacity), s.number(1)));
   }
 };
 

@@ -56,6 +56,8 @@ struct RayList {
   uint32_t* origin;  // RayOrigin bits of the ray, 0 unless the integrator writes them with each new direction;
                      // shaders ask for them by raytype()
   void* host;        // the renderer's part: what each ray took over from the vertex that it left
+  const float* throughput[3];  // of each ray's path, where the integrator says it (null: it does not): channels that
+                               // show what lies at the ends of rays weigh it so
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths };

@@ -104,10 +104,23 @@ struct LightFunctions {
   uint32_t mixes;  // 1: lanes with different lights cost as little as lanes with the same; 0: the host sorts them
 };
 
+// A light that lights nothing and marks the surfaces that it is linked to, in a display channel. Lights with one are
+// never asked for light; light filters on them change the mark.
+struct LightMark {
+  const char* channel;  // the source of a display channel; lives as long as the light's data. "": none
+  float color[3];       // added to the channel where a surface is marked; of a single float its luminance
+  int inFirst;          // surfaces that the camera sees are marked,
+  int inReflection;     // those that mirror-like reflections show,
+  int inRefraction;     // those behind glass
+  int isInverted;       // 1: the surfaces that the light is not linked to instead
+  int isWeighted;       // 1: a reflection or refraction counts as much as it passes on, 0: all or nothing
+};
+
 struct LightTraits {
   void (*describe)(const void* light, LightDescription*);
   // Tests: closed form of the irradiance on a plane facing the light, or null (see docs of the testing kit).
   double (*irradiance)(const void* light, const double P[3], const double N[3]);
+  void (*mark)(const void* light, LightMark*) = nullptr;  // null: it is no such light
 };
 
 // What a light declares.
@@ -119,7 +132,8 @@ struct LightPlugin {
   SetUp setUp = {};
   void (*describe)(const void* light, LightDescription*) = nullptr;
   double (*irradiance)(const void* light, const double P[3], const double N[3]) = nullptr;
-  constexpr LightTraits traits() const { return {describe, irradiance}; }
+  void (*mark)(const void* light, LightMark*) = nullptr;
+  constexpr LightTraits traits() const { return {describe, irradiance, mark}; }
 };
 
 }  // namespace kinora

@@ -481,6 +481,23 @@ struct LightRunner {
   }
 };
 
+// For lights that only mark (LightPlugin::mark).
+template <class DataType>
+struct MarkingLight {
+  using Data = DataType;
+  static constexpr bool kIntersects = false;
+  template <int W>
+  static KN_INLINE void sample(const Data&, const LightPoint<W>&, LightSample<W>&) {}
+  template <int W>
+  static KN_INLINE Mask<W> intersect(const Data&, Vec3<W>, Vec3<W>, Float<W>&) {
+    return Mask<W>(false);
+  }
+  template <int W>
+  static KN_INLINE void evaluate(const Data&, const LightRay<W>&, Rgb<W>&, Float<W>&) {}
+  template <int W>
+  static KN_INLINE void emit(const Data&, const EmitInput<W>&, LightEmission<W>&) {}
+};
+
 // For lights from infinitely far, known by direction alone. `B` has
 //   // towards the light, unit
 //   template <int W> static Vec3<W> direction(const Data&, Float<W> u, Float<W> v);

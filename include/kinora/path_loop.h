@@ -57,6 +57,7 @@ class PathLoop {
     pdf_ = floats(n);
     state_ = words(n);
     flags_ = g_->paths.origin;
+    for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
   }
 
   void run() {

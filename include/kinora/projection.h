@@ -38,7 +38,8 @@ struct CameraConnectArgs {
   float* o[3];        // out: point on the lens
   float* raster[2];   // out: pixels
   float* importance;  // out: of the pixel-normalised sensor: We such that the mean over a pixel's
-                      // samples of L * (path of the camera) equals the sum of splats; 0: not seen
+                      // samples of L * (path of the camera) equals the sum of splats, each f(P) * importance *
+                      // |cosine at P| / distance^2; the cosine at the lens is in it. 0: not seen
   float* pdf;         // out: per solid angle at the lens point, of rays() making this direction
 };
 

@@ -14,9 +14,11 @@
 // and there dx dy = dw / (A cos^3 theta). So
 //   pdf = 1 / (A cos^3 theta)           per solid angle, for one sample placed evenly in the pixel that is met; divide
 //                                       by the number of pixels for a sample placed evenly in the whole picture
-//   importance = 1 / (A cos^4 theta)    We of I = integral of We L cos theta dw; the lens point's density has cancelled
-// A splat from a point X at distance r is then f(X) * importance * cos(theta at the lens) * cos(at X) / r^2, and the
-// mean of L * weight over a pixel's samples equals the sum of splats over the number of light paths. This holds for
+//   importance = 1 / (A cos^3 theta)    We cos theta of I = integral of We L cos theta dw; the lens point's density has
+//                                       cancelled
+// A splat from a point X at distance r is then f(X) * importance * cos(at X) / r^2, and the mean of L * weight over a
+// pixel's samples equals the sum of splats over the number of light paths. Both numbers are dx dy / dw for any
+// projection, whatever it calls its axis, where rays come from one point for each lens sample. This holds for
 // every lens point of a thin lens: the raster maps linearly to a plane of focus that faces the camera, whose scale
 // cancels; tilted ones divide both by a determinant (ThinLensProjection).
 #include <kinora/projection_setup.h>
@@ -173,7 +175,7 @@ struct ThinLensProjection {
     const F secant2 = fma(dx, dx, fma(dy, dy, F(1.f)));  // 1 / cos^2
     const F perArea = F(1.f) / (s * s * F(k.screen.pixelArea()) * determinant);
     out.pdf = zeroUnless(seen, perArea * secant2 * sqrt(secant2));
-    out.importance = zeroUnless(seen, perArea * secant2 * secant2);
+    out.importance = out.pdf;
   }
 };
 

@@ -204,13 +204,55 @@ inline void expectLightPathsAgree(const TestProjection& projection, double depth
       w[k] = double(c.a[14 + k][i]) - c.a[17 + k][i];
       r2 += w[k] * w[k];
     }
-    const double r = std::sqrt(r2), cosLens = w[2] / r, cosWall = std::fabs(w[2] - tilt * w[0]) / (r * slope);
-    splats += radiance(c.a[14][i], c.a[15][i]) * c.a[22][i] * cosLens * cosWall / r2 * area / n;
+    const double r = std::sqrt(r2), cosWall = std::fabs(w[2] - tilt * w[0]) / (r * slope);
+    splats += radiance(c.a[14][i], c.a[15][i]) * c.a[22][i] * cosWall / r2 * area / n;
     density += c.a[23][i] / pixels * cosWall / r2 * area / n;
   }
   // the picture's mean is the sum of its pixels over their number
   EXPECT_NEAR(splats / pixels, camera, 3e-3 * camera);
   EXPECT_NEAR(density, 1, 3e-3);
+}
+
+// The density of rays, integrated over all directions, is the number of pixels that see something. The eye is at the
+// origin.
+inline void expectDensityCounts(const TestProjection& projection, double pixels, double tolerance = 0.02) {
+  constexpr int kSteps = 200, kRows = 4000;
+  Columns c(kSteps);
+  double sum = 0;
+  for (int j = 0; j < kRows; ++j) {
+    const double s = -1 + 2 * (j + 0.5) / kRows, across = std::sqrt(1 - s * s);
+    for (int i = 0; i < kSteps; ++i) {
+      const double turn = 2 * M_PI * (i + 0.5) / kSteps;
+      c.a[14][size_t(i)] = float(3 * across * std::sin(turn));
+      c.a[15][size_t(i)] = float(3 * s);
+      c.a[16][size_t(i)] = float(3 * across * std::cos(turn));
+    }
+    projection.connect(c);
+    for (int i = 0; i < kSteps; ++i) sum += c.a[23][size_t(i)] * 4 * M_PI / (double(kRows) * kSteps);
+  }
+  EXPECT_NEAR(sum / pixels, 1, tolerance);
+}
+
+// The footprint's spread is half the side of a square of the solid angle that a pixel covers, by differences of rays.
+inline void expectSpreadsArePixels(const TestProjection& projection, double x, double y) {
+  constexpr double kStep = 0.25;
+  const auto at = [&](double px, double py) {
+    const auto r = projection.ray(px, py);
+    return std::array<double, 3>{r[3], r[4], r[5]};
+  };
+  const auto left = at(x - kStep, y), right = at(x + kStep, y), up = at(x, y - kStep), down = at(x, y + kStep);
+  std::array<double, 3> u, v;
+  for (size_t k = 0; k < 3; ++k) {
+    u[k] = (right[k] - left[k]) / (2 * kStep);
+    v[k] = (down[k] - up[k]) / (2 * kStep);
+  }
+  const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+  Columns c(1);
+  c.a[0][0] = float(x);
+  c.a[1][0] = float(y);
+  projection.rays(c);
+  const double side = std::sqrt(std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]));
+  EXPECT_NEAR(2 * c.a[13][0] / side, 1, 0.01) << x << " " << y;
 }
 
 inline void expectWidthsAgree(TestProjection& projection) {

@@ -354,6 +354,15 @@ constexpr Explanation kRooms[] = {
      "lights: in force where the Light stands) has. It is left out; "
      "the "
      "others run in the order in which the combiner names them."},
+    {"FILTER-PICTURE",
+     "A filter that lays a picture behind or over the frame has none: 'filename' is empty, or the picture has no "
+     "pixels "
+     "or more than 131,072 on a side. The filter does nothing."},
+    {"LIGHT-CHANNEL",
+     "A light that marks what it is linked to (PxrAovLight) names a channel that no Display holds. It marks nothing. "
+     "Add "
+     "DisplayChannel \"float mask\" and a Display of \"mask\", with the light's aovName as the channel's name or "
+     "source."},
     {"FILTER-CHANNEL",
      "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
      "holds. The filter runs without it."},

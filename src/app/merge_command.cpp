@@ -38,8 +38,8 @@ int runMerge(const Arguments& arguments) {
   Registry registry;
   registry.setPath(pluginDirectories(pluginPath));
   const auto driver = [&](const std::string& name) { return registry.find(Kind::Display, name, diagnostics, {}); };
-  const auto filters = [&](const film::DisplayPlan& plan) {
-    return render::displayFiltersOf(plan, registry, diagnostics);
+  const auto filters = [&](const film::DisplayPlan& plan, const film::Film& film) {
+    return render::displayFiltersOf(plan, film, registry, diagnostics);
   };
   const film::ToolResult result = film::mergeParts(parts, output, keepShard, driver, filters, diagnostics);
   fmt::print("{}", result.text);

@@ -13,6 +13,7 @@
 #include "image/colors.h"
 #include "image/picture_library.h"
 #include "image/read_write.h"
+#include "image/straight_alpha.h"
 
 namespace kinora::film {
 namespace {
@@ -194,16 +195,25 @@ image::Image pictureOf(const Film& film, const Output& output,
   }
   for (int y = film.window().y0; y < film.window().y1; ++y)
     for (int x = film.window().x0; x < film.window().x1; ++x) {
-      float *const first = picture.at(x, y), *out = first;
+      float* out = picture.at(x, y);
       for (const OutputChannel& c : output.channels) {
         if (!filtered || !filtered->find(c.channel, x, y, out)) film.resolvePixel(c.channel, x, y, out);
         out += film.layout()[c.channel].width;
       }
-      const float cover = hasAlpha && isStraight ? first[alpha] : 1;
-      out = first;
+    }
+  if (hasAlpha && isStraight) {
+    std::vector<size_t> colors;
+    size_t k = 0;
+    for (const OutputChannel& c : output.channels)
+      for (size_t i = 0; i < c.names.size(); ++i, ++k)
+        if (c.isColor) colors.push_back(k);
+    image::makeStraight(picture, colors, alpha);
+  }
+  for (int y = film.window().y0; y < film.window().y1; ++y)
+    for (int x = film.window().x0; x < film.window().x1; ++x) {
+      float *const first = picture.at(x, y), *out = first;
       for (const OutputChannel& c : output.channels) {
         const int width = film.layout()[c.channel].width;
-        for (int k = 0; k < width && c.isColor && cover != 1; ++k) out[k] = image::straightColor(out[k], cover);
         if (c.values != DisplayValues())
           for (int k = 0; k < width; ++k)
             out[k] = displayed(out[k], c.values, c.isColor, codes, c.isColor, x, y, int(out - first) + k);

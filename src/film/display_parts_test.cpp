@@ -72,7 +72,8 @@ TEST_F(PartsAndFiles, PngHasStraightAlphaAndSaysWhatItsCodesAre) {
       const double a = double(pixels[x][3]);
       for (int c = 0; c < 3; ++c) {
         double v = double(pixels[x][c]);
-        if (!isTiff && a > 0) v = std::min(1.0, v / a);
+        // what is seen where nothing covers is behind the others too
+        if (!isTiff && a > 0) v = std::min(1.0, std::max(0.0, v - (1 - a) * double(pixels[1][c])) / a);
         const double code = k.gamma != 1    ? std::pow(v, 1 / double(k.gamma))
                             : v > 0.0031308 ? 1.055 * std::pow(v, 1 / 2.4) - 0.055
                                             : 12.92 * v;

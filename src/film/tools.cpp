@@ -179,7 +179,7 @@ ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& 
   frame.isComplete = warnings.empty();
   for (const SampleRange& r : merged.info.ranges) frame.samplesPerPixel += r.end - r.begin;
   const DisplayOutput::PixelStage stage =
-      stages && !plan.displayFilters.empty() ? stages(plan) : DisplayOutput::PixelStage();
+      stages && !plan.displayFilters.empty() ? stages(plan, film) : DisplayOutput::PixelStage();
   DisplayOutput out(std::move(plan), lookup, diagnostics);
   out.setPixelStage(stage);
   if (!out.write(film, frame)) result.exitCode = kToolUnwritable;

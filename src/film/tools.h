@@ -31,8 +31,9 @@ struct DiffLimits {
 ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimits& limits,
                       const std::string& picture, float gain, Diagnostics& diagnostics);
 
-// Makes the display filters that a plan names, for channels of its layout; an empty stage where there are none.
-using StageMaker = std::function<DisplayOutput::PixelStage(const DisplayPlan&)>;
+// Makes the display filters that a plan names, for channels of its layout and pictures of the film's size; an empty
+// stage where there are none.
+using StageMaker = std::function<DisplayOutput::PixelStage(const DisplayPlan&, const Film&)>;
 
 // Parts of one frame become its pictures: the primary one in `output` ("": all by the scene's names). `keepShard`:
 // the merged integers are written to `output` instead, as a larger shard. No part is written over.

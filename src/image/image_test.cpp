@@ -163,7 +163,7 @@ TEST_F(ImageFile, PngHoldsTheEncodedCodes) {
 TEST_F(ImageFile, FormatsOfStraightAlphaGetDividedColours) {
   Image img({0, 0, 4, 1}, {{"R"}, {"G"}, {"B"}, {"A"}});
   const float pixels[4][4] = {
-      {0.25f, 0.1f, 0.05f, 0.5f}, {0.2f, 0.2f, 0.2f, 0}, {0.5f, 0.25f, 0.125f, 1}, {0.3f, 0.02f, 0.01f, 0.1f}};
+      {0.25f, 0.1f, 0.05f, 0.5f}, {0, 0, 0, 0}, {0.5f, 0.25f, 0.125f, 1}, {0.3f, 0.02f, 0.01f, 0.1f}};
   for (int x = 0; x < 4; ++x) std::copy_n(pixels[x], 4, img.at(x, 0));
   for (const auto& [name, type] :
        {std::pair{"a.png", StoredType::UInt8}, {"b.png", StoredType::UInt16}, {"a.tga", StoredType::UInt8}}) {

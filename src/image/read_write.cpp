@@ -11,6 +11,7 @@
 #include "image/picture_file.h"
 #include "image/picture_library.h"
 #include "image/png_bytes.h"
+#include "image/straight_alpha.h"
 #include "image/volume_file.h"
 
 namespace kinora::image {
@@ -31,17 +32,6 @@ Status readFile(const std::string& path, Image& out, const ReadOptions& options,
   const auto* const library = pictureLibrary<PictureCalls>(why);
   if (!library) return Status::fail("IMAGE-LIBRARY", "cannot read " + quoted(path) + ": " + why);
   return library->read(path, out, options, headerAlone);
-}
-
-// Colours as formats of straight alpha mean them. Where nothing covers the pixel they stay, and where a filter's
-// lobes cover it more than wholly.
-void divideByAlpha(Image& image, int alphaChannel) {
-  const size_t channels = image.channels.size();
-  for (size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
-    const float alpha = image.pixels[i + size_t(alphaChannel)];
-    for (size_t c = 0; c < channels; ++c)
-      if (!isAlphaName(image.channels[c].name)) image.pixels[i + c] = straightColor(image.pixels[i + c], alpha);
-  }
 }
 
 }  // namespace
@@ -65,7 +55,11 @@ Status write(const std::string& path, const Image& given, const WriteOptions& op
   Image straight;
   if (!options.isStraight && hasStraightAlpha(extensionOf(path)) && given.findChannel("A") >= 0) {
     straight = given;
-    divideByAlpha(straight, straight.findChannel("A"));
+    std::vector<size_t> colors;
+    for (size_t c = 0; c < straight.channels.size(); ++c)
+      if (!isAlphaName(straight.channels[c].name)) colors.push_back(c);
+    if (straight.pixels.size() == size_t(straight.data.pixels()) * straight.channels.size())
+      makeStraight(straight, colors, size_t(straight.findChannel("A")));
   }
   const Image& image = straight.channels.empty() ? given : straight;
   if (image.data.empty() || image.channels.empty() ||

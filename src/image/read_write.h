@@ -40,12 +40,6 @@ std::string extensionOf(const std::string& path);
 // Formats, by their extension in small letters, whose colours are not multiplied by alpha.
 bool hasStraightAlpha(const std::string& extension);
 
-// A colour's part without its alpha. Where nothing covers the pixel it stays as it is (a glow), and where a filter's
-// lobes cover it more than wholly.
-inline float straightColor(float premultiplied, float alpha) {
-  return alpha > 0 && alpha < 1 ? premultiplied / alpha : premultiplied;
-}
-
 // By the extension. Each channel is stored as its `type` in EXR; .png and .jpg hold 8 bits (or 16 where every channel
 // asks for UInt16 or more and the format can), .tif what the first channel says. Atomic: the target is whole or as
 // before.

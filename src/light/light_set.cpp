@@ -157,16 +157,6 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
   probabilityKernel(width)(a);
 }
 
-// Another filter of a group that does not multiply, into the group's factor; never negative.
-static void combine(LightFilterMode mode, uint32_t count, const float* factor, float* group) {
-  for (uint32_t i = 0; i < count; ++i) {
-    const float a = group[i], b = factor[i];
-    group[i] = mode == LightFilterMode::Max   ? std::max(a, b)
-               : mode == LightFilterMode::Min ? std::min(a, b)
-                                              : std::max(0.f, a + b - a * b);
-  }
-}
-
 // Multiplies radiance by the lights' filters: the same numbers for a sample and for a ray that met the light.
 void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, const uint32_t* light,
                               const float* const P[3], const float* const wi[3], const float* distance,
@@ -179,10 +169,8 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
   if (!n) return;
   std::sort(list, list + n,
             [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
-  float *x[8], *factor[3], *group[3];
-  for (float*& f : x) f = arena.make<float>(padded(n) + kPad);
-  for (float*& f : factor) f = arena.make<float>(padded(n) + kPad);
-  for (float*& f : group) f = arena.make<float>(padded(n) + kPad);
+  const LightFilters of(arena, n);
+  float* const* x = of.in;
   for (uint32_t from = 0, to; from < n; from = to) {
     const uint32_t l = light[list[from]];
     for (to = from; to < n && light[list[to]] == l;) ++to;
@@ -196,24 +184,7 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
       x[6][i] = distance[e];
       x[7][i] = time ? time[e] : 0.f;
     }
-    const std::vector<LightFilterEntry>& filters = filters_[lights_[l].filters];
-    for (size_t f = 0, end; f < filters.size(); f = end) {
-      bool isUniform = filters[f].isUniform;
-      // those that multiply do so one by one
-      const bool isAlone = filters[f].mode == LightFilterMode::Multiply;
-      for (end = f + 1; !isAlone && end < filters.size() && filters[end].group == filters[f].group; ++end)
-        isUniform &= filters[end].isUniform;
-      if (uniformOnly && !isUniform) continue;
-      for (size_t g = f; g < end; ++g) {
-        float* const* to = g == f ? group : factor;
-        const LightFilterArgs a{m, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6], x[7], {to[0], to[1], to[2]}};
-        filters[g].byWidth[width]->factor(filters[g].instance, &a);
-        if (g != f)
-          for (int c = 0; c < 3; ++c) combine(filters[f].mode, m, factor[c], group[c]);
-      }
-      for (int c = 0; c < 3; ++c)
-        for (uint32_t i = 0; i < m; ++i) radiance[c][list[from + i]] *= group[c][i];
-    }
+    of.apply(width, filters_[lights_[l].filters], m, list + from, radiance, uniformOnly);
   }
 }
 

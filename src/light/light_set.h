@@ -5,7 +5,6 @@
 #pragma once
 #include <kinora/integrator.h>
 #include <kinora/light.h>
-#include <kinora/light_filter.h>
 
 #include <array>
 #include <memory>
@@ -14,24 +13,11 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "light/light_boxes.h"
+#include "light/light_filters.h"
 #include "light/light_tree.h"
 #include "light/link_sets.h"
 
 namespace kinora::light {
-
-// How the filters of a group combine, by channel; Screen is 1 - (1 - a) (1 - b) ...
-enum class LightFilterMode : uint8_t { Multiply, Max, Min, Screen };
-
-// A factor on one light; see kinora/light_filter.h.
-struct LightFilterEntry {
-  const LightFilterFunctions* byWidth[17] = {};
-  std::shared_ptr<void> owner;
-  const void* instance = nullptr;
-  bool isUniform = false;  // holds for emitted light too
-  // Neighbours of one group combine in its mode; groups multiply.
-  LightFilterMode mode = LightFilterMode::Multiply;
-  uint32_t group = 0;
-};
 
 // A plug-in's functions.
 struct LightKind {

@@ -44,7 +44,8 @@ std::vector<scene::NodePtr> active(const std::vector<scene::NodePtr>& nodes, Dia
 }  // namespace
 
 void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, const film::ChannelLayout& layout,
-                       Registry& registry, const Host& host, uint32_t width, Diagnostics& diagnostics) {
+                       const ChannelFilterInfo& picture, Registry& registry, const Host& host, uint32_t width,
+                       Diagnostics& diagnostics) {
   kind_ = kind;
   steps_.clear();
   for (const scene::NodePtr& n : active(nodes, diagnostics)) {
@@ -58,8 +59,9 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
     const auto* traits = static_cast<const ChannelFilterTraits*>(d->traits);
     step.functions = functionsFor(*d, width);
     if (!traits || !traits->channel || !step.functions ||
-        !step.instance.create(*d, n.get(), nullptr, nullptr, host, diagnostics))
+        !step.instance.create(*d, n.get(), nullptr, &picture, host, diagnostics))
       continue;
+    step.seesPicture = kind == Kind::DisplayFilter && traits->seesPicture;
     for (uint32_t i = 0; i < kMostChannels; ++i) {
       const char* name = traits->channel(step.instance.data(), i);
       if (!name) break;
@@ -76,11 +78,19 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
       if (c.layoutIndex < 0)
         diagnostics.warning("FILTER-CHANNEL", n->pos,
                             who + " asks for the channel '" + c.name + "', which the frame has not",
-                            "the filter does without it", "add it to a Display or give it by DisplayChannel");
+                            "the filter does without it",
+                            "a Display must hold it; \"+NAME\" \"null\" keeps a channel without writing it");
       step.channels.push_back(std::move(c));
     }
     steps_.push_back(std::move(step));
   }
+}
+
+bool FilterChain::uses(const std::string& name) const {
+  for (const Step& step : steps_)
+    for (const Channel& c : step.channels)
+      if (c.name == name) return true;
+  return false;
 }
 
 void FilterChain::call(const Step& step, const ChannelFilterArgs& args) const {
@@ -95,14 +105,14 @@ void FilterChain::run(uint32_t count, const int32_t* x, const int32_t* y, float*
   for (const Step& step : steps_) {
     uint32_t n = 0;
     for (const Channel& c : step.channels) {
-      FilterChannel f{c.name.c_str(), 0, {nullptr, nullptr, nullptr}};
+      FilterChannel f{c.name.c_str(), 0, {}, {}};
       if (c.layoutIndex >= 0) {
         f.components = uint32_t(c.width);
         for (int k = 0; k < c.width; ++k) f.data[k] = records[c.record + k];
       }
       list[n++] = f;
     }
-    call(step, {count, x, y, list, n});
+    call(step, {count, x, y, list, n, {}});
   }
 }
 
@@ -122,8 +132,18 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
     }
   const uint32_t most = padded(uint32_t(w) * kRows);
   std::vector<int32_t> xs(most), ys(most);
-  std::vector<std::vector<float>> planes;
+  std::vector<std::vector<float>> planes, before;
   for (const Step& step : steps_) {
+    before.assign(step.seesPicture ? step.channels.size() * 3 : 0, {});
+    for (size_t c = 0; c < step.channels.size() && step.seesPicture; ++c) {
+      if (step.channels[c].layoutIndex < 0) continue;
+      const film::FilteredPixels::Channel& whole = out.channels[step.channels[c].layoutIndex];
+      for (size_t q = 0; q < size_t(whole.width); ++q) {
+        std::vector<float>& plane = before[3 * c + q];
+        plane.resize(size_t(out.window.pixels()));
+        for (size_t i = 0; i < plane.size(); ++i) plane[i] = whole.values[i * size_t(whole.width) + q];
+      }
+    }
     planes.assign(step.channels.size() * 3, std::vector<float>(most, 0.f));
     for (int y0 = out.window.y0; y0 < out.window.y1; y0 += kRows) {
       const uint32_t n = uint32_t(w) * uint32_t(std::min(kRows, out.window.y1 - y0));
@@ -136,7 +156,7 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
       FilterChannel list[kMostChannels];
       uint32_t k = 0;
       for (const Channel& c : step.channels) {
-        FilterChannel f{c.name.c_str(), 0, {nullptr, nullptr, nullptr}};
+        FilterChannel f{c.name.c_str(), 0, {}, {}};
         if (c.layoutIndex >= 0) {
           f.components = uint32_t(c.width);
           const float* from = out.channels[c.layoutIndex].values.data() + first * size_t(c.width);
@@ -144,11 +164,12 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
             f.data[q] = planes[3 * k + size_t(q)].data();
             for (uint32_t i = 0; i < padded(n); ++i)
               f.data[q][i] = from[size_t(std::min(i, n - 1)) * size_t(c.width) + size_t(q)];
+            if (step.seesPicture) f.before[q] = before[3 * k + size_t(q)].data();
           }
         }
         list[k++] = f;
       }
-      call(step, {n, xs.data(), ys.data(), list, k});
+      call(step, {n, xs.data(), ys.data(), list, k, {out.window.x0, out.window.y0, out.window.x1, out.window.y1}});
       for (uint32_t c = 0; c < k; ++c) {
         if (!list[c].components) continue;
         const int width = step.channels[c].width;
@@ -161,8 +182,8 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
   return out;
 }
 
-film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, Registry& registry,
-                                                 Diagnostics& diagnostics) {
+film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, const film::Film& film,
+                                                 Registry& registry, Diagnostics& diagnostics) {
   struct Kept {
     Settings settings;
     WorldBuilder builder;  // the host that plug-ins are made by
@@ -171,10 +192,11 @@ film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, 
   };
   auto kept = std::make_shared<Kept>(registry, diagnostics);
   kept->builder.textures().setSearchPath(plan.texturePath);
-  kept->chain.make(Kind::DisplayFilter, plan.displayFilters, plan.layout, registry, kept->builder.host(),
-                   kept->builder.width(), diagnostics);
+  kept->chain.make(Kind::DisplayFilter, plan.displayFilters, plan.layout,
+                   {{uint32_t(film.width()), uint32_t(film.height())}, plan.pixelAspect}, registry,
+                   kept->builder.host(), kept->builder.width(), diagnostics);
   if (kept->chain.empty()) return {};
-  return [kept](const film::Film& film) { return kept->chain.run(film); };
+  return [kept](const film::Film& f) { return kept->chain.run(f); };
 }
 
 void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,

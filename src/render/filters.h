@@ -24,8 +24,11 @@ class FilterChain {
   // Of the nodes that the scene lists the last is active; a combiner (PxrSampleFilterCombiner,
   // PxrDisplayFilterCombiner) names others to run in order. What cannot be used is a message and left out.
   void make(Kind kind, const std::vector<scene::NodePtr>& nodes, const film::ChannelLayout& layout,
-            Registry& registry, const Host& host, uint32_t width, Diagnostics& diagnostics);
+            const ChannelFilterInfo& picture, Registry& registry, const Host& host, uint32_t width,
+            Diagnostics& diagnostics);
   bool empty() const { return steps_.empty(); }
+  // Whether some filter has to do with the channel or those of its source: what it holds may be the filter's.
+  bool uses(const std::string& name) const;
   // Samples of a group: their records are changed in place. Padded arrays.
   void run(uint32_t count, const int32_t* x, const int32_t* y, float* const* records) const;
   // The pixels of a film.
@@ -42,16 +45,17 @@ class FilterChain {
     Instance instance;
     const void* functions = nullptr;
     std::vector<Channel> channels;
+    bool seesPicture = false;
   };
   void call(const Step& step, const ChannelFilterArgs& args) const;
   Kind kind_ = Kind::SampleFilter;
   std::vector<Step> steps_;
 };
 
-// The display filters of a plan, as Renderer would make them of its scene (kinora merge). They hold what they need
-// beside the registry and the diagnostics.
-film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, Registry& registry,
-                                                 Diagnostics& diagnostics);
+// The display filters of a plan for pictures of `film`'s size, as Renderer would make them of its scene (kinora merge).
+// They hold what they need beside the registry and the diagnostics.
+film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, const film::Film& film,
+                                                 Registry& registry, Diagnostics& diagnostics);
 
 // The pixel filter that a scene names: one of RIB's, else a plug-in. FILM-FILTER and gaussian 2 2 when it is neither.
 void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,

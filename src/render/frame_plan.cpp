@@ -88,10 +88,12 @@ std::unique_ptr<FramePlan> planFrame(const scene::Scene& scene, const Settings& 
     f.displays.texturePath = builder.searchPath(scene, "texture");
   makePixelFilter(scene, registry, builder.host(), diagnostics, f.filter);
   if (settings.errorMap && settings.firstSample < 0) addHalves(f);
-  f.sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, f.displays.layout, registry, builder.host(),
+  const int* resolution = builder.camera().resolution.data();
+  const ChannelFilterInfo picture{{uint32_t(resolution[0]), uint32_t(resolution[1])}, f.displays.pixelAspect};
+  f.sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, f.displays.layout, picture, registry, builder.host(),
                        builder.width(), diagnostics);
-  f.displayFilters.make(Kind::DisplayFilter, scene.displayFilters, f.displays.layout, registry, builder.host(),
-                        builder.width(), diagnostics);
+  f.displayFilters.make(Kind::DisplayFilter, scene.displayFilters, f.displays.layout, picture, registry,
+                        builder.host(), builder.width(), diagnostics);
   f.record = planRecord(f.displays.layout);
   Hasher h;
   h.digest(scene::digestOf(scene.options));
@@ -109,8 +111,10 @@ std::unique_ptr<FramePlan> planFrame(const scene::Scene& scene, const Settings& 
   return made;
 }
 
-Digest framePlanDigestOf(const scene::Scene& scene, bool hasLightStage, bool needsSplit) {
+Digest framePlanDigestOf(const scene::Scene& scene, const CameraState& camera, bool hasLightStage, bool needsSplit) {
   Hasher h;
+  for (const int n : camera.resolution) h.word(uint64_t(n));
+  h.bytes(&scene.pixelAspect, sizeof scene.pixelAspect);
   h.digest(scene::frameDigestOf(scene));
   h.word(uint64_t(hasLightStage) | uint64_t(needsSplit) << 1);
   return h.result();

@@ -34,7 +34,7 @@ bool hasJitter(const scene::Scene& scene);
 film::DriverLookup displayDrivers(Registry& registry, Diagnostics& diagnostics);
 
 // Of all that planFrame() reads beside the settings.
-Digest framePlanDigestOf(const scene::Scene& scene, bool hasLightStage, bool needsSplit);
+Digest framePlanDigestOf(const scene::Scene& scene, const CameraState& camera, bool hasLightStage, bool needsSplit);
 // Null, after a message, when two pictures would go to one file. hasLightStage: the integrator splats; needsSplit:
 // see WorldBuilder; `before`: the plan of the world before, or null.
 std::unique_ptr<FramePlan> planFrame(const scene::Scene& scene, const Settings& settings, bool hasLightStage,

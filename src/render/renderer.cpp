@@ -175,7 +175,7 @@ struct Renderer::Impl {
   bool makeFilm() {
     builder.openShaders(scene);
     const bool lightStage = hasLightStage(), split = builder.needsSplit(scene);
-    const Digest digest = framePlanDigestOf(scene, lightStage, split);
+    const Digest digest = framePlanDigestOf(scene, builder.camera(), lightStage, split);
     if (plan && digest == ofPlan) {
       builder.contents().again(plan->files);
     } else {
@@ -196,8 +196,22 @@ struct Renderer::Impl {
 
   // Sources that are no built-in ones are primvars or PxrTee nodes', and some object should have them.
   void warnOfPrimvars() {
+    const auto& marks = builder.world().marks;
+    const auto isMarked = [&](const std::string& name) {
+      return marks && std::any_of(marks->begin(), marks->end(), [&](const auto& m) { return m.channel == name; });
+    };
+    const auto has = [&](const std::string& channel) {
+      const auto& list = plan->record.primvars;
+      return std::any_of(list.begin(), list.end(), [&](const auto& p) { return p.name == channel; });
+    };
+    for (size_t i = 0; marks && i < marks->size(); ++i)
+      if (const light::MarkEntry& m = (*marks)[i]; !has(m.channel))
+        diagnostics.warning("LIGHT-CHANNEL", scene.pos,
+                            "a light marks the channel '" + m.channel + "', which the frame has not",
+                            "it marks nothing", "a Display must hold a channel of that name or source");
     for (const RecordPlan::Primvar& p : plan->record.primvars)
-      if (!builder.world().primvarWidths.contains(p.name) && !shade::hasTee(*builder.world().materials, p.name))
+      if (!isMarked(p.name) && !plan->sampleFilters.uses(p.name) && !plan->displayFilters.uses(p.name) &&
+          !builder.world().primvarWidths.contains(p.name) && !shade::hasTee(*builder.world().materials, p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
                             "no output and no primvar named \"" + p.name + "\" is in the scene",
                             "its channel stays black");

@@ -43,8 +43,13 @@ bool WorldBuilder::needsSplit(const scene::Scene& scene) const {
   // as they will be rendered: stand-ins and lights of prototypes have factors too
   Diagnostics quiet([](const std::string&, Severity) {});
   std::set<uint32_t> shapes;
-  for (const scene::Light& l : lightsToRender(scene, registry_, quiet, shapes))
-    if (l.node && l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
+  for (const scene::Light& l : lightsToRender(scene, registry_, quiet, shapes)) {
+    if (!l.node) continue;
+    if (l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
+    const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, quiet, l.node->pos);
+    const auto* traits = d ? static_cast<const LightTraits*>(d->traits) : nullptr;
+    if (traits && traits->mark) return true;  // marks go on along specular reflections alone
+  }
   return asksRayType_;
 }
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 
+#include "render/marked_channels.h"
 #include "render/surface_channels.h"
 #include "sampling/draw.h"
 #include "shade/tees.h"
@@ -92,6 +93,8 @@ struct Worker::Calls {
     if ((traits & kTraitLightPath) && depth == 0 && !w.emitted_.empty() && list == &g->paths)
       n = w.keepLinked(n, &slots);
     const uint32_t count = w.state_.shade(*list, traits, depth, n, slots, contexts);
+    if (list == &g->paths && g->stage == StageKind::CameraPaths && !w.marks_->empty())
+      w.marks_->add(depth, count, *contexts, w.state_, w.recordAt_);
     if (w.print && list == &g->paths)
       for (uint32_t c = 0; c < count; ++c)
         for (uint32_t i = 0; i < (*contexts)[c]->count; ++i) {
@@ -264,7 +267,11 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
         }
     }
   state_.onPrimary = [this](const Context* c) { primary(c); };
+  marks_ = std::make_unique<MarkedChannels>(plan, world);
+  recordAt_ = [this](int k) { return record(size_t(k)); };
 }
+
+Worker::~Worker() = default;
 
 void Worker::begin(uint32_t count, StageKind stage) {
   state_.begin(count, stage);
@@ -431,10 +438,6 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   camera_.functions->connect(camera_.projection.data(), &a);
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
-    // an integrator does not know the axis of the camera: the cosine at the lens goes into the importance
-    const float v[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
-    const float v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    x[10][i] *= v2 > 0 ? std::max(v[2], 0.f) / std::sqrt(v2) : 0.f;
     if (cut && cut[i]) x[10][i] = 0;
     if (!(c->traits & kTraitInSpace) && isHidden(c->place.instance[i])) x[10][i] = 0;
     float q[3];

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -55,12 +56,15 @@ RecordPlan planRecord(const film::ChannelLayout& layout);
 // surface.
 void addUserLobes(const film::LightPaths& paths, RecordPlan& plan);
 
+class MarkedChannels;
+
 // One thread's part of a render.
 class Worker {
  public:
   Worker(const shade::ShadingWorld& world, const CameraState& camera, const RecordPlan& plan,
          const film::LightPaths& paths, film::Film& film, const film::SplatFilter& splatFilter,
          uint64_t lightPathsPerPass);
+  ~Worker();
   shade::GroupState& state() { return state_; }
   Services& services() { return services_; }
   // Readies the group and clears its records.
@@ -127,6 +131,8 @@ class Worker {
   std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
   std::vector<uint16_t> ends_;  // by light
+  std::unique_ptr<MarkedChannels> marks_;
+  std::function<float*(int)> recordAt_;
   std::vector<int> splatChannels_;
   std::vector<uint8_t> takesSplat_;  // by splat channel, state and end
 };

@@ -180,6 +180,10 @@ struct Lights::Chosen {
   std::vector<uint64_t> serials;
   std::vector<std::set<std::string>> names;
   std::vector<const scene::Light*> sources;
+  // lights that only mark, apart
+  std::vector<light::MarkEntry> marks;
+  std::vector<std::set<std::string>> markNames;
+  std::vector<const scene::Light*> markSources;
 };
 
 std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const Descriptor& plugin,
@@ -207,6 +211,8 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   e.description.diffuse = e.description.specular = 1;
   if (const auto* traits = static_cast<const LightTraits*>(plugin.traits); traits && traits->describe)
     traits->describe(instance.data(), &e.description);
+  if (const auto* traits = static_cast<const LightTraits*>(plugin.traits); traits && traits->mark)
+    traits->mark(instance.data(), &m->mark);
   float largestFactor = 1;
   scene::Light filtered;
   const scene::NodePtr profile = declares(plugin, "iesProfile")
@@ -241,6 +247,19 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     }
     const std::shared_ptr<const Made> m = madeOf(l, *d, scene, tools, made);
     if (!m) continue;
+    if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->mark) {
+      light::MarkEntry mark;
+      mark.channel = m->mark.channel ? m->mark.channel : "";
+      mark.mark = m->mark;
+      const Placement place = placementOf(l.toWorld, tools.camera);
+      for (int k = 0; k < 3; ++k) mark.center[k] = float(place.localToRender[12 + k]);
+      mark.filters = m->entry.filters;
+      mark.owners = {m->entry.owner};
+      c.marks.push_back(std::move(mark));
+      c.markNames.push_back(namesOf(l));
+      c.markSources.push_back(&l);
+      continue;
+    }
     light::LightEntry e = m->entry;
     const auto [kind, isNewKind] = kindOf.try_emplace(d, uint32_t(c.kinds.size()));
     if (isNewKind) {
@@ -278,8 +297,19 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   for (const auto* list : {&scene.classicLights, &sources})
     for (const scene::Light& l : *list)
       if (l.node) known.merge(namesOf(l));
-  std::vector<std::vector<uint32_t>> sets =
-      membersOf(links, chosen.names, chosen.sources, known, scene, tools.diagnostics);
+  // lights that mark are linked as the others are
+  const auto lit = uint32_t(chosen.entries.size());
+  std::vector<std::set<std::string>> names = chosen.names;
+  names.insert(names.end(), chosen.markNames.begin(), chosen.markNames.end());
+  std::vector<const scene::Light*> all = chosen.sources;
+  all.insert(all.end(), chosen.markSources.begin(), chosen.markSources.end());
+  std::vector<std::vector<uint32_t>> sets = membersOf(links, names, all, known, scene, tools.diagnostics);
+  for (size_t k = 0; k < sets.size(); ++k)
+    for (uint32_t m = 0; m < chosen.marks.size(); ++m)
+      chosen.marks[m].isLinked.push_back(std::find(sets[k].begin(), sets[k].end(), lit + m) != sets[k].end());
+  for (auto& set : sets) std::erase_if(set, [&](uint32_t i) { return i >= lit; });
+  world.marks =
+      chosen.marks.empty() ? nullptr : std::make_shared<const std::vector<light::MarkEntry>>(std::move(chosen.marks));
   warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
   if (hasUnlitColors(*world.materials) ||
       std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {

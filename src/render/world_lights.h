@@ -56,6 +56,7 @@ class Lights {
   // What a plug-in made of one light.
   struct Made {
     light::LightEntry entry;  // but for its kind
+    LightMark mark{};         // of a light that only marks
     FileContents::Names files;
     uint64_t serial = 0;
   };

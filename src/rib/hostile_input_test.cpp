@@ -75,5 +75,26 @@ TEST(HostileInput, DevicesAreNoArchives) {
   }
 }
 
+// Each object has the keys of all motion around it: those are bounded, or 300 requests would have millions.
+TEST(Hostile, MotionInMotionHasBoundedKeys) {
+  std::string text = "WorldBegin\n";
+  for (int i = 0; i < 300; ++i)
+    text += "AttributeBegin\nMotionBegin [" + std::to_string(i * 0.001) + " " + std::to_string(0.5 + i * 0.001) +
+            "]\nRotate " + std::to_string(i) + " 0 0 1\nRotate 1 0 0 1\nMotionEnd\nSphere 1 -1 1 360\n";
+  const Read r = readRib(text);
+  ASSERT_EQ(r.world().primitives.size(), 300u);
+  size_t keys = 0, most = 0;
+  for (const auto& p : r.world().primitives) {
+    keys += p->toWorld.matrices.size();
+    most = std::max(most, p->toWorld.matrices.size());
+  }
+  EXPECT_EQ(most, scene::Transform::kMostKeys);
+  EXPECT_LE(keys, 300 * scene::Transform::kMostKeys);
+  EXPECT_NE(r.all().find("more than 1024 keys"), std::string::npos) << "it is told";
+  // and those of one that turns very often
+  const Read turns = readWorld("MotionBegin [0 1]\nRotate 0 0 0 1\nRotate 1e6 0 0 1\nMotionEnd\nSphere 1 -1 1 360\n");
+  EXPECT_EQ(turns.world().primitives[0]->toWorld.matrices.size(), scene::Transform::kMostKeys);
+}
+
 }  // namespace
 }  // namespace kinora::rib

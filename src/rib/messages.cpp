@@ -143,7 +143,9 @@ constexpr Explanation kExplanations[] = {
     {"RIB-MOTION",
      "A motion block is not sound: times that do not increase, another number of requests than times, different "
      "requests, geometry "
-     "that does not match from time to time, or a block inside a block. The times that fit are used."},
+     "that does not match from time to time, a block inside a block, or transforms in one another that have more "
+     "keys "
+     "than are kept. The times that fit are used."},
     {"RIB-MOTION-STATIC",
      "A request stands in a motion block that cannot move; its first value is used for the whole time."},
     {"RIB-CONDITION",

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "rib/archive_search.h"
+#include "base/text.h"
 #include "rib/interpreter.h"
 
 namespace kinora::rib {
@@ -362,36 +363,81 @@ void Interpreter::displayFilter(Request& r) {
     if (auto n = node(r, true)) addFilter(frame_.options.displayFilters, n);
 }
 
-// RISpec 3.2, appendix A.6: background puts a colour where nothing covers the pixel, which then counts as covered: a
-// display filter does it;
-// other imagers are kept. A DisplayFilter that the scene has itself comes after it and is in force.
+namespace {
+
+void setFloats(scene::Node& n, std::string name, scene::ValueType type, std::vector<float> values) {
+  scene::Parameter p;
+  p.name = std::move(name);
+  p.type = type;
+  p.floats = std::move(values);
+  n.params.set(std::move(p));
+}
+
+// A display filter that does what an imager does, of those whose names promise one; null: none does. Colours have the imager's default where nothing is
+// said.
+std::shared_ptr<scene::Node> filterOfImager(const std::string& imager, const scene::ParameterList& given) {
+  using scene::ValueType;
+  auto n = std::make_shared<scene::Node>();
+  const auto copy = [&](const char* from, const char* to, ValueType type) {
+    const size_t count = type == ValueType::Color ? 3 : 1;
+    std::vector<float> v = given.getFloats(from);
+    const bool isThere = v.size() == count;
+    if (isThere) setFloats(*n, to, type, std::move(v));
+    return isThere;
+  };
+  if (imager == "clamp" || imager == "clamptoalpha") {
+    n->plugin = "ClampDisplayFilter";
+    scene::Parameter mode;
+    mode.name = "mode";
+    mode.type = ValueType::Int;
+    mode.ints = {imager == "clamptoalpha"};
+    n->params.set(std::move(mode));
+    return n;
+  }
+  if (imager == "gradient") {
+    n->plugin = "GradientDisplayFilter";
+    copy("TopColor", "topColor", ValueType::Color);
+    copy("BottomColor", "bottomColor", ValueType::Color);
+    for (const auto& [from, to] : {std::pair{"Sharpness", "sharpness"},
+                                   {"MidPoint", "midPoint"},
+                                   {"Frequency", "frequency"},
+                                   {"Angle", "angle"}})
+      copy(from, to, ValueType::Float);
+    return n;
+  }
+  // RISpec 3.2, appendix A.6: a colour where nothing covers the pixel, which then counts as covered. Exporters bring
+  // shaders of their own along that are named after it; what they show without a colour is not known.
+  n->plugin = "PxrBackgroundDisplayFilter";
+  bool hasColor = false;
+  for (const char* from : {"background", "bgcolor", "color"})
+    hasColor = copy(from, "backgroundColor", ValueType::Color) || hasColor;
+  if (imager != "background" && !hasColor) return nullptr;
+  if (!hasColor) setFloats(*n, "backgroundColor", ValueType::Color, {1, 1, 1});
+  if (!copy("alpha", "backgroundAlpha", ValueType::Float)) setFloats(*n, "backgroundAlpha", ValueType::Float, {1});
+  return n;
+}
+
+}  // namespace
+
+// Imagers for which a display filter stands in; the others are told of by name and kept. A DisplayFilter that the scene
+// has itself comes after it and is in force.
 void Interpreter::imager(Request& r) {
   Request copy = r;
-  const bool isBackground = r.count > 0 && r.args[0].isString() && r.args[0].strings[0] == "background" && !world_;
-  if (!isBackground) return keep(r);
+  const std::string imager = r.count > 0 && r.args[0].isString() ? r.args[0].strings[0] : "";
+  if (imager.empty() || world_) return keep(r);
+  const bool isCandidate = imager == "clamp" || imager == "clamptoalpha" || imager == "gradient" ||
+                           lowerCase(imager).ends_with("background");
+  // parameters of others are their own business
+  const scene::NodePtr given = isCandidate ? node(copy, false, Use::Classic) : nullptr;
+  const std::shared_ptr<scene::Node> n = given ? filterOfImager(imager, given->params) : nullptr;
+  auto& filters = frame_.options.displayFilters;
+  std::erase_if(filters, [](const scene::NodePtr& f) { return f->handle == "Imager"; });  // the last one is in force
+  if (!n) return keep(r);
   keepQuietly(r);
-  const auto given = node(copy, false, Use::Classic);
-  if (!given) return;
-  auto n = std::make_shared<scene::Node>();
   n->kind = "DisplayFilter";
-  n->plugin = "PxrBackgroundDisplayFilter";
   n->handle = "Imager";
   n->pos = copy.pos;
-  scene::Parameter color;
-  color.name = "backgroundColor";
-  color.type = scene::ValueType::Color;
-  color.floats = {1, 1, 1};
-  for (const char* name : {"background", "bgcolor", "color"})
-    if (const std::vector<float> c = given->params.getFloats(name); c.size() == 3) color.floats = c;
-  n->params.set(std::move(color));
-  scene::Parameter covers;
-  covers.name = "coverAll";
-  covers.type = scene::ValueType::Int;
-  covers.ints = {1};
-  n->params.set(std::move(covers));
-  auto& filters = frame_.options.displayFilters;
-  std::erase_if(filters, [&](const scene::NodePtr& f) { return f->handle == n->handle; });
-  filters.insert(filters.begin(), std::move(n));
+  filters.insert(filters.begin(), n);
 }
 
 }  // namespace kinora::rib

@@ -426,7 +426,7 @@ TEST(Options, ImagersThatDisplayFiltersStandFor) {
   const scene::Node& n = *r.world().displayFilters[0];
   EXPECT_EQ(n.plugin, "PxrBackgroundDisplayFilter");
   EXPECT_EQ(n.params.getFloats("backgroundColor"), (std::vector<float>{.1f, .2f, .3f}));
-  EXPECT_EQ(n.params.getInt("coverAll", 0), 1) << "the imager left alpha 1";
+  EXPECT_EQ(n.params.getFloats("backgroundAlpha"), std::vector<float>{1}) << "the imager left alpha 1";
   EXPECT_TRUE(r.messages.empty()) << r.all();
   EXPECT_EQ(r.world().kept.size(), 1u) << "it is written again";
   // one that the scene says itself is the last
@@ -434,12 +434,34 @@ TEST(Options, ImagersThatDisplayFiltersStandFor) {
       readRib("DisplayFilter \"PxrBackgroundDisplayFilter\" \"own\"\nImager \"background\"\nWorldBegin\nWorldEnd");
   ASSERT_EQ(both.world().displayFilters.size(), 2u);
   EXPECT_EQ(both.world().displayFilters.back()->handle, "own");
+  const auto filterOf = [](const std::string& imager) {
+    const Read x = readRib("Imager " + imager + "\nWorldBegin\nWorldEnd");
+    EXPECT_TRUE(x.messages.empty()) << x.all();
+    EXPECT_EQ(x.world().displayFilters.size(), 1u) << imager;
+    return x.world().displayFilters.empty() ? std::make_shared<const scene::Node>() : x.world().displayFilters[0];
+  };
+  EXPECT_EQ(
+      filterOf("\"background\" \"color color\" [1 0 0] \"float alpha\" [0]")->params.getFloats("backgroundAlpha"),
+      std::vector<float>{0});
+  EXPECT_EQ(filterOf("\"MOSAICbackground\" \"uniform color bgcolor\" [0 1 0]")->params.getFloats("backgroundColor"),
+            (std::vector<float>{0, 1, 0}));
+  EXPECT_EQ(filterOf("\"clamp\"")->plugin, "ClampDisplayFilter");
+  EXPECT_EQ(filterOf("\"clamp\"")->params.getInt("mode", 7), 0);
+  EXPECT_EQ(filterOf("\"clamptoalpha\"")->params.getInt("mode", 7), 1);
+  const auto gradient = filterOf("\"gradient\" \"uniform color TopColor\" [0 0 1] \"uniform float Sharpness\" [0.5]");
+  EXPECT_EQ(gradient->plugin, "GradientDisplayFilter");
+  EXPECT_EQ(gradient->params.getFloats("topColor"), (std::vector<float>{0, 0, 1}));
+  EXPECT_EQ(gradient->params.getFloats("sharpness"), std::vector<float>{0.5f});
+  EXPECT_FALSE(gradient->params.find("bottomColor")) << "the filter has the imager's defaults";
+  // of several the last is in force, whether something stands in for it or not
+  EXPECT_TRUE(readRib("Imager \"clamp\"\nImager \"fisheye\"\nWorldBegin\nWorldEnd").world().displayFilters.empty());
   // others are named, each once; bad ones do no harm
   const Read others = readRib(
-      "Imager \"gradient\"\nImager \"fisheye\"\nImager \"gradient\"\nImager\nImager 3\nImager \"background\" "
+      "Imager \"MOSAICbackground\"\nImager \"fisheye\"\nImager \"fisheye\"\nImager\nImager 3\nImager \"background\" "
       "\"bgcolor\" [1]\nWorldBegin\nWorldEnd");
   EXPECT_EQ(others.count("RIB-KEPT-IMAGER"), 3u) << others.all();
   EXPECT_NE(others.all().find("Imager 'fisheye' is not rendered"), std::string::npos);
+  EXPECT_NE(others.all().find("Imager 'MOSAICbackground' is not rendered"), std::string::npos);
   EXPECT_EQ(others.world().displayFilters.size(), 1u);
 }
 

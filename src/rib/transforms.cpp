@@ -71,7 +71,7 @@ int piecesFor(double angle) {
   constexpr double kStep =
       0.02;  // below it, so that keys that were cut once and scaled are not cut again when read back
   if (!(std::abs(angle) > kLargestStep)) return 1;
-  constexpr double kMost = 4096;
+  constexpr double kMost = double(scene::Transform::kMostKeys) - 1;
   return int(std::max(1.0, std::min(kMost, std::ceil(std::abs(angle) / kStep))));
 }
 
@@ -209,7 +209,13 @@ void Interpreter::applyTransforms(std::vector<Request>& keys, const std::vector<
       return m;
     });
   }
+  const size_t before = state_.ctm.matrices.size();
   state_.ctm = replaces ? t : concat(t, state_.ctm);
+  if (!replaces && before > 1 && before < scene::Transform::kMostKeys &&
+      state_.ctm.matrices.size() == scene::Transform::kMostKeys)
+    report(Severity::Warning, "RIB-MOTION", keys[0].pos,
+           "motion blocks in one another have more than " + std::to_string(scene::Transform::kMostKeys) + " keys",
+           "as many of them are used");
 }
 
 void Interpreter::coordinateSystem(Request& r) {

@@ -29,8 +29,12 @@ struct Transform {
   Matrix at(double time) const;
   Transform inverse() const;  // key by key
   static Transform fixed(const Matrix& m);
+  // Renderers use a tenth of them, and without a bound a short file whose blocks nest would
+  // have more with each object than fit into memory.
+  static constexpr size_t kMostKeys = 1024;
 };
-// x -> x * a(t) * b(t), at the union of both key times.
+// x -> x * a(t) * b(t), at the union of both key times and as many between them as its 1e-4 takes; at kMostKeys of them
+// where these are more and both move.
 Transform concat(const Transform& a, const Transform& b);
 
 // A use of a plug-in: Bxdf, Pattern, Light, LightFilter, Integrator, Projection, SampleFilter, DisplayFilter,

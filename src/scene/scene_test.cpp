@@ -98,6 +98,31 @@ TEST(Transform, LinearBetweenKeysAndHeldOutside) {
   EXPECT_TRUE(Transform::fixed(translation(1, 2, 3)).isStatic());
 }
 
+// Of motions in one another the keys are bounded; what is between them stays where it is.
+TEST(Transforms, KeysOfNestedMotionsAreBounded) {
+  Transform a, b;
+  a.times.clear(), a.matrices.clear(), b.times.clear(), b.matrices.clear();
+  for (int i = 0; i < 900; ++i) {
+    a.times.push_back(i / 900.0);
+    a.matrices.push_back(translation(std::sin(i * 0.01), 0, 0));
+    b.times.push_back((i + 0.5) / 900.0);
+    b.matrices.push_back(translation(0, i * 0.001, 0));
+  }
+  const Transform c = concat(a, b);
+  EXPECT_EQ(c.matrices.size(), Transform::kMostKeys);
+  EXPECT_EQ(c.times.size(), Transform::kMostKeys);
+  EXPECT_EQ(c.times.front(), 0);
+  EXPECT_EQ(c.times.back(), 899.5 / 900);
+  for (size_t k = 1; k < c.times.size(); ++k) ASSERT_LT(c.times[k - 1], c.times[k]);
+  for (double t = 0; t < 1; t += 0.013) {
+    const Matrix exact = a.at(t) * b.at(t), m = c.at(t);
+    for (int x = 0; x < 3; ++x) EXPECT_NEAR(m[3][x], exact[3][x], 1e-3) << t;
+  }
+  Transform d = c;
+  for (int i = 0; i < 5; ++i) d = concat(a, d);
+  EXPECT_EQ(d.matrices.size(), Transform::kMostKeys);
+}
+
 TEST(Transform, ConcatIsTheProductAtAllTimes) {
   Transform a, b;
   a.times = {0, 0.4, 1};

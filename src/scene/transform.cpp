@@ -21,6 +21,14 @@ double largestEntry(const Matrix& m) {
   return largest;
 }
 
+// Leaves kMostKeys of them, the first and the last among these.
+void thin(std::vector<double>& times) {
+  if (times.size() <= Transform::kMostKeys) return;
+  const size_t n = times.size() - 1, kept = Transform::kMostKeys - 1;
+  for (size_t k = 0; k <= kept; ++k) times[k] = times[k * n / kept];
+  times.resize(kept + 1);
+}
+
 }  // namespace
 
 Matrix Transform::at(double time) const {
@@ -57,6 +65,7 @@ Transform concat(const Transform& a, const Transform& b) {
   }
   std::vector<double> times;
   std::set_union(a.times.begin(), a.times.end(), b.times.begin(), b.times.end(), std::back_inserter(times));
+  thin(times);
   out.times.clear();
   out.matrices.clear();
   for (size_t k = 0; k < times.size(); ++k) {
@@ -68,9 +77,9 @@ Transform concat(const Transform& a, const Transform& b) {
     const Matrix dA = a.at(times[k + 1]) - a.at(times[k]), dB = b.at(times[k + 1]) - b.at(times[k]);
     const double miss = largestEntry(dA * dB) / 4,
                  allowed = 1e-4 * std::max(largestEntry(out.matrices.back()), 1e-300);
-    constexpr double kMostPieces = 64;
+    const double most = std::min(64.0, double(Transform::kMostKeys) / double(times.size()));
     const double wanted = std::ceil(std::sqrt(miss / allowed));
-    const int pieces = wanted > 1 ? int(std::min(wanted, kMostPieces)) : 1;
+    const int pieces = wanted > 1 ? int(std::min(wanted, most)) : 1;
     for (int i = 1; i < pieces; ++i) {
       const double t = times[k] + (times[k + 1] - times[k]) * i / pieces;
       if (!(t > out.times.back()) || !(t < times[k + 1])) continue;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/arena.h"
+#include "light/light_marks.h"
 #include "light/light_set.h"
 #include "sampling/draw.h"
 #include "shade/material.h"
@@ -66,6 +67,7 @@ struct ShadingWorld {
   std::shared_ptr<const trace::World> world;
   std::shared_ptr<const MaterialSet> materials;
   std::shared_ptr<const light::LightSet> lights;
+  std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
   SurfaceTables tables;                         // of the above, for gathers; see fillTables()

@@ -17,6 +17,7 @@ namespace kinora::testing {
 namespace {
 
 constexpr uint32_t kPoints = 37, kRows = 14;
+constexpr uint32_t kColumns = 64, kLines = 48;  // of the picture that channel filters work on
 constexpr uint32_t kMostKept = 5;
 
 // Inputs of all points, row by row, and their answers; `order` says which point stands where.
@@ -48,8 +49,8 @@ Batch makeBatch(uint64_t seed, const std::vector<uint32_t>& order) {
     for (float* c : d) c[i] = l > 1e-3f ? c[i] / l : c == d[2];
     b.row(b.in, 6)[i] = p % 5 == 4 ? INFINITY : 0.1f + 5 * hashed(seed, 6, p);  // a distance
     b.row(b.in, 7)[i] = hashed(seed, 7, p);                                     // a time, an alpha
-    b.x[i] = int32_t(p * 7 % 640);
-    b.y[i] = int32_t(p * 3 % 480);
+    b.x[i] = int32_t(p * 7 % kColumns);
+    b.y[i] = int32_t(p * 3 % kLines);
   }
   return b;
 }
@@ -59,12 +60,21 @@ uint32_t runChannels(const Descriptor& d, const void* functions, const void* dat
   FilterChannel list[16];
   uint32_t n = 0, rows = 0;
   b.out = b.in;
+  static const std::vector<float> picture = [] {
+    std::vector<float> v(size_t(kRows) * kColumns * kLines);
+    for (uint32_t r = 0; r < kRows; ++r)
+      for (uint32_t i = 0; i < kColumns * kLines; ++i) v[size_t(r) * kColumns * kLines + i] = 6 * hashed(7, r, i) - 2;
+    return v;
+  }();
   for (const char* name; n < 16 && rows + 3 <= kRows && (name = traits->channel(data, n)); ++n) {
     const bool isFloat = std::strlen(name) == 1;  // "a", "z"
-    list[n] = {name, isFloat ? 1u : 3u, {nullptr, nullptr, nullptr}};
-    for (uint32_t c = 0; c < list[n].components; ++c) list[n].data[c] = b.row(b.out, rows++);
+    list[n] = {name, isFloat ? 1u : 3u, {}, {}};
+    for (uint32_t c = 0; c < list[n].components; ++c, ++rows) {
+      list[n].data[c] = b.row(b.out, rows);
+      if (traits->seesPicture) list[n].before[c] = picture.data() + size_t(rows) * kColumns * kLines;
+    }
   }
-  const ChannelFilterArgs a{kPoints, b.x.data(), b.y.data(), list, n};
+  const ChannelFilterArgs a{kPoints, b.x.data(), b.y.data(), list, n, {0, 0, int32_t(kColumns), int32_t(kLines)}};
   if (d.kind == Kind::SampleFilter)
     static_cast<const SampleFilterFunctions*>(functions)->filter(data, &a);
   else
@@ -140,12 +150,15 @@ CheckReport checkFilter(const Descriptor& d, uint64_t seed) {
   host.warn = [](void*, const char*, const char*, const char*) {};
   host.image = [](void*, const char*, int) -> const HostImage* { return nullptr; };
   const PixelFilterInfo width{{2, 2}};
+  const ChannelFilterInfo picture{{kColumns, kLines}, 1};
+  const void* extra = d.kind == Kind::PixelFilter ? static_cast<const void*>(&width)
+                      : d.kind == Kind::SampleFilter || d.kind == Kind::DisplayFilter ? &picture
+                                                                                      : nullptr;
   uint32_t made = 0;
   for (const Setting& s : coveringSettings(d, 64, seed)) {
     ++report.settings;
     const ResolvedValues values(d, s);
-    const CreateInfo info{&host,          "under test", values.data(),
-                          values.count(), &placement,   d.kind == Kind::PixelFilter ? &width : nullptr};
+    const CreateInfo info{&host, "under test", values.data(), values.count(), &placement, extra};
     ErrorText error{};
     void* data = d.create(&info, &error);
     if (!data) {  // a setting may be refused, with a reason

@@ -126,6 +126,105 @@ TEST(DisplayFilter, BackgroundCanCoverAll) {
     for (int x = 0; x < 32; ++x) EXPECT_NEAR(picture.at(x, y)[3], 1, 2e-3) << x << " " << y;
 }
 
+// The picture that a render writes.
+image::Image written(const std::string& filters, int threads = 1, uint32_t width = 16,
+                     std::vector<std::string>* said = nullptr) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("kinora_written_" + std::to_string(getpid()) + ".exr")).string();
+  RenderRequest q = request(ball(filters));
+  q.settings.output = file;
+  q.settings.threads = threads;
+  q.settings.width = width;
+  SceneRender r(q);
+  image::Image picture;
+  EXPECT_TRUE(r.ok());
+  EXPECT_EQ(r.renderer().render(), render::Outcome::Complete);
+  EXPECT_TRUE(image::read(file, picture).ok());
+  if (said) *said = r.messages();
+  std::filesystem::remove(file);
+  return picture;
+}
+
+// Neighbours are those before the filter, for any threads and width: the edges of a disk are its rim on both sides.
+TEST(DisplayFilter, MaySeeOtherPixels) {
+  const std::string edges = "DisplayFilter \"PxrEdgeDetect\" \"e\"\n";
+  const image::Image plain = written(""), one = written(edges, 1, 16), four = written(edges, 3, 4);
+  EXPECT_EQ(one.pixels, four.pixels);
+  const auto at = [&](int x, int y) { return plain.at(std::clamp(x, 0, 31), std::clamp(y, 0, 31))[0]; };
+  int rim = 0;
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      float g[2] = {0, 0};
+      for (int k = -1; k < 2; ++k) {
+        const float weight = k ? 0.125f : 0.25f;
+        g[0] += weight * (at(x + 1, y + k) - at(x - 1, y + k));
+        g[1] += weight * (at(x + k, y + 1) - at(x + k, y - 1));
+      }
+      EXPECT_NEAR(one.at(x, y)[0], std::hypot(g[0], g[1]), 0.01) << x << " " << y;  // half floats
+      rim += one.at(x, y)[0] > 0.5f;
+    }
+  EXPECT_GT(rim, 60);
+}
+
+TEST(DisplayFilter, APictureBehind) {
+  const auto folder = std::filesystem::temp_directory_path() / ("plates_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  image::Image plate({0, 0, 32, 32}, {{"R"}, {"G"}, {"B"}});
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      plate.at(x, y)[0] = float(x) / 32;
+      plate.at(x, y)[1] = float(y) / 32;
+      plate.at(x, y)[2] = 0.5f;
+    }
+  ASSERT_TRUE(image::write((folder / "plate.exr").string(), plate).ok());
+  const std::string path = "Option \"searchpath\" \"string texture\" [\"" + folder.string() + "\"]\n";
+  const image::Image plain = written("");
+  for (const char* filter :
+       {"DisplayFilter \"PxrImageDisplayFilter\" \"p\"", "SampleFilter \"PxrImagePlaneFilter\" \"p\""}) {
+    std::vector<std::string> said;
+    const image::Image out = written(path + filter + " \"string filename\" [\"plate.exr\"]\n", 1, 16, &said);
+    EXPECT_EQ(said.size(), 1u) << "that there is no light: " << said.back();
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x)
+        for (int c = 0; c < 3; ++c)
+          EXPECT_NEAR(out.at(x, y)[c], plain.at(x, y)[c] + (1 - plain.at(x, y)[3]) * plate.at(x, y)[c], 4e-3)
+              << filter << " " << x << " " << y;
+    const image::Image missing = written(path + filter + " \"string filename\" [\"gone.exr\"]\n", 1, 16, &said);
+    EXPECT_EQ(missing.pixels, plain.pixels) << "nothing is behind";
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_NE((said[0] + said[1]).find("gone.exr"), std::string::npos) << said[0] << said[1];
+  }
+  std::filesystem::remove_all(folder);
+}
+
+// PNG holds colours without their alpha; the sky that the camera sees is no part of what stands before it.
+TEST(Displays, EdgesBeforeTheSkyAreNoBrighterThanWhatCovers) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("kinora_edges_" + std::to_string(getpid()) + ".png")).string();
+  RenderRequest q = request(ball(""));
+  q.rib.replace(q.rib.find("[5 5 5]"), 7, "[0.1 0.2 0.05]");
+  q.rib.insert(q.rib.find("Translate 0 0 5"), "Light \"PxrDomeLight\" \"sky\" \"color lightColor\" [0.5 0.6 0.8]\n");
+  q.settings.output = file;
+  SceneRender r(q);
+  ASSERT_TRUE(r.ok());
+  const image::Image alpha = r.channel("a");
+  ASSERT_EQ(r.renderer().render(), render::Outcome::Complete);
+  image::Image picture;
+  ASSERT_TRUE(image::read(file, picture).ok());
+  std::filesystem::remove(file);
+  const float ballColor[3] = {0.1f, 0.2f, 0.05f}, sky[3] = {0.5f, 0.6f, 0.8f};
+  int edges = 0;
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      const float a = alpha.at(x, y)[0];
+      edges += a > 0 && a < 1;
+      EXPECT_NEAR(picture.at(x, y)[3], a, 0.5 / 255 + 1e-4);
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(picture.at(x, y)[c] * 255, image::encodeSrgb8((a > 0 ? ballColor : sky)[c]), 1) << x << " " << y;
+    }
+  EXPECT_GT(edges, 30);
+}
+
 // A floor under a rectangle that the camera sees too; the path tracer finds the light by both halves.
 std::string room(const std::string& filter) {
   return "Format 24 24 1\nProjection \"perspective\" \"fov\" [60]\nHider \"raytrace\" \"int maxsamples\" [8]\n"

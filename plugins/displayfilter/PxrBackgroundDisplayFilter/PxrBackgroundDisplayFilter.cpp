@@ -9,16 +9,16 @@ constexpr Param kParams[] = {
     param::string("aovAlpha", "a")
         .help("Channel that says how much of a pixel is covered; without it nothing is done."),
     param::color("backgroundColor", 0.f).help("Colour behind the picture; scene-linear."),
-    param::integer("coverAll", 0)
+    param::number("backgroundAlpha", 0.f)
         .range(0, 1)
-        .options("0 off, 1 on")
-        .help(
-            "1: alpha says that the background covers what was empty, as after the background imager of old files."),
+        .help("Alpha of the background: 0 leaves the channel as it is, 1 says that the background covers what was "
+              "empty, "
+              "as after the background imager of old files."),
 };
 std::unique_ptr<channelMaths::Background> make(const CreateInfo& info) {
   const NamedValues v(info, kParams, std::size(kParams));
   return std::make_unique<channelMaths::Background>(v, v.string("aov"), v.string("aovAlpha"),
-                                                    v.integer("coverAll") != 0);
+                                                    v.number("backgroundAlpha"));
 }
 }  // namespace kinora::pxrBackgroundDisplayFilter
 #endif

@@ -19,8 +19,9 @@ namespace {
 using V = std::vector<float>;
 
 // Channels of a filter after it; given are those that it asks for, in order. Empty: refused.
+// The pixel is (3, line) of a picture of 8 x 4.
 std::vector<V> run(const char* name, const std::map<std::string, V>& numbers, std::vector<V> channels,
-                   const std::map<std::string, std::string>& texts = {}) {
+                   const std::map<std::string, std::string>& texts = {}, int32_t line = 0) {
   const Descriptor* d = nullptr;
   for (const Descriptor* k : stockPlugins())
     if (!std::strcmp(k->name, name)) d = k;
@@ -36,7 +37,8 @@ std::vector<V> run(const char* name, const std::map<std::string, V>& numbers, st
     values[i].count = d->params[i].type == Type::Color ? 3 : 1;
   }
   Host host{nullptr, [](void*, const char*, const char*, const char*) {}, nullptr};
-  const CreateInfo info{&host, "f", values.data(), d->paramCount, nullptr, nullptr};
+  const ChannelFilterInfo picture{{8, 4}, 1};
+  const CreateInfo info{&host, "f", values.data(), d->paramCount, nullptr, &picture};
   ErrorText error{};
   void* f = d->create(&info, &error);
   if (!f) return {};
@@ -53,8 +55,10 @@ std::vector<V> run(const char* name, const std::map<std::string, V>& numbers, st
     }
   }
   EXPECT_EQ(traits->channel(f, uint32_t(channels.size())), nullptr);
-  const int32_t zero[16] = {};
-  const ChannelFilterArgs a{3, zero, zero, list.data(), uint32_t(list.size())};
+  std::array<int32_t, 16> x, y;
+  x.fill(3);
+  y.fill(line);
+  const ChannelFilterArgs a{3, x.data(), y.data(), list.data(), uint32_t(list.size())};
   if (d->kind == Kind::SampleFilter)
     static_cast<const SampleFilterFunctions*>(functionsFor(*d, 8))->filter(f, &a);
   else
@@ -130,6 +134,70 @@ TEST(ChannelFilters, CopyShadowAndBackground) {
              {0, 1, 0.5f}, "threshold");
   for (const char* name : {"PxrBackgroundSampleFilter", "PxrBackgroundDisplayFilter"})
     expectNear(run(name, {{"backgroundColor", {1, 2, 4}}}, {{0.5f, 0.5f, 0.5f}, {0.75f}})[0], {0.75f, 1, 1.5f}, name);
+}
+
+TEST(ChannelFilters, BackgroundsMayCover) {
+  const V half = {0.5f, 0.5f, 0.5f};
+  for (const auto& [opacity, alpha] : {std::pair{0.f, 0.75f}, {1.f, 1.f}, {0.5f, 0.875f}})
+    expectNear(run("PxrBackgroundDisplayFilter", {{"backgroundAlpha", {opacity}}}, {half, {0.75f}})[1], {alpha},
+               "background");
+}
+
+TEST(ChannelFilters, Clamp) {
+  const char* name = "ClampDisplayFilter";
+  expectNear(run(name, {}, {{2, -1, 0.5f}, {1.5f}})[0], {1, 0, 0.5f}, name);
+  expectNear(run(name, {}, {{2, -1, 0.5f}, {1.5f}})[1], {1}, name);
+  expectNear(run(name, {{"mode", {1}}}, {{2, -1, 0.2f}, {0.25f}})[0], {0.25f, 0, 0.2f}, name);
+  expectNear(run(name, {{"mode", {1}}}, {{2, -1, 0.5f}, {}})[0], {1, 0, 0.5f}, name);
+}
+
+TEST(ChannelFilters, LightSaturation) {
+  const char* name = "PxrLightSaturation";
+  const V color = {0.8f, 0.4f, 0.2f}, lit = {1, 1, 1}, dark = {0.2f, 0.2f, 0.2f};
+  const double grey = 0.2126 * 0.8 + 0.7152 * 0.4 + 0.0722 * 0.2;
+  const auto shifted = [&](double by) {
+    V v;
+    for (const float x : color) v.push_back(float(grey + (x - grey) * std::exp2(by)));
+    return v;
+  };
+  for (float shift : {1.f, -2.f}) {
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}}, {color, lit})[0], shifted(shift), name);
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}}, {color, dark})[0], color, name);
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}, {"invert", {1}}}, {color, dark})[0],
+               shifted(shift), name);
+    expectNear(run(name, {{"threshold", {0.5f}}, {"shift", {shift}}, {"invert", {1}}}, {color, lit})[0], color, name);
+  }
+}
+
+TEST(ChannelFilters, HalfBufferError) {
+  const char* name = "PxrHalfBufferErrorFilter";
+  const auto out = run(name, {}, {{1, 2, 3}, {1.5f, 2, 1}, {9}});
+  expectNear(out[2], {float((0.25 + 0 + 4) / 3 / 4)}, name);
+  expectNear(run(name, {}, {{4}, {2}, {9, 9, 9}})[2], {1, 1, 1}, "of single floats");
+}
+
+TEST(ChannelFilters, Gradient) {
+  const char* name = "GradientDisplayFilter";
+  const std::map<std::string, V> colors = {{"topColor", {1, 0, 0}}, {"bottomColor", {0, 1, 0.5f}}};
+  const auto with = [&](std::map<std::string, V> more) {
+    more.insert(colors.begin(), colors.end());
+    return more;
+  };
+  for (int32_t line = 0; line < 4; ++line) {
+    const double down = (line + 0.5) / 4;
+    const auto at = [&](double share) { return V{float(1 - share), float(share), float(share / 2)}; };
+    expectNear(run(name, colors, {{0, 0, 0}, {0}}, {}, line)[0], at(down), name);
+    expectNear(run(name, colors, {{0, 0, 0}, {0.5f}}, {}, line)[0],
+               {float(1 - down) / 2, float(down) / 2, float(down) / 4}, name);
+    // the middle of the change is pushed down: bias(down, 0.25) is its square
+    expectNear(run(name, with({{"midPoint", {0.75f}}}), {{0, 0, 0}, {0}}, {}, line)[0], at(down * down), name);
+    expectNear(run(name, with({{"frequency", {2}}}), {{0, 0, 0}, {0}}, {}, line)[0],
+               at(2 * down - std::floor(2 * down)), name);
+    expectNear(run(name, with({{"sharpness", {1}}}), {{0, 0, 0}, {0}}, {}, line)[0], at(down > 0.5), name);
+    // turned by 90 degrees it runs from left to right, in pixels as high as before: column 3 of 4
+    expectNear(run(name, with({{"angle", {90}}}), {{0, 0, 0}, {0}}, {}, line)[0], at(3.5 / 4), name);
+    expectNear(run(name, with({{"backgroundAlpha", {0}}}), {{0, 0, 0}, {0.25f}}, {}, line)[1], {0.25f}, name);
+  }
 }
 
 }  // namespace

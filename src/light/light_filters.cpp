@@ -1,0 +1,46 @@
+#include "light/light_filters.h"
+
+#include <algorithm>
+
+namespace kinora::light {
+
+// Another filter of a group that does not multiply, into the group's factor; never negative.
+static void combine(LightFilterMode mode, uint32_t count, const float* factor, float* group) {
+  for (uint32_t i = 0; i < count; ++i) {
+    const float a = group[i], b = factor[i];
+    group[i] = mode == LightFilterMode::Max   ? std::max(a, b)
+               : mode == LightFilterMode::Min ? std::min(a, b)
+                                              : std::max(0.f, a + b - a * b);
+  }
+}
+
+LightFilters::LightFilters(Arena& arena, uint32_t most) {
+  const uint32_t room = padded(most) + kPad;
+  for (float*& f : in) f = arena.make<float>(room);
+  for (float*& f : factor_) f = arena.make<float>(room);
+  for (float*& f : group_) f = arena.make<float>(room);
+}
+
+void LightFilters::apply(uint32_t width, const std::vector<LightFilterEntry>& filters, uint32_t count,
+                         const uint32_t* list, float* const value[3], bool uniformOnly) const {
+  for (size_t f = 0, end; f < filters.size(); f = end) {
+    bool isUniform = filters[f].isUniform;
+    // those that multiply do so one by one
+    const bool isAlone = filters[f].mode == LightFilterMode::Multiply;
+    for (end = f + 1; !isAlone && end < filters.size() && filters[end].group == filters[f].group; ++end)
+      isUniform &= filters[end].isUniform;
+    if (uniformOnly && !isUniform) continue;
+    for (size_t g = f; g < end; ++g) {
+      float* const* to = g == f ? group_ : factor_;
+      const LightFilterArgs a{count, {in[0], in[1], in[2]}, {in[3], in[4], in[5]}, in[6],
+                              in[7], {to[0], to[1], to[2]}};
+      filters[g].byWidth[width]->factor(filters[g].instance, &a);
+      if (g != f)
+        for (int c = 0; c < 3; ++c) combine(filters[f].mode, count, factor_[c], group_[c]);
+    }
+    for (int c = 0; c < 3; ++c)
+      for (uint32_t i = 0; i < count; ++i) value[c][list[i]] *= group_[c][i];
+  }
+}
+
+}  // namespace kinora::light
