@@ -342,6 +342,20 @@ TEST(ShaderRun, Messages) {
             "Detected possible use of uninitialized value in float x at n.osl:3 (group unnamed_group_1, layer 0 "
             "n_0, shader n, op "))
       << r.err;
+  // a string that was never set in either point, one that was in the second; nothing of those with a value
+  w.write("text.osl",
+          "shader text(output int n = 0, output string all = \"\") {\n"
+          "  string never, late[2], set = \"\";\n"
+          "  if (u > 0.5) late[1] = \"x\";\n"
+          "  n = strlen(never) + strlen(set);\n"
+          "  all = concat(set, late[1]);\n"
+          "  all = concat(all, never);\n}");
+  r = quiet(w, {"-g", "2", "1", "--debuguninit", "--print", "-o", "n", "null", "text"});
+  EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 2) << r.err;
+  EXPECT_TRUE(holds(r.err, "Detected possible use of uninitialized value in string never at text.osl:4 ")) << r.err;
+  EXPECT_TRUE(holds(r.err, "Detected possible use of uninitialized value in string[2] late at text.osl:5 ")) << r.err;
+  EXPECT_TRUE(holds(r.out, "n : 0")) << r.out;
+  EXPECT_EQ(quiet(w, {"-g", "2", "1", "text"}).err, "");
   r = quiet(w, {"-g", "2", "1", "--debugnan", "--print", "-o", "Cout", "null", "n"});
   EXPECT_TRUE(holds(r.err, "Detected inf value in ")) << r.err;
   EXPECT_TRUE(holds(r.err, " value in Cout at n.osl:4 (op compassign)")) << r.err;

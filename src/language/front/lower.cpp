@@ -92,6 +92,15 @@ SymbolId Lowerer::constant(std::string_view s) {
   return constant({Base::String, 0, -1}, std::move(v));
 }
 
+SymbolId Lowerer::unset(const Type& type) {
+  SymbolId& id = unset_.emplace(type.arrayLength, kNone).first->second;
+  if (id == kNone) {
+    id = addSymbol(std::string(kUnsetName) + std::to_string(unset_.size() - 1), SymbolKind::Constant, type, {});
+    out_.symbols[size_t(id)].values = zeros(type);
+  }
+  return id;
+}
+
 SymbolId Lowerer::symbolOf(Var* v) {
   if (v->kind != VarKind::Global) return v->id;
   SymbolId& id = globals_[v->globalIndex];
@@ -231,8 +240,8 @@ void Lowerer::local(Var* v) {
     const SymbolId s = id + SymbolId(i);
     const Type t = typeOf(s);
     if (t.base == Base::Closure && t.arrayLength == 0) emit(Opcode::Assign, {s, constant(0)}, v->pos);
-    if (t.base == Base::String && t.arrayLength == 0) emit(Opcode::Assign, {s, constant(std::string_view())}, v->pos);
-    if (t.base == Base::String && t.arrayLength > 0) emit(Opcode::ArrayCopy, {s, constant(t, zeros(t))}, v->pos);
+    if (t.base == Base::String && t.arrayLength == 0) emit(Opcode::Assign, {s, unset(t)}, v->pos);
+    if (t.base == Base::String && t.arrayLength > 0) emit(Opcode::ArrayCopy, {s, unset(t)}, v->pos);
   }
 }
 

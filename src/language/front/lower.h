@@ -37,6 +37,7 @@ class Lowerer {
   SymbolId constant(int32_t i);
   SymbolId constant(float f);
   SymbolId constant(std::string_view s);
+  SymbolId unset(const Type& type);  // the empty strings of a variable that was never set
   SymbolId symbolOf(Var* v);
   SymbolId globalNg();
   size_t sizeOf(const Type& type) const;  // symbols that a value takes
@@ -96,6 +97,7 @@ class Lowerer {
   Block* block_ = nullptr;
   std::vector<Frame> frames_;
   std::unordered_map<std::string, SymbolId> constants_;
+  std::unordered_map<int32_t, SymbolId> unset_;  // by the length of an array
   std::vector<SymbolId> globals_;
   size_t temporaries_ = 0, constantCount_ = 0, locals_ = 0, instructions_ = 0, values_ = 0;
   uint32_t depth_ = 0, blocks_ = 0;

@@ -153,6 +153,15 @@ SymbolId Lowerer::builtin(Expr* e, SymbolId want) {
   }
 
   switch (op) {
+    case Opcode::MakeClosure:
+      // The language's header makes short forms of long ones, which is what a print shows: perfect mirrors of index 0,
+      // microfacets without a direction and alike in both.
+      if (b.name == "reflection" && s.count == 1) arguments.insert(arguments.begin() + 3, constant(0.f));
+      if (b.name == "microfacet" && s.count == 5) {
+        const SymbolId alpha = arguments[4];
+        arguments.insert(arguments.begin() + 4, {converted(constant(0.f), {Base::Vector, 0, -1}, e->pos), alpha});
+      }
+      break;
     case Opcode::ArrayLength:
       if (const int32_t n = typeOf(arguments[1]).arrayLength; n > 0) return constant(n);
       break;

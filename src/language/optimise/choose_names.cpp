@@ -1,8 +1,9 @@
-// Names of noises and bases of splines that are known only at run time: the machine has a kernel for each, so the call
-// becomes a choice among calls, each for the points that ask for it.
+// Names of noises, bases of splines, their numbers of knots and colour spaces that are known only at run time: the
+// machine has a kernel for each, so the call becomes a choice among calls, each for the points that ask for it.
 #include <string_view>
 #include <vector>
 
+#include "language/library/color_system.h"
 #include "language/library/noise_name.h"
 #include "language/optimise/optimise.h"
 
@@ -38,6 +39,18 @@ std::vector<Names> noiseNames(bool isPeriodic) {
   return all;
 }
 
+// Not for transformc(): the constructor color("space", ...), which knows fewer.
+std::vector<Names> spaceNames(bool isConstructor) {
+  const std::string_view working = defaultColorSystem().name;
+  std::vector<Names> all = {{"RGB", "rgb", working}, {"hsv"}, {"hsl"}, {"YIQ"}, {"XYZ"}, {"xyY"}};
+  if (isConstructor) return all;
+  all[0].push_back("linear");
+  all.insert(all.begin(), {"sRGB"});  // means the curve, even where the working space is called so
+  return all;
+}
+
+constexpr int32_t kMostCounts = 64;  // knots of an array whose number in use may be chosen
+
 class Chooser {
  public:
   explicit Chooser(FlatProgram& flat) : shader_(flat.code), pool_(flat.code) {}
@@ -47,8 +60,8 @@ class Chooser {
     made.reserve(code.code.size());
     for (Instruction& in : code.code) {
       for (Block& inner : in.blocks) block(inner);
-      if (isOpen(in))
-        choose(in, made);
+      if (const Choice choice = choiceIn(in); choice.what != Chosen::Nothing)
+        choose(in, choice, made);
       else
         made.push_back(std::move(in));
     }
@@ -56,49 +69,119 @@ class Chooser {
   }
 
  private:
-  bool isOpen(const Instruction& in) const {
-    const bool isNoise = in.opcode == Opcode::Noise || in.opcode == Opcode::PNoise;
-    if (!isNoise && in.opcode != Opcode::Spline && in.opcode != Opcode::SplineInverse) return false;
-    if (in.arguments.size() < 3) return false;
-    const Symbol& name = shader_.symbols[size_t(in.arguments[1])];
-    return name.type == Type{Base::String, 0, -1} && name.kind != SymbolKind::Constant;
+  enum class Chosen { Nothing, Noise, Basis, Space, Count };
+  struct Choice {
+    Chosen what = Chosen::Nothing;
+    size_t at = 0;  // the argument
+  };
+
+  bool isOpen(const Instruction& in, size_t at, Base base) const {
+    const Symbol& s = shader_.symbols[size_t(in.arguments[at])];
+    return s.type == Type{base, 0, -1} && s.kind != SymbolKind::Constant;
+  }
+  Choice choiceIn(const Instruction& in) const {
+    const size_t n = in.arguments.size();
+    switch (in.opcode) {
+      case Opcode::Noise:
+      case Opcode::PNoise:
+        if (n >= 3 && isOpen(in, 1, Base::String)) return {Chosen::Noise, 1};
+        break;
+      case Opcode::Spline:
+      case Opcode::SplineInverse:
+        if (n >= 3 && isOpen(in, 1, Base::String)) return {Chosen::Basis, 1};
+        if (n == 5 && isOpen(in, 3, Base::Int)) {
+          const int32_t knots = shader_.symbols[size_t(in.arguments[4])].type.arrayLength;
+          if (knots > 0 && knots <= kMostCounts) return {Chosen::Count, 3};
+        }
+        break;
+      case Opcode::TransformColor:
+        for (size_t i = 1; i + 1 < n; ++i)
+          if (isOpen(in, i, Base::String)) return {Chosen::Space, i};
+        break;
+      case Opcode::MakeColor:
+        if (n >= 3 && isOpen(in, 1, Base::String)) return {Chosen::Space, 1};
+        break;
+      default:
+        break;
+    }
+    return {};
   }
 
-  void choose(const Instruction& in, std::vector<Instruction>& out) {
-    const bool isNoise = in.opcode == Opcode::Noise || in.opcode == Opcode::PNoise;
-    const bool isPeriodic = in.opcode == Opcode::PNoise;
-    // from the last choice to the first, each within the other side of the one before
+  void choose(const Instruction& in, Choice choice, std::vector<Instruction>& out) {
+    Block all;
+    if (choice.what == Chosen::Count)
+      chooseCount(in, 1, shader_.symbols[size_t(in.arguments[4])].type.arrayLength, all);
+    else
+      chooseName(in, choice, all);
+    block(all);  // a call may have more to choose
+    for (Instruction& i : all.code) out.push_back(std::move(i));
+  }
+
+  // By halves; fewer than one count as one, more than there are as all.
+  void chooseCount(const Instruction& in, int32_t least, int32_t most, Block& out) {
+    if (least == most) {
+      out.code.push_back(in);
+      out.code.back().arguments[3] = pool_.ofInt(least);
+      return;
+    }
+    const int32_t middle = (least + most) / 2;
+    const SymbolId holds = temporary();
+    out.code.push_back(like(in, Opcode::Le, {holds, in.arguments[3], pool_.ofInt(middle)}));
+    Instruction choice = like(in, Opcode::If, {holds});
+    choice.blocks.resize(2);
+    chooseCount(in, least, middle, choice.blocks[0]);
+    chooseCount(in, middle + 1, most, choice.blocks[1]);
+    out.code.push_back(std::move(choice));
+  }
+
+  // From the last choice to the first, each within the other side of the one before.
+  void chooseName(const Instruction& in, Choice choice, Block& out) {
+    const bool isPeriodic = in.opcode == Opcode::PNoise, isConstructor = in.opcode == Opcode::MakeColor;
+    const SymbolId place = pool_.ofString(in.pos.file ? *in.pos.file : std::string()),
+                   line = pool_.ofInt(int32_t(in.pos.line));
     Block rest;
-    if (isNoise) {
-      const std::string place = in.pos.file ? *in.pos.file : std::string();
+    std::vector<Names> all;
+    if (choice.what == Chosen::Noise) {
+      all = noiseNames(isPeriodic);
       std::string text = unknownNoise("%s", isPeriodic, "", 0);
       text.resize(text.find(", called"));
-      rest.code.push_back(like(in, Opcode::Complain,
-                               {pool_.ofString(text + ", called from (%s:%d)"), in.arguments[1],
-                                pool_.ofString(place), pool_.ofInt(int32_t(in.pos.line))}));
+      rest.code.push_back(
+          like(in, Opcode::Complain, {pool_.ofString(text + ", called from (%s:%d)"), in.arguments[1], place, line}));
       rest.code.push_back(like(in, Opcode::Assign, {in.arguments[0], pool_.ofFloat(0)}));
+    } else if (choice.what == Chosen::Space) {
+      all = spaceNames(isConstructor);
+      const SymbolId rgb = pool_.ofString("RGB");
+      const bool two = !isConstructor && in.arguments.size() == 4;
+      rest.code.push_back(like(in, Opcode::Complain,
+                               {pool_.ofString("Unknown color space transformation \"%s\" -> \"%s\": %s:%d"),
+                                two || isConstructor ? in.arguments[1] : rgb,
+                                isConstructor ? rgb : in.arguments[two ? 2 : 1], place, line}));
+      Instruction same = like(in, isConstructor ? Opcode::MakeColor : Opcode::Assign, in.arguments);
+      same.arguments.erase(same.arguments.begin() + 1,
+                           isConstructor ? same.arguments.begin() + 2 : same.arguments.end() - 1);
+      rest.code.push_back(std::move(same));
     } else {
-      rest.code.push_back(called(in, "linear"));  // any other name, as the reference has it
+      all = splineNames();
+      rest.code.push_back(called(in, choice, "linear"));  // any other name, as the reference has it
     }
-    const std::vector<Names> all = isNoise ? noiseNames(isPeriodic) : splineNames();
     for (size_t k = all.size(); k-- > 0;) {
       Block test;
-      const SymbolId holds = isAmong(in, all[k], test.code);
-      Instruction choice = like(in, Opcode::If, {holds});
-      choice.blocks.resize(2);
-      choice.blocks[0].code.push_back(called(in, all[k][0]));
-      choice.blocks[1] = std::move(rest);
-      test.code.push_back(std::move(choice));
+      const SymbolId holds = isAmong(in, choice, all[k], test.code);
+      Instruction branch = like(in, Opcode::If, {holds});
+      branch.blocks.resize(2);
+      branch.blocks[0].code.push_back(called(in, choice, all[k][0]));
+      branch.blocks[1] = std::move(rest);
+      test.code.push_back(std::move(branch));
       rest = std::move(test);
     }
-    for (Instruction& i : rest.code) out.push_back(std::move(i));
+    out = std::move(rest);
   }
 
-  SymbolId isAmong(const Instruction& in, const Names& names, std::vector<Instruction>& out) {
+  SymbolId isAmong(const Instruction& in, Choice choice, const Names& names, std::vector<Instruction>& out) {
     SymbolId any = kNone;
     for (const std::string_view name : names) {
       const SymbolId one = temporary();
-      out.push_back(like(in, Opcode::Eq, {one, in.arguments[1], pool_.ofString(std::string(name))}));
+      out.push_back(like(in, Opcode::Eq, {one, in.arguments[choice.at], pool_.ofString(std::string(name))}));
       if (any == kNone) {
         any = one;
         continue;
@@ -110,12 +193,12 @@ class Chooser {
     return any;
   }
 
-  Instruction called(const Instruction& in, std::string_view name) {
+  Instruction called(const Instruction& in, Choice choice, std::string_view name) {
     // names without a kernel of their own are numbers
-    if (name == "null" || name == "unull")
+    if (choice.what == Chosen::Noise && (name == "null" || name == "unull"))
       return like(in, Opcode::Assign, {in.arguments[0], pool_.ofFloat(name == "null" ? 0.f : 0.5f)});
     Instruction call = in;
-    call.arguments[1] = pool_.ofString(std::string(name));
+    call.arguments[choice.at] = pool_.ofString(std::string(name));
     return call;
   }
 

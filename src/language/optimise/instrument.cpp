@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <unordered_set>
 #include <utility>
 
 #include "language/optimise/group.h"
@@ -19,18 +20,19 @@ class Instrumenter {
 
   void run() {
     const size_t symbols = shader_.symbols.size();
+    for (const Initialiser& i : shader_.initialisers) findUnset(i.code);
+    findUnset(shader_.main);
     for (Initialiser& i : shader_.initialisers) walk(i.code);
     walk(shader_.main);
     if (!uninitialised_) return;
     std::vector<Instruction> marks;
     for (size_t i = 0; i < symbols; ++i) {
-      if (!isMarked(SymbolId(i))) continue;
       const Type type = shader_.symbols[i].type;
       const size_t n = size_t(componentsOf(type.base)) * size_t(std::max(1, type.arrayLength));
+      if (isUnset(SymbolId(i))) shader_.symbols[i].values.strings.assign(n, kUninitialisedText);
+      if (!isMarked(SymbolId(i)) || type.base == Base::String) continue;
       Values values;
-      if (type.base == Base::String)
-        values.strings.assign(n, kUninitialisedText);
-      else if (type.base == Base::Int)
+      if (type.base == Base::Int)
         values.ints.assign(n, std::numeric_limits<int32_t>::min());
       else
         values.floats.assign(n, std::numeric_limits<float>::quiet_NaN());
@@ -44,8 +46,21 @@ class Instrumenter {
   }
 
  private:
+  bool isUnset(SymbolId id) const {
+    const Symbol& s = shader_.symbols[size_t(id)];
+    return s.kind == SymbolKind::Constant && s.name.starts_with(kUnsetName);
+  }
+  // Strings begin as nothing where they are declared without a value, which is an instruction.
+  void findUnset(const Block& block) {
+    for (const Instruction& in : block.code) {
+      if ((in.opcode == Opcode::Assign || in.opcode == Opcode::ArrayCopy) && isUnset(in.arguments[1]))
+        beginsUnset_.insert(in.arguments[0]);
+      for (const Block& inner : in.blocks) findUnset(inner);
+    }
+  }
   bool isMarked(SymbolId id) const {
     const Symbol& s = shader_.symbols[size_t(id)];
+    if (s.type.base == Base::String && !beginsUnset_.contains(id)) return false;
     return s.kind == SymbolKind::Local && componentsOf(s.type.base) > 0 && s.type.arrayLength >= 0 &&
            s.type.arrayLength <= kMostMarked;
   }
@@ -111,6 +126,7 @@ class Instrumenter {
 
   Shader& shader_;
   ConstantPool pool_;
+  std::unordered_set<SymbolId> beginsUnset_;
   bool nan_, uninitialised_;
   uint32_t number_ = 0;
 };

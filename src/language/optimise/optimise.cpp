@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <optional>
 #include <unordered_map>
 
 #include "language/optimise/fold.h"
@@ -424,26 +425,62 @@ bool hasEffect(const Instruction& in) {
 }
 bool isEmpty(const Block& block) { return block.code.empty(); }
 
+// The indices of a store into part of a variable that may lie outside, each with how many elements there are: a store
+// that nothing reads is not worth keeping, but an index outside is told all the same.
+struct DoubtfulIndex {
+  SymbolId index;
+  int32_t elements;
+};
+std::vector<DoubtfulIndex> doubtfulIndices(const Shader& shader, const Instruction& in) {
+  std::vector<DoubtfulIndex> found;
+  const auto look = [&](size_t argument, int32_t elements) {
+    const Symbol& index = shader.symbols[size_t(in.arguments[argument])];
+    if (index.kind != SymbolKind::Constant || index.values.ints[0] < 0 || index.values.ints[0] >= elements)
+      found.push_back({in.arguments[argument], elements});
+  };
+  switch (in.opcode) {
+    case Opcode::ArrayAssign:
+      if (const Type& type = shader.symbols[size_t(in.arguments[0])].type; type.base != Base::Closure)
+        look(1, type.arrayLength);
+      break;
+    case Opcode::ComponentAssign:
+      look(1, 3);
+      break;
+    case Opcode::MatrixAssign:
+      look(1, 4);
+      look(2, 4);
+      break;
+    case Opcode::CheckIndex:
+      look(0, shader.symbols[size_t(in.arguments[1])].values.ints[0]);
+      break;
+    default:
+      break;
+  }
+  return found;
+}
+
 bool removeDead(FlatProgram& flat) {
   Shader& shader = flat.code;
-  std::vector<const Instruction*> dead;
+  std::optional<ConstantPool> pool;  // seldom needed
   std::unordered_map<const Instruction*, bool> isDead;
   Liveness liveness(shader);
   liveness.isDead = [&](const Instruction& in, const SymbolSet& after) {
-    bool needed = hasEffect(in);
+    bool needed = in.opcode == Opcode::CheckIndex ? !doubtfulIndices(shader, in).empty() : hasEffect(in);
     for (uint32_t i = 0; i < in.arguments.size() && !needed; ++i)
       if (accessOf(shader, in, i) != 'r') needed = after.has(in.arguments[i]);
     isDead[&in] = !needed;
-    return !needed;
+    // what computes its indices stays, and this time what it would have stored
+    return !needed && (in.opcode == Opcode::CheckIndex || doubtfulIndices(shader, in).empty());
   };
   SymbolSet live(shader.symbols.size());
   for (const Output& o : flat.outputs) live.add(o.symbol);
   liveness.run(shader.main, live);
   bool changed = false;
   const std::function<void(Block&)> sweep = [&](Block& block) {
-    for (Instruction& in : block.code)
+    std::vector<Instruction> kept;
+    kept.reserve(block.code.size());
+    for (Instruction& in : block.code) {
       for (Block& inner : in.blocks) sweep(inner);
-    std::erase_if(block.code, [&](const Instruction& in) {
       bool gone = false;
       if (in.opcode == Opcode::Nop || in.opcode == Opcode::UseParam)
         gone = true;
@@ -456,8 +493,21 @@ bool removeDead(FlatProgram& flat) {
         gone = found != isDead.end() && found->second;
       }
       changed |= gone;
-      return gone;
-    });
+      if (!gone) {
+        kept.push_back(std::move(in));
+        continue;
+      }
+      for (const DoubtfulIndex& doubt : doubtfulIndices(shader, in)) {
+        if (!pool) pool.emplace(shader);
+        Instruction& check = kept.emplace_back();
+        check.opcode = Opcode::CheckIndex;
+        check.arguments = {doubt.index, pool->ofInt(doubt.elements)};
+        check.pos = in.pos;
+        check.layer = in.layer;
+        check.name = in.name;
+      }
+    }
+    block.code = std::move(kept);
   };
   sweep(shader.main);
   return changed;

@@ -186,6 +186,7 @@ enum : uint32_t {
   X(Rotate, "rotate", "wrrr", kOpOwn)                                                           \
   X(DebugNan, "debug_nan", "rrr*", kOpEffect | kOpOwn)                                          \
   X(DebugUninit, "debug_uninit", "rrWr*", kOpEffect | kOpOwn)                                   \
+  X(CheckIndex, "check_index", "rr", kOpEffect | kOpOwn)                                        \
   X(Complain, "complain", "r*", kOpEffect | kOpOwn)                                             \
   X(ClosureMake, "closure_make", "wrr*", kOpDropsDerivs | kOpGlobalState | kOpOwn)              \
   X(ClosureAdd, "closure_add", "wrr", kOpDropsDerivs | kOpGlobalState | kOpOwn)                 \
@@ -195,9 +196,9 @@ enum : uint32_t {
 // floor(a / b)), a % b for ints (a where b is 0). Mod is the operator %. LinearStep and SmoothLinearStep: e0, e1, x
 // (, eps), float or triples alike. Rotate: the triple, the angle, the axis, which passes through the origin and need
 // not have length 1. Formulas: reference osl-numerics, section 8. DebugNan and DebugUninit (instrument.h): two texts,
-// the value, and which element, component or row and column of it. Complain: an error of the program itself, told
-// once a run. ClosureMake and its kin work on closures as numbers (optimise/closure_values.cpp). No file may hold these
-// seven.
+// the value, and which element, component or row and column of it. CheckIndex: an index and how many
+// elements there are: what is left of a store that nothing reads. Complain: an error of the program itself, told once a
+// run. ClosureMake and its kin work on closures as numbers (optimise/closure_values.cpp). No file may hold these eight.
 
 enum class Opcode : uint8_t {
 #define KN_X(enumerator, name, letters, flags) enumerator,

@@ -61,6 +61,9 @@ struct Metadata {
 using SymbolId = int32_t;  // index into Shader::symbols; kNone: no operand
 constexpr SymbolId kNone = -1;
 
+// Constants of empty strings whose names begin so are what variables hold that were never set.
+inline constexpr std::string_view kUnsetName = "$unset";
+
 enum class SymbolKind : uint8_t { Param, OutputParam, Local, Temp, Global, Constant };
 
 // A value by name. A struct is a symbol without a value (type.base == Struct) followed by a symbol for each field,

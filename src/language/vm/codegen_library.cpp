@@ -196,7 +196,8 @@ void CodeGenerator::spline(const Instruction& in) {
     if (args.size() == 5 && constantInt(args[3], wanted))
       count = uint32_t(std::clamp(wanted, 1, int32_t(count)));
     else if (args.size() == 5)
-      return scalar(in, Scalar::Refuse, "a number of knots that is not known before the run");
+      return scalar(in, Scalar::Refuse,
+                    "a number of knots that is not known before the run, out of an array of more than 64");
   } else {
     count = uint32_t(args.size() - 3);
     bool varies = false, derivs = false;

@@ -22,6 +22,12 @@ void CodeGenerator::operation(const Instruction& in) {
       if (base(0) == Base::Closure) return;
       return arrayWrite(in, in.arguments[0], operand(in.arguments[0]), operand(in.arguments[1]),
                         operand(in.arguments[2]), nameOf(in));
+    case Opcode::CheckIndex: {
+      int32_t length = 0;
+      if (!constantInt(in.arguments[1], length)) return fail(in, "check_index takes a constant length");
+      checkedIndex(in, operand(in.arguments[0]), uint32_t(length), nameOf(in));
+      return;
+    }
     case Opcode::ComponentRef:
     case Opcode::MatrixRef:
       return componentRead(in);

@@ -70,12 +70,17 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
     span.varies = true;
     return call && call(services.self, batch, space, span);
   };
-  const auto unknown = [&](uint32_t i, int32_t space) {
+  // null where it is known
+  const auto unknown = [&](uint32_t i, const int32_t* from, const int32_t* to) {
     setInt(f.cells[w[1]], i, 0);
     identity(out, i);
+    if (f.run->toldOnce[w[0]] && !f.run->tellsEveryPoint) return;
     const Executable& e = *f.run->program;
-    tellOnce(f, w[0], i,
-             "Unknown transformation \"" + stringOf(space) + "\": " + placeOf(e, SiteAccess::site(e, w[0])));
+    f.run->toldOnce[w[0]] = 1;
+    for (const int32_t* space : {from, to})
+      if (space && (space == from || !from || *space != *from))
+        f.run->say(f.first + i, MessageKind::Error,
+                   "Unknown transformation \"" + stringOf(*space) + "\": " + placeOf(e, SiteAccess::site(e, w[0])));
   };
   for (uint32_t first = 0; first < f.points; ++first) {
     // all points at once where they ask for the same spaces, else one after the other
@@ -96,7 +101,7 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
     for (uint32_t i = first; i < first + n; ++i) {
       if (masked && !takesPart(f, w[10], i)) continue;
       if (!knowsFrom || !knowsTo) {
-        unknown(i, knowsFrom ? to : from);
+        unknown(i, knowsFrom ? nullptr : &from, knowsTo ? nullptr : &to);
         continue;
       }
       float product[16];
