@@ -74,7 +74,7 @@ struct World::Part {
   std::vector<std::vector<uint32_t>> mergedIndices;
   bool batch = false, watertight = false;
   bool ofSolid = false;  // some placement of it is
-  float lower[3], upper[3];
+  float lower[3] = {0, 0, 0}, upper[3] = {0, 0, 0};
 
   ~Part() {
     if (scene) rtcReleaseScene(scene);
@@ -343,7 +343,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         made->users.push_back(s.user);
         made->visibility.push_back(visibility);
       }
-      made->build();
+      if (!options.placesOnly) made->build();
       part = made;
       ++counters.partsBuilt;
     }
@@ -387,6 +387,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.places_.push_back(placeInTables);
   }
 
+  if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
     float r2 = 0;
     for (int k = 0; k < 3; ++k) {
