@@ -225,9 +225,17 @@ void Refiner::cornerValues(const Element& e, int k, std::vector<double>& out) co
     for (size_t key = 0; key < keys_; ++key)
       for (size_t c = 0; c < 3; ++c) out[3 * key + c] = n.data[3 * (key * stride + at) + c];
   } else {
-    const std::vector<V3d>& n = normalOfFace_.at(base_.faceOf(e.triangle));
-    for (size_t key = 0; key < keys_; ++key)
-      for (size_t c = 0; c < 3; ++c) out[3 * key + c] = n[key][int(c)];
+    const std::vector<V3d>& ofFace = normalOfFace_.at(base_.faceOf(e.triangle));
+    for (size_t key = 0; key < keys_; ++key) {
+      V3d n = ofFace[key];
+      if (e.corners == 4) {  // as the quad lies at this corner: it need not be flat
+        const V3d p = point(vertexOf(e, k), key);
+        V3d own = (point(vertexOf(e, (k + 1) % 4), key) - p).cross(point(vertexOf(e, (k + 3) % 4), key) - p);
+        if (base_.flipNormals) own = -own;
+        if (own.length() > 1e-6 * faceNormal(e, key).length() && own.dot(n) > 0) n = own.normalized();
+      }
+      for (size_t c = 0; c < 3; ++c) out[3 * key + c] = n[int(c)];
+    }
   }
   for (const Source& s : sources_) {
     const size_t width = size_t(s.primvar->width);

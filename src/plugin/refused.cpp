@@ -9,7 +9,6 @@ namespace {
 constexpr const char* kHair = "strands have no bxdf of their own yet";
 constexpr const char* kBake = "nothing is baked";
 constexpr const char* kSubsurface = "subsurface scattering is not rendered yet";
-constexpr const char* kDisplacement = "displacements are not rendered yet";
 constexpr const char* kPaths = "light paths are not traced yet";
 
 constexpr RefusedPlugin kTable[] = {
@@ -46,9 +45,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Projection, "OmnidirectionalStereo", "it is not made yet", "PxrSphereCamera, once for each eye"},
     {Kind::Projection, "PxrLightProbe", "it is not made yet", "PxrSphereCamera"},
     {Kind::Projection, "PxrPanini", "it is not made yet", "PxrCylinderCamera"},
-    {Kind::Displacement, "PxrDispScalarLayer", kDisplacement, ""},
-    {Kind::Displacement, "PxrDispTransform", kDisplacement, ""},
-    {Kind::Displacement, "PxrDispVectorLayer", kDisplacement, ""},
     {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
     {Kind::SampleFilter, "PxrImagePlaneFilter", "filters do not read pictures yet", ""},
     {Kind::SampleFilter, "PxrWatermarkFilter", "filters do not read pictures yet", ""},
