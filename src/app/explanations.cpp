@@ -318,6 +318,10 @@ constexpr Explanation kRooms[] = {
      "AttributeEnd the list of lights before comes back. This one meets no object. Illuminate HANDLE 1 behind the "
      "block "
      "switches it on for all that follows; a Light of RIS needs none of this."},
+    {"SHADER-DISPLACEMENT",
+     "A Displace names a shader of the shading language that writes no P, so that it moves nothing. Shaders that "
+     "write N "
+     "alone (bump) belong to the patterns of a material."},
     {"DISPLACEMENT-BOUND",
      "A displacement moves points farther than Attribute \"displacementbound\" \"float sphere\" says, measured in "
      "the "

@@ -213,6 +213,18 @@ void GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* 
   for (uint32_t i = 0; i < count; ++i) {
     const Context* c = contexts[i];
     ContextHost& h = ContextHost::of(c);
+    if (h.program->isMovedByShader) {
+      const Value moved = c->param(0);
+      for (uint32_t j = 0; j < c->count; ++j) {
+        const trace::Affine toObject = world_.world->objectToRender(c->place.instance[j], c->time[j]).inverse();
+        float way[3];
+        for (int k = 0; k < 3; ++k) way[k] = moved.data[k][moved.stride ? j : 0] - c->P[k][j];
+        for (int k = 0; k < 3; ++k)
+          offset[k][which[c->path[j]]] =
+              toObject.m[k][0] * way[0] + toObject.m[k][1] * way[1] + toObject.m[k][2] * way[2];
+      }
+      continue;
+    }
     if (!h.program->displacement) continue;
     // what feeds the displacement sees the points as they stand in the scene, itself it works in their object's space
     const ProgramNode& terminal = h.program->nodes.back();

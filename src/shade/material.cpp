@@ -191,6 +191,16 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     if (!name.empty()) out.shader = shaders_.find(name, node.pos);
     if (out.shader) out.plugin = &out.shader->descriptor;
   }
+  if (!out.plugin && kind == Kind::Displacement) {
+    const std::string name = shaderNameOf(node);
+    const auto shader = name.empty() ? nullptr : shaders_.find(name, node.pos);
+    if (shader) out.shader = shader->shader ? shaders_.displacementOf(shader) : shader;
+    if (out.shader) out.plugin = &out.shader->descriptor;
+    if (shader && !out.shader)
+      diagnostics_.warning("SHADER-DISPLACEMENT", node.pos,
+                           "shader '" + name + "' (node '" + node.handle + "') writes no P", "it moves nothing",
+                           "bump() and N alone belong to the material");
+  }
   if (!out.plugin) return false;
   std::optional<StandardShader> standard;
   if (kind == Kind::Pattern && !out.shader) standard = standardShader(node, shaders_);
@@ -286,10 +296,46 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
   addPatterns(*network, nodes, byHandle);
   Resolved terminal;
   if (!resolve(node, Kind::Displacement, terminal)) {
-    diagnostics_.warning("PLUGIN-MISSING", node.pos,
-                         "no displacement '" + node.plugin + "' (node '" + node.handle + "')",
-                         "surfaces are where they are without it", adviceOnMissing(Kind::Displacement, node.plugin));
+    const std::string shader = shaderNameOf(node);
+    if (shader.empty() || !shaders_.find(shader, node.pos))
+      diagnostics_.warning(
+          "PLUGIN-MISSING", node.pos, "no displacement '" + node.plugin + "' (node '" + node.handle + "')",
+          "surfaces are where they are without it", adviceOnMissing(Kind::Displacement, node.plugin));
     return known_[id] = kNone;
+  }
+  if (terminal.shader) {
+    if (!terminal.shader->shader) return known_[id] = kNone;  // told when it was compiled
+    nodes.push_back(std::move(terminal));
+    connect(nodes, byHandle);
+    // what reads the point that the shader has moved
+    static constexpr Param kPoint = [] {
+      Param p;
+      p.name = "P";
+      p.type = Type::Point;
+      return p;
+    }();
+    static constexpr Descriptor kMoves = [] {
+      Descriptor d{};
+      d.abiVersion = kAbiVersion;
+      d.descriptorBytes = sizeof(Descriptor);
+      d.kind = Kind::Displacement;
+      d.name = "moved point";
+      d.doc = "";
+      d.params = &kPoint;
+      d.paramCount = 1;
+      return d;
+    }();
+    Resolved reader;
+    reader.plugin = &kMoves;
+    reader.node = &node;
+    reader.values = std::make_unique<ResolvedParams>(kMoves, nullptr, diagnostics_);
+    reader.values->connect(0);
+    uint32_t outputs = 0;
+    const Descriptor& shader = *nodes.back().plugin;
+    for (uint32_t i = 0; i < shader.paramCount; ++i) outputs += (shader.params[i].flags & kParamOutput) != 0;
+    reader.links.push_back({int(nodes.size() - 1), outputs - 1, -1});
+    nodes.push_back(std::move(reader));
+    return known_[id] = addResolved(nodes, "");
   }
   const auto* traits = static_cast<const DisplacementTraits*>(terminal.plugin->traits);
   const CreateInfo info{nullptr, node.handle.c_str(), terminal.values->values(), terminal.values->count(), nullptr,
@@ -490,6 +536,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;
     if (!isBxdf) p.displacement = static_cast<const DisplacementFunctions*>(functionsFor(*last.plugin, width_));
+    p.isMovedByShader = !isBxdf && !p.displacement;
     for (const Resolved& r : nodes) {
       ProgramNode n;
       n.plugin = r.plugin;

@@ -61,6 +61,7 @@ struct Program {
   std::vector<ProgramNode> nodes;       // producers first; the last one is the bxdf, or the displacement
   const BxdfFunctions* bxdf = nullptr;  // for the width in use
   const DisplacementFunctions* displacement = nullptr;
+  bool isMovedByShader = false;  // the last node reads where a shader has moved its point to
   std::vector<const PatternFunctions*> patterns;
   std::vector<ShaderUse> shaders;
   const BxdfTraits* traits = nullptr;

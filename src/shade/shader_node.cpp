@@ -94,4 +94,45 @@ std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::s
   return node;
 }
 
+std::shared_ptr<const ShaderNode> withMovedPoint(const ShaderNode& node) {
+  using namespace language;
+  const Shader& before = *node.shader;
+  SymbolId P = kNone;
+  for (size_t i = 0; i < before.symbols.size(); ++i)
+    if (before.symbols[i].kind == SymbolKind::Global && before.symbols[i].name == "P") P = SymbolId(i);
+  bool isWritten = false;
+  const auto look = [&](const Instruction& in) {
+    for (uint32_t k = 0; k < in.arguments.size(); ++k)
+      isWritten |= P != kNone && in.arguments[k] == P && accessOf(before, in, k) != 'r';
+  };
+  forEachInstruction(before.main, look);
+  if (!isWritten) return nullptr;
+  auto shader = std::make_shared<Shader>(before);
+  Symbol moved;
+  moved.name = kMovedPoint;
+  moved.kind = SymbolKind::OutputParam;
+  moved.type = before.symbols[size_t(P)].type;
+  moved.values.floats = {0, 0, 0};
+  shader->symbols.push_back(std::move(moved));
+  const auto output = SymbolId(shader->symbols.size() - 1);
+  Symbol name;
+  name.name = "$body";
+  name.kind = SymbolKind::Constant;
+  name.type.base = Base::String;
+  name.values.strings = {before.name};
+  shader->symbols.push_back(std::move(name));
+  // a return leaves the body alone
+  Instruction body;
+  body.opcode = Opcode::Call;
+  body.arguments = {SymbolId(shader->symbols.size() - 1)};
+  body.blocks.push_back(std::move(shader->main));
+  Instruction copy;
+  copy.opcode = Opcode::Assign;
+  copy.arguments = {output, P};
+  shader->main = Block();
+  shader->main.code.push_back(std::move(body));
+  shader->main.code.push_back(std::move(copy));
+  return makeShaderNode(node.file, std::move(shader));
+}
+
 }  // namespace kinora::shade

@@ -32,4 +32,8 @@ std::string shaderNameOf(const scene::Node& node);
 // `shader`: null for a file that cannot be compiled.
 std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::shared_ptr<language::Shader> shader);
 
+// The shader with what it leaves in P as its last output, kMovedPoint; null where it writes no P.
+inline constexpr const char* kMovedPoint = "__movedP";
+std::shared_ptr<const ShaderNode> withMovedPoint(const ShaderNode& node);
+
 }  // namespace kinora::shade

@@ -213,6 +213,47 @@ TEST(DisplacedSurfaces, InstancesShareTheirRelief) {
   expectSame(object + place("ObjectInstance \"o\""), place("Sphere .8 -.8 .8 360"));
 }
 
+// Shaders move P in the world, plug-ins in the object.
+TEST(DisplacedSurfaces, ByShadersOfTheShadingLanguage) {
+  const auto folder = std::filesystem::temp_directory_path() / "kinora_displacements";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "grow.osl")
+      << "displacement grow(float by = .4) {\n  if (by > 5) return;\n  P += by * N;\n}";
+  std::ofstream(folder / "lift.osl")
+      << "displacement lift(vector by = 0) { P += transform(\"object\", \"common\", by); }";
+  std::ofstream(folder / "waves.osl") << "displacement waves(float by = 1) {\n  point o = transform(\"object\", P);\n"
+                                         "  displace(\"object\", by * sin(3 * o[0]) * cos(3 * o[1]));\n}";
+  std::ofstream(folder / "wave.osl")
+      << "shader wave(output float height = 0) {\n  point o = transform(\"object\", P);\n"
+         "  height = .2 * sin(3 * o[0]) * cos(3 * o[1]);\n}";
+  const std::string path = "Option \"searchpath\" \"string shader\" [\"" + folder.string() + "\"]\n";
+  const auto expect = [&](const std::string& a, const std::string& b) {
+    RenderRequest x = requestOf(a, "Ci,a,z,Nn"), y = requestOf(b, "Ci,a,z,Nn");
+    x.rib = path + x.rib;
+    y.rib = path + y.rib;
+    SceneRender one(x), other(y);
+    ASSERT_TRUE(one.ok() && other.ok());
+    EXPECT_TRUE(one.messages().empty()) << one.messages()[0];
+    EXPECT_LT(between(one, other, "a").mean, 1e-3) << a;
+    EXPECT_LT(between(one, other, "Nn").mean, 3e-3) << a;
+    EXPECT_LT(between(one, other, "Ci").mean, 5e-3) << a;
+  };
+  const std::string turned = "Rotate 30 1 1 0\nScale .5 .5 .5\n";
+  expect("Displace \"grow\" \"d\"\nSphere 1 -1 1 360", "Sphere 1.4 -1.4 1.4 360");
+  expect("Displace \"PxrOSL\" \"d\" \"string shader\" [\"grow\"] \"float by\" [.2]\nSphere 1 -1 1 360",
+         "Sphere 1.2 -1.2 1.2 360");
+  expect("Displace \"grow\" \"d\" \"float by\" [6]\nSphere 1 -1 1 360", "Sphere 1 -1 1 360");
+  expect(turned + "Displace \"lift\" \"d\" \"vector by\" [.5 0 -1]\nSphere 1 -1 1 360",
+         turned + "Translate .5 0 -1\nSphere 1 -1 1 360");
+  const std::string plate = "Patch \"bilinear\" \"P\" [2 -2 0 -2 -2 0 2 2 0 -2 2 0]";
+  expect(
+      turned + "Displace \"waves\" \"d\" \"float by\" [.2]\n" + plate,
+      turned +
+          "Pattern \"wave\" \"w\"\nDisplace \"PxrDisplace\" \"d\" \"reference float dispScalar\" [\"w:height\"]\n" +
+          plate);
+  std::filesystem::remove_all(folder);
+}
+
 // What cannot be done is told, and the surface is where it is without.
 TEST(DisplacedSurfaces, BadInputIsTold) {
   const std::string ball = "Sphere 1 -1 1 360";
