@@ -7,9 +7,11 @@
 #include <cfenv>
 #include <chrono>
 #include <cmath>
+#include <utility>
 #include <variant>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "geometry/displace.h"
 #include "geometry/refine.h"
 #include "render/camera_attributes.h"
@@ -44,6 +46,19 @@ const char* withoutSurface(const scene::Primitive& p) {
   return nullptr;
 }
 
+// Whether what a network computes may depend on the camera's or a named space: a plug-in says so, a shader may.
+bool asksForSpaces(const scene::Network& network, const scene::Scene& scene) {
+  const auto names = [&](const scene::NodePtr& n) {
+    for (const scene::Parameter& p : n->params)
+      for (const std::string& s : p.strings)
+        if (s == "camera" || s == "Vn" || scene.coordinateSystems.contains(s)) return true;
+    return false;
+  };
+  for (const scene::NodePtr& n : network.patterns)
+    if (!n->plugin.starts_with("Pxr") || sameName(n->plugin, "PxrOSL") || names(n)) return true;
+  return !network.terminal->plugin.starts_with("Pxr") || names(network.terminal);
+}
+
 // How lengths grow from one space to another.
 double scaleOf(const scene::Matrix& m) {
   return std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
@@ -75,16 +90,16 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
   while (first < flat.shapes.size() && !networkOf(first)) ++first;
   if (first == flat.shapes.size()) return;
 
-  if (shaders_ != tools.shadersInUse) forget();
-  shaders_ = tools.shadersInUse;
+  // while these are held no other shader has their addresses
+  const std::vector<std::shared_ptr<const shade::ShaderNode>> shadersBefore =
+      std::exchange(shaders_, tools.shadersInUse);
   placementOf_.assign(flat.shapes.size(), 0);
   for (size_t p = flat.placements.size(); p-- > 0;)
     for (const uint32_t s : flat.parts[flat.placements[p].part].shapes) placementOf_[s] = uint32_t(p);
   Hasher around;
   around.digest(scene::digestOf(tools.scene.coordinateSystems));
   around.bytes(&tools.camera.worldToCamera, sizeof tools.camera.worldToCamera);
-  around.bytes(tools.camera.origin, sizeof tools.camera.origin);
-  const Digest surroundings = around.result();
+  const Digest spaces = around.result();
 
   auto set = std::make_shared<shade::MaterialSet>(tools.registry, tools.diagnostics, tools.textures, tools.width,
                                                   *tools.paths, tools.shaders);
@@ -108,8 +123,15 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
     const scene::Attributes& a = *flat.shapes[s].attributes;
     const trace::PlacementInput& place = flat.placements[placementOf_[s]];
     Hasher h;
-    h.digest(surroundings);
+    h.bytes(tools.camera.origin, sizeof tools.camera.origin);
     h.digest(networks_.of(network));
+    const auto addShader = [&](const scene::NodePtr& n) {
+      const std::string name = shade::shaderNameOf(*n);
+      h.word(reinterpret_cast<uintptr_t>(name.empty() ? nullptr : tools.shaders.find(name, n->pos).get()));
+    };
+    for (const scene::NodePtr& n : network->patterns) addShader(n);
+    addShader(network->terminal);
+    if (asksForSpaces(*network, tools.scene)) h.digest(spaces);
     h.digest(scene::digestOf(a.named));
     for (const auto* color : {&a.color, &a.opacity}) {
       h.word(color->has_value());
