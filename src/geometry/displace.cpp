@@ -161,6 +161,7 @@ DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<V
   std::vector<std::vector<V3d>> before;
   for (size_t k = 0; k < keys; ++k) before.push_back(pieceNormals(mesh, pieces, k));
 
+  mesh.rest.assign(mesh.points.begin(), mesh.points.begin() + std::ptrdiff_t(count));
   std::vector<V3d> of, normals;
   for (size_t k = 0; k < keys; ++k)
     for (size_t p = 0; p + 1 < grid.first.size(); ++p) {

@@ -12,7 +12,6 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "geometry/displace.h"
 #include "geometry/refine.h"
 #include "render/camera_attributes.h"
 #include "render/surfaces.h"
@@ -214,10 +213,12 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   return w;
 }
 
-void Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const std::atomic<bool>* stop,
-                         std::vector<Imath::V3f>& offsets) const {
+// By key and vertex, object space.
+std::vector<Imath::V3f> Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
+                                            const geometry::Micropolygons& grid,
+                                            const std::atomic<bool>* stop) const {
+  std::vector<Imath::V3f> offsets(mesh->points.size(), Imath::V3f(0));
   const shade::ShadingWorld world = worldOf(shape, mesh);
-  const geometry::Micropolygons grid(*mesh);
   const geometry::Primvar& normals = *mesh->find("N");
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
   const float toRender = float(scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle())));
@@ -262,6 +263,7 @@ void Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& me
     group->displace(n, places, P, N, out);
     for (uint32_t i = 0; i < n; ++i) offsets[key * count + vertex[i]] = {out[0][i], out[1][i], out[2][i]};
   });
+  return offsets;
 }
 
 void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop,
@@ -283,12 +285,11 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   MemoryHold working(MemoryUse::Meshes);
   working.add(mesh.bytes());
   auto base = std::make_shared<geometry::Mesh>(std::move(mesh));
-  std::vector<Imath::V3f> offsets(base->points.size(), Imath::V3f(0));
-  shade(shape, base, stop, offsets);
+  const geometry::Micropolygons grid(*base);
+  std::vector<Imath::V3f> offsets = shade(shape, base, grid, stop);
   mesh = std::move(*base);
   if (stop && stop->load(std::memory_order_relaxed)) return;
-  const geometry::DisplacementResult result =
-      geometry::displace(mesh, geometry::Micropolygons(mesh), std::move(offsets));
+  const geometry::DisplacementResult result = geometry::displace(mesh, grid, std::move(offsets));
   if (result.notFinite) {
     const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
     tools_->diagnostics.warning("DISPLACEMENT-NOT-FINITE", node.pos,

@@ -8,6 +8,7 @@
 
 #include "base/file_contents.h"
 #include "film/light_paths.h"
+#include "geometry/displace.h"
 #include "geometry/tessellate.h"
 #include "render/camera.h"
 #include "render/flat_scene.h"
@@ -50,8 +51,8 @@ class Displacement {
 
  private:
   shade::ShadingWorld worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const;
-  void shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const std::atomic<bool>* stop,
-             std::vector<Imath::V3f>& offsets) const;
+  std::vector<Imath::V3f> shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
+                                const geometry::Micropolygons& grid, const std::atomic<bool>* stop) const;
   void checkBound(size_t shape, double longest) const;
 
   const FlatScene* flat_ = nullptr;

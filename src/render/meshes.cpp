@@ -119,12 +119,12 @@ Digest dicingOf(const std::vector<Use>& uses, const CameraState& camera) {
 Digest digestOf(const geometry::Mesh& mesh) {
   Hasher h;
   const auto values = [&](const auto& list) { h.bytes(list.data(), list.size() * sizeof list[0]); };
-  const auto& [kind, spine, spineNormals, along, points, origin, vertexCount, times, indices, faceOfTriangle, quads,
-               quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] = mesh;
+  const auto& [kind, spine, spineNormals, along, points, origin, rest, vertexCount, times, indices, faceOfTriangle,
+               quads, quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] = mesh;
   h.word(uint64_t(kind) | uint64_t(quads) << 8 | uint64_t(quadPairs) << 9 | uint64_t(flipNormals) << 10 |
          uint64_t(doubleSided) << 11);
   h.word(vertexCount);
-  values(spine), values(spineNormals), values(along), values(points), values(times), values(indices);
+  values(spine), values(spineNormals), values(along), values(points), values(rest), values(times), values(indices);
   values(faceOfTriangle), values(cornerUV), values(vertexUV);
   h.bytes(&origin, sizeof origin);
   h.bytes(&bounds, sizeof bounds);

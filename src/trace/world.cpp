@@ -169,10 +169,11 @@ namespace {
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
   bakeStrands(mesh, local);
-  for (Imath::V3f& p : mesh.points) {
-    const Imath::V3d q = Imath::V3d(p) * local;
-    p = Imath::V3f(q);
-  }
+  for (std::vector<Imath::V3f>* points : {&mesh.points, &mesh.rest})
+    for (Imath::V3f& p : *points) {
+      const Imath::V3d q = Imath::V3d(p) * local;
+      p = Imath::V3f(q);
+    }
   mesh.origin = {0, 0, 0};
   // edges turn with the points, so a mirroring transform turns e1 x e2 against the normal's own transform
   if (!mesh.isStrand() && toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;

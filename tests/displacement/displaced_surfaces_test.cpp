@@ -106,6 +106,31 @@ TEST(DisplacedSurfaces, OfEveryKindMoveByAVector) {
                "Rotate 40 1 0 0\nTranslate .3 .2 -.5\nAttribute \"dice\" \"float micropolygonlength\" [.3]\n" + kind);
 }
 
+// What lies in the object's space lies where the surface was.
+TEST(DisplacedSurfaces, KeepWhatIsPaintedOnThem) {
+  const auto of = [](const std::string& displacement, float radius, const std::string& variable) {
+    RenderRequest r =
+        requestOf("Rotate 40 1 1 0\nScale .5 .5 .5\nTranslate 1 0 0\n" + displacement +
+                  "Pattern \"PxrVariable\" \"o\" \"string variable\" [\"" + variable +
+                  "\"]\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"o:resultRGB\"]\nSphere " +
+                  std::to_string(radius) + " -" + std::to_string(radius) + " " + std::to_string(radius) + " 360");
+    return std::make_unique<SceneRender>(r);
+  };
+  for (const std::string variable : {"st", "Po"}) {
+    const auto moved = of(byDistance(0.4), 1.6f, variable), larger = of("", 2, variable);
+    image::Image a = moved->channel("Ci");
+    const image::Image b = larger->channel("Ci"), seen = larger->channel("a");
+    double most = 0;
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+      const double scale = variable == "Po" ? 0.8 : 1;  // the same direction on the smaller sphere
+      if (seen.pixels[i / 3] == 1) most = std::max(most, std::fabs(a.pixels[i] - scale * b.pixels[i]));
+    }
+    // at the seam of st a pixel has both ends
+    EXPECT_LT(most, variable == "Po" ? 0.02 : 1.) << variable;
+    EXPECT_LT(between(*moved, *larger, "Ci").mean, variable == "st" ? 2e-3 : 0.2) << variable;
+  }
+}
+
 // A picture of waves as heights: bump of the material, or displacement. While they are small they look alike from the
 // front, the less so the higher they are.
 TEST(DisplacedSurfaces, BumpAndDisplacementAgreeWhereTheyAreSmall) {
