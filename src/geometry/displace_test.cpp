@@ -134,6 +134,33 @@ TEST(Refine, ValuesOfCornersComeApartOnlyWhereTheyDiffer) {
   }
 }
 
+TEST(Refine, AFloorToTheHorizonIsCutAsItIsSeen) {
+  // edges grow with the distance from an eye over one end
+  const V3d eye(0, 0, 1);
+  const auto pixel = [&](const V3d& p) { return 0.02 * (p - eye).length(); };
+  DiceRate rate = displaced(1);
+  rate.edgeLength = pixel;
+  const Mesh m = refined(made(polygons({{}, {4, 4}, {0, 1, 2, 3, 3, 2, 4, 5}},
+                                       {-5, -1, 0, 5, -1, 0, 5, 60, 0, -5, 60, 0, 5, 99, 0, -5, 99, 0})),
+                         rate);
+  EXPECT_NEAR(openLength(m), 220, 1e-2);
+  size_t coarse = 0;
+  double most = 0;
+  for (uint32_t t = 0; t < m.triangleCount(); ++t) {
+    const auto c = corners(m, t);
+    EXPECT_GT((c[1] - c[0]).cross(c[2] - c[0]).z, 0);
+    for (size_t k = 0; k < 3; ++k) {
+      const double length = (c[k] - c[(k + 1) % 3]).length() / pixel((c[k] + c[(k + 1) % 3]) * 0.5);
+      coarse += length > 2;
+      most = std::max(most, length);
+    }
+  }
+  EXPECT_LT(most, 4);
+  EXPECT_LT(coarse, m.triangleCount() / 10);  // of three edges each
+  // evenly cut it would be 500 times 5,000 quads
+  EXPECT_LT(m.triangleCount(), 400'000u);
+}
+
 TEST(Refine, NeverMakesMoreThanItMay) {
   DiceRate rate = displaced(1e-4);
   rate.maxTriangles = 5000;

@@ -82,6 +82,8 @@ class Refiner {
   V3d point(uint32_t vertex, size_t key) const { return V3d(base_.points[key * base_.vertexCount + vertex]); }
 
   void findEdges();
+  double segmentsAlong(const V3d& a, const V3d& b) const;
+  double stepped(uint32_t edge, bool forward, double t) const;
   void chooseRates();
   double estimate() const;
   void listValues();
@@ -101,6 +103,9 @@ class Refiner {
   std::vector<Element> elements_;
   std::vector<std::array<uint32_t, 4>> edgesOf_;  // by element
   std::vector<double> wanted_;                    // segments, by edge
+  // Where the steps of an edge lie, from its end with the lesser number: shares of its length at even shares of its
+  // steps. Only edges between quads, along which the rate differs.
+  std::unordered_map<uint32_t, std::array<float, 17>> spacing_;
   std::vector<int> rates_;
   std::vector<int64_t> firstSite_;  // of an edge's inner points
   int64_t siteCount_ = 0;
@@ -119,36 +124,108 @@ class Refiner {
   std::vector<uint32_t> firstAt_, nextAt_;  // vertices at a site
 };
 
+constexpr int kSamples = 16;  // of the rate along a line
+
+// Segments that a straight line wants.
+double Refiner::segmentsAlong(const V3d& a, const V3d& b) const {
+  const double step = (b - a).length() / kSamples;
+  double sum = 0;
+  for (int i = 0; i < kSamples; ++i) sum += step / rate_.at(a + (b - a) * ((i + 0.5) / kSamples) + base_.origin);
+  return sum;
+}
+
+// The place of step t of an edge, 0..1 both; `forward`: from the end with the lesser number.
+double Refiner::stepped(uint32_t edge, bool forward, double t) const {
+  const auto it = spacing_.find(edge);
+  if (it == spacing_.end()) return t;
+  const double x = (forward ? t : 1 - t) * kSamples;
+  const int i = std::min(int(x), kSamples - 1);
+  const double at =
+      double(it->second[size_t(i)]) + (x - i) * (it->second[size_t(i) + 1] - double(it->second[size_t(i)]));
+  return forward ? at : 1 - at;
+}
+
 void Refiner::findEdges() {
   std::unordered_map<uint64_t, uint32_t> numbers;
   numbers.reserve(2 * elements_.size());
   edgesOf_.resize(elements_.size());
-  const size_t last = keys_ - 1;
+  std::vector<std::array<uint32_t, 2>> ends;  // vertices, of the lesser number first
+  std::vector<uint8_t> isEven;                // some triangle has it
   for (size_t i = 0; i < elements_.size(); ++i) {
     const Element& e = elements_[i];
-    // the finest that any place of it asks for
-    double edge = INFINITY;
-    constexpr int kSteps = 4;
-    for (int y = 0; y <= kSteps; ++y)
-      for (int x = 0; x <= kSteps - (e.corners == 3 ? y : 0); ++x) {
-        const double u = double(x) / kSteps, v = double(y) / kSteps;
-        const auto at = [&](int k) { return point(vertexOf(e, k), 0); };
-        const V3d p = e.corners == 3 ? at(0) * (1 - u - v) + at(1) * u + at(2) * v
-                                     : (at(0) * (1 - u) + at(1) * u) * (1 - v) + (at(3) * (1 - u) + at(2) * u) * v;
-        edge = std::min(edge, rate_.at(p + base_.origin));
-      }
     for (int k = 0; k < e.corners; ++k) {
       const int next = (k + 1) % e.corners;
       const uint32_t a = placeOf(e, k), b = placeOf(e, next);
       const auto [it, isNew] =
-          numbers.try_emplace(uint64_t(std::min(a, b)) << 32 | std::max(a, b), uint32_t(wanted_.size()));
-      if (isNew) wanted_.push_back(1);
+          numbers.try_emplace(uint64_t(std::min(a, b)) << 32 | std::max(a, b), uint32_t(ends.size()));
+      if (isNew) {
+        const uint32_t from = vertexOf(e, k), to = vertexOf(e, next);
+        ends.push_back(a <= b ? std::array{from, to} : std::array{to, from});
+        isEven.push_back(0);
+      }
+      isEven[it->second] |= e.corners == 3;
       edgesOf_[i][size_t(k)] = it->second;
-      double length = 0;
-      for (const size_t key : {size_t(0), last})
-        length = std::max(length, (point(vertexOf(e, next), key) - point(vertexOf(e, k), key)).length());
-      if (std::isfinite(edge)) wanted_[it->second] = std::max(wanted_[it->second], length / edge);
     }
+  }
+  wanted_.assign(ends.size(), 1);
+  constexpr int kLines = 4;
+  for (const size_t key : {size_t(0), keys_ - 1})
+    for (size_t i = 0; i < elements_.size(); ++i) {
+      const Element& e = elements_[i];
+      const auto at = [&](int k) { return point(vertexOf(e, k), key); };
+      const auto wish = [&](int k, double segments) {
+        double& w = wanted_[edgesOf_[i][size_t(k)]];
+        w = std::max(w, segments);
+      };
+      // of what is cut little or not at all one place tells enough: meshes have millions of such faces
+      V3d middle(0);
+      for (int k = 0; k < e.corners; ++k) middle += at(k) / e.corners;
+      const double here = rate_.at(middle + base_.origin);
+      double longest = 0;
+      for (int k = 0; k < e.corners; ++k) longest = std::max(longest, (at((k + 1) % e.corners) - at(k)).length());
+      if (longest <= 4 * here) {
+        for (int k = 0; k < e.corners; ++k) {
+          const double segments = (at((k + 1) % e.corners) - at(k)).length() / here;
+          wish(k, segments);
+          if (e.corners == 4) wish((k + 2) % 4, segments);
+        }
+      } else if (e.corners == 4) {
+        // lines from side to side, both ways
+        for (int side = 0; side < 2; ++side)
+          for (int line = 0; line <= kLines; ++line) {
+            const double t = double(line) / kLines;
+            const V3d from = at(side) + (at((side + 3) % 4) - at(side)) * t,
+                      to = at(side + 1) + (at((side + 2) % 4) - at(side + 1)) * t;
+            const double segments = segmentsAlong(from, to);
+            wish(side, segments);
+            wish(side + 2, segments);
+          }
+      } else {
+        // steps are even: the finest that any place asks for
+        double edge = INFINITY;
+        for (int y = 0; y <= kLines; ++y)
+          for (int x = 0; x <= kLines - y; ++x) {
+            const double u = double(x) / kLines, v = double(y) / kLines;
+            edge = std::min(edge, rate_.at(at(0) * (1 - u - v) + at(1) * u + at(2) * v + base_.origin));
+          }
+        for (int k = 0; k < 3; ++k) wish(k, (at((k + 1) % 3) - at(k)).length() / edge);
+      }
+    }
+  for (uint32_t e = 0; e < ends.size(); ++e) {
+    if (isEven[e] || !(wanted_[e] > 1)) continue;
+    const V3d a = point(ends[e][0], 0), b = point(ends[e][1], 0);
+    double sum[kSamples + 1] = {0};
+    for (int i = 0; i < kSamples; ++i)
+      sum[i + 1] = sum[i] + 1 / rate_.at(a + (b - a) * ((i + 0.5) / kSamples) + base_.origin);
+    if (!(sum[kSamples] > 0) || !std::isfinite(sum[kSamples])) continue;
+    std::array<float, 17>& places = spacing_[e];
+    for (int i = 0, piece = 0; i <= kSamples; ++i) {
+      const double share = sum[kSamples] * i / kSamples;
+      while (piece + 1 < kSamples && sum[piece + 1] < share) ++piece;
+      places[size_t(i)] = float((piece + (share - sum[piece]) / (sum[piece + 1] - sum[piece])) / kSamples);
+    }
+    places.front() = 0;
+    places.back() = 1;
   }
 }
 
@@ -296,6 +373,10 @@ void Refiner::cut(size_t element) {
     uv[k] = base_.uvOf(e.triangle + uint32_t(k == 3), k == 3 ? 2 : k);
   }
   const int count = int(pattern.coords.size() / 2);
+  // where the steps of side k lie on it, in the direction of the face
+  const auto along = [&](int k, double t) {
+    return stepped(edgesOf_[element][size_t(k)], placeOf(e, k) <= placeOf(e, (k + 1) % n), t);
+  };
   std::vector<uint32_t> vertices(static_cast<size_t>(count));
   std::vector<V2f> place(static_cast<size_t>(count));
   const auto weightsAt = [&](double x, double y) {
@@ -303,7 +384,13 @@ void Refiner::cut(size_t element) {
   };
   int side = 0, step = 0;  // on the outline
   for (int i = 0; i < count; ++i) {
-    const double x = pattern.coords[2 * size_t(i)], y = pattern.coords[2 * size_t(i) + 1];
+    double x = pattern.coords[2 * size_t(i)], y = pattern.coords[2 * size_t(i) + 1];
+    if (n == 4) {
+      const double u = (1 - y) * along(0, x) + y * (1 - along(2, 1 - x));
+      const double v = (1 - x) * (1 - along(3, 1 - y)) + x * along(1, y);
+      x = u;
+      y = v;
+    }
     const Weights w = weightsAt(x, y);
     place[size_t(i)] = V2f(0);
     for (int k = 0; k < n; ++k) place[size_t(i)] += uv[k] * float(w[size_t(k)]);
@@ -317,7 +404,8 @@ void Refiner::cut(size_t element) {
       } else {
         const bool forward = placeOf(e, side) <= placeOf(e, next);
         const int from = forward ? step : rate - step;
-        mixAlong(forward ? side : next, forward ? next : side, double(from) / rate);
+        mixAlong(forward ? side : next, forward ? next : side,
+                 stepped(edgesOf_[element][size_t(side)], true, double(from) / rate));
         site = firstSite_[edgesOf_[element][size_t(side)]] + from - 1;
       }
       if (++step == rate) {
