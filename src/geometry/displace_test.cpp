@@ -201,6 +201,30 @@ TEST(Displace, ABoxByADistanceIsALargerBox) {
   }
 }
 
+TEST(Displace, PolygonsMayMoveAsIfTheyWereSmooth) {
+  scene::Primitive p = box();
+  edit(p, [](scene::Attributes& a) {
+    scene::Parameter v;
+    v.name = "polygon:smoothdisplacement";
+    v.type = ValueType::Int;
+    v.ints = {1};
+    a.named.set(v);
+  });
+  EXPECT_EQ(made(p).find("N"), nullptr) << "what is not displaced stays as it is";
+  Mesh m = refined(made(p, displaced(0.5)), displaced(0.5));
+  const Mesh before = m;
+  move(m, along(std::sqrt(3.)));
+  EXPECT_EQ(edges(m).open, 0u);
+  size_t seen = 0;
+  for (uint32_t v = 0; v < m.vertexCount; ++v) {
+    const V3d was = vertex(before, v);
+    if (std::abs(was.x) < 1 || std::abs(was.y) < 1 || std::abs(was.z) < 1) continue;
+    EXPECT_LT((vertex(m, v) - was * 2).length(), 1e-5);
+    ++seen;
+  }
+  EXPECT_EQ(seen, 8u) << "corners are one vertex each";
+}
+
 TEST(Displace, AVectorMovesTheWholeSurface) {
   const V3d by(0.5, -0.25, 2);
   for (Mesh m : {refined(made(mixed()), displaced(0.1)), refined(made(box()), displaced(0.3)),

@@ -173,6 +173,25 @@ TEST(DisplacedSurfaces, BumpAndDisplacementAgreeWhereTheyAreSmall) {
   std::filesystem::remove(file);
 }
 
+TEST(DisplacedSurfaces, LengthsAndVectorsHaveSpaces) {
+  // the object is half as large and turned: a unit of the world is two of its own
+  const std::string turned = "Rotate 30 1 1 0\nScale .5 .5 .5\n", ball = "Sphere 1 -1 1 360";
+  const auto by = [](const std::string& parameters, const std::string& output) {
+    return "Pattern \"PxrDispTransform\" \"t\" " + parameters + "\nDisplace \"PxrDisplace\" \"d\" \"reference " +
+           (output == "resultF" ? "float dispScalar" : "vector dispVector") + "\" [\"t:" + output + "\"]\n";
+  };
+  const std::string world = " \"string dispScaleSpace\" [\"world\"]";
+  expectSame(turned + by("\"float dispScalar\" [.3]", "resultF") + ball, turned + "Sphere 1.3 -1.3 1.3 360");
+  expectSame(turned + by("\"float dispScalar\" [.3]" + world, "resultF") + ball, turned + "Sphere 1.6 -1.6 1.6 360");
+  const std::string vector = "\"int dispType\" [2] \"int vectorSpace\" [1] \"vector dispVector\" [.5 .2 0]" + world;
+  expectSame(turned + by(vector, "resultXYZ") + ball, "Translate .5 .2 0\n" + turned + ball);
+  const std::string up =
+      "\"float dispScalar\" [.5] \"int useDispDirection\" [1] \"vector dispDirection\" [0 3 0] "
+      "\"string dispDirectionSpace\" [\"world\"]" +
+      world;
+  expectSame(turned + by(up, "resultXYZ") + ball, "Translate 0 .5 0\n" + turned + ball);
+}
+
 TEST(DisplacedSurfaces, HoldTightWhereFacesMeet) {
   // closed bodies around the eye and around a white light: what comes through a crack is bright
   const std::string noise =
