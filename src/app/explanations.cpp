@@ -319,9 +319,8 @@ constexpr Explanation kRooms[] = {
      "block "
      "switches it on for all that follows; a Light of RIS needs none of this."},
     {"SHADER-DISPLACEMENT",
-     "A Displace names a shader of the shading language that writes no P, so that it moves nothing. Shaders that "
-     "write N "
-     "alone (bump) belong to the patterns of a material."},
+     "A Displace names a shader of the shading language that writes neither P nor N, so that it does nothing to the "
+     "surface."},
     {"DISPLACEMENT-BOUND",
      "A displacement moves points farther than Attribute \"displacementbound\" \"float sphere\" says, measured in "
      "the "

@@ -138,7 +138,8 @@ Micropolygons::Micropolygons(const Mesh& mesh)
   for (uint32_t v = 0; v < mesh.vertexCount; ++v) ofPoint[next[points.ofVertex[v]]++] = v;
 }
 
-DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<V3f> offsets) {
+DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<V3f> offsets,
+                            const std::vector<V3f>& given) {
   DisplacementResult result;
   const auto found =
       std::find_if(mesh.primvars.begin(), mesh.primvars.end(), [](const Primvar& p) { return p.name == "N"; });
@@ -185,9 +186,18 @@ DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<V
   std::vector<float> moved(3 * count * keys);
   for (size_t k = 0; k < keys; ++k) {
     const std::vector<V3d> after = pieceNormals(mesh, pieces, k);
+    std::vector<V3d> wanted(given.empty() ? 0 : pieces.count, V3d(0));  // one for each piece, on its side
+    for (uint32_t v = 0; v < count && !given.empty(); ++v) {
+      const V3d x(given[k * count + v]);
+      const uint32_t piece = pieces.ofVertex[v];
+      if (!(x.length() > 0) || !std::isfinite(x.length())) continue;
+      wanted[piece] += x.dot(after[piece]) < 0 ? -x.normalized() : x.normalized();
+    }
     for (uint32_t v = 0; v < count; ++v) {
       const uint32_t piece = pieces.ofVertex[v];
-      const V3d x = turned(normalAt(mesh, n, k, v), before[k][piece], after[piece]);
+      const bool isWanted = !wanted.empty() && wanted[piece].length() > 1e-3;
+      const V3d x =
+          isWanted ? wanted[piece].normalized() : turned(normalAt(mesh, n, k, v), before[k][piece], after[piece]);
       for (int c = 0; c < 3; ++c) moved[3 * (k * count + v) + size_t(c)] = float(x[c]);
     }
   }

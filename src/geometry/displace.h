@@ -25,6 +25,8 @@ struct DisplacementResult {
 
 // `offsets`: keys x vertices, object space. Vertices that are one point move together: where the surface is smooth
 // there, by their mean; where it has an edge, so that each side comes as far along its normal as it asks for.
-DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<Imath::V3f> offsets);
+// `normals`: as offsets, how the surface is to be shaded, of any length and on either side; 0, or empty: as it lies.
+DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<Imath::V3f> offsets,
+                            const std::vector<Imath::V3f>& normals = {});
 
 }  // namespace kinora::geometry

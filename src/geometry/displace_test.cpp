@@ -271,6 +271,22 @@ TEST(Displace, AWaveConvergesAtSecondOrder) {
   }
 }
 
+TEST(Displace, NormalsThatAreGivenAreTakenOnTheSurfacesSide) {
+  for (const double side : {1., -2.}) {
+    Mesh m = made(quadric(scene::Quadric::Kind::Sphere, {1, -1, 1, 360}), displaced(0.2));
+    std::vector<V3f> offsets(m.vertexCount, V3f(0)), normals;
+    const V3d tilt(0.3, 0, 0);
+    for (uint32_t v = 0; v < m.vertexCount; ++v)
+      normals.emplace_back(vertex(m, v).z > 0 ? (normal(m, v) + tilt) * side : V3d(0));
+    const Mesh before = m;
+    displace(m, Micropolygons(m), offsets, normals);
+    for (uint32_t v = 0; v < m.vertexCount; ++v) {
+      const V3d own = normal(before, v), wanted = vertex(m, v).z > 0 ? (own + tilt).normalized() : own;
+      EXPECT_GT(normal(m, v).dot(wanted), 1 - 1e-5);
+    }
+  }
+}
+
 TEST(Displace, EachKeyMovesForItself) {
   scene::Primitive p = box();
   p.times = {0, 1};

@@ -213,11 +213,12 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   return w;
 }
 
-// By key and vertex, object space.
-std::vector<Imath::V3f> Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
-                                            const geometry::Micropolygons& grid,
-                                            const std::atomic<bool>* stop) const {
-  std::vector<Imath::V3f> offsets(mesh->points.size(), Imath::V3f(0));
+Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
+                                         const geometry::Micropolygons& grid, const std::atomic<bool>* stop) const {
+  Shaded all;
+  all.offsets.assign(mesh->points.size(), Imath::V3f(0));
+  if (set_->program((*set_)[materialOf_[shape]].program).isMovedByShader) all.normals = all.offsets;
+  std::atomic<bool> hasNormals = false;
   const shade::ShadingWorld world = worldOf(shape, mesh);
   const geometry::Primvar& normals = *mesh->find("N");
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
@@ -238,7 +239,7 @@ std::vector<Imath::V3f> Displacement::shade(size_t shape, const std::shared_ptr<
     const auto floatsOf = [&] { return arena.make<float>(room); };
     float *u = floatsOf(), *v = floatsOf(), *time = floatsOf(), *radius = floatsOf();
     float *P[3] = {floatsOf(), floatsOf(), floatsOf()}, *N[3] = {floatsOf(), floatsOf(), floatsOf()},
-          *out[3] = {floatsOf(), floatsOf(), floatsOf()};
+          *out[3] = {floatsOf(), floatsOf(), floatsOf()}, *turned[3] = {floatsOf(), floatsOf(), floatsOf()};
     uint32_t n = 0;
     for (size_t i = begin; i < std::min(count, begin + kVerticesAtOnce); ++i) {
       const uint32_t corner = grid.corner[i];
@@ -260,10 +261,15 @@ std::vector<Imath::V3f> Displacement::shade(size_t shape, const std::shared_ptr<
     }
     if (!n) return;
     const SurfacePlaces places{zero, zero, triangle, u, v, time, radius, nullptr, number, zero};
-    group->displace(n, places, P, N, out);
-    for (uint32_t i = 0; i < n; ++i) offsets[key * count + vertex[i]] = {out[0][i], out[1][i], out[2][i]};
+    const bool isTurned = group->displace(n, places, P, N, out, turned);
+    if (isTurned) hasNormals = true;
+    for (uint32_t i = 0; i < n; ++i) {
+      all.offsets[key * count + vertex[i]] = {out[0][i], out[1][i], out[2][i]};
+      if (isTurned) all.normals[key * count + vertex[i]] = {turned[0][i], turned[1][i], turned[2][i]};
+    }
   });
-  return offsets;
+  if (!hasNormals) all.normals.clear();
+  return all;
 }
 
 void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop,
@@ -286,10 +292,11 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   working.add(mesh.bytes());
   auto base = std::make_shared<geometry::Mesh>(std::move(mesh));
   const geometry::Micropolygons grid(*base);
-  std::vector<Imath::V3f> offsets = shade(shape, base, grid, stop);
+  Shaded shaded = shade(shape, base, grid, stop);
   mesh = std::move(*base);
   if (stop && stop->load(std::memory_order_relaxed)) return;
-  const geometry::DisplacementResult result = geometry::displace(mesh, grid, std::move(offsets));
+  const geometry::DisplacementResult result =
+      geometry::displace(mesh, grid, std::move(shaded.offsets), shaded.normals);
   if (result.notFinite) {
     const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
     tools_->diagnostics.warning("DISPLACEMENT-NOT-FINITE", node.pos,

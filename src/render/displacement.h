@@ -51,8 +51,12 @@ class Displacement {
 
  private:
   shade::ShadingWorld worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const;
-  std::vector<Imath::V3f> shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
-                                const geometry::Micropolygons& grid, const std::atomic<bool>* stop) const;
+  // By key and vertex, object space; `normals` stay empty where no shader says any.
+  struct Shaded {
+    std::vector<Imath::V3f> offsets, normals;
+  };
+  Shaded shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
+               const std::atomic<bool>* stop) const;
   void checkBound(size_t shape, double longest) const;
 
   const FlatScene* flat_ = nullptr;

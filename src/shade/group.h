@@ -170,9 +170,10 @@ class GroupState {
   uint32_t shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts);
   uint32_t makeVertices(uint32_t n, const SurfacePlaces& places, VertexRecord* out, uint32_t* which);
   // Where a displacement moves n places of one material to (program.displacement): offsets in object space, from P and
-  // N there (padded). Places as for makeVertices(), all of them on the surface.
-  void displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
-                float* const offset[3]);
+  // N there (padded). Places as for makeVertices(), all of them on the surface. True where `normal` was written too: a
+  // shader says how the surface lies.
+  bool displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
+                float* const offset[3], float* const normal[3]);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);

@@ -201,13 +201,17 @@ uint32_t GroupState::contextsOfRecords(uint32_t n, const VertexRecord* records, 
   return count;
 }
 
-void GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
-                          float* const offset[3]) {
+bool GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
+                          float* const offset[3], float* const normal[3]) {
+  bool hasNormals = false;
   const ArenaScope memory(arena_);
   VertexRecord* records = arena_.make<VertexRecord>(n);
   uint32_t* which = arena_.make<uint32_t>(padded(n));
   const uint32_t made = makeVertices(n, places, records, which);
-  for (int k = 0; k < 3; ++k) std::fill_n(offset[k], n, 0.f);
+  for (int k = 0; k < 3; ++k) {
+    std::fill_n(offset[k], n, 0.f);
+    std::fill_n(normal[k], n, 0.f);
+  }
   Context* const* contexts = nullptr;
   const uint32_t count = contextsOfRecords(made, records, false, &contexts);
   for (uint32_t i = 0; i < count; ++i) {
@@ -215,13 +219,20 @@ void GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* 
     ContextHost& h = ContextHost::of(c);
     if (h.program->isMovedByShader) {
       const Value moved = c->param(0);
+      const bool isTurned = h.program->nodes.back().params[1].from == ParamSource::From::Connected;
+      const Value turned = isTurned ? c->param(1) : Value();
+      hasNormals |= isTurned;
       for (uint32_t j = 0; j < c->count; ++j) {
-        const trace::Affine toObject = world_.world->objectToRender(c->place.instance[j], c->time[j]).inverse();
+        const trace::Affine toRender = world_.world->objectToRender(c->place.instance[j], c->time[j]),
+                            toObject = toRender.inverse();
         float way[3];
         for (int k = 0; k < 3; ++k) way[k] = moved.data[k][moved.stride ? j : 0] - c->P[k][j];
         for (int k = 0; k < 3; ++k)
           offset[k][which[c->path[j]]] =
               toObject.m[k][0] * way[0] + toObject.m[k][1] * way[1] + toObject.m[k][2] * way[2];
+        for (int k = 0; isTurned && k < 3; ++k)
+          for (int i = 0; i < 3; ++i)
+            normal[k][which[c->path[j]]] += toRender.m[i][k] * turned.data[i][turned.stride ? j : 0];
       }
       continue;
     }
@@ -231,20 +242,21 @@ void GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* 
     for (const ParamSource& s : terminal.params)
       if (s.from == ParamSource::From::Connected) h.evaluate(c, s.node);
     Context own = *c;
-    float *p[3], *normal[3], *out[3];
+    float *p[3], *ownN[3], *out[3];
     for (int k = 0; k < 3; ++k) {
       own.P[k] = p[k] = arena_.make<float>(c->padded);
-      own.N[k] = normal[k] = arena_.make<float>(c->padded);
+      own.N[k] = ownN[k] = arena_.make<float>(c->padded);
       out[k] = arena_.make<float>(c->padded);
       for (uint32_t j = 0; j < c->padded; ++j) {
         p[k][j] = P[k][which[c->path[j]]];
-        normal[k][j] = N[k][which[c->path[j]]];
+        ownN[k][j] = N[k][which[c->path[j]]];
       }
     }
     h.program->displacement->displace(&own, out);
     for (int k = 0; k < 3; ++k)
       for (uint32_t j = 0; j < c->count; ++j) offset[k][which[c->path[j]]] = out[k][j];
   }
+  return hasNormals;
 }
 
 }  // namespace kinora::shade

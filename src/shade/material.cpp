@@ -308,32 +308,37 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
     nodes.push_back(std::move(terminal));
     connect(nodes, byHandle);
     // what reads the point that the shader has moved
-    static constexpr Param kPoint = [] {
-      Param p;
-      p.name = "P";
-      p.type = Type::Point;
-      return p;
-    }();
-    static constexpr Descriptor kMoves = [] {
-      Descriptor d{};
-      d.abiVersion = kAbiVersion;
-      d.descriptorBytes = sizeof(Descriptor);
-      d.kind = Kind::Displacement;
-      d.name = "moved point";
-      d.doc = "";
-      d.params = &kPoint;
-      d.paramCount = 1;
-      return d;
-    }();
+    static constexpr Param kPlace[] = {Param{.name = "P", .type = Type::Point},
+                                       Param{.name = "N", .type = Type::Normal}};
+    static constexpr Descriptor kMoves{kAbiVersion,
+                                       sizeof(Descriptor),
+                                       Kind::Displacement,
+                                       0,
+                                       "moved point",
+                                       "",
+                                       kPlace,
+                                       2,
+                                       nullptr,
+                                       0,
+                                       nullptr,
+                                       nullptr,
+                                       nullptr};
     Resolved reader;
     reader.plugin = &kMoves;
     reader.node = &node;
     reader.values = std::make_unique<ResolvedParams>(kMoves, nullptr, diagnostics_);
-    reader.values->connect(0);
-    uint32_t outputs = 0;
+    reader.links.resize(2);
+    uint32_t output = 0;
     const Descriptor& shader = *nodes.back().plugin;
-    for (uint32_t i = 0; i < shader.paramCount; ++i) outputs += (shader.params[i].flags & kParamOutput) != 0;
-    reader.links.push_back({int(nodes.size() - 1), outputs - 1, -1});
+    for (uint32_t i = 0; i < shader.paramCount; ++i) {
+      if (!(shader.params[i].flags & kParamOutput)) continue;
+      for (const uint32_t to : {0u, 1u})
+        if (!std::strcmp(shader.params[i].name, to ? kMovedNormal : kMovedPoint)) {
+          reader.values->connect(to);
+          reader.links[to] = {int(nodes.size() - 1), output, -1};
+        }
+      ++output;
+    }
     nodes.push_back(std::move(reader));
     return known_[id] = addResolved(nodes, "");
   }

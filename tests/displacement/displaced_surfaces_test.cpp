@@ -270,6 +270,7 @@ TEST(DisplacedSurfaces, ByShadersOfTheShadingLanguage) {
   std::ofstream(folder / "wave.osl")
       << "shader wave(output float height = 0) {\n  point o = transform(\"object\", P);\n"
          "  height = .2 * sin(3 * o[0]) * cos(3 * o[1]);\n}";
+  std::ofstream(folder / "tilt.osl") << "displacement tilt(vector to = 0) { N = normalize(N + to); }";
   const std::string path = "Option \"searchpath\" \"string shader\" [\"" + folder.string() + "\"]\n";
   const auto expect = [&](const std::string& a, const std::string& b) {
     RenderRequest x = requestOf(a, "Ci,a,z,Nn"), y = requestOf(b, "Ci,a,z,Nn");
@@ -295,6 +296,16 @@ TEST(DisplacedSurfaces, ByShadersOfTheShadingLanguage) {
       turned +
           "Pattern \"wave\" \"w\"\nDisplace \"PxrDisplace\" \"d\" \"reference float dispScalar\" [\"w:height\"]\n" +
           plate);
+  // N alone tilts what is seen, whatever its length and side
+  RenderRequest tilted = requestOf("Displace \"tilt\" \"d\" \"vector to\" [.5 0 0]\n" + plate, "Ci,a,z,Nn"),
+                flat = requestOf(plate, "Ci,a,z,Nn");
+  tilted.rib = path + tilted.rib;
+  SceneRender one(tilted), other(flat);
+  EXPECT_TRUE(one.messages().empty()) << one.messages()[0];
+  EXPECT_LT(between(one, other, "z").most, 1e-4);
+  const image::Image n = one.channel("Nn");
+  EXPECT_NEAR(n.pixels[0], 0.5 / std::sqrt(1.25), 1e-3);
+  EXPECT_NEAR(n.pixels[2], -1 / std::sqrt(1.25), 1e-3);
   std::filesystem::remove_all(folder);
 }
 
