@@ -214,9 +214,14 @@ void Refiner::findEdges() {
   for (uint32_t e = 0; e < ends.size(); ++e) {
     if (isEven[e] || !(wanted_[e] > 1)) continue;
     const V3d a = point(ends[e][0], 0), b = point(ends[e][1], 0);
-    double sum[kSamples + 1] = {0};
-    for (int i = 0; i < kSamples; ++i)
-      sum[i + 1] = sum[i] + 1 / rate_.at(a + (b - a) * ((i + 0.5) / kSamples) + base_.origin);
+    double sum[kSamples + 1] = {0}, least = INFINITY, most = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const double rate = rate_.at(a + (b - a) * ((i + 0.5) / kSamples) + base_.origin);
+      least = std::min(least, rate);
+      most = std::max(most, rate);
+      sum[i + 1] = sum[i] + 1 / rate;
+    }
+    if (most < 1.5 * least) continue;  // even steps will do, and are the same for an eye a little aside
     if (!(sum[kSamples] > 0) || !std::isfinite(sum[kSamples])) continue;
     std::array<float, 17>& places = spacing_[e];
     for (int i = 0, piece = 0; i <= kSamples; ++i) {

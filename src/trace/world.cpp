@@ -216,6 +216,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     std::vector<uint32_t> placements;
     std::vector<uint32_t> shapes;
     bool batch = false, ofSolid = false;
+    bool isDense = false;  // of micropolygons, which rays meet at edges often enough to see it
     uint32_t triangles = 0;
   };
   std::vector<Plan> plans;
@@ -307,8 +308,9 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       }
     }
   };
-  for (const Plan& plan : plans) {
+  for (Plan& plan : plans) {
     if (plan.shapes.empty()) continue;
+    for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty();
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
@@ -318,7 +320,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
-    const bool isWatertight = options.watertight || plan.ofSolid;
+    const bool isWatertight = options.watertight || plan.ofSolid || plan.isDense;
     if (const auto it = old.find(key); it != old.end() && it->second->identity == identity &&
                                        it->second->watertight == isWatertight &&
                                        it->second->ofSolid == plan.ofSolid) {

@@ -213,7 +213,7 @@ TEST(DisplacedSurfaces, HoldTightWhereFacesMeet) {
     r.rib.replace(eye, 15, "Translate 0 0 0.01");
     r.rib.replace(r.rib.find("Projection \"perspective\" \"fov\" [40]"), 35, "Projection \"PxrSphereCamera\"");
     r.rib.replace(r.rib.find("[0]\nLight \"PxrDomeLight"), 3, "[1]");
-    r.rib.replace(r.rib.find("\"int maxsamples\" [16]"), 21, "\"int maxsamples\" [64]");
+    r.rib.replace(r.rib.find("\"int maxsamples\" [16]"), 21, "\"int maxsamples\" [512]");
     SceneRender inside(r);
     ASSERT_TRUE(inside.ok());
     double most = 0;
