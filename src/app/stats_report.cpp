@@ -277,8 +277,8 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        s.instances, s.triangles, s.lights, s.materials, s.programs);
   line("  {} hierarchy builds, {} parts built", s.bvhBuilds, s.bvhPartsBuilt);
   if (s.micropolygons)
-    line("  {} displaced micropolygons, diced and shaded in {:.2f} s of all threads together", s.micropolygons,
-         s.displaceSeconds);
+    line("  {} displaced micropolygons, shaded and moved in {:.2f} s (objects made at a time count each)",
+         s.micropolygons, s.displaceSeconds);
   line("");
   line("Memory");
   for (const auto& owner : largestFirst(s)) line("  {:<34}{:>10}", owner.name, asBytes(owner.bytes));

@@ -2,6 +2,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cfenv>
@@ -225,7 +226,7 @@ Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geo
   const float toRender = float(scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle())));
   const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
   tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
-  tbb::parallel_for(size_t(0), chunks * keys, [&](size_t chunk) {
+  const auto shadeChunk = [&](size_t chunk) {
     if (stop && stop->load(std::memory_order_relaxed)) return;
     const ShadingFloats floats;
     std::unique_ptr<shade::GroupState>& group = groups.local();
@@ -267,7 +268,9 @@ Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geo
       all.offsets[key * count + vertex[i]] = {out[0][i], out[1][i], out[2][i]};
       if (isTurned) all.normals[key * count + vertex[i]] = {turned[0][i], turned[1][i], turned[2][i]};
     }
-  });
+  };
+  // a thread that waits here must not begin another mesh: their memory would add up
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(size_t(0), chunks * keys, shadeChunk); });
   if (!hasNormals) all.normals.clear();
   return all;
 }

@@ -47,7 +47,9 @@ class Displacement {
   // Nothing of the scene is pointed to any more.
   void end();
   uint64_t micropolygons() const { return micropolygons_; }       // quads and triangles, over all worlds
-  double seconds() const { return double(nanoseconds_) * 1e-9; }  // of dicing and shading, all threads together
+  double seconds() const {
+    return double(nanoseconds_) * 1e-9;
+  }  // of shading and moving; meshes made at a time count each
 
  private:
   shade::ShadingWorld worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const;

@@ -71,7 +71,7 @@ struct Statistics {
   uint64_t shadersCompiled = 0, shaderPrograms = 0;  // of the shading language: files, and programs of the machine
   double shaderCompileSeconds = 0;                   // both, within buildSeconds
   uint64_t micropolygons = 0;                        // displaced, over all load() and update() calls
-  double displaceSeconds = 0;                        // dicing and shading them, all threads together
+  double displaceSeconds = 0;                        // shading and moving them; meshes made at a time count each
   uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;         // over all load() and update() calls
   // memory by owner, bytes
   struct Owner {
