@@ -1,4 +1,4 @@
-// A displacement: waves along s. This version of Kinora finds it, keeps it and does not render it yet.
+// A displacement: waves along s.
 //   Displace "Ripple" "waves" "float height" [0.2]
 #define KINORA_KERNEL_FILE "Ripple.cpp"
 #include <kinora/displacement_author.h>

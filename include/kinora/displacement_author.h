@@ -1,7 +1,7 @@
 // The author's layer of displacements; see displacement.h. Included per target, after <kinora/simd/foreach_target.h>.
 //
 //   struct MyDisplacement {
-//     template <int W> static Vec3<W> offset(const Context& c, At at);       // c.param(kAmount), c.P, c.N ...
+//     template <int W> static Vec3<W> offset(const Context& c, At at);  // c.param(kAmount), c.P, c.N ... of the object
 //   };
 //   KINORA_DISPLACEMENT(MyDisplacement, .help = "...", .params = kParams)        // after KINORA_KERNELS_END
 #include <kinora/displacement.h>
@@ -26,9 +26,7 @@ struct DisplacementRunner {
   template <int W>
   static void displace(const Context* c, float* const offset[3]) {
     for (uint32_t i = 0; i < c->padded; i += W) {
-      const Vec3<W> o = Displacement::template offset<W>(*c, At{i, false});
-      // a point that flies off would spoil the bounds of its whole object
-      zeroUnless(isFinite(o), o).store(offset, i);
+      Displacement::template offset<W>(*c, At{i, false}).store(offset, i);
     }
   }
   template <int W>

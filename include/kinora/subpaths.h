@@ -91,6 +91,7 @@ class Subpaths {
   // Camera rays of all samples.
   void startAtCamera() {
     count = g_->count;
+    for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput[c];
     for (uint32_t i = 0; i < g_->padded; ++i) {
       live[i] = std::min(i, count - 1);
       for (float* t : throughput) t[i] = g_->rayWeight[i];

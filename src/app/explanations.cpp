@@ -318,10 +318,25 @@ constexpr Explanation kRooms[] = {
      "AttributeEnd the list of lights before comes back. This one meets no object. Illuminate HANDLE 1 behind the "
      "block "
      "switches it on for all that follows; a Light of RIS needs none of this."},
-    {"RENDER-DISPLACEMENT",
-     "Displacement plug-ins are found and kept, but geometry is not displaced yet. A shader of the shading language "
-     "that a Displace names is "
-     "compiled and kept too. Bump and normal maps work."},
+    {"SHADER-DISPLACEMENT",
+     "A Displace names a shader of the shading language that writes neither P nor N, so that it does nothing to the "
+     "surface."},
+    {"DISPLACEMENT-BOUND",
+     "A displacement moves points farther than Attribute \"displacementbound\" \"float sphere\" says, measured in "
+     "the "
+     "coordinatesystem that it names (the object's own, if none). Kinora draws all that moves and needs no bound; "
+     "renderers that trust it cut holes there. The message says which bound holds the surface. Without a bound "
+     "nothing "
+     "is checked."},
+    {"DISPLACEMENT-KIND",
+     "Curves and points have a displacement. Only surfaces are displaced: polygons, subdivision meshes, patches, "
+     "NURBS, "
+     "quadrics and blobbies."},
+    {"DISPLACEMENT-NOT-FINITE",
+     "A displacement gives some points an offset that is not a number, infinite or beyond 1e15 units: a division by "
+     "0 "
+     "in its patterns, or a texture that holds such values. These points stay where they are without it. "
+     "The message says on which face the first one is."},
     {"LIGHT-LINK",
      "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object, or Illuminate, names a light, or a "
      "group of lights, that the scene has not. An object whose subset names no light at all is lit by none, only by "

@@ -155,7 +155,7 @@ std::string pluginPage(const Descriptor& d) {
 
 // Patterns that only hand on integers have nothing to show.
 bool hasPicture(const Descriptor& d) {
-  if (d.kind != Kind::Pattern) return d.kind != Kind::Display && d.kind != Kind::Displacement;
+  if (d.kind != Kind::Pattern) return d.kind != Kind::Display;
   bool shows = false;
   eachParam(d, true, [&](const Param& p) { shows = shows || p.type != Type::Int; });
   return shows;

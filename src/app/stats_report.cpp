@@ -98,6 +98,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   j["world"] = {{"primitives", s.primitives}, {"instances", s.instances},          {"triangles", s.triangles},
                 {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
                 {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
+  if (s.micropolygons) j["displacement"] = {{"micropolygons", s.micropolygons}, {"seconds", s.displaceSeconds}};
   Json memory = Json::object();
   uint64_t sum = 0;
   for (const auto& owner : largestFirst(s)) {
@@ -275,6 +276,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("  {} primitives, {} instances, {} triangles, {} lights, {} materials of {} programs", s.primitives,
        s.instances, s.triangles, s.lights, s.materials, s.programs);
   line("  {} hierarchy builds, {} parts built", s.bvhBuilds, s.bvhPartsBuilt);
+  if (s.micropolygons)
+    line("  {} displaced micropolygons, shaded and moved in {:.2f} s (objects made at a time count each)",
+         s.micropolygons, s.displaceSeconds);
   line("");
   line("Memory");
   for (const auto& owner : largestFirst(s)) line("  {:<34}{:>10}", owner.name, asBytes(owner.bytes));

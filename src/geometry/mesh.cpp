@@ -20,7 +20,7 @@ Imath::V2f Mesh::uvOf(uint32_t triangle, int corner) const {
 size_t Mesh::bytes() const {
   size_t n = spine.capacity() * sizeof(Imath::V4f) + spineNormals.capacity() * sizeof(Imath::V3f) +
              along.capacity() * sizeof(Imath::V2f);
-  n += sizeof(Mesh) + points.capacity() * sizeof(Imath::V3f) + times.capacity() * sizeof(double) +
+  n += sizeof(Mesh) + (points.capacity() + rest.capacity()) * sizeof(Imath::V3f) + times.capacity() * sizeof(double) +
        (indices.capacity() + faceOfTriangle.capacity()) * sizeof(uint32_t) +
        (cornerUV.capacity() + vertexUV.capacity()) * sizeof(Imath::V2f) + primvars.capacity() * sizeof(Primvar);
   for (const Primvar& p : primvars) {

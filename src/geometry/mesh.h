@@ -56,6 +56,9 @@ struct Mesh {
   // keys x vertexCount points; object space minus `origin` (so that float keeps precision at coordinates around 1e6)
   std::vector<Imath::V3f> points;
   Imath::V3d origin{0, 0, 0};
+  // Where displaced vertices were before, by vertex, first key: patterns that lie in the object's space stay with them.
+  // Empty: `points`.
+  std::vector<Imath::V3f> rest;
   uint32_t vertexCount = 0;
   std::vector<double> times;             // deformation key times; empty: one key
   std::vector<uint32_t> indices;         // 3 a triangle; counter-clockwise about dPdu x dPdv of the patch

@@ -279,7 +279,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   const size_t cells = size_t(surface.u.cells()) * surface.v.cells(), keys = surface.keys.size();
   const ClassCounts counts{cells, size_t(surface.u.varyings()) * surface.v.varyings(), needed, 4 * cells};
   const std::vector<SourcePrimvar> primvars = readPrimvars(primitive, counts, diagnostics);
-  chooseRates(primitive, surface, primvars, rate, nu, nv);
+  chooseRates(surface, primvars, rate, nu, nv);
   Trim trim;
   if (const auto* n = std::get_if<scene::NuPatch>(&primitive.shape))
     trim = readTrim(primitive, *n, surface, rate, diagnostics);

@@ -244,7 +244,7 @@ bool makeQuadric(const scene::Primitive& primitive, const Quadric& quadric, cons
     keys.push_back(std::move(key));
   }
 
-  const bool displaced = primitive.attributes && primitive.attributes->displacement;
+  const bool displaced = rate.isDisplaced;
   int nu = 1, nv = 1;
   for (const Key& key : keys) {
     const Profile& p = key.profile;

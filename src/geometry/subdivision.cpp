@@ -11,6 +11,7 @@
 #include "geometry/build.h"
 #include "geometry/cage.h"
 #include "geometry/dice.h"
+#include "geometry/facets.h"
 #include "geometry/makers.h"
 #include "geometry/polygon.h"
 
@@ -51,7 +52,7 @@ class Subdivider {
         rate_(rate),
         diagnostics_(diagnostics),
         mesh_(mesh),
-        displaced_(primitive.attributes && primitive.attributes->displacement) {
+        displaced_(rate.isDisplaced) {
     for (const auto& key : points.keys) keys_.emplace_back(key.begin(), key.end());
     keyPatch_.resize(keys_.size());
     outPoints_.resize(keys_.size());
@@ -405,21 +406,15 @@ Subdivider::Site Subdivider::onEdge(int face, int k, int step) const {
   return {edgeOffset_[edge] + (forward ? step : rate - step) - 1};
 }
 
-// A facet of the current cell. A triangle that happens to go on where the one before ended must not pass for the
-// other half of a quad, nor must the first half of one: those begin at another corner.
+// A facet of the current cell.
 void Subdivider::emitFacet(int face, const int* facet, int corners) {
-  const std::vector<uint32_t>& at = mesh_.indices;
-  const bool follows = at.size() >= 3 && at[at.size() - 3] == cellVertex_[facet[0]] &&
-                       at[at.size() - 1] == cellVertex_[facet[1]] && mesh_.faceOfTriangle.back() == uint32_t(face);
-  const int turn = !follows ? 0 : corners == 4 ? 2 : 1;
-  static constexpr int kHalves[6] = {0, 1, 2, 0, 2, 3};
-  for (int k = 0; k < 3 * (corners - 2); ++k) {
-    const int i = facet[(kHalves[k] + turn) % corners];
-    mesh_.indices.push_back(cellVertex_[i]);
-    mesh_.cornerUV.emplace_back(float(coords_[2 * i]), float(coords_[2 * i + 1]));
+  std::array<uint32_t, 4> vertices{};
+  std::array<Imath::V2f, 4> uv;
+  for (int k = 0; k < corners; ++k) {
+    vertices[size_t(k)] = cellVertex_[facet[k]];
+    uv[size_t(k)] = {float(coords_[2 * facet[k]]), float(coords_[2 * facet[k] + 1])};
   }
-  mesh_.faceOfTriangle.insert(mesh_.faceOfTriangle.end(), size_t(corners - 2), uint32_t(face));
-  mesh_.quads |= corners == 4;
+  appendFacet(mesh_, uint32_t(face), vertices, uv, corners);
 }
 
 void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,

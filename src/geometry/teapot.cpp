@@ -55,7 +55,7 @@ bool makeTeapot(const scene::Primitive& primitive, const DiceRate& rate, Diagnos
       surface.keys[0].emplace_back(double(at[0]), double(at[1]), double(at[2]) - kLowered, 1);
     }
     std::vector<int> u, v;
-    chooseRates(primitive, surface, {}, share, u, v);
+    chooseRates(surface, {}, share, u, v);
     nu = std::max(nu, u[0]);
     nv = std::max(nv, v[0]);
   }

@@ -107,9 +107,8 @@ double missOf(const std::vector<const Sample*>& line, double length, const std::
 
 }  // namespace
 
-void chooseRates(const scene::Primitive& primitive, const TensorSurface& s,
-                 const std::vector<SourcePrimvar>& primvars, const DiceRate& rate, std::vector<int>& nu,
-                 std::vector<int>& nv) {
+void chooseRates(const TensorSurface& s, const std::vector<SourcePrimvar>& primvars, const DiceRate& rate,
+                 std::vector<int>& nu, std::vector<int>& nv) {
   // only those of class vertex follow the basis; others are bilinear anyway
   std::vector<const SourcePrimvar*> curved;
   std::vector<double> range;
@@ -126,7 +125,7 @@ void chooseRates(const scene::Primitive& primitive, const TensorSurface& s,
       range.push_back(double(high) - double(low));
     }
   }
-  const bool displaced = primitive.attributes && primitive.attributes->displacement;
+  const bool displaced = rate.isDisplaced;
   std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
   constexpr int kSamples = 4;
   for (size_t key = 0; key < s.keys.size(); key += std::max<size_t>(1, s.keys.size() - 1))  // first and last

@@ -31,8 +31,7 @@ void interpolate(const TensorSurface& surface, const SourcePrimvar& source, cons
                  std::vector<float>& out);
 
 // Segments of each span of both axes: the finest that any piece along it asks for, within the rate's most triangles.
-void chooseRates(const scene::Primitive& primitive, const TensorSurface& surface,
-                 const std::vector<SourcePrimvar>& primvars, const DiceRate& rate, std::vector<int>& nu,
-                 std::vector<int>& nv);
+void chooseRates(const TensorSurface& surface, const std::vector<SourcePrimvar>& primvars, const DiceRate& rate,
+                 std::vector<int>& nu, std::vector<int>& nv);
 
 }  // namespace kinora::geometry

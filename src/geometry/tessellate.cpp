@@ -73,6 +73,10 @@ std::optional<Mesh> tessellate(const scene::Primitive& primitive, const DiceRate
   mesh.flipNormals = flipsNormals(primitive, rate.worldMirrored);
   mesh.doubleSided = !primitive.attributes || primitive.attributes->sides != 1;
   if (!make(primitive, rate, diagnostics, mesh)) return std::nullopt;
+  // flat polygons that move as if they were smooth
+  if (rate.isDisplaced && mesh.triangleCount() && !mesh.find("N") && primitive.attributes &&
+      primitive.attributes->getInt("polygon:smoothdisplacement", 0) != 0)
+    addSmoothNormals(mesh);
   return mesh;
 }
 

@@ -22,6 +22,8 @@ struct DiceRate {
   // Most triangles that dicing may make of one primitive. A cage or polygon mesh that has more to begin with keeps
   // them.
   uint32_t maxTriangles = 4'000'000;
+  // The surface will be displaced: it is cut to the edge length wherever it is flat, too.
+  bool isDisplaced = false;
   // The camera mirrors the world (det(worldToCamera) < 0). Only the orientations "lh" and "rh" depend on it.
   bool worldMirrored = false;
 

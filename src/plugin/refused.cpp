@@ -9,7 +9,6 @@ namespace {
 constexpr const char* kHair = "strands have no bxdf of their own yet";
 constexpr const char* kBake = "nothing is baked";
 constexpr const char* kSubsurface = "subsurface scattering is not rendered yet";
-constexpr const char* kDisplacement = "displacements are not rendered yet";
 constexpr const char* kPaths = "light paths are not traced yet";
 
 constexpr RefusedPlugin kTable[] = {
@@ -40,9 +39,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
     {Kind::Integrator, "PxrUPBP", kPaths, "PxrPathTracer"},
     {Kind::Integrator, "PxrUnified", "guiding, manifold walks and light paths are not made yet", "PxrPathTracer"},
-    {Kind::Displacement, "PxrDispScalarLayer", kDisplacement, ""},
-    {Kind::Displacement, "PxrDispTransform", kDisplacement, ""},
-    {Kind::Displacement, "PxrDispVectorLayer", kDisplacement, ""},
     {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
 };
 

@@ -330,31 +330,4 @@ std::vector<light::LightFilterEntry> makeLightFilters(
   return list;
 }
 
-void warnOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
-                         Diagnostics& diagnostics) {
-  const scene::Node* displacement = nullptr;
-  std::string first;
-  std::set<std::string> seen;
-  const auto look = [&](const scene::AttributesPtr& a) {
-    if (!a || !a->displacement || !a->displacement->terminal) return;
-    const scene::Node* n = a->displacement->terminal.get();
-    const std::string shader = shade::shaderNameOf(*n);
-    if (!seen.insert(shader).second) return;
-    // a library or a shader that is broken says so
-    const bool isPlugin = registry.find(Kind::Displacement, n->plugin, diagnostics, n->pos);
-    const bool isShader = !isPlugin && shaders.find(shader, n->pos);
-    if (displacement) return;
-    displacement = n;
-    first = (isShader ? "shader '" : "displacement '") + shader + "' (node '" + n->handle + "')" +
-            (isPlugin || isShader ? "" : ", which no plug-in or shader is known for,");
-  };
-  for (const auto& p : scene.primitives) look(p->attributes);
-  for (const auto& proto : scene.prototypes)
-    for (const auto& p : proto.primitives) look(p->attributes);
-  for (const auto& i : scene.instances) look(i.attributes);
-  if (displacement)
-    diagnostics.warning("RENDER-DISPLACEMENT", displacement->pos, first + " is kept, not rendered yet",
-                        "surfaces are where they are without it");
-}
-
 }  // namespace kinora::render

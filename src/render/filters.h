@@ -68,9 +68,4 @@ std::vector<light::LightFilterEntry> makeLightFilters(
     const std::function<Placement(const scene::Transform&)>& placement, Registry& registry, const Host& host,
     Diagnostics& diagnostics, float& largestFactor);
 
-// One message for all displacements: this version keeps them and does not render them. (Volumes are told of where
-// primitives are tessellated.)
-void warnOfDisplacements(const scene::Scene& scene, Registry& registry, shade::ShaderLibrary& shaders,
-                         Diagnostics& diagnostics);
-
 }  // namespace kinora::render

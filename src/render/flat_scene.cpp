@@ -16,11 +16,23 @@ Digest lookOf(const scene::Attributes* attributes) {
   const scene::Attributes& a = attributes ? *attributes : kUsual;
   Hasher h;
   h.word(uint64_t(a.orientation) | uint64_t(a.reverseOrientation) << 8 | uint64_t(a.displacement != nullptr) << 9);
+  const auto isOfDisplacement = [&](const std::string& name) {
+    return a.displacement && (name.starts_with("displacementbound:") || name.starts_with("user:"));
+  };
+  if (a.displacement) {
+    h.digest(scene::digestOf(*a.displacement));
+    h.bytes(&a.shadingRate, sizeof a.shadingRate);
+    for (const auto* color : {&a.color, &a.opacity}) {
+      h.word(color->has_value());
+      if (*color) h.bytes((*color)->data(), sizeof **color);
+    }
+  }
   for (const int v : {a.sides, a.uStep, a.vStep}) h.word(uint64_t(v));
   h.bytes(a.textureCoordinates.data(), sizeof a.textureCoordinates);
   for (const auto* basis : {&a.uBasis, &a.vBasis}) h.bytes(basis->data(), sizeof *basis);
   for (const scene::Parameter& p : a.named)
-    if (p.name.starts_with("dice:") || p.name.starts_with("polygon:") || p.name.starts_with("trimcurve:")) {
+    if (p.name.starts_with("dice:") || p.name.starts_with("polygon:") || p.name.starts_with("trimcurve:") ||
+        isOfDisplacement(p.name)) {
       h.text(p.name);
       h.bytes(p.floats.data(), p.floats.size() * sizeof(float));
       h.bytes(p.ints.data(), p.ints.size() * sizeof(int));

@@ -17,7 +17,8 @@ namespace kinora::render {
 
 namespace {
 
-constexpr double kPixelsPerEdge = 2.0;  // micropolygon edge at dice:micropolygonlength 1; normals are exact anyway
+// Micropolygon edge at dice:micropolygonlength 1. Where surfaces are not displaced their normals are exact anyway.
+constexpr double kPixelsPerEdge = 2.0, kPixelsPerDisplacedEdge = 1.0;
 
 // Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing
 // moves.
@@ -58,8 +59,9 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
 }
 
 // What a mesh takes from camera and shutter besides its dicing; what bounds a solid stays in its own space.
-Digest settingsOf(const scene::Primitive& p, bool isOfSolid, const CameraState& camera) {
+Digest settingsOf(const scene::Primitive& p, bool isOfSolid, const CameraState& camera, const Digest& displacement) {
   Hasher h;
+  h.digest(displacement);
   h.word(isOfSolid);
   h.word(camera.worldToCamera.determinant() < 0);
   h.bytes(camera.origin, sizeof camera.origin);  // it may be brought into render space for good
@@ -68,6 +70,17 @@ Digest settingsOf(const scene::Primitive& p, bool isOfSolid, const CameraState& 
   if (!isStill)
     for (const double t : {camera.shutterOpen, camera.shutterClose}) h.bytes(&t, sizeof t);
   return h.result();
+}
+
+// Length of a micropolygon's edge.
+double pixelsOf(const scene::Attributes* a, bool isDisplaced) {
+  const double usual = isDisplaced ? kPixelsPerDisplacedEdge : kPixelsPerEdge;
+  if (!a) return usual;
+  const float length = a->named.getFloat("dice:micropolygonlength", 0);
+  // the older request is about areas
+  if (isDisplaced && !(length > 0) && a->says(scene::Attributes::kShadingRate))
+    return usual * std::sqrt(double(a->shadingRate));
+  return usual * (length > 0 ? double(length) : 1);
 }
 
 // A placed use of a shape, for its dicing: object -> world, with the length that it gives to an object unit.
@@ -106,12 +119,12 @@ Digest dicingOf(const std::vector<Use>& uses, const CameraState& camera) {
 Digest digestOf(const geometry::Mesh& mesh) {
   Hasher h;
   const auto values = [&](const auto& list) { h.bytes(list.data(), list.size() * sizeof list[0]); };
-  const auto& [kind, spine, spineNormals, along, points, origin, vertexCount, times, indices, faceOfTriangle, quads,
-               quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] = mesh;
+  const auto& [kind, spine, spineNormals, along, points, origin, rest, vertexCount, times, indices, faceOfTriangle,
+               quads, quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] = mesh;
   h.word(uint64_t(kind) | uint64_t(quads) << 8 | uint64_t(quadPairs) << 9 | uint64_t(flipNormals) << 10 |
          uint64_t(doubleSided) << 11);
   h.word(vertexCount);
-  values(spine), values(spineNormals), values(along), values(points), values(times), values(indices);
+  values(spine), values(spineNormals), values(along), values(points), values(rest), values(times), values(indices);
   values(faceOfTriangle), values(cornerUV), values(vertexUV);
   h.bytes(&origin, sizeof origin);
   h.bytes(&bounds, sizeof bounds);
@@ -166,9 +179,11 @@ class Meshes::Finder {
   std::unordered_multimap<uint32_t, size_t> byId_;
 };
 
-Meshes::Kept Meshes::tessellated(const FlatScene::Shape& shape, const geometry::DiceRate& rate,
-                                 const CameraState& camera, const std::atomic<bool>& isDiced,
+Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geometry::DiceRate& rate,
+                                 const CameraState& camera, const Displacement& displacement,
+                                 const std::atomic<bool>* stop, const std::atomic<bool>& isDiced,
                                  Diagnostics& diagnostics) {
+  const FlatScene::Shape& shape = flat.shapes[index];
   Kept kept;
   kept.source = shape.primitive;
   kept.look = shape.look;
@@ -181,14 +196,15 @@ Meshes::Kept Meshes::tessellated(const FlatScene::Shape& shape, const geometry::
   }
   std::optional<geometry::Mesh> mesh = geometry::tessellate(*p, rate, diagnostics);
   if (mesh) uniformKeys(*mesh, camera.shutterOpen, camera.shutterClose);
+  if (mesh && rate.isDisplaced) displacement.apply(index, rate, stop, *mesh);
   kept.mesh = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
   kept.isDiced = isDiced;
   if (isDiced) kept.content = digestOf(*kept.mesh);
   return kept;
 }
 
-bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::atomic<bool>* stop,
-                  Diagnostics& diagnostics, Rebuilt& made) {
+bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displacement& displacement,
+                  const std::atomic<bool>* stop, Diagnostics& diagnostics, Rebuilt& made) {
   const size_t count = flat.shapes.size();
   const std::vector<std::vector<Use>> uses = usesOf(flat, camera);
   std::vector<bool> isOfSolid(count, false);
@@ -204,7 +220,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::a
   std::vector<uint32_t> missing;
   for (uint32_t i = 0; i < count; ++i) {
     const FlatScene::Shape& shape = flat.shapes[i];
-    const Digest settings = settingsOf(*shape.primitive, isOfSolid[i], camera);
+    const Digest settings = settingsOf(*shape.primitive, isOfSolid[i], camera, displacement.digestOf(i));
     found[i] = finder.find(shape, settings);
     if (found[i] && !(found[i]->isDiced && found[i]->dicing != dicingOf(uses[i], camera))) {
       next[i] = std::move(*found[i]);
@@ -223,8 +239,8 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::a
     coming.add(scene::bytesHeld(*shape.primitive));
     geometry::DiceRate rate;
     rate.worldMirrored = camera.worldToCamera.determinant() < 0;
-    const float length = shape.attributes ? shape.attributes->named.getFloat("dice:micropolygonlength", 1) : 1;
-    const double pixels = kPixelsPerEdge * (length > 0 ? double(length) : 1);
+    rate.isDisplaced = displacement.moves(i);
+    const double pixels = pixelsOf(shape.attributes.get(), rate.isDisplaced);
     std::atomic<bool> isDiced = false;
     rate.edgeLength = [&](const Imath::V3d& x) {
       isDiced.store(true, std::memory_order_relaxed);
@@ -235,7 +251,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const std::a
       }
       return best;
     };
-    Kept mine = tessellated(shape, rate, camera, isDiced, diagnostics);
+    Kept mine = tessellated(flat, i, rate, camera, displacement, stop, isDiced, diagnostics);
     coming.set(0);
     mine.settings = next[i].settings;
     mine.dicing = dicingOf(uses[i], camera);
@@ -267,6 +283,12 @@ std::vector<trace::ShapeInput> Meshes::shapes() const {
     out[i].revision = kept_[i].serial;
     out[i].mesh = kept_[i].mesh;
   }
+  return out;
+}
+
+std::vector<const geometry::Mesh*> Meshes::all() const {
+  std::vector<const geometry::Mesh*> out;
+  for (const Kept& k : kept_) out.push_back(k.mesh.get());
   return out;
 }
 

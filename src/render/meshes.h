@@ -1,6 +1,6 @@
 // The meshes of a flat scene: tessellated on all threads, kept from one world to the next. A mesh is made again when
-// its primitive's own fields, its look, its place or the shutter are others, and where it was diced by the camera,
-// when that sees it otherwise. Called by WorldBuilder.
+// its primitive's own fields, its look, its place, its displacement or the shutter are others, and where it was diced
+// by the camera, when that sees it otherwise. Called by WorldBuilder.
 #pragma once
 #include <atomic>
 #include <memory>
@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "geometry/tessellate.h"
 #include "render/camera.h"
+#include "render/displacement.h"
 #include "render/flat_scene.h"
 #include "render/statistics.h"
 #include "trace/world.h"
@@ -19,10 +20,11 @@ namespace kinora::render {
 class Meshes {
  public:
   // One for each shape of the scene, in its order. False when `stop` was set meanwhile. Counts in `made`.
-  bool make(const FlatScene& flat, const CameraState& camera, const std::atomic<bool>* stop, Diagnostics& diagnostics,
-            Rebuilt& made);
+  bool make(const FlatScene& flat, const CameraState& camera, const Displacement& displacement,
+            const std::atomic<bool>* stop, Diagnostics& diagnostics, Rebuilt& made);
   // Keys, serial numbers and meshes as the world wants them; visibility is left to the caller.
   std::vector<trace::ShapeInput> shapes() const;
+  std::vector<const geometry::Mesh*> all() const;
   const std::shared_ptr<geometry::Mesh>& operator[](size_t shape) const { return kept_[shape].mesh; }
   // Serial numbers, by shape: equal ones are the same meshes.
   std::vector<uint64_t> serials() const;
@@ -44,7 +46,8 @@ class Meshes {
     std::shared_ptr<geometry::Mesh> mesh;
   };
   class Finder;
-  static Kept tessellated(const FlatScene::Shape& shape, const geometry::DiceRate& rate, const CameraState& camera,
+  static Kept tessellated(const FlatScene& flat, size_t shape, const geometry::DiceRate& rate,
+                          const CameraState& camera, const Displacement& displacement, const std::atomic<bool>* stop,
                           const std::atomic<bool>& isDiced, Diagnostics& diagnostics);
 
   std::vector<Kept> kept_;  // by shape

@@ -11,14 +11,20 @@ void WorldBuilder::openShaders(const scene::Scene& scene) {
   asksRayType_ = false;
   shadersInUse_.clear();
   std::set<const scene::Network*> seen;
+  const auto lookAt = [&](const scene::NodePtr& n, Kind kind, bool isBxdf) {
+    if (!n || registry_.find(kind, n->plugin, diagnostics_, n->pos)) return;
+    const std::string name = shade::shaderNameOf(*n);
+    const auto shader = name.empty() ? nullptr : shaders_.find(name, n->pos);
+    asksRayType_ |= isBxdf && shader && shader->asksRayType;
+    shadersInUse_.push_back(shader);
+  };
   const auto look = [&](const scene::AttributesPtr& attributes) {
-    if (!attributes || !attributes->bxdf || !seen.insert(attributes->bxdf.get()).second) return;
-    for (const scene::NodePtr& n : attributes->bxdf->patterns) {
-      if (!n || registry_.find(Kind::Pattern, n->plugin, diagnostics_, n->pos)) continue;
-      const std::string name = shade::shaderNameOf(*n);
-      const auto shader = name.empty() ? nullptr : shaders_.find(name, n->pos);
-      asksRayType_ |= shader && shader->asksRayType;
-      shadersInUse_.push_back(shader);
+    if (!attributes) return;
+    for (const scene::NetworkPtr* network : {&attributes->bxdf, &attributes->displacement}) {
+      if (!*network || !seen.insert(network->get()).second) continue;
+      const bool isBxdf = network == &attributes->bxdf;
+      for (const scene::NodePtr& n : (*network)->patterns) lookAt(n, Kind::Pattern, isBxdf);
+      if (!isBxdf) lookAt((*network)->terminal, Kind::Displacement, false);
     }
   };
   const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives,

@@ -70,6 +70,8 @@ struct Statistics {
   uint64_t primitives = 0, instances = 0, triangles = 0, lights = 0, materials = 0, programs = 0;
   uint64_t shadersCompiled = 0, shaderPrograms = 0;  // of the shading language: files, and programs of the machine
   double shaderCompileSeconds = 0;                   // both, within buildSeconds
+  uint64_t micropolygons = 0;                        // displaced, over all load() and update() calls
+  double displaceSeconds = 0;                        // shading and moving them; meshes made at a time count each
   uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;         // over all load() and update() calls
   // memory by owner, bytes
   struct Owner {

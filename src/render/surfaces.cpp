@@ -7,10 +7,11 @@
 
 namespace kinora::render {
 
-void describeGeometries(const FlatScene& flat, const Meshes& meshes, bool softTerminator, shade::ShadingWorld& w) {
+void describeGeometries(const FlatScene& flat, const std::vector<const geometry::Mesh*>& meshes, bool softTerminator,
+                        shade::ShadingWorld& w) {
   // geometry infos in the world's own order: meshes are recognised by their address
   std::map<const geometry::Mesh*, uint32_t> shapeOfMesh;
-  for (uint32_t i = 0; i < meshes.size(); ++i) shapeOfMesh[meshes[i].get()] = i;
+  for (uint32_t i = 0; i < meshes.size(); ++i) shapeOfMesh[meshes[i]] = i;
   w.geometries.resize(w.world->geometryCount());
   for (uint32_t g = 0; g < w.world->geometryCount(); ++g) {
     const geometry::Mesh& mesh = w.world->mesh(g);

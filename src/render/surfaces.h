@@ -1,15 +1,17 @@
 // What shading knows of geometries, placements and spaces, as the tables of a ShadingWorld. Called by WorldBuilder
 // for each world, after what they are of has been made.
 #pragma once
+#include <vector>
+
 #include "render/camera.h"
 #include "render/flat_scene.h"
-#include "render/meshes.h"
 #include "shade/group.h"
 
 namespace kinora::render {
 
-// Of the geometries of w.world. softTerminator: shadow rays of smooth polygons start from the surface that their normals mean.
-void describeGeometries(const FlatScene& flat, const Meshes& meshes, bool softTerminator, shade::ShadingWorld& w);
+// Of the geometries of w.world, which are `meshes`, by shape. softTerminator: shadow rays of smooth polygons start from the surface that their normals mean.
+void describeGeometries(const FlatScene& flat, const std::vector<const geometry::Mesh*>& meshes, bool softTerminator,
+                        shade::ShadingWorld& w);
 // Of w.placements, and of the materials that they have.
 void describePlacements(const FlatScene& flat, shade::ShadingWorld& w);
 void describeSpaces(const scene::Scene& scene, const CameraState& camera, shade::ShadingWorld& w);

@@ -56,6 +56,7 @@ void WorldBuilder::forgetPlugins() {
   camera_ = {};
   materials_.forget();
   lights_.forget();
+  displacement_.forget();
 }
 
 // The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to
@@ -149,7 +150,7 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.volumes = volumes_.get();
   w.diagnostics = &diagnostics_;
   w.samples = pmj02Table();
-  describeGeometries(*flat_, meshes_, isSet(scene, "geomShadowTermBias"), w);
+  describeGeometries(*flat_, meshes_.all(), isSet(scene, "geomShadowTermBias"), w);
   describePlacements(*flat_, w);
   describeSpaces(scene, camera_, w);
   if (w.materials->shaderUses().empty()) return;
@@ -165,8 +166,11 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   std::set<uint32_t> emitters;
   const std::vector<scene::Light> sources = lightsToRender(scene, registry_, diagnostics_, emitters);
   flattenScene(scene, emitters, rebuilt);
-  warnOfDisplacements(scene, registry_, shaders_, diagnostics_);
-  if (!meshes_.make(*flat_, camera_, settings_.stop, diagnostics_, rebuilt)) return false;
+  displacement_.begin(*flat_, {scene, camera_, registry_, diagnostics_, *textures_, *volumes_, contents_, shaders_,
+                               shadersInUse_, paths, width_});
+  const bool isMade = meshes_.make(*flat_, camera_, displacement_, settings_.stop, diagnostics_, rebuilt);
+  displacement_.end();
+  if (!isMade) return false;
 
   auto next = std::make_unique<shade::ShadingWorld>();
   next->paths = paths.get();
@@ -208,6 +212,8 @@ void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w
   statistics.shaderPrograms = shaders_.executables().size();
   statistics.shaderCompileSeconds = shaders_.compileSeconds();
   meshes_.setHeld(w.world->meshBytes());
+  statistics.micropolygons = displacement_.micropolygons();
+  statistics.displaceSeconds = displacement_.seconds();
   statistics.memory.clear();
   statistics.memory.push_back({"bvh (Embree)", trace::World::embreeBytes()});
   statistics.memory.push_back({"meshes", w.world->meshBytes()});

@@ -14,6 +14,7 @@
 #include "film/light_paths.h"
 #include "plugin/registry.h"
 #include "render/camera.h"
+#include "render/displacement.h"
 #include "render/flat_scene.h"
 #include "render/instance.h"
 #include "render/materials.h"
@@ -85,6 +86,7 @@ class WorldBuilder {
   FileContents::Names filesOfCamera_;
   CameraState camera_;
   std::shared_ptr<const FlatScene> flat_;
+  Displacement displacement_;
   Meshes meshes_;
   Materials materials_;
   TraceStage traced_;

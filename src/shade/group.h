@@ -89,6 +89,7 @@ struct ShadingWorld {
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
   bool hasHoles = false, movesShadowOrigins = false;
+  bool isForPlaces = false;  // nothing can be traced, see trace::BuildOptions::placesOnly
   uint32_t width = 8;
   void fillTables();  // once all else is set
   uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
@@ -171,6 +172,11 @@ class GroupState {
   void keepVertices(const Context* c, uint32_t n, const uint32_t* points, VertexRecord* out);
   uint32_t shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts);
   uint32_t makeVertices(uint32_t n, const SurfacePlaces& places, VertexRecord* out, uint32_t* which);
+  // Where a displacement moves n places of one material to (program.displacement): offsets in object space, from P and
+  // N there (padded). Places as for makeVertices(), all of them on the surface. True where `normal` was written too: a
+  // shader says how the surface lies.
+  bool displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
+                float* const offset[3], float* const normal[3]);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
@@ -188,6 +194,7 @@ class GroupState {
   std::function<void(const Context*)> onPrimary;
 
  private:
+  uint32_t contextsOfRecords(uint32_t n, const VertexRecord* records, bool bind, Context* const** contexts);
   static constexpr int kMostPasses = 256;  // surfaces a ray may pass for want of presence or priority
   void fillList(RayList& list, uint32_t room);
   PointsArgs startContext(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,

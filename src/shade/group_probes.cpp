@@ -18,7 +18,7 @@ uint32_t GroupState::maskOf(const char* traceSet) const {
 
 int GroupState::probe(const Context* c, const ProbeRays& rays) {
   // A ray that asks whether what it met is present runs that surface's patterns: theirs go no further.
-  if (probing_) return 0;
+  if (probing_ || world_.isForPlaces) return 0;
   const uint32_t mask = maskOf(rays.traceSet);
   probing_ = true;
   // The time is that of shading, which waits for the rays.

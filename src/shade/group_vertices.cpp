@@ -134,6 +134,11 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
 }
 
 uint32_t GroupState::shadeVertices(uint32_t n, const VertexRecord* records, Context* const** contexts) {
+  return contextsOfRecords(n, records, true, contexts);
+}
+
+uint32_t GroupState::contextsOfRecords(uint32_t n, const VertexRecord* records, bool bind,
+                                       Context* const** contexts) {
   *contexts = nullptr;
   if (!n) return 0;
   const Clock clock(counters.nanoseconds[kTimeGrouping]);
@@ -189,11 +194,69 @@ uint32_t GroupState::shadeVertices(uint32_t n, const VertexRecord* records, Cont
     for (end = first + 1; end < n && program[order[end]] == program[a] && how[order[end]] == how[a];) ++end;
     host.kind = kindOf(how[a]);
     made[count++] =
-        makeContext(list, program[a], traitsOf(how[a]), depthOf(how[a]), end - first, order + first, true);
+        makeContext(list, program[a], traitsOf(how[a]), depthOf(how[a]), end - first, order + first, bind);
     countLanes(traitsOf(how[a]), depthOf(how[a]), end - first);
   }
   *contexts = made;
   return count;
+}
+
+bool GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
+                          float* const offset[3], float* const normal[3]) {
+  bool hasNormals = false;
+  const ArenaScope memory(arena_);
+  VertexRecord* records = arena_.make<VertexRecord>(n);
+  uint32_t* which = arena_.make<uint32_t>(padded(n));
+  const uint32_t made = makeVertices(n, places, records, which);
+  for (int k = 0; k < 3; ++k) {
+    std::fill_n(offset[k], n, 0.f);
+    std::fill_n(normal[k], n, 0.f);
+  }
+  Context* const* contexts = nullptr;
+  const uint32_t count = contextsOfRecords(made, records, false, &contexts);
+  for (uint32_t i = 0; i < count; ++i) {
+    const Context* c = contexts[i];
+    ContextHost& h = ContextHost::of(c);
+    if (h.program->isMovedByShader) {
+      const Value moved = c->param(0);
+      const bool isTurned = h.program->nodes.back().params[1].from == ParamSource::From::Connected;
+      const Value turned = isTurned ? c->param(1) : Value();
+      hasNormals |= isTurned;
+      for (uint32_t j = 0; j < c->count; ++j) {
+        const trace::Affine toRender = world_.world->objectToRender(c->place.instance[j], c->time[j]),
+                            toObject = toRender.inverse();
+        float way[3];
+        for (int k = 0; k < 3; ++k) way[k] = moved.data[k][moved.stride ? j : 0] - c->P[k][j];
+        for (int k = 0; k < 3; ++k)
+          offset[k][which[c->path[j]]] =
+              toObject.m[k][0] * way[0] + toObject.m[k][1] * way[1] + toObject.m[k][2] * way[2];
+        for (int k = 0; isTurned && k < 3; ++k)
+          for (int i = 0; i < 3; ++i)
+            normal[k][which[c->path[j]]] += toRender.m[i][k] * turned.data[i][turned.stride ? j : 0];
+      }
+      continue;
+    }
+    if (!h.program->displacement) continue;
+    // what feeds the displacement sees the points as they stand in the scene, itself it works in their object's space
+    const ProgramNode& terminal = h.program->nodes.back();
+    for (const ParamSource& s : terminal.params)
+      if (s.from == ParamSource::From::Connected) h.evaluate(c, s.node);
+    Context own = *c;
+    float *p[3], *ownN[3], *out[3];
+    for (int k = 0; k < 3; ++k) {
+      own.P[k] = p[k] = arena_.make<float>(c->padded);
+      own.N[k] = ownN[k] = arena_.make<float>(c->padded);
+      out[k] = arena_.make<float>(c->padded);
+      for (uint32_t j = 0; j < c->padded; ++j) {
+        p[k][j] = P[k][which[c->path[j]]];
+        ownN[k][j] = N[k][which[c->path[j]]];
+      }
+    }
+    h.program->displacement->displace(&own, out);
+    for (int k = 0; k < 3; ++k)
+      for (uint32_t j = 0; j < c->count; ++j) offset[k][which[c->path[j]]] = out[k][j];
+  }
+  return hasNormals;
 }
 
 }  // namespace kinora::shade

@@ -191,6 +191,16 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     if (!name.empty()) out.shader = shaders_.find(name, node.pos);
     if (out.shader) out.plugin = &out.shader->descriptor;
   }
+  if (!out.plugin && kind == Kind::Displacement) {
+    const std::string name = shaderNameOf(node);
+    const auto shader = name.empty() ? nullptr : shaders_.find(name, node.pos);
+    if (shader) out.shader = shader->shader ? shaders_.displacementOf(shader) : shader;
+    if (out.shader) out.plugin = &out.shader->descriptor;
+    if (shader && !out.shader)
+      diagnostics_.warning("SHADER-DISPLACEMENT", node.pos,
+                           "shader '" + name + "' (node '" + node.handle + "') writes no P", "it moves nothing",
+                           "bump() and N alone belong to the material");
+  }
   if (!out.plugin) return false;
   std::optional<StandardShader> standard;
   if (kind == Kind::Pattern && !out.shader) standard = standardShader(node, shaders_);
@@ -236,23 +246,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
 
   std::vector<Resolved> nodes;
   std::map<std::string, int> byHandle;
-  if (network) {
-    for (const scene::NodePtr& p : network->patterns) {
-      Resolved r;
-      if (!resolve(*p, Kind::Pattern, r)) {
-        const std::string shader = sameName(p->plugin, "PxrOSL") ? p->params.getString("shader", "") : "";
-        diagnostics_.warning(
-            "PLUGIN-MISSING", p->pos,
-            (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
-            "what it feeds uses its defaults",
-            shader.empty() ? adviceOnMissing(Kind::Pattern, p->plugin)
-                           : "is its folder on the search path for shaders?");
-        continue;
-      }
-      nodes.push_back(std::move(r));
-      byHandle[p->handle] = int(nodes.size() - 1);
-    }
-  }
+  if (network) addPatterns(*network, nodes, byHandle);
   Resolved terminal;
   scene::Node fallback = plain;
   const scene::Node* node = network && network->terminal ? network->terminal.get() : &plain;
@@ -286,7 +280,98 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   }
   nodes.push_back(std::move(terminal));
 
-  // connections
+  connect(nodes, byHandle);
+  const uint32_t m = addResolved(nodes, lpeGroup);
+  known_[id] = m;
+  return m;
+}
+
+uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
+  const std::pair<const void*, std::string> id(network.get(), "");
+  if (const auto it = known_.find(id); it != known_.end()) return it->second;
+  keepAlive_[network.get()] = network;
+  const scene::Node& node = *network->terminal;
+  std::vector<Resolved> nodes;
+  std::map<std::string, int> byHandle;
+  addPatterns(*network, nodes, byHandle);
+  Resolved terminal;
+  if (!resolve(node, Kind::Displacement, terminal)) {
+    const std::string shader = shaderNameOf(node);
+    if (shader.empty() || !shaders_.find(shader, node.pos))
+      diagnostics_.warning(
+          "PLUGIN-MISSING", node.pos, "no displacement '" + node.plugin + "' (node '" + node.handle + "')",
+          "surfaces are where they are without it", adviceOnMissing(Kind::Displacement, node.plugin));
+    return known_[id] = kNone;
+  }
+  if (terminal.shader) {
+    if (!terminal.shader->shader) return known_[id] = kNone;  // told when it was compiled
+    nodes.push_back(std::move(terminal));
+    connect(nodes, byHandle);
+    // what reads the point that the shader has moved
+    static constexpr Param kPlace[] = {Param{.name = "P", .type = Type::Point},
+                                       Param{.name = "N", .type = Type::Normal}};
+    static constexpr Descriptor kMoves{kAbiVersion,
+                                       sizeof(Descriptor),
+                                       Kind::Displacement,
+                                       0,
+                                       "moved point",
+                                       "",
+                                       kPlace,
+                                       2,
+                                       nullptr,
+                                       0,
+                                       nullptr,
+                                       nullptr,
+                                       nullptr};
+    Resolved reader;
+    reader.plugin = &kMoves;
+    reader.node = &node;
+    reader.values = std::make_unique<ResolvedParams>(kMoves, nullptr, diagnostics_);
+    reader.links.resize(2);
+    uint32_t output = 0;
+    const Descriptor& shader = *nodes.back().plugin;
+    for (uint32_t i = 0; i < shader.paramCount; ++i) {
+      if (!(shader.params[i].flags & kParamOutput)) continue;
+      for (const uint32_t to : {0u, 1u})
+        if (!std::strcmp(shader.params[i].name, to ? kMovedNormal : kMovedPoint)) {
+          reader.values->connect(to);
+          reader.links[to] = {int(nodes.size() - 1), output, -1};
+        }
+      ++output;
+    }
+    nodes.push_back(std::move(reader));
+    return known_[id] = addResolved(nodes, "");
+  }
+  const auto* traits = static_cast<const DisplacementTraits*>(terminal.plugin->traits);
+  const CreateInfo info{nullptr, node.handle.c_str(), terminal.values->values(), terminal.values->count(), nullptr,
+                        nullptr};
+  if (traits && traits->bound && traits->bound(&info) == 0) return known_[id] = kNone;
+  nodes.push_back(std::move(terminal));
+  connect(nodes, byHandle);
+  return known_[id] = addResolved(nodes, "");
+}
+
+void MaterialSet::addPatterns(const scene::Network& network, std::vector<Resolved>& nodes,
+                              std::map<std::string, int>& byHandle) {
+  for (const scene::NodePtr& p : network.patterns) {
+    Resolved r;
+    if (!resolve(*p, Kind::Pattern, r)) {
+      const std::string shader = sameName(p->plugin, "PxrOSL") ? p->params.getString("shader", "") : "";
+      diagnostics_.warning(
+          "PLUGIN-MISSING", p->pos,
+          (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
+          "what it feeds uses its defaults",
+          shader.empty() ? adviceOnMissing(Kind::Pattern, p->plugin)
+                         : "is its folder on the search path for shaders?");
+      continue;
+    }
+    nodes.push_back(std::move(r));
+    byHandle[p->handle] = int(nodes.size() - 1);
+  }
+}
+
+// Follows what each node's parameters are connected to.
+void MaterialSet::connect(std::vector<Resolved>& nodes, const std::map<std::string, int>& byHandle) {
   for (size_t n = 0; n < nodes.size(); ++n) {
     Resolved& r = nodes[n];
     // What "handle:output" names; node -1 after a message.
@@ -344,9 +429,6 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
     for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
       if (r.plugin->params[i].type == Type::Struct && r.links[i].node >= 0) connectMembers(nodes, r, i);
   }
-  const uint32_t m = addResolved(nodes, lpeGroup);
-  known_[id] = m;
-  return m;
 }
 
 // A struct that is connected brings its members along: the output's companions O_x feed the parameters S_x, or x
@@ -392,10 +474,11 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   std::string key;
   const auto put = [&](const void* p, size_t n) { key.append(static_cast<const char*>(p), n); };
   const Resolved& last = nodes.back();
-  const auto* traits = static_cast<const BxdfTraits*>(last.plugin->traits);
+  const bool isBxdf = last.plugin->kind == Kind::Bxdf;
+  const auto* traits = isBxdf ? static_cast<const BxdfTraits*>(last.plugin->traits) : nullptr;
   const bool encloses =
       traits && traits->enclosesMedium && traits->enclosesMedium(last.values->values(), last.values->count());
-  const auto* functions = static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_));
+  const auto* functions = isBxdf ? static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_)) : nullptr;
   const bool tints =
       traits && functions->thinShadow &&
       (traits->letsShadowsThrough ? traits->letsShadowsThrough(last.values->values(), last.values->count()) != 0
@@ -457,6 +540,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.tints = tints;
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;
+    if (!isBxdf) p.displacement = static_cast<const DisplacementFunctions*>(functionsFor(*last.plugin, width_));
+    p.isMovedByShader = !isBxdf && !p.displacement;
     for (const Resolved& r : nodes) {
       ProgramNode n;
       n.plugin = r.plugin;

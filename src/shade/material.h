@@ -3,6 +3,7 @@
 // block each. Built by render/ from the scene's networks; read by contexts.
 #pragma once
 #include <kinora/bxdf.h>
+#include <kinora/displacement.h>
 #include <kinora/pattern.h>
 
 #include <map>
@@ -57,8 +58,10 @@ struct ProgramNode {
 };
 
 struct Program {
-  std::vector<ProgramNode> nodes;       // producers first; the last one is the bxdf
+  std::vector<ProgramNode> nodes;       // producers first; the last one is the bxdf, or the displacement
   const BxdfFunctions* bxdf = nullptr;  // for the width in use
+  const DisplacementFunctions* displacement = nullptr;
+  bool isMovedByShader = false;  // the last node reads where a shader has moved its point to
   std::vector<const PatternFunctions*> patterns;
   std::vector<ShaderUse> shaders;
   const BxdfTraits* traits = nullptr;
@@ -93,6 +96,10 @@ class MaterialSet {
               const film::LightPaths& paths, ShaderLibrary& shaders);
   // Index of the material of a network with its attributes; null network: a plain diffuse of the Color attribute.
   uint32_t add(const scene::NetworkPtr& network, const scene::Attributes* attributes, const SourcePos& pos);
+  // Of a network whose terminal is a displacement. kNone where that moves nothing and, after a message, where there is
+  // none of that name.
+  static constexpr uint32_t kNone = ~0u;
+  uint32_t addDisplacement(const scene::NetworkPtr& network);
   // After the last add: finds what is uniform, and the slots that light path expressions tell apart.
   void finish();
 
@@ -113,6 +120,8 @@ class MaterialSet {
   struct Resolved;  // a node with its values
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
   uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
+  void addPatterns(const scene::Network& network, std::vector<Resolved>& nodes, std::map<std::string, int>& byHandle);
+  void connect(std::vector<Resolved>& nodes, const std::map<std::string, int>& byHandle);
   void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
   Registry& registry_;
   Diagnostics& diagnostics_;

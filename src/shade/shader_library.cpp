@@ -110,7 +110,19 @@ void ShaderLibrary::begin(std::vector<std::string> searchPath, bool keepCompiled
     if (text.second.node->shader) executables_.forget(*text.second.node->shader);
     return true;
   });
+  // of files that have changed
+  std::erase_if(displacements_, [&](const auto& of) {
+    if (of.first.use_count() > 1) return false;
+    if (of.second) executables_.forget(*of.second->shader);
+    return true;
+  });
   ++generation_;
+}
+
+std::shared_ptr<const ShaderNode> ShaderLibrary::displacementOf(const std::shared_ptr<const ShaderNode>& node) {
+  const auto [it, isNew] = displacements_.try_emplace(node);
+  if (isNew) it->second = withMovedPoint(*node);
+  return it->second;
 }
 
 std::shared_ptr<const ShaderNode> ShaderLibrary::fromSource(const std::string& source, const std::string& name) {

@@ -29,6 +29,8 @@ class ShaderLibrary {
   // What an expression that has no source stands for: a shader that cannot be compiled, told once for each text.
   std::shared_ptr<const ShaderNode> refused(const std::string& expression, const std::string& problem,
                                             const SourcePos& pos);
+  // withMovedPoint() of a shader, made once.
+  std::shared_ptr<const ShaderNode> displacementOf(const std::shared_ptr<const ShaderNode>& node);
   language::ExecutableCache& executables() { return executables_; }
   // Over the life of the library.
   uint64_t compiled() const { return compiled_; }
@@ -71,6 +73,7 @@ class ShaderLibrary {
   std::map<std::string, std::shared_ptr<const ShaderNode>> byName_;  // of this generation
   std::map<std::string, Text> texts_;                                // by source, or by an expression that has none
   std::map<std::string, File> files_;                                // by path
+  std::map<std::shared_ptr<const ShaderNode>, std::shared_ptr<const ShaderNode>> displacements_;  // of shaders
   language::ExecutableCache executables_;
 };
 

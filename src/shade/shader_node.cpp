@@ -94,4 +94,59 @@ std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::s
   return node;
 }
 
+std::shared_ptr<const ShaderNode> withMovedPoint(const ShaderNode& node) {
+  using namespace language;
+  const Shader& before = *node.shader;
+  auto shader = std::make_shared<Shader>(before);
+  const auto globalNamed = [&](const char* name, Base base) {
+    for (size_t i = 0; i < shader->symbols.size(); ++i)
+      if (shader->symbols[i].kind == SymbolKind::Global && shader->symbols[i].name == name) return SymbolId(i);
+    Symbol global;
+    global.name = name;
+    global.kind = SymbolKind::Global;
+    global.type.base = base;
+    shader->symbols.push_back(std::move(global));
+    return SymbolId(shader->symbols.size() - 1);
+  };
+  const SymbolId P = globalNamed("P", Base::Point), N = globalNamed("N", Base::Normal);
+  bool isMoved = false, isTurned = false;
+  const auto look = [&](const Instruction& in) {
+    for (uint32_t k = 0; k < in.arguments.size(); ++k) {
+      if (accessOf(before, in, k) == 'r') continue;
+      isMoved |= in.arguments[k] == P;
+      isTurned |= in.arguments[k] == N;
+    }
+  };
+  forEachInstruction(before.main, look);
+  if (!isMoved && !isTurned) return nullptr;
+  Symbol name;
+  name.name = "$body";
+  name.kind = SymbolKind::Constant;
+  name.type.base = Base::String;
+  name.values.strings = {before.name};
+  shader->symbols.push_back(std::move(name));
+  // a return leaves the body alone
+  Instruction body;
+  body.opcode = Opcode::Call;
+  body.arguments = {SymbolId(shader->symbols.size() - 1)};
+  body.blocks.push_back(std::move(shader->main));
+  shader->main = Block();
+  shader->main.code.push_back(std::move(body));
+  const auto give = [&](const char* output, SymbolId global) {
+    Symbol moved;
+    moved.name = output;
+    moved.kind = SymbolKind::OutputParam;
+    moved.type = shader->symbols[size_t(global)].type;
+    moved.values.floats = {0, 0, 0};
+    shader->symbols.push_back(std::move(moved));
+    Instruction copy;
+    copy.opcode = Opcode::Assign;
+    copy.arguments = {SymbolId(shader->symbols.size() - 1), global};
+    shader->main.code.push_back(std::move(copy));
+  };
+  give(kMovedPoint, P);
+  if (isTurned) give(kMovedNormal, N);
+  return makeShaderNode(node.file, std::move(shader));
+}
+
 }  // namespace kinora::shade

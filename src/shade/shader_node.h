@@ -32,4 +32,9 @@ std::string shaderNameOf(const scene::Node& node);
 // `shader`: null for a file that cannot be compiled.
 std::shared_ptr<const ShaderNode> makeShaderNode(const std::string& file, std::shared_ptr<language::Shader> shader);
 
+// The shader with what it leaves in P as an output kMovedPoint, and what it leaves in N, where it writes that, as
+// kMovedNormal; null where it writes neither.
+inline constexpr const char *kMovedPoint = "__movedP", *kMovedNormal = "__movedN";
+std::shared_ptr<const ShaderNode> withMovedPoint(const ShaderNode& node);
+
 }  // namespace kinora::shade

@@ -173,8 +173,9 @@ CornerLanes<W> cornerPositions(const SurfaceArgs& a, uint32_t i, bool whole, boo
     if (!m.points) continue;
     const bool moves = m.isMoving && !undeformed;
     const geometry::Mesh::KeyPair keys = moves ? m.mesh->keysAt(a.time[point]) : geometry::Mesh::KeyPair();
+    const Imath::V3f* points = undeformed && !m.mesh->rest.empty() ? m.mesh->rest.data() : m.points;
     for (int k = 0; k < corners.count(); ++k)
-      out.set(l, k, &m.points[keys.first + m.indices[corners[k]]].x, 3 * (keys.second - keys.first), keys);
+      out.set(l, k, &points[keys.first + m.indices[corners[k]]].x, 3 * (keys.second - keys.first), keys);
   }
   return out;
 }
@@ -397,7 +398,9 @@ struct Surface {
         float p[3];
         if (instance.baked) {
           const PlacementInfo& placement = a.world->placements[instance.user];
-          const float q[3] = {P[0][l], P[1][l], P[2][l]};
+          const bool isMoved = !w.mesh(a.at.geometry[l]).rest.empty();
+          float q[3];
+          for (int k = 0; k < 3; ++k) q[k] = isMoved ? Po[k][l] : P[k][l];
           placement.renderToObject.point(q, p);
           scale[l] = placement.objectScale;
         } else {

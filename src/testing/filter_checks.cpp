@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "testing/bound_bxdf.h"
+#include "testing/displacement_checks.h"
 
 namespace kinora::testing {
 
@@ -122,10 +123,11 @@ uint32_t run(const Descriptor& d, const void* functions, const void* data, Batch
 
 bool hasFilterChecks(Kind kind) {
   return kind == Kind::SampleFilter || kind == Kind::DisplayFilter || kind == Kind::LightFilter ||
-         kind == Kind::PixelFilter || kind == Kind::Volume;
+         kind == Kind::PixelFilter || kind == Kind::Volume || kind == Kind::Displacement;
 }
 
 CheckReport checkFilter(const Descriptor& d, uint64_t seed) {
+  if (d.kind == Kind::Displacement) return checkDisplacement(d, seed);
   const auto start = std::chrono::steady_clock::now();
   CheckReport report;
   report.plugin = d.name;

@@ -74,7 +74,7 @@ struct World::Part {
   std::vector<std::vector<uint32_t>> mergedIndices;
   bool batch = false, watertight = false;
   bool ofSolid = false;  // some placement of it is
-  float lower[3], upper[3];
+  float lower[3] = {0, 0, 0}, upper[3] = {0, 0, 0};
 
   ~Part() {
     if (scene) rtcReleaseScene(scene);
@@ -169,10 +169,11 @@ namespace {
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
   bakeStrands(mesh, local);
-  for (Imath::V3f& p : mesh.points) {
-    const Imath::V3d q = Imath::V3d(p) * local;
-    p = Imath::V3f(q);
-  }
+  for (std::vector<Imath::V3f>* points : {&mesh.points, &mesh.rest})
+    for (Imath::V3f& p : *points) {
+      const Imath::V3d q = Imath::V3d(p) * local;
+      p = Imath::V3f(q);
+    }
   mesh.origin = {0, 0, 0};
   // edges turn with the points, so a mirroring transform turns e1 x e2 against the normal's own transform
   if (!mesh.isStrand() && toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
@@ -215,6 +216,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     std::vector<uint32_t> placements;
     std::vector<uint32_t> shapes;
     bool batch = false, ofSolid = false;
+    bool isDense = false;  // of micropolygons, which rays meet at edges often enough to see it
     uint32_t triangles = 0;
   };
   std::vector<Plan> plans;
@@ -306,8 +308,9 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       }
     }
   };
-  for (const Plan& plan : plans) {
+  for (Plan& plan : plans) {
     if (plan.shapes.empty()) continue;
+    for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty();
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
@@ -317,7 +320,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
-    const bool isWatertight = options.watertight || plan.ofSolid;
+    const bool isWatertight = options.watertight || plan.ofSolid || plan.isDense;
     if (const auto it = old.find(key); it != old.end() && it->second->identity == identity &&
                                        it->second->watertight == isWatertight &&
                                        it->second->ofSolid == plan.ofSolid) {
@@ -343,7 +346,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         made->users.push_back(s.user);
         made->visibility.push_back(visibility);
       }
-      made->build();
+      if (!options.placesOnly) made->build();
       part = made;
       ++counters.partsBuilt;
     }
@@ -387,6 +390,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.places_.push_back(placeInTables);
   }
 
+  if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
     float r2 = 0;
     for (int k = 0; k < 3; ++k) {

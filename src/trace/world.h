@@ -80,6 +80,8 @@ struct BuildOptions {
   // No ray passes between triangles that share an edge, also where it meets the edge exactly: for rays on a regular
   // grid, which do so by rows. Costs a fifth of the time of tracing; rays that are drawn at random miss nothing.
   bool watertight = false;
+  // For points alone that no ray finds (dicing): there is no hierarchy, and nothing may be traced.
+  bool placesOnly = false;
 };
 
 struct BuildCounters {

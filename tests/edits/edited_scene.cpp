@@ -110,6 +110,14 @@ AttributeBegin
     "vertex float[2] st" [0 0  1 0  1 1  0 1  2 0  2 1]
 AttributeEnd
 AttributeBegin
+  Attribute "identifier" "string name" ["relief"]
+  Attribute "displacementbound" "float sphere" [1]
+  Displace "PxrDisplace" "bumps" "float dispAmount" [0.2] "reference float dispScalar" ["wood:resultR"]
+  Translate 0 1.4 0
+  PointsPolygons [4 3] [0 1 2 3  1 4 2] "P" [-0.5 0 0  0 0 0  0 0.5 0  -0.5 0.5 0  0.5 0.2 0]
+    "vertex float[2] st" [0 0  1 0  1 1  0 1  2 0]
+AttributeEnd
+AttributeBegin
   Attribute "identifier" "string name" ["wall"]
   Attribute "lighting" "string excludesubset" ["lamps"]
   Bxdf "PxrDiffuse" "dotted" "reference color diffuseColor" ["dots:resultRGB"]

@@ -30,6 +30,28 @@ const Kind kKindsOfObjects[] = {
          return true;
        });
      }},
+    {"displacement",
+     [](Scene& s, R& r) {
+       return changeAttributes(s, r, "displacement", [&](Attributes& a) {
+         auto n = std::make_shared<Network>(a.displacement ? *a.displacement : Network());
+         if (!n->terminal || r.below(4) == 0)
+           n->terminal = node("Displace", r.coin() ? "PxrDisplace" : "NoSuchDisplacement", "bumps");
+         if (n->patterns.empty() && a.bxdf && r.coin()) {
+           n->patterns = a.bxdf->patterns;
+           for (const NodePtr& p : n->patterns)
+             if (p->plugin == "PxrTexture" || p->plugin == "PxrOSL") {
+               Parameter from = text("dispScalar", p->handle + ":resultRGB");
+               from.isReference = true;
+               n->terminal = with(n->terminal, from);
+             }
+         }
+         n->terminal = with(n->terminal,
+                            r.below(3) ? parameter("dispAmount", ValueType::Float, {float(r.number(-0.3, 0.3))})
+                                       : parameter("dispVector", ValueType::Vector, {0, float(r.number(0, 0.3)), 0}));
+         a.displacement = r.below(6) ? std::move(n) : nullptr;
+         return true;
+       });
+     }},
     {"texture",
      [](Scene& s, R& r) -> std::string {
        static const char* const kFiles[] = {"wood.png", "brick.png", "none.png"};

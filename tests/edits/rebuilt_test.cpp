@@ -186,6 +186,27 @@ TEST_F(Rebuild, CoordinateSystemsReachShadersAndFiltersOfLights) {
   EXPECT_EQ(after([](Scene& s) { s.coordinateSystems["mark"] = moved(Transform(), 0.5); }), "lights 1 lightSets 1 ");
 }
 
+TEST_F(Rebuild, DisplacementsMakeTheirMeshesAgain) {
+  const auto displace = [this](const char* name, float value) {
+    return after([&](Scene&) {
+      changeAttributes("relief", [&](Attributes& a) {
+        auto n = std::make_shared<Network>(*a.displacement);
+        n->terminal = with(n->terminal, number(name, value));
+        a.displacement = n;
+      });
+    });
+  };
+  EXPECT_EQ(displace("dispAmount", 0.1f), "flattened 1 meshes 1 worlds 1 ");
+  EXPECT_EQ(parts_, 1u);
+  EXPECT_EQ(displace("dispAmount", 0.1f), "flattened 1 worlds 1 ");
+  // what shades it alone, and what moves others
+  EXPECT_EQ(
+      after([this](Scene&) { changeAttributes("relief", [](Attributes& a) { a.bxdf = nullptr; }); }).find("meshes"),
+      std::string::npos);
+  EXPECT_EQ(after([this](Scene&) { changeAttributes("relief", [](Attributes& a) { a.displacement = nullptr; }); }),
+            "flattened 1 meshes 1 worlds 1 ");
+}
+
 TEST_F(Rebuild, FilesThatHaveChanged) {
   EXPECT_EQ(after([this](Scene&) {
               folder_.write("stripe.osl",
@@ -194,8 +215,9 @@ TEST_F(Rebuild, FilesThatHaveChanged) {
             "materials 9 ");
   const std::string all = after([this](Scene&) { folder_.picture("brick.png", 0.9f); });
   EXPECT_EQ(all, "") << "a file that nobody reads";
+  // the relief is made of it too
   EXPECT_EQ(after([this](Scene&) { folder_.picture("wood.png", 0.9f); }),
-            "textures 1 cameras 1 integrators 1 plans 1 materials 9 lights 4 lightSets 1 ");
+            "textures 1 cameras 1 integrators 1 plans 1 meshes 1 materials 9 worlds 1 lights 4 lightSets 1 ");
 }
 
 }  // namespace

@@ -405,10 +405,6 @@ TEST(Filters, MistakesAreOneMessageEach) {
   EXPECT_TRUE(says(missing, "PLUGIN-MISSING"));
   EXPECT_EQ(hashOf(missing.film()), hashOf(plain.film()));
   std::string rib = ball("");
-  rib.insert(rib.find("Bxdf"), "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [0.1]\n");
-  SceneRender displaced(request(rib));
-  EXPECT_TRUE(says(displaced, "RENDER-DISPLACEMENT"));
-  rib = ball("");
   rib.replace(rib.find("PixelFilter \"box\" 1 1"), 21, "PixelFilter \"hann\" -3 0");
   SceneRender negative(request(rib));
   EXPECT_TRUE(negative.ok());

@@ -1,7 +1,8 @@
-// Every sample, display, light and pixel filter and every volume of the registry against the contract of its kind: a
+// Every sample, display, light and pixel filter, every volume and displacement of the registry against the contract of its kind: a
 // new plug-in is covered by being there. And the checks catch filters that break it.
 #include <gtest/gtest.h>
 #include <kinora/channel_filter.h>
+#include <kinora/displacement.h>
 #include <kinora/testing/filter_checks.h>
 
 #include <iostream>
@@ -63,6 +64,35 @@ testing::CheckReport check(const SampleFilterFunctions& f) {
 TEST(FilterChecks, CatchBrokenFilters) {
   EXPECT_TRUE(check(kSmear).failed("neighbours"));
   EXPECT_TRUE(check(kBurn).failed("finite"));
+}
+
+// A displacement that follows its neighbour, and one that goes farther than it says.
+void follow(const Context* c, float* const offset[3]) {
+  for (uint32_t i = 0; i < c->padded; ++i)
+    for (int k = 0; k < 3; ++k) offset[k][i] = i ? c->P[k][i - 1] : 0.f;
+}
+void overreach(const Context* c, float* const offset[3]) {
+  for (uint32_t i = 0; i < c->padded; ++i)
+    for (int k = 0; k < 3; ++k) offset[k][i] = c->N[k][i];
+}
+
+TEST(FilterChecks, CatchBrokenDisplacements) {
+  const auto check = [](const DisplacementFunctions& f) {
+    const WidthTable tables[] = {{1, &f}};
+    static constexpr DisplacementTraits kTraits{[](const CreateInfo*) { return 0.5f; }};
+    Descriptor d{};
+    d.abiVersion = kAbiVersion;
+    d.descriptorBytes = sizeof(Descriptor);
+    d.kind = Kind::Displacement;
+    d.name = "broken";
+    d.doc = "";
+    d.tables = tables;
+    d.tableCount = 1;
+    d.traits = &kTraits;
+    return testing::checkFilter(d);
+  };
+  EXPECT_TRUE(check({&follow}).failed("neighbours"));
+  EXPECT_TRUE(check({&overreach}).failed("bound"));
 }
 
 }  // namespace

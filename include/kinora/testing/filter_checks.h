@@ -1,4 +1,4 @@
-// The contract of sample filters, display filters, light filters, pixel filters and volumes: every setting that
+// The contract of sample filters, display filters, light filters, pixel filters, volumes and displacements: every setting that
 // follows from the declaration can be made, answers are finite, the same bits at every width, and a point's answer
 // does not depend on its neighbours. What a filter means is its own test's business.
 #pragma once

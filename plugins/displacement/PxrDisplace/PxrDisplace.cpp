@@ -1,16 +1,39 @@
-// PxrDisplace: P' = P + dispAmount * (dispScalar * N + dispVector + modelDispVector).
+// PxrDisplace: P' = P + dispAmount * (dispScalar * N + dispVector + modelDispVector), in the space of the object.
 #define KINORA_KERNEL_FILE "plugins/displacement/PxrDisplace/PxrDisplace.cpp"
 #include <kinora/displacement_author.h>
 
+#include <cmath>
+#include <limits>
+
+#ifndef KINORA_PXR_DISPLACE_ONCE
+#define KINORA_PXR_DISPLACE_ONCE
+namespace kinora::displace {
+enum : uint32_t { kEnabled, kAmount, kScalar, kVector, kModelVector };
+
+inline float bound(const CreateInfo* info) {
+  if (!info->integer(kEnabled)) return 0;
+  for (uint32_t i = kAmount; i <= kModelVector; ++i)
+    if (info->values[i].connected) return std::numeric_limits<float>::infinity();
+  float way = std::fabs(info->number(kScalar));
+  for (const uint32_t i : {uint32_t(kVector), uint32_t(kModelVector)}) {
+    const float* v = info->values[i].floats;
+    if (info->values[i].count >= 3) way += std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  }
+  return std::fabs(info->number(kAmount)) * way;
+}
+}  // namespace kinora::displace
+#endif
+
 KINORA_KERNELS_BEGIN
 
-enum : uint32_t { kEnabled, kAmount, kScalar, kVector, kModelVector };
+using namespace displace;
+
 constexpr Param kParams[] = {
     param::integer("enabled", 1).range(0, 1).options("0 off, 1 on").help("0 leaves the surface where it is."),
     param::number("dispAmount", 1.f).range(-2, 2).help("Factor on the whole displacement."),
-    param::number("dispScalar", 0.f).range(-1, 1).help("Distance along the normal."),
-    param::vector("dispVector", 0, 0, 0).help("Offset in the space of the points."),
-    param::vector("modelDispVector", 0, 0, 0).help("Offset modelled elsewhere, added to dispVector."),
+    param::number("dispScalar", 0.f).range(-1, 1).help("Distance along the normal; object units."),
+    param::vector("dispVector", 0, 0, 0).help("Offset in object space."),
+    param::vector("modelDispVector", 0, 0, 0).help("Offset modelled elsewhere, added to dispVector; object space."),
 };
 
 struct PxrDisplace {
@@ -28,5 +51,6 @@ struct PxrDisplace {
 
 KINORA_KERNELS_END
 
-KINORA_DISPLACEMENT(PxrDisplace, .help = "Moves a surface along its normal and by a vector. Kept, not rendered yet.",
-                    .params = kParams)
+KINORA_DISPLACEMENT(PxrDisplace,
+                    .help = "Moves a surface along its normal and by a vector, in the space of its object.",
+                    .params = kParams, .bound = displace::bound)

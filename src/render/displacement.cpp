@@ -1,0 +1,347 @@
+#include "render/displacement.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cfenv>
+#include <chrono>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "base/memory.h"
+#include "base/text.h"
+#include "geometry/refine.h"
+#include "render/camera_attributes.h"
+#include "render/surfaces.h"
+#include "sampling/sample_table.h"
+#include "shade/shader_scene.h"
+#include "simd/dispatch.h"
+
+namespace kinora::render {
+
+namespace {
+
+constexpr uint32_t kVerticesAtOnce = 1024;  // of a context
+
+// Rounding of small numbers as passes have it, for as long as it lives.
+class ShadingFloats {
+ public:
+  ShadingFloats() {
+    std::fegetenv(&before_);
+    setThreadFloatMode();
+  }
+  ~ShadingFloats() { std::fesetenv(&before_); }
+  ShadingFloats(const ShadingFloats&) = delete;
+
+ private:
+  std::fenv_t before_;
+};
+
+const char* withoutSurface(const scene::Primitive& p) {
+  if (std::holds_alternative<scene::Curves>(p.shape)) return "curves";
+  if (std::holds_alternative<scene::Points>(p.shape)) return "points";
+  return nullptr;
+}
+
+// Whether what a network computes may depend on the camera's or a named space: a plug-in says so, a shader may.
+bool asksForSpaces(const scene::Network& network, const scene::Scene& scene) {
+  const auto names = [&](const scene::NodePtr& n) {
+    for (const scene::Parameter& p : n->params)
+      for (const std::string& s : p.strings)
+        if (s == "camera" || s == "Vn" || scene.coordinateSystems.contains(s)) return true;
+    return false;
+  };
+  for (const scene::NodePtr& n : network.patterns)
+    if (!n->plugin.starts_with("Pxr") || sameName(n->plugin, "PxrOSL") || names(n)) return true;
+  return !network.terminal->plugin.starts_with("Pxr") || names(network.terminal);
+}
+
+// How lengths grow from one space to another.
+double scaleOf(const scene::Matrix& m) {
+  return std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                             m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
+}
+
+std::string numberText(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", x);
+  return text;
+}
+
+}  // namespace
+
+void Displacement::begin(const FlatScene& flat, const Tools& tools) {
+  listening_ = nullptr;
+  flat_ = &flat;
+  tools_ = std::make_unique<Tools>(tools);
+  materialOf_.clear();
+  const std::vector<Digest> before = std::move(digests_);
+  digests_.clear();
+  set_ = nullptr;
+  const auto networkOf = [&](size_t shape) -> scene::NetworkPtr {
+    const scene::AttributesPtr& a = flat.shapes[shape].attributes;
+    return a && a->displacement && a->displacement->terminal ? a->displacement : nullptr;
+  };
+  size_t first = 0;
+  while (first < flat.shapes.size() && !networkOf(first)) ++first;
+  if (first == flat.shapes.size()) return;
+
+  // while these are held no other shader has their addresses
+  const std::vector<std::shared_ptr<const shade::ShaderNode>> shadersBefore =
+      std::exchange(shaders_, tools.shadersInUse);
+  placementOf_.assign(flat.shapes.size(), 0);
+  for (size_t p = flat.placements.size(); p-- > 0;)
+    for (const uint32_t s : flat.parts[flat.placements[p].part].shapes) placementOf_[s] = uint32_t(p);
+  Hasher around;
+  around.digest(scene::digestOf(tools.scene.coordinateSystems));
+  around.bytes(&tools.camera.worldToCamera, sizeof tools.camera.worldToCamera);
+  const Digest spaces = around.result();
+
+  auto set = std::make_shared<shade::MaterialSet>(tools.registry, tools.diagnostics, tools.textures, tools.width,
+                                                  *tools.paths, tools.shaders);
+  FileContents::Names files = std::move(files_);
+  files_.clear();
+  listening_ = std::make_unique<FileContents::Listening>(tools.contents, files_);
+  materialOf_.assign(flat.shapes.size(), shade::MaterialSet::kNone);
+  digests_.resize(flat.shapes.size());
+  for (size_t s = first; s < flat.shapes.size(); ++s) {
+    const scene::NetworkPtr network = networkOf(s);
+    if (!network) continue;
+    const scene::Primitive& p = *flat.shapes[s].primitive;
+    if (const char* kind = withoutSurface(p)) {
+      tools.diagnostics.warning("DISPLACEMENT-KIND", p.pos,
+                                std::string(kind) + " have a displacement (node '" + network->terminal->handle + "')",
+                                "they are drawn without it", "displacement moves surfaces");
+      continue;
+    }
+    materialOf_[s] = set->addDisplacement(network);
+    if (!moves(s)) continue;
+    const scene::Attributes& a = *flat.shapes[s].attributes;
+    const trace::PlacementInput& place = flat.placements[placementOf_[s]];
+    Hasher h;
+    h.bytes(tools.camera.origin, sizeof tools.camera.origin);
+    h.digest(networks_.of(network));
+    const auto addShader = [&](const scene::NodePtr& n) {
+      const std::string name = shade::shaderNameOf(*n);
+      h.word(reinterpret_cast<uintptr_t>(name.empty() ? nullptr : tools.shaders.find(name, n->pos).get()));
+    };
+    for (const scene::NodePtr& n : network->patterns) addShader(n);
+    addShader(network->terminal);
+    if (asksForSpaces(*network, tools.scene)) h.digest(spaces);
+    h.digest(scene::digestOf(a.named));
+    for (const auto* color : {&a.color, &a.opacity}) {
+      h.word(color->has_value());
+      if (*color) h.bytes((*color)->data(), sizeof **color);
+    }
+    h.bytes(&a.shadingRate, sizeof a.shadingRate);
+    h.digest(scene::digestOf(place.toRender));
+    digests_[s] = h.result();
+  }
+  networks_.forgetOthers();
+  set->finish();
+  set_ = std::move(set);
+  // shaders name textures while they run: what is kept has used them, and what another shape used is not known
+  if (set_->shaderUses().empty()) return;
+  if (digests_ == before)
+    tools.contents.again(files);
+  else
+    forget();
+}
+
+void Displacement::end() {
+  flat_ = nullptr;
+  listening_ = nullptr;
+  tools_ = nullptr;
+  set_ = nullptr;
+  materialOf_.clear();
+}
+
+Digest Displacement::digestOf(size_t shape) const {
+  if (!moves(shape)) return {};
+  Hasher h;
+  h.digest(digests_[shape]);
+  h.word(generation_);
+  return h.result();
+}
+
+// A world of one object where it stands in the scene, for places alone.
+shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const {
+  const uint32_t placement = placementOf_[shape];
+  FlatScene alone;
+  alone.shapes = {flat_->shapes[shape]};
+  trace::PartInput part;
+  part.shapes = {0};
+  part.instanced = true;
+  alone.parts = {part};
+  alone.placements = {flat_->placements[placement]};
+  alone.placements[0].part = 0;
+  alone.placements[0].member = {};
+  alone.infos = {flat_->infos[placement]};
+  alone.attributes = {flat_->shapes[shape].attributes.get()};
+
+  shade::ShadingWorld w;
+  trace::ShapeInput input;
+  input.mesh = mesh;
+  trace::BuildOptions options;
+  options.shutterOpen = tools_->camera.shutterOpen;
+  options.shutterClose = tools_->camera.shutterClose;
+  options.placesOnly = true;
+  trace::BuildCounters counters;
+  w.world = trace::World::build({input}, alone.parts, alone.placements, options, nullptr, counters);
+  w.materials = set_;
+  w.placements = alone.infos;
+  w.placements[0].material = materialOf_[shape];
+  w.isForPlaces = true;
+  w.width = tools_->width;
+  w.textures = &tools_->textures;
+  w.volumes = &tools_->volumes;
+  w.diagnostics = &tools_->diagnostics;
+  w.samples = pmj02Table();
+  w.paths = tools_->paths.get();
+  describeGeometries(alone, {mesh.get()}, false, w);
+  describePlacements(alone, w);
+  describeSpaces(tools_->scene, tools_->camera, w);
+  if (!set_->shaderUses().empty()) {
+    w.shaders = std::make_shared<shade::ShaderScene>(tools_->diagnostics);
+    w.shaders->ofPlacement = alone.attributes;
+    w.shaders->camera = cameraAttributes(tools_->scene, tools_->camera);
+  }
+  w.fillTables();
+  return w;
+}
+
+Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
+                                         const geometry::Micropolygons& grid, const std::atomic<bool>* stop) const {
+  Shaded all;
+  all.offsets.assign(mesh->points.size(), Imath::V3f(0));
+  if (set_->program((*set_)[materialOf_[shape]].program).isMovedByShader) all.normals = all.offsets;
+  std::atomic<bool> hasNormals = false;
+  const shade::ShadingWorld world = worldOf(shape, mesh);
+  const geometry::Primvar& normals = *mesh->find("N");
+  const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
+  const float toRender = float(scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle())));
+  const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
+  tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
+  const auto shadeChunk = [&](size_t chunk) {
+    if (stop && stop->load(std::memory_order_relaxed)) return;
+    const ShadingFloats floats;
+    std::unique_ptr<shade::GroupState>& group = groups.local();
+    if (!group) group = std::make_unique<shade::GroupState>(world);
+    Arena& arena = group->arena();
+    const ArenaScope memory(arena);
+    const size_t key = chunk / chunks, begin = chunk % chunks * kVerticesAtOnce;
+    const uint32_t room = padded(kVerticesAtOnce);
+    uint32_t *vertex = arena.make<uint32_t>(room), *zero = arena.make<uint32_t>(room),
+             *triangle = arena.make<uint32_t>(room), *number = arena.make<uint32_t>(room);
+    const auto floatsOf = [&] { return arena.make<float>(room); };
+    float *u = floatsOf(), *v = floatsOf(), *time = floatsOf(), *radius = floatsOf();
+    float *P[3] = {floatsOf(), floatsOf(), floatsOf()}, *N[3] = {floatsOf(), floatsOf(), floatsOf()},
+          *out[3] = {floatsOf(), floatsOf(), floatsOf()}, *turned[3] = {floatsOf(), floatsOf(), floatsOf()};
+    uint32_t n = 0;
+    for (size_t i = begin; i < std::min(count, begin + kVerticesAtOnce); ++i) {
+      const uint32_t corner = grid.corner[i];
+      if (corner == geometry::Micropolygons::kNone) continue;
+      vertex[n] = number[n] = uint32_t(i);
+      zero[n] = 0;
+      triangle[n] = corner / 3;
+      u[n] = corner % 3 == 1 ? 1.f : 0.f;
+      v[n] = corner % 3 == 2 ? 1.f : 0.f;
+      time[n] = keys > 1 ? float(key) / float(keys - 1) : 0.5f;
+      radius[n] = 0.5f * grid.size[i] * toRender;
+      const Imath::V3f& p = mesh->points[key * count + i];
+      const float* normal = &normals.data[3 * ((mesh->movesWithKeys(normals) ? key * count : 0) + i)];
+      for (int k = 0; k < 3; ++k) {
+        P[k][n] = p[k] + float(mesh->origin[k]);
+        N[k][n] = normal[k];
+      }
+      ++n;
+    }
+    if (!n) return;
+    const SurfacePlaces places{zero, zero, triangle, u, v, time, radius, nullptr, number, zero};
+    const bool isTurned = group->displace(n, places, P, N, out, turned);
+    if (isTurned) hasNormals = true;
+    for (uint32_t i = 0; i < n; ++i) {
+      all.offsets[key * count + vertex[i]] = {out[0][i], out[1][i], out[2][i]};
+      if (isTurned) all.normals[key * count + vertex[i]] = {turned[0][i], turned[1][i], turned[2][i]};
+    }
+  };
+  // a thread that waits here must not begin another mesh: their memory would add up
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(size_t(0), chunks * keys, shadeChunk); });
+  if (!hasNormals) all.normals.clear();
+  return all;
+}
+
+void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop,
+                         geometry::Mesh& mesh) const {
+  if (!mesh.triangleCount()) return;
+  const auto start = std::chrono::steady_clock::now();
+  using Rate = geometry::Primvar::Rate;
+  const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  // what is diced by its own maker has a vertex wherever it needs one
+  const bool isDiced =
+      !std::holds_alternative<scene::PolygonMesh>(p.shape) && !std::holds_alternative<scene::OtherPrimitive>(p.shape);
+  const geometry::Primvar* normals = mesh.find("N");
+  bool isByVertex = normals && normals->rate == Rate::PerVertex;
+  for (const geometry::Primvar& v : mesh.primvars) isByVertex &= v.rate != Rate::PerCorner;
+  if (!isDiced || !isByVertex) {
+    geometry::DiceRate asItIs;
+    mesh = geometry::refined(mesh, isDiced ? asItIs : rate);
+  }
+  MemoryHold working(MemoryUse::Meshes);
+  working.add(mesh.bytes());
+  auto base = std::make_shared<geometry::Mesh>(std::move(mesh));
+  const geometry::Micropolygons grid(*base);
+  Shaded shaded = shade(shape, base, grid, stop);
+  mesh = std::move(*base);
+  if (stop && stop->load(std::memory_order_relaxed)) return;
+  const geometry::DisplacementResult result =
+      geometry::displace(mesh, grid, std::move(shaded.offsets), shaded.normals);
+  if (result.notFinite) {
+    const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
+    tools_->diagnostics.warning("DISPLACEMENT-NOT-FINITE", node.pos,
+                                "displacement '" + node.handle + "' moves " + std::to_string(result.notFinite) +
+                                    " points of " + p.name() + " nowhere or too far, the first on face " +
+                                    std::to_string(result.firstFace),
+                                "these points stay where they are");
+  }
+  checkBound(shape, result.longest);
+  uint32_t quads = 0;
+  for (uint32_t t = 0; t < mesh.triangleCount(); ++t) quads += mesh.quadOf(t) == t;
+  micropolygons_ += mesh.triangleCount() - quads;
+  nanoseconds_ += uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
+}
+
+// displacementbound says how far points may move; here all that move are drawn, and a bound that is too small is told,
+// since it would cut holes elsewhere.
+void Displacement::checkBound(size_t shape, double longest) const {
+  const scene::Attributes& a = *flat_->shapes[shape].attributes;
+  const scene::Parameter* sphere = a.named.find("displacementbound:sphere");
+  if (!sphere) return;
+  const double bound = double(a.named.getFloat("displacementbound:sphere", 0));
+  std::string space = a.named.getString("displacementbound:coordinatesystem", "");
+  if (space.empty()) space = a.named.getString("displacementbound:CoordinateSystem", "object");
+  double scale = 1;
+  const double toWorld = scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle()));
+  if (space == "world" || space == "camera") {
+    scale = toWorld;
+  } else if (const auto it = tools_->scene.coordinateSystems.find(space);
+             it != tools_->scene.coordinateSystems.end()) {
+    const double own = scaleOf(it->second.at(tools_->camera.middle()));
+    if (own > 0) scale = toWorld / own;
+  }
+  const double way = longest * scale;
+  if (way <= bound * 1.0001) return;
+  const scene::Node& node = *a.displacement->terminal;
+  std::string what = "displacement '" + node.handle + "' moves points of " + flat_->shapes[shape].primitive->name() +
+                     " by up to " + numberText(way) + " (" + space + "), displacementbound allows " +
+                     numberText(bound);
+  if (bound > 0) what += ": " + numberText(way / bound) + " times that";
+  tools_->diagnostics.warning("DISPLACEMENT-BOUND", sphere->pos.line ? sphere->pos : node.pos, what,
+                              "all of it is drawn", "a displacementbound of " + numberText(way) + " holds it");
+}
+
+}  // namespace kinora::render

@@ -1,0 +1,78 @@
+// Displaced surfaces: meshes that are diced, shaded where their vertices are, and moved before anything is traced.
+// Called by Meshes for each world, on any thread; WorldBuilder holds it and says what shading may ask. Nothing of a
+// mesh is kept here.
+#pragma once
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "base/file_contents.h"
+#include "film/light_paths.h"
+#include "geometry/displace.h"
+#include "geometry/tessellate.h"
+#include "render/camera.h"
+#include "render/flat_scene.h"
+#include "scene/digests.h"
+#include "shade/group.h"
+#include "shade/shader_library.h"
+
+namespace kinora::render {
+
+class Displacement {
+ public:
+  struct Tools {
+    const scene::Scene& scene;
+    const CameraState& camera;
+    Registry& registry;
+    Diagnostics& diagnostics;
+    TextureSystem& textures;
+    VolumeSystem& volumes;
+    FileContents& contents;
+    shade::ShaderLibrary& shaders;
+    const std::vector<std::shared_ptr<const shade::ShaderNode>>& shadersInUse;
+    const std::shared_ptr<const film::LightPaths>& paths;
+    uint32_t width;
+  };
+  // Binds the networks of what the scene displaces. Before the rest, for each world; `flat` and the tools stay until
+  // the next one.
+  void begin(const FlatScene& flat, const Tools& tools);
+  // Whether a shape's surface moves: a displacement that is known, on what has a surface.
+  bool moves(size_t shape) const { return !materialOf_.empty() && materialOf_[shape] != shade::MaterialSet::kNone; }
+  // Of all that decides where its vertices go to, beside its own fields.
+  Digest digestOf(size_t shape) const;
+  // The displaced surface of a shape that moves, from its tessellation with uniform keys. `stop`: may end it early.
+  void apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop, geometry::Mesh& mesh) const;
+  // What was made of files may not be taken for the same again.
+  void forget() { ++generation_; }
+  // Nothing of the scene is pointed to any more.
+  void end();
+  uint64_t micropolygons() const { return micropolygons_; }       // quads and triangles, over all worlds
+  double seconds() const {
+    return double(nanoseconds_) * 1e-9;
+  }  // of shading and moving; meshes made at a time count each
+
+ private:
+  shade::ShadingWorld worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const;
+  // By key and vertex, object space; `normals` stay empty where no shader says any.
+  struct Shaded {
+    std::vector<Imath::V3f> offsets, normals;
+  };
+  Shaded shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
+               const std::atomic<bool>* stop) const;
+  void checkBound(size_t shape, double longest) const;
+
+  const FlatScene* flat_ = nullptr;
+  std::unique_ptr<Tools> tools_;
+  std::shared_ptr<const shade::MaterialSet> set_;
+  std::vector<uint32_t> materialOf_;   // by shape; empty: nothing is displaced
+  std::vector<uint32_t> placementOf_;  // by shape: its first
+  std::vector<Digest> digests_;        // by shape; of those that move
+  std::vector<std::shared_ptr<const shade::ShaderNode>> shaders_;
+  FileContents::Names files_;  // that are used, also by shaders while they run
+  std::unique_ptr<FileContents::Listening> listening_;
+  scene::NetworkDigests networks_;
+  uint64_t generation_ = 0;
+  mutable std::atomic<uint64_t> micropolygons_{0}, nanoseconds_{0};
+};
+
+}  // namespace kinora::render
