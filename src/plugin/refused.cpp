@@ -9,7 +9,6 @@ namespace {
 constexpr const char* kHair = "strands have no bxdf of their own yet";
 constexpr const char* kBake = "nothing is baked";
 constexpr const char* kSubsurface = "subsurface scattering is not rendered yet";
-constexpr const char* kPaths = "light paths are not traced yet";
 
 constexpr RefusedPlugin kTable[] = {
     {Kind::Bxdf, "LamaHairChiang", kHair, ""},
@@ -37,8 +36,8 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Pattern, "PxrWireframe", "patterns do not know the edges of what is drawn", "PxrVisualizer shows them"},
     {Kind::LightFilter, "PxrCheatShadowLightFilter", "shadows are where they are", ""},
     {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
-    {Kind::Integrator, "PxrUPBP", kPaths, "PxrPathTracer"},
-    {Kind::Integrator, "PxrUnified", "guiding, manifold walks and light paths are not made yet", "PxrPathTracer"},
+    {Kind::Integrator, "PxrUPBP", "light paths do not scatter in volumes yet", "PxrVCM"},
+    {Kind::Integrator, "PxrUnified", "guiding and manifold walks are not made yet", "PxrPathTracer, PxrVCM"},
     {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
 };
 
