@@ -37,7 +37,8 @@ void MarkedChannels::add(uint32_t depth, uint32_t count, Context* const* context
     for (const Target& t : targets_) {
       const LightMark& m = t.mark->mark;
       light::markValues(*t.mark, world_.width, arena, c, sets, value);
-      const uint32_t open = (m.inReflection ? kReflected : 0u) | (m.inRefraction ? kRefracted : 0u);
+      const uint32_t open =
+          (m.inReflection ? uint32_t(kReflected) : 0u) | (m.inRefraction ? uint32_t(kRefracted) : 0u);
       const bool weighs = depth > 0 && m.isWeighted && list.throughput[0];
       float* to[3] = {record(t.offset), t.width == 3 ? record(t.offset + 1) : nullptr,
                       t.width == 3 ? record(t.offset + 2) : nullptr};
