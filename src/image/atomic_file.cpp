@@ -31,10 +31,14 @@ Status failed(const std::string& what, const std::string& target, int error) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::string target) : target_(std::move(target)), temporary_(temporaryBeside(target_)) {}
+AtomicFile::AtomicFile(std::string target) : target_(std::move(target)), temporary_(temporaryBeside(target_)) {
+  struct stat info;
+  isInPlace_ = stat(target_.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode);
+  if (isInPlace_) temporary_ = target_;
+}
 
 AtomicFile::~AtomicFile() {
-  if (!isCommitted_) unlink(temporary_.c_str());
+  if (!isCommitted_ && !isInPlace_) unlink(temporary_.c_str());
 }
 
 Status AtomicFile::probe() const {
@@ -44,11 +48,13 @@ Status AtomicFile::probe() const {
   const int fd = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
   if (fd < 0) return failed("write", target_, errno);
   close(fd);
-  unlink(temporary_.c_str());
+  if (!isInPlace_) unlink(temporary_.c_str());
   return {};
 }
 
 Status AtomicFile::commit() {
+  isCommitted_ = isInPlace_;
+  if (isInPlace_) return {};
   const int fd = open(temporary_.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return failed("write", target_, errno);
   // delayed "no space left" comes out here

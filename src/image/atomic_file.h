@@ -1,4 +1,5 @@
 // A file that appears whole or not at all: written under a temporary name beside its target and renamed at the end.
+// What exists and is no regular file (a device, a pipe) is written where it is: a renamed file would take its place.
 // Used by whatever writes pictures and shards (image/, film/). It does not make folders, and it does not write: the
 // caller hands path() to a library or writes there itself.
 #pragma once
@@ -24,7 +25,7 @@ class AtomicFile {
 
  private:
   std::string target_, temporary_;
-  bool isCommitted_ = false;
+  bool isCommitted_ = false, isInPlace_ = false;
 };
 
 // The name from the root on, links followed; the same for all names of a file, which need not exist yet.

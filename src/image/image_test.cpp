@@ -1,8 +1,10 @@
 // Proves that pictures survive the round trip, that 8-bit encoding rounds by the table of the standard, that files
 // are whole or untouched, that cut and lying files give a Status, and that comparison counts what it says. It misses
 // formats other than EXR, PNG, TIFF and JPEG.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <bit>
@@ -341,6 +343,21 @@ TEST_F(ImageFile, AtomicFileIsWholeOrAbsent) {
   put(file.path(), "whole");
   ASSERT_TRUE(file.commit().ok());
   EXPECT_EQ(bytesOf(path("a.txt")), "whole");
+}
+
+// Whoever may replace /dev/null must not.
+TEST_F(ImageFile, AtomicFileLeavesDevicesAndPipesWhereTheyAre) {
+  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+  const int reader = open(path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
+  {
+    AtomicFile file(path("pipe"));
+    EXPECT_EQ(file.path(), path("pipe"));
+    EXPECT_TRUE(file.probe().ok());
+    EXPECT_TRUE(file.commit().ok());
+  }
+  { AtomicFile dropped(path("pipe")); }
+  EXPECT_TRUE(std::filesystem::is_fifo(path("pipe")));
+  close(reader);
 }
 
 TEST(Compare, CountsWhatItSays) {

@@ -48,7 +48,7 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
     if (e.path().extension() == ".rib") files.push_back(e.path().string());
   std::sort(files.begin(), files.end());
   ASSERT_GE(files.size(), 6u);
-  const std::set<std::string> transport{"PxrPathTracer", "PxrDirectLighting", "PxrDefault"};
+  const std::set<std::string> transport{"PxrPathTracer", "PxrDirectLighting", "PxrDefault", "PxrVCM"};
   const std::set<std::string> signals{"PxrOcclusion", "PxrVisualizer", "PxrValidateBxdf"};
   Registry registry;
   std::vector<std::string> integrators;
@@ -77,7 +77,10 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
       if (scale) std::printf("%s %s: %.2e\n", std::filesystem::path(file).stem().c_str(), integrator.c_str(), d);
       EXPECT_LT(d, 1e-5);
       EXPECT_EQ(worst(r, {"beauty"}, "Ci"), 0);
-      EXPECT_NE(mean(r, "Ci"), 0);
+      // nothing in a closed room is open
+      if (integrator != "PxrOcclusion" || !file.ends_with("covered_lamp.rib")) {
+        EXPECT_NE(mean(r, "Ci"), 0);
+      }
       if (signals.count(integrator)) {
         EXPECT_EQ(worst(r, {"emissive"}, "Ci"), 0);
       } else {

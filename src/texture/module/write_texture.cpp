@@ -160,6 +160,10 @@ MakeTextureResult writeTexture(const std::string& input, const std::string& outp
   const fs::path temporary =
       target.parent_path() / ("." + target.stem().string() + ".making" + target.extension().string());
   std::error_code ignored;
+  if (fs::exists(target, ignored) && !fs::is_regular_file(target, ignored)) {
+    why = output + " is no regular file";
+    return MakeTextureResult::CannotWrite;
+  }
   try {
     OIIO::ImageBuf image;
     why = readSource(facts, options, image);
