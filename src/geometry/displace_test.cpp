@@ -29,7 +29,8 @@ V3d normal(const Mesh& m, uint32_t v, size_t key = 0) {
 DisplacementResult move(Mesh& m, const Field& field) {
   std::vector<V3f> offsets;
   for (size_t key = 0; key < size_t(m.keyCount()); ++key)
-    for (uint32_t v = 0; v < m.vertexCount; ++v) offsets.emplace_back(field(vertex(m, v, key), normal(m, v, key), key));
+    for (uint32_t v = 0; v < m.vertexCount; ++v)
+      offsets.emplace_back(field(vertex(m, v, key), normal(m, v, key), key));
   const Micropolygons grid(m);
   return displace(m, grid, std::move(offsets));
 }
@@ -37,19 +38,20 @@ Field along(double d) {
   return [d](const V3d&, const V3d& n, size_t) { return n * d; };
 }
 
-scene::Primitive polygons(PolygonMesh shape, std::vector<float> p) {
+scene::Primitive polygonsOf(PolygonMesh shape, std::vector<float> p) {
   scene::Primitive out = primitive(std::move(shape));
   out.primvars.set(points(std::move(p)));
   return out;
 }
 scene::Primitive box() {
-  return polygons({{}, {4, 4, 4, 4, 4, 4}, {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5}},
-                  {-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1});
+  return polygonsOf(
+      {{}, {4, 4, 4, 4, 4, 4}, {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5}},
+      {-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1});
 }
 // Faces of three, four and five corners side by side, bent along their edges.
 scene::Primitive mixed() {
-  return polygons({{}, {4, 5, 3}, {0, 1, 2, 3, 1, 4, 5, 6, 2, 3, 2, 6}},
-                  {0, 0, 0, 1, 0, .2f, 1, 1, .1f, 0, 1, 0, 2, 0, .4f, 2.3f, .6f, .2f, 1.6f, 1.4f, .3f});
+  return polygonsOf({{}, {4, 5, 3}, {0, 1, 2, 3, 1, 4, 5, 6, 2, 3, 2, 6}},
+                    {0, 0, 0, 1, 0, .2f, 1, 1, .1f, 0, 1, 0, 2, 0, .4f, 2.3f, .6f, .2f, 1.6f, 1.4f, .3f});
 }
 
 // Length of all edges that one triangle alone has, by place.
@@ -64,8 +66,8 @@ double openLength(const Mesh& m) {
   double sum = 0;
   for (const auto& [edge, uses] : count)
     if (uses == 1)
-      sum += (V3d(edge.first[0], edge.first[1], edge.first[2]) -
-              V3d(edge.second[0], edge.second[1], edge.second[2])).length();
+      sum += (V3d(edge.first[0], edge.first[1], edge.first[2]) - V3d(edge.second[0], edge.second[1], edge.second[2]))
+                 .length();
   return sum;
 }
 
@@ -108,8 +110,8 @@ TEST(Refine, ABoxStaysClosedAndItsNormalsStayFlat) {
 }
 
 TEST(Refine, ValuesOfCornersComeApartOnlyWhereTheyDiffer) {
-  scene::Primitive p = polygons({{}, {4, 4}, {0, 1, 2, 3, 1, 4, 5, 2}},
-                                {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 2, 1, 0});
+  scene::Primitive p =
+      polygonsOf({{}, {4, 4}, {0, 1, 2, 3, 1, 4, 5, 2}}, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 2, 1, 0});
   // continuous in x, then with a seam at x = 1
   for (const bool seam : {false, true}) {
     const float s = seam ? 5.f : 1.f;
@@ -140,8 +142,8 @@ TEST(Refine, AFloorToTheHorizonIsCutAsItIsSeen) {
   const auto pixel = [&](const V3d& p) { return 0.02 * (p - eye).length(); };
   DiceRate rate = displaced(1);
   rate.edgeLength = pixel;
-  const Mesh m = refined(made(polygons({{}, {4, 4}, {0, 1, 2, 3, 3, 2, 4, 5}},
-                                       {-5, -1, 0, 5, -1, 0, 5, 60, 0, -5, 60, 0, 5, 99, 0, -5, 99, 0})),
+  const Mesh m = refined(made(polygonsOf({{}, {4, 4}, {0, 1, 2, 3, 3, 2, 4, 5}},
+                                         {-5, -1, 0, 5, -1, 0, 5, 60, 0, -5, 60, 0, 5, 99, 0, -5, 99, 0})),
                          rate);
   EXPECT_NEAR(openLength(m), 220, 1e-2);
   size_t coarse = 0;
@@ -241,7 +243,7 @@ TEST(Displace, AVectorMovesTheWholeSurface) {
 // Largest errors of height and normal of a plane that is moved by a wave, between vertices too.
 std::pair<double, double> errorsOfWave(double e) {
   const double k = 2 * kPi, a = 0.1;
-  Mesh m = refined(made(polygons({{}, {4}, {0, 1, 2, 3}}, {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0})), displaced(e));
+  Mesh m = refined(made(polygonsOf({{}, {4}, {0, 1, 2, 3}}, {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0})), displaced(e));
   const auto height = [&](double x, double y) { return a * std::sin(k * x) * std::cos(k * y); };
   move(m, [&](const V3d& p, const V3d& n, size_t) { return n * height(p.x, p.y); });
   double atMiddle = 0, ofNormal = 0;
@@ -254,8 +256,9 @@ std::pair<double, double> errorsOfWave(double e) {
   for (uint32_t v = 0; v < m.vertexCount; ++v) {
     const V3d p = vertex(m, v);
     if (p.x < 1e-3 || p.x > 2 - 1e-3 || p.y < 1e-3 || p.y > 2 - 1e-3) continue;  // the rim has neighbours on one side
-    const V3d exact = V3d(-a * k * std::cos(k * p.x) * std::cos(k * p.y), a * k * std::sin(k * p.x) * std::sin(k * p.y),
-                          1).normalized();
+    const V3d exact =
+        V3d(-a * k * std::cos(k * p.x) * std::cos(k * p.y), a * k * std::sin(k * p.x) * std::sin(k * p.y), 1)
+            .normalized();
     ofNormal = std::max(ofNormal, exact.cross(normal(m, v)).length());
   }
   return {atMiddle, ofNormal};

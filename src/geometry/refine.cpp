@@ -21,7 +21,7 @@ namespace Bfr = OpenSubdiv::Bfr;
 
 namespace {
 
-constexpr int kMostSegments = 4096;  // an edge
+constexpr int kMostSteps = 4096;  // an edge
 constexpr uint32_t kNone = ~0u;
 
 // A triangle, or the two that are a quad.
@@ -31,7 +31,7 @@ struct Element {
 };
 
 // Weights of an element's corners.
-using Weights = std::array<double, 4>;
+using CornerWeights = std::array<double, 4>;
 
 class Refiner {
  public:
@@ -91,7 +91,7 @@ class Refiner {
   V3d faceNormal(const Element& e, size_t key) const;
   const Pattern& patternOf(int corners, const std::array<int, 4>& rates);
   void cut(size_t element);
-  void mix(const Weights& w, int corners);
+  void mix(const CornerWeights& w, int corners);
   void mixAlong(int a, int b, double t);
   uint32_t emit(int64_t site);
   void finish();
@@ -249,7 +249,7 @@ void Refiner::chooseRates() {
   for (double scale = 1;; scale *= 0.8) {
     bool least = true;
     for (size_t e = 0; e < wanted_.size(); ++e) {
-      rates_[e] = int(std::ceil(std::clamp(wanted_[e] * scale - 1e-6, 1.0, double(kMostSegments))));
+      rates_[e] = int(std::ceil(std::clamp(wanted_[e] * scale - 1e-6, 1.0, double(kMostSteps))));
       least &= rates_[e] == 1;
     }
     if (least || estimate() <= rate_.maxTriangles) break;
@@ -345,7 +345,7 @@ const Refiner::Pattern& Refiner::patternOf(int corners, const std::array<int, 4>
   return p;
 }
 
-void Refiner::mix(const Weights& w, int corners) {
+void Refiner::mix(const CornerWeights& w, int corners) {
   for (size_t key = 0; key < keys_; ++key) {
     samplePoint_[key] = V3d(0);
     for (int k = 0; k < corners; ++k) samplePoint_[key] += cornerPoint_[k][key] * w[size_t(k)];
@@ -385,7 +385,8 @@ void Refiner::cut(size_t element) {
   std::vector<uint32_t> vertices(static_cast<size_t>(count));
   std::vector<V2f> place(static_cast<size_t>(count));
   const auto weightsAt = [&](double x, double y) {
-    return n == 3 ? Weights{1 - x - y, x, y, 0} : Weights{(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
+    return n == 3 ? CornerWeights{1 - x - y, x, y, 0}
+                  : CornerWeights{(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
   };
   int side = 0, step = 0;  // on the outline
   for (int i = 0; i < count; ++i) {
@@ -396,7 +397,7 @@ void Refiner::cut(size_t element) {
       x = u;
       y = v;
     }
-    const Weights w = weightsAt(x, y);
+    const CornerWeights w = weightsAt(x, y);
     place[size_t(i)] = V2f(0);
     for (int k = 0; k < n; ++k) place[size_t(i)] += uv[k] * float(w[size_t(k)]);
     int64_t site = -1;

@@ -53,12 +53,12 @@ struct Grid {
   }
 };
 
-double area(const std::array<V2d, 3>& t) { return (t[1] - t[0]).cross(t[2] - t[0]) / 2; }
-double area(const Grid& grid) {
+double areaOf(const std::array<V2d, 3>& t) { return (t[1] - t[0]).cross(t[2] - t[0]) / 2; }
+double areaOf(const Grid& grid) {
   double sum = 0;
   for (const auto& t : grid.triangles()) {
-    EXPECT_GT(area(t), 0);
-    sum += area(t);
+    EXPECT_GT(areaOf(t), 0);
+    sum += areaOf(t);
   }
   return sum;
 }
@@ -125,8 +125,8 @@ TEST(TrimCells, PolygonsAndTheirComplement) {
       const Grid inside(loops, true, lines(cells), lines(cells)), outside(loops, false, lines(cells), lines(cells));
       // places are off by half a step at most, along the whole outline
       const double rounding = 2 * M_PI * 0.37 / 8192 / cells;
-      EXPECT_NEAR(area(inside), expected, rounding);
-      EXPECT_NEAR(area(outside), 1 - expected, rounding);
+      EXPECT_NEAR(areaOf(inside), expected, rounding);
+      EXPECT_NEAR(areaOf(outside), 1 - expected, rounding);
       EXPECT_FALSE(inside.cells.crosses);
       expectTrimmed(loops, inside, true, 1);
       expectTrimmed(loops, outside, false, 2);
@@ -155,7 +155,7 @@ TEST(TrimCells, NestedTouchingOverlappingAndCrossing) {
     for (const int cells : {4, 13}) {
       const Grid grid(c.loops, true, lines(cells), lines(cells + 3));
       EXPECT_EQ(grid.cells.crosses, c.crosses) << seed;
-      area(grid);
+      areaOf(grid);
       expectTrimmed(c.loops, grid, true, ++seed);
     }
 }

@@ -17,7 +17,7 @@ namespace kinora::testing {
 
 namespace {
 
-constexpr uint32_t kPoints = 37;
+constexpr uint32_t kShadedPoints = 37;
 
 // Points over a bent surface; `isReversed`: the last one first.
 TestPoints pointsOf(bool isReversed) {
@@ -25,8 +25,8 @@ TestPoints pointsOf(bool isReversed) {
   p.P.clear();
   p.N.clear();
   p.uv.clear();
-  for (uint32_t i = 0; i < kPoints; ++i) {
-    const float a = float(isReversed ? kPoints - 1 - i : i) * 0.37f;
+  for (uint32_t i = 0; i < kShadedPoints; ++i) {
+    const float a = float(isReversed ? kShadedPoints - 1 - i : i) * 0.37f;
     p.P.push_back({std::sin(a), 0.1f * a, std::cos(a)});
     p.N.push_back({std::sin(a), 0, std::cos(a)});
     p.uv.push_back({a / 14, 0.5f * (1 + std::sin(3 * a)), 0});
@@ -38,11 +38,11 @@ std::vector<float> offsetsOf(const Descriptor& d, const Setting& s, const WidthT
   TestContextOptions options;
   options.width = table.width;
   const TestContext c(d, s, pointsOf(isReversed), options);
-  float* out[3] = {c.floats(kPoints), c.floats(kPoints), c.floats(kPoints)};
+  float* out[3] = {c.floats(kShadedPoints), c.floats(kShadedPoints), c.floats(kShadedPoints)};
   static_cast<const DisplacementFunctions*>(table.functions)->displace(&c.context(), out);
   std::vector<float> all;
-  for (uint32_t i = 0; i < kPoints; ++i)
-    for (const float* x : out) all.push_back(x[isReversed ? kPoints - 1 - i : i]);
+  for (uint32_t i = 0; i < kShadedPoints; ++i)
+    for (const float* x : out) all.push_back(x[isReversed ? kShadedPoints - 1 - i : i]);
   return all;
 }
 
@@ -73,7 +73,7 @@ CheckReport checkDisplacement(const Descriptor& d, uint64_t seed) {
     for (const WidthTable* table : tables) {
       const std::vector<float> there = offsetsOf(d, s, *table, false), back = offsetsOf(d, s, *table, true);
       if (first.empty()) first = there;
-      for (uint32_t i = 0; i < kPoints; ++i) {
+      for (uint32_t i = 0; i < kShadedPoints; ++i) {
         report.comparisons += 4;
         const std::string where = "width " + std::to_string(table->width) + ", point " + std::to_string(i);
         const float* o = &there[3 * i];
