@@ -1,5 +1,6 @@
-// The interface of a surface material (bxdf): a closure bound to a shading context, and the author's layer over it.
-// Called by the renderer (begin, presence, interior, albedo) and by integrators (generate, evaluate, emission).
+// The interface of a material (bxdf): a closure bound to a shading context, and the author's layer over it. Most are
+// surfaces; those that fill space (kBxdfFillsSpace) are media, whose closures are phase functions.
+// Called by the renderer (begin, presence, interior, albedo, medium) and by integrators (generate, evaluate, emission).
 // Conventions: weights include the cosine |N.wi| and are values of the bsdf, not divided by a pdf; pdfs are per solid
 // angle; a discrete lobe is flagged and gives a probability instead. Radiance is transported from wi to wo;
 // refraction weights carry the factor (eta)^2 of radiance unless the context transports importance.
@@ -8,8 +9,14 @@
 
 namespace kinora {
 
-// What a lobe is to light path expressions: <R|T  D|S>.
-enum LobeFlags : uint32_t { kLobeReflect = 0, kLobeTransmit = 1, kLobeDiffuse = 0, kLobeSpecular = 2 };
+// What a lobe is to light path expressions: <R|T|V  D|S>. V: scattering in a medium.
+enum LobeFlags : uint32_t {
+  kLobeReflect = 0,
+  kLobeTransmit = 1,
+  kLobeDiffuse = 0,
+  kLobeSpecular = 2,
+  kLobeVolume = 4
+};
 struct LobeDecl {
   const char* name;  // "Diffuse", "Specular": mapped to a lobe number by Option "lpe"
   uint32_t flags;
@@ -43,6 +50,24 @@ struct InteriorArgs {
   float* absorption[3];  // per render unit, >= 0
 };
 
+// The medium that a material fills space with, by point of a context in space (kTraitInSpace).
+struct MediumArgs {
+  float* extinction[3];  // per render unit: how much of the light is absorbed or scattered; >= 0
+  float* emission[3];    // radiance per render unit of length; null: not wanted
+};
+// The extinction of a medium where it is a product, so that it is known without its network: factor * the primvar
+// `number` * the primvar `color` (null: 1).
+struct ExtinctionProduct {
+  float factor[3];
+  const char* number;
+  const char* color;
+  float most;  // largest extinction as the user says it, by render unit; -1: unsaid. Also where it is no product
+};
+enum MediumFlags : uint32_t {
+  kMediumScattersOnce = 1,  // what was scattered in it goes to lights only
+  kMediumMayEmit = 2
+};
+
 struct BxdfFunctions {
   void* (*begin)(const Context*);  // evaluates parameters; never null
   void (*generate)(const Context*, const void* closure, const GenerateArgs*);
@@ -56,11 +81,15 @@ struct BxdfFunctions {
   // Tinted shadows: what a shadow ray that goes straight on keeps where the surface is present; null: nothing. Asked
   // of materials for which BxdfTraits::letsShadowsThrough holds.
   void (*thinShadow)(const Context*, float* const rgb[3]);
+  // Materials that fill space. Their weights are phase function times albedo, without a cosine; wo points back along
+  // the ray that was scattered.
+  void (*medium)(const Context*, const MediumArgs*);
 };
 
 // Descriptor::flags of a bxdf.
 enum BxdfDescriptorFlags : uint32_t {
-  kBxdfNotReciprocal = 1  // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
+  kBxdfNotReciprocal = 1,  // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
+  kBxdfFillsSpace = 2      // a medium: objects of the material have no surface, they are full of it
 };
 
 struct BxdfTraits {
@@ -80,6 +109,9 @@ struct BxdfTraits {
   // 1: tinted shadows pass this material (glass, window panes): thinShadow() stands for the light that its lobes
   // flagged kLobeTransmit | kLobeSpecular bring. null: what enclosesMedium says.
   uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
+  // Materials that fill space: their MediumFlags (null: 0), and whether their extinction is a product (null: never).
+  uint32_t (*mediumFlags)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
 };
 
 // What a bxdf declares; see BxdfTraits.
@@ -93,12 +125,14 @@ struct BxdfPlugin {
   uint64_t (*programKey)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*enclosesMedium)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*mediumFlags)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
   const char* const* lossless = nullptr;
   const char* const* conserving = nullptr;
   uint32_t flags = 0;
   constexpr BxdfTraits traits() const {
-    return {lobes.data,     lobes.count, presenceParam, programKey,
-            enclosesMedium, lossless,    conserving,    letsShadowsThrough};
+    return {lobes.data, lobes.count, presenceParam,      programKey,  enclosesMedium,
+            lossless,   conserving,  letsShadowsThrough, mediumFlags, extinctionProduct};
   }
 };
 

@@ -9,7 +9,7 @@
 //       void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
 //       Rgb<W> albedo() const;
 //     };
-//     // optional: HasEmission with emission, and presence, interior and thinShadow over whole contexts
+//     // optional: HasEmission with emission, and presence, interior, thinShadow and medium over whole contexts
 //   };
 //   KINORA_BXDF(MyBxdf, .help = "...", .params = kParams, .lobes = kLobes)          // after KINORA_KERNELS_END
 // Included per target.
@@ -264,6 +264,7 @@ struct BxdfRunner {
     if constexpr (requires { &B::presence; }) f.presence = &B::presence;
     if constexpr (requires { &B::interior; }) f.interior = &B::interior;
     if constexpr (requires { &B::template thinShadow<W>; }) f.thinShadow = &B::template thinShadow<W>;
+    if constexpr (requires { &B::medium; }) f.medium = &B::medium;
     return f;
   }
 };

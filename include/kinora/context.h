@@ -55,9 +55,10 @@ enum ContextTraits : uint32_t {
   kTraitLightPath = 2,      // radiance or importance is transported
   kTraitPrimaryHit = 4,     // first hit seen from the camera
   kTraitPresenceQuery = 8,  // made for presence or opacity only; no closure will be bound
-  kTraitInSpace = 16,       // points of a medium: no surface, no bxdf
-  kTraitEncloses = 32,      // the material bounds a medium
-  kTraitTinted = 64,        // tinted shadows pass the material, see Context::tintedSlots
+  kTraitInSpace = 16,   // points of a medium: no surface; N and Ng are wo. The bxdf, if any, is the phase function
+  kTraitEncloses = 32,  // the material bounds a medium
+  kTraitTinted = 64,    // tinted shadows pass the material, see Context::tintedSlots
+  kTraitScattersOnce = 128  // of a medium whose light goes on to lights only: no directions are followed from here
 };
 
 struct Context;

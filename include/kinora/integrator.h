@@ -58,6 +58,9 @@ struct RayList {
   void* host;        // the renderer's part: what each ray took over from the vertex that it left
   const float* throughput[3];  // of each ray's path, where the integrator says it (null: it does not): channels that
                                // show what lies at the ends of rays weigh it so
+  // Written by trace(): what media emitted along each ray as far as it went, as radiance at its origin. Null where
+  // nothing in space emits.
+  float* glow[3];
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths };
@@ -115,7 +118,9 @@ struct EmittedLight {
 };
 
 // Light met by rays: area lights in front of the hit, and infinite lights where nothing was hit; lights without
-// shadows behind it too. Sorted by the order of the rays that were listed.
+// shadows behind it too. Sorted by the order of the rays that were listed. Radiance is what arrives at the ray's
+// origin, through all media: it is not to be multiplied by the transmittance that trace() wrote. Where a medium
+// scattered the ray it has met the lights behind that as well, up to the surface that it would have hit.
 struct LightHits {
   uint32_t count;
   const uint32_t* slot;  // the ray's entry in its list
@@ -127,9 +132,6 @@ struct LightHits {
   const uint32_t* light;
   const uint32_t* blocks;  // 1: camera ray that ends here (a light seen by the camera); hits.t was set to infinity
 };
-
-// Beside LobeFlags: scattering in a medium, <V..> to light path expressions. Only integrators say it.
-inline constexpr uint32_t kLobeVolume = 4;
 
 // How shadows have to do with a contribution. Only where Services::wantsUnshadowed is set do the last three matter:
 // some output wants light as if nothing were in its way.
@@ -272,6 +274,7 @@ struct Services {
   float cameraCenter[3], pixelSize, pixelAngle;
   uint32_t lightCount;
   uint32_t hasMedia;          // 0: all of space is empty, and trace() may be given no transmittance
+  uint32_t mediaScatter;      // 1: trace() ends rays in media, see IntegratorTraits::scattersInMedia
   uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
   uint32_t wantsUnshadowed;   // 1: light samples are to be contributed twice, see LightKind
 
@@ -286,7 +289,9 @@ struct Services {
                 const uint32_t* through);
   // Nearest accepted hit of each listed ray: presence is decided, surfaces inside a medium of higher priority are
   // passed. Writes the list's hits. `transmittance` (by entry) gets what the media passed let through (1 in empty
-  // space). `depth` addresses the random numbers of presence.
+  // space). `depth` addresses the random numbers of presence. Where media scatter (mediaScatter) a ray may end in one:
+  // its hit is then the point of a medium, `transmittance` the factor on its path, and shade() makes contexts of such
+  // points too (kTraitInSpace), with the phase function for a bxdf. Else media only take light away.
   void (*trace)(Group*, RayList*, RayKind, uint32_t depth, uint32_t n, const uint32_t* entries,
                 float* const transmittance[3]);
   // Sorts the listed hits by shading program, evaluates and binds closures; contexts live until the group ends or
@@ -374,6 +379,8 @@ struct IntegratorTraits {
   uint32_t (*lists)(const void* integrator, RecordList* out, uint32_t capacity) = nullptr;
   // The most samples that a pass may hold; 0: the renderer's choice. Records live for a pass.
   uint32_t passSamples = 0;
+  // 1: contexts may be points of media. 0: to this integrator media only take light away.
+  uint32_t scattersInMedia = 0;
 };
 
 }  // namespace kinora

@@ -27,7 +27,8 @@ struct IntegratorPlugin {
   uint32_t (*stages)(const void* integrator, Stage* out, uint32_t capacity) = nullptr;
   uint32_t (*lists)(const void* integrator, RecordList* out, uint32_t capacity) = nullptr;
   uint32_t passSamples = 0;
-  constexpr IntegratorTraits traits() const { return {stages, lists, passSamples}; }
+  uint32_t scattersInMedia = 0;
+  constexpr IntegratorTraits traits() const { return {stages, lists, passSamples, scattersInMedia}; }
 };
 }  // namespace kinora
 #endif

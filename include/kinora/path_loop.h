@@ -75,8 +75,10 @@ class PathLoop {
     }
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
-    applyMedium(n, live);
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
+    collectGlow(0, 1, n, live);
+    applyMedium(n, live);
+    if (sv_->mediaScatter) coverByMedia(n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
     const uint32_t count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
@@ -149,6 +151,44 @@ class PathLoop {
         }
       if (k) sv_->cover(g_, k, slot, alpha);
     }
+  }
+
+  // What media emit along the rays of `live`, each one of bxdfParts of its vertex.
+  void collectGlow(uint32_t depth, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    float* const* glow = g_->paths.glow;
+    if (!glow[0]) return;
+    const uint32_t room = padded(n);
+    float* value[3];
+    for (float*& v : value) v = floats(room);
+    uint32_t *slot = words(room), *light = words(room), *state = words(room), m = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      float v[3];
+      for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * glow[c][s] / float(bxdfParts);
+      if (!(v[0] != 0 || v[1] != 0 || v[2] != 0)) continue;
+      clampOne(depth, v);
+      for (int c = 0; c < 3; ++c) value[c][m] = v[c];
+      slot[m] = s;
+      light[m] = kNoLight;
+      state[m++] = state_[s];
+    }
+    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light};
+    if (m) sv_->contribute(g_, &out);
+  }
+
+  // Alpha of camera rays that leave the scene: what media have taken of them.
+  void coverByMedia(uint32_t n, const uint32_t* live) {
+    uint32_t* slot = words(padded(n));
+    float* alpha = floats(padded(n));
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      const float through = (medium_[0][s] + medium_[1][s] + medium_[2][s]) * (1.f / 3.f);
+      if (g_->paths.hits.t[s] < 3e38f || through == 1.f) continue;
+      slot[m] = s;
+      alpha[m++] = 1.f - through;
+    }
+    if (m) sv_->cover(g_, m, slot, alpha);
   }
 
   // What light `i` met by a ray brings: its share beside light samples, and the clamp.
@@ -389,7 +429,7 @@ class PathLoop {
         const F pdf = F::load(ls.pdf + i);
         const Mask<W> delta = (Int<W>::load(ls.flags + i) & Int<W>(uint32_t(kSampleDelta))) != Int<W>(0);
         F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * F(float(bxdfParts)));
-        mis = select(delta, F(1.f), mis);
+        mis = select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
         const Mask<W> some = in & (pdf > F(0.f));
         const F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
@@ -481,6 +521,7 @@ class PathLoop {
     uint32_t m = 0;
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
+      if (c.traits & kTraitScattersOnce) continue;
       float *u[4], *wi[3], *weight[3];
       for (float*& x : u) x = floats(c.padded);
       for (int x = 0; x < 3; ++x) {
@@ -585,8 +626,9 @@ class PathLoop {
       sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
       const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
-      applyMedium(n, live);
       collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
+      collectGlow(depth + 1, bxdfParts, n, live);
+      applyMedium(n, live);
       if (depth >= o_.maxIndirectBounces) return;  // the last directions only looked for light
       const uint32_t hits = keepHits(n, live);
       if (!hits) return;

@@ -34,6 +34,7 @@ enum VertexDimension : uint32_t {  // offsets within a vertex's dimensions
   kDimRoulette = 2,
   kDimLightChoice = 3,
   kDimLight = 4,
+  kDimMedium = 6,  // where the ray on the way here is scattered
   kDimUser = 8,
   kDimPattern = 13  // of patterns that trace, and the one behind it
 };

@@ -146,18 +146,18 @@ class Subpaths {
     sv_->contribute(g_, &out);
   }
 
-  // Nearest hits of the paths that live, which all go on living; what media let through has been taken into account.
+  // Nearest hits of the paths that live, which all go on living. What media let through weighs on them from shade()
+  // on: lights met by the rays know of it themselves.
   void trace(uint32_t depth) {
     const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
     sv_->trace(g_, &g_->paths, isCamera ? RayKind::Camera : RayKind::Indirect, depth, count, live, medium_);
-    for (uint32_t i = 0; i < count; ++i)
-      for (int c = 0; c < 3; ++c) throughput[c][live[i]] *= medium_[c][live[i]];
   }
   // Contexts of what they hit; those that escaped end.
   uint32_t shade(uint32_t depth, Context* const** contexts) {
     uint32_t n = 0;
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t s = live[i];
+      for (int c = 0; c < 3; ++c) throughput[c][s] *= medium_[c][s];
       live[n] = s;
       n += g_->paths.hits.t[s] < 3e38f;
     }

@@ -395,6 +395,23 @@ constexpr Explanation kRooms[] = {
     {"RENDER-RECORDS",
      "An integrator keeps records from one stage of a pass for the next, in lists that it declares. It appended to a "
      "list that does not exist or that another stage writes; those records were dropped. A fault of the plug-in."},
+    {"MEDIUM-BOUND",
+     "Distances in a medium are drawn by bounds of its extinction, found by looking at its patterns on a lattice of "
+     "points, or by maxDensity of its material. Somewhere the extinction is larger than the bound. The picture is "
+     "still "
+     "right in the mean, and noisier there: state the true maximum, or make the pattern smoother."},
+    {"MEDIUM-ENDLESS",
+     "A ray met a medium more than 65,536 times before it came through or was scattered: its density is enormous, or "
+     "far "
+     "below the bound that was given for it. Such rays count as absorbed."},
+    {"MEDIUM-FIELD",
+     "A Volume request brings numbers for its voxels, and their count is neither that of its points nor three times "
+     "that. The field is left out."},
+    {"MEDIUM-NONE",
+     "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
+    {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
+    {"MEDIUM-OVERLAP",
+     "At one point more than eight media overlap. Those that the ray entered last are left out there."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
      "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays "

@@ -13,6 +13,9 @@ bool makeTeapot(const scene::Primitive&, const DiceRate&, Diagnostics&, Mesh&);
 // The shape that a Geometry request names, made by the others.
 bool makeNamedShape(const scene::Primitive&, const scene::OtherPrimitive&, const DiceRate&, Diagnostics&, Mesh&);
 
+// The boundary of a Volume request.
+bool makeVolume(const scene::Primitive&, const scene::OtherPrimitive&, Diagnostics&, Mesh&);
+
 bool makeBlobby(const scene::Primitive&, const scene::OtherPrimitive&, const DiceRate&, Diagnostics&, Mesh&);
 
 // Strands: tubes, ribbons, balls and discs, which are not tessellated.

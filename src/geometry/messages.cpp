@@ -109,6 +109,10 @@ constexpr Explanation kExplanations[] = {
      "Some widths (width, constantwidth) are negative, not a number or infinite. A curve or point is absent where "
      "its "
      "width is negative; a width that is no finite number is replaced by the first good one, or 1."},
+    {"GEOM-VOLUME",
+     "A Volume request names a shape that is not known, or its bound (from and to along x, y and z) holds no space. "
+     "It "
+     "is taken for a box, or left out."},
     {"GEOM-ZERO-AREA",
      "Nothing of a primitive would be visible: a radius or sweep is zero, all faces are degenerate, or (for "
      "subdivision "

@@ -263,7 +263,7 @@ TEST(Patch, BadInputTable) {
 
 TEST(Tessellate, KindsOfLaterIssuesAreToldByKind) {
   const std::pair<scene::Shape, const char*> kinds[] = {
-      {scene::OtherPrimitive{"Volume", {}}, "GEOM-NOT-RENDERED-YET-VOLUME"},
+      {scene::OtherPrimitive{"Procedural", {}}, "GEOM-NOT-RENDERED-YET-PROCEDURAL"},
   };
   for (const auto& [shape, code] : kinds) {
     Quiet d;

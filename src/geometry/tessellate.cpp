@@ -58,6 +58,8 @@ bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh&
     return makeBlobby(p, *q, rate, d, mesh);
   if (const auto* q = std::get_if<scene::OtherPrimitive>(&p.shape); q && q->request == "Geometry")
     return makeNamedShape(p, *q, rate, d, mesh);
+  if (const auto* q = std::get_if<scene::OtherPrimitive>(&p.shape); q && q->request == "Volume")
+    return makeVolume(p, *q, d, mesh);
   // The code holds the kind, so that a thousand of one do not hide the first of another.
   const std::string kind = laterKind(p.shape);
   std::string code = "GEOM-NOT-RENDERED-YET-";

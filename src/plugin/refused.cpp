@@ -19,7 +19,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Bxdf, "PxrLMLayer", "its layers are not taken apart", "PxrSurface, or LamaLayer"},
     {Kind::Bxdf, "PxrLMMixer", "its layers are not taken apart", "PxrLayerSurface, or LamaMix"},
     {Kind::Bxdf, "PxrMarschnerHair", kHair, ""},
-    {Kind::Bxdf, "PxrVolume", "volumes are not rendered yet", ""},
     {Kind::Pattern, "PxrBakePointCloud", kBake, ""},
     {Kind::Pattern, "PxrBakeTexture", kBake, ""},
     {Kind::Pattern, "PxrBumpRoughness", "maps of slopes and their variance are not made yet", "PxrBump"},

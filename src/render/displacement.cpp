@@ -5,7 +5,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cfenv>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -15,30 +14,16 @@
 #include "base/text.h"
 #include "geometry/refine.h"
 #include "render/camera_attributes.h"
+#include "render/shading_floats.h"
 #include "render/surfaces.h"
 #include "sampling/sample_table.h"
 #include "shade/shader_scene.h"
-#include "simd/dispatch.h"
 
 namespace kinora::render {
 
 namespace {
 
 constexpr uint32_t kVerticesAtOnce = 1024;  // of a context
-
-// Rounding of small numbers as passes have it, for as long as it lives.
-class ShadingFloats {
- public:
-  ShadingFloats() {
-    std::fegetenv(&before_);
-    setThreadFloatMode();
-  }
-  ~ShadingFloats() { std::fesetenv(&before_); }
-  ShadingFloats(const ShadingFloats&) = delete;
-
- private:
-  std::fenv_t before_;
-};
 
 const char* withoutSurface(const scene::Primitive& p) {
   if (std::holds_alternative<scene::Curves>(p.shape)) return "curves";

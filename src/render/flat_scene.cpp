@@ -80,8 +80,10 @@ bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const 
 class Flattener {
  public:
   Flattener(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut,
-            const std::atomic<bool>* stop, Diagnostics& diagnostics)
+            const std::function<bool(const scene::Attributes*)>& isMedium, const std::atomic<bool>* stop,
+            Diagnostics& diagnostics)
       : scene_(scene),
+        isMedium_(isMedium),
         stop_(stop),
         diagnostics_(diagnostics),
         flat_(std::make_shared<FlatScene>()),
@@ -104,7 +106,7 @@ class Flattener {
       if (f.leaveOut_.count(p->id)) continue;
       const SolidTrees::Place in = placeIn(solids, p->solid, {}, p->pos);
       const scene::AttributesPtr& look = trees_.isTurned(in) ? turned(p->attributes) : p->attributes;
-      const uint32_t part = addPart(p->id, false, {p, look, lookOf(look.get())});
+      const uint32_t part = addPart(p->id, false, {p, look, lookOf(look.get()), false});
       place(part, p->toWorld, p->attributes.get(), p->name(), in);
     }
     for (const scene::Instance& i : scene_.instances)
@@ -150,6 +152,10 @@ class Flattener {
 
   void place(uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes, std::string name,
              const SolidTrees::Place& in) {
+    if (isMedium(attributes)) {
+      flat_->shapes[flat_->parts[part].shapes[0]].isMedium = true;
+      flat_->parts[part].instanced = true;  // in its own space, for those who look for its boundary
+    }
     trace::PlacementInput p;
     p.part = part;
     p.visibility = visibilityOf(attributes);
@@ -168,6 +174,16 @@ class Flattener {
     flat_->placements.push_back(std::move(p));
     flat_->infos.push_back(std::move(info));
     flat_->attributes.push_back(attributes);
+  }
+
+  bool isMedium(const scene::Attributes* attributes) {
+    const scene::Network* material = attributes ? attributes->bxdf.get() : nullptr;
+    if (!material) return false;
+    if (material != lastMaterial_) {
+      lastMaterial_ = material;
+      isLastMedium_ = isMedium_(attributes);
+    }
+    return isLastMedium_;
   }
 
   const std::pair<scene::AttributesPtr, Digest>& inheritedBy(const scene::AttributesPtr& own,
@@ -223,7 +239,7 @@ class Flattener {
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
       const auto [it, isNew] = partOf_.try_emplace({inst.prototype, k, look}, 0);
-      if (isNew) it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look});
+      if (isNew) it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look, false});
       ++placed_;
       place(it->second, concat(p->toWorld, toWorld), inherited.get(), proto.name, in);
     }
@@ -233,6 +249,9 @@ class Flattener {
   }
 
   const scene::Scene& scene_;
+  const std::function<bool(const scene::Attributes*)>& isMedium_;
+  const scene::Network* lastMaterial_ = nullptr;
+  bool isLastMedium_ = false;
   const std::atomic<bool>* stop_;
   Diagnostics& diagnostics_;
   std::shared_ptr<FlatScene> flat_;
@@ -245,9 +264,10 @@ class Flattener {
 };
 
 std::shared_ptr<const FlatScene> flatten(const scene::Scene& scene, const RenderSpace& space,
-                                         const std::set<uint32_t>& leaveOut, const std::atomic<bool>* stop,
-                                         Diagnostics& diagnostics) {
-  return Flattener(scene, space, leaveOut, stop, diagnostics).run();
+                                         const std::set<uint32_t>& leaveOut,
+                                         const std::function<bool(const scene::Attributes*)>& isMedium,
+                                         const std::atomic<bool>* stop, Diagnostics& diagnostics) {
+  return Flattener(scene, space, leaveOut, isMedium, stop, diagnostics).run();
 }
 
 }  // namespace kinora::render

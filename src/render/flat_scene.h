@@ -5,6 +5,7 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -35,6 +36,7 @@ struct FlatScene {
     scene::PrimitivePtr primitive;
     scene::AttributesPtr attributes;  // of its first placement
     Digest look;
+    bool isMedium = false;  // some placement of it is full of a medium
   };
   std::vector<Shape> shapes;
   std::vector<trace::PartInput> parts;  // of one shape each
@@ -63,9 +65,11 @@ struct FlatScene {
       inherited_;
 };
 
-// `leaveOut`: ids of primitives in the world that are none. `stop`: another thread may end it early.
+// `leaveOut`: ids of primitives in the world that are none. `isMedium`: whether objects of such attributes are full of a
+// medium. `stop`: another thread may end it early.
 std::shared_ptr<const FlatScene> flatten(const scene::Scene& scene, const RenderSpace& space,
-                                         const std::set<uint32_t>& leaveOut, const std::atomic<bool>* stop,
-                                         Diagnostics& diagnostics);
+                                         const std::set<uint32_t>& leaveOut,
+                                         const std::function<bool(const scene::Attributes*)>& isMedium,
+                                         const std::atomic<bool>* stop, Diagnostics& diagnostics);
 
 }  // namespace kinora::render

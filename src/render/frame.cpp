@@ -166,6 +166,8 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     workers_[i]->index = i;
     workers_[i]->store = store_.get();
     workers_[i]->state().listener = in_.rayListener;
+    const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits);
+    workers_[i]->scatterInMedia(traits && traits->scattersInMedia);
   }
   bucketTimes_.resize(buckets_.size(), 0);
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
@@ -515,6 +517,14 @@ void Frame::addTo(Statistics& st) const {
     st.cameraHits += c.cameraHits;
     st.indirectHits += c.indirectHits;
     st.endlessRays += c.endlessRays;
+    st.mediaRays += c.mediaRays;
+    st.mediaLookups += c.mediaLookups;
+    st.endlessTracks += c.endlessTracks;
+    st.mediaOverflows += c.mediaOverflows;
+    if (c.excess > st.mediaExcess) {
+      st.mediaExcess = c.excess;
+      st.excessMedium = workers_[i]->state().world().space->media[c.excessMedium].name;
+    }
     const auto addLanes = [](LaneUse& to, const shade::LaneCounts& from) {
       to.active += from.active;
       to.possible += from.possible;

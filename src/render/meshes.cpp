@@ -58,7 +58,7 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
   for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
 }
 
-// What a mesh takes from camera and shutter besides its dicing; what bounds a solid stays in its own space.
+// What a mesh takes from camera and shutter besides its dicing; what bounds a solid or a medium stays in its own space.
 Digest settingsOf(const scene::Primitive& p, bool isOfSolid, const CameraState& camera, const Digest& displacement) {
   Hasher h;
   h.digest(displacement);
@@ -220,7 +220,8 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
   std::vector<uint32_t> missing;
   for (uint32_t i = 0; i < count; ++i) {
     const FlatScene::Shape& shape = flat.shapes[i];
-    const Digest settings = settingsOf(*shape.primitive, isOfSolid[i], camera, displacement.digestOf(i));
+    const Digest settings =
+        settingsOf(*shape.primitive, isOfSolid[i] || shape.isMedium, camera, displacement.digestOf(i));
     found[i] = finder.find(shape, settings);
     if (found[i] && !(found[i]->isDiced && found[i]->dicing != dicingOf(uses[i], camera))) {
       next[i] = std::move(*found[i]);

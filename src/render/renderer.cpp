@@ -323,6 +323,25 @@ struct Renderer::Impl {
   }
 
   // A picture without any light is seldom what was meant, and the messages before it do not always say why.
+  void warnOfMedia() {
+    if (stats.mediaExcess > 1.01f) {
+      char factor[32];
+      std::snprintf(factor, sizeof factor, "%.3g", double(stats.mediaExcess));
+      diagnostics.warning(
+          "MEDIUM-BOUND", {},
+          "the extinction of '" + stats.excessMedium + "' was up to " + factor + " times what it was bounded by",
+          "the picture is right but noisier there",
+          "maxDensity of its material says how large it gets; or smoother patterns");
+    }
+    if (stats.mediaOverflows)
+      diagnostics.warning("MEDIUM-OVERLAP", {}, "more than 8 media overlap",
+                          "those entered last were left out there");
+    if (stats.endlessTracks)
+      diagnostics.warning("MEDIUM-ENDLESS", {},
+                          std::to_string(stats.endlessTracks) + " rays met a medium more than 65,536 times",
+                          "nothing came through there", "a smaller density, or maxDensity nearer to it");
+  }
+
   void warnOfBlackness() {
     const film::Film& f = *film;
     const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
@@ -514,6 +533,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
               " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
           "camera and indirect rays ended there as in empty space, shadow rays as blocked",
           "opaque cards or a coarser model where hundreds of such layers lie behind each other");
+    warnOfMedia();
     const TextureStatistics t = builder.textures().statistics();
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;

@@ -201,7 +201,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   for (int c = 0; c < 3; ++c) s.worldCenter[c] = world.world->center()[c];
   s.worldRadius = world.world->radius();
   s.lightCount = world.lights->size();
-  s.hasMedia = world.hasMedia;
+  s.hasMedia = world.hasMedia || world.space;
   s.hasTintedShadows = world.hasTintedShadows;
   s.wantsUnshadowed = paths.wantsUnshadowed();
   s.alloc = &Calls::alloc;
@@ -272,6 +272,11 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
 }
 
 Worker::~Worker() = default;
+
+void Worker::scatterInMedia(bool scatters) {
+  state_.scattersInMedia = scatters;
+  services_.mediaScatter = scatters && state_.world().space;
+}
 
 void Worker::begin(uint32_t count, StageKind stage) {
   state_.begin(count, stage);

@@ -67,6 +67,8 @@ class Worker {
   ~Worker();
   shade::GroupState& state() { return state_; }
   Services& services() { return services_; }
+  // Whether the integrator takes contexts of points in media; before the first group.
+  void scatterInMedia(bool scatters);
   // Readies the group and clears its records.
   void begin(uint32_t count, StageKind stage);
   // All floats of the records, to be read and written.

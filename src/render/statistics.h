@@ -96,6 +96,11 @@ struct Statistics {
   PixelMap relativeError;  // of the first colour, as its two halves of samples differ
   uint64_t nonFiniteSamples = 0, saturatedSamples = 0, negativeSamples = 0;
   uint64_t endlessRays = 0;  // given up after passing too many surfaces
+  // media that fill space: rays that came through some, places where they were asked what they are; rays given up, and
+  // media left out where too many overlap; the largest factor over a bound of extinction, and whose
+  uint64_t mediaRays = 0, mediaLookups = 0, endlessTracks = 0, mediaOverflows = 0;
+  float mediaExcess = 1;
+  std::string excessMedium;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
 };

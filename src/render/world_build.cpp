@@ -57,6 +57,7 @@ void WorldBuilder::forgetPlugins() {
   materials_.forget();
   lights_.forget();
   displacement_.forget();
+  media_.forget();
 }
 
 // The scene's own path, where '@' is the command line's, then the command line's. What the scene names relative to
@@ -139,7 +140,8 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene, Statistics& statistics
 void WorldBuilder::flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt) {
   const RenderSpace space{{camera_.origin[0], camera_.origin[1], camera_.origin[2]}, camera_.middle()};
   if (flat_ && flat_->isOf(scene, space, emitters)) return;
-  flat_ = flatten(scene, space, emitters, settings_.stop, diagnostics_);
+  const auto isMedium = [&](const scene::Attributes* a) { return fillsSpace(a, registry_, diagnostics_); };
+  flat_ = flatten(scene, space, emitters, isMedium, settings_.stop, diagnostics_);
   ++rebuilt.flattened;
 }
 
@@ -182,12 +184,15 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
                        !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
                       next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, askers, next->placements, diagnostics_);
+  for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
+    if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofPlacement[k] = 0;
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
   next->setsByText = std::move(sight.byText);
   setScene(scene, *next);
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();
+  media_.make(flat_, meshes_, *next, {camera_, *volumes_, contents_, diagnostics_, settings_.stop});
   next->lights =
       lights_.make(scene, sources, links, {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths},
                    *next, rebuilt);

@@ -20,6 +20,7 @@
 #include "render/materials.h"
 #include "render/meshes.h"
 #include "render/renderer.h"
+#include "render/space_media.h"
 #include "render/statistics.h"
 #include "render/trace_stage.h"
 #include "render/world_lights.h"
@@ -90,6 +91,7 @@ class WorldBuilder {
   Meshes meshes_;
   Materials materials_;
   TraceStage traced_;
+  SpaceMediaStage media_;
   Lights lights_;
   std::unique_ptr<shade::ShadingWorld> shading_;
 };

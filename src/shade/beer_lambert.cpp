@@ -9,6 +9,7 @@ namespace HWY_NAMESPACE {
 namespace {
 #if HWY_TARGET == HWY_AVX2
 float exp1(float x) { return exp(Float<1>(x)).lane0(); }
+float log1(float x) { return log(Float<1>(x)).lane0(); }
 #endif
 }  // namespace
 }  // namespace HWY_NAMESPACE
@@ -22,5 +23,6 @@ float beerLambert(float absorption, float distance) {
   const float depth = absorption * distance;
   return depth < 100 ? N_AVX2::exp1(-depth) : 0;  // e^-88 is the least normal number
 }
+float freeDepth(float u) { return -N_AVX2::log1(1.f - u); }
 }  // namespace kinora::shade
 #endif

@@ -6,5 +6,7 @@ namespace kinora::shade {
 
 // exp(-absorption * distance); 1 without absorption, 0 over an endless way. absorption >= 0, per unit of distance.
 float beerLambert(float absorption, float distance);
+// The optical depth at which a ray ends that u in [0, 1) was drawn for: -log(1 - u).
+float freeDepth(float u);
 
 }  // namespace kinora::shade

@@ -7,10 +7,9 @@
 
 namespace kinora::shade {
 
-namespace {
-
-// What shadow rays are asked with where they pass a surface: the state of the vertices that they left.
-void copyRays(const ShadowRays& rays, const ListHost& host, RayList& list) {
+// What shadow rays are asked with where they pass a surface or a medium: the state of the vertices that they left.
+void GroupState::copyRays(const ShadowRays& rays, RayList& list) {
+  const ListHost& host = ListHost::of(list);
   for (int c = 0; c < 3; ++c) {
     std::memcpy(list.rays.o[c], rays.o[c], rays.count * sizeof(float));
     std::memcpy(list.rays.d[c], rays.d[c], rays.count * sizeof(float));
@@ -33,8 +32,6 @@ void copyRays(const ShadowRays& rays, const ListHost& host, RayList& list) {
     }
   });
 }
-
-}  // namespace
 
 // The distance that a ray goes on beyond a hit to be past it, from where the hit was asked for.
 float GroupState::distanceBeyond(const Rays& r, uint32_t s, float t) {
@@ -120,7 +117,7 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
   ListHost& host = ListHost::of(list);
   host.kind = RayKind::Transmission;
   host.left.media = nullptr;  // straight rays know no media
-  copyRays(rays, host, list);
+  copyRays(rays, list);
   uint32_t* open = arena_.make<uint32_t>(padded(n));
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; ++i)

@@ -138,7 +138,10 @@ Value builtin(const Context* c, Builtin id) {
     case Builtin::Po:
     case Builtin::PoRadius: {
       float *p[3] = {floats(c), floats(c), floats(c)}, *r = floats(c);
-      k.rest(surface.args(), c->P, surface.edge(0), surface.edge(1), p, r);
+      if (c->traits & kTraitInSpace)
+        placesInMedia(c, p, r);
+      else
+        k.rest(surface.args(), c->P, surface.edge(0), surface.edge(1), p, r);
       for (uint32_t i = 0; i < n; ++i) r[i] *= c->radius[i];
       keep(Builtin::Po, {p[0], p[1], p[2]});
       keep(Builtin::PoRadius, {r});
@@ -197,6 +200,10 @@ Value primvar(const Context* c, const char* name, Value* radius) {
   const uint32_t n = c->padded;
   Value out;
   if (!std::strcmp(name, kSeenPrimvar)) return seenAt(c);
+  if (c->traits & kTraitInSpace && !h.program) {  // no object is there
+    if (radius) *radius = Value();
+    return out;
+  }
   // The widest of that name in the scene holds for all points, so that it does not matter which ones share a context;
   // objects without it give 0, numbers fill all components.
   const ShadingWorld& world = h.group->world();
@@ -217,6 +224,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     primvarToRender(*of[i], args, i, v);
     for (int j = 0; j < 3; ++j) s.value[j][i] = v[j];
   }
+  if (c->traits & kTraitInSpace) fieldsInMedia(c, name, width, s.value);
   out.components = width;
   out.stride = 1;
   for (uint32_t j = 0; j < width; ++j) out.data[j] = s.value[j];
@@ -256,7 +264,7 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   bool known = true;
   const auto toRender = [&](const char* space, uint32_t instance) {
     if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return scene::Matrix();
-    if (isObject(space) && !(c->traits & kTraitInSpace)) {
+    if (isObject(space) && instanceOf) {
       const trace::Affine& b = w.placements[w.world->instance(instance).user].renderToObject;
       scene::Matrix m;
       for (int i = 0; i < 3; ++i) {
@@ -272,7 +280,7 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   };
   const auto between = [&](uint32_t instance) { return toRender(from, instance) * toRender(to, instance).inverse(); };
   // object space is each point's own: which points share a context must not show
-  const bool objects = !(c->traits & kTraitInSpace) && (isObject(from) != isObject(to));
+  const bool objects = instanceOf && (isObject(from) != isObject(to));
   uint32_t instance = objects ? instanceOf[0] : 0;
   bool one = true;
   for (uint32_t i = 1; objects && one && i < c->padded; ++i) one = instanceOf[i] == instance;

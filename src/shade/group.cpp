@@ -81,6 +81,11 @@ void GroupState::fillList(RayList& list, uint32_t room) {
   list.host = host;
   VertexState& left = host->left = makeState(room);
   if (!left.linkSet) left.linkSet = u();
+  if (world_.space && scattersInMedia) host->surfaceT = f();
+  for (int c = 0; c < 3; ++c) {
+    if (world_.hasMedia) host->absorbed[c] = f();
+    list.glow[c] = host->surfaceT && world_.space->mayEmit ? f() : nullptr;
+  }
   const auto clear = [&]<class T>(T* x) {
     if (x) std::memset(x, 0, room * sizeof(T));
   };
@@ -320,6 +325,26 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
         list.rays.radius[s] = begun.radius[s];
         hits.t[s] += passed[s];
       }
+  }
+  if (transmittance && host.absorbed[0])
+    for (int c = 0; c < 3; ++c)
+      for (uint32_t i = 0; i < n; ++i) host.absorbed[c][entries[i]] = transmittance[c][entries[i]];
+  if (host.surfaceT)
+    for (uint32_t i = 0; i < n; ++i) host.surfaceT[entries[i]] = hits.t[entries[i]];
+  if (list.glow[0])
+    for (float* x : list.glow)
+      for (uint32_t i = 0; i < n; ++i) x[entries[i]] = 0;
+  if (world_.space && transmittance) {
+    if (host.surfaceT) {
+      scatterInSpace(list, depth, n, entries, transmittance);
+    } else {
+      RayList& ways = *makeRays(list.capacity);
+      std::swap(ways.rays.tMax, list.rays.tMax);
+      for (uint32_t i = 0; i < n; ++i) list.rays.tMax[entries[i]] = std::min(hits.t[entries[i]], 1e30f);
+      thinOut(list.rays, kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect, list.sampleSeed,
+              list.sampleIndex, depth, n, entries, transmittance);
+      std::swap(ways.rays.tMax, list.rays.tMax);
+    }
   }
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths) endAtHoles(list, n, entries);
   uint64_t& met = kind == RayKind::Camera ? counters.cameraHits : counters.indirectHits;

@@ -20,6 +20,7 @@
 #include "shade/points.h"
 #include "shade/ray_listener.h"
 #include "shade/shader_textures.h"
+#include "shade/space_media.h"
 #include "trace/world.h"
 
 namespace kinora::shade {
@@ -67,6 +68,7 @@ struct ShadingWorld {
   std::shared_ptr<const trace::World> world;
   std::shared_ptr<const MaterialSet> materials;
   std::shared_ptr<const light::LightSet> lights;
+  std::shared_ptr<const SpaceMedia> space;                     // media that fill it; null: it is empty
   std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
@@ -117,6 +119,10 @@ struct ListHost {
   // distance from where its ray began. Null: rays as they were traced.
   const float* reach = nullptr;
   uint32_t seen = 0;  // mask of what the rays see; 0: what those of their kind see that leave their vertices
+  // Of rays traced last, with media: the surface that would have been hit, where a medium ended the ray before, and
+  // what the media behind surfaces have let through to where it ended. Null without.
+  float* surfaceT = nullptr;
+  float* absorbed[3] = {nullptr, nullptr, nullptr};
   static ListHost& of(const RayList& l) { return *static_cast<ListHost*>(l.host); }
 };
 
@@ -132,6 +138,11 @@ struct GroupCounters {
   static constexpr uint32_t kLaneDepths = 12;
   LaneCounts lanes[kLaneDepths], queries;
   uint64_t endlessRays = 0;  // that would pass more than kMostPasses surfaces
+  // Of tracking in media: rays that came through some, places where extinction was looked up, rays that were given up
+  // after kMostCollisions of them; the largest factor by which a bound was exceeded, and the medium's index.
+  uint64_t mediaRays = 0, mediaLookups = 0, endlessTracks = 0, mediaOverflows = 0;
+  float excess = 1;
+  uint32_t excessMedium = 0;
   uint64_t nanoseconds[16] = {};
 };
 
@@ -186,9 +197,15 @@ class GroupState {
   void lightsBeyond(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
   int probe(const Context* c, const ProbeRays& rays);  // see ContextFunctions
+  // From render space to that of a placed object, which is a medium, at a time of the shutter.
+  trace::Affine toObject(uint32_t instance, uint32_t geometry, float time) const;
+  // Extinction (and emission: null, not wanted) of a medium at n points of render space, by its network.
+  void lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
+                    float* const extinction[3], float* const emission[3]);
 
   GroupCounters counters;
   RayListener* listener = nullptr;
+  bool scattersInMedia = false;                   // the integrator takes contexts of points in media
   std::function<void(const std::string&)> print;  // set while one sample is replayed: events go here
   // Called with each first-hit context, so that render/ can write surface channels.
   std::function<void(const Context*)> onPrimary;
@@ -226,6 +243,7 @@ class GroupState {
   // Whether anything of `mask` (opaque shadows, and clear ones) is in the way of shadow rays.
   void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);
   // clear_shadows.cpp
+  static void copyRays(const ShadowRays& rays, RayList& list);
   void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked);
   struct ClearSurfaces;
   ClearSurfaces nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open);
@@ -233,6 +251,21 @@ class GroupState {
   static float distanceBeyond(const Rays& rays, uint32_t slot, float t);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
   void biasOfStrands(const Context* c, float* bias) const;
+  Context* startInSpace(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
+                        const float* t);
+  Context* makeMediumContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
+                             const uint32_t* entries, bool bind);
+  void setProgram(Context* c, const Program& program, bool bind);
+  // group_space.cpp; worlds with media that fill space only.
+  void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
+  class Tracker;
+  void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
+  void scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
+                      float* const transmittance[3]);
+  void thinOut(const Rays& rays, uint32_t visibility, const uint32_t* seed, const uint32_t* index, uint32_t depth,
+               uint32_t n, const uint32_t* entries, float* const transmittance[3]);
+  void thinOutShadows(uint32_t depth, const ShadowRays& rays);
+  void thinOutLights(const RayList& list, LightHits* hits);
   // group_media.cpp; worlds with media only.
   bool insideHigherPriority(const RayList& list, uint32_t entry) const;
   void absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
@@ -256,6 +289,7 @@ class GroupState {
   ShaderTextures shaderTextures_;
   bool probing_ = false;  // the rays of a pattern are on their way
   std::vector<trace::World::CollectedHit> collected_;
+  std::vector<MediumCrossing> crossings_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

@@ -147,6 +147,7 @@ PointsArgs GroupState::startContext(const RayList& list, uint32_t traits, uint32
 Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uint32_t traits, uint32_t depth,
                                  uint32_t n, const uint32_t* entries, bool bind) {
   const Program& program = world_.materials->program(programIndex);
+  if (program.fillsSpace) return makeMediumContext(list, programIndex, traits, depth, n, entries, bind);
   const trace::World& w = *world_.world;
   Context* c;
   PointsArgs a = startContext(list, traits, depth, n, entries, c);
@@ -241,6 +242,13 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
     std::fill_n(outer, m, 1.f);
   }
   c->outerIor = outer;
+  setProgram(c, program, bind);
+  return c;
+}
+
+// The points' lobes and room for their network; the closure, where it is wanted.
+void GroupState::setProgram(Context* c, const Program& program, bool bind) {
+  ContextHost* h = static_cast<ContextHost*>(c->host);
   c->lobeCount = program.traits ? program.traits->lobeCount : 0;
   c->slotCount = program.slotCount;
   c->slotOfLobe = program.slotOfLobe.data();
@@ -275,7 +283,6 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
     counters.nanoseconds[kTimeClosures] += time;
     counters.nanoseconds[kTimeGrouping] -= time;  // runs inside shade()'s clock
   }
-  return c;
 }
 
 void GroupState::biasOfStrands(const Context* c, float* bias) const {
@@ -295,9 +302,61 @@ void GroupState::biasOfStrands(const Context* c, float* bias) const {
 Context* GroupState::pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n,
                                    const uint32_t* entries, const float* t) {
   if (!n) return nullptr;
+  countLanes(traits, depth, n);
+  return startInSpace(list, traits, depth, n, entries, t);
+}
+
+// Points where a medium has ended rays, or where one is asked for. They stand for their object: what asks a surface
+// gets an answer for some place of its boundary, which moves and is transformed as the object is.
+Context* GroupState::makeMediumContext(const RayList& list, uint32_t programIndex, uint32_t traits, uint32_t depth,
+                                       uint32_t n, const uint32_t* entries, bool bind) {
+  const Program& program = world_.materials->program(programIndex);
+  Context* c = startInSpace(list, traits, depth, n, entries, list.hits.t);
+  if (program.mediumFlags & kMediumScattersOnce) c->traits |= kTraitScattersOnce;
+  const uint32_t m = c->padded;
+  ContextHost& h = ContextHost::of(c);
+  const auto f = [&] { return arena_.make<float>(m); };
+  const auto u = [&] { return arena_.make<uint32_t>(m); };
+  h.program = &program;
+  const Hits& hits = list.hits;
+  SurfacesArgs s{};
+  s.n = m;
+  s.slots = c->path;
+  s.instance = hits.instance;
+  s.geometry = hits.geometry;
+  s.primitive = hits.primitive;
+  s.level = hits.level;
+  s.u = hits.u;
+  s.v = hits.v;
+  s.t = hits.t;
+  for (int k = 0; k < 3; ++k) s.ng[k] = hits.ng[k];
+  s.time = list.rays.time;
+  s.origin = list.origin;
+  s.tables = &world_.tables;
+  uint32_t* block = s.block = u();
+  s.side = f();
+  float* raw[3];
+  for (int k = 0; k < 3; ++k) h.ng[k] = raw[k] = s.outNg[k] = f();
+  c->place.instance = s.outInstance = u();
+  c->place.geometry = s.outGeometry = u();
+  c->place.primitive = s.outPrimitive = u();
+  c->place.level = s.outLevel = u();
+  c->place.u = s.outU = f();
+  c->place.v = s.outV = f();
+  s.outT = f();
+  s.outTime = f();
+  s.outOrigin = u();
+  surfacesKernel(world_.width)(s);
+  h.block = block;
+  h.surface.begin(*this, c, false);
+  setProgram(c, program, bind);
+  return c;
+}
+
+Context* GroupState::startInSpace(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n,
+                                  const uint32_t* entries, const float* t) {
   Context* c;
   PointsArgs a = startContext(list, traits | kTraitInSpace, depth, n, entries, c);
-  countLanes(traits, depth, n);
   const uint32_t m = c->padded;
   ContextHost& h = ContextHost::of(c);
   const auto f = [&] { return arena_.make<float>(m); };

@@ -55,11 +55,16 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
   l.count = n;
   l.slots = entries;
   l.rays = &list.rays;
-  l.tHit = list.hits.t;
-  l.linkSet = ListHost::of(list).left.linkSet;
+  const ListHost& host = ListHost::of(list);
+  l.tHit = host.surfaceT ? host.surfaceT : list.hits.t;
+  l.linkSet = host.left.linkSet;
   l.origin = list.origin;
-  for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(list).left.lightN[k];
+  for (int k = 0; k < 3; ++k) l.N[k] = host.left.lightN[k];
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
+  if (host.surfaceT)  // lights that end a ray take what it has met behind them
+    for (uint32_t i = 0; i < out->count; ++i)
+      if (out->blocks[i] && list.hits.t[out->slot[i]] > out->t[i]) list.hits.t[out->slot[i]] = INFINITY;
+  if (out->count && (world_.space || host.absorbed[0])) thinOutLights(list, out);
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths && out->count) dropLightsBehindHoles(out);
 }
 
@@ -185,6 +190,7 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
     for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
   }
   if (world_.world->hasClearShadows()) walkClearShadows(depth, *rays, blocked);
+  if (world_.space) thinOutShadows(depth, *rays);
 }
 
 }  // namespace kinora::shade

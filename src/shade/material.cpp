@@ -483,6 +483,9 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       traits && functions->thinShadow &&
       (traits->letsShadowsThrough ? traits->letsShadowsThrough(last.values->values(), last.values->count()) != 0
                                   : encloses);
+  const bool fillsSpace = isBxdf && (last.plugin->flags & kBxdfFillsSpace) && functions->medium;
+  const uint32_t mediumFlags =
+      fillsSpace && traits->mediumFlags ? traits->mediumFlags(last.values->values(), last.values->count()) : 0;
   bool opaque = true;
   if (traits && traits->presenceParam >= 0) {
     const ParamValue& v = last.values->values()[traits->presenceParam];
@@ -524,6 +527,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   key += opaque ? 'o' : 'p';
   key += encloses ? 'e' : '-';
   key += tints ? 't' : '-';
+  key += char('0' + mediumFlags);
   key += lpeGroup;
 
   uint32_t program;
@@ -538,6 +542,8 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.opaque = opaque;
     p.encloses = encloses;
     p.tints = tints;
+    p.fillsSpace = fillsSpace;
+    p.mediumFlags = mediumFlags;
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;
     if (!isBxdf) p.displacement = static_cast<const DisplacementFunctions*>(functionsFor(*last.plugin, width_));
@@ -620,6 +626,17 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
         for (uint32_t c = 0; c < s.components && c < v.count; ++c) p.blocks[base + s.offset + c] = v.floats[c];
       }
     }
+  if (fillsSpace) {
+    Extinction& e = extinctions_[uint32_t(materials_.size())];
+    ExtinctionProduct said{};
+    if (traits->extinctionProduct) {
+      e.isProduct = traits->extinctionProduct(last.values->values(), last.values->count(), &said);
+      e.most = said.most;
+      std::copy_n(said.factor, 3, e.factor);
+      if (said.number) e.number = said.number;
+      if (said.color) e.color = said.color;
+    }
+  }
   materials_.push_back({program, p.materials++});
   return uint32_t(materials_.size() - 1);
 }

@@ -77,6 +77,8 @@ struct Program {
   bool opaque = true;     // presence is 1 everywhere
   bool encloses = false;  // paths that go in keep a medium
   bool tints = false;     // tinted shadows pass
+  bool fillsSpace = false;  // a medium: its objects have no surface
+  uint32_t mediumFlags = 0;
   uint32_t slotCount = 1;
   std::string lpeGroup;  // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
@@ -110,6 +112,14 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   bool tints(uint32_t material) const { return programs_[materials_[material].program]->tints; }
+  bool fillsSpace(uint32_t material) const { return programs_[materials_[material].program]->fillsSpace; }
+  // Of materials that fill space.
+  struct Extinction {
+    bool isProduct = false;  // else it is known by shading only
+    float factor[3] = {1, 1, 1}, most = -1;
+    std::string number, color;  // see ExtinctionProduct; "": 1
+  };
+  const Extinction& extinction(uint32_t material) const { return extinctions_.at(material); }
   uint64_t bytes() const;
   uint64_t shaderBytes() const;  // of programs of the shading language
   const std::vector<const ShaderUse*>& shaderUses() const { return shaderUses_; }  // by ShaderUse::number
@@ -130,6 +140,7 @@ class MaterialSet {
   const film::LightPaths& paths_;
   ShaderLibrary& shaders_;
   std::vector<Material> materials_;
+  std::map<uint32_t, Extinction> extinctions_;  // by material
   std::vector<std::unique_ptr<Program>> programs_;
   std::vector<const ShaderUse*> shaderUses_;
   std::vector<uint32_t> materialsOfUse_;

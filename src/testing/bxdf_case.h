@@ -16,6 +16,7 @@ struct BxdfCase {
   const Setting& setting;
   std::vector<const WidthTable*> tables;  // those this CPU runs; not empty
   bool encloses = false;                  // wi and wo may lie in different media
+  bool fillsSpace = false;                // a phase function: no cosines
   bool reciprocal = true;
   bool bumped = false;  // the cosine is not that of the context's normal
   const WidthTable& widest() const { return *tables.back(); }

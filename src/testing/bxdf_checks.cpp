@@ -22,6 +22,7 @@ std::string unusable(const Descriptor& d) {
     const BxdfFunctions& f = *static_cast<const BxdfFunctions*>(table->functions);
     if (!f.begin || !f.generate || !f.evaluate || !f.evaluateAt)
       return "lacks begin, generate, evaluate or evaluateAt";
+    if ((d.flags & kBxdfFillsSpace) && !f.medium) return "fills space, and lacks medium";
   }
   return {};
 }
@@ -31,6 +32,7 @@ BxdfCase makeCase(const Descriptor& d, const Setting& s) {
   std::sort(c.tables.begin(), c.tables.end(), [](auto* a, auto* b) { return a->width < b->width; });
   const ResolvedValues values(d, s);
   c.encloses = c.traits.enclosesMedium && c.traits.enclosesMedium(values.data(), values.count());
+  c.fillsSpace = d.flags & kBxdfFillsSpace;
   c.reciprocal = !(d.flags & kBxdfNotReciprocal);
   for (uint32_t i = 0; i < d.paramCount; ++i)
     if (d.params[i].type == Type::Normal)

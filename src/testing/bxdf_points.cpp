@@ -111,7 +111,7 @@ std::vector<float> wholeContext(const BoundBxdf& b, uint32_t n) {
   const auto call = [&](int components, auto&& run) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     std::vector<float> data(size_t(c.padded) * components, nan);
-    float* rows[4] = {};
+    float* rows[6] = {};
     for (int k = 0; k < components; ++k) rows[k] = data.data() + size_t(k) * c.padded;
     run(rows);
     for (int k = 0; k < components; ++k) all.insert(all.end(), rows[k], rows[k] + n);
@@ -124,6 +124,13 @@ std::vector<float> wholeContext(const BoundBxdf& b, uint32_t n) {
       const InteriorArgs a{r[0], {r[1], r[2], r[3]}};
       f.interior(&c, &a);
     });
+  for (const bool emits : {false, true})
+    if (f.medium)
+      call(emits ? 6 : 3, [&](float* const* r) {
+        MediumArgs a{{r[0], r[1], r[2]}, {nullptr, nullptr, nullptr}};
+        for (int k = 0; emits && k < 3; ++k) a.emission[k] = r[3 + k];
+        f.medium(&c, &a);
+      });
   return all;
 }
 
@@ -409,7 +416,8 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
   judge.count(3 * n);
   bool reverseGood = true, reciprocityGood = true, transportGood = true;
   for (uint32_t i = 0; i < n; ++i) {
-    const double cosI = std::abs(dot(kTestNormal, wi[i])), cosO = std::abs(dot(kTestNormal, p.wo[i]));
+    const double cosI = c.fillsSpace ? 1 : std::abs(dot(kTestNormal, wi[i])),
+                 cosO = c.fillsSpace ? 1 : std::abs(dot(kTestNormal, p.wo[i]));
     if (cosI < 1e-3 || cosO < 1e-3) continue;
     const std::string where = at(bxdf.context(), i, wi[i]);
     const double reverseSlack = own.reverseSlack(i) + other.pdfSlack(i);

@@ -174,4 +174,47 @@ void VoxelGrid::lookUp(const double index[3], const VoxelLookup& how, float* out
   for (int c = 0; c < shape_.channels; ++c) out[c] = sum[c] / float(taps);
 }
 
+void VoxelGrid::extremes(const double low[3], const double high[3], const VoxelLookup& how, float* least,
+                         float* most) const {
+  const int channels = shape_.channels;
+  int32_t from[3], to[3];  // voxels of the box, from its first
+  bool isBlack = false;    // some of it lies outside, where there is nothing
+  for (int k = 0; k < 3; ++k) {
+    const double n = shape_.size[k], a = std::floor(low[k] - shape_.first[k]),
+                 b = std::ceil(high[k] - shape_.first[k]);
+    if (how.wrap[k] == VoxelWrap::Periodic || how.wrap[k] == VoxelWrap::Mirror || !(b - a < n + 2)) {
+      from[k] = 0, to[k] = shape_.size[k] - 1;
+      isBlack |= how.wrap[k] == VoxelWrap::Black;
+      continue;
+    }
+    isBlack |= how.wrap[k] == VoxelWrap::Black && (a < 0 || b > n - 1);
+    from[k] = int32_t(std::clamp(a, 0.0, n - 1));
+    to[k] = int32_t(std::clamp(b, 0.0, n - 1));
+    if (how.wrap[k] == VoxelWrap::Black && (b < 0 || a > n - 1)) {  // all of it
+      std::fill_n(least, channels, 0.f);
+      std::fill_n(most, channels, 0.f);
+      return;
+    }
+  }
+  std::fill_n(least, channels, isBlack ? 0.f : INFINITY);
+  std::fill_n(most, channels, isBlack ? 0.f : -INFINITY);
+  const auto see = [&](const float* v) {
+    for (int c = 0; c < channels; ++c) {
+      least[c] = std::min(least[c], v ? v[c] : 0.f);
+      most[c] = std::max(most[c], v ? v[c] : 0.f);
+    }
+  };
+  int32_t at[3];
+  for (at[2] = from[2]; at[2] <= to[2]; ++at[2])
+    for (at[1] = from[1]; at[1] <= to[1]; ++at[1])
+      for (at[0] = from[0]; at[0] <= to[0];) {
+        const float* const v = voxel(at);
+        see(v);
+        // the rest of the brick's row: nothing, or numbers side by side
+        const int32_t end = std::min(to[0], at[0] + 7 - ((at[0] + offset_[0]) & 7));
+        for (int32_t x = 1; v && x <= end - at[0]; ++x) see(v + x * channels);
+        at[0] = end + 1;
+      }
+}
+
 }  // namespace kinora::volume

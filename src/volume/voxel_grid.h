@@ -55,6 +55,9 @@ class VoxelGrid {
   void stepToIndex(const float world[3], double index[3]) const;
   // channels numbers.
   void lookUp(const double index[3], const VoxelLookup& how, float* out) const;
+  // The least and the largest number that lookups between two corners of index space may give, by channel (size[] of
+  // `how` aside). Low corners are not above high ones.
+  void extremes(const double low[3], const double high[3], const VoxelLookup& how, float* least, float* most) const;
 
  private:
   const float* voxel(const int32_t at[3]) const;

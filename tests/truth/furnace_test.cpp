@@ -102,6 +102,7 @@ TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
   int checked = 0;
   for (const Setting& s : declaredSettings(registry))
     for (const double cosine : {0.95, 0.35}) {
+      if (s.bxdf->flags & kBxdfFillsSpace) continue;  // planes are full of nothing
       const auto expected = albedo(s, cosine);
       const std::string angle = std::to_string(std::acos(cosine) * 180 / 3.14159265358979);
       RenderRequest r;

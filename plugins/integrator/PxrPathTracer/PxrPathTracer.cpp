@@ -16,7 +16,7 @@ enum : uint32_t {
   kAllowCaustics
 };
 constexpr Param kParams[] = {
-    param::integer("maxIndirectBounces", 8).range(0, 64).help("Indirect bounces allowed; 0 is direct light only."),
+    param::integer("maxIndirectBounces", 8).range(0, 1000).help("Indirect bounces allowed; 0 is direct light only."),
     param::integer("numLightSamples", 1)
         .range(0, 64)
         .help("Light samples at each camera hit; deeper vertices take one."),
@@ -95,4 +95,4 @@ struct Runner {
 KINORA_KERNELS_END
 
 KINORA_PLUGIN(PxrPathTracer, Runner, IntegratorPlugin, .help = "Forward path tracing with next-event estimation.",
-              .params = kParams, .setUp = setUpBy<make>)
+              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = 1)

@@ -1,0 +1,366 @@
+#include "render/space_media.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <variant>
+
+#include "render/shading_floats.h"
+#include "volume/grid_stream.h"
+#include "volume/volume_system.h"
+
+namespace kinora::render {
+
+namespace {
+
+constexpr int kCells = 48, kMostPerCell = 6, kLeastPerCell = 3;  // of bounds along the longest side; points of a cell
+constexpr uint32_t kPointsAtOnce = 1024;                         // of a context
+constexpr uint64_t kMostVoxels = uint64_t(1) << 30;              // of a request
+
+const scene::OtherPrimitive* volumeOf(const scene::Primitive& p) {
+  const auto* other = std::get_if<scene::OtherPrimitive>(&p.shape);
+  return other && other->request == "Volume" ? other : nullptr;
+}
+
+// Positive: the normals point outward.
+double volumeOf(const geometry::Mesh& mesh) {
+  double six = 0;
+  for (size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const Imath::V3d a(mesh.points[mesh.indices[i]]), b(mesh.points[mesh.indices[i + 1]]),
+        c(mesh.points[mesh.indices[i + 2]]);
+    six += a.dot(b.cross(c));
+  }
+  return six;
+}
+
+// "vel.x" -> "vel", 0.
+std::pair<std::string, int> partOfGrid(const std::string& name) {
+  const size_t n = name.size();
+  if (n > 2 && name[n - 2] == '.' && name[n - 1] >= 'x' && name[n - 1] <= 'z')
+    return {name.substr(0, n - 2), name[n - 1] - 'x'};
+  return {name, -1};
+}
+
+class Fields {
+ public:
+  Fields(const scene::Primitive& p, const scene::OtherPrimitive& volume, const SpaceMediaStage::Tools& tools)
+      : p_(p), volume_(volume), tools_(tools) {}
+
+  void read(shade::SpaceMedium& medium) {
+    const scene::Parameter* texts = p_.primvars.find("blobbydso:stringargs");
+    if (volume_.args.getString("type", "").starts_with("blobbydso:") && texts && !texts->strings.empty())
+      file_ = texts->strings[0];
+    const std::string said = texts && texts->strings.size() > 1 ? texts->strings[1] : "";
+    for (const scene::Parameter& v : p_.primvars) {
+      if (v.storage == scene::StorageClass::Constant || v.name.starts_with("blobbydso:")) continue;
+      if (v.floats.empty() && v.ints.empty() && !file_.empty())
+        ofFile(v.name, medium);
+      else
+        ofRequest(v, medium);
+    }
+    if (!file_.empty() && medium.fields.empty()) ofFile(said.empty() ? "density" : said, medium);
+  }
+
+ private:
+  void ofFile(const std::string& name, shade::SpaceMedium& medium) {
+    const auto [grid, component] = partOfGrid(name);
+    const volume::VoxelGrid* found =
+        tools_.volumes.grid(file_, volume::gridByName(grid), "Volume at " + p_.pos.str());
+    if (!found) {
+      if (component >= 0) found = tools_.volumes.grid(file_, volume::gridByName(name), "Volume at " + p_.pos.str());
+      if (!found) return;
+      medium.fields.emplace(name, volume::MediumField(found));
+      return;
+    }
+    medium.fields.emplace(name, volume::MediumField(found, component < found->shape().channels ? component : -1));
+  }
+
+  void ofRequest(const scene::Parameter& v, shade::SpaceMedium& medium) {
+    const scene::Parameter* sizes = volume_.args.find("dimensions");
+    const std::vector<float> bound = volume_.args.getFloats("bound");
+    int n[3] = {1, 1, 1};
+    uint64_t all = 1;
+    for (size_t k = 0; k < 3; ++k) {
+      if (sizes && sizes->ints.size() == 3) n[k] = std::max(sizes->ints[k], 1);
+      all = std::min(all * uint64_t(n[k]), 2 * kMostVoxels);
+    }
+    const size_t given = v.floats.size();
+    const int components = given == 3 * all ? 3 : 1;
+    if (bound.size() != 6) return;
+    if (all > kMostVoxels || (given != all && given != 3 * all)) {
+      tools_.diagnostics.warning("MEDIUM-FIELD", v.pos,
+                                 "\"" + v.name + "\" of Volume has " + std::to_string(given) + " numbers; its " +
+                                     std::to_string(n[0]) + " x " + std::to_string(n[1]) + " x " +
+                                     std::to_string(n[2]) + " points take one or three each",
+                                 "the volume is without it");
+      return;
+    }
+    medium.fields.emplace(v.name, volume::MediumField(bound.data(), n, v.floats.data(), components));
+  }
+
+  const scene::Primitive& p_;
+  const scene::OtherPrimitive& volume_;
+  const SpaceMediaStage::Tools& tools_;
+  std::string file_;
+};
+
+// How fine a medium's bounds are: even ones have one cell.
+void cellsOf(const float low[3], const float high[3], int cells[3]) {
+  const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  for (int k = 0; k < 3; ++k)
+    cells[k] = std::clamp(int(std::ceil(float(kCells) * (high[k] - low[k]) / longest)), 1, kCells);
+}
+
+}  // namespace
+
+bool fillsSpace(const scene::Attributes* attributes, Registry& registry, Diagnostics& diagnostics) {
+  if (!attributes || !attributes->bxdf || !attributes->bxdf->terminal) return false;
+  const scene::Node& bxdf = *attributes->bxdf->terminal;
+  const Descriptor* plugin = registry.find(Kind::Bxdf, bxdf.plugin, diagnostics, bxdf.pos);
+  return plugin && plugin->flags & kBxdfFillsSpace;
+}
+
+bool isVolume(const FlatScene& flat, size_t placement) {
+  return volumeOf(*flat.shapeOf(flat.placements[placement]).primitive) != nullptr;
+}
+
+namespace {
+
+// Bounds that fields give.
+void boundByFields(shade::SpaceMedium& m) {
+  float factor = std::max({m.factor[0], m.factor[1], m.factor[2], 0.f});
+  if (!(factor < 1e30f)) factor = 0;
+  tbb::parallel_for(size_t(0), m.majorants.count(), [&](size_t cell) {
+    float low[3], high[3];
+    m.majorants.boundsOf(cell, low, high);
+    // lookups round the corners of cells
+    for (int k = 0; k < 3; ++k) {
+      const float slack = 1e-4f * (high[k] - low[k]);
+      low[k] -= slack;
+      high[k] += slack;
+    }
+    float most = factor;
+    if (m.number) most *= std::max(m.number->most(low, high), 0.f);
+    if (m.color) most *= std::max(m.color->most(low, high), 0.f);
+    m.majorants[cell] = most < 1e30f ? most * 1.00001f : 0.f;
+  });
+}
+
+// Bounds by looking: the largest of a lattice over each cell and its neighbours, and a little more.
+void boundByShading(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world,
+                    const std::atomic<bool>* stop) {
+  float finest = INFINITY, low[3], high[3];
+  for (const auto& [name, field] : m.fields) finest = std::min(finest, field.voxelSize());
+  m.majorants.boundsOf(0, low, high);
+  const float side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  const int n = std::clamp(int(std::ceil(side / finest)) + 1, kLeastPerCell, kMostPerCell);
+  const trace::Affine toRender = world.placements[world.world->instance(m.instance).user].renderToObject.inverse();
+  const size_t perCell = size_t(n) * size_t(n) * size_t(n);
+  const size_t cellsAtOnce = std::max<size_t>(1, kPointsAtOnce / perCell);
+  std::vector<float> seen(m.majorants.count(), 0.f);
+  tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
+  tbb::parallel_for(size_t(0), (seen.size() + cellsAtOnce - 1) / cellsAtOnce, [&](size_t chunk) {
+    if (stop && stop->load(std::memory_order_relaxed)) return;
+    const ShadingFloats floats;
+    std::unique_ptr<shade::GroupState>& group = groups.local();
+    if (!group) group = std::make_unique<shade::GroupState>(world);
+    Arena& arena = group->arena();
+    const ArenaScope memory(arena);
+    const size_t first = chunk * cellsAtOnce, last = std::min(first + cellsAtOnce, seen.size());
+    const uint32_t count = uint32_t((last - first) * perCell), room = padded(count);
+    const auto f = [&] { return arena.make<float>(room); };
+    float *P[3] = {f(), f(), f()}, *time = f(), *found[3] = {f(), f(), f()};
+    uint32_t at = 0;
+    for (size_t cell = first; cell < last; ++cell) {
+      float from[3], to[3];
+      m.majorants.boundsOf(cell, from, to);
+      for (int z = 0; z < n; ++z)
+        for (int y = 0; y < n; ++y)
+          for (int x = 0; x < n; ++x) {
+            const int step[3] = {x, y, z};
+            float p[3], q[3];
+            for (int k = 0; k < 3; ++k)
+              p[k] = from[k] + (to[k] - from[k]) * (n > 1 ? float(step[k]) / float(n - 1) : 0.5f);
+            toRender.point(p, q);
+            for (int k = 0; k < 3; ++k) P[k][at] = q[k];
+            time[at++] = 0.5f;
+          }
+    }
+    group->lookUpMedium(index, count, P, time, found, nullptr);
+    for (size_t cell = first; cell < last; ++cell)
+      for (size_t k = 0; k < perCell; ++k)
+        for (const float* x : found) {
+          const float v = x[(cell - first) * perCell + k];
+          if (v < 1e30f) seen[cell] = std::max(seen[cell], v);
+        }
+  });
+  const int c[3] = {m.majorants.cells(0), m.majorants.cells(1), m.majorants.cells(2)};
+  constexpr float kMore = 1.1f;  // between the points of a lattice a pattern may be larger
+  tbb::parallel_for(0, c[2], [&](int z) {
+    for (int y = 0; y < c[1]; ++y)
+      for (int x = 0; x < c[0]; ++x) {
+        float most = 0;
+        for (int dz = std::max(z - 1, 0); dz <= std::min(z + 1, c[2] - 1); ++dz)
+          for (int dy = std::max(y - 1, 0); dy <= std::min(y + 1, c[1] - 1); ++dy)
+            for (int dx = std::max(x - 1, 0); dx <= std::min(x + 1, c[0] - 1); ++dx)
+              most = std::max(most, seen[(size_t(dz) * c[1] + dy) * c[0] + dx]);
+        m.majorants[(size_t(z) * c[1] + y) * c[0] + x] = most * kMore;
+      }
+  });
+}
+
+}  // namespace
+
+std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared_ptr<const FlatScene>& flat,
+                                                               const Meshes& meshes, shade::ShadingWorld& world,
+                                                               const Tools& tools) {
+  Inputs inputs{flat, world.materials, world.world};
+  if (inputs_.world && inputs == inputs_) {
+    tools.contents.again(files_);
+    use(world);
+    return made_;
+  }
+  *this = {};
+  std::vector<uint32_t> filled;
+  for (uint32_t k = 0; k < flat->placements.size(); ++k) {
+    const scene::Primitive& p = *flat->shapeOf(flat->placements[k]).primitive;
+    if (world.materials->fillsSpace(world.placements[k].material))
+      filled.push_back(k);
+    else if (volumeOf(p))
+      tools.diagnostics.warning("MEDIUM-NONE", p.pos, "'" + p.name() + "' has a material that is no medium's",
+                                "it is left out", "a Volume is filled by Bxdf \"PxrVolume\"");
+  }
+  inputs_ = std::move(inputs);
+  if (filled.empty()) return nullptr;
+
+  const FileContents::Listening listening(tools.contents, files_);
+  auto media = std::make_shared<shade::SpaceMedia>();
+  std::map<uint32_t, uint32_t> instanceOf;  // by placement
+  for (uint32_t i = 0; i < world.world->instanceCount(); ++i) instanceOf.emplace(world.world->instance(i).user, i);
+  std::map<const geometry::Mesh*, uint32_t> geometryOf;
+  for (uint32_t g = 0; g < world.world->geometryCount(); ++g) geometryOf.emplace(&world.world->mesh(g), g);
+
+  std::vector<trace::ShapeInput> shapes;
+  std::vector<trace::PartInput> parts;
+  std::vector<trace::PlacementInput> placements;
+  std::vector<bool> needsShading;
+  for (const uint32_t k : filled) {
+    const trace::PlacementInput& placed = flat->placements[k];
+    const uint32_t shape = flat->parts[placed.part].shapes[0];
+    const scene::Primitive& p = *flat->shapes[shape].primitive;
+    const geometry::Mesh& mesh = *meshes[shape];
+    const auto geometry = geometryOf.find(&mesh);
+    const auto instance = instanceOf.find(k);
+    if (mesh.isStrand() || mesh.indices.empty() || geometry == geometryOf.end() || instance == instanceOf.end()) {
+      if (mesh.isStrand())
+        tools.diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' encloses no space for its medium",
+                                  "it is left out", "curves and points have no inside");
+      continue;
+    }
+    const uint32_t index = uint32_t(media->media.size());
+    shade::SpaceMedium& m = media->media.emplace_back();
+    m.name = flat->infos[k].name.empty() ? p.name() : flat->infos[k].name;
+    m.instance = instance->second;
+    m.geometry = geometry->second;
+    m.visibility = placed.visibility;
+    m.side = volumeOf(mesh) < 0 ? -1.f : 1.f;
+    const uint32_t material = world.placements[k].material;
+    const shade::Program& program = world.materials->program((*world.materials)[material].program);
+    m.mayEmit = program.mediumFlags & kMediumMayEmit;
+    media->mayEmit |= m.mayEmit;
+    if (const scene::OtherPrimitive* volume = volumeOf(p)) Fields(p, *volume, tools).read(m);
+    const shade::MaterialSet::Extinction& e = world.materials->extinction(material);
+    m.isProduct = e.isProduct;
+    std::copy_n(e.factor, 3, m.factor);
+    for (float& f : m.factor) f = f > 0 && f < 1e30f ? f : 0.f;
+    const auto take = [&](const std::string& name, const volume::MediumField*& field) {
+      if (name.empty()) return;
+      const auto it = m.fields.find(name);
+      if (it != m.fields.end())
+        field = &it->second;
+      else
+        m.isProduct = false;  // a primvar of the object, or nothing
+    };
+    take(e.number, m.number);
+    take(e.color, m.color);
+    float low[3], high[3];
+    int cells[3] = {1, 1, 1};
+    for (int c = 0; c < 3; ++c) {
+      low[c] = float(mesh.bounds.min[c]);
+      high[c] = float(mesh.bounds.max[c]);
+    }
+    const bool isOne = m.isProduct && !m.number && !m.color;
+    if (!isOne) cellsOf(low, high, cells);
+    m.majorants = volume::Majorants(low, high, cells);
+    needsShading.push_back(!m.isProduct);
+    media->ofInstance.emplace(m.instance, index);
+
+    trace::PartInput part;
+    part.key = index + 1;
+    part.instanced = true;  // the mesh stays where it is: others have it too
+    part.shapes = {index};
+    parts.push_back(part);
+    trace::ShapeInput input;
+    input.key = index + 1;
+    input.mesh = meshes[shape];
+    shapes.push_back(std::move(input));
+    trace::PlacementInput place = placed;
+    place.part = index;
+    place.visibility = 15;
+    place.member = {};
+    placements.push_back(std::move(place));
+  }
+  if (media->media.empty()) return nullptr;
+  trace::BuildOptions options;
+  options.shutterOpen = tools.camera.shutterOpen;
+  options.shutterClose = tools.camera.shutterClose;
+  options.watertight = true;
+  trace::BuildCounters counters;
+  media->boundaries =
+      trace::World::build(std::move(shapes), std::move(parts), std::move(placements), options, nullptr, counters);
+
+  made_ = media;
+  use(world);
+  for (uint32_t i = 0; i < media->media.size(); ++i) {
+    shade::SpaceMedium& m = media->media[i];
+    if (needsShading[i])
+      boundByShading(m, i, world, tools.stop);
+    else
+      boundByFields(m);
+    const uint32_t placement = world.world->instance(m.instance).user;
+    const float said = world.materials->extinction(world.placements[placement].material).most;
+    // what glows is looked for even where it is clear
+    const scene::Matrix toRender = flat->placements[placement].toRender.at(tools.camera.middle());
+    const Imath::V3d extent = world.world->mesh(m.geometry).bounds.size();
+    double longest = 0;
+    for (int k = 0; k < 3; ++k) {
+      Imath::V3d axis(0, 0, 0), moved;
+      axis[k] = extent[k];
+      toRender.multDirMatrix(axis, moved);
+      longest = std::max(longest, moved.length());
+    }
+    const float least = m.mayEmit && longest > 0 ? float(8 / longest) : 0.f;
+    for (size_t cell = 0; cell < m.majorants.count(); ++cell) {
+      float& most = m.majorants[cell];
+      if (said >= 0) most = std::min(most, said);
+      most = std::max(most, least);
+    }
+  }
+  return made_;
+}
+
+void SpaceMediaStage::use(shade::ShadingWorld& world) const {
+  world.space = made_;
+  if (!made_) return;
+  for (const shade::SpaceMedium& m : made_->media)
+    for (const auto& [name, field] : m.fields) {
+      uint32_t& width = world.primvarWidths[name];
+      width = std::max(width, uint32_t(field.components()));
+    }
+}
+
+}  // namespace kinora::render

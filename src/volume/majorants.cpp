@@ -1,0 +1,53 @@
+#include "volume/majorants.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinora::volume {
+
+Majorants::Majorants(const float low[3], const float high[3], const int cells[3]) {
+  size_t count = 1;
+  for (int k = 0; k < 3; ++k) {
+    n_[k] = std::max(cells[k], 1);
+    low_[k] = low[k];
+    size_[k] = std::max((high[k] - low[k]) / float(n_[k]), 1e-30f);
+    count *= size_t(n_[k]);
+  }
+  most_.assign(count, 0.f);
+}
+
+void Majorants::boundsOf(size_t cell, float low[3], float high[3]) const {
+  const size_t at[3] = {cell % size_t(n_[0]), cell / size_t(n_[0]) % size_t(n_[1]),
+                        cell / (size_t(n_[0]) * size_t(n_[1]))};
+  for (int k = 0; k < 3; ++k) {
+    low[k] = low_[k] + float(at[k]) * size_[k];
+    high[k] = low_[k] + float(at[k] + 1) * size_[k];
+  }
+}
+
+float Majorants::largest() const { return *std::max_element(most_.begin(), most_.end()); }
+
+float Majorants::at(const float o[3], const float d[3], float t, float& end) const {
+  if (most_.size() == 1) return most_[0];
+  size_t cell = 0;
+  float nearest = end;
+  for (int k = 2; k >= 0; --k) {
+    // a ray on the border of two cells is in the one that it goes to
+    const float x = (o[k] + d[k] * t - low_[k]) / size_[k];
+    const float last = float(n_[k] - 1);
+    float at = std::floor(x);
+    if (d[k] < 0 && at == x) at -= 1;
+    at = std::clamp(at, 0.f, last);
+    cell = cell * size_t(n_[k]) + size_t(at);
+    // beyond the box the outermost cells go on
+    const float border = d[k] > 0 ? at + 1 : at;
+    if (d[k] == 0 || (d[k] > 0 ? at == last : at == 0.f)) continue;
+    nearest = std::min(nearest, (low_[k] + border * size_[k] - o[k]) / d[k]);
+  }
+  // rounding must not keep it where it is
+  const float least = t + std::max(std::fabs(t) * 1e-6f, 1e-30f);
+  end = std::max(nearest, std::min(end, least));
+  return most_[cell];
+}
+
+}  // namespace kinora::volume

@@ -1,0 +1,77 @@
+#include "volume/medium_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinora::volume {
+
+MediumField::MediumField(const float bound[6], const int points[3], const float* values, int components)
+    : component_(-1) {
+  GridShape shape;
+  shape.channels = components;
+  shape.worldToIndex[15] = 1;
+  for (int k = 0; k < 3; ++k) {
+    shape.size[k] = points[k];
+    const double extent = double(bound[2 * k + 1]) - double(bound[2 * k]);
+    const double scale = points[k] > 1 && extent > 0 ? double(points[k] - 1) / extent : 0;
+    shape.worldToIndex[5 * k] = scale;
+    shape.worldToIndex[12 + k] = -double(bound[2 * k]) * scale;
+    how_.wrap[k] = VoxelWrap::Clamp;
+  }
+  own_ = std::make_shared<VoxelGrid>(shape);
+  grid_ = own_.get();
+  constexpr int kSide = GridShape::kSide;
+  uint64_t number = 0;
+  for (int z = 0; z < points[2]; z += kSide)
+    for (int y = 0; y < points[1]; y += kSide)
+      for (int x = 0; x < points[0]; x += kSide) {
+        float* const brick = own_->addBrick(number++);
+        std::fill_n(brick, GridShape::kVoxels * components, 0.f);
+        for (int k = z; k < std::min(z + kSide, points[2]); ++k)
+          for (int j = y; j < std::min(y + kSide, points[1]); ++j)
+            for (int i = x; i < std::min(x + kSide, points[0]); ++i)
+              for (int c = 0; c < components; ++c) {
+                const float v = values[((size_t(k) * points[1] + j) * points[0] + i) * components + c];
+                brick[((i - x) + (j - y) * 8 + (k - z) * 64) * components + c] = std::isfinite(v) ? v : 0.f;
+              }
+      }
+}
+
+void MediumField::at(const float object[3], float* out) const {
+  double index[3];
+  grid_->toIndex(object, index);
+  if (component_ < 0) {
+    grid_->lookUp(index, how_, out);
+    return;
+  }
+  float v[3] = {};
+  grid_->lookUp(index, how_, v);
+  *out = v[component_];
+}
+
+float MediumField::most(const float low[3], const float high[3]) const {
+  double from[3], to[3];
+  for (int corner = 0; corner < 8; ++corner) {
+    float p[3];
+    for (int k = 0; k < 3; ++k) p[k] = corner >> k & 1 ? high[k] : low[k];
+    double index[3];
+    grid_->toIndex(p, index);
+    for (int k = 0; k < 3; ++k) {
+      from[k] = corner ? std::min(from[k], index[k]) : index[k];
+      to[k] = corner ? std::max(to[k], index[k]) : index[k];
+    }
+  }
+  float least[3], largest[3];
+  grid_->extremes(from, to, how_, least, largest);
+  if (component_ >= 0) return largest[component_];
+  return *std::max_element(largest, largest + grid_->shape().channels);
+}
+
+float MediumField::voxelSize() const {
+  const double* m = grid_->shape().worldToIndex;
+  const double volume = std::fabs(m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                                  m[2] * (m[4] * m[9] - m[5] * m[8]));
+  return volume > 0 ? float(1 / std::cbrt(volume)) : INFINITY;
+}
+
+}  // namespace kinora::volume

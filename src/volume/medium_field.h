@@ -1,0 +1,34 @@
+// One number or colour of a medium over the object space of its primitive: a grid of a file, or the voxels that a
+// Volume request brings. Read by shade/ on any thread, made by render/; it knows no scene.
+#pragma once
+#include <memory>
+#include <utility>
+
+#include "volume/voxel_grid.h"
+
+namespace kinora::volume {
+
+class MediumField {
+ public:
+  // A grid that outlives the field; `component`: of its numbers, -1: all of them. Outside of its box there is nothing.
+  explicit MediumField(const VoxelGrid* grid, int component = -1) : grid_(grid), component_(component) {}
+  // Values at the corners of nx * ny * nz points that divide a box of object space evenly, x fastest; `components` of
+  // each, 1 or 3. One point along an axis holds for all of it. Throws as VoxelGrid does.
+  MediumField(const float bound[6], const int points[3], const float* values, int components);
+
+  int components() const { return component_ < 0 ? grid_->shape().channels : 1; }
+  // components() numbers.
+  void at(const float object[3], float* out) const;
+  // Within a box of object space: the largest that at() gives of any component.
+  float most(const float low[3], const float high[3]) const;
+  // The side of a voxel in object space, about.
+  float voxelSize() const;
+
+ private:
+  std::shared_ptr<VoxelGrid> own_;
+  const VoxelGrid* grid_;
+  int component_;
+  VoxelLookup how_;
+};
+
+}  // namespace kinora::volume

@@ -1,0 +1,292 @@
+// Media that fill space, against closed forms and quadrature: transmittance of even and uneven media by channel, to
+// the camera and to shadows; emission; light scattered once from a point light; what a half space reflects
+// (Chandrasekhar's H function); furnaces of media that lose nothing, whatever their density, shape and overlap; and
+// the roads to one answer: fields by name, by network, as solids of other requests. Misses: grids of files
+// (media_files_test), moving media, other integrators.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/render_scene.h"
+#include "truth/scenes.h"
+
+namespace kinora::tests {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::string numbers(std::initializer_list<double> list) {
+  std::string out = "[";
+  for (const double x : list) out += std::to_string(x) + " ";
+  return out + "]";
+}
+std::string medium(const std::string& parameters) { return "Bxdf \"PxrVolume\" \"m\" " + parameters + "\n"; }
+// From x = y = -3 to 3, and z as said.
+std::string box(double from, double to, const std::string& more = "[0 0 0]") {
+  return "Volume \"box\" " + numbers({-3, 3, -3, 3, from, to}) + " " + more + "\n";
+}
+const char* const kSky = "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n";
+
+image::Image picture(const std::string& rib, const std::string& channel = "Ci") {
+  RenderRequest r;
+  r.rib = rib;
+  SceneRender render(r);
+  EXPECT_TRUE(render.ok());
+  if (!render.ok()) return {};
+  for (const std::string& m : render.messages()) ADD_FAILURE() << m;
+  return render.channel(channel);
+}
+std::string absorbing(const std::string& color, const std::string& more = "") {
+  return medium("\"color diffuseColor\" [0 0 0] \"color densityColor\" " + color + " " + more);
+}
+
+// A white floor that looks at the sun and the camera alike, through what only light sees.
+std::string floorInTheSun(const std::string& between, int samples) {
+  return orthographic(32, 0.5, samples) + unbiased(0) +
+         "WorldBegin\nAttributeBegin Rotate 180 1 0 0\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] "
+         "\"float angleExtent\" [0]\nAttributeEnd\nAttributeBegin Attribute \"visibility\" \"int camera\" [0]\n" +
+         between +
+         "AttributeEnd\nBxdf \"PxrDiffuse\" \"floor\" \"color diffuseColor\" [1 1 1]\n"
+         "Polygon \"P\" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]\nWorldEnd\n";
+}
+
+TEST(Media, LetThroughWhatBeerAndLambertSay) {
+  // to the camera, by chance; and alpha is the rest
+  const std::string scene = orthographic(32, 0.5, 64) + unbiased(2) + "WorldBegin\n" + kSky +
+                            absorbing("[0.2 0.7 2]") + box(2, 3.5) + "WorldEnd\n";
+  const image::Image seen = picture(scene);
+  const double sigma[3] = {0.2, 0.7, 2};
+  double all = 0;
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_MEAN(overPixels(seen, c), std::exp(-1.5 * sigma[c]), 0.006);
+    all += std::exp(-1.5 * sigma[c]) / 3;
+  }
+  const auto alpha = overPixels(picture(orthographic(32, 0.5, 64) + unbiased(2) + "WorldBegin\n" +
+                                            absorbing("[0.2 0.7 2]") + box(2, 3.5) + "WorldEnd\n",
+                                        "a"));
+  EXPECT_MEAN(alpha, 1 - all, 0.006);
+}
+
+TEST(Media, ShadowsOfEvenMediaAreExact) {
+  const image::Image seen = picture(floorInTheSun(absorbing("[0.2 0.7 2]") + box(2, 3.5), 16)),
+                     bare = picture(floorInTheSun("", 16));
+  const double sigma[3] = {0.2, 0.7, 2};
+  for (int c = 0; c < 3; ++c) {
+    ASSERT_GT(overPixels(bare, c).mean(), 0.1);
+    EXPECT_NEAR(overPixels(seen, c).mean() / overPixels(bare, c).mean(), std::exp(-1.5 * sigma[c]), 2e-5);
+  }
+}
+
+// A ramp of density from 0 to 2 along the way, of mean 1: by field, by field through a network, and as factor of a
+// colour. All the same as an even medium.
+TEST(Media, UnevenMediaTakeWhatTheirMeanTakes) {
+  const std::string ramp =
+      "[2 2 9] \"varying float density\" " +
+      numbers({0, 0, 0,    0,    .25,  .25,  .25, .25, .5,  .5,  .5,   .5,   .75,  .75,  .75, .75, 1, 1,
+               1, 1, 1.25, 1.25, 1.25, 1.25, 1.5, 1.5, 1.5, 1.5, 1.75, 1.75, 1.75, 1.75, 2,   2,   2, 2});
+  const std::string network =
+      "Pattern \"PxrPrimvar\" \"p\" \"string varname\" [\"density\"] \"string type\" [\"float\"]\n";
+  const double expected = std::exp(-1.5), bare = overPixels(picture(floorInTheSun("", 16))).mean();
+  for (const std::string& material :
+       {absorbing("[1 1 1]", "\"string densityFloatPrimVar\" [\"density\"]"),
+        network + absorbing("[1 1 1]", "\"reference float densityFloat\" [\"p:resultF\"]"),
+        absorbing("[1 1 1]", "\"string densityColorPrimVar\" [\"density\"]")}) {
+    const image::Image direct = picture(orthographic(32, 0.5, 64) + unbiased(2) + "WorldBegin\n" + kSky + material +
+                                        box(2, 3.5, ramp) + "WorldEnd\n");
+    EXPECT_MEAN(overPixels(direct), expected, 0.006) << material;
+    const image::Image shadow = picture(floorInTheSun(material + box(2, 3.5, ramp), 64));
+    EXPECT_MEAN(overPixels(shadow), expected * bare, 0.006 * bare) << material;
+  }
+}
+
+TEST(Media, GlowAsTheirDepthAllows) {
+  for (const double sigma : {0.0, 0.5, 3.0}) {
+    const double d = 1.5, thick = sigma > 0 ? (1 - std::exp(-sigma * d)) / sigma : d;
+    const image::Image seen = picture(
+        orthographic(32, 0.5, 64) + unbiased(2) + "WorldBegin\n" +
+        absorbing("[1 1 1]", "\"float densityFloat\" [" + std::to_string(sigma) + "] \"color emitColor\" [0.5 1 2]") +
+        box(2, 3.5) + "WorldEnd\n");
+    for (int c = 0; c < 3; ++c)
+      EXPECT_MEAN(overPixels(seen, c), std::array{0.5, 1., 2.}[size_t(c)] * thick,
+                  0.01 * thick * std::array{0.5, 1., 2.}[size_t(c)]);
+  }
+}
+
+double henyeyGreenstein(double g, double cosine) {
+  return (1 - g * g) / (4 * kPi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+}
+
+// Along z from 2 to 6, a point light at (h, 0, 4): the integral of what it sends to the eye.
+TEST(Media, ScatterAPointLightOnceAsQuadratureSays) {
+  constexpr double h = 0.8, albedo = 0.7;
+  for (const double sigma : {0.3, 1.5})
+    for (const double g : {0.0, 0.6, -0.4}) {
+      double expected = 0;
+      constexpr int kSteps = 20000;
+      for (int k = 0; k < kSteps; ++k) {
+        const double z = 2 + 4 * (k + 0.5) / kSteps, dz = 4 - z, r2 = h * h + dz * dz, r = std::sqrt(r2);
+        // light arrives along (z - 4, -h) / r and leaves along -z
+        const double cosine = -(z - 4) / r;
+        expected += sigma * albedo * henyeyGreenstein(g, cosine) * std::exp(-sigma * (z - 2 + r)) / r2 * 4 / kSteps;
+      }
+      RenderRequest r;
+      r.rib = orthographic(16, 0.004, 1024) + unbiased(1) +
+              "WorldBegin\nAttributeBegin Translate 0.8 0 4\nLight \"PointLight\" \"l\" \"float intensity\" "
+              "[1]\nAttributeEnd\n" +
+              medium("\"color diffuseColor\" [0.7 0.7 0.7] \"float densityFloat\" [" + std::to_string(sigma) +
+                     "] \"float anisotropy\" [" + std::to_string(g) + "]") +
+              box(2, 6) + "WorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      // the light's own radiant intensity, from a plane that it shines on head on
+      RenderRequest plain;
+      plain.rib = orthographic(16, 0.004, 16) + unbiased(0) +
+                  "WorldBegin\nAttributeBegin Translate 0 0 4\nLight \"PointLight\" \"l\" \"float intensity\" "
+                  "[1]\nAttributeEnd\nBxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]\n"
+                  "Polygon \"P\" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]\nWorldEnd\n";
+      SceneRender floor(plain);
+      ASSERT_TRUE(floor.ok());
+      const double intensity = overPixels(floor.channel("Ci")).mean() * kPi;
+      const auto m = overPixels(render.channel("Ci"));
+      EXPECT_MEAN(m, expected * intensity, 0.02 * expected * intensity) << "sigma " << sigma << " g " << g;
+    }
+}
+
+// Of an isotropic half space under an even sky: 1 - sqrt(1 - albedo) H(mu) (Chandrasekhar 1960, section 85).
+// H(mu) = 1 / (sqrt(1 - albedo) + albedo / 2 integral of x H(x) / (mu + x) over 0..1), by iteration from 1.
+double hFunction(double albedo, double mu) {
+  constexpr int kNodes = 400;
+  std::vector<double> h(kNodes, 1.0);
+  const auto at = [&](double m) {
+    double sum = 0;
+    for (int k = 0; k < kNodes; ++k) {
+      const double x = (k + 0.5) / kNodes;
+      sum += x * h[size_t(k)] / (m + x);
+    }
+    return 1 / (std::sqrt(1 - albedo) + albedo / 2 * sum / kNodes);
+  };
+  for (int round = 0; round < 60; ++round) {
+    std::vector<double> next(kNodes);
+    for (int k = 0; k < kNodes; ++k) next[size_t(k)] = at((k + 0.5) / kNodes);
+    h = next;
+  }
+  return at(mu);
+}
+TEST(Media, AHalfSpaceReflectsWhatChandrasekharSays) {
+  for (const double albedo : {0.5, 0.9})
+    for (const double degrees : {0.0, 60.0}) {
+      const double mu = std::cos(degrees * kPi / 180);
+      RenderRequest r;
+      r.rib = orthographic(32, 0.5, 64) + unbiased(400) + "WorldBegin\n" + kSky +
+              medium("\"color diffuseColor\" " + numbers({albedo, albedo, albedo}) + " \"int multiScatter\" [1]") +
+              "Translate 0 0 40\nRotate " + std::to_string(degrees) +
+              " 1 0 0\nVolume \"box\" [-900 900 -900 900 0 60] [0 0 0]\nWorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      const double expected = 1 - std::sqrt(1 - albedo) * hFunction(albedo, mu);
+      EXPECT_MEAN(overPixels(render.channel("Ci")), expected, 0.005) << "albedo " << albedo << " at " << degrees;
+    }
+}
+
+TEST(Media, OfAlbedoOneVanish) {
+  const std::string white = "\"color diffuseColor\" [1 1 1] \"int multiScatter\" [1] ";
+  const std::string ball = "AttributeBegin Translate 0 0 5 Sphere 1 -1 1 360 AttributeEnd\n";
+  const std::string cells = "[3 2 2] \"varying float density\" [0 1 9 4 0 2 5 3 0 1 0 7]";
+  for (const auto& [name, scene] : std::vector<std::pair<std::string, std::string>>{
+           {"thin", medium(white) + ball},
+           {"dense", medium(white + "\"float densityFloat\" [8]") + ball},
+           {"channels apart", medium(white + "\"color densityColor\" [0.5 2 5]") + ball},
+           {"two lobes",
+            medium(white + "\"float anisotropy\" [0.8] \"float anisotropy2\" [-0.6] \"float blendFactor\" [0.4]") +
+                ball},
+           {"inside out", "ReverseOrientation\n" + medium(white + "\"float densityFloat\" [3]") + ball},
+           {"uneven", medium(white + "\"string densityFloatPrimVar\" [\"density\"]") +
+                          "Volume \"box\" [-1 1 -1 1 4 6] " + cells + "\n"},
+           {"overlap", medium(white + "\"color densityColor\" [0.5 2 5]") + ball +
+                           medium(white + "\"string densityFloatPrimVar\" [\"density\"]") +
+                           "Volume \"box\" [-0.5 0.7 -1 1 4 6] " + cells +
+                           "\nVolume \"ellipsoid\" [-1 0.4 -0.5 1 4.5 7] [0 0 0]\n"},
+           {"moving", medium(white + "\"float densityFloat\" [3]") +
+                          "AttributeBegin MotionBegin [0 1] Translate 0 0 5 Translate 0.7 0 5 MotionEnd Sphere 1 -1 "
+                          "1 360 AttributeEnd\n"},
+           {"scaled and sheared",
+            medium(white + "\"string densityFloatPrimVar\" [\"density\"]") +
+                "AttributeBegin Translate 0 0 5 Rotate 30 1 1 0 Scale 2 0.7 1 Volume \"box\" [-0.5 0.5 -1 1 -1 1] " +
+                cells + " AttributeEnd\n"},
+           {"around the camera", medium(white) + "Sphere 4 -4 4 360\n"}}) {
+    RenderRequest r;
+    r.rib =
+        orthographic(24, 0.7, 64) + "Shutter 0 1\n" + unbiased(600) + "WorldBegin\n" + kSky + scene + "WorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    const image::Image seen = render.channel("Ci");
+    for (int c = 0; c < 3; ++c) {
+      const auto m = overPixels(seen, c);
+      EXPECT_NEAR(m.mean(), 1, 0.005 + 3 * m.standardError())
+          << name << "; picture: " << SceneRender::keep(seen, "media");
+      EXPECT_LT(m.standardError(), 0.004) << name;
+    }
+  }
+}
+
+TEST(Media, ScatterOnceUnlessTheySayOtherwise) {
+  const auto mean = [](const char* more) {
+    return overPixels(
+               picture(orthographic(24, 0.5, 64) + unbiased(60) + "WorldBegin\n" + kSky +
+                       medium(std::string("\"color diffuseColor\" [1 1 1] \"float densityFloat\" [2] ") + more) +
+                       "AttributeBegin Translate 0 0 5 Sphere 1 -1 1 360 AttributeEnd\nWorldEnd\n"))
+        .mean();
+  };
+  const double once = mean(""), often = mean("\"int multiScatter\" [1]");
+  EXPECT_NEAR(often, 1, 0.01);
+  EXPECT_LT(once, 0.7);
+  EXPECT_GT(once, 0.1);
+}
+
+// What only takes light away for an integrator that does not scatter in media.
+TEST(Media, DimForIntegratorsThatKnowNoScattering) {
+  const image::Image seen = picture(
+      orthographic(32, 0.5, 64) +
+      "Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [2] \"float clampLuminance\" [1e30]\nWorldBegin\n" +
+      kSky + absorbing("[0.2 0.7 2]") + box(2, 3.5) + "WorldEnd\n");
+  const double sigma[3] = {0.2, 0.7, 2};
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(overPixels(seen, c).mean(), std::exp(-1.5 * sigma[c]), 2e-5);
+}
+
+TEST(Media, BadInputIsToldAndBounded) {
+  const auto messages = [](const std::string& world, const char* code) {
+    RenderRequest r;
+    r.rib = orthographic(8, 0.5, 4) + unbiased(4) + "WorldBegin\n" + kSky + world + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok()) << world;
+    if (!render.ok()) return;
+    const image::Image seen = render.channel("Ci");
+    for (const float x : seen.pixels) EXPECT_TRUE(std::isfinite(x)) << world;
+    bool isTold = !*code;
+    for (const std::string& m : render.messages()) isTold |= m.find(code) != std::string::npos;
+    EXPECT_TRUE(isTold) << world << (render.messages().empty() ? "" : render.messages()[0]);
+  };
+  messages("Bxdf \"PxrDiffuse\" \"d\"\n" + box(2, 3), "MEDIUM-NONE");
+  messages(medium("") + "Volume \"box\" [0 0 0 1 0 1] [0 0 0]\n", "GEOM-VOLUME");
+  messages(medium("") + "Volume \"torus\" [-1 1 -1 1 2 3] [0 0 0]\n", "GEOM-VOLUME");
+  messages(medium("") + box(2, 3, "[2 2 2] \"varying float density\" [1 2 3]"), "MEDIUM-FIELD");
+  messages(medium("") + "Points \"P\" [0 0 3] \"constant float constantwidth\" [1]\n", "MEDIUM-OPEN");
+  messages(medium("\"float densityFloat\" [-4]") + box(2, 3), "");
+  messages(medium("\"float densityFloat\" [1e30]") + box(2, 3), "");
+  messages(medium("\"float densityFloat\" [1e12] \"int multiScatter\" [1]") + box(2, 3), "");
+  messages(medium("\"color diffuseColor\" [4 4 4] \"int multiScatter\" [1]") + box(2, 3), "");
+  messages(medium("\"string densityFloatPrimVar\" [\"nothing\"]") + box(2, 3), "");
+  messages(
+      medium("\"string densityFloatPrimVar\" [\"density\"]") + box(2, 3, "[1 1 1] \"varying float density\" [3]"),
+      "");
+  messages(medium("\"string densityFloatPrimVar\" [\"density\"] \"float maxDensity\" [0.5]") +
+               box(2, 3, "[2 1 1] \"varying float density\" [3 9]"),
+           "MEDIUM-BOUND");
+  // open, and a medium in itself
+  messages(medium("") + "Polygon \"P\" [-1 -1 3  1 -1 3  1 1 3  -1 1 3]\n" + box(2, 3) + box(2, 3), "");
+  messages(medium("") + "AttributeBegin Scale 1 1 0\n" + box(2, 3) + "AttributeEnd\n", "");
+}
+
+}  // namespace
+}  // namespace kinora::tests
