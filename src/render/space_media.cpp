@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 #include <variant>
 
@@ -17,7 +18,8 @@ namespace kinora::render {
 
 namespace {
 
-constexpr int kCells = 48, kMostPerCell = 6, kLeastPerCell = 3;  // of bounds along the longest side; points of a cell
+constexpr int kCells = 48;                                       // of bounds along the longest side
+constexpr int kCoarse = 3, kFine = 6;                            // points along a cell's side that are looked at
 constexpr uint32_t kPointsAtOnce = 1024;                         // of a context
 constexpr uint64_t kMostVoxels = uint64_t(1) << 30;              // of a request
 
@@ -72,11 +74,23 @@ class Fields {
         tools_.volumes.grid(file_, volume::gridByName(grid), "Volume at " + p_.pos.str());
     if (!found) {
       if (component >= 0) found = tools_.volumes.grid(file_, volume::gridByName(name), "Volume at " + p_.pos.str());
-      if (!found) return;
+      if (!found) return standIn(name, medium);
       medium.fields.emplace(name, volume::MediumField(found));
       return;
     }
     medium.fields.emplace(name, volume::MediumField(found, component < found->shape().channels ? component : -1));
+  }
+
+  // So that one sees where the volume would be: a mist that lets half of the light through, seen along its shortest
+  // side.
+  void standIn(const std::string& name, shade::SpaceMedium& medium) {
+    const std::vector<float> bound = volume_.args.getFloats("bound");
+    if (bound.size() != 6) return;
+    float shortest = INFINITY;
+    for (size_t k = 0; k < 3; ++k) shortest = std::min(shortest, bound[2 * k + 1] - bound[2 * k]);
+    const int one[3] = {1, 1, 1};
+    const float value = 0.7f / std::max(shortest, 1e-6f);
+    medium.fields.emplace(name, volume::MediumField(bound.data(), one, &value, 1));
   }
 
   void ofRequest(const scene::Parameter& v, shade::SpaceMedium& medium) {
@@ -150,67 +164,83 @@ void boundByFields(shade::SpaceMedium& m) {
   });
 }
 
-// Bounds by looking: the largest of a lattice over each cell and its neighbours, and a little more.
-void boundByShading(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world,
-                    const std::atomic<bool>* stop) {
-  float finest = INFINITY, low[3], high[3];
-  for (const auto& [name, field] : m.fields) finest = std::min(finest, field.voxelSize());
-  m.majorants.boundsOf(0, low, high);
-  const float side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  const int n = std::clamp(int(std::ceil(side / finest)) + 1, kLeastPerCell, kMostPerCell);
+// The largest extinctions over a lattice of n points along each side of the listed cells.
+void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world, int n,
+            const std::vector<uint32_t>& cells, const std::atomic<bool>* stop, std::vector<float>& seen) {
   const trace::Affine toRender = world.placements[world.world->instance(m.instance).user].renderToObject.inverse();
   const size_t perCell = size_t(n) * size_t(n) * size_t(n);
-  const size_t cellsAtOnce = std::max<size_t>(1, kPointsAtOnce / perCell);
-  std::vector<float> seen(m.majorants.count(), 0.f);
+  const size_t atOnce = std::max<size_t>(1, kPointsAtOnce / perCell);
   tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
-  tbb::parallel_for(size_t(0), (seen.size() + cellsAtOnce - 1) / cellsAtOnce, [&](size_t chunk) {
+  tbb::parallel_for(size_t(0), (cells.size() + atOnce - 1) / atOnce, [&](size_t chunk) {
     if (stop && stop->load(std::memory_order_relaxed)) return;
     const ShadingFloats floats;
     std::unique_ptr<shade::GroupState>& group = groups.local();
     if (!group) group = std::make_unique<shade::GroupState>(world);
     Arena& arena = group->arena();
     const ArenaScope memory(arena);
-    const size_t first = chunk * cellsAtOnce, last = std::min(first + cellsAtOnce, seen.size());
+    const size_t first = chunk * atOnce, last = std::min(first + atOnce, cells.size());
     const uint32_t count = uint32_t((last - first) * perCell), room = padded(count);
     const auto f = [&] { return arena.make<float>(room); };
     float *P[3] = {f(), f(), f()}, *time = f(), *found[3] = {f(), f(), f()};
     uint32_t at = 0;
-    for (size_t cell = first; cell < last; ++cell) {
+    for (size_t c = first; c < last; ++c) {
       float from[3], to[3];
-      m.majorants.boundsOf(cell, from, to);
+      m.majorants.boundsOf(cells[c], from, to);
       for (int z = 0; z < n; ++z)
         for (int y = 0; y < n; ++y)
           for (int x = 0; x < n; ++x) {
             const int step[3] = {x, y, z};
             float p[3], q[3];
-            for (int k = 0; k < 3; ++k)
-              p[k] = from[k] + (to[k] - from[k]) * (n > 1 ? float(step[k]) / float(n - 1) : 0.5f);
+            for (int k = 0; k < 3; ++k) p[k] = from[k] + (to[k] - from[k]) * float(step[k]) / float(n - 1);
             toRender.point(p, q);
             for (int k = 0; k < 3; ++k) P[k][at] = q[k];
             time[at++] = 0.5f;
           }
     }
     group->lookUpMedium(index, count, P, time, found, nullptr);
-    for (size_t cell = first; cell < last; ++cell)
+    for (size_t c = first; c < last; ++c)
       for (size_t k = 0; k < perCell; ++k)
         for (const float* x : found) {
-          const float v = x[(cell - first) * perCell + k];
-          if (v < 1e30f) seen[cell] = std::max(seen[cell], v);
+          const float v = x[(c - first) * perCell + k];
+          if (v < 1e30f) seen[cells[c]] = std::max(seen[cells[c]], v);
         }
   });
-  const int c[3] = {m.majorants.cells(0), m.majorants.cells(1), m.majorants.cells(2)};
-  constexpr float kMore = 1.1f;  // between the points of a lattice a pattern may be larger
-  tbb::parallel_for(0, c[2], [&](int z) {
+}
+
+// f(cell, largest of it and its neighbours, smallest of those) for each cell.
+template <class F>
+void forNeighbourhoods(const volume::Majorants& m, const std::vector<float>& seen, F&& f) {
+  const int c[3] = {m.cells(0), m.cells(1), m.cells(2)};
+  for (int z = 0; z < c[2]; ++z)
     for (int y = 0; y < c[1]; ++y)
       for (int x = 0; x < c[0]; ++x) {
-        float most = 0;
+        float most = 0, least = INFINITY;
         for (int dz = std::max(z - 1, 0); dz <= std::min(z + 1, c[2] - 1); ++dz)
           for (int dy = std::max(y - 1, 0); dy <= std::min(y + 1, c[1] - 1); ++dy)
-            for (int dx = std::max(x - 1, 0); dx <= std::min(x + 1, c[0] - 1); ++dx)
-              most = std::max(most, seen[(size_t(dz) * c[1] + dy) * c[0] + dx]);
-        m.majorants[(size_t(z) * c[1] + y) * c[0] + x] = most * kMore;
+            for (int dx = std::max(x - 1, 0); dx <= std::min(x + 1, c[0] - 1); ++dx) {
+              const float v = seen[(size_t(dz) * c[1] + dy) * c[0] + dx];
+              most = std::max(most, v);
+              least = std::min(least, v);
+            }
+        f((size_t(z) * c[1] + y) * c[0] + x, most, least);
       }
+}
+
+// Bounds by looking: coarsely everywhere, then finely where something changes. What a cell shows holds for its
+// neighbours too, and a little more.
+void boundByShading(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world,
+                    const std::atomic<bool>* stop) {
+  std::vector<float> seen(m.majorants.count(), 0.f);
+  std::vector<uint32_t> cells(seen.size());
+  std::iota(cells.begin(), cells.end(), 0u);
+  lookAt(m, index, world, kCoarse, cells, stop, seen);
+  cells.clear();
+  forNeighbourhoods(m.majorants, seen, [&](size_t cell, float most, float least) {
+    if (most > 1.2f * least) cells.push_back(uint32_t(cell));
   });
+  lookAt(m, index, world, kFine, cells, stop, seen);
+  constexpr float kMore = 1.15f;  // between the points of a lattice a pattern may be larger
+  forNeighbourhoods(m.majorants, seen, [&](size_t cell, float most, float) { m.majorants[cell] = kMore * most; });
 }
 
 }  // namespace

@@ -277,7 +277,7 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     o.args.set(arrayOf("type", std::vector<std::string>{text}, r.pos));
     o.args.set(arrayOf("bound", std::vector<float>(bound, bound + 6), r.pos));
     o.args.set(arrayOf("dimensions", std::vector<int>{int(dims[0]), int(dims[1]), int(dims[2])}, r.pos));
-    other(std::move(o));
+    p.shape = std::move(o);
   } else if (r.name == "Geometry") {
     OtherPrimitive o{r.name, {}};
     if (!c.string(text)) return bad("a name");

@@ -53,6 +53,7 @@ struct Track {
   float left;     // of the optical depth to the next tentative collision; below 0: not drawn yet
   float bound;    // at that collision, of all media together
   float w[3];     // the factors on its channels
+  float path[3];  // the same of its path before, which chances go by as well: else channels drift apart
   float even[3];  // optical depth of what is known exactly, for rays that are not scattered
   uint32_t count;
   Around around[kMostAtOnce];
@@ -160,7 +161,7 @@ class GroupState::Tracker {
       t.end = ends[s];
       t.left = -1;
       t.count = 0;
-      for (int k = 0; k < 3; ++k) t.w[k] = 1, t.even[k] = 0;
+      for (int k = 0; k < 3; ++k) t.w[k] = t.path[k] = 1, t.even[k] = 0;
       // what is left before it is entered was around the ray from the beginning
       for (uint32_t k = t.first; k < t.last; ++k) {
         bool isFirst = true;
@@ -423,7 +424,14 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
                  true);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
   uint32_t m = tracks.count();
-  for (uint32_t i = 0; i < m; ++i) open[i] = i;
+  for (uint32_t i = 0; i < m; ++i) {
+    open[i] = i;
+    Track& t = tracks[i];
+    float sum = 0;
+    for (int c = 0; list.throughput[c] && c < 3; ++c) sum += std::fabs(list.throughput[c][t.entry]);
+    if (sum > 0 && sum < 1e30f)
+      for (int c = 0; c < 3; ++c) t.path[c] = std::fabs(list.throughput[c][t.entry]) / sum;
+  }
   while (m) {
     const ArenaScope memory(arena_);
     uint32_t going = 0;
@@ -461,8 +469,8 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
       }
       float met = 0, missed = 0;
       for (int c = 0; c < 3; ++c) {
-        met += std::fabs(t.w[c]) * sum[c];
-        missed += std::fabs(t.w[c] * (t.bound - sum[c]));
+        met += t.path[c] * std::fabs(t.w[c]) * sum[c];
+        missed += t.path[c] * std::fabs(t.w[c] * (t.bound - sum[c]));
       }
       const float all = met + missed;
       if (!(all > 0)) {  // no channel is left
@@ -480,7 +488,7 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
       uint32_t which = t.count;
       for (uint32_t k = 0; k < t.count; ++k) {
         float own = 0;
-        for (int c = 0; c < 3; ++c) own += std::fabs(t.w[c]) * found.extinction[c][at + k];
+        for (int c = 0; c < 3; ++c) own += t.path[c] * std::fabs(t.w[c]) * found.extinction[c][at + k];
         if (!(own > 0)) continue;
         which = k;
         share = own;
