@@ -75,10 +75,10 @@ class PathLoop {
     }
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
+    if (sv_->mediaScatter) coverByMedia(n, live);  // before lights that the camera sees, which cover all
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     collectGlow(0, 1, n, live);
     applyMedium(n, live);
-    if (sv_->mediaScatter) coverByMedia(n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
     const uint32_t count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
@@ -184,7 +184,7 @@ class PathLoop {
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t s = live[i];
       const float through = (medium_[0][s] + medium_[1][s] + medium_[2][s]) * (1.f / 3.f);
-      if (g_->paths.hits.t[s] < 3e38f || through == 1.f) continue;
+      if (g_->paths.hits.t[s] < 3e38f || through > 0.9999f) continue;
       slot[m] = s;
       alpha[m++] = 1.f - through;
     }

@@ -365,8 +365,11 @@ void checkPairs(Judge& judge, const BxdfCase& c, uint64_t seed, bool outside) {
 
   // lobes declared reflecting or transmitting, slot by slot
   bool reflects[kMaxSlots] = {}, transmits[kMaxSlots] = {};
-  for (uint32_t l = 0; l < bxdf.context().lobeCount; ++l)
-    (c.traits.lobes[l].flags & kLobeTransmit ? transmits : reflects)[bxdf.context().slotOfLobe[l]] = true;
+  for (uint32_t l = 0; l < bxdf.context().lobeCount; ++l) {
+    const uint32_t flags = c.traits.lobes[l].flags, slot = bxdf.context().slotOfLobe[l];
+    if ((flags & kLobeTransmit) || c.fillsSpace) transmits[slot] = true;
+    if (!(flags & kLobeTransmit)) reflects[slot] = true;
+  }
   Evaluation all(n);
   for (uint32_t i = 0; i < n; ++i) all.set(i, i & 1 ? uniformDirection(r) : wi[i]);
   bxdf.evaluate(all);

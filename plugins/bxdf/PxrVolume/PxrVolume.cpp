@@ -31,7 +31,9 @@ constexpr Param kParams[] = {
     param::color("densityColor", 1.f).help("Factor on the extinction, by channel: colours shadows."),
     param::number("extinctionDistance", 0.f)
         .help("Not 0: the extinction is constant, and a way of this length lets 5 % of the light through."),
-    param::number("anisotropy", 0.f).range(-1, 1).help("Mean cosine of scattering: 1 forward, 0 even, -1 backward."),
+    param::number("anisotropy", 0.f)
+        .range(-1, 1)
+        .help("Mean cosine of scattering: 1 forward (taken as .99), 0 even, -1 backward."),
     param::number("anisotropy2", 0.f).range(-1, 1).help("The same of a second lobe."),
     param::number("blendFactor", 0.f).range(0, 1).help("Share of the second lobe."),
     param::integer("multiScatter", 0)
@@ -130,14 +132,16 @@ struct PxrVolume {
   template <int W>
   static KN_INLINE Float<W> usable(Float<W> g) {
     using F = Float<W>;
-    return select(abs(g) < F(1e-3f), F(0.f), clamp(g, F(-0.999f), F(0.999f)));
+    return select(abs(g) < F(1e-3f), F(0.f), clamp(g, F(-0.99f), F(0.99f)));
   }
+  // Halves of the squared distances from wi to where light goes on straight, and to where it goes back: 1 - cosine and
+  // 1 + cosine, of which a difference of cosines would lose the peak.
   template <int W>
-  static KN_INLINE Float<W> phase(Float<W> g, Float<W> cosine) {
+  static KN_INLINE Float<W> phase(Float<W> g, Float<W> ahead, Float<W> back) {
     using F = Float<W>;
-    const F g2 = g * g;
-    const F d = max(F(1.f) + g2 - F(2.f) * g * cosine, F(1e-7f));
-    return F(0.25f * kInvPi) * (F(1.f) - g2) / (d * sqrt(d));
+    const F a = abs(g), one = F(1.f) - a;
+    const F d = max(one * one + F(2.f) * a * select(g < F(0.f), back, ahead), F(1e-7f));
+    return F(0.25f * kInvPi) * (F(1.f) - g * g) / (d * sqrt(d));
   }
 
   template <int W>
@@ -154,12 +158,10 @@ struct PxrVolume {
       g2 = isTwo ? usable(loadFloat<W>(k.g2, s.at)) : g;
       blend = isTwo ? clamp(loadFloat<W>(k.blend, s.at), F(0.f), F(1.f)) : F(0.f);
     }
-    KN_INLINE Float<W> density(Float<W> cosine) const {
-      const Float<W> first = phase(g, cosine);
-      return isTwo ? first + blend * (phase(g2, cosine) - first) : first;
-    }
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
-      out.pdf = out.pdfReverse = density(-dot(wo, wi));
+      const Float<W> half(0.5f), ahead = half * dot(wo + wi, wo + wi), back = half * dot(wo - wi, wo - wi);
+      const Float<W> first = phase(g, ahead, back);
+      out.pdf = out.pdfReverse = isTwo ? first + blend * (phase(g2, ahead, back) - first) : first;
       out.add(0, scattered * out.pdf);
     }
     KN_INLINE void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const {
