@@ -407,6 +407,10 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-FIELD",
      "A Volume request brings numbers for its voxels, and their count is neither that of its points nor three times "
      "that. The field is left out."},
+    {"MEDIUM-INTEGRATOR",
+     "The scene has fog, smoke or another medium, and its integrator cannot follow light that is scattered there. "
+     "Media "
+     "absorb what they would scatter, and what they emit is missing. PxrPathTracer and PxrDirectLighting can."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},

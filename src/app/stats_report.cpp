@@ -127,6 +127,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
     if (const uint64_t own = raysOf(s, StageTime(i))) stage["nanoseconds_per_own_ray"] = time / double(own);
   }
   j["stages"] = stages;
+  j["media"] = {{"rays", s.mediaRays}, {"lookups", s.mediaLookups}};
   j["lane_use"] = {
       {"first_hit", asJson(s.lanesAt[0])}, {"deeper", asJson(deeperLanes(s))}, {"queries", asJson(s.lanesQueries)}};
   Json depths = Json::array();
@@ -245,6 +246,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        s.indirectRays, s.shadowRays, s.lightRays, ratio(double(rays), double(s.samples)),
        ratio(double(rays), s.renderSeconds));
   line("  hits: camera {}, indirect {}", s.cameraHits, s.indirectHits);
+  if (s.mediaRays)
+    line("  through media {}, each asking {:.1f} places what is there", s.mediaRays,
+         ratio(double(s.mediaLookups), double(s.mediaRays)));
   line("");
   line("Lane use (active of possible lanes)");
   line("  first hit {:.3f}, deeper hits {:.3f}, presence and clear shadows {:.3f}", share(s.lanesAt[0]),

@@ -324,6 +324,11 @@ struct Renderer::Impl {
 
   // A picture without any light is seldom what was meant, and the messages before it do not always say why.
   void warnOfMedia() {
+    const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
+    if (builder.world().space && !(traits && traits->scattersInMedia))
+      diagnostics.warning("MEDIUM-INTEGRATOR", {},
+                          std::string(integrator.plugin()->name) + " knows no scattering in media",
+                          "they only take light away", "Integrator \"PxrPathTracer\" follows light through them");
     if (stats.mediaExcess > 1.01f) {
       char factor[32];
       std::snprintf(factor, sizeof factor, "%.3g", double(stats.mediaExcess));
