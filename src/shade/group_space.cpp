@@ -428,7 +428,7 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
     open[i] = i;
     Track& t = tracks[i];
     float sum = 0;
-    for (int c = 0; list.throughput[c] && c < 3; ++c) sum += std::fabs(list.throughput[c][t.entry]);
+    for (int c = 0; c < 3 && list.throughput[c]; ++c) sum += std::fabs(list.throughput[c][t.entry]);
     if (sum > 0 && sum < 1e30f)
       for (int c = 0; c < 3; ++c) t.path[c] = std::fabs(list.throughput[c][t.entry]) / sum;
   }
@@ -497,9 +497,24 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
       }
       const float pick = share / met * chance * t.bound;
       for (int c = 0; c < 3; ++c) transmittance[c][t.entry] *= t.w[c] * found.extinction[c][at + which] / pick;
+      absorbUntil(list, t.entry, t.t, transmittance);
       setMediumHit(hits, t.entry, space.media[t.around[which].medium], t.t);
     }
     m = going;
+  }
+}
+
+// A ray inside an absorbing object lost light as far as its surface; it ends before. (One that passed surfaces on the
+// way keeps what it lost up to the last of them.)
+void GroupState::absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const {
+  const ListHost& host = ListHost::of(list);
+  if (!host.left.media || !host.left.media[entry]) return;
+  const float* a = media_[media_.filling(host.left.media[entry])].absorption;
+  for (int c = 0; c < 3; ++c) {
+    const float whole = host.absorbed[c][entry];
+    if (whole != beerLambert(a[c], host.surfaceT[entry])) continue;
+    // what is left of the path's factor when that is taken out; nothing came as far where it is 0
+    transmittance[c][entry] = whole > 0 ? transmittance[c][entry] / whole * beerLambert(a[c], t) : 0.f;
   }
 }
 

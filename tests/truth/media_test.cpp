@@ -234,6 +234,55 @@ TEST(Media, OfAlbedoOneVanish) {
   }
 }
 
+// Smoke in a ball of glass: nothing is lost of refraction, nor where boundaries coincide; and glass that absorbs takes
+// what its depth takes, with the smoke that the light was scattered by in it.
+TEST(Media, InsideGlassVanish) {
+  const std::string glass =
+      "Bxdf \"PxrSurface\" \"g\" \"float diffuseGain\" [0] \"float refractionGain\" [1] \"float reflectionGain\" "
+      "[1] \"float glassRoughness\" [0] \"float glassIor\" [1.5]\nAttributeBegin Translate 0 0 5 Sphere 1 -1 1 360 "
+      "AttributeEnd\n";
+  for (const char* radius : {"0.8", "1"}) {
+    RenderRequest r;
+    r.rib = orthographic(24, 0.7, 64) + unbiased(600) + "WorldBegin\n" + kSky + glass +
+            medium("\"color diffuseColor\" [1 1 1] \"int multiScatter\" [1] \"float densityFloat\" [2]") +
+            "AttributeBegin Translate 0 0 5 Sphere " + radius + " -" + radius + " " + radius +
+            " 360 AttributeEnd\nWorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    const auto m = overPixels(render.channel("Ci"));
+    EXPECT_NEAR(m.mean(), 1, 0.005 + 3 * m.standardError()) << radius;
+    EXPECT_LT(m.standardError(), 0.006);
+  }
+}
+
+// Light samples and light found by chance are two roads to the same light, of every kind, through fog.
+TEST(Media, AreLitAlikeBySamplesAndByChance) {
+  for (const auto& [name, light] : std::vector<std::pair<std::string, std::string>>{
+           {"rect",
+            "Translate 0 2 4 Rotate -90 1 0 0 Scale 3 3 3 Light \"PxrRectLight\" \"l\" \"float intensity\" [5]"},
+           {"sphere", "Translate 0 1.5 4 Light \"PxrSphereLight\" \"l\" \"float intensity\" [5]"},
+           {"mesh",
+            "Light \"PxrMeshLight\" \"l\" \"float intensity\" [3] Polygon \"P\" [-2 2 2  2 2 2  2 2.5 6  -2 2.5 6]"},
+           {"dome", "Light \"PxrDomeLight\" \"l\" \"float intensity\" [1]"},
+           {"sun", "Light \"PxrDistantLight\" \"l\" \"float intensity\" [1] \"float angleExtent\" [90]"}}) {
+    const auto mean = [&, &light = light](int samples) {
+      RenderRequest r;
+      r.rib = orthographic(16, 0.5, 256) + unbiased(3, "\"int numLightSamples\" [" + std::to_string(samples) + "]") +
+              "WorldBegin\nAttributeBegin Attribute \"visibility\" \"int camera\" [0]\n" + light +
+              "\nAttributeEnd\n" +
+              medium(
+                  "\"color diffuseColor\" [0.9 0.8 0.7] \"int multiScatter\" [1] \"color densityColor\" [0.3 0.4 "
+                  "0.6] \"float anisotropy\" [0.3]") +
+              box(1, 7) +
+              "Bxdf \"PxrDiffuse\" \"f\"\nAttributeBegin Translate 0 -0.8 4 Sphere 0.5 -0.5 0.5 360 AttributeEnd\n"
+              "WorldEnd\n";
+      return overSeeds(r, 8);
+    };
+    SCOPED_TRACE(name);
+    EXPECT_SAME_MEAN(mean(1), mean(0), 0.02);
+  }
+}
+
 TEST(Media, ScatterOnceUnlessTheySayOtherwise) {
   const auto mean = [](const char* more) {
     return overPixels(
