@@ -178,11 +178,13 @@ function(kinora_tests)
       endif()
       target_link_libraries(test_${folder} PRIVATE kinora_test_support)
       if(folder STREQUAL "probes")
-        # an example that is judged by its pictures; tests/install builds it as its users do
-        set(example ${PROJECT_SOURCE_DIR}/examples/plugins/OneConnection.cpp)
-        set_source_files_properties(${example} PROPERTIES COMPILE_DEFINITIONS KINORA_STOCK_PLUGIN
-          INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/examples/plugins SKIP_UNITY_BUILD_INCLUSION ON)
-        target_sources(test_probes PRIVATE ${example})
+        # examples that are judged by their pictures; tests/install builds them as their users do
+        foreach(name OneConnection Puff)
+          set(example ${PROJECT_SOURCE_DIR}/examples/plugins/${name}.cpp)
+          set_source_files_properties(${example} PROPERTIES COMPILE_DEFINITIONS KINORA_STOCK_PLUGIN
+            INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/examples/plugins SKIP_UNITY_BUILD_INCLUSION ON)
+          target_sources(test_probes PRIVATE ${example})
+        endforeach()
       endif()
     endif()
   endforeach()

@@ -1,4 +1,4 @@
-// A volume: a ball of smoke. This version of Kinora finds it and keeps it; media of varying density come later.
+// A volume: a ball of smoke, for Volume "blobbydso:Puff" with Bxdf "PxrVolume" "string densityFloatPrimVar" ["density"].
 #define KINORA_KERNEL_FILE "Puff.cpp"
 #include <kinora/volume_author.h>
 #include <kinora/math/elementary.h>

@@ -1,6 +1,5 @@
-// The interface of a volume: fields over a region of space, for a Volume primitive that names the plug-in. This
-// version keeps volumes in the scene description and checks that their plug-ins are there; they are rendered when
-// media of varying density are.
+// The interface of a volume: fields over object space, for Volume "blobbydso:NAME" requests. Its parameters are the
+// request's constants; its fields are what primvars of their names are to the medium that fills the request's bound.
 #pragma once
 #include <kinora/plugin.h>
 

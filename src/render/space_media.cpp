@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "render/instance.h"
 #include "render/shading_floats.h"
 #include "volume/grid_stream.h"
 #include "volume/volume_system.h"
@@ -54,13 +55,18 @@ class Fields {
 
   void read(shade::SpaceMedium& medium) {
     const scene::Parameter* texts = p_.primvars.find("blobbydso:stringargs");
-    if (volume_.args.getString("type", "").starts_with("blobbydso:") && texts && !texts->strings.empty())
-      file_ = texts->strings[0];
+    const std::string type = volume_.args.getString("type", ""), prefix = "blobbydso:";
+    const bool isGrids = type.starts_with(prefix + "impl_openvdb");
+    if (isGrids && texts && !texts->strings.empty()) file_ = texts->strings[0];
+    if (!isGrids && type.starts_with(prefix)) ofPlugin(type.substr(prefix.size()), medium);
     const std::string said = texts && texts->strings.size() > 1 ? texts->strings[1] : "";
     for (const scene::Parameter& v : p_.primvars) {
       if (v.storage == scene::StorageClass::Constant || v.name.starts_with("blobbydso:")) continue;
+      if (medium.fields.contains(v.name)) continue;
       if (v.floats.empty() && v.ints.empty() && !file_.empty())
         ofFile(v.name, medium);
+      else if (v.floats.empty() && v.ints.empty())
+        standIn(v.name, medium);
       else
         ofRequest(v, medium);
     }
@@ -79,6 +85,31 @@ class Fields {
       return;
     }
     medium.fields.emplace(name, volume::MediumField(found, component < found->shape().channels ? component : -1));
+  }
+
+  // Fields that a volume plug-in computes; its parameters are the constants of the request.
+  void ofPlugin(const std::string& name, shade::SpaceMedium& medium) {
+    const Descriptor* plugin = tools_.registry.find(Kind::Volume, name, tools_.diagnostics, p_.pos);
+    if (!plugin) {
+      tools_.diagnostics.warning("PLUGIN-MISSING", p_.pos, "there is no volume plug-in '" + name + "'",
+                                 "a mist stands for its fields");
+      return;
+    }
+    scene::Node node;
+    node.kind = "Volume";
+    node.plugin = name;
+    node.handle = p_.name();
+    node.pos = p_.pos;
+    for (const scene::Parameter& v : p_.primvars)
+      if (v.storage == scene::StorageClass::Constant) node.params.set(v);
+    Instance instance;
+    const auto* traits = static_cast<const VolumeTraits*>(plugin->traits);
+    const auto* functions = static_cast<const VolumeFunctions*>(functionsFor(*plugin, 8));
+    if (!functions || !traits || !traits->extremes ||
+        !instance.create(*plugin, &node, nullptr, nullptr, tools_.host, tools_.diagnostics))
+      return;
+    for (uint32_t k = 0; k < traits->fieldCount; ++k)
+      medium.fields.emplace(traits->fields[k].name, volume::MediumField(*functions, *traits, k, instance.owner()));
   }
 
   // So that one sees where the volume would be: a mist that lets half of the light through, seen along its shortest

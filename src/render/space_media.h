@@ -29,6 +29,8 @@ class SpaceMediaStage {
  public:
   struct Tools {
     const CameraState& camera;
+    Registry& registry;
+    const Host& host;
     VolumeSystem& volumes;
     FileContents& contents;
     Diagnostics& diagnostics;

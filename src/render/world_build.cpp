@@ -192,7 +192,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   setScene(scene, *next);
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();
-  media_.make(flat_, meshes_, *next, {camera_, *volumes_, contents_, diagnostics_, settings_.stop});
+  media_.make(flat_, meshes_, *next,
+              {camera_, registry_, host(), *volumes_, contents_, diagnostics_, settings_.stop});
   next->lights =
       lights_.make(scene, sources, links, {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths},
                    *next, rebuilt);

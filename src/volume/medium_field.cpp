@@ -5,8 +5,7 @@
 
 namespace kinora::volume {
 
-MediumField::MediumField(const float bound[6], const int points[3], const float* values, int components)
-    : component_(-1) {
+MediumField::MediumField(const float bound[6], const int points[3], const float* values, int components) {
   GridShape shape;
   shape.channels = components;
   shape.worldToIndex[15] = 1;
@@ -37,7 +36,19 @@ MediumField::MediumField(const float bound[6], const int points[3], const float*
       }
 }
 
+MediumField::MediumField(const VolumeFunctions& functions, const VolumeTraits& traits, uint32_t field,
+                         std::shared_ptr<const void> data)
+    : plugin_{&functions, &traits, field, traits.fields[field].components == 3 ? 3 : 1, std::move(data)} {}
+
 void MediumField::at(const float object[3], float* out) const {
+  if (plugin_.functions) {
+    alignas(64) float P[3][kPad], time[kPad] = {}, value[3][kPad];
+    for (int k = 0; k < 3; ++k) std::fill_n(P[k], kPad, object[k]);
+    const VolumeArgs args{1, {P[0], P[1], P[2]}, time, plugin_.field, {value[0], value[1], value[2]}};
+    plugin_.functions->evaluate(plugin_.data.get(), &args);
+    for (int k = 0; k < plugin_.components; ++k) out[k] = value[k][0];
+    return;
+  }
   double index[3];
   grid_->toIndex(object, index);
   if (component_ < 0) {
@@ -50,6 +61,12 @@ void MediumField::at(const float object[3], float* out) const {
 }
 
 float MediumField::most(const float low[3], const float high[3]) const {
+  if (plugin_.functions) {
+    const VolumeBound box{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+    float least[3] = {}, largest[3] = {};
+    plugin_.traits->extremes(plugin_.data.get(), plugin_.field, &box, least, largest);
+    return *std::max_element(largest, largest + plugin_.components);
+  }
   double from[3], to[3];
   for (int corner = 0; corner < 8; ++corner) {
     float p[3];
@@ -68,6 +85,7 @@ float MediumField::most(const float low[3], const float high[3]) const {
 }
 
 float MediumField::voxelSize() const {
+  if (plugin_.functions) return INFINITY;
   const double* m = grid_->shape().worldToIndex;
   const double volume = std::fabs(m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
                                   m[2] * (m[4] * m[9] - m[5] * m[8]));

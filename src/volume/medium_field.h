@@ -1,6 +1,8 @@
-// One number or colour of a medium over the object space of its primitive: a grid of a file, or the voxels that a
-// Volume request brings. Read by shade/ on any thread, made by render/; it knows no scene.
+// One number or colour of a medium over the object space of its primitive: a grid of a file, the voxels that a Volume
+// request brings, or what a volume plug-in computes. Read by shade/ on any thread, made by render/; it knows no scene.
 #pragma once
+#include <kinora/volume.h>
+
 #include <memory>
 #include <utility>
 
@@ -16,7 +18,13 @@ class MediumField {
   // each, 1 or 3. One point along an axis holds for all of it. Throws as VoxelGrid does.
   MediumField(const float bound[6], const int points[3], const float* values, int components);
 
-  int components() const { return component_ < 0 ? grid_->shape().channels : 1; }
+  // A field of a volume plug-in, whose data lives as long as the field does.
+  MediumField(const VolumeFunctions& functions, const VolumeTraits& traits, uint32_t field,
+              std::shared_ptr<const void> data);
+
+  int components() const {
+    return plugin_.functions ? plugin_.components : component_ < 0 ? grid_->shape().channels : 1;
+  }
   // components() numbers.
   void at(const float object[3], float* out) const;
   // Within a box of object space: the largest that at() gives of any component.
@@ -25,9 +33,17 @@ class MediumField {
   float voxelSize() const;
 
  private:
+  struct Plugin {
+    const VolumeFunctions* functions = nullptr;  // null: there is a grid
+    const VolumeTraits* traits = nullptr;
+    uint32_t field = 0;
+    int components = 1;
+    std::shared_ptr<const void> data;
+  };
+  Plugin plugin_;
   std::shared_ptr<VoxelGrid> own_;
-  const VoxelGrid* grid_;
-  int component_;
+  const VoxelGrid* grid_ = nullptr;
+  int component_ = -1;
   VoxelLookup how_;
 };
 
