@@ -32,9 +32,7 @@ double skyThrough(const std::string& material, const std::string& volume, std::s
 TEST(VolumePlugins, FillRequestsThatNameThem) {
   const std::string
       dark = "Bxdf \"PxrVolume\" \"m\" \"color diffuseColor\" [0 0 0] ",
-      puff =
-          "Puff\" [-2 2 -2 2 -2 2] [0 0 0] \"constant float radius\" [1.5] \"constant float density\" [0.4] "
-          "\"varying float density\" []";
+      puff = "Puff\" [-2 2 -2 2 -2 2] [0 0 0] \"constant float radius\" [1.5] \"constant float density\" [0.4]";
   const double expected = std::exp(-0.4 * 1.5 * 4 / 3);  // 2 r (1 - 1/3)
   std::string said;
   EXPECT_NEAR(skyThrough(dark + "\"string densityFloatPrimVar\" [\"density\"]\n", puff, said), expected, 0.015);
