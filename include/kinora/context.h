@@ -58,6 +58,10 @@ enum ContextTraits : uint32_t {
   kTraitInSpace = 16,       // points of a medium: no surface, no bxdf
   kTraitEncloses = 32,      // the material bounds a medium
   kTraitTinted = 64,        // tinted shadows pass the material, see Context::tintedSlots
+  // The integrator follows paths below surfaces (kSampleBelow). Where it does not, materials reflect diffusely what
+  // would come out again.
+  kTraitSubsurface = 128,
+  kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
 };
 
 struct Context;

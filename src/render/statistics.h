@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -96,6 +97,11 @@ struct Statistics {
   PixelMap relativeError;  // of the first colour, as its two halves of samples differ
   uint64_t nonFiniteSamples = 0, saturatedSamples = 0, negativeSamples = 0;
   uint64_t endlessRays = 0;  // given up after passing too many surfaces
+  // Paths below surfaces that came out where they went in: those of objects with no inside, those without end; and an
+  // object of each, the first of the scene.
+  std::array<uint64_t, 2> lostBelow{};
+  std::array<std::optional<uint32_t>, 2> lostPlacement;
+  std::array<std::string, 2> lostObject;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
 };

@@ -177,22 +177,24 @@ void GroupState::passThrough(const RayList& list, uint32_t n, const uint32_t* en
   }
 }
 
-// Whether a hit shows its object's side that Sides 1 takes away.
-bool GroupState::averted(const RayList& list, uint32_t s) const {
+// The cosine, unnormalised, between a ray and the outward normal of what it hit: above 0 it comes out there.
+float GroupState::outwards(const Hits& hits, uint32_t at, const float d[3], float time) const {
   const trace::World& w = *world_.world;
-  const Hits& hits = list.hits;
-  const GeometryInfo& g = world_.geometries[hits.geometry[s]];
-  if (!(g.flags & kOneSided)) return false;
-  float ng[3] = {hits.ng[0][s], hits.ng[1][s], hits.ng[2][s]};
-  if (!w.instance(hits.instance[s]).baked) {
-    const trace::Affine inverse = w.objectToRender(hits.instance[s], list.rays.time[s]).inverse();
+  float ng[3] = {hits.ng[0][at], hits.ng[1][at], hits.ng[2][at]};
+  if (!w.instance(hits.instance[at]).baked) {
+    const trace::Affine inverse = w.objectToRender(hits.instance[at], time).inverse();
     float q[3];
     for (int c = 0; c < 3; ++c) q[c] = inverse.m[0][c] * ng[0] + inverse.m[1][c] * ng[1] + inverse.m[2][c] * ng[2];
     std::memcpy(ng, q, sizeof ng);
   }
-  float d = 0;
-  for (int c = 0; c < 3; ++c) d += ng[c] * list.rays.d[c][s];
-  return d * g.side > 0;
+  return (ng[0] * d[0] + ng[1] * d[1] + ng[2] * d[2]) * world_.geometries[hits.geometry[at]].side;
+}
+
+// Whether a hit shows its object's side that Sides 1 takes away.
+bool GroupState::averted(const RayList& list, uint32_t s) const {
+  if (!(world_.geometries[list.hits.geometry[s]].flags & kOneSided)) return false;
+  const float d[3] = {list.rays.d[0][s], list.rays.d[1][s], list.rays.d[2][s]};
+  return outwards(list.hits, s, d, list.rays.time[s]) > 0;
 }
 
 // Nearest hits by the list's kind of ray.
@@ -344,6 +346,7 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
   out->geometry = u(room);
   out->primitive = u(room);
   out->level = u(room);
+  out->leaves = u(room);
   const uint32_t ofSet = maskOf(out->traceSet);
   RayList& list = *makeRays(n);
   uint32_t* open = u(padded(n));
@@ -369,7 +372,9 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
       const uint32_t i = open[k];
       if (std::isinf(h.t[i])) continue;
       open[m++] = i;
-      if (!ofSet && h.instance[i] != c->place.instance[points[i]]) continue;
+      if (!ofSet && h.instance[i] != c->place.instance[points[i]] &&
+          world_.world->bodyOf(h.instance[i]) != world_.world->bodyOf(c->place.instance[points[i]]))
+        continue;
       if (out->count[i] == most) {
         ++out->beyond[i];
         continue;
@@ -383,10 +388,19 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
       out->geometry[at] = h.geometry[i];
       out->primitive[at] = h.primitive[i];
       out->level[at] = h.level[i];
+      const float d[3] = {list.rays.d[0][i], list.rays.d[1][i], list.rays.d[2][i]};
+      out->leaves[at] = outwards(h, i, d, list.rays.time[i]) > 0;
+      if (out->nearestOnly && out->count[i] == most) --m;
     }
     passThrough(list, m, open, passed);
     open_ = m;
   }
+}
+
+void GroupState::noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what) {
+  counters.lostBelow[uint32_t(what)] += n;
+  uint32_t& first = counters.lostPlacement[uint32_t(what)];
+  for (uint32_t i = 0; i < n; ++i) first = std::min(first, world_.world->instance(c->place.instance[points[i]]).user);
 }
 
 }  // namespace kinora::shade

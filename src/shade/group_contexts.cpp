@@ -266,7 +266,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
     h->manifolds[k] = Manifold();
   }
   h->node = nodes - 1;
-  if (bind && program.bxdf->begin) {
+  if (bind && program.bxdf->begin && !(traits & kTraitComesOut)) {
     uint64_t time = 0;
     {
       const Clock clock(time);
