@@ -119,6 +119,8 @@ struct BxdfTraits {
   // 1: tinted shadows pass this material (glass, window panes): thinShadow() stands for the light that its lobes
   // flagged kLobeTransmit | kLobeSpecular bring. null: what enclosesMedium says.
   uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
+  // 1: generate() may flag samples kSampleBelow. null: what BxdfFunctions::subsurface says by being there.
+  uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
 };
 
 // What a bxdf declares; see BxdfTraits.
@@ -132,12 +134,13 @@ struct BxdfPlugin {
   uint64_t (*programKey)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*enclosesMedium)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
   const char* const* lossless = nullptr;
   const char* const* conserving = nullptr;
   uint32_t flags = 0;
   constexpr BxdfTraits traits() const {
     return {lobes.data,     lobes.count, presenceParam, programKey,
-            enclosesMedium, lossless,    conserving,    letsShadowsThrough};
+            enclosesMedium, lossless,    conserving,    letsShadowsThrough, scattersBelow};
   }
 };
 

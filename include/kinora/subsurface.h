@@ -125,6 +125,7 @@ class PathsBelow {
     return static_cast<uint32_t*>(sv_->alloc(g_, (padded(n) + kPad) * sizeof(uint32_t)));
   }
   void begin(const Context& c, uint32_t n, uint32_t part, uint32_t parts);
+  uint32_t enter(uint32_t n, const uint32_t* points);
   void walk(uint32_t n, const uint32_t* points, const GenerateArgs& a);
   void probe(uint32_t n, const uint32_t* points);
   void weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const;
@@ -146,6 +147,7 @@ class PathsBelow {
   const Context* c_ = nullptr;
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
+  uint32_t* entered_;                   // points on what can have an inside
   Places out_;                          // found places
   uint32_t back_ = 0, *backPoint_;      // paths that come out where they went in
   uint32_t *lost_[2], lostCount_[2];    // their points, by BelowSurface
@@ -185,6 +187,43 @@ void PathsBelow<W>::begin(const Context& c, uint32_t n, uint32_t part, uint32_t 
   out_.u = floats(n);
   out_.v = floats(n);
   out_.count = back_ = lostCount_[0] = lostCount_[1] = 0;
+}
+
+// Curves, points and user geometry have no inside: no vertex can be made on them.
+template <int W>
+uint32_t PathsBelow<W>::enter(uint32_t n, const uint32_t* points) {
+  const Context& c = *c_;
+  entered_ = words(n);
+  const MemoryMark mark = sv_->markMemory(g_);
+  uint32_t *x[5] = {words(n), words(n), words(n), words(n), words(n)}, *which = words(n);
+  float *u = floats(n), *v = floats(n), *time = floats(n), *radius = floats(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t p = points[i];
+    x[0][i] = c.place.instance[p];
+    x[1][i] = c.place.geometry[p];
+    x[2][i] = c.place.primitive[p];
+    x[3][i] = c.sampleSeed[p];
+    x[4][i] = c.sampleIndex[p];
+    u[i] = c.place.u[p];
+    v[i] = c.place.v[p];
+    time[i] = c.time[p];
+    radius[i] = c.radius[p];
+  }
+  const SurfacePlaces places{x[0], x[1], x[2], u, v, time, radius, nullptr, x[3], x[4]};
+  VertexRecord* records = static_cast<VertexRecord*>(sv_->alloc(g_, (n + kPad) * sizeof(VertexRecord)));
+  const uint32_t made = sv_->makeVertices(g_, n, &places, records, which);
+  uint32_t next = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    if (next < made && which[next] == i) {
+      entered_[next++] = points[i];
+      continue;
+    }
+    const uint32_t p = points[i];
+    const float own[3] = {below_.surface[0][p], below_.surface[1][p], below_.surface[2][p]};
+    goBack(p, own, BelowSurface::Open);
+  }
+  sv_->releaseMemory(g_, mark);
+  return made;
 }
 
 template <int W>
@@ -380,6 +419,7 @@ void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs&
 
 template <int W>
 void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
+  if (!n) return;
   const Context& c = *c_;
   const bool dipoles = below_.model != SubsurfaceModel::Burley;
   for (uint32_t k = 0; k < 3; ++k) {
@@ -600,12 +640,15 @@ template <int W>
 Emerged PathsBelow<W>::follow(const Context& c, uint32_t n, const uint32_t* points, const GenerateArgs& a,
                               uint32_t part, uint32_t parts, float* const throughput[3]) {
   if (!n || !c.bxdf->subsurface) return {};
+  const uint32_t slot = a.slot[points[0]];
   begin(c, n, part, parts);
+  n = enter(n, points);
+  points = entered_;
   if (below_.model == SubsurfaceModel::Walk)
     walk(n, points, a);
   else
     probe(n, points);
-  return finish(a.slot[points[0]], throughput);
+  return finish(slot, throughput);
 }
 
 }  // namespace HWY_NAMESPACE

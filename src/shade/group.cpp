@@ -364,8 +364,17 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
     passed[i] = 0;
     out->count[i] = out->beyond[i] = 0;
   }
+  // Materials that paths go below can be asked for alone: what lies on the object's own surface hides nothing of it.
+  uint32_t* bodies = nullptr;
+  if (const Program* program = ContextHost::of(c).program; !ofSet && program && program->scatters) {
+    bodies = u(padded(n));
+    for (uint32_t i = 0; i < n; ++i) bodies[i] = world_.world->bodyOf(c->place.instance[points[i]]);
+  }
   for (uint32_t open_ = n; open_;) {
-    world_.world->closest(list.rays, list.hits, ofSet ? ofSet : ~0u, open_, open);
+    if (bodies)
+      world_.world->closestOn(list.rays, list.hits, bodies, open_, open);
+    else
+      world_.world->closest(list.rays, list.hits, ofSet ? ofSet : ~0u, open_, open);
     const Hits& h = list.hits;
     uint32_t m = 0;
     for (uint32_t k = 0; k < open_; ++k) {

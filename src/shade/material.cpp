@@ -483,6 +483,9 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
       traits && functions->thinShadow &&
       (traits->letsShadowsThrough ? traits->letsShadowsThrough(last.values->values(), last.values->count()) != 0
                                   : encloses);
+  const bool scatters =
+      traits && functions && functions->subsurface &&
+      (!traits->scattersBelow || traits->scattersBelow(last.values->values(), last.values->count()));
   bool opaque = true;
   if (traits && traits->presenceParam >= 0) {
     const ParamValue& v = last.values->values()[traits->presenceParam];
@@ -523,6 +526,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   }
   key += opaque ? 'o' : 'p';
   key += encloses ? 'e' : '-';
+  key += scatters ? 'u' : '-';
   key += tints ? 't' : '-';
   key += lpeGroup;
 
@@ -537,6 +541,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.traits = traits;
     p.opaque = opaque;
     p.encloses = encloses;
+    p.scatters = scatters;
     p.tints = tints;
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;

@@ -188,13 +188,16 @@ struct PxrDisneyBsdf {
     }
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
+  static uint32_t scattersBelow(const ParamValue* v, uint32_t) {
+    return v[kSubsurface].mayBeOn() && v[kScatterDistance].mayBeOn();
+  }
   // A bit for each part that may be on: materials of one group then take the same branches.
   static uint64_t programKey(const ParamValue* v, uint32_t) {
     uint64_t key = 0;
     uint32_t bit = 0;
     for (const uint32_t i : {kMetallic, kSpecTrans, kDiffTrans, kClearcoat, kAnisotropic, kEmitColor, kSheen})
       key |= uint64_t(v[i].mayBeOn()) << bit++;
-    key |= uint64_t(v[kSubsurface].mayBeOn() && v[kScatterDistance].mayBeOn()) << bit;
+    key |= uint64_t(scattersBelow(v, 0)) << bit;
     return key;
   }
   static bool isThin(const ParamValue* v) { return v[kThin].count && v[kThin].floats[0] != 0.f; }
@@ -227,4 +230,5 @@ KINORA_PLUGIN(
     .help = "The principled material of 2015: dielectric, metal, glass and thin sheets, with coat and sheen.",
     .params = kParams, .lobes = lama::kLobes, .presenceParam = int(kPresence),
     .programKey = PxrDisneyBsdf::programKey, .enclosesMedium = PxrDisneyBsdf::enclosesMedium,
-    .letsShadowsThrough = PxrDisneyBsdf::letsShadowsThrough, .lossless = kLossless, .conserving = kConserving)
+    .letsShadowsThrough = PxrDisneyBsdf::letsShadowsThrough,
+    .scattersBelow = PxrDisneyBsdf::scattersBelow, .lossless = kLossless, .conserving = kConserving)

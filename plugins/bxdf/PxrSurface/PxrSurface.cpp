@@ -196,6 +196,11 @@ using namespace lobes;
 
 bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
+uint32_t scattersBelow(const ParamValue* v, uint32_t) {
+  const bool isSum = isSet(v[at("subsurfaceType")]) && v[at("subsurfaceType")].floats[0] == 3.f;
+  return v[at("subsurfaceGain")].mayBeOn() ||
+         (isSum && (v[at("shortSubsurfaceGain")].mayBeOn() || v[at("longSubsurfaceGain")].mayBeOn()));
+}
 // A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
 // same branches. Modes and switches are fixed parameters and part of the program already.
 uint64_t programKey(const ParamValue* v, uint32_t) {
@@ -217,10 +222,7 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
     key |= 4096;
   if ((key & 12) && v[at("specularEnergyCompensation")].mayBeOn()) key |= 8192;
   if (v[at("glowGain")].mayBeOn()) key |= 16384;
-  if (v[at("subsurfaceGain")].mayBeOn()) key |= 131072;
-  if (v[at("subsurfaceType")].count && v[at("subsurfaceType")].floats[0] == 3.f &&
-      (v[at("shortSubsurfaceGain")].mayBeOn() || v[at("longSubsurfaceGain")].mayBeOn()))
-    key |= 131072;
+  if (scattersBelow(v, 0)) key |= 131072;
   if (v[at("iridescenceFaceGain")].mayBeOn() || v[at("iridescenceEdgeGain")].mayBeOn()) {
     key |= 32768;
     if (v[at("iridescenceAnisotropy")].mayBeOn()) key |= 65536;
@@ -290,5 +292,5 @@ constexpr const char* kConserving[] = {
 KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
               .help = "General material: diffuse, three specular lobes, iridescence, fuzz, glass and glow.",
               .params = kParams, .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
-              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough, .lossless = kLossless,
+              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough, .scattersBelow = scattersBelow, .lossless = kLossless,
               .conserving = kConserving)
