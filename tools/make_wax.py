@@ -118,19 +118,20 @@ ConcatTransform [1 0 0 0  0 0.98769 -0.15643 0  0 0.15643 0.98769 0  0 0 0 1]
 Translate 0 -2.1 8
 WorldBegin
   AttributeBegin
-    # behind and to the right: 2 by 2 at (2.6, 2.6, 4.2), turned to the middle; +z is the side that emits
-    ConcatTransform [1.7 0 1.06 0  -0.47 1.8 0.75 0  -0.49 -0.43 -0.79 0  2.6 2.6 4.2 1]
-    Light "PxrRectLight" "sun" "float intensity" [26] "color lightColor" [1 0.78 0.52]
+    # behind and to the right: 2 by 2 at (2.6, 3, 4.2), turned to the middle; +z is the side that emits
+    Attribute "visibility" "int camera" [0]
+    ConcatTransform [1.7 0 1.06 0  -0.47 1.8 0.75 0  -0.49 -0.43 -0.79 0  2.6 3 4.2 1]
+    Light "PxrRectLight" "sun" "float intensity" [60] "color lightColor" [1 0.78 0.52]
   AttributeEnd
   AttributeBegin
     # key: 2 by 2 at (-4, 4, -4)
     ConcatTransform [1.4 0 -1.4 0  0.75 1.7 0.75 0  0.6 -0.53 0.6 0  -4 4 -4 1]
-    Light "PxrRectLight" "key" "float intensity" [6] "color lightColor" [0.85 0.92 1]
+    Light "PxrRectLight" "key" "float intensity" [4] "color lightColor" [0.85 0.92 1]
   AttributeEnd
   AttributeBegin
     # the dome's own up is z: it becomes y
     ConcatTransform [0 0 -1 0  -1 0 0 0  0 1 0 0  0 0 0 1]
-    Light "PxrDomeLight" "fill" "float intensity" [0.12] "color lightColor" [0.7 0.85 1]
+    Light "PxrDomeLight" "fill" "float intensity" [0.1] "color lightColor" [0.7 0.85 1]
   AttributeEnd
   AttributeBegin
     Attribute "identifier" "string name" ["table"]

@@ -28,9 +28,10 @@ struct StandIn {
 constexpr auto kInt = scene::ValueType::Int;
 constexpr auto kFloat = scene::ValueType::Float;
 constexpr auto kColor = scene::ValueType::Color;
+constexpr float kThird = 1.f / 3;
 
 // Fresnel of the PxrLM plastics and metals is physical. PxrLMMetal's specularColor is what its users set to say which
-// metal, so that it is the colour seen face on where it is given.
+// metal, so that it is the colour seen face on where it is given. Skins are three profiles of equal parts.
 const StandIn kTable[] = {
     {"pxrlmdiffuse",
      "PxrSurface",
@@ -80,17 +81,37 @@ const StandIn kTable[] = {
       {"bumpNormal", "bumpNormal"}}},
     {"pxrlmsubsurface",
      "PxrSurface",
-     {},
-     {{"nearColor", "diffuseColor"},
-      {"midColor", "diffuseColor"},
-      {"diffuseTint", "diffuseColor"},
+     {{"diffuseGain", kFloat, 0},
+      {"subsurfaceType", kInt, 3},
+      {"shortSubsurfaceGain", kFloat, kThird},
+      {"subsurfaceGain", kFloat, kThird},
+      {"longSubsurfaceGain", kFloat, kThird},
+      {"subsurfaceDmfpColor", kColor, 1}},
+     {{"nearColor", "shortSubsurfaceColor"},
+      {"nearLength", "shortSubsurfaceDmfp"},
+      {"midColor", "subsurfaceColor"},
+      {"midLength", "subsurfaceDmfp"},
+      {"farColor", "longSubsurfaceColor"},
+      {"farLength", "longSubsurfaceDmfp"},
+      {"unitLength", "unitLength"},
+      {"diffuseTint", "subsurfacePostTint"},
       {"bumpNormal", "bumpNormal"}}},
     {"pxrskin",
      "PxrSurface",
-     {},
-     {{"nearColor", "diffuseColor"},
-      {"midColor", "diffuseColor"},
-      {"diffuseTint", "diffuseColor"},
+     {{"diffuseGain", kFloat, 0},
+      {"subsurfaceType", kInt, 3},
+      {"shortSubsurfaceGain", kFloat, kThird},
+      {"subsurfaceGain", kFloat, kThird},
+      {"longSubsurfaceGain", kFloat, kThird},
+      {"subsurfaceDmfpColor", kColor, 1}},
+     {{"nearColor", "shortSubsurfaceColor"},
+      {"nearLength", "shortSubsurfaceDmfp"},
+      {"midColor", "subsurfaceColor"},
+      {"midLength", "subsurfaceDmfp"},
+      {"farColor", "longSubsurfaceColor"},
+      {"farLength", "longSubsurfaceDmfp"},
+      {"unitLength", "unitLength"},
+      {"diffuseTint", "subsurfacePostTint"},
       {"bumpNormal", "bumpNormal"}}},
 };
 

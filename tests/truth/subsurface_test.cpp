@@ -22,10 +22,12 @@ using testing::Moments;
 using testing::Random;
 
 const char* const kSky = "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n";
+// Lengths in render units, alike in all channels unless `more` says which.
 std::string wax(const std::string& more) {
-  return "Bxdf \"PxrSurface\" \"wax\" \"float diffuseGain\" [0] \"float subsurfaceGain\" [1] \"float unitLength\" [1] "
-         "\"color subsurfaceDmfpColor\" [1 1 1] \"float subsurfaceDiffuseSwitch\" [0] " +
-         more + "\n";
+  return std::string("Bxdf \"PxrSurface\" \"wax\" \"float diffuseGain\" [0] \"float subsurfaceGain\" [1] \"float unitLength\" "
+                     "[1] \"float subsurfaceDiffuseSwitch\" [0] ") +
+         (more.find("subsurfaceDmfpColor") == std::string::npos ? "\"color subsurfaceDmfpColor\" [1 1 1] " : "") + more +
+         "\n";
 }
 std::string type(int t) { return "\"int subsurfaceType\" [" + std::to_string(t) + "] "; }
 std::string number(const char* name, double x) {
@@ -129,7 +131,7 @@ TEST(Subsurface, WalksAgreeWithABruteForceWalkInABall) {
   uint64_t seed = 1;
   for (const Case& k : cases) {
     RenderRequest r;
-    r.rib = orthographic(24, 0.6, 144) + unbiased(0) + "WorldBegin\n" + kSky +
+    r.rib = orthographic(32, 0.6, 256) + unbiased(0) + "WorldBegin\n" + kSky +
             wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) +
                 number("subsurfaceDmfp", k.dmfp) + color("subsurfaceDmfpColor", k.by[0], k.by[1], k.by[2]) +
                 number("subsurfaceDirectionality", k.g) + number("subsurfaceBleed", k.bleed)) +
@@ -205,7 +207,7 @@ TEST(Subsurface, WideBodiesHaveTheAlbedoAskedFor) {
   for (const Case& k : {Case{{0.2, 0.5, 0.8}, 0, 0}, Case{{0.3, 0.6, 0.9}, 0.8, 0}, Case{{0.25, 0.55, 0.85}, -0.7, 0},
                         Case{{0.3, 0.6, 0.9}, 0, 0.5}, Case{{0.3, 0.6, 0.9}, 0, 1}}) {
     RenderRequest r;
-    r.rib = orthographic(16, 0.1, 400) + unbiased(0) + "WorldBegin\n" + kSky +
+    r.rib = orthographic(16, 0.1, 1024) + unbiased(0) + "WorldBegin\n" + kSky +
             wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) +
                 number("subsurfaceDmfp", 1) + number("subsurfaceDirectionality", k.g) +
                 number("subsurfaceBleed", k.bleed)) +
@@ -299,7 +301,7 @@ TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
     const Profile profile(type_, albedo, length, 1.4);
     EXPECT_NEAR(profile.integral() / profile.whole, 1, 1e-3);
     RenderRequest r;
-    r.rib = "Format 40 40 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [100]\nScreenWindow -1 1 -1 1\n"
+    r.rib = "Format 20 80 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [256]\nScreenWindow -1 1 -1 1\n"
             "Projection \"orthographic\"\n" + unbiased(0) +
             "WorldBegin\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] \"float angleExtent\" [0]\n" +
             wax(type(type_) + gray("subsurfaceColor", albedo) + number("subsurfaceDmfp", length) + number("subsurfaceIor", 1.4)) +
@@ -315,13 +317,13 @@ TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
     plain.rib.replace(plain.rib.find(material), material.size(), "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]");
     SceneRender lit(plain);
     ASSERT_TRUE(lit.ok());
-    const double full = lit.channel("Ci").at(39, 20)[0];
+    const double full = lit.channel("Ci").at(19, 40)[0];
     ASSERT_GT(full, 0);
-    for (int column = 0; column < 40; ++column) {
+    for (int column = 0; column < 20; ++column) {
       Moments m;
-      for (int y = 0; y < 40; ++y) m.add(picture.at(column, y)[0] / full);
+      for (int y = 0; y < 80; ++y) m.add(picture.at(column, y)[0] / full);
       double expected = 0;  // mean over the pixel's width
-      for (int k = 0; k < 8; ++k) expected += profile.edge(-1 + (column + (k + 0.5) / 8) * 0.05) / 8;
+      for (int k = 0; k < 8; ++k) expected += profile.edge(-1 + (column + (k + 0.5) / 8) * 0.1) / 8;
       EXPECT_NEAR(m.mean(), albedo * expected, 4.5 * m.standardError() + 0.003 * albedo)
           << "type " << type_ << ", albedo " << albedo << ", column " << column;
       EXPECT_LE(m.standardError(), 0.02) << "too few samples to judge";
@@ -335,7 +337,7 @@ TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
 TEST(Subsurface, ShortLengthsAreDiffuse) {
   for (const int t : {0, 1, 2, 3, 4, 5}) {
     RenderRequest r;
-    r.rib = orthographic(16, 0.5, 64) + unbiased(0) + "WorldBegin\n" + kSky +
+    r.rib = orthographic(16, 0.5, 400) + unbiased(0) + "WorldBegin\n" + kSky +
             wax(type(t) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 0.02) +
                 (t == 3 ? number("longSubsurfaceGain", 0.5) + color("longSubsurfaceColor", 0.2, 0.1, 0.4) +
                               number("longSubsurfaceDmfp", 0.04)
@@ -379,11 +381,7 @@ TEST(Subsurface, BadLengthsAreDiffuseOrClear) {
         std::string("\"reference color subsurfaceDmfpColor\" [\"nan:resultRGB\"] ")})
     for (const int t : {0, 1, 2, 4}) {
       RenderRequest r;
-      std::string material = wax(type(t) + gray("subsurfaceColor", 0.5) + length);
-      if (length.find("reference") != std::string::npos) {
-        const std::string plain = "\"color subsurfaceDmfpColor\" [1 1 1] ";
-        material.erase(material.find(plain), plain.size());
-      }
+      const std::string material = wax(type(t) + gray("subsurfaceColor", 0.5) + length);
       r.rib = orthographic(8, 0.5, 16) + unbiased(0) + "WorldBegin\n" + kSky + nan + material + kBall + "WorldEnd\n";
       SceneRender render(r);
       ASSERT_TRUE(render.ok());
@@ -392,7 +390,7 @@ TEST(Subsurface, BadLengthsAreDiffuseOrClear) {
     }
   for (const int t : {0, 1, 2, 4}) {
     RenderRequest r;
-    r.rib = orthographic(8, 0.5, 16) + unbiased(0) + "WorldBegin\n" + kSky +
+    r.rib = orthographic(16, 0.5, 256) + unbiased(0) + "WorldBegin\n" + kSky +
             wax(type(t) + gray("subsurfaceColor", 0.5) + number("subsurfaceDmfp", 1e20)) + kBall + "WorldEnd\n";
     SceneRender render(r);
     ASSERT_TRUE(render.ok());
@@ -432,6 +430,23 @@ TEST(Subsurface, SubsetsAreOneBody) {
   EXPECT_MEAN(shown("\"string subsurfaceSubset\" [\"body\"] "), 1, 0.005);
   // alone each comes out inside the other, where it is dark until it comes out of that too
   EXPECT_LT(shown("").mean(), 0.97);
+}
+
+// The principled material has the same walks, below its dielectric.
+TEST(Subsurface, PrincipledMaterialWalksToo) {
+  const auto shown = [](const std::string& material) {
+    RenderRequest r;
+    r.rib = orthographic(16, 0.5, 256) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return overPixels(render.channel("Ci"), 1);
+  };
+  const std::string bare = "Bxdf \"PxrDisneyBsdf\" \"d\" \"float specReflectScale\" [0] \"float subsurface\" [1] ";
+  EXPECT_MEAN(shown(bare + color("subsurfaceColor", 1, 1, 1) + color("scatterDistance", 8, 4, 2)), 1, 0.005);
+  EXPECT_SAME_MEAN(shown(bare + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("scatterDistance", 2, 1, 0.5)),
+                   shown(wax(type(4) + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("subsurfaceDmfpColor", 2, 1, 0.5) +
+                             number("subsurfaceDmfp", 1))),
+                   0.005);
 }
 
 TEST(Subsurface, OtherIntegratorsReflect) {
