@@ -121,17 +121,17 @@ WorldBegin
     # behind and to the right: 2 by 2 at (2.6, 3, 4.2), turned to the middle; +z is the side that emits
     Attribute "visibility" "int camera" [0]
     ConcatTransform [1.7 0 1.06 0  -0.47 1.8 0.75 0  -0.49 -0.43 -0.79 0  2.6 3 4.2 1]
-    Light "PxrRectLight" "sun" "float intensity" [60] "color lightColor" [1 0.78 0.52]
+    Light "PxrRectLight" "sun" "float intensity" [130] "color lightColor" [1 0.8 0.56]
   AttributeEnd
   AttributeBegin
     # key: 2 by 2 at (-4, 4, -4)
     ConcatTransform [1.4 0 -1.4 0  0.75 1.7 0.75 0  0.6 -0.53 0.6 0  -4 4 -4 1]
-    Light "PxrRectLight" "key" "float intensity" [4] "color lightColor" [0.85 0.92 1]
+    Light "PxrRectLight" "key" "float intensity" [1.6] "color lightColor" [0.85 0.92 1]
   AttributeEnd
   AttributeBegin
     # the dome's own up is z: it becomes y
     ConcatTransform [0 0 -1 0  -1 0 0 0  0 1 0 0  0 0 0 1]
-    Light "PxrDomeLight" "fill" "float intensity" [0.1] "color lightColor" [0.7 0.85 1]
+    Light "PxrDomeLight" "fill" "float intensity" [0.05] "color lightColor" [0.7 0.85 1]
   AttributeEnd
   AttributeBegin
     Attribute "identifier" "string name" ["table"]
@@ -141,18 +141,18 @@ WorldBegin
   AttributeEnd
 '''
     out += thing("idol", "Translate -0.2 0 0.2 Rotate -14 0 1 0",
-                 material("wax", 5, "0.86 0.58 0.36", 0.5, "1 0.55 0.3", ' "float specularRoughness" [0.35] "float subsurfaceBleed" [0.4]') +
+                 material("wax", 5, "0.92 0.8 0.66", 0.9, "1 0.28 0.1", ' "float specularRoughness" [0.35] "float subsurfaceBleed" [0.4]') +
                  mesh(*lathe(22, 40, idol)))
     out += thing("candle", "Translate -1.75 0 0.5",
-                 material("tallow", 4, "0.93 0.87 0.74", 0.55, "1 0.8 0.55", ' "float specularRoughness" [0.4]') +
+                 material("tallow", 4, "0.95 0.92 0.85", 0.8, "1 0.6 0.25", ' "float specularRoughness" [0.4]') +
                  mesh(*lathe(10, 28, candle)))
     out += thing("flame", "Translate -1.75 1.62 0.5",
-                 '    Scale 0.06 0.16 0.06\n    Light "PxrSphereLight" "flame" "float intensity" [160] "color lightColor" [1 0.62 0.25]\n')
+                 '    Scale 0.06 0.16 0.06\n    Light "PxrSphereLight" "flame" "float intensity" [220] "color lightColor" [1 0.62 0.25]\n')
     out += thing("block", "Translate 1.15 0 1.2 Rotate 25 0 1 0",
-                 material("milk", 4, "0.95 0.94 0.9", 0.9, "1 0.85 0.7", ' "float specularRoughness" [0.15]') +
+                 material("milk", 4, "0.96 0.96 0.94", 0.9, "1 0.75 0.5", ' "float specularRoughness" [0.15]') +
                  mesh(*CUBE, tags=creases.replace('" "', '" "') ))
     out += thing("ring", "Translate 1.75 0.62 0 Rotate -50 0 1 0",
-                 material("jade", 4, "0.32 0.72 0.4", 0.35, "0.7 1 0.6", ' "float specularRoughness" [0.1] "float subsurfaceDirectionality" [0.5]') +
+                 material("jade", 4, "0.6 0.86 0.66", 0.3, "0.35 1 0.4", ' "float specularRoughness" [0.1] "float subsurfaceDirectionality" [0.5]') +
                  "    Torus 0.44 0.18 0 360 360\n")
     out += thing("ball", "Translate -1.02 0.34 -0.75",
                  material("skin", 2, "0.82 0.6 0.5", 0.16, "1 0.42 0.28", ' "float specularRoughness" [0.45]') +

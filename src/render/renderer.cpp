@@ -517,7 +517,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     const auto nameOf = [](const std::string& name) {
       return name.empty() ? std::string("an object without a name") : "object \"" + name + '"';
     };
-    if (stats.lostBelow[0])
+    // one path of a hundred thousand slips through between facets that meet
+    if (stats.lostBelow[0] * 100000 > stats.cameraHits + stats.indirectHits)
       diagnostics.warning("SUBSURFACE-OPEN", {},
                           std::to_string(stats.lostBelow[0]) +
                               " paths below a surface met nothing of its object, the first one " + nameOf(stats.lostObject[0]),

@@ -207,7 +207,7 @@ TEST(Subsurface, WideBodiesHaveTheAlbedoAskedFor) {
   for (const Case& k : {Case{{0.2, 0.5, 0.8}, 0, 0}, Case{{0.3, 0.6, 0.9}, 0.8, 0}, Case{{0.25, 0.55, 0.85}, -0.7, 0},
                         Case{{0.3, 0.6, 0.9}, 0, 0.5}, Case{{0.3, 0.6, 0.9}, 0, 1}}) {
     RenderRequest r;
-    r.rib = orthographic(16, 0.1, 1024) + unbiased(0) + "WorldBegin\n" + kSky +
+    r.rib = orthographic(16, 0.1, 600) + unbiased(0) + "WorldBegin\n" + kSky +
             wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) +
                 number("subsurfaceDmfp", 1) + number("subsurfaceDirectionality", k.g) +
                 number("subsurfaceBleed", k.bleed)) +
@@ -219,7 +219,7 @@ TEST(Subsurface, WideBodiesHaveTheAlbedoAskedFor) {
       // 1 % of the albedo for the fits, and chance
       EXPECT_NEAR(seen.mean(), k.albedo[c], 0.01 * k.albedo[c] + 0.002 + 4 * seen.standardError())
           << "g " << k.g << ", bleed " << k.bleed;
-      EXPECT_LE(seen.standardError(), 0.0025) << "too few samples to judge";
+      EXPECT_LE(seen.standardError(), 0.0035) << "too few samples to judge";
     }
   }
 }
@@ -301,7 +301,7 @@ TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
     const Profile profile(type_, albedo, length, 1.4);
     EXPECT_NEAR(profile.integral() / profile.whole, 1, 1e-3);
     RenderRequest r;
-    r.rib = "Format 20 80 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [256]\nScreenWindow -1 1 -1 1\n"
+    r.rib = "Format 20 80 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [128]\nScreenWindow -1 1 -1 1\n"
             "Projection \"orthographic\"\n" + unbiased(0) +
             "WorldBegin\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] \"float angleExtent\" [0]\n" +
             wax(type(type_) + gray("subsurfaceColor", albedo) + number("subsurfaceDmfp", length) + number("subsurfaceIor", 1.4)) +
@@ -326,7 +326,7 @@ TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
       for (int k = 0; k < 8; ++k) expected += profile.edge(-1 + (column + (k + 0.5) / 8) * 0.1) / 8;
       EXPECT_NEAR(m.mean(), albedo * expected, 4.5 * m.standardError() + 0.003 * albedo)
           << "type " << type_ << ", albedo " << albedo << ", column " << column;
-      EXPECT_LE(m.standardError(), 0.02) << "too few samples to judge";
+      EXPECT_LE(m.standardError(), 0.03) << "too few samples to judge";
     }
     if (::testing::Test::HasFailure()) std::printf("picture: %s\n", SceneRender::keep(picture, "edge").c_str());
   }
@@ -436,7 +436,7 @@ TEST(Subsurface, SubsetsAreOneBody) {
 TEST(Subsurface, PrincipledMaterialWalksToo) {
   const auto shown = [](const std::string& material) {
     RenderRequest r;
-    r.rib = orthographic(16, 0.5, 256) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
+    r.rib = orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
     SceneRender render(r);
     EXPECT_TRUE(render.ok());
     return overPixels(render.channel("Ci"), 1);

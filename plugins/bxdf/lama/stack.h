@@ -187,7 +187,7 @@ struct SlabTree {
       }
       const Mask<W> here = above & (muI > none);
       if (leaf.kind == lama::kKindSubsurface) {
-        out.add(lama::kSubsurface, zeroUnless(here & !l.sinks, rest * l.color * (muI * F(kInvPi))));
+        out.add(lama::kSubsurfaceReflect, zeroUnless(here & !l.sinks, rest * l.color * (muI * F(kInvPi))));
         add(here, i, kWayStandIn, muI * F(kInvPi), muO * F(kInvPi));
         continue;
       }

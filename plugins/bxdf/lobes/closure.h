@@ -17,6 +17,7 @@ enum Lobe : uint32_t {
   kDiffuse,
   kDiffuseTransmit,
   kSubsurface,
+  kSubsurfaceReflect,  // where paths do not go below
   kSpecular,
   kRoughSpecular,
   kClearcoat,
@@ -30,6 +31,7 @@ constexpr LobeDecl kLobes[kLobeCount] = {
     {"Diffuse", kLobeDiffuse},
     {"Diffuse", kLobeDiffuse | kLobeTransmit},
     {"Subsurface", kLobeDiffuse | kLobeTransmit},
+    {"Subsurface", kLobeDiffuse},
     {"Specular", kLobeSpecular},
     {"RoughSpecular", kLobeSpecular},
     {"Clearcoat", kLobeSpecular},
