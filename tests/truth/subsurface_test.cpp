@@ -73,6 +73,25 @@ TEST(Subsurface, AlbedoOneVanishesInAFurnace) {
   }
 }
 
+// Placed, stretched, mirrored and moving objects: sides and lengths are those of the scene.
+TEST(Subsurface, PlacedAndMovingObjectsVanishToo) {
+  for (const char* place : {"Scale 0.9 1.2 0.7", "Scale -1 1 1",
+                            "MotionBegin [0 1] Translate -0.3 0 0 Translate 0.3 0.2 0 MotionEnd Rotate 40 0 1 0"})
+    for (const int t : {2, 4}) {
+      RenderRequest r;
+      r.rib = "Shutter 0 1\n" + orthographic(16, 0.2, 64) + unbiased(8) + "WorldBegin\n" + kSky +
+              "ObjectBegin \"b\"\n" + wax(type(t) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", t == 2 ? 0.2 : 4)) +
+              "Sphere 1 -1 1 360\nObjectEnd\nAttributeBegin Translate 0 0 5 " + place +
+              "\nObjectInstance \"b\"\nAttributeEnd\nWorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      SCOPED_TRACE(std::string(place) + " type " + std::to_string(t));
+      // profiles are those of planes: what bends away from the light's side shows
+      EXPECT_MEAN(overPixels(render.channel("Ci")), 1, t == 2 ? 0.03 : 0.005);
+      for (const std::string& m : render.messages()) EXPECT_EQ(m.find("SUBSURFACE"), std::string::npos) << m;
+    }
+}
+
 // What enters a ball of radius 1 evenly by a cosine's law and comes out again, by the simplest walk there is: one
 // channel, exponential or power-law flights, absorption by chance.
 Moments bruteForce(double albedo, double length, double g, double tail, uint64_t seed) {
