@@ -57,10 +57,11 @@ struct SubsurfaceTerm {
 // Filled by BxdfFunctions::subsurface for the points of a context; arrays are the caller's, of padded length.
 struct Subsurface {
   SubsurfaceModel model = SubsurfaceModel::Walk;
-  const char* traceSet = nullptr;  // the text of a parameter declared with traceSet(): members of these groups are one
-                                   // body. Null, "": the object itself
-  uint32_t joins = 0;              // 1: parts that overlap are one; 0: paths come out at the first surface they meet
-  float* surface[3];               // albedo of a plane surface: what comes out at once where nothing lies below
+  const char* traceSet =
+      nullptr;         // the text of a parameter declared with traceSet(): members of these groups are one
+                       // body. Null, "": the object itself
+  uint32_t joins = 0;  // 1: parts that overlap are one; 0: paths come out at the first surface they meet
+  float* surface[3];   // albedo of a plane surface: what comes out at once where nothing lies below
   // Walk
   float* albedo[3];   // of one scattering, [0, 1]
   float* length[3];   // mean free path, render units, above 0
@@ -139,8 +140,8 @@ struct BxdfPlugin {
   const char* const* conserving = nullptr;
   uint32_t flags = 0;
   constexpr BxdfTraits traits() const {
-    return {lobes.data,     lobes.count, presenceParam, programKey,
-            enclosesMedium, lossless,    conserving,    letsShadowsThrough, scattersBelow};
+    return {lobes.data, lobes.count, presenceParam,      programKey,   enclosesMedium,
+            lossless,   conserving,  letsShadowsThrough, scattersBelow};
   }
 };
 

@@ -80,7 +80,7 @@ class PathLoop {
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
-    const uint32_t count = 
+    const uint32_t count =
         sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit | kTraitSubsurface, 0, hits, live, &contexts);
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
     for (uint32_t part = 0; part < o_.lightSamples; ++part)
@@ -534,13 +534,13 @@ class PathLoop {
         if (c.bxdf->subsurface) {
           const Mask<W> sinks = on & ((Int<W>::load(flags + i) & Int<W>(uint32_t(kSampleBelow))) != Int<W>(0));
           if (sinks.any()) {
-          s.put(sinks, t.x, throughput_[0]);
-          s.put(sinks, t.y, throughput_[1]);
-          s.put(sinks, t.z, throughput_[2]);
-          const Packer<W> pack(sinks);
-          pack.put(Int<W>::lanes(int32_t(i)), below + sinking);
-          sinking += uint32_t(pack.count);
-          on = on & !sinks;
+            s.put(sinks, t.x, throughput_[0]);
+            s.put(sinks, t.y, throughput_[1]);
+            s.put(sinks, t.z, throughput_[2]);
+            const Packer<W> pack(sinks);
+            pack.put(Int<W>::lanes(int32_t(i)), below + sinking);
+            sinking += uint32_t(pack.count);
+            on = on & !sinks;
           }
         }
         const uint32_t bits = on.bits();
@@ -591,8 +591,8 @@ class PathLoop {
 
   // Paths below the surface: light where they come out, and their next directions from there. They are still at the
   // vertex where they went in, of which each followed `parts` directions; slots that go on are appended to `live`.
-  uint32_t followBelow(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made, uint32_t depth,
-                       uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+  uint32_t followBelow(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made,
+                       uint32_t depth, uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
     using F = Float<W>;
     const Emerged out = PathsBelow<W>(g_, sv_).follow(in, n, points, made, part, parts, throughput_);
     const auto scale = [&](float by) {

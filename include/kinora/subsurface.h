@@ -23,7 +23,7 @@
 namespace kinora {
 struct SubsurfaceOptions {
   uint32_t mostSteps = 8192;  // flights of a walk; what is under way then comes out where it went in, and is counted
-  float rouletteBelow = 0.25f;  // throughput, of 1 at the entry, from which Russian roulette is played
+  float rouletteBelow = 1;      // throughput, of 1 at the entry, from which Russian roulette is played
 };
 // Paths that have come out: contexts whose bxdf is diffuse with an albedo of 1, whose events (one slot) are those of
 // the lobe that they went in by, and whose Context::path are the entries of the context where they went in.
@@ -147,15 +147,15 @@ class PathsBelow {
   const Context* c_ = nullptr;
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
-  uint32_t* entered_;                   // points on what can have an inside
-  Places out_;                          // found places
-  uint32_t back_ = 0, *backPoint_;      // paths that come out where they went in
-  uint32_t *lost_[2], lostCount_[2];    // their points, by BelowSurface
+  uint32_t* entered_;                 // points on what can have an inside
+  Places out_;                        // found places
+  uint32_t back_ = 0, *backPoint_;    // paths that come out where they went in
+  uint32_t *lost_[2], lostCount_[2];  // their points, by BelowSurface
   float* backBeta_[3];
   // of profiles, by term, channel and point: the length of the density, and dipoles
   float *spread_[kMaxSubsurfaceTerms][3], *dipole_[3][5];
-  static constexpr uint32_t kMostHits = 16;  // of a chord; of more the farthest are not seen
-  static constexpr float kFarthest = 30;     // of a profile, in lengths: 3e-5 of it are beyond
+  static constexpr uint32_t kMostHits = 16;                // of a chord; of more the farthest are not seen
+  static constexpr float kFarthest = 30;                   // of a profile, in lengths: 3e-5 of it are beyond
   static constexpr float kAxis[3] = {0.25f, 0.25f, 0.5f};  // shares of the two tangents and of the normal
 };
 
@@ -428,16 +428,24 @@ void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
   }
   float ior = 0;
   BoundaryMoments moments(1);
+  // most points have the albedo of the one before
+  float known[3] = {-1, -1, -1};
+  Dipole unit[3] = {};
   for (uint32_t j = 0; j < n; ++j) {
     const uint32_t p = points[j];
-    if (dipoles && below_.ior[p] != ior) moments = BoundaryMoments(double(ior = below_.ior[p]));
+    if (dipoles && below_.ior[p] != ior) {
+      moments = BoundaryMoments(double(ior = below_.ior[p]));
+      for (float& a : known) a = -1;
+    }
     for (uint32_t k = 0; k < 3; ++k)
       for (uint32_t t = 0; t < below_.terms; ++t) {
         const float length = below_.term[t].length[k][p], albedo = below_.term[t].albedo[k][p];
         // of dipoles the tail's length is that of the profile's longer exponential
         spread_[t][k][p] = length / (dipoles ? 3.f : burleyScale(albedo));
         if (!dipoles) continue;
-        const Dipole d = makeDipole(below_.model == SubsurfaceModel::BetterDipole, albedo, length, moments);
+        if (albedo != known[k])
+          unit[k] = makeDipole(below_.model == SubsurfaceModel::BetterDipole, known[k] = albedo, moments);
+        const Dipole d = stretched(unit[k], length);
         const float x[5] = {d.decay, d.depth, d.mirrored, d.flux, d.fluence};
         for (int i = 0; i < 5; ++i) dipole_[k][i][p] = x[i];
       }
@@ -455,7 +463,9 @@ void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
     const I p = I::load(point + i);
     // the term and channel, by what they return
     F sum(0.f);
-    const auto part = [&](uint32_t t, uint32_t k) { return gather(below_.surface[k], p) * gather(below_.term[t].share[k], p); };
+    const auto part = [&](uint32_t t, uint32_t k) {
+      return gather(below_.surface[k], p) * gather(below_.term[t].share[k], p);
+    };
     for (uint32_t t = 0; t < below_.terms; ++t)
       for (uint32_t k = 0; k < 3; ++k) sum += part(t, k);
     F rest = draw(p, 0) * sum, spread(0.f);
@@ -464,7 +474,8 @@ void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
       for (uint32_t k = 0; k < 3; ++k) {
         const F share = part(t, k);
         const Mask<W> here = open & (share > F(0.f));
-        spread = select(here, gather(spread_[t][k], p), spread);  // of the last that has a share, should rounding say so
+        spread =
+            select(here, gather(spread_[t][k], p), spread);  // of the last that has a share, should rounding say so
         open = open & !(here & (rest < share));
         rest -= share;
       }
@@ -476,7 +487,8 @@ void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
     const F u = draw(p, 4);
     const Mask<W> alongX = u < F(kAxis[0]), alongY = (!alongX) & (u < F(kAxis[0] + kAxis[1]));
     const Vec3<W> axis = select(alongX, f.x, select(alongY, f.y, f.z));
-    const Vec3<W> a = select(alongX, f.y, select(alongY, f.z, f.x)), b = select(alongX, f.z, select(alongY, f.x, f.y));
+    const Vec3<W> a = select(alongX, f.y, select(alongY, f.z, f.x)),
+                  b = select(alongX, f.z, select(alongY, f.x, f.y));
     const Vec3<W> from = fma(axis, half, fma(a, r * co, fma(b, r * s, Vec3<W>::gather(c.P, p))));
     from.store(o, i);
     (-axis).store(d, i);
@@ -567,8 +579,8 @@ Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
       seed[i] = c.sampleSeed[p];
       index[i] = c.sampleIndex[p];
     }
-    const SurfacePlaces places{out_.instance, out_.geometry, out_.primitive, out_.u, out_.v, time,      radius,
-                               out_.isInside, seed,          index,          &c,     out_.point};
+    const SurfacePlaces places{out_.instance, out_.geometry, out_.primitive, out_.u, out_.v, time,
+                               radius,        out_.isInside, seed,           index,  &c,     out_.point};
     made = sv_->makeVertices(g_, n, &places, records, which);
     uint32_t next = 0;
     for (uint32_t i = 0; i < made; ++i) {

@@ -61,8 +61,8 @@ inline double dipoleAlbedo(bool better, double reduced, const BoundaryMoments& m
   return scale * 0.5 * (flux * (real + other) + (decay > 0 ? fluence * (real - other) / decay : 0.));
 }
 
-// The dipole of a surface with that albedo whose light decays over the length.
-inline Dipole makeDipole(bool better, float albedo, float length, const BoundaryMoments& m) {
+// The dipole of a surface with that albedo whose light decays over a length of 1.
+inline Dipole makeDipole(bool better, float albedo, const BoundaryMoments& m) {
   double low = 1e-4, high = 0.9999;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
@@ -70,14 +70,15 @@ inline Dipole makeDipole(bool better, float albedo, float length, const Boundary
   }
   Dipole d;
   dipoleAlbedo(better, low, m, &d);
-  // to render units: 1 / decay is the length
-  const double unit = double(length) * double(d.decay);
+  // from free paths to lengths of decay
+  const double pi = 3.14159265358979324, unit = double(d.decay);
   const double real = std::exp(-double(d.decay * d.depth)), other = std::exp(-double(d.decay * d.mirrored));
-  const double flux = 2 * 3.14159265358979324 * (real + other),
-               fluence = 2 * 3.14159265358979324 * (real - other) * double(length);
-  const double whole = double(d.flux) * flux + double(d.fluence) / unit * fluence;
-  return {1 / length, float(d.depth * unit), float(d.mirrored * unit), float(double(d.flux) / whole),
-          float(double(d.fluence) / unit / whole)};
+  const double fluence = double(d.fluence) / unit;
+  const double whole = 2 * pi * (double(d.flux) * (real + other) + fluence * (real - other));
+  return {1, float(d.depth * unit), float(d.mirrored * unit), float(double(d.flux) / whole), float(fluence / whole)};
+}
+inline Dipole stretched(const Dipole& d, float length) {
+  return {d.decay / length, d.depth * length, d.mirrored * length, d.flux, d.fluence / length};
 }
 }  // namespace kinora
 #endif

@@ -401,8 +401,10 @@ constexpr Explanation kRooms[] = {
      "were "
      "blocked. The message counts them."},
     {"SUBSURFACE-OPEN",
-     "Paths that went below a surface with subsurface scattering met nothing of the object there: its mesh is a sheet, "
-     "has a hole or is inside out, or the object is made of curves or points, which have no inside. Their light comes "
+     "Paths that went below a surface with subsurface scattering met nothing of the object there: its mesh is a "
+     "sheet, "
+     "has a hole or is inside out, or the object is made of curves or points, which have no inside. Their light "
+     "comes "
      "out where it went in, as from a diffuse surface of the same colour. The message names the first such object."},
     {"SUBSURFACE-LONG",
      "Paths below a surface made 8,192 free flights, or came far outside of everything through a crack in the mesh. "

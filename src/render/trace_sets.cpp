@@ -85,7 +85,8 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
               std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
-  for (const trace::PlacementInput& p : flat.placements) sight.ofPlacement.push_back(p.visibility | trace::kAskedAlone);
+  for (const trace::PlacementInput& p : flat.placements)
+    sight.ofPlacement.push_back(p.visibility | trace::kAskedAlone);
   struct Subset {
     int kind;
     std::vector<std::string> names, exclude;

@@ -20,7 +20,7 @@ struct Record {
   uint32_t how;             // bits from 0: traits, from 9: kind of ray, from 11: RayOrigin, from 14: depth
 };
 static_assert(sizeof(Record) == sizeof(VertexRecord));
-constexpr uint32_t kKeptTraits = 
+constexpr uint32_t kKeptTraits =
     kTraitEyePath | kTraitLightPath | kTraitPrimaryHit | kTraitSubsurface | kTraitComesOut;
 constexpr uint32_t kOriginMask = kFromDiscrete | kFromSpecular | kFromTransmission;
 static_assert(kKeptTraits < 1 << 9 && kOriginMask < 1 << 3);

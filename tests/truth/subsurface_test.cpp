@@ -24,10 +24,12 @@ using testing::Random;
 const char* const kSky = "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n";
 // Lengths in render units, alike in all channels unless `more` says which.
 std::string wax(const std::string& more) {
-  return std::string("Bxdf \"PxrSurface\" \"wax\" \"float diffuseGain\" [0] \"float subsurfaceGain\" [1] \"float unitLength\" "
-                     "[1] \"float subsurfaceDiffuseSwitch\" [0] ") +
-         (more.find("subsurfaceDmfpColor") == std::string::npos ? "\"color subsurfaceDmfpColor\" [1 1 1] " : "") + more +
-         "\n";
+  return std::string(
+             "Bxdf \"PxrSurface\" \"wax\" \"float diffuseGain\" [0] \"float subsurfaceGain\" [1] \"float "
+             "unitLength\" "
+             "[1] \"float subsurfaceDiffuseSwitch\" [0] ") +
+         (more.find("subsurfaceDmfpColor") == std::string::npos ? "\"color subsurfaceDmfpColor\" [1 1 1] " : "") +
+         more + "\n";
 }
 std::string type(int t) { return "\"int subsurfaceType\" [" + std::to_string(t) + "] "; }
 std::string number(const char* name, double x) {
@@ -47,19 +49,21 @@ bool says(const SceneRender& render, const std::string& what) {
   return false;
 }
 
-const char* const kBall = "AttributeBegin Attribute \"identifier\" \"string name\" [\"ball\"]\nTranslate 0 0 5 Sphere 1 -1 1 360 AttributeEnd\n";
+const char* const kBall =
+    "AttributeBegin Attribute \"identifier\" \"string name\" [\"ball\"]\nTranslate 0 0 5 Sphere 1 -1 1 360 "
+    "AttributeEnd\n";
 const char* const kCube =
     "PointsPolygons [4 4 4 4 4 4] [0 1 3 2  4 6 7 5  0 4 5 1  2 3 7 6  0 2 6 4  1 5 7 3]\n"
     "\"vertex point P\" [-1 -1 -1  -1 -1 1  -1 1 -1  -1 1 1  1 -1 -1  1 -1 1  1 1 -1  1 1 1]\n";
 
 TEST(Subsurface, AlbedoOneVanishesInAFurnace) {
-  for (const std::string& how :
-       {type(4) + number("subsurfaceDmfp", 10), type(4) + number("subsurfaceDmfp", 2),
-        type(4) + number("subsurfaceDmfp", 5) + number("subsurfaceDirectionality", 0.8),
-        type(4) + number("subsurfaceDmfp", 5) + number("subsurfaceDirectionality", -0.5),
-        type(5) + number("subsurfaceDmfp", 5) + number("subsurfaceBleed", 1),
-        type(4) + number("subsurfaceDmfp", 1e20)}) {
-    for (const std::string& what : {std::string(kBall), std::string("Translate 0 0 5 Rotate 30 1 1 0 Scale 0.7 0.7 0.7\n") + kCube}) {
+  for (const std::string& how : {type(4) + number("subsurfaceDmfp", 10), type(4) + number("subsurfaceDmfp", 2),
+                                 type(4) + number("subsurfaceDmfp", 5) + number("subsurfaceDirectionality", 0.8),
+                                 type(4) + number("subsurfaceDmfp", 5) + number("subsurfaceDirectionality", -0.5),
+                                 type(5) + number("subsurfaceDmfp", 5) + number("subsurfaceBleed", 1),
+                                 type(4) + number("subsurfaceDmfp", 1e20)}) {
+    for (const std::string& what :
+         {std::string(kBall), std::string("Translate 0 0 5 Rotate 30 1 1 0 Scale 0.7 0.7 0.7\n") + kCube}) {
       RenderRequest r;
       r.rib = orthographic(16, 0.5, 64) + unbiased(8) + "WorldBegin\n" + kSky +
               wax(how + gray("subsurfaceColor", 1)) + what + "WorldEnd\n";
@@ -80,7 +84,8 @@ TEST(Subsurface, PlacedAndMovingObjectsVanishToo) {
     for (const int t : {2, 4}) {
       RenderRequest r;
       r.rib = "Shutter 0 1\n" + orthographic(16, 0.2, 64) + unbiased(8) + "WorldBegin\n" + kSky +
-              "ObjectBegin \"b\"\n" + wax(type(t) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", t == 2 ? 0.2 : 4)) +
+              "ObjectBegin \"b\"\n" +
+              wax(type(t) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", t == 2 ? 0.2 : 4)) +
               "Sphere 1 -1 1 360\nObjectEnd\nAttributeBegin Translate 0 0 5 " + place +
               "\nObjectInstance \"b\"\nAttributeEnd\nWorldEnd\n";
       SceneRender render(r);
@@ -119,7 +124,8 @@ Moments bruteForce(double albedo, double length, double g, double tail, uint64_t
       }
       const double sine = std::sqrt(std::fmax(0, 1 - cosine * cosine)), angle = 2 * kPi * random.uniform();
       // any frame about d
-      const double m = std::fabs(d[0]) < 0.6 ? std::sqrt(d[1] * d[1] + d[2] * d[2]) : std::sqrt(d[0] * d[0] + d[2] * d[2]);
+      const double m =
+          std::fabs(d[0]) < 0.6 ? std::sqrt(d[1] * d[1] + d[2] * d[2]) : std::sqrt(d[0] * d[0] + d[2] * d[2]);
       double x[3], y[3];
       if (std::fabs(d[0]) < 0.6)
         x[0] = 0, x[1] = d[2] / m, x[2] = -d[1] / m;
@@ -226,11 +232,11 @@ TEST(Subsurface, WideBodiesHaveTheAlbedoAskedFor) {
   for (const Case& k : {Case{{0.2, 0.5, 0.8}, 0, 0}, Case{{0.3, 0.6, 0.9}, 0.8, 0}, Case{{0.25, 0.55, 0.85}, -0.7, 0},
                         Case{{0.3, 0.6, 0.9}, 0, 0.5}, Case{{0.3, 0.6, 0.9}, 0, 1}}) {
     RenderRequest r;
-    r.rib = orthographic(16, 0.1, 600) + unbiased(0) + "WorldBegin\n" + kSky +
-            wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) +
-                number("subsurfaceDmfp", 1) + number("subsurfaceDirectionality", k.g) +
-                number("subsurfaceBleed", k.bleed)) +
-            "Translate 0 0 45 Scale 40 40 40\n" + kCube + "WorldEnd\n";
+    r.rib =
+        orthographic(16, 0.1, 600) + unbiased(0) + "WorldBegin\n" + kSky +
+        wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) + number("subsurfaceDmfp", 1) +
+            number("subsurfaceDirectionality", k.g) + number("subsurfaceBleed", k.bleed)) +
+        "Translate 0 0 45 Scale 40 40 40\n" + kCube + "WorldEnd\n";
     SceneRender render(r);
     ASSERT_TRUE(render.ok());
     for (int c = 0; c < 3; ++c) {
@@ -257,7 +263,8 @@ struct Profile {
       const double mu = (k + 0.5) / n, sin2 = ior * ior * (1 - mu * mu);
       double f = 1;
       if (sin2 < 1) {
-        const double co = std::sqrt(1 - sin2), rs = (ior * mu - co) / (ior * mu + co), rp = (mu - ior * co) / (mu + ior * co);
+        const double co = std::sqrt(1 - sin2), rs = (ior * mu - co) / (ior * mu + co),
+                     rp = (mu - ior * co) / (mu + ior * co);
         f = (rs * rs + rp * rp) / 2;
       }
       moments[0] += f * mu / n;
@@ -279,10 +286,12 @@ struct Profile {
     const double absorbed = 1 - reduced;  // in units of the reduced extinction
     const double D = type == 1 ? (2 * absorbed + reduced) / 3 : 1.0 / 3, decay = std::sqrt(absorbed / D);
     const double extinction = 1 / (length * decay);  // per unit
-    const double A = type == 1 ? (1 + 3 * moments[1]) / (1 - 2 * moments[0]) : (1 + 2 * moments[0]) / (1 - 2 * moments[0]);
+    const double A =
+        type == 1 ? (1 + 3 * moments[1]) / (1 - 2 * moments[0]) : (1 + 2 * moments[0]) / (1 - 2 * moments[0]);
     const double zr = 1 / extinction, zv = zr + 4 * A * D / extinction, s = 1 / length;
     const double dr = std::sqrt(r * r + zr * zr), dv = std::sqrt(r * r + zv * zv);
-    const double flux = zr * (1 + s * dr) * std::exp(-s * dr) / (dr * dr * dr) + zv * (1 + s * dv) * std::exp(-s * dv) / (dv * dv * dv);
+    const double flux = zr * (1 + s * dr) * std::exp(-s * dr) / (dr * dr * dr) +
+                        zv * (1 + s * dv) * std::exp(-s * dv) / (dv * dv * dv);
     if (type == 0) return reduced / (4 * kPi) * flux;
     const double fluence = std::exp(-s * dr) / dr - std::exp(-s * dv) / dv;
     return reduced * reduced / (4 * kPi) *
@@ -320,20 +329,26 @@ TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
     const Profile profile(type_, albedo, length, 1.4);
     EXPECT_NEAR(profile.integral() / profile.whole, 1, 1e-3);
     RenderRequest r;
-    r.rib = "Format 20 80 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [128]\nScreenWindow -1 1 -1 1\n"
-            "Projection \"orthographic\"\n" + unbiased(0) +
-            "WorldBegin\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] \"float angleExtent\" [0]\n" +
-            wax(type(type_) + gray("subsurfaceColor", albedo) + number("subsurfaceDmfp", length) + number("subsurfaceIor", 1.4)) +
-            "Polygon \"vertex point P\" [-40 -40 5  -40 40 5  40 40 5  40 -40 5]\n"
-            "AttributeBegin Attribute \"visibility\" \"int camera\" [0] \"int indirect\" [0]\nBxdf \"PxrBlack\" \"k\"\n"
-            "Polygon \"vertex point P\" [-50 -50 4  -50 50 4  0 50 4  0 -50 4]\nAttributeEnd\nWorldEnd\n";
+    r.rib =
+        "Format 20 80 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [128]\nScreenWindow -1 1 -1 "
+        "1\n"
+        "Projection \"orthographic\"\n" +
+        unbiased(0) +
+        "WorldBegin\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] \"float angleExtent\" [0]\n" +
+        wax(type(type_) + gray("subsurfaceColor", albedo) + number("subsurfaceDmfp", length) +
+            number("subsurfaceIor", 1.4)) +
+        "Polygon \"vertex point P\" [-40 -40 5  -40 40 5  40 40 5  40 -40 5]\n"
+        "AttributeBegin Attribute \"visibility\" \"int camera\" [0] \"int indirect\" [0]\nBxdf \"PxrBlack\" \"k\"\n"
+        "Polygon \"vertex point P\" [-50 -50 4  -50 50 4  0 50 4  0 -50 4]\nAttributeEnd\nWorldEnd\n";
     SceneRender render(r);
     ASSERT_TRUE(render.ok());
     RenderRequest plain = r;
     const image::Image picture = render.channel("Ci");
     // fully lit: what a diffuse plane of the albedo shows
-    const std::string material = r.rib.substr(r.rib.find("Bxdf"), r.rib.find('\n', r.rib.find("Bxdf")) - r.rib.find("Bxdf"));
-    plain.rib.replace(plain.rib.find(material), material.size(), "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]");
+    const std::string material =
+        r.rib.substr(r.rib.find("Bxdf"), r.rib.find('\n', r.rib.find("Bxdf")) - r.rib.find("Bxdf"));
+    plain.rib.replace(plain.rib.find(material), material.size(),
+                      "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]");
     SceneRender lit(plain);
     ASSERT_TRUE(lit.ok());
     const double full = lit.channel("Ci").at(19, 40)[0];
@@ -374,10 +389,12 @@ TEST(Subsurface, ShortLengthsAreDiffuse) {
 TEST(Subsurface, WhatHasNoInsideIsDiffuseAndIsNamed) {
   // a sheet; a wisp of curves
   for (const char* what : {"Polygon \"vertex point P\" [-2 -2 5  -2 2 5  2 2 5  2 -2 5]\n",
-                           "Basis \"bezier\" 3 \"bezier\" 3 Curves \"linear\" [2] \"nonperiodic\" \"P\" [-4 0 5 4 0 5] \"constantwidth\" [3]\n"}) {
+                           "Basis \"bezier\" 3 \"bezier\" 3 Curves \"linear\" [2] \"nonperiodic\" \"P\" [-4 0 5 4 0 "
+                           "5] \"constantwidth\" [3]\n"}) {
     RenderRequest r, plain;
     const std::string head = orthographic(16, 0.5, 64) + unbiased(0) + "WorldBegin\n" + kSky;
-    const std::string rest = std::string("Attribute \"identifier\" \"string name\" [\"sheet\"]\n") + what + "WorldEnd\n";
+    const std::string rest =
+        std::string("Attribute \"identifier\" \"string name\" [\"sheet\"]\n") + what + "WorldEnd\n";
     r.rib = head + wax(type(4) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 1)) + rest;
     plain.rib = head + "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [0.8 0.5 0.2]\n" + rest;
     SceneRender render(r), diffuse(plain);
@@ -455,7 +472,8 @@ TEST(Subsurface, SubsetsAreOneBody) {
 TEST(Subsurface, PrincipledMaterialWalksToo) {
   const auto shown = [](const std::string& material) {
     RenderRequest r;
-    r.rib = orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
+    r.rib =
+        orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
     SceneRender render(r);
     EXPECT_TRUE(render.ok());
     return overPixels(render.channel("Ci"), 1);
@@ -463,15 +481,17 @@ TEST(Subsurface, PrincipledMaterialWalksToo) {
   const std::string bare = "Bxdf \"PxrDisneyBsdf\" \"d\" \"float specReflectScale\" [0] \"float subsurface\" [1] ";
   EXPECT_MEAN(shown(bare + color("subsurfaceColor", 1, 1, 1) + color("scatterDistance", 8, 4, 2)), 1, 0.005);
   EXPECT_SAME_MEAN(shown(bare + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("scatterDistance", 2, 1, 0.5)),
-                   shown(wax(type(4) + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("subsurfaceDmfpColor", 2, 1, 0.5) +
-                             number("subsurfaceDmfp", 1))),
+                   shown(wax(type(4) + color("subsurfaceColor", 0.9, 0.6, 0.3) +
+                             color("subsurfaceDmfpColor", 2, 1, 0.5) + number("subsurfaceDmfp", 1))),
                    0.005);
 }
 
 TEST(Subsurface, OtherIntegratorsReflect) {
   RenderRequest r;
-  r.rib = orthographic(16, 0.5, 64) + "Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [0] \"float clampLuminance\" [1e30]\n" +
-          "WorldBegin\n" + kSky + wax(type(4) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 1)) + kBall + "WorldEnd\n";
+  r.rib = orthographic(16, 0.5, 64) +
+          "Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [0] \"float clampLuminance\" [1e30]\n" +
+          "WorldBegin\n" + kSky +
+          wax(type(4) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 1)) + kBall + "WorldEnd\n";
   SceneRender render(r);
   ASSERT_TRUE(render.ok());
   const double albedo[3] = {0.8, 0.5, 0.2};

@@ -62,7 +62,8 @@ constexpr Param kParams[] = {
     param::color("subsurfaceColor", 1.f).help("Colour of that share."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
-    param::color("scatterDistance", 0.f).help("Diffuse mean free path of that share, render units; black: it is diffuse."),
+    param::color("scatterDistance", 0.f)
+        .help("Diffuse mean free path of that share, render units; black: it is diffuse."),
     param::number("subsurfaceAnisotropy", 0.f).range(-1, 1).help("Mean cosine of that scattering, limited to 0.95."),
     param::number("ssAnisotropy", 0.f).range(-1, 1).help("Another name of it, where that is 0."),
     param::integer("transmissionBehavior", 0).range(0, 2).help(LATER "What shadow rays do."),
@@ -230,5 +231,5 @@ KINORA_PLUGIN(
     .help = "The principled material of 2015: dielectric, metal, glass and thin sheets, with coat and sheen.",
     .params = kParams, .lobes = lama::kLobes, .presenceParam = int(kPresence),
     .programKey = PxrDisneyBsdf::programKey, .enclosesMedium = PxrDisneyBsdf::enclosesMedium,
-    .letsShadowsThrough = PxrDisneyBsdf::letsShadowsThrough,
-    .scattersBelow = PxrDisneyBsdf::scattersBelow, .lossless = kLossless, .conserving = kConserving)
+    .letsShadowsThrough = PxrDisneyBsdf::letsShadowsThrough, .scattersBelow = PxrDisneyBsdf::scattersBelow,
+    .lossless = kLossless, .conserving = kConserving)

@@ -292,5 +292,5 @@ constexpr const char* kConserving[] = {
 KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
               .help = "General material: diffuse, three specular lobes, iridescence, fuzz, glass and glow.",
               .params = kParams, .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
-              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough, .scattersBelow = scattersBelow, .lossless = kLossless,
-              .conserving = kConserving)
+              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough,
+              .scattersBelow = scattersBelow, .lossless = kLossless, .conserving = kConserving)

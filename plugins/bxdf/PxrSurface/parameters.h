@@ -164,8 +164,9 @@ constexpr Param kParams[] = {
         .help("Types 4 and 5: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways; the "
               "surface keeps its albedo and light its reach."),
     param::number("subsurfaceBleed", 0.f)
-        .help("Type 5: heavier tails of free flights at the same mean, up to the power law of the exponent -2.3: some "
-              "light reaches far while details stay."),
+        .help(
+            "Type 5: heavier tails of free flights at the same mean, up to the power law of the exponent -2.3: some "
+            "light reaches far while details stay."),
     param::number("subsurfaceDiffuseBlend", 0.f).help("Part that is reflected diffusely instead."),
     param::integer("subsurfaceResolveSelfIntersections", 0)
         .range(0, 1)

@@ -12,13 +12,19 @@ struct SheenTable;
 constexpr uint32_t kMaxLeaves = 8, kMaxOps = kMaxLeaves - 1;
 
 // Which lobe is which in LobeSum, and what each is to light path expressions.
-enum Lobe : uint32_t { kDiffuse, kDiffuseTransmit, kSpecular, kTransmit, kSheen, kSubsurface, kSubsurfaceReflect, kLobeCount };
-constexpr LobeDecl kLobes[kLobeCount] = {{"Diffuse", kLobeDiffuse},
-                                         {"Diffuse", kLobeDiffuse | kLobeTransmit},
-                                         {"Specular", kLobeSpecular},
-                                         {"Glass", kLobeSpecular | kLobeTransmit},
-                                         {"Fuzz", kLobeSpecular},
-                                         {"Subsurface", kLobeDiffuse | kLobeTransmit},
+enum Lobe : uint32_t {
+  kDiffuse,
+  kDiffuseTransmit,
+  kSpecular,
+  kTransmit,
+  kSheen,
+  kSubsurface,
+  kSubsurfaceReflect,
+  kLobeCount
+};
+constexpr LobeDecl kLobes[kLobeCount] = {{"Diffuse", kLobeDiffuse},   {"Diffuse", kLobeDiffuse | kLobeTransmit},
+                                         {"Specular", kLobeSpecular}, {"Glass", kLobeSpecular | kLobeTransmit},
+                                         {"Fuzz", kLobeSpecular},     {"Subsurface", kLobeDiffuse | kLobeTransmit},
                                          {"Subsurface", kLobeDiffuse}};
 
 // The kinds of leaves, as the letters of a structure: a tree in postfix order, "DRL" a dielectric over a diffuse base.

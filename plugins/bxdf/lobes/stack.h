@@ -178,8 +178,7 @@ struct LobeStack {
     Rgb<W> sum = transmittance;
     // what single scattering loses comes back in the colour: the whole is nearly the reflectance itself
     if (k.has(kDiffuse)) sum += reflectance * pow(muO, max(exponent, F(1.f)) - F(1.f));
-    if (k.has(kSubsurface))
-      sum += zeroUnless(onSide(k.subsurface.doubleSided, seenO.outside), standIn + belowColor);
+    if (k.has(kSubsurface)) sum += zeroUnless(onSide(k.subsurface.doubleSided, seenO.outside), standIn + belowColor);
     if (hasGlass()) {
       const F mirrored = glass.reflectGain * glassReflected();
       sum += Rgb<W>(mirrored, mirrored, mirrored) * glass.reflectTint + glass.transmitColor * glassTransmitted();
@@ -224,8 +223,8 @@ struct LobeStack {
     }
     reach = reach * maxComponent(positive(loadRgb<W>(x.reachColor, s.at))) * F(x.unit);
     // NaN compares false: no path goes there
-    Mask<W> sinks = (reach > F(1e-6f)) &
-                    (reach > loadFloat<W>(s.context->radius, s.at) * loadFloat<W>(x.diffuseSwitch, s.at));
+    Mask<W> sinks =
+        (reach > F(1e-6f)) & (reach > loadFloat<W>(s.context->radius, s.at) * loadFloat<W>(x.diffuseSwitch, s.at));
     if (!(s.context->traits & kTraitSubsurface)) sinks = Mask<W>(false);
     const F blend = select(sinks, clamp(loadFloat<W>(x.diffuseBlend, s.at), none, one), one);
     below = positive(tint) * (one - blend);

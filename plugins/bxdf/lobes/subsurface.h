@@ -27,8 +27,9 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
   out.terms = isSum ? 3 : 1;
   for (uint32_t i = 0; i < c.padded; ++i) {
     const float scale[3] = {at(k.reachColor, 0, i), at(k.reachColor, 1, i), at(k.reachColor, 2, i)};
-    const float most = scale[0] > scale[1] ? scale[0] > scale[2] ? scale[0] : scale[2]
-                                           : scale[1] > scale[2] ? scale[1] : scale[2];
+    const float most = scale[0] > scale[1]   ? scale[0] > scale[2] ? scale[0] : scale[2]
+                         : scale[1] > scale[2] ? scale[1]
+                                             : scale[2];
     for (uint32_t n = 0; n < 3; ++n) {
       float sum = 0, part[3];
       for (uint32_t t = 0; t < out.terms; ++t)
