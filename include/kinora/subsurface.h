@@ -23,7 +23,7 @@
 namespace kinora {
 struct SubsurfaceOptions {
   uint32_t mostSteps = 8192;  // flights of a walk; what is under way then comes out where it went in, and is counted
-  float rouletteBelow = 1;      // throughput, of 1 at the entry, from which Russian roulette is played
+  float rouletteBelow = 1;    // throughput, of 1 at the entry, from which Russian roulette is played
 };
 // Paths that have come out: contexts whose bxdf is diffuse with an albedo of 1, whose events (one slot) are those of
 // the lobe that they went in by, and whose Context::path are the entries of the context where they went in.

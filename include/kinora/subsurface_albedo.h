@@ -11,7 +11,7 @@ inline constexpr float kMostTail = 0.75f;
 
 namespace half_space {
 // Made by tools/make_subsurface_albedo.py: what is missing to van de Hulst's formula, divided by s (1 - s), by powers
-// of s and of the mean cosine, and of s and the tail.
+// of s and of the mean cosine, and of s and the tail (from its first power on).
 inline constexpr double kAnisotropyFit[6][6] = {
     {-0.00130788, 0.0053478, 0.0185712, -0.0377434, -0.0310478, 0.0520568},
     {0.03196, -0.160072, -0.504959, 1.10938, 0.885668, -1.51308},
@@ -26,6 +26,16 @@ inline constexpr double kTailFit[4][3] = {
     {0.0330845, -1.60768, 0.959756},
     {0.0900785, 0.499907, -0.288944},
 };
+template <int kRows, int kColumns>
+double polynomial(const double (&c)[kRows][kColumns], double x, double y) {
+  double sum = 0;
+  for (int i = kRows; i-- > 0;) {
+    double row = 0;
+    for (int j = kColumns; j-- > 0;) row = row * y + c[i][j];
+    sum = sum * x + row;
+  }
+  return sum;
+}
 }  // namespace half_space
 
 // sqrt((1 - a) / (1 - a g)) of a half space of that albedo, a being what one scattering keeps; van de Hulst,
@@ -33,25 +43,8 @@ inline constexpr double kTailFit[4][3] = {
 inline double similarity(double albedo, double g, double tail) {
   const double b = 1.139 + 1.17 * albedo;
   const double s = (b - std::sqrt(b * b - 4 * 0.139 * (1 - albedo))) / 0.278;
-  double sum = 0;
-  double power = 1;
-  for (const auto& row : half_space::kAnisotropyFit) {
-    double p = power;
-    for (const double x : row) {
-      sum += x * p;
-      p *= g;
-    }
-    power *= s;
-  }
-  power = tail;
-  for (const auto& row : half_space::kTailFit) {
-    double p = power;
-    for (const double x : row) {
-      sum += x * p;
-      p *= tail;
-    }
-    power *= s;
-  }
+  const double sum = half_space::polynomial(half_space::kAnisotropyFit, s, g) +
+                     tail * half_space::polynomial(half_space::kTailFit, s, tail);
   const double found = s + s * (1 - s) * sum;
   return found > 0 ? found < 1 ? found : 1 : 0;
 }

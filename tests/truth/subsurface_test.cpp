@@ -468,6 +468,33 @@ TEST(Subsurface, SubsetsAreOneBody) {
   EXPECT_LT(shown("").mean(), 0.97);
 }
 
+// Where light comes out, light samples and what the next rays find share it: a lamp near a ball is the same light as a
+// glowing polygon, which only rays find, and as the lamp with several samples and directions of each. All of it is in
+// the channel of its lobe.
+TEST(Subsurface, LightSamplesAndRaysShareWhatComesOut) {
+  const auto scene = [](const std::string& integrator, bool lamp) {
+    return orthographic(24, 1, lamp ? 100 : 256) + unbiased(1, integrator) + "WorldBegin\n" +
+           (lamp ? "AttributeBegin ConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  0 1.6 5 1]\nLight \"PxrRectLight\" "
+                   "\"l\" "
+                   "\"float intensity\" [5] AttributeEnd\n"
+                 : "AttributeBegin Sides 1\nBxdf \"PxrSurface\" \"glow\" \"float diffuseGain\" [0] \"float "
+                   "glowGain\" [5] "
+                   "\"color glowColor\" [1 1 1]\nPolygon \"vertex point P\" [-0.5 1.6 4.5  0.5 1.6 4.5  0.5 1.6 5.5  "
+                   "-0.5 1.6 5.5]\n"
+                   "AttributeEnd\n") +
+           wax(type(4) + color("subsurfaceColor", 0.9, 0.7, 0.5) + number("subsurfaceDmfp", 1)) + kBall +
+           "WorldEnd\n";
+  };
+  RenderRequest lamp, polygon, split;
+  lamp.rib = scene("", true);
+  lamp.channels = "Ci,a,subsurface";
+  polygon.rib = scene("", false);
+  split.rib = scene("\"int numIndirectSamples\" [3] \"int numLightSamples\" [2]", true);
+  split.channels = lamp.channels;
+  EXPECT_SAME_MEAN(overSeeds(lamp, 8, "subsurface"), overSeeds(polygon, 8), 0.01);
+  EXPECT_SAME_MEAN(overSeeds(lamp, 8, "subsurface"), overSeeds(split, 8, "subsurface"), 0.01);
+}
+
 // The principled material has the same walks, below its dielectric.
 TEST(Subsurface, PrincipledMaterialWalksToo) {
   const auto shown = [](const std::string& material) {
