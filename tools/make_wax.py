@@ -126,12 +126,13 @@ WorldBegin
   AttributeBegin
     # key: 2 by 2 at (-4, 4, -4)
     ConcatTransform [1.4 0 -1.4 0  0.75 1.7 0.75 0  0.6 -0.53 0.6 0  -4 4 -4 1]
-    Light "PxrRectLight" "key" "float intensity" [1.6] "color lightColor" [0.85 0.92 1]
+    Light "PxrRectLight" "key" "float intensity" [2.4] "color lightColor" [0.85 0.92 1]
   AttributeEnd
   AttributeBegin
     # the dome's own up is z: it becomes y
+    Attribute "visibility" "int camera" [0]
     ConcatTransform [0 0 -1 0  -1 0 0 0  0 1 0 0  0 0 0 1]
-    Light "PxrDomeLight" "fill" "float intensity" [0.05] "color lightColor" [0.7 0.85 1]
+    Light "PxrDomeLight" "fill" "float intensity" [0.16] "color lightColor" [0.8 0.9 1]
   AttributeEnd
   AttributeBegin
     Attribute "identifier" "string name" ["table"]
@@ -141,7 +142,7 @@ WorldBegin
   AttributeEnd
 '''
     out += thing("idol", "Translate -0.2 0 0.2 Rotate -14 0 1 0",
-                 material("wax", 5, "0.92 0.8 0.66", 0.9, "1 0.28 0.1", ' "float specularRoughness" [0.35] "float subsurfaceBleed" [0.4]') +
+                 material("wax", 5, "0.95 0.72 0.5", 1.3, "1 0.14 0.05", ' "float specularRoughness" [0.35] "float subsurfaceBleed" [0.4]') +
                  mesh(*lathe(22, 40, idol)))
     out += thing("candle", "Translate -1.75 0 0.5",
                  material("tallow", 4, "0.95 0.92 0.85", 0.8, "1 0.6 0.25", ' "float specularRoughness" [0.4]') +
