@@ -40,9 +40,47 @@ struct GenerateArgs {
   float* pdf;         // out: of all lobes together; a probability where discrete
   float* pdfReverse;  // out; may be null
   uint32_t* slot;     // out: slot chosen, kNoLobe where there is no sample
-  uint32_t* flags;    // out: kSampleDiscrete | kSampleTransmit
+  uint32_t* flags;    // out: SampleFlags
 };
-enum SampleFlags : uint32_t { kSampleDiscrete = 1, kSampleTransmit = 2 };
+enum SampleFlags : uint32_t {
+  kSampleDiscrete = 1,
+  kSampleTransmit = 2,
+  // The path goes on below the surface, from where it comes out elsewhere: only in contexts with kTraitSubsurface.
+  // wi is the direction in which it starts there; the weight leaves out what BxdfFunctions::subsurface tells. All such
+  // samples of a context are of one slot.
+  kSampleBelow = 4
+};
+
+// What lies under a surface. Light goes in and comes out by a cosine's law, whatever its direction was: there is no
+// step of the index at the boundary, but for the part that the dipoles have in their formulas.
+enum class SubsurfaceModel : uint32_t { Walk, Burley, BetterDipole, JensenDipole };
+inline constexpr uint32_t kMaxSubsurfaceTerms = 3;
+// One profile of diffusion, by point.
+struct SubsurfaceTerm {
+  float* share[3];   // of the term in the whole; the shares of a channel sum to 1
+  float* albedo[3];  // of a plane surface, [0, 1]
+  float* length[3];  // diffuse mean free path, render units, above 0
+};
+// Filled by BxdfFunctions::subsurface for the points of a context; arrays are the caller's, of padded length.
+struct Subsurface {
+  SubsurfaceModel model = SubsurfaceModel::Walk;
+  const char* traceSet =
+      nullptr;         // the text of a parameter declared with traceSet(): members of these groups are one
+                       // body. Null, "": the object itself
+  uint32_t joins = 0;  // 1: parts that overlap are one; 0: paths come out at the first surface they meet
+  float* surface[3];   // albedo of a plane surface: what comes out at once where nothing lies below
+  // Walk
+  float* albedo[3];   // of one scattering, [0, 1]
+  float* length[3];   // mean free path, render units, above 0
+  float* anisotropy;  // mean cosine of scattering (Henyey and Greenstein), (-1, 1)
+  // Free flights of a length x keep (1 + tail x / length)^(-1 - 1 / tail), of the mean `length`, after a scattering
+  // and (1 + tail x / length)^(-1 / tail) after the boundary (d'Eon 2018); 0: the exponential.
+  float* tail;
+  // profiles
+  uint32_t terms = 1;
+  SubsurfaceTerm term[kMaxSubsurfaceTerms];
+  float* ior;  // of the inside, for the dipoles
+};
 
 // The medium behind a surface, by point: what a path enters that is transmitted.
 struct InteriorArgs {
@@ -84,6 +122,8 @@ struct BxdfFunctions {
   // Materials that fill space. Their weights are phase function times albedo, without a cosine; wo points back along
   // the ray that was scattered.
   void (*medium)(const Context*, const MediumArgs*);
+  // What lies below, asked of contexts of which samples were flagged kSampleBelow; null: there are none.
+  void (*subsurface)(const Context*, const void* closure, Subsurface*);
 };
 
 // Descriptor::flags of a bxdf.
@@ -112,6 +152,8 @@ struct BxdfTraits {
   // Materials that fill space: their MediumFlags (null: 0), and whether their extinction is a product (null: never).
   uint32_t (*mediumFlags)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
+  // 1: generate() may flag samples kSampleBelow. null: what BxdfFunctions::subsurface says by being there.
+  uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
 };
 
 // What a bxdf declares; see BxdfTraits.
@@ -127,12 +169,13 @@ struct BxdfPlugin {
   uint32_t (*letsShadowsThrough)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*mediumFlags)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
+  uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
   const char* const* lossless = nullptr;
   const char* const* conserving = nullptr;
   uint32_t flags = 0;
   constexpr BxdfTraits traits() const {
-    return {lobes.data, lobes.count, presenceParam,      programKey,  enclosesMedium,
-            lossless,   conserving,  letsShadowsThrough, mediumFlags, extinctionProduct};
+    return {lobes.data, lobes.count,        presenceParam, programKey,        enclosesMedium, lossless,
+            conserving, letsShadowsThrough, mediumFlags,   extinctionProduct, scattersBelow};
   }
 };
 

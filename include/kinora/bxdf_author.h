@@ -122,6 +122,8 @@ struct LobeSample {
   Rgb<W> discreteWeight;
   Float<W> discreteProbability;
   Int<W> discreteLobe;
+  // Of those, the ones that go on below the surface (kSampleBelow).
+  Mask<W> below;
 };
 
 template <class B>
@@ -223,7 +225,8 @@ struct BxdfRunner {
       select(valid, slot, Int<W>(kNoLobe)).store(a->slot + i);
       const Mask<W> through = dot(sample.wi, s.Ng) < F(0.f);
       (select(sample.discrete, Int<W>(uint32_t(kSampleDiscrete)), Int<W>(0)) |
-       select(through, Int<W>(uint32_t(kSampleTransmit)), Int<W>(0)))
+       select(through, Int<W>(uint32_t(kSampleTransmit)), Int<W>(0)) |
+       select(sample.below, Int<W>(uint32_t(kSampleBelow)), Int<W>(0)))
           .store(a->flags + i);
     }
   }
@@ -263,6 +266,7 @@ struct BxdfRunner {
     if constexpr (requires { typename B::template HasEmission<W>; }) f.emission = &emission<W>;
     if constexpr (requires { &B::presence; }) f.presence = &B::presence;
     if constexpr (requires { &B::interior; }) f.interior = &B::interior;
+    if constexpr (requires { &B::subsurface; }) f.subsurface = &B::subsurface;
     if constexpr (requires { &B::template thinShadow<W>; }) f.thinShadow = &B::template thinShadow<W>;
     if constexpr (requires { &B::medium; }) f.medium = &B::medium;
     return f;

@@ -58,7 +58,11 @@ enum ContextTraits : uint32_t {
   kTraitInSpace = 16,   // points of a medium: no surface; N and Ng are wo. The bxdf, if any, is the phase function
   kTraitEncloses = 32,  // the material bounds a medium
   kTraitTinted = 64,    // tinted shadows pass the material, see Context::tintedSlots
-  kTraitScattersOnce = 128  // of a medium whose light goes on to lights only: no directions are followed from here
+  // The integrator follows paths below surfaces (kSampleBelow). Where it does not, materials reflect diffusely what
+  // would come out again.
+  kTraitSubsurface = 128,
+  kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
+  kTraitScattersOnce = 512,  // of a medium whose light goes on to lights only: no directions are followed from here
 };
 
 struct Context;

@@ -211,6 +211,10 @@ struct SurfacePlaces {
   const uint32_t* isInside;  // 1: seen from the side that the outward normal turns away from; null: from outside
   const uint32_t* sampleSeed;
   const uint32_t* sampleIndex;
+  // Where light comes out that went in at points of a context: by place, the point. It has the depth, the media and
+  // the kind of lights of that vertex, and in its context no closure is bound (kTraitComesOut). Null: as above.
+  const Context* from = nullptr;
+  const uint32_t* fromPoint = nullptr;
 };
 
 // All that chords meet of the objects that they began on, or of a set of objects; see Services::hitsOnObject.
@@ -228,6 +232,14 @@ struct ObjectHits {
   uint32_t* geometry;
   uint32_t* primitive;
   uint32_t* level;
+  uint32_t* leaves;          // 1: the chord comes out there, on the side of the outward normal
+  uint32_t nearestOnly = 0;  // in, 1: nothing is looked for when there is no more room; `beyond` stays 0
+};
+
+// What happened to paths below a surface that did not come out as they should, see Services::noteBelow.
+enum class BelowSurface : uint32_t {
+  Open,    // nothing of the object lay below: it is not closed, or has no inside (curves)
+  Endless  // too many steps, or far outside of everything
 };
 
 // The automaton over light path expressions: an integrator keeps a state for each path and steps it at each event.
@@ -351,6 +363,9 @@ struct Services {
   // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
   Context* (*pointsInSpace)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                             const float* t);
+  // Paths below the surface that went in at the listed points and came out there too, for want of another place: they
+  // are counted, and the frame ends with a message that names an object.
+  void (*noteBelow)(Group*, const Context*, uint32_t n, const uint32_t* points, BelowSurface);
 };
 
 // At the barrier behind a stage, on one thread.

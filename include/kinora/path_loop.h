@@ -5,6 +5,7 @@
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
+#include <kinora/subsurface.h>
 
 #ifndef KINORA_PATH_LOOP_ONCE
 #define KINORA_PATH_LOOP_ONCE
@@ -81,7 +82,8 @@ class PathLoop {
     applyMedium(n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
-    const uint32_t count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit, 0, hits, live, &contexts);
+    const uint32_t count =
+        sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit | kTraitSubsurface, 0, hits, live, &contexts);
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
     for (uint32_t part = 0; part < o_.lightSamples; ++part)
       directLight(count, contexts, 0, part, o_.lightSamples, parts);
@@ -551,7 +553,7 @@ class PathLoop {
                             flags};
       c.bxdf->generate(&c, c.closure, &ga);
       uint32_t *point = words(c.padded + kPad), *through = words(c.padded + kPad);
-      uint32_t leaving = 0;
+      uint32_t *below = words(c.padded + kPad), leaving = 0, sinking = 0;
       for (uint32_t i = 0; i < c.count; i += W) {
         Mask<W> on = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
         const Slots<W> s = Slots<W>::load(c.path + i);
@@ -570,6 +572,18 @@ class PathLoop {
           t = t * (F(1.f) / q);
         }
         on = on & (maxComponent(t) > F(0.f));
+        if (c.bxdf->subsurface) {
+          const Mask<W> sinks = on & ((Int<W>::load(flags + i) & Int<W>(uint32_t(kSampleBelow))) != Int<W>(0));
+          if (sinks.any()) {
+            s.put(sinks, t.x, throughput_[0]);
+            s.put(sinks, t.y, throughput_[1]);
+            s.put(sinks, t.z, throughput_[2]);
+            const Packer<W> pack(sinks);
+            pack.put(Int<W>::lanes(int32_t(i)), below + sinking);
+            sinking += uint32_t(pack.count);
+            on = on & !sinks;
+          }
+        }
         const uint32_t bits = on.bits();
         if (!bits) continue;
         const Vec3<W> w = Vec3<W>::load(wi, i);
@@ -610,8 +624,65 @@ class PathLoop {
         leaving += uint32_t(pack.count);
       }
       if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, nullptr, through);
+      if (sinking) m = followBelow(c, sinking, below, ga, depth, part, parts, live, m);
     }
     padList(m, live);
+    return m;
+  }
+
+  // Paths below the surface: light where they come out, and their next directions from there. They are still at the
+  // vertex where they went in, of which each followed `parts` directions; slots that go on are appended to `live`.
+  uint32_t followBelow(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made,
+                       uint32_t depth, uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    using F = Float<W>;
+    const Emerged out = PathsBelow<W>(g_, sv_).follow(in, n, points, made, part, parts, throughput_);
+    const auto scale = [&](float by) {
+      for (uint32_t k = 0; parts > 1 && k < out.count; ++k)
+        for (uint32_t i = 0; i < out.contexts[k]->count; ++i)
+          for (float* t : throughput_) t[out.contexts[k]->path[i]] *= by;
+    };
+    scale(1.f / float(parts));
+    const uint32_t lightParts = depth == 0 ? o_.lightSamples : 1;
+    for (uint32_t p = 0; p < lightParts; ++p) directLight(out.count, out.contexts, depth, p, lightParts, 1);
+    scale(float(parts));
+    for (uint32_t k = 0; k < out.count; ++k) {
+      const Context& c = *out.contexts[k];
+      uint32_t *point = words(c.padded + kPad), *slot = words(c.padded + kPad), leaving = 0;
+      for (uint32_t i = 0; i < c.count; i += W) {
+        Mask<W> on = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
+        const Slots<W> s = Slots<W>::load(c.path + i);
+        F a, b;
+        draw2(sv_->samples, Int<W>::load(c.sampleSeed + i),
+              Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part), dimensionAt(depth) + kDimBelow, a, b);
+        const Vec3<W> local = cosineHemisphere(a, b), Ng = Vec3<W>::load(c.Ng, i);
+        const Vec3<W> w = Frame<W>(Vec3<W>::load(c.N, i)).toWorld(local);
+        on = on & (dot(Ng, w) > F(0.f)) & (local.z > F(0.f)) & (maxComponent(Vec3<W>::get(throughput_, s)) > F(0.f));
+        if (on.none()) continue;
+        const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Ng, F::load(c.bias + i), w);
+        const F p = local.z * F(kInvPi);
+        const Rays& r = g_->paths.rays;
+        s.put(on, from.x, r.o[0]);
+        s.put(on, from.y, r.o[1]);
+        s.put(on, from.z, r.o[2]);
+        s.put(on, w.x, r.d[0]);
+        s.put(on, w.y, r.d[1]);
+        s.put(on, w.z, r.d[2]);
+        s.put(on, p * F(1.f / float(parts)), pdf_);  // found() reckons with `parts` directions from the same place
+        s.put(on, F(1e30f), r.tMax);
+        s.put(on, F::load(c.radius + i), r.radius);
+        s.put(on, spreadAfter(F::load(c.spread + i), p), r.spread);
+        const Int<W> row = s.get(state_) * Int<W>(sv_->paths.eventCount);
+        s.put(on, gather(sv_->paths.next, select(on, row + Int<W>(uint32_t(c.eventOfSlot[0])), Int<W>(0))), state_);
+        s.put(on, o_.allowCaustics ? Int<W>(0) : withoutCaustics(c, i, s, w, Int<W>(0), Mask<W>(false)), flags_);
+        const Packer<W> pack(on);
+        pack.put(s.s, live + m);
+        pack.put(s.s, slot + leaving);
+        pack.put(Int<W>::lanes(int32_t(i)), point + leaving);
+        m += uint32_t(pack.count);
+        leaving += uint32_t(pack.count);
+      }
+      if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, slot, nullptr);
+    }
     return m;
   }
 
@@ -635,7 +706,7 @@ class PathLoop {
       if (first && parts > 1)
         for (uint32_t i = 0; i < hits; ++i)
           for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
-      count = sv_->shade(g_, &g_->paths, kTraitEyePath, depth + 1, hits, live, &contexts);
+      count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitSubsurface, depth + 1, hits, live, &contexts);
       for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
       directLight(count, contexts, depth + 1, 0, 1, 1);
     }

@@ -36,6 +36,7 @@ enum VertexDimension : uint32_t {  // offsets within a vertex's dimensions
   kDimLight = 4,
   kDimMedium = 6,  // where the ray on the way here is scattered
   kDimUser = 8,
-  kDimPattern = 13  // of patterns that trace, and the one behind it
+  kDimPattern = 13,  // of patterns that trace, and the one behind it
+  kDimBelow = 15     // of paths below the surface, and of directions that they come out in
 };
 }  // namespace kinora

@@ -421,6 +421,16 @@ constexpr Explanation kRooms[] = {
      "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays "
      "were "
      "blocked. The message counts them."},
+    {"SUBSURFACE-OPEN",
+     "Paths that went below a surface with subsurface scattering met nothing of the object there: its mesh is a "
+     "sheet, "
+     "has a hole or is inside out, or the object is made of curves or points, which have no inside. Their light "
+     "comes "
+     "out where it went in, as from a diffuse surface of the same colour. The message names the first such object."},
+    {"SUBSURFACE-LONG",
+     "Paths below a surface made 8,192 free flights, or came far outside of everything through a crack in the mesh. "
+     "Their light comes out where it went in. A few of them are harmless; many say that the mean free path is tiny "
+     "beside the object while nothing is absorbed, or that the mesh is not closed."},
     {"RENDER-NONFINITE",
      "Some samples gave infinity or not-a-number. They were left out together with their weight, so the pixel is the "
      "mean "

@@ -525,6 +525,13 @@ void Frame::addTo(Statistics& st) const {
       st.mediaExcess = c.excess;
       st.excessMedium = workers_[i]->state().world().space->media[c.excessMedium].name;
     }
+    for (size_t k = 0; k < st.lostBelow.size(); ++k) {
+      st.lostBelow[k] += c.lostBelow[k];
+      if (c.lostPlacement[k] != ~0u && (!st.lostPlacement[k] || *st.lostPlacement[k] > c.lostPlacement[k])) {
+        st.lostPlacement[k] = c.lostPlacement[k];
+        st.lostObject[k] = workers_[i]->state().world().placements[c.lostPlacement[k]].name;
+      }
+    }
     const auto addLanes = [](LaneUse& to, const shade::LaneCounts& from) {
       to.active += from.active;
       to.possible += from.possible;

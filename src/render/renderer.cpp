@@ -539,6 +539,23 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
           "camera and indirect rays ended there as in empty space, shadow rays as blocked",
           "opaque cards or a coarser model where hundreds of such layers lie behind each other");
     warnOfMedia();
+    const auto nameOf = [](const std::string& name) {
+      return name.empty() ? std::string("an object without a name") : "object \"" + name + '"';
+    };
+    // one path of a hundred thousand slips through between facets that meet
+    if (stats.lostBelow[0] * 100000 > stats.cameraHits + stats.indirectHits)
+      diagnostics.warning("SUBSURFACE-OPEN", {},
+                          std::to_string(stats.lostBelow[0]) +
+                              " paths below a surface met nothing of its object, the first one " +
+                              nameOf(stats.lostObject[0]),
+                          "their light comes out where it went in, as from a diffuse surface",
+                          "subsurface scattering needs closed meshes, not curves, points or sheets");
+    if (stats.lostBelow[1])
+      diagnostics.warning("SUBSURFACE-LONG", {},
+                          std::to_string(stats.lostBelow[1]) + " paths below a surface had no end, the first in " +
+                              nameOf(stats.lostObject[1]),
+                          "their light comes out where it went in",
+                          "a closed mesh, a longer mean free path or a darker colour");
     const TextureStatistics t = builder.textures().statistics();
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;

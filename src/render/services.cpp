@@ -127,6 +127,9 @@ struct Worker::Calls {
                            ObjectHits* out) {
     of(g).state_.hitsOnObject(c, n, points, *rays, out);
   }
+  static void noteBelow(Group* g, const Context* c, uint32_t n, const uint32_t* points, BelowSurface what) {
+    of(g).state_.noteBelow(c, n, points, what);
+  }
   static MemoryMark markMemory(Group* g) {
     const Arena::Mark m = of(g).state_.arena().mark();
     return {m.block, m.used};
@@ -221,6 +224,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.shadeVertices = &Calls::shadeVertices;
   s.makeVertices = &Calls::makeVertices;
   s.hitsOnObject = &Calls::hitsOnObject;
+  s.noteBelow = &Calls::noteBelow;
   s.emitLight = &Calls::emitLight;
   s.lightEnds = &Calls::lightEnds;
   s.connectCamera = &Calls::connectCamera;

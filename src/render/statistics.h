@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -101,6 +102,11 @@ struct Statistics {
   uint64_t mediaRays = 0, mediaLookups = 0, endlessTracks = 0, mediaOverflows = 0;
   float mediaExcess = 1;
   std::string excessMedium;
+  // Paths below surfaces that came out where they went in: those of objects with no inside, those without end; and an
+  // object of each, the first of the scene.
+  std::array<uint64_t, 2> lostBelow{};
+  std::array<std::optional<uint32_t>, 2> lostPlacement;
+  std::array<std::string, 2> lostObject;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
 };

@@ -19,7 +19,7 @@ constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubse
                               {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
                               {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
 constexpr int kOfShadows = 2, kByText = 3;  // kinds; the last is asked for by plug-ins
-constexpr uint32_t kFirstBit = 4;           // after trace::VisibilityBits
+constexpr uint32_t kFirstBit = 5;           // after trace::VisibilityBits
 constexpr const char* kBetweenNames = ", \t\n\r\f\v";
 
 }  // namespace
@@ -45,8 +45,9 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
                                    trace::kSeenByCamera | trace::kSeenByIndirect | trace::kSeenByOpaqueShadow);
   for (size_t k = 0; k < flat.placements.size(); ++k) {
     const shade::Program& program = materials.program(materials[infos[k].material].program);
-    if (program.opaque && !program.tints) continue;
     uint32_t& v = visibility[flat.parts[flat.placements[k].part].shapes[0]];
+    if (program.scatters) v |= trace::kAskedAlone;
+    if (program.opaque && !program.tints) continue;
     v = (v & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
   }
   return visibility;
@@ -84,7 +85,8 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
               std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
-  for (const trace::PlacementInput& p : flat.placements) sight.ofPlacement.push_back(p.visibility);
+  for (const trace::PlacementInput& p : flat.placements)
+    sight.ofPlacement.push_back(p.visibility | trace::kAskedAlone);
   struct Subset {
     int kind;
     std::vector<std::string> names, exclude;

@@ -182,22 +182,24 @@ void GroupState::passThrough(const RayList& list, uint32_t n, const uint32_t* en
   }
 }
 
-// Whether a hit shows its object's side that Sides 1 takes away.
-bool GroupState::averted(const RayList& list, uint32_t s) const {
+// The cosine, unnormalised, between a ray and the outward normal of what it hit: above 0 it comes out there.
+float GroupState::outwards(const Hits& hits, uint32_t at, const float d[3], float time) const {
   const trace::World& w = *world_.world;
-  const Hits& hits = list.hits;
-  const GeometryInfo& g = world_.geometries[hits.geometry[s]];
-  if (!(g.flags & kOneSided)) return false;
-  float ng[3] = {hits.ng[0][s], hits.ng[1][s], hits.ng[2][s]};
-  if (!w.instance(hits.instance[s]).baked) {
-    const trace::Affine inverse = w.objectToRender(hits.instance[s], list.rays.time[s]).inverse();
+  float ng[3] = {hits.ng[0][at], hits.ng[1][at], hits.ng[2][at]};
+  if (!w.instance(hits.instance[at]).baked) {
+    const trace::Affine inverse = w.objectToRender(hits.instance[at], time).inverse();
     float q[3];
     for (int c = 0; c < 3; ++c) q[c] = inverse.m[0][c] * ng[0] + inverse.m[1][c] * ng[1] + inverse.m[2][c] * ng[2];
     std::memcpy(ng, q, sizeof ng);
   }
-  float d = 0;
-  for (int c = 0; c < 3; ++c) d += ng[c] * list.rays.d[c][s];
-  return d * g.side > 0;
+  return (ng[0] * d[0] + ng[1] * d[1] + ng[2] * d[2]) * world_.geometries[hits.geometry[at]].side;
+}
+
+// Whether a hit shows its object's side that Sides 1 takes away.
+bool GroupState::averted(const RayList& list, uint32_t s) const {
+  if (!(world_.geometries[list.hits.geometry[s]].flags & kOneSided)) return false;
+  const float d[3] = {list.rays.d[0][s], list.rays.d[1][s], list.rays.d[2][s]};
+  return outwards(list.hits, s, d, list.rays.time[s]) > 0;
 }
 
 // Nearest hits by the list's kind of ray.
@@ -369,6 +371,7 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
   out->geometry = u(room);
   out->primitive = u(room);
   out->level = u(room);
+  out->leaves = u(room);
   const uint32_t ofSet = maskOf(out->traceSet);
   RayList& list = *makeRays(n);
   uint32_t* open = u(padded(n));
@@ -386,15 +389,26 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
     passed[i] = 0;
     out->count[i] = out->beyond[i] = 0;
   }
+  // Materials that paths go below can be asked for alone: what lies on the object's own surface hides nothing of it.
+  uint32_t* bodies = nullptr;
+  if (const Program* program = ContextHost::of(c).program; !ofSet && program && program->scatters) {
+    bodies = u(padded(n));
+    for (uint32_t i = 0; i < n; ++i) bodies[i] = world_.world->bodyOf(c->place.instance[points[i]]);
+  }
   for (uint32_t open_ = n; open_;) {
-    world_.world->closest(list.rays, list.hits, ofSet ? ofSet : ~0u, open_, open);
+    if (bodies)
+      world_.world->closestOn(list.rays, list.hits, bodies, open_, open);
+    else
+      world_.world->closest(list.rays, list.hits, ofSet ? ofSet : ~0u, open_, open);
     const Hits& h = list.hits;
     uint32_t m = 0;
     for (uint32_t k = 0; k < open_; ++k) {
       const uint32_t i = open[k];
       if (std::isinf(h.t[i])) continue;
       open[m++] = i;
-      if (!ofSet && h.instance[i] != c->place.instance[points[i]]) continue;
+      if (!ofSet && h.instance[i] != c->place.instance[points[i]] &&
+          world_.world->bodyOf(h.instance[i]) != world_.world->bodyOf(c->place.instance[points[i]]))
+        continue;
       if (out->count[i] == most) {
         ++out->beyond[i];
         continue;
@@ -408,10 +422,19 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
       out->geometry[at] = h.geometry[i];
       out->primitive[at] = h.primitive[i];
       out->level[at] = h.level[i];
+      const float d[3] = {list.rays.d[0][i], list.rays.d[1][i], list.rays.d[2][i]};
+      out->leaves[at] = outwards(h, i, d, list.rays.time[i]) > 0;
+      if (out->nearestOnly && out->count[i] == most) --m;
     }
     passThrough(list, m, open, passed);
     open_ = m;
   }
+}
+
+void GroupState::noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what) {
+  counters.lostBelow[uint32_t(what)] += n;
+  uint32_t& first = counters.lostPlacement[uint32_t(what)];
+  for (uint32_t i = 0; i < n; ++i) first = std::min(first, world_.world->instance(c->place.instance[points[i]]).user);
 }
 
 }  // namespace kinora::shade

@@ -143,6 +143,9 @@ struct GroupCounters {
   uint64_t mediaRays = 0, mediaLookups = 0, endlessTracks = 0, mediaOverflows = 0;
   float excess = 1;
   uint32_t excessMedium = 0;
+  // Paths below surfaces that came out where they went in, by BelowSurface, and the first object of theirs.
+  uint64_t lostBelow[2] = {};
+  uint32_t lostPlacement[2] = {~0u, ~0u};
   uint64_t nanoseconds[16] = {};
 };
 
@@ -189,6 +192,7 @@ class GroupState {
   bool displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
                 float* const offset[3], float* const normal[3]);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
+  void noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
@@ -272,6 +276,7 @@ class GroupState {
   void absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
   void findOuterIor(const Context* c, const uint32_t* stacks, float* ior) const;
   void updateMedia(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through, uint32_t* stacks);
+  float outwards(const Hits& hits, uint32_t at, const float d[3], float time) const;
   bool averted(const RayList& list, uint32_t entry) const;
   void passThrough(const RayList& list, uint32_t n, const uint32_t* entries, float* passed);
   void closest(RayList& list, uint32_t n, const uint32_t* entries);

@@ -274,7 +274,7 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
     h->manifolds[k] = Manifold();
   }
   h->node = nodes - 1;
-  if (bind && program.bxdf->begin) {
+  if (bind && program.bxdf->begin && !(traits & kTraitComesOut)) {
     uint64_t time = 0;
     {
       const Clock clock(time);

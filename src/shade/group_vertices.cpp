@@ -17,25 +17,26 @@ struct Record {
   uint32_t instance, geometry, primitive, level;
   uint32_t seed, index;
   uint32_t linkSet, media;  // media: in the world's archive
-  uint32_t how;             // bits from 0: traits, from 8: kind of ray, from 10: RayOrigin, from 13: depth
+  uint32_t how;             // bits from 0: traits, from 9: kind of ray, from 11: RayOrigin, from 14: depth
 };
 static_assert(sizeof(Record) == sizeof(VertexRecord));
-constexpr uint32_t kKeptTraits = kTraitEyePath | kTraitLightPath | kTraitPrimaryHit;
+constexpr uint32_t kKeptTraits =
+    kTraitEyePath | kTraitLightPath | kTraitPrimaryHit | kTraitSubsurface | kTraitComesOut;
 constexpr uint32_t kOriginMask = kFromDiscrete | kFromSpecular | kFromTransmission;
-static_assert(kKeptTraits < 1 << 8 && kOriginMask < 1 << 3);
+static_assert(kKeptTraits < 1 << 9 && kOriginMask < 1 << 3);
 // Contexts hold points of one of these.
-constexpr uint32_t kSameContext = ~(kOriginMask << 10);
+constexpr uint32_t kSameContext = ~(kOriginMask << 11);
 
-uint32_t traitsOf(uint32_t how) { return how & 0xff; }
-RayKind kindOf(uint32_t how) { return RayKind(how >> 8 & 3); }
-uint32_t originOf(uint32_t how) { return how >> 10 & kOriginMask; }
-uint32_t depthOf(uint32_t how) { return how >> 13; }
+uint32_t traitsOf(uint32_t how) { return how & 0x1ff; }
+RayKind kindOf(uint32_t how) { return RayKind(how >> 9 & 3); }
+uint32_t originOf(uint32_t how) { return how >> 11 & kOriginMask; }
+uint32_t depthOf(uint32_t how) { return how >> 14; }
 
 }  // namespace
 
 void GroupState::keepVertices(const Context* c, uint32_t n, const uint32_t* points, VertexRecord* out) {
   const ContextHost& h = ContextHost::of(c);
-  const uint32_t how = (c->traits & kKeptTraits) | uint32_t(h.rayKind) << 8 | c->depth << 13;
+  const uint32_t how = (c->traits & kKeptTraits) | uint32_t(h.rayKind) << 9 | c->depth << 14;
   uint32_t* media = nullptr;
   if (h.state.media) {
     uint32_t* stacks = arena_.make<uint32_t>(n);
@@ -65,7 +66,7 @@ void GroupState::keepVertices(const Context* c, uint32_t n, const uint32_t* poin
     r.index = c->sampleIndex[p];
     r.linkSet = h.state.linkSet ? h.state.linkSet[p] : 0;
     r.media = media ? media[i] : 0;
-    r.how = how | (h.origin[p] & kOriginMask) << 10;
+    r.how = how | (h.origin[p] & kOriginMask) << 11;
     std::memcpy(&out[i], &r, sizeof r);
   }
 }
@@ -127,7 +128,17 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
     r.index = places.sampleIndex[p];
     r.linkSet = world_.tables.linkSetOfInstance[r.instance];
     r.media = MediaPool::kEmpty;
-    r.how = kTraitEyePath | uint32_t(RayKind::Indirect) << 8;
+    r.how = kTraitEyePath | uint32_t(RayKind::Indirect) << 9;
+    if (places.from) {
+      const Context& from = *places.from;
+      const VertexState& around = ContextHost::of(&from).state;
+      const uint32_t at = places.fromPoint[p];
+      if (around.linkSet && world_.indirectSets && around.linkSet[at] >= world_.indirectSets)
+        r.linkSet += world_.indirectSets;
+      if (around.media) world_.mediaArchive->keep(media_, 1, &around.media[at], &r.media);
+      r.how = (from.traits & (kTraitEyePath | kTraitLightPath)) | kTraitComesOut |
+              uint32_t(ContextHost::of(&from).rayKind) << 9 | from.depth << 14;
+    }
     std::memcpy(&out[i], &r, sizeof r);
   }
   return count;

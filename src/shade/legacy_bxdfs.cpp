@@ -28,6 +28,19 @@ struct StandIn {
 constexpr auto kInt = scene::ValueType::Int;
 constexpr auto kFloat = scene::ValueType::Float;
 constexpr auto kColor = scene::ValueType::Color;
+constexpr float kThird = 1.f / 3;
+
+// Skins are three profiles of equal parts.
+const std::initializer_list<Fixed> kSkinFixed = {{"diffuseGain", kFloat, 0},
+                                                 {"subsurfaceType", kInt, 3},
+                                                 {"shortSubsurfaceGain", kFloat, kThird},
+                                                 {"subsurfaceGain", kFloat, kThird},
+                                                 {"longSubsurfaceGain", kFloat, kThird},
+                                                 {"subsurfaceDmfpColor", kColor, 1}};
+const std::initializer_list<Renamed> kSkinNames = {
+    {"nearColor", "shortSubsurfaceColor"}, {"nearLength", "shortSubsurfaceDmfp"}, {"midColor", "subsurfaceColor"},
+    {"midLength", "subsurfaceDmfp"},       {"farColor", "longSubsurfaceColor"},   {"farLength", "longSubsurfaceDmfp"},
+    {"unitLength", "unitLength"},          {"diffuseTint", "subsurfacePostTint"}, {"bumpNormal", "bumpNormal"}};
 
 // Fresnel of the PxrLM plastics and metals is physical. PxrLMMetal's specularColor is what its users set to say which
 // metal, so that it is the colour seen face on where it is given.
@@ -78,20 +91,8 @@ const StandIn kTable[] = {
       {"roughness", "roughness"},
       {"eta", "ior"},
       {"bumpNormal", "bumpNormal"}}},
-    {"pxrlmsubsurface",
-     "PxrSurface",
-     {},
-     {{"nearColor", "diffuseColor"},
-      {"midColor", "diffuseColor"},
-      {"diffuseTint", "diffuseColor"},
-      {"bumpNormal", "bumpNormal"}}},
-    {"pxrskin",
-     "PxrSurface",
-     {},
-     {{"nearColor", "diffuseColor"},
-      {"midColor", "diffuseColor"},
-      {"diffuseTint", "diffuseColor"},
-      {"bumpNormal", "bumpNormal"}}},
+    {"pxrlmsubsurface", "PxrSurface", kSkinFixed, kSkinNames},
+    {"pxrskin", "PxrSurface", kSkinFixed, kSkinNames},
 };
 
 scene::Parameter number(const char* name, scene::ValueType type, float value) {

@@ -49,6 +49,22 @@ TEST(LegacyBxdfs, MetalsByColourAreArtisticOthersPhysical) {
   EXPECT_EQ(modernBxdfFor(node)->params.getFloats("specularFaceColor"), (std::vector<float>{1, 0.8f, 0.3f}));
 }
 
+TEST(LegacyBxdfs, SkinsAreThreeProfiles) {
+  for (const char* name : {"PxrSkin", "PxrLMSubsurface"}) {
+    scene::Node node;
+    node.plugin = name;
+    node.params.set(floats("farColor", {0.8f, 0.2f, 0.1f}));
+    node.params.set(floats("farLength", {12}));
+    const std::optional<scene::Node> n = modernBxdfFor(node);
+    ASSERT_TRUE(n);
+    EXPECT_EQ(n->params.getInt("subsurfaceType", 0), 3);
+    EXPECT_EQ(n->params.getFloat("diffuseGain", 1), 0);
+    EXPECT_EQ(n->params.getFloats("longSubsurfaceColor"), (std::vector<float>{0.8f, 0.2f, 0.1f}));
+    EXPECT_EQ(n->params.getFloat("longSubsurfaceDmfp", 0), 12);
+    EXPECT_FLOAT_EQ(n->params.getFloat("longSubsurfaceGain", 0), 1.f / 3);
+  }
+}
+
 TEST(LegacyBxdfs, OneEtaBecomesThreeAndStrangersGetNone) {
   scene::Node node;
   node.plugin = "PxrLMPlastic";

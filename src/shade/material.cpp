@@ -486,6 +486,9 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   const bool fillsSpace = isBxdf && (last.plugin->flags & kBxdfFillsSpace) && functions->medium;
   const uint32_t mediumFlags =
       fillsSpace && traits->mediumFlags ? traits->mediumFlags(last.values->values(), last.values->count()) : 0;
+  const bool scatters =
+      traits && functions && functions->subsurface &&
+      (!traits->scattersBelow || traits->scattersBelow(last.values->values(), last.values->count()));
   bool opaque = true;
   if (traits && traits->presenceParam >= 0) {
     const ParamValue& v = last.values->values()[traits->presenceParam];
@@ -526,6 +529,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   }
   key += opaque ? 'o' : 'p';
   key += encloses ? 'e' : '-';
+  key += scatters ? 'u' : '-';
   key += tints ? 't' : '-';
   key += char('0' + mediumFlags);
   key += lpeGroup;
@@ -541,6 +545,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.traits = traits;
     p.opaque = opaque;
     p.encloses = encloses;
+    p.scatters = scatters;
     p.tints = tints;
     p.fillsSpace = fillsSpace;
     p.mediumFlags = mediumFlags;

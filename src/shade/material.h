@@ -76,6 +76,7 @@ struct Program {
   uint32_t materials = 0;
   bool opaque = true;     // presence is 1 everywhere
   bool encloses = false;  // paths that go in keep a medium
+  bool scatters = false;  // paths may go below its surfaces
   bool tints = false;     // tinted shadows pass
   bool fillsSpace = false;  // a medium: its objects have no surface
   uint32_t mediumFlags = 0;

@@ -86,7 +86,8 @@ void World::Part::build() {
   scene = rtcNewScene(device());
   int flags = watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
   for (const uint32_t v : visibility)
-    if (v & kSeenByClearShadow) flags |= RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;  // for collect()
+    if (v & (kSeenByClearShadow | kAskedAlone))
+      flags |= RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;  // for collectClear() and closestOn()
   rtcSetSceneFlags(scene, RTCSceneFlags(flags));
   std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
   const auto attach = [&](RTCGeometry g, uint32_t mask) {
@@ -665,6 +666,39 @@ void World::setRay(const Rays& rays, uint32_t s, uint32_t mask, RTCRayHit& r) {
 
 void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
   QueryContext context(false, rays.radius, rays.spread, hits.level);
+  closest(context, rays, hits, mask, n, slots);
+}
+
+// A query of closestOn(): a filter refuses what is not of the ray's body.
+struct OneBody {
+  QueryContext query;
+  const World& world;
+  const uint32_t* bodies;  // by ray id
+  static void refuse(const RTCFilterFunctionNArguments* a) {
+    const OneBody& c = *reinterpret_cast<const OneBody*>(a->context);
+    if (a->valid[0] == 0) return;
+    uint32_t instance, geometry, primitive, level;
+    Hits h{};
+    h.instance = &instance;
+    h.geometry = &geometry;
+    h.primitive = &primitive;
+    h.level = &level;
+    c.world.resolve(h, 0, RTCHitN_geomID(a->hit, a->N, 0), RTCHitN_primID(a->hit, a->N, 0),
+                    RTCHitN_instID(a->hit, a->N, 0, 0));
+    if (c.world.bodyOf(instance) != c.bodies[RTCRayN_id(a->ray, a->N, 0)]) a->valid[0] = 0;
+  }
+};
+
+void World::closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n,
+                      const uint32_t* slots) const {
+  static_assert(offsetof(OneBody, query) == 0);
+  OneBody context{QueryContext(false, rays.radius, rays.spread, hits.level), *this, bodies};
+  context.query.embree.filter = &OneBody::refuse;
+  closest(context.query, rays, hits, kAskedAlone, n, slots);
+}
+
+void World::closest(QueryContext& context, const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n,
+                    const uint32_t* slots) const {
   context.askSolids(solids_.get(), rays.o, rays.d);
   alignas(64) RTCRayHit r;
   for (uint32_t i = 0; i < n; ++i) {

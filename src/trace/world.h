@@ -36,7 +36,8 @@ enum VisibilityBits : uint32_t {
   kSeenByCamera = 1,
   kSeenByIndirect = 2,
   kSeenByOpaqueShadow = 4,
-  kSeenByClearShadow = 8
+  kSeenByClearShadow = 8,
+  kAskedAlone = 16  // closestOn() finds it
 };
 
 // A tessellated primitive as the builder gets it.
@@ -100,6 +101,9 @@ class World {
   // and are traced as such, so that a packet's answer never depends on what else is in the group.
   void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;  // all slots 0..slots-1
   void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const;
+  // On one body each, by slot (see bodyOf), of surfaces that are seen by kAskedAlone, as if there were nothing else.
+  // User geometry of other bodies is met all the same.
+  void closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n, const uint32_t* slots) const;
   // A hit before it has a place in Hits.
   struct CollectedHit {
     uint32_t slot;  // of its ray
@@ -164,6 +168,9 @@ class World {
   void turnToRays(const Rays& rays, const Hits& hits, uint32_t n, const uint32_t* slots) const;
   static void setRay(const Rays& rays, uint32_t slot, uint32_t mask, RTCRayHit& out);
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
+  friend struct OneBody;
+  void closest(struct QueryContext& context, const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n,
+               const uint32_t* slots) const;
 
   RTCScene top_ = nullptr;
   bool single_ = false;                             // top_ is the only part's scene

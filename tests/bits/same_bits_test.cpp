@@ -291,12 +291,12 @@ struct Scene {
   const char* name;
   std::array<int, 2> resolution;
 };
-const Scene kScenes[] = {{"cornell", {64, 36}},    {"materials", {72, 30}}, {"field", {64, 36}},
-                         {"overlap", {64, 48}},    {"spaces", {64, 40}},    {"channels", {64, 48}},
-                         {"strands", {64, 48}},    {"grass", {64, 36}},     {"dragon", {64, 40}},
-                         {"still_life", {64, 40}}, {"osl_wood", {48, 27}},  {"osl_brick", {48, 27}},
-                         {"osl_rust", {48, 27}},   {"osl_weave", {48, 27}}, {"osl_paint", {48, 27}},
-                         {"osl_sky", {48, 27}},    {"cloud", {44, 30}},     {"fire", {36, 42}}};
+const Scene kScenes[] = {
+    {"cornell", {64, 36}},  {"materials", {72, 30}},  {"field", {64, 36}},     {"overlap", {64, 48}},
+    {"spaces", {64, 40}},   {"channels", {64, 48}},   {"strands", {64, 48}},   {"grass", {64, 36}},
+    {"dragon", {64, 40}},   {"still_life", {64, 40}}, {"osl_wood", {48, 27}},  {"osl_brick", {48, 27}},
+    {"osl_rust", {48, 27}}, {"osl_weave", {48, 27}},  {"osl_paint", {48, 27}}, {"osl_sky", {48, 27}},
+    {"cloud", {44, 30}},    {"fire", {36, 42}},       {"wax", {48, 27}}};
 
 RenderRequest requestOf(const Scene& s) {
   RenderRequest r;

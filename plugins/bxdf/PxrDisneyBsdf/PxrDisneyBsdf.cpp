@@ -2,7 +2,7 @@
 // Subsurface Scattering", SIGGRAPH course): its parameters over a tree of slabs (../lama): diffuse with
 // retroreflection and sheen under a dielectric, mixed with glass by specTrans and with a metal by metallic, under a
 // clear coat. Other than as published, what lies below others gets what they let through, facets lose no energy, and
-// the coat's normals are GGX's. Subsurface scattering is not rendered: its share is diffuse in subsurfaceColor.
+// the coat's normals are GGX's. Subsurface scattering is an exponential random walk.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrDisneyBsdf/PxrDisneyBsdf.cpp"
 #include <kinora/bxdf_author.h>
 #include "plugins/bxdf/lama/bind.h"
@@ -32,7 +32,10 @@ enum : uint32_t {
   kSubsurface,
   kSubsurfaceColor,
   kPresence,
-  kBumpNormal
+  kBumpNormal,
+  kScatterDistance,
+  kSubsurfaceAnisotropy,
+  kSsAnisotropy
 };
 #define LATER "Not rendered yet: kept, without effect. "
 constexpr Param kParams[] = {
@@ -55,13 +58,14 @@ constexpr Param kParams[] = {
     param::color("transColor", 1.f).help("Multiplies what glass lets through."),
     param::color("transmittanceColor", 1.f).help("Colour left of white light after atDistance inside glass."),
     param::number("atDistance", 1.f).range(0.1f, 10).help("The distance of transmittanceColor, render units."),
-    param::number("subsurface", 0.f).help("Share of the diffuse in subsurfaceColor; it is not scattered."),
+    param::number("subsurface", 0.f).help("Share of the diffuse in subsurfaceColor, scattered below the surface."),
     param::color("subsurfaceColor", 1.f).help("Colour of that share."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
-    param::color("scatterDistance", 0.f).help(LATER "Lengths of subsurface scattering."),
-    param::number("subsurfaceAnisotropy", 0.f).range(-1, 1).help(LATER "Direction of that scattering."),
-    param::number("ssAnisotropy", 0.f).range(-1, 1).help(LATER "Another name of it."),
+    param::color("scatterDistance", 0.f)
+        .help("Diffuse mean free path of that share, render units; black: it is diffuse."),
+    param::number("subsurfaceAnisotropy", 0.f).range(-1, 1).help("Mean cosine of that scattering, limited to 0.95."),
+    param::number("ssAnisotropy", 0.f).range(-1, 1).help("Another name of it, where that is 0."),
     param::integer("transmissionBehavior", 0).range(0, 2).help(LATER "What shadow rays do."),
     param::integer("shadowBumpTerminator", 1).range(0, 1).help(LATER "Softens the terminator of bumps."),
     param::integer("inputAOV", 0).range(0, 1).help("For patterns that write channels; without effect on light."),
@@ -69,7 +73,7 @@ constexpr Param kParams[] = {
 #undef LATER
 
 struct PxrDisneyBsdf {
-  static constexpr bool kGlass = true;
+  static constexpr bool kGlass = true, kScatters = true;
 
   static float unit(float x) { return x < 0 ? 0 : x > 1 ? 1 : x; }
 
@@ -99,8 +103,9 @@ struct PxrDisneyBsdf {
     };
 
     Value diffuse = base;
-    const Value subsurface = c.param(kSubsurface);
-    if (!isZero(subsurface)) {
+    const Value subsurface = c.param(kSubsurface), reach = c.param(kScatterDistance);
+    const bool scatters = !isZero(subsurface) && !isZero(reach);
+    if (!isZero(subsurface) && !scatters) {
       const Value own = c.param(kSubsurfaceColor);
       diffuse = computedValue(c, 3, !varies && subsurface.uniform() && own.uniform(), [&](uint32_t n, uint32_t i) {
         const float a = unit(valueAt(subsurface, 0, i));
@@ -118,6 +123,16 @@ struct PxrDisneyBsdf {
       });
     }
     push(lama::kKindBurley, diffuse, sheen);
+    if (scatters) {
+      lobes::SubsurfaceClosure& s = k.subsurface;
+      s.color = c.param(kSubsurfaceColor);
+      s.reach = constant(c, 1, 1);
+      s.reachColor = reach;
+      s.directionality = c.param(kSubsurfaceAnisotropy);
+      if (isZero(s.directionality)) s.directionality = c.param(kSsAnisotropy);
+      push(lama::kKindSubsurface, s.color, white);
+      tree.op(lama::kOpMix, subsurface, subsurface);
+    }
     if (!isZero(diffTrans)) {
       push(lama::kKindTranslucent, diffuse, white);
       const Value half = computedValue(c, 1, diffTrans.uniform(),
@@ -174,12 +189,16 @@ struct PxrDisneyBsdf {
     }
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
+  static uint32_t scattersBelow(const ParamValue* v, uint32_t) {
+    return v[kSubsurface].mayBeOn() && v[kScatterDistance].mayBeOn();
+  }
   // A bit for each part that may be on: materials of one group then take the same branches.
   static uint64_t programKey(const ParamValue* v, uint32_t) {
     uint64_t key = 0;
     uint32_t bit = 0;
     for (const uint32_t i : {kMetallic, kSpecTrans, kDiffTrans, kClearcoat, kAnisotropic, kEmitColor, kSheen})
       key |= uint64_t(v[i].mayBeOn()) << bit++;
+    key |= uint64_t(scattersBelow(v, 0)) << bit;
     return key;
   }
   static bool isThin(const ParamValue* v) { return v[kThin].count && v[kThin].floats[0] != 0.f; }
@@ -198,6 +217,7 @@ constexpr const char* kLossless[] = {METAL "roughness=0",
 constexpr const char* kConserving[] = {"baseColor=0.8 0.8 0.8; roughness=0.1",
                                        "baseColor=0.8 0.8 0.8; clearcoat=1",
                                        "baseColor=0.8 0.8 0.8; diffTrans=1",
+                                       "baseColor=0.8 0.8 0.8; subsurface=0.7; scatterDistance=1 0.5 0.2",
                                        METAL "clearcoat=1; roughness=0.3",
                                        "baseColor=0.9 0.5 0.2; metallic=0.5; specTrans=0.5; roughness=0.3",
                                        nullptr};
@@ -211,4 +231,5 @@ KINORA_PLUGIN(
     .help = "The principled material of 2015: dielectric, metal, glass and thin sheets, with coat and sheen.",
     .params = kParams, .lobes = lama::kLobes, .presenceParam = int(kPresence),
     .programKey = PxrDisneyBsdf::programKey, .enclosesMedium = PxrDisneyBsdf::enclosesMedium,
-    .letsShadowsThrough = PxrDisneyBsdf::letsShadowsThrough, .lossless = kLossless, .conserving = kConserving)
+    .letsShadowsThrough = PxrDisneyBsdf::letsShadowsThrough, .scattersBelow = PxrDisneyBsdf::scattersBelow,
+    .lossless = kLossless, .conserving = kConserving)

@@ -1,5 +1,5 @@
 // PxrSurface: the general material, a stack of lobes (../lobes/stack.h) with glow. This file binds the parameters and
-// declares the plug-in. It does not render subsurface and single scattering (their parameters are declared).
+// declares the plug-in. It does not render single scattering (its parameters are declared).
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
@@ -76,6 +76,42 @@ void bindGlass(const Context& c, Closure& k, int bump) {
   g.bump = bindNormal(c, k, at("glassBumpNormal"), bump);
   if (!g.thin) k.glassEnergy = glassTable(c, g.ior);
 }
+void bindSubsurface(const Context& c, Closure& k) {
+  SubsurfaceClosure& s = k.subsurface;
+  const int type = int(c.param(at("subsurfaceType")).data[0][0]);
+  s.gain = c.param(at("subsurfaceGain"));
+  if (type == 3) {
+    s.shortGain = c.param(at("shortSubsurfaceGain"));
+    s.longGain = c.param(at("longSubsurfaceGain"));
+    if (isZero(s.gain) && isZero(s.shortGain) && isZero(s.longGain)) return;
+    s.shortColor = c.param(at("shortSubsurfaceColor"));
+    s.shortReach = c.param(at("shortSubsurfaceDmfp"));
+    s.longColor = c.param(at("longSubsurfaceColor"));
+    s.longReach = c.param(at("longSubsurfaceDmfp"));
+  } else if (isZero(s.gain)) {
+    return;
+  }
+  k.on |= 1u << kSubsurface;
+  s.model = type >= 4   ? SubsurfaceModel::Walk
+            : type == 0 ? SubsurfaceModel::JensenDipole
+            : type == 1 ? SubsurfaceModel::BetterDipole
+                        : SubsurfaceModel::Burley;
+  s.heavyTails = type == 5;
+  s.doubleSided = flag(c, at("subsurfaceDoubleSided"));
+  s.traceSet = c.fn->text(&c, at("subsurfaceSubset"));
+  s.joins = flag(c, at("subsurfaceResolveSelfIntersections")) || (s.traceSet && *s.traceSet);
+  s.color = c.param(at("subsurfaceColor"));
+  s.tint = c.param(at("subsurfacePostTint"));
+  s.entryTint = c.param(at("irradianceTint"));
+  s.reach = c.param(at("subsurfaceDmfp"));
+  s.reachColor = c.param(at("subsurfaceDmfpColor"));
+  s.unit = c.param(at("unitLength")).data[0][0];
+  s.directionality = c.param(at("subsurfaceDirectionality"));
+  s.bleed = c.param(at("subsurfaceBleed"));
+  s.diffuseSwitch = c.param(at("subsurfaceDiffuseSwitch"));
+  s.diffuseBlend = c.param(at("subsurfaceDiffuseBlend"));
+  s.ior = c.param(at("subsurfaceIor"));
+}
 void bind(const Context& c, Closure& k) {
   k.radiance = !(c.traits & kTraitLightPath);
   const int bump = bindNormal(c, k, at("bumpNormal"), -1);
@@ -108,6 +144,7 @@ void bind(const Context& c, Closure& k) {
     k.fuzzDoubleSided = flag(c, at("fuzzDoubleSided"));
     k.fuzzBump = bindNormal(c, k, at("fuzzBumpNormal"), bump);
   }
+  bindSubsurface(c, k);
   bindGlass(c, k, bump);
   const bool specular = k.has(kSpecular) || k.has(kRoughSpecular);
   if (specular || k.has(kClearcoat) || k.has(kIridescence) || k.glass.thin)
@@ -128,7 +165,7 @@ void bind(const Context& c, Closure& k) {
 }
 
 struct PxrSurface {
-  static constexpr bool kGlows = true;
+  static constexpr bool kGlows = true, kScatters = true;
   static void begin(const Context& c, Closure& k) { bind(c, k); }
   static void presence(const Context* c, float* out) { copyFloat(c->param(at("presence")), c->padded, out); }
   static void interior(const Context* c, const InteriorArgs* a) {
@@ -159,6 +196,11 @@ using namespace lobes;
 
 bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
+uint32_t scattersBelow(const ParamValue* v, uint32_t) {
+  const bool isSum = isSet(v[at("subsurfaceType")]) && v[at("subsurfaceType")].floats[0] == 3.f;
+  return v[at("subsurfaceGain")].mayBeOn() ||
+         (isSum && (v[at("shortSubsurfaceGain")].mayBeOn() || v[at("longSubsurfaceGain")].mayBeOn()));
+}
 // A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
 // same branches. Modes and switches are fixed parameters and part of the program already.
 uint64_t programKey(const ParamValue* v, uint32_t) {
@@ -180,6 +222,7 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
     key |= 4096;
   if ((key & 12) && v[at("specularEnergyCompensation")].mayBeOn()) key |= 8192;
   if (v[at("glowGain")].mayBeOn()) key |= 16384;
+  if (scattersBelow(v, 0)) key |= 131072;
   if (v[at("iridescenceFaceGain")].mayBeOn() || v[at("iridescenceEdgeGain")].mayBeOn()) {
     key |= 32768;
     if (v[at("iridescenceAnisotropy")].mayBeOn()) key |= 65536;
@@ -210,6 +253,8 @@ constexpr const char* kLossless[] = {
     "diffuseGain=0; roughSpecularFaceColor=1 1 1; roughSpecularEdgeColor=1 1 1; roughSpecularDoubleSided=1",
     "diffuseGain=0; clearcoatFaceColor=1 1 1; clearcoatEdgeColor=1 1 1; clearcoatDoubleSided=1; "
     "clearcoatRoughness=0.3",
+    "diffuseGain=0; subsurfaceGain=1; subsurfaceColor=1 1 1; subsurfaceDoubleSided=1",
+    "diffuseGain=0; subsurfaceGain=1; subsurfaceColor=1 1 1; subsurfaceDoubleSided=1; subsurfaceBleed=1",
     GLASS "glassRoughness=0",
     GLASS "glassRoughness=0.1",
     GLASS "glassRoughness=0.3; glassIor=1.33",
@@ -247,5 +292,5 @@ constexpr const char* kConserving[] = {
 KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
               .help = "General material: diffuse, three specular lobes, iridescence, fuzz, glass and glow.",
               .params = kParams, .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
-              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough, .lossless = kLossless,
-              .conserving = kConserving)
+              .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough,
+              .scattersBelow = scattersBelow, .lossless = kLossless, .conserving = kConserving)

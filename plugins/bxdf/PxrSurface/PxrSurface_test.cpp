@@ -57,6 +57,7 @@ class Bound {
     for (int i = 0; i < 3; ++i)
       c.P[i] = zero.data(), c.N[i] = N[i].data(), c.Ng[i] = Ng[i].data(), c.wo[i] = wo[i].data();
     c.entering = entering.data();
+    c.radius = zero.data();
     c.outerIor = one.data();
     const auto* t = static_cast<const BxdfTraits*>(d->traits);
     c.lobeCount = t->lobeCount;
@@ -66,6 +67,7 @@ class Bound {
       f.alloc = [](const Context* x, size_t bytes) { return self(x)->alloc(bytes); };
       f.param = [](const Context* x, uint32_t i) { return self(x)->param(i); };
       f.builtin = [](const Context* x, Builtin) { return self(x)->tangent(); };
+      f.text = [](const Context*, uint32_t) { return ""; };
       return f;
     }();
     c.fn = &functions;

@@ -61,8 +61,8 @@ constexpr Param kParams[] = {
         .range(1, 64)
         .help(PXRSURFACE_LATER "Limit of path roughening."),
     param::integer("mwStartable", 0).range(0, 1).help(PXRSURFACE_LATER "Manifold walks may start here."),
-    param::number("unitLength", 0.1f).range(0, 10).help(PXRSURFACE_LATER "Scale of all mean free paths."),
-    param::color("irradianceTint", 1.f).help(PXRSURFACE_LATER "Tint of light that enters the surface."),
+    param::number("unitLength", 0.1f).range(0, 10).help("Scale of all mean free paths, render units."),
+    param::color("irradianceTint", 1.f).help("Multiplies what subsurface scattering returns, as subsurfacePostTint."),
     param::number("irradianceRoughness", 0.f).help(PXRSURFACE_LATER "Roughness of light entering the surface."),
 
     param::number("diffuseGain", 1.f).help("Multiplies diffuseColor and diffuseBackColor; 0: off."),
@@ -137,39 +137,58 @@ constexpr Param kParams[] = {
         .range(0, 5)
         .options("0 Jensen dipole, 1 better dipole, 2 Burley, 3 multiple mean free paths, 4 path traced exponential, "
                  "5 path traced")
-        .help(PXRSURFACE_LATER "Model of scattering below the surface."),
-    param::number("subsurfaceGain", 0.f).help(PXRSURFACE_LATER "Strength of subsurface scattering."),
+        .help("Model of scattering below the surface: profiles of diffusion (0 to 3) or random walks. 5 is 4 but for "
+              "what subsurfaceBleed does. Integrators other than PxrPathTracer, PxrDirectLighting and PxrOcclusion "
+              "reflect diffusely instead."),
+    param::number("subsurfaceGain", 0.f).help("Multiplies subsurfaceColor; 0: off."),
     param::color("subsurfaceColor", 0.830f, 0.791f, 0.753f)
-        .help(PXRSURFACE_LATER "Albedo of the surface by subsurface scattering."),
-    param::number("subsurfaceDmfp", 10.f).range(0, 100).help(PXRSURFACE_LATER "Diffuse mean free path."),
+        .help("Albedo of a plane surface by subsurface scattering: what one scattering keeps follows from it."),
+    param::number("subsurfaceDmfp", 10.f)
+        .range(0, 100)
+        .help("Diffuse mean free path, times unitLength in render units: how far light reaches below the surface. 0: "
+              "diffuse reflection."),
     param::color("subsurfaceDmfpColor", 0.851f, 0.557f, 0.395f)
-        .help(PXRSURFACE_LATER "Multiplies subsurfaceDmfp by channel."),
-    param::number("shortSubsurfaceGain", 0.f).help(PXRSURFACE_LATER "Short-range part."),
-    param::color("shortSubsurfaceColor", 0.9f).help(PXRSURFACE_LATER "Short-range part."),
-    param::number("shortSubsurfaceDmfp", 5.f).range(0, 100).help(PXRSURFACE_LATER "Short-range part."),
-    param::number("longSubsurfaceGain", 0.f).help(PXRSURFACE_LATER "Long-range part."),
-    param::color("longSubsurfaceColor", 0.8f, 0, 0).help(PXRSURFACE_LATER "Long-range part."),
-    param::number("longSubsurfaceDmfp", 20.f).range(0, 100).help(PXRSURFACE_LATER "Long-range part."),
-    param::number("subsurfaceDirectionality", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Mean cosine of scattering."),
-    param::number("subsurfaceBleed", 0.f).help(PXRSURFACE_LATER "Lengthens the mean free path."),
-    param::number("subsurfaceDiffuseBlend", 0.f).help(PXRSURFACE_LATER "Blend towards diffuse."),
+        .help("Multiplies subsurfaceDmfp by channel. A channel is never shorter than 1/256 of the longest."),
+    param::number("shortSubsurfaceGain", 0.f).help("Type 3: multiplies shortSubsurfaceColor."),
+    param::color("shortSubsurfaceColor", 0.9f).help("Type 3: albedo by a second profile."),
+    param::number("shortSubsurfaceDmfp", 5.f)
+        .range(0, 100)
+        .help("Type 3: its diffuse mean free path, also times subsurfaceDmfpColor."),
+    param::number("longSubsurfaceGain", 0.f).help("Type 3: multiplies longSubsurfaceColor."),
+    param::color("longSubsurfaceColor", 0.8f, 0, 0).help("Type 3: albedo by a third profile."),
+    param::number("longSubsurfaceDmfp", 20.f)
+        .range(0, 100)
+        .help("Type 3: its diffuse mean free path, also times subsurfaceDmfpColor."),
+    param::number("subsurfaceDirectionality", 0.f)
+        .range(-1, 1)
+        .help("Types 4 and 5: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways; the "
+              "surface keeps its albedo and light its reach."),
+    param::number("subsurfaceBleed", 0.f)
+        .help(
+            "Type 5: heavier tails of free flights at the same mean, up to the power law of the exponent -2.3: some "
+            "light reaches far while details stay."),
+    param::number("subsurfaceDiffuseBlend", 0.f).help("Part that is reflected diffusely instead."),
     param::integer("subsurfaceResolveSelfIntersections", 0)
         .range(0, 1)
-        .help(PXRSURFACE_LATER "Handles overlapping parts."),
-    param::number("subsurfaceIor", 1.4f).range(1, 3).help(PXRSURFACE_LATER "Index of refraction of the inside."),
-    param::color("subsurfacePostTint", 1.f).help(PXRSURFACE_LATER "Multiplies the result."),
+        .help("Types 4 and 5: 1: parts of the object that overlap are one body; 0: light comes out at the first "
+              "surface of the object that it meets."),
+    param::number("subsurfaceIor", 1.4f).range(1, 3).help("Types 0 and 1: index of refraction of the inside."),
+    param::color("subsurfacePostTint", 1.f).help("Multiplies the result."),
     param::number("subsurfaceDiffuseSwitch", 1.f)
-        .help(PXRSURFACE_LATER "Uses diffuse where the footprint is larger than the mean free path."),
-    param::integer("subsurfaceDoubleSided", 0).range(0, 1).help(PXRSURFACE_LATER "1: on the back as well."),
+        .help("Reflects diffusely where the footprint of the path times this is longer than the diffuse mean free "
+              "path; 0: never."),
+    param::integer("subsurfaceDoubleSided", 0).range(0, 1).help("1: on the back as well."),
     param::number("subsurfaceTransmitGain", 0.f).help(PXRSURFACE_LATER "Light let through."),
-    param::integer("considerBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part."),
+    param::integer("considerBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part always."),
     param::integer("continuationRayMode", 0)
         .range(0, 2)
         .options("0 off, 1 last hit, 2 all hits")
         .help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
     param::integer("maxContinuationHits", 2).range(0, 16).help(PXRSURFACE_LATER "Limit of continued rays."),
     param::number("followTopology", 0.f).help(PXRSURFACE_LATER "Keeps to surfaces facing alike."),
-    param::string("subsurfaceSubset", "").help(PXRSURFACE_LATER "Objects that share the inside."),
+    param::string("subsurfaceSubset", "")
+        .traceSet()
+        .help("Groups of objects (grouping:membership) that are one body with the surface; empty: the object alone."),
 
     param::number("singlescatterGain", 0.f).help(PXRSURFACE_LATER "Strength of single scattering."),
     param::color("singlescatterColor", 0.830f, 0.791f, 0.753f).help(PXRSURFACE_LATER "Colour of single scattering."),

@@ -12,12 +12,20 @@ struct SheenTable;
 constexpr uint32_t kMaxLeaves = 8, kMaxOps = kMaxLeaves - 1;
 
 // Which lobe is which in LobeSum, and what each is to light path expressions.
-enum Lobe : uint32_t { kDiffuse, kDiffuseTransmit, kSpecular, kTransmit, kSheen, kLobeCount };
-constexpr LobeDecl kLobes[kLobeCount] = {{"Diffuse", kLobeDiffuse},
-                                         {"Diffuse", kLobeDiffuse | kLobeTransmit},
-                                         {"Specular", kLobeSpecular},
-                                         {"Glass", kLobeSpecular | kLobeTransmit},
-                                         {"Fuzz", kLobeSpecular}};
+enum Lobe : uint32_t {
+  kDiffuse,
+  kDiffuseTransmit,
+  kSpecular,
+  kTransmit,
+  kSheen,
+  kSubsurface,
+  kSubsurfaceReflect,
+  kLobeCount
+};
+constexpr LobeDecl kLobes[kLobeCount] = {{"Diffuse", kLobeDiffuse},   {"Diffuse", kLobeDiffuse | kLobeTransmit},
+                                         {"Specular", kLobeSpecular}, {"Glass", kLobeSpecular | kLobeTransmit},
+                                         {"Fuzz", kLobeSpecular},     {"Subsurface", kLobeDiffuse | kLobeTransmit},
+                                         {"Subsurface", kLobeDiffuse}};
 
 // The kinds of leaves, as the letters of a structure: a tree in postfix order, "DRL" a dielectric over a diffuse base.
 enum Kind : char {
@@ -35,6 +43,7 @@ enum Kind : char {
   kKindSheen = 'H',
   kKindTranslucent = 'T',
   kKindEmission = 'E',
+  kKindSubsurface = 'U',  // paths go below the surface; where they do not, diffuse
 };
 // The operations: the base stands before what lies on it.
 enum OpKind : char { kOpLayer = 'L', kOpMix = 'M', kOpAdd = 'P' };
@@ -65,6 +74,7 @@ struct Closure {
   Op ops[kMaxOps];
   bool layered = false;  // there is an op of kind layer
   bool glows = false;
+  lobes::SubsurfaceClosure subsurface;  // of the one leaf that has it
   int glass = -1;     // the first leaf of glass that bounds a medium
   Value normals[10];  // bump inputs in use
   int normalCount = 0;

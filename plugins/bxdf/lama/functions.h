@@ -23,13 +23,14 @@ struct SlabFunctions {
   static void emission(const Context* c, const void* closure, float* const rgb[3]);
   static void albedo(const Context* c, const void* closure, float* const rgb[3]);
   static void straight(const Context* c, const void* closure, float* const rgb[3]);
+  static void subsurface(const Context* c, const void* closure, Subsurface* out);
 };
 // Index and absorption of the medium behind the first leaf of glass.
 void slabInterior(const Context* c, const lama::Closure& k, const InteriorArgs* a);
 
 // The table of a material M with
 //   static void begin(const Context&, lama::Closure&);                 // fills the closure
-// and, if it likes, kGlass (it may be glass) and presence.
+// and, if it likes, kGlass (it may be glass), kScatters (it may have subsurface scattering) and presence.
 template <class M>
 struct SlabMaterial {
   static lama::Closure* bind(const Context* c) {
@@ -55,6 +56,7 @@ struct SlabMaterial {
     f.albedo = &SlabFunctions<W>::albedo;
     f.emission = &SlabFunctions<W>::emission;
     if constexpr (requires { &M::presence; }) f.presence = &M::presence;
+    if constexpr (requires { M::kScatters; }) f.subsurface = &SlabFunctions<W>::subsurface;
     if constexpr (requires { M::kGlass; }) {
       f.interior = &interior;
       f.thinShadow = &thinShadow<W>;

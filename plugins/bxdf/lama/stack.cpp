@@ -8,6 +8,7 @@
 #include <kinora/math/microfacet.h>
 #include "functions.h"
 #include "stack.h"
+#include "plugins/bxdf/lobes/subsurface.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace kinora {
@@ -54,6 +55,10 @@ void SlabFunctions<W>::straight(const Context* c, const void* closure, float* co
     const Surface<W> s(*c, At{i, false});
     SlabTree<W>(k, s).straight(s).store(rgb, i);
   }
+}
+template <int W>
+void SlabFunctions<W>::subsurface(const Context* c, const void* closure, Subsurface* out) {
+  lobes::describeSubsurface(*c, static_cast<const lama::Closure*>(closure)->subsurface, *out);
 }
 
 #if HWY_TARGET == HWY_AVX2

@@ -28,6 +28,8 @@ namespace {
 // Ways in which a leaf makes a direction: a diffuse leaf has the first, facets have one for single scattering and one
 // for what that loses, glass has all.
 constexpr uint32_t kWays = 4;
+// Of subsurface: below the surface, or diffuse reflection instead.
+constexpr uint32_t kWayBelow = 0, kWayStandIn = 1;
 
 template <int W>
 struct LeafLanes {
@@ -53,6 +55,7 @@ struct LeafLanes {
   Float<W> roughness;
   // Translucent: its selection weight, and the share that crosses from wo's side and from behind.
   Float<W> mean, across[2];
+  Mask<W> sinks;  // subsurface: paths go below
   KN_INLINE LeafLanes() {}
 };
 
@@ -97,6 +100,12 @@ struct SlabTree {
       if (leaf.kind == lama::kKindBurley) {
         l.roughness = clamp(loadFloat<W>(leaf.roughness, s.at), none, one);
         l.through = loadRgb<W>(leaf.through, s.at);
+      }
+      if (leaf.kind == lama::kKindSubsurface) {
+        const lobes::SubsurfaceClosure& x = k.subsurface;
+        const F reach = maxComponent(loadRgb<W>(x.reachColor, s.at)) * loadFloat<W>(x.reach, s.at) * F(x.unit);
+        l.sinks = (reach > F(1e-6f)) & (reach > loadFloat<W>(s.context->radius, s.at));
+        if (!(s.context->traits & kTraitSubsurface)) l.sinks = Mask<W>(false);
       }
       if (leaf.kind == lama::kKindSheen) {
         l.sheen = SheenLobe<W>(k.sheen, loadFloat<W>(leaf.roughness, s.at));
@@ -177,6 +186,11 @@ struct SlabTree {
         continue;
       }
       const Mask<W> here = above & (muI > none);
+      if (leaf.kind == lama::kKindSubsurface) {
+        out.add(lama::kSubsurfaceReflect, zeroUnless(here & !l.sinks, rest * l.color * (muI * F(kInvPi))));
+        add(here, i, kWayStandIn, muI * F(kInvPi), muO * F(kInvPi));
+        continue;
+      }
       if (leaf.kind == lama::kKindSheen) {
         const Vec3<W> o = localOut(l.frame, wo), w = l.frame.toLocal(wi);
         out.add(lama::kSheen, zeroUnless(here, rest * l.color * (l.sheen.evaluate(o, w) * muI)));
@@ -279,6 +293,17 @@ struct SlabTree {
           d.z = select(mine, -d.z, d.z);
           through = through | mine;
         }
+        if (leaf.kind == lama::kKindSubsurface) {
+          const Mask<W> sinks = is(kWayBelow);
+          const Frame<W> plane(Ng);
+          own = Frame<W>(select(sinks, plane.x, own.x), select(sinks, plane.y, own.y), select(sinks, plane.z, own.z));
+          d.z = select(sinks, -d.z, d.z);
+          through = through | sinks;
+          discrete = discrete | sinks;
+          out.below = out.below | sinks;
+          discreteWeight = select(sinks, Rgb<W>(1.f), discreteWeight);
+          discreteLobe = select(sinks, Int<W>(uint32_t(lama::kSubsurface)), discreteLobe);
+        }
       }
       frame = Frame<W>(select(mine, own.x, frame.x), select(mine, own.y, frame.y), select(mine, own.z, frame.z));
     }
@@ -355,7 +380,8 @@ struct SlabTree {
     F bound[lama::kMaxLeaves + lama::kMaxOps];
     for (uint32_t i = 0; i < k.leafCount; ++i) {
       const char kind = k.leaves[i].kind;
-      const bool coloured = kind == lama::kKindDiffuse || kind == lama::kKindTranslucent;
+      const bool coloured =
+          kind == lama::kKindDiffuse || kind == lama::kKindTranslucent || kind == lama::kKindSubsurface;
       bound[i] = kind == lama::kKindEmission ? none
                  : coloured                  ? clamp(maxComponent(leaves[i].color), none, one)
                                              : one;
@@ -427,6 +453,10 @@ struct SlabTree {
         if (leaf.kind == lama::kKindBurley)
           w = fma(seen * max(average(l.through), none), fma((one - x.mu[i]) * (one - x.mu[i]), F(0.5f), F(0.01f)), w);
         x.weight[i][0] = w;
+        if (leaf.kind == lama::kKindSubsurface) {
+          x.weight[i][kWayBelow] = zeroUnless(l.sinks, w);
+          x.weight[i][kWayStandIn] = zeroUnless(!l.sinks, w);
+        }
       }
       for (uint32_t t = 0; t < kWays; ++t) sum += x.weight[i][t];
     }

@@ -16,6 +16,8 @@ struct FilmTable;
 enum Lobe : uint32_t {
   kDiffuse,
   kDiffuseTransmit,
+  kSubsurface,
+  kSubsurfaceReflect,  // where paths do not go below
   kSpecular,
   kRoughSpecular,
   kClearcoat,
@@ -28,6 +30,8 @@ enum Lobe : uint32_t {
 constexpr LobeDecl kLobes[kLobeCount] = {
     {"Diffuse", kLobeDiffuse},
     {"Diffuse", kLobeDiffuse | kLobeTransmit},
+    {"Subsurface", kLobeDiffuse | kLobeTransmit},
+    {"Subsurface", kLobeDiffuse},
     {"Specular", kLobeSpecular},
     {"RoughSpecular", kLobeSpecular},
     {"Clearcoat", kLobeSpecular},
@@ -67,6 +71,20 @@ struct GlassClosure {
   Value reflectionGain, reflectionColor, refractionGain, refractionColor, roughness, refractionRoughness, ior;
   AnisotropyClosure anisotropy;
 };
+// Scattering below the surface. Lengths are diffuse mean free paths in render units: reach * scale by channel.
+struct SubsurfaceClosure {
+  SubsurfaceModel model = SubsurfaceModel::Walk;
+  bool doubleSided = false, joins = false, heavyTails = false;
+  const char* traceSet = nullptr;
+  Value gain, color, tint, entryTint;  // tints multiply what comes out
+  Value reach, reachColor;
+  float unit = 1;               // of reach
+  Value directionality, bleed;  // walks: mean cosine; how heavy the tails of flights are
+  Value diffuseSwitch, diffuseBlend;
+  Value ior;
+  // two more terms of profiles; no components: none
+  Value shortGain, shortColor, shortReach, longGain, longColor, longReach;
+};
 struct Closure {
   uint32_t on = 0;  // bit per Lobe
   bool has(uint32_t lobe) const { return on >> lobe & 1; }
@@ -76,6 +94,7 @@ struct Closure {
   SpecularClosure specular[kReflecting];
   IridescenceClosure iridescence;
   GlassClosure glass;
+  SubsurfaceClosure subsurface;
   Value fuzzGain, fuzzColor, fuzzConeAngle;
   bool fuzzDoubleSided = false;
   Value glowGain, glowColor;

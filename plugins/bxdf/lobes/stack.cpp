@@ -9,6 +9,7 @@
 #include "stack_functions.h"
 #include "stack_evaluate.h"
 #include "stack_sample.h"
+#include "subsurface.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace kinora {
@@ -48,6 +49,10 @@ void StackFunctions<W>::emission(const Context* c, const void* closure, float* c
 template <int W>
 void StackFunctions<W>::albedo(const Context* c, const void* closure, float* const rgb[3]) {
   StackRunner::albedo<W>(c, closure, rgb);
+}
+template <int W>
+void StackFunctions<W>::subsurface(const Context* c, const void* closure, Subsurface* out) {
+  lobes::describeSubsurface(*c, static_cast<const lobes::Closure*>(closure)->subsurface, *out);
 }
 
 #if HWY_TARGET == HWY_AVX2

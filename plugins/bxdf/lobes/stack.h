@@ -1,6 +1,6 @@
 // A stack of lobes at W points: the lobes of a closure mixed into one density, lower ones attenuated by what lies
-// above. Top to bottom: fuzz, clear coat, specular, rough specular and iridescence, then diffuse (reflected and transmitted) and
-// glass. How much what is above takes from what is below: coat and specular by their directional albedo (times the
+// above. Top to bottom: fuzz, clear coat, specular, rough specular and iridescence, then diffuse (reflected and transmitted),
+// subsurface and glass. How much what is above takes from what is below: coat and specular by their directional albedo (times the
 // compensation parameters), the greater of the two directions', which is reciprocal and never gains; the coat absorbs
 // along both refracted directions. The lobes themselves are in diffuse.h, specular.h and glass.h; materials fill the
 // closure and call what stack_functions.h declares. Included per target, by stack.cpp alone.
@@ -30,6 +30,8 @@ using namespace lobes;
 enum Technique : uint32_t {
   kMakeDiffuse,
   kMakeTransmit,
+  kMakeBelow,    // a path that goes below the surface
+  kMakeStandIn,  // where there is none: diffuse reflection for what would come out
   kMakeSpecular,
   kMakeMultiple = kMakeSpecular + kReflecting,
   kMakeFuzz = kMakeMultiple + kReflecting,
@@ -82,6 +84,10 @@ struct LobeStack {
   F frontMean, backMean, transmitMean, exponent;
   F transmitShare[2];  // of diffuse transmission from wo's side and from behind
   RoughDiffuse<W> rough;
+  // subsurface: factor on paths that go below, and reflectance where they do not
+  Vec3<W> under;
+  F muUnder, belowMean, standInMean;
+  Rgb<W> below, belowColor, standIn;
   Seen<W> seenO;
   Choice<W> choiceO;
   // Lobes that are off are not even cleared: an unnamed union runs no constructor.
@@ -126,6 +132,7 @@ struct LobeStack {
       transmittance = loadRgb<W>(k.transmitColor, s.at) * loadFloat<W>(k.transmitGain, s.at);
       transmitMean = max(average(transmittance), F(0.f));
     }
+    if (k.has(kSubsurface)) setSubsurface(s, k.bumped ? normals[0] : s.N);
     for (uint32_t i = 0; i < kReflecting; ++i)
       if (k.has(kSpecular + i)) {
         const int bump = k.specular[i].bump;
@@ -171,6 +178,7 @@ struct LobeStack {
     Rgb<W> sum = transmittance;
     // what single scattering loses comes back in the colour: the whole is nearly the reflectance itself
     if (k.has(kDiffuse)) sum += reflectance * pow(muO, max(exponent, F(1.f)) - F(1.f));
+    if (k.has(kSubsurface)) sum += zeroUnless(onSide(k.subsurface.doubleSided, seenO.outside), standIn + belowColor);
     if (hasGlass()) {
       const F mirrored = glass.reflectGain * glassReflected();
       sum += Rgb<W>(mirrored, mirrored, mirrored) * glass.reflectTint + glass.transmitColor * glassTransmitted();
@@ -191,6 +199,45 @@ struct LobeStack {
   }
 
  private:
+  // Paths go below where the integrator follows them and what they reach can be seen apart; else, and in the blend,
+  // what would come out is reflected.
+  KN_INLINE void setSubsurface(const Surface<W>& s, Vec3<W> bumped) {
+    const lobes::SubsurfaceClosure& x = k.subsurface;
+    const F none(0.f), one(1.f);
+    under = bumped;
+    muUnder = max(dot(under, wo), none);
+    Rgb<W> tint = loadRgb<W>(x.tint, s.at) * loadRgb<W>(x.entryTint, s.at);
+    Rgb<W> color = positive(loadRgb<W>(x.color, s.at));
+    F reach = loadFloat<W>(x.reach, s.at);
+    const F gain = max(loadFloat<W>(x.gain, s.at), none);
+    if (x.shortGain.components) {
+      const auto add = [&](const Value& c, const Value& g, const Value& r) {
+        color += positive(loadRgb<W>(c, s.at)) * max(loadFloat<W>(g, s.at), none);
+        reach = max(reach, loadFloat<W>(r, s.at));
+      };
+      color = color * gain;
+      add(x.shortColor, x.shortGain, x.shortReach);
+      add(x.longColor, x.longGain, x.longReach);
+    } else {
+      tint = tint * gain;
+    }
+    reach = reach * maxComponent(positive(loadRgb<W>(x.reachColor, s.at))) * F(x.unit);
+    // NaN compares false: no path goes there
+    Mask<W> sinks =
+        (reach > F(1e-6f)) & (reach > loadFloat<W>(s.context->radius, s.at) * loadFloat<W>(x.diffuseSwitch, s.at));
+    if (!(s.context->traits & kTraitSubsurface)) sinks = Mask<W>(false);
+    const F blend = select(sinks, clamp(loadFloat<W>(x.diffuseBlend, s.at), none, one), one);
+    below = positive(tint) * (one - blend);
+    belowColor = below * color;
+    standIn = positive(tint) * color * blend;
+    belowMean = average(belowColor);
+    standInMean = average(standIn);
+  }
+  // Negative numbers and NaN are 0.
+  static KN_INLINE Rgb<W> positive(Rgb<W> a) {
+    const F none(0.f);
+    return {zeroUnless(a.x > none, a.x), zeroUnless(a.y > none, a.y), zeroUnless(a.z > none, a.z)};
+  }
   KN_INLINE bool hasGlass() const { return k.has(kGlassReflect) || k.has(kGlassTransmit); }
   KN_INLINE bool attenuates() const { return k.coatAttenuates || k.specularAttenuates; }
   static KN_INLINE Mask<W> onSide(bool both, Mask<W> outside) { return both ? Mask<W>(true) : outside; }
@@ -224,6 +271,12 @@ struct LobeStack {
     if (k.has(kDiffuse)) sum += c.weight[kMakeDiffuse] = select(x.outside, frontMean, backMean);
     if (k.has(kDiffuseTransmit))
       sum += c.weight[kMakeTransmit] = transmitMean * select(behind, transmitShare[1], transmitShare[0]);
+    if (k.has(kSubsurface)) {
+      const Mask<W> here = onSide(k.subsurface.doubleSided, x.outside);
+      c.weight[kMakeBelow] = zeroUnless(here, belowMean);
+      c.weight[kMakeStandIn] = zeroUnless(here, standInMean);
+      sum += c.weight[kMakeBelow] + c.weight[kMakeStandIn];
+    }
     for (uint32_t i = 0; i < kReflecting; ++i) {
       if (!k.has(kSpecular + i)) continue;
       const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);

@@ -45,6 +45,12 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
       add(here, choiceO, choiceI, kMakeTransmit, -muI * F(kInvPi), muO * F(kInvPi), pdf, reverse);
     }
   }
+  if (k.has(kSubsurface)) {
+    const F muI = dot(under, wi);
+    const Mask<W> here = above & (muI > none) & onSide(k.subsurface.doubleSided, seenO.outside);
+    out.add(kSubsurfaceReflect, zeroUnless(here, standIn * lower * (muI * F(kInvPi))));
+    add(here, choiceO, choiceI, kMakeStandIn, muI * F(kInvPi), muUnder * F(kInvPi), pdf, reverse);
+  }
   for (uint32_t i = 0; i < kReflecting; ++i) {
     if (!k.has(kSpecular + i)) continue;
     const SpecularLobe<W>& l = specular[i];

@@ -22,11 +22,12 @@ struct StackFunctions {
   static void evaluateAt(const Context* c, const void* closure, uint32_t point, uint32_t n, const EvaluateArgs* a);
   static void emission(const Context* c, const void* closure, float* const rgb[3]);
   static void albedo(const Context* c, const void* closure, float* const rgb[3]);
+  static void subsurface(const Context* c, const void* closure, Subsurface* out);
 };
 
 // The table of a material M with
 //   static void begin(const Context&, lobes::Closure&);                  // fills the closure
-// and, if it likes, kGlows, presence, interior and thinShadow, as BxdfRunner knows them.
+// and, if it likes, kGlows, kScatters, presence, interior and thinShadow, as BxdfRunner knows them.
 template <class M>
 struct StackMaterial {
   static void* begin(const Context* c) {
@@ -42,6 +43,7 @@ struct StackMaterial {
     f.evaluate = &StackFunctions<W>::evaluate;
     f.evaluateAt = &StackFunctions<W>::evaluateAt;
     f.albedo = &StackFunctions<W>::albedo;
+    if constexpr (requires { M::kScatters; }) f.subsurface = &StackFunctions<W>::subsurface;
     if constexpr (requires { M::kGlows; }) f.emission = &StackFunctions<W>::emission;
     if constexpr (requires { &M::presence; }) f.presence = &M::presence;
     if constexpr (requires { &M::interior; }) f.interior = &M::interior;

@@ -31,7 +31,8 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
   }
   // its frame and shape
   const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
-  const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit));
+  const Mask<W> sinks = made == Int<W>(kMakeBelow);
+  const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit)) | sinks;
   Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
   Frame<W> frame(normal);
   F ax(1.f), ay(1.f);
@@ -46,6 +47,10 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
     smooth = smooth | (one & l.smooth);
   }
   if (k.has(kFuzz)) take(isFuzz, fuzzFrame, frame);
+  if (k.has(kSubsurface)) {
+    take(made == Int<W>(kMakeStandIn), Frame<W>(under), frame);
+    take(sinks, Frame<W>(Ng), frame);
+  }
   if (hasGlass()) {
     reflects = made == Int<W>(kMakeGlassReflect);
     refracts = made == Int<W>(kMakeGlassTransmit);
@@ -101,8 +106,16 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
   const F side = dot(Ng, out.wi);
   const Mask<W> through = flips | refracts;
   out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
-  out.discrete = smooth;
+  out.discrete = smooth | sinks;
   if (smooth.any()) mirror(made, share * choiceO.scale, out);
+  if (sinks.none()) return;
+  // What lies above takes its part where the path goes in.
+  Rgb<W> upper(1.f), lower(1.f);
+  if (attenuates()) attenuation(Layers<W>(), upper, lower);
+  out.below = sinks;
+  out.discreteWeight = select(sinks, below * lower, out.discreteWeight);
+  out.discreteProbability = select(sinks, share * choiceO.scale, out.discreteProbability);
+  out.discreteLobe = select(sinks, Int<W>(uint32_t(kSubsurface)), out.discreteLobe);
 }
 
 // Value and probability of the mirror that was chosen.

@@ -1,0 +1,671 @@
+// Paths below surfaces, for integrators: what generate() flagged kSampleBelow goes in at points of a context and comes
+// out elsewhere, by random walks or by the profiles of diffusion (subsurface_profiles.h), many paths at once. Where it
+// comes out is a context with a diffuse bxdf of its own, on which light samples are taken and from which paths go on
+// (PathLoop in path_loop.h shows it). Random numbers are addressed by path and event: nothing depends on which paths
+// are together. Included per target.
+//
+// A walk: free flights by one channel at a time, chosen by the path's throughput and weighed over all (one-sample
+// multiple importance sampling, Veach 1997 chapter 9; the sum of the channels never grows), Henyey-Greenstein
+// scattering, Russian roulette. Chiang, Kutz and Burley, "Practical and controllable subsurface scattering for
+// production path tracing" (SIGGRAPH talks 2016), is where diffuse entry and exit come from.
+//
+// A profile: a chord through the object beside the point, along the normal or one of two tangents, at a distance taken
+// by one of the terms and channels; one of its hits on the object is where light comes out. The density is that of all
+// axes, terms and channels together (King, Kulla, Conty and Fajardo, "BSSRDF importance sampling", SIGGRAPH talks 2013).
+#include <kinora/integrator.h>
+#include <kinora/math/sampling.h>
+#include <kinora/random.h>
+#include <kinora/ray_start.h>
+#include <kinora/subsurface_profiles.h>
+
+#ifndef KINORA_SUBSURFACE_ONCE
+#define KINORA_SUBSURFACE_ONCE
+namespace kinora {
+struct SubsurfaceOptions {
+  uint32_t mostSteps = 8192;  // flights of a walk; what is under way then comes out where it went in, and is counted
+  float rouletteBelow = 1;    // throughput, of 1 at the entry, from which Russian roulette is played
+};
+// Paths that have come out: contexts whose bxdf is diffuse with an albedo of 1, whose events (one slot) are those of
+// the lobe that they went in by, and whose Context::path are the entries of the context where they went in.
+struct Emerged {
+  uint32_t count = 0;
+  Context* const* contexts = nullptr;
+};
+}  // namespace kinora
+#endif
+
+#if defined(KINORA_SUBSURFACE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_SUBSURFACE_H_TARGET
+#undef KINORA_SUBSURFACE_H_TARGET
+#else
+#define KINORA_SUBSURFACE_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+// Light that has come out leaves by a cosine's law.
+template <int W>
+struct DiffuseExit {
+  static void evaluate(const Context* c, const void*, const EvaluateArgs* a) {
+    for (uint32_t i = 0; i < c->count; i += W)
+      chunk(Vec3<W>::load(c->N, i), Vec3<W>::load(c->Ng, i), Vec3<W>::load(c->wo, i), Vec3<W>::load(a->wi, i), i, a);
+  }
+  static void evaluateAt(const Context* c, const void*, uint32_t point, uint32_t n, const EvaluateArgs* a) {
+    const auto at = [&](const float* const x[3]) {
+      return Vec3<W>(Float<W>(x[0][point]), Float<W>(x[1][point]), Float<W>(x[2][point]));
+    };
+    for (uint32_t i = 0; i < n; i += W) chunk(at(c->N), at(c->Ng), at(c->wo), Vec3<W>::load(a->wi, i), i, a);
+  }
+  static void generate(const Context* c, const void*, const GenerateArgs* a) {
+    using F = Float<W>;
+    for (uint32_t i = 0; i < c->count; i += W) {
+      const Vec3<W> local = cosineHemisphere(F::load(a->u[0] + i), F::load(a->u[1] + i));
+      const Vec3<W> wi = Frame<W>(Vec3<W>::load(c->N, i)).toWorld(local);
+      const F f = zeroUnless(dot(Vec3<W>::load(c->Ng, i), wi) > F(0.f), local.z * F(kInvPi));
+      wi.store(a->wi, i);
+      Rgb<W>(f, f, f).store(a->weight, i);
+      f.store(a->pdf + i);
+      if (a->pdfReverse) f.store(a->pdfReverse + i);
+      select(f > F(0.f), Int<W>(0), Int<W>(kNoLobe)).store(a->slot + i);
+      Int<W>(0).store(a->flags + i);
+    }
+  }
+  static const BxdfFunctions* functions() {
+    static constexpr BxdfFunctions kFunctions{nullptr, &generate, &evaluate, &evaluateAt, nullptr,
+                                              nullptr, nullptr,   nullptr,   nullptr,     nullptr};
+    return &kFunctions;
+  }
+
+ private:
+  static KN_INLINE void chunk(Vec3<W> N, Vec3<W> Ng, Vec3<W> wo, Vec3<W> wi, uint32_t out, const EvaluateArgs* a) {
+    using F = Float<W>;
+    const F mu = dot(N, wi);
+    const Mask<W> up = (mu > F(0.f)) & (dot(Ng, wi) > F(0.f));
+    const F f = zeroUnless(up, mu * F(kInvPi));
+    Rgb<W>(f, f, f).store(a->weight[0], out);
+    f.store(a->pdf + out);
+    if (a->pdfReverse) zeroUnless(up, max(dot(N, wo), F(0.f)) * F(kInvPi)).store(a->pdfReverse + out);
+  }
+};
+
+// Scattering angle's cosine by Henyey and Greenstein; g 0: even.
+template <int W>
+KN_INLINE Float<W> sampleHenyeyGreenstein(Float<W> g, Float<W> u) {
+  using F = Float<W>;
+  const F even = fnma(F(2.f), u, F(1.f));
+  const F s = fnma(g, g, F(1.f)) / fma(F(2.f) * g, u, F(1.f) - g);
+  const F c = (fma(g, g, F(1.f)) - s * s) / (g + g);
+  return select(abs(g) < F(1e-3f), even, clamp(c, F(-1.f), F(1.f)));
+}
+
+template <int W>
+class PathsBelow {
+ public:
+  using F = Float<W>;
+  using I = Int<W>;
+  PathsBelow(Group* group, const Services* services, const SubsurfaceOptions& options = {})
+      : g_(group), sv_(services), o_(options) {}
+
+  // n points of a context, whose samples `a` of generate() go below. `part` of `parts` directions that are followed
+  // from each. What became of the paths is multiplied into `throughput`, by entry of c.path.
+  Emerged follow(const Context& c, uint32_t n, const uint32_t* points, const GenerateArgs& a, uint32_t part,
+                 uint32_t parts, float* const throughput[3]);
+
+ private:
+  // Places where paths come out, in their order of coming: by place, unless they go back to where they went in.
+  struct Places {
+    uint32_t count = 0;
+    uint32_t *instance, *geometry, *primitive, *isInside, *point;
+    float *u, *v, *beta[3];
+  };
+  float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (padded(n) + kPad) * sizeof(float))); }
+  uint32_t* words(uint32_t n) const {
+    return static_cast<uint32_t*>(sv_->alloc(g_, (padded(n) + kPad) * sizeof(uint32_t)));
+  }
+  void begin(const Context& c, uint32_t n, uint32_t part, uint32_t parts);
+  uint32_t enter(uint32_t n, const uint32_t* points);
+  void walk(uint32_t n, const uint32_t* points, const GenerateArgs& a);
+  void probe(uint32_t n, const uint32_t* points);
+  void weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const;
+  void comeOut(const ObjectHits& h, size_t hit, uint32_t point, const float beta[3]);
+  void goBack(uint32_t point, const float beta[3], BelowSurface why);
+  Emerged finish(uint32_t slot, float* const throughput[3]);
+  KN_INLINE F draw(I point, uint32_t event) const {
+    const Context& c = *c_;
+    const I sample = gather(c.sampleIndex, point) * I(parts_) + I(part_);
+    return drawHashed(gather(c.sampleSeed, point), sample, dimensionAt(c.depth) + kDimBelow, I(event));
+  }
+  static KN_INLINE void padPoints(uint32_t m, uint32_t* x) {
+    for (uint32_t i = m; i < padded(m); ++i) x[i] = m ? x[m - 1] : 0;
+  }
+
+  Group* g_;
+  const Services* sv_;
+  const SubsurfaceOptions o_;
+  const Context* c_ = nullptr;
+  uint32_t part_ = 0, parts_ = 1;
+  Subsurface below_;
+  uint32_t* entered_;                 // points on what can have an inside
+  Places out_;                        // found places
+  uint32_t back_ = 0, *backPoint_;    // paths that come out where they went in
+  uint32_t *lost_[2], lostCount_[2];  // their points, by BelowSurface
+  float* backBeta_[3];
+  // of profiles, by term, channel and point: the length of the density, and dipoles
+  float *spread_[kMaxSubsurfaceTerms][3], *dipole_[3][5];
+  static constexpr uint32_t kMostHits = 16;                // of a chord; of more the farthest are not seen
+  static constexpr float kFarthest = 30;                   // of a profile, in lengths: 3e-5 of it are beyond
+  static constexpr float kAxis[3] = {0.25f, 0.25f, 0.5f};  // shares of the two tangents and of the normal
+};
+
+template <int W>
+void PathsBelow<W>::begin(const Context& c, uint32_t n, uint32_t part, uint32_t parts) {
+  c_ = &c;
+  part_ = part;
+  parts_ = parts;
+  const auto f = [&] { return floats(c.padded); };
+  for (int k = 0; k < 3; ++k) {
+    below_.surface[k] = f();
+    below_.albedo[k] = f();
+    below_.length[k] = f();
+    for (SubsurfaceTerm& t : below_.term) {
+      t.share[k] = f();
+      t.albedo[k] = f();
+      t.length[k] = f();
+    }
+    out_.beta[k] = floats(n);
+    backBeta_[k] = floats(n);
+  }
+  below_.anisotropy = f();
+  below_.tail = f();
+  below_.ior = f();
+  c.bxdf->subsurface(&c, c.closure, &below_);
+  for (uint32_t** x : {&out_.instance, &out_.geometry, &out_.primitive, &out_.isInside, &out_.point, &backPoint_,
+                       &lost_[0], &lost_[1]})
+    *x = words(n);
+  out_.u = floats(n);
+  out_.v = floats(n);
+  out_.count = back_ = lostCount_[0] = lostCount_[1] = 0;
+}
+
+// Curves, points and user geometry have no inside: no vertex can be made on them.
+template <int W>
+uint32_t PathsBelow<W>::enter(uint32_t n, const uint32_t* points) {
+  const Context& c = *c_;
+  entered_ = words(n);
+  const MemoryMark mark = sv_->markMemory(g_);
+  uint32_t *x[5] = {words(n), words(n), words(n), words(n), words(n)}, *which = words(n);
+  float *u = floats(n), *v = floats(n), *time = floats(n), *radius = floats(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t p = points[i];
+    x[0][i] = c.place.instance[p];
+    x[1][i] = c.place.geometry[p];
+    x[2][i] = c.place.primitive[p];
+    x[3][i] = c.sampleSeed[p];
+    x[4][i] = c.sampleIndex[p];
+    u[i] = c.place.u[p];
+    v[i] = c.place.v[p];
+    time[i] = c.time[p];
+    radius[i] = c.radius[p];
+  }
+  const SurfacePlaces places{x[0], x[1], x[2], u, v, time, radius, nullptr, x[3], x[4]};
+  VertexRecord* records = static_cast<VertexRecord*>(sv_->alloc(g_, (n + kPad) * sizeof(VertexRecord)));
+  const uint32_t made = sv_->makeVertices(g_, n, &places, records, which);
+  uint32_t next = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    if (next < made && which[next] == i) {
+      entered_[next++] = points[i];
+      continue;
+    }
+    const uint32_t p = points[i];
+    const float own[3] = {below_.surface[0][p], below_.surface[1][p], below_.surface[2][p]};
+    goBack(p, own, BelowSurface::Open);
+  }
+  sv_->releaseMemory(g_, mark);
+  return made;
+}
+
+template <int W>
+void PathsBelow<W>::comeOut(const ObjectHits& h, size_t hit, uint32_t point, const float beta[3]) {
+  const uint32_t k = out_.count++;
+  out_.instance[k] = h.instance[hit];
+  out_.geometry[k] = h.geometry[hit];
+  out_.primitive[k] = h.primitive[hit];
+  out_.isInside[k] = h.leaves[hit] ? 0 : 1;
+  out_.u[k] = h.u[hit];
+  out_.v[k] = h.v[hit];
+  out_.point[k] = point;
+  for (int c = 0; c < 3; ++c) out_.beta[c][k] = beta[c];
+}
+
+template <int W>
+void PathsBelow<W>::goBack(uint32_t point, const float beta[3], BelowSurface why) {
+  backPoint_[back_] = point;
+  for (int c = 0; c < 3; ++c) backBeta_[c][back_] = beta[c];
+  ++back_;
+  lost_[uint32_t(why)][lostCount_[uint32_t(why)]++] = point;
+}
+
+template <int W>
+void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs& a) {
+  const Context& c = *c_;
+  float *P[3], *d[3], *beta[3];
+  for (int k = 0; k < 3; ++k) {
+    P[k] = floats(n);
+    d[k] = floats(n);
+    beta[k] = floats(n);
+  }
+  float *time = floats(n), *tMax = floats(n), *flight = floats(n);
+  // by walker: its point; whether its last event was the boundary; in how many of the joined parts it is
+  uint32_t *point = words(n), *boundary = words(n), *within = words(n);
+  for (uint32_t i = 0; i < n; ++i) point[i] = points[i];
+  padPoints(n, point);
+  for (uint32_t i = 0; i < n; i += W) {
+    const I p = I::load(point + i);
+    const Vec3<W> w = Vec3<W>::gather(a.wi, p);
+    leave(Vec3<W>::gather(c.P, p), Vec3<W>::gather(c.Ng, p), gather(c.bias, p), w).store(P, i);
+    w.store(d, i);
+    Vec3<W>(1.f).store(beta, i);
+    gather(c.time, p).store(time + i);
+    I(1).store(boundary + i);
+    I(1).store(within + i);
+  }
+  const float reach = 8 * sv_->worldRadius;
+  Rays rays{};
+  for (int k = 0; k < 3; ++k) {
+    rays.o[k] = P[k];
+    rays.d[k] = d[k];
+  }
+  rays.tMax = tMax;
+  rays.time = time;
+  uint32_t m = n;
+  for (uint32_t step = 0; m && step < o_.mostSteps; ++step) {
+    const MemoryMark mark = sv_->markMemory(g_);
+    const uint32_t event = step * 8;
+    for (uint32_t i = 0; i < m; i += W) {
+      const I p = I::load(point + i);
+      const Rgb<W> b = Rgb<W>::load(beta, i), length = Rgb<W>::gather(below_.length, p);
+      const F u = draw(p, event) * (b.x + b.y + b.z);
+      const Mask<W> first = u < b.x, second = (!first) & (u < b.x + b.y);
+      const F own = select(first, length.x, select(second, length.y, length.z)), tail = gather(below_.tail, p);
+      const F depth = -log(F(1.f) - draw(p, event + 1));
+      F t = depth * own;
+      if ((tail > F(0.f)).any()) {
+        const F power = select(I::load(boundary + i) != I(0), tail, tail / (F(1.f) + tail));
+        t = select(tail > F(0.f), (exp(min(depth * power, F(60.f))) - F(1.f)) * own / tail, t);
+      }
+      t = min(t, F(1e30f));
+      t.store(flight + i);
+      (step ? t : F(1e30f)).store(tMax + i);  // the first ray asks whether there is an inside at all
+    }
+    padPoints(m, point);
+    ObjectHits h{};
+    h.most = 1;
+    h.nearestOnly = 1;
+    h.traceSet = below_.traceSet;
+    sv_->hitsOnObject(g_, &c, m, point, &rays, &h);
+    uint32_t open = 0;
+    for (uint32_t i = 0; i < m; i += W) {
+      Mask<W> in = Mask<W>::firstN(int(m - i < W ? m - i : W));
+      const I p = I::load(point + i);
+      Rgb<W> b = Rgb<W>::load(beta, i);
+      const F t = F::load(flight + i);
+      const Mask<W> hit = in & (I::load(h.count + i) != I(0));
+      const F s = select(hit, F::load(h.t + i), F(1e30f));
+      const Mask<W> met = hit & (s <= t);
+      const F x = select(met, s, t);
+      // how each channel would have come so far
+      const Rgb<W> length = Rgb<W>::gather(below_.length, p), depth(x / length.x, x / length.y, x / length.z);
+      Rgb<W> kept(exp(-depth.x), exp(-depth.y), exp(-depth.z));
+      Rgb<W> made(kept.x / length.x, kept.y / length.y, kept.z / length.z);
+      const F tail = gather(below_.tail, p);
+      if ((tail > F(0.f)).any()) {
+        const Mask<W> heavy = tail > F(0.f), edge = I::load(boundary + i) != I(0);
+        const F slow = F(1.f) / max(tail, F(1e-6f)), power = select(edge, slow, slow + F(1.f));
+        const F scale = select(edge, F(1.f), F(1.f) + tail);
+        const auto law = [&](F y, F l, F& keeps, F& makes) {
+          const F q = log(fma(tail, y, F(1.f)));
+          keeps = select(heavy, exp(-(power * q)), keeps);
+          makes = select(heavy, scale * exp(-((power + F(1.f)) * q)) / l, makes);
+        };
+        law(depth.x, length.x, kept.x, made.x);
+        law(depth.y, length.y, kept.y, made.y);
+        law(depth.z, length.z, kept.z, made.z);
+      }
+      const F before = b.x + b.y + b.z;
+      b = b * select(met, kept, made);
+      const F after = b.x + b.y + b.z;
+      b = b * zeroUnless(after > F(0.f), before / max(after, F(1e-37f)));
+      b = select(met, b, b * Rgb<W>::gather(below_.albedo, p));
+      Vec3<W> o = fma(Vec3<W>::load(d, i), x, Vec3<W>::load(P, i)), w = Vec3<W>::load(d, i);
+      I edge(0), depthIn = I::load(within + i);
+      if (met.any()) {
+        // out, or into another part and out of one, where parts join; from within, the surface is crossed the other
+        // way
+        const Mask<W> outside = gather(c.entering, p) != I(0);
+        const Mask<W> goesOut = (I::load(h.leaves + i) != I(0)) ^ (!outside);
+        Mask<W> ends = met;
+        if (below_.joins) {
+          depthIn = select(met, depthIn + select(goesOut, I(-1), I(1)), depthIn);
+          ends = met & !(depthIn > I(0));
+        }
+        alignas(64) float bs[3][W];
+        b.x.store(bs[0]);
+        b.y.store(bs[1]);
+        b.z.store(bs[2]);
+        for (uint32_t bits = ends.bits(); bits; bits &= bits - 1) {
+          const uint32_t k = uint32_t(__builtin_ctz(bits));
+          const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
+          comeOut(h, i + k, point[i + k], own);
+        }
+        in = in & !ends;
+        edge = select(met, I(1), I(0));
+        o = select(met, fma(w, gather(c.bias, p), o), o);  // beyond the inner surface
+      }
+      if (!step) {
+        const Mask<W> none = in & !hit;
+        for (uint32_t bits = none.bits(); bits; bits &= bits - 1) {
+          const uint32_t at = point[i + uint32_t(__builtin_ctz(bits))];
+          const float own[3] = {below_.surface[0][at], below_.surface[1][at], below_.surface[2][at]};
+          goBack(at, own, BelowSurface::Open);
+        }
+        in = in & hit;
+      }
+      if (in.none()) continue;
+      const Vec3<W> way = o - Vec3<W>::gather(c.P, p);
+      const Mask<W> far = in & !(dot(way, way) < F(reach * reach));
+      if (far.any()) {
+        alignas(64) float bs[3][W];
+        b.x.store(bs[0]);
+        b.y.store(bs[1]);
+        b.z.store(bs[2]);
+        for (uint32_t bits = far.bits(); bits; bits &= bits - 1) {
+          const uint32_t k = uint32_t(__builtin_ctz(bits));
+          const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
+          goBack(point[i + k], own, BelowSurface::Endless);
+        }
+        in = in & !far;
+      }
+      // where it scatters
+      const F mu = sampleHenyeyGreenstein(gather(below_.anisotropy, p), draw(p, event + 2));
+      const F r = safeSqrt(fnma(mu, mu, F(1.f)));
+      F sinPhi, cosPhi;
+      sincos(draw(p, event + 3) * F(kTwoPi), sinPhi, cosPhi);
+      w = select(met, w, normalize(Frame<W>(w).toWorld({r * cosPhi, r * sinPhi, mu})));
+      const F most = maxComponent(b);
+      const F goesOn = clamp(most * F(1.f / o_.rouletteBelow), F(0.f), F(1.f));
+      in = in & (draw(p, event + 4) < goesOn);
+      b = b * (F(1.f) / max(goesOn, F(1e-30f)));
+      const F moment = F::load(time + i);
+      const Packer<W> pack(in);
+      o.pack(pack, P, open);
+      w.pack(pack, d, open);
+      b.pack(pack, beta, open);
+      pack.put(moment, time + open);
+      pack.put(p, point + open);
+      pack.put(edge, boundary + open);
+      pack.put(depthIn, within + open);
+      open += uint32_t(pack.count);
+    }
+    m = open;
+    sv_->releaseMemory(g_, mark);
+  }
+  for (uint32_t i = 0; i < m; ++i) {
+    const float own[3] = {beta[0][i], beta[1][i], beta[2][i]};
+    goBack(point[i], own, BelowSurface::Endless);
+  }
+}
+
+template <int W>
+void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
+  if (!n) return;
+  const Context& c = *c_;
+  const bool dipoles = below_.model != SubsurfaceModel::Burley;
+  for (uint32_t k = 0; k < 3; ++k) {
+    for (uint32_t t = 0; t < below_.terms; ++t) spread_[t][k] = floats(c.padded);
+    for (float*& x : dipole_[k]) x = dipoles ? floats(c.padded) : nullptr;
+  }
+  float ior = 0;
+  BoundaryMoments moments(1);
+  // most points have the albedo of the one before
+  float known[3] = {-1, -1, -1};
+  Dipole unit[3] = {};
+  for (uint32_t j = 0; j < n; ++j) {
+    const uint32_t p = points[j];
+    if (dipoles && below_.ior[p] != ior) {
+      moments = BoundaryMoments(double(ior = below_.ior[p]));
+      for (float& a : known) a = -1;
+    }
+    for (uint32_t k = 0; k < 3; ++k)
+      for (uint32_t t = 0; t < below_.terms; ++t) {
+        const float length = below_.term[t].length[k][p], albedo = below_.term[t].albedo[k][p];
+        // of dipoles the tail's length is that of the profile's longer exponential
+        spread_[t][k][p] = length / (dipoles ? 3.f : burleyScale(albedo));
+        if (!dipoles) continue;
+        if (albedo != known[k])
+          unit[k] = makeDipole(below_.model == SubsurfaceModel::BetterDipole, known[k] = albedo, moments);
+        const Dipole d = stretched(unit[k], length);
+        const float x[5] = {d.decay, d.depth, d.mirrored, d.flux, d.fluence};
+        for (int i = 0; i < 5; ++i) dipole_[k][i][p] = x[i];
+      }
+  }
+  float *o[3], *d[3];
+  for (int k = 0; k < 3; ++k) {
+    o[k] = floats(n);
+    d[k] = floats(n);
+  }
+  float *tMax = floats(n), *time = floats(n), *pick = floats(n);
+  uint32_t* point = words(n);
+  for (uint32_t i = 0; i < n; ++i) point[i] = points[i];
+  padPoints(n, point);
+  for (uint32_t i = 0; i < n; i += W) {
+    const I p = I::load(point + i);
+    // the term and channel, by what they return
+    F sum(0.f);
+    const auto part = [&](uint32_t t, uint32_t k) {
+      return gather(below_.surface[k], p) * gather(below_.term[t].share[k], p);
+    };
+    for (uint32_t t = 0; t < below_.terms; ++t)
+      for (uint32_t k = 0; k < 3; ++k) sum += part(t, k);
+    F rest = draw(p, 0) * sum, spread(0.f);
+    Mask<W> open(true);
+    for (uint32_t t = 0; t < below_.terms; ++t)
+      for (uint32_t k = 0; k < 3; ++k) {
+        const F share = part(t, k);
+        const Mask<W> here = open & (share > F(0.f));
+        spread =
+            select(here, gather(spread_[t][k], p), spread);  // of the last that has a share, should rounding say so
+        open = open & !(here & (rest < share));
+        rest -= share;
+      }
+    const F r = sampleBurleyProfile(spread, draw(p, 1), draw(p, 2)), farthest = spread * F(kFarthest);
+    const F half = safeSqrt(farthest * farthest - r * r);
+    F s, co;
+    sincos(draw(p, 3) * F(kTwoPi), s, co);
+    const Frame<W> f(Vec3<W>::gather(c.Ng, p));
+    const F u = draw(p, 4);
+    const Mask<W> alongX = u < F(kAxis[0]), alongY = (!alongX) & (u < F(kAxis[0] + kAxis[1]));
+    const Vec3<W> axis = select(alongX, f.x, select(alongY, f.y, f.z));
+    const Vec3<W> a = select(alongX, f.y, select(alongY, f.z, f.x)),
+                  b = select(alongX, f.z, select(alongY, f.x, f.y));
+    const Vec3<W> from = fma(axis, half, fma(a, r * co, fma(b, r * s, Vec3<W>::gather(c.P, p))));
+    from.store(o, i);
+    (-axis).store(d, i);
+    select(r < farthest, half + half, F(-1.f)).store(tMax + i);
+    gather(c.time, p).store(time + i);
+    draw(p, 5).store(pick + i);
+  }
+  Rays rays{};
+  for (int k = 0; k < 3; ++k) {
+    rays.o[k] = o[k];
+    rays.d[k] = d[k];
+  }
+  rays.tMax = tMax;
+  rays.time = time;
+  ObjectHits h{};
+  h.most = kMostHits;
+  h.traceSet = below_.traceSet;
+  sv_->hitsOnObject(g_, &c, n, point, &rays, &h);
+  for (uint32_t i = 0; i < n; ++i) {
+    if (!h.count[i] || !(tMax[i] > 0)) continue;
+    const uint32_t all = h.count[i] < kMostHits ? h.count[i] : kMostHits, chosen = uint32_t(pick[i] * float(all));
+    const float beta[3] = {float(all), float(all), float(all)};
+    comeOut(h, size_t(i) * kMostHits + (chosen < all ? chosen : all - 1), point[i], beta);
+    out_.isInside[out_.count - 1] = c.entering[point[i]] ? 0 : 1;  // on the side where light went in
+  }
+}
+
+// Multiplies the shares of points where light comes out, which are the numbers of hits on their chords, by the profile
+// over the density of all ways to take a chord through the place. point: where it went in; ~0: not by a profile.
+template <int W>
+void PathsBelow<W>::weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const {
+  const Context& c = *c_;
+  const bool dipoles = below_.model != SubsurfaceModel::Burley;
+  for (uint32_t i = 0; i < x.count; i += W) {
+    alignas(64) uint32_t at[W];
+    uint32_t byProfile = 0;
+    for (uint32_t k = 0; k < W; ++k) {
+      const bool isOne = i + k < x.count && point[i + k] != ~0u;
+      at[k] = isOne ? point[i + k] : 0;
+      byProfile |= uint32_t(isOne) << k;
+    }
+    const I p = I::load(at);
+    const Vec3<W> way = Vec3<W>::load(x.P, i) - Vec3<W>::gather(c.P, p), Ng = Vec3<W>::load(x.Ng, i);
+    const Frame<W> f(Vec3<W>::gather(c.Ng, p));
+    const F r2 = dot(way, way), r = sqrt(r2);
+    const Vec3<W> local = f.toLocal(way), n = f.toLocal(Ng);
+    const F beside[3] = {safeSqrt(r2 - local.x * local.x), safeSqrt(r2 - local.y * local.y),
+                         safeSqrt(r2 - local.z * local.z)};
+    const F along[3] = {abs(n.x), abs(n.y), abs(n.z)};
+    F density(0.f), sum(0.f), value[3];
+    for (uint32_t k = 0; k < 3; ++k)
+      for (uint32_t t = 0; t < below_.terms; ++t) {
+        const F share = gather(below_.term[t].share[k], p), part = gather(below_.surface[k], p) * share;
+        const F d = gather(spread_[t][k], p);
+        sum += part;
+        const Mask<W> within = r <= d * F(kFarthest);
+        F made(0.f);
+        for (int a = 0; a < 3; ++a) made = fma(burleyProfile(d, beside[a]), along[a] * F(kAxis[a]), made);
+        density += zeroUnless(within, part * made);
+        const auto of = [&](int j) { return gather(dipole_[k][j], p); };
+        value[k] += part * (dipoles ? dipoleProfile(of(0), of(1), of(2), of(3), of(4), r) : burleyProfile(d, r));
+      }
+    const F scale = sum / max(density, F(1e-37f));
+    for (uint32_t k = 0; k < 3; ++k) {
+      alignas(64) float factor[W];
+      (value[k] * zeroUnless(density > F(0.f), scale)).store(factor);
+      for (uint32_t l = 0; l < W && i + l < x.count; ++l)
+        if (byProfile >> l & 1) beta[k][i + l] *= factor[l];
+    }
+  }
+}
+
+// Vertices where paths come out, in one list with those where they went in.
+template <int W>
+Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
+  const Context& c = *c_;
+  const uint32_t n = out_.count, most = n + back_;
+  VertexRecord* records = static_cast<VertexRecord*>(sv_->alloc(g_, (most + n + kPad) * sizeof(VertexRecord)));
+  uint32_t *which = words(n), *point = words(most + n), made = 0;
+  float* beta[3] = {floats(most + n), floats(most + n), floats(most + n)};
+  if (n) {
+    float *time = floats(n), *radius = floats(n);
+    uint32_t *seed = words(n), *index = words(n);
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t p = out_.point[i];
+      time[i] = c.time[p];
+      radius[i] = c.radius[p];
+      seed[i] = c.sampleSeed[p];
+      index[i] = c.sampleIndex[p];
+    }
+    const SurfacePlaces places{out_.instance, out_.geometry, out_.primitive, out_.u, out_.v, time,
+                               radius,        out_.isInside, seed,           index,  &c,     out_.point};
+    made = sv_->makeVertices(g_, n, &places, records, which);
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < made; ++i) {
+      const uint32_t from = which[i];
+      point[i] = out_.point[from];
+      for (int k = 0; k < 3; ++k) beta[k][i] = out_.beta[k][from];
+    }
+    // on curves there are no places
+    for (uint32_t i = 0; i < n; ++i) {
+      if (next < made && which[next] == i) {
+        ++next;
+        continue;
+      }
+      const uint32_t p = out_.point[i];
+      const float own[3] = {below_.surface[0][p], below_.surface[1][p], below_.surface[2][p]};
+      goBack(p, own, BelowSurface::Open);
+    }
+  }
+  if (back_) {
+    sv_->keepVertices(g_, &c, back_, backPoint_, records + made);
+    for (uint32_t i = 0; i < back_; ++i) {
+      point[made + i] = backPoint_[i];
+      for (int k = 0; k < 3; ++k) beta[k][made + i] = backBeta_[k][i];
+    }
+  }
+  for (uint32_t why = 0; why < 2; ++why)
+    if (lostCount_[why]) sv_->noteBelow(g_, &c, lostCount_[why], lost_[why], BelowSurface(why));
+  Emerged out;
+  const uint32_t total = made + back_;
+  if (!total) return out;
+  Context* const* contexts;
+  out.count = sv_->shadeVertices(g_, total, records, &contexts);
+  Context** own = static_cast<Context**>(sv_->alloc(g_, out.count * sizeof(Context*)));
+  static constexpr uint8_t kSlot[kMaxLobes] = {};
+  for (uint32_t k = 0; k < out.count; ++k) {
+    const Context& x = *contexts[k];
+    Context& y = *static_cast<Context*>(sv_->alloc(g_, sizeof(Context)));
+    y = x;
+    uint32_t* path = words(x.padded);
+    uint16_t* event = static_cast<uint16_t*>(sv_->alloc(g_, sizeof(uint16_t)));
+    *event = c.eventOfSlot[slot];
+    float* share[3] = {floats(x.padded), floats(x.padded), floats(x.padded)};
+    uint32_t* from = words(x.padded);
+    for (uint32_t i = 0; i < x.padded; ++i) {
+      const uint32_t r = x.path[i];
+      path[i] = c.path[point[r]];
+      if (i >= x.count) continue;
+      for (int j = 0; j < 3; ++j) share[j][i] = beta[j][r];
+      from[i] = r < made ? point[r] : ~0u;
+    }
+    if (below_.model != SubsurfaceModel::Walk) weighProfiles(x, from, share);
+    for (uint32_t i = 0; i < x.count; ++i)
+      for (int j = 0; j < 3; ++j) throughput[j][path[i]] *= share[j][i];
+    y.path = path;
+    y.bxdf = DiffuseExit<W>::functions();
+    y.closure = nullptr;
+    y.lobeCount = y.slotCount = 1;
+    y.slotOfLobe = kSlot;
+    y.eventOfSlot = event;
+    y.tintedSlots = 0;
+    y.traits = (y.traits & ~(kTraitEncloses | kTraitTinted)) | kTraitComesOut;
+    own[k] = &y;
+  }
+  out.contexts = own;
+  return out;
+}
+
+template <int W>
+Emerged PathsBelow<W>::follow(const Context& c, uint32_t n, const uint32_t* points, const GenerateArgs& a,
+                              uint32_t part, uint32_t parts, float* const throughput[3]) {
+  if (!n || !c.bxdf->subsurface) return {};
+  const uint32_t slot = a.slot[points[0]];
+  begin(c, n, part, parts);
+  n = enter(n, points);
+  points = entered_;
+  if (below_.model == SubsurfaceModel::Walk)
+    walk(n, points, a);
+  else
+    probe(n, points);
+  return finish(slot, throughput);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif
+
+#include <kinora/simd/tables.h>

@@ -1,0 +1,64 @@
+// What a stack of lobes says lies below it: lengths and albedos by point, from the parameters of a closure. Included
+// by stack.cpp alone; plain code.
+#pragma once
+#include <kinora/subsurface_albedo.h>
+#include "closure.h"
+
+namespace kinora::lobes {
+
+// Of the longest channel: shorter ones are brought up to it. What is shorter by far comes out where it went in all the
+// same, and would only take many steps.
+inline constexpr float kShortestReach = 1.f / 256;
+inline constexpr float kLongestReach = 1e15f;
+
+inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Subsurface& out) {
+  const auto at = [](const Value& v, uint32_t channel, uint32_t i) {
+    const float x = v.components ? v.data[channel][v.stride ? i : 0] : 0.f;
+    return x > 0 ? x : 0.f;  // nor NaN
+  };
+  const auto unit = [](float x) { return x < 1 ? x : 1.f; };
+  out.model = k.model;
+  out.traceSet = k.traceSet;
+  out.joins = k.joins;
+  const Value* const gain[] = {&k.gain, &k.shortGain, &k.longGain};
+  const Value* const color[] = {&k.color, &k.shortColor, &k.longColor};
+  const Value* const reach[] = {&k.reach, &k.shortReach, &k.longReach};
+  const bool isSum = k.shortGain.components;
+  out.terms = isSum ? 3 : 1;
+  for (uint32_t i = 0; i < c.padded; ++i) {
+    const float scale[3] = {at(k.reachColor, 0, i), at(k.reachColor, 1, i), at(k.reachColor, 2, i)};
+    const float most = scale[0] > scale[1]   ? scale[0] > scale[2] ? scale[0] : scale[2]
+                         : scale[1] > scale[2] ? scale[1]
+                                             : scale[2];
+    for (uint32_t n = 0; n < 3; ++n) {
+      float sum = 0, part[3];
+      for (uint32_t t = 0; t < out.terms; ++t)
+        sum += part[t] = (isSum ? at(*gain[t], 0, i) : 1.f) * at(*color[t], n, i);
+      out.surface[n][i] = sum;
+      for (uint32_t t = 0; t < out.terms; ++t) {
+        const float s = scale[n] > kShortestReach * most ? scale[n] : kShortestReach * most;
+        const float length = at(*reach[t], 0, i) * s * k.unit;
+        const SubsurfaceTerm& term = out.term[t];
+        term.share[n][i] = sum > 0 ? part[t] / sum : t == 0 ? 1.f : 0.f;
+        term.albedo[n][i] = unit(at(*color[t], n, i));
+        term.length[n][i] = length > 1e-6f ? length < kLongestReach ? length : kLongestReach : 1e-6f;
+      }
+    }
+    if (k.model != SubsurfaceModel::Walk) {
+      out.ior[i] = k.ior.components && k.ior.data[0][k.ior.stride ? i : 0] > 1 ? at(k.ior, 0, i) : 1.f;
+      continue;
+    }
+    float g = k.directionality.data[0][k.directionality.stride ? i : 0];
+    g = g > -0.95f ? g < 0.95f ? g : 0.95f : g <= -0.95f ? -0.95f : 0.f;
+    const float tail = k.heavyTails ? kMostTail * unit(at(k.bleed, 0, i)) : 0.f;
+    out.anisotropy[i] = g;
+    out.tail[i] = tail;
+    for (uint32_t n = 0; n < 3; ++n) {
+      const float albedo = singleScatteringAlbedo(out.term[0].albedo[n][i], g, tail);
+      out.albedo[n][i] = albedo;
+      out.length[n][i] = meanFreePath(out.term[0].length[n][i], albedo, g);
+    }
+  }
+}
+
+}  // namespace kinora::lobes

@@ -1,0 +1,529 @@
+// Subsurface scattering through the whole renderer. Proves: closed objects of albedo 1 vanish in a furnace; walks give
+// what a brute-force walk of this file's own gives in the same medium inside the same sphere (isotropic, anisotropic,
+// heavy tails, unequal channels); the albedo of a wide body is the one asked for, and what one scattering keeps agrees
+// with Chandrasekhar's H functions; profiles of diffusion integrate to 1, and an edge of light on a plane blurs as a
+// quadrature of their formulas says; open meshes, curves, lengths of 0, 1e20 and NaN, and backs have their fallback and
+// their message; integrators that know no paths below surfaces reflect. Misses: what a profile or an inversion should
+// look like to an eye, and media with a step of the index (there are none).
+#include <gtest/gtest.h>
+#include <kinora/subsurface_albedo.h>
+#include <kinora/testing/statistics.h>
+
+#include <cmath>
+
+#include "support/render_scene.h"
+#include "truth/scenes.h"
+
+namespace kinora::tests {
+namespace {
+
+constexpr double kPi = 3.14159265358979324;
+using testing::Moments;
+using testing::Random;
+
+const char* const kSky = "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n";
+// Lengths in render units, alike in all channels unless `more` says which.
+std::string wax(const std::string& more) {
+  return std::string(
+             "Bxdf \"PxrSurface\" \"wax\" \"float diffuseGain\" [0] \"float subsurfaceGain\" [1] \"float "
+             "unitLength\" "
+             "[1] \"float subsurfaceDiffuseSwitch\" [0] ") +
+         (more.find("subsurfaceDmfpColor") == std::string::npos ? "\"color subsurfaceDmfpColor\" [1 1 1] " : "") +
+         more + "\n";
+}
+std::string type(int t) { return "\"int subsurfaceType\" [" + std::to_string(t) + "] "; }
+std::string number(const char* name, double x) {
+  char text[96];
+  std::snprintf(text, sizeof text, "\"float %s\" [%.9g] ", name, x);
+  return text;
+}
+std::string color(const char* name, double r, double g, double b) {
+  char text[128];
+  std::snprintf(text, sizeof text, "\"color %s\" [%.9g %.9g %.9g] ", name, r, g, b);
+  return text;
+}
+std::string gray(const char* name, double x) { return color(name, x, x, x); }
+bool says(const SceneRender& render, const std::string& what) {
+  for (const std::string& m : render.messages())
+    if (m.find(what) != std::string::npos) return true;
+  return false;
+}
+
+const char* const kBall =
+    "AttributeBegin Attribute \"identifier\" \"string name\" [\"ball\"]\nTranslate 0 0 5 Sphere 1 -1 1 360 "
+    "AttributeEnd\n";
+const char* const kCube =
+    "PointsPolygons [4 4 4 4 4 4] [0 1 3 2  4 6 7 5  0 4 5 1  2 3 7 6  0 2 6 4  1 5 7 3]\n"
+    "\"vertex point P\" [-1 -1 -1  -1 -1 1  -1 1 -1  -1 1 1  1 -1 -1  1 -1 1  1 1 -1  1 1 1]\n";
+
+TEST(Subsurface, AlbedoOneVanishesInAFurnace) {
+  for (const std::string& how : {type(4) + number("subsurfaceDmfp", 10), type(4) + number("subsurfaceDmfp", 2),
+                                 type(4) + number("subsurfaceDmfp", 5) + number("subsurfaceDirectionality", 0.8),
+                                 type(4) + number("subsurfaceDmfp", 5) + number("subsurfaceDirectionality", -0.5),
+                                 type(5) + number("subsurfaceDmfp", 5) + number("subsurfaceBleed", 1),
+                                 type(4) + number("subsurfaceDmfp", 1e20)}) {
+    for (const std::string& what :
+         {std::string(kBall), std::string("Translate 0 0 5 Rotate 30 1 1 0 Scale 0.7 0.7 0.7\n") + kCube}) {
+      RenderRequest r;
+      r.rib = orthographic(16, 0.5, 64) + unbiased(8) + "WorldBegin\n" + kSky +
+              wax(how + gray("subsurfaceColor", 1)) + what + "WorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      // facets of a diced ball lose what leaves below them: 0.5 % is the promise
+      SCOPED_TRACE(how);
+      EXPECT_MEAN(overPixels(render.channel("Ci")), 1, 0.005);
+      EXPECT_TRUE(render.messages().empty()) << render.messages().front();
+    }
+  }
+}
+
+// Placed, stretched, mirrored and moving objects: sides and lengths are those of the scene.
+TEST(Subsurface, PlacedAndMovingObjectsVanishToo) {
+  for (const char* place : {"Scale 0.9 1.2 0.7", "Scale -1 1 1",
+                            "MotionBegin [0 1] Translate -0.3 0 0 Translate 0.3 0.2 0 MotionEnd Rotate 40 0 1 0"})
+    for (const int t : {2, 4}) {
+      RenderRequest r;
+      r.rib = "Shutter 0 1\n" + orthographic(16, 0.2, 64) + unbiased(8) + "WorldBegin\n" + kSky +
+              "ObjectBegin \"b\"\n" +
+              wax(type(t) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", t == 2 ? 0.2 : 4)) +
+              "Sphere 1 -1 1 360\nObjectEnd\nAttributeBegin Translate 0 0 5 " + place +
+              "\nObjectInstance \"b\"\nAttributeEnd\nWorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      SCOPED_TRACE(std::string(place) + " type " + std::to_string(t));
+      // profiles are those of planes: what bends away from the light's side shows
+      EXPECT_MEAN(overPixels(render.channel("Ci")), 1, t == 2 ? 0.03 : 0.005);
+      for (const std::string& m : render.messages()) EXPECT_EQ(m.find("SUBSURFACE"), std::string::npos) << m;
+    }
+}
+
+// What enters a ball of radius 1 evenly by a cosine's law and comes out again, by the simplest walk there is: one
+// channel, exponential or power-law flights, absorption by chance.
+Moments bruteForce(double albedo, double length, double g, double tail, uint64_t seed) {
+  Random random(seed);
+  Moments out;
+  for (int path = 0; path < 400000; ++path) {
+    double p[3] = {0, 0, 1}, d[3];
+    const double mu = std::sqrt(random.uniform()), phi = 2 * kPi * random.uniform(), s = std::sqrt(1 - mu * mu);
+    d[0] = s * std::cos(phi), d[1] = s * std::sin(phi), d[2] = -mu;
+    bool alive = true, edge = true;
+    while (alive) {
+      const double e = -std::log(1 - random.uniform());
+      const double t = tail > 0 ? (std::exp(e * (edge ? tail : tail / (1 + tail))) - 1) * length / tail : e * length;
+      const double b = p[0] * d[0] + p[1] * d[1] + p[2] * d[2], c = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] - 1;
+      const double root = b * b - c, reach = -b + std::sqrt(root > 0 ? root : 0);
+      if (t >= reach) break;
+      for (int k = 0; k < 3; ++k) p[k] += t * d[k];
+      edge = false;
+      alive = random.uniform() < albedo;
+      const double u = random.uniform();
+      double cosine = 1 - 2 * u;
+      if (g != 0) {
+        const double q = (1 - g * g) / (1 - g + 2 * g * u);
+        cosine = (1 + g * g - q * q) / (2 * g);
+      }
+      const double sine = std::sqrt(std::fmax(0, 1 - cosine * cosine)), angle = 2 * kPi * random.uniform();
+      // any frame about d
+      const double m =
+          std::fabs(d[0]) < 0.6 ? std::sqrt(d[1] * d[1] + d[2] * d[2]) : std::sqrt(d[0] * d[0] + d[2] * d[2]);
+      double x[3], y[3];
+      if (std::fabs(d[0]) < 0.6)
+        x[0] = 0, x[1] = d[2] / m, x[2] = -d[1] / m;
+      else
+        x[0] = d[2] / m, x[1] = 0, x[2] = -d[0] / m;
+      y[0] = d[1] * x[2] - d[2] * x[1], y[1] = d[2] * x[0] - d[0] * x[2], y[2] = d[0] * x[1] - d[1] * x[0];
+      double size = 0;
+      for (int k = 0; k < 3; ++k) {
+        d[k] = d[k] * cosine + sine * (std::cos(angle) * x[k] + std::sin(angle) * y[k]);
+        size += d[k] * d[k];
+      }
+      for (double& k : d) k /= std::sqrt(size);
+    }
+    out.add(alive ? 1 : 0);
+  }
+  return out;
+}
+
+TEST(Subsurface, WalksAgreeWithABruteForceWalkInABall) {
+  struct Case {
+    double albedo[3], dmfp, by[3], g, bleed;
+  };
+  const Case cases[] = {{{0.8, 0.8, 0.8}, 1, {1, 1, 1}, 0, 0},
+                        {{0.9, 0.5, 0.2}, 3, {1, 0.4, 0.1}, 0, 0},
+                        {{0.6, 0.8, 0.9}, 2, {0.2, 1, 0.5}, 0.7, 0},
+                        {{0.7, 0.9, 0.5}, 1.5, {1, 0.5, 0.25}, -0.6, 0},
+                        {{0.8, 0.6, 0.95}, 2, {1, 0.5, 0.25}, 0.3, 1}};
+  uint64_t seed = 1;
+  for (const Case& k : cases) {
+    RenderRequest r;
+    r.rib = orthographic(32, 0.6, 256) + unbiased(0) + "WorldBegin\n" + kSky +
+            wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) +
+                number("subsurfaceDmfp", k.dmfp) + color("subsurfaceDmfpColor", k.by[0], k.by[1], k.by[2]) +
+                number("subsurfaceDirectionality", k.g) + number("subsurfaceBleed", k.bleed)) +
+            kBall + "WorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    const float tail = float(k.bleed) * kMostTail;
+    for (int c = 0; c < 3; ++c) {
+      const double alpha = singleScatteringAlbedo(float(k.albedo[c]), float(k.g), tail);
+      const double length = meanFreePath(float(k.dmfp * k.by[c]), float(alpha), float(k.g));
+      const Moments expected = bruteForce(alpha, length, k.g, tail, seed++);
+      const Moments seen = overPixels(render.channel("Ci"), c);
+      // 4 standard errors of both, and what the facets of a diced ball lose
+      const double chance = 4 * std::hypot(expected.standardError(), seen.standardError());
+      EXPECT_NEAR(seen.mean(), expected.mean(), chance + 0.001 * expected.mean())
+          << "channel " << c << ", albedo " << k.albedo[c] << ", length " << length;
+      EXPECT_LE(chance, 0.012) << "too few samples to judge";
+    }
+  }
+}
+
+// Albedo of a half space of isotropic scattering that light enters by a cosine's law: 1 - 2 sqrt(1 - a) times the
+// integral of mu H(mu) (Chandrasekhar 1950, section 39), H by iteration on Gauss points.
+double halfSpace(double a) {
+  constexpr int n = 64;
+  static double mu[n], weight[n];
+  static const bool made = [] {
+    for (int i = 0; i < n; ++i) {  // Gauss-Legendre by Newton's method
+      double x = std::cos(kPi * (i + 0.75) / (n + 0.5)), slope = 1;
+      for (int step = 0; step < 60; ++step) {
+        double p0 = 1, p1 = x;
+        for (int k = 2; k <= n; ++k) {
+          const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+          p0 = p1, p1 = p2;
+        }
+        slope = n * (x * p1 - p0) / (x * x - 1);
+        x -= p1 / slope;
+      }
+      mu[i] = 0.5 * (1 - x);
+      weight[i] = 1 / ((1 - x * x) * slope * slope);
+    }
+    return true;
+  }();
+  (void)made;
+  double H[n];
+  for (double& h : H) h = 1;
+  for (int round = 0; round < 400; ++round) {
+    double next[n];
+    for (int i = 0; i < n; ++i) {
+      double sum = 0;
+      for (int j = 0; j < n; ++j) sum += weight[j] * mu[j] * H[j] / (mu[i] + mu[j]);
+      next[i] = 1 / (std::sqrt(1 - a) + 0.5 * a * sum);
+    }
+    for (int i = 0; i < n; ++i) H[i] = 0.5 * (H[i] + next[i]);
+  }
+  double first = 0;
+  for (int i = 0; i < n; ++i) first += weight[i] * mu[i] * H[i];
+  return 1 - 2 * std::sqrt(1 - a) * first;
+}
+
+TEST(Subsurface, OneScatteringKeepsWhatAHalfSpaceNeeds) {
+  for (double albedo = 0.05; albedo < 0.99; albedo += 0.07)
+    EXPECT_NEAR(halfSpace(double(singleScatteringAlbedo(float(albedo), 0))), albedo, 0.003 * albedo + 2e-4) << albedo;
+  EXPECT_EQ(singleScatteringAlbedo(1, 0.5f), 1.f);
+  EXPECT_NEAR(singleScatteringAlbedo(0, -0.5f), 0, 0.01);
+}
+
+// A block so deep and wide that its middle is a half space.
+TEST(Subsurface, WideBodiesHaveTheAlbedoAskedFor) {
+  struct Case {
+    double albedo[3], g, bleed;
+  };
+  for (const Case& k : {Case{{0.2, 0.5, 0.8}, 0, 0}, Case{{0.3, 0.6, 0.9}, 0.8, 0}, Case{{0.25, 0.55, 0.85}, -0.7, 0},
+                        Case{{0.3, 0.6, 0.9}, 0, 0.5}, Case{{0.3, 0.6, 0.9}, 0, 1}}) {
+    RenderRequest r;
+    r.rib =
+        orthographic(16, 0.1, 600) + unbiased(0) + "WorldBegin\n" + kSky +
+        wax(type(5) + color("subsurfaceColor", k.albedo[0], k.albedo[1], k.albedo[2]) + number("subsurfaceDmfp", 1) +
+            number("subsurfaceDirectionality", k.g) + number("subsurfaceBleed", k.bleed)) +
+        "Translate 0 0 45 Scale 40 40 40\n" + kCube + "WorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    for (int c = 0; c < 3; ++c) {
+      const Moments seen = overPixels(render.channel("Ci"), c);
+      // 1 % of the albedo for the fits, and chance
+      EXPECT_NEAR(seen.mean(), k.albedo[c], 0.01 * k.albedo[c] + 0.002 + 4 * seen.standardError())
+          << "g " << k.g << ", bleed " << k.bleed;
+      EXPECT_LE(seen.standardError(), 0.0035) << "too few samples to judge";
+    }
+  }
+}
+
+// The profiles as they are published, per area, scaled to integrate to 1 by quadrature.
+struct Profile {
+  int type;
+  double albedo, length, ior;
+  double reduced = 1;  // albedo of the medium, dipoles
+  double moments[2] = {0, 0};
+  double whole = 1;
+  Profile(int t, double a, double l, double i) : type(t), albedo(a), length(l), ior(i) {
+    if (type >= 2) return;
+    const int n = 4000;
+    for (int k = 0; k < n; ++k) {
+      const double mu = (k + 0.5) / n, sin2 = ior * ior * (1 - mu * mu);
+      double f = 1;
+      if (sin2 < 1) {
+        const double co = std::sqrt(1 - sin2), rs = (ior * mu - co) / (ior * mu + co),
+                     rp = (mu - ior * co) / (mu + ior * co);
+        f = (rs * rs + rp * rp) / 2;
+      }
+      moments[0] += f * mu / n;
+      moments[1] += f * mu * mu / n;
+    }
+    // the medium whose profile integrates to the albedo
+    double low = 0.001, high = 0.99989;
+    for (int k = 0; k < 50; ++k) {
+      reduced = 0.5 * (low + high);
+      (integral() < albedo ? low : high) = reduced;
+    }
+    whole = integral();
+  }
+  double raw(double r) const {
+    if (type == 2) {
+      const double d = length / (3.5 + 100 * std::pow(albedo - 0.33, 4));
+      return (std::exp(-r / d) + std::exp(-r / (3 * d))) / (8 * kPi * d * r);
+    }
+    const double absorbed = 1 - reduced;  // in units of the reduced extinction
+    const double D = type == 1 ? (2 * absorbed + reduced) / 3 : 1.0 / 3, decay = std::sqrt(absorbed / D);
+    const double extinction = 1 / (length * decay);  // per unit
+    const double A =
+        type == 1 ? (1 + 3 * moments[1]) / (1 - 2 * moments[0]) : (1 + 2 * moments[0]) / (1 - 2 * moments[0]);
+    const double zr = 1 / extinction, zv = zr + 4 * A * D / extinction, s = 1 / length;
+    const double dr = std::sqrt(r * r + zr * zr), dv = std::sqrt(r * r + zv * zv);
+    const double flux = zr * (1 + s * dr) * std::exp(-s * dr) / (dr * dr * dr) +
+                        zv * (1 + s * dv) * std::exp(-s * dv) / (dv * dv * dv);
+    if (type == 0) return reduced / (4 * kPi) * flux;
+    const double fluence = std::exp(-s * dr) / dr - std::exp(-s * dv) / dv;
+    return reduced * reduced / (4 * kPi) *
+           ((1 - 3 * moments[1]) / 2 * flux + (1 - 2 * moments[0]) / 4 / (D / extinction) * fluence);
+  }
+  double operator()(double r) const { return raw(r) / whole; }
+  // over the plane: r = e^x
+  double integral() const {
+    double sum = 0;
+    const int n = 3000;
+    for (int k = 0; k < n; ++k) {
+      const double x = -12 + 17 * (k + 0.5) / n, r = length * std::exp(x);
+      sum += 2 * kPi * r * r * raw(r) * 17 / n;
+    }
+    return sum;
+  }
+  // The part of the light on the half plane x > 0 that comes out at x.
+  double edge(double x) const {
+    double sum = 0;
+    const int n = 6000;
+    for (int k = 0; k < n; ++k) {
+      const double y = -12 + 17 * (k + 0.5) / n, r = length * std::exp(y), c = -x / r;
+      const double share = c <= -1 ? 1 : c >= 1 ? 0 : std::acos(c) / kPi;  // of the circle of radius r
+      sum += 2 * kPi * r * r * (*this)(r)*share * 17 / n;
+    }
+    return sum;
+  }
+};
+
+// Light straight down on the half x > 0 of a plane, cut by a sheet that no other ray sees.
+TEST(Subsurface, AnEdgeOfLightBlursByTheProfile) {
+  for (const auto& [type_, albedo, length] :
+       {std::tuple{0, 0.7, 0.5}, std::tuple{1, 0.7, 0.5}, std::tuple{1, 0.95, 1.0}, std::tuple{2, 0.3, 0.6},
+        std::tuple{2, 0.8, 1.0}}) {
+    const Profile profile(type_, albedo, length, 1.4);
+    EXPECT_NEAR(profile.integral() / profile.whole, 1, 1e-3);
+    RenderRequest r;
+    r.rib =
+        "Format 20 80 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [128]\nScreenWindow -1 1 -1 "
+        "1\n"
+        "Projection \"orthographic\"\n" +
+        unbiased(0) +
+        "WorldBegin\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] \"float angleExtent\" [0]\n" +
+        wax(type(type_) + gray("subsurfaceColor", albedo) + number("subsurfaceDmfp", length) +
+            number("subsurfaceIor", 1.4)) +
+        "Polygon \"vertex point P\" [-40 -40 5  -40 40 5  40 40 5  40 -40 5]\n"
+        "AttributeBegin Attribute \"visibility\" \"int camera\" [0] \"int indirect\" [0]\nBxdf \"PxrBlack\" \"k\"\n"
+        "Polygon \"vertex point P\" [-50 -50 4  -50 50 4  0 50 4  0 -50 4]\nAttributeEnd\nWorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    RenderRequest plain = r;
+    const image::Image picture = render.channel("Ci");
+    // fully lit: what a diffuse plane of the albedo shows
+    const std::string material =
+        r.rib.substr(r.rib.find("Bxdf"), r.rib.find('\n', r.rib.find("Bxdf")) - r.rib.find("Bxdf"));
+    plain.rib.replace(plain.rib.find(material), material.size(),
+                      "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]");
+    SceneRender lit(plain);
+    ASSERT_TRUE(lit.ok());
+    const double full = lit.channel("Ci").at(19, 40)[0];
+    ASSERT_GT(full, 0);
+    for (int column = 0; column < 20; ++column) {
+      Moments m;
+      for (int y = 0; y < 80; ++y) m.add(picture.at(column, y)[0] / full);
+      double expected = 0;  // mean over the pixel's width
+      for (int k = 0; k < 8; ++k) expected += profile.edge(-1 + (column + (k + 0.5) / 8) * 0.1) / 8;
+      EXPECT_NEAR(m.mean(), albedo * expected, 4.5 * m.standardError() + 0.003 * albedo)
+          << "type " << type_ << ", albedo " << albedo << ", column " << column;
+      EXPECT_LE(m.standardError(), 0.03) << "too few samples to judge";
+    }
+    if (::testing::Test::HasFailure()) std::printf("picture: %s\n", SceneRender::keep(picture, "edge").c_str());
+  }
+}
+
+// A ball by profiles: no closed form, but a short length must look as a diffuse ball does, and albedo 1 gives no more
+// than comes in on a plane.
+TEST(Subsurface, ShortLengthsAreDiffuse) {
+  for (const int t : {0, 1, 2, 3, 4, 5}) {
+    RenderRequest r;
+    r.rib = orthographic(16, 0.5, 400) + unbiased(0) + "WorldBegin\n" + kSky +
+            wax(type(t) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 0.02) +
+                (t == 3 ? number("longSubsurfaceGain", 0.5) + color("longSubsurfaceColor", 0.2, 0.1, 0.4) +
+                              number("longSubsurfaceDmfp", 0.04)
+                        : "")) +
+            kBall + "WorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    const double extra[3] = {0.1, 0.05, 0.2}, albedo[3] = {0.8, 0.5, 0.2};
+    SCOPED_TRACE(t);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_MEAN(overPixels(render.channel("Ci"), c), albedo[c] + (t == 3 ? extra[c] : 0), 0.012);
+  }
+}
+
+TEST(Subsurface, WhatHasNoInsideIsDiffuseAndIsNamed) {
+  // a sheet; a wisp of curves
+  for (const char* what : {"Polygon \"vertex point P\" [-2 -2 5  -2 2 5  2 2 5  2 -2 5]\n",
+                           "Basis \"bezier\" 3 \"bezier\" 3 Curves \"linear\" [2] \"nonperiodic\" \"P\" [-4 0 5 4 0 "
+                           "5] \"constantwidth\" [3]\n"}) {
+    RenderRequest r, plain;
+    const std::string head = orthographic(16, 0.5, 64) + unbiased(0) + "WorldBegin\n" + kSky;
+    const std::string rest =
+        std::string("Attribute \"identifier\" \"string name\" [\"sheet\"]\n") + what + "WorldEnd\n";
+    r.rib = head + wax(type(4) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 1)) + rest;
+    plain.rib = head + "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [0.8 0.5 0.2]\n" + rest;
+    SceneRender render(r), diffuse(plain);
+    ASSERT_TRUE(render.ok() && diffuse.ok());
+    for (int c = 0; c < 3; ++c)
+      EXPECT_SAME_MEAN(overPixels(render.channel("Ci"), c), overPixels(diffuse.channel("Ci"), c), 0.01);
+    EXPECT_TRUE(says(render, "SUBSURFACE-OPEN") || says(render, "met nothing of its object")) << what;
+    EXPECT_TRUE(says(render, "sheet")) << what;
+  }
+}
+
+TEST(Subsurface, BadLengthsAreDiffuseOrClear) {
+  // infinity less infinity
+  const std::string nan =
+      "Pattern \"PxrExposure\" \"much\" \"color inputRGB\" [1 1 1] \"float stops\" [300]\n"
+      "Pattern \"PxrMix\" \"nan\" \"reference color color1\" [\"much:resultRGB\"] \"reference color color2\" "
+      "[\"much:resultRGB\"] \"float mix\" [0.5]\n";
+  for (const std::string& length :
+       {number("subsurfaceDmfp", 0), number("subsurfaceDmfp", -3), number("subsurfaceDmfp", 1e-30),
+        std::string("\"reference color subsurfaceDmfpColor\" [\"nan:resultRGB\"] ")})
+    for (const int t : {0, 1, 2, 4}) {
+      RenderRequest r;
+      const std::string material = wax(type(t) + gray("subsurfaceColor", 0.5) + length);
+      r.rib = orthographic(8, 0.5, 16) + unbiased(0) + "WorldBegin\n" + kSky + nan + material + kBall + "WorldEnd\n";
+      SceneRender render(r);
+      ASSERT_TRUE(render.ok());
+      SCOPED_TRACE(length + std::to_string(t));
+      EXPECT_MEAN(overPixels(render.channel("Ci")), 0.5, 0.01);
+    }
+  for (const int t : {0, 1, 2, 4}) {
+    RenderRequest r;
+    r.rib = orthographic(16, 0.5, 256) + unbiased(0) + "WorldBegin\n" + kSky +
+            wax(type(t) + gray("subsurfaceColor", 0.5) + number("subsurfaceDmfp", 1e20)) + kBall + "WorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    for (const float v : render.channel("Ci").pixels) ASSERT_TRUE(std::isfinite(v) && v >= 0 && v < 4) << t;
+    if (t == 4) EXPECT_MEAN(overPixels(render.channel("Ci")), 1, 0.01);  // nothing scatters on the way through
+  }
+}
+
+// Inside out: seen from its inner side there is nothing, unless the material has two sides; then it is as it should be.
+TEST(Subsurface, InsideOutMeshesNeedTwoSides) {
+  const auto shown = [](const std::string& more) {
+    RenderRequest r;
+    r.rib = orthographic(16, 0.5, 64) + unbiased(0) + "WorldBegin\n" + kSky +
+            wax(type(4) + gray("subsurfaceColor", 0.8) + number("subsurfaceDmfp", 1) + more) + kBall + "WorldEnd\n";
+    if (more.find("DoubleSided") != std::string::npos)
+      r.rib.replace(r.rib.find("Translate 0 0 5"), 15, "ReverseOrientation Translate 0 0 5");
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return overPixels(render.channel("Ci"));
+  };
+  EXPECT_SAME_MEAN(shown(""), shown("\"int subsurfaceDoubleSided\" [1] "), 0.01);
+  EXPECT_MEAN(shown("\"int subsurfaceDoubleSided\" [0] "), 0, 1e-6);
+}
+
+// Two balls that overlap, as one body by a group, against a mesh of their union is hard; against the furnace it is not.
+TEST(Subsurface, SubsetsAreOneBody) {
+  const auto shown = [](const std::string& more) {
+    RenderRequest r;
+    r.rib = orthographic(16, 0.3, 64) + unbiased(8) + "WorldBegin\n" + kSky +
+            "Attribute \"grouping\" \"string membership\" [\"body\"]\n" +
+            wax(type(4) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", 4) + more) + kBall +
+            "AttributeBegin Translate 0.6 0 5 Sphere 0.9 -0.9 0.9 360 AttributeEnd\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return overPixels(render.channel("Ci"));
+  };
+  EXPECT_MEAN(shown("\"string subsurfaceSubset\" [\"body\"] "), 1, 0.005);
+  // alone each comes out inside the other, where it is dark until it comes out of that too
+  EXPECT_LT(shown("").mean(), 0.97);
+}
+
+// Where light comes out, light samples and what the next rays find share it: a lamp near a ball is the same light as a
+// glowing polygon, which only rays find, and as the lamp with several samples and directions of each. All of it is in
+// the channel of its lobe.
+TEST(Subsurface, LightSamplesAndRaysShareWhatComesOut) {
+  const auto scene = [](const std::string& integrator, bool lamp) {
+    return orthographic(24, 1, lamp ? 100 : 512) + unbiased(1, integrator) + "WorldBegin\n" +
+           (lamp ? "AttributeBegin ConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  0 1.6 5 1]\nLight \"PxrRectLight\" "
+                   "\"l\" "
+                   "\"float intensity\" [5] AttributeEnd\n"
+                 : "AttributeBegin Sides 1\nBxdf \"PxrSurface\" \"glow\" \"float diffuseGain\" [0] \"float "
+                   "glowGain\" [5] "
+                   "\"color glowColor\" [1 1 1]\nPolygon \"vertex point P\" [-0.5 1.6 4.5  0.5 1.6 4.5  0.5 1.6 5.5  "
+                   "-0.5 1.6 5.5]\n"
+                   "AttributeEnd\n") +
+           wax(type(4) + color("subsurfaceColor", 0.9, 0.7, 0.5) + number("subsurfaceDmfp", 1)) + kBall +
+           "WorldEnd\n";
+  };
+  RenderRequest lamp, polygon, split;
+  lamp.rib = scene("", true);
+  lamp.channels = "Ci,a,subsurface";
+  polygon.rib = scene("", false);
+  split.rib = scene("\"int numIndirectSamples\" [3] \"int numLightSamples\" [2]", true);
+  split.channels = lamp.channels;
+  EXPECT_SAME_MEAN(overSeeds(lamp, 8, "subsurface"), overSeeds(polygon, 14), 0.01);
+  EXPECT_SAME_MEAN(overSeeds(lamp, 8, "subsurface"), overSeeds(split, 8, "subsurface"), 0.01);
+}
+
+// The principled material has the same walks, below its dielectric.
+TEST(Subsurface, PrincipledMaterialWalksToo) {
+  const auto shown = [](const std::string& material) {
+    RenderRequest r;
+    r.rib =
+        orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return overPixels(render.channel("Ci"), 1);
+  };
+  const std::string bare = "Bxdf \"PxrDisneyBsdf\" \"d\" \"float specReflectScale\" [0] \"float subsurface\" [1] ";
+  EXPECT_MEAN(shown(bare + color("subsurfaceColor", 1, 1, 1) + color("scatterDistance", 8, 4, 2)), 1, 0.005);
+  EXPECT_SAME_MEAN(shown(bare + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("scatterDistance", 2, 1, 0.5)),
+                   shown(wax(type(4) + color("subsurfaceColor", 0.9, 0.6, 0.3) +
+                             color("subsurfaceDmfpColor", 2, 1, 0.5) + number("subsurfaceDmfp", 1))),
+                   0.005);
+}
+
+TEST(Subsurface, OtherIntegratorsReflect) {
+  RenderRequest r;
+  r.rib = orthographic(16, 0.5, 64) +
+          "Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [0] \"float clampLuminance\" [1e30]\n" +
+          "WorldBegin\n" + kSky +
+          wax(type(4) + color("subsurfaceColor", 0.8, 0.5, 0.2) + number("subsurfaceDmfp", 1)) + kBall + "WorldEnd\n";
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  const double albedo[3] = {0.8, 0.5, 0.2};
+  for (int c = 0; c < 3; ++c) EXPECT_MEAN(overPixels(render.channel("Ci"), c), albedo[c], 0.01);
+}
+
+}  // namespace
+}  // namespace kinora::tests
