@@ -182,10 +182,13 @@ inline float othersOfSplat(const PathSums& path, float distance, float pdf, floa
                            float reverse, float merges) {
   return pdf * cosine / (distance * distance * lightPaths) * PathDensities::throughVertex(path, reverse, merges);
 }
-// ... merging a camera path's vertex with a light path's. pdf: of the camera path's bxdf for the direction in which
-// the light path came, and its reverse.
-inline float othersOfMerge(const PathSums& camera, const PathSums& light, float pdf, float reverse, float merges) {
-  return (PathDensities::throughVertex(camera, reverse, 0) + PathDensities::throughVertex(light, pdf, 0)) / merges;
+// ... merging a camera path's vertex with those of light paths: `last` and `before` are these paths' sums, the first
+// times its edge. pdf: of the camera path's bxdf for the directions in which the light paths came, and its reverse.
+template <int W>
+KN_INLINE Float<W> othersOfMerge(const PathSums& camera, Float<W> last, Float<W> before, Float<W> pdf,
+                                 Float<W> reverse, float merges) {
+  using F = Float<W>;
+  return (F(camera.edge * camera.last) + F(camera.before) * reverse + last + before * pdf) * F(1 / merges);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -285,7 +285,7 @@ class Subpaths {
 };
 
 // Light on its way to points of contexts of one depth: values, each behind one of the shadow rays. What does not fit
-// sends the rest ahead.
+// sends the rest ahead. Made once a group: its arrays are half a megabyte.
 class Arrivals {
  public:
   Arrivals(Group* group, const Services* services, uint32_t rays = 4096, uint32_t values = 16384)

@@ -128,27 +128,9 @@ TEST(Vcm, EqualsPathTracerUnderAreaLights) { expectSamePicture(room(std::string(
 TEST(Vcm, EqualsPathTracerUnderDome) { expectSamePicture(room(kDome, kGrey), 0.03); }
 TEST(Vcm, EqualsPathTracerUnderMeshLight) { expectSamePicture(room(kMesh, kGrey), 0.03); }
 TEST(Vcm, EqualsPathTracerBehindGlass) {
-  expectSamePicture(room(kSphere, kGlass, "", R"(
-  AttributeBegin )" + std::string(kRoughGlass) + R"(
-    Translate -0.6 0.3 0.6
-    Sphere 0.25 -0.25 0.25 360
-  AttributeEnd
-)"),
-                    0.04, 100);  // paths through the balls to the lamp by chance have long tails
+  expectSamePicture(roomBehindGlass(), 0.04, 100);  // paths through the balls to the lamp by chance have long tails
 }
-TEST(Vcm, EqualsPathTracerInMotionThroughALens) {
-  expectSamePicture(room(kRect, kGrey, "DepthOfField 2 0.4 4\n", R"(
-  AttributeBegin
-    Bxdf "PxrDiffuse" "red" "color diffuseColor" [0.8 0.3 0.2]
-    MotionBegin [0 1]
-      Translate -0.9 0.3 0.7
-      Translate -0.3 0.6 0.9
-    MotionEnd
-    Sphere 0.25 -0.25 0.25 360
-  AttributeEnd
-)"),
-                    0.03);
-}
+TEST(Vcm, EqualsPathTracerInMotionThroughALens) { expectSamePicture(roomInMotionThroughALens(), 0.03); }
 
 // Lights that the camera sees, factors of lights on lobes, objects hidden from the camera, a wide pixel filter.
 TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
@@ -170,9 +152,7 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
   expectSamePicture(text, 0.05, 80);
 }
 
-TEST(Vcm, SameBits) {
-  expectSameBits({}, room(std::string(kRect) + kSun + kDome, kGlass, "DepthOfField 2 0.4 4\n"), "PxrVCM");
-}
+TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
 
 // Nothing to begin a light path with, nothing to merge: black and done.
 TEST(Vcm, RendersRoomsWithoutLight) {

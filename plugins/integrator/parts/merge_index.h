@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace kinora::pxrVcm {
+namespace kinora::vcm {
 
 // What merging wants of a stored vertex, in one line of the cache.
 struct Photon {
@@ -18,9 +18,11 @@ struct Photon {
   float last, before;  // PathSums, the first only where a method connects the last edge
   float time, radius;
   uint32_t light;
-  uint32_t length;  // vertices before it; kHasFactors
+  uint32_t length;                                      // vertices before it; kHasFactors
+  static constexpr uint32_t kHasFactors = 0x80000000u;  // PathVertex::factor is not 1
+  uint32_t verticesBefore() const { return length & ~kHasFactors; }
+  bool hasFactors() const { return length & kHasFactors; }
 };
-inline constexpr uint32_t kHasFactors = 0x80000000u;  // PathVertex::factor is not 1
 
 struct MergeIndex {
   uint32_t bucketMask = 0;
@@ -142,4 +144,4 @@ struct MergeIndex {
   }
 };
 
-}  // namespace kinora::pxrVcm
+}  // namespace kinora::vcm

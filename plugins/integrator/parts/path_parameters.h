@@ -1,0 +1,51 @@
+// Parameters that integrators of paths have in common, and what they make of them.
+#pragma once
+#include <kinora/plugin.h>
+
+#include <algorithm>
+
+namespace kinora::pathParameters {
+
+inline constexpr Param kMaxIndirectBounces =
+    param::integer("maxIndirectBounces", 8).range(0, 64).help("Indirect bounces allowed; 0 is direct light only.");
+inline constexpr Param kNumLightSamples = param::integer("numLightSamples", 1)
+                                              .range(0, 64)
+                                              .help("Light samples at each camera hit; deeper vertices take one.");
+inline constexpr Param kNumBxdfSamples =
+    param::integer("numBxdfSamples", 1)
+        .range(1, 64)
+        .help("Accepted for old scenes; indirect directions serve as bxdf samples.");
+inline constexpr Param kClampDepth =
+    param::integer("clampDepth", 2)
+        .range(1, 64)
+        .help(
+            "Bounces of a path from which contributions are clamped, that to the light included: direct light at "
+            "what the camera sees is 1.");
+inline constexpr Param kClampLuminance = param::number("clampLuminance", 10.f)
+                                             .range(0, 1e30f)
+                                             .help("Largest luminance of one contribution there; 1e30 is off.");
+inline constexpr Param kRouletteDepth =
+    param::integer("rouletteDepth", 4).range(1, 64).help("Path length from which Russian roulette is played.");
+inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0.2f)
+                                                .range(0, 1)
+                                                .help("Only paths whose throughput is below this play it; 0 is off.");
+inline constexpr Param kMaxPathLength =
+    param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
+
+// A count, within bounds whatever the file says.
+inline uint32_t count(const CreateInfo& info, uint32_t parameter, int least, int most) {
+  return uint32_t(std::clamp(info.integer(parameter), least, most));
+}
+// Indirect bounces by either name; the new one counts where both are given.
+inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uint32_t maxPathLength, int most) {
+  const int length = info.integer(maxPathLength);
+  const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
+  return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
+}
+inline constexpr uint32_t kNever = 1u << 30;  // a depth that no path reaches
+// The vertex from which roulette is played.
+inline uint32_t rouletteDepth(const CreateInfo& info, uint32_t depth, uint32_t threshold, int least) {
+  return info.number(threshold) > 0 ? count(info, depth, least, 100000) : kNever;
+}
+
+}  // namespace kinora::pathParameters
