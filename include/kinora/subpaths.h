@@ -1,6 +1,7 @@
 // Paths that an integrator follows vertex by vertex, from the camera or from lights: what bidirectional methods begin
 // with. Subpaths traces them, makes contexts and takes new directions; Arrivals holds light back until its shadow
 // rays have been traced. Whoever uses them keeps the books on densities. Included per target.
+#include <kinora/clamp_luminance.h>
 #include <kinora/integrator.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
@@ -116,14 +117,15 @@ class Subpaths {
     return rays;
   }
 
-  // What the surfaces of a context give off on their own.
-  void contributeEmission(const Context& c) const {
+  // What the surfaces of a context give off on their own, as far as no contribution has a luminance above `most`.
+  void contributeEmission(const Context& c, float most = 1e30f) const {
     if (!c.bxdf->emission) return;
     float* rgb[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
     uint32_t *at = c.alloc<uint32_t>(c.padded), *light = c.alloc<uint32_t>(c.padded);
     c.bxdf->emission(&c, c.closure, rgb);
     for (uint32_t i = 0; i < c.count; ++i) {
-      for (int k = 0; k < 3; ++k) rgb[k][i] *= throughput[k][c.path[i]];
+      const Vec3<1> v = Vec3<1>::load(rgb, i) * Vec3<1>::load(throughput, c.path[i]);
+      (v * factorToLuminance(v, Float<1>(most))).store(rgb, i);
       at[i] = state[c.path[i]];
       light[i] = kNoLight;
     }

@@ -154,6 +154,29 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
 
 TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
 
+// Bounces are counted as the path tracer counts them: direct light at what the camera sees is the first.
+TEST(Vcm, ClampsFromTheSameBounceAsThePathTracer) {
+  const std::string text = room(kPoint, kGrey);
+  const auto meanOf = [&](Method m, int clampDepth, const char* luminance) {
+    for (auto& [name, value] : m.sets)
+      if (name == "integrator.clampLuminance") value = luminance;
+    m.sets.emplace_back("integrator.clampDepth", std::to_string(clampDepth));
+    Workshop stage;
+    return renderAll(stage, text, m, 1, 2).at("Ci").mean();
+  };
+  for (const bool isForward : {true, false}) {
+    const Method direct = isForward ? pathTracer(0) : vcm(false, false, 5, 0);
+    const double free = meanOf(direct, 2, "1e30");
+    EXPECT_EQ(meanOf(direct, 2, "1e-4"), free) << direct.integrator;
+    EXPECT_LT(meanOf(direct, 1, "1e-4"), 0.01 * free) << direct.integrator;
+    const Method indirect = isForward ? pathTracer(1) : vcm(false, false, 5, 1);
+    EXPECT_GT(meanOf(indirect, 3, "1e-4"), 1.01 * free) << indirect.integrator;
+    EXPECT_LT(meanOf(indirect, 2, "1e-4"), 1.001 * free) << indirect.integrator;
+  }
+  // connections and merges of more than one bounce
+  EXPECT_LT(meanOf(vcm(true, true, 5, 3), 2, "1e-7"), 1.001 * meanOf(vcm(true, true, 5, 0), 2, "1e30"));
+}
+
 // Nothing to begin a light path with, nothing to merge: black and done.
 TEST(Vcm, RendersRoomsWithoutLight) {
   Workshop stage;

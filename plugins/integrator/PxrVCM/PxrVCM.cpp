@@ -46,9 +46,7 @@ constexpr Param kParams[] = {
         .range(0.001f, 1)
         .help("Farthest distance in time of merged vertices, as a share of the shutter's opening."),
     pathParameters::kNumLightSamples,
-    param::integer("clampDepth", 2)
-        .range(1, 64)
-        .help("Path length (a light seen directly is 1) from which contributions are clamped."),
+    pathParameters::kClampDepth,
     pathParameters::kClampLuminance,
     pathParameters::kRouletteDepth,
     pathParameters::kRouletteThreshold,

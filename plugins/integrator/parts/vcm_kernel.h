@@ -94,7 +94,7 @@ class Vcm {
         arrive(c, depth);
         const Neighbourhood near = neighbourhoodOf(c);
         merges[k] = near.merges;
-        paths_.contributeEmission(c);
+        paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
         if (o_.merges) merge(c, near);
       }
       sampleLights(count, contexts, merges, depth ? 1 : o_.lightSamples);
@@ -227,9 +227,9 @@ class Vcm {
     sums_.beginAtCamera(c, camera.pdf);
   }
 
-  // length: edges of the path.
+  // length: edges of the path, one more than its bounces.
   V clamped(uint32_t length, V v) const {
-    if (length < o_.clampDepth) return v;
+    if (length <= o_.clampDepth) return v;
     return v * factorToLuminance(v, Float<1>(o_.clampLuminance));
   }
 
@@ -247,7 +247,7 @@ class Vcm {
         weight[i] = 1 / (1 + othersOfHit(sums_[s], isSampled ? h.pdf[i] : 0, light, i));
       }
     }
-    if (depth + 1 >= o_.clampDepth)
+    if (depth >= o_.clampDepth)
       for (uint32_t i = 0; i < h.count; ++i) {
         const uint32_t s = h.slot[i];
         const float w = weight[i] * (depth == 0                            ? 1.f

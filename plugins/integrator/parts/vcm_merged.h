@@ -136,7 +136,7 @@ class Merged {
         const vcm::Photon& p = index_.photons[entry_[i]];
         const PathVertex& at = all_[index_.records[entry_[i]]].at;
         if (p.hasFactors()) x = x * Float<1>(at.factorOf(event));
-        if (clamps && c_.depth + p.verticesBefore() + 2 >= o_.clampDepth)
+        if (clamps && c_.depth + p.verticesBefore() + 2 > o_.clampDepth)
           x = x * factorToLuminance(x, Float<1>(o_.clampLuminance));
         put(x, s, readsEvents_ ? stepState(sv_->paths, from_, event, at) : state, p.light);
       }
