@@ -174,7 +174,7 @@ class Bidirectional {
   uint32_t bounces_;
   Subpaths<W> paths_;
   PathDensities sums_;
-  Arrivals arrivals_;
+  Arrivals<W> arrivals_;
 };
 
 struct OneConnection {

@@ -10,12 +10,14 @@
 #include <algorithm>
 #include <cmath>
 namespace kinora {
-// All are for balance-heuristic weights 1 / (1 + others).
-struct PathSums {
-  float last;    // connections through the last vertex; the density of the connection is a factor yet to come
-  float before;  // those through the vertices before; the density of the reverse direction is a factor yet to come
-  float edge;    // 1: the last edge is one that a method could have made by connecting its ends, 0: none does
+// All are for balance-heuristic weights 1 / (1 + others). F: a float, or one for each lane.
+template <class F>
+struct PathSumsOf {
+  F last;    // connections through the last vertex; the density of the connection is a factor yet to come
+  F before;  // those through the vertices before; the density of the reverse direction is a factor yet to come
+  F edge;    // 1: the last edge is one that a method could have made by connecting its ends, 0: none does
 };
+using PathSums = PathSumsOf<float>;
 
 // What a method does beside meeting lights and sampling them.
 struct PathTechniques {
@@ -38,9 +40,11 @@ namespace HWY_NAMESPACE {
 
 // |cos| between the surface and a direction; geometric normals, so that both ends of a ray say the same to both kinds
 // of paths.
-inline float surfaceCosine(const Context& c, uint32_t i, Vec3<1> w) {
-  return std::max(std::fabs(dot(Vec3<1>::load(c.Ng, i), w).lane0()), 1e-7f);
+template <int W>
+KN_INLINE Float<W> surfaceCosines(const Context& c, uint32_t i, Vec3<W> w) {
+  return max(abs(dot(Vec3<W>::load(c.Ng, i), w)), Float<W>(1e-7f));
 }
+inline float surfaceCosine(const Context& c, uint32_t i, Vec3<1> w) { return surfaceCosines(c, i, w).lane0(); }
 
 // What lights say of rays that met them.
 class LightDensities {
@@ -99,6 +103,11 @@ class PathDensities {
     std::fill_n(of_, g->padded + kPad, PathSums{0, 0, 0});
   }
   const PathSums& operator[](uint32_t slot) const { return of_[slot]; }
+  template <int W>
+  PathSumsOf<Float<W>> at(Int<W> slots) const {
+    const Int<W> i = slots * Int<W>(uint32_t(sizeof(PathSums) / sizeof(float)));
+    return {gather(&of_->last, i), gather(&of_->before, i), gather(&of_->edge, i)};
+  }
 
   // At the first vertex of light paths; `light` by slot.
   void begin(Group* g, const Services* services, const Context& c, const uint32_t* light) {
@@ -133,7 +142,7 @@ class PathDensities {
       if (a.slot[i] == kNoLobe) continue;
       PathSums& x = of_[c.path[i]];
       const float cosine = surfaceCosine(c, i, Vec3<1>::load(a.wi, i)) / a.pdf[i];
-      const float here = throughVertex(x, a.pdfReverse[i], merges ? merges[i] : 0);
+      const float here = throughVertex(x, a.pdfReverse[i], merges ? merges[i] : 0.f);
       x = a.flags[i] & kSampleDiscrete ? PathSums{0, cosine * x.before * a.pdfReverse[i], 0}
                                        : PathSums{1 / a.pdf[i], cosine * here, 0};
     }
@@ -141,7 +150,8 @@ class PathDensities {
   // Connections of the last edge, those before it, and merges at the vertex. reverse: density at the vertex of the
   // way back. merges: how many of a sample's light paths go through the neighbourhood with which a camera path's
   // vertex there is merged, for one that does so with a density of 1 per area.
-  static float throughVertex(const PathSums& x, float reverse, float merges) {
+  template <class F>
+  static F throughVertex(const PathSumsOf<F>& x, F reverse, F merges) {
     return x.edge * x.last + x.before * reverse + merges;
   }
 
@@ -163,15 +173,17 @@ inline float othersOfSample(const PathSums& path, const Context& c, uint32_t i, 
   return ((light.isDelta(i) ? 0 : pdf) + back) / light.direct(i);
 }
 // ... a connection of two vertices.
+template <class F>
 struct ConnectedEnd {
-  const PathSums& path;
-  float pdfTo;    // of the direction to here, by the other end's bxdf
-  float cosine;   // between the surface here and that direction
-  float reverse;  // of the way back, by the bxdf here
-  float merges = 0;
+  PathSumsOf<F> path;
+  F pdfTo;    // of the direction to here, by the other end's bxdf
+  F cosine;   // between the surface here and that direction
+  F reverse;  // of the way back, by the bxdf here
+  F merges = F(0.f);
 };
-inline float othersOfConnection(float distance, const ConnectedEnd& a, const ConnectedEnd& b) {
-  const auto side = [](const ConnectedEnd& x) {
+template <class F>
+KN_INLINE F othersOfConnection(F distance, const ConnectedEnd<F>& a, const ConnectedEnd<F>& b) {
+  const auto side = [](const ConnectedEnd<F>& x) {
     return x.pdfTo * x.cosine * PathDensities::throughVertex(x.path, x.reverse, x.merges);
   };
   return (side(a) + side(b)) / (distance * distance);

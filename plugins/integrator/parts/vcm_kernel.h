@@ -28,7 +28,8 @@ class Vcm {
         paths_(group, services, group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath,
                options.roulette),
         sums_(group, services, {options.connects, options.connects ? lightPaths_ : 0}),
-        arrivals_(group, services),
+        arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
+                  group->stage == StageKind::LightPaths ? 0 : 16384),
         shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
         readsEvents_(readsEvents(services->paths)) {}
 
@@ -44,11 +45,11 @@ class Vcm {
   }
 
  private:
+  using F = Float<W>;
   using V = Vec3<1>;
   using Stored = vcm::Stored;
   using Photon = vcm::Photon;
   using MergeIndex = vcm::MergeIndex;
-  static constexpr uint32_t kNone = 0xffffffffu;
 
   template <class T>
   T* make(uint32_t n) const {
@@ -80,7 +81,7 @@ class Vcm {
 
   void cameraStage() {
     paths_.startAtCamera();
-    if (o_.connects) shadeLightPaths();
+    if (o_.connects) chooseEnds();
     const MemoryMark mark = sv_->markMemory(g_);
     for (uint32_t depth = 0; paths_.count; ++depth) {
       Context* const* contexts;
@@ -301,152 +302,275 @@ class Vcm {
     }
   }
 
-  // ---- connections: contexts of the vertices of the light paths with the numbers of the group's camera paths, those
-  // of one depth together
-  void shadeLightPaths() {
-    const uint32_t n = g_->count;
+  // ---- connections
+  // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
+  // than they cost (docs/integrators.md).
+  static constexpr uint32_t kConnected = 2;
+  static constexpr uint32_t kNoEnd = 1u << 20;
+
+  // Those vertices. The first of a camera path stands at its slot, the next `room` further on.
+  struct Ends {
+    uint32_t room;
+    uint32_t *before, *light;  // before: vertices of the light path before it; kNoEnd: there is no such end
+    float *P[3], *throughput[3], *factor[2];  // throughput: over the probability of having been drawn
+    float *last, *earlier, *edge, *merges;    // PathSums; PathDensities::throughVertex
+    const PathVertex** at;
+    float* back[3];  // unit, to the vertex that it was connected to last
+    // what its bxdf says of that direction
+    float *value[3], *pdf, *reverse, *cosine;
+    uint32_t *context, *point;
+  };
+  struct EndContext {
+    const Context* context;
+    uint32_t* end;  // by point
+    EvaluateArgs bxdf;
+  };
+
+  // Draws kConnected vertices of a light path, each with a probability in proportion to what it carries and to how
+  // many vertices of camera paths it may be connected to; at most 1. u: random. Returns how many were drawn.
+  uint32_t drawEnds(const Stored* path, uint32_t count, float u, uint32_t* which, float* probability) const {
+    if (count <= kConnected) {
+      for (uint32_t v = 0; v < count; ++v) {
+        which[v] = v;
+        probability[v] = 1;
+      }
+      return count;
+    }
+    float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
+    for (uint32_t v = 0; v < count; ++v) {
+      const float* t = path[v].at.throughput;
+      share[v] = std::max(t[0], std::max(t[1], t[2])) * float(o_.bounces - v);
+      sum += share[v];
+    }
+    // those that would be drawn more than once are drawn for certain, the others share what is left
+    for (uint32_t v = 0; v < count && left > 1; ++v) {
+      if (!(share[v] * left > sum)) continue;
+      sum -= share[v];
+      share[v] = -1;
+      --left;
+      v = uint32_t(-1);
+    }
+    uint32_t n = 0;
+    float upTo = 0;
+    for (uint32_t v = 0; v < count && n < kConnected; ++v) {
+      const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
+      upTo += p;
+      if (!(p > 0 && u + float(n) < upTo)) continue;
+      which[n] = v;
+      probability[n++] = p;
+    }
+    return n;
+  }
+
+  void chooseEnds() {
+    const uint32_t n = g_->count, room = padded(n) + kPad, all = kConnected * room;
+    Ends& e = ends_;
+    e.room = room;
+    for (uint32_t** x : {&e.before, &e.light, &e.context, &e.point}) *x = make<uint32_t>(all);
+    for (float** x :
+         {&e.last, &e.earlier, &e.edge, &e.merges, &e.factor[0], &e.factor[1], &e.pdf, &e.reverse, &e.cosine})
+      *x = make<float>(all);
+    for (int k = 0; k < 3; ++k) {
+      e.P[k] = make<float>(all);
+      e.throughput[k] = make<float>(all);
+      e.back[k] = make<float>(all);
+      e.value[k] = make<float>(all);
+    }
+    e.at = make<const PathVertex*>(all);
+    std::fill_n(e.before, all, kNoEnd);
+
     uint64_t* first = make<uint64_t>(n);
-    uint32_t *found = make<uint32_t>(n), most = 0;
+    uint32_t* found = make<uint32_t>(n);
     sv_->findStored(g_, 0, n, g_->number, g_->paths.sampleIndex, first, found);
-    const Stored* all = static_cast<const Stored*>(sv_->stored(g_, 0).records);
-    for (uint32_t s = 0; s < n; ++s) most = std::max(most, found[s]);
-    steps_ = std::min(most, o_.bounces);
-    ends_ = make<Ends>(steps_);
-    VertexRecord* records = make<VertexRecord>(n * steps_);
-    uint32_t *slots = make<uint32_t>(n * steps_), count = 0;
-    for (uint32_t v = 0; v < steps_; ++v) {
-      Ends& e = ends_[v];
-      e.of = make<End>(n);
-      e.count = 0;
-      for (uint32_t s = 0; s < n; ++s) {
-        e.of[s].context = kNone;
-        if (v >= found[s]) continue;
-        const Stored& stored = all[first[s] + v];
-        const PathVertex& at = stored.at;
-        const Photon& p = stored.photon;
-        e.of[s] = {stored.sums,
-                   {at.throughput[0], at.throughput[1], at.throughput[2]},
-                   {at.factor[0], at.factor[1]},
-                   o_.merges ? mergesWithin(p.radius, p.time) : 0,
-                   at.light,
-                   kNone,
-                   0,
-                   &at};
-        records[count] = at.vertex;
-        slots[count++] = s;
+    const Stored* stored = static_cast<const Stored*>(sv_->stored(g_, 0).records);
+    VertexRecord* records = make<VertexRecord>(all);
+    uint32_t *endOf = make<uint32_t>(all), count = 0;
+    for (uint32_t s = 0; s < n; ++s) {
+      Float<1> u, unused;
+      draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
+            dimensionAt(0) + kDimUser, u, unused);
+      uint32_t which[kConnected];
+      float probability[kConnected];
+      const Stored* path = stored + first[s];
+      const uint32_t drawn = drawEnds(path, std::min(found[s], o_.bounces), u.lane0(), which, probability);
+      for (uint32_t k = 0; k < drawn; ++k) {
+        const Stored& x = path[which[k]];
+        const uint32_t to = s + k * room;
+        for (int c = 0; c < 3; ++c) {
+          e.P[c][to] = x.photon.P[c];
+          e.throughput[c][to] = x.at.throughput[c] / probability[k];
+        }
+        for (int c = 0; c < 2; ++c) e.factor[c][to] = x.at.factor[c];
+        e.before[to] = x.at.before;
+        e.light[to] = x.at.light;
+        e.last[to] = x.sums.last;
+        e.earlier[to] = x.sums.before;
+        e.edge[to] = x.sums.edge;
+        e.merges[to] = o_.merges ? mergesWithin(x.photon.radius, x.photon.time) : 0;
+        e.at[to] = &x.at;
+        records[count] = x.at.vertex;
+        endOf[count++] = to;
       }
     }
-    // contexts hold vertices of one depth
     Context* const* contexts = nullptr;
-    const uint32_t contextCount = count ? sv_->shadeVertices(g_, count, records, &contexts) : 0;
-    for (uint32_t v = 0; v < steps_; ++v) ends_[v].contexts = make<Context*>(contextCount);
-    for (uint32_t k = 0; k < contextCount; ++k) {
-      Ends& e = ends_[contexts[k]->depth];
-      for (uint32_t j = 0; j < contexts[k]->count; ++j) {
-        End& end = e.of[slots[contexts[k]->path[j]]];
-        end.context = e.count;
-        end.point = j;
+    endContextCount_ = count ? sv_->shadeVertices(g_, count, records, &contexts) : 0;
+    endContexts_ = make<EndContext>(endContextCount_);
+    for (uint32_t k = 0; k < endContextCount_; ++k) {
+      const Context& c = *contexts[k];
+      endContexts_[k] = {&c, c.alloc<uint32_t>(c.padded), {}};
+      for (uint32_t j = 0; j < c.padded; ++j) {
+        const uint32_t to = endContexts_[k].end[j] = endOf[c.path[j]];
+        if (j >= c.count) continue;
+        e.context[to] = k;
+        e.point[to] = j;
+        for (int x = 0; x < 3; ++x) e.back[x][to] = c.N[x][j];
       }
-      e.contexts[e.count++] = contexts[k];
     }
+  }
+
+  // The ends whose paths to the camera are not too long, of lanes at slots `s`, the k-th of each.
+  struct EndLanes {
+    Slots<W> at;
+    Mask<W> exist;
+  };
+  EndLanes endsOf(const Context& c, uint32_t i, uint32_t k, uint32_t depth) const {
+    const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - std::min(i, c.count), W)));
+    const Slots<W> at(Int<W>::load(c.path + i) + Int<W>(k * ends_.room));
+    return {at, in & (at.get(ends_.before) < Int<W>(o_.bounces - depth))};
   }
 
   void connectPaths(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t depth) {
-    if (!steps_ || depth >= o_.bounces) return;
-    for (uint32_t v = 0; v < steps_ && v + depth < o_.bounces; ++v) {
-      const Ends& ends = ends_[v];
-      if (!ends.count) continue;
-      const MemoryMark mark = sv_->markMemory(g_);
-      // directions from both sides; along the normal where there is no connection
-      EvaluateArgs* far = make<EvaluateArgs>(ends.count);
-      float*** back = make<float**>(ends.count);
-      for (uint32_t k = 0; k < ends.count; ++k) {
-        const Context& e = *ends.contexts[k];
-        back[k] = make<float*>(3);
-        for (int x = 0; x < 3; ++x) {
-          back[k][x] = make<float>(e.padded);
-          std::copy_n(e.N[x], e.padded, back[k][x]);
+    if (!endContextCount_ || depth >= o_.bounces) return;
+    struct Way {
+      float *d[3], *distance;  // unit, along the normal where there is no connection
+    };
+    Way* ways = make<Way>(count * kConnected);
+    for (uint32_t c = 0; c < count; ++c)
+      for (uint32_t k = 0; k < kConnected; ++k) {
+        const Context& from = *contexts[c];
+        Way& way = ways[c * kConnected + k];
+        way.distance = make<float>(from.padded);
+        for (float*& x : way.d) x = make<float>(from.padded);
+        for (uint32_t i = 0; i < from.padded; i += W) {
+          const EndLanes ends = endsOf(from, i, k, depth);
+          const Vec3<W> between = Vec3<W>::get(ends_.P, ends.at) - Vec3<W>::load(from.P, i);
+          const F distance = max(length(between), F(1e-18f));
+          const Vec3<W> d = between / distance;
+          select(ends.exist, d, Vec3<W>::load(from.N, i)).store(way.d, i);
+          distance.store(way.distance + i);
+          const Vec3<W> back = -d;
+          ends.at.put(ends.exist, back.x, ends_.back[0]);
+          ends.at.put(ends.exist, back.y, ends_.back[1]);
+          ends.at.put(ends.exist, back.z, ends_.back[2]);
         }
       }
-      float*** d = make<float**>(count);
-      float** distance = make<float*>(count);
-      for (uint32_t k = 0; k < count; ++k) {
-        const Context& c = *contexts[k];
-        d[k] = make<float*>(3);
-        distance[k] = make<float>(c.padded);
-        for (int x = 0; x < 3; ++x) {
-          d[k][x] = make<float>(c.padded);
-          std::copy_n(c.N[x], c.padded, d[k][x]);
-        }
-        for (uint32_t i = 0; i < c.count; ++i) {
-          const End& end = ends.of[c.path[i]];
-          const uint32_t which = end.context, j = end.point;
-          distance[k][i] = 0;
-          if (which == kNone) continue;
-          const V between = V::load(ends.contexts[which]->P, j) - V::load(c.P, i);
-          const Float<1> length = max(kinora::HWY_NAMESPACE::length(between), Float<1>(1e-18f));
-          distance[k][i] = length.lane0();
-          (between / length).store(d[k], i);
-          (-between / length).store(back[which], j);
-        }
+    askEnds(depth);
+    for (uint32_t c = 0; c < count; ++c) {
+      arrivals_.of(*contexts[c]);
+      for (uint32_t k = 0; k < kConnected; ++k) {
+        const Way& way = ways[c * kConnected + k];
+        connectContext(*contexts[c], merges[c], k, way.d, way.distance, depth);
       }
-      for (uint32_t k = 0; k < ends.count; ++k) {
-        for (int x = 0; x < 3; ++x) {
-          const Context& e = *ends.contexts[k];
-          std::fill(back[k][x] + e.count, back[k][x] + e.padded, back[k][x][e.count - 1]);
-        }
-        far[k] = evaluateBxdf(*ends.contexts[k], back[k]);
+    }
+    arrivals_.send();
+  }
+
+  // What the ends' bxdfs say of the directions back.
+  void askEnds(uint32_t depth) {
+    for (uint32_t k = 0; k < endContextCount_; ++k) {
+      EndContext& e = endContexts_[k];
+      const Context& c = *e.context;
+      if (c.depth + depth >= o_.bounces) continue;
+      float* back[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
+      for (uint32_t j = 0; j < c.padded; j += W) Vec3<W>::get(ends_.back, Slots<W>::load(e.end + j)).store(back, j);
+      e.bxdf = evaluateBxdf(c, back);
+      for (uint32_t j = 0; j < c.count; j += W) {
+        const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - j, W)));
+        const Slots<W> at = Slots<W>::load(e.end + j);
+        const Vec3<W> w = Vec3<W>::load(back, j);
+        const Vec3<W> arriving = Vec3<W>::get(ends_.throughput, at) * adjointFactor(c, j, w);
+        Vec3<W> sum(0.f);
+        for (uint32_t l = 0; l < c.slotCount; ++l)
+          sum += Vec3<W>::load(e.bxdf.weight[l], j) * at.get(ends_.factor[c.eventOfSlot[l] & 1]);
+        // where events are read the slots of the end stay apart
+        const Vec3<W> value = readsEvents_ ? arriving : arriving * sum;
+        at.put(in, value.x, ends_.value[0]);
+        at.put(in, value.y, ends_.value[1]);
+        at.put(in, value.z, ends_.value[2]);
+        at.put(in, F::load(e.bxdf.pdf + j), ends_.pdf);
+        at.put(in, F::load(e.bxdf.pdfReverse + j), ends_.reverse);
+        at.put(in, surfaceCosines(c, j, w), ends_.cosine);
       }
-      for (uint32_t k = 0; k < count; ++k)
-        connectContext(*contexts[k], merges[k], ends, far, d[k], distance[k], depth + v + 3);
-      arrivals_.send();
-      sv_->releaseMemory(g_, mark);
     }
   }
 
-  struct End {  // what connections ask of a stored vertex, side by side
-    PathSums sums;
-    float throughput[3], factor[2], merges;
-    uint32_t light;
-    uint32_t context, point;  // context kNone: the light path is shorter
-    const PathVertex* at;
-  };
-  struct Ends {  // one vertex of each light path
-    uint32_t count;
-    Context** contexts;
-    End* of;  // by slot of the camera path
-  };
-
-  void connectContext(const Context& c, const float* merges, const Ends& ends, const EvaluateArgs* far,
-                      float* const d[3], const float* distance, uint32_t length) {
+  void connectContext(const Context& c, const float* merges, uint32_t k, const float* const d[3],
+                      const float* distance, uint32_t depth) {
     const EvaluateArgs e = evaluateBxdf(c, d);
-    arrivals_.of(c);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const uint32_t s = c.path[i];
-      if (!(distance[i] > 0) || !(e.pdf[i] > 0)) continue;
-      const End& at = ends.of[s];
-      const Context& end = *ends.contexts[at.context];
-      const EvaluateArgs& f = far[at.context];
-      const uint32_t j = at.point;
-      if (!(f.pdf[j] > 0)) continue;
-      const V w = V::load(d, i);
-      const float others = othersOfConnection(
-          distance[i], {sums_[s], f.pdf[j], surfaceCosine(c, i, w), e.pdfReverse[i], merges ? merges[i] : 0},
-          {at.sums, e.pdf[i], surfaceCosine(end, j, w), f.pdfReverse[j], at.merges});
-      const Float<1> share = adjointFactor(end, j, -w) * Float<1>(1 / (distance[i] * distance[i] * (1 + others)));
-      const V arriving =
-          V::load(paths_.throughput, s) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * share;
-      arrivals_.from(i, w, distance[i], c.slotCount * end.slotCount);
+    for (uint32_t i = 0; i < c.count; i += W) {
+      const EndLanes ends = endsOf(c, i, k, depth);
+      const Slots<W>& at = ends.at;
+      const F pdf = F::load(e.pdf + i), pdfBack = at.get(ends_.pdf);
+      const Mask<W> on = ends.exist & (pdf > F(0.f)) & (pdfBack > F(0.f));
+      if (on.none()) continue;
+      const Slots<W> s = Slots<W>::load(c.path + i);
+      const Vec3<W> w = Vec3<W>::load(d, i);
+      const F far = F::load(distance + i);
+      const F others = othersOfConnection<F>(far,
+                                             {sums_.template at<W>(s.s), pdfBack, surfaceCosines(c, i, w),
+                                              F::load(e.pdfReverse + i), merges ? F::load(merges + i) : F(0.f)},
+                                             {{at.get(ends_.last), at.get(ends_.earlier), at.get(ends_.edge)},
+                                              pdf,
+                                              at.get(ends_.cosine),
+                                              at.get(ends_.reverse),
+                                              at.get(ends_.merges)});
+      const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::get(ends_.value, at) *
+                               (F(1.f) / (far * far * (F(1.f) + others)));
+      // a path has this vertex, the end and those before both
+      const Mask<W> isClamped = at.get(ends_.before) + Int<W>(depth + 3) > Int<W>(o_.clampDepth);
+      const auto clamped = [&](Vec3<W> v) {
+        return select(isClamped, v * factorToLuminance(v, F(o_.clampLuminance)), v);
+      };
+      const Int<W> light = at.get(ends_.light);
+      if (readsEvents_) {
+        addByEvent(c, i, k, on, arriving, e, clamped, w, far);
+        continue;
+      }
+      const Int<W> ray = arrivals_.from(on, i, w, far, c.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
-        for (uint32_t m = 0; m < end.slotCount; ++m) {
-          const uint32_t event = end.eventOfSlot[m];
-          const V value =
-              arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) * Float<1>(at.factor[event & 1]);
-          const uint32_t state = stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]);
-          arrivals_.add(clamped(length, value), readsEvents_ ? stepState(sv_->paths, state, event, *at.at) : state,
-                        at.light);
-        }
+        arrivals_.add(on, clamped(arriving * Vec3<W>::load(e.weight[l], i)), ray, s.s,
+                      stateAfter(s, c.eventOfSlot[l]), light);
     }
+  }
+  Int<W> stateAfter(const Slots<W>& s, uint32_t event) const {
+    return gather(sv_->paths.next, s.get(paths_.state) * Int<W>(sv_->paths.eventCount) + Int<W>(event));
+  }
+  // The same where expressions read the light path: each point has states of its own.
+  template <class Clamp>
+  void addByEvent(const Context& c, uint32_t i, uint32_t k, Mask<W> on, Vec3<W> arriving, const EvaluateArgs& e,
+                  const Clamp& clamped, Vec3<W> w, F far) {
+    uint32_t most = 1;
+    for (uint32_t m = 0; m < endContextCount_; ++m) most = std::max(most, endContexts_[m].context->slotCount);
+    const Int<W> ray = arrivals_.from(on, i, w, far, c.slotCount * most);
+    for (uint32_t l = 0; l < c.slotCount; ++l)
+      for (uint32_t m = 0; m < most; ++m) {
+        alignas(64) float part[3][W] = {};
+        alignas(64) uint32_t state[W] = {}, light[W] = {};
+        for (uint32_t bits = on.bits(); bits; bits &= bits - 1) {
+          const uint32_t lane = uint32_t(__builtin_ctz(bits)), s = c.path[i + lane], at = s + k * ends_.room;
+          const EndContext& end = endContexts_[ends_.context[at]];
+          if (m >= end.context->slotCount) continue;
+          const uint32_t event = end.context->eventOfSlot[m];
+          for (int x = 0; x < 3; ++x)
+            part[x][lane] = end.bxdf.weight[m][x][ends_.point[at]] * ends_.factor[event & 1][at];
+          state[lane] =
+              stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), event, *ends_.at[at]);
+          light[lane] = ends_.light[at];
+        }
+        const Vec3<W> v =
+            arriving * Vec3<W>::load(e.weight[l], i) * Vec3<W>(F::load(part[0]), F::load(part[1]), F::load(part[2]));
+        arrivals_.add(on, clamped(v), ray, Int<W>::load(c.path + i), Int<W>::load(state), Int<W>::load(light));
+      }
   }
 
   // ---- merging
@@ -496,9 +620,10 @@ class Vcm {
   float lightPaths_;
   Subpaths<W> paths_;
   PathDensities sums_;
-  Arrivals arrivals_;
-  Ends* ends_ = nullptr;
-  uint32_t steps_ = 0;
+  Arrivals<W> arrivals_;
+  Ends ends_{};
+  EndContext* endContexts_ = nullptr;
+  uint32_t endContextCount_ = 0;
   float shrunk_;      // radii of this sample, as a share of the first one's
   bool readsEvents_;  // see there
 };
