@@ -357,14 +357,14 @@ struct Renderer::Impl {
   int passEnd(int a, double seconds) const {
     int b = counts.last;
     for (const auto& [from, to] :
-         Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin())))
+         Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin(), integrator.data())))
       if (to > a) {
         b = to;
         break;
       }
     constexpr int kLeast = 4;  // smaller passes would not fill a ray group
     if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage() ||
-        Frame::passSamplesOf(*integrator.plugin()))
+        Frame::passSamplesOf(*integrator.plugin(), integrator.data()))
       return b;
     const double perSample = seconds / samplesDone;
     if ((b - a) * perSample <= settings.snapshotSeconds) return b;

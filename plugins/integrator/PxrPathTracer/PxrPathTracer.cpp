@@ -19,7 +19,7 @@ enum : uint32_t {
 constexpr Param kParams[] = {
     pathParameters::kMaxIndirectBounces,
     pathParameters::kNumLightSamples,
-    param::integer("numIndirectSamples", 1).range(1, 64).help("Directions followed from each camera hit."),
+    pathParameters::kNumIndirectSamples,
     pathParameters::kClampDepth,
     pathParameters::kClampLuminance,
     pathParameters::kRouletteDepth,

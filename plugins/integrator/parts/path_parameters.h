@@ -11,6 +11,8 @@ inline constexpr Param kMaxIndirectBounces =
 inline constexpr Param kNumLightSamples = param::integer("numLightSamples", 1)
                                               .range(0, 64)
                                               .help("Light samples at each camera hit; deeper vertices take one.");
+inline constexpr Param kNumIndirectSamples =
+    param::integer("numIndirectSamples", 1).range(1, 64).help("Directions followed from each camera hit.");
 inline constexpr Param kNumBxdfSamples =
     param::integer("numBxdfSamples", 1)
         .range(1, 64)
