@@ -110,7 +110,9 @@ class Bidirectional {
       if (!(ls.pdf[i] > 0)) continue;
       const uint32_t s = c.path[i];
       const V wi = V::load(ls.wi, i);
-      const float others = othersOfSample(sums_[s], c, i, wi, e.pdf[i], e.pdfReverse[i], light);
+      using F = Float<1>;
+      const float others =
+          othersOfSample(sums_.at(Int<1>(s)), c, i, wi, F(e.pdf[i]), F(e.pdfReverse[i]), light, F(0.f)).lane0();
       const V arriving = V::load(paths_.throughput, s) * V::load(ls.radiance, i) / Float<1>(ls.pdf[i] * (1 + others));
       arrivals_.from(i, wi, ls.distance[i], c.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l) {

@@ -63,21 +63,32 @@ class LightDensities {
     }
     ask(g, services, {nullptr, &g->paths, hits.count}, d, hits.t, hits.light, hits.slot);
   }
-  bool isDelta(uint32_t i) const { return x_.flags[i] & kLightIsDelta; }
+  // By ray; of W of them from i on where the width is given.
+  template <int W>
+  Mask<W> isDelta(uint32_t i) const {
+    return (Int<W>::load(x_.flags + i) & Int<W>(uint32_t(kLightIsDelta))) != Int<W>(0);
+  }
   // Of light paths that begin with this light, over the cosine at which they leave it; per solid angle and, of
   // infinite lights, per area across the ray.
-  float emission(uint32_t i) const {
-    const float pdf = x_.pdfPosition[i] * x_.pdfDirection[i];
-    if (x_.flags[i] & (kLightIsDelta | kLightIsInfinite)) return pdf;
-    const float cosine = -dot(Vec3<1>::load(x_.N, i), Vec3<1>::load(x_.d, i)).lane0();
-    return cosine > 0 ? pdf / cosine : 0.f;
+  template <int W>
+  Float<W> emission(uint32_t i) const {
+    using F = Float<W>;
+    const F pdf = F::load(x_.pdfPosition + i) * F::load(x_.pdfDirection + i);
+    const F cosine = -dot(Vec3<W>::load(x_.N, i), Vec3<W>::load(x_.d, i));
+    const Int<W> kind = Int<W>::load(x_.flags + i) & Int<W>(uint32_t(kLightIsDelta | kLightIsInfinite));
+    return select(kind != Int<W>(0), pdf, select(cosine > F(0.f), pdf / cosine, F(0.f)));
   }
+  float emission(uint32_t i) const { return emission<1>(i).lane0(); }
   // Of a light sample at the vertex that the ray left, per solid angle. Seen from there a point has none, but so it
   // is with every way to find it: the square of the distance is left.
-  float direct(uint32_t i) const {
-    const bool isPoint = (x_.flags[i] & (kLightIsDelta | kLightIsInfinite)) == kLightIsDelta;
-    return isPoint ? x_.pdf[i] * x_.t[i] * x_.t[i] : x_.pdf[i];
+  template <int W>
+  Float<W> direct(uint32_t i) const {
+    using F = Float<W>;
+    const Int<W> kind = Int<W>::load(x_.flags + i) & Int<W>(uint32_t(kLightIsDelta | kLightIsInfinite));
+    const F pdf = F::load(x_.pdf + i), t = F::load(x_.t + i);
+    return select(kind == Int<W>(uint32_t(kLightIsDelta)), pdf * t * t, pdf);
   }
+  float direct(uint32_t i) const { return direct<1>(i).lane0(); }
 
  private:
   void ask(Group* g, const Services* services, ShadowRun run, const float* const d[3], const float* t,
@@ -117,7 +128,7 @@ class PathDensities {
     for (uint32_t i = 0; i < c.count; ++i) {
       // a light sample connects the light with any vertex
       const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)));
-      of_[c.path[i]] = {x.direct(i) * share, x.isDelta(i) ? 0 : share, 1};
+      of_[c.path[i]] = {x.direct(i) * share, x.isDelta<1>(i).any() ? 0 : share, 1};
     }
   }
   // At what camera rays hit, where light paths are connected to the camera; pdf: of their directions, by point
@@ -165,12 +176,13 @@ class PathDensities {
 inline float othersOfHit(const PathSums& path, float pdf, const LightDensities& light, uint32_t i) {
   return pdf * path.last + light.emission(i) * path.before;
 }
-// ... a light sample from point i of a context in direction wi; pdf, reverse: the bxdf's for wi.
-inline float othersOfSample(const PathSums& path, const Context& c, uint32_t i, Vec3<1> wi, float pdf, float reverse,
-                            const LightDensities& light, float merges = 0) {
-  const float back =
-      light.emission(i) * surfaceCosine(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
-  return ((light.isDelta(i) ? 0 : pdf) + back) / light.direct(i);
+// ... light samples from W points of a context, from i on, in directions wi; pdf, reverse: the bxdf's for wi.
+template <int W>
+KN_INLINE Float<W> othersOfSample(const PathSumsOf<Float<W>>& path, const Context& c, uint32_t i, Vec3<W> wi,
+                                  Float<W> pdf, Float<W> reverse, const LightDensities& light, Float<W> merges) {
+  const Float<W> back =
+      light.emission<W>(i) * surfaceCosines(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
+  return (zeroUnless(!light.isDelta<W>(i), pdf) + back) / light.direct<W>(i);
 }
 // ... a connection of two vertices.
 template <class F>

@@ -58,6 +58,11 @@ class Vcm {
 
   void lightStage() {
     paths_.startAtLights();
+    const uint32_t n = g_->count;
+    most_ = o_.bounces + (o_.merges ? 1 : 0);
+    kept_ = make<Stored>(n * most_);
+    keptCount_ = make<uint32_t>(n);
+    std::fill_n(keptCount_, n, 0u);
     const MemoryMark mark = sv_->markMemory(g_);
     for (uint32_t depth = 0; paths_.count && depth <= o_.bounces; ++depth) {
       Context* const* contexts;
@@ -67,21 +72,21 @@ class Vcm {
         const Context& c = *contexts[k];
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Neighbourhood near = neighbourhoodOf(c);
-        const bool isStored = depth < o_.bounces || o_.merges;
-        if (o_.connects || isStored) {
+        if (o_.connects || depth < most_) {
           const PathVertex* vertices = paths_.vertices(c, depth);
           if (o_.connects) connectCamera(c, depth, vertices, near.merges);
-          if (isStored) store(c, vertices, near.radius);
+          if (depth < most_) keep(c, vertices, near.radius);
         }
         sums_.leave(c, paths_.scatter(c, depth), near.merges);
       }
       sv_->releaseMemory(g_, mark);
     }
+    store();
   }
 
   void cameraStage() {
     paths_.startAtCamera();
-    if (o_.connects) chooseEnds();
+    if (o_.connects) findEnds();
     const MemoryMark mark = sv_->markMemory(g_);
     for (uint32_t depth = 0; paths_.count; ++depth) {
       Context* const* contexts;
@@ -138,24 +143,81 @@ class Vcm {
   }
 
   // ---- light paths
-  void store(const Context& c, const PathVertex* vertices, const float* radius) {
-    Stored* records = c.alloc<Stored>(c.count);
+  void keep(const Context& c, const PathVertex* vertices, const float* radius) {
     for (uint32_t i = 0; i < c.count; ++i) {
       const PathVertex& v = vertices[i];
-      const PathSums& x = sums_[c.path[i]];
-      records[i] = {v,
-                    x,
-                    {{c.P[0][i], c.P[1][i], c.P[2][i]},
-                     {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
-                     {v.throughput[0], v.throughput[1], v.throughput[2]},
-                     x.edge * x.last,
-                     x.before,
-                     c.time[i],
-                     radius ? radius[i] : 1.f,
-                     v.light,
-                     v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors)}};
+      const uint32_t s = c.path[i];
+      const PathSums& x = sums_[s];
+      kept_[s * most_ + keptCount_[s]++] = {
+          v,
+          x,
+          {{c.P[0][i], c.P[1][i], c.P[2][i]},
+           {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
+           {v.throughput[0], v.throughput[1], v.throughput[2]},
+           x.edge * x.last,
+           x.before,
+           c.time[i],
+           radius ? radius[i] : 1.f,
+           v.light,
+           v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors)},
+          0};
     }
-    sv_->append(g_, 0, c.count, c.path, records);
+  }
+  // What camera paths will ask for: of each path the vertices that are connected, and where they are merged all.
+  void store() {
+    constexpr uint32_t kTogether = 128;
+    Stored* out = make<Stored>(kTogether);
+    uint32_t *slots = make<uint32_t>(kTogether), n = 0;
+    const auto send = [&] {
+      if (n) sv_->append(g_, 0, n, slots, out);
+      n = 0;
+    };
+    for (uint32_t s = 0; s < g_->count; ++s) {
+      Stored* path = kept_ + s * most_;
+      const uint32_t count = keptCount_[s];
+      if (o_.connects && count) drawEnds(s, path, std::min(count, o_.bounces));
+      for (uint32_t v = 0; v < count; ++v) {
+        if (!o_.merges && !(path[v].probability > 0)) continue;
+        if (n == kTogether) send();
+        slots[n] = s;
+        out[n++] = path[v];
+      }
+    }
+    send();
+  }
+  // Draws kConnected vertices of a light path, each with a probability in proportion to what it carries and to how
+  // many vertices of camera paths it may be connected to; at most 1.
+  void drawEnds(uint32_t slot, Stored* path, uint32_t count) const {
+    if (count <= kConnected) {
+      for (uint32_t v = 0; v < count; ++v) path[v].probability = 1;
+      return;
+    }
+    float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
+    for (uint32_t v = 0; v < count; ++v) {
+      const float* t = path[v].at.throughput;
+      share[v] = std::max(t[0], std::max(t[1], t[2])) * float(o_.bounces - v);
+      sum += share[v];
+    }
+    // those that would be drawn more than once are drawn for certain, the others share what is left
+    for (uint32_t v = 0; v < count && left > 1; ++v) {
+      if (!(share[v] * left > sum)) continue;
+      sum -= share[v];
+      share[v] = -1;
+      --left;
+      v = uint32_t(-1);
+    }
+    Float<1> u, unused;
+    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
+          dimensionAt(0) + kDimUser, u, unused);
+    uint32_t n = 0;
+    float upTo = 0;
+    for (uint32_t v = 0; v < count && n < kConnected; ++v) {
+      const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
+      upTo += p;
+      if (!(p > 0 && u.lane0() + float(n) < upTo)) continue;
+      path[v].probability = p;
+      ++n;
+    }
   }
 
   void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const float* merges) {
@@ -285,19 +347,23 @@ class Vcm {
     sv_->lightSamples(g_, &c, part, parts, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      if (!(ls.pdf[i] > 0) || !(e.pdf[i] > 0)) continue;
-      const uint32_t s = c.path[i];
-      const V wi = V::load(ls.wi, i);
-      const float others =
-          othersOfSample(sums_[s], c, i, wi, e.pdf[i], e.pdfReverse[i], light, merges ? merges[i] : 0);
-      const V arriving =
-          V::load(paths_.throughput, s) * V::load(ls.radiance, i) / Float<1>(ls.pdf[i] * (1 + others) * float(parts));
-      arrivals_.from(i, wi, ls.distance[i], c.slotCount);
+    for (uint32_t i = 0; i < c.count; i += W) {
+      const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
+      const Mask<W> on =
+          Mask<W>::firstN(int(std::min<uint32_t>(c.count - i, W))) & (pdf > F(0.f)) & (scattered > F(0.f));
+      if (on.none()) continue;
+      const Slots<W> s = Slots<W>::load(c.path + i);
+      const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
+      const F others = othersOfSample(sums_.at(s.s), c, i, wi, scattered, F::load(e.pdfReverse + i), light,
+                                      merges ? F::load(merges + i) : F(0.f));
+      const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.radiance, i) *
+                               (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
+      const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l) {
-        const float factor = c.eventOfSlot[l] & 1 ? ls.specular[i] : ls.diffuse[i];
-        arrivals_.add(clamped(c.depth + 2, arriving * V::load(e.weight[l], i) * Float<1>(factor)),
-                      stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), ls.light[i]);
+        const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
+        Vec3<W> v = arriving * Vec3<W>::load(e.weight[l], i) * factor;
+        if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
+        arrivals_.add(on, v, ray, s.s, stateAfter(s, c.eventOfSlot[l]), Int<W>::load(ls.light + i));
       }
     }
   }
@@ -326,43 +392,7 @@ class Vcm {
     EvaluateArgs bxdf;
   };
 
-  // Draws kConnected vertices of a light path, each with a probability in proportion to what it carries and to how
-  // many vertices of camera paths it may be connected to; at most 1. u: random. Returns how many were drawn.
-  uint32_t drawEnds(const Stored* path, uint32_t count, float u, uint32_t* which, float* probability) const {
-    if (count <= kConnected) {
-      for (uint32_t v = 0; v < count; ++v) {
-        which[v] = v;
-        probability[v] = 1;
-      }
-      return count;
-    }
-    float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
-    for (uint32_t v = 0; v < count; ++v) {
-      const float* t = path[v].at.throughput;
-      share[v] = std::max(t[0], std::max(t[1], t[2])) * float(o_.bounces - v);
-      sum += share[v];
-    }
-    // those that would be drawn more than once are drawn for certain, the others share what is left
-    for (uint32_t v = 0; v < count && left > 1; ++v) {
-      if (!(share[v] * left > sum)) continue;
-      sum -= share[v];
-      share[v] = -1;
-      --left;
-      v = uint32_t(-1);
-    }
-    uint32_t n = 0;
-    float upTo = 0;
-    for (uint32_t v = 0; v < count && n < kConnected; ++v) {
-      const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
-      upTo += p;
-      if (!(p > 0 && u + float(n) < upTo)) continue;
-      which[n] = v;
-      probability[n++] = p;
-    }
-    return n;
-  }
-
-  void chooseEnds() {
+  void findEnds() {
     const uint32_t n = g_->count, room = padded(n) + kPad, all = kConnected * room;
     Ends& e = ends_;
     e.room = room;
@@ -386,19 +416,13 @@ class Vcm {
     VertexRecord* records = make<VertexRecord>(all);
     uint32_t *endOf = make<uint32_t>(all), count = 0;
     for (uint32_t s = 0; s < n; ++s) {
-      Float<1> u, unused;
-      draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
-            dimensionAt(0) + kDimUser, u, unused);
-      uint32_t which[kConnected];
-      float probability[kConnected];
-      const Stored* path = stored + first[s];
-      const uint32_t drawn = drawEnds(path, std::min(found[s], o_.bounces), u.lane0(), which, probability);
-      for (uint32_t k = 0; k < drawn; ++k) {
-        const Stored& x = path[which[k]];
-        const uint32_t to = s + k * room;
+      uint32_t to = s;
+      for (uint32_t v = 0; v < found[s]; ++v) {
+        const Stored& x = stored[first[s] + v];
+        if (!(x.probability > 0)) continue;
         for (int c = 0; c < 3; ++c) {
           e.P[c][to] = x.photon.P[c];
-          e.throughput[c][to] = x.at.throughput[c] / probability[k];
+          e.throughput[c][to] = x.at.throughput[c] / x.probability;
         }
         for (int c = 0; c < 2; ++c) e.factor[c][to] = x.at.factor[c];
         e.before[to] = x.at.before;
@@ -410,6 +434,7 @@ class Vcm {
         e.at[to] = &x.at;
         records[count] = x.at.vertex;
         endOf[count++] = to;
+        to += room;
       }
     }
     Context* const* contexts = nullptr;
@@ -517,7 +542,7 @@ class Vcm {
       const Vec3<W> w = Vec3<W>::load(d, i);
       const F far = F::load(distance + i);
       const F others = othersOfConnection<F>(far,
-                                             {sums_.template at<W>(s.s), pdfBack, surfaceCosines(c, i, w),
+                                             {sums_.at(s.s), pdfBack, surfaceCosines(c, i, w),
                                               F::load(e.pdfReverse + i), merges ? F::load(merges + i) : F(0.f)},
                                              {{at.get(ends_.last), at.get(ends_.earlier), at.get(ends_.edge)},
                                               pdf,
@@ -620,6 +645,9 @@ class Vcm {
   float lightPaths_;
   Subpaths<W> paths_;
   PathDensities sums_;
+  // vertices of light paths until these end, by slot, room for most_ each
+  Stored* kept_ = nullptr;
+  uint32_t *keptCount_ = nullptr, most_ = 0;
   Arrivals<W> arrivals_;
   Ends ends_{};
   EndContext* endContexts_ = nullptr;

@@ -30,6 +30,7 @@ struct Stored {
   PathVertex at;
   PathSums sums;
   Photon photon;
+  float probability;  // with which its path's camera path is connected to it; 0: it is not
 };
 
 inline uint32_t stages(const Options& o, Stage* out, uint32_t capacity) {
