@@ -5,6 +5,7 @@
 #include <kinora/integrator.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
+#include <kinora/roulette.h>
 
 #ifndef KINORA_SUBPATHS_ONCE
 #define KINORA_SUBPATHS_ONCE
@@ -20,12 +21,6 @@ struct PathVertex {
   uint32_t before;                   // how many vertices of the path were before it
   uint16_t events[kMostBefore + 1];  // there, from the light on
   float factorOf(uint32_t event) const { return factor[event & 1]; }
-};
-// Russian roulette: from that vertex on paths whose throughput is below the threshold go on with a probability in
-// proportion to it; that of light paths, whose unit is the light's, as a share of what they began with. Weights of multiple importance sampling leave it out, which keeps their sum.
-struct Roulette {
-  uint32_t depth = 0xffffffffu;
-  float threshold = 0;
 };
 }  // namespace kinora
 #endif

@@ -188,6 +188,38 @@ TEST(Vcm, RendersRoomsWithoutLight) {
   EXPECT_GT(lit.at("Ci").mean(), 0.01);
 }
 
+// Radii that cannot be are told and moved to where they can; one as large as the scene merges whatever there is.
+TEST(Vcm, RadiiOutsideTheirRangeAreTold) {
+  const std::string text = room(std::string(kRect) + kPoint, kGrey);
+  const auto filmWith = [&](const char* parameter, const char* value, std::string* said) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 2;
+    s.integrator = "PxrVCM";
+    s.sets = vcm(true, true).sets;
+    s.sets.emplace_back(std::string("integrator.") + parameter, value);
+    const auto r = stage.load(sceneOf(text, stage.messages), s);
+    const image::Image picture = pictureOf(*r);
+    EXPECT_TRUE(std::all_of(picture.pixels.begin(), picture.pixels.end(), [](float x) { return std::isfinite(x); }));
+    *said = stage.said;
+    return stateOf(r->film());
+  };
+  struct Case {
+    const char *parameter, *value, *used;
+  };
+  for (const Case& c :
+       {Case{"mergeRadius", "-3", "0"}, Case{"mergeRadius", "1e9", "1000"}, Case{"reduceRadius", "-1", "0.01"},
+        Case{"reduceRadius", "7", "1"}, Case{"timeRadius", "0", "0.001"}, Case{"rouletteThreshold", "2", "1"}}) {
+    std::string said, silent;
+    const auto film = filmWith(c.parameter, c.value, &said);
+    EXPECT_NE(said.find("PARAM-RANGE"), std::string::npos) << c.parameter << " " << c.value << ": " << said;
+    EXPECT_NE(said.find(c.parameter), std::string::npos) << said;
+    EXPECT_NE(said.find(std::string(c.used) + " is used"), std::string::npos) << said;
+    EXPECT_TRUE(film == filmWith(c.parameter, c.used, &silent)) << c.parameter << " " << c.value;
+    EXPECT_EQ(silent, "");
+  }
+}
+
 // A point light in a shell of glass that hardly refracts, seen through a pane of it: what no technique but merging finds
 // is the picture without glass. Paths are too short for two diffuse surfaces.
 TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {
@@ -218,6 +250,41 @@ TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {
                                   mainTiles(open.at("Ci"), open.at("Ci")));
   EXPECT_TRUE(t.agrees()) << "worst z " << t.worstZ << "\n" << stage.said;
   EXPECT_LT(t.meanError, 0.05);
+}
+
+// Under wide radii a part of the light paths is merged. On a plane that the sun lights evenly no radius blurs anything,
+// and with light samples off merging alone finds it, and is not weighted as if there were any.
+TEST(Vcm, MergingAPartOfTheLightPathsKeepsTheMean) {
+  const std::string plane = R"(
+Hider "raytrace" "int maxsamples" [16]
+Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
+DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
+DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
+Format 32 32 1
+PixelFilter "box" 1 1
+Projection "orthographic"
+ScreenWindow -1 1 -1 1
+WorldBegin
+  AttributeBegin
+    Rotate 10 1 0 0
+    Light "PxrDistantLight" "sun" "float intensity" [2] "float angleExtent" [0]
+  AttributeEnd
+  Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
+  Polygon "vertex point P" [-3 -3 3  3 -3 3  3 3 3  -3 3 3]
+WorldEnd
+)";
+  Workshop stage;
+  const Pictures reference = renderAll(stage, plane, pathTracer(0), 1, 2);
+  const double mean = reference.at("Ci").mean();
+  EXPECT_GT(mean, 0.01);
+  for (const double radius : {1.0, 4.0, 16.0}) {  // all light paths, a sixth, a hundredth
+    Method m = vcm(false, true, radius, 0);
+    m.sets.emplace_back("integrator.numLightSamples", "0");
+    const Pictures merged = renderAll(stage, plane, m, 100);
+    const testing::Moments& whole = merged.at("Ci, whole").tiles[0];
+    EXPECT_NEAR(whole.mean(), mean, 4 * whole.standardError()) << "radius " << radius;
+    EXPECT_LT(whole.standardError(), 0.05 * mean) << "radius " << radius;
+  }
 }
 
 // What a splat brings to each pixel is the filter's share of it.

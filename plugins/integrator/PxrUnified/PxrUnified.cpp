@@ -20,7 +20,8 @@ enum : uint32_t {
   kIndirectSamples,
   kIndirectClamp,
   kRouletteDepth,
-  kRouletteThreshold
+  kRouletteThreshold,
+  kRouletteLightDepth
 };
 constexpr Param kParams[] = {
     param::integer("traceLightPaths", 0)
@@ -38,6 +39,10 @@ constexpr Param kParams[] = {
         .help("Largest luminance of one contribution of indirect light; 1e30 is off."),
     param::integer("rouletteDepth", 1).range(1, 64).help("Path length from which Russian roulette is played."),
     pathParameters::kRouletteThreshold,
+    param::integer("rouletteLightDepth", 1)
+        .range(1, 64)
+        .help("The same of light paths, which play it below twice rouletteThreshold, as a share of what they began "
+              "with."),
     pathParameters::kNumBxdfSamples,
     param::integer("accumOpacity", 1).range(0, 1).help("No effect yet: what refracts covers its pixel."),
     param::integer("allowMultilobeIndirect", 0).range(0, 1).help("No effect yet."),
@@ -75,9 +80,6 @@ constexpr Param kParams[] = {
     param::point("photonVisibilityRodMin", 0.f, 0.f, 0.f).help("No effect yet."),
     param::point("photonVisibilityRodMax", 0.f, 0.f, 0.f).help("No effect yet."),
     param::integer("risPathGuiding", 0).range(0, 1).help("No effect yet: paths are not guided."),
-    param::integer("rouletteLightDepth", 1)
-        .range(1, 64)
-        .help("No effect yet: light paths play roulette as camera paths do."),
     param::integer("sssOversampling", 8).range(1, 64).help("No effect yet."),
     param::integer("suppressNaNs", 0)
         .range(0, 1)
@@ -111,6 +113,7 @@ struct Data {
     forward.rouletteDepth = depth;
     forward.rouletteThreshold = threshold;
     both.roulette = {depth, threshold};
+    both.rouletteOfLight = from::rouletteOfLight(from::count(info, kRouletteLightDepth, 1, 100000), threshold);
   }
 };
 inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {

@@ -48,7 +48,10 @@ constexpr Param kParams[] = {
     pathParameters::kNumLightSamples,
     pathParameters::kClampDepth,
     pathParameters::kClampLuminance,
-    pathParameters::kRouletteDepth,
+    param::integer("rouletteDepth", 4)
+        .range(1, 64)
+        .help("Path length from which Russian roulette is played; light paths play it from their second vertex, "
+              "light's, below twice the threshold, as a share of what they began with."),
     pathParameters::kRouletteThreshold,
     pathParameters::kNumBxdfSamples,
     pathParameters::kMaxPathLength,
@@ -60,17 +63,20 @@ constexpr Param kParams[] = {
 struct Data : vcm::Options {
   explicit Data(const CreateInfo& info) {
     namespace from = pathParameters;
+    const NamedValues values(info, kParams, std::size(kParams));
     bounces = from::bounces(info, kMaxBounces, kMaxPathLength, int(PathVertex::kMostBefore));
     lightSamples = from::count(info, kLightSamples, 0, 1024);
     clampDepth = from::count(info, kClampDepth, 1, 100000);
     connects = info.integer(kConnectPaths) != 0;
     merges = info.integer(kMergePaths) != 0;
-    radius = std::max(info.number(kMergeRadius), 0.f);
+    radius = from::within(values, kParams[kMergeRadius]);
     if (!(radius > 0)) merges = false;
-    reduce = info.number(kReduceRadius);
-    timeRadius = info.number(kTimeRadius);
-    clampLuminance = info.number(kClampLuminance);
-    roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1), info.number(kRouletteThreshold)};
+    reduce = from::within(values, kParams[kReduceRadius]);
+    timeRadius = from::within(values, kParams[kTimeRadius]);
+    clampLuminance = from::within(values, kParams[kClampLuminance]);
+    roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),
+                from::within(values, kParams[kRouletteThreshold])};
+    rouletteOfLight = from::rouletteOfLight(1, roulette.threshold);
   }
 };
 inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {

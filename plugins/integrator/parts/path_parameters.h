@@ -1,8 +1,10 @@
 // Parameters that integrators of paths have in common, and what they make of them.
 #pragma once
-#include <kinora/plugin.h>
+#include <kinora/named_values.h>
+#include <kinora/roulette.h>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace kinora::pathParameters {
 
@@ -34,6 +36,18 @@ inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0
 inline constexpr Param kMaxPathLength =
     param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
 
+// A number that may not lie outside of its declared range: it is moved there, which is told.
+inline float within(const NamedValues& values, const Param& parameter) {
+  const float x = float(values.number(parameter.name)), low = parameter.low, high = parameter.high;
+  if (x >= low && x <= high) return x;
+  const float used = x < low ? low : high;
+  char text[64];
+  std::snprintf(text, sizeof text, "%s is %g, %s", parameter.name, double(x), x < low ? "too small" : "too large");
+  char done[64];
+  std::snprintf(done, sizeof done, "%g is used", double(used));
+  values.warn("PARAM-RANGE", text, done);
+  return used;
+}
 // A count, within bounds whatever the file says.
 inline uint32_t count(const CreateInfo& info, uint32_t parameter, int least, int most) {
   return uint32_t(std::clamp(info.integer(parameter), least, most));
@@ -48,6 +62,11 @@ inline constexpr uint32_t kNever = 1u << 30;  // a depth that no path reaches
 // The vertex from which roulette is played.
 inline uint32_t rouletteDepth(const CreateInfo& info, uint32_t depth, uint32_t threshold, int least) {
   return info.number(threshold) > 0 ? count(info, depth, least, 100000) : kNever;
+}
+// Roulette of light paths, from that vertex on: a light path costs as much as a camera path and brings less, so that it
+// is played earlier and for more (measured, docs/integrators.md).
+inline Roulette rouletteOfLight(uint32_t depth, float threshold) {
+  return {threshold > 0 ? depth : kNever, std::min(2 * threshold, 1.f)};
 }
 
 }  // namespace kinora::pathParameters

@@ -26,11 +26,12 @@ class Vcm {
         o_(options),
         lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
         paths_(group, services, group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath,
-               options.roulette),
+               group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
         sums_(group, services, {options.connects, options.connects ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
         shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
+        shareMerged_(shareMerged()),
         readsEvents_(readsEvents(services->paths)) {}
 
   void run() { g_->stage == StageKind::LightPaths ? lightStage() : cameraStage(); }
@@ -114,20 +115,33 @@ class Vcm {
   }
 
   // ---- radii of merging: functions of the place and the sample's index alone, so that all paths agree on them
-  float radiusAt(const Context& c, uint32_t i) const {
+  float radiusAt(const float P[3]) const {
     float d2 = 0;
     for (int k = 0; k < 3; ++k) {
-      const float d = c.P[k][i] - sv_->cameraCenter[k];
+      const float d = P[k] - sv_->cameraCenter[k];
       d2 += d * d;
     }
     const float pixel = sv_->pixelSize + std::sqrt(d2) * sv_->pixelAngle;
-    return std::max(o_.radius * pixel * shrunk_, 1e-6f * sv_->worldRadius);
+    return std::clamp(o_.radius * pixel * shrunk_, 1e-6f * sv_->worldRadius, sv_->worldRadius);
+  }
+  // The share of a sample's light paths that are merged at all: with all of them a point would meet some hundred of
+  // them under the wide radii of the first samples, which say little more than a few.
+  float shareMerged() const {
+    const float pixels = kPi * o_.radius * shrunk_ * o_.radius * shrunk_;
+    return std::min(1.f, kMergesWanted / pixels);
+  }
+  bool isMerged(uint32_t slot) const {
+    if (!o_.merges) return false;
+    Float<1> unused, v;
+    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
+          dimensionAt(0) + kDimUser, unused, v);
+    return v.lane0() < shareMerged_;
   }
   // How many of a sample's light paths one point there is merged with that they reach with a density of 1 per area,
   // as PathDensities wants it.
   float mergesWithin(float radius, float time) const {
     const float shareInTime = std::min(time + o_.timeRadius, 1.f) - std::max(time - o_.timeRadius, 0.f);
-    return lightPaths_ * kPi * radius * radius * shareInTime;
+    return lightPaths_ * shareMerged_ * kPi * radius * radius * shareInTime;
   }
   struct Neighbourhood {
     float *radius, *merges;  // by point; null where nothing is merged
@@ -136,7 +150,8 @@ class Vcm {
     if (!o_.merges) return {nullptr, nullptr};
     const Neighbourhood n{c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
     for (uint32_t i = 0; i < c.count; ++i) {
-      n.radius[i] = radiusAt(c, i);
+      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]};
+      n.radius[i] = radiusAt(P);
       n.merges[i] = mergesWithin(n.radius[i], c.time[i]);
     }
     return n;
@@ -176,9 +191,11 @@ class Vcm {
       Stored* path = kept_ + s * most_;
       const uint32_t count = keptCount_[s];
       if (o_.connects && count) drawEnds(s, path, std::min(count, o_.bounces));
+      const bool merged = isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {
-        if (!o_.merges && !(path[v].probability > 0)) continue;
+        if (!merged && !(path[v].probability > 0)) continue;
         if (n == kTogether) send();
+        if (!merged) path[v].photon.radius = 0;
         slots[n] = s;
         out[n++] = path[v];
       }
@@ -236,8 +253,10 @@ class Vcm {
       if (!(camera.importance[i] > 0) || !(e.pdf[i] > 0)) continue;
       const V wi = V::load(camera.wi, i), P = V::load(c.P, i);
       const float distance = std::max(camera.distance[i], 1e-18f);
-      const float others = othersOfSplat(sums_[c.path[i]], distance, camera.pdf[i], lightPaths_,
-                                         surfaceCosine(c, i, wi), e.pdfReverse[i], merges ? merges[i] : 0);
+      PathSums sums = sums_[c.path[i]];
+      if (!o_.samplesLight(depth)) sums.last = 0;
+      const float others = othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi),
+                                         e.pdfReverse[i], merges ? merges[i] : 0);
       share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
       fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
       (-wi).store(rays.rays.d, n);
@@ -306,8 +325,7 @@ class Vcm {
       const LightDensities light(g_, sv_, h);
       for (uint32_t i = 0; i < h.count; ++i) {
         const uint32_t s = h.slot[i];
-        const bool isSampled = depth > 1 || o_.lightSamples;
-        weight[i] = 1 / (1 + othersOfHit(sums_[s], isSampled ? h.pdf[i] : 0, light, i));
+        weight[i] = 1 / (1 + othersOfHit(sums_[s], o_.samplesLight(depth - 1) ? h.pdf[i] : 0, light, i));
       }
     }
     if (depth >= o_.clampDepth)
@@ -372,6 +390,8 @@ class Vcm {
   // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
   // than they cost (docs/integrators.md).
   static constexpr uint32_t kConnected = 2;
+  // Light paths through a disk of merging, were those of a sample spread evenly over the picture.
+  static constexpr float kMergesWanted = 8;
   static constexpr uint32_t kNoEnd = 1u << 20;
 
   // Those vertices. The first of a camera path stands at its slot, the next `room` further on.
@@ -430,7 +450,7 @@ class Vcm {
         e.last[to] = x.sums.last;
         e.earlier[to] = x.sums.before;
         e.edge[to] = x.sums.edge;
-        e.merges[to] = o_.merges ? mergesWithin(x.photon.radius, x.photon.time) : 0;
+        e.merges[to] = o_.merges ? mergesWithin(radiusAt(x.photon.P), x.photon.time) : 0;
         e.at[to] = &x.at;
         records[count] = x.at.vertex;
         endOf[count++] = to;
@@ -652,8 +672,9 @@ class Vcm {
   Ends ends_{};
   EndContext* endContexts_ = nullptr;
   uint32_t endContextCount_ = 0;
-  float shrunk_;      // radii of this sample, as a share of the first one's
-  bool readsEvents_;  // see there
+  float shrunk_;       // radii of this sample, as a share of the first one's
+  float shareMerged_;  // see there
+  bool readsEvents_;   // see there
 };
 
 }  // namespace HWY_NAMESPACE

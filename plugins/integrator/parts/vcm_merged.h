@@ -22,8 +22,10 @@ struct Options {
   float timeRadius = 1;       // farthest distance in time of merged vertices, of the shutter's opening
   uint32_t clampDepth = 2;    // bounces from which contributions are clamped, as in PathLoopOptions
   float clampLuminance = 10;  // largest luminance of one contribution there
-  Roulette roulette;
+  Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
   bool hasLightPaths() const { return connects || merges; }
+  // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
+  bool samplesLight(uint32_t before) const { return before || lightSamples; }
 };
 
 struct Stored {
@@ -102,7 +104,7 @@ class Merged {
       wi_[k][count_] = p.wo[k];
       throughput_[k][count_] = p.throughput[k];
     }
-    last_[count_] = p.last;
+    last_[count_] = o_.samplesLight(c_.depth + p.verticesBefore()) ? p.last : 0;
     before_[count_] = p.before;
     entry_[count_] = entry;
     if (++count_ == kMostMerged) evaluate();
