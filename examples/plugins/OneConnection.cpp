@@ -44,7 +44,12 @@ template <int W>
 class Bidirectional {
  public:
   Bidirectional(Group* group, const Services* services, uint32_t traits, uint32_t bounces)
-      : g_(group), sv_(services), bounces_(bounces), paths_(group, services, traits), sums_(group, services) {}
+      : g_(group),
+        sv_(services),
+        bounces_(bounces),
+        paths_(group, services, traits),
+        sums_(group, services),
+        arrivals_(group, services) {}
 
   void lightStage() {
     paths_.startAtLights();
@@ -100,22 +105,23 @@ class Bidirectional {
     sv_->lightSamples(g_, &c, 0, 1, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
-    Arrivals arrivals(g_, sv_);
-    arrivals.of(c);
+    arrivals_.of(c);
     for (uint32_t i = 0; i < c.count; ++i) {
       if (!(ls.pdf[i] > 0)) continue;
       const uint32_t s = c.path[i];
       const V wi = V::load(ls.wi, i);
-      const float others = othersOfSample(sums_[s], c, i, wi, e.pdf[i], e.pdfReverse[i], light);
+      using F = Float<1>;
+      const float others =
+          othersOfSample(sums_.at(Int<1>(s)), c, i, wi, F(e.pdf[i]), F(e.pdfReverse[i]), light, F(0.f)).lane0();
       const V arriving = V::load(paths_.throughput, s) * V::load(ls.radiance, i) / Float<1>(ls.pdf[i] * (1 + others));
-      arrivals.from(i, wi, ls.distance[i], c.slotCount);
+      arrivals_.from(i, wi, ls.distance[i], c.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const float factor = c.eventOfSlot[l] & 1 ? ls.specular[i] : ls.diffuse[i];
-        arrivals.add(arriving * V::load(e.weight[l], i) * Float<1>(factor),
-                     stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), ls.light[i]);
+        arrivals_.add(arriving * V::load(e.weight[l], i) * Float<1>(factor),
+                      stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), ls.light[i]);
       }
     }
-    arrivals.send();
+    arrivals_.send();
   }
 
   // A connection of each point to one vertex of its light path, chosen uniformly.
@@ -139,8 +145,7 @@ class Bidirectional {
     }
     if (!n) return;
     const Connections to(g_, sv_, c, n, point, vertices);
-    Arrivals arrivals(g_, sv_);
-    arrivals.of(c);
+    arrivals_.of(c);
     for (uint32_t r = 0; r < n; ++r) {
       const uint32_t i = point[r], s = c.path[i], j = to.end[r].point;
       const Context& end = *to.end[r].context;
@@ -154,16 +159,16 @@ class Bidirectional {
           adjointFactor(end, j, -d) * Float<1>(float(found[i]) / (to.distance[r] * to.distance[r] * (1 + others)));
       const V arriving =
           V::load(paths_.throughput, s) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * share;
-      arrivals.from(i, d, to.distance[r], c.slotCount * end.slotCount);
+      arrivals_.from(i, d, to.distance[r], c.slotCount * end.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
         for (uint32_t m = 0; m < end.slotCount; ++m)
-          arrivals.add(
+          arrivals_.add(
               arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) *
                   Float<1>(at.factorOf(end.eventOfSlot[m])),
               stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), end.eventOfSlot[m], at),
               at.light);
     }
-    arrivals.send();
+    arrivals_.send();
   }
 
   Group* g_;
@@ -171,6 +176,7 @@ class Bidirectional {
   uint32_t bounces_;
   Subpaths<W> paths_;
   PathDensities sums_;
+  Arrivals<W> arrivals_;
 };
 
 struct OneConnection {

@@ -19,6 +19,12 @@
 #ifndef KINORA_CHANNEL_MATHS_ONCE
 #define KINORA_CHANNEL_MATHS_ONCE
 namespace kinora::channelMaths {
+// What changes a colour by its alpha works on these channels.
+struct ColorAndAlpha {
+  std::string aov, alpha;
+  const char* channel(uint32_t i) const { return i == 0 ? aov.c_str() : i == 1 ? alpha.c_str() : nullptr; }
+};
+
 inline constexpr Param kAov = param::string("aov", "Ci").help("Channel that is changed.");
 
 inline constexpr std::array kGradeParams = {
@@ -166,15 +172,13 @@ struct Shadow {
   }
 };
 
-struct Background {
-  std::string aov, alpha;
+struct Background : ColorAndAlpha {
   float color[3];
   float opacity = 0;  // of the background: its part of alpha
   Background(const NamedValues& v, std::string aov_, std::string alpha_, double opacity_ = 0)
-      : aov(std::move(aov_)), alpha(std::move(alpha_)), opacity(float(opacity_)) {
+      : ColorAndAlpha{std::move(aov_), std::move(alpha_)}, opacity(float(opacity_)) {
     for (int c = 0; c < 3; ++c) color[c] = float(v.number("backgroundColor", c));
   }
-  const char* channel(uint32_t i) const { return i == 0 ? aov.c_str() : i == 1 ? alpha.c_str() : nullptr; }
 };
 
 template <class Data>

@@ -343,8 +343,8 @@ struct Services {
   void (*emitLight)(Group*, uint32_t n, EmittedLight*);
   void (*lightEnds)(Group*, LightEnds*);
   void (*connectCamera)(Group*, const Context*, CameraConnection*);
-  // Adds value to the picture at raster positions, through the picture's pixel filter; light paths of a whole pass are
-  // normalised by the renderer. The state is that of the path read from the camera; `light`: the index of the light it began at, by splat.
+  // Adds values at raster positions, through the picture's pixel filter; the renderer normalises light paths of a pass.
+  // By splat: `state` is that of the path read from the camera, `light` the index of the light that it began at.
   void (*splat)(Group*, uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                 const uint32_t* light);
   // Event codes of the automaton for what integrators add themselves: kLobeVolume with kLobeDiffuse for a phase
@@ -394,8 +394,10 @@ struct IntegratorTraits {
   uint32_t (*lists)(const void* integrator, RecordList* out, uint32_t capacity) = nullptr;
   // The most samples that a pass may hold; 0: the renderer's choice. Records live for a pass.
   uint32_t passSamples = 0;
-  // 1: contexts may be points of media. 0: to this integrator media only take light away.
-  uint32_t scattersInMedia = 0;
+  // Whether contexts may be points of media (0, null: to this integrator media only take light away).
+  uint32_t (*scattersInMedia)(const void* integrator) = nullptr;
 };
+
+inline uint32_t scatterInMedia(const void*) { return 1; }  // of those that always do
 
 }  // namespace kinora

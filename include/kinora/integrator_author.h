@@ -27,7 +27,7 @@ struct IntegratorPlugin {
   uint32_t (*stages)(const void* integrator, Stage* out, uint32_t capacity) = nullptr;
   uint32_t (*lists)(const void* integrator, RecordList* out, uint32_t capacity) = nullptr;
   uint32_t passSamples = 0;
-  uint32_t scattersInMedia = 0;
+  uint32_t (*scattersInMedia)(const void* integrator) = nullptr;
   constexpr IntegratorTraits traits() const { return {stages, lists, passSamples, scattersInMedia}; }
 };
 }  // namespace kinora

@@ -10,12 +10,14 @@
 #include <algorithm>
 #include <cmath>
 namespace kinora {
-// All are for balance-heuristic weights 1 / (1 + others).
-struct PathSums {
-  float last;    // connections through the last vertex; the density of the connection is a factor yet to come
-  float before;  // those through the vertices before; the density of the reverse direction is a factor yet to come
-  float edge;    // 1: the last edge is one that a method could have made by connecting its ends, 0: none does
+// All are for balance-heuristic weights 1 / (1 + others). F: a float, or one for each lane.
+template <class F>
+struct PathSumsOf {
+  F last;    // connections through the last vertex; the density of the connection is a factor yet to come
+  F before;  // those through the vertices before; the density of the reverse direction is a factor yet to come
+  F edge;    // 1: the last edge is one that a method could have made by connecting its ends, 0: none does
 };
+using PathSums = PathSumsOf<float>;
 
 // What a method does beside meeting lights and sampling them.
 struct PathTechniques {
@@ -38,9 +40,11 @@ namespace HWY_NAMESPACE {
 
 // |cos| between the surface and a direction; geometric normals, so that both ends of a ray say the same to both kinds
 // of paths.
-inline float surfaceCosine(const Context& c, uint32_t i, Vec3<1> w) {
-  return std::max(std::fabs(dot(Vec3<1>::load(c.Ng, i), w).lane0()), 1e-7f);
+template <int W>
+KN_INLINE Float<W> surfaceCosines(const Context& c, uint32_t i, Vec3<W> w) {
+  return max(abs(dot(Vec3<W>::load(c.Ng, i), w)), Float<W>(1e-7f));
 }
+inline float surfaceCosine(const Context& c, uint32_t i, Vec3<1> w) { return surfaceCosines(c, i, w).lane0(); }
 
 // What lights say of rays that met them.
 class LightDensities {
@@ -59,21 +63,32 @@ class LightDensities {
     }
     ask(g, services, {nullptr, &g->paths, hits.count}, d, hits.t, hits.light, hits.slot);
   }
-  bool isDelta(uint32_t i) const { return x_.flags[i] & kLightIsDelta; }
+  // By ray; of W of them from i on where the width is given.
+  template <int W>
+  Mask<W> isDelta(uint32_t i) const {
+    return (Int<W>::load(x_.flags + i) & Int<W>(uint32_t(kLightIsDelta))) != Int<W>(0);
+  }
   // Of light paths that begin with this light, over the cosine at which they leave it; per solid angle and, of
   // infinite lights, per area across the ray.
-  float emission(uint32_t i) const {
-    const float pdf = x_.pdfPosition[i] * x_.pdfDirection[i];
-    if (x_.flags[i] & (kLightIsDelta | kLightIsInfinite)) return pdf;
-    const float cosine = -dot(Vec3<1>::load(x_.N, i), Vec3<1>::load(x_.d, i)).lane0();
-    return cosine > 0 ? pdf / cosine : 0.f;
+  template <int W>
+  Float<W> emission(uint32_t i) const {
+    using F = Float<W>;
+    const F pdf = F::load(x_.pdfPosition + i) * F::load(x_.pdfDirection + i);
+    const F cosine = -dot(Vec3<W>::load(x_.N, i), Vec3<W>::load(x_.d, i));
+    const Int<W> kind = Int<W>::load(x_.flags + i) & Int<W>(uint32_t(kLightIsDelta | kLightIsInfinite));
+    return select(kind != Int<W>(0), pdf, select(cosine > F(0.f), pdf / cosine, F(0.f)));
   }
+  float emission(uint32_t i) const { return emission<1>(i).lane0(); }
   // Of a light sample at the vertex that the ray left, per solid angle. Seen from there a point has none, but so it
   // is with every way to find it: the square of the distance is left.
-  float direct(uint32_t i) const {
-    const bool isPoint = (x_.flags[i] & (kLightIsDelta | kLightIsInfinite)) == kLightIsDelta;
-    return isPoint ? x_.pdf[i] * x_.t[i] * x_.t[i] : x_.pdf[i];
+  template <int W>
+  Float<W> direct(uint32_t i) const {
+    using F = Float<W>;
+    const Int<W> kind = Int<W>::load(x_.flags + i) & Int<W>(uint32_t(kLightIsDelta | kLightIsInfinite));
+    const F pdf = F::load(x_.pdf + i), t = F::load(x_.t + i);
+    return select(kind == Int<W>(uint32_t(kLightIsDelta)), pdf * t * t, pdf);
   }
+  float direct(uint32_t i) const { return direct<1>(i).lane0(); }
 
  private:
   void ask(Group* g, const Services* services, ShadowRun run, const float* const d[3], const float* t,
@@ -99,6 +114,11 @@ class PathDensities {
     std::fill_n(of_, g->padded + kPad, PathSums{0, 0, 0});
   }
   const PathSums& operator[](uint32_t slot) const { return of_[slot]; }
+  template <int W>
+  PathSumsOf<Float<W>> at(Int<W> slots) const {
+    const Int<W> i = slots * Int<W>(uint32_t(sizeof(PathSums) / sizeof(float)));
+    return {gather(&of_->last, i), gather(&of_->before, i), gather(&of_->edge, i)};
+  }
 
   // At the first vertex of light paths; `light` by slot.
   void begin(Group* g, const Services* services, const Context& c, const uint32_t* light) {
@@ -108,7 +128,7 @@ class PathDensities {
     for (uint32_t i = 0; i < c.count; ++i) {
       // a light sample connects the light with any vertex
       const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)));
-      of_[c.path[i]] = {x.direct(i) * share, x.isDelta(i) ? 0 : share, 1};
+      of_[c.path[i]] = {x.direct(i) * share, x.isDelta<1>(i).any() ? 0 : share, 1};
     }
   }
   // At what camera rays hit, where light paths are connected to the camera; pdf: of their directions, by point
@@ -133,7 +153,7 @@ class PathDensities {
       if (a.slot[i] == kNoLobe) continue;
       PathSums& x = of_[c.path[i]];
       const float cosine = surfaceCosine(c, i, Vec3<1>::load(a.wi, i)) / a.pdf[i];
-      const float here = throughVertex(x, a.pdfReverse[i], merges ? merges[i] : 0);
+      const float here = throughVertex(x, a.pdfReverse[i], merges ? merges[i] : 0.f);
       x = a.flags[i] & kSampleDiscrete ? PathSums{0, cosine * x.before * a.pdfReverse[i], 0}
                                        : PathSums{1 / a.pdf[i], cosine * here, 0};
     }
@@ -141,7 +161,8 @@ class PathDensities {
   // Connections of the last edge, those before it, and merges at the vertex. reverse: density at the vertex of the
   // way back. merges: how many of a sample's light paths go through the neighbourhood with which a camera path's
   // vertex there is merged, for one that does so with a density of 1 per area.
-  static float throughVertex(const PathSums& x, float reverse, float merges) {
+  template <class F>
+  static F throughVertex(const PathSumsOf<F>& x, F reverse, F merges) {
     return x.edge * x.last + x.before * reverse + merges;
   }
 
@@ -155,23 +176,26 @@ class PathDensities {
 inline float othersOfHit(const PathSums& path, float pdf, const LightDensities& light, uint32_t i) {
   return pdf * path.last + light.emission(i) * path.before;
 }
-// ... a light sample from point i of a context in direction wi; pdf, reverse: the bxdf's for wi.
-inline float othersOfSample(const PathSums& path, const Context& c, uint32_t i, Vec3<1> wi, float pdf, float reverse,
-                            const LightDensities& light, float merges = 0) {
-  const float back =
-      light.emission(i) * surfaceCosine(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
-  return ((light.isDelta(i) ? 0 : pdf) + back) / light.direct(i);
+// ... light samples from W points of a context, from i on, in directions wi; pdf, reverse: the bxdf's for wi.
+template <int W>
+KN_INLINE Float<W> othersOfSample(const PathSumsOf<Float<W>>& path, const Context& c, uint32_t i, Vec3<W> wi,
+                                  Float<W> pdf, Float<W> reverse, const LightDensities& light, Float<W> merges) {
+  const Float<W> back =
+      light.emission<W>(i) * surfaceCosines(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
+  return (zeroUnless(!light.isDelta<W>(i), pdf) + back) / light.direct<W>(i);
 }
 // ... a connection of two vertices.
+template <class F>
 struct ConnectedEnd {
-  const PathSums& path;
-  float pdfTo;    // of the direction to here, by the other end's bxdf
-  float cosine;   // between the surface here and that direction
-  float reverse;  // of the way back, by the bxdf here
-  float merges = 0;
+  PathSumsOf<F> path;
+  F pdfTo;    // of the direction to here, by the other end's bxdf
+  F cosine;   // between the surface here and that direction
+  F reverse;  // of the way back, by the bxdf here
+  F merges = F(0.f);
 };
-inline float othersOfConnection(float distance, const ConnectedEnd& a, const ConnectedEnd& b) {
-  const auto side = [](const ConnectedEnd& x) {
+template <class F>
+KN_INLINE F othersOfConnection(F distance, const ConnectedEnd<F>& a, const ConnectedEnd<F>& b) {
+  const auto side = [](const ConnectedEnd<F>& x) {
     return x.pdfTo * x.cosine * PathDensities::throughVertex(x.path, x.reverse, x.merges);
   };
   return (side(a) + side(b)) / (distance * distance);
@@ -182,10 +206,13 @@ inline float othersOfSplat(const PathSums& path, float distance, float pdf, floa
                            float reverse, float merges) {
   return pdf * cosine / (distance * distance * lightPaths) * PathDensities::throughVertex(path, reverse, merges);
 }
-// ... merging a camera path's vertex with a light path's. pdf: of the camera path's bxdf for the direction in which
-// the light path came, and its reverse.
-inline float othersOfMerge(const PathSums& camera, const PathSums& light, float pdf, float reverse, float merges) {
-  return (PathDensities::throughVertex(camera, reverse, 0) + PathDensities::throughVertex(light, pdf, 0)) / merges;
+// ... merging a camera path's vertex with those of light paths: `last` and `before` are these paths' sums, the first
+// times its edge. pdf: of the camera path's bxdf for the directions in which the light paths came, and its reverse.
+template <int W>
+KN_INLINE Float<W> othersOfMerge(const PathSums& camera, Float<W> last, Float<W> before, Float<W> pdf,
+                                 Float<W> reverse, float merges) {
+  using F = Float<W>;
+  return (F(camera.edge * camera.last) + F(camera.before) * reverse + last + before * pdf) * F(1 / merges);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,6 +1,7 @@
 // The forward path loop: next-event estimation and bxdf sampling with multiple importance sampling, over one group of
 // camera samples. Stock integrators are thin settings over it; authors may use it, or copy the way it calls the
 // services. Included per target.
+#include <kinora/clamp_luminance.h>
 #include <kinora/integrator.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
@@ -14,7 +15,7 @@ struct PathLoopOptions {
   uint32_t maxIndirectBounces = 8;  // 0: direct light only
   uint32_t lightSamples = 1;        // at camera hits; deeper vertices take one
   uint32_t indirectSamples = 1;     // directions followed from each camera hit
-  uint32_t clampDepth = 2;          // ray depth (camera ray: 1) from which contributions are clamped
+  uint32_t clampDepth = 2;          // ray depth (camera ray: 0) from which contributions are clamped
   float clampLuminance = 10;        // largest luminance of one contribution there
   uint32_t rouletteDepth = 4;       // vertex from which Russian roulette is played
   float rouletteThreshold = 0.2f;   // on paths whose throughput is below
@@ -300,11 +301,8 @@ class PathLoop {
   // depth: of the ray that found the light, camera rays 0.
   void clampOne(uint32_t depth, float v[3]) const {
     if (depth < o_.clampDepth) return;
-    const float l = 0.2126f * v[0] + 0.7152f * v[1] + 0.0722f * v[2];
-    if (l > o_.clampLuminance) {
-      const float k = o_.clampLuminance / l;
-      for (int c = 0; c < 3; ++c) v[c] *= k;
-    }
+    const float k = factorToLuminance(Vec3<1>(v[0], v[1], v[2]), Float<1>(o_.clampLuminance)).lane0();
+    for (int c = 0; c < 3; ++c) v[c] *= k;
   }
 
   // Drops escaped rays from the list; returns how many stay.

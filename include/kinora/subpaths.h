@@ -1,9 +1,11 @@
 // Paths that an integrator follows vertex by vertex, from the camera or from lights: what bidirectional methods begin
 // with. Subpaths traces them, makes contexts and takes new directions; Arrivals holds light back until its shadow
 // rays have been traced. Whoever uses them keeps the books on densities. Included per target.
+#include <kinora/clamp_luminance.h>
 #include <kinora/integrator.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
+#include <kinora/roulette.h>
 
 #ifndef KINORA_SUBPATHS_ONCE
 #define KINORA_SUBPATHS_ONCE
@@ -19,12 +21,6 @@ struct PathVertex {
   uint32_t before;                   // how many vertices of the path were before it
   uint16_t events[kMostBefore + 1];  // there, from the light on
   float factorOf(uint32_t event) const { return factor[event & 1]; }
-};
-// Russian roulette: from that vertex on paths whose throughput is below the threshold go on with a probability in
-// proportion to it. Weights of multiple importance sampling leave it out, which keeps their sum.
-struct Roulette {
-  uint32_t depth = 0xffffffffu;
-  float threshold = 0;
 };
 }  // namespace kinora
 #endif
@@ -84,8 +80,9 @@ class Subpaths {
     }
     state = words(n);
     live = words(n);
-    if (traits_ & kTraitLightPath)
-      events_ = static_cast<uint16_t*>(sv_->alloc(g_, n * PathVertex::kMostBefore * sizeof(uint16_t)));
+    if (!(traits_ & kTraitLightPath)) return;
+    began_ = floats(n);
+    events_ = static_cast<uint16_t*>(sv_->alloc(g_, n * PathVertex::kMostBefore * sizeof(uint16_t)));
   }
 
   // Camera rays of all samples.
@@ -109,6 +106,7 @@ class Subpaths {
     count = 0;
     for (uint32_t i = 0; i < g_->count; ++i) {
       for (int c = 0; c < 3; ++c) throughput[c][i] = rays.throughput[c][i];
+      began_[i] = maxComponent(Vec3<1>::load(throughput, i)).lane0();
       g_->paths.origin[i] = 0;
       live[count] = i;
       count += throughput[0][i] + throughput[1][i] + throughput[2][i] > 0;
@@ -116,14 +114,15 @@ class Subpaths {
     return rays;
   }
 
-  // What the surfaces of a context give off on their own.
-  void contributeEmission(const Context& c) const {
+  // What the surfaces of a context give off on their own, as far as no contribution has a luminance above `most`.
+  void contributeEmission(const Context& c, float most = 1e30f) const {
     if (!c.bxdf->emission) return;
     float* rgb[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
     uint32_t *at = c.alloc<uint32_t>(c.padded), *light = c.alloc<uint32_t>(c.padded);
     c.bxdf->emission(&c, c.closure, rgb);
     for (uint32_t i = 0; i < c.count; ++i) {
-      for (int k = 0; k < 3; ++k) rgb[k][i] *= throughput[k][c.path[i]];
+      const Vec3<1> v = Vec3<1>::load(rgb, i) * Vec3<1>::load(throughput, c.path[i]);
+      (v * factorToLuminance(v, Float<1>(most))).store(rgb, i);
       at[i] = state[c.path[i]];
       light[i] = kNoLight;
     }
@@ -227,7 +226,8 @@ class Subpaths {
         F r, unused;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
               dimensionAt(depth) + kDimRoulette, r, unused);
-        const F goesOn = clamp(maxComponent(t) * F(1.f / roulette_.threshold), F(0.05f), F(1.f));
+        const F left = began_ ? maxComponent(t) / max(s.get(began_), F(1e-38f)) : maxComponent(t);
+        const F goesOn = clamp(left * F(1.f / roulette_.threshold), F(0.05f), F(1.f));
         on = on & (r < goesOn);
         t = t * (F(1.f) / goesOn);
       }
@@ -281,11 +281,13 @@ class Subpaths {
   Roulette roulette_;
   const float* factor_[2] = {};  // of the lights that paths began at, by slot
   float* medium_[3];
+  float* began_ = nullptr;      // largest component of the throughput that light paths began with, by slot
   uint16_t* events_ = nullptr;  // by slot, PathVertex::kMostBefore each
 };
 
 // Light on its way to points of contexts of one depth: values, each behind one of the shadow rays. What does not fit
-// sends the rest ahead.
+// sends the rest ahead. Made once a group: its arrays are half a megabyte.
+template <int W>
 class Arrivals {
  public:
   Arrivals(Group* group, const Services* services, uint32_t rays = 4096, uint32_t values = 16384)
@@ -324,6 +326,33 @@ class Arrivals {
     state_[values_] = state;
     light_[values_++] = light;
   }
+  // The same for the points i, i + 1, ... of lanes `on`; each lane's ray.
+  Int<W> from(Mask<W> on, uint32_t i, Vec3<W> d, Float<W> distance, uint32_t values) {
+    if (rays_ + W > mostRays_ || values_ + values * W > mostValues_) send();
+    const Float<W> bias = Float<W>::load(c_->bias + i);
+    const Packer<W> pack(on);
+    leave(Vec3<W>::load(c_->P, i), Vec3<W>::load(c_->Ng, i), bias, d).pack(pack, o_, rays_);
+    d.pack(pack, d_, rays_);
+    pack.put(distance * Float<W>(0.99999f) - (bias + bias), tMax_ + rays_);
+    pack.put(Float<W>::load(c_->time + i), time_ + rays_);
+    pack.put(Int<W>::lanes(int32_t(i)), point_ + rays_);
+    alignas(64) uint32_t ray[W] = {};
+    for (uint32_t bits = on.bits(); bits; bits &= bits - 1) ray[__builtin_ctz(bits)] = rays_++;
+    if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
+    runs_[runCount_ - 1].end = rays_;
+    return Int<W>::load(ray);
+  }
+  void add(Mask<W> on, Vec3<W> value, Int<W> ray, Int<W> slot, Int<W> state, Int<W> light) {
+    const Packer<W> pack(on & isThere(value));
+    value.pack(pack, value_, values_);
+    pack.put(ray, ray_ + values_);
+    pack.put(slot, slot_ + values_);
+    pack.put(state, state_ + values_);
+    pack.put(light, light_ + values_);
+    values_ += uint32_t(pack.count);
+  }
+  // Not black; what is not a number counts, so that the film can report it.
+  static KN_INLINE Mask<W> isThere(Vec3<W> v) { return abs(v.x) + abs(v.y) + abs(v.z) != Float<W>(0.f); }
   // Traces the rays and contributes what is left.
   void send() {
     if (values_) {
@@ -338,9 +367,21 @@ class Arrivals {
                             nullptr,
                             {transmittance_[0], transmittance_[1], transmittance_[2]}};
       sv_->shadow(g_, runs_[0].context->depth, &rays);
-      for (uint32_t i = 0; i < values_; ++i)
-        for (int k = 0; k < 3; ++k) value_[k][i] *= transmittance_[k][ray_[i]];
-      const Contributions out{values_, slot_, {value_[0], value_[1], value_[2]}, state_, light_, LightKind::Shadowed};
+      uint32_t n = 0;
+      for (uint32_t i = 0; i < values_; i += W) {
+        const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(values_ - i, W)));
+        const Int<W> ray = select(in, Int<W>::load(ray_ + i), Int<W>(0));
+        const Vec3<W> v = Vec3<W>::load(value_, i) * Vec3<W>::gather(transmittance_, ray);
+        const Int<W> slot = Int<W>::load(slot_ + i), state = Int<W>::load(state_ + i),
+                     light = Int<W>::load(light_ + i);
+        const Packer<W> pack(in & isThere(v));
+        v.pack(pack, value_, n);
+        pack.put(slot, slot_ + n);
+        pack.put(state, state_ + n);
+        pack.put(light, light_ + n);
+        n += uint32_t(pack.count);
+      }
+      const Contributions out{n, slot_, {value_[0], value_[1], value_[2]}, state_, light_, LightKind::Shadowed};
       sv_->contribute(g_, &out);
     }
     rays_ = values_ = runCount_ = 0;

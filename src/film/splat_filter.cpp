@@ -33,23 +33,23 @@ float SplatFilter::at(float dx, float dy) const {
 SplatFilter::Pixel SplatFilter::choose(float x, float y) const {
   const int32_t column = int32_t(std::floor(x)), row = int32_t(std::floor(y));
   if (!reach_) return {column, row, 1};
-  float sum = 0;
-  const auto value = [&](int i, int j) { return at(x - (float(column + i) + 0.5f), y - (float(row + j) + 0.5f)); };
+  float values[kMostAcross * kMostAcross], sum = 0;
+  float* v = values;
   for (int j = -reach_; j <= reach_; ++j)
-    for (int i = -reach_; i <= reach_; ++i) {
-      const float v = value(i, j);
-      sum += std::fabs(v);
+    for (int i = -reach_; i <= reach_; ++i, ++v) {
+      *v = at(x - (float(column + i) + 0.5f), y - (float(row + j) + 0.5f));
+      sum += std::fabs(*v);
     }
   if (!(sum > 0)) return {column, row, 0};
   const uint32_t hash = hashWords(std::bit_cast<uint32_t>(x), std::bit_cast<uint32_t>(y));
   float left = float(hash >> 8) * 0x1p-24f * sum;
   Pixel last{column, row, 0};
+  v = values;
   for (int j = -reach_; j <= reach_; ++j)
-    for (int i = -reach_; i <= reach_; ++i) {
-      const float v = value(i, j);
-      if (v == 0) continue;
-      last = {column + i, row + j, v < 0 ? -sum : sum};
-      left -= std::fabs(v);
+    for (int i = -reach_; i <= reach_; ++i, ++v) {
+      if (*v == 0) continue;
+      last = {column + i, row + j, *v < 0 ? -sum : sum};
+      left -= std::fabs(*v);
       if (left < 0) return last;
     }
   return last;

@@ -20,7 +20,8 @@ class SplatFilter {
   Pixel choose(float x, float y) const;
 
  private:
-  static constexpr int kCells = 32;  // of a table, a pixel's width
+  static constexpr int kCells = 32;       // of a table, a pixel's width
+  static constexpr int kMostAcross = 65;  // pixels under the widest filter, 64
   float at(float dx, float dy) const;
   int reach_ = 0;  // of the filter, whole pixels to each side of the one that a place is in; 0: a box of one pixel
   int side_ = 0;   // of the table

@@ -36,7 +36,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::LightFilter, "PxrCheatShadowLightFilter", "shadows are where they are", ""},
     {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
     {Kind::Integrator, "PxrUPBP", "light paths do not scatter in volumes yet", "PxrVCM"},
-    {Kind::Integrator, "PxrUnified", "guiding and manifold walks are not made yet", "PxrPathTracer, PxrVCM"},
     {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
 };
 

@@ -91,9 +91,11 @@ std::vector<std::pair<int, int>> Frame::passes(int first, int last, int most) {
   return r;
 }
 
-int Frame::passSamplesOf(const Descriptor& integrator) {
+int Frame::passSamplesOf(const Descriptor& integrator, const void* data) {
   const auto* traits = static_cast<const IntegratorTraits*>(integrator.traits);
-  return traits ? int(std::bit_floor(std::min(traits->passSamples, 16u))) : 0;
+  RecordList lists[16];
+  if (!traits || !traits->lists || !traits->lists(data, lists, 16)) return 0;
+  return int(std::bit_floor(std::min(traits->passSamples, 16u)));
 }
 
 Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Times>()) {
@@ -118,7 +120,7 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   in_.groupSize = std::clamp<uint32_t>(in_.groupSize / 16 * 16, 16, 8192);
 
   // passes of one sample fill groups from four times the area
-  if (passSamplesOf(*in_.integrator) == 1) bucketSide_ *= 2;
+  if (passSamplesOf(*in_.integrator, in_.integratorData) == 1) bucketSide_ *= 2;
   const int side = bucketSide_;
   const auto& win = camera.window;
   const int x0 = win[0] / side, x1 = (win[2] + side - 1) / side, y0 = win[1] / side, y1 = (win[3] + side - 1) / side;
@@ -167,7 +169,7 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
     workers_[i]->store = store_.get();
     workers_[i]->state().listener = in_.rayListener;
     const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits);
-    workers_[i]->scatterInMedia(traits && traits->scattersInMedia);
+    workers_[i]->scatterInMedia(traits && traits->scattersInMedia && traits->scattersInMedia(in_.integratorData));
   }
   bucketTimes_.resize(buckets_.size(), 0);
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
@@ -445,7 +447,7 @@ uint32_t Frame::replayEarlierStages(int sample) {
   uint32_t camera = 0;
   while (camera + 1 < stages_.size() && stages_[camera].kind != StageKind::CameraPaths) ++camera;
   if (!store_) return camera;
-  const int most = passSamplesOf(*in_.integrator);
+  const int most = passSamplesOf(*in_.integrator, in_.integratorData);
   int first = 0, last = 0;
   for (const auto& [from, to] :
        passes(sample < in_.firstSample ? 0 : in_.firstSample, std::max(in_.lastSample, sample + 1), most))

@@ -51,7 +51,7 @@ class Frame {
   // Ranges of the passes: 1, 1, 2, 4, 8, then 16 at a time; never more than `most` (0: no bound).
   static std::vector<std::pair<int, int>> passes(int first, int last, int most = 0);
   // That bound for an integrator, as a power of two.
-  static int passSamplesOf(const Descriptor& integrator);
+  static int passSamplesOf(const Descriptor& integrator, const void* data);
   void addTo(Statistics& s) const;
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   uint64_t arenaBytes() const;

@@ -1,7 +1,6 @@
 #include "render/pass_store.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -28,9 +27,8 @@ void PassStore::beginPass() {
 uint64_t PassStore::bytes() const {
   uint64_t all = 0;
   for (size_t l = 0; l < lists_.size(); ++l) {
-    const uint64_t one = sizeof(Address) + lists_[l].bytes;
-    all += sorted_[l].addresses.capacity() * one;
-    for (const Part& p : parts_[l]) all += p.addresses.capacity() * one;
+    all += sorted_[l].records.capacity() + sorted_[l].ends.capacity() * sizeof(uint64_t);
+    for (const Part& p : parts_[l]) all += p.addresses.capacity() * (sizeof(Address) + lists_[l].bytes);
   }
   return all;
 }
@@ -60,8 +58,7 @@ void PassStore::append(size_t worker, uint32_t list, uint32_t n, const uint32_t*
   const size_t bytes = lists_[list].bytes;
   Part& part = parts_[list][worker];
   if (refused_ || !grow(part, n, bytes)) return;
-  for (uint32_t i = 0; i < n; ++i)
-    part.addresses.push_back({path[slots[i]], sample[slots[i]], uint32_t(part.addresses.size())});
+  for (uint32_t i = 0; i < n; ++i) part.addresses.push_back({path[slots[i]], sample[slots[i]]});
   const auto* from = static_cast<const std::byte*>(records);
   part.records.insert(part.records.end(), from, from + size_t(n) * bytes);
 }
@@ -77,34 +74,44 @@ void PassStore::endStage(int threads) {
   tbb::task_arena arena(std::max(1, threads));
   for (size_t l = 0; l < lists_.size(); ++l) {
     if (lists_[l].stage != stage_) continue;
-    size_t count = 0;
-    for (const Part& p : parts_[l]) count += p.addresses.size();
+    std::vector<Part>& parts = parts_[l];
     const size_t bytes = lists_[l].bytes;
-    struct Entry {
-      Address address;
-      const std::byte* record;
-    };
     Sorted& s = sorted_[l];
-    const size_t more = std::max(count, s.addresses.capacity()) - s.addresses.capacity();
-    held_.add(count * sizeof(Entry) + more * (sizeof(Address) + bytes));
-    std::vector<Entry> entries;
-    entries.reserve(count);
-    for (const Part& p : parts_[l])
-      for (size_t i = 0; i < p.addresses.size(); ++i)
-        entries.push_back({p.addresses[i], p.records.data() + i * bytes});
-    s.count = count;
-    if (more) {
-      s.addresses.resize(count);
-      s.records.resize(count * bytes);
+    uint32_t lastSample = 0;
+    s.count = 0;
+    s.firstSample = ~0u;
+    s.paths = 0;
+    for (const Part& p : parts) {
+      s.count += p.addresses.size();
+      for (const Address& a : p.addresses) {
+        s.firstSample = std::min(s.firstSample, a.sample);
+        lastSample = std::max(lastSample, a.sample);
+        s.paths = std::max(s.paths, a.path + 1);
+      }
     }
-    arena.execute([&] {
-      // a path is one worker's, so no two entries are equal and the order is the same however many threads there were
-      tbb::parallel_sort(entries.begin(), entries.end(),
-                         [](const Entry& a, const Entry& b) { return a.address < b.address; });
-      tbb::parallel_for(size_t(0), count, [&](size_t i) {
-        s.addresses[i] = entries[i].address;
-        std::memcpy(s.records.data() + i * bytes, entries[i].record, bytes);
-      });
+    s.samples = s.count ? lastSample - s.firstSample + 1 : 0;
+    const size_t places = size_t(s.samples * s.paths);
+    held_.add(std::max(s.count * bytes, s.records.capacity()) - s.records.capacity() +
+              (std::max(places, s.ends.capacity()) - s.ends.capacity()) * sizeof(uint64_t));
+    s.records.resize(std::max(s.count * bytes, s.records.size()));
+    s.ends.assign(places, 0);
+    // no two workers have records of the same path
+    const auto forEachPart = [&](const auto& body) {
+      arena.execute([&] { tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) { body(parts[i]); }); });
+    };
+    forEachPart([&](const Part& p) {
+      for (const Address& a : p.addresses) ++s.ends[s.placeOf(a)];
+    });
+    uint64_t sum = 0;
+    for (uint64_t& end : s.ends) {
+      const uint64_t n = end;
+      end = sum;  // where the first goes, until all are there
+      sum += n;
+    }
+    forEachPart([&](const Part& p) {
+      for (size_t i = 0; i < p.addresses.size(); ++i)
+        std::memcpy(s.records.data() + s.ends[s.placeOf(p.addresses[i])]++ * bytes, p.records.data() + i * bytes,
+                    bytes);
     });
     for (Part& p : parts_[l]) p.clear();
   }
@@ -122,13 +129,12 @@ void PassStore::find(uint32_t list, uint32_t n, const uint64_t* paths, const uin
     first[i] = 0;
     count[i] = 0;
     if (list >= sorted_.size()) continue;
-    const std::vector<Address>& all = sorted_[list].addresses;
-    const auto end = all.begin() + ptrdiff_t(sorted_[list].count);
-    const auto from = std::lower_bound(all.begin(), end, Address{paths[i], samples[i], 0});
-    auto to = from;
-    while (to != end && to->path == paths[i] && to->sample == samples[i]) ++to;
-    first[i] = uint64_t(from - all.begin());
-    count[i] = uint32_t(to - from);
+    const Sorted& s = sorted_[list];
+    if (!s.count || samples[i] < s.firstSample || samples[i] - s.firstSample >= s.samples || paths[i] >= s.paths)
+      continue;
+    const size_t place = s.placeOf({paths[i], samples[i]});
+    first[i] = place ? s.ends[place - 1] : 0;
+    count[i] = uint32_t(s.ends[place] - first[i]);
   }
 }
 

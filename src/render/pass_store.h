@@ -42,12 +42,9 @@ class PassStore {
  private:
   struct Address {
     uint64_t path;
-    uint32_t sample, order;  // order: of appending, among one worker's
-    bool operator<(const Address& o) const {
-      return sample != o.sample ? sample < o.sample : path != o.path ? path < o.path : order < o.order;
-    }
+    uint32_t sample;
   };
-  struct Part {  // one worker's records of one list
+  struct Part {  // one worker's records of one list, as they were appended; of a path one worker has all
     std::vector<Address> addresses;
     std::vector<std::byte> records;
     void clear() {
@@ -55,10 +52,15 @@ class PassStore {
       records.clear();
     }
   };
+  // By path of each sample: paths are numbered from 0 on and most of them leave records, so that a table of where
+  // those of each end is small, and quick to sort by.
   struct Sorted {
     size_t count = 0;  // in use
-    std::vector<Address> addresses;
     std::vector<std::byte> records;
+    uint32_t firstSample = 0, samples = 0;
+    uint64_t paths = 0;          // of a sample
+    std::vector<uint64_t> ends;  // by sample and path
+    size_t placeOf(const Address& a) const { return size_t((a.sample - firstSample) * paths + a.path); }
   };
   uint64_t bytes() const;  // of all lists
   bool grow(Part& part, size_t n, size_t bytes);

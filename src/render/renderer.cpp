@@ -325,7 +325,7 @@ struct Renderer::Impl {
   // A picture without any light is seldom what was meant, and the messages before it do not always say why.
   void warnOfMedia() {
     const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
-    if (builder.world().space && !(traits && traits->scattersInMedia))
+    if (builder.world().space && !(traits && traits->scattersInMedia && traits->scattersInMedia(integrator.data())))
       diagnostics.warning("MEDIUM-INTEGRATOR", {},
                           std::string(integrator.plugin()->name) + " knows no scattering in media",
                           "they only take light away", "Integrator \"PxrPathTracer\" follows light through them");
@@ -381,14 +381,14 @@ struct Renderer::Impl {
   int passEnd(int a, double seconds) const {
     int b = counts.last;
     for (const auto& [from, to] :
-         Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin())))
+         Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin(), integrator.data())))
       if (to > a) {
         b = to;
         break;
       }
     constexpr int kLeast = 4;  // smaller passes would not fill a ray group
     if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage() ||
-        Frame::passSamplesOf(*integrator.plugin()))
+        Frame::passSamplesOf(*integrator.plugin(), integrator.data()))
       return b;
     const double perSample = seconds / samplesDone;
     if ((b - a) * perSample <= settings.snapshotSeconds) return b;

@@ -8,18 +8,13 @@
 
 namespace kinora::trace {
 
-namespace {
-
-constexpr uint32_t kMostWords = kMostSolidNodes / 64;  // a leaf is a node
-
 // A set of leaves.
-struct LeafSet {
+struct Solids::LeafSet {
+  static constexpr uint32_t kMostWords = kMostSolidNodes / 64;  // a leaf is a node
   uint64_t words[kMostWords];
   explicit LeafSet(uint32_t count) { std::fill_n(words, count, uint64_t(0)); }
   void toggle(uint32_t leaf) { words[leaf / 64] ^= uint64_t(1) << (leaf % 64); }
 };
-
-}  // namespace
 
 // What one line crosses, by leaf: which an odd number of times.
 struct Solids::Crossings {

@@ -61,6 +61,7 @@ class Solids {
     RTCScene scene = nullptr;
     std::vector<uint32_t> leafOf;  // by instance of the scene
   };
+  struct LeafSet;
   struct Crossings;
   static void filter(const RTCFilterFunctionNArguments* a);
   static void cross(const Solid& solid, const float o[3], const float d[3], float time, Crossings& crossings);

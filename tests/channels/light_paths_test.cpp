@@ -48,7 +48,7 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
     if (e.path().extension() == ".rib") files.push_back(e.path().string());
   std::sort(files.begin(), files.end());
   ASSERT_GE(files.size(), 6u);
-  const std::set<std::string> transport{"PxrPathTracer", "PxrDirectLighting", "PxrDefault", "PxrVCM"};
+  const std::set<std::string> transport{"PxrPathTracer", "PxrDirectLighting", "PxrDefault", "PxrVCM", "PxrUnified"};
   const std::set<std::string> signals{"PxrOcclusion", "PxrVisualizer", "PxrValidateBxdf"};
   Registry registry;
   std::vector<std::string> integrators;

@@ -68,33 +68,10 @@ TEST(OneConnection, EqualsPathTracerUnderAreaLights) {
 }
 TEST(OneConnection, EqualsPathTracerUnderDome) { expectSamePicture(room(kDome, kGrey), 0.03); }
 TEST(OneConnection, EqualsPathTracerUnderMeshLight) { expectSamePicture(room(kMesh, kGrey), 0.03); }
-TEST(OneConnection, EqualsPathTracerBehindGlass) {
-  expectSamePicture(room(kSphere, kGlass, "", R"(
-  AttributeBegin )" + std::string(kRoughGlass) + R"(
-    Translate -0.6 0.3 0.6
-    Sphere 0.25 -0.25 0.25 360
-  AttributeEnd
-)"),
-                    0.05);
-}
-TEST(OneConnection, EqualsPathTracerInMotionThroughALens) {
-  expectSamePicture(room(kRect, kGrey, "DepthOfField 2 0.4 4\n", R"(
-  AttributeBegin
-    Bxdf "PxrDiffuse" "red" "color diffuseColor" [0.8 0.3 0.2]
-    MotionBegin [0 1]
-      Translate -0.9 0.3 0.7
-      Translate -0.3 0.6 0.9
-    MotionEnd
-    Sphere 0.25 -0.25 0.25 360
-  AttributeEnd
-)"),
-                    0.03);
-}
+TEST(OneConnection, EqualsPathTracerBehindGlass) { expectSamePicture(roomBehindGlass(), 0.05); }
+TEST(OneConnection, EqualsPathTracerInMotionThroughALens) { expectSamePicture(roomInMotionThroughALens(), 0.03); }
 
-TEST(OneConnection, SameBits) {
-  expectSameBits({kinoraStock_OneConnection()},
-                 room(std::string(kRect) + kSun + kDome, kGlass, "DepthOfField 2 0.4 4\n"), "OneConnection");
-}
+TEST(OneConnection, SameBits) { expectSameBits({kinoraStock_OneConnection()}, roomOfEverything(), "OneConnection"); }
 
 }  // namespace
 }  // namespace probes

@@ -78,4 +78,33 @@ inline const char* const kMesh = R"(
       PointsPolygons [3 3 3 3] [0 1 2  0 2 3  0 3 1  1 3 2] "vertex point P" [0 0.3 0  -0.2 -0.1 0.1  0.2 -0.1 0.1  0 -0.1 -0.2]
     AttributeEnd)";
 
+// A lamp seen and cast through a ball of clear and one of rough glass.
+inline std::string roomBehindGlass() {
+  return room(kSphere, kGlass, "",
+              R"(
+  AttributeBegin )" +
+                  std::string(kRoughGlass) +
+                  R"(
+    Translate -0.6 0.3 0.6
+    Sphere 0.25 -0.25 0.25 360
+  AttributeEnd
+)");
+}
+inline const char* const kLens = "DepthOfField 2 0.4 4\n";
+// A ball flies through it while the shutter is open.
+inline std::string roomInMotionThroughALens() {
+  return room(kRect, kGrey, kLens, R"(
+  AttributeBegin
+    Bxdf "PxrDiffuse" "red" "color diffuseColor" [0.8 0.3 0.2]
+    MotionBegin [0 1]
+      Translate -0.9 0.3 0.7
+      Translate -0.3 0.6 0.9
+    MotionEnd
+    Sphere 0.25 -0.25 0.25 360
+  AttributeEnd
+)");
+}
+// Lights of three kinds, clear glass and a lens: for tests of bits.
+inline std::string roomOfEverything() { return room(std::string(kRect) + kSun + kDome, kGlass, kLens); }
+
 }  // namespace kinora::probes

@@ -128,27 +128,9 @@ TEST(Vcm, EqualsPathTracerUnderAreaLights) { expectSamePicture(room(std::string(
 TEST(Vcm, EqualsPathTracerUnderDome) { expectSamePicture(room(kDome, kGrey), 0.03); }
 TEST(Vcm, EqualsPathTracerUnderMeshLight) { expectSamePicture(room(kMesh, kGrey), 0.03); }
 TEST(Vcm, EqualsPathTracerBehindGlass) {
-  expectSamePicture(room(kSphere, kGlass, "", R"(
-  AttributeBegin )" + std::string(kRoughGlass) + R"(
-    Translate -0.6 0.3 0.6
-    Sphere 0.25 -0.25 0.25 360
-  AttributeEnd
-)"),
-                    0.04, 100);  // paths through the balls to the lamp by chance have long tails
+  expectSamePicture(roomBehindGlass(), 0.04, 100);  // paths through the balls to the lamp by chance have long tails
 }
-TEST(Vcm, EqualsPathTracerInMotionThroughALens) {
-  expectSamePicture(room(kRect, kGrey, "DepthOfField 2 0.4 4\n", R"(
-  AttributeBegin
-    Bxdf "PxrDiffuse" "red" "color diffuseColor" [0.8 0.3 0.2]
-    MotionBegin [0 1]
-      Translate -0.9 0.3 0.7
-      Translate -0.3 0.6 0.9
-    MotionEnd
-    Sphere 0.25 -0.25 0.25 360
-  AttributeEnd
-)"),
-                    0.03);
-}
+TEST(Vcm, EqualsPathTracerInMotionThroughALens) { expectSamePicture(roomInMotionThroughALens(), 0.03); }
 
 // Lights that the camera sees, factors of lights on lobes, objects hidden from the camera, a wide pixel filter.
 TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
@@ -170,8 +152,29 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
   expectSamePicture(text, 0.05, 80);
 }
 
-TEST(Vcm, SameBits) {
-  expectSameBits({}, room(std::string(kRect) + kSun + kDome, kGlass, "DepthOfField 2 0.4 4\n"), "PxrVCM");
+TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
+
+// Bounces are counted as the path tracer counts them: direct light at what the camera sees is the first.
+TEST(Vcm, ClampsFromTheSameBounceAsThePathTracer) {
+  const std::string text = room(kPoint, kGrey);
+  const auto meanOf = [&](Method m, int clampDepth, const char* luminance) {
+    for (auto& [name, value] : m.sets)
+      if (name == "integrator.clampLuminance") value = luminance;
+    m.sets.emplace_back("integrator.clampDepth", std::to_string(clampDepth));
+    Workshop stage;
+    return renderAll(stage, text, m, 1, 2).at("Ci").mean();
+  };
+  for (const bool isForward : {true, false}) {
+    const Method direct = isForward ? pathTracer(0) : vcm(false, false, 5, 0);
+    const double free = meanOf(direct, 2, "1e30");
+    EXPECT_EQ(meanOf(direct, 2, "1e-4"), free) << direct.integrator;
+    EXPECT_LT(meanOf(direct, 1, "1e-4"), 0.01 * free) << direct.integrator;
+    const Method indirect = isForward ? pathTracer(1) : vcm(false, false, 5, 1);
+    EXPECT_GT(meanOf(indirect, 3, "1e-4"), 1.01 * free) << indirect.integrator;
+    EXPECT_LT(meanOf(indirect, 2, "1e-4"), 1.001 * free) << indirect.integrator;
+  }
+  // connections and merges of more than one bounce
+  EXPECT_LT(meanOf(vcm(true, true, 5, 3), 2, "1e-7"), 1.001 * meanOf(vcm(true, true, 5, 0), 2, "1e30"));
 }
 
 // Nothing to begin a light path with, nothing to merge: black and done.
@@ -183,6 +186,38 @@ TEST(Vcm, RendersRoomsWithoutLight) {
   EXPECT_EQ(black.at("Ci").mean(), 0);
   const Pictures lit = renderAll(stage, room(kRect, kGrey), m, 1, 2);
   EXPECT_GT(lit.at("Ci").mean(), 0.01);
+}
+
+// Radii that cannot be are told and moved to where they can; one as large as the scene merges whatever there is.
+TEST(Vcm, RadiiOutsideTheirRangeAreTold) {
+  const std::string text = room(std::string(kRect) + kPoint, kGrey);
+  const auto filmWith = [&](const char* parameter, const char* value, std::string* said) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 2;
+    s.integrator = "PxrVCM";
+    s.sets = vcm(true, true).sets;
+    s.sets.emplace_back(std::string("integrator.") + parameter, value);
+    const auto r = stage.load(sceneOf(text, stage.messages), s);
+    const image::Image picture = pictureOf(*r);
+    EXPECT_TRUE(std::all_of(picture.pixels.begin(), picture.pixels.end(), [](float x) { return std::isfinite(x); }));
+    *said = stage.said;
+    return stateOf(r->film());
+  };
+  struct Case {
+    const char *parameter, *value, *used;
+  };
+  for (const Case& c :
+       {Case{"mergeRadius", "-3", "0"}, Case{"mergeRadius", "1e9", "1000"}, Case{"reduceRadius", "-1", "0.01"},
+        Case{"reduceRadius", "7", "1"}, Case{"timeRadius", "0", "0.001"}, Case{"rouletteThreshold", "2", "1"}}) {
+    std::string said, silent;
+    const auto film = filmWith(c.parameter, c.value, &said);
+    EXPECT_NE(said.find("PARAM-RANGE"), std::string::npos) << c.parameter << " " << c.value << ": " << said;
+    EXPECT_NE(said.find(c.parameter), std::string::npos) << said;
+    EXPECT_NE(said.find(std::string(c.used) + " is used"), std::string::npos) << said;
+    EXPECT_TRUE(film == filmWith(c.parameter, c.used, &silent)) << c.parameter << " " << c.value;
+    EXPECT_EQ(silent, "");
+  }
 }
 
 // A point light in a shell of glass that hardly refracts, seen through a pane of it: what no technique but merging finds
@@ -215,6 +250,41 @@ TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {
                                   mainTiles(open.at("Ci"), open.at("Ci")));
   EXPECT_TRUE(t.agrees()) << "worst z " << t.worstZ << "\n" << stage.said;
   EXPECT_LT(t.meanError, 0.05);
+}
+
+// Under wide radii a part of the light paths is merged. On a plane that the sun lights evenly no radius blurs anything,
+// and with light samples off merging alone finds it, and is not weighted as if there were any.
+TEST(Vcm, MergingAPartOfTheLightPathsKeepsTheMean) {
+  const std::string plane = R"(
+Hider "raytrace" "int maxsamples" [16]
+Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
+DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
+DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
+Format 32 32 1
+PixelFilter "box" 1 1
+Projection "orthographic"
+ScreenWindow -1 1 -1 1
+WorldBegin
+  AttributeBegin
+    Rotate 10 1 0 0
+    Light "PxrDistantLight" "sun" "float intensity" [2] "float angleExtent" [0]
+  AttributeEnd
+  Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
+  Polygon "vertex point P" [-3 -3 3  3 -3 3  3 3 3  -3 3 3]
+WorldEnd
+)";
+  Workshop stage;
+  const Pictures reference = renderAll(stage, plane, pathTracer(0), 1, 2);
+  const double mean = reference.at("Ci").mean();
+  EXPECT_GT(mean, 0.01);
+  for (const double radius : {1.0, 4.0, 16.0}) {  // all light paths, a sixth, a hundredth
+    Method m = vcm(false, true, radius, 0);
+    m.sets.emplace_back("integrator.numLightSamples", "0");
+    const Pictures merged = renderAll(stage, plane, m, 100);
+    const testing::Moments& whole = merged.at("Ci, whole").tiles[0];
+    EXPECT_NEAR(whole.mean(), mean, 4 * whole.standardError()) << "radius " << radius;
+    EXPECT_LT(whole.standardError(), 0.05 * mean) << "radius " << radius;
+  }
 }
 
 // What a splat brings to each pixel is the filter's share of it.

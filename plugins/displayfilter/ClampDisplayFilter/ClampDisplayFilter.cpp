@@ -14,8 +14,7 @@ constexpr Param kParams[] = {
         .options("0 to 0..1, 1 to alpha")
         .help("Where colours end; 1 without an alpha channel counts as 0."),
 };
-struct Data {
-  std::string aov, alpha;
+struct Data : channelMaths::ColorAndAlpha {
   bool toAlpha;
   explicit Data(const CreateInfo& info) {
     const NamedValues v(info, kParams, std::size(kParams));
@@ -23,7 +22,6 @@ struct Data {
     alpha = v.string("aovAlpha");
     toAlpha = v.integer("mode") != 0;
   }
-  const char* channel(uint32_t i) const { return i == 0 ? aov.c_str() : i == 1 ? alpha.c_str() : nullptr; }
 };
 }  // namespace kinora::clampDisplayFilter
 #endif

@@ -24,8 +24,7 @@ constexpr Param kParams[] = {
         .range(0, 1)
         .help("Alpha of the background: 1 says that it covers what was empty, 0 leaves the channel as it is."),
 };
-struct Data {
-  std::string aov, alpha;
+struct Data : channelMaths::ColorAndAlpha {
   float top[3], range[3], stepX, stepY, power, low, perWidth, sharpness, opacity;
   bool repeats;
   explicit Data(const CreateInfo& info) {
@@ -49,7 +48,6 @@ struct Data {
     perWidth = 1 / (1 - 2 * low);
     opacity = float(v.number("backgroundAlpha"));
   }
-  const char* channel(uint32_t i) const { return i == 0 ? aov.c_str() : i == 1 ? alpha.c_str() : nullptr; }
 };
 }  // namespace kinora::gradientDisplayFilter
 #endif

@@ -42,4 +42,4 @@ struct Runner {
 KINORA_KERNELS_END
 
 KINORA_PLUGIN(PxrDirectLighting, Runner, IntegratorPlugin, .help = "Direct light and emission only.",
-              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = 1)
+              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia)

@@ -1,18 +1,12 @@
-// PxrVCM: bidirectional path tracing with vertex connection and merging (Georgiev, Krivanek, Davidovic, Slusallek:
-// "Light Transport Simulation with Vertex Connection and Merging", 2012; Hachisuka, Pantaleoni, Jensen, 2012). Light
-// paths run first: their vertices are connected to the camera and stored. Camera paths then meet lights, sample them,
-// are connected to the vertices of the light path of their own number, and merged with those of any light path near
-// by. All ways to find a path share it by the balance heuristic (kinora/path_densities.h).
+// PxrVCM: bidirectional path tracing with vertex connection and merging (plugins/integrator/parts/vcm_kernel.h) with
+// the stock parameters.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrVCM/PxrVCM.cpp"
 #include <kinora/integrator_author.h>
-#include <kinora/path_densities.h>
-#include <kinora/subpaths.h>
+
+#include "plugins/integrator/parts/vcm_kernel.h"
 
 #if KINORA_PLAIN
-#include <algorithm>
-#include <cmath>
-
-#include "plugins/integrator/PxrVCM/merge_index.h"
+#include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrVcm {
 enum : uint32_t {
   kMaxBounces,
@@ -25,10 +19,12 @@ enum : uint32_t {
   kClampDepth,
   kClampLuminance,
   kRouletteDepth,
-  kRouletteThreshold
+  kRouletteThreshold,
+  kBxdfSamples,
+  kMaxPathLength
 };
 constexpr Param kParams[] = {
-    param::integer("maxIndirectBounces", 8).range(0, 64).help("Indirect bounces allowed; 0 is direct light only."),
+    pathParameters::kMaxIndirectBounces,
     param::integer("connectPaths", 1)
         .range(0, 1)
         .options("0 off, 1 on")
@@ -49,665 +45,62 @@ constexpr Param kParams[] = {
     param::number("timeRadius", 1.f)
         .range(0.001f, 1)
         .help("Farthest distance in time of merged vertices, as a share of the shutter's opening."),
-    param::integer("numLightSamples", 1)
-        .range(0, 64)
-        .help("Light samples at each camera hit; deeper vertices take one."),
-    param::integer("clampDepth", 2)
+    pathParameters::kNumLightSamples,
+    pathParameters::kClampDepth,
+    pathParameters::kClampLuminance,
+    param::integer("rouletteDepth", 4)
         .range(1, 64)
-        .help("Path length (a light seen directly is 1) from which contributions are clamped."),
-    param::number("clampLuminance", 10.f)
-        .range(0, 1e30f)
-        .help("Largest luminance of one contribution there; 1e30 is off."),
-    param::integer("rouletteDepth", 4).range(1, 64).help("Path length from which Russian roulette is played."),
-    param::number("rouletteThreshold", 0.2f)
-        .range(0, 1)
-        .help("Only paths whose throughput is below this play it; 0 is off."),
-    param::integer("numBxdfSamples", 1)
-        .range(1, 64)
-        .help("Accepted for old scenes; indirect directions serve as bxdf samples."),
-    param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given."),
+        .help("Path length from which Russian roulette is played; light paths play it from their second vertex, "
+              "light's, below twice the threshold, as a share of what they began with."),
+    pathParameters::kRouletteThreshold,
+    pathParameters::kNumBxdfSamples,
+    pathParameters::kMaxPathLength,
     param::number("photonGuiding", 0.f).range(0, 1).help("No effect yet: light paths are emitted as lights are."),
     param::point("photonGuidingBBoxMin", 1e30f, 1e30f, 1e30f).help("No effect yet."),
     param::point("photonGuidingBBoxMax", -1e30f, -1e30f, -1e30f).help("No effect yet."),
 };
-enum : uint32_t { kMaxPathLength = 12 };
 
-struct Data {
-  uint32_t bounces, lightSamples, clampDepth;
-  bool connects, merges;
-  float radius, reduce, timeRadius, clampLuminance;
-  Roulette roulette;
+struct Data : vcm::Options {
   explicit Data(const CreateInfo& info) {
-    const int length = info.integer(kMaxPathLength);
-    bounces =
-        uint32_t(std::max(0, length > 0 && !info.values[kMaxBounces].given ? length - 1 : info.integer(kMaxBounces)));
-    bounces = std::min(bounces, PathVertex::kMostBefore);
-    lightSamples = uint32_t(std::max(0, info.integer(kLightSamples)));
-    clampDepth = uint32_t(std::max(1, info.integer(kClampDepth)));
+    namespace from = pathParameters;
+    const NamedValues values(info, kParams, std::size(kParams));
+    bounces = from::bounces(info, kMaxBounces, kMaxPathLength, int(PathVertex::kMostBefore));
+    lightSamples = from::count(info, kLightSamples, 0, 1024);
+    clampDepth = from::count(info, kClampDepth, 1, 100000);
     connects = info.integer(kConnectPaths) != 0;
     merges = info.integer(kMergePaths) != 0;
-    radius = std::max(info.number(kMergeRadius), 0.f);
+    radius = from::within(values, kParams[kMergeRadius]);
     if (!(radius > 0)) merges = false;
-    reduce = info.number(kReduceRadius);
-    timeRadius = info.number(kTimeRadius);
-    clampLuminance = info.number(kClampLuminance);
-    roulette = {uint32_t(std::max(1, info.integer(kRouletteDepth))), info.number(kRouletteThreshold)};
-    if (!(roulette.threshold > 0)) roulette.depth = 0xffffffffu;
+    reduce = from::within(values, kParams[kReduceRadius]);
+    timeRadius = from::within(values, kParams[kTimeRadius]);
+    clampLuminance = from::within(values, kParams[kClampLuminance]);
+    roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),
+                from::within(values, kParams[kRouletteThreshold])};
+    rouletteOfLight = from::rouletteOfLight(1, roulette.threshold);
   }
 };
-struct Stored {
-  PathVertex at;
-  PathSums sums;
-  Photon photon;
-};
 inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
-  const Data& d = *static_cast<const Data*>(data);
-  const bool hasLightPaths = d.connects || d.merges;
-  if (capacity < 2) return 0;
-  if (hasLightPaths) *out++ = {StageKind::LightPaths, 1};
-  *out = {StageKind::CameraPaths, 0};
-  return hasLightPaths ? 2 : 1;
+  return vcm::stages(*static_cast<const Data*>(data), out, capacity);
 }
 inline uint32_t lists(const void* data, RecordList* out, uint32_t) {
-  const Data& d = *static_cast<const Data*>(data);
-  out[0] = {sizeof(Stored), 0};
-  return d.connects || d.merges ? 1 : 0;
+  return vcm::lists(*static_cast<const Data*>(data), out);
 }
 }  // namespace kinora::pxrVcm
 #endif
 
 KINORA_KERNELS_BEGIN
-using namespace pxrVcm;
-using V = Vec3<1>;
-
-template <int W>
-class Vcm {
- public:
-  Vcm(Group* group, const Services* services, uint32_t traits, const Data& data)
-      : g_(group),
-        sv_(services),
-        data_(data),
-        lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
-        paths_(group, services, traits, data.roulette),
-        sums_(group, services, {data.connects, data.connects ? lightPaths_ : 0}),
-        shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (data.reduce - 1))),
-        readsEvents_(readsEvents(services->paths)) {}
-
-  void lightStage() {
-    paths_.startAtLights();
-    const MemoryMark mark = sv_->markMemory(g_);
-    for (uint32_t depth = 0; paths_.count && depth <= data_.bounces; ++depth) {
-      Context* const* contexts;
-      paths_.trace(depth);
-      const uint32_t count = paths_.shade(depth, &contexts);
-      for (uint32_t k = 0; k < count; ++k) {
-        const Context& c = *contexts[k];
-        depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
-        const float* merges = mergesAt(c);
-        if (data_.connects) connectCamera(c, depth, merges);
-        if (depth < data_.bounces || data_.merges) store(c, depth);
-        sums_.leave(c, paths_.scatter(c, depth), merges);
-      }
-      sv_->releaseMemory(g_, mark);
-    }
-  }
-
-  void cameraStage() {
-    paths_.startAtCamera();
-    if (data_.connects) shadeLightPaths();
-    const MemoryMark mark = sv_->markMemory(g_);
-    for (uint32_t depth = 0; paths_.count; ++depth) {
-      Context* const* contexts;
-      paths_.trace(depth);
-      meetLights(depth);
-      if (depth > data_.bounces) return;
-      const uint32_t count = paths_.shade(depth, &contexts);
-      const float** merges = static_cast<const float**>(sv_->alloc(g_, (count + 1) * sizeof(float*)));
-      for (uint32_t k = 0; k < count; ++k) {
-        const Context& c = *contexts[k];
-        arrive(c, depth);
-        merges[k] = mergesAt(c);
-        paths_.contributeEmission(c);
-        if (data_.merges) merge(c, merges[k]);
-      }
-      sampleLights(count, contexts, merges, depth ? 1 : data_.lightSamples);
-      if (data_.connects) connectPaths(count, contexts, merges, depth);
-      for (uint32_t k = 0; k < count; ++k) {
-        const Context& c = *contexts[k];
-        sums_.leave(c, paths_.scatter(c, depth), merges[k]);
-      }
-      sv_->releaseMemory(g_, mark);
-    }
-  }
-
- private:
-  static constexpr uint32_t kNone = 0xffffffffu;
-  static constexpr uint32_t kMostMerged = 64;  // evaluated together
-
-  template <class T>
-  T* make(uint32_t n) const {
-    return static_cast<T*>(sv_->alloc(g_, (n + kPad) * sizeof(T)));
-  }
-
-  // ---- radii of merging: functions of the place and the sample's index alone, so that all paths agree on them
-  float radiusAt(const Context& c, uint32_t i) const {
-    float d2 = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float d = c.P[k][i] - sv_->cameraCenter[k];
-      d2 += d * d;
-    }
-    const float pixel = sv_->pixelSize + std::sqrt(d2) * sv_->pixelAngle;
-    return std::max(data_.radius * pixel * shrunk_, 1e-6f * sv_->worldRadius);
-  }
-  // The share of light paths that are near enough in time.
-  float shareInTime(float time) const {
-    return std::min(time + data_.timeRadius, 1.f) - std::max(time - data_.timeRadius, 0.f);
-  }
-  // Merges at each point, as PathDensities wants them.
-  const float* mergesAt(const Context& c) const {
-    if (!data_.merges) return nullptr;
-    float* x = c.alloc<float>(c.padded);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const float r = radiusAt(c, i);
-      x[i] = lightPaths_ * kPi * r * r * shareInTime(c.time[i]);
-    }
-    return x;
-  }
-
-  // ---- light paths
-  void store(const Context& c, uint32_t depth) {
-    const PathVertex* vertices = paths_.vertices(c, depth);
-    Stored* records = c.alloc<Stored>(c.count);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const PathVertex& v = vertices[i];
-      const PathSums& x = sums_[c.path[i]];
-      records[i] = {v,
-                    x,
-                    {{c.P[0][i], c.P[1][i], c.P[2][i]},
-                     {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
-                     {v.throughput[0], v.throughput[1], v.throughput[2]},
-                     x.edge * x.last,
-                     x.before,
-                     c.time[i],
-                     data_.merges ? radiusAt(c, i) : 1.f,
-                     v.light,
-                     v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : kHasFactors)}};
-    }
-    sv_->append(g_, 0, c.count, c.path, records);
-  }
-
-  void connectCamera(const Context& c, uint32_t depth, const float* merges) {
-    CameraConnection camera;
-    sv_->connectCamera(g_, &c, &camera);
-    const EvaluateArgs e = evaluateBxdf(c, camera.wi);
-    const PathVertex* vertices = paths_.vertices(c, depth);
-    // rays come from the lens, so that they see what camera rays see
-    RayList& rays = *sv_->makeRays(g_, c.count);
-    float *T[3], *value[3], *raster[2], *share = c.alloc<float>(c.padded);
-    for (float*& x : T) x = c.alloc<float>(c.padded + kPad);
-    for (float*& x : value) x = c.alloc<float>(c.padded * c.slotCount + kPad);
-    for (float*& x : raster) x = c.alloc<float>(c.padded * c.slotCount + kPad);
-    uint32_t *point = c.alloc<uint32_t>(c.padded), *entries = c.alloc<uint32_t>(c.padded), n = 0;
-    uint32_t* isHidden = c.alloc<uint32_t>(c.padded);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      if (!(camera.importance[i] > 0) || !(e.pdf[i] > 0)) continue;
-      const V wi = V::load(camera.wi, i), P = V::load(c.P, i);
-      const float distance = std::max(camera.distance[i], 1e-18f);
-      const float others = othersOfSplat(sums_[c.path[i]], distance, camera.pdf[i], lightPaths_,
-                                         surfaceCosine(c, i, wi), e.pdfReverse[i], merges ? merges[i] : 0);
-      share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
-      fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
-      (-wi).store(rays.rays.d, n);
-      rays.rays.tMax[n] = distance * 0.99999f - 2 * c.bias[i];
-      rays.rays.time[n] = c.time[i];
-      rays.rays.radius[n] = rays.rays.spread[n] = 0;
-      rays.sampleSeed[n] = c.sampleSeed[i];
-      rays.sampleIndex[n] = c.sampleIndex[i];
-      rays.origin[n] = kFromDiscrete;
-      entries[n] = n;
-      point[n++] = i;
-    }
-    if (!n) return;
-    for (uint32_t r = n; r < padded(n); ++r) entries[r] = n - 1;
-    sv_->trace(g_, &rays, RayKind::Camera, depth, n, entries, T);
-    // nor do they pass lights that the camera sees
-    for (uint32_t r = 0; r < n; ++r) isHidden[r] = rays.hits.t[r] < rays.rays.tMax[r];
-    LightHits lights;
-    sv_->lightHits(g_, &rays, RayKind::Camera, n, entries, &lights);
-    for (uint32_t k = 0; k < lights.count; ++k)
-      isHidden[lights.slot[k]] |= lights.blocks[k] && lights.t[k] < rays.rays.tMax[lights.slot[k]];
-    uint32_t *state = c.alloc<uint32_t>(c.padded * c.slotCount + kPad), m = 0;
-    uint32_t* light = c.alloc<uint32_t>(c.padded * c.slotCount + kPad);
-    for (uint32_t r = 0; r < n; ++r) {
-      if (isHidden[r]) continue;
-      const uint32_t i = point[r];
-      const PathVertex& at = vertices[i];
-      const V arriving = V::load(T, r) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * Float<1>(share[r]);
-      for (uint32_t l = 0; l < c.slotCount; ++l) {
-        const uint32_t event = c.eventOfSlot[l];
-        // a pixel gets the share that the light path has in those of the sample
-        const V v =
-            clamped(depth + 2, arriving * V::load(e.weight[l], i) * Float<1>(at.factorOf(event) / lightPaths_)) *
-            Float<1>(lightPaths_);
-        if (!(maxComponent(v).lane0() > 0)) continue;
-        v.store(value, m);
-        for (int k = 0; k < 2; ++k) raster[k][m] = camera.raster[k][i];
-        state[m] = stepState(sv_->paths, sv_->paths.start, event, at);
-        light[m++] = at.light;
-      }
-    }
-    if (m) sv_->splat(g_, m, raster, value, state, light);
-  }
-
-  // ---- camera paths
-  void arrive(const Context& c, uint32_t depth) {
-    if (depth || !data_.connects) return sums_.arrive(c);
-    CameraConnection camera;
-    sv_->connectCamera(g_, &c, &camera);
-    sums_.beginAtCamera(c, camera.pdf);
-  }
-
-  // length: edges of the path.
-  V clamped(uint32_t length, V v) const {
-    if (length < data_.clampDepth) return v;
-    const float luminance = (Float<1>(0.2126f) * v.x + Float<1>(0.7152f) * v.y + Float<1>(0.0722f) * v.z).lane0();
-    return luminance > data_.clampLuminance ? v * Float<1>(data_.clampLuminance / luminance) : v;
-  }
-
-  void meetLights(uint32_t depth) {
-    LightHits h;
-    sv_->lightHits(g_, &g_->paths, depth ? RayKind::Indirect : RayKind::Camera, paths_.count, paths_.live, &h);
-    if (!h.count) return;
-    float* weight = make<float>(h.count);
-    std::fill_n(weight, h.count, 1.f);
-    if (depth) {
-      const LightDensities light(g_, sv_, h);
-      for (uint32_t i = 0; i < h.count; ++i) {
-        const uint32_t s = h.slot[i];
-        const bool isSampled = depth > 1 || data_.lightSamples;
-        weight[i] = 1 / (1 + othersOfHit(sums_[s], isSampled ? h.pdf[i] : 0, light, i));
-      }
-    }
-    if (depth + 1 >= data_.clampDepth)
-      for (uint32_t i = 0; i < h.count; ++i) {
-        const uint32_t s = h.slot[i];
-        const float w = weight[i] * (depth == 0                            ? 1.f
-                                     : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
-                                                                           : h.diffuse[i]);
-        const V v = V::load(paths_.throughput, s) * V::load(h.radiance, i) * Float<1>(w);
-        const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
-        if (before > 0) weight[i] *= after / before;
-      }
-    paths_.contribute(h, depth, weight);
-    if (!depth) coverByLights(h);
-  }
-  void coverByLights(const LightHits& h) const {
-    float* alpha = make<float>(h.count);
-    uint32_t *slots = make<uint32_t>(h.count), n = 0;
-    for (uint32_t i = 0; i < h.count; ++i)
-      if (h.blocks[i]) {
-        slots[n] = h.slot[i];
-        alpha[n++] = 1;
-      }
-    if (n) sv_->cover(g_, n, slots, alpha);
-  }
-
-  void sampleLights(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t parts) {
-    if (!sv_->lightCount || !parts) return;
-    Arrivals arrivals(g_, sv_);
-    for (uint32_t k = 0; k < count; ++k) {
-      arrivals.of(*contexts[k]);
-      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], merges[k], part, parts, arrivals);
-    }
-    arrivals.send();
-  }
-  void sampleLights(const Context& c, const float* merges, uint32_t part, uint32_t parts, Arrivals& arrivals) {
-    LightSamples ls;
-    sv_->lightSamples(g_, &c, part, parts, &ls);
-    const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
-    const EvaluateArgs e = evaluateBxdf(c, ls.wi);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      if (!(ls.pdf[i] > 0) || !(e.pdf[i] > 0)) continue;
-      const uint32_t s = c.path[i];
-      const V wi = V::load(ls.wi, i);
-      const float others =
-          othersOfSample(sums_[s], c, i, wi, e.pdf[i], e.pdfReverse[i], light, merges ? merges[i] : 0);
-      const V arriving =
-          V::load(paths_.throughput, s) * V::load(ls.radiance, i) / Float<1>(ls.pdf[i] * (1 + others) * float(parts));
-      arrivals.from(i, wi, ls.distance[i], c.slotCount);
-      for (uint32_t l = 0; l < c.slotCount; ++l) {
-        const float factor = c.eventOfSlot[l] & 1 ? ls.specular[i] : ls.diffuse[i];
-        arrivals.add(clamped(c.depth + 2, arriving * V::load(e.weight[l], i) * Float<1>(factor)),
-                     stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), ls.light[i]);
-      }
-    }
-  }
-
-  // ---- connections: contexts of the vertices of the light paths with the numbers of the group's camera paths, those
-  // of one depth together
-  void shadeLightPaths() {
-    const uint32_t n = g_->count;
-    uint64_t* first = make<uint64_t>(n);
-    uint32_t *found = make<uint32_t>(n), most = 0;
-    sv_->findStored(g_, 0, n, g_->number, g_->paths.sampleIndex, first, found);
-    const Stored* all = static_cast<const Stored*>(sv_->stored(g_, 0).records);
-    for (uint32_t s = 0; s < n; ++s) most = std::max(most, found[s]);
-    steps_ = std::min(most, data_.bounces);
-    ends_ = make<Ends>(steps_);
-    VertexRecord* records = make<VertexRecord>(n * steps_);
-    uint32_t *slots = make<uint32_t>(n * steps_), count = 0;
-    for (uint32_t v = 0; v < steps_; ++v) {
-      Ends& e = ends_[v];
-      e.of = make<End>(n);
-      e.count = 0;
-      for (uint32_t s = 0; s < n; ++s) {
-        e.of[s].context = kNone;
-        if (v >= found[s]) continue;
-        const Stored& stored = all[first[s] + v];
-        const PathVertex& at = stored.at;
-        const Photon& p = stored.photon;
-        e.of[s] = {stored.sums,
-                   {at.throughput[0], at.throughput[1], at.throughput[2]},
-                   {at.factor[0], at.factor[1]},
-                   data_.merges ? lightPaths_ * kPi * p.radius * p.radius * shareInTime(p.time) : 0,
-                   at.light,
-                   kNone,
-                   0,
-                   &at};
-        records[count] = at.vertex;
-        slots[count++] = s;
-      }
-    }
-    // contexts hold vertices of one depth
-    Context* const* contexts = nullptr;
-    const uint32_t contextCount = count ? sv_->shadeVertices(g_, count, records, &contexts) : 0;
-    for (uint32_t v = 0; v < steps_; ++v) ends_[v].contexts = make<Context*>(contextCount);
-    for (uint32_t k = 0; k < contextCount; ++k) {
-      Ends& e = ends_[contexts[k]->depth];
-      for (uint32_t j = 0; j < contexts[k]->count; ++j) {
-        End& end = e.of[slots[contexts[k]->path[j]]];
-        end.context = e.count;
-        end.point = j;
-      }
-      e.contexts[e.count++] = contexts[k];
-    }
-  }
-
-  void connectPaths(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t depth) {
-    if (!steps_ || depth >= data_.bounces) return;
-    Arrivals arrivals(g_, sv_);
-    for (uint32_t v = 0; v < steps_ && v + depth < data_.bounces; ++v) {
-      const Ends& ends = ends_[v];
-      if (!ends.count) continue;
-      const MemoryMark mark = sv_->markMemory(g_);
-      // directions from both sides; along the normal where there is no connection
-      EvaluateArgs* far = make<EvaluateArgs>(ends.count);
-      float*** back = make<float**>(ends.count);
-      for (uint32_t k = 0; k < ends.count; ++k) {
-        const Context& e = *ends.contexts[k];
-        back[k] = make<float*>(3);
-        for (int x = 0; x < 3; ++x) {
-          back[k][x] = make<float>(e.padded);
-          std::copy_n(e.N[x], e.padded, back[k][x]);
-        }
-      }
-      float*** d = make<float**>(count);
-      float** distance = make<float*>(count);
-      for (uint32_t k = 0; k < count; ++k) {
-        const Context& c = *contexts[k];
-        d[k] = make<float*>(3);
-        distance[k] = make<float>(c.padded);
-        for (int x = 0; x < 3; ++x) {
-          d[k][x] = make<float>(c.padded);
-          std::copy_n(c.N[x], c.padded, d[k][x]);
-        }
-        for (uint32_t i = 0; i < c.count; ++i) {
-          const End& end = ends.of[c.path[i]];
-          const uint32_t which = end.context, j = end.point;
-          distance[k][i] = 0;
-          if (which == kNone) continue;
-          const V between = V::load(ends.contexts[which]->P, j) - V::load(c.P, i);
-          const Float<1> length = max(kinora::HWY_NAMESPACE::length(between), Float<1>(1e-18f));
-          distance[k][i] = length.lane0();
-          (between / length).store(d[k], i);
-          (-between / length).store(back[which], j);
-        }
-      }
-      for (uint32_t k = 0; k < ends.count; ++k) {
-        for (int x = 0; x < 3; ++x) {
-          const Context& e = *ends.contexts[k];
-          std::fill(back[k][x] + e.count, back[k][x] + e.padded, back[k][x][e.count - 1]);
-        }
-        far[k] = evaluateBxdf(*ends.contexts[k], back[k]);
-      }
-      for (uint32_t k = 0; k < count; ++k)
-        connectContext(*contexts[k], merges[k], ends, far, d[k], distance[k], depth + v + 3, arrivals);
-      arrivals.send();
-      sv_->releaseMemory(g_, mark);
-    }
-  }
-
-  struct End {  // what connections ask of a stored vertex, side by side
-    PathSums sums;
-    float throughput[3], factor[2], merges;
-    uint32_t light;
-    uint32_t context, point;  // context kNone: the light path is shorter
-    const PathVertex* at;
-  };
-  struct Ends {  // one vertex of each light path
-    uint32_t count;
-    Context** contexts;
-    End* of;  // by slot of the camera path
-  };
-
-  void connectContext(const Context& c, const float* merges, const Ends& ends, const EvaluateArgs* far,
-                      float* const d[3], const float* distance, uint32_t length, Arrivals& arrivals) {
-    const EvaluateArgs e = evaluateBxdf(c, d);
-    arrivals.of(c);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const uint32_t s = c.path[i];
-      if (!(distance[i] > 0) || !(e.pdf[i] > 0)) continue;
-      const End& at = ends.of[s];
-      const Context& end = *ends.contexts[at.context];
-      const EvaluateArgs& f = far[at.context];
-      const uint32_t j = at.point;
-      if (!(f.pdf[j] > 0)) continue;
-      const V w = V::load(d, i);
-      const float others = othersOfConnection(
-          distance[i], {sums_[s], f.pdf[j], surfaceCosine(c, i, w), e.pdfReverse[i], merges ? merges[i] : 0},
-          {at.sums, e.pdf[i], surfaceCosine(end, j, w), f.pdfReverse[j], at.merges});
-      const Float<1> share = adjointFactor(end, j, -w) * Float<1>(1 / (distance[i] * distance[i] * (1 + others)));
-      const V arriving =
-          V::load(paths_.throughput, s) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * share;
-      arrivals.from(i, w, distance[i], c.slotCount * end.slotCount);
-      for (uint32_t l = 0; l < c.slotCount; ++l)
-        for (uint32_t m = 0; m < end.slotCount; ++m) {
-          const uint32_t event = end.eventOfSlot[m];
-          const V value =
-              arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) * Float<1>(at.factor[event & 1]);
-          const uint32_t state = stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]);
-          arrivals.add(clamped(length, value), readsEvents_ ? stepState(sv_->paths, state, event, *at.at) : state,
-                       at.light);
-        }
-    }
-  }
-
-  // ---- merging
-  void merge(const Context& c, const float* merges) {
-    const MergeIndex* index = static_cast<const MergeIndex*>(sv_->index(g_));
-    if (!index) return;
-    const float spread = data_.radius * sv_->pixelAngle + 0.01f;
-    Merged m(*this, c, *index);
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]}, radius = radiusAt(c, i), time = c.time[i];
-      m.begin(i, merges[i]);
-      const Vec3<W> at{Float<W>(P[0]), Float<W>(P[1]), Float<W>(P[2])};
-      index->near(P, radius, spread, [&](uint32_t cell, uint32_t begin, uint32_t end) {
-        for (uint32_t k = begin; k < end; k += W) {
-          const Vec3<W> between = Vec3<W>::load(index->P, k) - at;
-          const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(end - k, W)));
-          const Mask<W> isNear = in & (dot(between, between) <= Float<W>(radius * radius)) &
-                                 (Int<W>::load(index->cells + k) == Int<W>(cell));
-          for (uint32_t bits = isNear.bits(); bits; bits &= bits - 1) {
-            const uint32_t entry = k + uint32_t(__builtin_ctz(bits));
-            const Photon& photon = index->photons[entry];
-            if (std::fabs(photon.time - time) <= data_.timeRadius &&
-                (photon.length & ~kHasFactors) + c.depth <= data_.bounces)
-              m.add(entry);
-          }
-        }
-      });
-      m.evaluate();
-    }
-    m.send();
-  }
-
-  // Whether states after the camera's first event still depend on what follows: expressions that read more of a path
-  // than that. Where none does the events of light paths need not be looked up.
-  static bool readsEvents(const PathStates& paths) {
-    for (uint32_t first = 0; first < paths.eventCount; ++first) {
-      const uint32_t state = stepState(paths, paths.start, first);
-      for (uint32_t e = 0; e < paths.eventCount; ++e)
-        if (stepState(paths, state, e) != state) return true;
-    }
-    return false;
-  }
-
-  // Light paths merged with points of a context: some at a time, at one point.
-  class Merged {
-   public:
-    Merged(Vcm& vcm, const Context& c, const MergeIndex& index)
-        : v_(vcm), c_(c), index_(index), all_(static_cast<const Stored*>(vcm.sv_->stored(vcm.g_, 0).records)), e_{} {
-      for (int k = 0; k < 3; ++k) {
-        e_.wi[k] = wi_[k] = c.alloc<float>(kMostMerged);
-        throughput_[k] = c.alloc<float>(kMostMerged);
-        value_[k] = c.alloc<float>(kRoom);
-      }
-      for (uint32_t l = 0; l < c.slotCount; ++l)
-        for (float*& w : e_.weight[l]) w = c.alloc<float>(kMostMerged);
-      e_.pdf = c.alloc<float>(kMostMerged);
-      e_.pdfReverse = c.alloc<float>(kMostMerged);
-      last_ = c.alloc<float>(kMostMerged);
-      before_ = c.alloc<float>(kMostMerged);
-      share_ = c.alloc<float>(kMostMerged);
-      entry_ = c.alloc<uint32_t>(kMostMerged);
-      for (uint32_t** x : {&slot_, &state_, &light_}) *x = c.alloc<uint32_t>(kRoom);
-    }
-    void begin(uint32_t point, float merges) {
-      point_ = point;
-      merges_ = merges;
-    }
-    void add(uint32_t entry) {
-      const Photon& p = index_.photons[entry];
-      for (int k = 0; k < 3; ++k) {
-        wi_[k][count_] = p.wo[k];
-        throughput_[k][count_] = p.throughput[k];
-      }
-      last_[count_] = p.last;
-      before_[count_] = p.before;
-      entry_[count_] = entry;
-      if (++count_ == kMostMerged) evaluate();
-    }
-    void evaluate() {
-      using F = Float<W>;
-      if (!count_) return;
-      for (uint32_t i = count_; i < padded(count_); ++i) {
-        for (int k = 0; k < 3; ++k) {
-          wi_[k][i] = wi_[k][count_ - 1];
-          throughput_[k][i] = throughput_[k][count_ - 1];
-        }
-        last_[i] = last_[count_ - 1];
-        before_[i] = before_[count_ - 1];
-      }
-      c_.bxdf->evaluateAt(&c_, c_.closure, point_, padded(count_), &e_);
-      const uint32_t s = c_.path[point_];
-      const PathSums& sums = v_.sums_[s];
-      const Vec3<W> Ng(F(c_.Ng[0][point_]), F(c_.Ng[1][point_]), F(c_.Ng[2][point_]));
-      for (uint32_t i = 0; i < count_; i += W) {
-        const F pdf = F::load(e_.pdf + i), reverse = F::load(e_.pdfReverse + i);
-        const F others =
-            (F(sums.edge * sums.last) + F(sums.before) * reverse + F::load(last_ + i) + F::load(before_ + i) * pdf) *
-            F(1 / merges_);
-        // what light paths carry has met the surface already: the weight's cosine goes
-        const F cosine = max(abs(dot(Ng, Vec3<W>::load(wi_, i))), F(1e-7f));
-        zeroUnless(pdf > F(0.f), F(1.f) / (F(merges_) * (F(1.f) + others) * cosine)).store(share_ + i);
-      }
-      const V through = V::load(v_.paths_.throughput, s);
-      const bool clamps = v_.data_.clampLuminance < 1e30f, reads = v_.readsEvents_;
-      for (uint32_t l = 0; l < c_.slotCount; ++l) {
-        const uint32_t event = c_.eventOfSlot[l], state = stepState(v_.sv_->paths, v_.paths_.state[s], event);
-        for (uint32_t i = 0; i < count_; ++i) {
-          V x = through * V::load(throughput_, i) * V::load(e_.weight[l], i) * Float<1>(share_[i]);
-          if (!(maxComponent(x).lane0() > 0)) continue;
-          const Photon& p = index_.photons[entry_[i]];
-          const PathVertex& at = all_[index_.records[entry_[i]]].at;
-          if (p.length & kHasFactors) x = x * Float<1>(at.factorOf(event));
-          if (clamps) x = v_.clamped(c_.depth + (p.length & ~kHasFactors) + 2, x);
-          put(x, s, reads ? stepState(v_.sv_->paths, v_.paths_.state[s], event, at) : state, p.light);
-        }
-      }
-      count_ = 0;
-    }
-    void send() {
-      if (!n_) return;
-      const Contributions out{n_, slot_, {value_[0], value_[1], value_[2]}, state_, light_, LightKind::Shadowed};
-      v_.sv_->contribute(v_.g_, &out);
-      n_ = 0;
-    }
-
-   private:
-    static constexpr uint32_t kRoom = 4096;
-    void put(V x, uint32_t slot, uint32_t state, uint32_t light) {
-      if (n_ && slot_[n_ - 1] == slot && state_[n_ - 1] == state && light_[n_ - 1] == light) {
-        (V::load(value_, n_ - 1) + x).store(value_, n_ - 1);
-        return;
-      }
-      if (n_ == kRoom) send();
-      x.store(value_, n_);
-      slot_[n_] = slot;
-      state_[n_] = state;
-      light_[n_++] = light;
-    }
-    Vcm& v_;
-    const Context& c_;
-    const MergeIndex& index_;
-    const Stored* all_;
-    EvaluateArgs e_;
-    float *wi_[3], *throughput_[3], *value_[3], *last_, *before_, *share_, merges_ = 0;
-    uint32_t *entry_, *slot_, *state_, *light_;
-    uint32_t point_ = 0, count_ = 0, n_ = 0;
-  };
-
-  Group* g_;
-  const Services* sv_;
-  const Data& data_;
-  float lightPaths_;
-  Subpaths<W> paths_;
-  PathDensities sums_;
-  Ends* ends_ = nullptr;
-  uint32_t steps_ = 0;
-  float shrunk_;      // radii of this sample, as a share of the first one's
-  bool readsEvents_;  // see there
-};
-
 struct PxrVCM {
   using Data = pxrVcm::Data;
   template <int W>
   static void integrate(const Data& data, uint32_t, Group& group, const Services& services) {
-    if (group.stage == StageKind::LightPaths)
-      Vcm<W>(&group, &services, kTraitLightPath, data).lightStage();
-    else
-      Vcm<W>(&group, &services, kTraitEyePath, data).cameraStage();
+    Vcm<W>(&group, &services, data).run();
   }
   static void commit(const Data& data, uint32_t stage, const CommitServices& services) {
-    if (!data.merges || stage) return;
-    const StoredRecords s = services.stored(&services, 0);
-    const Stored* all = static_cast<const Stored*>(s.records);
-    services.setIndex(&services, MergeIndex::build(services, s.count,
-                                                   [all](uint64_t i) -> const Photon& { return all[i].photon; }));
+    Vcm<1>::commit(data, stage, services);
   }
 };
 KINORA_KERNELS_END
 
-KINORA_INTEGRATOR(PxrVCM, .help = "Bidirectional path tracing: vertex connection and merging.", .params = kParams,
-                  .setUp = setUp<Data>, .stages = stages, .lists = lists, .passSamples = 1)
+KINORA_INTEGRATOR(PxrVCM, .help = "Bidirectional path tracing: vertex connection and merging.",
+                  .params = pxrVcm::kParams, .setUp = setUp<pxrVcm::Data>, .stages = pxrVcm::stages,
+                  .lists = pxrVcm::lists, .passSamples = 1)

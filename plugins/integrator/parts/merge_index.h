@@ -9,18 +9,20 @@
 #include <cstdint>
 #include <cstring>
 
-namespace kinora::pxrVcm {
+namespace kinora::vcm {
 
 // What merging wants of a stored vertex, in one line of the cache.
 struct Photon {
   float P[3], wo[3];  // wo: towards where the path came from
   float throughput[3];
   float last, before;  // PathSums, the first only where a method connects the last edge
-  float time, radius;
+  float time, radius;  // radius 0: it is not merged
   uint32_t light;
-  uint32_t length;  // vertices before it; kHasFactors
+  uint32_t length;                                      // vertices before it; kHasFactors
+  static constexpr uint32_t kHasFactors = 0x80000000u;  // PathVertex::factor is not 1
+  uint32_t verticesBefore() const { return length & ~kHasFactors; }
+  bool hasFactors() const { return length & kHasFactors; }
 };
-inline constexpr uint32_t kHasFactors = 0x80000000u;  // PathVertex::factor is not 1
 
 struct MergeIndex {
   uint32_t bucketMask = 0;
@@ -41,7 +43,7 @@ struct MergeIndex {
                  uint64_t(z) * 0x165667B19E3779F9ull ^ uint64_t(int64_t(level)) * 0xD6E8FEB86659FD93ull;
     h ^= h >> 32;
     h *= 0xD6E8FEB86659FD93ull;
-    return uint32_t(h >> 32);
+    return uint32_t(h >> 32) & 0x7fffffffu;  // others stand for no cell
   }
   static int64_t cellOf(float x, int level) { return int64_t(std::floor(std::ldexp(double(x), -level))); }
 
@@ -77,6 +79,7 @@ struct MergeIndex {
     uint32_t buckets = 64;
     while (buckets < count && buckets < 1u << 28) buckets *= 2;
     MergeIndex* index;
+    constexpr uint32_t kLeftOut = 0xffffffffu;  // instead of a hash
     uint32_t *unsorted, *first, *totals, *cells, *records;
     float* P[3];
     Photon* photons;
@@ -92,7 +95,9 @@ struct MergeIndex {
       for (uint64_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
         const Photon& p = photonOf(i);
         const int level = levelOf(p.radius);
-        unsorted[i] = hashOf(level, cellOf(p.P[0], level), cellOf(p.P[1], level), cellOf(p.P[2], level));
+        unsorted[i] = p.radius > 0
+                          ? hashOf(level, cellOf(p.P[0], level), cellOf(p.P[1], level), cellOf(p.P[2], level))
+                          : kLeftOut;
       }
     });
     // each part counts and fills its own buckets, in the order of the records
@@ -101,7 +106,7 @@ struct MergeIndex {
       std::fill_n(first + from, perPart, 0u);
       uint32_t total = 0;
       for (uint64_t i = 0; i < count; ++i)
-        if (const uint32_t b = unsorted[i] & mask; b - from < perPart) {
+        if (const uint32_t b = unsorted[i] & mask; b - from < perPart && unsorted[i] != kLeftOut) {
           ++first[b];
           ++total;
         }
@@ -121,7 +126,7 @@ struct MergeIndex {
         first[b] = at;  // its end; counted down while it is filled from behind
       }
       for (uint64_t i = count; i-- > 0;)
-        if (const uint32_t b = unsorted[i] & mask; b - from < perPart) {
+        if (const uint32_t b = unsorted[i] & mask; b - from < perPart && unsorted[i] != kLeftOut) {
           const uint32_t to = --first[b];
           photons[to] = photonOf(i);
           cells[to] = unsorted[i];
@@ -142,4 +147,4 @@ struct MergeIndex {
   }
 };
 
-}  // namespace kinora::pxrVcm
+}  // namespace kinora::vcm

@@ -1,0 +1,147 @@
+// PxrUnified: forward paths (kinora/path_loop.h) or paths from both ends (plugins/integrator/parts/vcm_kernel.h), as
+// its parameters say. Its names are those of scenes written for it.
+#define KINORA_KERNEL_FILE "plugins/integrator/PxrUnified/PxrUnified.cpp"
+#include <kinora/integrator_author.h>
+#include <kinora/path_loop.h>
+
+#include "plugins/integrator/parts/vcm_kernel.h"
+
+#if KINORA_PLAIN
+#include <kinora/named_values.h>
+
+#include <string>
+
+#include "plugins/integrator/parts/path_parameters.h"
+namespace kinora::pxrUnified {
+enum : uint32_t {
+  kLightPaths,
+  kMaxBounces,
+  kLightSamples,
+  kIndirectSamples,
+  kIndirectClamp,
+  kRouletteDepth,
+  kRouletteThreshold,
+  kRouletteLightDepth
+};
+constexpr Param kParams[] = {
+    param::integer("traceLightPaths", 0)
+        .range(0, 3)
+        .options("0 off, 1 bidirectional, 2 photons, 3 both")
+        .help("Paths that start at lights too. 0: none, as PxrPathTracer without caustics; 1: connected to camera "
+              "paths "
+              "and to the camera, as PxrVCM with mergePaths 0; 2: merged with camera paths near by, as PxrVCM with "
+              "connectPaths 0; 3: PxrVCM with both."),
+    pathParameters::kMaxIndirectBounces,
+    pathParameters::kNumLightSamples,
+    pathParameters::kNumIndirectSamples,
+    param::number("indirectClamp", 8.f)
+        .range(0, 1e30f)
+        .help("Largest luminance of one contribution of indirect light; 1e30 is off."),
+    param::integer("rouletteDepth", 1).range(1, 64).help("Path length from which Russian roulette is played."),
+    pathParameters::kRouletteThreshold,
+    param::integer("rouletteLightDepth", 1)
+        .range(1, 64)
+        .help("The same of light paths, which play it below twice rouletteThreshold, as a share of what they began "
+              "with."),
+    pathParameters::kNumBxdfSamples,
+    param::integer("accumOpacity", 1).range(0, 1).help("No effect yet: what refracts covers its pixel."),
+    param::integer("allowMultilobeIndirect", 0).range(0, 1).help("No effect yet."),
+    param::number("catchAllLights", 0.f).range(0, 1).help("No effect yet: paths end without further light."),
+    param::number("causticClamp", 1e6f)
+        .range(0, 1e30f)
+        .help("No effect yet: caustics are clamped as indirect light."),
+    param::number("directClamp", 1e6f).range(0, 1e30f).help("No effect yet: direct light is not clamped."),
+    param::number("emissionMultiplier", 1.f).range(0, 100).help("No effect yet: what glows does so as it is."),
+    param::integer("enableSampleTimers", 0).range(0, 1).help("No effect yet."),
+    param::integer("enableShadingTimers", 0).range(0, 1).help("No effect yet."),
+    param::integer("enableVolumeCaustics", 0).range(0, 1).help("No effect yet."),
+    param::number("indirectDirectionalBlurRadius", 0.f).range(0, 1).help("No effect yet: paths are not guided."),
+    param::integer("indirectOversampling", 2).range(0, 64).help("No effect yet: paths are not guided."),
+    param::number("indirectSpatialBlurRadius", 0.25f).range(0, 1).help("No effect yet: paths are not guided."),
+    param::integer("indirectTrainingSamples", 0).range(0, 4096).help("No effect yet: paths are not guided."),
+    param::integer("manifoldWalk", 0)
+        .range(0, 1)
+        .help("No effect yet: caustics are left out, or found by light paths (traceLightPaths)."),
+    param::integer("maxInterfaces", 2).range(1, 16).help("No effect yet: of manifoldWalk."),
+    param::integer("maxIterations", 10).range(1, 100).help("No effect yet: of manifoldWalk."),
+    param::number("walkThreshold", 0.005f).range(0, 1).help("No effect yet: of manifoldWalk."),
+    param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
+    param::number("maxRayDistance", 10000.f).range(0, 1e30f).help("No effect yet: rays go as far as the scene does."),
+    param::integer("numVolumeAggregateSamples", 1).range(1, 64).help("No effect yet."),
+    param::integer("photonAdaptive", 0).range(0, 1).help("No effect yet: light paths are emitted as lights are."),
+    param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect yet: all within the radius count."),
+    param::number("photonEstimationRadius", 0.f)
+        .range(0, 1000)
+        .help("No effect yet: the radius is that of PxrVCM with its defaults, 5 pixels that shrink."),
+    param::integer("photonVisibilityRod", 0)
+        .range(0, 1)
+        .help("No effect yet: light paths are emitted as lights are."),
+    param::number("photonVisibilityRodDirectProb", 0.f).range(0, 1).help("No effect yet."),
+    param::point("photonVisibilityRodMin", 0.f, 0.f, 0.f).help("No effect yet."),
+    param::point("photonVisibilityRodMax", 0.f, 0.f, 0.f).help("No effect yet."),
+    param::integer("risPathGuiding", 0).range(0, 1).help("No effect yet: paths are not guided."),
+    param::integer("sssOversampling", 8).range(1, 64).help("No effect yet."),
+    param::integer("suppressNaNs", 0)
+        .range(0, 1)
+        .help("No effect yet: samples that are no numbers are left out and told of."),
+    param::integer("useTraceDepth", 0).range(0, 1).help("No effect yet: maxIndirectBounces alone counts."),
+};
+
+struct Data {
+  bool isForward;
+  PathLoopOptions forward;
+  vcm::Options both;
+  explicit Data(const CreateInfo& info) {
+    namespace from = pathParameters;
+    const NamedValues v(info, kParams, std::size(kParams));
+    v.warnNoEffect();
+    int light = info.integer(kLightPaths);
+    if (light < 0 || light > 3) {
+      v.warn("PARAM-CHOICE", "traceLightPaths is 0, 1, 2 or 3, not " + std::to_string(light), "0 is used");
+      light = 0;
+    }
+    isForward = light == 0;
+    both.connects = light & 1;
+    both.merges = light & 2;
+    const float threshold = float(v.number("rouletteThreshold")), most = float(v.number("indirectClamp"));
+    const uint32_t depth = from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1);
+    forward.maxIndirectBounces = from::count(info, kMaxBounces, 0, 1000);
+    both.bounces = std::min(forward.maxIndirectBounces, PathVertex::kMostBefore);
+    forward.lightSamples = both.lightSamples = from::count(info, kLightSamples, 0, 1024);
+    forward.indirectSamples = from::count(info, kIndirectSamples, 1, 1024);
+    forward.clampLuminance = both.clampLuminance = most;
+    forward.rouletteDepth = depth;
+    forward.rouletteThreshold = threshold;
+    both.roulette = {depth, threshold};
+    both.rouletteOfLight = from::rouletteOfLight(from::count(info, kRouletteLightDepth, 1, 100000), threshold);
+  }
+};
+inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
+  return vcm::stages(static_cast<const Data*>(data)->both, out, capacity);
+}
+inline uint32_t lists(const void* data, RecordList* out, uint32_t) {
+  return vcm::lists(static_cast<const Data*>(data)->both, out);
+}
+inline uint32_t scattersInMedia(const void* data) { return static_cast<const Data*>(data)->isForward; }
+}  // namespace kinora::pxrUnified
+#endif
+
+KINORA_KERNELS_BEGIN
+struct PxrUnified {
+  using Data = pxrUnified::Data;
+  template <int W>
+  static void integrate(const Data& data, uint32_t, Group& group, const Services& services) {
+    if (data.isForward)
+      PathLoop<W>(&group, &services, data.forward).run();
+    else
+      Vcm<W>(&group, &services, data.both).run();
+  }
+  static void commit(const Data& data, uint32_t stage, const CommitServices& services) {
+    Vcm<1>::commit(data.both, stage, services);
+  }
+};
+KINORA_KERNELS_END
+
+KINORA_INTEGRATOR(PxrUnified, .help = "Forward or bidirectional path tracing, as its parameters choose.",
+                  .params = pxrUnified::kParams, .setUp = setUp<pxrUnified::Data>, .stages = pxrUnified::stages,
+                  .lists = pxrUnified::lists, .passSamples = 1, .scattersInMedia = pxrUnified::scattersInMedia)

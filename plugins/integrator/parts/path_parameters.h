@@ -1,0 +1,72 @@
+// Parameters that integrators of paths have in common, and what they make of them.
+#pragma once
+#include <kinora/named_values.h>
+#include <kinora/roulette.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace kinora::pathParameters {
+
+inline constexpr Param kMaxIndirectBounces =
+    param::integer("maxIndirectBounces", 8).range(0, 1000).help("Indirect bounces allowed; 0 is direct light only.");
+inline constexpr Param kNumLightSamples = param::integer("numLightSamples", 1)
+                                              .range(0, 64)
+                                              .help("Light samples at each camera hit; deeper vertices take one.");
+inline constexpr Param kNumIndirectSamples =
+    param::integer("numIndirectSamples", 1).range(1, 64).help("Directions followed from each camera hit.");
+inline constexpr Param kNumBxdfSamples =
+    param::integer("numBxdfSamples", 1)
+        .range(1, 64)
+        .help("Accepted for old scenes; indirect directions serve as bxdf samples.");
+inline constexpr Param kClampDepth =
+    param::integer("clampDepth", 2)
+        .range(1, 64)
+        .help(
+            "Bounces of a path from which contributions are clamped, that to the light included: direct light at "
+            "what the camera sees is 1.");
+inline constexpr Param kClampLuminance = param::number("clampLuminance", 10.f)
+                                             .range(0, 1e30f)
+                                             .help("Largest luminance of one contribution there; 1e30 is off.");
+inline constexpr Param kRouletteDepth =
+    param::integer("rouletteDepth", 4).range(1, 64).help("Path length from which Russian roulette is played.");
+inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0.2f)
+                                                .range(0, 1)
+                                                .help("Only paths whose throughput is below this play it; 0 is off.");
+inline constexpr Param kMaxPathLength =
+    param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
+
+// A number that may not lie outside of its declared range: it is moved there, which is told.
+inline float within(const NamedValues& values, const Param& parameter) {
+  const float x = float(values.number(parameter.name)), low = parameter.low, high = parameter.high;
+  if (x >= low && x <= high) return x;
+  const float used = x < low ? low : high;
+  char text[64];
+  std::snprintf(text, sizeof text, "%s is %g, %s", parameter.name, double(x), x < low ? "too small" : "too large");
+  char done[64];
+  std::snprintf(done, sizeof done, "%g is used", double(used));
+  values.warn("PARAM-RANGE", text, done);
+  return used;
+}
+// A count, within bounds whatever the file says.
+inline uint32_t count(const CreateInfo& info, uint32_t parameter, int least, int most) {
+  return uint32_t(std::clamp(info.integer(parameter), least, most));
+}
+// Indirect bounces by either name; the new one counts where both are given.
+inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uint32_t maxPathLength, int most) {
+  const int length = info.integer(maxPathLength);
+  const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
+  return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
+}
+inline constexpr uint32_t kNever = 1u << 30;  // a depth that no path reaches
+// The vertex from which roulette is played.
+inline uint32_t rouletteDepth(const CreateInfo& info, uint32_t depth, uint32_t threshold, int least) {
+  return info.number(threshold) > 0 ? count(info, depth, least, 100000) : kNever;
+}
+// Roulette of light paths, from that vertex on: a light path costs as much as a camera path and brings less, so that it
+// is played earlier and for more (measured, docs/integrators.md).
+inline Roulette rouletteOfLight(uint32_t depth, float threshold) {
+  return {threshold > 0 ? depth : kNever, std::min(2 * threshold, 1.f)};
+}
+
+}  // namespace kinora::pathParameters

@@ -1,0 +1,683 @@
+// Bidirectional path tracing with vertex connection and merging (Georgiev, Krivanek, Davidovic, Slusallek: "Light
+// Transport Simulation with Vertex Connection and Merging", 2012; Hachisuka, Pantaleoni, Jensen, 2012). Light paths
+// run first: their vertices are connected to the camera and stored. Camera paths then meet lights, sample them, are
+// connected to the vertices of the light path of their own number, and merged with those of any light path near by.
+// All ways to find a path share it by the balance heuristic (kinora/path_densities.h). Included per target, behind
+// integrator_author.h.
+#include "plugins/integrator/parts/vcm_merged.h"
+
+#if defined(KINORA_VCM_KERNEL_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_VCM_KERNEL_H_TARGET
+#undef KINORA_VCM_KERNEL_H_TARGET
+#else
+#define KINORA_VCM_KERNEL_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+template <int W>
+class Vcm {
+ public:
+  Vcm(Group* group, const Services* services, const vcm::Options& options)
+      : g_(group),
+        sv_(services),
+        o_(options),
+        lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
+        paths_(group, services, group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath,
+               group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
+        sums_(group, services, {options.connects, options.connects ? lightPaths_ : 0}),
+        arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
+                  group->stage == StageKind::LightPaths ? 0 : 16384),
+        shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
+        shareMerged_(shareMerged()),
+        readsEvents_(readsEvents(services->paths)) {}
+
+  void run() { g_->stage == StageKind::LightPaths ? lightStage() : cameraStage(); }
+
+  // At the barrier behind light paths.
+  static void commit(const vcm::Options& options, uint32_t stage, const CommitServices& services) {
+    if (!options.merges || stage) return;
+    const StoredRecords s = services.stored(&services, 0);
+    const vcm::Stored* all = static_cast<const vcm::Stored*>(s.records);
+    services.setIndex(&services, MergeIndex::build(services, s.count,
+                                                   [all](uint64_t i) -> const Photon& { return all[i].photon; }));
+  }
+
+ private:
+  using F = Float<W>;
+  using V = Vec3<1>;
+  using Stored = vcm::Stored;
+  using Photon = vcm::Photon;
+  using MergeIndex = vcm::MergeIndex;
+
+  template <class T>
+  T* make(uint32_t n) const {
+    return static_cast<T*>(sv_->alloc(g_, (n + kPad) * sizeof(T)));
+  }
+
+  void lightStage() {
+    paths_.startAtLights();
+    const uint32_t n = g_->count;
+    most_ = o_.bounces + (o_.merges ? 1 : 0);
+    kept_ = make<Stored>(n * most_);
+    keptCount_ = make<uint32_t>(n);
+    std::fill_n(keptCount_, n, 0u);
+    const MemoryMark mark = sv_->markMemory(g_);
+    for (uint32_t depth = 0; paths_.count && depth <= o_.bounces; ++depth) {
+      Context* const* contexts;
+      paths_.trace(depth);
+      const uint32_t count = paths_.shade(depth, &contexts);
+      for (uint32_t k = 0; k < count; ++k) {
+        const Context& c = *contexts[k];
+        depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
+        const Neighbourhood near = neighbourhoodOf(c);
+        if (o_.connects || depth < most_) {
+          const PathVertex* vertices = paths_.vertices(c, depth);
+          if (o_.connects) connectCamera(c, depth, vertices, near.merges);
+          if (depth < most_) keep(c, vertices, near.radius);
+        }
+        sums_.leave(c, paths_.scatter(c, depth), near.merges);
+      }
+      sv_->releaseMemory(g_, mark);
+    }
+    store();
+  }
+
+  void cameraStage() {
+    paths_.startAtCamera();
+    if (o_.connects) findEnds();
+    const MemoryMark mark = sv_->markMemory(g_);
+    for (uint32_t depth = 0; paths_.count; ++depth) {
+      Context* const* contexts;
+      paths_.trace(depth);
+      meetLights(depth);
+      if (depth > o_.bounces) return;
+      const uint32_t count = paths_.shade(depth, &contexts);
+      const float** merges = make<const float*>(count);
+      for (uint32_t k = 0; k < count; ++k) {
+        const Context& c = *contexts[k];
+        arrive(c, depth);
+        const Neighbourhood near = neighbourhoodOf(c);
+        merges[k] = near.merges;
+        paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
+        if (o_.merges) merge(c, near);
+      }
+      sampleLights(count, contexts, merges, depth ? 1 : o_.lightSamples);
+      if (o_.connects) connectPaths(count, contexts, merges, depth);
+      for (uint32_t k = 0; k < count; ++k) {
+        const Context& c = *contexts[k];
+        sums_.leave(c, paths_.scatter(c, depth), merges[k]);
+      }
+      sv_->releaseMemory(g_, mark);
+    }
+  }
+
+  // ---- radii of merging: functions of the place and the sample's index alone, so that all paths agree on them
+  float radiusAt(const float P[3]) const {
+    float d2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float d = P[k] - sv_->cameraCenter[k];
+      d2 += d * d;
+    }
+    const float pixel = sv_->pixelSize + std::sqrt(d2) * sv_->pixelAngle;
+    return std::clamp(o_.radius * pixel * shrunk_, 1e-6f * sv_->worldRadius, sv_->worldRadius);
+  }
+  // The share of a sample's light paths that are merged at all: with all of them a point would meet some hundred of
+  // them under the wide radii of the first samples, which say little more than a few.
+  float shareMerged() const {
+    const float pixels = kPi * o_.radius * shrunk_ * o_.radius * shrunk_;
+    return std::min(1.f, kMergesWanted / pixels);
+  }
+  bool isMerged(uint32_t slot) const {
+    if (!o_.merges) return false;
+    Float<1> unused, v;
+    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
+          dimensionAt(0) + kDimUser, unused, v);
+    return v.lane0() < shareMerged_;
+  }
+  // How many of a sample's light paths one point there is merged with that they reach with a density of 1 per area,
+  // as PathDensities wants it.
+  float mergesWithin(float radius, float time) const {
+    const float shareInTime = std::min(time + o_.timeRadius, 1.f) - std::max(time - o_.timeRadius, 0.f);
+    return lightPaths_ * shareMerged_ * kPi * radius * radius * shareInTime;
+  }
+  struct Neighbourhood {
+    float *radius, *merges;  // by point; null where nothing is merged
+  };
+  Neighbourhood neighbourhoodOf(const Context& c) const {
+    if (!o_.merges) return {nullptr, nullptr};
+    const Neighbourhood n{c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]};
+      n.radius[i] = radiusAt(P);
+      n.merges[i] = mergesWithin(n.radius[i], c.time[i]);
+    }
+    return n;
+  }
+
+  // ---- light paths
+  void keep(const Context& c, const PathVertex* vertices, const float* radius) {
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const PathVertex& v = vertices[i];
+      const uint32_t s = c.path[i];
+      const PathSums& x = sums_[s];
+      kept_[s * most_ + keptCount_[s]++] = {
+          v,
+          x,
+          {{c.P[0][i], c.P[1][i], c.P[2][i]},
+           {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
+           {v.throughput[0], v.throughput[1], v.throughput[2]},
+           x.edge * x.last,
+           x.before,
+           c.time[i],
+           radius ? radius[i] : 1.f,
+           v.light,
+           v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors)},
+          0};
+    }
+  }
+  // What camera paths will ask for: of each path the vertices that are connected, and where they are merged all.
+  void store() {
+    constexpr uint32_t kTogether = 128;
+    Stored* out = make<Stored>(kTogether);
+    uint32_t *slots = make<uint32_t>(kTogether), n = 0;
+    const auto send = [&] {
+      if (n) sv_->append(g_, 0, n, slots, out);
+      n = 0;
+    };
+    for (uint32_t s = 0; s < g_->count; ++s) {
+      Stored* path = kept_ + s * most_;
+      const uint32_t count = keptCount_[s];
+      if (o_.connects && count) drawEnds(s, path, std::min(count, o_.bounces));
+      const bool merged = isMerged(s);
+      for (uint32_t v = 0; v < count; ++v) {
+        if (!merged && !(path[v].probability > 0)) continue;
+        if (n == kTogether) send();
+        if (!merged) path[v].photon.radius = 0;
+        slots[n] = s;
+        out[n++] = path[v];
+      }
+    }
+    send();
+  }
+  // Draws kConnected vertices of a light path, each with a probability in proportion to what it carries and to how
+  // many vertices of camera paths it may be connected to; at most 1.
+  void drawEnds(uint32_t slot, Stored* path, uint32_t count) const {
+    if (count <= kConnected) {
+      for (uint32_t v = 0; v < count; ++v) path[v].probability = 1;
+      return;
+    }
+    float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
+    for (uint32_t v = 0; v < count; ++v) {
+      const float* t = path[v].at.throughput;
+      share[v] = std::max(t[0], std::max(t[1], t[2])) * float(o_.bounces - v);
+      sum += share[v];
+    }
+    // those that would be drawn more than once are drawn for certain, the others share what is left
+    for (uint32_t v = 0; v < count && left > 1; ++v) {
+      if (!(share[v] * left > sum)) continue;
+      sum -= share[v];
+      share[v] = -1;
+      --left;
+      v = uint32_t(-1);
+    }
+    Float<1> u, unused;
+    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
+          dimensionAt(0) + kDimUser, u, unused);
+    uint32_t n = 0;
+    float upTo = 0;
+    for (uint32_t v = 0; v < count && n < kConnected; ++v) {
+      const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
+      upTo += p;
+      if (!(p > 0 && u.lane0() + float(n) < upTo)) continue;
+      path[v].probability = p;
+      ++n;
+    }
+  }
+
+  void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const float* merges) {
+    CameraConnection camera;
+    sv_->connectCamera(g_, &c, &camera);
+    const EvaluateArgs e = evaluateBxdf(c, camera.wi);
+    // rays come from the lens, so that they see what camera rays see
+    RayList& rays = *sv_->makeRays(g_, c.count);
+    float *T[3], *value[3], *raster[2], *share = c.alloc<float>(c.padded);
+    for (float*& x : T) x = c.alloc<float>(c.padded + kPad);
+    for (float*& x : value) x = c.alloc<float>(c.padded * c.slotCount + kPad);
+    for (float*& x : raster) x = c.alloc<float>(c.padded * c.slotCount + kPad);
+    uint32_t *point = c.alloc<uint32_t>(c.padded), *entries = c.alloc<uint32_t>(c.padded), n = 0;
+    uint32_t* isHidden = c.alloc<uint32_t>(c.padded);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      if (!(camera.importance[i] > 0) || !(e.pdf[i] > 0)) continue;
+      const V wi = V::load(camera.wi, i), P = V::load(c.P, i);
+      const float distance = std::max(camera.distance[i], 1e-18f);
+      PathSums sums = sums_[c.path[i]];
+      if (!o_.samplesLight(depth)) sums.last = 0;
+      const float others = othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi),
+                                         e.pdfReverse[i], merges ? merges[i] : 0);
+      share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
+      fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
+      (-wi).store(rays.rays.d, n);
+      rays.rays.tMax[n] = distance * 0.99999f - 2 * c.bias[i];
+      rays.rays.time[n] = c.time[i];
+      rays.rays.radius[n] = rays.rays.spread[n] = 0;
+      rays.sampleSeed[n] = c.sampleSeed[i];
+      rays.sampleIndex[n] = c.sampleIndex[i];
+      rays.origin[n] = kFromDiscrete;
+      entries[n] = n;
+      point[n++] = i;
+    }
+    if (!n) return;
+    for (uint32_t r = n; r < padded(n); ++r) entries[r] = n - 1;
+    sv_->trace(g_, &rays, RayKind::Camera, depth, n, entries, T);
+    // nor do they pass lights that the camera sees
+    for (uint32_t r = 0; r < n; ++r) isHidden[r] = rays.hits.t[r] < rays.rays.tMax[r];
+    LightHits lights;
+    sv_->lightHits(g_, &rays, RayKind::Camera, n, entries, &lights);
+    for (uint32_t k = 0; k < lights.count; ++k)
+      isHidden[lights.slot[k]] |= lights.blocks[k] && lights.t[k] < rays.rays.tMax[lights.slot[k]];
+    uint32_t *state = c.alloc<uint32_t>(c.padded * c.slotCount + kPad), m = 0;
+    uint32_t* light = c.alloc<uint32_t>(c.padded * c.slotCount + kPad);
+    for (uint32_t r = 0; r < n; ++r) {
+      if (isHidden[r]) continue;
+      const uint32_t i = point[r];
+      const PathVertex& at = vertices[i];
+      const V arriving = V::load(T, r) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * Float<1>(share[r]);
+      for (uint32_t l = 0; l < c.slotCount; ++l) {
+        const uint32_t event = c.eventOfSlot[l];
+        // a pixel gets the share that the light path has in those of the sample
+        const V v =
+            clamped(depth + 2, arriving * V::load(e.weight[l], i) * Float<1>(at.factorOf(event) / lightPaths_)) *
+            Float<1>(lightPaths_);
+        if (!(maxComponent(v).lane0() > 0)) continue;
+        v.store(value, m);
+        for (int k = 0; k < 2; ++k) raster[k][m] = camera.raster[k][i];
+        state[m] = stepState(sv_->paths, sv_->paths.start, event, at);
+        light[m++] = at.light;
+      }
+    }
+    if (m) sv_->splat(g_, m, raster, value, state, light);
+  }
+
+  // ---- camera paths
+  void arrive(const Context& c, uint32_t depth) {
+    if (depth || !o_.connects) return sums_.arrive(c);
+    CameraConnection camera;
+    sv_->connectCamera(g_, &c, &camera);
+    sums_.beginAtCamera(c, camera.pdf);
+  }
+
+  // length: edges of the path, one more than its bounces.
+  V clamped(uint32_t length, V v) const {
+    if (length <= o_.clampDepth) return v;
+    return v * factorToLuminance(v, Float<1>(o_.clampLuminance));
+  }
+
+  void meetLights(uint32_t depth) {
+    LightHits h;
+    sv_->lightHits(g_, &g_->paths, depth ? RayKind::Indirect : RayKind::Camera, paths_.count, paths_.live, &h);
+    if (!h.count) return;
+    float* weight = make<float>(h.count);
+    std::fill_n(weight, h.count, 1.f);
+    if (depth) {
+      const LightDensities light(g_, sv_, h);
+      for (uint32_t i = 0; i < h.count; ++i) {
+        const uint32_t s = h.slot[i];
+        weight[i] = 1 / (1 + othersOfHit(sums_[s], o_.samplesLight(depth - 1) ? h.pdf[i] : 0, light, i));
+      }
+    }
+    if (depth >= o_.clampDepth)
+      for (uint32_t i = 0; i < h.count; ++i) {
+        const uint32_t s = h.slot[i];
+        const float w = weight[i] * (depth == 0                            ? 1.f
+                                     : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
+                                                                           : h.diffuse[i]);
+        const V v = V::load(paths_.throughput, s) * V::load(h.radiance, i) * Float<1>(w);
+        const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
+        if (before > 0) weight[i] *= after / before;
+      }
+    paths_.contribute(h, depth, weight);
+    if (!depth) coverByLights(h);
+  }
+  void coverByLights(const LightHits& h) const {
+    float* alpha = make<float>(h.count);
+    uint32_t *slots = make<uint32_t>(h.count), n = 0;
+    for (uint32_t i = 0; i < h.count; ++i)
+      if (h.blocks[i]) {
+        slots[n] = h.slot[i];
+        alpha[n++] = 1;
+      }
+    if (n) sv_->cover(g_, n, slots, alpha);
+  }
+
+  void sampleLights(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t parts) {
+    if (!sv_->lightCount || !parts) return;
+    for (uint32_t k = 0; k < count; ++k) {
+      arrivals_.of(*contexts[k]);
+      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], merges[k], part, parts);
+    }
+    arrivals_.send();
+  }
+  void sampleLights(const Context& c, const float* merges, uint32_t part, uint32_t parts) {
+    LightSamples ls;
+    sv_->lightSamples(g_, &c, part, parts, &ls);
+    const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
+    const EvaluateArgs e = evaluateBxdf(c, ls.wi);
+    for (uint32_t i = 0; i < c.count; i += W) {
+      const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
+      const Mask<W> on =
+          Mask<W>::firstN(int(std::min<uint32_t>(c.count - i, W))) & (pdf > F(0.f)) & (scattered > F(0.f));
+      if (on.none()) continue;
+      const Slots<W> s = Slots<W>::load(c.path + i);
+      const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
+      const F others = othersOfSample(sums_.at(s.s), c, i, wi, scattered, F::load(e.pdfReverse + i), light,
+                                      merges ? F::load(merges + i) : F(0.f));
+      const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.radiance, i) *
+                               (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
+      const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount);
+      for (uint32_t l = 0; l < c.slotCount; ++l) {
+        const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
+        Vec3<W> v = arriving * Vec3<W>::load(e.weight[l], i) * factor;
+        if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
+        arrivals_.add(on, v, ray, s.s, stateAfter(s, c.eventOfSlot[l]), Int<W>::load(ls.light + i));
+      }
+    }
+  }
+
+  // ---- connections
+  // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
+  // than they cost (docs/integrators.md).
+  static constexpr uint32_t kConnected = 2;
+  // Light paths through a disk of merging, were those of a sample spread evenly over the picture.
+  static constexpr float kMergesWanted = 8;
+  static constexpr uint32_t kNoEnd = 1u << 20;
+
+  // Those vertices. The first of a camera path stands at its slot, the next `room` further on.
+  struct Ends {
+    uint32_t room;
+    uint32_t *before, *light;  // before: vertices of the light path before it; kNoEnd: there is no such end
+    float *P[3], *throughput[3], *factor[2];  // throughput: over the probability of having been drawn
+    float *last, *earlier, *edge, *merges;    // PathSums; PathDensities::throughVertex
+    const PathVertex** at;
+    float* back[3];  // unit, to the vertex that it was connected to last
+    // what its bxdf says of that direction
+    float *value[3], *pdf, *reverse, *cosine;
+    uint32_t *context, *point;
+  };
+  struct EndContext {
+    const Context* context;
+    uint32_t* end;  // by point
+    EvaluateArgs bxdf;
+  };
+
+  void findEnds() {
+    const uint32_t n = g_->count, room = padded(n) + kPad, all = kConnected * room;
+    Ends& e = ends_;
+    e.room = room;
+    for (uint32_t** x : {&e.before, &e.light, &e.context, &e.point}) *x = make<uint32_t>(all);
+    for (float** x :
+         {&e.last, &e.earlier, &e.edge, &e.merges, &e.factor[0], &e.factor[1], &e.pdf, &e.reverse, &e.cosine})
+      *x = make<float>(all);
+    for (int k = 0; k < 3; ++k) {
+      e.P[k] = make<float>(all);
+      e.throughput[k] = make<float>(all);
+      e.back[k] = make<float>(all);
+      e.value[k] = make<float>(all);
+    }
+    e.at = make<const PathVertex*>(all);
+    std::fill_n(e.before, all, kNoEnd);
+
+    uint64_t* first = make<uint64_t>(n);
+    uint32_t* found = make<uint32_t>(n);
+    sv_->findStored(g_, 0, n, g_->number, g_->paths.sampleIndex, first, found);
+    const Stored* stored = static_cast<const Stored*>(sv_->stored(g_, 0).records);
+    VertexRecord* records = make<VertexRecord>(all);
+    uint32_t *endOf = make<uint32_t>(all), count = 0;
+    for (uint32_t s = 0; s < n; ++s) {
+      uint32_t to = s;
+      for (uint32_t v = 0; v < found[s]; ++v) {
+        const Stored& x = stored[first[s] + v];
+        if (!(x.probability > 0)) continue;
+        for (int c = 0; c < 3; ++c) {
+          e.P[c][to] = x.photon.P[c];
+          e.throughput[c][to] = x.at.throughput[c] / x.probability;
+        }
+        for (int c = 0; c < 2; ++c) e.factor[c][to] = x.at.factor[c];
+        e.before[to] = x.at.before;
+        e.light[to] = x.at.light;
+        e.last[to] = x.sums.last;
+        e.earlier[to] = x.sums.before;
+        e.edge[to] = x.sums.edge;
+        e.merges[to] = o_.merges ? mergesWithin(radiusAt(x.photon.P), x.photon.time) : 0;
+        e.at[to] = &x.at;
+        records[count] = x.at.vertex;
+        endOf[count++] = to;
+        to += room;
+      }
+    }
+    Context* const* contexts = nullptr;
+    endContextCount_ = count ? sv_->shadeVertices(g_, count, records, &contexts) : 0;
+    endContexts_ = make<EndContext>(endContextCount_);
+    for (uint32_t k = 0; k < endContextCount_; ++k) {
+      const Context& c = *contexts[k];
+      endContexts_[k] = {&c, c.alloc<uint32_t>(c.padded), {}};
+      for (uint32_t j = 0; j < c.padded; ++j) {
+        const uint32_t to = endContexts_[k].end[j] = endOf[c.path[j]];
+        if (j >= c.count) continue;
+        e.context[to] = k;
+        e.point[to] = j;
+        for (int x = 0; x < 3; ++x) e.back[x][to] = c.N[x][j];
+      }
+    }
+  }
+
+  // The ends whose paths to the camera are not too long, of lanes at slots `s`, the k-th of each.
+  struct EndLanes {
+    Slots<W> at;
+    Mask<W> exist;
+  };
+  EndLanes endsOf(const Context& c, uint32_t i, uint32_t k, uint32_t depth) const {
+    const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - std::min(i, c.count), W)));
+    const Slots<W> at(Int<W>::load(c.path + i) + Int<W>(k * ends_.room));
+    return {at, in & (at.get(ends_.before) < Int<W>(o_.bounces - depth))};
+  }
+
+  void connectPaths(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t depth) {
+    if (!endContextCount_ || depth >= o_.bounces) return;
+    struct Way {
+      float *d[3], *distance;  // unit, along the normal where there is no connection
+    };
+    Way* ways = make<Way>(count * kConnected);
+    for (uint32_t c = 0; c < count; ++c)
+      for (uint32_t k = 0; k < kConnected; ++k) {
+        const Context& from = *contexts[c];
+        Way& way = ways[c * kConnected + k];
+        way.distance = make<float>(from.padded);
+        for (float*& x : way.d) x = make<float>(from.padded);
+        for (uint32_t i = 0; i < from.padded; i += W) {
+          const EndLanes ends = endsOf(from, i, k, depth);
+          const Vec3<W> between = Vec3<W>::get(ends_.P, ends.at) - Vec3<W>::load(from.P, i);
+          const F distance = max(length(between), F(1e-18f));
+          const Vec3<W> d = between / distance;
+          select(ends.exist, d, Vec3<W>::load(from.N, i)).store(way.d, i);
+          distance.store(way.distance + i);
+          const Vec3<W> back = -d;
+          ends.at.put(ends.exist, back.x, ends_.back[0]);
+          ends.at.put(ends.exist, back.y, ends_.back[1]);
+          ends.at.put(ends.exist, back.z, ends_.back[2]);
+        }
+      }
+    askEnds(depth);
+    for (uint32_t c = 0; c < count; ++c) {
+      arrivals_.of(*contexts[c]);
+      for (uint32_t k = 0; k < kConnected; ++k) {
+        const Way& way = ways[c * kConnected + k];
+        connectContext(*contexts[c], merges[c], k, way.d, way.distance, depth);
+      }
+    }
+    arrivals_.send();
+  }
+
+  // What the ends' bxdfs say of the directions back.
+  void askEnds(uint32_t depth) {
+    for (uint32_t k = 0; k < endContextCount_; ++k) {
+      EndContext& e = endContexts_[k];
+      const Context& c = *e.context;
+      if (c.depth + depth >= o_.bounces) continue;
+      float* back[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
+      for (uint32_t j = 0; j < c.padded; j += W) Vec3<W>::get(ends_.back, Slots<W>::load(e.end + j)).store(back, j);
+      e.bxdf = evaluateBxdf(c, back);
+      for (uint32_t j = 0; j < c.count; j += W) {
+        const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - j, W)));
+        const Slots<W> at = Slots<W>::load(e.end + j);
+        const Vec3<W> w = Vec3<W>::load(back, j);
+        const Vec3<W> arriving = Vec3<W>::get(ends_.throughput, at) * adjointFactor(c, j, w);
+        Vec3<W> sum(0.f);
+        for (uint32_t l = 0; l < c.slotCount; ++l)
+          sum += Vec3<W>::load(e.bxdf.weight[l], j) * at.get(ends_.factor[c.eventOfSlot[l] & 1]);
+        // where events are read the slots of the end stay apart
+        const Vec3<W> value = readsEvents_ ? arriving : arriving * sum;
+        at.put(in, value.x, ends_.value[0]);
+        at.put(in, value.y, ends_.value[1]);
+        at.put(in, value.z, ends_.value[2]);
+        at.put(in, F::load(e.bxdf.pdf + j), ends_.pdf);
+        at.put(in, F::load(e.bxdf.pdfReverse + j), ends_.reverse);
+        at.put(in, surfaceCosines(c, j, w), ends_.cosine);
+      }
+    }
+  }
+
+  void connectContext(const Context& c, const float* merges, uint32_t k, const float* const d[3],
+                      const float* distance, uint32_t depth) {
+    const EvaluateArgs e = evaluateBxdf(c, d);
+    for (uint32_t i = 0; i < c.count; i += W) {
+      const EndLanes ends = endsOf(c, i, k, depth);
+      const Slots<W>& at = ends.at;
+      const F pdf = F::load(e.pdf + i), pdfBack = at.get(ends_.pdf);
+      const Mask<W> on = ends.exist & (pdf > F(0.f)) & (pdfBack > F(0.f));
+      if (on.none()) continue;
+      const Slots<W> s = Slots<W>::load(c.path + i);
+      const Vec3<W> w = Vec3<W>::load(d, i);
+      const F far = F::load(distance + i);
+      const F others = othersOfConnection<F>(far,
+                                             {sums_.at(s.s), pdfBack, surfaceCosines(c, i, w),
+                                              F::load(e.pdfReverse + i), merges ? F::load(merges + i) : F(0.f)},
+                                             {{at.get(ends_.last), at.get(ends_.earlier), at.get(ends_.edge)},
+                                              pdf,
+                                              at.get(ends_.cosine),
+                                              at.get(ends_.reverse),
+                                              at.get(ends_.merges)});
+      const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::get(ends_.value, at) *
+                               (F(1.f) / (far * far * (F(1.f) + others)));
+      // a path has this vertex, the end and those before both
+      const Mask<W> isClamped = at.get(ends_.before) + Int<W>(depth + 3) > Int<W>(o_.clampDepth);
+      const auto clamped = [&](Vec3<W> v) {
+        return select(isClamped, v * factorToLuminance(v, F(o_.clampLuminance)), v);
+      };
+      const Int<W> light = at.get(ends_.light);
+      if (readsEvents_) {
+        addByEvent(c, i, k, on, arriving, e, clamped, w, far);
+        continue;
+      }
+      const Int<W> ray = arrivals_.from(on, i, w, far, c.slotCount);
+      for (uint32_t l = 0; l < c.slotCount; ++l)
+        arrivals_.add(on, clamped(arriving * Vec3<W>::load(e.weight[l], i)), ray, s.s,
+                      stateAfter(s, c.eventOfSlot[l]), light);
+    }
+  }
+  Int<W> stateAfter(const Slots<W>& s, uint32_t event) const {
+    return gather(sv_->paths.next, s.get(paths_.state) * Int<W>(sv_->paths.eventCount) + Int<W>(event));
+  }
+  // The same where expressions read the light path: each point has states of its own.
+  template <class Clamp>
+  void addByEvent(const Context& c, uint32_t i, uint32_t k, Mask<W> on, Vec3<W> arriving, const EvaluateArgs& e,
+                  const Clamp& clamped, Vec3<W> w, F far) {
+    uint32_t most = 1;
+    for (uint32_t m = 0; m < endContextCount_; ++m) most = std::max(most, endContexts_[m].context->slotCount);
+    const Int<W> ray = arrivals_.from(on, i, w, far, c.slotCount * most);
+    for (uint32_t l = 0; l < c.slotCount; ++l)
+      for (uint32_t m = 0; m < most; ++m) {
+        alignas(64) float part[3][W] = {};
+        alignas(64) uint32_t state[W] = {}, light[W] = {};
+        for (uint32_t bits = on.bits(); bits; bits &= bits - 1) {
+          const uint32_t lane = uint32_t(__builtin_ctz(bits)), s = c.path[i + lane], at = s + k * ends_.room;
+          const EndContext& end = endContexts_[ends_.context[at]];
+          if (m >= end.context->slotCount) continue;
+          const uint32_t event = end.context->eventOfSlot[m];
+          for (int x = 0; x < 3; ++x)
+            part[x][lane] = end.bxdf.weight[m][x][ends_.point[at]] * ends_.factor[event & 1][at];
+          state[lane] =
+              stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), event, *ends_.at[at]);
+          light[lane] = ends_.light[at];
+        }
+        const Vec3<W> v =
+            arriving * Vec3<W>::load(e.weight[l], i) * Vec3<W>(F::load(part[0]), F::load(part[1]), F::load(part[2]));
+        arrivals_.add(on, clamped(v), ray, Int<W>::load(c.path + i), Int<W>::load(state), Int<W>::load(light));
+      }
+  }
+
+  // ---- merging
+  void merge(const Context& c, const Neighbourhood& neighbourhood) {
+    const MergeIndex* index = static_cast<const MergeIndex*>(sv_->index(g_));
+    if (!index) return;
+    const float spread = o_.radius * sv_->pixelAngle + 0.01f;
+    Merged<W> merged(g_, sv_, o_, c, *index, readsEvents_);
+    for (uint32_t i = 0; i < c.count; ++i) {
+      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]}, radius = neighbourhood.radius[i], time = c.time[i];
+      const uint32_t s = c.path[i];
+      merged.begin(i, neighbourhood.merges[i], sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
+      const Vec3<W> at{Float<W>(P[0]), Float<W>(P[1]), Float<W>(P[2])};
+      index->near(P, radius, spread, [&](uint32_t cell, uint32_t begin, uint32_t end) {
+        for (uint32_t k = begin; k < end; k += W) {
+          const Vec3<W> between = Vec3<W>::load(index->P, k) - at;
+          const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(end - k, W)));
+          const Mask<W> isNear = in & (dot(between, between) <= Float<W>(radius * radius)) &
+                                 (Int<W>::load(index->cells + k) == Int<W>(cell));
+          for (uint32_t bits = isNear.bits(); bits; bits &= bits - 1) {
+            const uint32_t entry = k + uint32_t(__builtin_ctz(bits));
+            const Photon& photon = index->photons[entry];
+            if (std::fabs(photon.time - time) <= o_.timeRadius && photon.verticesBefore() + c.depth <= o_.bounces)
+              merged.add(entry);
+          }
+        }
+      });
+      merged.evaluate();
+    }
+    merged.send();
+  }
+
+  // Whether states after the camera's first event still depend on what follows: expressions that read more of a path
+  // than that. Where none does the events of light paths need not be looked up.
+  static bool readsEvents(const PathStates& paths) {
+    for (uint32_t first = 0; first < paths.eventCount; ++first) {
+      const uint32_t state = stepState(paths, paths.start, first);
+      for (uint32_t e = 0; e < paths.eventCount; ++e)
+        if (stepState(paths, state, e) != state) return true;
+    }
+    return false;
+  }
+
+  Group* g_;
+  const Services* sv_;
+  const vcm::Options& o_;
+  float lightPaths_;
+  Subpaths<W> paths_;
+  PathDensities sums_;
+  // vertices of light paths until these end, by slot, room for most_ each
+  Stored* kept_ = nullptr;
+  uint32_t *keptCount_ = nullptr, most_ = 0;
+  Arrivals<W> arrivals_;
+  Ends ends_{};
+  EndContext* endContexts_ = nullptr;
+  uint32_t endContextCount_ = 0;
+  float shrunk_;       // radii of this sample, as a share of the first one's
+  float shareMerged_;  // see there
+  bool readsEvents_;   // see there
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

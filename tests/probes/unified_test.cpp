@@ -1,0 +1,82 @@
+// PxrUnified renders what the integrator renders that its parameters choose, bit for bit, and says which of them it
+// knows by name only.
+#include <string>
+#include <vector>
+
+#include "tests/probes/probe_support.h"
+#include "tests/probes/rooms.h"
+
+namespace kinora::probes {
+namespace {
+
+using Sets = std::vector<std::pair<std::string, std::string>>;
+
+std::vector<int64_t> filmOf(const std::string& integrator, const Sets& sets, std::string* said = nullptr) {
+  Workshop stage;
+  render::Settings s;
+  s.threads = 2;
+  s.integrator = integrator;
+  s.sets = sets;
+  const auto r = stage.load(sceneOf(room(std::string(kRect) + kPoint, kGlass), stage.messages), s);
+  EXPECT_EQ(r->renderFilm(), render::Outcome::Complete) << stage.said;
+  if (said) *said = stage.said;
+  return stateOf(r->film());
+}
+
+// What both are given, each by its own defaults where they differ.
+const Sets kCommon{{"integrator.maxIndirectBounces", "3"}, {"integrator.numLightSamples", "2"}};
+Sets with(Sets more) {
+  more.insert(more.end(), kCommon.begin(), kCommon.end());
+  return more;
+}
+const Sets kDefaults{{"integrator.rouletteDepth", "1"}, {"integrator.clampLuminance", "8"}};
+
+TEST(Unified, IsThePathTracerWithoutLightPaths) {
+  std::string said;
+  const auto unified = filmOf("PxrUnified", with({{"integrator.numIndirectSamples", "2"}}), &said);
+  EXPECT_EQ(said, "");
+  Sets same = with(kDefaults);
+  same.emplace_back("integrator.numIndirectSamples", "2");
+  EXPECT_TRUE(unified == filmOf("PxrPathTracer", same));
+  EXPECT_FALSE(unified == filmOf("PxrPathTracer", with(kDefaults)));  // that the film tells them apart
+}
+
+TEST(Unified, IsConnectionAndMergingByTheChoiceOfLightPaths) {
+  std::vector<std::vector<int64_t>> films;
+  for (const int choice : {1, 2, 3}) {
+    std::string said;
+    films.push_back(filmOf("PxrUnified", with({{"integrator.traceLightPaths", std::to_string(choice)}}), &said));
+    EXPECT_EQ(said, "");
+    Sets same = with(kDefaults);
+    same.emplace_back("integrator.connectPaths", choice & 1 ? "1" : "0");
+    same.emplace_back("integrator.mergePaths", choice & 2 ? "1" : "0");
+    EXPECT_TRUE(films.back() == filmOf("PxrVCM", same)) << "traceLightPaths " << choice;
+  }
+  EXPECT_FALSE(films[0] == films[1] || films[1] == films[2] || films[0] == films[2]);
+}
+
+TEST(Unified, SaysWhatHasNoEffect) {
+  std::string said;
+  const auto film = filmOf(
+      "PxrUnified", with({{"integrator.manifoldWalk", "1"}, {"integrator.indirectTrainingSamples", "64"}}), &said);
+  EXPECT_NE(said.find("PARAM-NO-EFFECT"), std::string::npos) << said;
+  for (const char* name : {"'manifoldWalk'", "'indirectTrainingSamples'"})
+    EXPECT_NE(said.find(name), std::string::npos) << said;
+  EXPECT_EQ(said.find("maxIndirectBounces"), std::string::npos) << said;
+  EXPECT_TRUE(film == filmOf("PxrUnified", kCommon));
+}
+
+TEST(Unified, TakesTheDefaultForAChoiceThatThereIsNot) {
+  std::string said;
+  const auto film = filmOf("PxrUnified", with({{"integrator.traceLightPaths", "7"}}), &said);
+  EXPECT_NE(said.find("PARAM-CHOICE"), std::string::npos) << said;
+  EXPECT_NE(said.find("traceLightPaths"), std::string::npos) << said;
+  EXPECT_TRUE(film == filmOf("PxrUnified", kCommon));
+}
+
+TEST(Unified, SameBits) {
+  expectSameBits({}, "Integrator \"PxrUnified\" \"i\" \"int traceLightPaths\" [3]\n" + roomOfEverything(), "");
+}
+
+}  // namespace
+}  // namespace kinora::probes
