@@ -121,7 +121,6 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
     materialOf_[s] = set->addDisplacement(network);
     if (!moves(s)) continue;
     const scene::Attributes& a = *flat.shapes[s].attributes;
-    const trace::PlacementInput& place = flat.placements[placementOf_[s]];
     Hasher h;
     h.bytes(tools.camera.origin, sizeof tools.camera.origin);
     h.digest(networks_.of(network));
@@ -138,7 +137,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
       if (*color) h.bytes((*color)->data(), sizeof **color);
     }
     h.bytes(&a.shadingRate, sizeof a.shadingRate);
-    h.digest(scene::digestOf(place.toRender));
+    h.digest(scene::digestOf(flat.toRender(placementOf_[s])));
     digests_[s] = h.result();
   }
   networks_.forgetOthers();
@@ -177,9 +176,6 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   part.shapes = {0};
   part.instanced = true;
   alone.parts = {part};
-  alone.placements = {flat_->placements[placement]};
-  alone.placements[0].part = 0;
-  alone.placements[0].member = {};
   alone.infos = {flat_->infos[placement]};
   alone.attributes = {flat_->shapes[shape].attributes.get()};
 
@@ -191,9 +187,12 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   options.shutterClose = tools_->camera.shutterClose;
   options.placesOnly = true;
   trace::BuildCounters counters;
-  w.world = trace::World::build({input}, alone.parts, alone.placements, options, nullptr, counters);
+  trace::PlacementInput place;
+  place.toRender = flat_->toRender(placement);
+  w.world = trace::World::build({input}, alone.parts, {place}, options, nullptr, counters);
   w.materials = set_;
   w.placements = alone.infos;
+  w.objectSpaces = std::make_shared<const std::vector<shade::ObjectSpace>>(1, (*flat_->spaces)[placement]);
   w.placements[0].material = materialOf_[shape];
   w.isForPlaces = true;
   w.width = tools_->width;
@@ -223,7 +222,7 @@ Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geo
   const shade::ShadingWorld world = worldOf(shape, mesh);
   const geometry::Primvar& normals = *mesh->find("N");
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
-  const float toRender = float(scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle())));
+  const float toRender = float(scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle())));
   const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
   tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
   const auto shadeChunk = [&](size_t chunk) {
@@ -325,7 +324,7 @@ void Displacement::checkBound(size_t shape, double longest) const {
   std::string space = a.named.getString("displacementbound:coordinatesystem", "");
   if (space.empty()) space = a.named.getString("displacementbound:CoordinateSystem", "object");
   double scale = 1;
-  const double toWorld = scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle()));
+  const double toWorld = scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle()));
   if (space == "world" || space == "camera") {
     scale = toWorld;
   } else if (const auto it = tools_->scene.coordinateSystems.find(space);

@@ -99,6 +99,10 @@ Asks asksOf(const FlatScene& flat, const Materials::Tools& tools) {
   asks.ofPlacement.reserve(flat.placements.size());
   for (size_t k = 0; k < flat.placements.size(); ++k) {
     const scene::Attributes* a = flat.attributes[k];
+    if (k > 0 && a == flat.attributes[k - 1] && flat.placements[k].part == flat.placements[k - 1].part) {
+      asks.ofPlacement.push_back(asks.ofPlacement.back());
+      continue;
+    }
     const scene::Primitive& p = *flat.shapeOf(flat.placements[k]).primitive;
     scene::NetworkPtr network = a ? a->bxdf : nullptr;
     if (!network) network = classic.of(a, p);

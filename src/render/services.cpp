@@ -75,12 +75,13 @@ struct Worker::Calls {
                         r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p]);
         } else {
           const shade::ShadingWorld& sw = s.world();
-          const shade::PlacementInfo& place = sw.placements[sw.world->instance(list->hits.instance[p]).user];
+          const uint32_t placement = sw.world->instance(list->hits.instance[p]).user;
           std::snprintf(
               line, sizeof line,
               "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): hits '%s' (%s) face %u at distance %.9g", depth,
               r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p],
-              sw.geometries[list->hits.geometry[p]].name.c_str(), place.name.c_str(), list->hits.primitive[p],
+              sw.geometries[list->hits.geometry[p]].name.c_str(),
+              (sw.placementName ? sw.placementName(placement) : std::string()).c_str(), list->hits.primitive[p],
               list->hits.t[p]);
         }
         w.print(line);

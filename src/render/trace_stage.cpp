@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "scene/digests.h"
+
 namespace kinora::render {
 
 std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const FlatScene>& flat,
@@ -14,9 +16,16 @@ std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const
   if (world_ && inputs == inputs_) return world_;
   std::vector<trace::ShapeInput> shapes = meshes.shapes();
   for (size_t i = 0; i < shapes.size(); ++i) shapes[i].visibility = sight.ofShape[i];
-  std::vector<trace::PlacementInput> placements = flat->placements;
-  for (size_t i = 0; i < placements.size(); ++i) placements[i].visibility = sight.ofPlacement[i];
+  std::vector<trace::PlacementInput> placements(flat->placements.size());
+  for (uint32_t i = 0; i < placements.size(); ++i) {
+    const FlatScene::Placement& p = flat->placements[i];
+    placements[i].part = p.part;
+    placements[i].visibility = sight.ofPlacement[i];
+    placements[i].member = p.member;
+    if (!flat->parts[p.part].instanced) placements[i].revision = scene::digestOf(flat->toRender(i)).low;
+  }
   trace::BuildOptions options;
+  options.toRender = [&](uint32_t placement) { return flat->toRender(placement); };
   options.shutterOpen = camera.shutterOpen;
   options.shutterClose = camera.shutterClose;
   options.watertight = isWatertight;
@@ -34,7 +43,7 @@ std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const
   }
   for (const uint32_t placement : world_->lostPlacements()) {
     const scene::Primitive& p = *flat->shapeOf(flat->placements[placement]).primitive;
-    const std::string& name = flat->infos[placement].name;
+    const std::string name = flat->nameOf(placement);
     diagnostics.warning(
         "RENDER-FLAT", p.pos,
         "'" + (name.empty() ? p.name() : name) +

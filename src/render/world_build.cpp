@@ -137,7 +137,9 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene, Statistics& statistics
 }
 
 void WorldBuilder::flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt) {
-  const RenderSpace space{{camera_.origin[0], camera_.origin[1], camera_.origin[2]}, camera_.middle()};
+  const RenderSpace space{
+      {camera_.origin[0], camera_.origin[1], camera_.origin[2]},
+      {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize, camera_.middle()}};
   if (flat_ && flat_->isOf(scene, space, emitters)) return;
   flat_ = flatten(scene, space, emitters, settings_.stop, diagnostics_);
   ++rebuilt.flattened;
@@ -175,6 +177,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   auto next = std::make_unique<shade::ShadingWorld>();
   next->paths = paths.get();
   next->placements = flat_->infos;
+  next->objectSpaces = flat_->spaces;
+  next->placementName = [flat = flat_](uint32_t placement) { return flat->nameOf(placement); };
   next->materials =
       materials_.make(*flat_,
                       {registry_, diagnostics_, *textures_, contents_, shaders_, shadersInUse_, paths, width_,

@@ -257,7 +257,7 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   const auto toRender = [&](const char* space, uint32_t instance) {
     if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return scene::Matrix();
     if (isObject(space) && !(c->traits & kTraitInSpace)) {
-      const trace::Affine& b = w.placements[w.world->instance(instance).user].renderToObject;
+      const trace::Affine& b = (*w.objectSpaces)[w.world->instance(instance).user].fromRender;
       scene::Matrix m;
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) m[j][i] = b.m[i][j];

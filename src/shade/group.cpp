@@ -13,6 +13,15 @@ namespace {
 constexpr uint32_t kDimPresence = 12;  // offset within a vertex's dimensions: kDimUser and up are free
 }  // namespace
 
+ObjectSpace ObjectSpace::of(const scene::Matrix& toRender, float unit) {
+  ObjectSpace s;
+  s.fromRender =
+      trace::Affine::from(std::fabs(toRender.determinant()) > 1e-300 ? toRender.inverse() : scene::Matrix());
+  s.scale = std::cbrt(std::fabs(s.fromRender.determinant()));
+  s.unit = unit;
+  return s;
+}
+
 void ShadingWorld::fillTables() {
   SurfaceTables& t = tables;
   t = {};
@@ -38,7 +47,6 @@ void ShadingWorld::fillTables() {
     t.placedOfInstance.push_back(world->instance(i).baked ? 0u : ~0u);
     hasLinks |= p.linkSet != 0;
   }
-  for (PlacementInfo& p : placements) p.objectScale = std::cbrt(std::fabs(p.renderToObject.determinant()));
   for (uint32_t m = 0; m < materials->size(); ++m) {
     t.programOfMaterial.push_back((*materials)[m].program);
     t.blockOfMaterial.push_back((*materials)[m].block);

@@ -44,9 +44,13 @@ struct PlacementInfo {
   uint32_t tint = 0;                     // index into ShadingWorld::tints
   bool isHiddenFromCamera = false;       // visibility:camera
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
-  trace::Affine renderToObject;          // at the middle of the shutter
-  float objectScale = 1;                 // by which lengths grow on that way; see ShadingWorld::fillTables()
-  std::string name;
+};
+// By placement: what follows from where it stands.
+struct ObjectSpace {
+  trace::Affine fromRender;  // at the middle of the shutter
+  float scale = 1;           // by which lengths grow on that way
+  float unit = 1;            // length of a unit of the mesh, see trace::PartInput::isUnit
+  static ObjectSpace of(const scene::Matrix& toRender, float unit = 1);
 };
 
 // Color and Opacity, which answer as primvars Cs and Os where geometry has none.
@@ -70,6 +74,8 @@ struct ShadingWorld {
   std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
+  std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;  // by placement
+  std::function<std::string(uint32_t placement)> placementName;  // for people
   SurfaceTables tables;                         // of the above, for gathers; see fillTables()
   std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>>

@@ -222,19 +222,24 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   std::vector<Plan> plans;
   std::vector<uint32_t> planOfPart(partInputs.size(), kNone);
   uint32_t openBatch = kNone;
+  const auto toRenderOf = [&](uint32_t placement) {
+    return options.toRender ? options.toRender(placement) : placements[placement].toRender;
+  };
   for (uint32_t i = 0; i < placements.size(); ++i) {
     const PlacementInput& place = placements[i];
     const PartInput& in = partInputs[place.part];
-    uint32_t triangles = 0;
-    bool user = false, even = true;
-    for (uint32_t s : in.shapes) {
-      triangles += shapes[s].mesh->primitiveCount();
-      user |= shapes[s].user != nullptr;
-      if (shapes[s].mesh->isStrand()) even &= keepsWidths(place.toRender.matrices[0]);
-    }
     const bool ofSolid = place.member.solid != kNoSolid;
-    const bool bakes = !user && even && !ofSolid && !in.instanced && uses[place.part] == 1 &&
-                       keyCountFor(place.toRender, options.shutterOpen, options.shutterClose) == 1;
+    bool bakes = !ofSolid && !in.instanced && uses[place.part] == 1;
+    uint32_t triangles = 0;
+    if (bakes || planOfPart[place.part] == kNone) {
+      const scene::Transform toRender = bakes ? toRenderOf(i) : scene::Transform();
+      bakes &= keyCountFor(toRender, options.shutterOpen, options.shutterClose) == 1;
+      for (uint32_t s : in.shapes) {
+        triangles += shapes[s].mesh->primitiveCount();
+        bakes &= !shapes[s].user;
+        if (shapes[s].mesh->isStrand()) bakes &= keepsWidths(toRender.matrices[0]);
+      }
+    }
     if (bakes) {
       const bool small = triangles < options.smallShape;
       if (!small || openBatch == kNone || plans[openBatch].triangles + triangles > kBatchTriangles) {
@@ -260,21 +265,25 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     }
   }
 
-  const auto addInstance = [&](const PlacementInput& place, uint32_t user, const Imath::V3d& origin, bool baked) {
+  w.instances_.reserve(placements.size());
+  w.keys_->reserve(placements.size());
+  const auto addInstance = [&](uint32_t user, const Imath::V3d& origin, bool baked) {
     Instance inst;
     inst.user = user;
     inst.baked = baked;
-    inst.firstKey = uint32_t(w.keys_.size());
-    const int n = baked ? 1 : keyCountFor(place.toRender, options.shutterOpen, options.shutterClose);
+    inst.isUnit = partInputs[placements[user].part].isUnit;
+    inst.firstKey = uint32_t(w.keys_->size());
+    const scene::Transform toRender = baked ? scene::Transform() : toRenderOf(user);
+    const int n = baked ? 1 : keyCountFor(toRender, options.shutterOpen, options.shutterClose);
     inst.keyCount = uint32_t(n);
     for (int k = 0; k < n; ++k) {
       if (baked) {
-        w.keys_.push_back(Affine());
+        w.keys_->push_back(Affine());
         continue;
       }
       const double t = n == 1 ? 0.5 * (options.shutterOpen + options.shutterClose)
                               : options.shutterOpen + (options.shutterClose - options.shutterOpen) * k / (n - 1);
-      w.keys_.push_back(Affine::from(scene::Matrix().setTranslation(origin) * place.toRender.at(t)));
+      w.keys_->push_back(Affine::from(scene::Matrix().setTranslation(origin) * toRender.at(t)));
     }
     w.instances_.push_back(inst);
     return uint32_t(w.instances_.size() - 1);
@@ -294,6 +303,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     uint32_t visibility;
   };
   std::vector<Top> tops;
+  tops.reserve(placements.size());
   float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
   const auto grow = [&](const Part& p, const Affine& a) {
     for (int c = 0; c < 8; ++c) {
@@ -339,7 +349,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         if (plan.batch) {
           const PlacementInput& place = placements[plan.placements[i]];
           if (!baked.count(s.mesh.get()))
-            bake(*s.mesh, place.toRender.at(0.5 * (options.shutterOpen + options.shutterClose)));
+            bake(*s.mesh, toRenderOf(plan.placements[i]).at(0.5 * (options.shutterOpen + options.shutterClose)));
           visibility &= place.visibility;
         }
         made->meshes.push_back(s.mesh);
@@ -364,20 +374,21 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.parts_.push_back(part);
     if (plan.batch) {
       placeInTables.firstInstance = uint32_t(w.instances_.size());
-      for (size_t i = 0; i < plan.shapes.size(); ++i)
-        addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
+      for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(plan.placements[i], {}, true);
       tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
     } else {
       const Imath::V3d origin = part->meshes.empty() ? Imath::V3d(0) : part->meshes[0]->origin;
+      uint64_t triangles = 0;
+      for (const auto& m : part->meshes) triangles += m->triangleCount();
       for (uint32_t i : plan.placements) {
-        const uint32_t instance = addInstance(placements[i], i, origin, false);
+        const uint32_t instance = addInstance(i, origin, false);
         tops.push_back({partIndex, instance, placements[i].visibility});
         w.moving_ |= w.instances_[instance].keyCount > 1;
         for (uint32_t k = 0; k < w.instances_[instance].keyCount; ++k)
-          grow(*part, w.keys_[w.instances_[instance].firstKey + k]);
-        for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
+          grow(*part, (*w.keys_)[w.instances_[instance].firstKey + k]);
+        w.triangles_ += triangles;
       }
     }
     placeInTables.firstTarget = uint32_t(w.targets_.size());
@@ -390,6 +401,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.places_.push_back(placeInTables);
   }
 
+  w.key_ = w.keys_->data();
   if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
     float r2 = 0;
@@ -401,6 +413,17 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
   w.findLost();
   w.single_ = tops.size() == 1 && tops[0].instance == kNone;
+  // Placements for swarms stand last.
+  const auto isPlain = [&](const Top& t) {
+    return t.instance != kNone && w.instances_[t.instance].keyCount == 1 &&
+           (w.isLost_.empty() || !w.isLost_[t.instance]) && !w.parts_[t.part]->hasUser && !w.parts_[t.part]->ofSolid;
+  };
+  uint32_t firstOfSwarms = uint32_t(tops.size());
+  if (uint64_t(std::count_if(tops.begin(), tops.end(), isPlain)) >= options.swarmFrom) {
+    const auto first = std::stable_partition(tops.begin(), tops.end(), [&](const Top& t) { return !isPlain(t); });
+    firstOfSwarms = uint32_t(first - tops.begin());
+    std::stable_sort(first, tops.end(), [](const Top& a, const Top& b) { return a.visibility < b.visibility; });
+  }
   for (const Top& t : tops) {
     w.partOfTop_.push_back(t.part);
     w.instanceOfTop_.push_back(t.instance);
@@ -412,11 +435,12 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     rtcRetainScene(w.top_);
   } else if (previous && w.sameTop(*previous)) {
     w.top_ = previous->top_;
+    w.swarms_ = previous->swarms_;
     rtcRetainScene(w.top_);
   } else {
     w.top_ = rtcNewScene(device());
     if (options.watertight) rtcSetSceneFlags(w.top_, RTC_SCENE_FLAG_ROBUST);
-    for (uint32_t i = 0; i < tops.size(); ++i) {
+    for (uint32_t i = 0; i < firstOfSwarms; ++i) {
       const RTCGeometry g = w.makeInstance(i);
       rtcSetGeometryMask(g, w.visibilityOfTop_[i]);
       rtcCommitGeometry(g);
@@ -424,12 +448,36 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcAttachGeometryByID(w.top_, g, i);
       rtcReleaseGeometry(g);
     }
+    std::vector<Top>().swap(tops);
+    w.makeSwarms(firstOfSwarms);
     rtcCommitScene(w.top_);
     throwIfRefused();
     ++counters.topLevelBuilds;
   }
   if (!solids.empty()) w.buildSolids(solids, placements);
   return world;
+}
+
+// One for each visibility, which Embree asks of a geometry.
+void World::makeSwarms(uint32_t first) {
+  const auto count = uint32_t(partOfTop_.size());
+  std::vector<RTCScene> scenes;
+  if (first < count)
+    for (const auto& p : parts_) scenes.push_back(p->scene);
+  for (uint32_t begin = first, geometry = first; begin < count; ++geometry) {
+    uint32_t end = begin;
+    std::vector<Swarm::Item> items;
+    while (end < count && visibilityOfTop_[end] == visibilityOfTop_[begin]) ++end;
+    items.reserve(end - begin);
+    for (uint32_t i = begin; i < end; ++i) items.push_back({instances_[instanceOfTop_[i]].firstKey, partOfTop_[i]});
+    const auto& swarm = swarms_.emplace_back(std::make_shared<const Swarm>(keys_, scenes, std::move(items), begin));
+    const RTCGeometry g = swarm->makeGeometry(device());
+    rtcSetGeometryMask(g, visibilityOfTop_[begin]);
+    rtcCommitGeometry(g);
+    rtcAttachGeometryByID(top_, g, geometry);
+    rtcReleaseGeometry(g);
+    begin = end;
+  }
 }
 
 RTCGeometry World::makeInstance(uint32_t top) const {
@@ -439,7 +487,7 @@ RTCGeometry World::makeInstance(uint32_t top) const {
   const uint32_t keys = instance == kNone ? 1 : instances_[instance].keyCount;
   rtcSetGeometryTimeStepCount(g, keys);
   for (uint32_t k = 0; k < keys; ++k) {
-    const Affine a = instance == kNone ? Affine() : keys_[instances_[instance].firstKey + k];
+    const Affine a = instance == kNone ? Affine() : key_[instances_[instance].firstKey + k];
     const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
                          a.m[0][2], a.m[1][2], a.m[2][2], a.t[0],    a.t[1],    a.t[2]};
     rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
@@ -532,13 +580,13 @@ bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops
 bool World::sameTop(const World& previous) const {
   if (previous.single_ || parts_ != previous.parts_ || partOfTop_ != previous.partOfTop_ ||
       instanceOfTop_ != previous.instanceOfTop_ || visibilityOfTop_ != previous.visibilityOfTop_ ||
-      keys_.size() != previous.keys_.size() || instances_.size() != previous.instances_.size())
+      keys_->size() != previous.keys_->size() || instances_.size() != previous.instances_.size())
     return false;
   for (size_t i = 0; i < instances_.size(); ++i)
     if (instances_[i].firstKey != previous.instances_[i].firstKey ||
         instances_[i].keyCount != previous.instances_[i].keyCount)
       return false;
-  return keys_.empty() || std::memcmp(keys_.data(), previous.keys_.data(), keys_.size() * sizeof(Affine)) == 0;
+  return keys_->empty() || std::memcmp(key_, previous.key_, keys_->size() * sizeof(Affine)) == 0;
 }
 
 World::~World() {

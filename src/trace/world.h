@@ -10,12 +10,14 @@
 #include <kinora/integrator.h>
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "geometry/mesh.h"
 #include "scene/scene.h"
 #include "trace/solids.h"
+#include "trace/swarm.h"
 #include "trace/user_geometry.h"
 
 namespace kinora::trace {
@@ -53,12 +55,13 @@ struct PartInput {
   uint64_t key = 0;              // prototype: index + 1 << 32; single object: its primitive id
   std::vector<uint32_t> shapes;  // indices into the list of shapes
   bool instanced = false;        // prototype: never baked
+  bool isUnit = false;  // a shape of size 1 that stands for similar ones: its space is not that of the objects
 };
 struct PlacementInput {
   uint32_t part = 0;
   uint32_t visibility = 15;
-  scene::Transform toRender;  // over shutter time in scene units
-  uint64_t revision = 0;
+  scene::Transform toRender;  // over shutter time in scene units; see BuildOptions::toRender
+  uint64_t revision = 0;      // of parts that are not instanced
   Solids::Member member;  // of the solid whose boundary it is a part of
 };
 // A solid that is none, since one of its surfaces has a hole: its surfaces are drawn as they are.
@@ -72,6 +75,7 @@ struct Instance {
   uint32_t firstKey = 0, keyCount = 1;  // Affine keys, uniform over the shutter
   uint32_t user = 0;                    // the caller's index (placement)
   bool baked = false;                   // object space is render space
+  bool isUnit = false;                  // see PartInput
 };
 
 struct BuildOptions {
@@ -80,6 +84,11 @@ struct BuildOptions {
   // No ray passes between triangles that share an edge, also where it meets the edge exactly: for rays on a regular
   // grid, which do so by rows. Costs a fifth of the time of tracing; rays that are drawn at random miss nothing.
   bool watertight = false;
+  // From so many on, unmoving placements share geometries of Embree's (trace/swarm.h): a third of the memory, for
+  // somewhat slower rays.
+  uint32_t swarmFrom = 10000;
+  // Gives transforms one by one where placements hold none: millions at once would be the most of a scene's memory.
+  std::function<scene::Transform(uint32_t placement)> toRender;
   // For points alone that no ray finds (dicing): there is no hierarchy, and nothing may be traced.
   bool placesOnly = false;
 };
@@ -130,7 +139,7 @@ class World {
   uint32_t geometryCount() const { return uint32_t(meshes_.size()); }
   uint32_t instanceCount() const { return uint32_t(instances_.size()); }
   const Instance& instance(uint32_t i) const { return instances_[i]; }
-  const Affine* keys(const Instance& i) const { return keys_.data() + i.firstKey; }
+  const Affine* keys(const Instance& i) const { return key_ + i.firstKey; }
   const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
   // Embree takes no ray whose numbers are beyond 1.8e18.
   static constexpr double kMostInSpace = 1e17;
@@ -156,6 +165,7 @@ class World {
   // Fills lost_ and flatMoments_.
   void findLost();
   float besideFlatMoments(float time) const;
+  void makeSwarms(uint32_t first);
   // Embree's instance for one placement of the top level, not committed.
   RTCGeometry makeInstance(uint32_t top) const;
   void buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements);
@@ -183,7 +193,9 @@ class World {
   std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
   std::vector<Instance> instances_;
-  std::vector<Affine> keys_;
+  std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
+  const Affine* key_ = nullptr;                       // the first, once all are there
+  std::vector<std::shared_ptr<const Swarm>> swarms_;  // of the last of the top level's placements
   std::unique_ptr<Solids> solids_;  // null: none
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;

@@ -135,8 +135,16 @@ size_t build(const scene::Scene& scene) {
   trace::BuildOptions options;
   options.shutterClose = 1;
   options.watertight = count % 2;
+  options.toRender = [&](uint32_t placement) { return flat->toRender(placement); };
+  options.swarmFrom = 1 + count % 3;
+  std::vector<trace::PlacementInput> placements(flat->placements.size());
+  for (size_t i = 0; i < placements.size(); ++i) {
+    placements[i].part = flat->placements[i].part;
+    placements[i].visibility = flat->placements[i].visibility;
+    placements[i].member = flat->placements[i].member;
+  }
   trace::BuildCounters counters;
-  trace(*trace::World::build(std::move(shapes), flat->parts, flat->placements, options, nullptr, counters,
+  trace(*trace::World::build(std::move(shapes), flat->parts, std::move(placements), options, nullptr, counters,
                              flat->solids));
   return count;
 }
