@@ -95,7 +95,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
       std::exchange(shaders_, tools.shadersInUse);
   placementOf_.assign(flat.shapes.size(), 0);
   for (size_t p = flat.placements.size(); p-- > 0;)
-    for (const uint32_t s : flat.parts[flat.placements[p].part].shapes) placementOf_[s] = uint32_t(p);
+    for (const uint32_t s : flat.parts[flat.partOf(uint32_t(p))].shapes) placementOf_[s] = uint32_t(p);
   Hasher around;
   around.digest(scene::digestOf(tools.scene.coordinateSystems));
   around.bytes(&tools.camera.worldToCamera, sizeof tools.camera.worldToCamera);
@@ -176,7 +176,7 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   part.shapes = {0};
   part.instanced = true;
   alone.parts = {part};
-  alone.infos = {flat_->infos[placement]};
+  alone.infos = {flat_->infos[flat_->placements[placement].kind]};
   alone.attributes = {flat_->shapes[shape].attributes.get()};
 
   shade::ShadingWorld w;
@@ -192,7 +192,8 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   w.world = trace::World::build({input}, alone.parts, {place}, options, nullptr, counters);
   w.materials = set_;
   w.placements = alone.infos;
-  w.objectSpaces = std::make_shared<const std::vector<shade::ObjectSpace>>(1, (*flat_->spaces)[placement]);
+  w.objectSpaces = std::make_shared<const std::vector<shade::ObjectSpace>>(
+      1, shade::ObjectSpace::of(place.toRender.at(tools_->camera.middle())));
   w.placements[0].material = materialOf_[shape];
   w.isForPlaces = true;
   w.width = tools_->width;

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/memory.h"
+#include "render/detail.h"
 #include "render/solid_trees.h"
 #include "scene/digests.h"
 
@@ -54,6 +55,18 @@ bool areSame(const std::vector<scene::Instance>& a, const std::vector<scene::Ins
   });
 }
 
+Digest digestOf(const std::vector<scene::Instance>& list) {
+  Hasher h;
+  h.word(list.size());
+  for (const scene::Instance& i : list) {
+    h.word(uint64_t(i.prototype) << 32 | i.solid);
+    h.word(reinterpret_cast<uintptr_t>(i.attributes.get()));
+    h.bytes(i.toWorld.times.data(), i.toWorld.times.size() * sizeof(double));
+    h.bytes(i.toWorld.matrices.data(), i.toWorld.matrices.size() * sizeof(scene::Matrix));
+  }
+  return h.result();
+}
+
 uint32_t visibilityOf(const scene::Attributes* a) {
   if (!a) return 15u;
   uint32_t v = 0;
@@ -76,7 +89,7 @@ scene::Transform FlatScene::toRender(uint32_t placement) const {
   const Placement& p = placements[placement];
   const scene::Primitive& source = primitiveOf(p);
   scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, opened_[p.opened].toWorld);
-  if (parts[p.part].isUnit)
+  if (parts[kinds[p.kind].part].isUnit)
     t = concat(scene::Transform::fixed(scene::Matrix().setScale(unitQuadricOf(source)->size)), t);
   return concat(t, worldToRender_);
 }
@@ -89,7 +102,7 @@ std::string FlatScene::nameOf(uint32_t placement) const {
 bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const {
   return space_.origin == space.origin && space_.view.middle == space.view.middle &&
          (!asksView_ || space_ == space) && leaveOut_ == leaveOut && primitives_ == scene.primitives &&
-         solids_ == scene.solids && areSame(instances_, scene.instances) &&
+         solids_ == scene.solids && instances_ == digestOf(scene.instances) &&
          std::equal(prototypes_.begin(), prototypes_.end(), scene.prototypes.begin(), scene.prototypes.end(),
                     [](const scene::Prototype& a, const scene::Prototype& b) {
                       return a.name == b.name && a.primitives == b.primitives && a.solids == b.solids &&
@@ -107,7 +120,10 @@ class Flattener {
         flat_(std::make_shared<FlatScene>()),
         trees_(diagnostics) {
     flat_->primitives_ = scene.primitives;
-    flat_->instances_ = scene.instances;
+    flat_->instances_ = digestOf(scene.instances);
+    for (const scene::Instance& i : scene.instances)
+      if (flat_->held_.empty() || flat_->held_.back() != i.attributes) flat_->held_.push_back(i.attributes);
+    flat_->opened_.reserve(scene.instances.size());
     flat_->prototypes_ = scene.prototypes;
     flat_->solids_ = scene.solids;
     flat_->space_ = space;
@@ -122,11 +138,11 @@ class Flattener {
     const std::vector<SolidTrees::Place> solids = trees_.open(scene_.solids, {});
     const SharedShapes shared = sharedShapesOf(scene_.primitives, f.space_.view, f.leaveOut_,
                                                [&](const scene::Attributes* a) { return lookOfLast(a); });
-    f.asksView_ = shared.asksView;
+    f.asksView_ |= shared.asksView;
     std::vector<uint32_t> partOfGroup(shared.groups.size(), kNone);
     for (uint32_t k = 0; k < scene_.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = scene_.primitives[k];
-      if (f.leaveOut_.count(p->id)) continue;
+      if (f.leaveOut_.count(p->id) || !isSeen(p->attributes.get(), {})) continue;
       if (const uint32_t g = shared.of(k); g != SharedShapes::kNone) {
         const bool isFirst = partOfGroup[g] == kNone;
         if (isFirst) partOfGroup[g] = addShared(shared.groups[g]);
@@ -139,10 +155,9 @@ class Flattener {
       place(part, FlatScene::kWorld, k, p->attributes.get(), in);
     }
     for (const scene::Instance& i : scene_.instances)
-      open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
+      if (isSeen(i.attributes.get(), {})) open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
     f.solids = trees_.finish(f.solidPlaces);
-    for (FlatScene::Placement& p : f.placements) p.member = trees_.resolved(p.member);
-    f.infos.shrink_to_fit();
+    for (trace::Solids::Member& m : f.members_) m = trees_.resolved(m);
     f.spaces = std::move(spaces_);
     return std::move(flat_);
   }
@@ -212,11 +227,45 @@ class Flattener {
 
   void place(uint32_t part, uint32_t opened, uint32_t primitive, const scene::Attributes* attributes,
              const SolidTrees::Place& in) {
-    FlatScene::Placement p;
-    p.part = part;
-    p.opened = opened;
-    p.primitive = primitive;
-    if (attributes != lastAttributes_ || flat_->placements.empty()) {
+    FlatScene& f = *flat_;
+    f.placements.push_back({kindOf(part, attributes), opened, primitive});
+    const auto placement = uint32_t(f.placements.size() - 1);
+    const bool ofSolid = in.solid != trace::kNoSolid;
+    if (!ofSolid && opened != FlatScene::kWorld) {
+      if (!f.members_.empty()) f.members_.emplace_back();
+      return;
+    }
+    const scene::Transform toRender = f.toRender(placement);
+    if (ofSolid) f.members_.resize(placement);
+    if (ofSolid || !f.members_.empty()) f.members_.push_back(trees_.add(in, toRender));
+    if (opened != FlatScene::kWorld) return;
+    scene::Matrix m = toRender.at(f.space_.view.middle);
+    double unit = 1;
+    if (f.parts[part].isUnit) {
+      unit = unitQuadricOf(*scene_.primitives[primitive])->size;
+      m = scene::Matrix().setScale(1 / unit) * m;
+    }
+    spaces_->push_back(shade::ObjectSpace::of(m, float(unit)));
+  }
+
+  bool isSeen(const scene::Attributes* a, const scene::Transform& toWorld) {
+    if (a == lastWithout_ || !hasDetail(a)) {
+      lastWithout_ = a;
+      return true;
+    }
+    flat_->asksView_ = true;
+    return isDrawn(a, toWorld, flat_->space_.view, double(relativeDetail_));
+  }
+
+  uint32_t kindOf(uint32_t part, const scene::Attributes* attributes) {
+    FlatScene& f = *flat_;
+    if (!f.kinds.empty() && f.kinds.back().part == part && f.attributes.back() == attributes)
+      return uint32_t(f.kinds.size() - 1);
+    if (f.parts[part].instanced) {
+      const auto [it, isNew] = kinds_.try_emplace({part, attributes}, uint32_t(f.kinds.size()));
+      if (!isNew) return it->second;
+    }
+    if (attributes != lastAttributes_ || f.kinds.empty()) {
       lastAttributes_ = attributes;
       lastVisibility_ = visibilityOf(attributes);
       shade::PlacementInfo& info = lastInfo_;
@@ -227,20 +276,10 @@ class Flattener {
       info.isHiddenFromCamera = !(lastVisibility_ & trace::kSeenByCamera);
       info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     }
-    p.visibility = lastVisibility_;
-    flat_->placements.push_back(p);
-    flat_->infos.push_back(lastInfo_);
-    flat_->attributes.push_back(attributes);
-    const auto placement = uint32_t(flat_->placements.size() - 1);
-    const scene::Transform toRender = flat_->toRender(placement);
-    if (in.solid != trace::kNoSolid) flat_->placements.back().member = trees_.add(in, toRender);
-    scene::Matrix m = toRender.at(flat_->space_.view.middle);
-    double unit = 1;
-    if (flat_->parts[part].isUnit) {
-      unit = unitQuadricOf(*scene_.primitives[primitive])->size;
-      m = scene::Matrix().setScale(1 / unit) * m;
-    }
-    spaces_->push_back(shade::ObjectSpace::of(m, float(unit)));
+    f.kinds.push_back({part, lastVisibility_});
+    f.infos.push_back(lastInfo_);
+    f.attributes.push_back(attributes);
+    return uint32_t(f.kinds.size() - 1);
   }
 
   const std::pair<scene::AttributesPtr, Digest>& inheritedBy(const scene::AttributesPtr& own,
@@ -290,7 +329,7 @@ class Flattener {
     const std::vector<SolidTrees::Place> solids = trees_.open(proto.solids, around);
     flat_->opened_.push_back({toWorld, inst.prototype});
     const auto opened = uint32_t(flat_->opened_.size() - 1);
-    const bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;
+    bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
     if (isPlain && inst.prototype == lastPrototype_ && attributes.get() == lastGiven_ && proto.instances.empty()) {
       for (uint32_t k = 0; k < lastParts_.size(); ++k) {
         ++placed_;
@@ -301,6 +340,8 @@ class Flattener {
     lastParts_.clear();
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
+      isPlain &= !hasDetail(p->attributes.get());
+      if (!isSeen(p->attributes.get(), toWorld)) continue;
       const SolidTrees::Place in = placeIn(solids, p->solid, around, p->pos);
       const auto& [inherited, lookAsSaid] = inheritedBy(p->attributes, attributes);
       const bool isTurned = trees_.isTurned(in);
@@ -316,8 +357,9 @@ class Flattener {
     lastPrototype_ = isPlain ? inst.prototype : kNone;
     lastGiven_ = attributes.get();
     for (const scene::Instance& nested : proto.instances)
-      open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
-           placeIn(solids, nested.solid, around, nested.pos));
+      if (isSeen(nested.attributes.get(), toWorld))
+        open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
+             placeIn(solids, nested.solid, around, nested.pos));
   }
 
   static constexpr uint32_t kNone = ~0u;
@@ -329,6 +371,9 @@ class Flattener {
   std::map<std::tuple<uint32_t, uint32_t, Digest>, uint32_t> partOf_;
   SolidTrees trees_;
   std::map<scene::AttributesPtr, scene::AttributesPtr> turned_;
+  std::map<std::pair<uint32_t, const scene::Attributes*>, uint32_t> kinds_;
+  const float relativeDetail_ = scene_.options.getFloat("detail:relative", 1);
+  const scene::Attributes* lastWithout_ = nullptr;  // that say nothing of levels of detail
   // what follows from attributes that many share
   const scene::Attributes* lastAttributes_ = nullptr;
   uint32_t lastVisibility_ = 0;

@@ -39,25 +39,33 @@ struct FlatScene {
     double radiusPixels = 0;  // of one of size 1 that stands for others: how large they are seen
     std::shared_ptr<const std::vector<scene::PrimitivePtr>> more;  // one mesh with `primitive`; null: none
   };
-  struct Placement {
+  // Placements of one part with the same attributes.
+  struct Kind {
     uint32_t part = 0;
     uint32_t visibility = 15;  // what attributes say of the object itself
-    trace::Solids::Member member;
+  };
+  struct Placement {
+    uint32_t kind = 0;
     uint32_t opened = kWorld;  // instance; its primitive is one of the scene or of that instance's object
     uint32_t primitive = 0;
   };
   static constexpr uint32_t kWorld = ~0u;
   std::vector<Shape> shapes;
   std::vector<trace::PartInput> parts;  // of one shape each
-  // By placement.
-  std::vector<Placement> placements;
+  std::vector<Placement> placements;    // first those of the scene's own primitives
+  // By kind.
+  std::vector<Kind> kinds;
   std::vector<shade::PlacementInfo> infos;  // without materials, link sets, trace sets and tints
-  std::shared_ptr<const std::vector<shade::ObjectSpace>> spaces;
   std::vector<const scene::Attributes*> attributes;
-  std::vector<trace::SolidInput> solids;  // that placements are members of
+  std::shared_ptr<const std::vector<shade::ObjectSpace>> spaces;  // see shade::ShadingWorld
+  std::vector<trace::SolidInput> solids;                          // that placements are members of
   std::vector<SourcePos> solidPlaces;
 
-  const Shape& shapeOf(const Placement& p) const { return shapes[parts[p.part].shapes[0]]; }
+  uint32_t partOf(uint32_t placement) const { return kinds[placements[placement].kind].part; }
+  trace::Solids::Member memberOf(uint32_t placement) const {
+    return members_.empty() ? trace::Solids::Member() : members_[placement];
+  }
+  const Shape& shapeOf(const Kind& k) const { return shapes[parts[k.part].shapes[0]]; }
   // Worked out each time: of millions they would be most of the memory.
   scene::Transform toRender(uint32_t placement) const;
   std::string nameOf(uint32_t placement) const;
@@ -73,10 +81,12 @@ struct FlatScene {
     uint32_t prototype;
   };
   std::vector<Opened> opened_;
+  std::vector<trace::Solids::Member> members_;  // by placement; empty: there are no solids
   scene::Transform worldToRender_;
   // what it was made of
   std::vector<scene::PrimitivePtr> primitives_;
-  std::vector<scene::Instance> instances_;
+  Digest instances_;                        // of the scene's: millions are not kept twice
+  std::vector<scene::AttributesPtr> held_;  // theirs, so that nothing else has their addresses
   std::vector<scene::Prototype> prototypes_;
   std::vector<scene::Solid> solids_;
   RenderSpace space_;

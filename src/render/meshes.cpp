@@ -96,7 +96,7 @@ std::vector<std::vector<Use>> usesOf(const FlatScene& flat, const CameraState& c
   std::vector<std::vector<Use>> uses(flat.shapes.size());
   std::vector<uint32_t> looked(flat.shapes.size(), 0);
   for (uint32_t k = 0; k < flat.placements.size(); ++k)
-    for (const uint32_t s : flat.parts[flat.placements[k].part].shapes) {
+    for (const uint32_t s : flat.parts[flat.partOf(k)].shapes) {
       if (flat.shapes[s].radiusPixels > 0 || looked[s]++ >= kMostUses) continue;
       scene::Matrix m = flat.toRender(k).at(camera.middle());
       for (int c = 0; c < 3; ++c) m[3][c] += camera.origin[c];
@@ -220,9 +220,9 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
   const size_t count = flat.shapes.size();
   const std::vector<std::vector<Use>> uses = usesOf(flat, camera);
   std::vector<bool> isOfSolid(count, false);
-  for (const FlatScene::Placement& p : flat.placements)
-    if (p.member.solid != trace::kNoSolid)
-      for (const uint32_t s : flat.parts[p.part].shapes) isOfSolid[s] = true;
+  for (uint32_t k = 0; k < flat.placements.size() && !flat.solids.empty(); ++k)
+    if (flat.memberOf(k).solid != trace::kNoSolid)
+      for (const uint32_t s : flat.parts[flat.partOf(k)].shapes) isOfSolid[s] = true;
   const Imath::V3d eye = camera.worldToCamera.inverse().translation();
   std::vector<Kept> before = std::move(kept_);
   kept_.clear();

@@ -390,7 +390,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
-    const uint32_t set = w.placements[w.world->instance(hits.instance[s]).user].linkSet;
+    const uint32_t set = w.placements[w.world->instance(hits.instance[s]).info].linkSet;
     kept[m] = s;
     m += light == kNoLight || w.lights->isLinked(set, light);
   }
@@ -400,7 +400,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
 
 bool Worker::isHidden(uint32_t instance) const {
   const shade::ShadingWorld& w = state_.world();
-  const shade::PlacementInfo& p = w.placements[w.world->instance(instance).user];
+  const shade::PlacementInfo& p = w.placements[w.world->instance(instance).info];
   return p.isHiddenFromCamera || p.hole;
 }
 

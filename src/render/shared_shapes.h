@@ -20,6 +20,7 @@ namespace kinora::render {
 struct View {
   Imath::V3d eye{0, 0, 0};
   double pixelAngle = 0, pixelSize = 0, middle = 0;
+  scene::Matrix worldToCamera;
   bool operator==(const View&) const = default;
 };
 

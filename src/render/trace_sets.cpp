@@ -43,10 +43,10 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
                                          const std::vector<shade::PlacementInfo>& infos) {
   std::vector<uint32_t> visibility(flat.shapes.size(),
                                    trace::kSeenByCamera | trace::kSeenByIndirect | trace::kSeenByOpaqueShadow);
-  for (size_t k = 0; k < flat.placements.size(); ++k) {
+  for (size_t k = 0; k < flat.kinds.size(); ++k) {
     const shade::Program& program = materials.program(materials[infos[k].material].program);
     if (program.opaque && !program.tints) continue;
-    uint32_t& v = visibility[flat.parts[flat.placements[k].part].shapes[0]];
+    uint32_t& v = visibility[flat.parts[flat.kinds[k].part].shapes[0]];
     v = (v & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
   }
   return visibility;
@@ -84,8 +84,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
               std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
-  sight.ofPlacement.reserve(flat.placements.size());
-  for (const FlatScene::Placement& p : flat.placements) sight.ofPlacement.push_back(p.visibility);
+  for (const FlatScene::Kind& k : flat.kinds) sight.ofKind.push_back(k.visibility);
   struct Subset {
     int kind;
     std::vector<std::string> names, exclude;
@@ -95,11 +94,11 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   std::vector<Subset> subsets;
   // the names that attributes give, as most objects share those of the one before
   std::vector<std::vector<std::string>> groups{{}};
-  std::vector<uint32_t> groupsOf(flat.placements.size(), 0);  // by placement
+  std::vector<uint32_t> groupsOf(flat.kinds.size(), 0);  // by kind
   std::set<std::string> members, missed;
   uint32_t nextBit = kFirstBit;
   bool any = false, tooMany = false;
-  for (size_t i = 0; i < flat.placements.size(); ++i) {
+  for (size_t i = 0; i < flat.kinds.size(); ++i) {
     const scene::Attributes* a = flat.attributes[i];
     if (!a) continue;
     if (i > 0 && a == flat.attributes[i - 1]) {
@@ -132,7 +131,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   std::map<std::array<uint32_t, 3>, uint32_t> setOf;
   sight.sets.push_back({});
   setOf[{0, 0, 0}] = 0;
-  for (size_t i = 0; i < flat.placements.size(); ++i) {
+  for (size_t i = 0; i < flat.kinds.size(); ++i) {
     const scene::Attributes* a = flat.attributes[i];
     infos[i].traceSet = 0;
     if (!a) continue;
@@ -194,7 +193,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   };
   for (uint32_t& visibility : sight.ofShape)
     for (const Subset& s : subsets) visibility |= bitsOf(s, visibility);
-  for (size_t i = 0; i < flat.placements.size(); ++i)
+  for (size_t i = 0; i < flat.kinds.size(); ++i)
     for (const Subset& s : subsets) {
       const auto in = [&](const std::vector<std::string>& names) {
         return std::any_of(names.begin(), names.end(), [&](const std::string& n) {
@@ -202,7 +201,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
           return std::find(own.begin(), own.end(), n) != own.end();
         });
       };
-      if ((s.names.empty() || in(s.names)) && !in(s.exclude)) sight.ofPlacement[i] |= bitsOf(s, sight.ofPlacement[i]);
+      if ((s.names.empty() || in(s.names)) && !in(s.exclude)) sight.ofKind[i] |= bitsOf(s, sight.ofKind[i]);
     }
   return sight;
 }

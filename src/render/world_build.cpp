@@ -137,9 +137,9 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene, Statistics& statistics
 }
 
 void WorldBuilder::flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt) {
-  const RenderSpace space{
-      {camera_.origin[0], camera_.origin[1], camera_.origin[2]},
-      {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize, camera_.middle()}};
+  const RenderSpace space{{camera_.origin[0], camera_.origin[1], camera_.origin[2]},
+                          {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize,
+                           camera_.middle(), camera_.worldToCamera}};
   if (flat_ && flat_->isOf(scene, space, emitters)) return;
   flat_ = flatten(scene, space, emitters, settings_.stop, diagnostics_);
   ++rebuilt.flattened;
@@ -205,7 +205,7 @@ void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w
   const shade::MaterialSet& materials = *w.materials;
   statistics.lights = w.lights->size();
   statistics.primitives = meshes_.size();
-  statistics.instances = w.placements.size();
+  statistics.instances = flat_->placements.size();
   statistics.triangles = w.world->triangleCount();
   statistics.materials = materials.size();
   statistics.programs = materials.programCount();
@@ -224,8 +224,10 @@ void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w
   statistics.memory.push_back({"scene description", scene.bytes()});
   statistics.memory.push_back({"materials", materials.bytes()});
   if (materials.shaderBytes()) statistics.memory.push_back({"shader programs", materials.shaderBytes()});
-  statistics.memory.push_back({"instances", w.placements.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) +
-                                                                   sizeof(shade::PlacementInfo))});
+  statistics.memory.push_back(
+      {"instances", flat_->placements.size() * sizeof(FlatScene::Placement) +
+                        w.placements.size() * (sizeof(shade::PlacementInfo) + sizeof(FlatScene::Kind)) +
+                        w.objectSpaces->size() * sizeof(shade::ObjectSpace) + w.world->placementBytes()});
 }
 
 }  // namespace kinora::render

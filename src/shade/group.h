@@ -34,7 +34,7 @@ struct GeometryInfo {
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
-// By placement (Instance::user): what follows from attributes.
+// By kind of placement (Instance::info): what follows from attributes.
 struct PlacementInfo {
   uint32_t material = 0;
   uint32_t linkSet = 0;
@@ -74,7 +74,8 @@ struct ShadingWorld {
   std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
-  std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;  // by placement
+  // By placement, of those that stand in the world by themselves; others follow from their instance's matrix.
+  std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;
   std::function<std::string(uint32_t placement)> placementName;  // for people
   SurfaceTables tables;                         // of the above, for gathers; see fillTables()
   std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
@@ -98,6 +99,8 @@ struct ShadingWorld {
   bool isForPlaces = false;  // nothing can be traced, see trace::BuildOptions::placesOnly
   uint32_t width = 8;
   void fillTables();  // once all else is set
+  // Of an instance and the geometry that it shows.
+  ObjectSpace spaceOf(uint32_t instance, uint32_t geometry) const;
   uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
 };
 

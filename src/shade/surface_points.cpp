@@ -304,7 +304,7 @@ struct Surface {
 
   static Across implied(const SurfaceArgs& a, const Spot& s, uint32_t point, Implied what, uint32_t j, float c[4]) {
     if (what == Implied::Color || what == Implied::Opacity) {
-      const uint32_t placement = a.world->world->instance(a.at.instance[point]).user;
+      const uint32_t placement = a.world->world->instance(a.at.instance[point]).info;
       const Tint& tint = a.world->tints[a.world->placements[placement].tint];
       return given((what == Implied::Color ? tint.color : tint.opacity)[j], 0, 0, c);
     }

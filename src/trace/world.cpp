@@ -7,6 +7,8 @@
 #include <set>
 
 #include <kinora/sample_table.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include "scene/uniform_keys.h"
 #include "trace/embree_device.h"
@@ -199,6 +201,42 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
 
 }  // namespace
 
+namespace {
+
+// Three coordinates of 21 bits, their bits in turn.
+uint64_t interleaved(const double x[3]) {
+  uint64_t code = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto q = uint64_t(std::clamp(x[k], 0., 1.) * 2097151);
+    for (int b = 0; b < 21; ++b) code |= (q >> b & 1) << (3 * b + k);
+  }
+  return code;
+}
+
+// What lies together in space shall lie together in memory: a ray that passes many placements waits for little else.
+void sortBySpace(std::vector<uint32_t>& placements, const std::function<Imath::V3d(uint32_t)>& placeOf) {
+  std::vector<Imath::V3d> places;
+  places.reserve(placements.size());
+  Imath::Box3d all;
+  for (const uint32_t p : placements) {
+    const Imath::V3d x = placeOf(p);
+    const bool isFinite = std::isfinite(x.x + x.y + x.z);
+    places.push_back(isFinite ? x : Imath::V3d(0));
+    if (isFinite) all.extendBy(x);
+  }
+  const double size = std::max({all.size().x, all.size().y, all.size().z, 1e-300});
+  std::vector<std::pair<uint64_t, uint32_t>> order(placements.size());
+  tbb::parallel_for(size_t(0), placements.size(), [&](size_t i) {
+    double x[3];
+    for (int k = 0; k < 3; ++k) x[k] = (places[i][k] - all.min[k]) / size;
+    order[i] = {interleaved(x), placements[i]};
+  });
+  tbb::parallel_sort(order.begin(), order.end());
+  for (size_t i = 0; i < order.size(); ++i) placements[i] = order[i].second;
+}
+
+}  // namespace
+
 std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::vector<PartInput> partInputs,
                                           std::vector<PlacementInput> placements, const BuildOptions& options,
                                           const World* previous, BuildCounters& counters,
@@ -270,12 +308,13 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   const auto addInstance = [&](uint32_t user, const Imath::V3d& origin, bool baked) {
     Instance inst;
     inst.user = user;
+    inst.info = placements[user].info == PlacementInput::kOwn ? user : placements[user].info;
     inst.baked = baked;
     inst.isUnit = partInputs[placements[user].part].isUnit;
     inst.firstKey = uint32_t(w.keys_->size());
     const scene::Transform toRender = baked ? scene::Transform() : toRenderOf(user);
     const int n = baked ? 1 : keyCountFor(toRender, options.shutterOpen, options.shutterClose);
-    inst.keyCount = uint32_t(n);
+    inst.keyCount = uint16_t(n);
     for (int k = 0; k < n; ++k) {
       if (baked) {
         w.keys_->push_back(Affine());
@@ -320,6 +359,10 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   };
   for (Plan& plan : plans) {
     if (plan.shapes.empty()) continue;
+    if (!plan.batch && plan.placements.size() >= options.swarmFrom)
+      sortBySpace(plan.placements, [&](uint32_t placement) {
+        return toRenderOf(placement).at(0.5 * (options.shutterOpen + options.shutterClose)).translation();
+      });
     for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty();
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
@@ -424,6 +467,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     firstOfSwarms = uint32_t(first - tops.begin());
     std::stable_sort(first, tops.end(), [](const Top& a, const Top& b) { return a.visibility < b.visibility; });
   }
+  for (auto* list : {&w.partOfTop_, &w.instanceOfTop_, &w.visibilityOfTop_}) list->reserve(tops.size());
   for (const Top& t : tops) {
     w.partOfTop_.push_back(t.part);
     w.instanceOfTop_.push_back(t.instance);
@@ -448,7 +492,10 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcAttachGeometryByID(w.top_, g, i);
       rtcReleaseGeometry(g);
     }
+    // millions of them, while the hierarchy needs the memory
     std::vector<Top>().swap(tops);
+    std::vector<Plan>().swap(plans);
+    if (solids.empty()) std::vector<PlacementInput>().swap(placements);
     w.makeSwarms(firstOfSwarms);
     rtcCommitScene(w.top_);
     throwIfRefused();
@@ -606,7 +653,7 @@ Affine World::objectToRender(uint32_t index, float time) const {
   const Affine* k = keys(i);
   if (i.keyCount == 1) return *k;
   const float x = std::clamp(time, 0.f, 1.f) * float(i.keyCount - 1);
-  const uint32_t a = std::min(uint32_t(x), i.keyCount - 2);
+  const uint32_t a = std::min(uint32_t(x), i.keyCount - 2u);
   const float f = x - float(a);
   Affine r;
   for (int c = 0; c < 3; ++c) {

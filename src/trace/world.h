@@ -62,6 +62,8 @@ struct PlacementInput {
   uint32_t visibility = 15;
   scene::Transform toRender;  // over shutter time in scene units; see BuildOptions::toRender
   uint64_t revision = 0;      // of parts that are not instanced
+  uint32_t info = kOwn;       // handed on to Instance::info; as given: the placement's own index
+  static constexpr uint32_t kOwn = ~0u;
   Solids::Member member;  // of the solid whose boundary it is a part of
 };
 // A solid that is none, since one of its surfaces has a hole: its surfaces are drawn as they are.
@@ -72,10 +74,12 @@ struct OpenSolid {
 
 // A placed part or object, as shading sees it.
 struct Instance {
-  uint32_t firstKey = 0, keyCount = 1;  // Affine keys, uniform over the shutter
-  uint32_t user = 0;                    // the caller's index (placement)
-  bool baked = false;                   // object space is render space
-  bool isUnit = false;                  // see PartInput
+  uint32_t firstKey = 0;  // of Affine keys, uniform over the shutter
+  uint32_t user = 0;      // the caller's index (placement)
+  uint32_t info = 0;      // the caller's as well: what it knows of many placements alike
+  uint16_t keyCount = 1;
+  bool baked = false;   // object space is render space
+  bool isUnit = false;  // see PartInput
 };
 
 struct BuildOptions {
@@ -156,6 +160,9 @@ class World {
   // Object to render at shutter time 0..1.
   Affine objectToRender(uint32_t instance, float time) const;
   uint64_t meshBytes() const;
+  uint64_t placementBytes() const {
+    return instances_.size() * (sizeof(Instance) + sizeof(Affine)) + partOfTop_.size() * 5 * sizeof(uint32_t);
+  }
   static uint64_t embreeBytes();  // what Embree holds in this process
 
  private:

@@ -139,9 +139,9 @@ size_t build(const scene::Scene& scene) {
   options.swarmFrom = 1 + count % 3;
   std::vector<trace::PlacementInput> placements(flat->placements.size());
   for (size_t i = 0; i < placements.size(); ++i) {
-    placements[i].part = flat->placements[i].part;
-    placements[i].visibility = flat->placements[i].visibility;
-    placements[i].member = flat->placements[i].member;
+    placements[i].part = flat->partOf(uint32_t(i));
+    placements[i].visibility = flat->kinds[flat->placements[i].kind].visibility;
+    placements[i].member = flat->memberOf(uint32_t(i));
   }
   trace::BuildCounters counters;
   trace(*trace::World::build(std::move(shapes), flat->parts, std::move(placements), options, nullptr, counters,
