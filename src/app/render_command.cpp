@@ -104,6 +104,7 @@ class RenderRun {
     reading.archivePath = options_.archivePath;
     reading.dirmap = options_.dirmap;
     reading.stop = options_.settings.stop;
+    reading.allowExec = options_.allowExec;
     rib::RibReader reader(diagnostics_, std::move(reading), [this](scene::Scene&& scene) { take(std::move(scene)); });
     for (const std::string& file : options_.files) {
       if (isOver() || isStopped()) break;

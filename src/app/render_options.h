@@ -22,6 +22,7 @@ struct RenderOptions {
   bool check = false;
   int quiet = 0, verbose = 0;  // how often -q and -v were given
   std::vector<std::string> pluginPath, archivePath;
+  bool allowExec = false;
   std::vector<std::pair<std::string, std::string>> dirmap;  // FROM, TO
   FrameList frames;                                         // which frames; all when empty
   uint64_t memoryLimit = 0;                                 // bytes; 0: none

@@ -60,6 +60,16 @@ inline double segmentsForPlace(double share, double length, double edge) {
   return std::isfinite(edge) ? std::min(wanted, std::max(length / edge, 1.0)) : wanted;
 }
 
+// A piece of a patch that is seen smaller than two edges is cut where it would miss the outline by a third of a pixel,
+// not for its normals: these are interpolated over what is hardly more than a pixel.
+inline constexpr double kSmallEdges = 2, kSagittaOfSmall = 0.15;
+inline bool isSmall(double length, double edge, bool displaced) {
+  return !displaced && std::isfinite(edge) && length < kSmallEdges * edge;
+}
+inline double segmentsOfSmall(double length, double turn, double edge) {
+  return std::sqrt(turn * length / (8 * kSagittaOfSmall * edge));
+}
+
 // Scales a grid down to at most `most` triangles.
 inline void capGrid(int& nu, int& nv, double most) {
   const double triangles = 2.0 * nu * nv;

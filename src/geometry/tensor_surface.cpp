@@ -155,10 +155,13 @@ void chooseRates(const TensorSurface& s, const std::vector<SourcePrimvar>& primv
             lengthV += (at[a + 1][b].p - at[a][b].p).length();
             turnV += turnBetween(at[a][b].n, at[a + 1][b].n);
           }
-          wantU[i] = std::max({wantU[i], segmentsFor(lengthU, turnU, edge, displaced),
-                               segmentsForPlace(missOf(alongU, lengthU, range), lengthU, edge)});
-          wantV[j] = std::max({wantV[j], segmentsFor(lengthV, turnV, edge, displaced),
-                               segmentsForPlace(missOf(alongV, lengthV, range), lengthV, edge)});
+          const auto wanted = [&](double length, double turn, const std::vector<const Sample*>& line) {
+            if (isSmall(length, edge, displaced)) return segmentsOfSmall(length, turn, edge);
+            return std::max(segmentsFor(length, turn, edge, displaced),
+                            segmentsForPlace(missOf(line, length, range), length, edge));
+          };
+          wantU[i] = std::max(wantU[i], wanted(lengthU, turnU, alongU));
+          wantV[j] = std::max(wantV[j], wanted(lengthV, turnV, alongV));
         }
       }
   for (double scale = 1;; scale *= 0.8) {

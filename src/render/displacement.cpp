@@ -80,7 +80,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
       std::exchange(shaders_, tools.shadersInUse);
   placementOf_.assign(flat.shapes.size(), 0);
   for (size_t p = flat.placements.size(); p-- > 0;)
-    for (const uint32_t s : flat.parts[flat.placements[p].part].shapes) placementOf_[s] = uint32_t(p);
+    for (const uint32_t s : flat.parts[flat.partOf(uint32_t(p))].shapes) placementOf_[s] = uint32_t(p);
   Hasher around;
   around.digest(scene::digestOf(tools.scene.coordinateSystems));
   around.bytes(&tools.camera.worldToCamera, sizeof tools.camera.worldToCamera);
@@ -106,7 +106,6 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
     materialOf_[s] = set->addDisplacement(network);
     if (!moves(s)) continue;
     const scene::Attributes& a = *flat.shapes[s].attributes;
-    const trace::PlacementInput& place = flat.placements[placementOf_[s]];
     Hasher h;
     h.bytes(tools.camera.origin, sizeof tools.camera.origin);
     h.digest(networks_.of(network));
@@ -123,7 +122,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
       if (*color) h.bytes((*color)->data(), sizeof **color);
     }
     h.bytes(&a.shadingRate, sizeof a.shadingRate);
-    h.digest(scene::digestOf(place.toRender));
+    h.digest(scene::digestOf(flat.toRender(placementOf_[s])));
     digests_[s] = h.result();
   }
   networks_.forgetOthers();
@@ -162,10 +161,7 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   part.shapes = {0};
   part.instanced = true;
   alone.parts = {part};
-  alone.placements = {flat_->placements[placement]};
-  alone.placements[0].part = 0;
-  alone.placements[0].member = {};
-  alone.infos = {flat_->infos[placement]};
+  alone.infos = {flat_->infos[flat_->placements[placement].kind]};
   alone.attributes = {flat_->shapes[shape].attributes.get()};
 
   shade::ShadingWorld w;
@@ -176,9 +172,13 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   options.shutterClose = tools_->camera.shutterClose;
   options.placesOnly = true;
   trace::BuildCounters counters;
-  w.world = trace::World::build({input}, alone.parts, alone.placements, options, nullptr, counters);
+  trace::PlacementInput place;
+  place.toRender = flat_->toRender(placement);
+  w.world = trace::World::build({input}, alone.parts, {place}, options, nullptr, counters);
   w.materials = set_;
   w.placements = alone.infos;
+  w.objectSpaces = std::make_shared<const std::vector<shade::ObjectSpace>>(
+      1, shade::ObjectSpace::of(place.toRender.at(tools_->camera.middle())));
   w.placements[0].material = materialOf_[shape];
   w.isForPlaces = true;
   w.width = tools_->width;
@@ -208,7 +208,7 @@ Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geo
   const shade::ShadingWorld world = worldOf(shape, mesh);
   const geometry::Primvar& normals = *mesh->find("N");
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
-  const float toRender = float(scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle())));
+  const float toRender = float(scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle())));
   const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
   tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
   const auto shadeChunk = [&](size_t chunk) {
@@ -310,7 +310,7 @@ void Displacement::checkBound(size_t shape, double longest) const {
   std::string space = a.named.getString("displacementbound:coordinatesystem", "");
   if (space.empty()) space = a.named.getString("displacementbound:CoordinateSystem", "object");
   double scale = 1;
-  const double toWorld = scaleOf(flat_->placements[placementOf_[shape]].toRender.at(tools_->camera.middle()));
+  const double toWorld = scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle()));
   if (space == "world" || space == "camera") {
     scale = toWorld;
   } else if (const auto it = tools_->scene.coordinateSystems.find(space);

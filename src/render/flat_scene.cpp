@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/memory.h"
+#include "render/detail.h"
 #include "render/solid_trees.h"
 #include "scene/digests.h"
 
@@ -54,6 +55,18 @@ bool areSame(const std::vector<scene::Instance>& a, const std::vector<scene::Ins
   });
 }
 
+Digest digestOf(const std::vector<scene::Instance>& list) {
+  Hasher h;
+  h.word(list.size());
+  for (const scene::Instance& i : list) {
+    h.word(uint64_t(i.prototype) << 32 | i.solid);
+    h.word(reinterpret_cast<uintptr_t>(i.attributes.get()));
+    h.bytes(i.toWorld.times.data(), i.toWorld.times.size() * sizeof(double));
+    h.bytes(i.toWorld.matrices.data(), i.toWorld.matrices.size() * sizeof(scene::Matrix));
+  }
+  return h.result();
+}
+
 uint32_t visibilityOf(const scene::Attributes* a) {
   if (!a) return 15u;
   uint32_t v = 0;
@@ -67,9 +80,29 @@ uint32_t visibilityOf(const scene::Attributes* a) {
 
 }  // namespace
 
+const scene::Primitive& FlatScene::primitiveOf(const Placement& p) const {
+  return p.opened == kWorld ? *primitives_[p.primitive]
+                            : *prototypes_[opened_[p.opened].prototype].primitives[p.primitive];
+}
+
+scene::Transform FlatScene::toRender(uint32_t placement) const {
+  const Placement& p = placements[placement];
+  const scene::Primitive& source = primitiveOf(p);
+  scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, opened_[p.opened].toWorld);
+  if (parts[kinds[p.kind].part].isUnit)
+    t = concat(scene::Transform::fixed(scene::Matrix().setScale(unitQuadricOf(source)->size)), t);
+  return concat(t, worldToRender_);
+}
+
+std::string FlatScene::nameOf(uint32_t placement) const {
+  const Placement& p = placements[placement];
+  return p.opened == kWorld ? primitiveOf(p).name() : prototypes_[opened_[p.opened].prototype].name;
+}
+
 bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const {
-  return space_ == space && leaveOut_ == leaveOut && primitives_ == scene.primitives && solids_ == scene.solids &&
-         areSame(instances_, scene.instances) &&
+  return space_.origin == space.origin && space_.view.middle == space.view.middle &&
+         (!asksView_ || space_ == space) && leaveOut_ == leaveOut && primitives_ == scene.primitives &&
+         solids_ == scene.solids && instances_ == digestOf(scene.instances) &&
          std::equal(prototypes_.begin(), prototypes_.end(), scene.prototypes.begin(), scene.prototypes.end(),
                     [](const scene::Prototype& a, const scene::Prototype& b) {
                       return a.name == b.name && a.primitives == b.primitives && a.solids == b.solids &&
@@ -89,29 +122,48 @@ class Flattener {
         flat_(std::make_shared<FlatScene>()),
         trees_(diagnostics) {
     flat_->primitives_ = scene.primitives;
-    flat_->instances_ = scene.instances;
+    flat_->instances_ = digestOf(scene.instances);
+    for (const scene::Instance& i : scene.instances)
+      if (flat_->held_.empty() || flat_->held_.back() != i.attributes) flat_->held_.push_back(i.attributes);
+    flat_->opened_.reserve(scene.instances.size());
     flat_->prototypes_ = scene.prototypes;
     flat_->solids_ = scene.solids;
     flat_->space_ = space;
     flat_->leaveOut_ = leaveOut;
     scene::Matrix shift;
     shift.setTranslation(Imath::V3d(-space.origin[0], -space.origin[1], -space.origin[2]));
-    toRender_ = scene::Transform::fixed(shift);
+    flat_->worldToRender_ = scene::Transform::fixed(shift);
   }
 
   std::shared_ptr<const FlatScene> run() {
     FlatScene& f = *flat_;
     const std::vector<SolidTrees::Place> solids = trees_.open(scene_.solids, {});
-    for (const scene::PrimitivePtr& p : scene_.primitives) {
-      if (f.leaveOut_.count(p->id)) continue;
+    std::set<uint32_t> alone = f.leaveOut_;  // what is full of a medium shares no shape
+    for (const scene::PrimitivePtr& p : scene_.primitives)
+      if (isMedium(p->attributes.get())) alone.insert(p->id);
+    const SharedShapes shared = sharedShapesOf(scene_.primitives, f.space_.view, alone,
+                                               [&](const scene::Attributes* a) { return lookOfLast(a); });
+    f.asksView_ |= shared.asksView;
+    std::vector<uint32_t> partOfGroup(shared.groups.size(), kNone);
+    for (uint32_t k = 0; k < scene_.primitives.size(); ++k) {
+      const scene::PrimitivePtr& p = scene_.primitives[k];
+      if (f.leaveOut_.count(p->id) || !isSeen(p->attributes.get(), {})) continue;
+      if (const uint32_t g = shared.of(k); g != SharedShapes::kNone) {
+        const bool isFirst = partOfGroup[g] == kNone;
+        if (isFirst) partOfGroup[g] = addShared(shared.groups[g]);
+        if (isFirst || shared.groups[g].isUnit) place(partOfGroup[g], FlatScene::kWorld, k, p->attributes.get(), {});
+        continue;
+      }
       const SolidTrees::Place in = placeIn(solids, p->solid, {}, p->pos);
       const scene::AttributesPtr& look = trees_.isTurned(in) ? turned(p->attributes) : p->attributes;
-      const uint32_t part = addPart(p->id, false, {p, look, lookOf(look.get()), false});
-      place(part, p->toWorld, p->attributes.get(), p->name(), in);
+      const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get()), 0, nullptr, false});
+      place(part, FlatScene::kWorld, k, p->attributes.get(), in);
     }
     for (const scene::Instance& i : scene_.instances)
-      open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
-    f.solids = trees_.finish(f.placements, f.solidPlaces);
+      if (isSeen(i.attributes.get(), {})) open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
+    f.solids = trees_.finish(f.solidPlaces);
+    for (trace::Solids::Member& m : f.members_) m = trees_.resolved(m);
+    f.spaces = std::move(spaces_);
     return std::move(flat_);
   }
 
@@ -124,6 +176,34 @@ class Flattener {
     flat_->shapes.push_back(std::move(shape));
     flat_->parts.push_back(std::move(part));
     return uint32_t(flat_->parts.size() - 1);
+  }
+
+  uint32_t addShared(const SharedShapes::Group& group) {
+    const scene::PrimitivePtr& first = scene_.primitives[group.members[0]];
+    const Digest look = lookOfLast(first->attributes.get());
+    if (!group.isUnit) {
+      auto more = std::make_shared<std::vector<scene::PrimitivePtr>>();
+      more->reserve(group.members.size() - 1);
+      for (size_t i = 1; i < group.members.size(); ++i) more->push_back(scene_.primitives[group.members[i]]);
+      return addPart(first->id, false, {first, first->attributes, look, 0, std::move(more), false});
+    }
+    auto unit = std::make_shared<scene::Primitive>(*first);
+    unit->shape = unitQuadricOf(*first)->quadric;
+    unit->toWorld = scene::Transform();
+    Hasher h;  // not what this primitive would be by itself
+    h.digest(look);
+    h.bytes(&group.radiusPixels, sizeof group.radiusPixels);
+    const uint32_t part = addPart(
+        first->id, true, {std::move(unit), first->attributes, h.result(), group.radiusPixels, nullptr, false});
+    flat_->parts[part].isUnit = true;
+    return part;
+  }
+
+  // Most objects share the attributes of the one before.
+  Digest lookOfLast(const scene::Attributes* a) {
+    if (!isLookKnown_ || a != lastLook_.first) lastLook_ = {a, lookOf(a)};
+    isLookKnown_ = true;
+    return lastLook_.second;
   }
 
   // Of the solid with this number, from 1, in a list that has these places; 0: what stands around the list.
@@ -150,30 +230,65 @@ class Flattener {
     return out;
   }
 
-  void place(uint32_t part, const scene::Transform& toWorld, const scene::Attributes* attributes, std::string name,
+  void place(uint32_t part, uint32_t opened, uint32_t primitive, const scene::Attributes* attributes,
              const SolidTrees::Place& in) {
     if (isMedium(attributes)) {
       flat_->shapes[flat_->parts[part].shapes[0]].isMedium = true;
       flat_->parts[part].instanced = true;  // in its own space, for those who look for its boundary
     }
-    trace::PlacementInput p;
-    p.part = part;
-    p.visibility = visibilityOf(attributes);
-    p.toRender = concat(toWorld, toRender_);
-    p.revision = scene::digestOf(p.toRender).low;
-    p.member = trees_.add(in, p.toRender);
-    shade::PlacementInfo info;
-    info.name = std::move(name);
-    info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
-    info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
-    info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
-    info.isHiddenFromCamera = !(p.visibility & trace::kSeenByCamera);
-    info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
-    const scene::Matrix m = p.toRender.at(flat_->space_.middle);
-    info.renderToObject = trace::Affine::from(std::fabs(m.determinant()) > 1e-300 ? m.inverse() : scene::Matrix());
-    flat_->placements.push_back(std::move(p));
-    flat_->infos.push_back(std::move(info));
-    flat_->attributes.push_back(attributes);
+    FlatScene& f = *flat_;
+    f.placements.push_back({kindOf(part, attributes), opened, primitive});
+    const auto placement = uint32_t(f.placements.size() - 1);
+    const bool ofSolid = in.solid != trace::kNoSolid;
+    if (!ofSolid && opened != FlatScene::kWorld) {
+      if (!f.members_.empty()) f.members_.emplace_back();
+      return;
+    }
+    const scene::Transform toRender = f.toRender(placement);
+    if (ofSolid) f.members_.resize(placement);
+    if (ofSolid || !f.members_.empty()) f.members_.push_back(trees_.add(in, toRender));
+    if (opened != FlatScene::kWorld) return;
+    scene::Matrix m = toRender.at(f.space_.view.middle);
+    double unit = 1;
+    if (f.parts[part].isUnit) {
+      unit = unitQuadricOf(*scene_.primitives[primitive])->size;
+      m = scene::Matrix().setScale(1 / unit) * m;
+    }
+    spaces_->push_back(shade::ObjectSpace::of(m, float(unit)));
+  }
+
+  bool isSeen(const scene::Attributes* a, const scene::Transform& toWorld) {
+    if (a == lastWithout_ || !hasDetail(a)) {
+      lastWithout_ = a;
+      return true;
+    }
+    flat_->asksView_ = true;
+    return isDrawn(a, toWorld, flat_->space_.view, double(relativeDetail_));
+  }
+
+  uint32_t kindOf(uint32_t part, const scene::Attributes* attributes) {
+    FlatScene& f = *flat_;
+    if (!f.kinds.empty() && f.kinds.back().part == part && f.attributes.back() == attributes)
+      return uint32_t(f.kinds.size() - 1);
+    if (f.parts[part].instanced) {
+      const auto [it, isNew] = kinds_.try_emplace({part, attributes}, uint32_t(f.kinds.size()));
+      if (!isNew) return it->second;
+    }
+    if (attributes != lastAttributes_ || f.kinds.empty()) {
+      lastAttributes_ = attributes;
+      lastVisibility_ = visibilityOf(attributes);
+      shade::PlacementInfo& info = lastInfo_;
+      info = {};
+      info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
+      info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
+      info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
+      info.isHiddenFromCamera = !(lastVisibility_ & trace::kSeenByCamera);
+      info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
+    }
+    f.kinds.push_back({part, lastVisibility_});
+    f.infos.push_back(lastInfo_);
+    f.attributes.push_back(attributes);
+    return uint32_t(f.kinds.size() - 1);
   }
 
   bool isMedium(const scene::Attributes* attributes) {
@@ -231,23 +346,43 @@ class Flattener {
     }
     const scene::Prototype& proto = scene_.prototypes[inst.prototype];
     const std::vector<SolidTrees::Place> solids = trees_.open(proto.solids, around);
+    flat_->opened_.push_back({toWorld, inst.prototype});
+    const auto opened = uint32_t(flat_->opened_.size() - 1);
+    bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
+    if (isPlain && inst.prototype == lastPrototype_ && attributes.get() == lastGiven_ && proto.instances.empty()) {
+      for (uint32_t k = 0; k < lastParts_.size(); ++k) {
+        ++placed_;
+        place(lastParts_[k].first, opened, k, lastParts_[k].second, around);
+      }
+      return;
+    }
+    lastParts_.clear();
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
+      isPlain &= !hasDetail(p->attributes.get());
+      if (!isSeen(p->attributes.get(), toWorld)) continue;
       const SolidTrees::Place in = placeIn(solids, p->solid, around, p->pos);
       const auto& [inherited, lookAsSaid] = inheritedBy(p->attributes, attributes);
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
       const auto [it, isNew] = partOf_.try_emplace({inst.prototype, k, look}, 0);
-      if (isNew) it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look, false});
+      if (isNew)
+        it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look, 0, nullptr, false});
       ++placed_;
-      place(it->second, concat(p->toWorld, toWorld), inherited.get(), proto.name, in);
+      place(it->second, opened, k, inherited.get(), in);
+      lastParts_.emplace_back(it->second, inherited.get());
     }
+    // as the next instance is likely to find them
+    lastPrototype_ = isPlain ? inst.prototype : kNone;
+    lastGiven_ = attributes.get();
     for (const scene::Instance& nested : proto.instances)
-      open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
-           placeIn(solids, nested.solid, around, nested.pos));
+      if (isSeen(nested.attributes.get(), toWorld))
+        open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
+             placeIn(solids, nested.solid, around, nested.pos));
   }
 
+  static constexpr uint32_t kNone = ~0u;
   const scene::Scene& scene_;
   const std::function<bool(const scene::Attributes*)>& isMedium_;
   const scene::Network* lastMaterial_ = nullptr;
@@ -255,10 +390,22 @@ class Flattener {
   const std::atomic<bool>* stop_;
   Diagnostics& diagnostics_;
   std::shared_ptr<FlatScene> flat_;
-  scene::Transform toRender_;
+  std::shared_ptr<std::vector<shade::ObjectSpace>> spaces_ = std::make_shared<std::vector<shade::ObjectSpace>>();
   std::map<std::tuple<uint32_t, uint32_t, Digest>, uint32_t> partOf_;
   SolidTrees trees_;
   std::map<scene::AttributesPtr, scene::AttributesPtr> turned_;
+  std::map<std::pair<uint32_t, const scene::Attributes*>, uint32_t> kinds_;
+  const float relativeDetail_ = scene_.options.getFloat("detail:relative", 1);
+  const scene::Attributes* lastWithout_ = nullptr;  // that say nothing of levels of detail
+  // what follows from attributes that many share
+  const scene::Attributes* lastAttributes_ = nullptr;
+  uint32_t lastVisibility_ = 0;
+  shade::PlacementInfo lastInfo_;
+  std::pair<const scene::Attributes*, Digest> lastLook_;
+  bool isLookKnown_ = false;
+  uint32_t lastPrototype_ = kNone;
+  const scene::Attributes* lastGiven_ = nullptr;
+  std::vector<std::pair<uint32_t, const scene::Attributes*>> lastParts_;
   uint64_t placed_ = 0, opened_ = 0;
   bool isTooMany_ = false, isTooDeep_ = false;
 };

@@ -14,6 +14,7 @@
 
 #include "base/diagnostics.h"
 #include "base/digest.h"
+#include "render/shared_shapes.h"
 #include "scene/scene.h"
 #include "shade/group.h"
 #include "trace/world.h"
@@ -23,42 +24,75 @@ namespace kinora::render {
 // What of its attributes a mesh is made by.
 Digest lookOf(const scene::Attributes* attributes);
 
-// Where things are placed: the origin of render space in the world, and the middle of the shutter.
+// Where things are placed: the origin of render space in the world, and what sees them there.
 struct RenderSpace {
   std::array<double, 3> origin{0, 0, 0};
-  double middle = 0;
+  View view;
   bool operator==(const RenderSpace&) const = default;
 };
 
 struct FlatScene {
-  // A primitive with attributes of one look.
+  // A primitive with attributes of one look, or what stands for many of them.
   struct Shape {
     scene::PrimitivePtr primitive;
     scene::AttributesPtr attributes;  // of its first placement
     Digest look;
+    double radiusPixels = 0;  // of one of size 1 that stands for others: how large they are seen
+    std::shared_ptr<const std::vector<scene::PrimitivePtr>> more;  // one mesh with `primitive`; null: none
     bool isMedium = false;  // some placement of it is full of a medium
   };
+  // Placements of one part with the same attributes.
+  struct Kind {
+    uint32_t part = 0;
+    uint32_t visibility = 15;  // what attributes say of the object itself
+  };
+  struct Placement {
+    uint32_t kind = 0;
+    uint32_t opened = kWorld;  // instance; its primitive is one of the scene or of that instance's object
+    uint32_t primitive = 0;
+  };
+  static constexpr uint32_t kWorld = ~0u;
   std::vector<Shape> shapes;
   std::vector<trace::PartInput> parts;  // of one shape each
-  // By placement. Visibility is what attributes say of the object itself.
-  std::vector<trace::PlacementInput> placements;
+  std::vector<Placement> placements;    // first those of the scene's own primitives
+  // By kind.
+  std::vector<Kind> kinds;
   std::vector<shade::PlacementInfo> infos;  // without materials, link sets, trace sets and tints
   std::vector<const scene::Attributes*> attributes;
-  std::vector<trace::SolidInput> solids;  // that placements are members of
+  std::shared_ptr<const std::vector<shade::ObjectSpace>> spaces;  // see shade::ShadingWorld
+  std::vector<trace::SolidInput> solids;                          // that placements are members of
   std::vector<SourcePos> solidPlaces;
 
-  const Shape& shapeOf(const trace::PlacementInput& p) const { return shapes[parts[p.part].shapes[0]]; }
+  uint32_t partOf(uint32_t placement) const { return kinds[placements[placement].kind].part; }
+  trace::Solids::Member memberOf(uint32_t placement) const {
+    return members_.empty() ? trace::Solids::Member() : members_[placement];
+  }
+  const Shape& shapeOf(const Kind& k) const { return shapes[parts[k.part].shapes[0]]; }
+  // Worked out each time: of millions they would be most of the memory.
+  scene::Transform toRender(uint32_t placement) const;
+  std::string nameOf(uint32_t placement) const;
   // Whether flatten() would make the same again.
   bool isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const;
 
  private:
   friend class Flattener;
+  const scene::Primitive& primitiveOf(const Placement& p) const;
+
+  struct Opened {
+    scene::Transform toWorld;
+    uint32_t prototype;
+  };
+  std::vector<Opened> opened_;
+  std::vector<trace::Solids::Member> members_;  // by placement; empty: there are no solids
+  scene::Transform worldToRender_;
   // what it was made of
   std::vector<scene::PrimitivePtr> primitives_;
-  std::vector<scene::Instance> instances_;
+  Digest instances_;                        // of the scene's: millions are not kept twice
+  std::vector<scene::AttributesPtr> held_;  // theirs, so that nothing else has their addresses
   std::vector<scene::Prototype> prototypes_;
   std::vector<scene::Solid> solids_;
   RenderSpace space_;
+  bool asksView_ = false;
   std::set<uint32_t> leaveOut_;
   // attributes inside objects as an instance gives them, for those who point to them
   std::map<std::pair<const scene::Attributes*, const scene::Attributes*>, std::pair<scene::AttributesPtr, Digest>>

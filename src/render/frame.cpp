@@ -531,7 +531,7 @@ void Frame::addTo(Statistics& st) const {
       st.lostBelow[k] += c.lostBelow[k];
       if (c.lostPlacement[k] != ~0u && (!st.lostPlacement[k] || *st.lostPlacement[k] > c.lostPlacement[k])) {
         st.lostPlacement[k] = c.lostPlacement[k];
-        st.lostObject[k] = workers_[i]->state().world().placements[c.lostPlacement[k]].name;
+        st.lostObject[k] = workers_[i]->state().world().placementName(c.lostPlacement[k]);
       }
     }
     const auto addLanes = [](LaneUse& to, const shade::LaneCounts& from) {

@@ -21,10 +21,10 @@ struct Ask {
   const scene::Primitive* primitive;
 };
 
-// Which asks differ, and which of them each placement has.
+// Which asks differ, and which of them each kind of placement has.
 struct Asks {
   std::vector<Ask> list;
-  std::vector<uint32_t> ofPlacement;
+  std::vector<uint32_t> ofKind;
   std::map<std::string, std::pair<SourcePos, std::string>> standIns;  // surface shader -> what stands in
 };
 
@@ -96,10 +96,10 @@ Asks asksOf(const FlatScene& flat, const Materials::Tools& tools) {
   ClassicMaterials classic(tools, asks);
   std::map<Color, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
   std::map<std::tuple<const scene::Network*, Color, bool, std::string>, uint32_t> known;
-  asks.ofPlacement.reserve(flat.placements.size());
-  for (size_t k = 0; k < flat.placements.size(); ++k) {
+  asks.ofKind.reserve(flat.kinds.size());
+  for (size_t k = 0; k < flat.kinds.size(); ++k) {
     const scene::Attributes* a = flat.attributes[k];
-    const scene::Primitive& p = *flat.shapeOf(flat.placements[k]).primitive;
+    const scene::Primitive& p = *flat.shapeOf(flat.kinds[k]).primitive;
     scene::NetworkPtr network = a ? a->bxdf : nullptr;
     if (!network) network = classic.of(a, p);
     if (!network && p.primvars.find("Cs")) {
@@ -112,7 +112,7 @@ Asks asksOf(const FlatScene& flat, const Materials::Tools& tools) {
                                                 a ? a->named.getString("identifier:lpegroup", "") : std::string()},
                                                uint32_t(asks.list.size()));
     if (isNew) asks.list.push_back({std::move(network), a, &p});
-    asks.ofPlacement.push_back(it->second);
+    asks.ofKind.push_back(it->second);
   }
   return asks;
 }
@@ -158,7 +158,7 @@ std::shared_ptr<const shade::MaterialSet> Materials::make(const FlatScene& flat,
     shaders_ = tools.shadersInUse;
     set_ = std::move(set);
   }
-  for (size_t k = 0; k < infos.size(); ++k) infos[k].material = ofAsk_[asks.ofPlacement[k]];
+  for (size_t k = 0; k < infos.size(); ++k) infos[k].material = ofAsk_[asks.ofKind[k]];
   return set_;
 }
 

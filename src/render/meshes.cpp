@@ -8,6 +8,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "geometry/join.h"
 #include "geometry/tessellate.h"
 #include "scene/bytes.h"
 #include "scene/digests.h"
@@ -94,10 +95,10 @@ constexpr size_t kMostUses = 64;  // placements that a shape is diced for
 std::vector<std::vector<Use>> usesOf(const FlatScene& flat, const CameraState& camera) {
   std::vector<std::vector<Use>> uses(flat.shapes.size());
   std::vector<uint32_t> looked(flat.shapes.size(), 0);
-  for (const trace::PlacementInput& p : flat.placements)
-    for (const uint32_t s : flat.parts[p.part].shapes) {
-      if (looked[s]++ >= kMostUses) continue;
-      scene::Matrix m = p.toRender.at(camera.middle());
+  for (uint32_t k = 0; k < flat.placements.size(); ++k)
+    for (const uint32_t s : flat.parts[flat.partOf(k)].shapes) {
+      if (flat.shapes[s].radiusPixels > 0 || looked[s]++ >= kMostUses) continue;
+      scene::Matrix m = flat.toRender(k).at(camera.middle());
       for (int c = 0; c < 3; ++c) m[3][c] += camera.origin[c];
       const double scale = std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
                                                m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
@@ -155,7 +156,8 @@ class Meshes::Finder {
   Kept* find(const FlatScene::Shape& shape, const Digest& settings) {
     const scene::Primitive* p = shape.primitive.get();
     const auto fits = [&](size_t i) {
-      return !isTaken_[i] && kept_[i].look == shape.look && kept_[i].settings == settings;
+      return !isTaken_[i] && kept_[i].look == shape.look && kept_[i].settings == settings &&
+             (kept_[i].more == shape.more || (kept_[i].more && shape.more && *kept_[i].more == *shape.more));
     };
     for (auto [it, end] = byAddress_.equal_range(p); it != end; ++it)
       if (fits(it->second)) return take(it->second);
@@ -187,14 +189,24 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
   Kept kept;
   kept.source = shape.primitive;
   kept.look = shape.look;
+  kept.more = shape.more;
   scene::Primitive asInherited;
   const scene::Primitive* p = shape.primitive.get();
-  if (shape.attributes != p->attributes && lookOf(p->attributes.get()) != shape.look) {
+  if (shape.radiusPixels == 0 && shape.attributes != p->attributes && lookOf(p->attributes.get()) != shape.look) {
     asInherited = *p;
     asInherited.attributes = shape.attributes;
     p = &asInherited;
   }
   std::optional<geometry::Mesh> mesh = geometry::tessellate(*p, rate, diagnostics);
+  if (shape.more) {
+    std::vector<geometry::Mesh> all;
+    if (mesh) all.push_back(std::move(*mesh));
+    for (const scene::PrimitivePtr& one : *shape.more)
+      if (std::optional<geometry::Mesh> m = geometry::tessellate(*one, rate, diagnostics))
+        all.push_back(std::move(*m));
+    mesh.reset();
+    if (!all.empty()) mesh = geometry::joined(all);
+  }
   if (mesh) uniformKeys(*mesh, camera.shutterOpen, camera.shutterClose);
   if (mesh && rate.isDisplaced) displacement.apply(index, rate, stop, *mesh);
   kept.mesh = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
@@ -208,9 +220,9 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
   const size_t count = flat.shapes.size();
   const std::vector<std::vector<Use>> uses = usesOf(flat, camera);
   std::vector<bool> isOfSolid(count, false);
-  for (const trace::PlacementInput& p : flat.placements)
-    if (p.member.solid != trace::kNoSolid)
-      for (const uint32_t s : flat.parts[p.part].shapes) isOfSolid[s] = true;
+  for (uint32_t k = 0; k < flat.placements.size() && !flat.solids.empty(); ++k)
+    if (flat.memberOf(k).solid != trace::kNoSolid)
+      for (const uint32_t s : flat.parts[flat.partOf(k)].shapes) isOfSolid[s] = true;
   const Imath::V3d eye = camera.worldToCamera.inverse().translation();
   std::vector<Kept> before = std::move(kept_);
   kept_.clear();
@@ -244,6 +256,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
     const double pixels = pixelsOf(shape.attributes.get(), rate.isDisplaced);
     std::atomic<bool> isDiced = false;
     rate.edgeLength = [&](const Imath::V3d& x) {
+      if (shape.radiusPixels > 0) return pixels / shape.radiusPixels;  // its look says how it is diced
       isDiced.store(true, std::memory_order_relaxed);
       double best = INFINITY;
       for (const Use& u : uses[i]) {

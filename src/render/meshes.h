@@ -38,6 +38,7 @@ class Meshes {
  private:
   struct Kept {
     scene::PrimitivePtr source;  // as long as it is held nothing else has its address
+    std::shared_ptr<const std::vector<scene::PrimitivePtr>> more;  // see FlatScene::Shape
     Digest look, settings;
     Digest dicing;         // what it was diced by,
     bool isDiced = false;  // where it was diced by the camera at all,

@@ -75,12 +75,13 @@ struct Worker::Calls {
                         r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p]);
         } else {
           const shade::ShadingWorld& sw = s.world();
-          const shade::PlacementInfo& place = sw.placements[sw.world->instance(list->hits.instance[p]).user];
+          const uint32_t placement = sw.world->instance(list->hits.instance[p]).user;
           std::snprintf(
               line, sizeof line,
               "ray %u: from (%.9g %.9g %.9g) along (%.9g %.9g %.9g): hits '%s' (%s) face %u at distance %.9g", depth,
               r.o[0][p], r.o[1][p], r.o[2][p], r.d[0][p], r.d[1][p], r.d[2][p],
-              sw.geometries[list->hits.geometry[p]].name.c_str(), place.name.c_str(), list->hits.primitive[p],
+              sw.geometries[list->hits.geometry[p]].name.c_str(),
+              (sw.placementName ? sw.placementName(placement) : std::string()).c_str(), list->hits.primitive[p],
               list->hits.t[p]);
         }
         w.print(line);
@@ -398,7 +399,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
-    const uint32_t set = w.placements[w.world->instance(hits.instance[s]).user].linkSet;
+    const uint32_t set = w.placements[w.world->instance(hits.instance[s]).info].linkSet;
     kept[m] = s;
     m += light == kNoLight || w.lights->isLinked(set, light);
   }
@@ -408,7 +409,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
 
 bool Worker::isHidden(uint32_t instance) const {
   const shade::ShadingWorld& w = state_.world();
-  const shade::PlacementInfo& p = w.placements[w.world->instance(instance).user];
+  const shade::PlacementInfo& p = w.placements[w.world->instance(instance).info];
   return p.isHiddenFromCamera || p.hole;
 }
 

@@ -104,33 +104,31 @@ bool SolidTrees::check(Tree& tree) const {
   return isSound && nodes[0].isAlive;
 }
 
-std::vector<trace::SolidInput> SolidTrees::finish(std::vector<trace::PlacementInput>& placements,
-                                                  std::vector<SourcePos>& places) {
+std::vector<trace::SolidInput> SolidTrees::finish(std::vector<SourcePos>& places) {
   std::vector<trace::SolidInput> solids(trees_.size());
-  std::vector<std::vector<uint32_t>> leafOf(trees_.size());  // by node
+  leafOf_.resize(trees_.size());
   for (size_t k = 0; k < trees_.size(); ++k) {
     Tree& tree = trees_[k];
     places.push_back(tree.nodes[0].pos);
     if (!check(tree)) continue;
     trace::SolidInput& to = solids[k];
     std::vector<uint32_t> numberOf(tree.nodes.size(), 0);
-    leafOf[k].assign(tree.nodes.size(), trace::kNoSolid);
+    leafOf_[k].assign(tree.nodes.size(), trace::kNoSolid);
     for (size_t i = 0; i < tree.nodes.size(); ++i) {
       const Node& n = tree.nodes[i];
       if (!n.isAlive) continue;
       numberOf[i] = uint32_t(to.nodes.size());
       trace::SolidNode& node = to.nodes.emplace_back(n.in);
       node.parent = numberOf[n.in.parent];
-      if (n.surfaces > 0) leafOf[k][i] = node.leaf = to.leaves++;
+      if (n.surfaces > 0) leafOf_[k][i] = node.leaf = to.leaves++;
     }
   }
-  for (trace::PlacementInput& p : placements) {
-    if (p.member.solid == trace::kNoSolid) continue;
-    const std::vector<uint32_t>& leaves = leafOf[p.member.solid];
-    p.member =
-        leaves.empty() ? trace::Solids::Member() : trace::Solids::Member{p.member.solid, leaves[p.member.leaf]};
-  }
   return solids;
+}
+
+trace::Solids::Member SolidTrees::resolved(const trace::Solids::Member& added) const {
+  if (added.solid == trace::kNoSolid || leafOf_[added.solid].empty()) return {};
+  return {added.solid, leafOf_[added.solid][added.leaf]};
 }
 
 }  // namespace kinora::render

@@ -26,8 +26,9 @@ class SolidTrees {
   trace::Solids::Member add(const Place& p, const scene::Transform& toRender);
   // Messages of what cannot be resolved, whose surfaces are members of nothing then. `places`: where each solid stands
   // in files.
-  std::vector<trace::SolidInput> finish(std::vector<trace::PlacementInput>& placements,
-                                        std::vector<SourcePos>& places);
+  std::vector<trace::SolidInput> finish(std::vector<SourcePos>& places);
+  // After finish(): what add() gave, with the world's number of the leaf.
+  trace::Solids::Member resolved(const trace::Solids::Member& added) const;
 
  private:
   using Operation = scene::Solid::Operation;
@@ -48,6 +49,7 @@ class SolidTrees {
 
   Diagnostics& diagnostics_;
   std::vector<Tree> trees_;
+  std::vector<std::vector<uint32_t>> leafOf_;  // by tree and node; empty: its surfaces are members of nothing
 };
 
 }  // namespace kinora::render

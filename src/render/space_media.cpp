@@ -169,8 +169,8 @@ bool fillsSpace(const scene::Attributes* attributes, Registry& registry, Diagnos
   return plugin && plugin->flags & kBxdfFillsSpace;
 }
 
-bool isVolume(const FlatScene& flat, size_t placement) {
-  return volumeOf(*flat.shapeOf(flat.placements[placement]).primitive) != nullptr;
+bool isVolume(const FlatScene& flat, size_t kind) {
+  return volumeOf(*flat.shapeOf(flat.kinds[kind]).primitive) != nullptr;
 }
 
 namespace {
@@ -198,7 +198,7 @@ void boundByFields(shade::SpaceMedium& m) {
 // The largest extinctions over a lattice of n points along each side of the listed cells.
 void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world, int n,
             const std::vector<uint32_t>& cells, const std::atomic<bool>* stop, std::vector<float>& seen) {
-  const trace::Affine toRender = world.placements[world.world->instance(m.instance).user].renderToObject.inverse();
+  const trace::Affine toRender = world.spaceOf(m.instance, m.geometry).fromRender.inverse();
   const size_t perCell = size_t(n) * size_t(n) * size_t(n);
   const size_t atOnce = std::max<size_t>(1, kPointsAtOnce / perCell);
   tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
@@ -286,22 +286,26 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     return made_;
   }
   *this = {};
-  std::vector<uint32_t> filled;
-  for (uint32_t k = 0; k < flat->placements.size(); ++k) {
-    const scene::Primitive& p = *flat->shapeOf(flat->placements[k]).primitive;
-    if (world.materials->fillsSpace(world.placements[k].material))
-      filled.push_back(k);
-    else if (volumeOf(p))
+  std::vector<bool> isFilled(flat->kinds.size());
+  for (size_t k = 0; k < flat->kinds.size(); ++k) {
+    const scene::Primitive& p = *flat->shapeOf(flat->kinds[k]).primitive;
+    isFilled[k] = world.materials->fillsSpace(world.placements[k].material);
+    if (!isFilled[k] && volumeOf(p))
       tools.diagnostics.warning("MEDIUM-NONE", p.pos, "'" + p.name() + "' has a material that is no medium's",
                                 "it is left out", "a Volume is filled by Bxdf \"PxrVolume\"");
   }
+  std::vector<uint32_t> filled;
+  if (std::find(isFilled.begin(), isFilled.end(), true) != isFilled.end())
+    for (uint32_t k = 0; k < flat->placements.size(); ++k)
+      if (isFilled[flat->placements[k].kind]) filled.push_back(k);
   inputs_ = std::move(inputs);
   if (filled.empty()) return nullptr;
 
   const FileContents::Listening listening(tools.contents, files_);
   auto media = std::make_shared<shade::SpaceMedia>();
   std::map<uint32_t, uint32_t> instanceOf;  // by placement
-  for (uint32_t i = 0; i < world.world->instanceCount(); ++i) instanceOf.emplace(world.world->instance(i).user, i);
+  for (uint32_t i = 0; i < world.world->instanceCount(); ++i)
+    if (isFilled[world.world->instance(i).info]) instanceOf.emplace(world.world->instance(i).user, i);
   std::map<const geometry::Mesh*, uint32_t> geometryOf;
   for (uint32_t g = 0; g < world.world->geometryCount(); ++g) geometryOf.emplace(&world.world->mesh(g), g);
 
@@ -310,8 +314,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<trace::PlacementInput> placements;
   std::vector<bool> needsShading;
   for (const uint32_t k : filled) {
-    const trace::PlacementInput& placed = flat->placements[k];
-    const uint32_t shape = flat->parts[placed.part].shapes[0];
+    const uint32_t kind = flat->placements[k].kind, shape = flat->parts[flat->kinds[kind].part].shapes[0];
     const scene::Primitive& p = *flat->shapes[shape].primitive;
     const geometry::Mesh& mesh = *meshes[shape];
     const auto geometry = geometryOf.find(&mesh);
@@ -324,12 +327,13 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     }
     const uint32_t index = uint32_t(media->media.size());
     shade::SpaceMedium& m = media->media.emplace_back();
-    m.name = flat->infos[k].name.empty() ? p.name() : flat->infos[k].name;
+    m.name = flat->nameOf(k);
+    if (m.name.empty()) m.name = p.name();
     m.instance = instance->second;
     m.geometry = geometry->second;
-    m.visibility = placed.visibility;
+    m.visibility = flat->kinds[kind].visibility;
     m.side = volumeOf(mesh) < 0 ? -1.f : 1.f;
-    const uint32_t material = world.placements[k].material;
+    const uint32_t material = world.placements[kind].material;
     const shade::Program& program = world.materials->program((*world.materials)[material].program);
     m.mayEmit = program.mediumFlags & kMediumMayEmit;
     media->mayEmit |= m.mayEmit;
@@ -369,10 +373,9 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     input.key = index + 1;
     input.mesh = meshes[shape];
     shapes.push_back(std::move(input));
-    trace::PlacementInput place = placed;
+    trace::PlacementInput place;
     place.part = index;
-    place.visibility = 15;
-    place.member = {};
+    place.toRender = flat->toRender(k);
     placements.push_back(std::move(place));
   }
   if (media->media.empty()) return nullptr;
@@ -392,10 +395,10 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
       boundByShading(m, i, world, tools.stop);
     else
       boundByFields(m);
-    const uint32_t placement = world.world->instance(m.instance).user;
-    const float said = world.materials->extinction(world.placements[placement].material).most;
+    const trace::Instance& instance = world.world->instance(m.instance);
+    const float said = world.materials->extinction(world.placements[instance.info].material).most;
     // what glows is looked for even where it is clear
-    const scene::Matrix toRender = flat->placements[placement].toRender.at(tools.camera.middle());
+    const scene::Matrix toRender = flat->toRender(instance.user).at(tools.camera.middle());
     const Imath::V3d extent = world.world->mesh(m.geometry).bounds.size();
     double longest = 0;
     for (int k = 0; k < 3; ++k) {

@@ -22,8 +22,8 @@ namespace render {
 // Whether objects of these attributes are full of a medium, and have no surface.
 bool fillsSpace(const scene::Attributes* attributes, Registry& registry, Diagnostics& diagnostics);
 
-// Whether a placement is of a Volume request.
-bool isVolume(const FlatScene& flat, size_t placement);
+// Whether placements of a kind are of a Volume request.
+bool isVolume(const FlatScene& flat, size_t kind);
 
 class SpaceMediaStage {
  public:

@@ -55,6 +55,10 @@ void describePlacements(const FlatScene& flat, shade::ShadingWorld& w) {
   std::map<shade::Tint, uint32_t> tintOf{{{}, 0}};
   for (size_t k = 0; k < w.placements.size(); ++k) {
     const scene::Attributes* a = flat.attributes[k];
+    if (k > 0 && a == flat.attributes[k - 1]) {
+      w.placements[k].tint = w.placements[k - 1].tint;
+      continue;
+    }
     shade::Tint tint;
     tint.hasColor = a && a->color;
     tint.hasOpacity = a && a->opacity;

@@ -43,9 +43,9 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
                                          const std::vector<shade::PlacementInfo>& infos) {
   std::vector<uint32_t> visibility(flat.shapes.size(),
                                    trace::kSeenByCamera | trace::kSeenByIndirect | trace::kSeenByOpaqueShadow);
-  for (size_t k = 0; k < flat.placements.size(); ++k) {
+  for (size_t k = 0; k < flat.kinds.size(); ++k) {
     const shade::Program& program = materials.program(materials[infos[k].material].program);
-    uint32_t& v = visibility[flat.parts[flat.placements[k].part].shapes[0]];
+    uint32_t& v = visibility[flat.parts[flat.kinds[k].part].shapes[0]];
     if (program.scatters) v |= trace::kAskedAlone;
     if (program.opaque && !program.tints) continue;
     v = (v & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
@@ -85,8 +85,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
               std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
-  for (const trace::PlacementInput& p : flat.placements)
-    sight.ofPlacement.push_back(p.visibility | trace::kAskedAlone);
+  for (const FlatScene::Kind& k : flat.kinds) sight.ofKind.push_back(k.visibility | trace::kAskedAlone);
   struct Subset {
     int kind;
     std::vector<std::string> names, exclude;
@@ -94,15 +93,25 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   };
   std::map<std::array<std::string, 3>, uint32_t> known;  // kind and both texts -> bit
   std::vector<Subset> subsets;
-  std::vector<std::vector<std::string>> groups(flat.placements.size());
+  // the names that attributes give, as most objects share those of the one before
+  std::vector<std::vector<std::string>> groups{{}};
+  std::vector<uint32_t> groupsOf(flat.kinds.size(), 0);  // by kind
   std::set<std::string> members, missed;
   uint32_t nextBit = kFirstBit;
   bool any = false, tooMany = false;
-  for (size_t i = 0; i < flat.placements.size(); ++i) {
+  for (size_t i = 0; i < flat.kinds.size(); ++i) {
     const scene::Attributes* a = flat.attributes[i];
     if (!a) continue;
-    groups[i] = groupNames(a->named.getString("grouping:membership", ""));
-    members.insert(groups[i].begin(), groups[i].end());
+    if (i > 0 && a == flat.attributes[i - 1]) {
+      groupsOf[i] = groupsOf[i - 1];
+      continue;
+    }
+    std::vector<std::string> names = groupNames(a->named.getString("grouping:membership", ""));
+    members.insert(names.begin(), names.end());
+    if (!names.empty()) {
+      groupsOf[i] = uint32_t(groups.size());
+      groups.push_back(std::move(names));
+    }
     for (const SetKind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
   const std::map<std::string, SetAsker> byText = setsByText(materials, askers);
@@ -123,10 +132,14 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   std::map<std::array<uint32_t, 3>, uint32_t> setOf;
   sight.sets.push_back({});
   setOf[{0, 0, 0}] = 0;
-  for (size_t i = 0; i < flat.placements.size(); ++i) {
+  for (size_t i = 0; i < flat.kinds.size(); ++i) {
     const scene::Attributes* a = flat.attributes[i];
     infos[i].traceSet = 0;
     if (!a) continue;
+    if (i > 0 && a == flat.attributes[i - 1]) {
+      infos[i].traceSet = infos[i - 1].traceSet;
+      continue;
+    }
     std::array<uint32_t, 3> bits{};
     for (int k = 0; k < 3; ++k) {
       const std::string subset = a->named.getString(kKinds[k].subset, ""),
@@ -181,14 +194,15 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   };
   for (uint32_t& visibility : sight.ofShape)
     for (const Subset& s : subsets) visibility |= bitsOf(s, visibility);
-  for (size_t i = 0; i < flat.placements.size(); ++i)
+  for (size_t i = 0; i < flat.kinds.size(); ++i)
     for (const Subset& s : subsets) {
       const auto in = [&](const std::vector<std::string>& names) {
         return std::any_of(names.begin(), names.end(), [&](const std::string& n) {
-          return std::find(groups[i].begin(), groups[i].end(), n) != groups[i].end();
+          const std::vector<std::string>& own = groups[groupsOf[i]];
+          return std::find(own.begin(), own.end(), n) != own.end();
         });
       };
-      if ((s.names.empty() || in(s.names)) && !in(s.exclude)) sight.ofPlacement[i] |= bitsOf(s, sight.ofPlacement[i]);
+      if ((s.names.empty() || in(s.names)) && !in(s.exclude)) sight.ofKind[i] |= bitsOf(s, sight.ofKind[i]);
     }
   return sight;
 }

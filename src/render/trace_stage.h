@@ -18,7 +18,7 @@ namespace kinora::render {
 
 // Which rays see what, and what rays that leave objects ask for.
 struct Sight {
-  std::vector<uint32_t> ofShape, ofPlacement;  // VisibilityBits, and a bit for each subset
+  std::vector<uint32_t> ofShape, ofKind;       // VisibilityBits, and a bit for each subset
   std::vector<shade::TraceSet> sets;           // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
 };
@@ -45,7 +45,7 @@ class TraceStage {
   struct Inputs {
     std::shared_ptr<const FlatScene> flat;
     std::vector<uint64_t> serials;
-    std::vector<uint32_t> ofShape, ofPlacement;
+    std::vector<uint32_t> ofShape, ofKind;
     double shutterOpen, shutterClose;
     bool isWatertight;
     bool operator==(const Inputs&) const = default;

@@ -138,7 +138,9 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene, Statistics& statistics
 }
 
 void WorldBuilder::flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt) {
-  const RenderSpace space{{camera_.origin[0], camera_.origin[1], camera_.origin[2]}, camera_.middle()};
+  const RenderSpace space{{camera_.origin[0], camera_.origin[1], camera_.origin[2]},
+                          {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize,
+                           camera_.middle(), camera_.worldToCamera}};
   if (flat_ && flat_->isOf(scene, space, emitters)) return;
   const auto isMedium = [&](const scene::Attributes* a) { return fillsSpace(a, registry_, diagnostics_); };
   flat_ = flatten(scene, space, emitters, isMedium, settings_.stop, diagnostics_);
@@ -177,6 +179,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   auto next = std::make_unique<shade::ShadingWorld>();
   next->paths = paths.get();
   next->placements = flat_->infos;
+  next->objectSpaces = flat_->spaces;
+  next->placementName = [flat = flat_](uint32_t placement) { return flat->nameOf(placement); };
   next->materials =
       materials_.make(*flat_,
                       {registry_, diagnostics_, *textures_, contents_, shaders_, shadersInUse_, paths, width_,
@@ -185,7 +189,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
                       next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, askers, next->placements, diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
-    if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofPlacement[k] = 0;
+    if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
   next->setsByText = std::move(sight.byText);
@@ -207,7 +211,7 @@ void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w
   const shade::MaterialSet& materials = *w.materials;
   statistics.lights = w.lights->size();
   statistics.primitives = meshes_.size();
-  statistics.instances = w.placements.size();
+  statistics.instances = flat_->placements.size();
   statistics.triangles = w.world->triangleCount();
   statistics.materials = materials.size();
   statistics.programs = materials.programCount();
@@ -226,8 +230,10 @@ void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w
   statistics.memory.push_back({"scene description", scene.bytes()});
   statistics.memory.push_back({"materials", materials.bytes()});
   if (materials.shaderBytes()) statistics.memory.push_back({"shader programs", materials.shaderBytes()});
-  statistics.memory.push_back({"instances", w.placements.size() * (sizeof(trace::Instance) + sizeof(trace::Affine) +
-                                                                   sizeof(shade::PlacementInfo))});
+  statistics.memory.push_back(
+      {"instances", flat_->placements.size() * sizeof(FlatScene::Placement) +
+                        w.placements.size() * (sizeof(shade::PlacementInfo) + sizeof(FlatScene::Kind)) +
+                        w.objectSpaces->size() * sizeof(shade::ObjectSpace) + w.world->placementBytes()});
 }
 
 }  // namespace kinora::render

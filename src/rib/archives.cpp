@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <filesystem>
 
 #include "rib/archive_search.h"
 #include "rib/interpreter.h"
+#include "rib/run_program.h"
 
 namespace kinora::rib {
 
@@ -37,20 +39,34 @@ std::string Interpreter::findArchive(const std::string& asNamed, const std::stri
   return ArchiveSearch{expandSearchPath(own, read_.archivePath), {}, mainDirectory_}.find(asNamed, including);
 }
 
-void Interpreter::readNamedArchive(const std::string& name, const Request& r, bool isProcedural) {
+bool Interpreter::readsItself(const std::string& identity, const std::string& what, const Request& r) {
+  for (const Source& open : sources_)
+    if (open.identity == identity) {
+      report(Severity::Error, "RIB-RECURSION", r.pos, what + " reads itself", "it is not read again");
+      return true;
+    }
+  return false;
+}
+
+bool Interpreter::mayReadAnother(const std::string& name, const Request& r) {
   if (int(sources_.size()) > read_.maxArchiveDepth) {
     report(Severity::Error, "RIB-DEPTH", r.pos,
            "archives are nested more than " + std::to_string(read_.maxArchiveDepth) + " deep at '" +
                name.substr(0, 200) + "'",
            "it is not read");
-    return;
+    return false;
   }
   if (++archiveReads_ > read_.maxArchiveReads) {
     if (archiveReads_ == read_.maxArchiveReads + 1)
       report(Severity::Error, "RIB-DEPTH", r.pos,
              "more than " + std::to_string(read_.maxArchiveReads) + " archives are read", "no more are");
-    return;
+    return false;
   }
+  return true;
+}
+
+void Interpreter::readNamedArchive(const std::string& name, const Request& r, bool isProcedural) {
+  if (!mayReadAnother(name, r)) return;
   Source s;
   std::string file;
   if (const auto it = inlineArchives_.find(name); it != inlineArchives_.end()) {
@@ -68,12 +84,7 @@ void Interpreter::readNamedArchive(const std::string& name, const Request& r, bo
     const auto canonical = std::filesystem::weakly_canonical(file, failed);
     s.identity = failed ? file : canonical.string();
   }
-  for (const Source& open : sources_)
-    if (open.identity == s.identity) {
-      report(Severity::Error, "RIB-RECURSION", r.pos, "the archive '" + name.substr(0, 200) + "' reads itself",
-             "it is not read again");
-      return;
-    }
+  if (readsItself(s.identity, "the archive '" + name.substr(0, 200) + "'", r)) return;
   if (!s.recorded) {
     std::string why;
     auto source = openFile(file, why);
@@ -88,13 +99,46 @@ void Interpreter::readNamedArchive(const std::string& name, const Request& r, bo
   push(std::move(s));
 }
 
-// Delayed archives are read at once: each would be needed as soon as a ray comes near it. Programs are never run.
+// The words of a command line, without a shell's other powers.
+void Interpreter::readProgram(const std::string& command, const std::string& data, const Request& r) {
+  const std::string name = "the program '" + command.substr(0, 200) + "'";
+  Source s;
+  s.identity = "program:" + command + "\n" + data;
+  if (!mayReadAnother(command, r) || readsItself(s.identity, name, r)) return;
+  std::vector<std::string> words;
+  for (size_t at = 0; (at = command.find_first_not_of(" \t", at)) != std::string::npos;) {
+    const size_t end = std::min(command.find_first_of(" \t", at), command.size());
+    words.push_back(command.substr(at, end - at));
+    at = end;
+  }
+  // a program beside the scene may be named by its file alone
+  if (!words.empty())
+    if (const std::string file = findArchive(words[0], r.pos.file ? *r.pos.file : std::string()); !file.empty())
+      words[0] = std::filesystem::absolute(file).string();
+  ProgramLimits limits;
+  limits.seconds = read_.programSeconds;
+  limits.stop = read_.stop;
+  std::string why;
+  // all the detail there is: how large it is seen is not known yet
+  std::optional<std::string> text = runProgram(words, "1000000 " + data + "\n", limits, why);
+  if (!text) {
+    report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " gives nothing: " + why, "it is left out");
+    return;
+  }
+  s.lexer = std::make_unique<Lexer>(openText(std::move(*text)), command, messages_, &isRequest);
+  s.restore = std::make_unique<State>(state_);
+  push(std::move(s));
+}
+
+// Delayed archives are read at once: each would be needed as soon as a ray comes near it.
 void Interpreter::procedural(Request& r) {
   Cursor c(r);
   std::string kind;
   std::vector<std::string> data;
   if (!c.string(kind) || !c.strings(data) || data.empty()) return badArguments(r, "a kind and its arguments");
   if (kind == "DelayedReadArchive") return readNamedArchive(data[0], r, true);
+  if (kind == "RunProgram" && read_.allowExec)
+    return readProgram(data[0], data.size() > 1 ? data[1] : std::string(), r);
   geometryRequest(r);
 }
 

@@ -137,8 +137,8 @@ const Interpreter::Table& Interpreter::table() {
       {"ClippingPlane", {&I::clippingPlane, Other}},
       {"ColorSamples", {&I::keep, Other}},
       {"ConnectShaderLayers", {&I::keep, Other}},
-      {"Detail", {&I::keep, Other}},
-      {"DetailRange", {&I::keep, Other}},
+      {"Detail", {&I::detail, Other}},
+      {"DetailRange", {&I::detailRange, Other}},
       {"EnableLightFilter", {&I::keep, Other}},
       {"ErrorHandler", {&I::keep, Other}},
       {"GeometricApproximation", {&I::keep, Other}},
@@ -151,7 +151,7 @@ const Interpreter::Table& Interpreter::table() {
       {"MakeShadow", {&I::keep, Other}},
       {"MakeTexture", {&I::keep, Other}},
       {"Quantize", {&I::keep, Other}},
-      {"RelativeDetail", {&I::keep, Other}},
+      {"RelativeDetail", {&I::relativeDetail, Other}},
       {"ShaderLayer", {&I::keep, Other}},
       {"System", {&I::keep, Other}},
       {"VolumePixelSamples", {&I::keep, Other}},
@@ -373,6 +373,13 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
 void Interpreter::reportKept(const Request& r) {
   // the shape of an area light is that of what stands in for the light, and not seen otherwise
   if (r.name == "Geometry" && state_.emitter && state_.emitter->node->kind == "AreaLightSource") return;
+  if (r.name == "Procedural" && r.count > 1 && r.args[0].isString() && r.args[0].strings[0] == "RunProgram") {
+    const std::string program = r.args[1].strings.empty() ? std::string() : r.args[1].strings[0];
+    report(Severity::Warning, "RIB-KEPT-PROGRAM", r.pos, "the program '" + program.substr(0, 200) + "' is not run",
+           "it is kept in the scene description without effect",
+           "--allow-exec lets scenes run programs: only for scenes that you trust");
+    return;
+  }
   static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",
                                                   "Interior", "Exterior",   "Deformation"};
   std::string who = r.name;

@@ -226,6 +226,11 @@ class Interpreter {
   void addLight(scene::Light l);
   void switchLightSource(uint32_t id, bool on);
 
+  // ---- detail.cpp
+  void detail(Request&);
+  void detailRange(Request&);
+  void relativeDetail(Request&);
+
   // ---- transforms.cpp
   void transformRequest(Request&);
   void applyTransforms(std::vector<Request>& keys, const std::vector<double>& times);
@@ -247,6 +252,10 @@ class Interpreter {
   void procedural(Request&);
   void procedural2(Request&);
   void readNamedArchive(const std::string& name, const Request& r, bool isProcedural = false);
+  void readProgram(const std::string& command, const std::string& data, const Request& r);
+  // Messages where not.
+  bool mayReadAnother(const std::string& name, const Request& r);
+  bool readsItself(const std::string& identity, const std::string& what, const Request& r);
   std::string findArchive(const std::string& name, const std::string& including) const;
 
   Diagnostics& messages_;

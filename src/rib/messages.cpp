@@ -160,6 +160,14 @@ constexpr Explanation kExplanations[] = {
      "lost when the scene "
      "is written again, and has no effect on the picture. Each such request is reported once, where it is first "
      "met."},
+    {"RIB-PROGRAM",
+     "Procedural \"RunProgram\" names a program whose output would be part of the scene. It is run, since "
+     "--allow-exec "
+     "was given, but cannot be started, fails without an answer, takes more than 60 seconds or prints more than a "
+     "gigabyte. It is ended and left out."},
+    {"RIB-KEPT-PROGRAM",
+     "Procedural \"RunProgram\" names a program whose output would be part of the scene. Programs are run with "
+     "--allow-exec alone: a scene from elsewhere could do anything with the rights of who renders it."},
     {"ASSET-MISSING-ARCHIVE",
      "An archive named by ReadArchive or a delayed procedural is not found: not as named, not beside the file that "
      "names it, not along "

@@ -1,7 +1,7 @@
 // Reads RIB (ASCII, binary, gzip) into scene descriptions. Called by app/ (render, info, rib) and by tests. Several
 // files are one stream: graphics state carries over. A mistake in a file is reported and repaired as the message
-// says; reading goes on. It runs no program that a scene names, loads no plug-in, and has no opinion on what can be
-// rendered.
+// says; reading goes on. It runs no program that a scene names unless it is told to, loads no plug-in, and has no
+// opinion on what can be rendered.
 #pragma once
 #include <atomic>
 #include <functional>
@@ -24,6 +24,8 @@ struct ReadOptions {
   int maxArchiveDepth = 64;       // archives in archives
   int maxArchiveReads = 1000000;  // in all: archives that multiply end here
   int maxBlockDepth = 10000;      // open blocks
+  bool allowExec = false;         // programs that the scene names are run for what they print
+  double programSeconds = 60;     // each at most so long
 };
 
 class RibReader {

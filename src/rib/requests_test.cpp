@@ -1,6 +1,9 @@
 // What each family of requests leaves in the scene description. Proves the state machine and the values; how they are
 // rendered is no business of this folder.
+#include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "rib/test_support.h"
@@ -662,7 +665,7 @@ TEST(Geometry, WhatIsNotRenderedIsKeptWithItsArguments) {
   const Read r = readWorld(R"(Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] [""]
 Volume "box" [-1 1 -1 1 -1 1] [2 2 2] "varying float density" [1 1 1 1 1 1 1 1]
 Geometry "envsphere" "constant float[2] resolution" [64 32]
-Procedural "RunProgram" ["rm -rf x" "arg"] [-1 1 -1 1 -1 1]
+Procedural "DynamicLoad" ["x.so" "arg"] [-1 1 -1 1 -1 1]
 Procedural2 "DynamicLoad2" "SimpleBound" "string dsoname" ["x.so"] "float[6] bound" [0 1 0 1 0 1])");
   ASSERT_EQ(r.world().primitives.size(), 5u) << r.all();
   const auto& o = [&](size_t i) -> const OtherPrimitive& { return std::get<OtherPrimitive>(r.primitive(i).shape); };
@@ -670,7 +673,7 @@ Procedural2 "DynamicLoad2" "SimpleBound" "string dsoname" ["x.so"] "float[6] bou
   EXPECT_EQ(o(1).args.getString("type", ""), "box");
   EXPECT_EQ(r.primitive(1).primvars.getFloats("density").size(), 8u);
   EXPECT_EQ(r.primitive(2).primvars.getFloats("resolution").size(), 2u);
-  EXPECT_EQ(o(3).args.find("data")->strings[0], "rm -rf x");
+  EXPECT_EQ(o(3).args.find("data")->strings[0], "x.so");
   EXPECT_EQ(r.primitive(4).primvars.getString("dsoname", ""), "x.so");
   for (const char* code : {"RIB-KEPT-PROCEDURAL", "RIB-KEPT-PROCEDURAL2"}) EXPECT_EQ(r.count(code), 1u) << code;
   EXPECT_EQ(r.count("RIB-KEPT-VOLUME"), 0u);
@@ -775,6 +778,74 @@ TEST(Archives, DelayedOnesAreReadInAScopeOfTheirOwn) {
   EXPECT_EQ(r.primitive(2).toWorld.matrices[0], Matrix());
 }
 
+TEST(Programs, AreRunWhereThatIsAllowed) {
+  const std::string file = ::testing::TempDir() + "made_by_the_program";
+  std::filesystem::remove(file);
+  const std::string touch =
+      "Procedural \"RunProgram\" [\"touch " + file + "\" \"\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360";
+  const Read without = readWorld(touch);
+  expectMessage(without, "RIB-KEPT-PROGRAM", 2);
+  EXPECT_EQ(without.world().primitives.size(), 2u) << "it is kept, for whoever writes the scene again";
+  EXPECT_FALSE(std::filesystem::exists(file)) << "it was run all the same";
+  ReadOptions allowed;
+  allowed.allowExec = true;
+  readWorld(touch, allowed);
+  EXPECT_TRUE(std::filesystem::exists(file));
+  std::filesystem::remove(file);
+
+  // detail and data come to it, and after a byte 255 it is waited for no longer
+  const std::string script = ::testing::TempDir() + "disk_maker";
+  std::ofstream(script)
+      << "#!/bin/sh\nread detail radius\necho Color 0 0 1\necho Disk 0 $radius 360\nprintf '\\377'\nsleep 1000\n";
+  std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  const Read r = readWorld(
+      "Color 1 0 0\nProcedural \"RunProgram\" [\"" + script + "\" \"2\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360", allowed);
+  ASSERT_EQ(r.world().primitives.size(), 2u) << r.all();
+  const auto& disk = std::get<Quadric>(r.primitive(0).shape);
+  EXPECT_EQ(disk.kind, Quadric::Kind::Disk);
+  EXPECT_EQ(disk.args[1], 2);
+  EXPECT_EQ((*r.primitive(1).attributes->color)[0], 1) << "attributes are as they were";
+}
+
+TEST(Programs, ThatFailAreLeftOut) {
+  ReadOptions allowed;
+  allowed.allowExec = true;
+  allowed.programSeconds = .5;
+  for (const char* command : {"/nowhere/at/all", "false", "sleep 1000", "   ", "", "yes"}) {
+    const auto start = std::chrono::steady_clock::now();
+    const Read r = readWorld(
+        "Procedural \"RunProgram\" [\"" + std::string(command) + "\" \"x\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360",
+        allowed);
+    EXPECT_EQ(r.count("RIB-PROGRAM"), 1u) << command << "\n" << r.all();
+    EXPECT_EQ(r.world().primitives.size(), 1u) << command;
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 20) << command;
+  }
+  // garbage is what garbage in a file is; one that answers with itself is run once
+  const Read garbage =
+      readWorld("Procedural \"RunProgram\" [\"echo )(]\" \"x\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360", allowed);
+  EXPECT_FALSE(garbage.messages.empty());
+  EXPECT_EQ(garbage.world().primitives.size(), 1u);
+  allowed.programSeconds = 20;
+  const std::string again =
+      "Procedural \"RunProgram\" [\"cat " + ::testing::TempDir() + "again.rib\" \"x\"] [0 1 0 1 0 1]\n";
+  std::ofstream(::testing::TempDir() + "again.rib") << again;
+  const Read recursive = readWorld(again + "Sphere 2 -2 2 360", allowed);
+  EXPECT_EQ(recursive.count("RIB-RECURSION"), 1u) << recursive.all();
+}
+
+TEST(Detail, BecomesAttributes) {
+  const Read r = readRib(
+      "RelativeDetail .5\nWorldBegin\nTranslate 1 0 0\nDetail [0 1 0 1 0 1]\nDetailRange 0 1 2 3\nSphere 1 -1 1 "
+      "360\nWorldEnd");
+  expectClean(r);
+  EXPECT_EQ(r.world().options.getFloat("detail:relative", 1), .5f);
+  EXPECT_EQ(r.primitive().attributes->named.getFloats("detail:range"), (std::vector<float>{0, 1, 2, 3}));
+  const std::vector<float> corners = r.primitive().attributes->named.getFloats("detail:corners");
+  ASSERT_EQ(corners.size(), 24u);
+  EXPECT_EQ(corners[0], 1);
+  EXPECT_EQ(corners[23], 1);
+}
+
 TEST(Conditions, ChooseBranchesAndNest) {
   const Read r = readRib(R"rib(Option "user" "string pass" ["beauty"] "float level" [3]
 WorldBegin
@@ -837,8 +908,6 @@ TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
   const char* const kNames[] = {"Bound",
                                 "ColorSamples",
                                 "ConnectShaderLayers",
-                                "Detail",
-                                "DetailRange",
                                 "EnableLightFilter",
                                 "ErrorHandler",
                                 "GeometricApproximation",
@@ -851,7 +920,6 @@ TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
                                 "MakeShadow",
                                 "MakeTexture",
                                 "Quantize",
-                                "RelativeDetail",
                                 "ShaderLayer",
                                 "System",
                                 "VolumePixelSamples"};

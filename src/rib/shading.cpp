@@ -389,7 +389,7 @@ void Interpreter::orientation(Request& r) {
 // change nothing, and those before it tell a named handedness from that of the space it is kept for.
 void Interpreter::setOrientation(scene::Attributes::Orientation o) {
   using O = scene::Attributes::Orientation;
-  const bool mirrored = state_.ctm.matrices[0].determinant() < 0;
+  const bool mirrored = std::as_const(state_.ctm).matrices[0].determinant() < 0;
   if (o == O::LeftHanded || o == O::RightHanded) {
     const bool left = (o == O::LeftHanded) != mirrored;
     if (inWorldOrObject())

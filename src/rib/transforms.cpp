@@ -147,7 +147,7 @@ void Interpreter::transformRequest(Request& r) {
     state_.ctm = scene::Transform::fixed(m);
   else
     state_.ctm = concat(scene::Transform::fixed(m), state_.ctm);
-  for (const Matrix& k : state_.ctm.matrices)
+  for (const Matrix& k : std::as_const(state_.ctm.matrices))
     if (!isFinite(k)) {
       report(Severity::Error, "RIB-TRANSFORM", r.pos,
              "the transforms up to this " + r.name + " multiply beyond all numbers", "it is ignored");

@@ -92,6 +92,7 @@ class Writer {
   void argument(const std::vector<T>& v) {
     array(v);
   }
+  void argument(const Keys<double>& v) { array(std::vector<double>(v.begin(), v.end())); }
 
   // ---- parts
   void parameter(const Parameter& p, std::string_view name) {

@@ -21,6 +21,10 @@ template <class T>
 struct Kind<std::vector<T>> : Kind<void> {
   static constexpr bool isVector = true;
 };
+template <class T>
+struct Kind<Keys<T>> : Kind<void> {
+  static constexpr bool isVector = true;
+};
 template <class T, size_t N>
 struct Kind<std::array<T, N>> : Kind<void> {
   static constexpr bool isArray = true;

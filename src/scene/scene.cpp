@@ -19,7 +19,8 @@ size_t bytesOf(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
 }
 
-size_t bytesOf(const Transform& t) { return bytesOf(t.times) + bytesOf(t.matrices); }
+// What copies share is counted by each.
+size_t bytesOf(const Transform& t) { return t.times.heldBytes() + t.matrices.heldBytes(); }
 
 size_t bytesOf(const Shape& s) {
   struct Count {

@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "scene/keys.h"
 #include "scene/parameters.h"
 
 namespace kinora::scene {
@@ -23,8 +24,8 @@ using Matrix = Imath::M44d;
 // A transform over shutter time: one matrix when static, else matrices at increasing times, linear in between, held
 // outside. Rotations are cut into enough keys by the writer that linear interpolation is good to 1e-4 of the radius.
 struct Transform {
-  std::vector<double> times{0.0};
-  std::vector<Matrix> matrices{Matrix()};
+  Keys<double> times;     // as made: 0
+  Keys<Matrix> matrices;  // as made: the identity
   bool isStatic() const { return matrices.size() == 1; }
   Matrix at(double time) const;
   Transform inverse() const;  // key by key

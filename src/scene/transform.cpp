@@ -47,16 +47,13 @@ Transform Transform::inverse() const {
 
 Transform Transform::fixed(const Matrix& m) {
   Transform t;
-  t.matrices[0] = m;
+  if (m != Matrix()) t.matrices[0] = m;  // the usual one takes no memory
   return t;
 }
 
 Transform concat(const Transform& a, const Transform& b) {
+  if (a.isStatic() && b.isStatic()) return Transform::fixed(a.matrices[0] * b.matrices[0]);
   Transform out;
-  if (a.isStatic() && b.isStatic()) {
-    out.matrices[0] = a.matrices[0] * b.matrices[0];
-    return out;
-  }
   if (a.isStatic() || b.isStatic()) {
     out = a.isStatic() ? b : a;
     for (size_t k = 0; k < out.matrices.size(); ++k)

@@ -162,7 +162,7 @@ Value builtin(const Context* c, Builtin id) {
       float* a = floats(c);
       const ShadingWorld& w = h.group->world();
       for (uint32_t i = 0; i < n; ++i)
-        a[i] = float(w.placements[w.world->instance(c->place.instance[i]).user].objectId);
+        a[i] = float(w.placements[w.world->instance(c->place.instance[i]).info].objectId);
       keep(Builtin::ObjectId, {a});
       break;
     }
@@ -262,10 +262,10 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
     return !std::strcmp(space, "object") || (!std::strcmp(space, "shader") && !w.spaces.contains("shader"));
   };
   bool known = true;
-  const auto toRender = [&](const char* space, uint32_t instance) {
+  const auto toRender = [&](const char* space, uint32_t point) {
     if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return scene::Matrix();
     if (isObject(space) && instanceOf) {
-      const trace::Affine& b = w.placements[w.world->instance(instance).user].renderToObject;
+      const trace::Affine b = w.spaceOf(instanceOf[point], c->place.geometry[point]).fromRender;
       scene::Matrix m;
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) m[j][i] = b.m[i][j];
@@ -278,7 +278,7 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
     known = false;
     return scene::Matrix();
   };
-  const auto between = [&](uint32_t instance) { return toRender(from, instance) * toRender(to, instance).inverse(); };
+  const auto between = [&](uint32_t point) { return toRender(from, point) * toRender(to, point).inverse(); };
   // object space is each point's own: which points share a context must not show
   const bool objects = instanceOf && (isObject(from) != isObject(to));
   uint32_t instance = objects ? instanceOf[0] : 0;
@@ -288,9 +288,12 @@ int matrix(const Context* c, const char* from, const char* to, MatrixValue* out)
   for (int k = 0; k < 16; ++k)
     out->m[k] = entries[k] = one ? static_cast<float*>(alloc(c, sizeof(float))) : floats(c);
   out->stride = one ? 0 : 1;
-  scene::Matrix m = isObject(from) && isObject(to) ? scene::Matrix() : between(instance);
+  scene::Matrix m = isObject(from) && isObject(to) ? scene::Matrix() : between(0);
   for (uint32_t i = 0; i < (one ? 1 : c->padded); ++i) {
-    if (!one && instanceOf[i] != instance) m = between(instance = instanceOf[i]);
+    if (!one && instanceOf[i] != instance) {
+      m = between(i);
+      instance = instanceOf[i];
+    }
     for (int k = 0; k < 16; ++k) entries[k][i] = known ? float(m[k / 4][k % 4]) : float(k % 5 == 0);
   }
   return known;

@@ -13,6 +13,27 @@ namespace {
 constexpr uint32_t kDimPresence = 12;  // offset within a vertex's dimensions: kDimUser and up are free
 }  // namespace
 
+ObjectSpace ObjectSpace::of(const scene::Matrix& toRender, float unit) {
+  ObjectSpace s;
+  s.fromRender =
+      trace::Affine::from(std::fabs(toRender.determinant()) > 1e-300 ? toRender.inverse() : scene::Matrix());
+  s.scale = std::cbrt(std::fabs(s.fromRender.determinant()));
+  s.unit = unit;
+  return s;
+}
+
+ObjectSpace ShadingWorld::spaceOf(uint32_t instance, uint32_t geometry) const {
+  const uint32_t placement = world->instance(instance).user;
+  if (placement < objectSpaces->size()) return (*objectSpaces)[placement];
+  const trace::Affine a = world->objectToRender(instance, 0.5f);
+  scene::Matrix m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m[j][i] = double(a.m[i][j]);
+    m[3][i] = double(a.t[i]);
+  }
+  return ObjectSpace::of(scene::Matrix().setTranslation(-world->mesh(geometry).origin) * m);
+}
+
 void ShadingWorld::fillTables() {
   SurfaceTables& t = tables;
   t = {};
@@ -31,14 +52,15 @@ void ShadingWorld::fillTables() {
          hasNormals && info.N->rate == geometry::Primvar::Rate::PerVertex && mesh.movesWithKeys(*info.N)});
   }
   hasLinks = false;
+  for (auto* list : {&t.materialOfInstance, &t.linkSetOfInstance, &t.placedOfInstance})
+    list->reserve(world->instanceCount());
   for (uint32_t i = 0; i < world->instanceCount(); ++i) {
-    const PlacementInfo& p = placements[world->instance(i).user];
+    const PlacementInfo& p = placements[world->instance(i).info];
     t.materialOfInstance.push_back(p.material);
     t.linkSetOfInstance.push_back(p.linkSet);
     t.placedOfInstance.push_back(world->instance(i).baked ? 0u : ~0u);
     hasLinks |= p.linkSet != 0;
   }
-  for (PlacementInfo& p : placements) p.objectScale = std::cbrt(std::fabs(p.renderToObject.determinant()));
   for (uint32_t m = 0; m < materials->size(); ++m) {
     t.programOfMaterial.push_back((*materials)[m].program);
     t.blockOfMaterial.push_back((*materials)[m].block);

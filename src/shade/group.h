@@ -35,7 +35,7 @@ struct GeometryInfo {
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
-// By placement (Instance::user): what follows from attributes.
+// By kind of placement (Instance::info): what follows from attributes.
 struct PlacementInfo {
   uint32_t material = 0;
   uint32_t linkSet = 0;
@@ -45,9 +45,13 @@ struct PlacementInfo {
   uint32_t tint = 0;                     // index into ShadingWorld::tints
   bool isHiddenFromCamera = false;       // visibility:camera
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
-  trace::Affine renderToObject;          // at the middle of the shutter
-  float objectScale = 1;                 // by which lengths grow on that way; see ShadingWorld::fillTables()
-  std::string name;
+};
+// By placement: what follows from where it stands.
+struct ObjectSpace {
+  trace::Affine fromRender;  // at the middle of the shutter
+  float scale = 1;           // by which lengths grow on that way
+  float unit = 1;            // length of a unit of the mesh, see trace::PartInput::isUnit
+  static ObjectSpace of(const scene::Matrix& toRender, float unit = 1);
 };
 
 // Color and Opacity, which answer as primvars Cs and Os where geometry has none.
@@ -72,6 +76,9 @@ struct ShadingWorld {
   std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
+  // By placement, of those that stand in the world by themselves; others follow from their instance's matrix.
+  std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;
+  std::function<std::string(uint32_t placement)> placementName;  // for people
   SurfaceTables tables;                         // of the above, for gathers; see fillTables()
   std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>>
@@ -94,6 +101,8 @@ struct ShadingWorld {
   bool isForPlaces = false;  // nothing can be traced, see trace::BuildOptions::placesOnly
   uint32_t width = 8;
   void fillTables();  // once all else is set
+  // Of an instance and the geometry that it shows.
+  ObjectSpace spaceOf(uint32_t instance, uint32_t geometry) const;
   uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
 };
 

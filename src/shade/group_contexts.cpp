@@ -230,7 +230,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
     findLightNormals(c, &program);
     for (int k = 0; state.Ng[0] && k < 3; ++k) state.Ng[k] = a.Ng[k];
     for (uint32_t i = 0; state.traceSet && i < m; ++i)
-      state.traceSet[i] = world_.placements[w.instance(c->place.instance[i]).user].traceSet;
+      state.traceSet[i] = world_.placements[w.instance(c->place.instance[i]).info].traceSet;
   }
 
   float* outer = arena_.make<float>(m);
@@ -274,7 +274,7 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
     h->manifolds[k] = Manifold();
   }
   h->node = nodes - 1;
-  if (bind && program.bxdf->begin && !(traits & kTraitComesOut)) {
+  if (bind && program.bxdf->begin && !(c->traits & kTraitComesOut)) {
     uint64_t time = 0;
     {
       const Clock clock(time);

@@ -285,7 +285,7 @@ class GroupState::Tracker {
 trace::Affine GroupState::toObject(uint32_t instance, uint32_t geometry, float time) const {
   const trace::World& w = *world_.world;
   const trace::Instance& placed = w.instance(instance);
-  if (placed.keyCount < 2) return world_.placements[placed.user].renderToObject;
+  if (placed.keyCount < 2) return world_.spaceOf(instance, geometry).fromRender;
   trace::Affine a = w.objectToRender(instance, time).inverse();
   const Imath::V3d& origin = w.mesh(geometry).origin;
   for (int k = 0; k < 3; ++k) a.t[k] += float(origin[k]);
@@ -650,7 +650,7 @@ void placesInMedia(const Context* c, float* const Po[3], float* scale) {
     scale[i] = 1;
     if (c->place.instance) {
       group.toObject(c->place.instance[i], c->place.geometry[i], c->time[i]).point(P, p);
-      scale[i] = w.placements[w.world->instance(c->place.instance[i]).user].objectScale;
+      scale[i] = w.spaceOf(c->place.instance[i], c->place.geometry[i]).scale;
     }
     for (int k = 0; k < 3; ++k) Po[k][i] = p[k];
   }

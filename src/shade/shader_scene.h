@@ -16,7 +16,7 @@ namespace shade {
 
 struct ShaderScene {
   explicit ShaderScene(Diagnostics& diagnostics);
-  // By placement; null: none. They live as long as the scene is not edited.
+  // By kind of placement; null: none. They live as long as the scene is not edited.
   std::vector<const scene::Attributes*> ofPlacement;
   scene::ParameterList camera;  // "camera:fov" and its kin
   language::Dictionary dictionary;

@@ -304,7 +304,7 @@ struct Surface {
 
   static Across implied(const SurfaceArgs& a, const Spot& s, uint32_t point, Implied what, uint32_t j, float c[4]) {
     if (what == Implied::Color || what == Implied::Opacity) {
-      const uint32_t placement = a.world->world->instance(a.at.instance[point]).user;
+      const uint32_t placement = a.world->world->instance(a.at.instance[point]).info;
       const Tint& tint = a.world->tints[a.world->placements[placement].tint];
       return given((what == Implied::Color ? tint.color : tint.opacity)[j], 0, 0, c);
     }
@@ -394,15 +394,19 @@ struct Surface {
       for (uint32_t l = i; l < i + W; ++l) {
         const trace::Instance& instance = w.instance(a.at.instance[l]);
         const StrandPlace* strand = a.strand ? a.strand[l] : nullptr;
-        if (!instance.baked && !strand) continue;
+        if (!instance.baked && !instance.isUnit && !strand) continue;
         float p[3];
-        if (instance.baked) {
-          const PlacementInfo& placement = a.world->placements[instance.user];
+        if (instance.isUnit) {
+          const float unit = (*a.world->objectSpaces)[instance.user].unit;
+          for (int k = 0; k < 3; ++k) p[k] = Po[k][l] * unit;
+          scale[l] *= unit;
+        } else if (instance.baked) {
+          const ObjectSpace& space = (*a.world->objectSpaces)[instance.user];
           const bool isMoved = !w.mesh(a.at.geometry[l]).rest.empty();
           float q[3];
           for (int k = 0; k < 3; ++k) q[k] = isMoved ? Po[k][l] : P[k][l];
-          placement.renderToObject.point(q, p);
-          scale[l] = placement.objectScale;
+          space.fromRender.point(q, p);
+          scale[l] = space.scale;
         } else {
           std::memcpy(p, strand->rest, sizeof p);
           const float det = a.toRender(l).determinant();

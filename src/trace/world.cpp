@@ -7,6 +7,8 @@
 #include <set>
 
 #include <kinora/sample_table.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include "scene/uniform_keys.h"
 #include "trace/embree_device.h"
@@ -200,6 +202,42 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
 
 }  // namespace
 
+namespace {
+
+// Three coordinates of 21 bits, their bits in turn.
+uint64_t interleaved(const double x[3]) {
+  uint64_t code = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto q = uint64_t(std::clamp(x[k], 0., 1.) * 2097151);
+    for (int b = 0; b < 21; ++b) code |= (q >> b & 1) << (3 * b + k);
+  }
+  return code;
+}
+
+// What lies together in space shall lie together in memory: a ray that passes many placements waits for little else.
+void sortBySpace(std::vector<uint32_t>& placements, const std::function<Imath::V3d(uint32_t)>& placeOf) {
+  std::vector<Imath::V3d> places;
+  places.reserve(placements.size());
+  Imath::Box3d all;
+  for (const uint32_t p : placements) {
+    const Imath::V3d x = placeOf(p);
+    const bool isFinite = std::isfinite(x.x + x.y + x.z);
+    places.push_back(isFinite ? x : Imath::V3d(0));
+    if (isFinite) all.extendBy(x);
+  }
+  const double size = std::max({all.size().x, all.size().y, all.size().z, 1e-300});
+  std::vector<std::pair<uint64_t, uint32_t>> order(placements.size());
+  tbb::parallel_for(size_t(0), placements.size(), [&](size_t i) {
+    double x[3];
+    for (int k = 0; k < 3; ++k) x[k] = (places[i][k] - all.min[k]) / size;
+    order[i] = {interleaved(x), placements[i]};
+  });
+  tbb::parallel_sort(order.begin(), order.end());
+  for (size_t i = 0; i < order.size(); ++i) placements[i] = order[i].second;
+}
+
+}  // namespace
+
 std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::vector<PartInput> partInputs,
                                           std::vector<PlacementInput> placements, const BuildOptions& options,
                                           const World* previous, BuildCounters& counters,
@@ -223,19 +261,24 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   std::vector<Plan> plans;
   std::vector<uint32_t> planOfPart(partInputs.size(), kNone);
   uint32_t openBatch = kNone;
+  const auto toRenderOf = [&](uint32_t placement) {
+    return options.toRender ? options.toRender(placement) : placements[placement].toRender;
+  };
   for (uint32_t i = 0; i < placements.size(); ++i) {
     const PlacementInput& place = placements[i];
     const PartInput& in = partInputs[place.part];
-    uint32_t triangles = 0;
-    bool user = false, even = true;
-    for (uint32_t s : in.shapes) {
-      triangles += shapes[s].mesh->primitiveCount();
-      user |= shapes[s].user != nullptr;
-      if (shapes[s].mesh->isStrand()) even &= keepsWidths(place.toRender.matrices[0]);
-    }
     const bool ofSolid = place.member.solid != kNoSolid;
-    const bool bakes = !user && even && !ofSolid && !in.instanced && uses[place.part] == 1 &&
-                       keyCountFor(place.toRender, options.shutterOpen, options.shutterClose) == 1;
+    bool bakes = !ofSolid && !in.instanced && uses[place.part] == 1;
+    uint32_t triangles = 0;
+    if (bakes || planOfPart[place.part] == kNone) {
+      const scene::Transform toRender = bakes ? toRenderOf(i) : scene::Transform();
+      bakes &= keyCountFor(toRender, options.shutterOpen, options.shutterClose) == 1;
+      for (uint32_t s : in.shapes) {
+        triangles += shapes[s].mesh->primitiveCount();
+        bakes &= !shapes[s].user;
+        if (shapes[s].mesh->isStrand()) bakes &= keepsWidths(toRender.matrices[0]);
+      }
+    }
     if (bakes) {
       const bool small = triangles < options.smallShape;
       if (!small || openBatch == kNone || plans[openBatch].triangles + triangles > kBatchTriangles) {
@@ -261,21 +304,26 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     }
   }
 
-  const auto addInstance = [&](const PlacementInput& place, uint32_t user, const Imath::V3d& origin, bool baked) {
+  w.instances_.reserve(placements.size());
+  w.keys_->reserve(placements.size());
+  const auto addInstance = [&](uint32_t user, const Imath::V3d& origin, bool baked) {
     Instance inst;
     inst.user = user;
+    inst.info = placements[user].info == PlacementInput::kOwn ? user : placements[user].info;
     inst.baked = baked;
-    inst.firstKey = uint32_t(w.keys_.size());
-    const int n = baked ? 1 : keyCountFor(place.toRender, options.shutterOpen, options.shutterClose);
-    inst.keyCount = uint32_t(n);
+    inst.isUnit = partInputs[placements[user].part].isUnit;
+    inst.firstKey = uint32_t(w.keys_->size());
+    const scene::Transform toRender = baked ? scene::Transform() : toRenderOf(user);
+    const int n = baked ? 1 : keyCountFor(toRender, options.shutterOpen, options.shutterClose);
+    inst.keyCount = uint16_t(n);
     for (int k = 0; k < n; ++k) {
       if (baked) {
-        w.keys_.push_back(Affine());
+        w.keys_->push_back(Affine());
         continue;
       }
       const double t = n == 1 ? 0.5 * (options.shutterOpen + options.shutterClose)
                               : options.shutterOpen + (options.shutterClose - options.shutterOpen) * k / (n - 1);
-      w.keys_.push_back(Affine::from(scene::Matrix().setTranslation(origin) * place.toRender.at(t)));
+      w.keys_->push_back(Affine::from(scene::Matrix().setTranslation(origin) * toRender.at(t)));
     }
     w.instances_.push_back(inst);
     return uint32_t(w.instances_.size() - 1);
@@ -295,6 +343,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     uint32_t visibility;
   };
   std::vector<Top> tops;
+  tops.reserve(placements.size());
   float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
   const auto grow = [&](const Part& p, const Affine& a) {
     for (int c = 0; c < 8; ++c) {
@@ -311,6 +360,10 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   };
   for (Plan& plan : plans) {
     if (plan.shapes.empty()) continue;
+    if (!plan.batch && plan.placements.size() >= options.swarmFrom)
+      sortBySpace(plan.placements, [&](uint32_t placement) {
+        return toRenderOf(placement).at(0.5 * (options.shutterOpen + options.shutterClose)).translation();
+      });
     for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty();
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
@@ -340,7 +393,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         if (plan.batch) {
           const PlacementInput& place = placements[plan.placements[i]];
           if (!baked.count(s.mesh.get()))
-            bake(*s.mesh, place.toRender.at(0.5 * (options.shutterOpen + options.shutterClose)));
+            bake(*s.mesh, toRenderOf(plan.placements[i]).at(0.5 * (options.shutterOpen + options.shutterClose)));
           visibility &= place.visibility;
         }
         made->meshes.push_back(s.mesh);
@@ -365,20 +418,21 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.parts_.push_back(part);
     if (plan.batch) {
       placeInTables.firstInstance = uint32_t(w.instances_.size());
-      for (size_t i = 0; i < plan.shapes.size(); ++i)
-        addInstance(placements[plan.placements[i]], plan.placements[i], {}, true);
+      for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(plan.placements[i], {}, true);
       tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
     } else {
       const Imath::V3d origin = part->meshes.empty() ? Imath::V3d(0) : part->meshes[0]->origin;
+      uint64_t triangles = 0;
+      for (const auto& m : part->meshes) triangles += m->triangleCount();
       for (uint32_t i : plan.placements) {
-        const uint32_t instance = addInstance(placements[i], i, origin, false);
+        const uint32_t instance = addInstance(i, origin, false);
         tops.push_back({partIndex, instance, placements[i].visibility});
         w.moving_ |= w.instances_[instance].keyCount > 1;
         for (uint32_t k = 0; k < w.instances_[instance].keyCount; ++k)
-          grow(*part, w.keys_[w.instances_[instance].firstKey + k]);
-        for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
+          grow(*part, (*w.keys_)[w.instances_[instance].firstKey + k]);
+        w.triangles_ += triangles;
       }
     }
     placeInTables.firstTarget = uint32_t(w.targets_.size());
@@ -391,6 +445,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.places_.push_back(placeInTables);
   }
 
+  w.key_ = w.keys_->data();
   if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
     float r2 = 0;
@@ -402,6 +457,18 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
   w.findLost();
   w.single_ = tops.size() == 1 && tops[0].instance == kNone;
+  // Placements for swarms stand last.
+  const auto isPlain = [&](const Top& t) {
+    return t.instance != kNone && w.instances_[t.instance].keyCount == 1 &&
+           (w.isLost_.empty() || !w.isLost_[t.instance]) && !w.parts_[t.part]->hasUser && !w.parts_[t.part]->ofSolid;
+  };
+  uint32_t firstOfSwarms = uint32_t(tops.size());
+  if (uint64_t(std::count_if(tops.begin(), tops.end(), isPlain)) >= options.swarmFrom) {
+    const auto first = std::stable_partition(tops.begin(), tops.end(), [&](const Top& t) { return !isPlain(t); });
+    firstOfSwarms = uint32_t(first - tops.begin());
+    std::stable_sort(first, tops.end(), [](const Top& a, const Top& b) { return a.visibility < b.visibility; });
+  }
+  for (auto* list : {&w.partOfTop_, &w.instanceOfTop_, &w.visibilityOfTop_}) list->reserve(tops.size());
   for (const Top& t : tops) {
     w.partOfTop_.push_back(t.part);
     w.instanceOfTop_.push_back(t.instance);
@@ -413,11 +480,12 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     rtcRetainScene(w.top_);
   } else if (previous && w.sameTop(*previous)) {
     w.top_ = previous->top_;
+    w.swarms_ = previous->swarms_;
     rtcRetainScene(w.top_);
   } else {
     w.top_ = rtcNewScene(device());
     if (options.watertight) rtcSetSceneFlags(w.top_, RTC_SCENE_FLAG_ROBUST);
-    for (uint32_t i = 0; i < tops.size(); ++i) {
+    for (uint32_t i = 0; i < firstOfSwarms; ++i) {
       const RTCGeometry g = w.makeInstance(i);
       rtcSetGeometryMask(g, w.visibilityOfTop_[i]);
       rtcCommitGeometry(g);
@@ -425,12 +493,39 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcAttachGeometryByID(w.top_, g, i);
       rtcReleaseGeometry(g);
     }
+    // millions of them, while the hierarchy needs the memory
+    std::vector<Top>().swap(tops);
+    std::vector<Plan>().swap(plans);
+    if (solids.empty()) std::vector<PlacementInput>().swap(placements);
+    w.makeSwarms(firstOfSwarms);
     rtcCommitScene(w.top_);
     throwIfRefused();
     ++counters.topLevelBuilds;
   }
   if (!solids.empty()) w.buildSolids(solids, placements);
   return world;
+}
+
+// One for each visibility, which Embree asks of a geometry.
+void World::makeSwarms(uint32_t first) {
+  const auto count = uint32_t(partOfTop_.size());
+  std::vector<RTCScene> scenes;
+  if (first < count)
+    for (const auto& p : parts_) scenes.push_back(p->scene);
+  for (uint32_t begin = first, geometry = first; begin < count; ++geometry) {
+    uint32_t end = begin;
+    std::vector<Swarm::Item> items;
+    while (end < count && visibilityOfTop_[end] == visibilityOfTop_[begin]) ++end;
+    items.reserve(end - begin);
+    for (uint32_t i = begin; i < end; ++i) items.push_back({instances_[instanceOfTop_[i]].firstKey, partOfTop_[i]});
+    const auto& swarm = swarms_.emplace_back(std::make_shared<const Swarm>(keys_, scenes, std::move(items), begin));
+    const RTCGeometry g = swarm->makeGeometry(device());
+    rtcSetGeometryMask(g, visibilityOfTop_[begin]);
+    rtcCommitGeometry(g);
+    rtcAttachGeometryByID(top_, g, geometry);
+    rtcReleaseGeometry(g);
+    begin = end;
+  }
 }
 
 RTCGeometry World::makeInstance(uint32_t top) const {
@@ -440,7 +535,7 @@ RTCGeometry World::makeInstance(uint32_t top) const {
   const uint32_t keys = instance == kNone ? 1 : instances_[instance].keyCount;
   rtcSetGeometryTimeStepCount(g, keys);
   for (uint32_t k = 0; k < keys; ++k) {
-    const Affine a = instance == kNone ? Affine() : keys_[instances_[instance].firstKey + k];
+    const Affine a = instance == kNone ? Affine() : key_[instances_[instance].firstKey + k];
     const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
                          a.m[0][2], a.m[1][2], a.m[2][2], a.t[0],    a.t[1],    a.t[2]};
     rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
@@ -533,13 +628,13 @@ bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops
 bool World::sameTop(const World& previous) const {
   if (previous.single_ || parts_ != previous.parts_ || partOfTop_ != previous.partOfTop_ ||
       instanceOfTop_ != previous.instanceOfTop_ || visibilityOfTop_ != previous.visibilityOfTop_ ||
-      keys_.size() != previous.keys_.size() || instances_.size() != previous.instances_.size())
+      keys_->size() != previous.keys_->size() || instances_.size() != previous.instances_.size())
     return false;
   for (size_t i = 0; i < instances_.size(); ++i)
     if (instances_[i].firstKey != previous.instances_[i].firstKey ||
         instances_[i].keyCount != previous.instances_[i].keyCount)
       return false;
-  return keys_.empty() || std::memcmp(keys_.data(), previous.keys_.data(), keys_.size() * sizeof(Affine)) == 0;
+  return keys_->empty() || std::memcmp(key_, previous.key_, keys_->size() * sizeof(Affine)) == 0;
 }
 
 World::~World() {
@@ -559,7 +654,7 @@ Affine World::objectToRender(uint32_t index, float time) const {
   const Affine* k = keys(i);
   if (i.keyCount == 1) return *k;
   const float x = std::clamp(time, 0.f, 1.f) * float(i.keyCount - 1);
-  const uint32_t a = std::min(uint32_t(x), i.keyCount - 2);
+  const uint32_t a = std::min(uint32_t(x), i.keyCount - 2u);
   const float f = x - float(a);
   Affine r;
   for (int c = 0; c < 3; ++c) {
@@ -691,7 +786,6 @@ struct OneBody {
 
 void World::closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n,
                       const uint32_t* slots) const {
-  static_assert(offsetof(OneBody, query) == 0);
   OneBody context{QueryContext(false, rays.radius, rays.spread, hits.level), *this, bodies};
   context.query.embree.filter = &OneBody::refuse;
   closest(context.query, rays, hits, kAskedAlone, n, slots);

@@ -10,12 +10,14 @@
 #include <kinora/integrator.h>
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "geometry/mesh.h"
 #include "scene/scene.h"
 #include "trace/solids.h"
+#include "trace/swarm.h"
 #include "trace/user_geometry.h"
 
 namespace kinora::trace {
@@ -54,12 +56,15 @@ struct PartInput {
   uint64_t key = 0;              // prototype: index + 1 << 32; single object: its primitive id
   std::vector<uint32_t> shapes;  // indices into the list of shapes
   bool instanced = false;        // prototype: never baked
+  bool isUnit = false;  // a shape of size 1 that stands for similar ones: its space is not that of the objects
 };
 struct PlacementInput {
   uint32_t part = 0;
   uint32_t visibility = 15;
-  scene::Transform toRender;  // over shutter time in scene units
-  uint64_t revision = 0;
+  scene::Transform toRender;  // over shutter time in scene units; see BuildOptions::toRender
+  uint64_t revision = 0;      // of parts that are not instanced
+  uint32_t info = kOwn;       // handed on to Instance::info; as given: the placement's own index
+  static constexpr uint32_t kOwn = ~0u;
   Solids::Member member;  // of the solid whose boundary it is a part of
 };
 // A solid that is none, since one of its surfaces has a hole: its surfaces are drawn as they are.
@@ -70,9 +75,12 @@ struct OpenSolid {
 
 // A placed part or object, as shading sees it.
 struct Instance {
-  uint32_t firstKey = 0, keyCount = 1;  // Affine keys, uniform over the shutter
-  uint32_t user = 0;                    // the caller's index (placement)
-  bool baked = false;                   // object space is render space
+  uint32_t firstKey = 0;  // of Affine keys, uniform over the shutter
+  uint32_t user = 0;      // the caller's index (placement)
+  uint32_t info = 0;      // the caller's as well: what it knows of many placements alike
+  uint16_t keyCount = 1;
+  bool baked = false;   // object space is render space
+  bool isUnit = false;  // see PartInput
 };
 
 struct BuildOptions {
@@ -81,6 +89,11 @@ struct BuildOptions {
   // No ray passes between triangles that share an edge, also where it meets the edge exactly: for rays on a regular
   // grid, which do so by rows. Costs a fifth of the time of tracing; rays that are drawn at random miss nothing.
   bool watertight = false;
+  // From so many on, unmoving placements share geometries of Embree's (trace/swarm.h): a third of the memory, for
+  // somewhat slower rays.
+  uint32_t swarmFrom = 10000;
+  // Gives transforms one by one where placements hold none: millions at once would be the most of a scene's memory.
+  std::function<scene::Transform(uint32_t placement)> toRender;
   // For points alone that no ray finds (dicing): there is no hierarchy, and nothing may be traced.
   bool placesOnly = false;
 };
@@ -134,7 +147,7 @@ class World {
   uint32_t geometryCount() const { return uint32_t(meshes_.size()); }
   uint32_t instanceCount() const { return uint32_t(instances_.size()); }
   const Instance& instance(uint32_t i) const { return instances_[i]; }
-  const Affine* keys(const Instance& i) const { return keys_.data() + i.firstKey; }
+  const Affine* keys(const Instance& i) const { return key_ + i.firstKey; }
   const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
   // Embree takes no ray whose numbers are beyond 1.8e18.
   static constexpr double kMostInSpace = 1e17;
@@ -151,6 +164,9 @@ class World {
   // Object to render at shutter time 0..1.
   Affine objectToRender(uint32_t instance, float time) const;
   uint64_t meshBytes() const;
+  uint64_t placementBytes() const {
+    return instances_.size() * (sizeof(Instance) + sizeof(Affine)) + partOfTop_.size() * 5 * sizeof(uint32_t);
+  }
   static uint64_t embreeBytes();  // what Embree holds in this process
 
  private:
@@ -160,6 +176,7 @@ class World {
   // Fills lost_ and flatMoments_.
   void findLost();
   float besideFlatMoments(float time) const;
+  void makeSwarms(uint32_t first);
   // Embree's instance for one placement of the top level, not committed.
   RTCGeometry makeInstance(uint32_t top) const;
   void buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements);
@@ -190,7 +207,9 @@ class World {
   std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
   std::vector<Instance> instances_;
-  std::vector<Affine> keys_;
+  std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
+  const Affine* key_ = nullptr;                       // the first, once all are there
+  std::vector<std::shared_ptr<const Swarm>> swarms_;  // of the last of the top level's placements
   std::unique_ptr<Solids> solids_;  // null: none
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;

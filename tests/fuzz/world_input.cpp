@@ -135,8 +135,16 @@ size_t build(const scene::Scene& scene) {
   trace::BuildOptions options;
   options.shutterClose = 1;
   options.watertight = count % 2;
+  options.toRender = [&](uint32_t placement) { return flat->toRender(placement); };
+  options.swarmFrom = 1 + count % 3;
+  std::vector<trace::PlacementInput> placements(flat->placements.size());
+  for (size_t i = 0; i < placements.size(); ++i) {
+    placements[i].part = flat->partOf(uint32_t(i));
+    placements[i].visibility = flat->kinds[flat->placements[i].kind].visibility;
+    placements[i].member = flat->memberOf(uint32_t(i));
+  }
   trace::BuildCounters counters;
-  trace(*trace::World::build(std::move(shapes), flat->parts, flat->placements, options, nullptr, counters,
+  trace(*trace::World::build(std::move(shapes), flat->parts, std::move(placements), options, nullptr, counters,
                              flat->solids));
   return count;
 }
