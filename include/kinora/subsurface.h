@@ -395,7 +395,7 @@ void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs&
       w = select(met, w, normalize(Frame<W>(w).toWorld({r * cosPhi, r * sinPhi, mu})));
       const F most = maxComponent(b);
       // Not below what the surface returns in the mean: dark ones are entered seldom, by paths that are worth much.
-      const F mean = clamp(maxComponent(Rgb<W>::gather(below_.surface, p)), F(0.01f), F(1.f));
+      const F mean = clamp(maxComponent(Rgb<W>::gather(below_.surface, p)), F(0.1f), F(1.f));
       const F goesOn = clamp(most / (mean * F(o_.rouletteBelow)), F(0.f), F(1.f));
       in = in & (draw(p, event + 4) < goesOn);
       b = b * (F(1.f) / max(goesOn, F(1e-30f)));
