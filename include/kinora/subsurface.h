@@ -23,7 +23,7 @@
 namespace kinora {
 struct SubsurfaceOptions {
   uint32_t mostSteps = 8192;  // flights of a walk; what is under way then comes out where it went in, and is counted
-  float rouletteBelow = 1;    // throughput, of 1 at the entry, from which Russian roulette is played
+  float rouletteBelow = 1;    // throughput, in albedos of the surface, from which Russian roulette is played
 };
 // Paths that have come out: contexts whose bxdf is diffuse with an albedo of 1, whose events (one slot) are those of
 // the lobe that they went in by, and whose Context::path are the entries of the context where they went in.
@@ -394,7 +394,9 @@ void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs&
       sincos(draw(p, event + 3) * F(kTwoPi), sinPhi, cosPhi);
       w = select(met, w, normalize(Frame<W>(w).toWorld({r * cosPhi, r * sinPhi, mu})));
       const F most = maxComponent(b);
-      const F goesOn = clamp(most * F(1.f / o_.rouletteBelow), F(0.f), F(1.f));
+      // Not below what the surface returns in the mean: dark ones are entered seldom, by paths that are worth much.
+      const F mean = clamp(maxComponent(Rgb<W>::gather(below_.surface, p)), F(0.1f), F(1.f));
+      const F goesOn = clamp(most / (mean * F(o_.rouletteBelow)), F(0.f), F(1.f));
       in = in & (draw(p, event + 4) < goesOn);
       b = b * (F(1.f) / max(goesOn, F(1e-30f)));
       const F moment = F::load(time + i);

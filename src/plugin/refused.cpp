@@ -8,12 +8,12 @@ namespace {
 
 constexpr const char* kHair = "strands have no bxdf of their own yet";
 constexpr const char* kBake = "nothing is baked";
-constexpr const char* kSubsurface = "subsurface scattering is not rendered yet";
+constexpr const char* kSubsurface = "its slab is not made yet";
 
 constexpr RefusedPlugin kTable[] = {
     {Kind::Bxdf, "LamaHairChiang", kHair, ""},
-    {Kind::Bxdf, "LamaSSS", kSubsurface, "LamaDiffuse, LamaTranslucent"},
-    {Kind::Bxdf, "LamaTricolorSSS", kSubsurface, "LamaDiffuse, LamaTranslucent"},
+    {Kind::Bxdf, "LamaSSS", kSubsurface, "PxrSurface, LamaDiffuse"},
+    {Kind::Bxdf, "LamaTricolorSSS", kSubsurface, "PxrSurface, LamaDiffuse"},
     {Kind::Bxdf, "PxrHair", kHair, ""},
     {Kind::Bxdf, "PxrHairColor", kHair, ""},
     {Kind::Bxdf, "PxrLMLayer", "its layers are not taken apart", "PxrSurface, or LamaLayer"},

@@ -406,6 +406,34 @@ TEST(Subsurface, WhatHasNoInsideIsDiffuseAndIsNamed) {
   }
 }
 
+// A block whose underside is the floor's plane has an inside all the same.
+TEST(Subsurface, WhatStandsOnAFloorIsClosed) {
+  RenderRequest r;
+  r.rib =
+      "Format 24 24 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [64]\nProjection "
+      "\"perspective\" \"fov\" "
+      "[30]\nTranslate 0 0 6 Rotate -25 1 0 0\n" +
+      unbiased(8) + "WorldBegin\n" + kSky + "Bxdf \"PxrDiffuse\" \"f\" \"color diffuseColor\" [1 1 1]\n" +
+      "Polygon \"vertex point P\" [-9 -1 -9  -9 -1 9  9 -1 9  9 -1 -9]\n" +
+      wax(type(4) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", 5)) + kCube + "WorldEnd\n";
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  for (const std::string& m : render.messages()) ADD_FAILURE() << m;
+}
+
+// Walks without absorption in a body that is five hundred flights thick: some have no end, which is said, and nothing
+// of their light is lost.
+TEST(Subsurface, EndlessWalksAreCountedAndComeBack) {
+  RenderRequest r;
+  r.rib = orthographic(16, 0.5, 64) + unbiased(8) + "WorldBegin\n" + kSky +
+          wax(type(4) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", 0.05)) + kBall + "WorldEnd\n";
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  EXPECT_MEAN(overPixels(render.channel("Ci")), 1, 0.005);
+  EXPECT_TRUE(says(render, "had no end")) << render.messages().size();
+  EXPECT_TRUE(says(render, "ball"));
+}
+
 TEST(Subsurface, BadLengthsAreDiffuseOrClear) {
   // infinity less infinity
   const std::string nan =

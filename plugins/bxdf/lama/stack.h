@@ -454,7 +454,8 @@ struct SlabTree {
           w = fma(seen * max(average(l.through), none), fma((one - x.mu[i]) * (one - x.mu[i]), F(0.5f), F(0.01f)), w);
         x.weight[i][0] = w;
         if (leaf.kind == lama::kKindSubsurface) {
-          x.weight[i][kWayBelow] = zeroUnless(l.sinks, w);
+          // thin parts of dark bodies let through more than they would return
+          x.weight[i][kWayBelow] = zeroUnless(l.sinks, max(w, F(0.1f) * seen));
           x.weight[i][kWayStandIn] = zeroUnless(!l.sinks, w);
         }
       }

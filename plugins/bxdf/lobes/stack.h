@@ -230,7 +230,9 @@ struct LobeStack {
     below = positive(tint) * (one - blend);
     belowColor = below * color;
     standIn = positive(tint) * color * blend;
-    belowMean = average(belowColor);
+    // thin parts of dark bodies let through more than they would return
+    const F least(0.1f);
+    belowMean = average(below * Rgb<W>(max(color.x, least), max(color.y, least), max(color.z, least)));
     standInMean = average(standIn);
   }
   // Negative numbers and NaN are 0.
