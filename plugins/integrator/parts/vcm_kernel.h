@@ -27,7 +27,8 @@ class Vcm {
         lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
         paths_(group, services, group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath,
                group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
-        sums_(group, services, {options.connects, options.connects ? lightPaths_ : 0}),
+        connectsCamera_(options.connects && !services->wantsUnshadowed),
+        sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
         shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
@@ -73,9 +74,9 @@ class Vcm {
         const Context& c = *contexts[k];
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Neighbourhood near = neighbourhoodOf(c);
-        if (o_.connects || depth < most_) {
+        if (connectsCamera_ || depth < most_) {
           const PathVertex* vertices = paths_.vertices(c, depth);
-          if (o_.connects) connectCamera(c, depth, vertices, near.merges);
+          if (connectsCamera_) connectCamera(c, depth, vertices, near.merges);
           if (depth < most_) keep(c, vertices, near.radius);
         }
         sums_.leave(c, paths_.scatter(c, depth), near.merges);
@@ -303,7 +304,7 @@ class Vcm {
 
   // ---- camera paths
   void arrive(const Context& c, uint32_t depth) {
-    if (depth || !o_.connects) return sums_.arrive(c);
+    if (depth || !connectsCamera_) return sums_.arrive(c);
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
     sums_.beginAtCamera(c, camera.pdf);
@@ -365,6 +366,7 @@ class Vcm {
     sv_->lightSamples(g_, &c, part, parts, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
+    Unshadowed open(c, sv_->wantsUnshadowed);
     for (uint32_t i = 0; i < c.count; i += W) {
       const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
       const Mask<W> on =
@@ -381,10 +383,35 @@ class Vcm {
         const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
         Vec3<W> v = arriving * Vec3<W>::load(e.weight[l], i) * factor;
         if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
-        arrivals_.add(on, v, ray, s.s, stateAfter(s, c.eventOfSlot[l]), Int<W>::load(ls.light + i));
+        const Int<W> state = stateAfter(s, c.eventOfSlot[l]), from = Int<W>::load(ls.light + i);
+        arrivals_.add(on, v, ray, s.s, state, from);
+        if (sv_->wantsUnshadowed) open.add(on, v * (F(1.f) + others), s.s, state, from);
       }
     }
+    open.send(g_, sv_);
   }
+  // Light samples before their shadow rays, each as if nothing else could find them.
+  struct Unshadowed {
+    float* value[3];
+    uint32_t *slot, *state, *light, count = 0;
+    Unshadowed(const Context& c, bool isWanted) {
+      const uint32_t room = isWanted ? c.padded * c.slotCount + kPad : kPad;
+      for (float*& x : value) x = c.alloc<float>(room);
+      for (uint32_t** x : {&slot, &state, &light}) *x = c.alloc<uint32_t>(room);
+    }
+    void add(Mask<W> on, Vec3<W> v, Int<W> s, Int<W> at, Int<W> from) {
+      const Packer<W> pack(on);
+      v.pack(pack, value, count);
+      pack.put(s, slot + count);
+      pack.put(at, state + count);
+      pack.put(from, light + count);
+      count += uint32_t(pack.count);
+    }
+    void send(Group* g, const Services* sv) const {
+      const Contributions out{count, slot, {value[0], value[1], value[2]}, state, light, LightKind::Unshadowed};
+      if (count) sv->contribute(g, &out);
+    }
+  };
 
   // ---- connections
   // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
@@ -664,6 +691,8 @@ class Vcm {
   const vcm::Options& o_;
   float lightPaths_;
   Subpaths<W> paths_;
+  bool
+      connectsCamera_;  // not where unshadowed light is wanted: splats do not know what would have been without shadows
   PathDensities sums_;
   // vertices of light paths until these end, by slot, room for most_ each
   Stored* kept_ = nullptr;
