@@ -134,15 +134,20 @@ class Subpaths {
   void contribute(const LightHits& h, uint32_t depth, const float* weight) const {
     float* value[3] = {floats(h.count), floats(h.count), floats(h.count)};
     uint32_t* at = words(h.count);
-    for (uint32_t i = 0; i < h.count; ++i) {
-      const uint32_t s = h.slot[i];
-      const bool isSpecular = g_->paths.origin[s] & kFromSpecular;
-      const float w = weight[i] * (depth == 0 ? 1.f : isSpecular ? h.specular[i] : h.diffuse[i]);
-      for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * h.radiance[k][i] * w;
-      at[i] = state[s];
+    // where unshadowed light is wanted, what light samples could have found too is told apart from the rest
+    for (const LightKind kind : {LightKind::Arrives, LightKind::Shadowed}) {
+      if (kind == LightKind::Shadowed && !sv_->wantsUnshadowed) break;
+      for (uint32_t i = 0; i < h.count; ++i) {
+        const uint32_t s = h.slot[i], origin = g_->paths.origin[s];
+        const bool isShadowed = sv_->wantsUnshadowed && !(origin & kFromDiscrete);
+        const float factor = depth == 0 ? 1.f : origin & kFromSpecular ? h.specular[i] : h.diffuse[i];
+        const float w = isShadowed == (kind == LightKind::Shadowed) ? weight[i] * factor : 0.f;
+        for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * h.radiance[k][i] * w;
+        at[i] = state[s];
+      }
+      const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, kind};
+      sv_->contribute(g_, &out);
     }
-    const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, LightKind::Arrives};
-    sv_->contribute(g_, &out);
   }
 
   // Nearest hits of the paths that live, which all go on living. What media let through weighs on them from shade()

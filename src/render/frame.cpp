@@ -439,7 +439,10 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   for (uint32_t i = 0; i < m; ++i) s.group().paths.rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
   in_.world->world().world->avoidFlatMoments(s.group().paths.rays.time, m);
   s.group().rayWeight = weight;
+  const uint64_t start = now();
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
+  auto& spent = times_->byWorker;
+  if (w.index < spent.size()) spent[w.index][1] += now() - start;  // a replay keeps no times
 }
 
 // Stages before the first one of camera paths, for all samples of the pass that `sample` belongs to.

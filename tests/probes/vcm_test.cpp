@@ -154,6 +154,23 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
 
 TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
 
+// Light as if nothing were in its way, and what is missing of it, as in the path tracer.
+TEST(Vcm, UnshadowedChannelsAreThePathTracers) {
+  std::string text = room(kSphere, kGrey);
+  const std::string list = "\"Ci,a,indirect,ball,key\"";
+  text.replace(text.find(list), list.size(),
+               "\"Ci,a,indirect,ball,key\"\n"
+               "DisplayChannel \"color ball\" \"string source\" [\"lpe:unoccluded;C[DS]+L\"]\n"
+               "DisplayChannel \"color key\" \"string source\" [\"lpe:shadows;C[DS]+L\"]");
+  for (const char* old : {"DisplayChannel \"color ball\" \"string source\" [\"lpe:C.*<.[DS]'ball'>.*L\"]\n",
+                          "DisplayChannel \"color key\" \"string source\" [\"lpe:C.+<L.'key'>\"]\n"})
+    text.replace(text.find(old), std::string(old).size(), "");
+  Workshop stage;
+  const Pictures reference = renderAll(stage, text, pathTracer(), 1000);
+  EXPECT_GT(reference.at("key").mean(), 0.005 * reference.at("ball").mean()) << "nothing is in shadow";
+  expectEqual(renderAll(stage, text, vcm(true, false), 2000), reference, "connections", 0.05);
+}
+
 // Bounces are counted as the path tracer counts them: direct light at what the camera sees is the first.
 TEST(Vcm, ClampsFromTheSameBounceAsThePathTracer) {
   const std::string text = room(kPoint, kGrey);
@@ -175,6 +192,19 @@ TEST(Vcm, ClampsFromTheSameBounceAsThePathTracer) {
   }
   // connections and merges of more than one bounce
   EXPECT_LT(meanOf(vcm(true, true, 5, 3), 2, "1e-7"), 1.001 * meanOf(vcm(true, true, 5, 0), 2, "1e30"));
+}
+
+// What light paths take of the integrator's time is counted: it was less than nothing, and shown as 0.
+TEST(Vcm, TimeOfLightPathsIsTheIntegratorsToo) {
+  Workshop stage;
+  render::Settings s;
+  s.threads = 1;
+  s.integrator = "PxrVCM";
+  s.sets = vcm(true, false).sets;
+  const auto r = stage.load(sceneOf(room(kRect, kGrey), stage.messages), s);
+  ASSERT_EQ(r->renderFilm(), render::Outcome::Complete);
+  const render::Statistics t = r->statistics();
+  EXPECT_GT(t.stageNanoseconds[size_t(render::StageTime::Integrator)], 0u);
 }
 
 // Nothing to begin a light path with, nothing to merge: black and done.

@@ -27,7 +27,8 @@ class Vcm {
         lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
         paths_(group, services, group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath,
                group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
-        sums_(group, services, {options.connects, options.connects ? lightPaths_ : 0}),
+        connectsCamera_(options.connects && !services->wantsUnshadowed),
+        sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
         shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
@@ -73,9 +74,9 @@ class Vcm {
         const Context& c = *contexts[k];
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Neighbourhood near = neighbourhoodOf(c);
-        if (o_.connects || depth < most_) {
+        if (connectsCamera_ || depth < most_) {
           const PathVertex* vertices = paths_.vertices(c, depth);
-          if (o_.connects) connectCamera(c, depth, vertices, near.merges);
+          if (connectsCamera_) connectCamera(c, depth, vertices, near.merges);
           if (depth < most_) keep(c, vertices, near.radius);
         }
         sums_.leave(c, paths_.scatter(c, depth), near.merges);
@@ -190,7 +191,12 @@ class Vcm {
     for (uint32_t s = 0; s < g_->count; ++s) {
       Stored* path = kept_ + s * most_;
       const uint32_t count = keptCount_[s];
-      if (o_.connects && count) drawEnds(s, path, std::min(count, o_.bounces));
+      if (o_.connects && count) {
+        Float<1> u, unused;
+        draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
+              dimensionAt(0) + kDimUser, u, unused);
+        vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, u.lane0());
+      }
       const bool merged = isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {
         if (!merged && !(path[v].probability > 0)) continue;
@@ -202,41 +208,6 @@ class Vcm {
     }
     send();
   }
-  // Draws kConnected vertices of a light path, each with a probability in proportion to what it carries and to how
-  // many vertices of camera paths it may be connected to; at most 1.
-  void drawEnds(uint32_t slot, Stored* path, uint32_t count) const {
-    if (count <= kConnected) {
-      for (uint32_t v = 0; v < count; ++v) path[v].probability = 1;
-      return;
-    }
-    float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
-    for (uint32_t v = 0; v < count; ++v) {
-      const float* t = path[v].at.throughput;
-      share[v] = std::max(t[0], std::max(t[1], t[2])) * float(o_.bounces - v);
-      sum += share[v];
-    }
-    // those that would be drawn more than once are drawn for certain, the others share what is left
-    for (uint32_t v = 0; v < count && left > 1; ++v) {
-      if (!(share[v] * left > sum)) continue;
-      sum -= share[v];
-      share[v] = -1;
-      --left;
-      v = uint32_t(-1);
-    }
-    Float<1> u, unused;
-    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
-          dimensionAt(0) + kDimUser, u, unused);
-    uint32_t n = 0;
-    float upTo = 0;
-    for (uint32_t v = 0; v < count && n < kConnected; ++v) {
-      const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
-      upTo += p;
-      if (!(p > 0 && u.lane0() + float(n) < upTo)) continue;
-      path[v].probability = p;
-      ++n;
-    }
-  }
-
   void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const float* merges) {
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
@@ -303,7 +274,7 @@ class Vcm {
 
   // ---- camera paths
   void arrive(const Context& c, uint32_t depth) {
-    if (depth || !o_.connects) return sums_.arrive(c);
+    if (depth || !connectsCamera_) return sums_.arrive(c);
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
     sums_.beginAtCamera(c, camera.pdf);
@@ -365,6 +336,7 @@ class Vcm {
     sv_->lightSamples(g_, &c, part, parts, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
+    Unshadowed open(c, sv_->wantsUnshadowed);
     for (uint32_t i = 0; i < c.count; i += W) {
       const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
       const Mask<W> on =
@@ -381,31 +353,41 @@ class Vcm {
         const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
         Vec3<W> v = arriving * Vec3<W>::load(e.weight[l], i) * factor;
         if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
-        arrivals_.add(on, v, ray, s.s, stateAfter(s, c.eventOfSlot[l]), Int<W>::load(ls.light + i));
+        const Int<W> state = stateAfter(s, c.eventOfSlot[l]), from = Int<W>::load(ls.light + i);
+        arrivals_.add(on, v, ray, s.s, state, from);
+        if (sv_->wantsUnshadowed) open.add(on, v * (F(1.f) + others), s.s, state, from);
       }
     }
+    open.send(g_, sv_);
   }
+  // Light samples before their shadow rays, each as if nothing else could find them.
+  struct Unshadowed {
+    float* value[3];
+    uint32_t *slot, *state, *light, count = 0;
+    Unshadowed(const Context& c, bool isWanted) {
+      const uint32_t room = isWanted ? c.padded * c.slotCount + kPad : kPad;
+      for (float*& x : value) x = c.alloc<float>(room);
+      for (uint32_t** x : {&slot, &state, &light}) *x = c.alloc<uint32_t>(room);
+    }
+    void add(Mask<W> on, Vec3<W> v, Int<W> s, Int<W> at, Int<W> from) {
+      const Packer<W> pack(on);
+      v.pack(pack, value, count);
+      pack.put(s, slot + count);
+      pack.put(at, state + count);
+      pack.put(from, light + count);
+      count += uint32_t(pack.count);
+    }
+    void send(Group* g, const Services* sv) const {
+      const Contributions out{count, slot, {value[0], value[1], value[2]}, state, light, LightKind::Unshadowed};
+      if (count) sv->contribute(g, &out);
+    }
+  };
 
   // ---- connections
-  // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
-  // than they cost (docs/integrators.md).
-  static constexpr uint32_t kConnected = 2;
+  static constexpr uint32_t kConnected = vcm::kConnected;
   // Light paths through a disk of merging, were those of a sample spread evenly over the picture.
   static constexpr float kMergesWanted = 8;
-  static constexpr uint32_t kNoEnd = 1u << 20;
 
-  // Those vertices. The first of a camera path stands at its slot, the next `room` further on.
-  struct Ends {
-    uint32_t room;
-    uint32_t *before, *light;  // before: vertices of the light path before it; kNoEnd: there is no such end
-    float *P[3], *throughput[3], *factor[2];  // throughput: over the probability of having been drawn
-    float *last, *earlier, *edge, *merges;    // PathSums; PathDensities::throughVertex
-    const PathVertex** at;
-    float* back[3];  // unit, to the vertex that it was connected to last
-    // what its bxdf says of that direction
-    float *value[3], *pdf, *reverse, *cosine;
-    uint32_t *context, *point;
-  };
   struct EndContext {
     const Context* context;
     uint32_t* end;  // by point
@@ -414,20 +396,10 @@ class Vcm {
 
   void findEnds() {
     const uint32_t n = g_->count, room = padded(n) + kPad, all = kConnected * room;
-    Ends& e = ends_;
-    e.room = room;
-    for (uint32_t** x : {&e.before, &e.light, &e.context, &e.point}) *x = make<uint32_t>(all);
-    for (float** x :
-         {&e.last, &e.earlier, &e.edge, &e.merges, &e.factor[0], &e.factor[1], &e.pdf, &e.reverse, &e.cosine})
-      *x = make<float>(all);
-    for (int k = 0; k < 3; ++k) {
-      e.P[k] = make<float>(all);
-      e.throughput[k] = make<float>(all);
-      e.back[k] = make<float>(all);
-      e.value[k] = make<float>(all);
-    }
-    e.at = make<const PathVertex*>(all);
-    std::fill_n(e.before, all, kNoEnd);
+    vcm::Ends& e = ends_;
+    e.makeRoom(room, [this](auto*& x, uint32_t many) {
+      x = make<std::remove_pointer_t<std::remove_reference_t<decltype(x)>>>(many);
+    });
 
     uint64_t* first = make<uint64_t>(n);
     uint32_t* found = make<uint32_t>(n);
@@ -664,12 +636,14 @@ class Vcm {
   const vcm::Options& o_;
   float lightPaths_;
   Subpaths<W> paths_;
+  bool
+      connectsCamera_;  // not where unshadowed light is wanted: splats do not know what would have been without shadows
   PathDensities sums_;
   // vertices of light paths until these end, by slot, room for most_ each
   Stored* kept_ = nullptr;
   uint32_t *keptCount_ = nullptr, most_ = 0;
   Arrivals<W> arrivals_;
-  Ends ends_{};
+  vcm::Ends ends_{};
   EndContext* endContexts_ = nullptr;
   uint32_t endContextCount_ = 0;
   float shrunk_;       // radii of this sample, as a share of the first one's

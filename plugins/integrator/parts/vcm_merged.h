@@ -6,47 +6,7 @@
 
 #ifndef KINORA_VCM_ONCE
 #define KINORA_VCM_ONCE
-#include <algorithm>
-#include <cmath>
-
-#include "plugins/integrator/parts/merge_index.h"
-namespace kinora::vcm {
-
-struct Options {
-  uint32_t bounces = 8;
-  uint32_t lightSamples = 1;  // at camera hits; deeper vertices take one
-  bool connects = true;       // vertices of camera paths with those of light paths, and these with the camera
-  bool merges = true;         // vertices of camera paths with those of light paths near by
-  float radius = 5;           // of merging, pixels; of the first sample
-  float reduce = 0.67f;       // sample i (from 1) has i^((reduce - 1) / 2) of it
-  float timeRadius = 1;       // farthest distance in time of merged vertices, of the shutter's opening
-  uint32_t clampDepth = 2;    // bounces from which contributions are clamped, as in PathLoopOptions
-  float clampLuminance = 10;  // largest luminance of one contribution there
-  Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
-  bool hasLightPaths() const { return connects || merges; }
-  // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
-  bool samplesLight(uint32_t before) const { return before || lightSamples; }
-};
-
-struct Stored {
-  PathVertex at;
-  PathSums sums;
-  Photon photon;
-  float probability;  // with which its path's camera path is connected to it; 0: it is not
-};
-
-inline uint32_t stages(const Options& o, Stage* out, uint32_t capacity) {
-  if (capacity < 2) return 0;
-  if (o.hasLightPaths()) *out++ = {StageKind::LightPaths, 1};
-  *out = {StageKind::CameraPaths, 0};
-  return o.hasLightPaths() ? 2 : 1;
-}
-inline uint32_t lists(const Options& o, RecordList* out) {
-  out[0] = {sizeof(Stored), 0};
-  return o.hasLightPaths() ? 1 : 0;
-}
-
-}  // namespace kinora::vcm
+#include "plugins/integrator/parts/vcm_records.h"
 #endif
 
 #if defined(KINORA_VCM_MERGED_H_TARGET) == defined(HWY_TARGET_TOGGLE)

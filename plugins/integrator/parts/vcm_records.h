@@ -1,0 +1,111 @@
+// What connection and merging is told, what its light paths leave for its camera paths to find, and what these make
+// of it. Plain data; behind kinora/subpaths.h and kinora/path_densities.h, whose plain types it holds.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "plugins/integrator/parts/merge_index.h"
+
+namespace kinora::vcm {
+
+struct Options {
+  uint32_t bounces = 8;
+  uint32_t lightSamples = 1;  // at camera hits; deeper vertices take one
+  bool connects = true;       // vertices of camera paths with those of light paths, and these with the camera
+  bool merges = true;         // vertices of camera paths with those of light paths near by
+  float radius = 5;           // of merging, pixels; of the first sample
+  float reduce = 0.67f;       // sample i (from 1) has i^((reduce - 1) / 2) of it
+  float timeRadius = 1;       // farthest distance in time of merged vertices, of the shutter's opening
+  uint32_t clampDepth = 2;    // bounces from which contributions are clamped, as in PathLoopOptions
+  float clampLuminance = 10;  // largest luminance of one contribution there
+  Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
+  bool hasLightPaths() const { return connects || merges; }
+  // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
+  bool samplesLight(uint32_t before) const { return before || lightSamples; }
+};
+
+struct Stored {
+  PathVertex at;
+  PathSums sums;
+  Photon photon;
+  float probability;  // with which its path's camera path is connected to it; 0: it is not
+};
+
+inline uint32_t stages(const Options& o, Stage* out, uint32_t capacity) {
+  if (capacity < 2) return 0;
+  if (o.hasLightPaths()) *out++ = {StageKind::LightPaths, 1};
+  *out = {StageKind::CameraPaths, 0};
+  return o.hasLightPaths() ? 2 : 1;
+}
+inline uint32_t lists(const Options& o, RecordList* out) {
+  out[0] = {sizeof(Stored), 0};
+  return o.hasLightPaths() ? 1 : 0;
+}
+
+// Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
+// than they cost (docs/integrators.md).
+inline constexpr uint32_t kConnected = 2;
+
+// Draws them, each with a probability in proportion to what it carries and to how many vertices of camera paths it may
+// be connected to; at most 1. u: random.
+inline void drawEnds(Stored* path, uint32_t count, uint32_t bounces, float u) {
+  if (count <= kConnected) {
+    for (uint32_t v = 0; v < count; ++v) path[v].probability = 1;
+    return;
+  }
+  float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
+  for (uint32_t v = 0; v < count; ++v) {
+    const float* t = path[v].at.throughput;
+    share[v] = std::max(t[0], std::max(t[1], t[2])) * float(bounces - v);
+    sum += share[v];
+  }
+  // those that would be drawn more than once are drawn for certain, the others share what is left
+  for (uint32_t v = 0; v < count && left > 1; ++v) {
+    if (!(share[v] * left > sum)) continue;
+    sum -= share[v];
+    share[v] = -1;
+    --left;
+    v = uint32_t(-1);
+  }
+  uint32_t n = 0;
+  float upTo = 0;
+  for (uint32_t v = 0; v < count && n < kConnected; ++v) {
+    const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
+    upTo += p;
+    if (!(p > 0 && u + float(n) < upTo)) continue;
+    path[v].probability = p;
+    ++n;
+  }
+}
+
+// The vertices that a group's camera paths are connected to. The first of a path stands at its slot, the next `room`
+// further on.
+struct Ends {
+  static constexpr uint32_t kNone = 1u << 20;
+  uint32_t room;
+  uint32_t *before, *light;  // before: vertices of the light path before it; kNone: there is no such end
+  float *P[3], *throughput[3], *factor[2];  // throughput: over the probability of having been drawn
+  float *last, *earlier, *edge, *merges;    // PathSums; PathDensities::throughVertex
+  const PathVertex** at;
+  float* back[3];  // unit, to the vertex that it was connected to last
+  // what its bxdf says of that direction
+  float *value[3], *pdf, *reverse, *cosine;
+  uint32_t *context, *point;
+
+  // make(array, many) gives an array its memory.
+  template <class Make>
+  void makeRoom(uint32_t each, const Make& make) {
+    room = each;
+    const uint32_t all = kConnected * room;
+    for (uint32_t** x : {&before, &light, &context, &point}) make(*x, all);
+    for (float** x : {&last, &earlier, &edge, &merges, &factor[0], &factor[1], &pdf, &reverse, &cosine})
+      make(*x, all);
+    for (int k = 0; k < 3; ++k)
+      for (float** x : {&P[k], &throughput[k], &back[k], &value[k]}) make(*x, all);
+    make(at, all);
+    std::fill_n(before, all, kNone);
+  }
+};
+
+}  // namespace kinora::vcm
