@@ -73,8 +73,13 @@ struct DiffuseExit {
     }
   }
   static const BxdfFunctions* functions() {
-    static constexpr BxdfFunctions kFunctions{nullptr, &generate, &evaluate, &evaluateAt, nullptr,
-                                              nullptr, nullptr,   nullptr,   nullptr,     nullptr};
+    static constexpr BxdfFunctions kFunctions = [] {
+      BxdfFunctions f{};
+      f.generate = &generate;
+      f.evaluate = &evaluate;
+      f.evaluateAt = &evaluateAt;
+      return f;
+    }();
     return &kFunctions;
   }
 

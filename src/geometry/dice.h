@@ -60,7 +60,7 @@ inline double segmentsForPlace(double share, double length, double edge) {
   return std::isfinite(edge) ? std::min(wanted, std::max(length / edge, 1.0)) : wanted;
 }
 
-// A piece of a patch that is seen smaller than two edges is cut where it would miss the outline by a third of a pixel,
+// A patch that is seen smaller than two edges is cut where it would miss the outline by a third of a pixel,
 // not for its normals: these are interpolated over what is hardly more than a pixel.
 inline constexpr double kSmallEdges = 2, kSagittaOfSmall = 0.15;
 inline bool isSmall(double length, double edge, bool displaced) {

@@ -126,6 +126,7 @@ void chooseRates(const TensorSurface& s, const std::vector<SourcePrimvar>& primv
     }
   }
   const bool displaced = rate.isDisplaced;
+  const bool isWhole = s.u.spans().size() == 1 && s.v.spans().size() == 1;  // not a piece of something large
   std::vector<double> wantU(s.u.spans().size(), 1), wantV(s.v.spans().size(), 1);
   constexpr int kSamples = 4;
   for (size_t key = 0; key < s.keys.size(); key += std::max<size_t>(1, s.keys.size() - 1))  // first and last
@@ -156,7 +157,7 @@ void chooseRates(const TensorSurface& s, const std::vector<SourcePrimvar>& primv
             turnV += turnBetween(at[a][b].n, at[a + 1][b].n);
           }
           const auto wanted = [&](double length, double turn, const std::vector<const Sample*>& line) {
-            if (isSmall(length, edge, displaced)) return segmentsOfSmall(length, turn, edge);
+            if (isWhole && isSmall(length, edge, displaced)) return segmentsOfSmall(length, turn, edge);
             return std::max(segmentsFor(length, turn, edge, displaced),
                             segmentsForPlace(missOf(line, length, range), length, edge));
           };

@@ -35,8 +35,8 @@ std::optional<UnitQuadric> unitQuadricOf(const scene::Primitive& primitive);
 struct SharedShapes {
   // From so many alike on they share.
   static constexpr size_t kLeastUnits = 64, kLeastJoined = 256, kMostJoined = 1024;
-  // Seen larger than this they do not: tessellations placed in render space are faster to trace.
-  static constexpr double kMostPixels = 32;
+  // Radius; seen larger than this they do not, which is as far as it was measured. What many rays share stays in caches.
+  static constexpr double kMostPixels = 128;
 
   struct Group {
     bool isUnit = false;            // placed scaled; else joined

@@ -114,7 +114,8 @@ size_t build(const scene::Scene& scene) {
   for (const scene::Prototype& p : scene.prototypes)
     if (p.instances.size() > 4) return 0;
   Diagnostics silent([](const std::string&, Severity) {});
-  const auto flat = render::flatten(scene, {}, {}, nullptr, silent);
+  const auto flat = render::flatten(
+      scene, {}, {}, [](const scene::Attributes*) { return false; }, nullptr, silent);
   if (flat->placements.size() > kMostPlacements || flat->shapes.size() > kMostShapes) return 0;
   geometry::DiceRate rate;
   rate.edgeLength = [](const Imath::V3d&) { return .3; };

@@ -4,7 +4,10 @@
 // keeps quadrics from sharing, attributes of their own patches. Misses: memory and time, which kinora-bench measures.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "support/render_scene.h"
 
@@ -134,6 +137,85 @@ TEST(SharedShapes, PatchesLookAsEachByItself) {
     EXPECT_EQ(shared, 1u);
     EXPECT_EQ(apart, 300u);
     expectAlike(a, b, look);
+  }
+}
+
+// More than trace::BuildOptions::swarmFrom.
+std::string thousands() {
+  std::string text = "Bxdf \"PxrDiffuse\" \"m\" \"color diffuseColor\" [.6 .5 .4]\n";
+  for (int i = 0; i < 10200; ++i)
+    text += "TransformBegin\nTranslate " + number(i % 102 * .2 - 10) + number(i / 102 * .2 - 10) +
+            number(30 + i % 7) + "\nSphere .09 -.09 .09 360\nTransformEnd\n";
+  return text;
+}
+
+TEST(SharedShapes, SwarmsGiveTheSameBitsForAnyThreadsWidthsAndGroups) {
+  uint64_t expected = 0;
+  for (const auto& [threads, width, group] :
+       {std::array{1, 8, 256}, std::array{2, 8, 256}, std::array{1, 1, 256}, std::array{2, 16, 512}}) {
+    RenderRequest r;
+    r.rib = kHead + thousands() + "WorldEnd\n";
+    r.settings.threads = threads;
+    r.settings.width = uint32_t(width);
+    r.settings.groupSize = uint32_t(group);
+    r.settings.samplesPerPixel = 4;
+    SceneRender s(r);
+    ASSERT_TRUE(s.ok());
+    EXPECT_LE(s.renderer().statistics().primitives, 3u);
+    EXPECT_EQ(s.renderer().statistics().instances, 10200u);
+    const uint64_t hash = hashOf(s.film());
+    if (!expected) expected = hash;
+    EXPECT_EQ(hash, expected) << threads << " threads, width " << width << ", groups of " << group;
+  }
+}
+
+TEST(SharedShapes, EditsGiveThePictureOfAFreshLoad) {
+  RenderRequest base;
+  base.rib = kHead + hundred(kLooks[2].text, "Sphere .8 -.8 .8 360\n", false) + "AttributeBegin\n" + kLooks[0].text;
+  for (int i = 0; i < 300; ++i)
+    base.rib += "Patch \"bilinear\" \"P\" [" + number(i % 20 - 10) + number(i / 20 - 8) + "31 " +
+                number(i % 20 - 9.2) + number(i / 20 - 8) + "31 " + number(i % 20 - 10) + number(i / 20 - 7.2) +
+                "32 " + number(i % 20 - 9.2) + number(i / 20 - 7.2) + "32]\n";
+  base.rib += "AttributeEnd\nWorldEnd\n";
+  base.settings.samplesPerPixel = 2;
+  SceneRender s(base);
+  ASSERT_TRUE(s.ok());
+  uint64_t last = hashOf(s.film());
+  const auto move = [](const scene::Transform& t, double z) {
+    return concat(t, scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0.1, 0, z))));
+  };
+  const std::pair<const char*, std::function<void(scene::Scene&)>> edits[] = {
+      {"the camera comes closer",
+       [&](auto& x) { x.cameras[0].worldToCamera = move(x.cameras[0].worldToCamera, -1); }},
+      {"a sphere moves",
+       [&](auto& x) { x.setPrimitiveTransform(x.primitives[7]->id, move(x.primitives[7]->toWorld, 2)); }},
+      {"the first of them goes", [](auto& x) { x.removePrimitive(x.primitives[0]->id); }},
+      {"a patch moves",
+       [&](auto& x) { x.setPrimitiveTransform(x.primitives[150]->id, move(x.primitives[150]->toWorld, -3)); }},
+      {"a patch has other attributes",
+       [](auto& x) {
+         auto a = std::make_shared<scene::Attributes>(*x.primitives[160]->attributes);
+         a->color = {1, 0, 0};
+         a->bxdf = nullptr;
+         x.setPrimitiveAttributes(x.primitives[160]->id, a);
+       }},
+      {"the first patch goes", [](auto& x) { x.removePrimitive(x.primitives[99]->id); }},
+      {"half the spheres go", [](auto& x) { x.primitives.erase(x.primitives.begin(), x.primitives.begin() + 50); }},
+      {"half the patches go", [](auto& x) { x.primitives.resize(x.primitives.size() - 100); }},
+      {"the camera goes far away",
+       [&](auto& x) { x.cameras[0].worldToCamera = move(x.cameras[0].worldToCamera, 40); }}};
+  for (const auto& [what, edit] : edits) {
+    edit(s.renderer().scene());
+    ASSERT_TRUE(s.renderer().update()) << what;
+    ASSERT_EQ(s.renderer().renderFilm(), render::Outcome::Complete) << what;
+    RenderRequest again = base;
+    again.edit = [&](scene::Scene& x) { x = s.renderer().scene(); };
+    SceneRender fresh(again);
+    ASSERT_TRUE(fresh.ok()) << what;
+    const uint64_t hash = hashOf(s.film());
+    EXPECT_EQ(hash, hashOf(fresh.film())) << what;
+    EXPECT_NE(hash, last) << what << ": nothing is seen of it";
+    last = hash;
   }
 }
 
