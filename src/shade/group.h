@@ -271,7 +271,6 @@ class GroupState {
   void setProgram(Context* c, const Program& program, bool bind);
   // group_space.cpp; worlds with media that fill space only.
   void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
-  class Tracker;
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
   void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
   void scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,

@@ -72,24 +72,31 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
       q.settings.integrator = integrator;
       SceneRender r(q);
       ASSERT_TRUE(r.ok());
-      EXPECT_TRUE(r.messages().empty()) << r.messages()[0];
+      const std::string name = std::filesystem::path(file).stem().string();
+      const bool hasMedia = name == "cloud" || name == "fire" || name == "shafts",
+                 scatters =
+                     integrator == "PxrPathTracer" || integrator == "PxrDirectLighting" || integrator == "PxrUnified";
+      for (const std::string& m : r.messages())
+        EXPECT_TRUE(hasMedia && !scatters && m.find("MEDIUM-INTEGRATOR") != std::string::npos) << m;
       const double d = worst(r, kParts, "Ci");
       if (scale) std::printf("%s %s: %.2e\n", std::filesystem::path(file).stem().c_str(), integrator.c_str(), d);
       EXPECT_LT(d, 1e-5);
       EXPECT_EQ(worst(r, {"beauty"}, "Ci"), 0);
-      // nothing in a closed room is open
-      if (integrator != "PxrOcclusion" || !file.ends_with("covered_lamp.rib")) {
+      // nothing in a closed room is open, and of a cloud alone nothing is left without scattering
+      if ((integrator != "PxrOcclusion" || name != "covered_lamp") && (scatters || name != "cloud")) {
         EXPECT_NE(mean(r, "Ci"), 0);
       }
       if (signals.count(integrator)) {
         EXPECT_EQ(worst(r, {"emissive"}, "Ci"), 0);
-      } else {
+      } else if (!hasMedia) {
         EXPECT_GT(mean(r, "diffuse"), 1e-3);
+      } else if (scatters) {
+        EXPECT_GT(mean(r, "volume"), 1e-4);
       }
       if (integrator == "PxrPathTracer")
         for (const std::string& p : kParts) seen[p] += mean(r, p);
     }
-  for (const std::string& p : kParts) EXPECT_TRUE(p == "volume" || seen[p] > 1e-4) << p;
+  for (const std::string& p : kParts) EXPECT_GT(seen[p], 1e-4) << p;
 }
 
 // A floor, a ball on it, a key light and a fill light, a wall that blocks the key.

@@ -168,12 +168,30 @@ TEST(BadValues, OfOptionsAreABadCommandLine) {
   EXPECT_NE(w.run(commands[0]).err.find("did you mean PxrPathTracer?"), std::string::npos);
 }
 
+TEST(Options, ProgramsOfASceneAreRunWhereAllowExecSaysSo) {
+  Workplace w;
+  w.write("disk.rib", "Disk 0 1 360\n");
+  std::string scene = rib();
+  const size_t end = scene.rfind("WorldEnd");
+  ASSERT_NE(end, std::string::npos);
+  scene.insert(end, "Procedural \"RunProgram\" [\"cat disk.rib\" \"\"] [-1 1 -1 1 0 0]\n");
+  w.write("scene.rib", scene);
+  const Result without = w.run({"scene.rib", "--spp", "1"}),
+               with = w.run({"scene.rib", "--spp", "1", "--allow-exec"});
+  EXPECT_EQ(with.exitCode, 0) << with.err;
+  EXPECT_NE(without.err.find("RIB-KEPT-PROGRAM"), std::string::npos) << without.err;
+  EXPECT_EQ(with.err.find("RIB-KEPT-PROGRAM"), std::string::npos) << with.err;
+  EXPECT_EQ(with.err.find("RIB-PROGRAM"), std::string::npos) << with.err;
+}
+
 TEST(Later, OptionsAndCommandsOfTheContractSayThatTheyAreNotAvailableYet) {
   Workplace w;
   w.write("scene.rib", rib());
-  const std::vector<std::vector<std::string>> commands = {
-      {"--checkpoint", "30s", "scene.rib"}, {"scene.rib", "--recover"}, {"scene.rib", "--geometry-cache", "4G"},
-      {"scene.rib", "--allow-exec"},        {"denoise", "a.exr"},       {"view", "scene.rib"}};
+  const std::vector<std::vector<std::string>> commands = {{"--checkpoint", "30s", "scene.rib"},
+                                                          {"scene.rib", "--recover"},
+                                                          {"scene.rib", "--geometry-cache", "4G"},
+                                                          {"denoise", "a.exr"},
+                                                          {"view", "scene.rib"}};
   for (const auto& command : commands) {
     const Result r = w.run(command);
     EXPECT_EQ(r.exitCode, 2) << command[0] << ' ' << command[1];

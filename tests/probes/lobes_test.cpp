@@ -11,8 +11,8 @@
 namespace kinora::probes {
 namespace {
 
-constexpr std::array<const char*, 7> kParts{"emissive",         "directDiffuse", "indirectDiffuse", "directSpecular",
-                                            "indirectSpecular", "subsurface",    "transmissive"};
+constexpr std::array<const char*, 8> kParts{"emissive",         "directDiffuse", "indirectDiffuse", "directSpecular",
+                                            "indirectSpecular", "subsurface",    "transmissive",    "volume"};
 
 TEST(Lobes, SplitSumsToBeauty) {
   Workshop stage;
