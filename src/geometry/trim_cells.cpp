@@ -44,9 +44,9 @@ struct Piece {
   }
 };
 
-class Cutter {
+class TrimCutter {
  public:
-  Cutter(bool keepInside, std::span<const double> u, std::span<const double> v)
+  TrimCutter(bool keepInside, std::span<const double> u, std::span<const double> v)
       : keepInside_(keepInside), u_(u), v_(v), columns_(int(u.size()) - 1), rows_(int(v.size()) - 1) {}
 
   TrimmedCells run(const TrimLoops& loops);
@@ -116,7 +116,7 @@ class Cutter {
 };
 
 // Rounds a point that is known to lie in a cell, or on a line of the grid.
-Place Cutter::place(const V2d& p, int x, int y, int lineU, int lineV) const {
+Place TrimCutter::place(const V2d& p, int x, int y, int lineU, int lineV) const {
   const auto round = [](std::span<const double> lines, int cell, int line, double at) {
     if (line >= 0) return line == cell ? 0 : kSteps;
     const double part = (at - lines[cell]) / (lines[cell + 1] - lines[cell]);
@@ -127,7 +127,7 @@ Place Cutter::place(const V2d& p, int x, int y, int lineU, int lineV) const {
 
 // Cuts a segment at the lines of the grid. What lies outside of the square is drawn to its border, which changes
 // nothing inside.
-bool Cutter::addSegment(const V2d& p, const V2d& q) {
+bool TrimCutter::addSegment(const V2d& p, const V2d& q) {
   struct Stop {
     double t;
     int lineU, lineV;
@@ -175,7 +175,7 @@ bool Cutter::addSegment(const V2d& p, const V2d& q) {
   return true;
 }
 
-void Cutter::lookForCrossings() {
+void TrimCutter::lookForCrossings() {
   std::sort(meetings_.begin(), meetings_.end(), [](const Meeting& a, const Meeting& b) { return a.place < b.place; });
   for (size_t i = 1; i < meetings_.size(); ++i) {
     const Meeting &a = meetings_[i - 1], &b = meetings_[i];
@@ -185,7 +185,7 @@ void Cutter::lookForCrossings() {
 }
 
 // False when the cell holds more than can be cut.
-bool Cutter::prepare(Cell& cell) {
+bool TrimCutter::prepare(Cell& cell) {
   std::vector<Piece>& pieces = cell.pieces;
   const size_t count = pieces.size();
   if (count > kMostPiecesOfCell) return false;
@@ -246,7 +246,7 @@ bool Cutter::prepare(Cell& cell) {
 }
 
 // Puts the points on a cell's sides where its neighbours find them.
-void Cutter::share(int x, int y, const Cell& cell) {
+void TrimCutter::share(int x, int y, const Cell& cell) {
   for (const Piece& p : cell.pieces)
     for (const Place& end : {p.a, p.b})
       if (end.v % kSteps == 0 && end.u % kSteps != 0) horizontal(x, y + end.v / kSteps).push_back(end.u);
@@ -258,14 +258,14 @@ void Cutter::share(int x, int y, const Cell& cell) {
 
 // Whether a ray to the right from the left side of a cell, `doubleV` half steps up, meets the loops an odd number of
 // times. `first` is the first piece of the row that does not lie to the left.
-bool Cutter::isOdd(size_t first, int y, int doubleV) {
+bool TrimCutter::isOdd(size_t first, int y, int doubleV) {
   bool odd = false;
   for (size_t i = first; i < rowStart_[size_t(y) + 1]; ++i) odd ^= pieces_[i].covers(doubleV);
   work_ += int64_t(rowStart_[size_t(y) + 1] - first);
   return odd;
 }
 
-V2d Cutter::uv(int x, int y, const Place& p) const {
+V2d TrimCutter::uv(int x, int y, const Place& p) const {
   const auto at = [](std::span<const double> lines, int cell, int steps) {
     if (steps == 0) return lines[cell];
     if (steps == kSteps) return lines[cell + 1];
@@ -275,7 +275,7 @@ V2d Cutter::uv(int x, int y, const Place& p) const {
 }
 
 // Triangles around corners_, which lie counter-clockwise on the outline of a convex shape.
-void Cutter::polygon(int x, int y) {
+void TrimCutter::polygon(int x, int y) {
   std::vector<Place>& p = corners_;
   p.erase(std::unique(p.begin(), p.end()), p.end());
   while (p.size() > 1 && p.front() == p.back()) p.pop_back();
@@ -308,7 +308,7 @@ void Cutter::polygon(int x, int y) {
   }
 }
 
-void Cutter::cut(int x, int y, const Cell& cell, size_t first) {
+void TrimCutter::cut(int x, int y, const Cell& cell, size_t first) {
   const std::vector<int>& lines = cell.lines;
   // all that anybody has on a line
   std::vector<std::vector<int>> points(lines.size());
@@ -362,7 +362,7 @@ void Cutter::cut(int x, int y, const Cell& cell, size_t first) {
 }
 
 // A cell that no loop passes: cut only where a neighbour has points on a common side.
-void Cutter::whole(int x, int y, bool isInside) {
+void TrimCutter::whole(int x, int y, bool isInside) {
   const size_t cell = size_t(y) * size_t(columns_) + size_t(x);
   if (isInside != keepInside_) return;
   out_.kind[cell] = TrimmedCells::Whole;
@@ -383,7 +383,7 @@ void Cutter::whole(int x, int y, bool isInside) {
   polygon(x, y);
 }
 
-TrimmedCells Cutter::run(const TrimLoops& loops) {
+TrimmedCells TrimCutter::run(const TrimLoops& loops) {
   const auto giveUp = [&] {
     TrimmedCells none;
     none.tooMuch = true;
@@ -452,7 +452,7 @@ TrimmedCells Cutter::run(const TrimLoops& loops) {
 
 TrimmedCells trimCells(const TrimLoops& loops, bool keepInside, std::span<const double> u,
                        std::span<const double> v) {
-  return Cutter(keepInside, u, v).run(loops);
+  return TrimCutter(keepInside, u, v).run(loops);
 }
 
 }  // namespace kinora::geometry

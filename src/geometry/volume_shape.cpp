@@ -26,7 +26,7 @@ struct Solid {
 };
 
 constexpr int kAround = 64;
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 Solid box() {
   Solid s;
@@ -47,7 +47,7 @@ Solid turned(const std::vector<std::array<double, 2>>& profile) {
   for (const auto& [radius, z] : profile) {
     rings.emplace_back();
     for (int k = 0; k < (radius > 0 ? kAround : 1); ++k) {
-      const double a = 2 * kPi * k / kAround;
+      const double a = 2 * kHalfTurn * k / kAround;
       rings.back().push_back(int(s.points.size()));
       s.points.push_back({radius * std::cos(a), radius * std::sin(a), z});
     }
@@ -73,7 +73,7 @@ Solid solidOf(const std::string& type) {
   if (type == "ellipsoid") {
     std::vector<std::array<double, 2>> profile;
     for (int k = 0; k <= kAround / 2; ++k) {
-      const double a = kPi * k / (kAround / 2);
+      const double a = kHalfTurn * k / (kAround / 2);
       profile.push_back({k == 0 || k == kAround / 2 ? 0 : std::sin(a), -std::cos(a)});
     }
     return turned(profile);

@@ -55,7 +55,7 @@ bool areSame(const std::vector<scene::Instance>& a, const std::vector<scene::Ins
   });
 }
 
-Digest digestOf(const std::vector<scene::Instance>& list) {
+Digest digestOfInstances(const std::vector<scene::Instance>& list) {
   Hasher h;
   h.word(list.size());
   for (const scene::Instance& i : list) {
@@ -102,7 +102,7 @@ std::string FlatScene::nameOf(uint32_t placement) const {
 bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const {
   return space_.origin == space.origin && space_.view.middle == space.view.middle &&
          (!asksView_ || space_ == space) && leaveOut_ == leaveOut && primitives_ == scene.primitives &&
-         solids_ == scene.solids && instances_ == digestOf(scene.instances) &&
+         solids_ == scene.solids && instances_ == digestOfInstances(scene.instances) &&
          std::equal(prototypes_.begin(), prototypes_.end(), scene.prototypes.begin(), scene.prototypes.end(),
                     [](const scene::Prototype& a, const scene::Prototype& b) {
                       return a.name == b.name && a.primitives == b.primitives && a.solids == b.solids &&
@@ -122,7 +122,7 @@ class Flattener {
         flat_(std::make_shared<FlatScene>()),
         trees_(diagnostics) {
     flat_->primitives_ = scene.primitives;
-    flat_->instances_ = digestOf(scene.instances);
+    flat_->instances_ = digestOfInstances(scene.instances);
     for (const scene::Instance& i : scene.instances)
       if (flat_->held_.empty() || flat_->held_.back() != i.attributes) flat_->held_.push_back(i.attributes);
     flat_->opened_.reserve(scene.instances.size());
