@@ -414,6 +414,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
       most = std::max(most, least);
     }
   }
+  if (tools.stop && tools.stop->load(std::memory_order_relaxed)) inputs_ = {};  // not all of it has been looked at
   return made_;
 }
 
