@@ -191,5 +191,61 @@ TEST_F(SamePicture, AfterTheSenseOfTrimCurves) {
   EXPECT_EQ(with("inside"), inside);
 }
 
+// What is a surface becomes smoke and back, smoke moves, a pattern that shapes it changes: meshes that were brought into
+// render space are not, and bounds are looked for again.
+TEST_F(SamePicture, AfterMediaComeAndGo) {
+  scene::Scene base;
+  rib::RibReader reader(diagnostics_, {}, [&](scene::Scene&& s) { base = std::move(s); });
+  reader.readString(
+      "media.rib",
+      "Format 24 24 1\nHider \"raytrace\" \"int maxsamples\" [4]\nProjection \"perspective\" \"fov\" [40]\n"
+      "Translate 0 0 5\nWorldBegin\nLight \"PxrDomeLight\" \"sky\"\nAttributeBegin\n"
+      "Bxdf \"PxrDiffuse\" \"d\"\nTranslate -0.8 0 0\nSphere 0.7 -0.7 0.7 360\nAttributeEnd\n"
+      "AttributeBegin\nPattern \"PxrFractal\" \"n\" \"float frequency\" [2]\n"
+      "Bxdf \"PxrVolume\" \"m\" \"reference float densityFloat\" [\"n:resultF\"] \"int multiScatter\" [1]\n"
+      "Translate 0.8 0 0\nScale 3 1 1\nVolume \"box\" [-0.2 0.2 -0.6 0.6 -0.6 0.6] [0 0 0]\nAttributeEnd\n"
+      "WorldEnd\n");
+  reader.finish();
+  ASSERT_EQ(base.primitives.size(), 2u) << said_;
+  const auto r = renderer();
+  const std::vector<int64_t> first = picture(*r, r->load(base));
+  ASSERT_FALSE(first.empty()) << said_;
+  std::vector<int64_t> before = first;
+  const auto edit = [&](size_t which, const char* what, const std::function<void(scene::Primitive&)>& change) {
+    auto copy = std::make_shared<scene::Primitive>(*r->scene().primitives[which]);
+    change(*copy);
+    r->scene().primitives[which] = std::move(copy);
+    std::vector<int64_t> edited = picture(*r, r->update());
+    EXPECT_EQ(edited, fresh(r->scene())) << what;
+    EXPECT_NE(edited, before) << what;
+    before = std::move(edited);
+  };
+  const auto with = [](const scene::NetworkPtr& material) {
+    return [=](scene::Primitive& p) {
+      auto attributes = std::make_shared<scene::Attributes>(*p.attributes);
+      attributes->bxdf = material;
+      p.attributes = std::move(attributes);
+    };
+  };
+  const scene::NetworkPtr diffuse = base.primitives[0]->attributes->bxdf,
+                          smoke = base.primitives[1]->attributes->bxdf;
+  edit(0, "the ball becomes smoke", with(smoke));
+  edit(1, "the smoke moves", [](scene::Primitive& p) {
+    scene::Matrix shift;
+    shift.setTranslation(Imath::V3d(0, 0.4, 0));
+    p.toWorld = scene::Transform::fixed(p.toWorld.at(0) * shift);
+  });
+  auto other = std::make_shared<scene::Network>(*smoke);
+  auto pattern = std::make_shared<scene::Node>(*other->patterns[0]);
+  scene::Parameter frequency;
+  frequency.name = "frequency";
+  frequency.type = scene::ValueType::Float;
+  frequency.floats = {9};
+  pattern->params.set(std::move(frequency));
+  other->patterns[0] = pattern;
+  edit(1, "its pattern changes", with(other));
+  edit(0, "the ball is a surface again", with(diffuse));
+}
+
 }  // namespace
 }  // namespace kinora::tests
