@@ -232,7 +232,7 @@ constexpr std::pair<const char*, LightFilterMode> kModes[] = {{"mult", LightFilt
                                                               {"min", LightFilterMode::Min},
                                                               {"screen", LightFilterMode::Screen}};
 
-bool isLightCombiner(const scene::Node& n) { return lowerCase(n.plugin) == "pxrcombinerlightfilter"; }
+bool isLightCombiner(const scene::Node& n) { return sameName(n.plugin, "PxrCombinerLightFilter"); }
 
 // Which filters of a light combine: by the combiners among them, the first that names a filter; else by their own
 // combineMode.
