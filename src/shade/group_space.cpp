@@ -21,6 +21,25 @@ constexpr uint32_t kMostCollisions = 1u << 16;      // tentative ones of a ray
 constexpr int kMostWalks = 64;                      // through the hierarchy of boundaries, for eight crossings each
 constexpr float kFaint = 0.02f, kSurvives = 0.25f;  // transmittance below which a shadow ray may be ended
 
+// Takes the open tracks to their next tentative collisions; end(track) hears of those that have none. Returns how many
+// go on, which stay in `open`.
+template <class End>
+uint32_t advanceAll(MediumTracks& tracks, uint32_t m, uint32_t* open, uint64_t& endless, End&& end) {
+  uint32_t going = 0;
+  for (uint32_t i = 0; i < m; ++i) {
+    Track& t = tracks[open[i]];
+    if (t.event > kMostCollisions) {
+      ++endless;
+      for (float& w : t.w) w = 0;
+    } else if (tracks.advance(open[i])) {
+      open[going++] = open[i];
+      continue;
+    }
+    end(t);
+  }
+  return going;
+}
+
 }  // namespace
 
 // All crossings of the listed rays (by number in the list) into crossings_, ray by ray in order of distance, whatever
@@ -147,19 +166,9 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
   }
   while (m) {
     const ArenaScope memory(arena_);
-    uint32_t going = 0;
-    for (uint32_t i = 0; i < m; ++i) {
-      Track& t = tracks[open[i]];
-      if (t.event > kMostCollisions) {
-        ++counters.endlessTracks;
-        for (float& w : t.w) w = 0;
-      } else if (tracks.advance(open[i])) {
-        open[going++] = open[i];
-        continue;
-      }
+    m = advanceAll(tracks, m, open, counters.endlessTracks, [&](const Track& t) {
       for (int c = 0; c < 3; ++c) transmittance[c][t.entry] *= t.w[c];
-    }
-    m = going;
+    });
     uint32_t asked = 0;
     for (uint32_t i = 0; i < m; ++i) asked += tracks[open[i]].count;
     if (!asked) continue;
@@ -169,7 +178,7 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
         found.add(space, tracks[open[i]], tracks[open[i]].around[k]);
     found.run(*this, list.rays, list.rays.radius, list.rays.spread, depth);
     counters.mediaLookups += asked;
-    going = 0;
+    uint32_t going = 0;
     for (uint32_t i = 0, at = 0; i < m; at += tracks[open[i++]].count) {
       Track& t = tracks[open[i]];
       float sum[3] = {0, 0, 0};
@@ -249,19 +258,9 @@ void GroupState::thinOut(const Rays& rays, uint32_t visibility, const uint32_t* 
   for (uint32_t i = 0; i < m; ++i) open[i] = i;
   while (m) {
     const ArenaScope memory(arena_);
-    uint32_t going = 0;
-    for (uint32_t i = 0; i < m; ++i) {
-      Track& t = tracks[open[i]];
-      if (t.event > kMostCollisions) {
-        ++counters.endlessTracks;
-        for (float& w : t.w) w = 0;
-      } else if (tracks.advance(open[i])) {
-        open[going++] = open[i];
-        continue;
-      }
+    m = advanceAll(tracks, m, open, counters.endlessTracks, [&](const Track& t) {
       for (int c = 0; c < 3; ++c) transmittance[c][t.entry] *= t.w[c] * beerLambert(t.even[c], 1.f);
-    }
-    m = going;
+    });
     uint32_t asked = 0;
     for (uint32_t i = 0; i < m; ++i)
       for (uint32_t k = 0; k < tracks[open[i]].count; ++k) asked += tracks[open[i]].around[k].most > 0;
@@ -272,7 +271,7 @@ void GroupState::thinOut(const Rays& rays, uint32_t visibility, const uint32_t* 
         if (tracks[open[i]].around[k].most > 0) found.add(space, tracks[open[i]], tracks[open[i]].around[k]);
     found.run(*this, rays, rays.radius, rays.spread, depth);
     counters.mediaLookups += asked;
-    going = 0;
+    uint32_t going = 0;
     for (uint32_t i = 0, at = 0; i < m; ++i) {
       Track& t = tracks[open[i]];
       float sum[3] = {0, 0, 0};
