@@ -24,13 +24,13 @@ constexpr int kCoarse = 3, kFine = 6;                            // points along
 constexpr uint32_t kPointsAtOnce = 1024;                         // of a context
 constexpr uint64_t kMostVoxels = uint64_t(1) << 30;              // of a request
 
-const scene::OtherPrimitive* volumeOf(const scene::Primitive& p) {
+const scene::OtherPrimitive* requestOf(const scene::Primitive& p) {
   const auto* other = std::get_if<scene::OtherPrimitive>(&p.shape);
   return other && other->request == "Volume" ? other : nullptr;
 }
 
 // Positive: the normals point outward.
-double volumeOf(const geometry::Mesh& mesh) {
+double signedVolume(const geometry::Mesh& mesh) {
   double six = 0;
   for (size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const Imath::V3d a(mesh.points[mesh.indices[i]]), b(mesh.points[mesh.indices[i + 1]]),
@@ -170,7 +170,7 @@ bool fillsSpace(const scene::Attributes* attributes, Registry& registry, Diagnos
 }
 
 bool isVolume(const FlatScene& flat, size_t kind) {
-  return volumeOf(*flat.shapeOf(flat.kinds[kind]).primitive) != nullptr;
+  return requestOf(*flat.shapeOf(flat.kinds[kind]).primitive) != nullptr;
 }
 
 namespace {
@@ -228,7 +228,7 @@ void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
             time[at++] = 0.5f;
           }
     }
-    group->lookUpMedium(index, count, P, time, found, nullptr);
+    group->lookUpMedium(index, count, P, time, found);
     for (size_t c = first; c < last; ++c)
       for (size_t k = 0; k < perCell; ++k)
         for (const float* x : found) {
@@ -290,7 +290,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   for (size_t k = 0; k < flat->kinds.size(); ++k) {
     const scene::Primitive& p = *flat->shapeOf(flat->kinds[k]).primitive;
     isFilled[k] = world.materials->fillsSpace(world.placements[k].material);
-    if (!isFilled[k] && volumeOf(p))
+    if (!isFilled[k] && requestOf(p))
       tools.diagnostics.warning("MEDIUM-NONE", p.pos, "'" + p.name() + "' has a material that is no medium's",
                                 "it is left out", "a Volume is filled by Bxdf \"PxrVolume\"");
   }
@@ -332,12 +332,12 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     m.instance = instance->second;
     m.geometry = geometry->second;
     m.visibility = flat->kinds[kind].visibility;
-    m.side = volumeOf(mesh) < 0 ? -1.f : 1.f;
+    m.side = signedVolume(mesh) < 0 ? -1.f : 1.f;
     const uint32_t material = world.placements[kind].material;
     const shade::Program& program = world.materials->program((*world.materials)[material].program);
     m.mayEmit = program.mediumFlags & kMediumMayEmit;
     media->mayEmit |= m.mayEmit;
-    if (const scene::OtherPrimitive* volume = volumeOf(p)) Fields(p, *volume, tools).read(m);
+    if (const scene::OtherPrimitive* volume = requestOf(p)) Fields(p, *volume, tools).read(m);
     const shade::MaterialSet::Extinction& e = world.materials->extinction(material);
     m.isProduct = e.isProduct;
     std::copy_n(e.factor, 3, m.factor);

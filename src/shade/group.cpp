@@ -362,12 +362,10 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
     if (host.surfaceT) {
       scatterInSpace(list, depth, n, entries, transmittance);
     } else {
-      RayList& ways = *makeRays(list.capacity);
-      std::swap(ways.rays.tMax, list.rays.tMax);
-      for (uint32_t i = 0; i < n; ++i) list.rays.tMax[entries[i]] = std::min(hits.t[entries[i]], 1e30f);
-      thinOut(list.rays, kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect, list.sampleSeed,
-              list.sampleIndex, depth, n, entries, transmittance);
-      std::swap(ways.rays.tMax, list.rays.tMax);
+      float* ends = arena_.make<float>(list.capacity);
+      for (uint32_t i = 0; i < n; ++i) ends[entries[i]] = std::min(hits.t[entries[i]], 1e30f);
+      thinOut(list.rays, ends, kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect,
+              list.sampleSeed, list.sampleIndex, depth, n, entries, transmittance);
     }
   }
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths) endAtHoles(list, n, entries);

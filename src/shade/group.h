@@ -212,9 +212,9 @@ class GroupState {
   int probe(const Context* c, const ProbeRays& rays);  // see ContextFunctions
   // From render space to that of a placed object, which is a medium, at a time of the shutter.
   trace::Affine toObject(uint32_t instance, uint32_t geometry, float time) const;
-  // Extinction (and emission: null, not wanted) of a medium at n points of render space, by its network.
+  // Extinction of a medium at n points of render space, by its network.
   void lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
-                    float* const extinction[3], float* const emission[3]);
+                    float* const extinction[3]);
 
   GroupCounters counters;
   RayListener* listener = nullptr;
@@ -268,6 +268,7 @@ class GroupState {
                         const float* t);
   Context* makeMediumContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
                              const uint32_t* entries, bool bind);
+  SurfacesArgs placesOf(const RayList& list, const float* t, Context* c);
   void setProgram(Context* c, const Program& program, bool bind);
   // group_space.cpp; worlds with media that fill space only.
   void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
@@ -275,8 +276,8 @@ class GroupState {
   void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
   void scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       float* const transmittance[3]);
-  void thinOut(const Rays& rays, uint32_t visibility, const uint32_t* seed, const uint32_t* index, uint32_t depth,
-               uint32_t n, const uint32_t* entries, float* const transmittance[3]);
+  void thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
+               uint32_t depth, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
   void thinOutShadows(uint32_t depth, const ShadowRays& rays);
   void thinOutLights(const RayList& list, LightHits* hits);
   // group_media.cpp; worlds with media only.

@@ -144,6 +144,39 @@ PointsArgs GroupState::startContext(const RayList& list, uint32_t traits, uint32
   return a;
 }
 
+// What the kernel of places reads of a list and writes for a context's points; distances, times and origins are the
+// caller's to place. t: by entry.
+SurfacesArgs GroupState::placesOf(const RayList& list, const float* t, Context* c) {
+  const auto f = [&] { return arena_.make<float>(c->padded); };
+  const auto u = [&] { return arena_.make<uint32_t>(c->padded); };
+  const Hits& hits = list.hits;
+  SurfacesArgs s{};
+  s.n = c->padded;
+  s.slots = c->path;
+  s.instance = hits.instance;
+  s.geometry = hits.geometry;
+  s.primitive = hits.primitive;
+  s.level = hits.level;
+  s.u = hits.u;
+  s.v = hits.v;
+  s.t = t;
+  for (int k = 0; k < 3; ++k) s.ng[k] = hits.ng[k];
+  s.time = list.rays.time;
+  s.origin = list.origin;
+  s.tables = &world_.tables;
+  s.block = u();
+  s.side = f();
+  ContextHost& h = ContextHost::of(c);
+  for (int k = 0; k < 3; ++k) h.ng[k] = s.outNg[k] = f();
+  c->place.instance = s.outInstance = u();
+  c->place.geometry = s.outGeometry = u();
+  c->place.primitive = s.outPrimitive = u();
+  c->place.level = s.outLevel = u();
+  c->place.u = s.outU = f();
+  c->place.v = s.outV = f();
+  return s;
+}
+
 Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uint32_t traits, uint32_t depth,
                                  uint32_t n, const uint32_t* entries, bool bind) {
   const Program& program = world_.materials->program(programIndex);
@@ -162,31 +195,10 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
   VertexState& state = h->state;
   state = makeState(m);
   // the vertex: where it lies, and how its ray came
-  SurfacesArgs s{};
-  s.n = m;
-  s.slots = path;
-  s.instance = hits.instance;
-  s.geometry = hits.geometry;
-  s.primitive = hits.primitive;
-  s.level = hits.level;
-  s.u = hits.u;
-  s.v = hits.v;
-  s.t = from.reach ? from.reach : hits.t;
-  for (int k = 0; k < 3; ++k) s.ng[k] = hits.ng[k];
-  s.time = list.rays.time;
-  s.origin = list.origin;
-  s.tables = &world_.tables;
+  SurfacesArgs s = placesOf(list, from.reach ? from.reach : hits.t, c);
   s.linkSet = state.linkSet;
-  uint32_t* block = s.block = u();
-  s.side = f();
-  float* raw[3];
-  for (int k = 0; k < 3; ++k) h->ng[k] = raw[k] = s.outNg[k] = f();
-  c->place.instance = s.outInstance = u();
-  c->place.geometry = s.outGeometry = u();
-  c->place.primitive = s.outPrimitive = u();
-  c->place.level = s.outLevel = u();
-  c->place.u = s.outU = f();
-  c->place.v = s.outV = f();
+  uint32_t* block = s.block;
+  const float* const* raw = h->ng;
   c->distance = s.outT = f();
   s.outTime = a.outTime;
   h->origin = s.outOrigin = u();
@@ -313,41 +325,14 @@ Context* GroupState::makeMediumContext(const RayList& list, uint32_t programInde
   const Program& program = world_.materials->program(programIndex);
   Context* c = startInSpace(list, traits, depth, n, entries, list.hits.t);
   if (program.mediumFlags & kMediumScattersOnce) c->traits |= kTraitScattersOnce;
-  const uint32_t m = c->padded;
   ContextHost& h = ContextHost::of(c);
-  const auto f = [&] { return arena_.make<float>(m); };
-  const auto u = [&] { return arena_.make<uint32_t>(m); };
   h.program = &program;
-  const Hits& hits = list.hits;
-  SurfacesArgs s{};
-  s.n = m;
-  s.slots = c->path;
-  s.instance = hits.instance;
-  s.geometry = hits.geometry;
-  s.primitive = hits.primitive;
-  s.level = hits.level;
-  s.u = hits.u;
-  s.v = hits.v;
-  s.t = hits.t;
-  for (int k = 0; k < 3; ++k) s.ng[k] = hits.ng[k];
-  s.time = list.rays.time;
-  s.origin = list.origin;
-  s.tables = &world_.tables;
-  uint32_t* block = s.block = u();
-  s.side = f();
-  float* raw[3];
-  for (int k = 0; k < 3; ++k) h.ng[k] = raw[k] = s.outNg[k] = f();
-  c->place.instance = s.outInstance = u();
-  c->place.geometry = s.outGeometry = u();
-  c->place.primitive = s.outPrimitive = u();
-  c->place.level = s.outLevel = u();
-  c->place.u = s.outU = f();
-  c->place.v = s.outV = f();
-  s.outT = f();
-  s.outTime = f();
-  s.outOrigin = u();
+  SurfacesArgs s = placesOf(list, list.hits.t, c);
+  s.outT = arena_.make<float>(s.n);
+  s.outTime = arena_.make<float>(s.n);
+  s.outOrigin = arena_.make<uint32_t>(s.n);
   surfacesKernel(world_.width)(s);
-  h.block = block;
+  h.block = s.block;
   h.surface.begin(*this, c, false);
   setProgram(c, program, bind);
   return c;

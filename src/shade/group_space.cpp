@@ -109,40 +109,6 @@ trace::Affine GroupState::toObject(uint32_t instance, uint32_t geometry, float t
   return a;
 }
 
-void GroupState::lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
-                              float* const extinction[3], float* const emission[3]) {
-  RayList& list = *makeRays(n);
-  uint32_t* entries = arena_.make<uint32_t>(padded(n));
-  for (uint32_t i = 0; i < padded(n); ++i) {
-    const uint32_t from = std::min(i, n - 1);
-    for (int k = 0; k < 3; ++k) {
-      list.rays.o[k][i] = P[k][from];
-      list.rays.d[k][i] = k == 2;
-    }
-    list.rays.time[i] = time[from];
-    list.rays.radius[i] = list.rays.spread[i] = 0;
-    list.sampleSeed[i] = list.sampleIndex[i] = 0;
-    setMediumHit(list.hits, i, world_.space->media[medium], 0);
-    entries[i] = from;
-  }
-  Context* const* contexts;
-  const uint32_t count = shade(list, kTraitEyePath | kTraitInSpace | kTraitPresenceQuery, 0, n, entries, &contexts);
-  for (uint32_t c = 0; c < count; ++c) {
-    const Context* x = contexts[c];
-    MediumArgs args;
-    for (int k = 0; k < 3; ++k) {
-      args.extinction[k] = x->alloc<float>(x->padded);
-      args.emission[k] = emission ? x->alloc<float>(x->padded) : nullptr;
-    }
-    x->bxdf->medium(x, &args);
-    for (uint32_t i = 0; i < x->count; ++i)
-      for (int k = 0; k < 3; ++k) {
-        extinction[k][x->path[i]] = args.extinction[k][i];
-        if (emission) emission[k][x->path[i]] = args.emission[k][i];
-      }
-  }
-}
-
 // Ends some of the listed rays in media, before what they hit. Their hits are then of the medium.
 void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                                 float* const transmittance[3]) {
@@ -176,7 +142,7 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
     for (uint32_t i = 0; i < m; ++i)
       for (uint32_t k = 0; k < tracks[open[i]].count; ++k)
         found.add(space, tracks[open[i]], tracks[open[i]].around[k]);
-    found.run(*this, list.rays, list.rays.radius, list.rays.spread, depth);
+    found.run(*this, list.rays, depth);
     counters.mediaLookups += asked;
     uint32_t going = 0;
     for (uint32_t i = 0, at = 0; i < m; at += tracks[open[i++]].count) {
@@ -247,12 +213,13 @@ void GroupState::noteExcess(uint32_t medium, float bound, float* const extinctio
   counters.excessMedium = medium;
 }
 
-// Multiplies by what media let through to each ray's tMax. Seeds, samples by entry.
-void GroupState::thinOut(const Rays& rays, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
-                         uint32_t depth, uint32_t n, const uint32_t* entries, float* const transmittance[3]) {
+// Multiplies by what media let through as far as each ray goes (ends). By entry.
+void GroupState::thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed,
+                         const uint32_t* index, uint32_t depth, uint32_t n, const uint32_t* entries,
+                         float* const transmittance[3]) {
   const SpaceMedia& space = *world_.space;
   findCrossings(rays, n, entries, visibility);
-  MediumTracks tracks(*this, crossings_, rays, rays.tMax, seed, index, depth, n, entries, false);
+  MediumTracks tracks(*this, crossings_, rays, ends, seed, index, depth, n, entries, false);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
   uint32_t m = tracks.count();
   for (uint32_t i = 0; i < m; ++i) open[i] = i;
@@ -269,7 +236,7 @@ void GroupState::thinOut(const Rays& rays, uint32_t visibility, const uint32_t* 
     for (uint32_t i = 0; i < m; ++i)
       for (uint32_t k = 0; k < tracks[open[i]].count; ++k)
         if (tracks[open[i]].around[k].most > 0) found.add(space, tracks[open[i]], tracks[open[i]].around[k]);
-    found.run(*this, rays, rays.radius, rays.spread, depth);
+    found.run(*this, rays, depth);
     counters.mediaLookups += asked;
     uint32_t going = 0;
     for (uint32_t i = 0, at = 0; i < m; ++i) {
@@ -312,8 +279,8 @@ void GroupState::thinOutShadows(uint32_t depth, const ShadowRays& rays) {
   const ArenaScope memory(arena_);
   RayList& list = *makeRays(rays.count);
   copyRays(rays, list);
-  thinOut(list.rays, trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, list.sampleSeed, list.sampleIndex, depth,
-          m, open, rays.transmittance);
+  thinOut(list.rays, list.rays.tMax, trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, list.sampleSeed,
+          list.sampleIndex, depth, m, open, rays.transmittance);
 }
 
 // What light met by rays has lost on its way, and which of them the rays were ended before.
@@ -346,7 +313,7 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
     }
     const uint32_t visibility =
         host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect);
-    thinOut(rays.rays, visibility, rays.sampleSeed, rays.sampleIndex, 0x10000, n, entries, T);
+    thinOut(rays.rays, rays.rays.tMax, visibility, rays.sampleSeed, rays.sampleIndex, 0x10000, n, entries, T);
   }
   for (int c = 0; c < 3; ++c) {
     for (uint32_t i = 0; i < n; ++i) radiance[c][i] = l->radiance[c][i] * T[c][i];

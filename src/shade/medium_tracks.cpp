@@ -202,11 +202,41 @@ void MediumLookups::add(const SpaceMedia& space, const Track& t, const Around& a
   }
 }
 
-void MediumLookups::run(GroupState& g, const Rays& rays, const float* radius, const float* spread, uint32_t depth) {
+namespace {
+
+// Runs the networks of media at n entries of a list, which are hits of them: put(entry, channel, extinction, emission),
+// what is no usable number is 0.
+template <class Put>
+void askMedia(GroupState& g, RayList& list, uint32_t n, uint32_t depth, bool wantsEmission, Put&& put) {
+  uint32_t* entries = g.arena().make<uint32_t>(padded(n));
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    list.sampleSeed[i] = list.sampleIndex[i] = 0;
+    entries[i] = std::min(i, n - 1);
+  }
+  Context* const* contexts;
+  const uint32_t count =
+      g.shade(list, kTraitEyePath | kTraitInSpace | kTraitPresenceQuery, depth, n, entries, &contexts);
+  const auto usable = [](float x) { return x > 0 && x < 1e30f ? x : 0.f; };
+  for (uint32_t c = 0; c < count; ++c) {
+    const Context* x = contexts[c];
+    MediumArgs args;
+    for (int k = 0; k < 3; ++k) {
+      args.extinction[k] = x->alloc<float>(x->padded);
+      args.emission[k] = wantsEmission ? x->alloc<float>(x->padded) : nullptr;
+    }
+    x->bxdf->medium(x, &args);
+    for (uint32_t i = 0; i < x->count; ++i)
+      for (int k = 0; k < 3; ++k)
+        put(x->path[i], k, usable(args.extinction[k][i]), wantsEmission ? usable(args.emission[k][i]) : 0.f);
+  }
+}
+
+}  // namespace
+
+void MediumLookups::run(GroupState& g, const Rays& rays, uint32_t depth) {
   if (!asked_) return;
   const SpaceMedia& space = *g.world().space;
   RayList& list = *g.makeRays(asked_);
-  uint32_t* entries = g.arena().make<uint32_t>(padded(asked_));
   for (uint32_t i = 0; i < padded(asked_); ++i) {
     const Ask& a = ask_[std::min(i, asked_ - 1)];
     for (int k = 0; k < 3; ++k) {
@@ -214,29 +244,30 @@ void MediumLookups::run(GroupState& g, const Rays& rays, const float* radius, co
       list.rays.d[k][i] = rays.d[k][a.entry];
     }
     list.rays.time[i] = rays.time[a.entry];
-    list.rays.radius[i] = radius ? radius[a.entry] : 0.f;
-    list.rays.spread[i] = spread ? spread[a.entry] : 0.f;
-    list.sampleSeed[i] = list.sampleIndex[i] = 0;
+    list.rays.radius[i] = rays.radius[a.entry];
+    list.rays.spread[i] = rays.spread[a.entry];
     setMediumHit(list.hits, i, space.media[a.medium], a.t);
-    entries[i] = std::min(i, asked_ - 1);
   }
-  Context* const* contexts;
-  const uint32_t count =
-      g.shade(list, kTraitEyePath | kTraitInSpace | kTraitPresenceQuery, depth, asked_, entries, &contexts);
-  for (uint32_t c = 0; c < count; ++c) {
-    const Context* x = contexts[c];
-    const auto f = [&] { return x->alloc<float>(x->padded); };
-    const MediumArgs args{{f(), f(), f()}, {emits_ ? f() : nullptr, emits_ ? f() : nullptr, emits_ ? f() : nullptr}};
-    x->bxdf->medium(x, &args);
-    for (uint32_t i = 0; i < x->count; ++i) {
-      const uint32_t at = ask_[x->path[i]].at;
-      for (int k = 0; k < 3; ++k) {
-        const float e = args.extinction[k][i], l = emits_ ? args.emission[k][i] : 0;
-        extinction[k][at] = e > 0 && e < 1e30f ? e : 0.f;
-        if (emits_) emission[k][at] = l > 0 && l < 1e30f ? l : 0.f;
-      }
+  askMedia(g, list, asked_, depth, emits_, [&](uint32_t entry, int k, float lost, float emitted) {
+    extinction[k][ask_[entry].at] = lost;
+    if (emits_) emission[k][ask_[entry].at] = emitted;
+  });
+}
+
+void GroupState::lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
+                              float* const extinction[3]) {
+  RayList& list = *makeRays(n);
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    const uint32_t from = std::min(i, n - 1);
+    for (int k = 0; k < 3; ++k) {
+      list.rays.o[k][i] = P[k][from];
+      list.rays.d[k][i] = k == 2;
     }
+    list.rays.time[i] = time[from];
+    list.rays.radius[i] = list.rays.spread[i] = 0;
+    setMediumHit(list.hits, i, world_.space->media[medium], 0);
   }
+  askMedia(*this, list, n, 0, false, [&](uint32_t entry, int k, float lost, float) { extinction[k][entry] = lost; });
 }
 
 }  // namespace kinora::shade

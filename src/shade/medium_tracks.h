@@ -71,8 +71,8 @@ class MediumLookups {
   MediumLookups(Arena& arena, uint32_t room, bool wantsEmission);
   // Of a medium around a track, where that is; answers are numbered in order.
   void add(const SpaceMedia& space, const Track& t, const Around& a);
-  // Runs the networks. radius, spread: footprints of the rays, by entry.
-  void run(GroupState& g, const Rays& rays, const float* radius, const float* spread, uint32_t depth);
+  // Runs the networks.
+  void run(GroupState& g, const Rays& rays, uint32_t depth);
   float *extinction[3], *emission[3];
 
  private:
