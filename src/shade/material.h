@@ -74,17 +74,18 @@ struct Program {
   uint32_t blockFloats = 0;
   std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;
-  bool opaque = true;     // presence is 1 everywhere
-  bool encloses = false;  // paths that go in keep a medium
-  bool scatters = false;  // paths may go below its surfaces
-  bool tints = false;     // tinted shadows pass
-  bool fillsSpace = false;  // a medium: its objects have no surface
+  bool opaque = true;          // presence is 1 everywhere
+  bool encloses = false;       // paths that go in keep a medium
+  bool scatters = false;       // paths may go below its surfaces
+  bool tints = false;          // tinted shadows pass
+  bool fillsSpace = false;     // a medium: its objects have no surface
+  uint32_t walkableLobes = 0;  // manifold walks go through its surfaces by these
   uint32_t mediumFlags = 0;
   uint32_t slotCount = 1;
   std::string lpeGroup;  // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
   std::vector<uint16_t> eventOfSlot;
-  uint32_t tintedSlots = 0;
+  uint32_t tintedSlots = 0, walkableSlots = 0;
 };
 
 struct Material {
@@ -113,6 +114,7 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   bool tints(uint32_t material) const { return programs_[materials_[material].program]->tints; }
+  bool isWalkable(uint32_t material) const { return programs_[materials_[material].program]->walkableLobes != 0; }
   bool fillsSpace(uint32_t material) const { return programs_[materials_[material].program]->fillsSpace; }
   // Of materials that fill space.
   struct Extinction {
