@@ -270,8 +270,8 @@ struct WalkNote {
   const uint32_t* slot;        // of the path that each started from
   const uint32_t* interfaces;  // that its path goes through; 0: none was found
   const float* d[3];           // in which the path leaves its vertex
-  const uint32_t* trials;      // until the way was found again; null: it was not looked for
-  const float* value[3];       // that it brings, throughput aside; null: not known
+  const uint32_t* trials;      // until the way was found again; 0: it was not looked for
+  const float* value[3];       // that it brings to the vertex, throughput and bxdf aside
 };
 
 // A connection of a light path's vertex to the camera, by point of a context. From points that camera rays hit it is

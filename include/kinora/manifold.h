@@ -330,8 +330,8 @@ class ManifoldWalks {
       s.put(in, I(-1), w.through);
     }
   }
-  // Random directions and boundaries' kinds, of trial t: half of them around the light, half towards what walks go
-  // through.
+  // Random directions and boundaries' kinds, of trial t: towards what walks go through, and where that lies towards
+  // the light half of them around the light.
   void aimAnywhere(uint32_t n, const uint32_t* list, const Walks& w, uint32_t t) const {
     for (uint32_t i = 0; i < n; i += W) {
       const M in = firstOf(n, i);
@@ -346,7 +346,8 @@ class ManifoldWalks {
       // towards objects, by how large they are seen
       F total(0.f);
       for (uint32_t b = 0; b < sv_->walkBoundCount; ++b) total += coneOf(P, b);
-      F rest = max(fms(which, F(2.f), F(1.f)), F(0.f)) * total;
+      const F some = select(isTowardsBounds(P, z), F(0.5f), F(0.f));
+      F rest = max(which - some, F(0.f)) / (F(1.f) - some) * total;
       M open(true);
       V towards = z;
       for (uint32_t b = 0; b < sv_->walkBoundCount; ++b) {
@@ -363,7 +364,7 @@ class ManifoldWalks {
         open = open & !here;
         rest -= cone;
       }
-      d = normalize(select(which < F(0.5f), d, towards));
+      d = normalize(select(which < some, d, towards));
       s.put(in, d.x, w.d[0]);
       s.put(in, d.y, w.d[1]);
       s.put(in, d.z, w.d[2]);
@@ -371,6 +372,16 @@ class ManifoldWalks {
       const I bits = hashWords(hashWords(asInt(draw(s, event + 4)), s.get(seed_)), I(event));
       s.put(in, bits | bits.template shr<16>(), w.through);
     }
+  }
+  KN_INLINE M isTowardsBounds(V P, V d) const {
+    M any(false);
+    for (uint32_t b = 0; b < sv_->walkBoundCount; ++b) {
+      const WalkBound& x = sv_->walkBounds[b];
+      const V to = V(F(x.center[0]), F(x.center[1]), F(x.center[2])) - P;
+      const F along = max(dot(to, d), F(0.f)), far2 = dot(to, to) - along * along;
+      any = any | (far2 < F(x.radius * x.radius));
+    }
+    return any;
   }
   // 1 - cosine of the cone that a sphere is seen in; 2 within it.
   KN_INLINE F coneOf(V P, uint32_t b) const {

@@ -397,7 +397,7 @@ void Worker::noteWalks(const WalkNote& note) {
   for (uint32_t i = 0; i < note.count; ++i) {
     ++c.walksBegun;
     c.walksFound += note.interfaces[i] != 0;
-    if (note.trials) c.walkTrials += note.trials[i];
+    c.walkTrials += note.trials[i];
     if (!print || note.slot[i] != printSlot) continue;
     char line[512];
     int at = 0;
@@ -406,9 +406,9 @@ void Worker::noteWalks(const WalkNote& note) {
                          note.d[1][i], note.d[2][i], note.interfaces[i]);
     else
       at = std::snprintf(line, sizeof line, "walk: no path found");
-    if (note.interfaces[i] && note.trials && note.trials[i])
+    if (note.interfaces[i] && note.trials[i])
       at += std::snprintf(line + at, sizeof line - size_t(at), ", found again after %u trials", note.trials[i]);
-    if (note.interfaces[i] && note.value)
+    if (note.interfaces[i])
       std::snprintf(line + at, sizeof line - size_t(at), ", brings (%.9g %.9g %.9g)", note.value[0][i],
                     note.value[1][i], note.value[2][i]);
     print(line);

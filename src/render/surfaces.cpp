@@ -87,6 +87,7 @@ namespace {
 
 struct BoundBox {
   float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  float radius = INFINITY;  // about the middle, where it is known to be less than that of the corners
   void add(const float p[3]) {
     for (int k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], p[k]);
@@ -99,6 +100,21 @@ struct BoundBox {
   }
   float middle(int axis) const { return 0.5f * (low[axis] + high[axis]); }
 };
+
+// By how much a space that is only turned, moved and scaled becomes larger; others: infinity.
+float scaleOf(const trace::Affine& a) {
+  float dots[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      dots[i][j] = 0;
+      for (int k = 0; k < 3; ++k) dots[i][j] += a.m[k][i] * a.m[k][j];
+    }
+  const float s2 = dots[0][0];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (std::fabs(dots[i][j] - (i == j ? s2 : 0.f)) > 1e-3f * s2) return INFINITY;
+  return std::sqrt(s2);
+}
 
 // Spheres around `boxes`, at most `most`: halves of the list along the longest way between middles.
 void addSpheres(BoundBox* boxes, size_t n, size_t most, std::vector<WalkBound>& out) {
@@ -119,13 +135,14 @@ void addSpheres(BoundBox* boxes, size_t n, size_t most, std::vector<WalkBound>& 
   }
   BoundBox all;
   for (size_t i = 0; i < n; ++i) all.add(boxes[i]);
+  if (n == 1) all.radius = boxes[0].radius;
   WalkBound b{};
   float r2 = 0;
   for (int k = 0; k < 3; ++k) {
     b.center[k] = all.middle(k);
     r2 += (all.high[k] - b.center[k]) * (all.high[k] - b.center[k]);
   }
-  b.radius = std::sqrt(r2) * 1.0001f;
+  b.radius = std::min(std::sqrt(r2), all.radius) * 1.0001f;
   if (std::isfinite(b.radius)) out.push_back(b);
 }
 
@@ -143,8 +160,13 @@ void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh
     if (!w.materials->isWalkable(w.placements[instance.info].material)) continue;
     const geometry::Mesh* mesh = meshes[flat.parts[flat.partOf(instance.user)].shapes[0]];
     const auto [it, isNew] = boxOf.try_emplace(mesh);
-    if (isNew)
+    if (isNew) {
       for (const Imath::V3f& p : mesh->points) it->second.add(&p.x);
+      float r2 = 0;
+      const Imath::V3f middle(it->second.middle(0), it->second.middle(1), it->second.middle(2));
+      for (const Imath::V3f& p : mesh->points) r2 = std::max(r2, (p - middle).length2());
+      it->second.radius = std::sqrt(r2);
+    }
     if (mesh->points.empty()) continue;
     if (instance.baked) {
       boxes.push_back(it->second);
@@ -158,6 +180,7 @@ void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh
         w.world->keys(instance)[k].point(p, q);
         box.add(q);
       }
+    if (instance.keyCount == 1) box.radius = it->second.radius * scaleOf(w.world->keys(instance)[0]);
     boxes.push_back(box);
   }
   addSpheres(boxes.data(), boxes.size(), kMostSpheres, w.walkBounds);
