@@ -63,8 +63,26 @@ struct WalkedPaths {
   static bool isWalked(uint32_t state) { return state > 1; }
 };
 
+// Where walks begin, where they go, and the rays on which they are followed; by walk. Arrays of the group's memory.
+struct WalkStarts {
+  // Walks begin at points of contexts, in their order.
+  struct Run {
+    const Context* c;
+    uint32_t first, end;
+  };
+  uint32_t n_ = 0, runCount_ = 0;
+  Run* runs_ = nullptr;
+  uint32_t *point_, *slot_, *seed_, *sample_;
+  float *P_[3], *Ng_[3], *bias_, *time_, *radius_, *spread_;
+  WalkTargets to_{};
+  RayList* rays_ = nullptr;
+  // The rays' derivatives by the two directions across the one at y; what they miss their lights by, and Newton's step.
+  float *dP_[2][3], *dD_[2][3], *miss_, *spreadOfPath_, *next_[3];
+  uint32_t *passed_, *kinds_;  // boundaries so far, and a bit for each that light goes through
+};
+
 template <int W>
-class ManifoldWalks {
+class ManifoldWalks : private WalkStarts {
  public:
   using F = Float<W>;
   using I = Int<W>;
@@ -117,12 +135,6 @@ class ManifoldWalks {
     return M::firstN(int(n - i < uint32_t(W) ? n - i : uint32_t(W)));
   }
 
-  // Walks begin at points of contexts, one of each, in their order.
-  struct Run {
-    const Context* c;
-    uint32_t first, end;
-  };
-
   // What paths bring, by walk.
   struct Found {
     float* value[3];  // light that arrives at y times the ratio of densities, over the density of z; 0: nothing
@@ -153,16 +165,7 @@ class ManifoldWalks {
       n_ += c.count;
     }
     if (!n_) return;
-    point_ = words(n_);
-    slot_ = words(n_);
-    seed_ = words(n_);
-    sample_ = words(n_);
-    floats(n_, P_);
-    floats(n_, Ng_);
-    bias_ = floats(n_);
-    time_ = floats(n_);
-    radius_ = floats(n_);
-    spread_ = floats(n_);
+    makeStarts();
     for (uint32_t r = 0; r < runCount_; ++r) {
       const Context& c = *runs_[r].c;
       for (uint32_t p = 0; p < c.count; ++p) {
@@ -195,8 +198,22 @@ class ManifoldWalks {
       }
     const float* five[5] = {u[0], u[2], u[3], u[4], u[5]};
     sv_->walkTargets(g_, n_, five, time_, &to_);
+    makeTracks();
+  }
+  void makeStarts() {
+    point_ = words(n_);
+    slot_ = words(n_);
+    seed_ = words(n_);
+    sample_ = words(n_);
+    floats(n_, P_);
+    floats(n_, Ng_);
+    bias_ = floats(n_);
+    time_ = floats(n_);
+    radius_ = floats(n_);
+    spread_ = floats(n_);
+  }
+  void makeTracks() {
     rays_ = sv_->makeRays(g_, n_);
-    // derivatives of the ray by the two directions across w
     for (int s = 0; s < 2; ++s) {
       floats(rays_->capacity, dP_[s]);
       floats(rays_->capacity, dD_[s]);
@@ -206,6 +223,48 @@ class ManifoldWalks {
     passed_ = words(n_);
     kinds_ = words(n_);
     floats(n_, next_);
+  }
+  // The listed walks of `from`, each `times` times, one behind the other.
+  void repeat(const WalkStarts& from, uint32_t n, const uint32_t* list, uint32_t times) {
+    n_ = n * times;
+    runCount_ = 0;
+    runs_ = static_cast<Run*>(sv_->alloc(g_, (from.runCount_ + 1) * sizeof(Run)));
+    makeStarts();
+    to_ = {};
+    to_.light = words(n_);
+    to_.flags = words(n_);
+    floats(n_, to_.to);
+    floats(n_, to_.N);
+    to_.pdf = floats(n_);
+    uint32_t run = 0, last = ~0u;
+    for (uint32_t i = 0; i < n_; ++i) {
+      const uint32_t s = list[i / times];
+      while (s >= from.runs_[run].end) ++run;
+      if (run != last) {
+        runs_[runCount_++] = {from.runs_[run].c, i, i};
+        last = run;
+      }
+      runs_[runCount_ - 1].end = i + 1;
+      point_[i] = from.point_[s];
+      slot_[i] = from.slot_[s];
+      seed_[i] = from.seed_[s];
+      sample_[i] = from.sample_[s];
+      for (int c = 0; c < 3; ++c) {
+        P_[c][i] = from.P_[c][s];
+        Ng_[c][i] = from.Ng_[c][s];
+        to_.to[c][i] = from.to_.to[c][s];
+        to_.N[c][i] = from.to_.N[c][s];
+      }
+      bias_[i] = from.bias_[s];
+      time_[i] = from.time_[s];
+      radius_[i] = from.radius_[s];
+      spread_[i] = from.spread_[s];
+      to_.light[i] = from.to_.light[s];
+      to_.flags[i] = from.to_.flags[s];
+      to_.pdf[i] = from.to_.pdf[s];
+    }
+    padArrays();
+    makeTracks();
   }
   void padArrays() {
     const auto pad = [&](auto* x) {
@@ -262,12 +321,14 @@ class ManifoldWalks {
     if (!o_.findsAll) return;
     // from anywhere
     Walks other = makeWalks();
-    aimAnywhere(m, list, other, 0);
+    uint32_t* first = words(n_);
+    for (uint32_t i = 0; i < n_; ++i) first[i] = 0;
+    aimAnywhere(m, list, other, first);
     walk(m, list, other);
     k = 0;
     clear(m, list, found);
     for (uint32_t i = 0; i < m; ++i)
-      if (other.found[list[i]] && !isSame(straight, other, list[i])) some[k++] = list[i];
+      if (other.found[list[i]] && !isSame(straight, list[i], other, list[i])) some[k++] = list[i];
     padList(k, some);
     follow(k, some, other, found);
     uint32_t open = 0;
@@ -278,38 +339,60 @@ class ManifoldWalks {
       const uint32_t s = some[i];
       if (found.value[0][s] != 0 || found.value[1][s] != 0 || found.value[2][s] != 0) again[open++] = s;
     }
-    Walks trial = makeWalks();
-    for (uint32_t t = 1; open && t <= o_.mostTrials; ++t) {
-      const MemoryMark mark = sv_->markMemory(g_);
-      padList(open, again);
-      aimAnywhere(open, again, trial, t);
-      walk(open, again, trial);
-      uint32_t rest = 0;
-      for (uint32_t i = 0; i < open; ++i) {
-        const uint32_t s = again[i];
-        trials[s] = t;
-        if (!trial.found[s] || !isSame(other, trial, s)) again[rest++] = s;
-      }
-      open = rest;
-      sv_->releaseMemory(g_, mark);
-    }
+    findAgain(open, again, other, trials);
     contribute(k, some, other, found, trials);
     note(m, list, other, found, trials);
   }
 
+  // Which trial of each listed walk is the first to find its path again. Of few walks several trials run at once, to
+  // fill the lanes: which is the first does not depend on it.
+  void findAgain(uint32_t open, uint32_t* again, const Walks& w, uint32_t* trials) {
+    constexpr uint32_t kEnough = 64, kMostAtOnce = 8;
+    const WalkStarts whole = *this;
+    for (uint32_t t = 1; open && t <= o_.mostTrials;) {
+      const MemoryMark mark = sv_->markMemory(g_);
+      uint32_t times = kEnough / open;
+      times = times < 1 ? 1 : times > kMostAtOnce ? kMostAtOnce : times;
+      if (times > o_.mostTrials + 1 - t) times = o_.mostTrials + 1 - t;
+      repeat(whole, open, again, times);
+      const Walks trial = makeWalks();
+      uint32_t *list = words(n_), *number = words(n_);
+      for (uint32_t i = 0; i < n_; ++i) {
+        list[i] = i;
+        number[i] = t + i % times;
+      }
+      padList(n_, list);
+      aimAnywhere(n_, list, trial, number);
+      walk(n_, list, trial);
+      uint32_t rest = 0;
+      for (uint32_t i = 0; i < open; ++i) {
+        const uint32_t s = again[i];
+        bool isFound = false;
+        for (uint32_t j = 0; j < times && !isFound; ++j) {
+          trials[s] = t + j;
+          isFound = isSame(w, s, trial, i * times + j);
+        }
+        if (!isFound) again[rest++] = s;
+      }
+      open = rest;
+      t += times;
+      static_cast<WalkStarts&>(*this) = whole;
+      sv_->releaseMemory(g_, mark);
+    }
+  }
   static void clear(uint32_t n, const uint32_t* list, const Found& found) {
     for (uint32_t i = 0; i < n; ++i)
       for (float* x : found.value) x[list[i]] = 0;
   }
-  bool isSame(const Walks& a, const Walks& b, uint32_t i) const {
-    if (!a.found[i] || a.found[i] != b.found[i] || a.foundBits[i] != b.foundBits[i]) return false;
+  static bool isSame(const Walks& a, uint32_t i, const Walks& b, uint32_t j) {
+    if (!a.found[i] || a.found[i] != b.found[j] || a.foundBits[i] != b.foundBits[j]) return false;
     float d2 = 0;
-    for (int c = 0; c < 3; ++c) d2 += (a.best[c][i] - b.best[c][i]) * (a.best[c][i] - b.best[c][i]);
+    for (int c = 0; c < 3; ++c) d2 += (a.best[c][i] - b.best[c][j]) * (a.best[c][i] - b.best[c][j]);
     return d2 < kSame * kSame;
   }
 
-  KN_INLINE F draw(const Slots<W>& s, uint32_t event) const {
-    return drawHashed(s.get(seed_), s.get(sample_), dimensionAt(depth_) + kDimUser + 3, I(event));
+  KN_INLINE F draw(const Slots<W>& s, I event) const {
+    return drawHashed(s.get(seed_), s.get(sample_), dimensionAt(depth_) + kDimUser + 3, event);
   }
 
   // Unit direction to the light from y.
@@ -332,12 +415,13 @@ class ManifoldWalks {
   }
   // Random directions and boundaries' kinds, of trial t: towards what walks go through, and where that lies towards
   // the light half of them around the light.
-  void aimAnywhere(uint32_t n, const uint32_t* list, const Walks& w, uint32_t t) const {
+  void aimAnywhere(uint32_t n, const uint32_t* list, const Walks& w, const uint32_t* trial) const {
     for (uint32_t i = 0; i < n; i += W) {
       const M in = firstOf(n, i);
       const Slots<W> s = Slots<W>::load(list + i);
-      const uint32_t event = kEventSeed + t * kEventsOfTrial;
-      const F u = draw(s, event), v = draw(s, event + 1), which = draw(s, event + 2), wide = draw(s, event + 3);
+      const I event = I(uint32_t(kEventSeed)) + s.get(trial) * I(uint32_t(kEventsOfTrial));
+      const F u = draw(s, event), v = draw(s, event + I(1)), which = draw(s, event + I(2)),
+              wide = draw(s, event + I(3));
       const V P = V::get(P_, s);
       // around the light, mostly near
       const V z = toTarget(s);
@@ -369,7 +453,7 @@ class ManifoldWalks {
       s.put(in, d.y, w.d[1]);
       s.put(in, d.z, w.d[2]);
       // a quarter of the boundaries reflect
-      const I bits = hashWords(hashWords(asInt(draw(s, event + 4)), s.get(seed_)), I(event));
+      const I bits = hashWords(hashWords(asInt(draw(s, event + I(4))), s.get(seed_)), event);
       s.put(in, bits | bits.template shr<16>(), w.through);
     }
   }
@@ -472,7 +556,7 @@ class ManifoldWalks {
         s.put(ends, sqrt(dot(e, e)), miss_);
         put(s, ends, at.x * sa + at.y * sb, next_);
         // solid angle at the last boundary, seen from y: how much wider the pencil has become
-        s.put(ends, abs(det), spreadOfPath_);
+        s.put(ends, o_.withoutTerm ? F(1.f) : abs(det), spreadOfPath_);
       }
       const Packer<W> pack(isLast ? M(false) : met & !ends);
       pack.put(s.s, open + m);
@@ -485,7 +569,7 @@ class ManifoldWalks {
   // Facet of boundary k about the normal (0, 0, 1), and its density by solid angle: GGX facets, whatever the
   // material's are.
   KN_INLINE V facet(const Slots<W>& s, uint32_t k, F alpha, F& density) const {
-    const F u = draw(s, kEventFacets + 2 * k), v = draw(s, kEventFacets + 2 * k + 1);
+    const F u = draw(s, I(kEventFacets + 2 * k)), v = draw(s, I(kEventFacets + 2 * k + 1));
     const F a2 = alpha * alpha, tan2 = a2 * u / max(F(1.f) - u, F(1e-7f));
     const F c2 = F(1.f) / (F(1.f) + tan2), c = sqrt(c2), sine = safeSqrt(F(1.f) - c2);
     F sn, cs;
@@ -868,15 +952,8 @@ class ManifoldWalks {
   Group* g_;
   const Services* sv_;
   ManifoldOptions o_;
-  uint32_t most_ = 0, depth_ = 0, n_ = 0, runCount_ = 0;
+  uint32_t most_ = 0, depth_ = 0;
   Paths paths_{};
-  Run* runs_ = nullptr;
-  uint32_t *point_, *slot_, *seed_, *sample_;
-  float *P_[3], *Ng_[3], *bias_, *time_, *radius_, *spread_;
-  WalkTargets to_{};
-  RayList* rays_ = nullptr;
-  float *dP_[2][3], *dD_[2][3], *miss_, *spreadOfPath_, *next_[3];
-  uint32_t *passed_, *kinds_;  // boundaries so far, and a bit for each that light goes through
 };
 
 }  // namespace HWY_NAMESPACE
