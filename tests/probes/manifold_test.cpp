@@ -79,7 +79,7 @@ TileMoments tilesOf(Workshop& stage, const std::string& text, const Sets& sets, 
 void expectSameMeans(const std::string& text, double sharpness, uint32_t seeds = 12) {
   Workshop stage;
   // What is found by chance has long tails: it takes more samples until sums are normal.
-  constexpr int kSamples = 48, kByChance = 768;
+  constexpr int kSamples = 48, kByChance = 512;
   const TileMoments chance = tilesOf(stage, text, exact(0), 100, seeds, kByChance),
                     walks = tilesOf(stage, text, exact(1), 200, seeds, kSamples);
   const TileTest t = compareTiles(walks, chance, 0.01);
@@ -92,9 +92,11 @@ void expectSameMeans(const std::string& text, double sharpness, uint32_t seeds =
               t.meanError);
 }
 
+// So near the floor that its light has no edges there: at edges of caustics what walks bring has no variance, its square
+// grows as the logarithm of the samples.
 const std::string kBall = R"(
   AttributeBegin
-    Translate 0 0.62 0
+    Translate 0 0.46 0
     )" + std::string("@") +
                           R"(
     Sphere 0.45 -0.45 0.45 360
@@ -177,14 +179,14 @@ TEST(Manifold, TwoBodiesOneInTheOther) {
     Attribute "trace" "int intersectpriority" [1]
     )" + glass("\"float ior\" [1.33]", "water") +
                               R"(
-    Translate 0 0.6 0
+    Translate 0 0.51 0
     Sphere 0.5 -0.5 0.5 360
   AttributeEnd
   AttributeBegin
     Attribute "trace" "int intersectpriority" [2]
     )" + glass("\"float ior\" [1.5]") +
                               R"(
-    Translate 0.25 0.65 0
+    Translate 0.25 0.5 0
     Sphere 0.35 -0.35 0.35 360
   AttributeEnd
 )",
@@ -195,8 +197,8 @@ TEST(Manifold, BallInMotion) {
   expectSameMeans(sceneOn(R"(
   AttributeBegin
     MotionBegin [0 1]
-      Translate -0.3 0.6 0
-      Translate 0.3 0.7 0.1
+      Translate -0.2 0.41 0
+      Translate 0.2 0.44 0.1
     MotionEnd
     )" + glass() + R"(
     Sphere 0.4 -0.4 0.4 360
@@ -396,12 +398,12 @@ TEST(Manifold, BadInput) {
   // a lamp within the glass, and one on it
   const std::string lampInside = R"(
   AttributeBegin
-    Translate 0.1 0.62 0
+    Translate 0.1 0.46 0
     Scale 0.1 0.1 0.1
     Light "PxrSphereLight" "lamp" "float intensity" [20] "int cheapCaustics" [1]
   AttributeEnd
   AttributeBegin
-    Translate 0 1.07 0
+    Translate 0 0.91 0
     Light "PointLight" "point" "float intensity" [1] "int cheapCaustics" [1]
   AttributeEnd
 )";
@@ -418,7 +420,7 @@ TEST(Manifold, BadInput) {
 TEST(Manifold, LampInAbsorbingGlass) {
   const std::string lamp = R"(
   AttributeBegin
-    Translate 0.1 0.62 0
+    Translate 0.1 0.46 0
     Scale 0.4 0.4 0.4
     Light "PxrSphereLight" "lamp" "float intensity" [6] "int cheapCaustics" [1]
   AttributeEnd
