@@ -90,6 +90,8 @@ struct Statistics {
   std::array<LaneUse, 12> lanesAt;
   LaneUse lanesQueries;
   uint64_t groups = 0, samples = 0;
+  double noise =
+      -1;  // adaptive: relative error of the picture at the last decision, see Convergence::error; -1: unknown
   uint64_t donePixels = 0;  // that adaptive sampling found good enough before they had all samples
   std::vector<ShaderCost> shaders;
   std::vector<BucketTime> buckets;  // of the last render
