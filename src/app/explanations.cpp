@@ -234,6 +234,11 @@ constexpr Explanation kRooms[] = {
      "above the most, every pixel takes the most. A part of a frame's samples (--samples) takes all of them in every "
      "pixel, for what earlier samples would have decided is not known to it: such parts merge to the picture without "
      "adaptive sampling. Parts by --crop decide as the whole frame does."},
+    {"RENDER-NOISE",
+     "--error asks for a picture whose relative error (root mean square over the pixels, as two halves of the "
+     "samples "
+     "differ) is at most so much, and the samples that --max-spp allows did not suffice. The picture is complete "
+     "otherwise."},
     {"RENDER-CROP",
      "CropWindow, or --crop, rounded to pixels as RIB says, is empty: a pixel belongs to the window that holds its "
      "top "

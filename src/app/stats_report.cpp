@@ -158,6 +158,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                {"non_finite", s.nonFiniteSamples},
                {"saturated", s.saturatedSamples},
                {"negative", s.negativeSamples}};
+  if (s.noise >= 0) j["film"]["relative_error"] = s.noise;
   j["textures"] = {{"lookups", s.textureLookups}, {"misses", s.textureMisses}, {"bytes", s.textureBytes}};
   Json slow = Json::array();
   for (const render::BucketTime& b : slowestBuckets(s, 5))
@@ -302,6 +303,7 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        s.saturatedSamples, s.negativeSamples);
   if (s.donePixels)
     line("  {} pixels were good enough before they had all samples (adaptive sampling)", s.donePixels);
+  if (s.noise >= 0) line("  relative error of the picture, by two halves of its samples: {:.4g}", s.noise);
   return out;
 }
 

@@ -209,6 +209,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
       film_(film),
       splatFilter_(&splatFilter),
       lightPathsPerPass_(lightPathsPerPass) {
+  for (const shade::PlacementInfo& p : world.placements) hasTolerances_ |= p.noiseTolerance != 1;
   Services& s = services_;
   s.host = this;
   s.samples = world.samples;
@@ -316,6 +317,10 @@ void Worker::begin(uint32_t count, StageKind stage) {
   records_.resize(size_t(plan_.floats));
   for (float*& r : records_) r = state_.arena().make<float>(n);
   isWritten_.assign(records_.size(), 0);
+  if (hasTolerances_) {
+    tolerances_ = state_.arena().make<float>(n);
+    std::fill_n(tolerances_, n, 1.f);
+  }
   for (const auto& [offset, value] : plan_.cleared) {
     std::fill_n(records_[size_t(offset)], n, value);
     isWritten_[size_t(offset)] = 1;
@@ -340,6 +345,10 @@ void Worker::primary(const Context* c) {
       else
         for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v.data[k][i * v.stride];
     }
+  }
+  for (uint32_t i = 0; tolerances_ && i < c->count; ++i) {
+    const shade::ShadingWorld& w = state_.world();
+    tolerances_[c->path[i]] = w.placements[w.world->instance(c->place.instance[i]).info].noiseTolerance;
   }
   for (const RecordPlan::Primvar& o : plan_.primvars) {
     Value v = shade::teeValue(c, o.name);

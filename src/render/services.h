@@ -82,6 +82,8 @@ class Worker {
   // After the integrator, before the film: what concerns whole records of `count` samples.
   void finishRecords(uint32_t count);
   void setCpuTime(uint32_t count, float secondsASample);
+  // By slot: PlacementInfo::noiseTolerance of what the camera ray met. Null: 1 everywhere.
+  const float* tolerances() const { return tolerances_; }
   std::function<void(const std::string&)> print;  // while a sample is replayed
   uint32_t printSlot = 0;
   uint64_t lightRays = 0;
@@ -121,6 +123,8 @@ class Worker {
   std::vector<uint8_t> isWritten_;
   size_t recordBytes_ = 0;
   std::vector<float> zeros_;
+  bool hasTolerances_ = false;  // some object has another than 1
+  float* tolerances_ = nullptr;
   std::vector<const float*> values_;
   std::vector<uint32_t> emitted_;  // light by slot, of the group's light paths
   // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set +

@@ -43,6 +43,7 @@ struct PlacementInfo {
   uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
   uint32_t traceSet = 0;                 // index into ShadingWorld::traceSets
   uint32_t tint = 0;                     // index into ShadingWorld::tints
+  float noiseTolerance = 1;              // shade:relativepixelvariance, (0, 1000]
   bool isHiddenFromCamera = false;       // visibility:camera
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
 };
