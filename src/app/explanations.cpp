@@ -277,7 +277,7 @@ constexpr Explanation kRooms[] = {
      "a "
      "group that no object is a member of (grouping:membership), or there are more different subsets than rays can "
      "tell "
-     "apart (28; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
+     "apart (26; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
     {"RENDER-CAMERA",
      "The camera's transform cannot be inverted or holds NaN: the identity stands in for it. Or its screen window, "
