@@ -235,20 +235,14 @@ TEST(Manifold, BallUnderADome) {
 // What walks that start straight towards the light do not find.
 TEST(Manifold, StraightWalksLoseOtherWays) {
   Workshop stage;
-  const std::string ball = sceneOn(ballOf(glass()), 48);
+  // beyond the focus there are several
+  std::string ball = sceneOn(ballOf(glass()), 48);
+  ball.replace(ball.find("0 0.46 0"), 8, "0 0.85 0");
   const double all = tilesOf(stage, ball, exact(1), 100, 6, 64).mean(),
                straight = tilesOf(stage, ball, exact(2), 200, 6, 64).mean();
   std::printf("a ball: straight walks bring %.4f of the picture\n", straight / all);
   EXPECT_LT(straight, 0.99 * all);
   EXPECT_GT(straight, 0.8 * all);
-  const std::string plane =
-      sceneOn("AttributeBegin\n" + glass() +
-                  "Polygon \"vertex point P\" [-3 0.6 -3  -3 0.6 3  3 0.6 3  3 0.6 -3]\nAttributeEnd\n",
-              48, 1);
-  const TileMoments one = tilesOf(stage, plane, exact(1), 100, 8, 32),
-                    two = tilesOf(stage, plane, exact(2), 200, 8, 32);
-  const TileTest t = compareTiles(one, two, 0.001);
-  EXPECT_TRUE(t.agrees()) << "worst z " << t.worstZ;
 }
 
 // A geometric term that is left out is seen by the tests above.
