@@ -65,9 +65,30 @@ void openTangents(std::array<V3d, 4>& b, bool& changed) {
   if (last) b[2] = old[3] + far(old[3], old[1], old[0]) * kNudge;
 }
 
+// Curves seen thinner than `pixels` get that width, and a ray sees them the more seldom: a row of pixels then sees a thin
+// curve in every one of them, and the mean of what it sees stays. Radii at all keys grow by the factor of the first.
+void widen(const DiceRate& rate, double pixels, Mesh& mesh) {
+  mesh.own.assign(mesh.vertexCount, 1.f);
+  bool widened = false;
+  for (uint32_t v = 0; v < mesh.vertexCount; ++v) {
+    Imath::V4f& s = mesh.spine[v];
+    const double pixel = rate.at(mesh.origin + V3d(s.x, s.y, s.z)) / rate.pixelsPerEdge, least = 0.5 * pixels * pixel;
+    if (!std::isfinite(least) || !(double(s.w) < least)) continue;
+    const double radius = double(s.w);
+    mesh.own[v] = float(radius / least);
+    for (size_t key = 0; key < size_t(mesh.keyCount()); ++key) {
+      float& r = mesh.spine[key * mesh.vertexCount + v].w;
+      r = radius > 0 ? float(double(r) * (least / radius)) : float(least);
+    }
+    widened = true;
+  }
+  if (!widened) std::vector<float>().swap(mesh.own);
+}
+
 }  // namespace
 
-bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, Diagnostics& diagnostics, Mesh& mesh) {
+bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, const DiceRate& rate,
+                Diagnostics& diagnostics, Mesh& mesh) {
   const std::optional<PointKeys> points = readPoints(primitive, diagnostics);
   if (!points) return false;
   static const scene::Attributes kDefaults;
@@ -200,6 +221,7 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, D
         Imath::V4f& s = mesh.spine[key * mesh.vertexCount + first + k];
         s = Imath::V4f(p.x, p.y, p.z, s.w);
       }
+  if (const double pixels = attributes.named.getFloat("hair:minwidth", 0); pixels > 0) widen(rate, pixels, mesh);
   return true;
 }
 

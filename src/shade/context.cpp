@@ -195,11 +195,29 @@ Value seenAt(const Context* c) {
   return out;
 }
 
+Value acrossRibbon(const Context* c) {
+  ContextHost& h = ContextHost::of(c);
+  const trace::World& w = *h.group->world().world;
+  Value out;
+  if (!w.hasRibbons()) return out;
+  const SurfaceArgs& args = h.surface.args();
+  float* across = floats(c);
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const geometry::Mesh& mesh = w.mesh(c->place.geometry[i]);
+    const bool isRibbon = mesh.facesRay() && mesh.isCurve() && args.strand && args.strand[i];
+    across[i] = isRibbon ? 2 * args.strand[i]->uv[0] - 1 : 2.f;
+  }
+  out.data[0] = across;
+  out.components = out.stride = 1;
+  return out;
+}
+
 Value primvar(const Context* c, const char* name, Value* radius) {
   ContextHost& h = ContextHost::of(c);
   const uint32_t n = c->padded;
   Value out;
   if (!std::strcmp(name, kSeenPrimvar)) return seenAt(c);
+  if (!std::strcmp(name, kRibbonPrimvar)) return acrossRibbon(c);
   if (c->traits & kTraitInSpace && !h.program) {  // no object is there
     if (radius) *radius = Value();
     return out;
