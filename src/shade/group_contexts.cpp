@@ -266,7 +266,8 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
   c->slotOfLobe = program.slotOfLobe.data();
   c->eventOfSlot = program.eventOfSlot.data();
   c->tintedSlots = program.tintedSlots;
-  c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u);
+  c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u) |
+               (program.isFiber ? kTraitFiber : 0u);
   c->bxdf = program.bxdf;
 
   // room for the network's outputs

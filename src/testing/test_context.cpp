@@ -217,6 +217,7 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
   builtin(Builtin::PoRadius) = one(c.radius);
   builtin(Builtin::Pworld) = three(c.P);
   builtin(Builtin::ObjectId) = m.make(1, {1}, false);
+  builtin(Builtin::Fiber) = m.make(3, {0, 0, 0}, true);  // surfaces
 
   ContextFunctions& f = m.functions;
   f.probe = [](const Context*, const ProbeRays*) { return 0; };  // nothing is around the points
