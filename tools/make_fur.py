@@ -7,20 +7,20 @@ import random
 
 # centre, radii, length of the hair, colour of the coat; the animal looks to -z
 PIECES = [
-    ("body", (0, 0.62, 0.05), (0.52, 0.60, 0.50), 0.17, "coat"),
-    ("head", (0, 1.34, -0.22), (0.42, 0.37, 0.38), 0.10, "coat"),
-    ("snout", (0, 1.23, -0.56), (0.17, 0.13, 0.16), 0.045, "light"),
-    ("left ear", (-0.27, 1.68, -0.12), (0.14, 0.17, 0.07), 0.05, "dark"),
-    ("right ear", (0.27, 1.68, -0.12), (0.14, 0.17, 0.07), 0.05, "dark"),
-    ("left arm", (-0.44, 0.74, -0.24), (0.14, 0.30, 0.17), 0.10, "coat"),
-    ("right arm", (0.44, 0.74, -0.24), (0.14, 0.30, 0.17), 0.10, "coat"),
-    ("left foot", (-0.28, 0.13, -0.46), (0.17, 0.12, 0.24), 0.07, "dark"),
-    ("right foot", (0.28, 0.13, -0.46), (0.17, 0.12, 0.24), 0.07, "dark"),
-    ("tail", (0.30, 0.30, 0.62), (0.20, 0.22, 0.34), 0.20, "light"),
+    ("body", (0, 0.62, 0.05), (0.50, 0.58, 0.48), 0.22, "coat"),
+    ("head", (0, 1.34, -0.22), (0.41, 0.36, 0.37), 0.14, "coat"),
+    ("snout", (0, 1.23, -0.56), (0.17, 0.13, 0.16), 0.055, "light"),
+    ("left ear", (-0.27, 1.68, -0.12), (0.14, 0.17, 0.07), 0.07, "dark"),
+    ("right ear", (0.27, 1.68, -0.12), (0.14, 0.17, 0.07), 0.07, "dark"),
+    ("left arm", (-0.44, 0.74, -0.24), (0.14, 0.30, 0.17), 0.15, "coat"),
+    ("right arm", (0.44, 0.74, -0.24), (0.14, 0.30, 0.17), 0.15, "coat"),
+    ("left foot", (-0.28, 0.13, -0.46), (0.17, 0.12, 0.24), 0.09, "dark"),
+    ("right foot", (0.28, 0.13, -0.46), (0.17, 0.12, 0.24), 0.09, "dark"),
+    ("tail", (0.30, 0.30, 0.62), (0.19, 0.21, 0.33), 0.26, "light"),
 ]
 NOSE = (0, 1.30, -0.74)
 EYES = ((-0.165, 1.42, -0.545), (0.165, 1.42, -0.545))
-COLORS = {"coat": (0.52, 0.27, 0.10), "light": (0.86, 0.72, 0.52), "dark": (0.20, 0.09, 0.035)}
+COLORS = {"coat": (0.42, 0.17, 0.045), "light": (0.80, 0.60, 0.36), "dark": (0.12, 0.045, 0.015)}
 
 
 def add(a, b, f=1.0):
@@ -58,13 +58,13 @@ def tuft(rng, hairs, name):
         angle, radius = rng.uniform(0, 2 * math.pi), 0.24 * math.sqrt(rng.random())
         root = (radius * math.cos(angle), -0.12, radius * math.sin(angle))
         length = rng.uniform(0.75, 1.1)
-        lean, side = rng.gauss(0.75, 0.12), rng.gauss(0, 0.12)
+        lean, side = rng.gauss(0.85, 0.16), rng.gauss(0, 0.16)
         pull = 0.35  # tips of a tuft come together
         for t in (0.0, 0.36, 0.7, 1.0):
             away = length * lean * t ** 1.5
             up = length * (t - 0.42 * t * t)
             points += [root[0] * (1 - pull * t) + away, root[1] + up, root[2] * (1 - pull * t) + length * side * t]
-        widths += [0.034, 0.012]
+        widths += [0.027, 0.008]
         indices.append(rng.randrange(100000))
     numbers = lambda values, digits: " ".join(short(v, digits) for v in values)
     return (f'ObjectBegin "{name}"\nCurves "cubic" [{" ".join(["4"] * hairs)}] "nonperiodic"\n'
@@ -94,13 +94,13 @@ def coat(rng, spacing, tufts):
         areas.append(((a * b) ** 1.6 + (a * c) ** 1.6 + (b * c) ** 1.6) ** (1 / 1.6))
     for piece, area in zip(PIECES, areas):
         _, centre, radii, length, _ = piece
-        gap = spacing * length / 0.1 if length > 0.1 else spacing * max(length / 0.1, 0.45)
+        gap = spacing * min(max(length / 0.1, 0.5), 1.7)
         for _ in range(int(area * 8 * 4 * math.pi / 3 / (gap * gap))):
             d = unit([rng.gauss(0, 1) for _ in range(3)])
             p = tuple(c + r * x for c, r, x in zip(centre, radii, d))
             if any(depth(p, other) < 0.97 for other in PIECES if other is not piece) or p[1] < 0.03:
                 continue
-            if any(dot(add(p, e, -1), add(p, e, -1)) < 0.085 ** 2 for e in EYES):
+            if any(dot(add(p, e, -1), add(p, e, -1)) < 0.072 ** 2 for e in EYES):
                 continue
             key = tuple(int(math.floor(x / gap)) for x in p)
             near = (cells.get((piece[0], key[0] + i, key[1] + j, key[2] + k), [])
@@ -127,11 +127,11 @@ HEAD = '''##RenderMan RIB-Structure 1.1
 Hider "raytrace" "int maxsamples" [128]
 Integrator "PxrPathTracer" "integrator" "int maxIndirectBounces" [12]
 Display "fur.exr" "openexr" "rgba"
-Display "+fur.png" "png" "rgba"
+Display "+fur.png" "png" "rgb"
 Format 640 360 1
 PixelFilter "gaussian" 2 2
-Projection "perspective" "fov" [27]
-Translate 0 -0.95 5.2
+Projection "perspective" "fov" [25.5]
+Translate 0 -0.9 5.2
 Rotate -7 1 0 0
 Rotate 24 0 1 0
 WorldBegin
@@ -139,16 +139,17 @@ WorldBegin
     Rotate -24 0 1 0
     Translate -2.6 3.2 -2.4  Rotate 47 0 1 0  Rotate 40 1 0 0
     Scale 1.5 1.5 1
-    Light "PxrRectLight" "key" "float intensity" [17] "color lightColor" [1 0.93 0.84]
+    Light "PxrRectLight" "key" "float intensity" [13] "color lightColor" [1 0.93 0.84]
   AttributeEnd
   AttributeBegin  # from behind, through the coat
     Rotate -24 0 1 0
     Translate 2.2 2.5 3.0  Rotate 215 0 1 0  Rotate 25 1 0 0
     Scale 1.4 1.6 1
-    Light "PxrRectLight" "rim" "float intensity" [34] "color lightColor" [0.85 0.92 1]
+    Attribute "visibility" "int camera" [0]
+    Light "PxrRectLight" "rim" "float intensity" [26] "color lightColor" [0.85 0.92 1]
   AttributeEnd
   AttributeBegin
-    Light "PxrDomeLight" "sky" "float intensity" [0.16] "color lightColor" [0.75 0.85 1]
+    Light "PxrDomeLight" "sky" "float intensity" [0.1] "color lightColor" [0.7 0.85 1]
   AttributeEnd
   AttributeBegin
     Bxdf "PxrDiffuse" "ground" "color diffuseColor" [0.14 0.15 0.16]
@@ -157,8 +158,8 @@ WorldBegin
   AttributeBegin
     Bxdf "PxrSurface" "glossy black" "color diffuseColor" [0.01 0.008 0.006] "int specularFresnelMode" [1]
       "color specularEdgeColor" [1 1 1] "float specularRoughness" [0.08]
-    AttributeBegin Translate -0.165 1.42 -0.545 Sphere 0.062 -0.062 0.062 360 AttributeEnd
-    AttributeBegin Translate 0.165 1.42 -0.545 Sphere 0.062 -0.062 0.062 360 AttributeEnd
+    AttributeBegin Translate -0.165 1.42 -0.545 Sphere 0.075 -0.075 0.075 360 AttributeEnd
+    AttributeBegin Translate 0.165 1.42 -0.545 Sphere 0.075 -0.075 0.075 360 AttributeEnd
     AttributeBegin Translate 0 1.275 -0.715 Scale 1.3 0.85 0.8 Sphere 0.048 -0.048 0.048 360 AttributeEnd
   AttributeEnd
   AttributeBegin
@@ -181,7 +182,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("output", nargs="?", default="scenes/fur.rib")
     parser.add_argument("--hairs", type=int, default=56, help="hairs of a tuft")
-    parser.add_argument("--spacing", type=float, default=0.026, help="between tufts of hair .1 long")
+    parser.add_argument("--spacing", type=float, default=0.0215, help="between tufts of hair .1 long")
     args = parser.parse_args()
     rng = random.Random(5)
     tufts = 6
