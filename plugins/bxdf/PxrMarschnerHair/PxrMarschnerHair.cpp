@@ -168,7 +168,8 @@ struct PxrMarschnerHair {
     };
     Vec3<W> T, X, Y, Ng;  // X: wo in the plane normal to the fibre, Y = T x X
     Inclination<W> outgoing;
-    F gamma, turn;  // azimuths of the normal and of the section's axis, from X
+    Mask<W> turnsWithNormal;  // the section's axis, where no direction is said
+    F gamma, turn;            // azimuths of the normal and of the section's axis, from X
     AlongLobe<W> along[3];
     AboutLobe<W> about[kHairPaths];
     F tiltSine[3], tiltCosine[3];
@@ -202,9 +203,11 @@ struct PxrMarschnerHair {
         gamma = select(abs(u) <= one, asin(select(side < none, -u, u)), gamma);
       }
       turn = gamma;
+      turnsWithNormal = Mask<W>(true);
       if (eccentric) {
         const Vec3<W> d = loadVec<W>(k.direction, s.at);
-        turn = select(dot(d, d) > F(1e-12f), atan2(dot(d, Y), dot(d, X)), turn);
+        turnsWithNormal = dot(d, d) <= F(1e-12f);
+        turn = select(turnsWithNormal, turn, atan2(dot(d, Y), dot(d, X)));
       }
       // the lobes
       const F degree(kPi / 180.f);
@@ -297,26 +300,17 @@ struct PxrMarschnerHair {
       densities(own, i, phi, forward);
       out.pdf = mixed(own, forward);
 
-      if (out.wantsReverse) {
-        // the normal is on the side that wi sees
-        F s, c;
-        sincos(gamma - phi, s, c);
-        const Side other = sideOf(i, asin(select(c < F(0.f), -s, s)), turn - phi);
+      // The way back through the fibre comes in at the mirrored offset: with another one, the density would go with other
+      // values than with those that it is of, and weights of light transport by them would not sum to 1 over the width.
+      if (out.wantsReverse || adjoint) {
+        const Side other = sideOf(i, -gamma, select(turnsWithNormal, -turn, turn - phi));
         F back[kTechniques];
         densities(other, outgoing, -phi, back);
         out.pdfReverse = mixed(other, back);
+        // light leaves towards wi: what an eye there would see of the fibre's whole width
+        if (adjoint) add(other, back, i.c / max(outgoing.c, F(1e-3f)), wi, out);
       }
-
-      if (adjoint) {
-        // Light leaves towards wi; what an eye there would see of the fibre's whole width. The offset is that of this hit, on
-        // the side where it brings light back the same way.
-        const Side eye = sideOf(i, -gamma, turn - phi);
-        F seenFrom[kTechniques];
-        densities(eye, outgoing, -phi, seenFrom);
-        add(eye, seenFrom, i.c / max(outgoing.c, F(1e-3f)), wi, out);
-      } else {
-        add(own, forward, F(1.f), wi, out);
-      }
+      if (!adjoint) add(own, forward, F(1.f), wi, out);
     }
     KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, LobeSum<W>& out) const {
       const F f = side.hit.reflectance, t = F(1.f) - f, trt = t * t * f * scale;
