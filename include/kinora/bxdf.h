@@ -129,7 +129,12 @@ struct BxdfFunctions {
 // Descriptor::flags of a bxdf.
 enum BxdfDescriptorFlags : uint32_t {
   kBxdfNotReciprocal = 1,  // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
-  kBxdfFillsSpace = 2      // a medium: objects of the material have no surface, they are full of it
+  kBxdfFillsSpace = 2,     // a medium: objects of the material have no surface, they are full of it
+  // The closure stands for the whole passage through a fibre: on curves rays leave from behind it as well as from the
+  // front, without meeting it again. Its reverse density is that of a path which comes in where this one, mirrored across
+  // the fibre, would: at the same offset to the other side. For importance it may answer with its adjoint: the testing
+  // kit does not ask that both be one.
+  kBxdfFiber = 4
 };
 
 struct BxdfTraits {

@@ -47,6 +47,7 @@ enum class Builtin : uint32_t {
   PoRadius,  // footprint radius in object units
   Pworld,    // world space
   ObjectId,  // identifier:id
+  Fiber,  // unit direction of the tube or of the ribbon that faces its rays, to its tip, render space; 0 0 0 elsewhere
   Count
 };
 
@@ -63,6 +64,7 @@ enum ContextTraits : uint32_t {
   kTraitSubsurface = 128,
   kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
   kTraitScattersOnce = 512,  // of a medium whose light goes on to lights only: no directions are followed from here
+  kTraitFiber = 1024,        // the bxdf stands for the whole passage through a fibre (kBxdfFiber)
 };
 
 struct Context;

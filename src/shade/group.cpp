@@ -232,7 +232,8 @@ void GroupState::closest(RayList& list, uint32_t n, const uint32_t* entries) {
     host.left.traceSet ? closestInSets(list, true, n, entries)
                        : w.closest(list.rays, list.hits, trace::kSeenByClearShadow, n, entries);
   else if (host.kind == RayKind::Camera)
-    w.closest(list.rays, list.hits, trace::kSeenByCamera, n, entries);
+    w.closest(list.rays, list.hits, trace::kSeenByCamera, n, entries,
+              {&world_.samples, list.sampleSeed, list.sampleIndex});
   else if (host.seen)
     w.closest(list.rays, list.hits, host.seen, n, entries);
   else if (host.left.traceSet)
@@ -249,7 +250,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
   host.kind = kind;
   if (listener) listener->closest(kind, depth, list.rays, n, entries);
   if (kind == RayKind::Camera && &list == &group_.paths && n == group_.count && n % 16 == 0)
-    world_.world->closestCamera(list.rays, hits, n);
+    world_.world->closestCamera(list.rays, hits, n, {&world_.samples, list.sampleSeed, list.sampleIndex});
   else
     closest(list, n, entries);
   (kind == RayKind::Camera ? counters.cameraRays : counters.indirectRays) += n;

@@ -80,8 +80,8 @@ struct ShadingWorld {
   // By placement, of those that stand in the world by themselves; others follow from their instance's matrix.
   std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;
   std::function<std::string(uint32_t placement)> placementName;  // for people
-  SurfaceTables tables;                         // of the above, for gathers; see fillTables()
-  std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
+  SurfaceTables tables;                                          // of the above, for gathers; see fillTables()
+  std::map<std::string, scene::Matrix> spaces;                   // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>>
       primvarWidths;        // name -> components (at most 3), the widest of all objects
   std::vector<Tint> tints;  // the first: nothing said
@@ -264,7 +264,8 @@ class GroupState {
   RayList& raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits);
   static float distanceBeyond(const Rays& rays, uint32_t slot, float t);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
-  void biasOfStrands(const Context* c, float* bias) const;
+  // How far off strands rays start; where a fibre was met, P becomes the place on its axis.
+  void leaveStrands(const Context* c, bool isFiber, bool isRecord, float* const P[3], float* bias) const;
   Context* startInSpace(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                         const float* t);
   Context* makeMediumContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,

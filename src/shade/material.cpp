@@ -548,6 +548,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.scatters = scatters;
     p.tints = tints;
     p.fillsSpace = fillsSpace;
+    p.isFiber = isBxdf && (last.plugin->flags & kBxdfFiber);
     p.mediumFlags = mediumFlags;
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;

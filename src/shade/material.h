@@ -74,11 +74,12 @@ struct Program {
   uint32_t blockFloats = 0;
   std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;
-  bool opaque = true;     // presence is 1 everywhere
-  bool encloses = false;  // paths that go in keep a medium
-  bool scatters = false;  // paths may go below its surfaces
-  bool tints = false;     // tinted shadows pass
+  bool opaque = true;       // presence is 1 everywhere
+  bool encloses = false;    // paths that go in keep a medium
+  bool scatters = false;    // paths may go below its surfaces
+  bool tints = false;       // tinted shadows pass
   bool fillsSpace = false;  // a medium: its objects have no surface
+  bool isFiber = false;     // on curves rays leave from behind as well, see kBxdfFiber
   uint32_t mediumFlags = 0;
   uint32_t slotCount = 1;
   std::string lpeGroup;  // of its objects, where expressions tell it apart

@@ -119,6 +119,8 @@ StrandPlace placeOnStrand(const geometry::Mesh& mesh, uint32_t primitive, float 
                           const trace::Affine& toRender, const float P[3], const float towards[3]);
 // Radius of the strand there, in its own space.
 float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, float time);
+// Of the strand that a point of a context lies on, in render space.
+float radiusOfStrand(const trace::World& world, const Places& at, uint32_t point, float time);
 
 // Where a context's points are at other times of the shutter (by point, 0..1; padded).
 void positionsAt(const Context* c, const float* time, float* const P[3]);
