@@ -128,8 +128,11 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   }
   j["stages"] = stages;
   j["media"] = {{"rays", s.mediaRays}, {"lookups", s.mediaLookups}};
-  j["lane_use"] = {
-      {"first_hit", asJson(s.lanesAt[0])}, {"deeper", asJson(deeperLanes(s))}, {"queries", asJson(s.lanesQueries)}};
+  j["lane_use"] = {{"first_hit", asJson(s.lanesAt[0])},
+                   {"deeper", asJson(deeperLanes(s))},
+                   {"queries", asJson(s.lanesQueries)},
+                   {"walks", asJson(s.lanesWalks)}};
+  j["walks"] = {{"begun", s.walksBegun}, {"found", s.walksFound}, {"trials", s.walkTrials}};
   Json depths = Json::array();
   for (const LaneUse& l : s.lanesAt) {
     if (!l.possible) break;
@@ -254,6 +257,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("Lane use (active of possible lanes)");
   line("  first hit {:.3f}, deeper hits {:.3f}, presence and clear shadows {:.3f}", share(s.lanesAt[0]),
        share(deeperLanes(s)), share(s.lanesQueries));
+  if (s.walksBegun)
+    line("  manifold walks {:.3f}: {} begun, {} found a path, {} trials to count how likely", share(s.lanesWalks),
+         s.walksBegun, s.walksFound, s.walkTrials);
   std::string depths;
   for (const LaneUse& l : s.lanesAt)
     if (l.possible)

@@ -46,7 +46,7 @@ class Displacement {
   void forget() { ++generation_; }
   // Nothing of the scene is pointed to any more.
   void end();
-  uint64_t micropolygons() const { return micropolygons_; }       // quads and triangles, over all worlds
+  uint64_t micropolygons() const { return micropolygons_; }  // quads and triangles, over all worlds
   double seconds() const {
     return double(nanoseconds_) * 1e-9;
   }  // of shading and moving; meshes made at a time count each

@@ -549,6 +549,10 @@ void Frame::addTo(Statistics& st) const {
       st.shadingGroups += c.lanes[k].contexts;
     }
     addLanes(st.lanesQueries, c.queries);
+    addLanes(st.lanesWalks, c.walks);
+    st.walksBegun += c.walksBegun;
+    st.walksFound += c.walksFound;
+    st.walkTrials += c.walkTrials;
     const std::vector<shade::ShaderCounts>& shaders = workers_[i]->state().shaderCounts;
     for (size_t k = 0; k < shaders.size() && k < st.shaders.size(); ++k) {
       const language::RunCounts& n = shaders[k].machine;

@@ -184,6 +184,17 @@ struct Worker::Calls {
       count[i] = 0;
     }
   }
+  static void traceWalks(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* entries) {
+    of(g).state_.traceWalks(*list, depth, n, entries);
+  }
+  static void walkTargets(Group* g, uint32_t n, const float* const u[5], const float* time, WalkTargets* out) {
+    of(g).state_.walkTargets(n, u, time, out);
+  }
+  static void deltaLights(Group* g, const RayList* list, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                          float* const radiance[3], float* specular) {
+    of(g).state_.deltaLights(*list, n, entries, light, radiance, specular);
+  }
+  static void noteWalks(Group* g, const WalkNote* note) { of(g).noteWalks(*note); }
   static const void* index(Group* g) { return of(g).store ? of(g).store->index() : nullptr; }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
@@ -237,12 +248,24 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.stored = &Calls::stored;
   s.findStored = &Calls::findStored;
   s.index = &Calls::index;
+  s.traceWalks = &Calls::traceWalks;
+  s.walkTargets = &Calls::walkTargets;
+  s.deltaLights = &Calls::deltaLights;
+  s.noteWalks = &Calls::noteWalks;
   for (int c = 0; c < 2; ++c) s.resolution[c] = camera.resolution[c];
   const float eye[3] = {0, 0, 0};
   camera.toRender[camera.toRender.size() / 2].point(eye, s.cameraCenter);
   s.pixelSize = float(camera.pixelSize);
   s.pixelAngle = float(camera.pixelAngle);
-  for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t(world.lights->groupOf(i)));
+  bool isWalkedTo = false;
+  for (uint32_t i = 0; i < world.lights->size(); ++i) {
+    ends_.push_back(uint16_t(world.lights->groupOf(i)));
+    walkedTo_.push_back(world.lights->isWalkedTo(i));
+    isWalkedTo = isWalkedTo || walkedTo_.back();
+  }
+  s.walkBoundCount = isWalkedTo ? uint32_t(world.walkBounds.size()) : 0;
+  s.walkBounds = world.walkBounds.data();
+  s.lightWalks = walkedTo_.data();
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;
   // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)
@@ -378,6 +401,29 @@ void Worker::contribute(const Contributions* c) {
     }
 }
 
+void Worker::noteWalks(const WalkNote& note) {
+  shade::GroupCounters& c = state_.counters;
+  for (uint32_t i = 0; i < note.count; ++i) {
+    ++c.walksBegun;
+    c.walksFound += note.interfaces[i] != 0;
+    c.walkTrials += note.trials[i];
+    if (!print || note.slot[i] != printSlot) continue;
+    char line[512];
+    int at = 0;
+    if (note.interfaces[i])
+      at = std::snprintf(line, sizeof line, "walk: along (%.9g %.9g %.9g) through %u interfaces", note.d[0][i],
+                         note.d[1][i], note.d[2][i], note.interfaces[i]);
+    else
+      at = std::snprintf(line, sizeof line, "walk: no path found");
+    if (note.interfaces[i] && note.trials[i])
+      at += std::snprintf(line + at, sizeof line - size_t(at), ", found again after %u trials", note.trials[i]);
+    if (note.interfaces[i])
+      std::snprintf(line + at, sizeof line - size_t(at), ", brings (%.9g %.9g %.9g)", note.value[0][i],
+                    note.value[1][i], note.value[2][i]);
+    print(line);
+  }
+}
+
 void Worker::emitLight(uint32_t n, EmittedLight* out) {
   Arena& arena = state_.arena();
   const uint32_t m = padded(n);
@@ -430,8 +476,8 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   const DrawSpan draw = drawSpan(state_.world().width);
   // back to where a camera ray left the lens, or to anywhere on it
   const bool isBack = c->traits & kTraitPrimaryHit;
-  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser, x[3],
-       x[4]);
+  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser,
+       x[3], x[4]);
   uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];

@@ -95,6 +95,7 @@ class Worker {
   struct Calls;
   void primary(const Context* c);
   void contribute(const Contributions* c);
+  void noteWalks(const WalkNote& note);
   void emitLight(uint32_t n, EmittedLight* out);
   uint32_t keepLinked(uint32_t n, const uint32_t** slots);
   bool isHidden(uint32_t instance) const;  // from the camera
@@ -136,7 +137,8 @@ class Worker {
   std::vector<uint16_t> setOf_;
   std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
-  std::vector<uint16_t> ends_;  // by light
+  std::vector<uint16_t> ends_;     // by light
+  std::vector<uint8_t> walkedTo_;  // by light, see Services::lightWalks
   std::unique_ptr<MarkedChannels> marks_;
   std::function<float*(int)> recordAt_;
   std::vector<int> splatChannels_;

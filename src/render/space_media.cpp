@@ -19,10 +19,10 @@ namespace kinora::render {
 
 namespace {
 
-constexpr int kCells = 48;                                       // of bounds along the longest side
-constexpr int kCoarse = 3, kFine = 6;                            // points along a cell's side that are looked at
-constexpr uint32_t kPointsAtOnce = 1024;                         // of a context
-constexpr uint64_t kMostVoxels = uint64_t(1) << 30;              // of a request
+constexpr int kCells = 48;                           // of bounds along the longest side
+constexpr int kCoarse = 3, kFine = 6;                // points along a cell's side that are looked at
+constexpr uint32_t kPointsAtOnce = 1024;             // of a context
+constexpr uint64_t kMostVoxels = uint64_t(1) << 30;  // of a request
 
 const scene::OtherPrimitive* requestOf(const scene::Primitive& p) {
   const auto* other = std::get_if<scene::OtherPrimitive>(&p.shape);

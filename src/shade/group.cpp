@@ -284,23 +284,9 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
         else if (averted(list, s))
           onward[k++] = s;
       }
-      Context* const* contexts;
-      if (displaced) {
-        const uint32_t count =
-            shade(list, kTraitEyePath | kTraitPresenceQuery, depth, displaced, crossing, &contexts);
-        for (uint32_t c = 0; c < count; ++c) {
-          const Context* x = contexts[c];
-          uint32_t* points = x->alloc<uint32_t>(x->padded);
-          uint32_t* stacks = x->alloc<uint32_t>(x->padded);
-          for (uint32_t i = 0; i < x->count; ++i) {
-            points[i] = i;
-            stacks[i] = host.left.media[x->path[i]];
-          }
-          updateMedia(x, x->count, points, nullptr, stacks);
-          for (uint32_t i = 0; i < x->count; ++i) host.left.media[x->path[i]] = stacks[i];
-        }
-      }
+      if (displaced) crossDisplaced(list, depth, displaced, crossing);
       if (asked) {
+        Context* const* contexts;
         const uint32_t count = shade(list, kTraitEyePath | kTraitPresenceQuery, depth, asked, ask, &contexts);
         for (uint32_t c = 0; c < count; ++c) {
           const Context* x = contexts[c];

@@ -94,7 +94,8 @@ struct ShadingWorld {
   Diagnostics* diagnostics = nullptr;    // of shaders that speak; null: unheard
   std::shared_ptr<ShaderScene> shaders;  // what shaders ask; null: the scene has none
   bool hasMedia = false, hasPresence = false, hasTintedShadows = false;
-  bool hasLinks = false;            // some objects are lit by some lights only
+  std::vector<WalkBound> walkBounds;  // around what manifold walks go through
+  bool hasLinks = false;              // some objects are lit by some lights only
   uint32_t indirectSets = 0;        // so many further on is the link set of what a diffuse bounce found; 0: the same
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
@@ -146,7 +147,9 @@ struct GroupCounters {
   // By depth of the vertex, the last for it and all beyond; `queries` are contexts that are asked for presence, the
   // light that a surface lets through, or the medium behind it, and then forgotten.
   static constexpr uint32_t kLaneDepths = 12;
-  LaneCounts lanes[kLaneDepths], queries;
+  LaneCounts lanes[kLaneDepths], queries, walks;
+  // Of manifold walks: begun, that found a path, and how often one was looked for again to be counted.
+  uint64_t walksBegun = 0, walksFound = 0, walkTrials = 0;
   uint64_t endlessRays = 0;  // that would pass more than kMostPasses surfaces
   // Of tracking in media: rays that came through some, places where extinction was looked up, rays that were given up
   // after kMostCollisions of them; the largest factor by which a bound was exceeded, and the medium's index.
@@ -203,6 +206,11 @@ class GroupState {
                 float* const offset[3], float* const normal[3]);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
   void noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what);
+  // group_walks.cpp
+  void traceWalks(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries);
+  void walkTargets(uint32_t n, const float* const u[5], const float* time, WalkTargets* out);
+  void deltaLights(const RayList& list, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                   float* const radiance[3], float* specular);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
@@ -233,8 +241,9 @@ class GroupState {
   Context* makeContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
                        const uint32_t* entries, bool bind);
   void countLanes(uint32_t traits, uint32_t depth, uint32_t points) {
-    LaneCounts& l =
-        traits & kTraitPresenceQuery ? counters.queries : counters.lanes[std::min(depth, counters.kLaneDepths - 1)];
+    LaneCounts& l = traits & kTraitPresenceQuery ? counters.queries
+                    : traits & kTraitWalk        ? counters.walks
+                                                 : counters.lanes[std::min(depth, counters.kLaneDepths - 1)];
     l.active += points;
     l.possible += (points + world_.width - 1) / world_.width * world_.width;
     ++l.contexts;
@@ -284,6 +293,7 @@ class GroupState {
   void thinOutLights(const RayList& list, LightHits* hits);
   // group_media.cpp; worlds with media only.
   bool insideHigherPriority(const RayList& list, uint32_t entry) const;
+  void crossDisplaced(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries);
   void absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
   void findOuterIor(const Context* c, const uint32_t* stacks, float* ior) const;
   void updateMedia(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through, uint32_t* stacks);

@@ -266,8 +266,9 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
   c->slotOfLobe = program.slotOfLobe.data();
   c->eventOfSlot = program.eventOfSlot.data();
   c->tintedSlots = program.tintedSlots;
+  c->walkableSlots = program.walkableSlots;
   c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u) |
-               (program.isFiber ? kTraitFiber : 0u);
+               (program.isFiber ? kTraitFiber : 0u) | (program.walkableLobes ? kTraitWalkable : 0u);
   c->bxdf = program.bxdf;
 
   // room for the network's outputs

@@ -67,6 +67,9 @@ struct SurfaceKernels {
   // How far along the edges steps go: step = a e1 + b e2, by least squares; 0 where the edges span no plane.
   void (*alongEdges)(uint32_t n, const float* const e1[3], const float* const e2[3], const float* const step[3],
                      float* a, float* b);
+  // Edges of the facets, and how much the unit normals of normals() change along them; 0 where there are none.
+  void (*facetSlopes)(const SurfaceArgs& a, float* const e1[3], float* const e2[3], float* const dn1[3],
+                      float* const dn2[3]);
   // shadow_terminator.h
   void (*terminatorOffsets)(const struct TerminatorArgs& a);
 };

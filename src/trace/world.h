@@ -40,7 +40,8 @@ enum VisibilityBits : uint32_t {
   kSeenByIndirect = 2,
   kSeenByOpaqueShadow = 4,
   kSeenByClearShadow = 8,
-  kAskedAlone = 16  // closestOn() finds it
+  kAskedAlone = 16,  // closestOn() finds it
+  kSeenByWalks = 32  // manifold walks go through it
 };
 
 // A tessellated primitive as the builder gets it.
