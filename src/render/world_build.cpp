@@ -57,6 +57,7 @@ void WorldBuilder::forgetPlugins() {
   materials_.forget();
   lights_.forget();
   displacement_.forget();
+  if (meshes_.forgetLevelled()) traced_.forget();
   media_.forget();
 }
 
