@@ -442,19 +442,9 @@ Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
   tell(w, patch);
   findNormals(patch, level, w);
   const int eu = std::max(0, patches_->eu(patch) - level), ev = std::max(0, patches_->ev(patch) - level);
-  const uint32_t nu = 1u << eu, nv = 1u << ev, stride = nu + 1;
   w.points.resize(w.normals.size());
   for (size_t i = 0; i < w.points.size(); ++i) w.points[i] = V3f(w.moved[i]);
-  // what lies between the points that one level coarser has
-  float most = 0;
-  const auto at = [&](uint32_t i, uint32_t j) { return w.points[size_t(j) * stride + i]; };
-  for (uint32_t j = 0; j <= nv; ++j)
-    for (uint32_t i = 1; i < nu; i += 2)
-      most = std::max(most, (at(i, j) - (at(i - 1, j) + at(i + 1, j)) * 0.5f).length2());
-  for (uint32_t j = 1; j < nv; j += 2)
-    for (uint32_t i = 0; i <= nu; ++i)
-      most = std::max(most, (at(i, j) - (at(i, j - 1) + at(i, j + 1)) * 0.5f).length2());
-  Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data(), std::sqrt(most));
+  Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data());
   setup_.counters->vertices.fetch_add(w.request.size(), std::memory_order_relaxed);
   setup_.counters->nanoseconds.fetch_add(
       uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count()), std::memory_order_relaxed);
@@ -543,7 +533,7 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
 }
 
 void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u,
-                             const float* v, const float* radius, trace::UserFacet* out) const {
+                             const float* v, trace::UserFacet* out) const {
   for (uint32_t k = 0; k < n; ++k) {
     trace::UserFacet& f = out[k];
     const uint32_t patch = primitive[k] / 2;
@@ -569,7 +559,7 @@ void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32
         f.N[c][a] = m[a];
       }
     }
-    f.error = std::min(coarser(radius[k], largestStep(patch)), most) > of ? t.error() : 0;
+    f.radius = of < most ? 0.999f * std::ldexp(largestStep(patch), of + 1) / kRadiiPerStep : INFINITY;
   }
 }
 

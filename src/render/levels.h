@@ -52,7 +52,7 @@ class LevelledSurface final : public trace::UserGeometry {
   bool intersect(uint32_t patch, const trace::UserRay& ray, trace::UserHit* hit) const override;
   bool hasFacets() const override { return true; }
   void facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u, const float* v,
-              const float* radius, trace::UserFacet* out) const override;
+              trace::UserFacet* out) const override;
 
   const std::shared_ptr<const geometry::Patches>& patches() const { return patches_; }
   double longest() const { return longest_; }  // way of a point, of those that have been diced; object units

@@ -212,13 +212,6 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
           state.linkSet[i] += indirect;
   }
   const bool smooth = s.anyFlags & kHasNormals, placed = s.anyPlaced;
-  if (w.hasUserGeometry()) {
-    // footprints choose what rays that leave see; the kernel of points has the same numbers
-    for (uint32_t i = 0; i < m; ++i) {
-      const uint32_t e = path[i];
-      a.outRadius[i] = from.reach ? a.radius[e] : std::fma(a.spread[e], hits.t[e], a.radius[e]);
-    }
-  }
   h->surface.begin(*this, c, s.anyFlags & kHasQuads);
   float* ng[3] = {nullptr, nullptr, nullptr};
   float* nn[3] = {nullptr, nullptr, nullptr};
@@ -239,7 +232,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
   h->block = block;
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) biasOfStrands(c, a.bias);
-  h->surface.widenBias(a.bias);
+  h->surface.limitFootprints(a.outRadius);
   if (bind) {
     if (state.terminatorOffset[0]) {
       if (program.encloses)

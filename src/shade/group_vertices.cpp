@@ -104,7 +104,7 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
     uint32_t* level = arena_.make<uint32_t>(m);
     std::fill_n(level, m, 0u);
     a.at.level = level;
-    a.facet = findFacets(*this, a, nullptr);
+    a.facet = findFacets(*this, a);
   }
   if (a.isByParameter || a.facet) {
     float *quadU = arena_.make<float>(m), *quadV = arena_.make<float>(m);

@@ -121,7 +121,7 @@ void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, floa
   }
 }
 
-const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& a, const float* radius) {
+const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& a) {
   const trace::World& world = *group.world().world;
   const trace::UserFacet** out = nullptr;
   Arena& arena = group.arena();
@@ -135,15 +135,17 @@ const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& 
       std::fill_n(out, a.n, nullptr);
     }
     auto* facets = arena.make<trace::UserFacet>(end - i);
-    float* own = arena.make<float>(end - i);
-    const float det = std::fabs(world.objectToRender(instance, a.time[i]).determinant());
-    const float scale = det > 0 ? std::cbrt(det) : 1.f;
+    const bool moves = world.instance(instance).keyCount > 1;
+    float scale = 1;
+    geometry->facets(end - i, a.at.primitive + i, a.at.level + i, a.at.u + i, a.at.v + i, facets);
     for (uint32_t k = i; k < end; ++k) {
-      own[k - i] = radius ? radius[k] / scale : 0.f;
+      if (k == i || moves) {
+        const float det = std::fabs(world.objectToRender(instance, a.time[k]).determinant());
+        scale = det > 0 ? std::cbrt(det) : 1.f;
+      }
+      facets[k - i].radius *= scale;
       out[k] = &facets[k - i];
     }
-    geometry->facets(end - i, a.at.primitive + i, a.at.level + i, a.at.u + i, a.at.v + i, own, facets);
-    for (uint32_t k = 0; k < end - i; ++k) facets[k].error *= scale;
   }
   return out;
 }

@@ -91,9 +91,9 @@ class SurfacePoints {
  public:
   // Before the points themselves are known: no strands yet.
   void begin(GroupState& group, const Context* c, bool hasQuads);
-  // Of geometry with several resolutions, once the points' footprints are known: by how much the surface may be
-  // elsewhere for rays that leave them is added to their biases.
-  void widenBias(float* bias) const;
+  // Of geometry with several resolutions: footprints are kept so small that rays that leave find the surface where it
+  // was hit. Another resolution lies elsewhere, and a ray would begin on its other side, or in its own shadow.
+  void limitFootprints(float* radius) const;
   const SurfaceArgs& args() { return strandsAsked_ ? args_ : withStrands(); }
   // Triangles and quads only: for what strands know themselves, or have not.
   const SurfaceArgs& meshArgs() const { return args_; }
@@ -120,9 +120,8 @@ class SurfacePoints {
 // Parameters in their quads of the points of `a`; u is -1 where place is the triangle's own: on other triangles, and
 // on quads that are not convex.
 void findQuadPlaces(GroupState& group, const SurfaceArgs& a, float* u, float* v);
-// What points of geometry with several resolutions lie on (null: of others); null where none does. radius: of footprints,
-// in render units.
-const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& a, const float* radius);
+// What points of geometry with several resolutions lie on (null: of others); null where none does.
+const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& a);
 // A point of a strand: `s` is the hit's parameter along a piece of curve, `towards` points to where the ray came
 // from.
 StrandPlace placeOnStrand(const geometry::Mesh& mesh, uint32_t primitive, float s, float time, bool isBaked,

@@ -120,9 +120,9 @@ size_t Tessellation::bytesFor(int eu, int ev) {
   return sizeof(Tessellation) + (4 * vertices + 24 * size_t(GridBlocks(eu, ev).nodes) + kPadFloats) * sizeof(float);
 }
 
-Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3f* normals, float error) {
+Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3f* normals) {
   void* memory = ::operator new(bytesFor(eu, ev));
-  auto* t = new (memory) Tessellation(eu, ev, error);
+  auto* t = new (memory) Tessellation(eu, ev);
   Ptr owner(t);
   const size_t n = t->vertices(), stride = (size_t(1) << eu) + 1;
   for (int k = 0; k < 3; ++k)
@@ -224,9 +224,9 @@ bool Tessellation::meetsStitches(int edge, int exponent, const GridRay& r, GridH
       hit->t = t;
       hit->u = edge == 0 || edge == 2 ? place : edge == 1 ? 1.f : 0.f;
       hit->v = edge == 1 || edge == 3 ? place : edge == 2 ? 1.f : 0.f;
-      // it is a part of the surface beside it, which says how it lies
-      const V3f n = normal(alongU ? k : edge == 1 ? nu : 0, alongU ? (edge == 2 ? nv : 0) : k);
-      for (int c2 = 0; c2 < 3; ++c2) hit->ng[c2] = n[c2];
+      // where the cells go along the edge one way, this goes the other
+      const V3f x = at(k) - at(first), y = at(k + 1) - at(first), n = edge < 2 ? y.cross(x) : x.cross(y);
+      for (int axis = 0; axis < 3; ++axis) hit->ng[axis] = n[axis];
     }
   }
   return any;

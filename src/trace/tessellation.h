@@ -35,15 +35,13 @@ class Tessellation {
     void operator()(Tessellation* t) const { destroy(t); }
   };
   using Ptr = std::unique_ptr<Tessellation, Deleter>;
-  // points, normals (unit): (2^eu + 1) x (2^ev + 1) of them, rows along u. error: by how much the surface may be
-  // elsewhere where it is seen one level coarser.
-  static Ptr make(int eu, int ev, const Imath::V3f* points, const Imath::V3f* normals, float error);
+  // points, normals (unit): (2^eu + 1) x (2^ev + 1) of them, rows along u.
+  static Ptr make(int eu, int ev, const Imath::V3f* points, const Imath::V3f* normals);
   static size_t bytesFor(int eu, int ev);
   static void destroy(Tessellation* t);
 
   int eu() const { return eu_; }
   int ev() const { return ev_; }
-  float error() const { return error_; }
   size_t bytes() const { return bytesFor(eu_, ev_); }
   Imath::V3f point(uint32_t i, uint32_t j) const;
   Imath::V3f normal(uint32_t i, uint32_t j) const;
@@ -55,7 +53,7 @@ class Tessellation {
   mutable std::atomic<uint8_t> isUsed{1};  // since the cache looked last
 
  private:
-  Tessellation(int eu, int ev, float error) : eu_(uint8_t(eu)), ev_(uint8_t(ev)), error_(error) {}
+  Tessellation(int eu, int ev) : eu_(uint8_t(eu)), ev_(uint8_t(ev)) {}
   ~Tessellation() = default;
   friend struct GridView;
   size_t vertices() const { return ((size_t(1) << eu_) + 1) * ((size_t(1) << ev_) + 1); }
@@ -68,7 +66,6 @@ class Tessellation {
   bool meetsStitches(int edge, int exponent, const GridRay& ray, GridHit* hit, float* nearest) const;
 
   uint8_t eu_, ev_;
-  float error_;
   float edgeBox_[4][6];
 };
 

@@ -29,7 +29,7 @@ struct UserFacet {
   float b1, b2;            // in the triangle: corners 0, 1, 2, or 0, 2, 3 where isSecond
   uint32_t isSecond;
   float steps[2];  // quads a unit of u and of v of the patch
-  float error;     // by which rays that leave the place may find the surface elsewhere
+  float radius;    // of a footprint at most, with which a ray that leaves sees the resolution that was hit
 };
 
 class UserGeometry {
@@ -45,10 +45,10 @@ class UserGeometry {
   // then name a triangle of it and, by u and v as barycentric coordinates b1 and b2, the parameters of the quad: b1 + b2
   // and b2 on its first triangle, b1 and b1 + b2 on the second.
   virtual bool hasFacets() const { return false; }
-  // Of n places of hits, as Hits has them; radius: of the footprint there, in the geometry's units.
+  // Of n places of hits, as Hits has them.
   virtual void facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u, const float* v,
-                      const float* radius, UserFacet* out) const {
-    (void)n, (void)primitive, (void)level, (void)u, (void)v, (void)radius, (void)out;
+                      UserFacet* out) const {
+    (void)n, (void)primitive, (void)level, (void)u, (void)v, (void)out;
   }
 };
 
