@@ -30,8 +30,8 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
-  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, geometryCache, maxTime,
-                                               snapshot;
+  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, geometryCache,
+                                               maxTime, snapshot;
   std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };

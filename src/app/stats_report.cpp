@@ -107,11 +107,10 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
     while (!levels.empty() && levels.back()["camera"] == 0 && levels.back()["indirect"] == 0 &&
            levels.back()["shadow"] == 0)
       levels.erase(levels.size() - 1);
-    j["geometry_cache"] = {{"limit", g.limit},     {"bytes", g.bytes}, {"most_bytes", g.mostBytes},
-                           {"found", g.found},     {"made", g.made},   {"made_again", g.again},
-                           {"made_twice", g.twice}, {"evicted", g.evicted},
-                           {"vertices", g.vertices}, {"seconds", g.seconds},
-                           {"micropolygons_by_level", levels}};
+    j["geometry_cache"] = {{"limit", g.limit},       {"bytes", g.bytes},     {"most_bytes", g.mostBytes},
+                           {"found", g.found},       {"made", g.made},       {"made_again", g.again},
+                           {"made_twice", g.twice},  {"evicted", g.evicted}, {"micropolygons_in_all", g.whole},
+                           {"vertices", g.vertices}, {"seconds", g.seconds}, {"micropolygons_by_level", levels}};
   }
   Json memory = Json::object();
   uint64_t sum = 0;
@@ -305,8 +304,10 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
         all += n;
         fine += level == 0 ? n : 0;
       }
-    line("  {} micropolygons diced where rays asked, {} of them at the camera's rate, in {:.2f} s of all threads", all,
-         fine, g.seconds);
+    line(
+        "  {} micropolygons diced where rays asked, {} of them at the camera's rate, in {:.2f} s of all threads; all "
+        "patches at that rate have {}",
+        all, fine, g.seconds, g.whole);
     line("  {} tessellations made, {} of them once more and {} by two threads at once, {} evicted; {} held of {}",
          g.made, g.again, g.twice, g.evicted, asBytes(g.bytes), asBytes(g.limit));
   }

@@ -138,8 +138,8 @@ void Patches::findEdges(const DiceRate& rate) {
       for (int i = 0; i <= 4; ++i) step = std::min(step, rate.at(from + (to - from) * (i / 4.) + mesh_->origin));
       int exponent = 0;
       while (exponent < kMostExponent && std::ldexp(step, exponent) < length * (1 - 1e-6)) ++exponent;
-      edges_.push_back({{std::min(a, b), std::max(a, b)}, 0, float(std::ldexp(length, -exponent)), uint8_t(exponent),
-                        false});
+      edges_.push_back(
+          {{std::min(a, b), std::max(a, b)}, 0, float(std::ldexp(length, -exponent)), uint8_t(exponent), false});
     }
   uint32_t at = 0;
   for (size_t e = 0; e < edges_.size(); ++e) {
@@ -223,10 +223,14 @@ uint64_t Patches::bytes() const {
 Patches::Place Patches::onEdge(const Side& side, uint32_t t) {
   const uint32_t along = side.isReversed ? kUnit - t : t;
   switch (side.number) {
-    case 0: return {side.patch, uint16_t(along), 0};
-    case 1: return {side.patch, uint16_t(kUnit), uint16_t(along)};
-    case 2: return {side.patch, uint16_t(kUnit - along), uint16_t(kUnit)};
-    default: return {side.patch, 0, uint16_t(kUnit - along)};
+    case 0:
+      return {side.patch, uint16_t(along), 0};
+    case 1:
+      return {side.patch, uint16_t(kUnit), uint16_t(along)};
+    case 2:
+      return {side.patch, uint16_t(kUnit - along), uint16_t(kUnit)};
+    default:
+      return {side.patch, 0, uint16_t(kUnit - along)};
   }
 }
 

@@ -37,9 +37,9 @@ class Patches {
   // next.
   struct Side {
     uint32_t patch;
-    uint8_t number;    // of the edge, or corner, there
-    bool isReversed;   // edges: the patch goes along it from site[1]
-    uint16_t piece;    // equal ones: the surface is smooth from one to the other
+    uint8_t number;   // of the edge, or corner, there
+    bool isReversed;  // edges: the patch goes along it from site[1]
+    uint16_t piece;   // equal ones: the surface is smooth from one to the other
   };
 
   // `mesh`: of one key, without edges that only some faces have, primvars by vertex (refined()). Faces that are no
@@ -61,12 +61,14 @@ class Patches {
   }
   uint32_t siteOf(uint32_t patch, int corner) const { return siteOfVertex_[vertexOf(patch, corner)]; }
   float sizeAt(uint32_t site) const { return firstAtSite_[site].size; }
-  uint32_t vertexOf(uint32_t patch, int corner) const {
-    return mesh_->indices[Mesh::quadCorner(2 * patch, corner)];
-  }
+  uint32_t vertexOf(uint32_t patch, int corner) const { return mesh_->indices[Mesh::quadCorner(2 * patch, corner)]; }
   // Exponents of the finest grid.
-  int eu(uint32_t patch) const { return std::max(edges_[edgesOf_[patch][0]].exponent, edges_[edgesOf_[patch][2]].exponent); }
-  int ev(uint32_t patch) const { return std::max(edges_[edgesOf_[patch][1]].exponent, edges_[edgesOf_[patch][3]].exponent); }
+  int eu(uint32_t patch) const {
+    return std::max(edges_[edgesOf_[patch][0]].exponent, edges_[edgesOf_[patch][2]].exponent);
+  }
+  int ev(uint32_t patch) const {
+    return std::max(edges_[edgesOf_[patch][1]].exponent, edges_[edgesOf_[patch][3]].exponent);
+  }
   uint64_t triangles() const;  // of all finest grids
   uint64_t bytes() const;
 

@@ -320,7 +320,6 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
 
 double Displacement::boundOf(size_t shape, std::string& space, double& scale) const {
   const scene::Attributes& a = *flat_->shapes[shape].attributes;
-  if (!a.named.find("displacementbound:sphere")) return -1;
   space = a.named.getString("displacementbound:coordinatesystem", "");
   if (space.empty()) space = a.named.getString("displacementbound:CoordinateSystem", "object");
   scale = 1;
@@ -338,12 +337,12 @@ double Displacement::boundOf(size_t shape, std::string& space, double& scale) co
 // displacementbound says how far points may move; here all that move are drawn, and a bound that is too small is told,
 // since it would cut holes elsewhere.
 void Displacement::checkBound(size_t shape, double longest) const {
+  const scene::Attributes& a = *flat_->shapes[shape].attributes;
+  const scene::Parameter* sphere = a.named.find("displacementbound:sphere");
+  if (!sphere) return;
   std::string space;
   double scale = 1;
   const double bound = boundOf(shape, space, scale);
-  if (bound < 0) return;
-  const scene::Attributes& a = *flat_->shapes[shape].attributes;
-  const scene::Parameter* sphere = a.named.find("displacementbound:sphere");
   const double way = longest * scale;
   if (way <= bound * 1.0001) return;
   const scene::Node& node = *a.displacement->terminal;
@@ -392,7 +391,7 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   setup.cache = cache_;
   setup.counters = levelCounters_;
   auto made = std::make_shared<LevelledSurface>(std::move(setup));
-  if (bound == 0) checkBound(shape, made->longest());
+  if (!(bound > 0)) checkBound(shape, made->longest());
   return made;
 }
 

@@ -56,7 +56,7 @@ class Displacement {
   void forget() { ++generation_; }
   // Nothing of the scene is pointed to any more.
   void end();
-  uint64_t micropolygons() const { return micropolygons_; }       // quads and triangles, over all worlds
+  uint64_t micropolygons() const { return micropolygons_; }  // quads and triangles, over all worlds
   double seconds() const {
     return double(nanoseconds_) * 1e-9;
   }  // of shading and moving; meshes made at a time count each
@@ -69,7 +69,7 @@ class Displacement {
   };
   Shaded shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
                const std::atomic<bool>* stop) const;
-  // displacementbound in `space` units, and by how much those are longer than the object's; without one: -1.
+  // displacementbound in `space` units, and by how much those are longer than the object's; without one: 0.
   double boundOf(size_t shape, std::string& space, double& scale) const;
   void checkBound(size_t shape, double longest) const;
 

@@ -88,13 +88,15 @@ LevelledSurface::LevelledSurface(Setup setup)
   slots_ = std::vector<trace::GeometryCache::Slot>(slots);
   findBounds(setup_.stop);
   if (largest > setup_.cache->limit())
-    setup_.world.diagnostics->warning(
-        "GEOMETRY-CACHE-SMALL", setup_.pos,
-        "a patch of " + setup_.object + " takes " + std::to_string(largest) + " bytes where it is seen closely, the "
-            "geometry cache holds " + std::to_string(setup_.cache->limit()),
-        "it holds the patch that is in use, and each is diced again and again",
-        "give it at least " + std::to_string(64 * largest / 1048576 + 1) + "M: --geometry-cache, or Option \"limits\" "
-            "\"int geocachememory\"");
+    setup_.world.diagnostics->warning("GEOMETRY-CACHE-SMALL", setup_.pos,
+                                      "a patch of " + setup_.object + " takes " + std::to_string(largest) +
+                                          " bytes where it is seen closely, the "
+                                          "geometry cache holds " +
+                                          std::to_string(setup_.cache->limit()),
+                                      "it holds the patch that is in use, and each is diced again and again",
+                                      "give it at least " + std::to_string(64 * largest / 1048576 + 1) +
+                                          "M: --geometry-cache, or Option \"limits\" "
+                                          "\"int geocachememory\"");
 }
 
 LevelledSurface::~LevelledSurface() { setup_.cache->forget(this); }
@@ -155,11 +157,11 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
 // Said once: of the patch that came first.
 void LevelledSurface::tell(Workspace& w, uint32_t patch) const {
   if (w.notFinite && !toldNotFinite_.exchange(true))
-    setup_.world.diagnostics->warning(
-        "DISPLACEMENT-NOT-FINITE", setup_.pos,
-        "displacement '" + setup_.displacement + "' moves points of " + setup_.object +
-            " nowhere or too far, some of them on face " + std::to_string(patches_->mesh()->faceOf(2 * patch)),
-        "these points stay where they are");
+    setup_.world.diagnostics->warning("DISPLACEMENT-NOT-FINITE", setup_.pos,
+                                      "displacement '" + setup_.displacement + "' moves points of " + setup_.object +
+                                          " nowhere or too far, some of them on face " +
+                                          std::to_string(patches_->mesh()->faceOf(2 * patch)),
+                                      "these points stay where they are");
   if (w.beyondBound && !toldBound_.exchange(true))
     setup_.world.diagnostics->warning(
         "DISPLACEMENT-BOUND", setup_.pos,
@@ -282,10 +284,18 @@ void LevelledSurface::placePoints(uint32_t patch, int level, bool isAround, Work
       const uint32_t t = own->isReversed ? kUnit - along : along;
       Patches::Place p = Patches::onEdge(*other, t);
       switch (other->number) {
-        case 0: p.v = uint16_t(inward); break;
-        case 1: p.u = uint16_t(kUnit - inward); break;
-        case 2: p.v = uint16_t(kUnit - inward); break;
-        default: p.u = uint16_t(inward); break;
+        case 0:
+          p.v = uint16_t(inward);
+          break;
+        case 1:
+          p.u = uint16_t(kUnit - inward);
+          break;
+        case 2:
+          p.v = uint16_t(kUnit - inward);
+          break;
+        default:
+          p.u = uint16_t(inward);
+          break;
       }
       addPoint(w, p);
     }
@@ -447,7 +457,8 @@ Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
   Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data());
   setup_.counters->vertices.fetch_add(w.request.size(), std::memory_order_relaxed);
   setup_.counters->nanoseconds.fetch_add(
-      uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count()), std::memory_order_relaxed);
+      uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count()),
+      std::memory_order_relaxed);
   return made;
 }
 
@@ -553,7 +564,8 @@ void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32
     f.steps[1] = nv;
     static constexpr uint32_t kX[4] = {0, 1, 1, 0}, kY[4] = {0, 0, 1, 1};
     for (int c = 0; c < 4; ++c) {
-      const V3f p = t.point(uint32_t(i) + kX[c], uint32_t(j) + kY[c]), m = t.normal(uint32_t(i) + kX[c], uint32_t(j) + kY[c]);
+      const V3f p = t.point(uint32_t(i) + kX[c], uint32_t(j) + kY[c]),
+                m = t.normal(uint32_t(i) + kX[c], uint32_t(j) + kY[c]);
       for (int a = 0; a < 3; ++a) {
         f.P[c][a] = p[a];
         f.N[c][a] = m[a];

@@ -23,7 +23,7 @@ namespace kinora::render {
 
 // What surfaces with several resolutions have made, over all of them; filled from any thread.
 struct LevelCounters {
-  static constexpr int kLevels = 11, kKinds = 3;  // kinds of rays: camera, indirect, shadow
+  static constexpr int kLevels = 11, kKinds = 3;              // kinds of rays: camera, indirect, shadow
   std::atomic<uint64_t> micropolygons[kLevels][kKinds] = {};  // quads diced, for rays of this kind
   std::atomic<uint64_t> nanoseconds{0}, vertices{0};          // of dicing, shading for displacement with it
   std::atomic<uint64_t> found{0};                             // patches that rays found diced
@@ -38,8 +38,8 @@ class LevelledSurface final : public trace::UserGeometry {
     std::shared_ptr<const film::LightPaths> paths;
     std::string object, displacement;  // names
     SourcePos pos;
-    float toRender = 1;      // by which lengths grow
-    double bound = 0;        // of the ways of points, object units; 0: not known, all patches are diced once
+    float toRender = 1;  // by which lengths grow
+    double bound = 0;    // of the ways of points, object units; 0: not known, all patches are diced once
     const std::atomic<bool>* stop = nullptr;
     std::shared_ptr<trace::GeometryCache> cache;
     std::shared_ptr<LevelCounters> counters;
@@ -67,7 +67,9 @@ class LevelledSurface final : public trace::UserGeometry {
   Choice choose(uint32_t patch, const trace::UserRay& ray) const;
   static int coarser(float footprint, float size);
   float largestStep(uint32_t patch) const;
-  trace::GeometryCache::Slot& slot(uint32_t patch, int level) const { return slots_[firstSlot_[patch] + uint32_t(level)]; }
+  trace::GeometryCache::Slot& slot(uint32_t patch, int level) const {
+    return slots_[firstSlot_[patch] + uint32_t(level)];
+  }
   const trace::Tessellation* held(uint32_t patch, int level, int kind, trace::GeometryCache::Reading& reading) const;
   trace::Tessellation::Ptr dice(uint32_t patch, int level) const;
   // Where the points of a grid go to; with the points around it, from which normals follow, where `isAround`.

@@ -326,6 +326,12 @@ uint64_t Meshes::levelledBytes() const {
   return sum;
 }
 
+uint64_t Meshes::levelledQuads() const {
+  uint64_t sum = 0;
+  for (const Kept& k : kept_) sum += k.levels ? k.levels->patches()->triangles() / 2 : 0;
+  return sum;
+}
+
 std::vector<const geometry::Mesh*> Meshes::all() const {
   std::vector<const geometry::Mesh*> out;
   for (const Kept& k : kept_) out.push_back(k.mesh.get());

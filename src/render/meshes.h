@@ -37,6 +37,7 @@ class Meshes {
   // Those that shade on demand, with what plug-ins made for it. True where there were some.
   bool forgetLevelled();
   uint64_t levelledBytes() const;
+  uint64_t levelledQuads() const;  // of all patches at the finest rates
 
  private:
   struct Kept {

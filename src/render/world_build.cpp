@@ -223,6 +223,7 @@ void WorldBuilder::countLevels(Statistics& statistics) const {
   GeometryStatistics& g = statistics.geometry;
   const LevelCounters& from = displacement_.levelCounters();
   const trace::GeometryCache::Counts cache = displacement_.cache().counts();
+  g.whole = meshes_.levelledQuads();
   g.found = from.found;
   g.vertices = from.vertices;
   g.seconds = double(from.nanoseconds) * 1e-9;

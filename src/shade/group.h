@@ -79,8 +79,8 @@ struct ShadingWorld {
   // By placement, of those that stand in the world by themselves; others follow from their instance's matrix.
   std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;
   std::function<std::string(uint32_t placement)> placementName;  // for people
-  SurfaceTables tables;                         // of the above, for gathers; see fillTables()
-  std::map<std::string, scene::Matrix> spaces;  // name -> (that space to render)
+  SurfaceTables tables;                                          // of the above, for gathers; see fillTables()
+  std::map<std::string, scene::Matrix> spaces;                   // name -> (that space to render)
   std::map<std::string, uint32_t, std::less<>>
       primvarWidths;        // name -> components (at most 3), the widest of all objects
   std::vector<Tint> tints;  // the first: nothing said

@@ -179,8 +179,7 @@ struct CornerLanes {
     anyQuad |= whole;
     clear(lane);
     const float(&values)[4][3] = f->*corners;
-    for (int k = 0; k < (whole ? 4 : 3); ++k)
-      at[k].set(lane, values[!whole && k > 0 && f->isSecond ? k + 1 : k]);
+    for (int k = 0; k < (whole ? 4 : 3); ++k) at[k].set(lane, values[!whole && k > 0 && f->isSecond ? k + 1 : k]);
     return true;
   }
   // `stride` floats lead from the first key to the second.

@@ -53,7 +53,7 @@ class GeometryCache {
   void setLimit(uint64_t bytes) { limit_ = bytes; }
 
   struct Counts {
-    uint64_t bytes = 0, mostBytes = 0;  // held now, and at most
+    uint64_t bytes = 0, mostBytes = 0;                     // held now, and at most
     uint64_t made = 0, again = 0, twice = 0, evicted = 0;  // again: was there before; twice: by two threads at a time
   };
   Counts counts() const;

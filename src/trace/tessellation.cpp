@@ -27,7 +27,9 @@ uint32_t packed(V3f n) {
     x = a;
     y = b;
   }
-  const auto round = [](float v) { return uint32_t(int32_t(std::floor(std::clamp(v, -1.f, 1.f) * 32767.f + 0.5f)) & 0xffff); };
+  const auto round = [](float v) {
+    return uint32_t(int32_t(std::floor(std::clamp(v, -1.f, 1.f) * 32767.f + 0.5f)) & 0xffff);
+  };
   return round(x) | round(y) << 16;
 }
 
@@ -163,7 +165,10 @@ Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3
     Box b;
     const uint32_t count = e % 2 ? nv : nu;
     for (uint32_t i = 0; i <= count; ++i)
-      b.add(e == 0 ? points[i] : e == 1 ? points[i * stride + nu] : e == 2 ? points[nv * stride + i] : points[i * stride]);
+      b.add(e == 0   ? points[i]
+            : e == 1 ? points[i * stride + nu]
+            : e == 2 ? points[nv * stride + i]
+                     : points[i * stride]);
     for (int k = 0; k < 3; ++k) {
       t->edgeBox_[e][k] = b.lo[k];
       t->edgeBox_[e][3 + k] = b.hi[k];
@@ -249,8 +254,8 @@ bool Tessellation::intersect(const GridRay& ray, const std::array<uint8_t, 4>& s
     hit->u = (float(cell.i) + cell.u) / float(1u << eu_);
     hit->v = (float(cell.j) + cell.v) / float(1u << ev_);
     const V3f a = point(cell.i, cell.j), c = point(cell.i + 1, cell.j + 1);
-    const V3f n = cell.isSecond ? (c - a).cross(point(cell.i, cell.j + 1) - a)
-                                : (point(cell.i + 1, cell.j) - a).cross(c - a);
+    const V3f n =
+        cell.isSecond ? (c - a).cross(point(cell.i, cell.j + 1) - a) : (point(cell.i + 1, cell.j) - a).cross(c - a);
     for (int k = 0; k < 3; ++k) hit->ng[k] = n[k];
   }
   for (int e = 0; e < 4; ++e)

@@ -88,7 +88,7 @@ bool nearestCell(const GridView& grid, const GridRay& ray, float slack, CellHit*
 // Blocks of cells, and the levels of boxes over them, root last.
 struct GridBlocks {
   GridBlocks(int eu, int ev);
-  int levels;              // 1: a single block, and no box
+  int levels;                                 // 1: a single block, and no box
   uint32_t width[10], height[10], first[10];  // of blocks, then nodes; first node of a level
   uint32_t nodes;
 };

@@ -129,7 +129,8 @@ HWY_ATTR bool nearestCell(const trace::GridView& grid, const trace::GridRay& ray
     const int begin = top;
     for (uint32_t c = 0; c < 4; ++c) {
       if (!(bits >> c & 1)) continue;
-      const Entry child{t[c], uint16_t(e.level - 1), uint16_t(e.x * across + (c & 1)), uint16_t(e.y * down + (c >> 1))};
+      const Entry child{t[c], uint16_t(e.level - 1), uint16_t(e.x * across + (c & 1)),
+                        uint16_t(e.y * down + (c >> 1))};
       int at = top++;
       for (; at > begin && stack[at - 1].t < child.t; --at) stack[at] = stack[at - 1];
       stack[at] = child;  // the nearest on top

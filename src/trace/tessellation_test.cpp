@@ -62,8 +62,10 @@ TEST(Tessellation, RaysFindTheNearestOfAllTriangles) {
       const V3d from(o[0], o[1], o[2]), along(d[0], d[1], d[2]);
       for (uint32_t j = 0; j < 1u << ev; ++j)
         for (uint32_t i = 0; i < 1u << eu; ++i) {
-          const V3d a(grid->point(i, j)), b(grid->point(i + 1, j)), c(grid->point(i + 1, j + 1)), e(grid->point(i, j + 1));
-          for (const double t : {triangleHit(from, along, a, b, c, &isNear), triangleHit(from, along, a, c, e, &isNear)})
+          const V3d a(grid->point(i, j)), b(grid->point(i + 1, j)), c(grid->point(i + 1, j + 1)),
+              e(grid->point(i, j + 1));
+          for (const double t :
+               {triangleHit(from, along, a, b, c, &isNear), triangleHit(from, along, a, c, e, &isNear)})
             if (t > 0) nearest = std::min(nearest, t);
         }
       if (isNear) continue;
@@ -105,7 +107,8 @@ TEST(Tessellation, NothingPassesBetweenNeighboursOfOtherSteps) {
 }
 
 TEST(Tessellation, TakesFewBytesATriangle) {
-  for (const int e : {3, 4, 5, 6, 7}) EXPECT_LT(double(Tessellation::bytesFor(e, e)) / double(2u << (2 * e)), 14) << e;
+  for (const int e : {3, 4, 5, 6, 7})
+    EXPECT_LT(double(Tessellation::bytesFor(e, e)) / double(2u << (2 * e)), 14) << e;
 }
 
 TEST(GeometryCache, HoldsNoMoreThanItsSizeAndTheLatest) {

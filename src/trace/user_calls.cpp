@@ -62,8 +62,8 @@ bool isRefused(const RTCIntersectFunctionNArguments* a, const UserHit& h, unsign
   hit.geomID = a->geomID;
   hit.instID[0] = a->context->instID[0];
   int valid = -1;
-  const RTCFilterFunctionNArguments filter{&valid, a->geometryUserPtr, a->context, reinterpret_cast<RTCRayN*>(&ray),
-                                           reinterpret_cast<RTCHitN*>(&hit), 1};
+  const RTCFilterFunctionNArguments filter{
+      &valid, a->geometryUserPtr, a->context, reinterpret_cast<RTCRayN*>(&ray), reinterpret_cast<RTCHitN*>(&hit), 1};
   a->context->filter(&filter);
   return valid == 0;
 }

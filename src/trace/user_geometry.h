@@ -16,9 +16,9 @@ struct UserRay {
 };
 
 struct UserHit {
-  float t, u, v;   // u, v: of the patch
-  float ng[3];     // geometric normal, any length
-  uint32_t level;  // of resolution that was hit
+  float t, u, v;       // u, v: of the patch
+  float ng[3];         // geometric normal, any length
+  uint32_t level;      // of resolution that was hit
   uint32_t primitive;  // what hits call the place's patch by; the patch itself, unless the geometry says another
 };
 

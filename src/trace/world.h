@@ -213,7 +213,7 @@ class World {
   std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
   const Affine* key_ = nullptr;                       // the first, once all are there
   std::vector<std::shared_ptr<const Swarm>> swarms_;  // of the last of the top level's placements
-  std::unique_ptr<Solids> solids_;  // null: none
+  std::unique_ptr<Solids> solids_;                    // null: none
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;
   std::vector<bool> isLost_;                          // by instance; empty: none
