@@ -332,7 +332,14 @@ constexpr Explanation kRooms[] = {
      "coordinatesystem that it names (the object's own, if none). Kinora draws all that moves and needs no bound; "
      "renderers that trust it cut holes there. The message says which bound holds the surface. Without a bound "
      "nothing "
-     "is checked."},
+     "is checked. Surfaces that are diced where rays ask are looked for within the bound: their points move no "
+     "farther."},
+    {"GEOMETRY-CACHE-SMALL",
+     "The geometry cache (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB) is smaller than one "
+     "patch "
+     "of a surface that is diced where rays ask. The picture is the same, but each patch is diced again whenever "
+     "another "
+     "one was in between."},
     {"DISPLACEMENT-KIND",
      "Curves and points have a displacement. Only surfaces are displaced: polygons, subdivision meshes, patches, "
      "NURBS, "

@@ -101,6 +101,8 @@ struct ShadingWorld {
   std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
   bool hasHoles = false, movesShadowOrigins = false;
   bool isForPlaces = false;  // nothing can be traced, see trace::BuildOptions::placesOnly
+  // Places on quads are given by their parameters: (b1 + b2, b2) on the first triangle, (b1, b1 + b2) on the second.
+  bool placesByParameter = false;
   uint32_t width = 8;
   void fillTables();  // once all else is set
   // Of an instance and the geometry that it shows.

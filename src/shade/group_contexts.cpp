@@ -232,6 +232,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
   h->block = block;
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) leaveStrands(c, program.isFiber, a.isRecord, a.P, a.bias);
+  h->surface.limitFootprints(a.outRadius);
   if (bind) {
     if (state.terminatorOffset[0]) {
       if (program.encloses)
