@@ -141,6 +141,10 @@ struct Worker::Calls {
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
+  static void scatterTowardsLights(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                   TowardsLights* out) {
+    of(g).state_.scatterTowardsLights(*list, depth, n, slots, out);
+  }
   static void lightHits(Group* g, RayList* list, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightHits(*list, kind, n, slots, out);
   }
@@ -214,6 +218,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.markMemory = &Calls::markMemory;
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
+  s.scatterTowardsLights = &Calls::scatterTowardsLights;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;
   s.shadow = &Calls::shadow;
@@ -421,8 +426,8 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   const DrawSpan draw = drawSpan(state_.world().width);
   // back to where a camera ray left the lens, or to anywhere on it
   const bool isBack = c->traits & kTraitPrimaryHit;
-  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser, x[3],
-       x[4]);
+  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser,
+       x[3], x[4]);
   uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];
