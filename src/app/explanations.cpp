@@ -428,6 +428,11 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
     {"MEDIUM-OVERLAP",
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
+    {"MEDIUM-VELOCITY",
+     "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
+     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is open "
+     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of the "
+     "shutter's time."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
      "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays "

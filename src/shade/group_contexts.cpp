@@ -361,6 +361,7 @@ Context* GroupState::startInSpace(const RayList& list, uint32_t traits, uint32_t
     origin[i] = list.origin[s];
     if (h.state.linkSet) h.state.linkSet[i] = 0;  // a medium is lit by all lights
     if (h.state.traceSet) h.state.traceSet[i] = 0;
+    if (h.state.bounces) h.state.bounces[i] = from.left.bounces[s] + 1;
     if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;
     for (int k = 0; h.state.terminatorOffset[0] && k < 3; ++k)
       h.state.terminatorOffset[k][i] = h.state.facet[k][i] = 0;

@@ -120,8 +120,9 @@ class MaterialSet {
   // Of materials that fill space.
   struct Extinction {
     bool isProduct = false;  // else it is known by shading only
-    float factor[3] = {1, 1, 1}, most = -1;
-    std::string number, color;  // see ExtinctionProduct; "": 1
+    float factor[3] = {1, 1, 1}, most = -1, towardsLights = 0.5f, extinctionByBounce = 1, contributionByBounce = 1,
+          velocityFactor = 1, constantVelocity[3] = {0, 0, 0};
+    std::string number, color, velocity;  // see ExtinctionProduct; "": 1, and none
   };
   const Extinction& extinction(uint32_t material) const { return extinctions_.at(material); }
   uint64_t bytes() const;
