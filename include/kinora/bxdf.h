@@ -111,13 +111,21 @@ struct MediumArgs {
   float* extinction[3];  // per render unit: how much of the light is absorbed or scattered; >= 0
   float* emission[3];    // radiance per render unit of length; null: not wanted
 };
-// The extinction of a medium where it is a product, so that it is known without its network: factor * the primvar
-// `number` * the primvar `color` (null: 1).
+// What is known of a medium without running its network. Its extinction where that is a product: factor * the primvar
+// `number` * the primvar `color` (null: 1). The rest also where it is none.
 struct ExtinctionProduct {
   float factor[3];
   const char* number;
   const char* color;
-  float most;  // largest extinction as the user says it, by render unit; -1: unsaid. Also where it is no product
+  float most;  // largest extinction as the user says it, by render unit; -1: unsaid
+  // How much distances that suit the lights count in it beside those that suit its extinction: 0 none, 1 alone.
+  float towardsLights = 0.5f;
+  // Similarity: after each scattering in it extinction counts so much, and what a further one brings. 1: exact.
+  float extinctionByBounce = 1, contributionByBounce = 1;
+  // How its grids move, in object space by unit of the shutter's time: the primvar `velocity` (null: none) times
+  // velocityFactor, and a constant part.
+  const char* velocity = nullptr;
+  float velocityFactor = 1, constantVelocity[3] = {0, 0, 0};
 };
 enum MediumFlags : uint32_t {
   kMediumScattersOnce = 1,  // what was scattered in it goes to lights only
@@ -150,7 +158,12 @@ struct BxdfFunctions {
 // Descriptor::flags of a bxdf.
 enum BxdfDescriptorFlags : uint32_t {
   kBxdfNotReciprocal = 1,  // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
-  kBxdfFillsSpace = 2      // a medium: objects of the material have no surface, they are full of it
+  kBxdfFillsSpace = 2,     // a medium: objects of the material have no surface, they are full of it
+  // The closure stands for the whole passage through a fibre: on curves rays leave from behind it as well as from the
+  // front, without meeting it again. Its reverse density is that of a path which comes in where this one, mirrored across
+  // the fibre, would: at the same offset to the other side. For importance it may answer with its adjoint: the testing
+  // kit does not ask that both be one.
+  kBxdfFiber = 4
 };
 
 struct BxdfTraits {

@@ -107,6 +107,7 @@ inline void copyFloat(const Value& v, uint32_t n, float* out) {
 template <int W>
 struct LobeSum {
   Float<W> pdf, pdfReverse;  // selection probabilities included
+  bool wantsReverse = true;  // false: nobody reads pdfReverse
   Rgb<W> slot[kMaxSlots];
   const uint8_t* slotOfLobe;
   KN_INLINE LobeSum() {}  // written out: implicit constructors would miss the target's instruction set
@@ -144,6 +145,7 @@ struct BxdfRunner {
     const typename B::template Lanes<W> lanes(k, s);
     LobeSum<W> sum;
     sum.slotOfLobe = c->slotOfLobe;
+    sum.wantsReverse = a->pdfReverse != nullptr;
     lanes.evaluate(wi, sum);
     for (uint32_t l = 0; l < c->slotCount; ++l) sum.slot[l].store(a->weight[l], out);
     sum.pdf.store(a->pdf + out);
@@ -175,6 +177,7 @@ struct BxdfRunner {
       lanes.sample(F::load(a->u[0] + i), F::load(a->u[1] + i), F::load(a->u[2] + i), sample);
       LobeSum<W> sum;
       sum.slotOfLobe = c->slotOfLobe;
+      sum.wantsReverse = a->pdfReverse != nullptr;
       Rgb<W> weight;
       Int<W> slot(0u);
       Mask<W> valid = sample.valid;

@@ -47,6 +47,7 @@ enum class Builtin : uint32_t {
   PoRadius,  // footprint radius in object units
   Pworld,    // world space
   ObjectId,  // identifier:id
+  Fiber,  // unit direction of the tube or of the ribbon that faces its rays, to its tip, render space; 0 0 0 elsewhere
   // How the surface runs where a ray meets it, which is on a facet; exact, for whoever differentiates paths. Edges of
   // the facet (render space, unnormalised; zero on curves), and by how much N changes along each of them.
   FacetEdge1,
@@ -72,8 +73,9 @@ enum ContextTraits : uint32_t {
   kTraitSubsurface = 128,
   kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
   kTraitScattersOnce = 512,  // of a medium whose light goes on to lights only: no directions are followed from here
-  kTraitWalkable = 1024,     // manifold walks go through the surface, see Context::walkableSlots
-  kTraitWalk = 2048,         // made for a manifold walk that looks for its path
+  kTraitFiber = 1024,        // the bxdf stands for the whole passage through a fibre (kBxdfFiber)
+  kTraitWalkable = 2048,  // manifold walks go through the surface, see Context::walkableSlots
+  kTraitWalk = 4096,  // made for a manifold walk that looks for its path
 };
 
 struct Context;

@@ -61,6 +61,12 @@ struct RayList {
   // Written by trace(): what media emitted along each ray as far as it went, as radiance at its origin. Null where
   // nothing in space emits.
   float* glow[3];
+  // Where an integrator says both, lightSamples() has samples of what media emit too, and `glow` is the other half of
+  // that estimate. By entry, with each new direction: its density per solid angle times the directions that were
+  // followed from the vertex over the light samples taken there, infinite where no light sample could have made it; and
+  // the share of the vertex in its light, see TowardsLights. They have no meaning before trace() and none after it.
+  const float* againstLights;
+  const float* share;
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths };
@@ -297,6 +303,17 @@ struct StoredRecords {
   const void* records;  // one behind the other; null when there are none
 };
 
+// Further places in media where rays scatter, see Services::scatterTowardsLights.
+struct TowardsLights {
+  RayList* list = nullptr;  // the rays once more, by the same entries, with hits in media as trace() leaves them
+  uint32_t count = 0;       // of rays that have one, and their entries
+  const uint32_t* entries = nullptr;
+  // By entry: on the ray's path. Their share in the estimate is part of it.
+  const float* factor[3] = {nullptr, nullptr, nullptr};
+  // By entry, of all rays that were listed: the share of the point in a medium where trace() ended the ray. null: 1
+  const float* share = nullptr;
+};
+
 struct MemoryMark {
   uint64_t block, used;
 };
@@ -387,6 +404,12 @@ struct Services {
   StoredRecords (*stored)(Group*, uint32_t list);
   void (*findStored)(Group*, uint32_t list, uint32_t n, const uint64_t* paths, const uint32_t* samples,
                      uint64_t* first, uint32_t* count);
+  // One more point on each listed ray, after trace() and lightHits(), where a medium scatters light of a lamp nearby: where distances
+  // drawn by extinction alone would seldom come. Not all rays have one. shade() makes contexts of them (with
+  // kTraitScattersOnce, for no directions are followed from there), which take light samples as if these were all the
+  // light. Points where trace() ended the rays then have a share only in what light samples there, and rays from there,
+  // find of lights. `depth` is that of trace().
+  void (*scatterTowardsLights)(Group*, RayList*, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights*);
   // What IntegratorFunctions::commit has made of the records; null: nothing.
   const void* (*index)(Group*);
   // Points in space at distance t[entry] along the listed rays: where a medium scatters. The context takes light

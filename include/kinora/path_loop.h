@@ -9,6 +9,8 @@
 #include <kinora/ray_start.h>
 #include <kinora/subsurface.h>
 
+#include <cmath>
+
 #ifndef KINORA_PATH_LOOP_ONCE
 #define KINORA_PATH_LOOP_ONCE
 namespace kinora {
@@ -63,6 +65,14 @@ class PathLoop {
     state_ = words(n);
     flags_ = g_->paths.origin;
     for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
+    if (sv_->mediaScatter) {
+      share_ = floats(n);
+      if (g_->paths.glow[0]) againstLights_ = floats(n);
+      if (againstLights_) {
+        g_->paths.againstLights = againstLights_;
+        g_->paths.share = share_;
+      }
+    }
   }
 
   void run() {
@@ -77,12 +87,15 @@ class PathLoop {
       pdf_[i] = 0;
       state_[i] = sv_->paths.start;
       flags_[i] = kFromDiscrete;
+      if (share_) share_[i] = 1;
+      if (againstLights_) againstLights_[i] = HUGE_VALF;
     }
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
     if (sv_->mediaScatter) coverByMedia(n, live);  // before lights that the camera sees, which cover all
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     collectGlow(0, 1, n, live);
+    lightOnTheWay(0, o_.lightSamples, parts, n, live);
     applyMedium(n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
@@ -194,8 +207,44 @@ class PathLoop {
       light[m] = kNoLight;
       state[m++] = state_[s];
     }
-    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light};
-    if (m) sv_->contribute(g_, &out);
+    if (m) contributeFound({m, slot, {value[0], value[1], value[2]}, state, light});
+  }
+
+  // What glow along new rays is weighed by, see RayList::againstLights.
+  void tellAgainstLights(uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    if (!againstLights_) return;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      againstLights_[s] =
+          flags_[s] & kFromDiscrete || !lightParts ? HUGE_VALF : pdf_[s] * (float(bxdfParts) / float(lightParts));
+    }
+  }
+
+  // Light scattered in media on the way of the rays of `live`, where it is near lights; what the ends of the rays in
+  // media have left of that light.
+  void lightOnTheWay(uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    if (!share_) return;
+    TowardsLights found;
+    if (lightParts && sv_->lightCount) sv_->scatterTowardsLights(g_, &g_->paths, depth, n, live, &found);
+    for (uint32_t i = 0; i < n; ++i) share_[live[i]] = found.share ? found.share[live[i]] : 1.f;
+    if (!found.count) return;
+    float *kept[3], *share = share_;
+    for (int c = 0; c < 3; ++c) {
+      kept[c] = throughput_[c];
+      throughput_[c] = floats(g_->padded + kPad);
+      for (uint32_t i = 0; i < found.count; ++i) {
+        const uint32_t s = found.entries[i];
+        throughput_[c][s] = kept[c][s] * found.factor[c][s];
+      }
+    }
+    share_ = nullptr;
+    Context* const* contexts;
+    const uint32_t count =
+        sv_->shade(g_, found.list, kTraitEyePath | kTraitScattersOnce, depth, found.count, found.entries, &contexts);
+    for (uint32_t part = 0; part < lightParts; ++part)
+      directLight(count, contexts, depth, part, lightParts, bxdfParts);
+    share_ = share;
+    for (int c = 0; c < 3; ++c) throughput_[c] = kept[c];
   }
 
   // Alpha of camera rays that leave the scene: what media have taken of them.
@@ -225,6 +274,7 @@ class PathLoop {
     }
     w *= depth == 0 ? 1.f : (flags_[s] & kFromSpecular) ? h.specular[i] : h.diffuse[i];
     w /= float(bxdfParts);
+    if (share_) w *= share_[s];
     for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
     clampOne(depth, v);
   }
@@ -461,7 +511,8 @@ class PathLoop {
         F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * F(float(bxdfParts)));
         mis = select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
         const Mask<W> some = in & (pdf > F(0.f));
-        const F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
+        F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
+        if (share_ && c.traits & kTraitInSpace) scale = scale * s.get(share_);
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
         const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
         // light that a tinted shadow brought to an earlier vertex
@@ -735,18 +786,20 @@ class PathLoop {
       const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
       sv_->releaseMemory(g_, mark);
       if (!n) return;
-      sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
       const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
+      tellAgainstLights(lightParts, bxdfParts, n, live);
+      sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
       collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
       collectGlow(depth + 1, bxdfParts, n, live);
-      applyMedium(n, live);
       if (depth >= o_.maxIndirectBounces) return;  // the last directions only looked for light
+      if (first && parts > 1)
+        for (uint32_t i = 0; i < n; ++i)
+          for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
+      lightOnTheWay(depth + 1, 1, 1, n, live);
+      applyMedium(n, live);
       const uint32_t hits = keepHits(n, live);
       if (!hits) return;
-      if (first && parts > 1)
-        for (uint32_t i = 0; i < hits; ++i)
-          for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
       count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitSubsurface, depth + 1, hits, live, &contexts);
       for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
       directLight(count, contexts, depth + 1, 0, 1, 1);
@@ -757,10 +810,12 @@ class PathLoop {
   void keepFirst(uint32_t n, const uint32_t* live) {
     for (int c = 0; c < 3; ++c) firstThroughput_[c] = floats(g_->padded + kPad);
     firstState_ = words(g_->padded + kPad);
+    if (share_) firstShare_ = floats(g_->padded + kPad);
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t s = live[i];
       for (int c = 0; c < 3; ++c) firstThroughput_[c][s] = throughput_[c][s];
       firstState_[s] = state_[s];
+      if (share_) firstShare_[s] = share_[s];
     }
   }
   void restoreFirst(uint32_t n, const uint32_t* live) {
@@ -769,6 +824,7 @@ class PathLoop {
       for (int c = 0; c < 3; ++c) throughput_[c][s] = firstThroughput_[c][s];
       state_[s] = firstState_[s];
       flags_[s] = kFromDiscrete;
+      if (share_) share_[s] = firstShare_[s];
     }
   }
 
@@ -777,6 +833,9 @@ class PathLoop {
   const PathLoopOptions o_;
   ManifoldWalks<W> walks_;
   float *throughput_[3], *medium_[3], *firstThroughput_[3], *pdf_;
+  // Where media scatter: how much of the light at the vertex of a path it counts (the rest is lightOnTheWay's); and
+  // where they glow, see RayList.
+  float *share_ = nullptr, *firstShare_ = nullptr, *againstLights_ = nullptr;
   uint32_t *state_, *firstState_ = nullptr;
   uint32_t* flags_;
 };

@@ -30,8 +30,8 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
-  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, maxTime,
-                                               snapshot;
+  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, geometryCache,
+                                               maxTime, snapshot;
   std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };
@@ -121,7 +121,8 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     out.frames = *frames;
   }
   for (const auto& [option, text, to] : {std::tuple{"--memory-limit", &texts.memoryLimit, &out.memoryLimit},
-                                         std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes}})
+                                         std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes},
+                                         std::tuple{"--geometry-cache", &texts.geometryCache, &s.geometryCacheBytes}})
     if (!text->empty() && (*to = parseSize(*text)) == 0)
       return std::string(option) + " '" + *text + "' is no size: 4G, 512M";
   for (const auto& [option, text, to] : {std::tuple{"--max-time", &texts.maxTime, &out.maxSeconds},
@@ -222,6 +223,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_option("--memory-limit", texts.memoryLimit, "refuse to hold more than this: 4G, 512M (exit code 5)")
       ->type_name("SIZE");
   app.add_option("--texture-cache", texts.textureCache, "memory for texture tiles; less costs time only")
+      ->type_name("SIZE");
+  app.add_option("--geometry-cache", texts.geometryCache,
+                 "memory for surfaces that are diced where rays ask; less costs time only")
       ->type_name("SIZE");
   app.add_option("--max-time", texts.maxTime, "stop as SIGTERM would after this time: 90s, 5m, 2h")->type_name("T");
   app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")

@@ -99,6 +99,19 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                 {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
                 {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
   if (s.micropolygons) j["displacement"] = {{"micropolygons", s.micropolygons}, {"seconds", s.displaceSeconds}};
+  if (s.geometry.made) {
+    const render::GeometryStatistics& g = s.geometry;
+    Json levels = Json::array();
+    for (const auto& kinds : g.micropolygons)
+      levels.push_back({{"camera", kinds[0]}, {"indirect", kinds[1]}, {"shadow", kinds[2]}});
+    while (!levels.empty() && levels.back()["camera"] == 0 && levels.back()["indirect"] == 0 &&
+           levels.back()["shadow"] == 0)
+      levels.erase(levels.size() - 1);
+    j["geometry_cache"] = {{"limit", g.limit},       {"bytes", g.bytes},     {"most_bytes", g.mostBytes},
+                           {"found", g.found},       {"made", g.made},       {"made_again", g.again},
+                           {"made_twice", g.twice},  {"evicted", g.evicted}, {"micropolygons_in_all", g.whole},
+                           {"vertices", g.vertices}, {"seconds", g.seconds}, {"micropolygons_by_level", levels}};
+  }
   Json memory = Json::object();
   uint64_t sum = 0;
   for (const auto& owner : largestFirst(s)) {
@@ -290,6 +303,21 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   if (s.micropolygons)
     line("  {} displaced micropolygons, shaded and moved in {:.2f} s (objects made at a time count each)",
          s.micropolygons, s.displaceSeconds);
+  if (s.geometry.made) {
+    const render::GeometryStatistics& g = s.geometry;
+    uint64_t all = 0, fine = 0;
+    for (size_t level = 0; level < g.micropolygons.size(); ++level)
+      for (const uint64_t n : g.micropolygons[level]) {
+        all += n;
+        fine += level == 0 ? n : 0;
+      }
+    line(
+        "  {} micropolygons diced where rays asked, {} of them at the camera's rate, in {:.2f} s of all threads; all "
+        "patches at that rate have {}",
+        all, fine, g.seconds, g.whole);
+    line("  {} tessellations made, {} of them once more and {} by two threads at once, {} evicted; {} held of {}",
+         g.made, g.again, g.twice, g.evicted, asBytes(g.bytes), asBytes(g.limit));
+  }
   line("");
   line("Memory");
   for (const auto& owner : largestFirst(s)) line("  {:<34}{:>10}", owner.name, asBytes(owner.bytes));

@@ -52,6 +52,7 @@ class LightSet {
 
   uint32_t size() const { return uint32_t(lights_.size()); }
   uint32_t groupOf(uint32_t light) const { return lights_[light].group; }
+  const void* instanceOf(uint32_t light) const { return lights_[light].instance; }
   bool castsShadow(uint32_t light) const { return lights_[light].flags & kCastsShadow; }
   bool isLinked(uint32_t linkSet, uint32_t light) const;
 

@@ -33,7 +33,7 @@ Digest lookOf(const scene::Attributes* attributes) {
   for (const auto* basis : {&a.uBasis, &a.vBasis}) h.bytes(basis->data(), sizeof *basis);
   for (const scene::Parameter& p : a.named)
     if (p.name.starts_with("dice:") || p.name.starts_with("polygon:") || p.name.starts_with("trimcurve:") ||
-        isOfDisplacement(p.name)) {
+        p.name.starts_with("hair:") || isOfDisplacement(p.name)) {
       h.text(p.name);
       h.bytes(p.floats.data(), p.floats.size() * sizeof(float));
       h.bytes(p.ints.data(), p.ints.size() * sizeof(int));

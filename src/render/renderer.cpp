@@ -594,6 +594,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
                           "their light comes out where it went in",
                           "a closed mesh, a longer mean free path or a darker colour");
     const TextureStatistics t = builder.textures().statistics();
+    builder.countLevels(stats);
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;
     stats.textureBytes = t.cacheBytes;

@@ -141,6 +141,10 @@ struct Worker::Calls {
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
+  static void scatterTowardsLights(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                   TowardsLights* out) {
+    of(g).state_.scatterTowardsLights(*list, depth, n, slots, out);
+  }
   static void lightHits(Group* g, RayList* list, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightHits(*list, kind, n, slots, out);
   }
@@ -226,6 +230,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.markMemory = &Calls::markMemory;
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
+  s.scatterTowardsLights = &Calls::scatterTowardsLights;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;
   s.shadow = &Calls::shadow;

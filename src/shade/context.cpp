@@ -128,6 +128,21 @@ Value builtin(const Context* c, Builtin id) {
       keep(Builtin::DPdv, {dv[0], dv[1], dv[2]});
       break;
     }
+    case Builtin::Fiber: {
+      float* along[3] = {floats(c), floats(c), floats(c)};
+      const SurfaceArgs& args = surface.args();
+      for (uint32_t i = 0; i < n; ++i) {
+        const StrandPlace* strand = args.strand ? args.strand[i] : nullptr;
+        float length = 0;
+        const geometry::Mesh& mesh = h.group->world().world->mesh(c->place.geometry[i]);
+        if (strand && mesh.isCurve() && !mesh.isOriented())
+          length = std::sqrt(strand->dv[0] * strand->dv[0] + strand->dv[1] * strand->dv[1] +
+                             strand->dv[2] * strand->dv[2]);
+        for (int j = 0; j < 3; ++j) along[j][i] = length > 0 ? strand->dv[j] / length : 0.f;
+      }
+      keep(Builtin::Fiber, {along[0], along[1], along[2]});
+      break;
+    }
     case Builtin::Tangent: {
       float* t[3] = {floats(c), floats(c), floats(c)};
       k.derivatives(n, surface.edge(0), surface.edge(1), surface.slopes({SlopeSource::What::St}, 2), t, nullptr);
@@ -237,11 +252,29 @@ Value seenAt(const Context* c) {
   return out;
 }
 
+Value acrossRibbon(const Context* c) {
+  ContextHost& h = ContextHost::of(c);
+  const trace::World& w = *h.group->world().world;
+  Value out;
+  if (!w.hasRibbons()) return out;
+  const SurfaceArgs& args = h.surface.args();
+  float* across = floats(c);
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const geometry::Mesh& mesh = w.mesh(c->place.geometry[i]);
+    const bool isRibbon = mesh.facesRay() && mesh.isCurve() && args.strand && args.strand[i];
+    across[i] = isRibbon ? 2 * args.strand[i]->uv[0] - 1 : 2.f;
+  }
+  out.data[0] = across;
+  out.components = out.stride = 1;
+  return out;
+}
+
 Value primvar(const Context* c, const char* name, Value* radius) {
   ContextHost& h = ContextHost::of(c);
   const uint32_t n = c->padded;
   Value out;
   if (!std::strcmp(name, kSeenPrimvar)) return seenAt(c);
+  if (!std::strcmp(name, kRibbonPrimvar)) return acrossRibbon(c);
   if (c->traits & kTraitInSpace && !h.program) {  // no object is there
     if (radius) *radius = Value();
     return out;

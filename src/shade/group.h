@@ -25,7 +25,10 @@
 
 namespace kinora::shade {
 
+struct Around;
+class MediumTracks;
 struct ShaderScene;
+struct Track;
 
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
@@ -74,6 +77,10 @@ struct ShadingWorld {
   std::shared_ptr<const MaterialSet> materials;
   std::shared_ptr<const light::LightSet> lights;
   std::shared_ptr<const SpaceMedia> space;                     // media that fill it; null: it is empty
+  uint32_t firstMediumLight = 0;                               // the last of `lights` are what media emit:
+  std::vector<uint32_t> mediumLights;                          // indices of those media
+  std::vector<uint32_t> lightOfMedium;                         // their lights, kNoLight for others; empty: none emits
+  bool hasPlacedLights = false;                                // some light is not infinitely far away
   std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
@@ -101,6 +108,8 @@ struct ShadingWorld {
   std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
   bool hasHoles = false, movesShadowOrigins = false;
   bool isForPlaces = false;  // nothing can be traced, see trace::BuildOptions::placesOnly
+  // Places on quads are given by their parameters: (b1 + b2, b2) on the first triangle, (b1, b1 + b2) on the second.
+  bool placesByParameter = false;
   uint32_t width = 8;
   void fillTables();  // once all else is set
   // Of an instance and the geometry that it shows.
@@ -114,6 +123,7 @@ struct VertexState {
   uint32_t* linkSet = nullptr;
   uint32_t* traceSet = nullptr;                // with traceSets
   uint32_t* media = nullptr;                   // stacks in the group's MediaPool; with media
+  uint32_t* bounces = nullptr;                 // scatterings in media one after another; where some count them
   float* Ng[3] = {nullptr, nullptr, nullptr};  // geometric normal; with traceSets and movesShadowOrigins
   float* terminatorOffset[3] = {nullptr, nullptr,
                                 nullptr};          // to where its shadow rays start; with movesShadowOrigins
@@ -213,6 +223,7 @@ class GroupState {
                    float* const radiance[3], float* specular);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
+  void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights* out);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);
@@ -221,9 +232,9 @@ class GroupState {
   int probe(const Context* c, const ProbeRays& rays);  // see ContextFunctions
   // From render space to that of a placed object, which is a medium, at a time of the shutter.
   trace::Affine toObject(uint32_t instance, uint32_t geometry, float time) const;
-  // Extinction of a medium at n points of render space, by its network.
+  // Extinction of a medium at n points of render space, by its network, and emission (null: not wanted).
   void lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
-                    float* const extinction[3]);
+                    float* const extinction[3], float* const emission[3]);
 
   GroupCounters counters;
   RayListener* listener = nullptr;
@@ -273,7 +284,8 @@ class GroupState {
   RayList& raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits);
   static float distanceBeyond(const Rays& rays, uint32_t slot, float t);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
-  void biasOfStrands(const Context* c, float* bias) const;
+  // How far off strands rays start; where a fibre was met, P becomes the place on its axis.
+  void leaveStrands(const Context* c, bool isFiber, bool isRecord, float* const P[3], float* bias) const;
   Context* startInSpace(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                         const float* t);
   Context* makeMediumContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
@@ -282,12 +294,17 @@ class GroupState {
   void setProgram(Context* c, const Program& program, bool bind);
   // group_space.cpp; worlds with media that fill space only.
   void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
+  static void setPathOf(const RayList& list, Track& t);
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
+  const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
+  float shareOfGlow(const Track& t, const Around& a, const float* shares) const;
+  void askMediumLights(const Context* c, LightSamples* samples);
   void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
   void scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       float* const transmittance[3]);
   void thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
-               uint32_t depth, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
+               const uint32_t* bounces, uint32_t depth, uint32_t n, const uint32_t* entries,
+               float* const transmittance[3]);
   void thinOutShadows(uint32_t depth, const ShadowRays& rays);
   void thinOutLights(const RayList& list, LightHits* hits);
   // group_media.cpp; worlds with media only.
@@ -315,7 +332,7 @@ class GroupState {
   ShaderTextures shaderTextures_;
   bool probing_ = false;  // the rays of a pattern are on their way
   std::vector<trace::World::CollectedHit> collected_;
-  std::vector<MediumCrossing> crossings_;
+  std::vector<MediumCrossing> crossings_, crossingsTowards_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

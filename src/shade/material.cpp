@@ -556,6 +556,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.tints = tints;
     p.walkableLobes = walkableLobes;
     p.fillsSpace = fillsSpace;
+    p.isFiber = isBxdf && (last.plugin->flags & kBxdfFiber);
     p.mediumFlags = mediumFlags;
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;
@@ -645,6 +646,12 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     if (traits->extinctionProduct) {
       e.isProduct = traits->extinctionProduct(last.values->values(), last.values->count(), &said);
       e.most = said.most;
+      e.towardsLights = said.towardsLights;
+      e.extinctionByBounce = said.extinctionByBounce;
+      e.contributionByBounce = said.contributionByBounce;
+      e.velocityFactor = said.velocityFactor;
+      std::copy_n(said.constantVelocity, 3, e.constantVelocity);
+      if (said.velocity) e.velocity = said.velocity;
       std::copy_n(said.factor, 3, e.factor);
       if (said.number) e.number = said.number;
       if (said.color) e.color = said.color;
