@@ -102,7 +102,7 @@ struct BoundBox {
 };
 
 // By how much a space that is only turned, moved and scaled becomes larger; others: infinity.
-float scaleOf(const trace::Affine& a) {
+float uniformScaleOf(const trace::Affine& a) {
   float dots[3][3];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
@@ -180,7 +180,7 @@ void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh
         w.world->keys(instance)[k].point(p, q);
         box.add(q);
       }
-    if (instance.keyCount == 1) box.radius = it->second.radius * scaleOf(w.world->keys(instance)[0]);
+    if (instance.keyCount == 1) box.radius = it->second.radius * uniformScaleOf(w.world->keys(instance)[0]);
     boxes.push_back(box);
   }
   addSpheres(boxes.data(), boxes.size(), kMostSpheres, w.walkBounds);
