@@ -175,7 +175,8 @@ struct ShadowRays {
   uint32_t runCount;
   const ShadowRun* runs;
   const uint32_t* tinted;   // by ray, 1: it goes straight through glass and takes its tint (the stock default where
-                            // caustics are off), 0: glass blocks it; null: 0
+                            // caustics are off), 0: glass blocks it; 2: as 1, but what manifold walks go through
+                            // blocks it, since they bring that light. Null: 0
   float* transmittance[3];  // out
 };
 
@@ -255,6 +256,30 @@ struct PathStates {
   uint32_t start;  // after "C"
 };
 
+// Where manifold walks go (kinora/manifold.h): places on lights with cheapCaustics, whatever side of them a point may
+// see, since walks come from anywhere. By walk.
+struct WalkTargets {
+  uint32_t* light;
+  float* to[3];     // a point, or for infinite lights the unit direction towards them; render space
+  float* N[3];      // unit, of the light there; infinite lights and points: 0
+  float* pdf;       // choice of the light included: per area, or for infinite lights per solid angle. 0: no place.
+                    // Delta lights: the choice's probability
+  uint32_t* flags;  // LightEndFlags
+};
+// A sphere around objects that walks go through, over all of the shutter; render space.
+struct WalkBound {
+  float center[3], radius;
+};
+// What became of walks: for statistics, and the events of a path that is printed.
+struct WalkNote {
+  uint32_t count;
+  const uint32_t* slot;        // of the path that each started from
+  const uint32_t* interfaces;  // that its path goes through; 0: none was found
+  const float* d[3];           // in which the path leaves its vertex
+  const uint32_t* trials;      // until the way was found again; 0: it was not looked for
+  const float* value[3];       // that it brings to the vertex, throughput and bxdf aside
+};
+
 // A connection of a light path's vertex to the camera, by point of a context. From points that camera rays hit it is
 // the way back along the ray, to where it left the lens.
 struct CameraConnection {
@@ -306,6 +331,11 @@ struct Services {
   uint32_t mediaScatter;      // 1: trace() ends rays in media, see IntegratorTraits::scattersInMedia
   uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
   uint32_t wantsUnshadowed;   // 1: light samples are to be contributed twice, see LightKind
+  // Manifold walks: spheres around what they go through (0: nothing, or no light has them), and 1 for each light that
+  // has cheapCaustics.
+  uint32_t walkBoundCount;
+  const WalkBound* walkBounds;
+  const uint8_t* lightWalks;
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
@@ -389,6 +419,16 @@ struct Services {
   // Paths below the surface that went in at the listed points and came out there too, for want of another place: they
   // are counted, and the frame ends with a message that names an object.
   void (*noteBelow)(Group*, const Context*, uint32_t n, const uint32_t* points, BelowSurface);
+  // Manifold walks. traceWalks: nearest hits of the listed rays with what walks go through, as if there were nothing
+  // else; surfaces inside a medium of higher priority are passed as trace() passes them. shade() takes such hits.
+  void (*traceWalks)(Group*, RayList*, uint32_t depth, uint32_t n, const uint32_t* entries);
+  // Places on lights for n walks; u: the light (0), then four numbers; by walk, padded.
+  void (*walkTargets)(Group*, uint32_t n, const float* const u[5], const float* time, WalkTargets* out);
+  // What the listed rays bring from delta lights (`light`, by entry) that they point at, if nothing is in between; and
+  // the lights' factors on specular lobes. By entry. A light that is not linked to the vertex that a ray left is black.
+  void (*deltaLights)(Group*, const RayList*, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                      float* const radiance[3], float* specular);
+  void (*noteWalks)(Group*, const WalkNote*);
 };
 
 // At the barrier behind a stage, on one thread.

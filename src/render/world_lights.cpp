@@ -302,6 +302,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
     e.castsShadow = l.node->params.getInt("enableShadows", 1) != 0;
+    e.isWalkedTo = l.node->params.getInt("cheapCaustics", 0) != 0 && declares(*d, "cheapCaustics");
     e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
     c.names.push_back(namesOf(l));
     c.sources.push_back(&l);
@@ -363,7 +364,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   for (size_t i = 0; i < chosen.entries.size(); ++i) {
     const light::LightEntry& e = chosen.entries[i];
     for (const uint64_t w : {chosen.serials[i], uint64_t(e.kind), uint64_t(e.group),
-                             uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9)})
+                             uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9 |
+                                      uint32_t(e.isWalkedTo) << 10)})
       h.word(w);
   }
   h.word(sets.size());

@@ -79,12 +79,14 @@ struct Program {
   bool scatters = false;    // paths may go below its surfaces
   bool tints = false;       // tinted shadows pass
   bool fillsSpace = false;  // a medium: its objects have no surface
+  bool isFiber = false;     // on curves rays leave from behind as well, see kBxdfFiber
+  uint32_t walkableLobes = 0;  // manifold walks go through its surfaces by these
   uint32_t mediumFlags = 0;
   uint32_t slotCount = 1;
   std::string lpeGroup;  // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
   std::vector<uint16_t> eventOfSlot;
-  uint32_t tintedSlots = 0;
+  uint32_t tintedSlots = 0, walkableSlots = 0;
 };
 
 struct Material {
@@ -113,6 +115,7 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   bool tints(uint32_t material) const { return programs_[materials_[material].program]->tints; }
+  bool isWalkable(uint32_t material) const { return programs_[materials_[material].program]->walkableLobes != 0; }
   bool fillsSpace(uint32_t material) const { return programs_[materials_[material].program]->fillsSpace; }
   // Of materials that fill space.
   struct Extinction {
