@@ -393,6 +393,33 @@ void boundByShading(shade::SpaceMedium& m, uint32_t index, const shade::ShadingW
   forNeighbourhoods(m.majorants, seen, [&](size_t cell, float most, float) { m.majorants[cell] = kMore * most; });
 }
 
+// What glows is met by rays even where it is clear: the more often the more it does, so that no few meetings bring all of
+// its light; a little also where it was not seen to. side: of a cell, in render units.
+void raiseBounds(shade::SpaceMedium& m, const volume::Majorants& grid, const std::vector<float>& emitted,
+                 double side) {
+  double sum = 0, squares = 0;
+  float brightest = 0;
+  for (const float e : emitted) {
+    sum += double(e);
+    squares += double(e) * double(e);
+    brightest = std::max(brightest, e);
+  }
+  if (!(side > 0) || !(side < 1e30)) return;
+  const double longest = side * std::max({grid.cells(0), grid.cells(1), grid.cells(2)});
+  // as large, and as bright, as something even of the same power and the same mean square
+  const double size = squares > 0 ? side * std::cbrt(sum * sum / squares) : longest,
+               typical = sum > 0 ? squares / sum : 1;
+  constexpr double kMeetings = 8, kMostMeetings = 32;
+  for (size_t cell = 0; cell < m.majorants.count(); ++cell) {
+    float from[3], to[3], none[3] = {0, 0, 0}, end = 0;
+    m.majorants.boundsOf(cell, from, to);
+    for (int k = 0; k < 3; ++k) from[k] = 0.5f * (from[k] + to[k]);
+    const float here = m.majorants.count() > 1 ? emitted[grid.cellAt(from, none, 0, end)] : brightest;
+    const double meetings = std::min(kMeetings * double(here) / typical, kMostMeetings);
+    m.majorants[cell] = std::max(m.majorants[cell], float(meetings / size + 1 / longest));
+  }
+}
+
 // Cells that emit, by looking. What lies beside one counts a little too: a flame's tip may be between the points.
 void findEmission(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world, const float low[3],
                   const float high[3], const std::atomic<bool>* stop) {
@@ -415,11 +442,13 @@ void findEmission(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
   });
   float from[3], to[3];
   grid.boundsOf(0, from, to);
+  // of a cell, in render units
   double volume = std::fabs(double(world.spaceOf(m.instance, m.geometry).fromRender.inverse().determinant()));
   for (int k = 0; k < 3; ++k) volume *= double(to[k] - from[k]);
   auto found = std::make_shared<const volume::EmissionCells>(low, high, cells, emitted);
   m.power = float(std::min(4 * 3.14159265358979 * total * volume, 1e24));
   if (!found->isBlack() && m.power > 0) m.emission = std::move(found);
+  raiseBounds(m, grid, emitted, std::cbrt(volume));
 }
 
 }  // namespace
@@ -558,30 +587,15 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
       boundByFields(m);
     const trace::Instance& instance = world.world->instance(m.instance);
     const float said = world.materials->extinction(world.placements[instance.info].material).most;
-    // what glows is looked for even where it is clear
-    const scene::Matrix toRender = flat->toRender(instance.user).at(tools.camera.middle());
-    const Imath::V3d extent = world.world->mesh(m.geometry).bounds.size();
-    double longest = 0;
+    for (size_t cell = 0; said >= 0 && cell < m.majorants.count(); ++cell)
+      m.majorants[cell] = std::min(m.majorants[cell], said);
+    if (!m.mayEmit) continue;
+    float low[3], high[3];
     for (int k = 0; k < 3; ++k) {
-      Imath::V3d axis(0, 0, 0), moved;
-      axis[k] = extent[k];
-      toRender.multDirMatrix(axis, moved);
-      longest = std::max(longest, moved.length());
+      low[k] = m.low[k] - m.farthest[k];
+      high[k] = m.high[k] + m.farthest[k];
     }
-    const float least = m.mayEmit && longest > 0 ? float(8 / longest) : 0.f;
-    for (size_t cell = 0; cell < m.majorants.count(); ++cell) {
-      float& most = m.majorants[cell];
-      if (said >= 0) most = std::min(most, said);
-      most = std::max(most, least);
-    }
-    if (m.mayEmit) {
-      float low[3], high[3];
-      for (int k = 0; k < 3; ++k) {
-        low[k] = m.low[k] - m.farthest[k];
-        high[k] = m.high[k] + m.farthest[k];
-      }
-      findEmission(m, i, world, low, high, tools.stop);
-    }
+    findEmission(m, i, world, low, high, tools.stop);
   }
   if (tools.stop && tools.stop->load(std::memory_order_relaxed)) inputs_ = {};  // not all of it has been looked at
   return made_;

@@ -340,6 +340,9 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     for (uint32_t m = 0; m < chosen.marks.size(); ++m)
       chosen.marks[m].isLinked.push_back(std::find(sets[k].begin(), sets[k].end(), lit + m) != sets[k].end());
   for (auto& set : sets) std::erase_if(set, [&](uint32_t i) { return i >= lit; });
+  world.marks =
+      chosen.marks.empty() ? nullptr : std::make_shared<const std::vector<light::MarkEntry>>(std::move(chosen.marks));
+  warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
   addMediumLights(world, tools.paths, chosen.kinds, chosen.entries);
   for (uint32_t i = lit; i < chosen.entries.size(); ++i) {
     chosen.serials.push_back(world.space->serial);
@@ -348,9 +351,6 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   world.hasPlacedLights = std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const light::LightEntry& e) {
     return !e.description.isInfinite && e.description.power > 0;
   });
-  world.marks =
-      chosen.marks.empty() ? nullptr : std::make_shared<const std::vector<light::MarkEntry>>(std::move(chosen.marks));
-  warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
   if (hasUnlitColors(*world.materials) ||
       std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
     world.indirectSets = uint32_t(links.size());

@@ -29,8 +29,7 @@ void GroupState::copyRays(const ShadowRays& rays, RayList& list) {
       list.sampleSeed[i] = seed[p];
       list.sampleIndex[i] = index[p];
       if (left.traceSet) host.left.traceSet[i] = left.traceSet[p];
-      // light that comes here meets the medium as what came here before did
-      if (left.bounces) host.left.bounces[i] = left.bounces[p] ? left.bounces[p] - 1 : 0;
+      if (left.bounces) host.left.bounces[i] = left.bounces[p];
     }
   });
 }

@@ -22,7 +22,7 @@ HWY_AFTER_NAMESPACE();
 
 namespace kinora::shade {
 
-EquiangularPoint seenFrom(const float o[3], const float d[3], const float p[3]) {
+EquiangularPoint seenFrom(const float o[3], const float d[3], const float p[3], float radius) {
   float v[3], along = 0, beside = 0, far = 0;
   for (int k = 0; k < 3; ++k) {
     v[k] = p[k] - o[k];
@@ -35,7 +35,7 @@ EquiangularPoint seenFrom(const float o[3], const float d[3], const float p[3]) 
   }
   // a ray that passes through the point itself
   const float least = 1e-4f * std::sqrt(far) + 1e-6f;
-  return {along, std::max(std::sqrt(beside), least)};
+  return {along, std::max(std::sqrt(beside + radius * radius), least)};
 }
 
 float angleAt(const EquiangularPoint& p, float t) {

@@ -12,8 +12,9 @@ struct EquiangularPoint {
   float nearest, distance;
 };
 inline constexpr EquiangularPoint kPointAtInfinity{0, std::numeric_limits<float>::infinity()};
-// o, d: the ray (unit); p: the point.
-EquiangularPoint seenFrom(const float o[3], const float d[3], const float p[3]);
+// o, d: the ray (unit); p: the point, of a light of about that radius, near which its light is nowhere brighter than
+// at its surface.
+EquiangularPoint seenFrom(const float o[3], const float d[3], const float p[3], float radius);
 float angleAt(const EquiangularPoint& p, float t);
 float distanceAt(const EquiangularPoint& p, float angle);
 // d angle / d t.

@@ -399,7 +399,7 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
       rays.rays.spread[i] = list.rays.spread[s];
       rays.sampleSeed[i] = list.sampleSeed[s];
       rays.sampleIndex[i] = mixedSeed(list.sampleIndex[s], l->light[i]);
-      if (const uint32_t* b = host.left.bounces) ListHost::of(rays).left.bounces[i] = b[s] ? b[s] - 1 : 0;
+      if (const uint32_t* b = host.left.bounces) ListHost::of(rays).left.bounces[i] = b[s];
       entries[i] = i;
     }
     const uint32_t visibility =

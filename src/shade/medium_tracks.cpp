@@ -199,8 +199,12 @@ void MediumTracks::enter(Track& t, uint32_t medium) {
   Around& a = t.around[t.count++];
   a.medium = medium;
   a.scale = space_.media[medium].similarity(t.bounces);
-  const trace::Affine toObject =
-      g_.toObject(space_.media[medium].instance, space_.media[medium].geometry, rays_.time[t.entry]);
+  if (medium != lastMedium_) {
+    const SpaceMedium& m = space_.media[medium];
+    toLast_ = g_.toObject(m.instance, m.geometry, rays_.time[t.entry]);
+    lastMedium_ = g_.world().world->instance(m.instance).keyCount < 2 ? medium : ~0u;
+  }
+  const trace::Affine& toObject = toLast_;
   float o[3], d[3];
   for (int k = 0; k < 3; ++k) o[k] = rays_.o[k][t.entry], d[k] = rays_.d[k][t.entry];
   toObject.point(o, a.o);

@@ -75,6 +75,9 @@ class MediumTracks {
   uint32_t count_ = 0;
   float* first_ = nullptr;  // of their first flights: of the samples' sequences, which cover the distances evenly
   float* towards_ = nullptr;
+  // Of the medium that was entered last, where it stands still.
+  uint32_t lastMedium_ = ~0u;
+  trace::Affine toLast_;
 };
 
 // What media are at places along rays, all places that are asked for at once: those whose extinction is a product are

@@ -7,6 +7,7 @@
 // from, so means will do where the densities of tracking are not known.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "sampling/draw.h"
 #include "shade/beer_lambert.h"
@@ -19,10 +20,13 @@ namespace kinora::shade {
 
 namespace {
 
-constexpr float kDeep = 5;        // optical depth beyond which nothing is looked for
-constexpr float kThin = 1.1f;     // where 1 / kWorthIt is lost: 1 - exp(-1.1)
-constexpr float kThick = 0.4f;    // of a stretch that is divided
-constexpr int kParts = 6;         // into so many of the same angle
+constexpr float kDeep = 5;      // optical depth beyond which nothing is looked for
+constexpr float kThin = 1.1f;   // where 1 / kWorthIt is lost: 1 - exp(-1.1)
+constexpr float kThick = 0.4f;  // of a stretch that is divided
+constexpr int kParts = 6;       // into so many of the same angle
+// A distance is drawn for so many of the rays of that depth: those of the camera, and fewer the farther paths have come.
+constexpr float kChance[] = {1, 0.5f, 0.25f};
+constexpr uint32_t kChances = std::size(kChance);
 constexpr float kWorthIt = 1.5f;  // so much denser than the other distances, averaged over themselves
 
 float weighed(const float path[3], const float x[3]) { return path[0] * x[0] + path[1] * x[1] + path[2] * x[2]; }
@@ -32,18 +36,34 @@ struct Piece {
   float from, to;
   float firstAngle, angle;  // and the angle that it spans
   float plain, towards;     // light that gets back times what scatters it, by length: for either kind of distances
-  const MediumTracks::Stretch* of;
-  const float* depth;  // optical depth at `from`
+};
+constexpr uint32_t kMostPieces = 192;  // beyond them no more is looked for
+
+// What is known of a ray's pieces: `density` of its distances at t, by `all`, and what extinction would draw there.
+struct Pieces {
+  uint32_t count = 0;
+  float all = 0,
+        squares = 0;  // integral of the densities, before they are normed; of their square over the plain ones
+  Piece piece[kMostPieces];
+  const Piece* at(float t) const {
+    for (uint32_t k = 0; k < count; ++k)
+      if (t >= piece[k].from && t < piece[k].to) return piece + k;
+    return nullptr;
+  }
+  float density(const EquiangularPoint& p, const Piece& x, float t) const {
+    return x.towards * angleDensity(p, t) / all;
+  }
 };
 
-// f(piece) for each piece up to `reach`, in order, until it returns false; the track stays where that is.
-template <class F>
-void forPieces(MediumTracks& media, Track& t, const EquiangularPoint& p, float reach, F&& f) {
+// Up to `reach` along the track.
+void findPieces(MediumTracks& media, Track t, const EquiangularPoint& p, float reach, Pieces& out) {
   float depth[3] = {0, 0, 0}, through[3] = {1, 1, 1};
   MediumTracks::Stretch s;
-  for (float until = 0;;) {
+  out.count = 0;
+  out.all = out.squares = 0;
+  for (;;) {
     media.stretch(t, s);
-    until = std::min(s.until, reach);
+    const float until = std::min(s.until, reach);
     const float thick = weighed(t.path, s.extinction) * (until - t.t);
     if (thick > 0) {
       const int parts = thick > kThick ? kParts : 1;
@@ -51,19 +71,24 @@ void forPieces(MediumTracks& media, Track& t, const EquiangularPoint& p, float r
       float from = t.t;
       for (int k = 1; k <= parts; ++k) {
         const float to = k == parts ? until : std::clamp(distanceAt(p, first + part * float(k)), from, until);
-        float before[3], after[3], plain[3], towards[3];
+        float after[3], plain[3], towards[3];
         for (int c = 0; c < 3; ++c) {
-          before[c] = depth[c];
           depth[c] += s.extinction[c] * (to - from);
           after[c] = c && depth[c] == depth[0] ? after[0] : beerLambert(depth[c], 1.f);
           const float mean = 0.5f * (through[c] + after[c]);
+          through[c] = after[c];
           plain[c] = s.plain[c] * mean;
           towards[c] = s.towards[c] * mean;
         }
-        std::copy_n(after, 3, through);
-        if (to > from && !f(Piece{from, to, first + part * float(k - 1), part, weighed(t.path, plain),
-                                  weighed(t.path, towards), &s, before}))
-          return;
+        if (to > from) {
+          if (out.count == kMostPieces) return;
+          const Piece x{
+              from, to, first + part * float(k - 1), part, weighed(t.path, plain), weighed(t.path, towards)};
+          const float own = x.towards * x.angle;
+          out.all += own;
+          if (own > 0) out.squares += own * own / (x.plain * (to - from));  // infinite where nothing is plain
+          out.piece[out.count++] = x;
+        }
         from = to;
       }
     }
@@ -71,14 +96,25 @@ void forPieces(MediumTracks& media, Track& t, const EquiangularPoint& p, float r
   }
 }
 
-// Where a ray comes to so deep, or leaves the media for good (then true); and where they begin on it, -1: never.
+// On along the track to a distance.
+void goTo(MediumTracks& media, Track& t, float to) {
+  MediumTracks::Stretch s;
+  for (;;) {
+    media.stretch(t, s);
+    if (to <= s.until || !media.pass(t, s.until)) break;
+  }
+  t.t = to;
+}
+
+// Where a ray comes to so deep, or leaves the media for good (then true); and where those begin on it that distances
+// are to suit lights in, -1: nowhere.
 bool findReach(MediumTracks& media, Track t, float deep, float& begin, float& end) {
   MediumTracks::Stretch s;
   begin = -1;
   for (float depth = 0;;) {
     media.stretch(t, s);
     const float lost = weighed(t.path, s.extinction), more = lost * (s.until - t.t);
-    if (lost > 0 && begin < 0) begin = t.t;
+    if (weighed(t.path, s.towards) > 0 && begin < 0) begin = t.t;
     if (depth + more > deep) {
       end = t.t + (deep - depth) / lost;
       return false;
@@ -87,6 +123,12 @@ bool findReach(MediumTracks& media, Track t, float deep, float& begin, float& en
     end = s.until;
     if (!media.pass(t, end)) return true;
   }
+}
+
+// About the radius of the light that was sampled, by how large it looks: from one place it is, and its density is that
+// of the sample without the choice.
+float radiusOf(float t, float density) {
+  return density > 0 && t < 1e30f ? t / std::sqrt(3.14159265f * density) : 0.f;
 }
 
 // What was found of a ray that another distance is drawn on.
@@ -114,6 +156,8 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
   const auto floats = [&](size_t m) { return arena_.make<float>(m); };
 
   // a place on each ray, and from there a point of a light
+  const float chance = depth < kChances ? kChance[depth] : kChance[kChances - 1];
+  bool* draws = arena_.make<bool>(count);
   uint32_t *asked = arena_.make<uint32_t>(padded(count)), *trackOf = arena_.make<uint32_t>(padded(count)), m = 0;
   float *reach = floats(padded(count)), *place = floats(list.capacity);
   for (uint32_t i = 0; i < count; ++i) {
@@ -124,6 +168,9 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
     float begin, end;
     const bool isThin = findReach(tracks, t, world_.hasPlacedLights ? kDeep : kThin, begin, end);
     if (begin < 0 || !(end > begin) || !(end < 1e30f) || !(isThin || world_.hasPlacedLights)) continue;
+    const bool isDrawn = chance >= 1 || MediumTracks::number(t) < chance;
+    if (!isDrawn && !(list.hits.t[t.entry] < host.surfaceT[t.entry])) continue;
+    draws[m] = isDrawn;
     place[t.entry] = begin + (end - begin) * MediumTracks::number(t);
     reach[m] = end;
     trackOf[m] = i;
@@ -134,11 +181,34 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
   const Context* points = startInSpace(list, kTraitEyePath, depth, m, asked, place);
   lightSamples(points, 0, 1, &lights);
 
+  float *choice = floats(points->padded), *size = floats(points->padded);
+  uint32_t* chosenLight = arena_.make<uint32_t>(points->padded);
+  const VertexState& state = ContextHost::of(points).state;
+  for (uint32_t i = 0; i < points->padded; ++i) {
+    choice[i] = 1;
+    chosenLight[i] = lights.light[i] == kNoLight ? 0 : lights.light[i];  // what media emit has no number here
+  }
+  light::LightSet::Points where{};
+  where.count = m;
+  where.padded = points->padded;
+  for (int k = 0; k < 3; ++k) {
+    where.P[k] = points->P[k];
+    where.N[k] = state.lightN[k];
+  }
+  where.time = points->time;
+  where.linkSet = state.linkSet;
+  world_.lights->probabilities(world_.width, where, chosenLight, choice);
+  for (uint32_t i = 0; i < m; ++i) {
+    const float known = lights.light[i] != kNoLight && choice[i] > 0 ? choice[i] : 1.f;
+    size[i] = lights.flags[i] & kSampleDelta ? 0.f : radiusOf(lights.t[i], lights.pdf[i] / known);
+  }
+
   // a distance for each of them
   float* share = floats(list.capacity);
   for (uint32_t i = 0; i < n; ++i) share[entries[i]] = 1;
   out->share = share;
   Drawn* drawn = arena_.make<Drawn>(m);
+  Pieces& pieces = *arena_.make<Pieces>(1);
   uint32_t found = 0;
   for (uint32_t i = 0; i < m; ++i) {
     if (!(lights.pdf[i] > 0)) continue;
@@ -150,46 +220,30 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
       d[k] = list.rays.d[k][s];
       p[k] = points->P[k][i] + lights.wi[k][i] * lights.t[i];
     }
-    const EquiangularPoint seen = lights.t[i] < 1e30f ? seenFrom(o, d, p) : kPointAtInfinity;
+    const EquiangularPoint seen = lights.t[i] < 1e30f ? seenFrom(o, d, p, size[i]) : kPointAtInfinity;
     const float met = list.hits.t[s] < host.surfaceT[s] ? list.hits.t[s] : -1;
-    float all = 0, squares = 0, plainThere = 0, towardsThere = 0;
-    Track walk = t;
-    forPieces(tracks, walk, seen, reach[i], [&](const Piece& x) {
-      const float own = x.towards * x.angle;
-      all += own;
-      if (own > 0) squares += own * own / (x.plain * (x.to - x.from));
-      if (met >= x.from && met < x.to) {
-        float plain[3];
-        for (int c = 0; c < 3; ++c)
-          plain[c] = x.of->plain[c] * beerLambert(x.depth[c] + x.of->extinction[c] * (met - x.from), 1.f);
-        plainThere = weighed(t.path, plain);
-        towardsThere = x.towards * angleDensity(seen, met);
-      }
-      return true;
-    });
-    // (infinite where all is left to these distances)
-    if (!(all > 0) || !(squares > kWorthIt * all * all)) continue;
-    if (met >= 0 && towardsThere > 0) {
-      const float r = towardsThere / (all * plainThere);
+    findPieces(tracks, t, seen, reach[i], pieces);
+    if (!(pieces.all > 0) || !(pieces.squares > kWorthIt * pieces.all * pieces.all)) continue;
+    const Piece* at = met >= 0 ? pieces.at(met) : nullptr;
+    if (at && at->towards > 0) {
+      const float r = chance * pieces.density(seen, *at, met) / at->plain;
       share[s] = 1 / (1 + r * r);
     }
-    float rest = tracks.numberTowards(trackOf[i]) * all;
+    if (!draws[i]) continue;
+    float rest = tracks.numberTowards(trackOf[i]) * pieces.all;
     Drawn x{trackOf[i], -1, 0, 0};
-    forPieces(tracks, t, seen, reach[i], [&](const Piece& y) {
+    for (uint32_t k = 0; k < pieces.count && (rest > 0 || x.t < 0); ++k) {
+      const Piece& y = pieces.piece[k];
       const float own = y.towards * y.angle;
-      if (!(own > 0)) return true;
+      if (!(own > 0)) continue;
       x.t = std::clamp(distanceAt(seen, y.firstAngle + y.angle * std::min(rest / own, 1.f)), y.from, y.to);
-      x.density = y.towards * angleDensity(seen, x.t) / all;
-      float plain[3];
-      for (int c = 0; c < 3; ++c)
-        plain[c] = y.of->plain[c] * beerLambert(y.depth[c] + y.of->extinction[c] * (x.t - y.from), 1.f);
-      const float r = weighed(t.path, plain) / x.density;
+      x.density = chance * pieces.density(seen, y, x.t);
+      const float r = y.plain / x.density;
       x.weight = 1 / (1 + r * r);
       rest -= own;
-      return rest > 0;
-    });
+    }
     if (!(x.t > 0) || !(x.density > 0)) continue;
-    t.t = x.t;
+    goTo(tracks, t, x.t);
     drawn[found++] = x;
   }
   if (!found) return;

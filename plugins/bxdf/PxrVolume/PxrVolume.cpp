@@ -67,7 +67,8 @@ constexpr Param kParams[] = {
     param::number("extinctionMultiplier", 1.f)
         .range(0, 1)
         .fixed()
-        .help("With multiScatterOpt: factor on the extinction after each scattering but the first."),
+        .help("With multiScatterOpt: factor on the extinction from where a path is scattered on, again at each "
+              "scattering."),
     param::number("contributionMultiplier", 1.f)
         .range(0, 1)
         .fixed()
