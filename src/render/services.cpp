@@ -185,6 +185,20 @@ struct Worker::Calls {
     }
   }
   static const void* index(Group* g) { return of(g).store ? of(g).store->index() : nullptr; }
+  static void teach(Group* g, uint32_t n, const uint32_t* slots, const void* records) {
+    Worker& w = of(g);
+    if (!w.learned || !g->teaches) return;
+    const size_t bytes = w.learned->recordBytes();
+    const auto* at = static_cast<const std::byte*>(records);
+    // runs of slots that teach: what others leave is dropped
+    for (uint32_t first = 0, end; first < n; first = end) {
+      const bool teaches = g->teaches[slots[first]];
+      for (end = first + 1; end < n && bool(g->teaches[slots[end]]) == teaches;) ++end;
+      if (teaches)
+        w.learned->add(w.index, end - first, slots + first, g->number, g->paths.sampleIndex, at + first * bytes);
+    }
+  }
+  static const void* learned(Group* g) { return of(g).learned ? of(g).learned->state() : nullptr; }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
 
@@ -236,6 +250,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.stored = &Calls::stored;
   s.findStored = &Calls::findStored;
   s.index = &Calls::index;
+  s.teach = &Calls::teach;
+  s.learned = &Calls::learned;
   for (int c = 0; c < 2; ++c) s.resolution[c] = camera.resolution[c];
   const float eye[3] = {0, 0, 0};
   camera.toRender[camera.toRender.size() / 2].point(eye, s.cameraCenter);
@@ -421,8 +437,8 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   const DrawSpan draw = drawSpan(state_.world().width);
   // back to where a camera ray left the lens, or to anywhere on it
   const bool isBack = c->traits & kTraitPrimaryHit;
-  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser, x[3],
-       x[4]);
+  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser,
+       x[3], x[4]);
   uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];
