@@ -4,6 +4,8 @@
 #include <kinora/path_loop.h>
 
 #if KINORA_PLAIN
+#include <string_view>
+
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrPathTracer {
 enum : uint32_t {
@@ -39,7 +41,11 @@ constexpr Param kParams[] = {
     pathParameters::kMaxPathLength,
     param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
     param::integer("maxContinuationLength", -1).range(-1, 1000).help("No effect yet."),
-    param::integer("risPathGuiding", 0).range(0, 1).help("No effect yet."),
+    param::integer("risPathGuiding", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Learn where light comes from over the first samples, and choose directions by that and the materials "
+              "together: for light that comes through narrow gaps."),
     param::integer("jointSampling", 0).range(0, 1).help("Volumes. No effect yet."),
     param::number("jointScatteringBias", 0.5f).range(0, 1).help("Volumes. No effect yet."),
     param::integer("numVolumeAggregateSamples", 1).range(1, 64).help("Volumes. No effect yet."),
@@ -47,8 +53,16 @@ constexpr Param kParams[] = {
     param::string("volumeAggregateCamera", "").help("Volumes. No effect yet."),
     param::string("volumeAggregateIndirect", "").help("Volumes. No effect yet."),
     param::string("volumeAggregateTransmission", "").help("Volumes. No effect yet."),
+    param::integer("guidingSamples", 64)
+        .range(1, 4096)
+        .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two."),
+    param::integer("guidingRegions", 2048)
+        .range(16, 65536)
+        .help("With risPathGuiding: regions of space with a distribution of their own, at most; each takes 16 KB."),
 };
-enum : uint32_t { kMaxPathLength = 15 };
+enum : uint32_t { kMaxPathLength = 15, kRisPathGuiding = 18, kGuidingSamples = 26, kGuidingRegions };
+static_assert(std::string_view(kParams[kRisPathGuiding].name) == "risPathGuiding");
+static_assert(std::string_view(kParams[kGuidingRegions].name) == "guidingRegions");
 
 std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   namespace from = pathParameters;
@@ -61,7 +75,16 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteDepth = from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 0);
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
+  o->guides = info.integer(kRisPathGuiding) != 0;
+  const NamedValues values(info, kParams, std::size(kParams));
+  o->guiding.samples = uint32_t(from::within(values, kParams[kGuidingSamples]));
+  o->guiding.regions = uint32_t(from::within(values, kParams[kGuidingRegions]));
   return o;
+}
+inline uint32_t learning(const void* data, Learning* out) {
+  const auto& o = *static_cast<const PathLoopOptions*>(data);
+  *out = guiding::learning(o.guiding);
+  return o.guides;
 }
 }  // namespace kinora::pxrPathTracer
 #endif
@@ -69,18 +92,16 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
 KINORA_KERNELS_BEGIN
 using namespace pxrPathTracer;
 
-struct Runner {
+struct PxrPathTracer {
+  using Data = PathLoopOptions;
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
-    PathLoop<W>(group, services, *static_cast<const PathLoopOptions*>(integrator)).run();
+  static void integrate(const Data& options, uint32_t, Group& group, const Services& services) {
+    PathLoop<W>(&group, &services, options).run();
   }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
-  }
+  static void learn(const Data& options, const LearnServices& services) { guiding::learn(options.guiding, services); }
 };
 
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrPathTracer, Runner, IntegratorPlugin, .help = "Forward path tracing with next-event estimation.",
-              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia)
+KINORA_INTEGRATOR(PxrPathTracer, .help = "Forward path tracing with next-event estimation.", .params = kParams,
+                  .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia, .learning = learning)
