@@ -1,4 +1,5 @@
 // What a context's points have been asked about their surface, kept for its life.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -14,11 +15,18 @@ void SurfacePoints::begin(GroupState& group, const Context* c, bool hasQuads) {
   args_.at = c->place;
   args_.time = c->time;
   kernels_ = &surfaceKernels(group.world().width);
+  args_.isByParameter = group.world().placesByParameter;
   if (!hasQuads) return;
+  if (group.world().world->hasUserGeometry()) args_.facet = findFacets(group, args_);
   float *u = floats(), *v = floats();
   findQuadPlaces(group, args_, u, v);
   args_.quad[0] = u;
   args_.quad[1] = v;
+}
+
+void SurfacePoints::limitFootprints(float* radius) const {
+  for (uint32_t i = 0; args_.facet && i < args_.n; ++i)
+    if (args_.facet[i]) radius[i] = std::min(radius[i], args_.facet[i]->radius);
 }
 
 float* SurfacePoints::floats() const { return group_->arena().make<float>(args_.n); }
@@ -27,6 +35,8 @@ const SurfaceArgs& SurfacePoints::withStrands() {
   strandsAsked_ = true;
   const trace::World& w = *args_.world->world;
   if (!w.hasStrands()) return args_;
+  const Program* program = ContextHost::of(c_).program;
+  const bool isFiber = program && program->isFiber;
   const StrandPlace** places = group_->arena().make<const StrandPlace*>(args_.n);
   for (uint32_t i = 0; i < args_.n; ++i) {
     places[i] = nullptr;
@@ -34,7 +44,11 @@ const SurfaceArgs& SurfacePoints::withStrands() {
     if (!mesh.isStrand()) continue;
     const bool isBaked = w.instance(args_.at.instance[i]).baked;
     const trace::Affine toRender = isBaked ? trace::Affine() : w.objectToRender(args_.at.instance[i], args_.time[i]);
-    const float P[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
+    float P[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
+    if (isFiber && mesh.isTube()) {  // P lies on the axis, see GroupState::leaveStrands
+      const float radius = radiusOfStrand(w, args_.at, i, args_.time[i]);
+      for (int k = 0; k < 3; ++k) P[k] += radius * c_->Ng[k][i];
+    }
     const float wo[3] = {c_->wo[0][i], c_->wo[1][i], c_->wo[2][i]};
     places[i] = new (group_->arena().allocate(sizeof(StrandPlace))) StrandPlace(
         placeOnStrand(mesh, args_.at.primitive[i], args_.at.u[i], args_.time[i], isBaked, toRender, P, wo));

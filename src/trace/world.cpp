@@ -364,7 +364,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       sortBySpace(plan.placements, [&](uint32_t placement) {
         return toRenderOf(placement).at(0.5 * (options.shutterOpen + options.shutterClose)).translation();
       });
-    for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty();
+    for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty() || shapes[s].user;
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
@@ -411,7 +411,13 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       w.moving_ |= m->keyCount() > 1;
       w.hasStrands_ |= m->isStrand();
       w.hasFacing_ |= m->facesRay();
+      w.hasRibbons_ |= m->facesRay() && m->isCurve();
     }
+    for (size_t i = 0; i < part->users.size(); ++i)
+      if (part->users[i] && part->users[i]->hasFacets()) {
+        w.faceted_.resize(w.meshes_.size(), nullptr);
+        w.faceted_[placeInTables.firstGeometry + i] = part->users[i].get();
+      }
     for (uint32_t v : part->visibility) w.clearShadows_ |= (v & kSeenByClearShadow) && !(v & kSeenByOpaqueShadow);
     w.hasUser_ |= part->hasUser;
     const uint32_t partIndex = uint32_t(w.parts_.size());
@@ -446,6 +452,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
 
   w.key_ = w.keys_->data();
+  if (!w.faceted_.empty()) w.faceted_.resize(w.meshes_.size(), nullptr);
   if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
     float r2 = 0;
@@ -694,8 +701,9 @@ void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t p
   hits.level[slot] = 0;  // user geometry, which writes its own, is never merged
 }
 
-void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
+void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots, const Draws& draws) const {
   QueryContext context(true, rays.radius, rays.spread, hits.level);
+  context.draws = draws;
   context.askSolids(solids_.get(), rays.o, rays.d);
   alignas(64) RTCRayHit16 r;
   alignas(64) int valid[16];
@@ -759,8 +767,10 @@ void World::setRay(const Rays& rays, uint32_t s, uint32_t mask, RTCRayHit& r) {
   r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 }
 
-void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
+void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots,
+                    const Draws& draws) const {
   QueryContext context(false, rays.radius, rays.spread, hits.level);
+  context.draws = draws;
   closest(context, rays, hits, mask, n, slots);
 }
 

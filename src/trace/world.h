@@ -17,6 +17,7 @@
 #include "geometry/mesh.h"
 #include "scene/scene.h"
 #include "trace/solids.h"
+#include "trace/strands.h"
 #include "trace/swarm.h"
 #include "trace/user_geometry.h"
 
@@ -39,7 +40,8 @@ enum VisibilityBits : uint32_t {
   kSeenByIndirect = 2,
   kSeenByOpaqueShadow = 4,
   kSeenByClearShadow = 8,
-  kAskedAlone = 16  // closestOn() finds it
+  kAskedAlone = 16,  // closestOn() finds it
+  kSeenByWalks = 32  // manifold walks go through it
 };
 
 // A tessellated primitive as the builder gets it.
@@ -49,7 +51,8 @@ struct ShapeInput {
   std::shared_ptr<geometry::Mesh>
       mesh;                  // taken over: static objects placed once are moved into render space in place
   uint32_t visibility = 15;  // VisibilityBits
-  std::shared_ptr<const UserGeometry> user;  // instead of triangles: `mesh` then holds none (null will do)
+  // Instead of triangles: `mesh` then holds none (null will do), or those that the geometry's facets lie on.
+  std::shared_ptr<const UserGeometry> user;
 };
 // Shapes in one space, placed one or more times.
 struct PartInput {
@@ -112,10 +115,11 @@ class World {
 
   // Closest hits of the listed slots. Camera rays come in aligned runs of 16 slots (4x4 pixels at one sample index)
   // and are traced as such, so that a packet's answer never depends on what else is in the group.
-  void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;  // all slots 0..slots-1
-  void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const;
+  void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots,
+                     const Draws& draws = {}) const;  // all slots 0..slots-1
+  void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots,
+               const Draws& draws = {}) const;
   // On one body each, by slot (see bodyOf), of surfaces that are seen by kAskedAlone, as if there were nothing else.
-  // User geometry of other bodies is met all the same.
   void closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n, const uint32_t* slots) const;
   // A hit before it has a place in Hits.
   struct CollectedHit {
@@ -138,12 +142,15 @@ class World {
 
   bool hasUserGeometry() const { return hasUser_; }
   bool hasStrands() const { return hasStrands_; }         // some mesh is curves or points
+  bool hasRibbons() const { return hasRibbons_; }         // of a kind that faces its rays
   bool hasClearShadows() const { return clearShadows_; }  // some shape lets part of a shadow ray through
   bool isMoving() const { return moving_; }
   const float* center() const { return center_; }  // bounding sphere, render space
   float radius() const { return radius_; }
   uint64_t triangleCount() const { return triangles_; }
   const geometry::Mesh& mesh(uint32_t geometry) const { return *meshes_[geometry]; }
+  // Geometry that shades as its mesh does, at several resolutions (UserGeometry::hasFacets); null: the mesh as it is.
+  const UserGeometry* faceted(uint32_t geometry) const { return faceted_.empty() ? nullptr : faceted_[geometry]; }
   uint32_t geometryCount() const { return uint32_t(meshes_.size()); }
   uint32_t instanceCount() const { return uint32_t(instances_.size()); }
   const Instance& instance(uint32_t i) const { return instances_[i]; }
@@ -206,11 +213,12 @@ class World {
   std::vector<uint32_t> instanceOfTop_;  // Embree instance id -> instance, or none (batch)
   std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
+  std::vector<const UserGeometry*> faceted_;             // by geometry index, of parts_; empty: there are none
   std::vector<Instance> instances_;
   std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
   const Affine* key_ = nullptr;                       // the first, once all are there
   std::vector<std::shared_ptr<const Swarm>> swarms_;  // of the last of the top level's placements
-  std::unique_ptr<Solids> solids_;  // null: none
+  std::unique_ptr<Solids> solids_;                    // null: none
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;
   std::vector<bool> isLost_;                          // by instance; empty: none
@@ -219,7 +227,7 @@ class World {
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
   bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false,
-       watertight_ = false;
+       hasRibbons_ = false, watertight_ = false;
 };
 
 }  // namespace kinora::trace

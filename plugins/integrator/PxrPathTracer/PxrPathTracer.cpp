@@ -4,6 +4,7 @@
 #include <kinora/path_loop.h>
 
 #if KINORA_PLAIN
+#include <iterator>
 #include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
@@ -59,10 +60,16 @@ constexpr Param kParams[] = {
     param::integer("guidingRegions", 2048)
         .range(16, 65536)
         .help("With risPathGuiding: regions of space with a distribution of their own, at most; each takes 16 KB."),
+    pathParameters::kManifoldWalk,
+    pathParameters::kMaxInterfaces,
+    pathParameters::kMaxIterations,
 };
-enum : uint32_t { kMaxPathLength = 15, kRisPathGuiding = 18, kGuidingSamples = 26, kGuidingRegions };
-static_assert(std::string_view(kParams[kRisPathGuiding].name) == "risPathGuiding");
-static_assert(std::string_view(kParams[kGuidingRegions].name) == "guidingRegions");
+enum : uint32_t { kMaxPathLength = 15 };
+constexpr const Param& parameter(std::string_view name) {
+  const Param* p = kParams;
+  while (p->name != name) ++p;
+  return *p;
+}
 
 std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   namespace from = pathParameters;
@@ -75,10 +82,11 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteDepth = from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 0);
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
-  o->guides = info.integer(kRisPathGuiding) != 0;
   const NamedValues values(info, kParams, std::size(kParams));
-  o->guiding.samples = uint32_t(from::within(values, kParams[kGuidingSamples]));
-  o->guiding.regions = uint32_t(from::within(values, kParams[kGuidingRegions]));
+  o->guides = values.number("risPathGuiding") != 0;
+  o->guiding.samples = uint32_t(from::within(values, parameter("guidingSamples")));
+  o->guiding.regions = uint32_t(from::within(values, parameter("guidingRegions")));
+  o->manifold = from::manifold(values);
   return o;
 }
 inline uint32_t learning(const void* data, Learning* out) {
