@@ -88,6 +88,8 @@ struct Group {
   const uint64_t* number;
   const int32_t* pixel[2];  // raster pixel of the sample
   const float* rayWeight;   // camera's weight of the sample
+  // By slot, 1: the path is one of those that the integrator learns from (Services::teach). Null: none is.
+  const uint32_t* teaches = nullptr;
   void* host;
 };
 
@@ -303,6 +305,17 @@ struct StoredRecords {
   const void* records;  // one behind the other; null when there are none
 };
 
+// What an integrator learns over the samples of a frame: a state that camera paths of one epoch read and that follows
+// from what paths of the epochs before have found. Epochs are counts of samples a pixel: sample 0, 1, 2 to 3, 4 to 7 and
+// so on. Which paths teach depends on pixel, sample and seed alone, over the whole picture: those that a crop, a part of
+// the frame's samples, adaptive sampling or the replay of one sample leaves out are followed for the lesson only. So the
+// state of an epoch, and every pixel, is the same for all of them. Only for integrators whose one stage is camera paths.
+struct Learning {
+  uint32_t recordBytes = 0;  // of one record that a path leaves
+  uint32_t samples = 0;      // paths of sample indices below this teach; rounded down to a power of two
+  uint32_t paths = 0;        // about so many paths of an epoch teach at most, in whole blocks of 4 x 4 pixels
+};
+
 // Further places in media where rays scatter, see Services::scatterTowardsLights.
 struct TowardsLights {
   RayList* list = nullptr;  // the rays once more, by the same entries, with hits in media as trace() leaves them
@@ -412,6 +425,11 @@ struct Services {
   void (*scatterTowardsLights)(Group*, RayList*, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights*);
   // What IntegratorFunctions::commit has made of the records; null: nothing.
   const void* (*index)(Group*);
+  // Records that the listed paths leave to be learned from, one each; a path may leave several, one call after the other.
+  // Slots that do not teach must not be listed.
+  void (*teach)(Group*, uint32_t n, const uint32_t* slots, const void* records);
+  // What IntegratorFunctions::learn has made of the epochs before that of the group's samples; null: nothing yet.
+  const void* (*learned)(Group*);
   // Points in space at distance t[entry] along the listed rays: where a medium scatters. The context takes light
   // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
   Context* (*pointsInSpace)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
@@ -444,10 +462,31 @@ struct CommitServices {
   void (*setIndex)(const CommitServices*, const void* index);
 };
 
+// At the end of an epoch, on one thread.
+struct LearnServices {
+  void* host;
+  uint32_t firstSample, lastSample;  // of the epoch, half open
+  float worldCenter[3], worldRadius;
+  StoredRecords records;  // of the epoch, in the order of sample index, path number and teaching
+  // What was learned before, null at the end of the first epoch. It holds until learn() returns.
+  const void* state;
+  uint64_t stateBytes;
+  // Memory for the state from now on, zeroed and aligned to 64 bytes; when it is not asked for the old one stays. It is
+  // plain data without pointers, a function of the records and the state before alone: not of threads. Null: there is
+  // not so much memory, and the frame will end.
+  void* (*makeState)(const LearnServices*, uint64_t bytes);
+  // Memory until learn() returns, aligned to 64 bytes; null as above.
+  void* (*allocate)(const LearnServices*, uint64_t bytes);
+  // Calls body(context, i) for i from 0 to n - 1, on all threads.
+  void (*parallelFor)(const LearnServices*, uint64_t n, void* context, void (*body)(void* context, uint64_t i));
+};
+
 struct IntegratorFunctions {
   void (*integrate)(const void* integrator, uint32_t stage, Group*, const Services*);
   // Makes an index of what the stage stored (null: none is wanted). It must not depend on threads.
   void (*commit)(const void* integrator, uint32_t stage, const CommitServices*) = nullptr;
+  // Makes the state of the next epoch (IntegratorTraits::learning).
+  void (*learn)(const void* integrator, const LearnServices*) = nullptr;
 };
 
 struct IntegratorTraits {
@@ -459,6 +498,8 @@ struct IntegratorTraits {
   uint32_t passSamples = 0;
   // Whether contexts may be points of media (0, null: to this integrator media only take light away).
   uint32_t (*scattersInMedia)(const void* integrator) = nullptr;
+  // What it learns; returns 0 where this node learns nothing (null: none does).
+  uint32_t (*learning)(const void* integrator, Learning* out) = nullptr;
 };
 
 inline uint32_t scatterInMedia(const void*) { return 1; }  // of those that always do

@@ -28,7 +28,8 @@ struct IntegratorPlugin {
   uint32_t (*lists)(const void* integrator, RecordList* out, uint32_t capacity) = nullptr;
   uint32_t passSamples = 0;
   uint32_t (*scattersInMedia)(const void* integrator) = nullptr;
-  constexpr IntegratorTraits traits() const { return {stages, lists, passSamples, scattersInMedia}; }
+  uint32_t (*learning)(const void* integrator, Learning* out) = nullptr;
+  constexpr IntegratorTraits traits() const { return {stages, lists, passSamples, scattersInMedia, learning}; }
 };
 }  // namespace kinora
 #endif
@@ -55,10 +56,15 @@ struct IntegratorRunner {
     if constexpr (requires { &Integrator::commit; })
       Integrator::commit(*static_cast<const Data*>(data), stage, *services);
   }
+  static void learn(const void* data, const LearnServices* services) {
+    if constexpr (requires { &Integrator::learn; }) Integrator::learn(*static_cast<const Data*>(data), *services);
+  }
   template <int W>
   static constexpr IntegratorFunctions table() {
-    if constexpr (requires { &Integrator::commit; }) return {&integrate<W>, &commit};
-    return {&integrate<W>};
+    IntegratorFunctions f{&integrate<W>};
+    if constexpr (requires { &Integrator::commit; }) f.commit = &commit;
+    if constexpr (requires { &Integrator::learn; }) f.learn = &learn;
+    return f;
   }
 };
 

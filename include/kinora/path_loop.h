@@ -2,6 +2,7 @@
 // camera samples. Stock integrators are thin settings over it; authors may use it, or copy the way it calls the
 // services. Included per target.
 #include <kinora/clamp_luminance.h>
+#include <kinora/guiding.h>
 #include <kinora/integrator.h>
 #include <kinora/manifold.h>
 #include <kinora/math/sampling.h>
@@ -25,6 +26,8 @@ struct PathLoopOptions {
   // Light found through a mirror or lens after a diffuse bounce counts. Otherwise shadow rays go straight through
   // glass and take its tint; what refracted paths then find of the same light is left out.
   bool allowCaustics = false;
+  bool guides = false;  // directions by what the frame has learned, see kinora/guiding.h
+  guiding::Options guiding;
   // Manifold walks find the light of its `cheapCaustics` lights behind walkable surfaces, whatever allowCaustics says.
   ManifoldOptions manifold;
 };
@@ -64,6 +67,11 @@ class PathLoop {
     pdf_ = floats(n);
     state_ = words(n);
     flags_ = g_->paths.origin;
+    if (o_.guides) {
+      const auto* state = static_cast<const guiding::State*>(sv_->learned(g_));
+      if (state && state->guides) guide_ = state;
+      if (g_->teaches) lessons_ = new (sv_->alloc(g_, sizeof(Lessons<W>))) Lessons<W>(g_, sv_);
+    }
     for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
     if (sv_->mediaScatter) {
       share_ = floats(n);
@@ -112,10 +120,16 @@ class PathLoop {
     for (uint32_t part = 0; part < parts; ++part) {
       if (part) restoreFirst(hits, live);
       follow(count, contexts, part, parts, mark, onward);
+      if (lessons_) lessons_->end();
     }
   }
 
  private:
+  void contribute(const Contributions& c) {
+    sv_->contribute(g_, &c);
+    if (lessons_) lessons_->collect(c);
+  }
+
   // Beside the bits of RayOrigin. Without caustics:
   enum Flags : uint32_t {
     kHadDiffuse = 1u << kOriginBits,  // some vertex took light samples whose shadow rays went through glass
@@ -323,13 +337,13 @@ class PathLoop {
     for (uint32_t i = 0; i < h.count; ++i)
       for (int c = 0; c < 3; ++c) value[c][i] *= T[c][i];
     const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, state, h.light, LightKind::Shadowed};
-    sv_->contribute(g_, &out);
+    contribute(out);
   }
 
   // Where unshadowed light is wanted, what light samples could have found too is told apart from the rest.
   void contributeFound(const Contributions& all) {
     if (!sv_->wantsUnshadowed) {
-      sv_->contribute(g_, &all);
+      contribute(all);
       return;
     }
     for (const uint32_t kept : {uint32_t(kFromDiscrete), 0u}) {
@@ -351,7 +365,7 @@ class PathLoop {
       part.light = light;
       part.state = state;
       part.kind = kept ? LightKind::Arrives : LightKind::Shadowed;
-      sv_->contribute(g_, &part);
+      contribute(part);
     }
   }
 
@@ -364,7 +378,7 @@ class PathLoop {
       for (uint32_t i = 0; i < all.count; ++i) value[c][i] = all.value[c][i] / share[ray[i]];
     }
     out.kind = LightKind::Unshadowed;
-    sv_->contribute(g_, &out);
+    contribute(out);
   }
 
   // depth: of the ray that found the light, camera rays 0.
@@ -414,7 +428,7 @@ class PathLoop {
     }
     if (!m) return;
     const Contributions out{m, slot, {e[0], e[1], e[2]}, state, light};
-    sv_->contribute(g_, &out);
+    contribute(out);
   }
 
   // Not black; what is not a number counts, so that the film can report it.
@@ -601,7 +615,7 @@ class PathLoop {
       m += uint32_t(pack.count);
     }
     const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
-    sv_->contribute(g_, &out);
+    contribute(out);
   }
 
   // New directions from the contexts' points; returns the slots that go on.
@@ -640,6 +654,9 @@ class PathLoop {
                             slot,
                             flags};
       c.bxdf->generate(&c, c.closure, &ga);
+      ChosenDirections<W> chosen;
+      if (guide_ && !(c.traits & kTraitInSpace))
+        chosen = guideDirections<W>(g_, sv_, *guide_, c, ga, depth, part, parts);
       uint32_t *point = words(c.padded + kPad), *through = words(c.padded + kPad);
       uint32_t *below = words(c.padded + kPad), leaving = 0, sinking = 0;
       for (uint32_t i = 0; i < c.count; i += W) {
@@ -650,6 +667,7 @@ class PathLoop {
         const F p = F::load(pdf + i);
         on = on & (p > F(0.f));
         Vec3<W> t = Vec3<W>::get(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
+        F survival(1.f);
         // Russian roulette on weak paths
         if (depth >= o_.rouletteDepth) {
           F r, unused;
@@ -658,6 +676,7 @@ class PathLoop {
           const F q = clamp(maxComponent(t) * F(1.f / o_.rouletteThreshold), F(0.05f), F(1.f));
           on = on & (r < q);
           t = t * (F(1.f) / q);
+          survival = q;
         }
         on = on & (maxComponent(t) > F(0.f));
         if (c.bxdf->subsurface) {
@@ -678,6 +697,9 @@ class PathLoop {
         const Vec3<W> from = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
         const Int<W> fl = Int<W>::load(flags + i);
         const Mask<W> discrete = (fl & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
+        if (lessons_ && !(c.traits & kTraitInSpace))
+          lessons_->add(on & !discrete, c, i, s, w, t, survival, p, chosen.at(i, p), chosen.isGuided(i),
+                        1.f / float(parts));
         const Rays& r = g_->paths.rays;
         s.put(on, from.x, r.o[0]);
         s.put(on, from.y, r.o[1]);
@@ -838,6 +860,8 @@ class PathLoop {
   float *share_ = nullptr, *firstShare_ = nullptr, *againstLights_ = nullptr;
   uint32_t *state_, *firstState_ = nullptr;
   uint32_t* flags_;
+  const guiding::State* guide_ = nullptr;
+  Lessons<W>* lessons_ = nullptr;
 };
 
 }  // namespace HWY_NAMESPACE

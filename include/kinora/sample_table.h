@@ -34,7 +34,9 @@ enum VertexDimension : uint32_t {  // offsets within a vertex's dimensions
   kDimRoulette = 2,
   kDimLightChoice = 3,
   kDimLight = 4,
-  kDimMedium = 6,  // where the ray on the way here is scattered
+  kDimGuide = 5,        // of directions that a frame has learned (guiding.h)
+  kDimMedium = 6,       // where the ray on the way here is scattered
+  kDimGuideChoice = 7,  // between those and the material's own
   kDimUser = 8,
   kDimPattern = 13,  // of patterns that trace, and the one behind it
   kDimBelow = 15     // of paths below the surface, and of directions that they come out in

@@ -59,7 +59,7 @@ bool fits(uint64_t bytes) {
 const char* nameOf(MemoryUse use) {
   static const char* const kNames[] = {"program", "scene description", "meshes",   "bvh (Embree)",
                                        "film",    "pictures",          "textures", "records between stages",
-                                       "lights"};
+                                       "what paths learn", "lights"};
   static_assert(std::size(kNames) == kUses);
   return kNames[size_t(use)];
 }

@@ -21,6 +21,7 @@ enum class MemoryUse : uint8_t {
   Pictures,
   Textures,
   Records,
+  Learned,
   Lights,
   Count
 };

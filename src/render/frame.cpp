@@ -28,6 +28,15 @@ uint64_t now() {
           .count());
 }
 
+// What the integrator wants to learn, if it learns at all.
+std::optional<Learning> learningOf(const Descriptor& integrator, const void* data) {
+  const auto* traits = static_cast<const IntegratorTraits*>(integrator.traits);
+  Learning wanted;
+  if (!traits || !traits->learning || !traits->learning(data, &wanted)) return {};
+  if (!wanted.recordBytes || !wanted.samples || !wanted.paths) return {};
+  return wanted;
+}
+
 }  // namespace
 
 struct Frame::Times {
@@ -56,14 +65,7 @@ class Frame::RayLoop final : public Hider {
           // a block that touches the window is traced whole: its packet must not depend on the crop
           if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
           if (b.active && !b.active->isActive(x0, y0)) continue;
-          for (int k = 0; k < kBlock * kBlock; ++k) {
-            const int x = x0 + k % kBlock, y = y0 + k / kBlock;
-            s.pixelX()[n] = x;
-            s.pixelY()[n] = y;
-            s.group().paths.sampleIndex[n] = uint32_t(sample);
-            s.group().paths.sampleSeed[n] = pixelSeed(x, y, b.seed);
-            ++n;
-          }
+          frame_.addBlock(s, x0, y0, sample, n);
           if (n == size) {
             run();
             w.begin(size, StageKind::CameraPaths);
@@ -175,6 +177,7 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
   rayLoop_ = std::make_unique<RayLoop>(*this);
   hider_ = in_.hider ? in_.hider : rayLoop_.get();
+  makeLearned();
 }
 
 Frame::~Frame() = default;
@@ -184,33 +187,147 @@ uint64_t Frame::pathsOf(const Stage& s) const {
   return uint64_t(s.pathsPerSample) * uint64_t(camera.resolution[0]) * uint64_t(camera.resolution[1]);
 }
 
-bool Frame::pass(int first, int last) {
+void Frame::makeLearned() {
+  learned_.reset();
+  for (const auto& w : workers_) w->learned = nullptr;
+  lessons_.clear();
+  taughtTo_ = 0;
+  const std::optional<Learning> wanted = learningOf(*in_.integrator, in_.integratorData);
+  if (!wanted || hider_ != rayLoop_.get()) return;
+  learnsAsWanted_ = functions_->learn && !store_ && stages_.size() == 1 && stages_[0].kind == StageKind::CameraPaths;
+  if (!learnsAsWanted_) return;
+  const CameraState& camera = in_.world->camera();
+  const Services& services = workers_[0]->services();
+  LearnedState::Input input;
+  input.wanted = *wanted;
+  input.learn = functions_->learn;
+  input.integrator = in_.integratorData;
+  for (int c = 0; c < 3; ++c) input.worldCenter[c] = services.worldCenter[c];
+  input.worldRadius = services.worldRadius;
+  for (int c = 0; c < 2; ++c) input.resolution[c] = camera.resolution[size_t(c)];
+  input.seed = in_.seed;
+  input.threads = int(workers_.size());
+  learned_ = std::make_unique<LearnedState>(input);
+  for (const auto& w : workers_) w->learned = learned_.get();
+}
+
+bool Frame::parallel(const std::function<bool(size_t worker)>& next) {
   std::atomic<bool> stopped{false};
-  const auto parallel = [&](const std::function<bool(size_t worker)>& next) {
-    // one loop a thread; each takes the next item until there is none
-    const auto body = [&](size_t t) {
-      setThreadFloatMode();
-      while (next(t)) {
-        if (in_.stop && in_.stop->load(std::memory_order_relaxed)) {
-          stopped = true;
-          break;
-        }
-        if (store_ && store_->isRefused()) break;  // endStage() says so
+  const auto body = [&](size_t t) {
+    setThreadFloatMode();
+    while (next(t)) {
+      if (in_.stop && in_.stop->load(std::memory_order_relaxed)) {
+        stopped = true;
+        break;
       }
-    };
-    if (workers_.size() == 1) {
-      body(0);
-      return;
+      // endStage() and endEpoch() say so
+      if ((store_ && store_->isRefused()) || (learned_ && learned_->isRefused())) break;
     }
+  };
+  if (workers_.size() == 1) {
+    body(0);
+  } else {
     tbb::task_arena arena(int(workers_.size()));
     arena.execute([&] { tbb::parallel_for(size_t(0), workers_.size(), body, tbb::simple_partitioner()); });
-  };
+  }
+  return !stopped;
+}
+
+// Ends all epochs before that of `sample`; lessons that passes left out are followed first.
+bool Frame::learnUpTo(int sample) {
+  const int wanted = std::min(LearnedState::endOfEpoch(sample) / 2, learned_->samples());
+  while (learned_->epochLast() <= wanted) {
+    const int last = learned_->epochLast();
+    if (taughtTo_ < last) {
+      lessons_.push_back({taughtTo_, last, {}});
+      taughtTo_ = last;
+    }
+    for (const Lesson& l : lessons_)
+      if (!teach(l)) return false;
+    lessons_.clear();
+    learned_->endEpoch();
+  }
+  return true;
+}
+
+// Follows the paths of a lesson; they leave nothing in the picture.
+bool Frame::teach(const Lesson& lesson) {
+  constexpr int kTile = 64;
+  const auto& resolution = in_.world->camera().resolution;
+  const int columns = (resolution[0] + kTile - 1) / kTile, rows = (resolution[1] + kTile - 1) / kTile;
+  std::atomic<int> item{0};
+  teaches_ = true;
+  const bool isDone = parallel([&](size_t t) {
+    const int i = item.fetch_add(1, std::memory_order_relaxed);
+    if (i >= columns * rows) return false;
+    const int left = i % columns * kTile, top = i / columns * kTile;
+    Worker& w = *workers_[t];
+    shade::GroupState& s = w.state();
+    uint32_t n = 0;
+    w.begin(in_.groupSize, StageKind::CameraPaths);
+    for (int sample = lesson.first; sample < lesson.last; ++sample)
+      for (int y0 = top; y0 < top + kTile; y0 += kBlock)
+        for (int x0 = left; x0 < left + kTile; x0 += kBlock) {
+          if (!learned_->teaches(x0, y0, sample)) continue;
+          if (lesson.done && lesson.done->isActive(x0, y0)) continue;
+          addBlock(s, x0, y0, sample, n);
+          if (n == in_.groupSize) {
+            cameraGroup(w, n, 0);
+            w.begin(in_.groupSize, StageKind::CameraPaths);
+            n = 0;
+          }
+        }
+    if (n) cameraGroup(w, n, 0);
+    return true;
+  });
+  teaches_ = false;
+  return isDone;
+}
+
+// The samples of a 4 x 4 block.
+void Frame::addBlock(shade::GroupState& s, int x0, int y0, int sample, uint32_t& n) const {
+  for (int k = 0; k < kBlock * kBlock; ++k, ++n) {
+    const int x = x0 + k % kBlock, y = y0 + k / kBlock;
+    s.pixelX()[n] = x;
+    s.pixelY()[n] = y;
+    s.group().paths.sampleIndex[n] = uint32_t(sample);
+    s.group().paths.sampleSeed[n] = pixelSeed(x, y, in_.seed);
+  }
+}
+
+bool Frame::pass(int first, int last) {
+  while (learned_ && first < last) {
+    const int epoch = LearnedState::endOfEpoch(first);
+    if (learned_->epochFirst() > epoch / 2) makeLearned();  // a frame that starts again
+    if (!learnUpTo(first)) return false;
+    if (first >= learned_->samples()) break;
+    // one state for all samples of an epoch
+    const int end = std::min(last, epoch);
+    if (taughtTo_ < first) lessons_.push_back({taughtTo_, first, {}});
+    const bool isNew = taughtTo_ <= first;
+    teaches_ = isNew;
+    const bool isDone = renderPass(first, end);
+    teaches_ = false;
+    if (!isDone) return false;
+    if (isNew) {
+      const auto& win = in_.world->camera().window;
+      lessons_.push_back(
+          {first, end, in_.active ? *in_.active : ActiveBlocks(image::Window{win[0], win[1], win[2], win[3]})});
+      taughtTo_ = end;
+    }
+    first = end;
+  }
+  return first >= last || renderPass(first, last);
+}
+
+bool Frame::renderPass(int first, int last) {
+  bool stopped = false;
   if (store_) store_->beginPass();
   for (uint32_t s = 0; s < stages_.size() && !stopped; ++s) {
     std::atomic<size_t> item{0};
     if (store_) store_->beginStage(s);
     if (stages_[s].kind == StageKind::CameraPaths) {
-      parallel([&](size_t t) {
+      stopped = !parallel([&](size_t t) {
         const size_t i = item.fetch_add(1, std::memory_order_relaxed);
         if (i >= buckets_.size()) return false;
         Worker& w = *workers_[t];
@@ -227,7 +344,7 @@ bool Frame::pass(int first, int last) {
       const uint64_t paths = pathsOf(stages_[s]);
       const uint64_t perItem = in_.groupSize;
       const uint64_t items = (paths + perItem - 1) / perItem;
-      parallel([&](size_t t) {
+      stopped = !parallel([&](size_t t) {
         const size_t i = item.fetch_add(1, std::memory_order_relaxed);
         if (i >= items * uint64_t(last - first)) return false;
         const uint64_t from = (i % items) * perItem;
@@ -367,6 +484,12 @@ void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
   auto& times = times_->byWorker[w.index];
   const uint64_t t0 = now();
   cameraRays(w, count);
+  if (teaches_ && learned_) {
+    uint32_t* teaches = s.arena().make<uint32_t>(padded(count));
+    for (uint32_t i = 0; i < padded(count); ++i)
+      teaches[i] = i < count && learned_->teaches(s.pixelX()[i], s.pixelY()[i], int(s.group().paths.sampleIndex[i]));
+    s.group().teaches = teaches;
+  }
   const uint64_t t1 = now();
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
   times[0] += t1 - t0;
@@ -472,6 +595,7 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
   const auto& res = in_.world->camera().resolution;
   if (x < 0 || y < 0 || x >= res[0] || y >= res[1] || sample < 0) return false;
   setThreadFloatMode();
+  if (learned_ && !learnUpTo(sample)) return false;
   const uint32_t stage = replayEarlierStages(sample);
   Worker& w = *workers_[0];
   w.begin(16, StageKind::CameraPaths);

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "film/film.h"
@@ -13,6 +14,7 @@
 #include "render/adaptive.h"
 #include "render/filters.h"
 #include "render/hider.h"
+#include "render/learned_state.h"
 #include "render/services.h"
 
 namespace kinora::render {
@@ -56,12 +58,28 @@ class Frame {
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   uint64_t arenaBytes() const;
   uint64_t droppedRecords() const { return store_ ? store_->dropped() : 0; }
+  // Null: the integrator learns nothing.
+  const LearnedState* learned() const { return learned_.get(); }
+  // False where the integrator wants to learn and cannot, see kinora/integrator.h, Learning.
+  bool learnsAsWanted() const { return learnsAsWanted_; }
 
  private:
   struct Bucket {
     int x, y;
   };
   class RayLoop;
+  // Paths that have not taught yet: of samples [first, last), where `done` is not active (none: everywhere).
+  struct Lesson {
+    int first, last;
+    std::optional<ActiveBlocks> done;
+  };
+  // One loop a thread; each takes the next item until there is none. False when stopped.
+  bool parallel(const std::function<bool(size_t worker)>& next);
+  bool renderPass(int first, int last);
+  void makeLearned();
+  bool learnUpTo(int sample);
+  bool teach(const Lesson& lesson);
+  void addBlock(shade::GroupState& s, int x0, int y0, int sample, uint32_t& n) const;
   void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
   void retire(Worker& w, uint32_t count);
   void addNoise(uint32_t count, const float* const* colour, const float* tolerance, shade::GroupState& s);
@@ -85,6 +103,11 @@ class Frame {
   std::unique_ptr<Times> times_;
   std::atomic<double> firstGroupAge_{-1};  // of the process, when its first samples became pixels
   std::unique_ptr<PassStore> store_;       // null: the integrator keeps no records
+  std::unique_ptr<LearnedState> learned_;
+  bool learnsAsWanted_ = true;
+  bool teaches_ = false;         // paths of the groups that are rendered now may teach
+  int taughtTo_ = 0;             // samples below this have taught, or are among the lessons owed
+  std::vector<Lesson> lessons_;  // owed before the epoch ends
 };
 
 }  // namespace kinora::render

@@ -568,6 +568,12 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
                               " records that the integrator wanted to keep belong to no list that this stage writes",
                           "they were dropped",
                           "the plug-in declares its lists of records, each with the stage that writes it");
+    if (!frame->learnsAsWanted())
+      diagnostics.warning("RENDER-LEARNING", {},
+                          std::string(integrator.plugin()->name) +
+                              " wants to learn, but has other stages than camera paths, or no function for it",
+                          "it renders with nothing learned",
+                          "the plug-in has one stage and IntegratorFunctions::learn");
     if (stats.endlessRays)
       diagnostics.warning(
           "RENDER-PASSES", {},
@@ -600,6 +606,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.textureBytes = t.cacheBytes;
     stats.memory.push_back({"film", film->bytes()});
     stats.memory.push_back({"group arenas", frame->arenaBytes()});
+    if (frame->learned()) stats.memory.push_back({"learned by paths (peak)", frame->learned()->mostBytes()});
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {

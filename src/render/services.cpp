@@ -200,6 +200,20 @@ struct Worker::Calls {
   }
   static void noteWalks(Group* g, const WalkNote* note) { of(g).noteWalks(*note); }
   static const void* index(Group* g) { return of(g).store ? of(g).store->index() : nullptr; }
+  static void teach(Group* g, uint32_t n, const uint32_t* slots, const void* records) {
+    Worker& w = of(g);
+    if (!w.learned || !g->teaches) return;
+    const size_t bytes = w.learned->recordBytes();
+    const auto* at = static_cast<const std::byte*>(records);
+    // runs of slots that teach: what others leave is dropped
+    for (uint32_t first = 0, end; first < n; first = end) {
+      const bool teaches = g->teaches[slots[first]];
+      for (end = first + 1; end < n && bool(g->teaches[slots[end]]) == teaches;) ++end;
+      if (teaches)
+        w.learned->add(w.index, end - first, slots + first, g->number, g->paths.sampleIndex, at + first * bytes);
+    }
+  }
+  static const void* learned(Group* g) { return of(g).learned ? of(g).learned->state() : nullptr; }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
 
@@ -253,6 +267,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.stored = &Calls::stored;
   s.findStored = &Calls::findStored;
   s.index = &Calls::index;
+  s.teach = &Calls::teach;
+  s.learned = &Calls::learned;
   s.traceWalks = &Calls::traceWalks;
   s.walkTargets = &Calls::walkTargets;
   s.deltaLights = &Calls::deltaLights;

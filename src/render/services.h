@@ -13,6 +13,7 @@
 #include "film/light_paths.h"
 #include "film/splat_filter.h"
 #include "film/sources.h"
+#include "render/learned_state.h"
 #include "render/pass_store.h"
 #include "render/statistics.h"
 #include "render/world_build.h"
@@ -90,6 +91,7 @@ class Worker {
   std::vector<float*> filterWeights;  // by filter of the film's layout: of the samples of the group
   size_t index = 0;                   // of the worker in its frame
   PassStore* store = nullptr;         // of its frame; null: the integrator keeps no records
+  LearnedState* learned = nullptr;    // of its frame; null: the integrator learns nothing
 
  private:
   struct Calls;

@@ -5,6 +5,7 @@
 
 #if KINORA_PLAIN
 #include <iterator>
+#include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrPathTracer {
@@ -41,7 +42,11 @@ constexpr Param kParams[] = {
     pathParameters::kMaxPathLength,
     param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
     param::integer("maxContinuationLength", -1).range(-1, 1000).help("No effect yet."),
-    param::integer("risPathGuiding", 0).range(0, 1).help("No effect yet."),
+    param::integer("risPathGuiding", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Learn where light comes from over the first samples, and choose directions by that and the materials "
+              "together: for light that comes through narrow gaps."),
     param::integer("jointSampling", 0).range(0, 1).help("Volumes. No effect yet."),
     param::number("jointScatteringBias", 0.5f).range(0, 1).help("Volumes. No effect yet."),
     param::integer("numVolumeAggregateSamples", 1).range(1, 64).help("Volumes. No effect yet."),
@@ -49,11 +54,22 @@ constexpr Param kParams[] = {
     param::string("volumeAggregateCamera", "").help("Volumes. No effect yet."),
     param::string("volumeAggregateIndirect", "").help("Volumes. No effect yet."),
     param::string("volumeAggregateTransmission", "").help("Volumes. No effect yet."),
+    param::integer("guidingSamples", 64)
+        .range(1, 4096)
+        .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two."),
+    param::integer("guidingRegions", 2048)
+        .range(16, 65536)
+        .help("With risPathGuiding: regions of space with a distribution of their own, at most; each takes 16 KB."),
     pathParameters::kManifoldWalk,
     pathParameters::kMaxInterfaces,
     pathParameters::kMaxIterations,
 };
 enum : uint32_t { kMaxPathLength = 15 };
+constexpr const Param& parameter(std::string_view name) {
+  const Param* p = kParams;
+  while (p->name != name) ++p;
+  return *p;
+}
 
 std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   namespace from = pathParameters;
@@ -66,8 +82,17 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteDepth = from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 0);
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
-  o->manifold = from::manifold(NamedValues(info, kParams, std::size(kParams)));
+  const NamedValues values(info, kParams, std::size(kParams));
+  o->guides = values.number("risPathGuiding") != 0;
+  o->guiding.samples = uint32_t(from::within(values, parameter("guidingSamples")));
+  o->guiding.regions = uint32_t(from::within(values, parameter("guidingRegions")));
+  o->manifold = from::manifold(values);
   return o;
+}
+inline uint32_t learning(const void* data, Learning* out) {
+  const auto& o = *static_cast<const PathLoopOptions*>(data);
+  *out = guiding::learning(o.guiding);
+  return o.guides;
 }
 }  // namespace kinora::pxrPathTracer
 #endif
@@ -75,18 +100,16 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
 KINORA_KERNELS_BEGIN
 using namespace pxrPathTracer;
 
-struct Runner {
+struct PxrPathTracer {
+  using Data = PathLoopOptions;
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
-    PathLoop<W>(group, services, *static_cast<const PathLoopOptions*>(integrator)).run();
+  static void integrate(const Data& options, uint32_t, Group& group, const Services& services) {
+    PathLoop<W>(&group, &services, options).run();
   }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
-  }
+  static void learn(const Data& options, const LearnServices& services) { guiding::learn(options.guiding, services); }
 };
 
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrPathTracer, Runner, IntegratorPlugin, .help = "Forward path tracing with next-event estimation.",
-              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia)
+KINORA_INTEGRATOR(PxrPathTracer, .help = "Forward path tracing with next-event estimation.", .params = kParams,
+                  .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia, .learning = learning)

@@ -1,0 +1,318 @@
+// Path guiding in kernels: what guiding_state.h holds, looked up and sampled for W points, the choice of directions by
+// it, and the lessons that paths leave. Called by path_loop.h where directions are made; an integrator of one's own does
+// the same. Included per target.
+//
+// A direction is chosen by resampling (Talbot et al., "Importance Resampling for Global Illumination", 2005) of two
+// candidates, one of the bxdf and one of what was learned: in proportion to bxdf times radiance, so that their product is
+// followed. A candidate x of density p has the weight m f(x) g(x) / p, where g is the learned radiance and the shares m
+// of both techniques sum to one at each x (balance heuristic; directions of discrete lobes and those below the surface
+// are the bxdf's alone). The sum of the weights over f g of the one chosen stands for one over its density, whatever g is, as
+// long as it is above 0: a wrong g makes noise, no bias.
+#include <kinora/guiding_state.h>
+#include <kinora/integrator.h>
+#include <kinora/math/sampling.h>
+#include <kinora/random.h>
+
+#if defined(KINORA_GUIDING_H_TARGET) == defined(HWY_TARGET_TOGGLE)
+#ifdef KINORA_GUIDING_H_TARGET
+#undef KINORA_GUIDING_H_TARGET
+#else
+#define KINORA_GUIDING_H_TARGET
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+
+// Distributions over directions, by region.
+template <int W>
+class Guides {
+  using F = Float<W>;
+  using I = Int<W>;
+
+ public:
+  explicit Guides(const guiding::State* state)
+      : s_(state),
+        tree_(state->at(state->tree)),
+        splits_(state->floats(state->splits)),
+        density_(state->floats(state->density)) {}
+
+  // Entries of the octree at places: the region in the bits of kRegion, kIsOn where it guides.
+  KN_INLINE I find(Vec3<W> P) const {
+    const F scale(s_->scale), most(float((1u << guiding::kDepth) - 1));
+    I g[3];
+    const F at[3] = {P.x, P.y, P.z};
+    for (int c = 0; c < 3; ++c) g[c] = toInt(min(max((at[c] - F(s_->low[c])) * scale, F(0.f)), most));
+    I e = gather(tree_, I(0));
+    for (uint32_t k = guiding::kDepth; k-- > 0;) {
+      const Mask<W> inner = e >= I(0);  // no leaf: its highest bit is clear
+      if (inner.none()) break;
+      const I bit(1u << k);
+      const auto isSet = [&](I x) { return (x & bit) != I(0); };
+      I child = select(isSet(g[0]), I(1), I(0));
+      child = child + select(isSet(g[1]), I(2), I(0));
+      child = child + select(isSet(g[2]), I(4), I(0));
+      e = select(inner, gather(tree_, select(inner, e + child, I(0))), e);
+    }
+    return e;
+  }
+  static KN_INLINE Mask<W> isOn(I entry) { return (entry & I(guiding::kIsOn)) != I(0); }
+  static KN_INLINE I regionOf(I entry) { return entry & I(guiding::kRegion); }
+
+  // The cell of a direction on the octahedral map.
+  static KN_INLINE I cellOf(Vec3<W> d) {
+    const F l = F(1.f) / (abs(d.x) + abs(d.y) + abs(d.z));
+    F a = d.x * l, b = d.y * l;
+    const Mask<W> below = d.z < F(0.f);
+    const F p = F(1.f) - abs(b), q = F(1.f) - abs(a);
+    const F a2 = copySign(p, a), b2 = copySign(q, b);
+    a = select(below, a2, a);
+    b = select(below, b2, b);
+    const F half(guiding::kSide * 0.5f), most(float(guiding::kSide - 1));
+    const I x = toInt(clamp(fma(a, half, half), F(0.f), most)), y = toInt(clamp(fma(b, half, half), F(0.f), most));
+    return spread(x).template shl<1>() | spread(y);
+  }
+  // Per solid angle, of sample() making d.
+  KN_INLINE F density(I region, Vec3<W> d) const {
+    const F l = abs(d.x) + abs(d.y) + abs(d.z);
+    return gather(density_, region * I(guiding::kCells) + cellOf(d)) / (l * l * l);
+  }
+  KN_INLINE Vec3<W> sample(I region, F u, F v, F& pdf) const {
+    const I base = region * I(guiding::kCells);
+    I node(1), x(0), y(0);
+    for (uint32_t k = 0; k < guiding::kLevels; ++k) {
+      const I right = half(base, node, u);
+      const I upper = half(base, node, v);
+      x = x + x + right;
+      y = y + y + upper;
+    }
+    const F size(2.f / guiding::kSide), inside(0.99999994f);
+    F a = fma(toFloat(x) + min(u, inside), size, F(-1.f)), b = fma(toFloat(y) + min(v, inside), size, F(-1.f));
+    const F r = F(1.f) - abs(a) - abs(b);
+    const Mask<W> below = r < F(0.f);
+    const F p = F(1.f) - abs(b), q = F(1.f) - abs(a);
+    const F a2 = copySign(p, a), b2 = copySign(q, b);
+    const Vec3<W> onOctahedron(select(below, a2, a), select(below, b2, b), r);
+    const F l2 = dot(onOctahedron, onOctahedron), l = sqrt(l2);
+    pdf = gather(density_, base + (node - I(guiding::kCells))) * l * l2;
+    return onOctahedron * (F(1.f) / l);
+  }
+
+ private:
+  // One step down: which half u falls to, and where in it.
+  KN_INLINE I half(I base, I& node, F& u) const {
+    const F p = gather(splits_, base + node);
+    const Mask<W> second = u >= p;
+    u = select(second, (u - p) / (F(1.f) - p), u / p);
+    const I bit = select(second, I(1), I(0));
+    node = node + node + bit;
+    return bit;
+  }
+  // Zeros between the bits.
+  static KN_INLINE I spread(I x) {
+    x = (x | x.template shl<4>()) & I(0x10f);
+    x = (x | x.template shl<2>()) & I(0x133);
+    return (x | x.template shl<1>()) & I(0x155);
+  }
+
+  const guiding::State* s_;
+  const uint32_t* tree_;
+  const float *splits_, *density_;
+};
+
+// Random numbers of a vertex: of the learned candidate, and which of both is followed.
+
+// Of the directions that a context's points go on in: one over the density with which they were chosen (a number
+// that has this expectation), and where they were guided.
+template <int W>
+struct ChosenDirections {
+  float* inverse = nullptr;    // null: one over the pdf
+  uint32_t* guided = nullptr;  // 1: resampled
+  KN_INLINE Float<W> at(uint32_t i, Float<W> pdf) const {
+    return inverse ? Float<W>::load(inverse + i) : Float<W>(1.f) / max(pdf, Float<W>(1e-38f));
+  }
+  KN_INLINE Mask<W> isGuided(uint32_t i) const {
+    return guided ? Int<W>::load(guided + i) != Int<W>(0) : Mask<W>(false);
+  }
+};
+
+// How much of what was learned counts; the rest is even over all directions, so that none is left out.
+inline constexpr float kGuideShare = 0.25f;
+
+// Resamples the directions in `made` (generate()'s, of points of the context). Where it chooses the other candidate it
+// writes direction, weight, slot and flags; pdf stays that of the bxdf making the direction, which is what weights
+// beside light samples reckon with, and weight / pdf stands for bxdf over density.
+template <int W>
+ChosenDirections<W> guideDirections(Group* group, const Services* services, const guiding::State& state,
+                                    const Context& c, const GenerateArgs& made, uint32_t depth, uint32_t part,
+                                    uint32_t parts) {
+  using F = Float<W>;
+  using I = Int<W>;
+  const Guides<W> guides(&state);
+  const auto floats = [&] { return static_cast<float*>(services->alloc(group, c.padded * sizeof(float))); };
+  const auto words = [&] { return static_cast<uint32_t*>(services->alloc(group, c.padded * sizeof(uint32_t))); };
+  uint32_t* entry = words();
+  Mask<W> any(false);
+  for (uint32_t i = 0; i < c.padded; i += W) {
+    const I e = guides.find(Vec3<W>::load(c.P, i));
+    e.store(entry + i);
+    any = any | Guides<W>::isOn(e);
+  }
+  if (any.none()) return {};
+  float *wi[3], *pdf = floats(), *own = floats();
+  for (float*& x : wi) x = floats();
+  for (uint32_t i = 0; i < c.padded; i += W) {
+    const I e = I::load(entry + i);
+    F u, v, p;
+    draw2(services->samples, I::load(c.sampleSeed + i), I::load(c.sampleIndex + i) * I(parts) + I(part),
+          dimensionAt(depth) + kDimGuide, u, v);
+    const Mask<W> on = Guides<W>::isOn(e);
+    const Vec3<W> d = guides.sample(select(on, Guides<W>::regionOf(e), I(0)), u, v, p);
+    select(on, d, Vec3<W>::load(c.N, i)).store(wi, i);
+    zeroUnless(on, p).store(own + i);
+  }
+  EvaluateArgs e{};
+  for (int k = 0; k < 3; ++k) e.wi[k] = wi[k];
+  for (uint32_t l = 0; l < c.slotCount; ++l)
+    for (float*& x : e.weight[l]) x = floats();
+  e.pdf = pdf;
+  c.bxdf->evaluate(&c, c.closure, &e);
+  ChosenDirections<W> out{floats(), words()};
+  const F all(1.f / 3.f), uniform(1.f - kGuideShare), scale(kGuideShare * 12.5663706f);
+  const auto level = [&](Vec3<W> x) { return (abs(x.x) + abs(x.y) + abs(x.z)) * all; };
+  for (uint32_t i = 0; i < c.padded; i += W) {
+    const I place = I::load(entry + i), region = Guides<W>::regionOf(place);
+    const Mask<W> on = Guides<W>::isOn(place);
+    const F p1 = F::load(made.pdf + i);
+    (F(1.f) / max(p1, F(1e-38f))).store(out.inverse + i);
+    select(on, I(1), I(0)).store(out.guided + i);
+    if (on.none()) continue;
+    // that of the bxdf
+    const Vec3<W> d1 = Vec3<W>::load(made.wi, i), f1 = Vec3<W>::load(made.weight, i);
+    const I flags = I::load(made.flags + i);
+    const Mask<W> is = (p1 > F(0.f)) & (I::load(made.slot + i) != I(kNoLobe));
+    const Mask<W> below = (flags & I(uint32_t(kSampleBelow))) != I(0);
+    const Mask<W> alone = below | ((flags & I(uint32_t(kSampleDiscrete))) != I(0));
+    const F q1 = guides.density(select(on, region, I(0)), select(is & !below, d1, Vec3<W>::load(c.N, i)));
+    const F g1 = select(below, F(1.f), fma(q1, scale, uniform));
+    const F t1 = level(f1) * g1;
+    const F w1 = zeroUnless(on & is, select(alone, t1 / max(p1, F(1e-38f)), t1 / max(p1 + q1, F(1e-38f))));
+    // the learned one
+    const F p2 = F::load(pdf + i), q2 = F::load(own + i);
+    const Vec3<W> d2 = Vec3<W>::load(wi, i);
+    Vec3<W> sum(0.f);
+    for (uint32_t l = 0; l < c.slotCount; ++l) sum += Vec3<W>::load(e.weight[l], i);
+    F f2(0.f);
+    for (uint32_t l = 0; l < c.slotCount; ++l) f2 = f2 + level(Vec3<W>::load(e.weight[l], i));
+    const F g2 = fma(q2, scale, uniform);
+    const F w2 = zeroUnless(on & (p2 > F(0.f)) & (f2 > F(0.f)), f2 * g2 / max(p2 + q2, F(1e-38f)));
+    const F total = w1 + w2;
+    F choice, lobe;
+    draw2(services->samples, I::load(c.sampleSeed + i), I::load(c.sampleIndex + i) * I(parts) + I(part),
+          dimensionAt(depth) + kDimGuideChoice, choice, lobe);
+    const Mask<W> second = on & (choice * total >= w1) & (w2 > F(0.f));
+    const F inverse = total / max(select(second, f2 * g2, t1), F(1e-38f));
+    const F p = select(second, p2, p1);
+    // a slot in proportion to what it scatters
+    Vec3<W> f(0.f);
+    I slot(0);
+    F passed(0.f);
+    const F goal = lobe * f2;
+    Mask<W> open(true);
+    for (uint32_t l = 0; l < c.slotCount; ++l) {
+      const Vec3<W> x = Vec3<W>::load(e.weight[l], i);
+      const F own2 = level(x);
+      passed = passed + own2;
+      const Mask<W> take = open & (own2 > F(0.f));
+      f = select(take, x * (f2 / max(own2, F(1e-38f))), f);
+      slot = select(take, I(l), slot);
+      open = open & !(take & (goal < passed));
+    }
+    const F by = select(on & (total > F(0.f)), inverse * p, F(1.f));
+    (select(second, f, f1) * by).store(made.weight, i);
+    select(second, d2, d1).store(made.wi, i);
+    select(second, p, p1).store(made.pdf + i);
+    select(second, slot, I::load(made.slot + i)).store(made.slot + i);
+    const I through = select(dot(Vec3<W>::load(c.Ng, i), d2) < F(0.f), I(uint32_t(kSampleTransmit)), I(0));
+    select(second, through, flags).store(made.flags + i);
+    select(on & (total > F(0.f)), inverse, F::load(out.inverse + i)).store(out.inverse + i);
+  }
+  return out;
+}
+
+// The lessons of a group's paths. Lives in the group's memory, from the first direction of a path to its end.
+template <int W>
+class Lessons {
+  using F = Float<W>;
+  using I = Int<W>;
+
+ public:
+  static constexpr uint32_t kVertices = 8;  // of a path, the first ones
+
+  Lessons(Group* group, const Services* services) : g_(group), sv_(services) {
+    capacity_ = padded(g_->count) * kVertices;
+    const auto floats = [&](uint32_t n) { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); };
+    for (float*& x : P_) x = floats(capacity_);
+    for (float** x : {&inverse_, &throughput_, &before_, &ratio_}) *x = floats(capacity_);
+    slot_ = reinterpret_cast<uint32_t*>(floats(capacity_));
+    cell_ = reinterpret_cast<uint32_t*>(floats(capacity_));
+    found_ = floats(g_->padded);
+    std::memset(found_, 0, g_->padded * sizeof(float));
+  }
+
+  // Light that the paths have found.
+  void collect(const Contributions& c) {
+    if (c.kind == LightKind::Unshadowed) return;
+    for (uint32_t i = 0; i < c.count; ++i)
+      found_[c.slot[i]] += (c.value[0][i] + c.value[1][i] + c.value[2][i]) * (1.f / 3.f);
+  }
+
+  // Directions that W points of a context go on in, from i on: the throughput of their paths from there, and the chance
+  // with which these survived that is in it; the density of the bxdf, and one over that of the choice. share: of what
+  // the paths find what counts for each direction, one of several of a vertex.
+  KN_INLINE void add(Mask<W> on, const Context& c, uint32_t i, const Slots<W>& s, Vec3<W> d, Vec3<W> throughput,
+                     F survival, F pdf, F inverse, Mask<W> guided, float share) {
+    on = on & (s.get(g_->teaches) != I(0));
+    if (on.none() || count_ + uint32_t(W) > capacity_) return;
+    const Packer<W> pack(on);
+    Vec3<W>::load(c.P, i).pack(pack, P_, count_);
+    pack.put(inverse / survival, inverse_ + count_);
+    pack.put((throughput.x + throughput.y + throughput.z) * F(share / 3.f), throughput_ + count_);
+    pack.put(s.get(found_), before_ + count_);
+    pack.put(F(1.f) / max(inverse * pdf, F(1e-30f)), ratio_ + count_);
+    pack.put(s.s, slot_ + count_);
+    pack.put(Guides<W>::cellOf(d) | select(guided, I(guiding::kWasGuided), I(0)), cell_ + count_);
+    count_ += uint32_t(pack.count);
+  }
+
+  // The paths have ended.
+  void end() {
+    if (!count_) return;
+    const MemoryMark mark = sv_->markMemory(g_);
+    auto* lessons = static_cast<guiding::Lesson*>(sv_->alloc(g_, (count_ + kPad) * sizeof(guiding::Lesson)));
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count_; ++i) {
+      const float light = found_[slot_[i]] - before_[i], radiance = light / throughput_[i];
+      const float weight = std::min(inverse_[i], guiding::kLargestWeight), arriving = radiance * radiance * weight;
+      const float guided = std::fabs(light), plain = guided * std::min(ratio_[i], 8.f);
+      if (!(arriving < 1e30f) || !(guided < 1e30f) || !(plain < 1e30f)) continue;  // no number either
+      lessons[n] = {{P_[0][i], P_[1][i], P_[2][i]}, cell_[i], arriving, guided, plain};
+      slot_[n++] = slot_[i];
+    }
+    sv_->teach(g_, n, slot_, lessons);
+    sv_->releaseMemory(g_, mark);
+    count_ = 0;
+  }
+
+ private:
+  Group* g_;
+  const Services* sv_;
+  uint32_t capacity_ = 0, count_ = 0;
+  float *P_[3], *inverse_, *throughput_, *before_, *ratio_, *found_;
+  uint32_t *slot_, *cell_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+#endif

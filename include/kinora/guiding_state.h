@@ -1,0 +1,410 @@
+// What path guiding learns: where light comes from, region by region of space, and the lessons that it follows from. The
+// state is plain data (kinora/integrator.h, Learning); kinora/guiding.h looks it up in kernels.
+//
+// Space is an octree over the world; a leaf is a region, and holds a distribution over the sphere of directions: cells of
+// equal size on the octahedral map (Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
+// JCGT 2014), chosen by halving the square, columns and rows in turn. Mueller et al., "Practical Path Guiding for Efficient
+// Light-Transport Simulation" (EGSR 2017) have trees of both kinds; here that of directions has one depth, so that lanes
+// stay together, and what was seldom seen is smoothed instead. Where a
+// region has few lessons in some directions, the larger part of space around it has its say.
+//
+// Each lesson says too what the guided estimate and the unguided one would have added to the variance: regions in which
+// guiding does not pay are left alone.
+#pragma once
+#include <kinora/integrator.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace kinora::guiding {
+
+inline constexpr uint32_t kLevels = 5, kSide = 1u << kLevels, kCells = kSide * kSide;  // of directions
+inline constexpr uint32_t kDepth = 10;                                                 // of space, at most
+inline constexpr float kLargestWeight = 48;  // of a record: directions hardly ever taken teach no more than that
+// Entries of the octree: a region of the lower bits where kLeaf is set, else the index of the first of eight entries.
+inline constexpr uint32_t kLeaf = 0x80000000u, kIsOn = 0x40000000u, kRegion = 0x3fffffffu;
+
+// What a path says of one of its vertices.
+struct Lesson {
+  float P[3];
+  uint32_t cell;  // of the direction in which it went on; kWasGuided
+  float light;    // radiance from there over the density of the direction
+  float guided;   // squared contribution
+  float plain;    // expectation, over how the direction was chosen, of that without guiding
+};
+inline constexpr uint32_t kWasGuided = 0x80000000u;
+
+struct Options {
+  uint32_t samples = 64;      // that teach, a power of two
+  uint32_t paths = 1u << 17;  // of an epoch
+  uint32_t regions = 2048;    // at most; each takes 16 KB
+  uint32_t perRegion = 800;   // lessons of an epoch, of which more are divided
+  uint32_t firstOff = 16;     // samples before regions may be left alone
+  float gain = 1.0f;          // of the variance without guiding: what a region must come below
+};
+
+inline Learning learning(const Options& o) { return {sizeof(Lesson), o.samples, o.paths}; }
+
+// The head of the state; offsets in words of 32 bits from its beginning.
+struct State {
+  uint32_t words, regions, entries, guides;  // guides: 1 where some region is on
+  float low[3], scale;                       // cells of the finest octree: (P - low) * scale
+  uint32_t tree, splits, density, lights, counts, sums;
+  uint32_t lessons, unused;
+  const uint32_t* at(uint32_t offset) const { return reinterpret_cast<const uint32_t*>(this) + offset; }
+  const float* floats(uint32_t offset) const { return reinterpret_cast<const float*>(this) + offset; }
+  float* floats(uint32_t offset) { return reinterpret_cast<float*>(this) + offset; }
+  // By region: lights (radiance by cell, as lessons have it), counts (lessons by cell), sums (kSums numbers).
+  static constexpr uint32_t kSums = 4;  // guided, plain, lessons of guided directions, 1: left alone
+};
+
+// Columns and rows of a cell: its bits in turn, from the highest on.
+inline void placeOf(uint32_t cell, uint32_t& x, uint32_t& y) {
+  x = y = 0;
+  for (uint32_t k = 0; k < kLevels; ++k) {
+    x |= (cell >> (2 * k + 1) & 1) << k;
+    y |= (cell >> (2 * k) & 1) << k;
+  }
+}
+// Solid angle of a cell, about; over all of them the sum is 4 pi.
+inline float solidAngle(uint32_t cell) {
+  uint32_t x, y;
+  placeOf(cell, x, y);
+  const float a = std::fabs((float(x) + 0.5f) * (2.f / kSide) - 1),
+              b = std::fabs((float(y) + 0.5f) * (2.f / kSide) - 1);
+  // the point (p, q, r) of the octahedron
+  float p = a, q = b, r = 1 - a - b;
+  if (r < 0) {
+    p = 1 - b;
+    q = 1 - a;
+  }
+  const float l2 = p * p + q * q + r * r;
+  return 4.f / kCells / (l2 * std::sqrt(l2));
+}
+
+// Makes the state of the next epoch.
+class Teacher {
+ public:
+  Teacher(const LearnServices& services, const Options& options)
+      : s_(services),
+        o_(options),
+        old_(static_cast<const State*>(services.state)),
+        lessons_(static_cast<const Lesson*>(services.records.records)),
+        count_(services.records.count) {}
+
+  void run() {
+    const uint64_t most = uint64_t(o_.regions) + 1;
+    // the octree that grows: entries, and of each region what it comes from
+    if (!make(tree_, 8 * (most + 1)) || !make(from_, most) || !make(share_, most) || !make(region_, count_ + 1) ||
+        !make(order_, count_ + 1) || !make(first_, most + 1))
+      return;
+    frame();
+    grow();
+    sort();
+    build();
+  }
+
+ private:
+  template <class T>
+  bool make(T*& to, uint64_t n) const {
+    to = static_cast<T*>(s_.allocate(&s_, n * sizeof(T)));
+    return to != nullptr;
+  }
+  template <class Body>
+  void parallel(uint64_t n, const Body& body) const {
+    s_.parallelFor(&s_, n, const_cast<Body*>(&body),
+                   [](void* context, uint64_t i) { (*static_cast<const Body*>(context))(i); });
+  }
+
+  void frame() {
+    if (old_) {
+      std::memcpy(low_, old_->low, sizeof low_);
+      scale_ = old_->scale;
+      entries_ = old_->entries;
+      regions_ = old_->regions;
+      std::memcpy(tree_, old_->at(old_->tree), entries_ * sizeof(uint32_t));
+      for (uint32_t e = 0; e < entries_; ++e)
+        if (tree_[e] & kLeaf) tree_[e] &= ~kIsOn;
+      for (uint32_t r = 0; r < regions_; ++r) {
+        from_[r] = r;
+        share_[r] = 1;
+      }
+      return;
+    }
+    const float radius = std::isfinite(s_.worldRadius) && s_.worldRadius > 0 ? s_.worldRadius * 1.01f : 1.f;
+    for (int c = 0; c < 3; ++c) low_[c] = s_.worldCenter[c] - radius;
+    scale_ = float(1u << kDepth) / (2 * radius);
+    entries_ = 1;
+    tree_[0] = kLeaf;  // region 0 holds nothing: it stands where no light has been seen
+    regions_ = 1;
+    from_[0] = kNone;
+    share_[0] = 0;
+  }
+
+  uint32_t gridOf(float p, int c) const {
+    const float x = (p - low_[c]) * scale_;
+    return x > 0 ? uint32_t(std::min(x, float((1u << kDepth) - 1))) : 0u;
+  }
+  // The entry of the octree that a place falls to, and at which depth.
+  uint32_t entryOf(const Lesson& l, uint32_t& depth) const {
+    const uint32_t x = gridOf(l.P[0], 0), y = gridOf(l.P[1], 1), z = gridOf(l.P[2], 2);
+    uint32_t e = 0;
+    for (depth = 0; !(tree_[e] & kLeaf); ++depth) {
+      const uint32_t k = kDepth - 1 - depth;
+      e = tree_[e] + (x >> k & 1) + 2 * (y >> k & 1) + 4 * (z >> k & 1);
+    }
+    return e;
+  }
+
+  // Divides regions with many lessons. region_ holds each lesson's entry of the octree meanwhile.
+  void grow() {
+    const uint32_t mostEntries = 8 * o_.regions;
+    uint32_t* lessonsAt;
+    uint32_t* depthAt;
+    if (!make(lessonsAt, mostEntries + 9) || !make(depthAt, mostEntries + 9)) {
+      count_ = 0;
+      return;
+    }
+    for (bool again = true; again;) {
+      again = false;
+      parallel((count_ + kChunk - 1) / kChunk, [&](uint64_t chunk) {
+        for (uint64_t i = chunk * kChunk; i < std::min(count_, (chunk + 1) * kChunk); ++i) {
+          uint32_t depth;
+          region_[i] = entryOf(lessons_[i], depth);
+        }
+      });
+      std::fill_n(lessonsAt, entries_, 0u);
+      for (uint64_t i = 0; i < count_; ++i)
+        if (lessonsAt[region_[i]]++ == 0) entryOf(lessons_[i], depthAt[region_[i]]);
+      const uint32_t before = entries_;
+      for (uint32_t e = 0; e < before; ++e) {
+        if (!(tree_[e] & kLeaf) || !lessonsAt[e]) continue;
+        const uint32_t own = tree_[e] & kRegion;
+        const bool divides = lessonsAt[e] > o_.perRegion && depthAt[e] < kDepth && entries_ + 8 <= mostEntries &&
+                             regions_ + 8 <= o_.regions;
+        if (divides) {
+          for (uint32_t k = 0; k < 8; ++k) tree_[entries_ + k] = kLeaf | own;
+          tree_[e] = entries_;
+          entries_ += 8;
+          again = true;
+        }
+      }
+    }
+    // Regions of their own for the entries with lessons: the first that shares one keeps it.
+    if (!make(owner_, uint64_t(o_.regions) + 1)) {
+      count_ = 0;
+      return;
+    }
+    std::fill_n(owner_, o_.regions + 1, uint32_t(kNone));
+    owner_[0] = 0;
+    for (uint32_t e = 0; e < entries_; ++e) {
+      if (!(tree_[e] & kLeaf) || !lessonsAt[e]) continue;
+      const uint32_t own = tree_[e] & kRegion;
+      if (own && owner_[own] == kNone) {
+        owner_[own] = e;
+      } else if (regions_ < o_.regions) {
+        from_[regions_] = own ? from_[own] : uint32_t(kNone);
+        share_[regions_] = 0.25f;
+        owner_[regions_] = e;
+        if (own) share_[own] = 0.25f;
+        tree_[e] = kLeaf | regions_++;
+      }
+    }
+    parallel((count_ + kChunk - 1) / kChunk, [&](uint64_t chunk) {
+      for (uint64_t i = chunk * kChunk; i < std::min(count_, (chunk + 1) * kChunk); ++i)
+        region_[i] = tree_[region_[i]] & kRegion;
+    });
+  }
+
+  // Lessons by region, in their order.
+  void sort() {
+    std::fill_n(first_, regions_ + 1, 0u);
+    for (uint64_t i = 0; i < count_; ++i) ++first_[region_[i]];
+    uint32_t sum = 0;
+    for (uint32_t r = 0; r < regions_; ++r) {
+      const uint32_t n = first_[r];
+      first_[r] = sum;
+      sum += n;
+    }
+    for (uint64_t i = 0; i < count_; ++i) order_[first_[region_[i]]++] = uint32_t(i);
+    for (uint32_t r = regions_; r > 0; --r) first_[r] = first_[r - 1];
+    first_[0] = 0;
+  }
+
+  void build() {
+    const auto rounded = [](uint32_t n) { return (n + 15) / 16 * 16; };
+    State head{};
+    head.regions = regions_;
+    head.entries = entries_;
+    std::memcpy(head.low, low_, sizeof low_);
+    head.scale = scale_;
+    uint32_t at = rounded(sizeof(State) / 4);
+    const auto place = [&](uint32_t words) {
+      const uint32_t own = at;
+      at += rounded(words);
+      return own;
+    };
+    head.tree = place(entries_);
+    head.splits = place(regions_ * kCells);
+    head.density = place(regions_ * kCells);
+    head.lights = place(regions_ * kCells);
+    head.counts = place(regions_ * kCells);
+    head.sums = place(regions_ * State::kSums);
+    head.words = at + 16;
+    auto* next = static_cast<State*>(s_.makeState(&s_, uint64_t(head.words) * 4));
+    if (!next) return;
+    head.lessons = (old_ ? old_->lessons : 0u) + uint32_t(count_);
+    *next = head;
+    float angle[kCells];
+    for (uint32_t c = 0; c < kCells; ++c) angle[c] = solidAngle(c);
+    parallel(regions_, [&](uint64_t r) { sum(*next, uint32_t(r)); });
+    halveAll(*next, angle);
+    uint32_t* tree = const_cast<uint32_t*>(next->at(next->tree));
+    for (uint32_t e = 0; e < entries_; ++e) {
+      if ((tree_[e] & kLeaf) && isOn(*next, tree_[e] & kRegion)) {
+        tree_[e] |= kIsOn;
+        next->guides = 1;
+      }
+      tree[e] = tree_[e];
+    }
+  }
+
+  // Enough has been seen there, and it helped.
+  bool isOn(const State& s, uint32_t region) const {
+    return region && s.floats(s.splits)[region * kCells] > 0 && !(s.floats(s.sums)[region * State::kSums + 3] > 0);
+  }
+
+  // Lessons of a region, over the epochs.
+  void sum(State& s, uint32_t region) const {
+    float* lights = s.floats(s.lights) + region * kCells;
+    float* counts = s.floats(s.counts) + region * kCells;
+    float* sums = s.floats(s.sums) + region * State::kSums;
+    if (const uint32_t from = from_[region]; old_ && from != kNone) {
+      // what is older counts for less: it was learned with less
+      const float keep = 0.5f * share_[region];
+      const float *a = old_->floats(old_->lights) + from * kCells, *b = old_->floats(old_->counts) + from * kCells;
+      for (uint32_t c = 0; c < kCells; ++c) {
+        lights[c] = a[c] * keep;
+        counts[c] = b[c] * keep;
+      }
+      const float* x = old_->floats(old_->sums) + from * State::kSums;
+      for (uint32_t k = 0; k < 3; ++k) sums[k] = x[k] * keep;
+      sums[3] = x[3];
+    }
+    for (uint32_t i = first_[region]; i < first_[region + 1]; ++i) {
+      const Lesson& l = lessons_[order_[i]];
+      const uint32_t cell = l.cell & (kCells - 1);
+      lights[cell] += l.light;
+      counts[cell] += 1;
+      if (!(l.cell & kWasGuided)) continue;
+      sums[0] += l.guided;
+      sums[1] += l.plain;
+      sums[2] += 1;
+    }
+    if (region == 0) return;
+    if (s_.lastSample >= o_.firstOff && sums[2] > 0 && sums[0] > o_.gain * sums[1]) sums[3] = 1;
+  }
+
+  // Halving by halving, the share of the first half: what lessons say, and as many as kPrior of them what a larger part of
+  // space (`above`; null: all directions alike) does.
+  void halve(const float* lights, const float* counts, const float* angle, const float* above, float* splits) const {
+    constexpr float kPrior = 4;
+    float light[2 * kCells], count[2 * kCells], size[2 * kCells];
+    std::memcpy(light + kCells, lights, kCells * sizeof(float));
+    std::memcpy(count + kCells, counts, kCells * sizeof(float));
+    std::memcpy(size + kCells, angle, kCells * sizeof(float));
+    for (uint32_t k = kCells - 1; k > 0; --k) {
+      light[k] = light[2 * k] + light[2 * k + 1];
+      count[k] = count[2 * k] + count[2 * k + 1];
+      size[k] = size[2 * k] + size[2 * k + 1];
+      const float expected = above ? above[k] : size[2 * k] / size[k];
+      const float p =
+          light[k] > 0 ? (count[k] * (light[2 * k] / light[k]) + kPrior * expected) / (count[k] + kPrior) : expected;
+      splits[k] = std::clamp(p, 1e-3f, 0.999f);
+    }
+  }
+
+  // Distributions, from the whole of space down to its regions.
+  void halveAll(State& s, const float* angle) const {
+    float *lights, *counts, *splits;  // by entry that has entries below
+    uint32_t *inner, *above, n = 0;
+    if (!make(inner, entries_) || !make(above, entries_)) return;
+    for (uint32_t e = 0; e < entries_; ++e) {
+      inner[e] = tree_[e] & kLeaf ? uint32_t(kNone) : n++;
+      above[e] = kNone;
+    }
+    if (!make(lights, uint64_t(n) * kCells) || !make(counts, uint64_t(n) * kCells) ||
+        !make(splits, uint64_t(n) * kCells))
+      return;
+    // entries below one come behind it
+    for (uint32_t e = entries_; e-- > 0;) {
+      if (inner[e] == kNone) continue;
+      float *light = lights + inner[e] * kCells, *count = counts + inner[e] * kCells;
+      std::fill_n(light, kCells, 0.f);
+      std::fill_n(count, kCells, 0.f);
+      for (uint32_t b = tree_[e]; b < tree_[e] + 8; ++b) {
+        above[b] = inner[e];
+        const uint32_t region = tree_[b] & kRegion;
+        if (inner[b] == kNone && (region == 0 || owner_[region] != b)) continue;
+        const float* x = inner[b] != kNone ? lights + inner[b] * kCells : s.floats(s.lights) + region * kCells;
+        const float* y = inner[b] != kNone ? counts + inner[b] * kCells : s.floats(s.counts) + region * kCells;
+        for (uint32_t c = 0; c < kCells; ++c) {
+          light[c] += x[c];
+          count[c] += y[c];
+        }
+      }
+    }
+    const auto expected = [&](uint32_t e) { return above[e] == kNone ? nullptr : splits + above[e] * kCells; };
+    for (uint32_t e = 0; e < entries_; ++e)
+      if (inner[e] != kNone)
+        halve(lights + inner[e] * kCells, counts + inner[e] * kCells, angle, expected(e), splits + inner[e] * kCells);
+    parallel(entries_, [&](uint64_t e) {
+      const uint32_t region = tree_[e] & kRegion;
+      if (inner[e] != kNone || region == 0 || owner_[region] != e) return;
+      const float* light = s.floats(s.lights) + region * kCells;
+      float sum = 0;
+      for (uint32_t c = 0; c < kCells; ++c) sum += light[c];
+      if (!(sum > 0) || !std::isfinite(sum)) return;
+      float* own = s.floats(s.splits) + region * kCells;
+      halve(light, s.floats(s.counts) + region * kCells, angle, expected(uint32_t(e)), own);
+      // Shares of second moments; the density that is best for them goes with their roots (Rath et al., "Variance-Aware
+      // Path Guiding", 2020).
+      float chance[2 * kCells];
+      chance[1] = 1;
+      for (uint32_t k = 1; k < kCells; ++k) {
+        chance[2 * k] = chance[k] * own[k];
+        chance[2 * k + 1] = chance[k] * (1 - own[k]);
+      }
+      for (uint32_t c = 0; c < kCells; ++c) chance[kCells + c] = std::sqrt(chance[kCells + c] * angle[c]);
+      for (uint32_t k = kCells - 1; k > 0; --k) {
+        chance[k] = chance[2 * k] + chance[2 * k + 1];
+        own[k] = std::clamp(chance[2 * k] / chance[k], 1e-3f, 0.999f);
+      }
+      chance[1] = kCells / 4.f;  // per area of the map, which is 4
+      for (uint32_t k = 1; k < kCells; ++k) {
+        chance[2 * k] = chance[k] * own[k];
+        chance[2 * k + 1] = chance[k] * (1 - own[k]);
+      }
+      std::memcpy(s.floats(s.density) + region * kCells, chance + kCells, kCells * sizeof(float));
+      own[0] = 1;  // it is there
+    });
+  }
+
+  static constexpr uint32_t kNone = 0xffffffffu;
+  static constexpr uint64_t kChunk = 4096;
+  const LearnServices& s_;
+  const Options& o_;
+  const State* old_;
+  const Lesson* lessons_;
+  uint64_t count_;
+  uint32_t *tree_ = nullptr, *from_ = nullptr, *region_ = nullptr, *order_ = nullptr, *first_ = nullptr,
+           *owner_ = nullptr;
+  float* share_ = nullptr;
+  uint32_t entries_ = 0, regions_ = 0;
+  float low_[3] = {}, scale_ = 1;
+};
+
+inline void learn(const Options& options, const LearnServices& services) { Teacher(services, options).run(); }
+
+}  // namespace kinora::guiding
