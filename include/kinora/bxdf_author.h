@@ -9,7 +9,8 @@
 //       void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
 //       Rgb<W> albedo() const;
 //     };
-//     // optional: HasEmission with emission, and presence, interior, thinShadow and medium over whole contexts
+//     // optional: HasEmission with emission, and presence, interior, thinShadow, medium, interface and interfaceValue over
+//     // whole contexts
 //   };
 //   KINORA_BXDF(MyBxdf, .help = "...", .params = kParams, .lobes = kLobes)          // after KINORA_KERNELS_END
 // Included per target.
@@ -272,6 +273,10 @@ struct BxdfRunner {
     if constexpr (requires { &B::subsurface; }) f.subsurface = &B::subsurface;
     if constexpr (requires { &B::template thinShadow<W>; }) f.thinShadow = &B::template thinShadow<W>;
     if constexpr (requires { &B::medium; }) f.medium = &B::medium;
+    if constexpr (requires { &B::template interface<W>; }) {
+      f.interface = &B::template interface<W>;
+      f.interfaceValue = &B::template interfaceValue<W>;
+    }
     return f;
   }
 };

@@ -234,6 +234,11 @@ constexpr Explanation kRooms[] = {
      "above the most, every pixel takes the most. A part of a frame's samples (--samples) takes all of them in every "
      "pixel, for what earlier samples would have decided is not known to it: such parts merge to the picture without "
      "adaptive sampling. Parts by --crop decide as the whole frame does."},
+    {"RENDER-NOISE",
+     "--error asks for a picture whose relative error (root mean square over the pixels, as two halves of the "
+     "samples "
+     "differ) is at most so much, and the samples that --max-spp allows did not suffice. The picture is complete "
+     "otherwise."},
     {"RENDER-CROP",
      "CropWindow, or --crop, rounded to pixels as RIB says, is empty: a pixel belongs to the window that holds its "
      "top "
@@ -272,7 +277,7 @@ constexpr Explanation kRooms[] = {
      "a "
      "group that no object is a member of (grouping:membership), or there are more different subsets than rays can "
      "tell "
-     "apart (28; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
+     "apart (26; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
     {"RENDER-CAMERA",
      "The camera's transform cannot be inverted or holds NaN: the identity stands in for it. Or its screen window, "
@@ -327,7 +332,14 @@ constexpr Explanation kRooms[] = {
      "coordinatesystem that it names (the object's own, if none). Kinora draws all that moves and needs no bound; "
      "renderers that trust it cut holes there. The message says which bound holds the surface. Without a bound "
      "nothing "
-     "is checked."},
+     "is checked. Surfaces that are diced where rays ask are looked for within the bound: their points move no "
+     "farther."},
+    {"GEOMETRY-CACHE-SMALL",
+     "The geometry cache (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB) is smaller than one "
+     "patch "
+     "of a surface that is diced where rays ask. The picture is the same, but each patch is diced again whenever "
+     "another "
+     "one was in between."},
     {"DISPLACEMENT-KIND",
      "Curves and points have a displacement. Only surfaces are displaced: polygons, subdivision meshes, patches, "
      "NURBS, "
@@ -416,6 +428,11 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
     {"MEDIUM-OVERLAP",
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
+    {"MEDIUM-VELOCITY",
+     "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
+     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is open "
+     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of the "
+     "shutter's time."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
      "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays "

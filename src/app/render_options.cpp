@@ -30,8 +30,8 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
-  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, maxTime,
-                                               snapshot;
+  std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, geometryCache,
+                                               maxTime, snapshot;
   std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };
@@ -65,10 +65,17 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
       return std::string("--crop takes XMIN XMAX YMIN YMAX within 0..1, each MIN below its MAX");
     s.crop = {c[0], c[1], c[2], c[3]};
   }
-  if (s.samplesPerPixel > 0 && (s.pixelVariance > 0 || s.leastSamples > 0 || s.mostSamples > 0))
-    return "--spp gives every pixel the same samples; --min-spp, --max-spp and --pixel-variance leave that to the "
-           "picture's noise";
+  if (s.samplesPerPixel > 0 && (s.pixelVariance > 0 || s.pictureError > 0 || s.leastSamples > 0 || s.mostSamples > 0))
+    return "--spp gives every pixel the same samples; --min-spp, --max-spp, --pixel-variance and --error leave that "
+           "to "
+           "the picture's noise";
   if (std::isnan(s.pixelVariance)) return std::string("--pixel-variance is no number");
+  if (std::isnan(s.pictureError)) return std::string("--error is no number");
+  if (s.pixelVariance > 0 && s.pictureError > 0)
+    return std::string(
+        "--pixel-variance is a bound for each pixel, --error one for the whole picture: give one of them");
+  if (!texts.samples.empty() && s.pictureError > 0)
+    return std::string("--samples renders all of its samples in every pixel, --error chooses them");
   if (s.mostSamples > 0 && s.leastSamples > s.mostSamples) return "--min-spp is above --max-spp";
   if (!texts.samples.empty() && s.pixelVariance > 0)
     return "--samples renders all of its samples in every pixel: parts by --crop keep --pixel-variance";
@@ -114,7 +121,8 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     out.frames = *frames;
   }
   for (const auto& [option, text, to] : {std::tuple{"--memory-limit", &texts.memoryLimit, &out.memoryLimit},
-                                         std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes}})
+                                         std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes},
+                                         std::tuple{"--geometry-cache", &texts.geometryCache, &s.geometryCacheBytes}})
     if (!text->empty() && (*to = parseSize(*text)) == 0)
       return std::string(option) + " '" + *text + "' is no size: 4G, 512M";
   for (const auto& [option, text, to] : {std::tuple{"--max-time", &texts.maxTime, &out.maxSeconds},
@@ -175,6 +183,11 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
          "adaptive sampling: pixels are done at this relative deviation, say .02; 0: off; overrides the scene's")
       ->type_name("V")
       ->check(CLI::Range(0.f, 1e6f));
+  app.add_option(
+         "--error", s.pictureError,
+         "adaptive sampling: the picture is done at this relative error, say .01; samples go where they help most")
+      ->type_name("E")
+      ->check(CLI::Range(0.f, 1e6f));
   app.add_option("--min-spp", s.leastSamples, "adaptive sampling: at least so many samples a pixel")
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 16));
@@ -210,6 +223,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_option("--memory-limit", texts.memoryLimit, "refuse to hold more than this: 4G, 512M (exit code 5)")
       ->type_name("SIZE");
   app.add_option("--texture-cache", texts.textureCache, "memory for texture tiles; less costs time only")
+      ->type_name("SIZE");
+  app.add_option("--geometry-cache", texts.geometryCache,
+                 "memory for surfaces that are diced where rays ask; less costs time only")
       ->type_name("SIZE");
   app.add_option("--max-time", texts.maxTime, "stop as SIGTERM would after this time: 90s, 5m, 2h")->type_name("T");
   app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")

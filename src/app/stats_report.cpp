@@ -99,6 +99,19 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                 {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
                 {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
   if (s.micropolygons) j["displacement"] = {{"micropolygons", s.micropolygons}, {"seconds", s.displaceSeconds}};
+  if (s.geometry.made) {
+    const render::GeometryStatistics& g = s.geometry;
+    Json levels = Json::array();
+    for (const auto& kinds : g.micropolygons)
+      levels.push_back({{"camera", kinds[0]}, {"indirect", kinds[1]}, {"shadow", kinds[2]}});
+    while (!levels.empty() && levels.back()["camera"] == 0 && levels.back()["indirect"] == 0 &&
+           levels.back()["shadow"] == 0)
+      levels.erase(levels.size() - 1);
+    j["geometry_cache"] = {{"limit", g.limit},       {"bytes", g.bytes},     {"most_bytes", g.mostBytes},
+                           {"found", g.found},       {"made", g.made},       {"made_again", g.again},
+                           {"made_twice", g.twice},  {"evicted", g.evicted}, {"micropolygons_in_all", g.whole},
+                           {"vertices", g.vertices}, {"seconds", g.seconds}, {"micropolygons_by_level", levels}};
+  }
   Json memory = Json::object();
   uint64_t sum = 0;
   for (const auto& owner : largestFirst(s)) {
@@ -128,8 +141,11 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   }
   j["stages"] = stages;
   j["media"] = {{"rays", s.mediaRays}, {"lookups", s.mediaLookups}};
-  j["lane_use"] = {
-      {"first_hit", asJson(s.lanesAt[0])}, {"deeper", asJson(deeperLanes(s))}, {"queries", asJson(s.lanesQueries)}};
+  j["lane_use"] = {{"first_hit", asJson(s.lanesAt[0])},
+                   {"deeper", asJson(deeperLanes(s))},
+                   {"queries", asJson(s.lanesQueries)},
+                   {"walks", asJson(s.lanesWalks)}};
+  j["walks"] = {{"begun", s.walksBegun}, {"found", s.walksFound}, {"trials", s.walkTrials}};
   Json depths = Json::array();
   for (const LaneUse& l : s.lanesAt) {
     if (!l.possible) break;
@@ -155,6 +171,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                {"non_finite", s.nonFiniteSamples},
                {"saturated", s.saturatedSamples},
                {"negative", s.negativeSamples}};
+  if (s.noise >= 0) j["film"]["relative_error"] = s.noise;
   j["textures"] = {{"lookups", s.textureLookups}, {"misses", s.textureMisses}, {"bytes", s.textureBytes}};
   Json slow = Json::array();
   for (const render::BucketTime& b : slowestBuckets(s, 5))
@@ -253,6 +270,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("Lane use (active of possible lanes)");
   line("  first hit {:.3f}, deeper hits {:.3f}, presence and clear shadows {:.3f}", share(s.lanesAt[0]),
        share(deeperLanes(s)), share(s.lanesQueries));
+  if (s.walksBegun)
+    line("  manifold walks {:.3f}: {} begun, {} found a path, {} trials to count how likely", share(s.lanesWalks),
+         s.walksBegun, s.walksFound, s.walkTrials);
   std::string depths;
   for (const LaneUse& l : s.lanesAt)
     if (l.possible)
@@ -283,6 +303,21 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   if (s.micropolygons)
     line("  {} displaced micropolygons, shaded and moved in {:.2f} s (objects made at a time count each)",
          s.micropolygons, s.displaceSeconds);
+  if (s.geometry.made) {
+    const render::GeometryStatistics& g = s.geometry;
+    uint64_t all = 0, fine = 0;
+    for (size_t level = 0; level < g.micropolygons.size(); ++level)
+      for (const uint64_t n : g.micropolygons[level]) {
+        all += n;
+        fine += level == 0 ? n : 0;
+      }
+    line(
+        "  {} micropolygons diced where rays asked, {} of them at the camera's rate, in {:.2f} s of all threads; all "
+        "patches at that rate have {}",
+        all, fine, g.seconds, g.whole);
+    line("  {} tessellations made, {} of them once more and {} by two threads at once, {} evicted; {} held of {}",
+         g.made, g.again, g.twice, g.evicted, asBytes(g.bytes), asBytes(g.limit));
+  }
   line("");
   line("Memory");
   for (const auto& owner : largestFirst(s)) line("  {:<34}{:>10}", owner.name, asBytes(owner.bytes));
@@ -296,6 +331,7 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        s.saturatedSamples, s.negativeSamples);
   if (s.donePixels)
     line("  {} pixels were good enough before they had all samples (adaptive sampling)", s.donePixels);
+  if (s.noise >= 0) line("  relative error of the picture, by two halves of its samples: {:.4g}", s.noise);
   return out;
 }
 

@@ -63,6 +63,7 @@ const std::vector<SourceInfo>& builtInSources() {
       {"outsideIOR", OutsideIor, K::Data, 1, T_::Float},
       {"biasR", BiasR, K::Data, 1, T_::Float},
       {"biasT", BiasT, K::Data, 1, T_::Float},
+      {"geometryLevel", GeometryLevel, K::Data, 1, T_::Float},
   };
   return list;
 }

@@ -55,7 +55,8 @@ enum class Source : uint8_t {
   Time,
   OutsideIor,
   BiasR,
-  BiasT
+  BiasT,
+  GeometryLevel  // by how many powers of two coarser than the camera asks the surface was diced
 };
 
 // How a value is rounded and written.

@@ -16,7 +16,6 @@ using Imath::V3f;
 
 namespace {
 
-constexpr double kMostOffset = 1e15;  // rays go no farther than 1e18
 constexpr double kSameNormal = 1 - 1e-5;
 
 V3d normalAt(const Mesh& mesh, const Primvar& n, size_t key, uint32_t vertex) {
@@ -66,7 +65,8 @@ std::vector<V3d> pieceNormals(const Mesh& mesh, const SmoothPieces& pieces, size
   return sum;
 }
 
-// n turned as `from` must be to become `to`.
+}  // namespace
+
 V3d turned(const V3d& n, const V3d& from, const V3d& to) {
   const double lengths = from.length() * to.length();
   if (!(lengths > 0) || !std::isfinite(lengths)) return n;
@@ -76,8 +76,7 @@ V3d turned(const V3d& n, const V3d& from, const V3d& to) {
   return (n * cosine + axis.cross(n) + axis * (axis.dot(n) / (1 + cosine))).normalized();
 }
 
-// One offset for the vertices of a point.
-V3d joined(const std::vector<V3d>& offsets, const std::vector<V3d>& normals) {
+V3d jointOffset(const std::vector<V3d>& offsets, const std::vector<V3d>& normals) {
   V3d mean(0);
   for (const V3d& o : offsets) mean += o;
   mean /= double(offsets.size());
@@ -102,8 +101,6 @@ V3d joined(const std::vector<V3d>& offsets, const std::vector<V3d>& normals) {
   }
   return out;
 }
-
-}  // namespace
 
 Micropolygons::Micropolygons(const Mesh& mesh)
     : corner(mesh.vertexCount, kNone), size(mesh.vertexCount, 0.f), ofPoint(mesh.vertexCount) {
@@ -175,7 +172,7 @@ DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<V
         normals.push_back(normalAt(mesh, n, k, v));
       }
       if (of.empty()) continue;
-      const V3d offset = of.size() == 1 ? of[0] : joined(of, normals);
+      const V3d offset = of.size() == 1 ? of[0] : jointOffset(of, normals);
       result.longest = std::max(result.longest, offset.length());
       for (uint32_t i = grid.first[p]; i < grid.first[p + 1]; ++i) {
         V3f& at = mesh.points[k * count + grid.ofPoint[i]];

@@ -29,4 +29,12 @@ struct DisplacementResult {
 DisplacementResult displace(Mesh& mesh, const Micropolygons& grid, std::vector<Imath::V3f> offsets,
                             const std::vector<Imath::V3f>& normals = {});
 
+// Longer ones are none: rays go no farther than 1e18.
+inline constexpr double kMostOffset = 1e15;
+// One offset for a point of which several pieces of surface ask their own, each along its normal: their mean, and where
+// they have an edge what is missing of each along its normal, by least squares.
+Imath::V3d jointOffset(const std::vector<Imath::V3d>& offsets, const std::vector<Imath::V3d>& normals);
+// n (unit) turned as `from` must be to become `to`.
+Imath::V3d turned(const Imath::V3d& n, const Imath::V3d& from, const Imath::V3d& to);
+
 }  // namespace kinora::geometry

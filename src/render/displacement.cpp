@@ -51,6 +51,24 @@ double scaleOf(const scene::Matrix& m) {
                              m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
 }
 
+// Patches of surfaces that are diced on demand are about so many micropolygons long, and such surfaces have at least so
+// many triangles a patch: of cages that are fine to begin with no coarser grids could be made.
+constexpr double kStepsOfPatch = 64;
+constexpr uint64_t kLeastOfPatch = 128;
+
+// That a mesh would be cut into.
+double trianglesOf(const geometry::Mesh& mesh, const geometry::DiceRate& rate) {
+  double sum = 0;
+  for (uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    const auto at = [&](int k) { return Imath::V3d(mesh.points[mesh.indices[3 * size_t(t) + size_t(k)]]); };
+    const Imath::V3d a = at(0), b = at(1), c = at(2), d = (a + b + c) / 3;
+    double edge = INFINITY;
+    for (const Imath::V3d& p : {a, b, c, d}) edge = std::min(edge, rate.at(p + mesh.origin));
+    sum += (b - a).cross(c - a).length() / (edge * edge);
+  }
+  return sum;
+}
+
 std::string numberText(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", x);
@@ -300,16 +318,11 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   nanoseconds_ += uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
 }
 
-// displacementbound says how far points may move; here all that move are drawn, and a bound that is too small is told,
-// since it would cut holes elsewhere.
-void Displacement::checkBound(size_t shape, double longest) const {
+double Displacement::boundOf(size_t shape, std::string& space, double& scale) const {
   const scene::Attributes& a = *flat_->shapes[shape].attributes;
-  const scene::Parameter* sphere = a.named.find("displacementbound:sphere");
-  if (!sphere) return;
-  const double bound = double(a.named.getFloat("displacementbound:sphere", 0));
-  std::string space = a.named.getString("displacementbound:coordinatesystem", "");
+  space = a.named.getString("displacementbound:coordinatesystem", "");
   if (space.empty()) space = a.named.getString("displacementbound:CoordinateSystem", "object");
-  double scale = 1;
+  scale = 1;
   const double toWorld = scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle()));
   if (space == "world" || space == "camera") {
     scale = toWorld;
@@ -318,6 +331,18 @@ void Displacement::checkBound(size_t shape, double longest) const {
     const double own = scaleOf(it->second.at(tools_->camera.middle()));
     if (own > 0) scale = toWorld / own;
   }
+  return double(a.named.getFloat("displacementbound:sphere", 0));
+}
+
+// displacementbound says how far points may move; here all that move are drawn, and a bound that is too small is told,
+// since it would cut holes elsewhere.
+void Displacement::checkBound(size_t shape, double longest) const {
+  const scene::Attributes& a = *flat_->shapes[shape].attributes;
+  const scene::Parameter* sphere = a.named.find("displacementbound:sphere");
+  if (!sphere) return;
+  std::string space;
+  double scale = 1;
+  const double bound = boundOf(shape, space, scale);
   const double way = longest * scale;
   if (way <= bound * 1.0001) return;
   const scene::Node& node = *a.displacement->terminal;
@@ -327,6 +352,47 @@ void Displacement::checkBound(size_t shape, double longest) const {
   if (bound > 0) what += ": " + numberText(way / bound) + " times that";
   tools_->diagnostics.warning("DISPLACEMENT-BOUND", sphere->pos.line ? sphere->pos : node.pos, what,
                               "all of it is drawn", "a displacementbound of " + numberText(way) + " holds it");
+}
+
+bool Displacement::mayHaveLevels(size_t shape) const {
+  const scene::Attributes& a = *flat_->shapes[shape].attributes;
+  return moves(shape) && a.named.getInt("dice:levels", -1) != 0 && !flat_->shapes[shape].isMedium &&
+         flat_->memberOf(placementOf_[shape]).solid == trace::kNoSolid;
+}
+
+std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, const geometry::DiceRate& rate,
+                                                              const std::atomic<bool>* stop,
+                                                              geometry::Mesh& mesh) const {
+  if (mesh.keyCount() > 1 || mesh.isStrand() || !mesh.triangleCount()) return nullptr;
+  const bool isAsked = flat_->shapes[shape].attributes->named.getInt("dice:levels", -1) > 0;
+  if (!isAsked && trianglesOf(mesh, rate) < double(rate.maxTriangles)) return nullptr;
+  geometry::DiceRate coarse = rate;
+  coarse.edgeLength = [&](const Imath::V3d& p) { return kStepsOfPatch * rate.at(p); };
+  const auto patches = std::make_shared<geometry::Patches>(geometry::refined(mesh, coarse), rate);
+  const uint64_t triangles = patches->triangles();
+  if (!isAsked && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;
+  const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
+  LevelledSurface::Setup setup;
+  setup.patches = patches;
+  setup.world = worldOf(shape, patches->mesh());
+  setup.world.placesByParameter = true;
+  setup.attributes = flat_->shapes[shape].attributes;
+  setup.paths = tools_->paths;
+  setup.object = p.name();
+  setup.displacement = node.handle;
+  setup.pos = node.pos;
+  setup.toRender = float(scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle())));
+  std::string space;
+  double scale = 1;
+  const double bound = boundOf(shape, space, scale);
+  if (bound > 0 && scale > 0) setup.bound = bound / scale;
+  setup.stop = stop;
+  setup.cache = cache_;
+  setup.counters = levelCounters_;
+  auto made = std::make_shared<LevelledSurface>(std::move(setup));
+  if (!(bound > 0)) checkBound(shape, made->longest());
+  return made;
 }
 
 }  // namespace kinora::render

@@ -12,6 +12,7 @@
 #include "geometry/tessellate.h"
 #include "render/camera.h"
 #include "render/flat_scene.h"
+#include "render/levels.h"
 #include "scene/digests.h"
 #include "shade/group.h"
 #include "shade/shader_library.h"
@@ -42,11 +43,20 @@ class Displacement {
   Digest digestOf(size_t shape) const;
   // The displaced surface of a shape that moves, from its tessellation with uniform keys. `stop`: may end it early.
   void apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop, geometry::Mesh& mesh) const;
+  // Whether a shape's surface may be diced on demand: what it is, its rate and its attributes allow it.
+  bool mayHaveLevels(size_t shape) const;
+  // The surface of a shape that moves, diced where rays ask, from its tessellation as if it were not displaced, with one
+  // key. Null: it is small enough to be diced at once, and `mesh` is as it was.
+  std::shared_ptr<const LevelledSurface> levelled(size_t shape, const geometry::DiceRate& rate,
+                                                  const std::atomic<bool>* stop, geometry::Mesh& mesh) const;
+  // Holds what is diced on demand; it lives as long as this.
+  trace::GeometryCache& cache() const { return *cache_; }
+  const LevelCounters& levelCounters() const { return *levelCounters_; }
   // What was made of files may not be taken for the same again.
   void forget() { ++generation_; }
   // Nothing of the scene is pointed to any more.
   void end();
-  uint64_t micropolygons() const { return micropolygons_; }       // quads and triangles, over all worlds
+  uint64_t micropolygons() const { return micropolygons_; }  // quads and triangles, over all worlds
   double seconds() const {
     return double(nanoseconds_) * 1e-9;
   }  // of shading and moving; meshes made at a time count each
@@ -59,6 +69,8 @@ class Displacement {
   };
   Shaded shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
                const std::atomic<bool>* stop) const;
+  // displacementbound in `space` units, and by how much those are longer than the object's; without one: 0.
+  double boundOf(size_t shape, std::string& space, double& scale) const;
   void checkBound(size_t shape, double longest) const;
 
   const FlatScene* flat_ = nullptr;
@@ -72,6 +84,8 @@ class Displacement {
   std::unique_ptr<FileContents::Listening> listening_;
   scene::NetworkDigests networks_;
   uint64_t generation_ = 0;
+  std::shared_ptr<trace::GeometryCache> cache_ = std::make_shared<trace::GeometryCache>(uint64_t(1) << 30);
+  std::shared_ptr<LevelCounters> levelCounters_ = std::make_shared<LevelCounters>();
   mutable std::atomic<uint64_t> micropolygons_{0}, nanoseconds_{0};
 };
 

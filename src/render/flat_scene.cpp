@@ -67,6 +67,11 @@ Digest digestOfInstances(const std::vector<scene::Instance>& list) {
   return h.result();
 }
 
+float noiseToleranceOf(const scene::Attributes* a) {
+  const float x = a ? a->named.getFloat("shade:relativepixelvariance", 1) : 1.f;
+  return x > 0 ? std::clamp(x, 1e-3f, 1e3f) : 1.f;  // NaN as well
+}
+
 uint32_t visibilityOf(const scene::Attributes* a) {
   if (!a) return 15u;
   uint32_t v = 0;
@@ -282,6 +287,7 @@ class Flattener {
       info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
       info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
       info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
+      info.noiseTolerance = noiseToleranceOf(attributes);
       info.isHiddenFromCamera = !(lastVisibility_ & trace::kSeenByCamera);
       info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     }

@@ -199,6 +199,18 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
     asInherited.attributes = shape.attributes;
     p = &asInherited;
   }
+  if (!shape.more && p->motion.empty() && displacement.mayHaveLevels(index)) {
+    geometry::DiceRate flat = rate;
+    flat.isDisplaced = false;
+    Diagnostics unheard([](const std::string&, Severity) {});  // it is made once more where it has no levels
+    std::optional<geometry::Mesh> base = geometry::tessellate(*p, flat, unheard);
+    if (base) kept.levels = displacement.levelled(index, rate, stop, *base);
+    if (kept.levels) {
+      kept.mesh = kept.levels->patches()->mesh();
+      kept.isDiced = isDiced;
+      return kept;  // another camera, another surface: nothing of the content is compared
+    }
+  }
   std::optional<geometry::Mesh> mesh = geometry::tessellate(*p, rate, diagnostics);
   if (shape.more) {
     std::vector<geometry::Mesh> all;
@@ -272,7 +284,8 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
     coming.set(0);
     mine.settings = next[i].settings;
     mine.dicing = dicingOf(uses[i], camera);
-    if (found[i] && mine.isDiced == found[i]->isDiced && mine.content == found[i]->content) {
+    if (found[i] && !mine.levels && !found[i]->levels && mine.isDiced == found[i]->isDiced &&
+        mine.content == found[i]->content) {
       // the camera sees it otherwise, and it is diced as before: what was built of it stays
       mine.mesh = found[i]->mesh;
       mine.serial = found[i]->serial;
@@ -299,8 +312,27 @@ std::vector<trace::ShapeInput> Meshes::shapes() const {
     out[i].key = id | variants[id]++ << 32;
     out[i].revision = kept_[i].serial;
     out[i].mesh = kept_[i].mesh;
+    out[i].user = kept_[i].levels;
   }
   return out;
+}
+
+bool Meshes::forgetLevelled() {
+  const size_t before = kept_.size();
+  std::erase_if(kept_, [](const Kept& k) { return k.levels != nullptr; });
+  return kept_.size() < before;
+}
+
+uint64_t Meshes::levelledBytes() const {
+  uint64_t sum = 0;
+  for (const Kept& k : kept_) sum += k.levels ? k.levels->bytes() : 0;
+  return sum;
+}
+
+uint64_t Meshes::levelledQuads() const {
+  uint64_t sum = 0;
+  for (const Kept& k : kept_) sum += k.levels ? k.levels->patches()->triangles() / 2 : 0;
+  return sum;
 }
 
 std::vector<const geometry::Mesh*> Meshes::all() const {

@@ -34,6 +34,10 @@ class Meshes {
     kept_.clear();
     held_.set(0);
   }
+  // Those that shade on demand, with what plug-ins made for it. True where there were some.
+  bool forgetLevelled();
+  uint64_t levelledBytes() const;
+  uint64_t levelledQuads() const;  // of all patches at the finest rates
 
  private:
   struct Kept {
@@ -45,6 +49,7 @@ class Meshes {
     Digest content;        // and what came out, before it was brought into render space
     uint64_t serial = 0;
     std::shared_ptr<geometry::Mesh> mesh;
+    std::shared_ptr<const LevelledSurface> levels;  // instead of the mesh's triangles; null: these
   };
   class Finder;
   static Kept tessellated(const FlatScene& flat, size_t shape, const geometry::DiceRate& rate,

@@ -63,6 +63,19 @@ struct Rebuilt {
   bool operator==(const Rebuilt&) const = default;
 };
 
+// Of surfaces that are diced where rays ask (render/levels.h), over all renders.
+struct GeometryStatistics {
+  // Quads diced, by level (0: as fine as the camera asks) and kind of the ray that asked: camera, indirect, shadow.
+  std::array<std::array<uint64_t, 3>, 11> micropolygons{};
+  uint64_t made = 0, again = 0, twice = 0,
+           evicted = 0;   // tessellations; again: once more, twice: by two threads at once
+  uint64_t found = 0;     // patches that rays found diced, but for some that threads have not told yet
+  uint64_t vertices = 0;  // shaded for displacement
+  double seconds = 0;     // of dicing, on all threads
+  uint64_t limit = 0, bytes = 0, mostBytes = 0;  // of the cache; held at the end, and at most
+  uint64_t whole = 0;  // micropolygons of all patches of the last world, at the camera's rate
+};
+
 struct Statistics {
   // world
   Rebuilt rebuilt;
@@ -74,6 +87,7 @@ struct Statistics {
   uint64_t micropolygons = 0;                        // displaced, over all load() and update() calls
   double displaceSeconds = 0;                        // shading and moving them; meshes made at a time count each
   uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;         // over all load() and update() calls
+  GeometryStatistics geometry;
   // memory by owner, bytes
   struct Owner {
     std::string name;
@@ -88,8 +102,11 @@ struct Statistics {
   // By depth of the vertex: camera hits first, the last for it and all beyond. `lanesQueries`: groups that are asked
   // for presence, the light that surfaces let through and the media behind them, which shade nothing.
   std::array<LaneUse, 12> lanesAt;
-  LaneUse lanesQueries;
+  LaneUse lanesQueries, lanesWalks;                         // lanesWalks: of points that manifold walks came by
+  uint64_t walksBegun = 0, walksFound = 0, walkTrials = 0;  // trials: that count how likely a path is found
   uint64_t groups = 0, samples = 0;
+  double noise =
+      -1;  // adaptive: relative error of the picture at the last decision, see Convergence::error; -1: unknown
   uint64_t donePixels = 0;  // that adaptive sampling found good enough before they had all samples
   std::vector<ShaderCost> shaders;
   std::vector<BucketTime> buckets;  // of the last render

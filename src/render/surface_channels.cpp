@@ -99,6 +99,11 @@ SurfaceChannels::Value SurfaceChannels::of(Source source) {
     case Source::BiasR:
     case Source::BiasT:
       return one(c_->bias);
+    case Source::GeometryLevel: {
+      float* x = floats();
+      for (uint32_t i = 0; i < c_->count; ++i) x[i] = float(c_->place.level[i]);
+      return one(x);
+    }
     // surfaces have no third parameter; the others are not made here
     case Source::W:
     case Source::Dw:

@@ -22,6 +22,16 @@ namespace kinora::render {
 
 namespace {
 
+// Bytes of the geometry cache: the command line's, else the scene's (in KiB), and what memory is left for.
+uint64_t geometryCacheOf(const scene::Scene& scene, const Settings& settings) {
+  constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
+  const int own = scene.options.getInt("limits:geocachememory", 0);
+  const uint64_t wanted = settings.geometryCacheBytes ? settings.geometryCacheBytes
+                          : own > 0                   ? uint64_t(own) << 10
+                                                      : kUsual;
+  return Memory::limit() ? std::min(wanted, std::max(kLeast, Memory::left() / 4)) : wanted;
+}
+
 bool isSet(const scene::Scene& scene, const char* ofHider) {
   return !scene.hider || scene.hider->params.getInt(ofHider, 1) != 0;
 }
@@ -57,6 +67,7 @@ void WorldBuilder::forgetPlugins() {
   materials_.forget();
   lights_.forget();
   displacement_.forget();
+  if (meshes_.forgetLevelled()) traced_.forget();
   media_.forget();
 }
 
@@ -156,6 +167,7 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.samples = pmj02Table();
   describeGeometries(*flat_, meshes_.all(), isSet(scene, "geomShadowTermBias"), w);
   describePlacements(*flat_, w);
+  describeWalks(*flat_, meshes_.all(), w);
   describeSpaces(scene, camera_, w);
   if (w.materials->shaderUses().empty()) return;
   w.shaders = std::make_shared<shade::ShaderScene>(diagnostics_);
@@ -170,6 +182,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   std::set<uint32_t> emitters;
   const std::vector<scene::Light> sources = lightsToRender(scene, registry_, diagnostics_, emitters);
   flattenScene(scene, emitters, rebuilt);
+  displacement_.cache().setLimit(geometryCacheOf(scene, settings_));
   displacement_.begin(*flat_, {scene, camera_, registry_, diagnostics_, *textures_, *volumes_, contents_, shaders_,
                                shadersInUse_, paths, width_});
   const bool isMade = meshes_.make(*flat_, camera_, displacement_, settings_.stop, diagnostics_, rebuilt);
@@ -207,6 +220,25 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   return true;
 }
 
+void WorldBuilder::countLevels(Statistics& statistics) const {
+  GeometryStatistics& g = statistics.geometry;
+  const LevelCounters& from = displacement_.levelCounters();
+  const trace::GeometryCache::Counts cache = displacement_.cache().counts();
+  g.whole = meshes_.levelledQuads();
+  g.found = from.found;
+  g.vertices = from.vertices;
+  g.seconds = double(from.nanoseconds) * 1e-9;
+  g.limit = displacement_.cache().limit();
+  g.bytes = cache.bytes;
+  g.mostBytes = cache.mostBytes;
+  g.made = cache.made;
+  g.again = cache.again;
+  g.twice = cache.twice;
+  g.evicted = cache.evicted;
+  for (size_t level = 0; level < g.micropolygons.size(); ++level)
+    for (size_t kind = 0; kind < 3; ++kind) g.micropolygons[level][kind] = from.micropolygons[level][kind];
+}
+
 void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w, Statistics& statistics) {
   const shade::MaterialSet& materials = *w.materials;
   statistics.lights = w.lights->size();
@@ -227,6 +259,7 @@ void WorldBuilder::count(const scene::Scene& scene, const shade::ShadingWorld& w
   statistics.memory.clear();
   statistics.memory.push_back({"bvh (Embree)", trace::World::embreeBytes()});
   statistics.memory.push_back({"meshes", w.world->meshBytes()});
+  if (const uint64_t levels = meshes_.levelledBytes()) statistics.memory.push_back({"patches", levels});
   statistics.memory.push_back({"scene description", scene.bytes()});
   statistics.memory.push_back({"materials", materials.bytes()});
   if (materials.shaderBytes()) statistics.memory.push_back({"shader programs", materials.shaderBytes()});

@@ -52,6 +52,9 @@ class WorldBuilder {
   // After one of these failed or threw: nothing that was kept is used again.
   void forget();
 
+  // What rays have asked for so far of surfaces that are diced on demand.
+  void countLevels(Statistics& statistics) const;
+
   const CameraState& camera() const { return camera_; }
   const shade::ShadingWorld& world() const { return *shading_; }
   TextureSystem& textures() { return *textures_; }

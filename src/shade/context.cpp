@@ -172,6 +172,48 @@ Value builtin(const Context* c, Builtin id) {
       keep(Builtin::Pworld, {a[0], a[1], a[2]});
       break;
     }
+    case Builtin::FacetEdge1:
+    case Builtin::FacetEdge2:
+    case Builtin::DNEdge1:
+    case Builtin::DNEdge2: {
+      float* x[4][3];
+      for (auto& v : x)
+        for (float*& y : v) y = floats(c);
+      if (c->traits & kTraitInSpace) {
+        for (auto& v : x)
+          for (float* y : v) std::fill_n(y, n, 0.f);
+      } else {
+        k.facetSlopes(surface.meshArgs(), x[0], x[1], x[2], x[3]);
+        // N lies on wo's side; where it is the facet's own it does not change
+        for (uint32_t i = 0; i < n; ++i) {
+          const bool isFacet = c->N[0][i] == c->Ng[0][i] && c->N[1][i] == c->Ng[1][i] && c->N[2][i] == c->Ng[2][i];
+          const float side = isFacet ? 0.f : c->entering[i] ? 1.f : -1.f;
+          for (int j = 0; j < 3; ++j) {
+            x[2][j][i] *= side;
+            x[3][j][i] *= side;
+          }
+        }
+      }
+      keep(Builtin::FacetEdge1, {x[0][0], x[0][1], x[0][2]});
+      keep(Builtin::FacetEdge2, {x[1][0], x[1][1], x[1][2]});
+      keep(Builtin::DNEdge1, {x[2][0], x[2][1], x[2][2]});
+      keep(Builtin::DNEdge2, {x[3][0], x[3][1], x[3][2]});
+      break;
+    }
+    case Builtin::DNdu:
+    case Builtin::DNdv: {
+      const Value e1 = builtin(c, Builtin::FacetEdge1), e2 = builtin(c, Builtin::FacetEdge2),
+                  n1 = builtin(c, Builtin::DNEdge1), n2 = builtin(c, Builtin::DNEdge2);
+      float *a = floats(c), *b = floats(c);
+      for (const auto& [step, out] : {std::pair{Builtin::DPdu, Builtin::DNdu}, {Builtin::DPdv, Builtin::DNdv}}) {
+        float* d[3] = {floats(c), floats(c), floats(c)};
+        k.alongEdges(n, e1.data, e2.data, builtin(c, step).data, a, b);
+        for (int j = 0; j < 3; ++j)
+          for (uint32_t i = 0; i < n; ++i) d[j][i] = a[i] * n1.data[j][i] + b[i] * n2.data[j][i];
+        keep(out, {d[0], d[1], d[2]});
+      }
+      break;
+    }
     case Builtin::ObjectId:
     case Builtin::Count: {
       float* a = floats(c);

@@ -232,6 +232,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
   h->block = block;
   pointsKernel(world_.width)(a);
   if (w.hasStrands()) leaveStrands(c, program.isFiber, a.isRecord, a.P, a.bias);
+  h->surface.limitFootprints(a.outRadius);
   if (bind) {
     if (state.terminatorOffset[0]) {
       if (program.encloses)
@@ -266,8 +267,9 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
   c->slotOfLobe = program.slotOfLobe.data();
   c->eventOfSlot = program.eventOfSlot.data();
   c->tintedSlots = program.tintedSlots;
+  c->walkableSlots = program.walkableSlots;
   c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u) |
-               (program.isFiber ? kTraitFiber : 0u);
+               (program.isFiber ? kTraitFiber : 0u) | (program.walkableLobes ? kTraitWalkable : 0u);
   c->bxdf = program.bxdf;
 
   // room for the network's outputs
@@ -359,6 +361,7 @@ Context* GroupState::startInSpace(const RayList& list, uint32_t traits, uint32_t
     origin[i] = list.origin[s];
     if (h.state.linkSet) h.state.linkSet[i] = 0;  // a medium is lit by all lights
     if (h.state.traceSet) h.state.traceSet[i] = 0;
+    if (h.state.bounces) h.state.bounces[i] = from.left.bounces[s] + 1;
     if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;
     for (int k = 0; h.state.terminatorOffset[0] && k < 3; ++k)
       h.state.terminatorOffset[k][i] = h.state.facet[k][i] = 0;

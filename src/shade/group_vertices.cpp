@@ -99,6 +99,19 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
   a.at.u = take(places.u);
   a.at.v = take(places.v);
   a.time = take(places.time);
+  a.isByParameter = world_.placesByParameter;
+  if (!a.isByParameter && w.hasUserGeometry()) {  // the finest resolution
+    uint32_t* level = arena_.make<uint32_t>(m);
+    std::fill_n(level, m, 0u);
+    a.at.level = level;
+    a.facet = findFacets(*this, a);
+  }
+  if (a.isByParameter || a.facet) {
+    float *quadU = arena_.make<float>(m), *quadV = arena_.make<float>(m);
+    findQuadPlaces(*this, a, quadU, quadV);
+    a.quad[0] = quadU;
+    a.quad[1] = quadV;
+  }
   float *P[3] = {f(), f(), f()}, *facet[3] = {f(), f(), f()}, *normal[3] = {f(), f(), f()};
   const SurfaceKernels& k = surfaceKernels(world_.width);
   k.positions(a, P);

@@ -78,6 +78,7 @@ void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, floa
   const Places& at = points.at;
   const uint32_t n = points.n;
   const trace::World& world = *group.world().world;
+  const auto isByParameter = [&](uint32_t i) { return points.isByParameter || (points.facet && points.facet[i]); };
   float* array[12];
   for (float*& x : array) x = group.arena().make<float>(n);
   QuadsArgs a{};
@@ -91,7 +92,7 @@ void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, floa
   for (uint32_t i = 0; i < n; ++i) {
     const geometry::Mesh& mesh = world.mesh(at.geometry[i]);
     const uint32_t triangle = at.primitive[i], first = mesh.quadOf(triangle);
-    if (first == geometry::Mesh::kNoQuad) {
+    if (first == geometry::Mesh::kNoQuad || isByParameter(i)) {
       for (float* x : array) x[i] = 0;  // no area: no place in a quad
       continue;
     }
@@ -110,6 +111,43 @@ void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, floa
       for (int j = 0; j < 3; ++j) array[3 + 3 * k + j][i] = q[k + 1][j] - q[0][j];
   }
   quadsKernel(group.world().width)(a);
+  if (!points.isByParameter && !points.facet) return;
+  for (uint32_t i = 0; i < n; ++i) {
+    const geometry::Mesh& mesh = world.mesh(at.geometry[i]);
+    const uint32_t triangle = at.primitive[i], first = mesh.quadOf(triangle);
+    if (first == geometry::Mesh::kNoQuad || !isByParameter(i)) continue;
+    u[i] = first == triangle ? at.u[i] + at.v[i] : at.u[i];
+    v[i] = first == triangle ? at.v[i] : at.u[i] + at.v[i];
+  }
+}
+
+const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& a) {
+  const trace::World& world = *group.world().world;
+  const trace::UserFacet** out = nullptr;
+  Arena& arena = group.arena();
+  for (uint32_t i = 0, end; i < a.n; i = end) {
+    const trace::UserGeometry* geometry = world.faceted(a.at.geometry[i]);
+    const uint32_t instance = a.at.instance[i];
+    for (end = i + 1; end < a.n && a.at.instance[end] == instance && a.at.geometry[end] == a.at.geometry[i];) ++end;
+    if (!geometry) continue;
+    if (!out) {
+      out = arena.make<const trace::UserFacet*>(a.n);
+      std::fill_n(out, a.n, nullptr);
+    }
+    auto* facets = arena.make<trace::UserFacet>(end - i);
+    const bool moves = world.instance(instance).keyCount > 1;
+    float scale = 1;
+    geometry->facets(end - i, a.at.primitive + i, a.at.level + i, a.at.u + i, a.at.v + i, facets);
+    for (uint32_t k = i; k < end; ++k) {
+      if (k == i || moves) {
+        const float det = std::fabs(world.objectToRender(instance, a.time[k]).determinant());
+        scale = det > 0 ? std::cbrt(det) : 1.f;
+      }
+      facets[k - i].radius *= scale;
+      out[k] = &facets[k - i];
+    }
+  }
+  return out;
 }
 
 }  // namespace kinora::shade

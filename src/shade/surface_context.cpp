@@ -1,4 +1,5 @@
 // What a context's points have been asked about their surface, kept for its life.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -14,11 +15,18 @@ void SurfacePoints::begin(GroupState& group, const Context* c, bool hasQuads) {
   args_.at = c->place;
   args_.time = c->time;
   kernels_ = &surfaceKernels(group.world().width);
+  args_.isByParameter = group.world().placesByParameter;
   if (!hasQuads) return;
+  if (group.world().world->hasUserGeometry()) args_.facet = findFacets(group, args_);
   float *u = floats(), *v = floats();
   findQuadPlaces(group, args_, u, v);
   args_.quad[0] = u;
   args_.quad[1] = v;
+}
+
+void SurfacePoints::limitFootprints(float* radius) const {
+  for (uint32_t i = 0; args_.facet && i < args_.n; ++i)
+    if (args_.facet[i]) radius[i] = std::min(radius[i], args_.facet[i]->radius);
 }
 
 float* SurfacePoints::floats() const { return group_->arena().make<float>(args_.n); }

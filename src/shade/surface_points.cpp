@@ -101,12 +101,32 @@ struct Placing {
 template <int W>
 struct Inside {
   Float<W> b0, b1, b2, u, v;
-  KN_INLINE Inside(const SurfaceArgs& a, uint32_t i)
+  // onFacets: of the micropolygons, where points lie on such, else of the mesh.
+  KN_INLINE Inside(const SurfaceArgs& a, uint32_t i, bool onFacets = true)
       : b1(Float<W>::load(a.at.u + i)), b2(Float<W>::load(a.at.v + i)) {
+    if (a.quad[0]) {
+      u = Float<W>::load(a.quad[0] + i);
+      v = Float<W>::load(a.quad[1] + i);
+    }
+    if (onFacets && a.facet) {
+      alignas(64) float x[4][W];
+      b1.store(x[0]);
+      b2.store(x[1]);
+      u.store(x[2]);
+      v.store(x[3]);
+      for (int l = 0; l < W; ++l)
+        if (const trace::UserFacet* f = a.facet[i + uint32_t(l)]) {
+          x[0][l] = f->b1;
+          x[1][l] = f->b2;
+          x[2][l] = f->u;
+          x[3][l] = f->v;
+        }
+      b1 = Float<W>::load(x[0]);
+      b2 = Float<W>::load(x[1]);
+      u = Float<W>::load(x[2]);
+      v = Float<W>::load(x[3]);
+    }
     b0 = Float<W>(1.f) - b1 - b2;
-    if (!a.quad[0]) return;
-    u = Float<W>::load(a.quad[0] + i);
-    v = Float<W>::load(a.quad[1] + i);
   }
   KN_INLINE Float<W> overTriangle(Float<W> a, Float<W> b, Float<W> c) const { return b0 * a + b1 * b + b2 * c; }
   KN_INLINE Float<W> overQuad(const Float<W> c[4]) const {
@@ -150,6 +170,18 @@ struct CornerLanes {
     constexpr float zero[3] = {0, 0, 0};
     for (Lanes3<W>& c : at) c.set(lane, zero);
   }
+  // Of the micropolygon that the point lies on, where it lies on one.
+  bool setFacet(const SurfaceArgs& a, uint32_t point, int lane, bool whole,
+                const float (trace::UserFacet::*corners)[4][3]) {
+    const trace::UserFacet* f = a.facet ? a.facet[point] : nullptr;
+    if (!f) return false;
+    quad[lane] = whole;
+    anyQuad |= whole;
+    clear(lane);
+    const float(&values)[4][3] = f->*corners;
+    for (int k = 0; k < (whole ? 4 : 3); ++k) at[k].set(lane, values[!whole && k > 0 && f->isSecond ? k + 1 : k]);
+    return true;
+  }
   // `stride` floats lead from the first key to the second.
   void set(int lane, int corner, const float* v, size_t stride, const geometry::Mesh::KeyPair& keys) {
     if (!(keys.part > 0)) return at[corner].set(lane, v);
@@ -166,7 +198,10 @@ CornerLanes<W> cornerPositions(const SurfaceArgs& a, uint32_t i, bool whole, boo
   CornerLanes<W> out;
   for (int l = 0; l < W; ++l) {
     const uint32_t point = i + uint32_t(l);
-    const CornersOf corners(a, point, whole);
+    if (!undeformed && out.setFacet(a, point, l, whole, &trace::UserFacet::P)) continue;
+    // where a place is given by its parameters the quad is one piece
+    const bool isOne = undeformed && (a.isByParameter || (a.facet && a.facet[point]));
+    const CornersOf corners(a, point, whole || isOne);
     const MeshView& m = corners.view;
     out.setQuad(l, corners);
     out.clear(l);
@@ -187,6 +222,7 @@ CornerLanes<W> cornerNormals(const SurfaceArgs& a, uint32_t i, bool whole) {
   CornerLanes<W> out;
   for (int l = 0; l < W; ++l) {
     const uint32_t point = i + uint32_t(l);
+    if (out.setFacet(a, point, l, whole, &trace::UserFacet::N)) continue;
     const CornersOf corners(a, point, whole);
     const MeshView& m = corners.view;
     out.setQuad(l, corners);
@@ -223,7 +259,8 @@ struct Surface {
 
   static void positions(const SurfaceArgs& a, float* const P[3]) {
     for (uint32_t i = 0; i < a.n; i += W) {
-      const CornerLanes<W> corners = cornerPositions<W>(a, i, false);  // a point is the triangle's own
+      // a point is the triangle's own
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, a.isByParameter);
       Placing<W>(a, i).point(interpolate<W>(corners, Inside<W>(a, i))).store(P, i);
       if (!a.strand) continue;
       for (uint32_t l = i; l < i + W; ++l) {
@@ -251,10 +288,26 @@ struct Surface {
 
   static void facets(const SurfaceArgs& a, float* const ng[3]) {
     for (uint32_t i = 0; i < a.n; i += W) {
-      const CornerLanes<W> corners = cornerPositions<W>(a, i, false);
+      const CornerLanes<W> corners = cornerPositions<W>(a, i, a.isByParameter);
       const V first = corners.at[0].get();
-      area(corners.at[1].get() - first, corners.at[2].get() - first).store(ng, i);
+      V n = area(corners.at[1].get() - first, corners.at[2].get() - first);
+      if (corners.anyQuad) {
+        // those of the surface between four corners; a corner in which two meet has that of the rest
+        V x, y;
+        quadEdges(corners, Inside<W>(a, i), x, y);
+        const V own = area(x, y);
+        const F l2 = own.x * own.x + own.y * own.y + own.z * own.z;
+        const V mean = area(corners.at[2].get() - first, corners.at[3].get() - corners.at[1].get());
+        n = select(corners.onQuad(), select(l2 > F(0.f), own, mean), n);
+      }
+      n.store(ng, i);
     }
+  }
+
+  static KN_INLINE void quadEdges(const CornerLanes<W>& corners, const Inside<W>& in, V& x, V& y) {
+    const V p0 = corners.at[0].get(), p1 = corners.at[1].get(), p2 = corners.at[2].get(), p3 = corners.at[3].get();
+    x = (p1 - p0) * (F(1.f) - in.v) + (p2 - p3) * in.v;
+    y = (p3 - p0) * (F(1.f) - in.u) + (p2 - p1) * in.u;
   }
 
   static void normals(const SurfaceArgs& a, const float* const raw[3], float* const ng[3], float* const smooth[3]) {
@@ -288,6 +341,17 @@ struct Surface {
         const Mask<W> quad = corners.onQuad();
         y = select(quad, (p3 - p0) * (F(1.f) - in.u) + (p2 - p1) * in.u, y);
         x = select(quad, x * (F(1.f) - in.v) + (p2 - p3) * in.v, x);
+      }
+      if (a.facet) {
+        // along one unit of the patch's parameters
+        alignas(64) float steps[2][W];
+        for (int l = 0; l < W; ++l)
+          for (int k = 0; k < 2; ++k) {
+            const trace::UserFacet* f = a.facet[i + uint32_t(l)];
+            steps[k][l] = f ? f->steps[k] : 1.f;
+          }
+        x = x * F::load(steps[0]);
+        y = y * F::load(steps[1]);
       }
       const Placing<W> placing(a, i);
       placing.direction(x).store(e1, i);
@@ -345,7 +409,7 @@ struct Surface {
           for (int k = 0; k < 4; ++k) corner[j][k][l] = c[k];
         }
       }
-      const Inside<W> in(a, i);
+      const Inside<W> in(a, i, false);
       for (uint32_t j = 0; j < components; ++j) {
         const F c[4] = {F::load(corner[j][0]), F::load(corner[j][1]), F::load(corner[j][2]), F::load(corner[j][3])};
         const Int<W> how = Int<W>::load(across[j]);
@@ -376,7 +440,7 @@ struct Surface {
         const float f[3] = {float(o.x), float(o.y), float(o.z)};
         origin.set(l, f);
       }
-      const Inside<W> in(a, i);
+      const Inside<W> in(a, i, false);
       (interpolate<W>(triangle, in) + origin.get()).store(Po, i);
       F o1[3], o2[3];
       for (int k = 0; k < 3; ++k) {
@@ -461,6 +525,61 @@ struct Surface {
       const V unit = whole * inverse;
       const F divergence = (product(n[1] - n[0], area(e2, unit)) + product(n[2] - n[0], area(unit, e1))) * inverse;
       (divergence * F(0.5f)).store(out + i);
+    }
+  }
+
+  static void facetSlopes(const SurfaceArgs& a, float* const e1[3], float* const e2[3], float* const dn1[3],
+                          float* const dn2[3]) {
+    const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const CornerLanes<W> facet = cornerPositions<W>(a, i, false), normals = cornerNormals<W>(a, i, true);
+      const V first = facet.at[0].get();
+      const V f1 = facet.at[1].get() - first, f2 = facet.at[2].get() - first;
+      const V n0 = normals.at[0].get(), n1 = normals.at[1].get(), n2 = normals.at[2].get();
+      const Inside<W> in(a, i);
+      V n = n0 * in.b0 + n1 * in.b1 + n2 * in.b2, d1 = n1 - n0, d2 = n2 - n0;
+      if (normals.anyQuad) {
+        // The place in a quad is that of the facet's point seen along the quad's mean normal (quad_place.cpp): a step
+        // on the facet is one of u and v, but for what lies along that normal.
+        const CornerLanes<W> corners = cornerPositions<W>(a, i, true);
+        const V q0 = corners.at[0].get(), e = corners.at[1].get() - q0, d = corners.at[2].get() - q0,
+                f = corners.at[3].get() - q0, n3 = normals.at[3].get();
+        const V mean = area(e, d) + area(d, f), g = d - e - f;
+        const V alongU = e + g * in.v, alongV = f + g * in.u;
+        const F size = product(mean, area(alongU, alongV));
+        const F inverse = select(size != F(0.f), F(1.f) / size, F(0.f));
+        const V nu = (n1 - n0) * (F(1.f) - in.v) + (n2 - n3) * in.v,
+                nv = (n3 - n0) * (F(1.f) - in.u) + (n2 - n1) * in.u;
+        const auto along = [&](V step) {
+          return nu * (product(mean, area(step, alongV)) * inverse) +
+                 nv * (product(mean, area(alongU, step)) * inverse);
+        };
+        const Mask<W> quad = normals.onQuad();
+        n = select(quad,
+                   (n0 * (F(1.f) - in.u) + n1 * in.u) * (F(1.f) - in.v) + (n3 * (F(1.f) - in.u) + n2 * in.u) * in.v,
+                   n);
+        d1 = select(quad, along(f1), d1);
+        d2 = select(quad, along(f2), d2);
+      }
+      const Placing<W> placing(a, i);
+      if (placing.any) {
+        const auto cofactors = placing.cofactors();
+        const auto place = [&](V x) {
+          x = placing.normal(cofactors, x);
+          return select(cofactors.mirrors, -x, x);
+        };
+        n = place(n);
+        d1 = place(d1);
+        d2 = place(d2);
+      }
+      // of n / |n|
+      const F l2 = product(n, n), inverse = select(l2 > F(0.f), F(1.f) / sqrt(l2), F(0.f));
+      n = n * inverse;
+      const auto ofUnit = [&](V x) { return (x - n * product(n, x)) * inverse; };
+      placing.direction(f1).store(e1, i);
+      placing.direction(f2).store(e2, i);
+      ofUnit(d1).store(dn1, i);
+      ofUnit(d2).store(dn2, i);
     }
   }
 
@@ -592,10 +711,11 @@ void Surface<W>::terminatorOffsets(const TerminatorArgs& args) {
 }
 
 template <int W>
-constexpr SurfaceKernels kSurface{&Surface<W>::positions,  &Surface<W>::facets,      &Surface<W>::normals,
-                                  &Surface<W>::edges,      &Surface<W>::slopes,      &Surface<W>::rest,
-                                  &Surface<W>::curvatures, &Surface<W>::derivatives, &Surface<W>::footprints,
-                                  &Surface<W>::across,     &Surface<W>::alongEdges,  &Surface<W>::terminatorOffsets};
+constexpr SurfaceKernels kSurface{
+    &Surface<W>::positions,        &Surface<W>::facets, &Surface<W>::normals,    &Surface<W>::edges,
+    &Surface<W>::slopes,           &Surface<W>::rest,   &Surface<W>::curvatures, &Surface<W>::derivatives,
+    &Surface<W>::footprints,       &Surface<W>::across, &Surface<W>::alongEdges, &Surface<W>::facetSlopes,
+    &Surface<W>::terminatorOffsets};
 #if HWY_TARGET == HWY_AVX2
 [[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
 [[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }

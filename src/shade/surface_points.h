@@ -20,6 +20,10 @@ struct SurfaceArgs {
   const float* time;                           // of the shutter
   const float* quad[2] = {nullptr, nullptr};   // parameters on quads; [0] -1: not on one. Null: no point is
   const StrandPlace* const* strand = nullptr;  // null: no point lies on one
+  // What points lie on where geometry has several resolutions: `at` then says where on its mesh, this how the surface
+  // that was hit runs there. Null: no point does, or, by point, this one does not.
+  const trace::UserFacet* const* facet = nullptr;
+  bool isByParameter = false;  // points of quads lie where their parameters say, see ShadingWorld::placesByParameter
   Spot spot(uint32_t i) const;
   trace::Affine toRender(uint32_t i) const;
 };
@@ -67,6 +71,9 @@ struct SurfaceKernels {
   // How far along the edges steps go: step = a e1 + b e2, by least squares; 0 where the edges span no plane.
   void (*alongEdges)(uint32_t n, const float* const e1[3], const float* const e2[3], const float* const step[3],
                      float* a, float* b);
+  // Edges of the facets, and how much the unit normals of normals() change along them; 0 where there are none.
+  void (*facetSlopes)(const SurfaceArgs& a, float* const e1[3], float* const e2[3], float* const dn1[3],
+                      float* const dn2[3]);
   // shadow_terminator.h
   void (*terminatorOffsets)(const struct TerminatorArgs& a);
 };
@@ -87,6 +94,9 @@ class SurfacePoints {
  public:
   // Before the points themselves are known: no strands yet.
   void begin(GroupState& group, const Context* c, bool hasQuads);
+  // Of geometry with several resolutions: footprints are kept so small that rays that leave find the surface where it
+  // was hit. Another resolution lies elsewhere, and a ray would begin on its other side, or in its own shadow.
+  void limitFootprints(float* radius) const;
   const SurfaceArgs& args() { return strandsAsked_ ? args_ : withStrands(); }
   // Triangles and quads only: for what strands know themselves, or have not.
   const SurfaceArgs& meshArgs() const { return args_; }
@@ -113,6 +123,8 @@ class SurfacePoints {
 // Parameters in their quads of the points of `a`; u is -1 where place is the triangle's own: on other triangles, and
 // on quads that are not convex.
 void findQuadPlaces(GroupState& group, const SurfaceArgs& a, float* u, float* v);
+// What points of geometry with several resolutions lie on (null: of others); null where none does.
+const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& a);
 // A point of a strand: `s` is the hit's parameter along a piece of curve, `towards` points to where the ray came
 // from.
 StrandPlace placeOnStrand(const geometry::Mesh& mesh, uint32_t primitive, float s, float time, bool isBaked,

@@ -213,6 +213,10 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
   builtin(Builtin::DPdu) = three(tangent);
   builtin(Builtin::DPdv) = three(bitangent);
   builtin(Builtin::Tangent) = three(tangent);
+  builtin(Builtin::FacetEdge1) = three(tangent);
+  builtin(Builtin::FacetEdge2) = three(bitangent);
+  for (const Builtin flat : {Builtin::DNEdge1, Builtin::DNEdge2, Builtin::DNdu, Builtin::DNdv})
+    builtin(flat) = m.make(3, {0, 0, 0}, false);
   builtin(Builtin::Po) = three(c.P);
   builtin(Builtin::PoRadius) = one(c.radius);
   builtin(Builtin::Pworld) = three(c.P);

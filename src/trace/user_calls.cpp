@@ -31,6 +31,7 @@ UserRay rayOf(RTCRayN* rays, unsigned n, unsigned i, const QueryContext& q) {
   const unsigned id = RTCRayN_id(rays, n, i);
   r.radius = q.radius ? q.radius[id] * scale : 0.f;
   r.spread = q.spread ? q.spread[id] * scale : 0.f;
+  r.mask = RTCRayN_mask(rays, n, i);
   return r;
 }
 
@@ -46,6 +47,27 @@ void bounds(const RTCBoundsFunctionArguments* a) {
   b.upper_z = upper[2];
 }
 
+// Whether the query's own filter, which Embree calls for triangles, refuses a hit.
+bool isRefused(const RTCIntersectFunctionNArguments* a, const UserHit& h, unsigned i) {
+  RTCRayN* rays = RTCRayHitN_RayN(a->rayhit, a->N);
+  RTCRay ray = rtcGetRayFromRayN(rays, a->N, i);
+  ray.tfar = h.t;
+  RTCHit hit;
+  hit.Ng_x = h.ng[0];
+  hit.Ng_y = h.ng[1];
+  hit.Ng_z = h.ng[2];
+  hit.u = h.u;
+  hit.v = h.v;
+  hit.primID = h.primitive;
+  hit.geomID = a->geomID;
+  hit.instID[0] = a->context->instID[0];
+  int valid = -1;
+  const RTCFilterFunctionNArguments filter{
+      &valid, a->geometryUserPtr, a->context, reinterpret_cast<RTCRayN*>(&ray), reinterpret_cast<RTCHitN*>(&hit), 1};
+  a->context->filter(&filter);
+  return valid == 0;
+}
+
 void intersect(const RTCIntersectFunctionNArguments* a) {
   const auto& geometry = *static_cast<const UserGeometry*>(a->geometryUserPtr);
   const auto& query = *reinterpret_cast<const QueryContext*>(a->context);
@@ -55,14 +77,16 @@ void intersect(const RTCIntersectFunctionNArguments* a) {
     if (!a->valid[i]) continue;
     const UserRay ray = rayOf(rays, a->N, i, query);
     UserHit h;
+    h.primitive = a->primID;
     if (!geometry.intersect(a->primID, ray, &h) || !(h.t > ray.tMin && h.t < ray.tMax)) continue;
+    if (query.embree.filter && isRefused(a, h, i)) continue;
     RTCRayN_tfar(rays, a->N, i) = h.t;
     RTCHitN_u(hits, a->N, i) = h.u;
     RTCHitN_v(hits, a->N, i) = h.v;
     RTCHitN_Ng_x(hits, a->N, i) = h.ng[0];
     RTCHitN_Ng_y(hits, a->N, i) = h.ng[1];
     RTCHitN_Ng_z(hits, a->N, i) = h.ng[2];
-    RTCHitN_primID(hits, a->N, i) = a->primID;
+    RTCHitN_primID(hits, a->N, i) = h.primitive;
     RTCHitN_geomID(hits, a->N, i) = a->geomID;
     RTCHitN_instID(hits, a->N, i, 0) = a->context->instID[0];
     if (query.level) query.level[RTCRayN_id(rays, a->N, i)] = h.level;

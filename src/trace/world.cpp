@@ -364,7 +364,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       sortBySpace(plan.placements, [&](uint32_t placement) {
         return toRenderOf(placement).at(0.5 * (options.shutterOpen + options.shutterClose)).translation();
       });
-    for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty();
+    for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty() || shapes[s].user;
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
@@ -413,6 +413,11 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       w.hasFacing_ |= m->facesRay();
       w.hasRibbons_ |= m->facesRay() && m->isCurve();
     }
+    for (size_t i = 0; i < part->users.size(); ++i)
+      if (part->users[i] && part->users[i]->hasFacets()) {
+        w.faceted_.resize(w.meshes_.size(), nullptr);
+        w.faceted_[placeInTables.firstGeometry + i] = part->users[i].get();
+      }
     for (uint32_t v : part->visibility) w.clearShadows_ |= (v & kSeenByClearShadow) && !(v & kSeenByOpaqueShadow);
     w.hasUser_ |= part->hasUser;
     const uint32_t partIndex = uint32_t(w.parts_.size());
@@ -447,6 +452,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
 
   w.key_ = w.keys_->data();
+  if (!w.faceted_.empty()) w.faceted_.resize(w.meshes_.size(), nullptr);
   if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
     float r2 = 0;

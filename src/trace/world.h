@@ -40,7 +40,8 @@ enum VisibilityBits : uint32_t {
   kSeenByIndirect = 2,
   kSeenByOpaqueShadow = 4,
   kSeenByClearShadow = 8,
-  kAskedAlone = 16  // closestOn() finds it
+  kAskedAlone = 16,  // closestOn() finds it
+  kSeenByWalks = 32  // manifold walks go through it
 };
 
 // A tessellated primitive as the builder gets it.
@@ -50,7 +51,8 @@ struct ShapeInput {
   std::shared_ptr<geometry::Mesh>
       mesh;                  // taken over: static objects placed once are moved into render space in place
   uint32_t visibility = 15;  // VisibilityBits
-  std::shared_ptr<const UserGeometry> user;  // instead of triangles: `mesh` then holds none (null will do)
+  // Instead of triangles: `mesh` then holds none (null will do), or those that the geometry's facets lie on.
+  std::shared_ptr<const UserGeometry> user;
 };
 // Shapes in one space, placed one or more times.
 struct PartInput {
@@ -118,7 +120,6 @@ class World {
   void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots,
                const Draws& draws = {}) const;
   // On one body each, by slot (see bodyOf), of surfaces that are seen by kAskedAlone, as if there were nothing else.
-  // User geometry of other bodies is met all the same.
   void closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n, const uint32_t* slots) const;
   // A hit before it has a place in Hits.
   struct CollectedHit {
@@ -148,6 +149,8 @@ class World {
   float radius() const { return radius_; }
   uint64_t triangleCount() const { return triangles_; }
   const geometry::Mesh& mesh(uint32_t geometry) const { return *meshes_[geometry]; }
+  // Geometry that shades as its mesh does, at several resolutions (UserGeometry::hasFacets); null: the mesh as it is.
+  const UserGeometry* faceted(uint32_t geometry) const { return faceted_.empty() ? nullptr : faceted_[geometry]; }
   uint32_t geometryCount() const { return uint32_t(meshes_.size()); }
   uint32_t instanceCount() const { return uint32_t(instances_.size()); }
   const Instance& instance(uint32_t i) const { return instances_[i]; }
@@ -210,6 +213,7 @@ class World {
   std::vector<uint32_t> instanceOfTop_;  // Embree instance id -> instance, or none (batch)
   std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
+  std::vector<const UserGeometry*> faceted_;             // by geometry index, of parts_; empty: there are none
   std::vector<Instance> instances_;
   std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
   const Affine* key_ = nullptr;                       // the first, once all are there

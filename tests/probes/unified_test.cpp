@@ -58,9 +58,9 @@ TEST(Unified, IsConnectionAndMergingByTheChoiceOfLightPaths) {
 TEST(Unified, SaysWhatHasNoEffect) {
   std::string said;
   const auto film = filmOf(
-      "PxrUnified", with({{"integrator.manifoldWalk", "1"}, {"integrator.indirectTrainingSamples", "64"}}), &said);
+      "PxrUnified", with({{"integrator.directClamp", "1"}, {"integrator.indirectTrainingSamples", "64"}}), &said);
   EXPECT_NE(said.find("PARAM-NO-EFFECT"), std::string::npos) << said;
-  for (const char* name : {"'manifoldWalk'", "'indirectTrainingSamples'"})
+  for (const char* name : {"'directClamp'", "'indirectTrainingSamples'"})
     EXPECT_NE(said.find(name), std::string::npos) << said;
   EXPECT_EQ(said.find("maxIndirectBounces"), std::string::npos) << said;
   EXPECT_TRUE(film == filmOf("PxrUnified", kCommon));

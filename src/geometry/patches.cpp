@@ -1,0 +1,242 @@
+#include "geometry/patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "geometry/facets.h"
+#include "geometry/points_in_space.h"
+
+namespace kinora::geometry {
+
+using Imath::V2f;
+using Imath::V3d;
+using Imath::V3f;
+
+namespace {
+
+constexpr double kSmoothNormals = 1 - 1e-5;  // cosine, as in displace.cpp
+
+uint64_t pairOf(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
+
+// Adds vertices that are means of others.
+class VertexMeans {
+ public:
+  explicit VertexMeans(Mesh& mesh) : mesh_(mesh) {}
+  uint32_t of(const uint32_t* v, int count) {
+    V3d p(0);
+    for (int k = 0; k < count; ++k) p += V3d(mesh_.points[v[k]]) / count;
+    mesh_.points.push_back(V3f(p));
+    for (Primvar& x : mesh_.primvars) {
+      if (x.rate != Primvar::Rate::PerVertex || x.data.empty()) continue;
+      const size_t width = size_t(x.width);
+      V3d n(0);
+      for (size_t c = 0; c < width; ++c) {
+        double sum = 0;
+        for (int k = 0; k < count; ++k) sum += double(x.data[v[k] * width + c]) / count;
+        x.data.push_back(float(sum));
+        if (c < 3) n[int(c)] = sum;
+      }
+      if (x.name != "N") continue;
+      const double length = n.length();
+      for (size_t c = 0; c < 3; ++c)
+        x.data[x.data.size() - 3 + c] = float(length > 0 ? n[int(c)] / length : double(c == 2));
+    }
+    return mesh_.vertexCount++;
+  }
+  uint32_t between(uint32_t a, uint32_t b) {
+    const auto [it, isNew] = middles_.try_emplace(pairOf(a, b), 0);
+    const uint32_t ends[2] = {std::min(a, b), std::max(a, b)};
+    if (isNew) it->second = of(ends, 2);
+    return it->second;
+  }
+
+ private:
+  Mesh& mesh_;
+  std::unordered_map<uint64_t, uint32_t> middles_;
+};
+
+}  // namespace
+
+Patches::Patches(Mesh mesh, const DiceRate& rate) : mesh_(std::make_shared<Mesh>(std::move(mesh))) {
+  splitIntoQuads();
+  findEdges(rate);
+  findSites();
+}
+
+// Each quad must begin with triangle 2 * patch.
+void Patches::splitIntoQuads() {
+  bool isWhole = true;
+  for (uint32_t t = 0; t < mesh_->triangleCount() && isWhole; t += 2) isWhole = mesh_->quadOf(t) == t;
+  if (isWhole) {
+    edgesOf_.resize(mesh_->triangleCount() / 2);
+    return;
+  }
+  Mesh out;
+  out.kind = mesh_->kind;
+  out.origin = mesh_->origin;
+  out.flipNormals = mesh_->flipNormals;
+  out.doubleSided = mesh_->doubleSided;
+  out.bounds = mesh_->bounds;
+  out.points = mesh_->points;
+  out.vertexCount = mesh_->vertexCount;
+  out.primvars = mesh_->primvars;
+  VertexMeans means(out);
+  for (uint32_t t = 0; t < mesh_->triangleCount();) {
+    const bool isQuad = mesh_->quadOf(t) == t;
+    const int n = isQuad ? 4 : 3;
+    uint32_t v[4], middle[4];
+    V2f uv[4], uvMiddle[4], uvCentre(0);
+    for (int k = 0; k < n; ++k) {
+      v[k] = mesh_->indices[isQuad ? Mesh::quadCorner(t, k) : 3 * size_t(t) + size_t(k)];
+      uv[k] = isQuad && k == 3 ? mesh_->uvOf(t + 1, 2) : mesh_->uvOf(t, k);
+      uvCentre += uv[k] / float(n);
+    }
+    for (int k = 0; k < n; ++k) {
+      middle[k] = means.between(v[k], v[(k + 1) % n]);
+      uvMiddle[k] = (uv[k] + uv[(k + 1) % n]) * 0.5f;
+    }
+    const uint32_t centre = means.of(v, n);
+    for (int k = 0; k < n; ++k) {
+      const int before = (k + n - 1) % n;
+      appendFacet(out, mesh_->faceOf(t), {v[k], middle[k], centre, middle[before]},
+                  {uv[k], uvMiddle[k], uvCentre, uvMiddle[before]}, 4);
+    }
+    t += isQuad ? 2 : 1;
+  }
+  out.points.reserve(out.points.size() + 2);  // for Embree, see trace/world.cpp
+  *mesh_ = std::move(out);
+  edgesOf_.resize(mesh_->triangleCount() / 2);
+}
+
+bool Patches::isSmooth(uint32_t a, uint32_t b) const {
+  if (a == b) return true;
+  const Primvar* n = mesh_->find("N");
+  const float *x = &n->data[3 * size_t(a)], *y = &n->data[3 * size_t(b)];
+  return double(x[0]) * y[0] + double(x[1]) * y[1] + double(x[2]) * y[2] > kSmoothNormals;
+}
+
+void Patches::findEdges(const DiceRate& rate) {
+  const PointsInSpace places(*mesh_);
+  siteOfVertex_ = places.ofVertex;
+  std::unordered_map<uint64_t, uint32_t> numbers;
+  std::vector<uint32_t> sidesOf;
+  for (uint32_t p = 0; p < count(); ++p)
+    for (int k = 0; k < 4; ++k) {
+      const uint32_t va = vertexOf(p, k), vb = vertexOf(p, (k + 1) % 4), a = siteOfVertex_[va], b = siteOfVertex_[vb];
+      const auto [it, isNew] = numbers.try_emplace(pairOf(a, b), uint32_t(edges_.size()));
+      edgesOf_[p][size_t(k)] = it->second;
+      if (!isNew) {
+        ++sidesOf[it->second];
+        continue;
+      }
+      sidesOf.push_back(1);
+      const V3d from(mesh_->points[va]), to(mesh_->points[vb]);
+      const double length = (to - from).length();
+      double step = INFINITY;
+      for (int i = 0; i <= 4; ++i) step = std::min(step, rate.at(from + (to - from) * (i / 4.) + mesh_->origin));
+      int exponent = 0;
+      while (exponent < kMostExponent && std::ldexp(step, exponent) < length * (1 - 1e-6)) ++exponent;
+      edges_.push_back(
+          {{std::min(a, b), std::max(a, b)}, 0, float(std::ldexp(length, -exponent)), uint8_t(exponent), false});
+    }
+  uint32_t at = 0;
+  for (size_t e = 0; e < edges_.size(); ++e) {
+    edges_[e].firstSide = at;
+    at += sidesOf[e];
+    sidesOf[e] = edges_[e].firstSide;
+  }
+  edges_.push_back({{0, 0}, at, 0, 0, false});
+  edgeSides_.resize(at);
+  for (uint32_t p = 0; p < count(); ++p)
+    for (int k = 0; k < 4; ++k) {
+      const uint32_t e = edgesOf_[p][size_t(k)];
+      const bool isReversed = siteOfVertex_[vertexOf(p, k)] != edges_[e].site[0];
+      edgeSides_[sidesOf[e]++] = {p, uint8_t(k), isReversed, 0};
+    }
+  const auto ends = [&](const Side& s) {
+    const uint32_t a = vertexOf(s.patch, s.number), b = vertexOf(s.patch, (s.number + 1) % 4);
+    return s.isReversed ? std::pair{b, a} : std::pair{a, b};
+  };
+  for (size_t e = 0; e + 1 < edges_.size(); ++e) {
+    const uint32_t first = edges_[e].firstSide, last = edges_[e + 1].firstSide;
+    for (uint32_t i = first; i < last; ++i) {
+      const auto [a, b] = ends(edgeSides_[i]);
+      edgeSides_[i].piece = uint16_t(i - first);
+      for (uint32_t j = first; j < i; ++j) {
+        const auto [c, d] = ends(edgeSides_[j]);
+        if (!isSmooth(a, c) || !isSmooth(b, d)) continue;
+        edgeSides_[i].piece = edgeSides_[j].piece;
+        break;
+      }
+      edges_[e].isJoined |= ends(edgeSides_[i]) != ends(edgeSides_[first]);
+    }
+  }
+}
+
+void Patches::findSites() {
+  uint32_t sites = 0;
+  for (const uint32_t s : siteOfVertex_) sites = std::max(sites, s + 1);
+  firstAtSite_.assign(sites + 1, {0, INFINITY, false});
+  for (uint32_t p = 0; p < count(); ++p)
+    for (int k = 0; k < 4; ++k) ++firstAtSite_[siteOf(p, k) + 1].first;
+  for (size_t s = 0; s < sites; ++s) firstAtSite_[s + 1].first += firstAtSite_[s].first;
+  siteSides_.resize(firstAtSite_[sites].first);
+  std::vector<uint32_t> next(sites);
+  for (size_t s = 0; s < sites; ++s) next[s] = firstAtSite_[s].first;
+  for (uint32_t p = 0; p < count(); ++p)
+    for (int k = 0; k < 4; ++k) siteSides_[next[siteOf(p, k)]++] = {p, uint8_t(k), false, 0};
+  for (size_t s = 0; s < sites; ++s) {
+    Site& site = firstAtSite_[s];
+    const uint32_t first = site.first, last = firstAtSite_[s + 1].first;
+    const auto vertex = [&](uint32_t i) { return vertexOf(siteSides_[i].patch, siteSides_[i].number); };
+    for (uint32_t i = first; i < last; ++i) {
+      siteSides_[i].piece = uint16_t(std::min(i - first, 65535u));
+      for (uint32_t j = first; j < i; ++j)
+        if (isSmooth(vertex(i), vertex(j))) {
+          siteSides_[i].piece = siteSides_[j].piece;
+          break;
+        }
+      site.isJoined |= vertex(i) != vertex(first);
+      for (const int k : {int(siteSides_[i].number), (siteSides_[i].number + 3) % 4}) {
+        const float size = edges_[edgesOf_[siteSides_[i].patch][size_t(k)]].size;
+        if (size > 0) site.size = std::min(site.size, size);
+      }
+    }
+    if (!std::isfinite(site.size)) site.size = 0;
+  }
+}
+
+uint64_t Patches::triangles() const {
+  uint64_t sum = 0;
+  for (uint32_t p = 0; p < count(); ++p) sum += uint64_t(2) << (eu(p) + ev(p));
+  return sum;
+}
+
+uint64_t Patches::bytes() const {
+  return edgesOf_.size() * sizeof edgesOf_[0] + edges_.size() * sizeof(Edge) +
+         (edgeSides_.size() + siteSides_.size()) * sizeof(Side) + firstAtSite_.size() * sizeof(Site) +
+         siteOfVertex_.size() * sizeof(uint32_t);
+}
+
+Patches::Place Patches::onEdge(const Side& side, uint32_t t) {
+  const uint32_t along = side.isReversed ? kUnit - t : t;
+  switch (side.number) {
+    case 0:
+      return {side.patch, uint16_t(along), 0};
+    case 1:
+      return {side.patch, uint16_t(kUnit), uint16_t(along)};
+    case 2:
+      return {side.patch, uint16_t(kUnit - along), uint16_t(kUnit)};
+    default:
+      return {side.patch, 0, uint16_t(kUnit - along)};
+  }
+}
+
+Patches::Place Patches::atCorner(const Side& side) {
+  const bool isRight = side.number == 1 || side.number == 2, isTop = side.number >= 2;
+  return {side.patch, uint16_t(isRight ? kUnit : 0), uint16_t(isTop ? kUnit : 0)};
+}
+
+}  // namespace kinora::geometry

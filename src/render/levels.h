@@ -1,0 +1,97 @@
+// A displaced surface that is diced where rays ask, as finely as their footprints are: patches (geometry/patches.h) whose
+// grids are shaded and moved on demand, on any thread, and held by a cache of bounded size (trace/geometry_cache.h).
+// What a ray sees of a patch follows from ray and patch alone: its resolution from the footprint at the patch, the
+// steps along each of its edges from that at the edge, so that both patches of an edge agree. A point of the surface is
+// in one place whatever the resolution: coarser grids are parts of finer ones. Made by Displacement.
+#pragma once
+#include <tbb/enumerable_thread_specific.h>
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "film/light_paths.h"
+#include "geometry/patches.h"
+#include "scene/scene.h"
+#include "shade/group.h"
+#include "trace/geometry_cache.h"
+#include "trace/user_geometry.h"
+
+namespace kinora::render {
+
+// What surfaces with several resolutions have made, over all of them; filled from any thread.
+struct LevelCounters {
+  static constexpr int kLevels = 11, kKinds = 3;              // kinds of rays: camera, indirect, shadow
+  std::atomic<uint64_t> micropolygons[kLevels][kKinds] = {};  // quads diced, for rays of this kind
+  std::atomic<uint64_t> nanoseconds{0}, vertices{0};          // of dicing, shading for displacement with it
+  std::atomic<uint64_t> found{0};                             // patches that rays found diced
+};
+
+class LevelledSurface final : public trace::UserGeometry {
+ public:
+  struct Setup {
+    std::shared_ptr<const geometry::Patches> patches;
+    shade::ShadingWorld world;  // of the patches' mesh alone, for places; see Displacement::worldOf
+    scene::AttributesPtr attributes;
+    std::shared_ptr<const film::LightPaths> paths;
+    std::string object, displacement;  // names
+    SourcePos pos;
+    float toRender = 1;  // by which lengths grow
+    double bound = 0;    // of the ways of points, object units; 0: not known, all patches are diced once
+    const std::atomic<bool>* stop = nullptr;
+    std::shared_ptr<trace::GeometryCache> cache;
+    std::shared_ptr<LevelCounters> counters;
+  };
+  explicit LevelledSurface(Setup setup);
+  ~LevelledSurface() override;
+
+  uint32_t patchCount() const override { return patches_->count(); }
+  void bounds(uint32_t patch, float lower[3], float upper[3]) const override;
+  bool intersect(uint32_t patch, const trace::UserRay& ray, trace::UserHit* hit) const override;
+  bool hasFacets() const override { return true; }
+  void facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u, const float* v,
+              trace::UserFacet* out) const override;
+
+  const std::shared_ptr<const geometry::Patches>& patches() const { return patches_; }
+  double longest() const { return longest_; }  // way of a point, of those that have been diced; object units
+  uint64_t bytes() const;                      // beside the cache and the mesh
+
+ private:
+  struct Workspace;
+  struct Choice {  // what a ray sees
+    int level;
+    std::array<uint8_t, 4> steps;
+  };
+  Choice choose(uint32_t patch, const trace::UserRay& ray) const;
+  static int coarser(float footprint, float size);
+  float largestStep(uint32_t patch) const;
+  trace::GeometryCache::Slot& slot(uint32_t patch, int level) const {
+    return slots_[firstSlot_[patch] + uint32_t(level)];
+  }
+  const trace::Tessellation* held(uint32_t patch, int level, int kind, trace::GeometryCache::Reading& reading) const;
+  trace::Tessellation::Ptr dice(uint32_t patch, int level) const;
+  // Where the points of a grid go to; with the points around it, from which normals follow, where `isAround`.
+  void placePoints(uint32_t patch, int level, bool isAround, Workspace& w) const;
+  void addPoint(Workspace& w, const geometry::Patches::Place& place) const;
+  void movePoints(Workspace& w) const;
+  void findNormals(uint32_t patch, int level, Workspace& w) const;
+  Imath::V3d basePoint(const geometry::Patches::Place& place) const;
+  Imath::V3d baseNormal(const geometry::Patches::Place& place) const;
+  void findBounds(const std::atomic<bool>* stop);
+  void tell(Workspace& w, uint32_t patch) const;
+
+  Setup setup_;
+  std::shared_ptr<const geometry::Patches> patches_;
+  const geometry::Primvar* normals_;
+  std::vector<std::array<float, 6>> boxes_;  // by patch
+  std::vector<uint32_t> firstSlot_;
+  mutable std::vector<trace::GeometryCache::Slot> slots_;
+  bool isMovedByShader_;
+  std::atomic<double> longest_{0};
+  mutable std::atomic<bool> toldBound_{false}, toldNotFinite_{false};
+  mutable tbb::enumerable_thread_specific<std::unique_ptr<Workspace>> workspaces_;
+};
+
+}  // namespace kinora::render

@@ -1,0 +1,136 @@
+// Rays against tessellations: what the hierarchy and the rows of cells find is what all triangles one by one have, and
+// between two patches with other steps on their common edge no ray passes. The cache: what it holds is bounded.
+#include "trace/tessellation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "simd/dispatch.h"
+#include "trace/geometry_cache.h"
+
+namespace kinora::trace {
+namespace {
+
+using Imath::V3d;
+using Imath::V3f;
+
+// Bumps over the unit square, moved by `at`.
+Tessellation::Ptr bumps(int eu, int ev, double at) {
+  std::vector<V3f> points, normals;
+  for (uint32_t j = 0; j <= 1u << ev; ++j)
+    for (uint32_t i = 0; i <= 1u << eu; ++i) {
+      const double x = at + double(i) / (1u << eu), y = double(j) / (1u << ev);
+      points.emplace_back(V3d(x, y, 0.1 * std::sin(9 * x + 2) * std::cos(13 * y)));
+      normals.emplace_back(0.f, 0.f, 1.f);
+    }
+  return Tessellation::make(eu, ev, points.data(), normals.data());
+}
+
+std::array<uint8_t, 4> whole(int eu, int ev) { return {uint8_t(eu), uint8_t(ev), uint8_t(eu), uint8_t(ev)}; }
+
+// In double, by plane and three edges. Distance, or 0; `nearEdge`: rounding may say either.
+double triangleHit(const V3d& o, const V3d& d, const V3d& a, const V3d& b, const V3d& c, bool* nearEdge) {
+  const V3d n = (b - a).cross(c - a);
+  const double det = n.dot(d);
+  if (std::fabs(det) < 1e-14) return 0;
+  const double t = n.dot(a - o) / det;
+  const V3d p = o + d * t;
+  double least = INFINITY;
+  for (const auto& [x, y] : {std::pair{a, b}, {b, c}, {c, a}})
+    least = std::min(least, (y - x).cross(p - x).dot(n) / (n.length() * (y - x).length()));
+  if (std::fabs(least) < 1e-6) *nearEdge = true;
+  return least >= 0 && t > 0 ? t : 0;
+}
+
+TEST(Tessellation, RaysFindTheNearestOfAllTriangles) {
+  setThreadFloatMode();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> number(-1, 1);
+  for (const auto& [eu, ev] : {std::pair{0, 0}, {0, 3}, {1, 2}, {2, 2}, {3, 1}, {4, 3}, {5, 5}, {2, 6}}) {
+    const Tessellation::Ptr grid = bumps(eu, ev, 0);
+    int hits = 0;
+    for (int ray = 0; ray < 400; ++ray) {
+      const float o[3] = {number(random) * 2, number(random) * 2, number(random)};
+      float d[3] = {0.5f + 0.5f * number(random) - o[0], 0.5f + 0.5f * number(random) - o[1],
+                    0.1f * number(random) - o[2]};
+      if (ray % 8 == 0) d[ray / 8 % 3] = 0;
+      double nearest = INFINITY;
+      bool isNear = false;
+      const V3d from(o[0], o[1], o[2]), along(d[0], d[1], d[2]);
+      for (uint32_t j = 0; j < 1u << ev; ++j)
+        for (uint32_t i = 0; i < 1u << eu; ++i) {
+          const V3d a(grid->point(i, j)), b(grid->point(i + 1, j)), c(grid->point(i + 1, j + 1)),
+              e(grid->point(i, j + 1));
+          for (const double t :
+               {triangleHit(from, along, a, b, c, &isNear), triangleHit(from, along, a, c, e, &isNear)})
+            if (t > 0) nearest = std::min(nearest, t);
+        }
+      if (isNear) continue;
+      GridHit h;
+      const bool is = grid->intersect(GridRay(o, d, 0, 1e30f), whole(eu, ev), &h);
+      ASSERT_EQ(is, std::isfinite(nearest)) << eu << " " << ev << " " << ray;
+      if (!is) continue;
+      ++hits;
+      EXPECT_NEAR(h.t, nearest, 1e-4 * nearest);
+      EXPECT_NEAR(h.u, o[0] + h.t * d[0], 1e-4);
+      EXPECT_NEAR(h.v, o[1] + h.t * d[1], 1e-4);
+      EXPECT_GT(h.ng[2], 0);
+    }
+    EXPECT_GT(hits, 100);
+  }
+}
+
+// Two patches side by side; rays through points of their common edge, and beside it by a little.
+TEST(Tessellation, NothingPassesBetweenNeighboursOfOtherSteps) {
+  setThreadFloatMode();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> number(0, 1);
+  for (const auto& [left, right, edge] : {std::tuple{5, 5, 5}, {5, 3, 3}, {5, 4, 2}, {3, 6, 0}, {6, 6, 4}}) {
+    const Tessellation::Ptr a = bumps(left, left, 0), b = bumps(right, right, 1);
+    std::array<uint8_t, 4> stepsA = whole(left, left), stepsB = whole(right, right);
+    stepsA[1] = stepsB[3] = uint8_t(edge);
+    int passed = 0;
+    for (int ray = 0; ray < 40000; ++ray) {
+      const float y = 0.01f + 0.98f * number(random), side = ray % 2 ? 1.f : -1.f;
+      const float to[3] = {1 + (ray % 4 < 2 ? 0.f : 1e-3f * (number(random) - 0.5f)), y, 0};
+      const float o[3] = {1 + 0.3f * (number(random) - 0.5f), y + 0.3f * (number(random) - 0.5f), side * 3};
+      const float d[3] = {to[0] - o[0], to[1] - o[1], to[2] - o[2]};
+      GridHit h;
+      const GridRay r(o, d, 0, 1e30f);
+      passed += !a->intersect(r, stepsA, &h) && !b->intersect(r, stepsB, &h);
+    }
+    EXPECT_EQ(passed, 0) << left << " " << right << " " << edge;
+  }
+}
+
+TEST(Tessellation, TakesFewBytesATriangle) {
+  for (const int e : {3, 4, 5, 6, 7})
+    EXPECT_LT(double(Tessellation::bytesFor(e, e)) / double(2u << (2 * e)), 14) << e;
+}
+
+TEST(GeometryCache, HoldsNoMoreThanItsSizeAndTheLatest) {
+  const uint64_t one = bumps(3, 3, 0)->bytes();
+  GeometryCache cache(4 * one);
+  std::vector<GeometryCache::Slot> slots(64);
+  for (auto& s : slots) {
+    GeometryCache::Reading reading;
+    EXPECT_EQ(cache.find(s), nullptr);
+    const Tessellation* t = cache.put(&cache, s, bumps(3, 3, 0));
+    EXPECT_EQ(cache.find(s), t);
+    // another thread was faster
+    EXPECT_EQ(cache.put(&cache, s, bumps(3, 3, 0)), t);
+  }
+  const GeometryCache::Counts counts = cache.counts();
+  EXPECT_EQ(counts.made, 64u);
+  EXPECT_EQ(counts.twice, 64u);
+  EXPECT_GE(counts.evicted, 59u);
+  EXPECT_LE(counts.mostBytes, 6 * one);
+  cache.forget(&cache);
+  EXPECT_LE(cache.counts().bytes, one);  // what was evicted while this thread read
+}
+
+}  // namespace
+}  // namespace kinora::trace

@@ -1,0 +1,193 @@
+// Surfaces that are diced where rays ask, from the scene to the picture: no ray passes closed ones at any mixture of
+// resolutions, the picture is that of the surface diced at once, and the same bits come of any cache, thread and width.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/render_scene.h"
+
+namespace kinora::tests {
+namespace {
+
+const std::string kBumps =
+    "Pattern \"PxrFractal\" \"f\" \"float frequency\" [2] \"int layers\" [6]\n"
+    "Displace \"PxrDisplace\" \"d\" \"float dispAmount\" [.3] \"reference float dispScalar\" [\"f:resultF\"]\n";
+const std::string kCorners = "\"P\" [-2 -2 -2  -2 -2 2  -2 2 -2  -2 2 2  2 -2 -2  2 -2 2  2 2 -2  2 2 2]";
+const std::string kFaces = "[4 4 4 4 4 4] [0 1 3 2  4 6 7 5  0 4 5 1  2 3 7 6  0 2 6 4  1 5 7 3] ";
+
+std::string levels(int asked, const std::string& length) {
+  return "Attribute \"dice\" \"int levels\" [" + std::to_string(asked) + "] \"float micropolygonlength\" [" + length +
+         "]\n";
+}
+
+RenderRequest requestOf(const std::string& objects, int size, int samples, int bounces, const std::string& camera,
+                        const std::string& channels = "Ci,a") {
+  RenderRequest r;
+  r.rib =
+      "Format " + std::to_string(size) + " " + std::to_string(size) +
+      " 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [" + std::to_string(samples) +
+      "]\nIntegrator \"PxrPathTracer\" \"i\" \"int maxIndirectBounces\" [" + std::to_string(bounces) + "]\n" +
+      camera +
+      "\nWorldBegin\nAttributeBegin\nAttribute \"visibility\" \"int camera\" [0]\nLight \"PxrDomeLight\" \"sky\"\n"
+      "AttributeEnd\nBxdf \"PxrDiffuse\" \"m\" \"color diffuseColor\" [.6 .6 .6]\n" +
+      objects + "\nWorldEnd\n";
+  r.channels = channels;
+  return r;
+}
+
+bool says(const SceneRender& r, const std::string& what) {
+  for (const std::string& m : r.messages())
+    if (m.find(what) != std::string::npos) return true;
+  return false;
+}
+
+double mean(const image::Image& x) {
+  double sum = 0;
+  for (const float p : x.pixels) sum += double(p);
+  return sum / double(x.pixels.size());
+}
+
+// From inside, with footprints of several micropolygons, which are others in each direction: each ray sees a mixture.
+TEST(GeometryLevels, ClosedSurfacesLetNoRayThrough) {
+  const std::string shapes[] = {
+      "Sphere 2 -2 2 360",
+      "SubdivisionMesh \"catmull-clark\" " + kFaces + "[\"interpolateboundary\"] [1 0] [2] [] " + kCorners,
+      "PointsPolygons " + kFaces + kCorners,
+      "PointsPolygons [3 3 3 3] [0 1 2 0 3 1 1 3 2 2 3 0] \"P\" [2.5 2.5 2.5 -2.5 -2.5 2.5 -2.5 2.5 -2.5 2.5 -2.5 "
+      "-2.5]",
+      "Rotate 90 1 0 0 Scale .8 .8 1.5 Torus 2 1.5 0 360 360"};
+  for (const std::string& shape : shapes) {
+    const std::string place =
+        shape.find("Torus") == std::string::npos ? "Translate .3 .2 .1\n" : "Translate 1.6 0 0\n";
+    SceneRender r(requestOf(levels(1, ".15") + kBumps + place + shape, 64, 8, 0,
+                            "Projection \"perspective\" \"fov\" [110]", "a,geometryLevel"));
+    ASSERT_TRUE(r.ok());
+    EXPECT_EQ(mean(r.channel("a")), 1) << shape;
+    const double level = mean(r.channel("geometryLevel"));
+    EXPECT_GT(level, 0.5) << shape;
+    EXPECT_GT(r.renderer().statistics().geometry.made, 20u) << shape;
+  }
+}
+
+// By means of 8 x 8 pixels over six seeds each way: what differs is their noise. It misses what both ways of dicing have
+// in common.
+TEST(GeometryLevels, ShowThePictureOfTheSurfaceDicedAtOnce) {
+  constexpr int kSize = 64, kBlocks = 64, kSeeds = 6;
+  const std::string object = kBumps + "Rotate 40 1 1 0\nSubdivisionMesh \"catmull-clark\" " + kFaces +
+                             "[\"interpolateboundary\"] [1 0] [2] [] " + kCorners;
+  double sum[2][kBlocks] = {}, squares[2][kBlocks] = {}, seen[2] = {};
+  for (int asked = 0; asked < 2; ++asked)
+    for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+      RenderRequest request = requestOf(levels(asked, ".4") + object, kSize, 8, 3,
+                                        "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 7");
+      request.settings.seed = 1 + seed + 100 * uint32_t(asked);
+      SceneRender r(request);
+      ASSERT_TRUE(r.ok());
+      EXPECT_TRUE(r.messages().empty()) << r.messages()[0];
+      EXPECT_EQ(r.renderer().statistics().geometry.made > 0, asked == 1);
+      seen[asked] += mean(r.channel("a")) / kSeeds;
+      const image::Image picture = r.channel("Ci");
+      for (int b = 0; b < kBlocks; ++b) {
+        double block = 0;
+        for (int i = 0; i < 64; ++i)
+          block +=
+              double(picture.pixels[3 * (size_t(b / 8 * 8 + i / 8) * kSize + size_t(b % 8 * 8 + i % 8)) + 1]) / 64;
+        sum[asked][b] += block;
+        squares[asked][b] += block * block;
+      }
+    }
+  EXPECT_NEAR(seen[0], seen[1], 1.5e-3);
+  double t2 = 0;
+  int blocks = 0;
+  for (int b = 0; b < kBlocks; ++b) {
+    double difference = 0, variance = 0;
+    for (int asked = 0; asked < 2; ++asked) {
+      const double m = sum[asked][b] / kSeeds;
+      difference += (asked ? 1 : -1) * m;
+      variance += (squares[asked][b] - kSeeds * m * m) / (kSeeds - 1) / kSeeds;
+    }
+    if (!(variance > 1e-12)) continue;  // the sky
+    t2 += difference * difference / variance;
+    ++blocks;
+  }
+  // the square of Student's t with 10 degrees of freedom: mean 1.25, standard deviation 2.17
+  ASSERT_GT(blocks, 20);
+  EXPECT_LT(t2 / blocks, 1.25 + 4 * 2.17 / std::sqrt(double(blocks)));
+}
+
+TEST(GeometryLevels, ADisplacedSphereIsALargerOne) {
+  const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5";
+  SceneRender a(
+      requestOf(levels(1, ".5") +
+                    "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [.4]\nRotate 70 1 1 0\nSphere 1 -1 1 360",
+                48, 16, 1, camera, "Ci,a,z,Nn")),
+      b(requestOf("Rotate 70 1 1 0\nSphere 1.4 -1.4 1.4 360", 48, 16, 1, camera, "Ci,a,z,Nn"));
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_NEAR(mean(a.channel("a")), mean(b.channel("a")), 4e-4);
+  EXPECT_NEAR(mean(a.channel("Ci")), mean(b.channel("Ci")), 2e-3);
+  const image::Image n = a.channel("Nn"), m = b.channel("Nn");
+  double off = 0;
+  for (size_t i = 0; i < n.pixels.size(); ++i) off += std::fabs(double(n.pixels[i]) - double(m.pixels[i]));
+  EXPECT_LT(off / double(n.pixels.size()), 3e-3);
+}
+
+// Moving instances of two sizes and a medium between: all that a footprint is scaled by.
+TEST(GeometryLevels, BitsAreTheSameForAnyCacheThreadWidthAndGroup) {
+  const std::string object = levels(1, ".5") + kBumps +
+                             "ObjectBegin \"o\"\nSphere 1 -1 1 360\nObjectEnd\n"
+                             "AttributeBegin\nTranslate -1.2 0 0\nObjectInstance \"o\"\nAttributeEnd\n"
+                             "AttributeBegin\nMotionBegin [0 1]\nTranslate 1 0 0\nTranslate 1 .5 0\nMotionEnd\n"
+                             "Scale .6 .6 .6\nObjectInstance \"o\"\nAttributeEnd";
+  RenderRequest request =
+      requestOf(object, 32, 4, 3, "Shutter 0 1\nProjection \"perspective\" \"fov\" [40]\nTranslate 0 0 5");
+  request.settings.threads = 1;
+  request.settings.width = 8;
+  SceneRender first(request);
+  ASSERT_TRUE(first.ok());
+  ASSERT_GT(first.renderer().statistics().geometry.made, 50u);
+  const auto hash = hashOf(first.film());
+  for (const uint64_t cache : {uint64_t(1), uint64_t(200'000), uint64_t(500'000)}) {
+    RenderRequest other = request;
+    other.settings.geometryCacheBytes = cache;
+    other.settings.threads = 2;
+    SceneRender r(other);
+    EXPECT_EQ(hashOf(r.film()), hash) << cache;
+    EXPECT_GT(r.renderer().statistics().geometry.evicted, 0u) << cache;
+    EXPECT_EQ(says(r, "GEOMETRY-CACHE-SMALL"), cache == 1) << cache;
+  }
+  for (const uint32_t width : {1u, 4u, 16u}) {
+    RenderRequest other = request;
+    other.settings.width = width;
+    other.settings.groupSize = 64 * width;
+    EXPECT_EQ(hashOf(SceneRender(other).film()), hash) << width;
+  }
+}
+
+TEST(GeometryLevels, BadInputIsTold) {
+  const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5", ball = "Sphere 1 -1 1 360";
+  SceneRender plain(requestOf(ball, 32, 4, 0, camera));
+  const auto expect = [&](const std::string& before, const char* code, double tolerance) {
+    SceneRender r(requestOf(levels(1, "1") + before + ball, 32, 4, 0, camera));
+    EXPECT_TRUE(r.ok());
+    EXPECT_TRUE(says(r, code)) << before;
+    EXPECT_TRUE(says(r, "Sphere")) << before;  // the object
+    EXPECT_NEAR(mean(r.channel("a")), mean(plain.channel("a")), tolerance) << before;
+  };
+  const auto by = [](const char* amount, const char* scalar) {
+    return std::string("Displace \"PxrDisplace\" \"d\" \"float dispAmount\" [") + amount +
+           "] \"float dispScalar\" [" + scalar + "]\n";
+  };
+  expect(by("10", "1e38"), "DISPLACEMENT-NOT-FINITE", 1e-3);
+  expect(by("1", "1e20"), "DISPLACEMENT-NOT-FINITE", 1e-3);
+  // a bound that is too small is where points end; one of 0 is none
+  expect("Attribute \"displacementbound\" \"float sphere\" [1e-4]\n" + by("1", ".3"), "DISPLACEMENT-BOUND", 2e-3);
+  SceneRender zero(
+      requestOf(levels(1, "1") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball, 32,
+                4, 0, camera)),
+      larger(requestOf("Sphere 1.3 -1.3 1.3 360", 32, 4, 0, camera));
+  EXPECT_TRUE(says(zero, "DISPLACEMENT-BOUND"));
+  EXPECT_NEAR(mean(zero.channel("a")), mean(larger.channel("a")), 2e-3);
+}
+
+}  // namespace
+}  // namespace kinora::tests
