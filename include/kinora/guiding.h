@@ -120,8 +120,6 @@ class Guides {
   const float *splits_, *density_;
 };
 
-// Random numbers of a vertex: of the learned candidate, and which of both is followed.
-
 // Of the directions that a context's points go on in: one over the density with which they were chosen (a number
 // that has this expectation), and where they were guided.
 template <int W>

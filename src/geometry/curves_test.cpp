@@ -319,5 +319,37 @@ TEST(Points, BadInputGivesOneMessageAndAFallback) {
   }
 }
 
+// Seen thinner than the attribute says: the width becomes that, and what was the curve's own is kept as a share.
+TEST(Curves, ThinOnesAreMadeWiderByTheirShare) {
+  scene::Primitive p = curves(true, false, {4}, {0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0});
+  setBasis(p, {-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0}, 3);
+  p.primvars.set(parameter("width", StorageClass::Varying, ValueType::Float, {0.2f, 0}));
+  edit(p, [](scene::Attributes& a) {
+    scene::Parameter r;
+    r.name = "hair:minwidth";
+    r.type = ValueType::Float;
+    r.floats = {0.5f};
+    a.named.set(r);
+  });
+  Quiet d;
+  DiceRate rate;
+  rate.edgeLength = [](const V3d&) { return 0.6; };
+  rate.pixelsPerEdge = 3;  // a pixel is 0.2, the least radius 0.05
+  const std::optional<Mesh> m = tessellate(p, rate, d);
+  ASSERT_TRUE(m);
+  ASSERT_EQ(m->own.size(), 4u);
+  for (const float s : {0.f, 0.25f, 0.6f, 0.9f, 1.f}) {
+    const float t = 1 - s, w[4] = {t * t * t, 3 * s * t * t, 3 * s * s * t, s * s * s};
+    float radius = 0;
+    for (size_t k = 0; k < 4; ++k) radius += w[k] * m->spine[k].w;
+    EXPECT_GE(radius, 0.05f - 1e-6f);
+    EXPECT_NEAR(radius * m->ownWidth(0, s), 0.1f * t, 1e-6f) << s;
+  }
+  rate.edgeLength = nullptr;  // no camera: as they are
+  EXPECT_TRUE(tessellate(p, rate, d)->own.empty());
+  rate.edgeLength = [](const V3d&) { return 1e-6; };  // seen from close by; the tip has no width
+  EXPECT_EQ(tessellate(p, rate, d)->own[0], 1.f);
+}
+
 }  // namespace
 }  // namespace kinora::geometry

@@ -29,7 +29,7 @@ const Scene kScenes[] = {{"cornell", {128, 72}, 0.025, 0.01},   {"materials", {1
                          {"osl_wood", {128, 72}, 0.04, 0.01},   {"osl_brick", {128, 72}, 0.01, 0.005},
                          {"osl_rust", {128, 72}, 0.022, 0.005}, {"osl_weave", {128, 72}, 0.03, 0.005},
                          {"osl_paint", {128, 72}, 0.08, 0.015}, {"osl_sky", {128, 72}, 0.003, 0.003},
-                         {"wax", {128, 72}, 0.15, 0.015}};
+                         {"wax", {128, 72}, 0.15, 0.015},       {"fur", {128, 72}, 0.16, 0.01}};
 
 class Gallery : public ::testing::TestWithParam<Scene> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Gallery, ::testing::ValuesIn(kScenes),

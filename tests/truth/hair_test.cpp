@@ -94,14 +94,14 @@ TEST(Hair, CurvesThinnerThanAPixelCoverTheirArea) {
                         {"\"vertex float width\" [0.001 0.2 0.001 0.001]", 0.25 * 0.203}};
   for (const char* kind : {kTubes, kRibbons})
     for (const Case& c : cases) {
-      const Seen plain = seen(line + c.width, kind, 16, 48),
+      const Seen plain = seen(line + c.width, kind, 16, 24),
                  wide =
-                     seen(line + c.width, std::string(kind) + "Attribute \"hair\" \"float minwidth\" [1]\n", 16, 48);
+                     seen(line + c.width, std::string(kind) + "Attribute \"hair\" \"float minwidth\" [1]\n", 16, 24);
       const double area = c.mean * length;
       // each frame's area has an error of its deviation, in the window's units
       for (const Seen* s : {&plain, &wide})
-        EXPECT_NEAR(s->area, area, 4 * s->deviation / 256 / std::sqrt(48.0) + 0.01 * area) << kind << c.width;
-      if (c.mean < 0.01) EXPECT_LT(wide.deviation, 0.75 * plain.deviation) << kind << c.width;
+        EXPECT_NEAR(s->area, area, 4 * s->deviation / 256 / std::sqrt(24.0) + 0.01 * area) << kind << c.width;
+      if (c.mean < 0.01) EXPECT_LT(wide.deviation, 0.85 * plain.deviation) << kind << c.width;
     }
 }
 
@@ -157,7 +157,8 @@ TEST(Hair, BothEndsSeeTheSameTuft) {
   };
   eye.rib = scene(unbiased(4), 256);
   both.rib = scene(
-      "Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [4] \"int mergePaths\" [0] \"float clampLuminance\" [1e30] "
+      "Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [4] \"int mergePaths\" [0] \"float clampLuminance\" "
+      "[1e30] "
       "\"float rouletteThreshold\" [0]\n",
       128);
   const auto one = overSeeds(eye, 8), other = overSeeds(both, 8);
