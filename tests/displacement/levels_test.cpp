@@ -47,7 +47,8 @@ double mean(const image::Image& x) {
   return sum / double(x.pixels.size());
 }
 
-// From inside, with footprints of several micropolygons, which are others in each direction: each ray sees a mixture.
+// From inside. An instance that the camera does not see comes near to it, larger: its rates are those of the one that is
+// seen, where footprints are of many micropolygons here and of few there, so that each ray sees a mixture.
 TEST(GeometryLevels, ClosedSurfacesLetNoRayThrough) {
   const std::string shapes[] = {
       "Sphere 2 -2 2 360",
@@ -59,8 +60,10 @@ TEST(GeometryLevels, ClosedSurfacesLetNoRayThrough) {
   for (const std::string& shape : shapes) {
     const std::string place =
         shape.find("Torus") == std::string::npos ? "Translate .3 .2 .1\n" : "Translate 1.6 0 0\n";
-    SceneRender r(requestOf(levels(1, ".15") + kBumps + place + shape, 64, 8, 0,
-                            "Projection \"perspective\" \"fov\" [110]", "a,geometryLevel"));
+    SceneRender r(requestOf(levels(1, "1") + kBumps + "ObjectBegin \"o\"\n" + shape + "\nObjectEnd\n" + place +
+                                "ObjectInstance \"o\"\nAttribute \"visibility\" \"int camera\" [0]\n"
+                                "Translate 8 4 -14\nScale 8 8 8\nObjectInstance \"o\"",
+                            64, 8, 0, "Projection \"perspective\" \"fov\" [110]", "a,geometryLevel"));
     ASSERT_TRUE(r.ok());
     EXPECT_EQ(mean(r.channel("a")), 1) << shape;
     const double level = mean(r.channel("geometryLevel"));
