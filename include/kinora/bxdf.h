@@ -88,18 +88,44 @@ struct InteriorArgs {
   float* absorption[3];  // per render unit, >= 0
 };
 
+// The boundary at which manifold walks turn, by point: facets about N that reflect or refract (Walter et al. 2007).
+struct InterfaceArgs {
+  // in: 1: light goes through, 0: it is reflected; by point
+  const uint32_t* through;
+  // out
+  float* eta;      // index of refraction on wo's side over the one behind
+  float* alpha;    // of the facets' distribution for what `through` says; 0: a mirror, all facets lie in the surface
+  uint32_t* lobe;  // that light takes there; kNoLobe: none
+};
+// What the boundary passes on from wi to wo by that lobe alone.
+struct InterfaceValueArgs {
+  const uint32_t* through;
+  const float* wi[3];  // unit, render space; of mirrors the one direction that they have
+  // out: of rough facets the weight, cosine included; of mirrors the value of the discrete lobe. In the space of
+  // generate(): radiance carries eta^2.
+  float* value[3];
+};
+
 // The medium that a material fills space with, by point of a context in space (kTraitInSpace).
 struct MediumArgs {
   float* extinction[3];  // per render unit: how much of the light is absorbed or scattered; >= 0
   float* emission[3];    // radiance per render unit of length; null: not wanted
 };
-// The extinction of a medium where it is a product, so that it is known without its network: factor * the primvar
-// `number` * the primvar `color` (null: 1).
+// What is known of a medium without running its network. Its extinction where that is a product: factor * the primvar
+// `number` * the primvar `color` (null: 1). The rest also where it is none.
 struct ExtinctionProduct {
   float factor[3];
   const char* number;
   const char* color;
-  float most;  // largest extinction as the user says it, by render unit; -1: unsaid. Also where it is no product
+  float most;  // largest extinction as the user says it, by render unit; -1: unsaid
+  // How much distances that suit the lights count in it beside those that suit its extinction: 0 none, 1 alone.
+  float towardsLights = 0.5f;
+  // Similarity: after each scattering in it extinction counts so much, and what a further one brings. 1: exact.
+  float extinctionByBounce = 1, contributionByBounce = 1;
+  // How its grids move, in object space by unit of the shutter's time: the primvar `velocity` (null: none) times
+  // velocityFactor, and a constant part.
+  const char* velocity = nullptr;
+  float velocityFactor = 1, constantVelocity[3] = {0, 0, 0};
 };
 enum MediumFlags : uint32_t {
   kMediumScattersOnce = 1,  // what was scattered in it goes to lights only
@@ -124,12 +150,20 @@ struct BxdfFunctions {
   void (*medium)(const Context*, const MediumArgs*);
   // What lies below, asked of contexts of which samples were flagged kSampleBelow; null: there are none.
   void (*subsurface)(const Context*, const void* closure, Subsurface*);
+  // Manifold walks, of materials with BxdfTraits::walkableLobes; null: they go through none.
+  void (*interface)(const Context*, const void* closure, const InterfaceArgs*);
+  void (*interfaceValue)(const Context*, const void* closure, const InterfaceValueArgs*);
 };
 
 // Descriptor::flags of a bxdf.
 enum BxdfDescriptorFlags : uint32_t {
   kBxdfNotReciprocal = 1,  // f(wo, wi) and f(wi, wo) differ on purpose: the testing kit leaves reciprocity out
-  kBxdfFillsSpace = 2      // a medium: objects of the material have no surface, they are full of it
+  kBxdfFillsSpace = 2,     // a medium: objects of the material have no surface, they are full of it
+  // The closure stands for the whole passage through a fibre: on curves rays leave from behind it as well as from the
+  // front, without meeting it again. Its reverse density is that of a path which comes in where this one, mirrored across
+  // the fibre, would: at the same offset to the other side. For importance it may answer with its adjoint: the testing
+  // kit does not ask that both be one.
+  kBxdfFiber = 4
 };
 
 struct BxdfTraits {
@@ -154,6 +188,9 @@ struct BxdfTraits {
   uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
   // 1: generate() may flag samples kSampleBelow. null: what BxdfFunctions::subsurface says by being there.
   uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
+  // A bit for each lobe that interface() may name; 0, null: walks do not go through the material. Its normals must be
+  // those of the surface: how a bump changes along it is not known.
+  uint32_t (*walkableLobes)(const ParamValue*, uint32_t count) = nullptr;
 };
 
 // What a bxdf declares; see BxdfTraits.
@@ -170,12 +207,13 @@ struct BxdfPlugin {
   uint32_t (*mediumFlags)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
   uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
+  uint32_t (*walkableLobes)(const ParamValue*, uint32_t count) = nullptr;
   const char* const* lossless = nullptr;
   const char* const* conserving = nullptr;
   uint32_t flags = 0;
   constexpr BxdfTraits traits() const {
     return {lobes.data, lobes.count,        presenceParam, programKey,        enclosesMedium, lossless,
-            conserving, letsShadowsThrough, mediumFlags,   extinctionProduct, scattersBelow};
+            conserving, letsShadowsThrough, mediumFlags,   extinctionProduct, scattersBelow,  walkableLobes};
   }
 };
 

@@ -9,7 +9,8 @@
 //       void sample(Float<W> u, Float<W> v, Float<W> w, LobeSample<W>& out) const;
 //       Rgb<W> albedo() const;
 //     };
-//     // optional: HasEmission with emission, and presence, interior, thinShadow and medium over whole contexts
+//     // optional: HasEmission with emission, and presence, interior, thinShadow, medium, interface and interfaceValue over
+//     // whole contexts
 //   };
 //   KINORA_BXDF(MyBxdf, .help = "...", .params = kParams, .lobes = kLobes)          // after KINORA_KERNELS_END
 // Included per target.
@@ -106,6 +107,7 @@ inline void copyFloat(const Value& v, uint32_t n, float* out) {
 template <int W>
 struct LobeSum {
   Float<W> pdf, pdfReverse;  // selection probabilities included
+  bool wantsReverse = true;  // false: nobody reads pdfReverse
   Rgb<W> slot[kMaxSlots];
   const uint8_t* slotOfLobe;
   KN_INLINE LobeSum() {}  // written out: implicit constructors would miss the target's instruction set
@@ -143,6 +145,7 @@ struct BxdfRunner {
     const typename B::template Lanes<W> lanes(k, s);
     LobeSum<W> sum;
     sum.slotOfLobe = c->slotOfLobe;
+    sum.wantsReverse = a->pdfReverse != nullptr;
     lanes.evaluate(wi, sum);
     for (uint32_t l = 0; l < c->slotCount; ++l) sum.slot[l].store(a->weight[l], out);
     sum.pdf.store(a->pdf + out);
@@ -174,6 +177,7 @@ struct BxdfRunner {
       lanes.sample(F::load(a->u[0] + i), F::load(a->u[1] + i), F::load(a->u[2] + i), sample);
       LobeSum<W> sum;
       sum.slotOfLobe = c->slotOfLobe;
+      sum.wantsReverse = a->pdfReverse != nullptr;
       Rgb<W> weight;
       Int<W> slot(0u);
       Mask<W> valid = sample.valid;
@@ -269,6 +273,10 @@ struct BxdfRunner {
     if constexpr (requires { &B::subsurface; }) f.subsurface = &B::subsurface;
     if constexpr (requires { &B::template thinShadow<W>; }) f.thinShadow = &B::template thinShadow<W>;
     if constexpr (requires { &B::medium; }) f.medium = &B::medium;
+    if constexpr (requires { &B::template interface<W>; }) {
+      f.interface = &B::template interface<W>;
+      f.interfaceValue = &B::template interfaceValue<W>;
+    }
     return f;
   }
 };

@@ -47,6 +47,16 @@ enum class Builtin : uint32_t {
   PoRadius,  // footprint radius in object units
   Pworld,    // world space
   ObjectId,  // identifier:id
+  Fiber,  // unit direction of the tube or of the ribbon that faces its rays, to its tip, render space; 0 0 0 elsewhere
+  // How the surface runs where a ray meets it, which is on a facet; exact, for whoever differentiates paths. Edges of
+  // the facet (render space, unnormalised; zero on curves), and by how much N changes along each of them.
+  FacetEdge1,
+  FacetEdge2,
+  DNEdge1,
+  DNEdge2,
+  // By how much N changes per unit of the patch parameters: along DPdu and DPdv, as far as they lie in the facet.
+  DNdu,
+  DNdv,
   Count
 };
 
@@ -63,6 +73,9 @@ enum ContextTraits : uint32_t {
   kTraitSubsurface = 128,
   kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
   kTraitScattersOnce = 512,  // of a medium whose light goes on to lights only: no directions are followed from here
+  kTraitFiber = 1024,        // the bxdf stands for the whole passage through a fibre (kBxdfFiber)
+  kTraitWalkable = 2048,  // manifold walks go through the surface, see Context::walkableSlots
+  kTraitWalk = 4096,  // made for a manifold walk that looks for its path
 };
 
 struct Context;
@@ -159,6 +172,7 @@ struct Context {
   const uint16_t* eventOfSlot;  // slotCount: event code of the light path automaton; bit 0: the slot is specular
   uint32_t tintedSlots;         // a bit for each slot whose light tinted shadows stand for: refraction. No other lobe
                                 // is in such a slot
+  uint32_t walkableSlots;  // a bit for each slot whose light manifold walks may find. No other lobe is in such a slot
   const struct BxdfFunctions* bxdf;
   void* closure;  // bound by the host before the integrator sees the context
   const ContextFunctions* fn;

@@ -61,6 +61,12 @@ struct RayList {
   // Written by trace(): what media emitted along each ray as far as it went, as radiance at its origin. Null where
   // nothing in space emits.
   float* glow[3];
+  // Where an integrator says both, lightSamples() has samples of what media emit too, and `glow` is the other half of
+  // that estimate. By entry, with each new direction: its density per solid angle times the directions that were
+  // followed from the vertex over the light samples taken there, infinite where no light sample could have made it; and
+  // the share of the vertex in its light, see TowardsLights. They have no meaning before trace() and none after it.
+  const float* againstLights;
+  const float* share;
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths };
@@ -169,7 +175,8 @@ struct ShadowRays {
   uint32_t runCount;
   const ShadowRun* runs;
   const uint32_t* tinted;   // by ray, 1: it goes straight through glass and takes its tint (the stock default where
-                            // caustics are off), 0: glass blocks it; null: 0
+                            // caustics are off), 0: glass blocks it; 2: as 1, but what manifold walks go through
+                            // blocks it, since they bring that light. Null: 0
   float* transmittance[3];  // out
 };
 
@@ -249,6 +256,30 @@ struct PathStates {
   uint32_t start;  // after "C"
 };
 
+// Where manifold walks go (kinora/manifold.h): places on lights with cheapCaustics, whatever side of them a point may
+// see, since walks come from anywhere. By walk.
+struct WalkTargets {
+  uint32_t* light;
+  float* to[3];     // a point, or for infinite lights the unit direction towards them; render space
+  float* N[3];      // unit, of the light there; infinite lights and points: 0
+  float* pdf;       // choice of the light included: per area, or for infinite lights per solid angle. 0: no place.
+                    // Delta lights: the choice's probability
+  uint32_t* flags;  // LightEndFlags
+};
+// A sphere around objects that walks go through, over all of the shutter; render space.
+struct WalkBound {
+  float center[3], radius;
+};
+// What became of walks: for statistics, and the events of a path that is printed.
+struct WalkNote {
+  uint32_t count;
+  const uint32_t* slot;        // of the path that each started from
+  const uint32_t* interfaces;  // that its path goes through; 0: none was found
+  const float* d[3];           // in which the path leaves its vertex
+  const uint32_t* trials;      // until the way was found again; 0: it was not looked for
+  const float* value[3];       // that it brings to the vertex, throughput and bxdf aside
+};
+
 // A connection of a light path's vertex to the camera, by point of a context. From points that camera rays hit it is
 // the way back along the ray, to where it left the lens.
 struct CameraConnection {
@@ -272,6 +303,17 @@ struct StoredRecords {
   const void* records;  // one behind the other; null when there are none
 };
 
+// Further places in media where rays scatter, see Services::scatterTowardsLights.
+struct TowardsLights {
+  RayList* list = nullptr;  // the rays once more, by the same entries, with hits in media as trace() leaves them
+  uint32_t count = 0;       // of rays that have one, and their entries
+  const uint32_t* entries = nullptr;
+  // By entry: on the ray's path. Their share in the estimate is part of it.
+  const float* factor[3] = {nullptr, nullptr, nullptr};
+  // By entry, of all rays that were listed: the share of the point in a medium where trace() ended the ray. null: 1
+  const float* share = nullptr;
+};
+
 struct MemoryMark {
   uint64_t block, used;
 };
@@ -289,6 +331,11 @@ struct Services {
   uint32_t mediaScatter;      // 1: trace() ends rays in media, see IntegratorTraits::scattersInMedia
   uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
   uint32_t wantsUnshadowed;   // 1: light samples are to be contributed twice, see LightKind
+  // Manifold walks: spheres around what they go through (0: nothing, or no light has them), and 1 for each light that
+  // has cheapCaustics.
+  uint32_t walkBoundCount;
+  const WalkBound* walkBounds;
+  const uint8_t* lightWalks;
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
@@ -357,6 +404,12 @@ struct Services {
   StoredRecords (*stored)(Group*, uint32_t list);
   void (*findStored)(Group*, uint32_t list, uint32_t n, const uint64_t* paths, const uint32_t* samples,
                      uint64_t* first, uint32_t* count);
+  // One more point on each listed ray, after trace() and lightHits(), where a medium scatters light of a lamp nearby: where distances
+  // drawn by extinction alone would seldom come. Not all rays have one. shade() makes contexts of them (with
+  // kTraitScattersOnce, for no directions are followed from there), which take light samples as if these were all the
+  // light. Points where trace() ended the rays then have a share only in what light samples there, and rays from there,
+  // find of lights. `depth` is that of trace().
+  void (*scatterTowardsLights)(Group*, RayList*, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights*);
   // What IntegratorFunctions::commit has made of the records; null: nothing.
   const void* (*index)(Group*);
   // Points in space at distance t[entry] along the listed rays: where a medium scatters. The context takes light
@@ -366,6 +419,16 @@ struct Services {
   // Paths below the surface that went in at the listed points and came out there too, for want of another place: they
   // are counted, and the frame ends with a message that names an object.
   void (*noteBelow)(Group*, const Context*, uint32_t n, const uint32_t* points, BelowSurface);
+  // Manifold walks. traceWalks: nearest hits of the listed rays with what walks go through, as if there were nothing
+  // else; surfaces inside a medium of higher priority are passed as trace() passes them. shade() takes such hits.
+  void (*traceWalks)(Group*, RayList*, uint32_t depth, uint32_t n, const uint32_t* entries);
+  // Places on lights for n walks; u: the light (0), then four numbers; by walk, padded.
+  void (*walkTargets)(Group*, uint32_t n, const float* const u[5], const float* time, WalkTargets* out);
+  // What the listed rays bring from delta lights (`light`, by entry) that they point at, if nothing is in between; and
+  // the lights' factors on specular lobes. By entry. A light that is not linked to the vertex that a ray left is black.
+  void (*deltaLights)(Group*, const RayList*, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                      float* const radiance[3], float* specular);
+  void (*noteWalks)(Group*, const WalkNote*);
 };
 
 // At the barrier behind a stage, on one thread.

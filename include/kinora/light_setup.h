@@ -105,7 +105,9 @@ inline constexpr std::array kControl = {
     param::integer("cheapCaustics", 0)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: approximate caustics."),
+        .help(
+            "Manifold walks find this light's caustics, where the integrator's manifoldWalk is on, behind materials "
+            "whose mwWalkable is. Not of lights without shadows."),
     param::string("cheapCausticsExcludeGroup", "").help("No effect yet: trace group without cheap caustics."),
     param::integer("fixedSampleCount", 0)
         .range(0, 64)

@@ -39,10 +39,19 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 
 // |cos| between the surface and a direction; geometric normals, so that both ends of a ray say the same to both kinds
-// of paths.
+// of paths. Of a fibre: how much of its width a direction sees. What goes in at one place comes out at another, whose
+// normal is not known; only a measure of the fibre's length and width is one for both ends.
+template <int W>
+KN_INLINE Float<W> surfaceCosines(Vec3<W> Ng, Vec3<W> fiber, Vec3<W> w) {
+  const Float<W> along = dot(fiber, w), one(1.f);
+  const Mask<W> isFiber = dot(fiber, fiber) > Float<W>(0.5f);
+  return max(select(isFiber, safeSqrt(one - along * along), abs(dot(Ng, w))), Float<W>(1e-7f));
+}
 template <int W>
 KN_INLINE Float<W> surfaceCosines(const Context& c, uint32_t i, Vec3<W> w) {
-  return max(abs(dot(Vec3<W>::load(c.Ng, i), w)), Float<W>(1e-7f));
+  const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
+  if (c.traits & kTraitFiber) return surfaceCosines(Ng, Vec3<W>::load(c.builtin(Builtin::Fiber).data, i), w);
+  return max(abs(dot(Ng, w)), Float<W>(1e-7f));
 }
 inline float surfaceCosine(const Context& c, uint32_t i, Vec3<1> w) { return surfaceCosines(c, i, w).lane0(); }
 

@@ -3,10 +3,13 @@
 // services. Included per target.
 #include <kinora/clamp_luminance.h>
 #include <kinora/integrator.h>
+#include <kinora/manifold.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
 #include <kinora/subsurface.h>
+
+#include <cmath>
 
 #ifndef KINORA_PATH_LOOP_ONCE
 #define KINORA_PATH_LOOP_ONCE
@@ -22,6 +25,8 @@ struct PathLoopOptions {
   // Light found through a mirror or lens after a diffuse bounce counts. Otherwise shadow rays go straight through
   // glass and take its tint; what refracted paths then find of the same light is left out.
   bool allowCaustics = false;
+  // Manifold walks find the light of its `cheapCaustics` lights behind walkable surfaces, whatever allowCaustics says.
+  ManifoldOptions manifold;
 };
 }  // namespace kinora
 #endif
@@ -49,7 +54,7 @@ template <int W>
 class PathLoop {
  public:
   PathLoop(Group* group, const Services* services, const PathLoopOptions& options)
-      : g_(group), sv_(services), o_(options) {
+      : g_(group), sv_(services), o_(options), walks_(group, services, options.manifold) {
     const uint32_t n = g_->padded + kPad;
     for (int c = 0; c < 3; ++c) {
       throughput_[c] = floats(n);
@@ -60,6 +65,14 @@ class PathLoop {
     state_ = words(n);
     flags_ = g_->paths.origin;
     for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
+    if (sv_->mediaScatter) {
+      share_ = floats(n);
+      if (g_->paths.glow[0]) againstLights_ = floats(n);
+      if (againstLights_) {
+        g_->paths.againstLights = againstLights_;
+        g_->paths.share = share_;
+      }
+    }
   }
 
   void run() {
@@ -74,12 +87,15 @@ class PathLoop {
       pdf_[i] = 0;
       state_[i] = sv_->paths.start;
       flags_[i] = kFromDiscrete;
+      if (share_) share_[i] = 1;
+      if (againstLights_) againstLights_[i] = HUGE_VALF;
     }
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
     if (sv_->mediaScatter) coverByMedia(n, live);  // before lights that the camera sees, which cover all
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     collectGlow(0, 1, n, live);
+    lightOnTheWay(0, o_.lightSamples, parts, n, live);
     applyMedium(n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
@@ -88,6 +104,7 @@ class PathLoop {
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
     for (uint32_t part = 0; part < o_.lightSamples; ++part)
       directLight(count, contexts, 0, part, o_.lightSamples, parts);
+    walkToLights(count, contexts, 0);
     if (parts > 1) {  // the first vertex is needed again
       keepFirst(hits, live);
       mark = sv_->markMemory(g_);
@@ -106,6 +123,21 @@ class PathLoop {
     kRefracted = 4u << kOriginBits,   // through glass after that, which tinted shadows stand for: neither does this
     kTinted = 8u << kOriginBits       // light samples took its direction too, with tinted shadows
   };
+  // And from this bit on the state of WalkedPaths.
+  static constexpr int kWalkedShift = 24;
+  void walkToLights(uint32_t count, Context* const* contexts, uint32_t depth) {
+    walks_.connect(count, contexts, depth,
+                   {throughput_, state_, o_.maxIndirectBounces, o_.clampDepth, o_.clampLuminance});
+  }
+  // Whether what a path finds of a light is left to walks.
+  bool isWalked(uint32_t flags, uint32_t light) const {
+    return WalkedPaths::isWalked(flags >> kWalkedShift) && sv_->lightWalks[light];
+  }
+  KN_INLINE Int<W> walkedAfter(const Context& c, uint32_t i, const Slots<W>& s, Int<W> slot, Mask<W> discrete) const {
+    if (!walks_.interfaces()) return Int<W>(0);
+    const Int<W> before = s.get(flags_).template shr<kWalkedShift>();
+    return WalkedPaths::after(c, i, slot, discrete, before, walks_.interfaces()).template shl<kWalkedShift>();
+  }
 
   float* floats(uint32_t n) { return static_cast<float*>(sv_->alloc(g_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); }
@@ -134,7 +166,7 @@ class PathLoop {
     uint32_t m = 0;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
-      if (flags_[s] & (kCaustic | kRefracted)) continue;
+      if (flags_[s] & (kCaustic | kRefracted) || isWalked(flags_[s], h.light[i])) continue;
       float v[3];
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][m] = v[c];
@@ -175,8 +207,44 @@ class PathLoop {
       light[m] = kNoLight;
       state[m++] = state_[s];
     }
-    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light};
-    if (m) sv_->contribute(g_, &out);
+    if (m) contributeFound({m, slot, {value[0], value[1], value[2]}, state, light});
+  }
+
+  // What glow along new rays is weighed by, see RayList::againstLights.
+  void tellAgainstLights(uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    if (!againstLights_) return;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      againstLights_[s] =
+          flags_[s] & kFromDiscrete || !lightParts ? HUGE_VALF : pdf_[s] * (float(bxdfParts) / float(lightParts));
+    }
+  }
+
+  // Light scattered in media on the way of the rays of `live`, where it is near lights; what the ends of the rays in
+  // media have left of that light.
+  void lightOnTheWay(uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    if (!share_) return;
+    TowardsLights found;
+    if (lightParts && sv_->lightCount) sv_->scatterTowardsLights(g_, &g_->paths, depth, n, live, &found);
+    for (uint32_t i = 0; i < n; ++i) share_[live[i]] = found.share ? found.share[live[i]] : 1.f;
+    if (!found.count) return;
+    float *kept[3], *share = share_;
+    for (int c = 0; c < 3; ++c) {
+      kept[c] = throughput_[c];
+      throughput_[c] = floats(g_->padded + kPad);
+      for (uint32_t i = 0; i < found.count; ++i) {
+        const uint32_t s = found.entries[i];
+        throughput_[c][s] = kept[c][s] * found.factor[c][s];
+      }
+    }
+    share_ = nullptr;
+    Context* const* contexts;
+    const uint32_t count =
+        sv_->shade(g_, found.list, kTraitEyePath | kTraitScattersOnce, depth, found.count, found.entries, &contexts);
+    for (uint32_t part = 0; part < lightParts; ++part)
+      directLight(count, contexts, depth, part, lightParts, bxdfParts);
+    share_ = share;
+    for (int c = 0; c < 3; ++c) throughput_[c] = kept[c];
   }
 
   // Alpha of camera rays that leave the scene: what media have taken of them.
@@ -206,6 +274,7 @@ class PathLoop {
     }
     w *= depth == 0 ? 1.f : (flags_[s] & kFromSpecular) ? h.specular[i] : h.diffuse[i];
     w /= float(bxdfParts);
+    if (share_) w *= share_[s];
     for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
     clampOne(depth, v);
   }
@@ -242,7 +311,7 @@ class PathLoop {
       tMax[i] = h.t[i] < 1e30f ? h.t[i] * 0.99999f : 1e30f;
       time[i] = r.time[s];
       state[i] = state_[s];
-      tinted[i] = 1;
+      tinted[i] = sv_->walkBoundCount && flags_[s] >> kWalkedShift == 1 && sv_->lightWalks[h.light[i]] ? 2 : 1;
       float v[3];
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][i] = v[c];
@@ -358,6 +427,17 @@ class PathLoop {
   KN_INLINE Mask<W> hasFlag(const Slots<W>& s, uint32_t bit) const {
     return (s.get(flags_) & Int<W>(bit)) != Int<W>(0);
   }
+  // Lanes whose light walks go to.
+  KN_INLINE Mask<W> walkedTo(const uint32_t* light) const {
+    alignas(64) uint32_t is[W];
+    for (int l = 0; l < W; ++l) is[l] = light[l] < sv_->lightCount && sv_->lightWalks[light[l]];
+    return Int<W>::load(is) != Int<W>(0);
+  }
+  bool walksFrom(const Context& c, uint32_t depth) const {
+    return walks_.interfaces() && !(c.traits & (kTraitWalkable | kTraitScattersOnce)) &&
+           depth < o_.maxIndirectBounces;
+  }
+  static uint32_t walkableSlot(const Context& c) { return uint32_t(__builtin_ctz(c.walkableSlots | 1u << 31)); }
   static KN_INLINE Int<W> flag(Mask<W> m, uint32_t bit) { return select(m, Int<W>(bit), Int<W>(0)); }
   // Whether directions from the context's points lead through glass that its surface bounds.
   static KN_INLINE Mask<W> staysInside(const Context& c, uint32_t i, Vec3<W> wi) {
@@ -431,17 +511,24 @@ class PathLoop {
         F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * F(float(bxdfParts)));
         mis = select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
         const Mask<W> some = in & (pdf > F(0.f));
-        const F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
+        F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
+        if (share_ && c.traits & kTraitInSpace) scale = scale * s.get(share_);
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
         const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
         // light that a tinted shadow brought to an earlier vertex
         const Mask<W> behind = standsIn(c) ? hasFlag(s, kHadDiffuse) : Mask<W>(false);
+        // light that walks bring: by rough boundaries here, and through what tinted shadow rays would pass
+        const Mask<W> walked = walks_.interfaces() && some.any() ? walkedTo(ls.light + i) : Mask<W>(false);
+        Mask<W> walkedHere(false);
+        if (walked.any() && (c.traits & kTraitWalkable))
+          walkedHere = walked & (walkedAfter(c, i, s, Int<W>(walkableSlot(c)), Mask<W>(false)) != Int<W>(0));
         const F fd = F::load(ls.diffuse + i), fs = F::load(ls.specular + i);
         Mask<W> lit(false);
         for (uint32_t l = 0; l < c.slotCount; ++l) {
           const F factor = c.eventOfSlot[l] & 1 ? fs : fd;
           Vec3<W> v = base * Vec3<W>::load(e.weight[l], i) * factor;
           v = zeroUnless(c.tintedSlots >> l & 1 ? some & !behind : some, v);
+          if (c.walkableSlots >> l & 1) v = zeroUnless(!walkedHere, v);
           if (depth + 1 >= o_.clampDepth) {
             const F lum = luminance(v);
             v = select(lum > F(o_.clampLuminance), v * (F(o_.clampLuminance) / max(lum, F(1e-30f))), v);
@@ -460,7 +547,10 @@ class PathLoop {
         pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
         pack.put(F::load(c.time + i), time + rays);
         pack.put(Int<W>::lanes(int32_t(i)), point + rays);
-        if (tinted) pack.put(select(staysInside(c, i, wi), Int<W>(0), Int<W>(1)), tinted + rays);
+        if (tinted) {
+          const Int<W> passes = select(walked & Mask<W>(walksFrom(c, depth)), Int<W>(2), Int<W>(1));
+          pack.put(select(staysInside(c, i, wi), Int<W>(0), passes), tinted + rays);
+        }
         if (share) pack.put(mis, share + rays);
         // each lane's ray
         Int<W> rank = Int<W>::lanes(int32_t(rays));
@@ -613,7 +703,8 @@ class PathLoop {
         const Mask<W> specular = (event & Int<W>(1)) != Int<W>(0);
         const Int<W> now =
             flag(discrete, kFromDiscrete) | flag(specular, kFromSpecular) | flag(transmits, kFromTransmission);
-        s.put(on, o_.allowCaustics ? now : now | withoutCaustics(c, i, s, w, lobe, discrete), flags_);
+        const Int<W> all = now | walkedAfter(c, i, s, lobe, discrete);
+        s.put(on, o_.allowCaustics ? all : all | withoutCaustics(c, i, s, w, lobe, discrete), flags_);
         const Packer<W> pack(on);
         pack.put(s.s, live + m);
         pack.put(Int<W>::lanes(int32_t(i)), point + leaving);
@@ -642,6 +733,7 @@ class PathLoop {
     scale(1.f / float(parts));
     const uint32_t lightParts = depth == 0 ? o_.lightSamples : 1;
     for (uint32_t p = 0; p < lightParts; ++p) directLight(out.count, out.contexts, depth, p, lightParts, 1);
+    walkToLights(out.count, out.contexts, depth);
     scale(float(parts));
     for (uint32_t k = 0; k < out.count; ++k) {
       const Context& c = *out.contexts[k];
@@ -671,7 +763,9 @@ class PathLoop {
         s.put(on, spreadAfter(F::load(c.spread + i), p), r.spread);
         const Int<W> row = s.get(state_) * Int<W>(sv_->paths.eventCount);
         s.put(on, gather(sv_->paths.next, select(on, row + Int<W>(uint32_t(c.eventOfSlot[0])), Int<W>(0))), state_);
-        s.put(on, o_.allowCaustics ? Int<W>(0) : withoutCaustics(c, i, s, w, Int<W>(0), Mask<W>(false)), flags_);
+        const Int<W> walked = walkedAfter(c, i, s, Int<W>(0), Mask<W>(false));
+        s.put(on, o_.allowCaustics ? walked : walked | withoutCaustics(c, i, s, w, Int<W>(0), Mask<W>(false)),
+              flags_);
         const Packer<W> pack(on);
         pack.put(s.s, live + m);
         pack.put(s.s, slot + leaving);
@@ -692,31 +786,36 @@ class PathLoop {
       const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
       sv_->releaseMemory(g_, mark);
       if (!n) return;
-      sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
       const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
+      tellAgainstLights(lightParts, bxdfParts, n, live);
+      sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
       collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
       collectGlow(depth + 1, bxdfParts, n, live);
-      applyMedium(n, live);
       if (depth >= o_.maxIndirectBounces) return;  // the last directions only looked for light
+      if (first && parts > 1)
+        for (uint32_t i = 0; i < n; ++i)
+          for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
+      lightOnTheWay(depth + 1, 1, 1, n, live);
+      applyMedium(n, live);
       const uint32_t hits = keepHits(n, live);
       if (!hits) return;
-      if (first && parts > 1)
-        for (uint32_t i = 0; i < hits; ++i)
-          for (int c = 0; c < 3; ++c) throughput_[c][live[i]] /= float(parts);
       count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitSubsurface, depth + 1, hits, live, &contexts);
       for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
       directLight(count, contexts, depth + 1, 0, 1, 1);
+      walkToLights(count, contexts, depth + 1);
     }
   }
 
   void keepFirst(uint32_t n, const uint32_t* live) {
     for (int c = 0; c < 3; ++c) firstThroughput_[c] = floats(g_->padded + kPad);
     firstState_ = words(g_->padded + kPad);
+    if (share_) firstShare_ = floats(g_->padded + kPad);
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t s = live[i];
       for (int c = 0; c < 3; ++c) firstThroughput_[c][s] = throughput_[c][s];
       firstState_[s] = state_[s];
+      if (share_) firstShare_[s] = share_[s];
     }
   }
   void restoreFirst(uint32_t n, const uint32_t* live) {
@@ -725,13 +824,18 @@ class PathLoop {
       for (int c = 0; c < 3; ++c) throughput_[c][s] = firstThroughput_[c][s];
       state_[s] = firstState_[s];
       flags_[s] = kFromDiscrete;
+      if (share_) share_[s] = firstShare_[s];
     }
   }
 
   Group* g_;
   const Services* sv_;
   const PathLoopOptions o_;
+  ManifoldWalks<W> walks_;
   float *throughput_[3], *medium_[3], *firstThroughput_[3], *pdf_;
+  // Where media scatter: how much of the light at the vertex of a path it counts (the rest is lightOnTheWay's); and
+  // where they glow, see RayList.
+  float *share_ = nullptr, *firstShare_ = nullptr, *againstLights_ = nullptr;
   uint32_t *state_, *firstState_ = nullptr;
   uint32_t* flags_;
 };

@@ -234,6 +234,11 @@ constexpr Explanation kRooms[] = {
      "above the most, every pixel takes the most. A part of a frame's samples (--samples) takes all of them in every "
      "pixel, for what earlier samples would have decided is not known to it: such parts merge to the picture without "
      "adaptive sampling. Parts by --crop decide as the whole frame does."},
+    {"RENDER-NOISE",
+     "--error asks for a picture whose relative error (root mean square over the pixels, as two halves of the "
+     "samples "
+     "differ) is at most so much, and the samples that --max-spp allows did not suffice. The picture is complete "
+     "otherwise."},
     {"RENDER-CROP",
      "CropWindow, or --crop, rounded to pixels as RIB says, is empty: a pixel belongs to the window that holds its "
      "top "
@@ -423,6 +428,11 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
     {"MEDIUM-OVERLAP",
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
+    {"MEDIUM-VELOCITY",
+     "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
+     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is open "
+     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of the "
+     "shutter's time."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "
      "priority. Rays that would pass more were given up: camera and indirect rays saw nothing beyond, shadow rays "

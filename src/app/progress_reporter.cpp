@@ -30,9 +30,12 @@ std::string asBytes(uint64_t bytes) {
 }
 
 std::string progressLine(const render::Progress& p, const std::string& label) {
-  return fmt::format("{}{:3} %  {}/{} samples  {} so far  {} left  {}", label.empty() ? "" : label + "  ",
-                     percentOf(p), p.samplesDone, p.samplesWanted, asClock(p.seconds), asClock(p.secondsLeft),
-                     asBytes(p.memoryBytes));
+  // where an error is asked for, how many samples that takes is not known
+  const std::string samples = p.isErrorWanted ? fmt::format("{} samples, error {}", p.samplesDone,
+                                                            p.error >= 0 ? fmt::format("{:.3g}", p.error) : "?")
+                                              : fmt::format("{}/{} samples", p.samplesDone, p.samplesWanted);
+  return fmt::format("{}{:3} %  {}  {} so far  {} left  {}", label.empty() ? "" : label + "  ", percentOf(p), samples,
+                     asClock(p.seconds), asClock(p.secondsLeft), asBytes(p.memoryBytes));
 }
 
 std::string progressJson(const render::Progress& p, const std::string& label) {
@@ -47,6 +50,7 @@ std::string progressJson(const render::Progress& p, const std::string& label) {
   j["memory_bytes"] = p.memoryBytes;
   j["samples_done"] = p.samplesDone;
   j["samples_wanted"] = p.samplesWanted;
+  if (p.isErrorWanted) j["error"] = p.error >= 0 ? nlohmann::ordered_json(p.error) : nlohmann::ordered_json(nullptr);
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

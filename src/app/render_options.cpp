@@ -65,10 +65,17 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
       return std::string("--crop takes XMIN XMAX YMIN YMAX within 0..1, each MIN below its MAX");
     s.crop = {c[0], c[1], c[2], c[3]};
   }
-  if (s.samplesPerPixel > 0 && (s.pixelVariance > 0 || s.leastSamples > 0 || s.mostSamples > 0))
-    return "--spp gives every pixel the same samples; --min-spp, --max-spp and --pixel-variance leave that to the "
-           "picture's noise";
+  if (s.samplesPerPixel > 0 && (s.pixelVariance > 0 || s.pictureError > 0 || s.leastSamples > 0 || s.mostSamples > 0))
+    return "--spp gives every pixel the same samples; --min-spp, --max-spp, --pixel-variance and --error leave that "
+           "to "
+           "the picture's noise";
   if (std::isnan(s.pixelVariance)) return std::string("--pixel-variance is no number");
+  if (std::isnan(s.pictureError)) return std::string("--error is no number");
+  if (s.pixelVariance > 0 && s.pictureError > 0)
+    return std::string(
+        "--pixel-variance is a bound for each pixel, --error one for the whole picture: give one of them");
+  if (!texts.samples.empty() && s.pictureError > 0)
+    return std::string("--samples renders all of its samples in every pixel, --error chooses them");
   if (s.mostSamples > 0 && s.leastSamples > s.mostSamples) return "--min-spp is above --max-spp";
   if (!texts.samples.empty() && s.pixelVariance > 0)
     return "--samples renders all of its samples in every pixel: parts by --crop keep --pixel-variance";
@@ -175,6 +182,11 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
          "--pixel-variance", s.pixelVariance,
          "adaptive sampling: pixels are done at this relative deviation, say .02; 0: off; overrides the scene's")
       ->type_name("V")
+      ->check(CLI::Range(0.f, 1e6f));
+  app.add_option(
+         "--error", s.pictureError,
+         "adaptive sampling: the picture is done at this relative error, say .01; samples go where they help most")
+      ->type_name("E")
       ->check(CLI::Range(0.f, 1e6f));
   app.add_option("--min-spp", s.leastSamples, "adaptive sampling: at least so many samples a pixel")
       ->type_name("N")

@@ -110,12 +110,17 @@ TEST(RenderOptions, AdaptiveSampling) {
   EXPECT_EQ(p.options.settings.leastSamples, 8);
   EXPECT_EQ(p.options.settings.mostSamples, 512);
   EXPECT_LT(parsed({"a.rib"}).options.settings.pixelVariance, 0.f) << "the scene decides";
+  EXPECT_EQ(parsed({"a.rib", "--error", ".01", "--max-spp", "512"}).options.settings.pictureError, 0.01f);
 }
 
 TEST(RenderOptions, WrongFormsAreRefusedWithOneMessage) {
   const std::vector<std::vector<std::string>> wrong{
       {},
       {"--no-such-option", "a.rib"},
+      {"a.rib", "--error", ".01", "--spp", "16"},
+      {"a.rib", "--error", ".01", "--pixel-variance", ".02"},
+      {"a.rib", "--error", ".01", "--samples", "0:8"},
+      {"a.rib", "--error", "nan"},
       {"a.rib", "--res", "640"},
       {"a.rib", "--res", "640x360x2"},
       {"a.rib", "--res", "0x360"},

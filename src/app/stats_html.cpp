@@ -232,6 +232,7 @@ class Page {
                                           : fmt::format("hits after {} bounces and more", k),
               s_.lanesAt[k]);
     laneRow("presence and clear shadows", s_.lanesQueries);
+    if (s_.lanesWalks.possible) laneRow("manifold walks", s_.lanesWalks);
     raw("</table>\n");
     put("<p class=note>{} shading groups of {:.1f} points on average, {} ray groups.</p>\n", s_.shadingGroups,
         share(double(s_.shadingPoints), double(s_.shadingGroups)), s_.groups);

@@ -141,8 +141,11 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   }
   j["stages"] = stages;
   j["media"] = {{"rays", s.mediaRays}, {"lookups", s.mediaLookups}};
-  j["lane_use"] = {
-      {"first_hit", asJson(s.lanesAt[0])}, {"deeper", asJson(deeperLanes(s))}, {"queries", asJson(s.lanesQueries)}};
+  j["lane_use"] = {{"first_hit", asJson(s.lanesAt[0])},
+                   {"deeper", asJson(deeperLanes(s))},
+                   {"queries", asJson(s.lanesQueries)},
+                   {"walks", asJson(s.lanesWalks)}};
+  j["walks"] = {{"begun", s.walksBegun}, {"found", s.walksFound}, {"trials", s.walkTrials}};
   Json depths = Json::array();
   for (const LaneUse& l : s.lanesAt) {
     if (!l.possible) break;
@@ -168,6 +171,7 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                {"non_finite", s.nonFiniteSamples},
                {"saturated", s.saturatedSamples},
                {"negative", s.negativeSamples}};
+  if (s.noise >= 0) j["film"]["relative_error"] = s.noise;
   j["textures"] = {{"lookups", s.textureLookups}, {"misses", s.textureMisses}, {"bytes", s.textureBytes}};
   Json slow = Json::array();
   for (const render::BucketTime& b : slowestBuckets(s, 5))
@@ -266,6 +270,9 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("Lane use (active of possible lanes)");
   line("  first hit {:.3f}, deeper hits {:.3f}, presence and clear shadows {:.3f}", share(s.lanesAt[0]),
        share(deeperLanes(s)), share(s.lanesQueries));
+  if (s.walksBegun)
+    line("  manifold walks {:.3f}: {} begun, {} found a path, {} trials to count how likely", share(s.lanesWalks),
+         s.walksBegun, s.walksFound, s.walkTrials);
   std::string depths;
   for (const LaneUse& l : s.lanesAt)
     if (l.possible)
@@ -324,6 +331,7 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        s.saturatedSamples, s.negativeSamples);
   if (s.donePixels)
     line("  {} pixels were good enough before they had all samples (adaptive sampling)", s.donePixels);
+  if (s.noise >= 0) line("  relative error of the picture, by two halves of its samples: {:.4g}", s.noise);
   return out;
 }
 

@@ -65,9 +65,30 @@ void openTangents(std::array<V3d, 4>& b, bool& changed) {
   if (last) b[2] = old[3] + far(old[3], old[1], old[0]) * kNudge;
 }
 
+// Curves seen thinner than `pixels` get that width, and a ray sees them the more seldom: a row of pixels then sees a thin
+// curve in every one of them, and the mean of what it sees stays. Radii at all keys grow by the factor of the first.
+void widen(const DiceRate& rate, double pixels, Mesh& mesh) {
+  mesh.own.assign(mesh.vertexCount, 1.f);
+  bool widened = false;
+  for (uint32_t v = 0; v < mesh.vertexCount; ++v) {
+    Imath::V4f& s = mesh.spine[v];
+    const double pixel = rate.at(mesh.origin + V3d(s.x, s.y, s.z)) / rate.pixelsPerEdge, least = 0.5 * pixels * pixel;
+    if (!std::isfinite(least) || !(double(s.w) < least)) continue;
+    const double radius = double(s.w);
+    mesh.own[v] = float(radius / least);
+    for (size_t key = 0; key < size_t(mesh.keyCount()); ++key) {
+      float& r = mesh.spine[key * mesh.vertexCount + v].w;
+      r = radius > 0 ? float(double(r) * (least / radius)) : float(least);
+    }
+    widened = true;
+  }
+  if (!widened) std::vector<float>().swap(mesh.own);
+}
+
 }  // namespace
 
-bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, Diagnostics& diagnostics, Mesh& mesh) {
+bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, const DiceRate& rate,
+                Diagnostics& diagnostics, Mesh& mesh) {
   const std::optional<PointKeys> points = readPoints(primitive, diagnostics);
   if (!points) return false;
   static const scene::Attributes kDefaults;
@@ -75,11 +96,12 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, D
   const int step = std::max(1, attributes.vStep);
 
   ClassCounts counts{shape.verticesPerCurve.size(), 0, 0, 0};
-  size_t misfits = 0, firstMisfit = 0, total = 0;
+  size_t misfits = 0, firstMisfit = 0, total = 0, totalPieces = 0;
   for (size_t i = 0; i < shape.verticesPerCurve.size(); ++i) {
     const int n = shape.verticesPerCurve[i];
     const size_t pieces = piecesOf(n, shape.cubic, shape.periodic, step);
     if (!pieces && !misfits++) firstMisfit = i;
+    totalPieces += pieces;
     counts.varying += pieces + (shape.periodic ? 0 : 1);
     total += size_t(std::max(0, n));
   }
@@ -115,41 +137,58 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, D
                   : Conversion{{{1, 0, 0, 0}, {2.0 / 3, 1.0 / 3, 0, 0}, {1.0 / 3, 2.0 / 3, 0, 0}, {0, 1, 0, 0}}};
   const bool shares = !shape.cubic || endsMeet(conversion, step);
 
-  std::vector<ControlSource> controls;
-  std::vector<std::pair<uint32_t, std::vector<std::array<V3d, 4>>>> opened;  // first control, Bezier points by key
-  size_t firstVertex = 0, firstVarying = 0, noLength = 0, notFinite = 0;
-  for (size_t curve = 0; curve < shape.verticesPerCurve.size(); ++curve) {
-    const size_t n = size_t(std::max(0, shape.verticesPerCurve[curve]));
-    const size_t pieces = piecesOf(int(n), shape.cubic, shape.periodic, step);
-    const size_t varyings = pieces + (shape.periodic ? 0 : 1);
-    bool bad = false;
-    for (size_t v = 0; v < n && pieces; ++v) bad |= !sources.finite(uint32_t(firstVertex + v));
-    bool joined = false, has = false;  // joined: the last control stored is where the next piece begins
-    for (size_t piece = 0; piece < pieces && !bad; ++piece) {
-      std::array<ControlSource, 4> c;
-      const int count = cubic ? 4 : 2;
-      for (int k = 0; k < count; ++k) {
-        ControlSource& x = c[size_t(k)];
-        x.curve = uint32_t(curve);
-        x.between = float(k) / float(count - 1);
-        for (size_t e = 0; e < 2; ++e) x.varying[e] = uint32_t(firstVarying + (piece + e) % varyings);
-        if (x.between == 1) {
-          x.varying[0] = x.varying[1];
-          x.between = 0;
-        }
-        const size_t stepOf = shape.cubic ? size_t(step) : 1;
-        if (cubic)
-          for (size_t m = 0; m < 4; ++m) {
-            x.vertex[m] = uint32_t(firstVertex + (piece * stepOf + m) % n);
-            x.weight[m] = float(conversion[size_t(k)][m]);
-          }
-        else {
-          x.vertex[0] = uint32_t(firstVertex + (piece + size_t(k)) % n);
-          x.weight[0] = 1;
-        }
+  const int count = cubic ? 4 : 2;
+  const size_t stepOf = shape.cubic ? size_t(step) : 1;
+  // A curve by where its values begin.
+  struct CurvePlace {
+    size_t curve = 0, vertex = 0, varying = 0, vertices = 0, pieces = 0, varyings = 0;
+  };
+  const auto enter = [&](CurvePlace& at) {
+    at.vertices = size_t(std::max(0, shape.verticesPerCurve[at.curve]));
+    at.pieces = piecesOf(int(at.vertices), shape.cubic, shape.periodic, step);
+    at.varyings = at.pieces + (shape.periodic ? 0 : 1);
+  };
+  const auto advance = [&](CurvePlace& at) {
+    at.vertex += at.vertices;
+    at.varying += at.varyings;
+    ++at.curve;
+  };
+  const auto controlOf = [&](const CurvePlace& at, size_t piece, int k) {
+    ControlSource x;
+    x.curve = uint32_t(at.curve);
+    x.between = float(k) / float(count - 1);
+    for (size_t e = 0; e < 2; ++e) x.varying[e] = uint32_t(at.varying + (piece + e) % at.varyings);
+    if (x.between == 1) {
+      x.varying[0] = x.varying[1];
+      x.between = 0;
+    }
+    if (cubic)
+      for (size_t m = 0; m < 4; ++m) {
+        x.vertex[m] = uint32_t(at.vertex + (piece * stepOf + m) % at.vertices);
+        x.weight[m] = float(conversion[size_t(k)][m]);
       }
+    else {
+      x.vertex[0] = uint32_t(at.vertex + (piece + size_t(k)) % at.vertices);
+      x.weight[0] = 1;
+    }
+    return x;
+  };
+
+  mesh.indices.reserve(totalPieces);
+  mesh.faceOfTriangle.reserve(totalPieces);
+  mesh.along.reserve(totalPieces);
+  std::vector<std::pair<uint32_t, std::vector<std::array<V3d, 4>>>> opened;  // first control, Bezier points by key
+  std::vector<std::array<V3d, 4>> byKey(sources.keys());                     // of the piece being made
+  size_t controls = 0, noLength = 0, notFinite = 0;
+  for (CurvePlace at; at.curve < shape.verticesPerCurve.size(); advance(at)) {
+    enter(at);
+    bool bad = false;
+    for (size_t v = 0; v < at.vertices && at.pieces; ++v) bad |= !sources.finite(uint32_t(at.vertex + v));
+    bool joined = false, has = false;  // joined: the last control counted is where the next piece begins
+    for (size_t piece = 0; piece < at.pieces && !bad; ++piece) {
+      std::array<ControlSource, 4> c;
+      for (int k = 0; k < count; ++k) c[size_t(k)] = controlOf(at, piece, k);
       bool length = false, width = false, open = false;
-      std::vector<std::array<V3d, 4>> byKey(sources.keys());
       for (size_t key = 0; key < sources.keys(); ++key) {
         std::array<V3d, 4>& b = byKey[key];
         for (int k = 0; k < count; ++k) {
@@ -165,17 +204,15 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, D
         continue;
       }
       const bool share = joined && shares;
-      mesh.indices.push_back(uint32_t(controls.size() - (share ? 1 : 0)));
-      mesh.faceOfTriangle.push_back(uint32_t(curve));
-      mesh.along.emplace_back(float(double(piece) / double(pieces)), float(double(piece + 1) / double(pieces)));
-      if (open) opened.emplace_back(mesh.indices.back(), std::move(byKey));
-      for (int k = share ? 1 : 0; k < count; ++k) controls.push_back(c[size_t(k)]);
+      mesh.indices.push_back(uint32_t(controls - (share ? 1 : 0)));
+      mesh.faceOfTriangle.push_back(uint32_t(at.curve));
+      mesh.along.emplace_back(float(double(piece) / double(at.pieces)), float(double(piece + 1) / double(at.pieces)));
+      if (open) opened.emplace_back(mesh.indices.back(), byKey);
+      controls += size_t(count) - (share ? 1 : 0);
       joined = true;
     }
     notFinite += bad;
-    noLength += pieces && !bad && !has;
-    firstVertex += n;
-    firstVarying += varyings;
+    noLength += at.pieces && !bad && !has;
   }
   if (notFinite)
     diagnostics.error(
@@ -192,7 +229,21 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, D
                           "the primitive is left out");
     return false;
   }
-  sources.store(controls, mesh);
+  const auto walk = [&](const StrandSources::Visit& visit) {
+    CurvePlace at;
+    enter(at);
+    uint32_t seen = 0;
+    for (size_t p = 0; p < mesh.indices.size(); ++p) {
+      while (at.curve < mesh.faceOfTriangle[p]) {
+        advance(at);
+        enter(at);
+      }
+      const auto piece = size_t(std::lround(double(mesh.along[p].x) * double(at.pieces)));
+      for (int k = int(seen - mesh.indices[p]); k < count; ++k) visit(controlOf(at, piece, k));
+      seen = mesh.indices[p] + uint32_t(count);
+    }
+  };
+  sources.store(controls, walk, mesh);
   for (const auto& [first, byKey] : opened)
     for (size_t key = 0; key < byKey.size(); ++key)
       for (uint32_t k = 1; k < 3; ++k) {
@@ -200,6 +251,7 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, D
         Imath::V4f& s = mesh.spine[key * mesh.vertexCount + first + k];
         s = Imath::V4f(p.x, p.y, p.z, s.w);
       }
+  if (const double pixels = attributes.named.getFloat("hair:minwidth", 0); pixels > 0) widen(rate, pixels, mesh);
   return true;
 }
 

@@ -19,7 +19,7 @@ bool makeVolume(const scene::Primitive&, const scene::OtherPrimitive&, Diagnosti
 bool makeBlobby(const scene::Primitive&, const scene::OtherPrimitive&, const DiceRate&, Diagnostics&, Mesh&);
 
 // Strands: tubes, ribbons, balls and discs, which are not tessellated.
-bool makeCurves(const scene::Primitive&, const scene::Curves&, Diagnostics&, Mesh&);
+bool makeCurves(const scene::Primitive&, const scene::Curves&, const DiceRate&, Diagnostics&, Mesh&);
 bool makePoints(const scene::Primitive&, Diagnostics&, Mesh&);
 
 }  // namespace kinora::geometry

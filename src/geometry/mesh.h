@@ -51,6 +51,9 @@ struct Mesh {
   std::vector<Imath::V4f> spine;         // keys x vertexCount: as `points`, with the radius
   std::vector<Imath::V3f> spineNormals;  // keys x vertexCount: oriented kinds; any length but 0
   std::vector<Imath::V2f> along;         // curve parameter v at both ends of each piece
+  // Curves that were drawn wider, since they are seen thinner than `hair:minwidth`: how much of the width is theirs, by
+  // control point. A ray sees such a curve with the probability ownWidth() gives. Empty: all is.
+  std::vector<float> own;
 
   // Triangles only:
   // keys x vertexCount points; object space minus `origin` (so that float keeps precision at coordinates around 1e6)
@@ -87,6 +90,9 @@ struct Mesh {
   bool isOriented() const { return kind == Kind::OrientedRibbon || kind == Kind::OrientedDisc; }
   bool facesRay() const { return kind == Kind::LinearRibbon || kind == Kind::CubicRibbon || kind == Kind::Disc; }
   int controlsOfPiece() const { return isCubic() ? 4 : isCurve() ? 2 : 1; }
+
+  // 0..1, at a place along a piece.
+  float ownWidth(uint32_t piece, float s) const;
 
   uint32_t triangleCount() const { return isStrand() ? 0 : uint32_t(indices.size() / 3); }
   uint32_t primitiveCount() const { return isStrand() ? uint32_t(indices.size()) : triangleCount(); }

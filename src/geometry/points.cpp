@@ -49,7 +49,12 @@ bool makePoints(const scene::Primitive& primitive, Diagnostics& diagnostics, Mes
                           "the primitive is left out");
     return false;
   }
-  sources.store(controls, mesh);
+  sources.store(
+      controls.size(),
+      [&](const StrandSources::Visit& visit) {
+        for (const ControlSource& c : controls) visit(c);
+      },
+      mesh);
   return true;
 }
 

@@ -89,35 +89,32 @@ V3d StrandSources::normal(size_t key, const ControlSource& c) const {
   return n;
 }
 
-void StrandSources::store(const std::vector<ControlSource>& controls, Mesh& mesh) const {
-  mesh.vertexCount = uint32_t(controls.size());
-  std::vector<V3d> all;
-  all.reserve(controls.size() * keys());
+void StrandSources::store(size_t count, const std::function<void(const Visit&)>& walk, Mesh& mesh) const {
+  mesh.vertexCount = uint32_t(count);
   for (size_t key = 0; key < keys(); ++key)
-    for (const ControlSource& c : controls) {
-      all.push_back(position(key, c));
-      const double r = radius(key, c);
-      mesh.bounds.extendBy(all.back() - V3d(r));
-      mesh.bounds.extendBy(all.back() + V3d(r));
-    }
+    walk([&](const ControlSource& c) {
+      const V3d p = position(key, c), r(radius(key, c));
+      mesh.bounds.extendBy(p - r);
+      mesh.bounds.extendBy(p + r);
+    });
   mesh.origin = chooseOrigin(mesh.bounds);
-  mesh.spine.reserve(all.size() + 1);
-  for (size_t key = 0, i = 0; key < keys(); ++key)
-    for (const ControlSource& c : controls) {
-      const Imath::V3f p(all[i++] - mesh.origin);
+  mesh.spine.reserve(count * keys() + 1);
+  for (size_t key = 0; key < keys(); ++key)
+    walk([&](const ControlSource& c) {
+      const Imath::V3f p(position(key, c) - mesh.origin);
       mesh.spine.emplace_back(p.x, p.y, p.z, float(radius(key, c)));
-    }
+    });
   size_t unusable = 0;
   if (mesh.isOriented())
     for (size_t key = 0; key < keys(); ++key)
-      for (const ControlSource& c : controls) {
+      walk([&](const ControlSource& c) {
         V3d n = normal(key, c);
         const double length = n.length();
         const bool good = length > 0 && std::isfinite(length);
         unusable += !good;
         n = good ? n / length : V3d(0, 0, 1);
         mesh.spineNormals.emplace_back(Imath::V3f(mesh.flipNormals ? -n : n));
-      }
+      });
   if (unusable)
     diagnostics_.warning("GEOM-NORMAL", primitive_.pos,
                          std::to_string(unusable) + " normals of " + subject(primitive_) + " are zero or not finite",
@@ -135,9 +132,10 @@ void StrandSources::store(const std::vector<ControlSource>& controls, Mesh& mesh
     if (rate != Rate::PerVertex) {
       p.data = s.values;
     } else {
-      p.data.reserve(controls.size() * size_t(p.width));
-      for (const ControlSource& c : controls)
+      p.data.reserve(count * size_t(p.width));
+      walk([&](const ControlSource& c) {
         for (int k = 0; k < p.width; ++k) p.data.push_back(float(mix(s.values, s.storage, p.width, k, c)));
+      });
     }
     mesh.primvars.push_back(std::move(p));
   }

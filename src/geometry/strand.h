@@ -2,6 +2,7 @@
 // over all keys, and the primvars that go with control points. Used inside geometry/ only.
 #pragma once
 #include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -29,8 +30,10 @@ class StrandSources {
   double radius(size_t key, const ControlSource& c) const;  // not below 0
   Imath::V3d normal(size_t key, const ControlSource& c) const;
   bool finite(uint32_t vertex) const { return !points_.nonFinite || points_.finite(vertex); }
-  // Fills spine, spineNormals (when `mesh` is of an oriented kind), times, origin, bounds and primvars.
-  void store(const std::vector<ControlSource>& controls, Mesh& mesh) const;
+  // Fills spine, spineNormals (when `mesh` is of an oriented kind), times, origin, bounds and primvars. `walk` visits all
+  // `count` control points in order, as often as it is asked: millions of curves have no room for a list of them.
+  using Visit = std::function<void(const ControlSource&)>;
+  void store(size_t count, const std::function<void(const Visit&)>& walk, Mesh& mesh) const;
 
  private:
   double mix(std::span<const float> values, scene::StorageClass storage, int width, int component,

@@ -52,7 +52,7 @@ bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh&
   if (std::holds_alternative<scene::Patch>(p.shape) || std::holds_alternative<scene::PatchMesh>(p.shape) ||
       std::holds_alternative<scene::NuPatch>(p.shape))
     return makePatches(p, rate, d, mesh);
-  if (const auto* q = std::get_if<scene::Curves>(&p.shape)) return makeCurves(p, *q, d, mesh);
+  if (const auto* q = std::get_if<scene::Curves>(&p.shape)) return makeCurves(p, *q, rate, d, mesh);
   if (std::holds_alternative<scene::Points>(p.shape)) return makePoints(p, d, mesh);
   if (const auto* q = std::get_if<scene::OtherPrimitive>(&p.shape); q && q->request == "Blobby")
     return makeBlobby(p, *q, rate, d, mesh);

@@ -26,6 +26,7 @@ struct DiceRate {
   bool isDisplaced = false;
   // The camera mirrors the world (det(worldToCamera) < 0). Only the orientations "lh" and "rh" depend on it.
   bool worldMirrored = false;
+  double pixelsPerEdge = 1;  // how long an edge is on screen
 
   // The edge length at p, or +infinity where the function is missing or gives nothing usable.
   double at(const Imath::V3d& p) const;

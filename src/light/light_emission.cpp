@@ -5,6 +5,42 @@
 
 namespace kinora::light {
 
+void LightSet::emitFrom(uint32_t width, Arena& arena, uint32_t n, const uint32_t* chosen, const float* const u[4],
+                        const float* time, const Emission& out) const {
+  const Order order(*this, width, arena, n, chosen);
+  const float* in[5] = {order.take(u[0]), order.take(u[1]), order.take(u[2]), order.take(u[3]), order.take(time)};
+  float* outputs[14];
+  for (int c = 0; c < 3; ++c) {
+    outputs[c] = out.o[c];
+    outputs[3 + c] = out.d[c];
+    outputs[6 + c] = out.N[c];
+    outputs[9 + c] = out.radiance[c];
+  }
+  outputs[12] = out.pdfPosition;
+  outputs[13] = out.pdfDirection;
+  float* ordered[14];
+  for (int k = 0; k < 14; ++k) ordered[k] = order.room(outputs[k]);
+  for (uint32_t r = 0; r < order.runCount(); ++r) {
+    const LightOrder::Run& run = order.run(r);
+    LightEmitArgs a{};
+    order.setLights(a, run);
+    setWorld(a);
+    a.count = run.count;
+    for (int k = 0; k < 4; ++k) a.u[k] = in[k] + run.from;
+    a.time = in[4] ? in[4] + run.from : nullptr;
+    for (int c = 0; c < 3; ++c) {
+      a.o[c] = ordered[c] + run.from;
+      a.d[c] = ordered[3 + c] + run.from;
+      a.N[c] = ordered[6 + c] + run.from;
+      a.radiance[c] = ordered[9 + c] + run.from;
+    }
+    a.pdfPosition = ordered[12] + run.from;
+    a.pdfDirection = ordered[13] + run.from;
+    kinds_[run.kind].byWidth[width]->emit(&a);
+  }
+  for (int k = 0; k < 14; ++k) order.put(ordered[k], outputs[k]);
+}
+
 void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
                     const float* time, float* const o[3], float* const d[3], EmittedLight* out) const {
   const uint32_t room = padded(n) + kPad;
@@ -36,32 +72,8 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
         std::min<size_t>(size_t(std::upper_bound(emission_.begin(), emission_.end(), uChoice[i]) - emission_.begin()),
                          emission_.size() - 1));
   for (uint32_t i = n; i < padded(n); ++i) chosen[i] = chosen[n - 1];
-  const Order order(*this, width, arena, n, chosen);
-  const float* in[5] = {order.take(u[0]), order.take(u[1]), order.take(u[2]), order.take(u[3]), order.take(time)};
   float* radiance[3] = {floats(), floats(), floats()};
-  float* const outputs[14] = {o[0], o[1], o[2],        d[0],        d[1],        d[2],        N[0],
-                              N[1], N[2], radiance[0], radiance[1], radiance[2], pdfPosition, pdfDirection};
-  float* ordered[14];
-  for (int k = 0; k < 14; ++k) ordered[k] = order.room(outputs[k]);
-  for (uint32_t r = 0; r < order.runCount(); ++r) {
-    const LightOrder::Run& run = order.run(r);
-    LightEmitArgs a{};
-    order.setLights(a, run);
-    setWorld(a);
-    a.count = run.count;
-    for (int k = 0; k < 4; ++k) a.u[k] = in[k] + run.from;
-    a.time = in[4] ? in[4] + run.from : nullptr;
-    for (int c = 0; c < 3; ++c) {
-      a.o[c] = ordered[c] + run.from;
-      a.d[c] = ordered[3 + c] + run.from;
-      a.N[c] = ordered[6 + c] + run.from;
-      a.radiance[c] = ordered[9 + c] + run.from;
-    }
-    a.pdfPosition = ordered[12] + run.from;
-    a.pdfDirection = ordered[13] + run.from;
-    kinds_[run.kind].byWidth[width]->emit(&a);
-  }
-  for (int k = 0; k < 14; ++k) order.put(ordered[k], outputs[k]);
+  emitFrom(width, arena, n, chosen, u, time, {o, d, N, radiance, pdfPosition, pdfDirection});
   // a factor that depends on the lit point is not known yet
   filterRadiance(width, arena, n, chosen, o, d, time, time, radiance, true);
   for (uint32_t i = 0; i < n; ++i) {

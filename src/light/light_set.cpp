@@ -36,6 +36,29 @@ bool boxOfDirections(const LightDescription& d, LightBox3& b) {
   return true;
 }
 
+// Sums of the shares of those lights that have a power (others: below 0). Half by power, half evenly: a light of little
+// power may still be the one next to the point.
+std::vector<float> sharesOf(const std::vector<double>& power) {
+  double total = 0, lit = 0;
+  for (const double p : power)
+    if (p >= 0) {
+      total += p;
+      ++lit;
+    }
+  double sum = 0;
+  std::vector<float> shares;
+  shares.reserve(power.size());
+  for (const double p : power) {
+    if (p >= 0) sum += total > 0 ? 0.5 * p / total + 0.5 / lit : 1 / lit;
+    shares.push_back(float(std::min(sum, 1.0)));
+  }
+  for (size_t i = shares.size(); lit > 0 && i-- > 0;) {  // the last that has one takes what rounding left
+    shares[i] = 1;
+    if (power[i] >= 0) break;
+  }
+  return shares;
+}
+
 }  // namespace
 
 LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
@@ -55,7 +78,6 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   std::vector<LightBox3> boxes, cones;
   std::vector<uint32_t> boxed, coned;
   std::vector<double> power;
-  double total = 0;
   lights_.reserve(lights.size());
   for (uint32_t i = 0; i < lights.size(); ++i) {
     LightEntry& l = lights[i];
@@ -64,7 +86,8 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNoFilters, uint16_t(l.kind), 0};
     r.flags = uint8_t((l.castsShadow ? kCastsShadow : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |
                       (l.visibility & kLightSeenByMirrors ? kSeenByMirrors : 0) | (d.isDelta ? kDelta : 0) |
-                      (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack));
+                      (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack) |
+                      (l.isWalkedTo && l.castsShadow && isLit ? kWalkedTo : 0));
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));
@@ -89,11 +112,9 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
         boxed.push_back(i);
       }
     }
-    // half by power, half evenly: a light of little power may still be the one next to the point
     power.push_back(isLit ? std::min(double(descriptions[i].power), 1e24) *
                                 (d.isInfinite ? 3.14159265358979 * double(radius_) * double(radius_) : 1)
                           : -1);
-    if (isLit) total += power.back();
     lights_.push_back(std::move(r));
   }
   if (boxed.size() <= kMostNear) {
@@ -108,24 +129,18 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     distant_.insert(distant_.end(), coned.begin(), coned.end());
   else
     directions_ = LightBoxes(cones, coned);
-  const auto lit = double(std::count_if(power.begin(), power.end(), [](double p) { return p >= 0; }));
-  double sum = 0;
-  emission_.reserve(power.size());
-  for (const double p : power) {
-    if (p >= 0) sum += total > 0 ? 0.5 * p / total + 0.5 / lit : 1 / lit;
-    emission_.push_back(float(std::min(sum, 1.0)));
-  }
-  for (size_t i = emission_.size(); lit > 0 && i-- > 0;) {  // the last that emits takes what rounding left
-    emission_[i] = 1;
-    if (power[i] >= 0) break;
-  }
+  emission_ = sharesOf(power);
+  for (size_t i = 0; i < power.size(); ++i)
+    if (!(lights_[i].flags & kWalkedTo)) power[i] = -1;
+  if (std::any_of(power.begin(), power.end(), [](double p) { return p >= 0; })) walkedTo_ = sharesOf(power);
   held_.set(bytes());
 }
 
 size_t LightSet::bytes() const {
   size_t n = lights_.size() * sizeof(Record) + tree_.nodeCount() * sizeof(TreeNode) +
              tree_.places().size() * sizeof(LightTree::Place) + links_.bytes() + boxes_.bytes() +
-             directions_.bytes() + near_.size() * sizeof(Sphere) + (distant_.size() + emission_.size()) * 4;
+             directions_.bytes() + near_.size() * sizeof(Sphere) +
+             (distant_.size() + emission_.size() + walkedTo_.size()) * 4;
   for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
   return n;
 }

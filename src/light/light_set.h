@@ -39,6 +39,7 @@ struct LightEntry {
   uint32_t visibility = kLightSeenByCamera | kLightSeenByMirrors;
   uint32_t group = 0;         // light group for path expressions
   bool castsShadow = true;    // false: its samples have distance 0
+  bool isWalkedTo = false;    // manifold walks go to it (cheapCaustics)
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;
 };
@@ -51,6 +52,7 @@ class LightSet {
 
   uint32_t size() const { return uint32_t(lights_.size()); }
   uint32_t groupOf(uint32_t light) const { return lights_[light].group; }
+  const void* instanceOf(uint32_t light) const { return lights_[light].instance; }
   bool castsShadow(uint32_t light) const { return lights_[light].flags & kCastsShadow; }
   bool isLinked(uint32_t linkSet, uint32_t light) const;
 
@@ -85,6 +87,13 @@ class LightSet {
   // n emitted rays, light chosen by power, all else into arrays of the arena. u: choice, then four numbers.
   void emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
             const float* time, float* const o[3], float* const d[3], EmittedLight* out) const;
+  // light_walks.cpp: what manifold walks go to, see WalkTargets; u: choice, then four numbers. All into the arena.
+  bool isWalkedTo(uint32_t light) const { return lights_[light].flags & kWalkedTo; }
+  void walkTargets(uint32_t width, Arena& arena, uint32_t n, const float* const u[5], const float* time,
+                   WalkTargets* out) const;
+  // What arrives at n points (padded) from a delta light each, filters included; and the factor on specular lobes.
+  void deltaLights(uint32_t width, Arena& arena, uint32_t n, const float* const P[3], const float* time,
+                   const uint32_t* light, float* const radiance[3], float* specular) const;
   // Of rays that left the points and met a light each (end: as given, but for point and runs).
   void ends(uint32_t width, Arena& arena, const Points& points, LightEnds* end) const;
 
@@ -102,7 +111,8 @@ class LightSet {
     kSeenByMirrors = 4,
     kDelta = 8,
     kInfinite = 16,
-    kBlack = 32
+    kBlack = 32,
+    kWalkedTo = 64
   };
   static constexpr uint32_t kNoFilters = 0xffffffffu;
   struct Record {
@@ -127,6 +137,13 @@ class LightSet {
     return (lights_[light].flags & kDelta ? kLightIsDelta : 0u) |
            (lights_[light].flags & kInfinite ? kLightIsInfinite : 0u);
   }
+  // Starts of light paths: n (padded) lights that are chosen, into arrays of room for kPad more.
+  struct Emission {
+    float *const *o, *const *d, *const *N, *const *radiance;
+    float *pdfPosition, *pdfDirection;
+  };
+  void emitFrom(uint32_t width, Arena& arena, uint32_t n, const uint32_t* chosen, const float* const u[4],
+                const float* time, const Emission& out) const;
   float emissionOf(uint32_t light) const { return emission_[light] - (light ? emission_[light - 1] : 0.f); }
   float reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const;
   void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
@@ -149,6 +166,7 @@ class LightSet {
   std::vector<uint32_t> distant_;  // infinite lights that rays can hit, from anywhere
   LightBoxes directions_;          // those that lie within an angle, among directions
   std::vector<float> emission_;    // sums of the probabilities of emitting, by light
+  std::vector<float> walkedTo_;    // the same of those that walks go to; empty: none
   std::array<float, 3> center_;
   float radius_;
   bool isCameraSeen_ = false;  // some light that rays can hit

@@ -6,19 +6,16 @@ namespace kinora {
 
 namespace {
 
-constexpr const char* kHair = "strands have no bxdf of their own yet";
 constexpr const char* kBake = "nothing is baked";
 constexpr const char* kSubsurface = "its slab is not made yet";
 
 constexpr RefusedPlugin kTable[] = {
-    {Kind::Bxdf, "LamaHairChiang", kHair, ""},
+    {Kind::Bxdf, "LamaHairChiang", "its parameters are not published", "PxrMarschnerHair"},
     {Kind::Bxdf, "LamaSSS", kSubsurface, "PxrSurface, LamaDiffuse"},
     {Kind::Bxdf, "LamaTricolorSSS", kSubsurface, "PxrSurface, LamaDiffuse"},
-    {Kind::Bxdf, "PxrHair", kHair, ""},
-    {Kind::Bxdf, "PxrHairColor", kHair, ""},
+    {Kind::Bxdf, "PxrHair", "its parameters are not published", "PxrMarschnerHair"},
     {Kind::Bxdf, "PxrLMLayer", "its layers are not taken apart", "PxrSurface, or LamaLayer"},
     {Kind::Bxdf, "PxrLMMixer", "its layers are not taken apart", "PxrLayerSurface, or LamaMix"},
-    {Kind::Bxdf, "PxrMarschnerHair", kHair, ""},
     {Kind::Pattern, "PxrBakePointCloud", kBake, ""},
     {Kind::Pattern, "PxrBakeTexture", kBake, ""},
     {Kind::Pattern, "PxrBumpRoughness", "maps of slopes and their variance are not made yet", "PxrBump"},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace kinora::render {
 
@@ -37,12 +38,18 @@ void ActiveBlocks::stop(size_t block) {
   activePixels_ -= pixelsOf(block);
 }
 
-double NoiseEstimate::relativeDeviation(size_t block, int even, int odd, float darkFalloff) const {
-  if (even < 1 || odd < 1) return INFINITY;
+void NoiseEstimate::endPart() {
+  for (size_t b = 0; b < sums_.size(); b += kNumbers)
+    for (size_t k = b; k < b + kTolerance; k += 6)
+      for (size_t c = k; c < k + 3; ++c) sums_[c] += std::exchange(sums_[c + 3], 0);
+}
+
+double NoiseEstimate::relativeDeviation(size_t block, int earlier, int since, float darkFalloff) const {
+  if (earlier < 1 || since < 1) return INFINITY;
   const int64_t* s = &sums_[block * kNumbers];
-  // The two halves may differ by a sample: of means a and b of n and m samples (a - b)^2 n m / (n + m)^2 estimates
-  // the variance of the mean of all.
-  const double n = even, m = odd, share = n * m / ((n + m) * (n + m));
+  const double tolerance = double(s[kTolerance]) / (kToleranceStep * ActiveBlocks::kPixels * double(earlier + since));
+  // Of means a and b of n and m samples (a - b)^2 n m / (n + m)^2 estimates the variance of the mean of all.
+  const double n = earlier, m = since, share = n * m / ((n + m) * (n + m));
   double squares = 0, level = 0;
   for (int pixel = 0; pixel < ActiveBlocks::kPixels; ++pixel, s += 6)
     for (int c = 0; c < 3; ++c) {
@@ -51,7 +58,7 @@ double NoiseEstimate::relativeDeviation(size_t block, int even, int odd, float d
       level += std::fabs(a * n + b * m) / (n + m);
     }
   constexpr double kValues = ActiveBlocks::kPixels * 3;
-  return std::sqrt(squares / kValues) / (level / kValues + double(darkFalloff));
+  return std::sqrt(squares / kValues) / ((level / kValues + double(darkFalloff)) * tolerance);
 }
 
 bool isDecisionPoint(int last) {
@@ -60,19 +67,94 @@ bool isDecisionPoint(int last) {
   return n == power || (power >= 32 && n == power + power / 2);
 }
 
-bool stopQuietBlocks(const Adaptivity& wanted, const NoiseEstimate& noise, int first, int last,
-                     ActiveBlocks& active) {
-  if (last - first < wanted.least) return true;
-  const int even = (last + 1) / 2 - (first + 1) / 2, odd = last / 2 - first / 2;
-  bool isLeft = false;
+Convergence::Convergence(const Adaptivity& wanted, int first, int most, size_t blocks)
+    : wanted_(wanted), first_(first), most_(most), part_(first), ofSample_(blocks, 0.), taken_(blocks, 0) {}
+
+void Convergence::decide(NoiseEstimate& noise, int last, ActiveBlocks& active) {
+  const int taken = last - first_;
+  if (taken >= std::max(wanted_.least, 2) && part_ > first_) decideBy(noise, last, active);
+  if (!std::has_single_bit(uint32_t(last))) return;
+  noise.endPart();
+  part_ = last;
+}
+
+void Convergence::decideBy(const NoiseEstimate& noise, int last, ActiveBlocks& active) {
+  const int taken = last - first_;
+  double squares = 0, pixels = 0;
+  for (size_t b = 0; b < active.blocks(); ++b) {
+    if (active.isActive(b)) {
+      const double deviation = noise.relativeDeviation(b, part_ - first_, last - part_, wanted_.darkFalloff);
+      ofSample_[b] = deviation * deviation * taken;
+      taken_[b] = taken;
+    }
+    squares += double(active.pixelsOf(b)) * ofSample_[b] / taken_[b];
+    pixels += double(active.pixelsOf(b));
+  }
+  error_ = std::sqrt(squares / std::max(pixels, 1.));
+  if (wanted_.error > 0)
+    decideByFrame(taken, active);
+  else
+    decideByBlock(taken, active);
+}
+
+void Convergence::decideByBlock(int taken, ActiveBlocks& active) {
+  left_ = 0;
+  const double wanted = double(wanted_.variance) * double(wanted_.variance);
   for (size_t b = 0; b < active.blocks(); ++b) {
     if (!active.isActive(b)) continue;
-    if (noise.relativeDeviation(b, even, odd, wanted.darkFalloff) <= double(wanted.variance))
+    const double needed = ofSample_[b] / wanted;
+    if (needed <= taken)
       active.stop(b);
     else
-      isLeft = true;
+      left_ += double(active.pixelsOf(b)) * (std::min(needed, double(most_)) - taken);
   }
-  return isLeft;
+}
+
+void Convergence::decideByFrame(int taken, ActiveBlocks& active) {
+  const auto columns = int64_t(active.columns()), rows = columns ? int64_t(active.blocks()) / columns : 0;
+  // A block that has been lucky so far, in missing a bright path that its neighbours know of, takes their word.
+  std::vector<double> deviation(active.blocks());
+  for (int64_t y = 0, b = 0; y < rows; ++y)
+    for (int64_t x = 0; x < columns; ++x, ++b) {
+      double sum = 0, count = 0;
+      for (int64_t v = std::max<int64_t>(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+        for (int64_t u = std::max<int64_t>(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u, ++count)
+          sum += ofSample_[size_t(v * columns + u)];
+      deviation[size_t(b)] = std::sqrt(std::max(ofSample_[size_t(b)], sum / count));
+    }
+  // What is left of the error of the whole when active blocks take `share` times their deviation, as far as that is
+  // more than they have.
+  const auto needed = [&](size_t b, double share) {
+    return std::clamp(share * deviation[b], double(taken), double(std::max(most_, taken)));
+  };
+  const auto squaresAt = [&](double share) {
+    double squares = 0;
+    for (size_t b = 0; b < active.blocks(); ++b)
+      squares += double(active.pixelsOf(b)) * deviation[b] * deviation[b] /
+                 (active.isActive(b) ? needed(b, share) : double(taken_[b]));
+    return squares;
+  };
+  double pixels = 0;
+  for (size_t b = 0; b < active.blocks(); ++b) pixels += double(active.pixelsOf(b));
+  const double wanted = double(wanted_.error) * double(wanted_.error) * pixels;
+  double low = 0, high = 1;
+  while (high < 1e12 && squaresAt(high) > wanted) high *= 4;
+  if (squaresAt(low) <= wanted) high = 0;
+  for (int i = 0; i < 40 && high > 0; ++i) {
+    const double middle = 0.5 * (low + high);
+    (squaresAt(middle) > wanted ? low : high) = middle;
+  }
+  // Decisions lie a factor of up to 1.5 apart: who wants less than the middle of it is done.
+  constexpr double kNotWorth = 1.2;
+  left_ = 0;
+  for (size_t b = 0; b < active.blocks(); ++b) {
+    if (!active.isActive(b)) continue;
+    const double samples = needed(b, high);
+    if (samples < kNotWorth * taken)
+      active.stop(b);
+    else
+      left_ += double(active.pixelsOf(b)) * (samples - taken);
+  }
 }
 
 }  // namespace kinora::render

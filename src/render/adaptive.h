@@ -10,13 +10,14 @@
 
 namespace kinora::render {
 
-// What a frame wants of its pixels.
+// What a frame wants of its pixels: one of the first two, or neither, and every pixel takes the same samples.
 struct Adaptivity {
-  // Relative standard deviation at which a block of pixels is done; 0: every pixel takes the same samples.
-  float variance = 0;
-  int least = 16;              // samples a pixel before the first decision
+  float variance = 0;  // relative standard deviation at which a block of pixels is done; 0: not asked for
+  float error =
+      0;           // root mean square of that deviation over the picture at which the frame is done; 0: not asked for
+  int least = 16;  // samples a pixel before the first decision
   float darkFalloff = 0.025f;  // added to the level that the deviation is relative to
-  bool isOn() const { return variance > 0; }
+  bool isOn() const { return variance > 0 || error > 0; }
 };
 
 // Which blocks of 4 x 4 pixels a pass traces: those of the raster's grid that touch the window.
@@ -33,6 +34,8 @@ class ActiveBlocks {
   bool anyIn(int x0, int y0, int x1, int y1) const;  // raster pixels, half open
   void stop(size_t block);
   size_t blocks() const { return isActive_.size(); }
+  size_t columns() const { return size_t(columns_); }  // blocks lie row by row
+  uint64_t pixelsOf(size_t block) const;               // within the window
   bool isActive(size_t block) const { return isActive_[block]; }
   // -1: beside the window
   int64_t indexOf(int x, int y) const {
@@ -42,32 +45,40 @@ class ActiveBlocks {
   uint64_t activePixels() const { return activePixels_; }  // within the window
 
  private:
-  uint64_t pixelsOf(size_t block) const;
   image::Window window_{};
   int firstX_ = 0, firstY_ = 0, columns_ = 0, rows_ = 0;
   std::vector<uint8_t> isActive_;
   uint64_t activePixels_ = 0;
 };
 
-// The error of blocks from two halves of their samples, those of even and of odd index: half their difference is an
-// estimate of the pixel's error (the half-buffer estimate of Dammertz et al., "A Hierarchical Automatic Stopping
-// Condition for Monte Carlo Global Illumination", 2010). Sums are integers: any order of adding gives the same bits.
-// Whole blocks are summed, also where a crop cuts them, so that a crop decides as the whole frame does.
+// The error of blocks from two parts of their samples: half the difference of two halves is an estimate of the pixel's
+// error (the half-buffer estimate of Dammertz et al., "A Hierarchical Automatic Stopping Condition for Monte Carlo Global
+// Illumination", 2010). The parts are those before and after the last power of two, each as evenly spread as so many
+// samples can be; those of even and of odd index are not, and say up to 1.8 times the error. Sums are integers: any order
+// of adding gives the same bits. Whole blocks are summed, also where a crop cuts them, so that a crop decides as the whole
+// frame does.
 class NoiseEstimate {
  public:
   explicit NoiseEstimate(size_t blocks) : sums_(blocks * kNumbers) {}
   static uint64_t bytesFor(size_t blocks) { return blocks * kNumbers * sizeof(int64_t); }
-  // The calling thread owns the block until the pass ends. Values that are not finite count as 0.
-  void add(size_t block, int pixel, uint32_t sampleIndex, const float rgb[3]) {
-    int64_t* s = &sums_[block * kNumbers + size_t(pixel) * 6 + (sampleIndex & 1u) * 3];
+  // The calling thread owns the block until the pass ends. Values that are not finite count as 0. `tolerance`: how much
+  // more noise than elsewhere is allowed where the sample is (attribute shade:relativepixelvariance), (0, 1000].
+  void add(size_t block, int pixel, const float rgb[3], float tolerance) {
+    int64_t* s = &sums_[block * kNumbers];
+    s[kTolerance] += int64_t(tolerance * kToleranceStep + 0.5f);
+    s += size_t(pixel) * 6 + 3;
     for (int c = 0; c < 3; ++c) s[c] += fixed(rgb[c]);
   }
-  // Of a block whose pixels have so many samples of even and of odd index: the root mean square over pixels and
-  // channels of the error of the mean, over the block's mean level plus `darkFalloff`.
-  double relativeDeviation(size_t block, int even, int odd, float darkFalloff) const;
+  // All samples so far are earlier ones from now on.
+  void endPart();
+  // Of a block whose pixels have so many samples before and since the last endPart(): the root mean square over pixels
+  // and channels of the error of the mean, over the block's mean level plus `darkFalloff` and its mean tolerance.
+  double relativeDeviation(size_t block, int earlier, int since, float darkFalloff) const;
 
  private:
-  static constexpr size_t kNumbers = ActiveBlocks::kPixels * 6;  // by pixel, half, channel
+  static constexpr size_t kTolerance = ActiveBlocks::kPixels * 6;  // behind the sums by pixel, part, channel
+  static constexpr size_t kNumbers = kTolerance + 1;
+  static constexpr float kToleranceStep = 65536.f;
   static constexpr float kStep = 1.f / (1 << 20), kLimit = 65536.f;
   static int64_t fixed(float v) {
     // clamps NaN to 0 as well
@@ -80,7 +91,34 @@ class NoiseEstimate {
 // Whether decisions are taken where every active pixel has the samples up to index `last`: powers of two and, from 32
 // on, halfway between them. Passes end there however they are cut (Frame::passes).
 bool isDecisionPoint(int last);
-// Ends the blocks that are good enough. Returns whether some are left.
-bool stopQuietBlocks(const Adaptivity& wanted, const NoiseEstimate& noise, int first, int last, ActiveBlocks& active);
+
+// The decisions. With Adaptivity::variance each block ends by itself, so that a crop decides as the whole frame does.
+// With Adaptivity::error samples go where they lower the error of the whole picture most: in proportion to the
+// deviation of a single sample (Neyman 1934), as that of each block and of the eight around it says.
+class Convergence {
+ public:
+  Convergence() = default;
+  // `most`: samples a pixel at most, of a frame whose first has index `first`.
+  Convergence(const Adaptivity& wanted, int first, int most, size_t blocks);
+  // Every active pixel has the samples up to index `last`, a decision point. Ends the blocks that are good enough, and
+  // at powers of two the estimate's part.
+  void decide(NoiseEstimate& noise, int last, ActiveBlocks& active);
+  // As the last decision saw it: root mean square over pixels of the relative deviation, -1 before the first one, and
+  // the samples that are expected to be taken from then on, pixel by pixel, -1 before the first one.
+  double error() const { return error_; }
+  double samplesLeft() const { return left_; }
+
+ private:
+  void decideBy(const NoiseEstimate& noise, int last, ActiveBlocks& active);
+  void decideByBlock(int taken, ActiveBlocks& active);
+  void decideByFrame(int taken, ActiveBlocks& active);
+  Adaptivity wanted_;
+  int first_ = 0, most_ = 0;
+  int part_ = 0;  // index of the first sample of the estimate's newer part
+  // By block, when it was last active: the squared relative deviation of one sample, and how many a pixel has.
+  std::vector<double> ofSample_;
+  std::vector<int> taken_;
+  double error_ = -1, left_ = -1;
+};
 
 }  // namespace kinora::render

@@ -33,7 +33,7 @@ Digest lookOf(const scene::Attributes* attributes) {
   for (const auto* basis : {&a.uBasis, &a.vBasis}) h.bytes(basis->data(), sizeof *basis);
   for (const scene::Parameter& p : a.named)
     if (p.name.starts_with("dice:") || p.name.starts_with("polygon:") || p.name.starts_with("trimcurve:") ||
-        isOfDisplacement(p.name)) {
+        p.name.starts_with("hair:") || isOfDisplacement(p.name)) {
       h.text(p.name);
       h.bytes(p.floats.data(), p.floats.size() * sizeof(float));
       h.bytes(p.ints.data(), p.ints.size() * sizeof(int));
@@ -65,6 +65,11 @@ Digest digestOfInstances(const std::vector<scene::Instance>& list) {
     h.bytes(i.toWorld.matrices.data(), i.toWorld.matrices.size() * sizeof(scene::Matrix));
   }
   return h.result();
+}
+
+float noiseToleranceOf(const scene::Attributes* a) {
+  const float x = a ? a->named.getFloat("shade:relativepixelvariance", 1) : 1.f;
+  return x > 0 ? std::clamp(x, 1e-3f, 1e3f) : 1.f;  // NaN as well
 }
 
 uint32_t visibilityOf(const scene::Attributes* a) {
@@ -282,6 +287,7 @@ class Flattener {
       info.priority = attributes ? attributes->getInt("trace:intersectpriority", 0) : 0;
       info.objectId = attributes ? uint32_t(attributes->getInt("identifier:id", 0)) : 0;
       info.objectId2 = attributes ? uint32_t(attributes->getInt("identifier:id2", 0)) : 0;
+      info.noiseTolerance = noiseToleranceOf(attributes);
       info.isHiddenFromCamera = !(lastVisibility_ & trace::kSeenByCamera);
       info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     }

@@ -39,7 +39,7 @@ struct FlatScene {
     Digest look;
     double radiusPixels = 0;  // of one of size 1 that stands for others: how large they are seen
     std::shared_ptr<const std::vector<scene::PrimitivePtr>> more;  // one mesh with `primitive`; null: none
-    bool isMedium = false;  // some placement of it is full of a medium
+    bool isMedium = false;                                         // some placement of it is full of a medium
   };
   // Placements of one part with the same attributes.
   struct Kind {

@@ -392,7 +392,7 @@ void Frame::retire(Worker& w, uint32_t count) {
   span.zeros = w.zeros();
   span.filterWeights = w.filterWeights.empty() ? nullptr : w.filterWeights.data();
   in_.film->addSamples(span);
-  if (in_.noise) addNoise(count, w.values() + in_.noiseOffset, s);
+  if (in_.noise) addNoise(count, w.values() + in_.noiseOffset, w.tolerances(), s);
   times_->byWorker[w.index][2] += now() - start;
   if (firstGroupAge_.load(std::memory_order_relaxed) < 0) {
     double none = -1;
@@ -400,13 +400,13 @@ void Frame::retire(Worker& w, uint32_t count) {
   }
 }
 
-void Frame::addNoise(uint32_t count, const float* const* colour, shade::GroupState& s) {
+void Frame::addNoise(uint32_t count, const float* const* colour, const float* tolerance, shade::GroupState& s) {
   for (uint32_t i = 0; i < count; ++i) {
     const int x = s.pixelX()[i], y = s.pixelY()[i];
     const int64_t block = in_.active->indexOf(x, y);
     if (block < 0) continue;
     const float rgb[3] = {colour[0][i], colour[1][i], colour[2][i]};
-    in_.noise->add(size_t(block), y % kBlock * kBlock + x % kBlock, s.group().paths.sampleIndex[i], rgb);
+    in_.noise->add(size_t(block), y % kBlock * kBlock + x % kBlock, rgb, tolerance ? tolerance[i] : 1.f);
   }
 }
 
@@ -549,6 +549,10 @@ void Frame::addTo(Statistics& st) const {
       st.shadingGroups += c.lanes[k].contexts;
     }
     addLanes(st.lanesQueries, c.queries);
+    addLanes(st.lanesWalks, c.walks);
+    st.walksBegun += c.walksBegun;
+    st.walksFound += c.walksFound;
+    st.walkTrials += c.walkTrials;
     const std::vector<shade::ShaderCounts>& shaders = workers_[i]->state().shaderCounts;
     for (size_t k = 0; k < shaders.size() && k < st.shaders.size(); ++k) {
       const language::RunCounts& n = shaders[k].machine;

@@ -64,7 +64,7 @@ class Frame {
   class RayLoop;
   void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
   void retire(Worker& w, uint32_t count);
-  void addNoise(uint32_t count, const float* const* colour, shade::GroupState& s);
+  void addNoise(uint32_t count, const float* const* colour, const float* tolerance, shade::GroupState& s);
   void cameraRays(Worker& w, uint32_t count);
   uint64_t pathsOf(const Stage& s) const;  // light paths a sample
   uint32_t replayEarlierStages(int sample);

@@ -120,12 +120,14 @@ Digest dicingOf(const std::vector<Use>& uses, const CameraState& camera) {
 Digest digestOf(const geometry::Mesh& mesh) {
   Hasher h;
   const auto values = [&](const auto& list) { h.bytes(list.data(), list.size() * sizeof list[0]); };
-  const auto& [kind, spine, spineNormals, along, points, origin, rest, vertexCount, times, indices, faceOfTriangle,
-               quads, quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] = mesh;
+  const auto& [kind, spine, spineNormals, along, own, points, origin, rest, vertexCount, times, indices,
+               faceOfTriangle, quads, quadPairs, cornerUV, vertexUV, primvars, flipNormals, doubleSided, bounds] =
+      mesh;
   h.word(uint64_t(kind) | uint64_t(quads) << 8 | uint64_t(quadPairs) << 9 | uint64_t(flipNormals) << 10 |
          uint64_t(doubleSided) << 11);
   h.word(vertexCount);
-  values(spine), values(spineNormals), values(along), values(points), values(rest), values(times), values(indices);
+  values(spine), values(spineNormals), values(along), values(own), values(points), values(rest), values(times),
+      values(indices);
   values(faceOfTriangle), values(cornerUV), values(vertexUV);
   h.bytes(&origin, sizeof origin);
   h.bytes(&bounds, sizeof bounds);
@@ -266,6 +268,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
     rate.worldMirrored = camera.worldToCamera.determinant() < 0;
     rate.isDisplaced = displacement.moves(i);
     const double pixels = pixelsOf(shape.attributes.get(), rate.isDisplaced);
+    rate.pixelsPerEdge = pixels;
     std::atomic<bool> isDiced = false;
     rate.edgeLength = [&](const Imath::V3d& x) {
       if (shape.radiusPixels > 0) return pixels / shape.radiusPixels;  // its look says how it is diced

@@ -1,5 +1,6 @@
 #include "render/renderer.h"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -66,6 +67,8 @@ struct Renderer::Impl {
   uint64_t samplesTaken = 0;  // of all pixels
   ActiveBlocks active;
   std::unique_ptr<NoiseEstimate> noise;  // null: every pixel takes the same samples
+  Convergence convergence;
+  uint64_t takenAtDecision = 0;  // of samplesTaken
   const Hider* hider = nullptr;
   FrameIdentity identity;
   Clock::time_point loadedAt;
@@ -407,13 +410,32 @@ struct Renderer::Impl {
     Progress p;
     p.samplesDone = samplesDone;
     p.samplesWanted = counts.last - counts.first;
-    const double taken = double(samplesTaken),
-                 left = double(p.samplesWanted - samplesDone) * double(active.activePixels());
-    p.fraction = taken / std::max(1.0, taken + left);
-    p.seconds = seconds;
-    p.secondsLeft = taken > 0 ? seconds / taken * left : -1;
     p.memoryBytes = Memory::resident();
+    const double taken = double(samplesTaken),
+                 most = double(p.samplesWanted - samplesDone) * double(active.activePixels());
+    // adaptive: what the last decision expects, as far as it has not been taken since
+    const bool isExpected = noise && convergence.samplesLeft() >= 0;
+    const double left =
+        isExpected ? std::clamp(convergence.samplesLeft() - double(samplesTaken - takenAtDecision), 0., most) : most;
+    p.seconds = seconds;
+    p.isErrorWanted = counts.adaptivity.error > 0;
+    if (p.isErrorWanted) p.error = convergence.error();
+    if (p.isErrorWanted && !isExpected) return p;  // nobody knows yet
+    p.fraction = taken / std::max(1.0, taken + left);
+    p.secondsLeft = taken > 0 ? seconds / taken * left : -1;
     return p;
+  }
+
+  // A frame that was to have less noise than it has.
+  void tellOfNoise(bool isComplete) {
+    const float wanted = counts.adaptivity.error;
+    if (!noise || wanted <= 0 || !isComplete || active.activePixels() == 0) return;
+    diagnostics.warning(
+        "RENDER-NOISE", scene.pos,
+        fmt::format("after {} samples a pixel the picture's relative error is about {:.3g}, and {:.3g} "
+                    "was asked for",
+                    samplesDone, convergence.error(), wanted),
+        "the picture is written", "--max-spp allows more samples");
   }
 
   void keepSums() {
@@ -474,7 +496,17 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     }
     active = ActiveBlocks(film->window());
     noise.reset();
-    if (counts.adaptivity.isOn() && colourOffset() >= 0) noise = std::make_unique<NoiseEstimate>(active.blocks());
+    if (counts.adaptivity.error > 0 && colourOffset() < 0) {
+      constexpr int kInstead = 64;
+      counts.last = std::min(counts.last, counts.first + kInstead);
+      diagnostics.warning("RENDER-ADAPTIVE", scene.pos,
+                          "an error is asked for, and the picture has no colour to measure it by",
+                          "every pixel takes " + std::to_string(counts.last - counts.first) + " samples");
+    }
+    if (counts.adaptivity.isOn() && colourOffset() >= 0) {
+      noise = std::make_unique<NoiseEstimate>(active.blocks());
+      convergence = Convergence(counts.adaptivity, counts.first, counts.last - counts.first, active.blocks());
+    }
     makeFrame();
     samplesDone = 0;
     samplesTaken = 0;
@@ -491,7 +523,10 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       samplesTaken += uint64_t(b - a) * active.activePixels();
       a = b;
       samplesDone = b - counts.first;
-      if (noise && isDecisionPoint(b)) stopQuietBlocks(counts.adaptivity, *noise, counts.first, b, active);
+      if (noise && isDecisionPoint(b)) {
+        convergence.decide(*noise, b, active);
+        takenAtDecision = samplesTaken;
+      }
       const double seconds = since(start);
       if (progress) progress(progressAt(seconds));
       const bool isAsked = settings.snapshotNow && settings.snapshotNow->exchange(false);
@@ -509,6 +544,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.renderSeconds = since(start);
     stats.samples = samplesTaken;
     stats.donePixels = film->window().pixels() - active.activePixels();
+    if (noise) stats.noise = convergence.error();
+    tellOfNoise(complete);
     frame->addTo(stats);
     const film::FilmCounters counters = film->counters();
     stats.nonFiniteSamples = counters.nonFinite;

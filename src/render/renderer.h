@@ -35,9 +35,10 @@ inline constexpr int64_t kMostPixels = int64_t(1) << 31;
 struct Settings {
   int threads = 0;          // 0: all; -n: all but n
   int samplesPerPixel = 0;  // 0: what the scene says
-  // Adaptive sampling: relative deviation at which pixels are done (0: none; -1: what the scene says), and the least
-  // and the most samples a pixel (0: what the scene says). Not together with samplesPerPixel.
-  float pixelVariance = -1;
+  // Adaptive sampling: relative deviation at which pixels are done (0: none; -1: what the scene says), or that of the
+  // whole picture (root mean square; 0: not asked for), and the least and the most samples a pixel (0: what the scene
+  // says, or with pictureError as many as it takes). Not together with samplesPerPixel.
+  float pixelVariance = -1, pictureError = 0;
   int leastSamples = 0, mostSamples = 0;
   int firstSample = -1, lastSample = -1;                  // --samples A:B (B exclusive); -1: not given
   std::array<int, 2> resolution{0, 0};                    // 0: the scene's
@@ -65,6 +66,8 @@ struct Progress {
   double fraction = 0;      // of the samples wanted
   double secondsLeft = -1;  // -1: not known yet
   double seconds = 0;
+  bool isErrorWanted = false;  // Settings::pictureError is set
+  double error = -1;           // of the picture so far, then; -1: not known yet
   uint64_t memoryBytes = 0;
   int samplesDone = 0, samplesWanted = 0;  // whole passes, a pixel
 };

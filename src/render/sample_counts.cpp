@@ -36,7 +36,8 @@ float varianceOf(const scene::Scene& scene, const Settings& settings) {
 SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings, Diagnostics& diagnostics) {
   SampleCounts r;
   Adaptivity& a = r.adaptivity;
-  a.variance = varianceOf(scene, settings);
+  if (settings.samplesPerPixel <= 0) a.error = settings.pictureError;
+  a.variance = a.error > 0 ? 0 : varianceOf(scene, settings);
   const bool isPart = settings.firstSample >= 0;
   if (isPart && a.isOn()) {
     // of a range that begins later nobody knows what the samples before it decided
@@ -44,9 +45,10 @@ SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings,
         "RENDER-ADAPTIVE", scene.pos,
         "the scene asks for adaptive sampling (PixelVariance), and this is a part of the frame's samples",
         "every pixel takes all samples of the part", "parts by --crop keep adaptive sampling");
-    a.variance = 0;
+    a.variance = a.error = 0;
   }
   int most = settings.samplesPerPixel > 0 ? settings.samplesPerPixel : settings.mostSamples;
+  if (most <= 0 && a.error > 0) most = kMostSamples;
   if (most <= 0) most = samplesOf(scene, diagnostics);
   if (most <= 0) most = a.isOn() && settings.pixelVariance > 0 ? kUsualAdaptive : kUsual;
   most = std::clamp(most, 1, kMostSamples);
@@ -61,9 +63,9 @@ SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings,
     r.last = settings.lastSample;
   }
   if (!a.isOn()) return r;
-  int least = settings.leastSamples > 0 ? settings.leastSamples
-              : scene.hider             ? scene.hider->params.getInt("minsamples", 0)
-                                        : 0;
+  // what the scene says fits its own bound of noise
+  const bool isOfScene = settings.leastSamples <= 0 && a.error <= 0 && scene.hider;
+  int least = isOfScene ? scene.hider->params.getInt("minsamples", 0) : std::max(settings.leastSamples, 0);
   if (least > most) {
     diagnostics.warning(
         "RENDER-ADAPTIVE", scene.hider ? scene.hider->pos : scene.pos,
@@ -72,7 +74,8 @@ SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings,
     least = most;
   }
   // what two halves of fewer samples say of their error is too uncertain
-  a.least = least > 0 ? std::max(least, 2) : std::min(most, std::max(16, int(std::sqrt(double(most)))));
+  a.least =
+      least > 0 ? std::max(least, 2) : std::min(most, a.error > 0 ? 16 : std::max(16, int(std::sqrt(double(most)))));
   return r;
 }
 

@@ -141,6 +141,10 @@ struct Worker::Calls {
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
+  static void scatterTowardsLights(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* slots,
+                                   TowardsLights* out) {
+    of(g).state_.scatterTowardsLights(*list, depth, n, slots, out);
+  }
   static void lightHits(Group* g, RayList* list, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightHits(*list, kind, n, slots, out);
   }
@@ -184,6 +188,17 @@ struct Worker::Calls {
       count[i] = 0;
     }
   }
+  static void traceWalks(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* entries) {
+    of(g).state_.traceWalks(*list, depth, n, entries);
+  }
+  static void walkTargets(Group* g, uint32_t n, const float* const u[5], const float* time, WalkTargets* out) {
+    of(g).state_.walkTargets(n, u, time, out);
+  }
+  static void deltaLights(Group* g, const RayList* list, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                          float* const radiance[3], float* specular) {
+    of(g).state_.deltaLights(*list, n, entries, light, radiance, specular);
+  }
+  static void noteWalks(Group* g, const WalkNote* note) { of(g).noteWalks(*note); }
   static const void* index(Group* g) { return of(g).store ? of(g).store->index() : nullptr; }
   static uint16_t event(Group* g, uint32_t type, uint32_t lobe) { return of(g).paths_.event(type | lobe); }
 };
@@ -198,6 +213,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
       film_(film),
       splatFilter_(&splatFilter),
       lightPathsPerPass_(lightPathsPerPass) {
+  for (const shade::PlacementInfo& p : world.placements) hasTolerances_ |= p.noiseTolerance != 1;
   Services& s = services_;
   s.host = this;
   s.samples = world.samples;
@@ -214,6 +230,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.markMemory = &Calls::markMemory;
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
+  s.scatterTowardsLights = &Calls::scatterTowardsLights;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;
   s.shadow = &Calls::shadow;
@@ -236,12 +253,24 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.stored = &Calls::stored;
   s.findStored = &Calls::findStored;
   s.index = &Calls::index;
+  s.traceWalks = &Calls::traceWalks;
+  s.walkTargets = &Calls::walkTargets;
+  s.deltaLights = &Calls::deltaLights;
+  s.noteWalks = &Calls::noteWalks;
   for (int c = 0; c < 2; ++c) s.resolution[c] = camera.resolution[c];
   const float eye[3] = {0, 0, 0};
   camera.toRender[camera.toRender.size() / 2].point(eye, s.cameraCenter);
   s.pixelSize = float(camera.pixelSize);
   s.pixelAngle = float(camera.pixelAngle);
-  for (uint32_t i = 0; i < world.lights->size(); ++i) ends_.push_back(uint16_t(world.lights->groupOf(i)));
+  bool isWalkedTo = false;
+  for (uint32_t i = 0; i < world.lights->size(); ++i) {
+    ends_.push_back(uint16_t(world.lights->groupOf(i)));
+    walkedTo_.push_back(world.lights->isWalkedTo(i));
+    isWalkedTo = isWalkedTo || walkedTo_.back();
+  }
+  s.walkBoundCount = isWalkedTo ? uint32_t(world.walkBounds.size()) : 0;
+  s.walkBounds = world.walkBounds.data();
+  s.lightWalks = walkedTo_.data();
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;
   // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)
@@ -293,6 +322,10 @@ void Worker::begin(uint32_t count, StageKind stage) {
   records_.resize(size_t(plan_.floats));
   for (float*& r : records_) r = state_.arena().make<float>(n);
   isWritten_.assign(records_.size(), 0);
+  if (hasTolerances_) {
+    tolerances_ = state_.arena().make<float>(n);
+    std::fill_n(tolerances_, n, 1.f);
+  }
   for (const auto& [offset, value] : plan_.cleared) {
     std::fill_n(records_[size_t(offset)], n, value);
     isWritten_[size_t(offset)] = 1;
@@ -317,6 +350,10 @@ void Worker::primary(const Context* c) {
       else
         for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v.data[k][i * v.stride];
     }
+  }
+  for (uint32_t i = 0; tolerances_ && i < c->count; ++i) {
+    const shade::ShadingWorld& w = state_.world();
+    tolerances_[c->path[i]] = w.placements[w.world->instance(c->place.instance[i]).info].noiseTolerance;
   }
   for (const RecordPlan::Primvar& o : plan_.primvars) {
     Value v = shade::teeValue(c, o.name);
@@ -367,6 +404,29 @@ void Worker::contribute(const Contributions* c) {
                       c->value[1][i], c->value[2][i], c->light[i], c->state[i]);
       print(line);
     }
+}
+
+void Worker::noteWalks(const WalkNote& note) {
+  shade::GroupCounters& c = state_.counters;
+  for (uint32_t i = 0; i < note.count; ++i) {
+    ++c.walksBegun;
+    c.walksFound += note.interfaces[i] != 0;
+    c.walkTrials += note.trials[i];
+    if (!print || note.slot[i] != printSlot) continue;
+    char line[512];
+    int at = 0;
+    if (note.interfaces[i])
+      at = std::snprintf(line, sizeof line, "walk: along (%.9g %.9g %.9g) through %u interfaces", note.d[0][i],
+                         note.d[1][i], note.d[2][i], note.interfaces[i]);
+    else
+      at = std::snprintf(line, sizeof line, "walk: no path found");
+    if (note.interfaces[i] && note.trials[i])
+      at += std::snprintf(line + at, sizeof line - size_t(at), ", found again after %u trials", note.trials[i]);
+    if (note.interfaces[i])
+      std::snprintf(line + at, sizeof line - size_t(at), ", brings (%.9g %.9g %.9g)", note.value[0][i],
+                    note.value[1][i], note.value[2][i]);
+    print(line);
+  }
 }
 
 void Worker::emitLight(uint32_t n, EmittedLight* out) {
@@ -421,8 +481,8 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   const DrawSpan draw = drawSpan(state_.world().width);
   // back to where a camera ray left the lens, or to anywhere on it
   const bool isBack = c->traits & kTraitPrimaryHit;
-  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser, x[3],
-       x[4]);
+  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser,
+       x[3], x[4]);
   uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
   const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
     if (keys.size() == 1) return keys[0];

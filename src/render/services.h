@@ -82,6 +82,8 @@ class Worker {
   // After the integrator, before the film: what concerns whole records of `count` samples.
   void finishRecords(uint32_t count);
   void setCpuTime(uint32_t count, float secondsASample);
+  // By slot: PlacementInfo::noiseTolerance of what the camera ray met. Null: 1 everywhere.
+  const float* tolerances() const { return tolerances_; }
   std::function<void(const std::string&)> print;  // while a sample is replayed
   uint32_t printSlot = 0;
   uint64_t lightRays = 0;
@@ -93,6 +95,7 @@ class Worker {
   struct Calls;
   void primary(const Context* c);
   void contribute(const Contributions* c);
+  void noteWalks(const WalkNote& note);
   void emitLight(uint32_t n, EmittedLight* out);
   uint32_t keepLinked(uint32_t n, const uint32_t** slots);
   bool isHidden(uint32_t instance) const;  // from the camera
@@ -120,6 +123,8 @@ class Worker {
   std::vector<uint8_t> isWritten_;
   size_t recordBytes_ = 0;
   std::vector<float> zeros_;
+  bool hasTolerances_ = false;  // some object has another than 1
+  float* tolerances_ = nullptr;
   std::vector<const float*> values_;
   std::vector<uint32_t> emitted_;  // light by slot, of the group's light paths
   // Where contributions go, by kind of light, state and end: a set, targets_[first_[set]] to targets_[first_[set +
@@ -132,7 +137,8 @@ class Worker {
   std::vector<uint16_t> setOf_;
   std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
-  std::vector<uint16_t> ends_;  // by light
+  std::vector<uint16_t> ends_;     // by light
+  std::vector<uint8_t> walkedTo_;  // by light, see Services::lightWalks
   std::unique_ptr<MarkedChannels> marks_;
   std::function<float*(int)> recordAt_;
   std::vector<int> splatChannels_;

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -19,10 +20,11 @@ namespace kinora::render {
 
 namespace {
 
-constexpr int kCells = 48;                                       // of bounds along the longest side
-constexpr int kCoarse = 3, kFine = 6;                            // points along a cell's side that are looked at
-constexpr uint32_t kPointsAtOnce = 1024;                         // of a context
-constexpr uint64_t kMostVoxels = uint64_t(1) << 30;              // of a request
+constexpr int kCells = 48;                           // of bounds along the longest side
+constexpr int kEmissionCells = 24;                   // of emission
+constexpr int kCoarse = 3, kFine = 6;                // points along a cell's side that are looked at
+constexpr uint32_t kPointsAtOnce = 1024;             // of a context
+constexpr uint64_t kMostVoxels = uint64_t(1) << 30;  // of a request
 
 const scene::OtherPrimitive* requestOf(const scene::Primitive& p) {
   const auto* other = std::get_if<scene::OtherPrimitive>(&p.shape);
@@ -153,11 +155,79 @@ class Fields {
   std::string file_;
 };
 
-// How fine a medium's bounds are: even ones have one cell.
-void cellsOf(const float low[3], const float high[3], int cells[3]) {
+// How far the grids of a medium are carried while the shutter is open. They stand for time 0, or for when the shutter
+// opens where that is never.
+void setMotion(const shade::MaterialSet::Extinction& e, const scene::Primitive& p,
+               const SpaceMediaStage::Tools& tools, shade::SpaceMedium& m) {
+  const double open = tools.camera.shutterOpen, close = tools.camera.shutterClose;
+  if (!(close > open)) return;
+  const auto find = [&](const std::string& name) {
+    const auto it = m.fields.find(name);
+    return it == m.fields.end() ? nullptr : &it->second;
+  };
+  m.velocityFactor = e.velocityFactor;
+  std::copy_n(e.constantVelocity, 3, m.constantVelocity);
+  if (!e.velocity.empty()) {
+    const volume::MediumField* all = find(e.velocity);
+    const char* const parts[3] = {".x", ".y", ".z"};
+    bool isThere = false;
+    for (int k = 0; k < 3; ++k) {
+      m.velocity[k] = all && all->components() == 3 ? all : find(e.velocity + parts[k]);
+      isThere |= m.velocity[k] != nullptr;
+    }
+    if (!isThere)
+      tools.diagnostics.warning("MEDIUM-VELOCITY", p.pos,
+                                "'" + p.name() + "' has no velocity '" + e.velocity + "' of three components",
+                                "its medium stands still", "velocityPrimVar names a primvar of the Volume");
+  }
+  const bool isNear = open <= 0 && close >= 0;
+  m.opens = isNear ? float(open) : 0.f;
+  m.lasts = float(close - open);
+  const float longest = std::max(std::fabs(m.opens), std::fabs(m.opens + m.lasts));
+  bool isFar = false;
+  for (int k = 0; k < 3; ++k) {
+    float speed = std::fabs(m.constantVelocity[k]);
+    if (const volume::MediumField* v = m.velocity[k])
+      speed += std::fabs(m.velocityFactor) * v->largest(v->components() == 3 ? k : 0, m.low, m.high);
+    const float extent = m.high[k] - m.low[k];
+    float way = speed * longest;
+    if (!(way <= extent)) {
+      isFar = true;
+      way = extent;
+    }
+    m.farthest[k] = way;
+    m.isCarried |= way > 0;
+  }
+  if (isFar)
+    tools.diagnostics.warning(
+        "MEDIUM-VELOCITY", p.pos,
+        "the velocity of '" + p.name() + "' carries it farther than it is large in the shutter's time",
+        "it is carried by its own size at most",
+        "velocityMultiplier scales it; velocities are by unit of the shutter's time");
+}
+
+// The boundary of what is carried so far to all sides.
+std::shared_ptr<geometry::Mesh> grown(const geometry::Mesh& mesh, const float by[3]) {
+  auto larger = std::make_shared<geometry::Mesh>(mesh);
+  const Imath::V3d center = 0.5 * (mesh.bounds.min + mesh.bounds.max), size = mesh.bounds.max - mesh.bounds.min;
+  for (Imath::V3f& p : larger->points)
+    for (int k = 0; k < 3; ++k)
+      if (size[k] > 0) {
+        const double c = center[k] - mesh.origin[k];
+        p[k] = float(c + (double(p[k]) - c) * (size[k] + 2 * double(by[k])) / size[k]);
+      }
+  for (int k = 0; k < 3; ++k) {
+    larger->bounds.min[k] -= double(by[k]);
+    larger->bounds.max[k] += double(by[k]);
+  }
+  return larger;
+}
+
+// Cells of about the same sides, `most` along the longest of a box.
+void cellsOf(const float low[3], const float high[3], int most, int cells[3]) {
   const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   for (int k = 0; k < 3; ++k)
-    cells[k] = std::clamp(int(std::ceil(float(kCells) * (high[k] - low[k]) / longest)), 1, kCells);
+    cells[k] = std::clamp(int(std::ceil(float(most) * (high[k] - low[k]) / longest)), 1, most);
 }
 
 }  // namespace
@@ -175,16 +245,39 @@ bool isVolume(const FlatScene& flat, size_t kind) {
 
 namespace {
 
+// Points of a lattice that are looked at are spread over the shutter.
+float timeOf(int point) { return 0.5f * float(point % 3); }
+
+// Channels of the mean extinction over the largest of them, from those of all cells.
+void setTint(shade::SpaceMedium& m, const std::vector<std::array<float, 3>>& means) {
+  double sum[3] = {0, 0, 0}, whole = 0;
+  for (size_t cell = 0; cell < means.size(); ++cell) {
+    const std::array<float, 3>& x = means[cell];
+    m.majorants.mean(cell) = std::max({x[0], x[1], x[2]});
+    whole += double(m.majorants.mean(cell));
+    for (int k = 0; k < 3; ++k) sum[k] += double(x[k]);
+  }
+  for (int k = 0; k < 3; ++k) m.tint[k] = whole > 0 ? float(sum[k] / whole) : 1.f;
+}
+
 // Bounds that fields give.
 void boundByFields(shade::SpaceMedium& m) {
   float factor = std::max({m.factor[0], m.factor[1], m.factor[2], 0.f});
   if (!(factor < 1e30f)) factor = 0;
+  std::vector<std::array<float, 3>> means(m.majorants.count());
   tbb::parallel_for(size_t(0), m.majorants.count(), [&](size_t cell) {
-    float low[3], high[3];
+    float low[3], high[3], sum[3] = {0, 0, 0};
     m.majorants.boundsOf(cell, low, high);
+    for (int point = 0; point < 8; ++point) {
+      float p[3], v[3];
+      for (int k = 0; k < 3; ++k) p[k] = low[k] + (high[k] - low[k]) * (point >> k & 1 ? 0.75f : 0.25f);
+      m.productAt(p, timeOf(point), v);
+      for (int k = 0; k < 3; ++k) sum[k] += v[k];
+    }
+    for (int k = 0; k < 3; ++k) means[cell][size_t(k)] = sum[k] * (1.f / 8);
     // lookups round the corners of cells
     for (int k = 0; k < 3; ++k) {
-      const float slack = 1e-4f * (high[k] - low[k]);
+      const float slack = 1e-4f * (high[k] - low[k]) + m.farthest[k];
       low[k] -= slack;
       high[k] += slack;
     }
@@ -193,11 +286,15 @@ void boundByFields(shade::SpaceMedium& m) {
     if (m.color) most *= std::max(m.color->most(low, high), 0.f);
     m.majorants[cell] = most < 1e30f ? most * 1.00001f : 0.f;
   });
+  setTint(m, means);
 }
 
-// The largest extinctions over a lattice of n points along each side of the listed cells.
-void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world, int n,
-            const std::vector<uint32_t>& cells, const std::atomic<bool>* stop, std::vector<float>& seen) {
+// What a medium is over a lattice of n points along each side of the listed cells: put(cell, extinction, emission,
+// count) of the points of one, each in arrays by channel. Emission is null where it is not wanted.
+template <class Put>
+void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world,
+            const volume::Majorants& grid, int n, const std::vector<uint32_t>& cells, bool wantsEmission,
+            const std::atomic<bool>* stop, Put&& put) {
   const trace::Affine toRender = world.spaceOf(m.instance, m.geometry).fromRender.inverse();
   const size_t perCell = size_t(n) * size_t(n) * size_t(n);
   const size_t atOnce = std::max<size_t>(1, kPointsAtOnce / perCell);
@@ -212,11 +309,13 @@ void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
     const size_t first = chunk * atOnce, last = std::min(first + atOnce, cells.size());
     const uint32_t count = uint32_t((last - first) * perCell), room = padded(count);
     const auto f = [&] { return arena.make<float>(room); };
-    float *P[3] = {f(), f(), f()}, *time = f(), *found[3] = {f(), f(), f()};
+    float *P[3] = {f(), f(), f()}, *time = f(), *found[3] = {f(), f(), f()}, *glow[3] = {nullptr, nullptr, nullptr};
+    if (wantsEmission)
+      for (float*& x : glow) x = f();
     uint32_t at = 0;
     for (size_t c = first; c < last; ++c) {
       float from[3], to[3];
-      m.majorants.boundsOf(cells[c], from, to);
+      grid.boundsOf(cells[c], from, to);
       for (int z = 0; z < n; ++z)
         for (int y = 0; y < n; ++y)
           for (int x = 0; x < n; ++x) {
@@ -225,17 +324,24 @@ void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
             for (int k = 0; k < 3; ++k) p[k] = from[k] + (to[k] - from[k]) * float(step[k]) / float(n - 1);
             toRender.point(p, q);
             for (int k = 0; k < 3; ++k) P[k][at] = q[k];
-            time[at++] = 0.5f;
+            time[at++] = m.isCarried ? timeOf(x + y + z) : 0.5f;
           }
     }
-    group->lookUpMedium(index, count, P, time, found);
-    for (size_t c = first; c < last; ++c)
-      for (size_t k = 0; k < perCell; ++k)
-        for (const float* x : found) {
-          const float v = x[(c - first) * perCell + k];
-          if (v < 1e30f) seen[cells[c]] = std::max(seen[cells[c]], v);
-        }
+    group->lookUpMedium(index, count, P, time, found, glow);
+    for (size_t c = first; c < last; ++c) {
+      const size_t from = (c - first) * perCell;
+      const float *const e[3] = {found[0] + from, found[1] + from, found[2] + from},
+                         *const g[3] = {glow[0] ? glow[0] + from : nullptr, glow[0] ? glow[1] + from : nullptr,
+                                        glow[0] ? glow[2] + from : nullptr};
+      put(cells[c], e, g, perCell);
+    }
   });
+}
+
+std::vector<uint32_t> allCells(const volume::Majorants& grid) {
+  std::vector<uint32_t> cells(grid.count());
+  std::iota(cells.begin(), cells.end(), 0u);
+  return cells;
 }
 
 // f(cell, largest of it and its neighbours, smallest of those) for each cell.
@@ -262,16 +368,58 @@ void forNeighbourhoods(const volume::Majorants& m, const std::vector<float>& see
 void boundByShading(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world,
                     const std::atomic<bool>* stop) {
   std::vector<float> seen(m.majorants.count(), 0.f);
-  std::vector<uint32_t> cells(seen.size());
-  std::iota(cells.begin(), cells.end(), 0u);
-  lookAt(m, index, world, kCoarse, cells, stop, seen);
+  std::vector<std::array<float, 3>> means(seen.size());
+  std::vector<uint32_t> cells = allCells(m.majorants);
+  const auto see = [&](uint32_t cell, const float* const extinction[3], const float* const[3], size_t count) {
+    for (int k = 0; k < 3; ++k) {
+      double sum = 0;
+      for (size_t i = 0; i < count; ++i) {
+        const float v = extinction[k][i];
+        if (!(v < 1e30f)) continue;
+        seen[cell] = std::max(seen[cell], v);
+        sum += double(v);
+      }
+      means[cell][size_t(k)] = float(sum / double(count));
+    }
+  };
+  lookAt(m, index, world, m.majorants, kCoarse, cells, false, stop, see);
   cells.clear();
   forNeighbourhoods(m.majorants, seen, [&](size_t cell, float most, float least) {
     if (most > 1.2f * least) cells.push_back(uint32_t(cell));
   });
-  lookAt(m, index, world, kFine, cells, stop, seen);
+  lookAt(m, index, world, m.majorants, kFine, cells, false, stop, see);
+  setTint(m, means);
   constexpr float kMore = 1.15f;  // between the points of a lattice a pattern may be larger
   forNeighbourhoods(m.majorants, seen, [&](size_t cell, float most, float) { m.majorants[cell] = kMore * most; });
+}
+
+// Cells that emit, by looking. What lies beside one counts a little too: a flame's tip may be between the points.
+void findEmission(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWorld& world, const float low[3],
+                  const float high[3], const std::atomic<bool>* stop) {
+  int cells[3];
+  cellsOf(low, high, kEmissionCells, cells);
+  const volume::Majorants grid(low, high, cells);
+  std::vector<float> own(grid.count(), 0.f), emitted(grid.count(), 0.f);
+  lookAt(m, index, world, grid, kCoarse, allCells(grid), true, stop,
+         [&](uint32_t cell, const float* const[3], const float* const emission[3], size_t count) {
+           double sum = 0;
+           for (int k = 0; k < 3; ++k)
+             for (size_t i = 0; i < count; ++i) sum += double(emission[k][i]);
+           own[cell] = float(sum / double(3 * count));
+         });
+  constexpr float kBeside = 0.15f;
+  double total = 0;
+  forNeighbourhoods(grid, own, [&](size_t cell, float most, float) {
+    emitted[cell] = std::max(own[cell], kBeside * most);
+    total += double(own[cell]);
+  });
+  float from[3], to[3];
+  grid.boundsOf(0, from, to);
+  double volume = std::fabs(double(world.spaceOf(m.instance, m.geometry).fromRender.inverse().determinant()));
+  for (int k = 0; k < 3; ++k) volume *= double(to[k] - from[k]);
+  auto found = std::make_shared<const volume::EmissionCells>(low, high, cells, emitted);
+  m.power = float(std::min(4 * 3.14159265358979 * total * volume, 1e24));
+  if (!found->isBlack() && m.power > 0) m.emission = std::move(found);
 }
 
 }  // namespace
@@ -303,6 +451,8 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
 
   const FileContents::Listening listening(tools.contents, files_);
   auto media = std::make_shared<shade::SpaceMedia>();
+  static std::atomic<uint64_t> lastSerial{0};
+  media->serial = ++lastSerial;
   std::map<uint32_t, uint32_t> instanceOf;  // by placement
   for (uint32_t i = 0; i < world.world->instanceCount(); ++i)
     if (isFilled[world.world->instance(i).info]) instanceOf.emplace(world.world->instance(i).user, i);
@@ -340,6 +490,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     if (const scene::OtherPrimitive* volume = requestOf(p)) Fields(p, *volume, tools).read(m);
     const shade::MaterialSet::Extinction& e = world.materials->extinction(material);
     m.isProduct = e.isProduct;
+    m.towardsLights = e.towardsLights;
     std::copy_n(e.factor, 3, m.factor);
     for (float& f : m.factor) f = f > 0 && f < 1e30f ? f : 0.f;
     const auto take = [&](const std::string& name, const volume::MediumField*& field) {
@@ -352,14 +503,24 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     };
     take(e.number, m.number);
     take(e.color, m.color);
+    m.extinctionByBounce = e.extinctionByBounce;
+    m.contributionByBounce = e.contributionByBounce;
+    media->isSimilar |= e.extinctionByBounce < 1 || e.contributionByBounce < 1;
+    std::shared_ptr<geometry::Mesh> boundary = meshes[shape];
+    for (int c = 0; c < 3; ++c) {
+      m.low[c] = float(mesh.bounds.min[c]);
+      m.high[c] = float(mesh.bounds.max[c]);
+    }
+    if (requestOf(p)) setMotion(e, p, tools, m);
+    if (m.isCarried) boundary = grown(mesh, m.farthest);
     float low[3], high[3];
     int cells[3] = {1, 1, 1};
     for (int c = 0; c < 3; ++c) {
-      low[c] = float(mesh.bounds.min[c]);
-      high[c] = float(mesh.bounds.max[c]);
+      low[c] = m.low[c] - m.farthest[c];
+      high[c] = m.high[c] + m.farthest[c];
     }
-    const bool isOne = m.isProduct && !m.number && !m.color;
-    if (!isOne) cellsOf(low, high, cells);
+    const bool isOne = m.isProduct && !m.number && !m.color && !m.isCarried;
+    if (!isOne) cellsOf(low, high, kCells, cells);
     m.majorants = volume::Majorants(low, high, cells);
     needsShading.push_back(!m.isProduct);
     media->ofInstance.emplace(m.instance, index);
@@ -371,7 +532,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     parts.push_back(part);
     trace::ShapeInput input;
     input.key = index + 1;
-    input.mesh = meshes[shape];
+    input.mesh = std::move(boundary);
     shapes.push_back(std::move(input));
     trace::PlacementInput place;
     place.part = index;
@@ -412,6 +573,14 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
       float& most = m.majorants[cell];
       if (said >= 0) most = std::min(most, said);
       most = std::max(most, least);
+    }
+    if (m.mayEmit) {
+      float low[3], high[3];
+      for (int k = 0; k < 3; ++k) {
+        low[k] = m.low[k] - m.farthest[k];
+        high[k] = m.high[k] + m.farthest[k];
+      }
+      findEmission(m, i, world, low, high, tools.stop);
     }
   }
   if (tools.stop && tools.stop->load(std::memory_order_relaxed)) inputs_ = {};  // not all of it has been looked at

@@ -102,8 +102,11 @@ struct Statistics {
   // By depth of the vertex: camera hits first, the last for it and all beyond. `lanesQueries`: groups that are asked
   // for presence, the light that surfaces let through and the media behind them, which shade nothing.
   std::array<LaneUse, 12> lanesAt;
-  LaneUse lanesQueries;
+  LaneUse lanesQueries, lanesWalks;                         // lanesWalks: of points that manifold walks came by
+  uint64_t walksBegun = 0, walksFound = 0, walkTrials = 0;  // trials: that count how likely a path is found
   uint64_t groups = 0, samples = 0;
+  double noise =
+      -1;  // adaptive: relative error of the picture at the last decision, see Convergence::error; -1: unknown
   uint64_t donePixels = 0;  // that adaptive sampling found good enough before they had all samples
   std::vector<ShaderCost> shaders;
   std::vector<BucketTime> buckets;  // of the last render

@@ -1,6 +1,7 @@
 #include "render/surfaces.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 #include <variant>
@@ -80,6 +81,109 @@ void describePlacements(const FlatScene& flat, shade::ShadingWorld& w) {
     w.hasTintedShadows |= w.materials->tints(m);
     w.hasPresence |= !w.materials->opaque(m);
   }
+}
+
+namespace {
+
+struct BoundBox {
+  float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  float radius = INFINITY;  // about the middle, where it is known to be less than that of the corners
+  void add(const float p[3]) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+  void add(const BoundBox& b) {
+    add(b.low);
+    add(b.high);
+  }
+  float middle(int axis) const { return 0.5f * (low[axis] + high[axis]); }
+};
+
+// By how much a space that is only turned, moved and scaled becomes larger; others: infinity.
+float scaleOf(const trace::Affine& a) {
+  float dots[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      dots[i][j] = 0;
+      for (int k = 0; k < 3; ++k) dots[i][j] += a.m[k][i] * a.m[k][j];
+    }
+  const float s2 = dots[0][0];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (std::fabs(dots[i][j] - (i == j ? s2 : 0.f)) > 1e-3f * s2) return INFINITY;
+  return std::sqrt(s2);
+}
+
+// Spheres around `boxes`, at most `most`: halves of the list along the longest way between middles.
+void addSpheres(BoundBox* boxes, size_t n, size_t most, std::vector<WalkBound>& out) {
+  if (n > 1 && most > 1) {
+    BoundBox middles;
+    for (size_t i = 0; i < n; ++i) {
+      const float p[3] = {boxes[i].middle(0), boxes[i].middle(1), boxes[i].middle(2)};
+      middles.add(p);
+    }
+    int axis = 0;
+    for (int k = 1; k < 3; ++k)
+      if (middles.high[k] - middles.low[k] > middles.high[axis] - middles.low[axis]) axis = k;
+    std::stable_sort(boxes, boxes + n,
+                     [&](const BoundBox& a, const BoundBox& b) { return a.middle(axis) < b.middle(axis); });
+    addSpheres(boxes, n / 2, most / 2, out);
+    addSpheres(boxes + n / 2, n - n / 2, most - most / 2, out);
+    return;
+  }
+  BoundBox all;
+  for (size_t i = 0; i < n; ++i) all.add(boxes[i]);
+  if (n == 1) all.radius = boxes[0].radius;
+  WalkBound b{};
+  float r2 = 0;
+  for (int k = 0; k < 3; ++k) {
+    b.center[k] = all.middle(k);
+    r2 += (all.high[k] - b.center[k]) * (all.high[k] - b.center[k]);
+  }
+  b.radius = std::min(std::sqrt(r2), all.radius) * 1.0001f;
+  if (std::isfinite(b.radius)) out.push_back(b);
+}
+
+}  // namespace
+
+void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh*>& meshes, shade::ShadingWorld& w) {
+  constexpr size_t kMostSpheres = 32;
+  bool any = false;
+  for (uint32_t m = 0; m < w.materials->size(); ++m) any = any || w.materials->isWalkable(m);
+  if (!any) return;
+  std::map<const geometry::Mesh*, BoundBox> boxOf;  // of points as they are stored, over all keys
+  std::vector<BoundBox> boxes;
+  for (uint32_t i = 0; i < w.world->instanceCount(); ++i) {
+    const trace::Instance& instance = w.world->instance(i);
+    if (!w.materials->isWalkable(w.placements[instance.info].material)) continue;
+    const geometry::Mesh* mesh = meshes[flat.parts[flat.partOf(instance.user)].shapes[0]];
+    const auto [it, isNew] = boxOf.try_emplace(mesh);
+    if (isNew) {
+      for (const Imath::V3f& p : mesh->points) it->second.add(&p.x);
+      float r2 = 0;
+      const Imath::V3f middle(it->second.middle(0), it->second.middle(1), it->second.middle(2));
+      for (const Imath::V3f& p : mesh->points) r2 = std::max(r2, (p - middle).length2());
+      it->second.radius = std::sqrt(r2);
+    }
+    if (mesh->points.empty()) continue;
+    if (instance.baked) {
+      boxes.push_back(it->second);
+      continue;
+    }
+    BoundBox box;
+    for (uint32_t k = 0; k < instance.keyCount; ++k)
+      for (int corner = 0; corner < 8; ++corner) {
+        float p[3], q[3];
+        for (int c = 0; c < 3; ++c) p[c] = corner >> c & 1 ? it->second.high[c] : it->second.low[c];
+        w.world->keys(instance)[k].point(p, q);
+        box.add(q);
+      }
+    if (instance.keyCount == 1) box.radius = it->second.radius * scaleOf(w.world->keys(instance)[0]);
+    boxes.push_back(box);
+  }
+  addSpheres(boxes.data(), boxes.size(), kMostSpheres, w.walkBounds);
 }
 
 void describeSpaces(const scene::Scene& scene, const CameraState& camera, shade::ShadingWorld& w) {

@@ -16,4 +16,8 @@ void describeGeometries(const FlatScene& flat, const std::vector<const geometry:
 void describePlacements(const FlatScene& flat, shade::ShadingWorld& w);
 void describeSpaces(const scene::Scene& scene, const CameraState& camera, shade::ShadingWorld& w);
 
+// Spheres around what manifold walks go through; `w` has its world, materials and placements. Objects near each other
+// share one, so that there are never many.
+void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh*>& meshes, shade::ShadingWorld& w);
+
 }  // namespace kinora::render

@@ -19,7 +19,7 @@ constexpr SetKind kKinds[] = {{"trace:reflectsubset", "trace:reflectexcludesubse
                               {"trace:transmitsubset", "trace:transmitexcludesubset", 1},
                               {"trace:shadowsubset", "trace:shadowexcludesubset", 2}};
 constexpr int kOfShadows = 2, kByText = 3;  // kinds; the last is asked for by plug-ins
-constexpr uint32_t kFirstBit = 5;           // after trace::VisibilityBits
+constexpr uint32_t kFirstBit = 6;           // after trace::VisibilityBits
 constexpr const char* kBetweenNames = ", \t\n\r\f\v";
 
 }  // namespace
@@ -47,6 +47,7 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
     const shade::Program& program = materials.program(materials[infos[k].material].program);
     uint32_t& v = visibility[flat.parts[flat.kinds[k].part].shapes[0]];
     if (program.scatters) v |= trace::kAskedAlone;
+    if (program.walkableLobes) v |= trace::kSeenByWalks;
     if (program.opaque && !program.tints) continue;
     v = (v & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
   }
@@ -85,7 +86,11 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
               std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
-  for (const FlatScene::Kind& k : flat.kinds) sight.ofKind.push_back(k.visibility | trace::kAskedAlone);
+  for (size_t k = 0; k < flat.kinds.size(); ++k) {
+    const uint32_t attributes = flat.kinds[k].visibility;
+    const bool isWalkable = (attributes & trace::kSeenByIndirect) && materials.isWalkable(infos[k].material);
+    sight.ofKind.push_back(attributes | trace::kAskedAlone | (isWalkable ? uint32_t(trace::kSeenByWalks) : 0u));
+  }
   struct Subset {
     int kind;
     std::vector<std::string> names, exclude;

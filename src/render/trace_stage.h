@@ -18,8 +18,8 @@ namespace kinora::render {
 
 // Which rays see what, and what rays that leave objects ask for.
 struct Sight {
-  std::vector<uint32_t> ofShape, ofKind;       // VisibilityBits, and a bit for each subset
-  std::vector<shade::TraceSet> sets;           // by PlacementInfo::traceSet; empty: every ray sees everything
+  std::vector<uint32_t> ofShape, ofKind;  // VisibilityBits, and a bit for each subset
+  std::vector<shade::TraceSet> sets;      // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
 };
 // A plug-in that names groups of objects in a parameter declared with Param::traceSet().

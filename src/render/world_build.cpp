@@ -167,6 +167,7 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.samples = pmj02Table();
   describeGeometries(*flat_, meshes_.all(), isSet(scene, "geomShadowTermBias"), w);
   describePlacements(*flat_, w);
+  describeWalks(*flat_, meshes_.all(), w);
   describeSpaces(scene, camera_, w);
   if (w.materials->shaderUses().empty()) return;
   w.shaders = std::make_shared<shade::ShaderScene>(diagnostics_);

@@ -12,6 +12,7 @@
 #include "render/legacy_lights.h"
 #include "render/mesh_light.h"
 #include "scene/digests.h"
+#include "shade/medium_light.h"
 
 namespace kinora::render {
 
@@ -172,6 +173,34 @@ bool declares(const Descriptor& plugin, const char* name) {
                      [&](const Param& p) { return std::string_view(p.name) == name; });
 }
 
+// What media emit is sampled as the lights are: all objects are lit by it.
+void addMediumLights(shade::ShadingWorld& world, const film::LightPaths& paths, std::vector<light::LightKind>& kinds,
+                     std::vector<light::LightEntry>& entries) {
+  world.firstMediumLight = uint32_t(entries.size());
+  world.mediumLights.clear();
+  world.lightOfMedium.clear();
+  if (!world.space) return;
+  for (uint32_t i = 0; i < world.space->media.size(); ++i) {
+    const shade::SpaceMedium& m = world.space->media[i];
+    if (!m.emission) continue;
+    if (world.mediumLights.empty()) {
+      kinds.push_back(shade::mediumLightKind());
+      world.lightOfMedium.assign(world.space->media.size(), kNoLight);
+    }
+    const auto data = std::make_shared<shade::MediumLight>(world, m, m.emission);
+    light::LightEntry e;
+    e.kind = uint32_t(kinds.size() - 1);
+    e.owner = data;
+    e.instance = data.get();
+    data->describe(m.power, e.description);
+    e.visibility = 0;
+    e.group = paths.end("");
+    world.lightOfMedium[i] = uint32_t(entries.size());
+    world.mediumLights.push_back(i);
+    entries.push_back(std::move(e));
+  }
+}
+
 }  // namespace
 
 struct Lights::Chosen {
@@ -273,6 +302,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
     e.castsShadow = l.node->params.getInt("enableShadows", 1) != 0;
+    e.isWalkedTo = l.node->params.getInt("cheapCaustics", 0) != 0 && declares(*d, "cheapCaustics");
     e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
     c.names.push_back(namesOf(l));
     c.sources.push_back(&l);
@@ -289,7 +319,9 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   now_.clear();
   Chosen chosen = choose(scene, sources, tools, made);
   before_.clear();
-  if (chosen.entries.empty())
+  const bool glows = world.space && std::any_of(world.space->media.begin(), world.space->media.end(),
+                                                [](const shade::SpaceMedium& m) { return m.emission != nullptr; });
+  if (chosen.entries.empty() && !glows)
     tools.diagnostics.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered",
                               "only glowing surfaces will be seen",
                               "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
@@ -308,6 +340,14 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     for (uint32_t m = 0; m < chosen.marks.size(); ++m)
       chosen.marks[m].isLinked.push_back(std::find(sets[k].begin(), sets[k].end(), lit + m) != sets[k].end());
   for (auto& set : sets) std::erase_if(set, [&](uint32_t i) { return i >= lit; });
+  addMediumLights(world, tools.paths, chosen.kinds, chosen.entries);
+  for (uint32_t i = lit; i < chosen.entries.size(); ++i) {
+    chosen.serials.push_back(world.space->serial);
+    for (auto& set : sets) set.push_back(i);
+  }
+  world.hasPlacedLights = std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const light::LightEntry& e) {
+    return !e.description.isInfinite && e.description.power > 0;
+  });
   world.marks =
       chosen.marks.empty() ? nullptr : std::make_shared<const std::vector<light::MarkEntry>>(std::move(chosen.marks));
   warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
@@ -324,7 +364,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   for (size_t i = 0; i < chosen.entries.size(); ++i) {
     const light::LightEntry& e = chosen.entries[i];
     for (const uint64_t w : {chosen.serials[i], uint64_t(e.kind), uint64_t(e.group),
-                             uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9)})
+                             uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9 |
+                                      uint32_t(e.isWalkedTo) << 10)})
       h.word(w);
   }
   h.word(sets.size());

@@ -29,6 +29,8 @@ void GroupState::copyRays(const ShadowRays& rays, RayList& list) {
       list.sampleSeed[i] = seed[p];
       list.sampleIndex[i] = index[p];
       if (left.traceSet) host.left.traceSet[i] = left.traceSet[p];
+      // light that comes here meets the medium as what came here before did
+      if (left.bounces) host.left.bounces[i] = left.bounces[p] ? left.bounces[p] - 1 : 0;
     }
   });
 }
@@ -142,7 +144,8 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
       for (uint32_t i = 0; i < x->count; ++i) {
         const uint32_t s = met.owner ? met.owner[x->path[i]] : x->path[i];
         for (int q = 0; q < 3; ++q) {
-          const float pass1 = (1.f - presence[i]) + (keep[q] && rays.tinted[s] ? presence[i] * keep[q][i] : 0.f);
+          const bool isTinted = keep[q] && (rays.tinted[s] == 1 || (rays.tinted[s] && !(x->traits & kTraitWalkable)));
+          const float pass1 = (1.f - presence[i]) + (isTinted ? presence[i] * keep[q][i] : 0.f);
           rays.transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);
         }
       }

@@ -128,6 +128,21 @@ Value builtin(const Context* c, Builtin id) {
       keep(Builtin::DPdv, {dv[0], dv[1], dv[2]});
       break;
     }
+    case Builtin::Fiber: {
+      float* along[3] = {floats(c), floats(c), floats(c)};
+      const SurfaceArgs& args = surface.args();
+      for (uint32_t i = 0; i < n; ++i) {
+        const StrandPlace* strand = args.strand ? args.strand[i] : nullptr;
+        float length = 0;
+        const geometry::Mesh& mesh = h.group->world().world->mesh(c->place.geometry[i]);
+        if (strand && mesh.isCurve() && !mesh.isOriented())
+          length = std::sqrt(strand->dv[0] * strand->dv[0] + strand->dv[1] * strand->dv[1] +
+                             strand->dv[2] * strand->dv[2]);
+        for (int j = 0; j < 3; ++j) along[j][i] = length > 0 ? strand->dv[j] / length : 0.f;
+      }
+      keep(Builtin::Fiber, {along[0], along[1], along[2]});
+      break;
+    }
     case Builtin::Tangent: {
       float* t[3] = {floats(c), floats(c), floats(c)};
       k.derivatives(n, surface.edge(0), surface.edge(1), surface.slopes({SlopeSource::What::St}, 2), t, nullptr);
@@ -155,6 +170,48 @@ Value builtin(const Context* c, Builtin id) {
         for (uint32_t i = 0; i < n; ++i) a[j][i] = float(c->P[j][i] + o);
       }
       keep(Builtin::Pworld, {a[0], a[1], a[2]});
+      break;
+    }
+    case Builtin::FacetEdge1:
+    case Builtin::FacetEdge2:
+    case Builtin::DNEdge1:
+    case Builtin::DNEdge2: {
+      float* x[4][3];
+      for (auto& v : x)
+        for (float*& y : v) y = floats(c);
+      if (c->traits & kTraitInSpace) {
+        for (auto& v : x)
+          for (float* y : v) std::fill_n(y, n, 0.f);
+      } else {
+        k.facetSlopes(surface.meshArgs(), x[0], x[1], x[2], x[3]);
+        // N lies on wo's side; where it is the facet's own it does not change
+        for (uint32_t i = 0; i < n; ++i) {
+          const bool isFacet = c->N[0][i] == c->Ng[0][i] && c->N[1][i] == c->Ng[1][i] && c->N[2][i] == c->Ng[2][i];
+          const float side = isFacet ? 0.f : c->entering[i] ? 1.f : -1.f;
+          for (int j = 0; j < 3; ++j) {
+            x[2][j][i] *= side;
+            x[3][j][i] *= side;
+          }
+        }
+      }
+      keep(Builtin::FacetEdge1, {x[0][0], x[0][1], x[0][2]});
+      keep(Builtin::FacetEdge2, {x[1][0], x[1][1], x[1][2]});
+      keep(Builtin::DNEdge1, {x[2][0], x[2][1], x[2][2]});
+      keep(Builtin::DNEdge2, {x[3][0], x[3][1], x[3][2]});
+      break;
+    }
+    case Builtin::DNdu:
+    case Builtin::DNdv: {
+      const Value e1 = builtin(c, Builtin::FacetEdge1), e2 = builtin(c, Builtin::FacetEdge2),
+                  n1 = builtin(c, Builtin::DNEdge1), n2 = builtin(c, Builtin::DNEdge2);
+      float *a = floats(c), *b = floats(c);
+      for (const auto& [step, out] : {std::pair{Builtin::DPdu, Builtin::DNdu}, {Builtin::DPdv, Builtin::DNdv}}) {
+        float* d[3] = {floats(c), floats(c), floats(c)};
+        k.alongEdges(n, e1.data, e2.data, builtin(c, step).data, a, b);
+        for (int j = 0; j < 3; ++j)
+          for (uint32_t i = 0; i < n; ++i) d[j][i] = a[i] * n1.data[j][i] + b[i] * n2.data[j][i];
+        keep(out, {d[0], d[1], d[2]});
+      }
       break;
     }
     case Builtin::ObjectId:
@@ -195,11 +252,29 @@ Value seenAt(const Context* c) {
   return out;
 }
 
+Value acrossRibbon(const Context* c) {
+  ContextHost& h = ContextHost::of(c);
+  const trace::World& w = *h.group->world().world;
+  Value out;
+  if (!w.hasRibbons()) return out;
+  const SurfaceArgs& args = h.surface.args();
+  float* across = floats(c);
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const geometry::Mesh& mesh = w.mesh(c->place.geometry[i]);
+    const bool isRibbon = mesh.facesRay() && mesh.isCurve() && args.strand && args.strand[i];
+    across[i] = isRibbon ? 2 * args.strand[i]->uv[0] - 1 : 2.f;
+  }
+  out.data[0] = across;
+  out.components = out.stride = 1;
+  return out;
+}
+
 Value primvar(const Context* c, const char* name, Value* radius) {
   ContextHost& h = ContextHost::of(c);
   const uint32_t n = c->padded;
   Value out;
   if (!std::strcmp(name, kSeenPrimvar)) return seenAt(c);
+  if (!std::strcmp(name, kRibbonPrimvar)) return acrossRibbon(c);
   if (c->traits & kTraitInSpace && !h.program) {  // no object is there
     if (radius) *radius = Value();
     return out;

@@ -127,6 +127,10 @@ VertexState GroupState::makeState(uint32_t n) {
   if (world_.hasLinks) s.linkSet = arena_.make<uint32_t>(n);
   if (!world_.traceSets.empty()) s.traceSet = arena_.make<uint32_t>(n);
   if (world_.hasMedia) s.media = arena_.make<uint32_t>(n);
+  if (world_.space && world_.space->isSimilar) {
+    s.bounces = arena_.make<uint32_t>(n);
+    std::fill_n(s.bounces, n, 0u);
+  }
   for (int c = 0; c < 3; ++c) {
     if (world_.movesShadowOrigins || s.traceSet) s.Ng[c] = arena_.make<float>(n);
     if (world_.movesShadowOrigins) s.terminatorOffset[c] = arena_.make<float>(n);
@@ -178,6 +182,7 @@ void GroupState::leave(RayList& list, const Context* c, uint32_t n, const uint32
   };
   if (from.linkSet) take(from.linkSet, to.linkSet);
   if (from.traceSet) take(from.traceSet, to.traceSet);
+  if (from.bounces) take(from.bounces, to.bounces);
   for (int k = 0; k < 3; ++k) {
     if (from.Ng[k]) take(from.Ng[k], to.Ng[k]);
     if (from.terminatorOffset[k]) take(from.terminatorOffset[k], to.terminatorOffset[k]);
@@ -232,7 +237,8 @@ void GroupState::closest(RayList& list, uint32_t n, const uint32_t* entries) {
     host.left.traceSet ? closestInSets(list, true, n, entries)
                        : w.closest(list.rays, list.hits, trace::kSeenByClearShadow, n, entries);
   else if (host.kind == RayKind::Camera)
-    w.closest(list.rays, list.hits, trace::kSeenByCamera, n, entries);
+    w.closest(list.rays, list.hits, trace::kSeenByCamera, n, entries,
+              {&world_.samples, list.sampleSeed, list.sampleIndex});
   else if (host.seen)
     w.closest(list.rays, list.hits, host.seen, n, entries);
   else if (host.left.traceSet)
@@ -249,7 +255,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
   host.kind = kind;
   if (listener) listener->closest(kind, depth, list.rays, n, entries);
   if (kind == RayKind::Camera && &list == &group_.paths && n == group_.count && n % 16 == 0)
-    world_.world->closestCamera(list.rays, hits, n);
+    world_.world->closestCamera(list.rays, hits, n, {&world_.samples, list.sampleSeed, list.sampleIndex});
   else
     closest(list, n, entries);
   (kind == RayKind::Camera ? counters.cameraRays : counters.indirectRays) += n;
@@ -283,23 +289,9 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
         else if (averted(list, s))
           onward[k++] = s;
       }
-      Context* const* contexts;
-      if (displaced) {
-        const uint32_t count =
-            shade(list, kTraitEyePath | kTraitPresenceQuery, depth, displaced, crossing, &contexts);
-        for (uint32_t c = 0; c < count; ++c) {
-          const Context* x = contexts[c];
-          uint32_t* points = x->alloc<uint32_t>(x->padded);
-          uint32_t* stacks = x->alloc<uint32_t>(x->padded);
-          for (uint32_t i = 0; i < x->count; ++i) {
-            points[i] = i;
-            stacks[i] = host.left.media[x->path[i]];
-          }
-          updateMedia(x, x->count, points, nullptr, stacks);
-          for (uint32_t i = 0; i < x->count; ++i) host.left.media[x->path[i]] = stacks[i];
-        }
-      }
+      if (displaced) crossDisplaced(list, depth, displaced, crossing);
       if (asked) {
+        Context* const* contexts;
         const uint32_t count = shade(list, kTraitEyePath | kTraitPresenceQuery, depth, asked, ask, &contexts);
         for (uint32_t c = 0; c < count; ++c) {
           const Context* x = contexts[c];
@@ -365,7 +357,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
       float* ends = arena_.make<float>(list.capacity);
       for (uint32_t i = 0; i < n; ++i) ends[entries[i]] = std::min(hits.t[entries[i]], 1e30f);
       thinOut(list.rays, ends, kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect,
-              list.sampleSeed, list.sampleIndex, depth, n, entries, transmittance);
+              list.sampleSeed, list.sampleIndex, nullptr, depth, n, entries, transmittance);
     }
   }
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths) endAtHoles(list, n, entries);

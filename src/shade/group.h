@@ -25,7 +25,10 @@
 
 namespace kinora::shade {
 
+struct Around;
+class MediumTracks;
 struct ShaderScene;
+struct Track;
 
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
@@ -43,6 +46,7 @@ struct PlacementInfo {
   uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
   uint32_t traceSet = 0;                 // index into ShadingWorld::traceSets
   uint32_t tint = 0;                     // index into ShadingWorld::tints
+  float noiseTolerance = 1;              // shade:relativepixelvariance, (0, 1000]
   bool isHiddenFromCamera = false;       // visibility:camera
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
 };
@@ -73,6 +77,10 @@ struct ShadingWorld {
   std::shared_ptr<const MaterialSet> materials;
   std::shared_ptr<const light::LightSet> lights;
   std::shared_ptr<const SpaceMedia> space;                     // media that fill it; null: it is empty
+  uint32_t firstMediumLight = 0;                               // the last of `lights` are what media emit:
+  std::vector<uint32_t> mediumLights;                          // indices of those media
+  std::vector<uint32_t> lightOfMedium;                         // their lights, kNoLight for others; empty: none emits
+  bool hasPlacedLights = false;                                // some light is not infinitely far away
   std::shared_ptr<const std::vector<light::MarkEntry>> marks;  // lights that only mark; null: none
   std::vector<GeometryInfo> geometries;
   std::vector<PlacementInfo> placements;
@@ -93,7 +101,8 @@ struct ShadingWorld {
   Diagnostics* diagnostics = nullptr;    // of shaders that speak; null: unheard
   std::shared_ptr<ShaderScene> shaders;  // what shaders ask; null: the scene has none
   bool hasMedia = false, hasPresence = false, hasTintedShadows = false;
-  bool hasLinks = false;            // some objects are lit by some lights only
+  std::vector<WalkBound> walkBounds;  // around what manifold walks go through
+  bool hasLinks = false;              // some objects are lit by some lights only
   uint32_t indirectSets = 0;        // so many further on is the link set of what a diffuse bounce found; 0: the same
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
@@ -114,6 +123,7 @@ struct VertexState {
   uint32_t* linkSet = nullptr;
   uint32_t* traceSet = nullptr;                // with traceSets
   uint32_t* media = nullptr;                   // stacks in the group's MediaPool; with media
+  uint32_t* bounces = nullptr;                 // scatterings in media one after another; where some count them
   float* Ng[3] = {nullptr, nullptr, nullptr};  // geometric normal; with traceSets and movesShadowOrigins
   float* terminatorOffset[3] = {nullptr, nullptr,
                                 nullptr};          // to where its shadow rays start; with movesShadowOrigins
@@ -147,7 +157,9 @@ struct GroupCounters {
   // By depth of the vertex, the last for it and all beyond; `queries` are contexts that are asked for presence, the
   // light that a surface lets through, or the medium behind it, and then forgotten.
   static constexpr uint32_t kLaneDepths = 12;
-  LaneCounts lanes[kLaneDepths], queries;
+  LaneCounts lanes[kLaneDepths], queries, walks;
+  // Of manifold walks: begun, that found a path, and how often one was looked for again to be counted.
+  uint64_t walksBegun = 0, walksFound = 0, walkTrials = 0;
   uint64_t endlessRays = 0;  // that would pass more than kMostPasses surfaces
   // Of tracking in media: rays that came through some, places where extinction was looked up, rays that were given up
   // after kMostCollisions of them; the largest factor by which a bound was exceeded, and the medium's index.
@@ -204,8 +216,14 @@ class GroupState {
                 float* const offset[3], float* const normal[3]);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
   void noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what);
+  // group_walks.cpp
+  void traceWalks(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries);
+  void walkTargets(uint32_t n, const float* const u[5], const float* time, WalkTargets* out);
+  void deltaLights(const RayList& list, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                   float* const radiance[3], float* specular);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
+  void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights* out);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);
@@ -214,9 +232,9 @@ class GroupState {
   int probe(const Context* c, const ProbeRays& rays);  // see ContextFunctions
   // From render space to that of a placed object, which is a medium, at a time of the shutter.
   trace::Affine toObject(uint32_t instance, uint32_t geometry, float time) const;
-  // Extinction of a medium at n points of render space, by its network.
+  // Extinction of a medium at n points of render space, by its network, and emission (null: not wanted).
   void lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
-                    float* const extinction[3]);
+                    float* const extinction[3], float* const emission[3]);
 
   GroupCounters counters;
   RayListener* listener = nullptr;
@@ -234,8 +252,9 @@ class GroupState {
   Context* makeContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
                        const uint32_t* entries, bool bind);
   void countLanes(uint32_t traits, uint32_t depth, uint32_t points) {
-    LaneCounts& l =
-        traits & kTraitPresenceQuery ? counters.queries : counters.lanes[std::min(depth, counters.kLaneDepths - 1)];
+    LaneCounts& l = traits & kTraitPresenceQuery ? counters.queries
+                    : traits & kTraitWalk        ? counters.walks
+                                                 : counters.lanes[std::min(depth, counters.kLaneDepths - 1)];
     l.active += points;
     l.possible += (points + world_.width - 1) / world_.width * world_.width;
     ++l.contexts;
@@ -265,7 +284,8 @@ class GroupState {
   RayList& raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits);
   static float distanceBeyond(const Rays& rays, uint32_t slot, float t);
   // Rays leave strands by a part of their width: their hits are only as good as Embree's iteration.
-  void biasOfStrands(const Context* c, float* bias) const;
+  // How far off strands rays start; where a fibre was met, P becomes the place on its axis.
+  void leaveStrands(const Context* c, bool isFiber, bool isRecord, float* const P[3], float* bias) const;
   Context* startInSpace(const RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                         const float* t);
   Context* makeMediumContext(const RayList& list, uint32_t program, uint32_t traits, uint32_t depth, uint32_t n,
@@ -274,16 +294,22 @@ class GroupState {
   void setProgram(Context* c, const Program& program, bool bind);
   // group_space.cpp; worlds with media that fill space only.
   void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
+  static void setPathOf(const RayList& list, Track& t);
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
+  const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
+  float shareOfGlow(const Track& t, const Around& a, const float* shares) const;
+  void askMediumLights(const Context* c, LightSamples* samples);
   void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
   void scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       float* const transmittance[3]);
   void thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
-               uint32_t depth, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
+               const uint32_t* bounces, uint32_t depth, uint32_t n, const uint32_t* entries,
+               float* const transmittance[3]);
   void thinOutShadows(uint32_t depth, const ShadowRays& rays);
   void thinOutLights(const RayList& list, LightHits* hits);
   // group_media.cpp; worlds with media only.
   bool insideHigherPriority(const RayList& list, uint32_t entry) const;
+  void crossDisplaced(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries);
   void absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]);
   void findOuterIor(const Context* c, const uint32_t* stacks, float* ior) const;
   void updateMedia(const Context* c, uint32_t n, const uint32_t* points, const uint32_t* through, uint32_t* stacks);
@@ -306,7 +332,7 @@ class GroupState {
   ShaderTextures shaderTextures_;
   bool probing_ = false;  // the rays of a pattern are on their way
   std::vector<trace::World::CollectedHit> collected_;
-  std::vector<MediumCrossing> crossings_;
+  std::vector<MediumCrossing> crossings_, crossingsTowards_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

@@ -231,7 +231,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
   a.side = s.side;
   h->block = block;
   pointsKernel(world_.width)(a);
-  if (w.hasStrands()) biasOfStrands(c, a.bias);
+  if (w.hasStrands()) leaveStrands(c, program.isFiber, a.isRecord, a.P, a.bias);
   h->surface.limitFootprints(a.outRadius);
   if (bind) {
     if (state.terminatorOffset[0]) {
@@ -267,7 +267,9 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
   c->slotOfLobe = program.slotOfLobe.data();
   c->eventOfSlot = program.eventOfSlot.data();
   c->tintedSlots = program.tintedSlots;
-  c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u);
+  c->walkableSlots = program.walkableSlots;
+  c->traits |= (program.encloses ? kTraitEncloses : 0u) | (program.tints ? kTraitTinted : 0u) |
+               (program.isFiber ? kTraitFiber : 0u) | (program.walkableLobes ? kTraitWalkable : 0u);
   c->bxdf = program.bxdf;
 
   // room for the network's outputs
@@ -298,17 +300,18 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
   }
 }
 
-void GroupState::biasOfStrands(const Context* c, float* bias) const {
+void GroupState::leaveStrands(const Context* c, bool isFiber, bool isRecord, float* const P[3], float* bias) const {
   const trace::World& w = *world_.world;
   for (uint32_t i = 0; i < c->padded; ++i) {
     const geometry::Mesh& mesh = w.mesh(c->place.geometry[i]);
     if (!mesh.isStrand()) continue;
-    float radius = strandRadius(mesh, c->place.primitive[i], c->place.u[i], std::clamp(c->time[i], 0.f, 1.f));
-    if (!w.instance(c->place.instance[i]).baked) {
-      const trace::Affine a = w.objectToRender(c->place.instance[i], c->time[i]);
-      radius *= std::sqrt(a.m[0][0] * a.m[0][0] + a.m[1][0] * a.m[1][0] + a.m[2][0] * a.m[2][0]);
-    }
-    bias[i] = std::max(bias[i], 1e-3f * radius);
+    const float radius = radiusOfStrand(w, c->place, i, c->time[i]);
+    // What faces its rays turns to those that leave it, which would meet it again: they start off the tube or ball that it
+    // stands for.
+    const bool leavesAxis = isFiber && mesh.isTube();
+    bias[i] = std::max(bias[i], (leavesAxis || mesh.facesRay() ? 1.001f : 1e-3f) * radius);
+    // rays that go through a fibre start behind it; a record was made of such a point
+    for (int k = 0; leavesAxis && !isRecord && k < 3; ++k) P[k][i] -= radius * c->Ng[k][i];
   }
 }
 
@@ -358,6 +361,7 @@ Context* GroupState::startInSpace(const RayList& list, uint32_t traits, uint32_t
     origin[i] = list.origin[s];
     if (h.state.linkSet) h.state.linkSet[i] = 0;  // a medium is lit by all lights
     if (h.state.traceSet) h.state.traceSet[i] = 0;
+    if (h.state.bounces) h.state.bounces[i] = from.left.bounces[s] + 1;
     if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;
     for (int k = 0; h.state.terminatorOffset[0] && k < 3; ++k)
       h.state.terminatorOffset[k][i] = h.state.facet[k][i] = 0;

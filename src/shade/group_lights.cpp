@@ -6,6 +6,7 @@
 #include "shade/clock.h"
 #include "shade/context_host.h"
 #include "shade/keep_light_hits.h"
+#include "shade/medium_tracks.h"
 
 namespace kinora::shade {
 
@@ -33,6 +34,51 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   p.u[0] = u[1];
   p.u[1] = u[2];
   world_.lights->sample(world_.width, arena_, p, out);
+  if (!world_.mediumLights.empty()) askMediumLights(c, out);
+}
+
+// Samples of what media emit: how much that is where they lie. To path expressions it is not a light's.
+void GroupState::askMediumLights(const Context* c, LightSamples* out) {
+  const SpaceMedia& space = *world_.space;
+  const bool isWanted = scattersInMedia && group_.paths.againstLights;
+  uint32_t* found = arena_.make<uint32_t>(padded(c->count));
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < c->padded; ++i)
+    if (out->light[i] != kNoLight && out->light[i] >= world_.firstMediumLight) {
+      if (isWanted && i < c->count && out->pdf[i] > 0) found[n++] = i;
+      if (!isWanted) const_cast<float*>(out->pdf)[i] = 0;
+    }
+  if (!n) return;
+  RayList& list = *makeRays(n);
+  uint32_t *medium = arena_.make<uint32_t>(padded(n)), *entries = arena_.make<uint32_t>(padded(n));
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    const uint32_t from = found[std::min(i, n - 1)];
+    for (int k = 0; k < 3; ++k) {
+      list.rays.o[k][i] = c->P[k][from];
+      list.rays.d[k][i] = out->wi[k][from];
+    }
+    list.rays.time[i] = c->time[from];
+    list.rays.radius[i] = c->radius[from];
+    list.rays.spread[i] = c->spread[from];
+    medium[i] = world_.mediumLights[out->light[from] - world_.firstMediumLight];
+    setMediumHit(list.hits, i, space.media[medium[i]], out->t[from]);
+    entries[i] = i;
+  }
+  // Cells reach beyond what the medium fills.
+  findCrossings(list.rays, n, entries, trace::kSeenByIndirect);
+  bool* isInside = arena_.make<bool>(padded(n));
+  std::fill_n(isInside, n, false);
+  bool* isKnown = arena_.make<bool>(padded(n));
+  std::fill_n(isKnown, n, false);
+  for (const MediumCrossing& x : crossings_) {
+    if (x.medium != medium[x.ray] || isKnown[x.ray]) continue;
+    isInside[x.ray] = !x.enters;
+    isKnown[x.ray] = x.t > list.hits.t[x.ray];
+  }
+  askMedia(*this, list, n, c->depth, true, [&](uint32_t entry, int k, float, float emitted) {
+    const_cast<float*>(out->radiance[k])[found[entry]] *= isInside[entry] && isKnown[entry] ? emitted : 0.f;
+  });
+  for (uint32_t i = 0; i < n; ++i) const_cast<uint32_t*>(out->light)[found[i]] = kNoLight;
 }
 
 void GroupState::findLightNormals(const Context* c, const Program* program) {
@@ -63,7 +109,10 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (host.surfaceT)  // lights that end a ray take what it has met behind them
     for (uint32_t i = 0; i < out->count; ++i)
-      if (out->blocks[i] && list.hits.t[out->slot[i]] > out->t[i]) list.hits.t[out->slot[i]] = INFINITY;
+      if (out->blocks[i]) {
+        host.surfaceT[out->slot[i]] = out->t[i];
+        if (list.hits.t[out->slot[i]] > out->t[i]) list.hits.t[out->slot[i]] = INFINITY;
+      }
   if (out->count && (world_.space || host.absorbed[0])) thinOutLights(list, out);
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths && out->count) dropLightsBehindHoles(out);
 }

@@ -17,6 +17,24 @@ bool GroupState::insideHigherPriority(const RayList& list, uint32_t entry) const
   return false;
 }
 
+// Boundaries that the listed rays pass, since another medium displaces theirs, change the media around them.
+void GroupState::crossDisplaced(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries) {
+  uint32_t* const media = ListHost::of(list).left.media;
+  Context* const* contexts;
+  const uint32_t count = shade(list, kTraitEyePath | kTraitPresenceQuery, depth, n, entries, &contexts);
+  for (uint32_t c = 0; c < count; ++c) {
+    const Context* x = contexts[c];
+    uint32_t* points = x->alloc<uint32_t>(x->padded);
+    uint32_t* stacks = x->alloc<uint32_t>(x->padded);
+    for (uint32_t i = 0; i < x->count; ++i) {
+      points[i] = i;
+      stacks[i] = media[x->path[i]];
+    }
+    updateMedia(x, x->count, points, nullptr, stacks);
+    for (uint32_t i = 0; i < x->count; ++i) media[x->path[i]] = stacks[i];
+  }
+}
+
 // Beer and Lambert along the segments just traced, in the medium that fills space there.
 void GroupState::absorb(const RayList& list, uint32_t n, const uint32_t* entries, float* const transmittance[3]) {
   const uint32_t* stacks = ListHost::of(list).left.media;

@@ -11,6 +11,7 @@
 
 #include "shade/beer_lambert.h"
 #include "shade/context_host.h"
+#include "shade/medium_light.h"
 #include "shade/medium_tracks.h"
 
 namespace kinora::shade {
@@ -109,6 +110,89 @@ trace::Affine GroupState::toObject(uint32_t instance, uint32_t geometry, float t
   return a;
 }
 
+// The factor on a track's path before, by which chances go: of sum 1 where it is known.
+void GroupState::setPathOf(const RayList& list, Track& t) {
+  float sum = 0;
+  for (int c = 0; c < 3 && list.throughput[c]; ++c) sum += std::fabs(list.throughput[c][t.entry]);
+  if (sum > 0 && sum < 1e30f)
+    for (int c = 0; c < 3; ++c) t.path[c] = std::fabs(list.throughput[c][t.entry]) / sum;
+}
+
+// What each of the rays counts of the emission that light samples may find too: by crossing, where a ray meets a
+// medium for the first time. The power heuristic over directions, as for all lights (see RayList::againstLights).
+const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks) {
+  if (world_.lightOfMedium.empty()) return nullptr;
+  const uint32_t room = padded(uint32_t(crossings_.size())) + kPad;
+  float *share = arena_.make<float>(room), *P[3], *N[3] = {nullptr, nullptr, nullptr},
+        *chosen = arena_.make<float>(room), *time = arena_.make<float>(room);
+  uint32_t *light = arena_.make<uint32_t>(room), *set = arena_.make<uint32_t>(room),
+           *crossing = arena_.make<uint32_t>(room), *entry = arena_.make<uint32_t>(room), n = 0;
+  const ListHost& host = ListHost::of(list);
+  for (int k = 0; k < 3; ++k) {
+    P[k] = arena_.make<float>(room);
+    if (host.left.lightN[k]) N[k] = arena_.make<float>(room);
+  }
+  for (uint32_t i = 0; i < tracks.count(); ++i) {
+    const Track& t = tracks[i];
+    for (uint32_t k = t.first; k < t.last; ++k) {
+      share[k] = 1;
+      const uint32_t medium = crossings_[k].medium;
+      if (world_.lightOfMedium[medium] == kNoLight || !(list.againstLights[t.entry] < 1e30f)) continue;
+      bool isFirst = true;
+      for (uint32_t before = t.first; before < k && isFirst; ++before) isFirst = crossings_[before].medium != medium;
+      if (!isFirst) continue;
+      for (int c = 0; c < 3; ++c) {
+        P[c][n] = list.rays.o[c][t.entry];
+        if (N[c]) N[c][n] = host.left.lightN[c][t.entry];
+      }
+      time[n] = list.rays.time[t.entry];
+      set[n] = host.left.linkSet ? host.left.linkSet[t.entry] : 0;
+      light[n] = world_.lightOfMedium[medium];
+      entry[n] = t.entry;
+      crossing[n++] = k;
+    }
+  }
+  if (!n) return share;
+  for (uint32_t i = n; i < padded(n); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      P[c][i] = P[c][n - 1];
+      if (N[c]) N[c][i] = N[c][n - 1];
+    }
+    set[i] = set[n - 1];
+    light[i] = light[n - 1];
+  }
+  light::LightSet::Points points{};
+  points.count = n;
+  points.padded = padded(n);
+  for (int c = 0; c < 3; ++c) {
+    points.P[c] = P[c];
+    points.N[c] = N[c];
+  }
+  points.time = time;
+  points.linkSet = set;
+  world_.lights->probabilities(world_.width, points, light, chosen);
+  for (uint32_t i = 0; i < n; ++i) {
+    const auto& l = *static_cast<const MediumLight*>(world_.lights->instanceOf(light[i]));
+    const float o[3] = {P[0][i], P[1][i], P[2][i]};
+    const float d[3] = {list.rays.d[0][entry[i]], list.rays.d[1][entry[i]], list.rays.d[2][entry[i]]};
+    const float r = chosen[i] * l.density(o, d, time[i]) / list.againstLights[entry[i]];
+    share[crossing[i]] = list.share[entry[i]] / (1 + r * r);
+  }
+  return share;
+}
+
+// Of a medium around a track: the above where light samples may lie, else all.
+float GroupState::shareOfGlow(const Track& t, const Around& a, const float* shares) const {
+  const uint32_t light = world_.lightOfMedium[a.medium];
+  if (light == kNoLight) return 1;
+  float p[3];
+  for (int k = 0; k < 3; ++k) p[k] = a.o[k] + a.d[k] * t.t;
+  if (!static_cast<const MediumLight*>(world_.lights->instanceOf(light))->emits(p)) return 1;
+  uint32_t k = t.first;
+  while (crossings_[k].medium != a.medium) ++k;
+  return shares[k];
+}
+
 // Ends some of the listed rays in media, before what they hit. Their hits are then of the medium.
 void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                                 float* const transmittance[3]) {
@@ -118,18 +202,18 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
       host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect);
   const Hits& hits = list.hits;
   findCrossings(list.rays, n, entries, visibility);
-  MediumTracks tracks(*this, crossings_, list.rays, host.surfaceT, list.sampleSeed, list.sampleIndex, depth, n,
-                      entries, true);
+  MediumTracks tracks(*this, crossings_, list.rays, host.surfaceT, list.sampleSeed, list.sampleIndex,
+                      host.left.bounces, depth, n, entries, true);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
   uint32_t m = tracks.count();
   for (uint32_t i = 0; i < m; ++i) {
     open[i] = i;
-    Track& t = tracks[i];
-    float sum = 0;
-    for (int c = 0; c < 3 && list.throughput[c]; ++c) sum += std::fabs(list.throughput[c][t.entry]);
-    if (sum > 0 && sum < 1e30f)
-      for (int c = 0; c < 3; ++c) t.path[c] = std::fabs(list.throughput[c][t.entry]) / sum;
+    setPathOf(list, tracks[i]);
   }
+  const auto isHole = [&, mayBe = hole_ && host.kind == RayKind::Camera](uint32_t medium) {
+    return mayBe && world_.placements[world_.world->instance(space.media[medium].instance).info].hole;
+  };
+  const float* glowShare = m && list.glow[0] && list.againstLights ? sharesOfGlow(list, tracks) : nullptr;
   while (m) {
     const ArenaScope memory(arena_);
     m = advanceAll(tracks, m, open, counters.endlessTracks, [&](const Track& t) {
@@ -150,9 +234,12 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
       float sum[3] = {0, 0, 0};
       for (uint32_t k = 0; k < t.count; ++k) {
         noteExcess(t.around[k].medium, t.around[k].most, found.extinction, at + k);
+        const float share = isHole(t.around[k].medium) ? 0.f
+                            : glowShare                ? shareOfGlow(t, t.around[k], glowShare)
+                                                       : 1.f;
         for (int c = 0; c < 3; ++c) {
           sum[c] += found.extinction[c][at + k];
-          if (list.glow[0]) list.glow[c][t.entry] += t.w[c] * found.emission[c][at + k] / t.bound;
+          if (list.glow[0]) list.glow[c][t.entry] += share * t.w[c] * found.emission[c][at + k] / t.bound;
         }
       }
       float met = 0, missed = 0;
@@ -184,7 +271,10 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
         rest -= own;
       }
       const float pick = share / met * chance * t.bound;
-      for (int c = 0; c < 3; ++c) transmittance[c][t.entry] *= t.w[c] * found.extinction[c][at + which] / pick;
+      const SpaceMedium& here = space.media[t.around[which].medium];
+      const float brings = t.bounces ? here.contributionByBounce : 1.f;
+      for (int c = 0; c < 3; ++c)
+        transmittance[c][t.entry] *= brings * t.w[c] * found.extinction[c][at + which] / pick;
       absorbUntil(list, t.entry, t.t, transmittance);
       setMediumHit(hits, t.entry, space.media[t.around[which].medium], t.t);
     }
@@ -215,11 +305,11 @@ void GroupState::noteExcess(uint32_t medium, float bound, float* const extinctio
 
 // Multiplies by what media let through as far as each ray goes (ends). By entry.
 void GroupState::thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed,
-                         const uint32_t* index, uint32_t depth, uint32_t n, const uint32_t* entries,
-                         float* const transmittance[3]) {
+                         const uint32_t* index, const uint32_t* bounces, uint32_t depth, uint32_t n,
+                         const uint32_t* entries, float* const transmittance[3]) {
   const SpaceMedia& space = *world_.space;
   findCrossings(rays, n, entries, visibility);
-  MediumTracks tracks(*this, crossings_, rays, ends, seed, index, depth, n, entries, false);
+  MediumTracks tracks(*this, crossings_, rays, ends, seed, index, bounces, depth, n, entries, false);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
   uint32_t m = tracks.count();
   for (uint32_t i = 0; i < m; ++i) open[i] = i;
@@ -280,7 +370,7 @@ void GroupState::thinOutShadows(uint32_t depth, const ShadowRays& rays) {
   RayList& list = *makeRays(rays.count);
   copyRays(rays, list);
   thinOut(list.rays, list.rays.tMax, trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, list.sampleSeed,
-          list.sampleIndex, depth, m, open, rays.transmittance);
+          list.sampleIndex, ListHost::of(list).left.bounces, depth, m, open, rays.transmittance);
 }
 
 // What light met by rays has lost on its way, and which of them the rays were ended before.
@@ -309,11 +399,13 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
       rays.rays.spread[i] = list.rays.spread[s];
       rays.sampleSeed[i] = list.sampleSeed[s];
       rays.sampleIndex[i] = mixedSeed(list.sampleIndex[s], l->light[i]);
+      if (const uint32_t* b = host.left.bounces) ListHost::of(rays).left.bounces[i] = b[s] ? b[s] - 1 : 0;
       entries[i] = i;
     }
     const uint32_t visibility =
         host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect);
-    thinOut(rays.rays, rays.rays.tMax, visibility, rays.sampleSeed, rays.sampleIndex, 0x10000, n, entries, T);
+    thinOut(rays.rays, rays.rays.tMax, visibility, rays.sampleSeed, rays.sampleIndex, ListHost::of(rays).left.bounces,
+            0x10000, n, entries, T);
   }
   for (int c = 0; c < 3; ++c) {
     for (uint32_t i = 0; i < n; ++i) radiance[c][i] = l->radiance[c][i] * T[c][i];
@@ -338,18 +430,18 @@ void placesInMedia(const Context* c, float* const Po[3], float* scale) {
 
 void fieldsInMedia(const Context* c, const char* name, uint32_t components, float* const value[3]) {
   const SpaceMedia& space = *ContextHost::of(c).group->world().space;
+  const SpaceMedium* medium = nullptr;
   const volume::MediumField* field = nullptr;
   const Value Po = c->builtin(Builtin::Po);
   for (uint32_t i = 0; i < c->padded; ++i) {
     if (i == 0 || c->place.instance[i] != c->place.instance[i - 1]) {
-      const auto& fields = space.media[space.ofInstance.at(c->place.instance[i])].fields;
-      const auto it = fields.find(std::string_view(name));
-      field = it == fields.end() ? nullptr : &it->second;
+      medium = &space.media[space.ofInstance.at(c->place.instance[i])];
+      const auto it = medium->fields.find(std::string_view(name));
+      field = it == medium->fields.end() ? nullptr : &it->second;
     }
     if (!field) continue;
-    const float p[3] = {Po.data[0][i], Po.data[1][i], Po.data[2][i]};
-    float v[3] = {};
-    field->at(p, v);
+    float p[3] = {Po.data[0][i], Po.data[1][i], Po.data[2][i]}, v[3] = {};
+    if (!medium->isCarried || medium->carryBack(p, c->time[i])) field->at(p, v);
     if (field->components() == 1) v[1] = v[2] = v[0];
     if (components == 1 && field->components() == 3) v[0] = (v[0] + v[1] + v[2]) * (1.f / 3);
     for (uint32_t k = 0; k < components; ++k) value[k][i] = v[k];

@@ -10,6 +10,8 @@ namespace kinora::shade {
 
 // The renderer's own, of the vertex and not of the object.
 inline constexpr const char* kSeenPrimvar = "__seen";
+// Where across a ribbon that faces its ray it was met: -1 to 1, rising with u; 2 on what is no such ribbon.
+inline constexpr const char* kRibbonPrimvar = "__ribbon";
 
 inline Implied impliedBy(const char* name) {
   if (!std::strcmp(name, "st")) return Implied::St;

@@ -489,11 +489,17 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   const bool scatters =
       traits && functions && functions->subsurface &&
       (!traits->scattersBelow || traits->scattersBelow(last.values->values(), last.values->count()));
+  uint32_t walkableLobes =
+      traits && functions && functions->interface && functions->interfaceValue && traits->walkableLobes
+          ? traits->walkableLobes(last.values->values(), last.values->count())
+          : 0;
   bool opaque = true;
   if (traits && traits->presenceParam >= 0) {
     const ParamValue& v = last.values->values()[traits->presenceParam];
     opaque = last.links[size_t(traits->presenceParam)].node < 0 && v.count && v.floats[0] >= 1.f;
   }
+  // whether a point is there would be another draw for the walk and for the path that it finds
+  if (!opaque) walkableLobes = 0;
   for (const Resolved& r : nodes) {
     put(&r.plugin, sizeof r.plugin);
     for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
@@ -531,6 +537,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   key += encloses ? 'e' : '-';
   key += scatters ? 'u' : '-';
   key += tints ? 't' : '-';
+  if (walkableLobes) key += 'w' + std::to_string(walkableLobes);
   key += char('0' + mediumFlags);
   key += lpeGroup;
 
@@ -547,7 +554,9 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.encloses = encloses;
     p.scatters = scatters;
     p.tints = tints;
+    p.walkableLobes = walkableLobes;
     p.fillsSpace = fillsSpace;
+    p.isFiber = isBxdf && (last.plugin->flags & kBxdfFiber);
     p.mediumFlags = mediumFlags;
     p.lpeGroup = lpeGroup;
     p.bxdf = functions;
@@ -637,6 +646,12 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     if (traits->extinctionProduct) {
       e.isProduct = traits->extinctionProduct(last.values->values(), last.values->count(), &said);
       e.most = said.most;
+      e.towardsLights = said.towardsLights;
+      e.extinctionByBounce = said.extinctionByBounce;
+      e.contributionByBounce = said.contributionByBounce;
+      e.velocityFactor = said.velocityFactor;
+      std::copy_n(said.constantVelocity, 3, e.constantVelocity);
+      if (said.velocity) e.velocity = said.velocity;
       std::copy_n(said.factor, 3, e.factor);
       if (said.number) e.number = said.number;
       if (said.color) e.color = said.color;
@@ -699,20 +714,22 @@ void MaterialSet::finish() {
     const uint32_t lobes = p.traits ? p.traits->lobeCount : 0;
     p.slotOfLobe.assign(std::max(lobes, 1u), 0);
     p.eventOfSlot.clear();
-    p.tintedSlots = 0;
+    p.tintedSlots = p.walkableSlots = 0;
     const auto isTinted = [&](const LobeDecl& lobe) {
       return p.tints && (lobe.flags & (kLobeTransmit | kLobeSpecular)) == (kLobeTransmit | kLobeSpecular);
     };
-    // What tinted shadows stand for comes first: when slots are short, others share the last one.
+    // What tinted shadows and walks stand for comes first: when slots are short, others share the last one.
     std::vector<uint32_t> order(lobes);
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_partition(order.begin(), order.end(), [&](uint32_t l) { return isTinted(p.traits->lobes[l]); });
+    std::stable_partition(order.begin(), order.end(),
+                          [&](uint32_t l) { return isTinted(p.traits->lobes[l]) || (p.walkableLobes >> l & 1); });
     for (const uint32_t l : order) {
       const LobeDecl& lobe = p.traits->lobes[l];
-      const bool tinted = isTinted(lobe);
+      const bool tinted = isTinted(lobe), walkable = p.walkableLobes >> l & 1;
       const uint16_t e = paths_.event(lobe.flags, lobe.name ? lobe.name : "", p.lpeGroup);
       size_t slot = 0;
-      while (slot < p.eventOfSlot.size() && (p.eventOfSlot[slot] != e || bool(p.tintedSlots >> slot & 1) != tinted))
+      while (slot < p.eventOfSlot.size() && (p.eventOfSlot[slot] != e || bool(p.tintedSlots >> slot & 1) != tinted ||
+                                             bool(p.walkableSlots >> slot & 1) != walkable))
         ++slot;
       if (slot == kMaxSlots) {
         slot = kMaxSlots - 1;
@@ -723,6 +740,7 @@ void MaterialSet::finish() {
       }
       if (slot == p.eventOfSlot.size()) p.eventOfSlot.push_back(e);
       if (tinted) p.tintedSlots |= 1u << slot;
+      if (walkable) p.walkableSlots |= 1u << slot;
       p.slotOfLobe[l] = uint8_t(slot);
     }
     if (p.eventOfSlot.empty()) p.eventOfSlot.push_back(0);

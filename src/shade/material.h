@@ -74,17 +74,19 @@ struct Program {
   uint32_t blockFloats = 0;
   std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;
-  bool opaque = true;     // presence is 1 everywhere
-  bool encloses = false;  // paths that go in keep a medium
-  bool scatters = false;  // paths may go below its surfaces
-  bool tints = false;     // tinted shadows pass
+  bool opaque = true;       // presence is 1 everywhere
+  bool encloses = false;    // paths that go in keep a medium
+  bool scatters = false;    // paths may go below its surfaces
+  bool tints = false;       // tinted shadows pass
   bool fillsSpace = false;  // a medium: its objects have no surface
+  bool isFiber = false;     // on curves rays leave from behind as well, see kBxdfFiber
+  uint32_t walkableLobes = 0;  // manifold walks go through its surfaces by these
   uint32_t mediumFlags = 0;
   uint32_t slotCount = 1;
   std::string lpeGroup;  // of its objects, where expressions tell it apart
   std::vector<uint8_t> slotOfLobe;
   std::vector<uint16_t> eventOfSlot;
-  uint32_t tintedSlots = 0;
+  uint32_t tintedSlots = 0, walkableSlots = 0;
 };
 
 struct Material {
@@ -113,12 +115,14 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   bool tints(uint32_t material) const { return programs_[materials_[material].program]->tints; }
+  bool isWalkable(uint32_t material) const { return programs_[materials_[material].program]->walkableLobes != 0; }
   bool fillsSpace(uint32_t material) const { return programs_[materials_[material].program]->fillsSpace; }
   // Of materials that fill space.
   struct Extinction {
     bool isProduct = false;  // else it is known by shading only
-    float factor[3] = {1, 1, 1}, most = -1;
-    std::string number, color;  // see ExtinctionProduct; "": 1
+    float factor[3] = {1, 1, 1}, most = -1, towardsLights = 0.5f, extinctionByBounce = 1, contributionByBounce = 1,
+          velocityFactor = 1, constantVelocity[3] = {0, 0, 0};
+    std::string number, color, velocity;  // see ExtinctionProduct; "": 1, and none
   };
   const Extinction& extinction(uint32_t material) const { return extinctions_.at(material); }
   uint64_t bytes() const;

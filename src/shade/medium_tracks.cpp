@@ -26,8 +26,36 @@ uint32_t mixedSeed(uint32_t a, uint32_t b) {
   return x;
 }
 
-void SpaceMedium::productAt(const float object[3], float extinction[3]) const {
-  float n = 1, c[3] = {1, 1, 1};
+bool SpaceMedium::carryBack(float object[3], float time) const {
+  const float since = opens + time * lasts;
+  float v[3] = {0, 0, 0};
+  if (velocity[0] && velocity[0] == velocity[1])
+    velocity[0]->at(object, v);
+  else
+    for (int k = 0; k < 3; ++k)
+      if (velocity[k]) velocity[k]->at(object, v + k);
+  bool isInside = true;
+  for (int k = 0; k < 3; ++k) {
+    const float way = (velocityFactor * v[k] + constantVelocity[k]) * since;
+    object[k] -= std::clamp(way, -farthest[k], farthest[k]);
+    isInside &= object[k] >= low[k] && object[k] <= high[k];
+  }
+  return isInside;
+}
+
+float SpaceMedium::similarity(uint32_t bounces) const {
+  constexpr uint32_t kMost = 64;
+  float f = 1;
+  for (uint32_t k = 0; extinctionByBounce < 1 && k < std::min(bounces, kMost); ++k) f *= extinctionByBounce;
+  return f;
+}
+
+void SpaceMedium::productAt(const float place[3], float time, float extinction[3]) const {
+  float n = 1, c[3] = {1, 1, 1}, object[3] = {place[0], place[1], place[2]};
+  if (isCarried && !carryBack(object, time)) {
+    for (int k = 0; k < 3; ++k) extinction[k] = 0;
+    return;
+  }
   if (number) {
     float v[3] = {};
     number->at(object, v);
@@ -53,8 +81,8 @@ void setMediumHit(const Hits& hits, uint32_t entry, const SpaceMedium& medium, f
 }
 
 MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& crossings, const Rays& rays,
-                           const float* ends, const uint32_t* seed, const uint32_t* index, uint32_t depth, uint32_t n,
-                           const uint32_t* entries, bool scatters)
+                           const float* ends, const uint32_t* seed, const uint32_t* index, const uint32_t* bounces,
+                           uint32_t depth, uint32_t n, const uint32_t* entries, bool scatters)
     : g_(g), space_(*g.world().space), crossings_(crossings), rays_(rays), scatters_(scatters), depth_(depth) {
   const std::vector<MediumCrossing>& all = crossings;
   tracks_ = g.arena().make<Track>(n);
@@ -70,6 +98,8 @@ MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& cro
     if (!scatters)  // there are several from a vertex
       for (const float* const* d = rays.d; d != rays.d + 3; ++d) t.seed = mixedSeed(t.seed, bitsOf((*d)[s]));
     t.event = 0;
+    t.bounces = bounces ? bounces[s] : 0;
+    t.time = rays.time[s];
     t.t = 0;
     t.end = ends[s];
     t.left = -1;
@@ -99,11 +129,11 @@ bool MediumTracks::advance(uint32_t i) {
       Around& a = t.around[k];
       const SpaceMedium& m = space_.media[a.medium];
       if (!scatters_ && m.isEven()) {
-        for (int c = 0; c < 3; ++c) even[c] += m.factor[c];
+        for (int c = 0; c < 3; ++c) even[c] += a.scale * m.factor[c];
         a.most = 0;
         continue;
       }
-      a.most = m.majorants.at(a.o, a.d, t.t, until);
+      a.most = a.scale * m.majorants.at(a.o, a.d, t.t, until);
       t.bound += a.most;
     }
     if (t.bound > 0) {
@@ -123,18 +153,39 @@ bool MediumTracks::advance(uint32_t i) {
       t.left = std::max(t.left, 0.f);
     }
     for (int c = 0; c < 3; ++c) t.even[c] += even[c] > 0 ? even[c] * (until - t.t) : 0.f;
-    t.t = until;
-    if (!(t.t < t.end)) return false;
-    while (t.next < t.last && all[t.next].t <= t.t) {
-      const MediumCrossing& c = all[t.next++];
-      // through a hole in its boundary, or past a corner, no ray is inside for ever
-      if (!c.enters)
-        leave(t, c.medium);
-      else if (std::any_of(all.begin() + t.next, all.begin() + t.last,
-                           [&](const MediumCrossing& x) { return x.medium == c.medium && !x.enters; }))
-        enter(t, c.medium);
+    if (!pass(t, until)) return false;
+  }
+}
+
+bool MediumTracks::pass(Track& t, float until) {
+  const std::vector<MediumCrossing>& all = crossings_;
+  t.t = until;
+  if (!(t.t < t.end)) return false;
+  while (t.next < t.last && all[t.next].t <= t.t) {
+    const MediumCrossing& c = all[t.next++];
+    // through a hole in its boundary, or past a corner, no ray is inside for ever
+    if (!c.enters)
+      leave(t, c.medium);
+    else if (std::any_of(all.begin() + t.next, all.begin() + t.last,
+                         [&](const MediumCrossing& x) { return x.medium == c.medium && !x.enters; }))
+      enter(t, c.medium);
+  }
+  return t.count || t.next < t.last;
+}
+
+void MediumTracks::stretch(const Track& t, Stretch& s) const {
+  s.until = t.next < t.last ? std::min(crossings_[t.next].t, t.end) : t.end;
+  for (int c = 0; c < 3; ++c) s.extinction[c] = s.plain[c] = s.towards[c] = 0;
+  for (uint32_t k = 0; k < t.count; ++k) {
+    const Around& a = t.around[k];
+    const SpaceMedium& m = space_.media[a.medium];
+    const float mean = a.scale * m.majorants.mean(m.majorants.cellAt(a.o, a.d, t.t, s.until));
+    for (int c = 0; c < 3; ++c) {
+      const float here = mean * m.tint[c];
+      s.extinction[c] += here;
+      s.plain[c] += 2 * (1 - m.towardsLights) * here;
+      s.towards[c] += 2 * m.towardsLights * here;
     }
-    if (!t.count && t.next == t.last) return false;
   }
 }
 
@@ -147,6 +198,7 @@ void MediumTracks::enter(Track& t, uint32_t medium) {
   }
   Around& a = t.around[t.count++];
   a.medium = medium;
+  a.scale = space_.media[medium].similarity(t.bounces);
   const trace::Affine toObject =
       g_.toObject(space_.media[medium].instance, space_.media[medium].geometry, rays_.time[t.entry]);
   float o[3], d[3];
@@ -175,9 +227,9 @@ void MediumTracks::drawFirst(const uint32_t* seed, const uint32_t* index) {
     samples[i] = index[s];
   }
   first_ = g_.arena().make<float>(room);
-  float* unused = g_.arena().make<float>(room);
+  towards_ = g_.arena().make<float>(room);
   drawSplit(g_.world().width)(g_.world().samples, room, seeds, samples, dimensionAt(depth_) + kDimMedium, 0, 1,
-                              first_, unused);
+                              first_, towards_);
 }
 
 MediumLookups::MediumLookups(Arena& arena, uint32_t room, bool wantsEmission) : emits_(wantsEmission) {
@@ -193,45 +245,14 @@ void MediumLookups::add(const SpaceMedia& space, const Track& t, const Around& a
   if (m.isProduct && !emits) {
     float p[3], v[3];
     for (int k = 0; k < 3; ++k) p[k] = a.o[k] + a.d[k] * t.t;
-    m.productAt(p, v);
-    for (int k = 0; k < 3; ++k) extinction[k][at] = v[k];
+    m.productAt(p, t.time, v);
+    for (int k = 0; k < 3; ++k) extinction[k][at] = a.scale * v[k];
     for (float* x : emission)
       if (x) x[at] = 0;
   } else {
-    ask_[asked_++] = {at, t.entry, a.medium, t.t};
+    ask_[asked_++] = {at, t.entry, a.medium, t.t, a.scale};
   }
 }
-
-namespace {
-
-// Runs the networks of media at n entries of a list, which are hits of them: put(entry, channel, extinction, emission),
-// what is no usable number is 0.
-template <class Put>
-void askMedia(GroupState& g, RayList& list, uint32_t n, uint32_t depth, bool wantsEmission, Put&& put) {
-  uint32_t* entries = g.arena().make<uint32_t>(padded(n));
-  for (uint32_t i = 0; i < padded(n); ++i) {
-    list.sampleSeed[i] = list.sampleIndex[i] = 0;
-    entries[i] = std::min(i, n - 1);
-  }
-  Context* const* contexts;
-  const uint32_t count =
-      g.shade(list, kTraitEyePath | kTraitInSpace | kTraitPresenceQuery, depth, n, entries, &contexts);
-  const auto usable = [](float x) { return x > 0 && x < 1e30f ? x : 0.f; };
-  for (uint32_t c = 0; c < count; ++c) {
-    const Context* x = contexts[c];
-    MediumArgs args;
-    for (int k = 0; k < 3; ++k) {
-      args.extinction[k] = x->alloc<float>(x->padded);
-      args.emission[k] = wantsEmission ? x->alloc<float>(x->padded) : nullptr;
-    }
-    x->bxdf->medium(x, &args);
-    for (uint32_t i = 0; i < x->count; ++i)
-      for (int k = 0; k < 3; ++k)
-        put(x->path[i], k, usable(args.extinction[k][i]), wantsEmission ? usable(args.emission[k][i]) : 0.f);
-  }
-}
-
-}  // namespace
 
 void MediumLookups::run(GroupState& g, const Rays& rays, uint32_t depth) {
   if (!asked_) return;
@@ -249,13 +270,13 @@ void MediumLookups::run(GroupState& g, const Rays& rays, uint32_t depth) {
     setMediumHit(list.hits, i, space.media[a.medium], a.t);
   }
   askMedia(g, list, asked_, depth, emits_, [&](uint32_t entry, int k, float lost, float emitted) {
-    extinction[k][ask_[entry].at] = lost;
+    extinction[k][ask_[entry].at] = ask_[entry].scale * lost;
     if (emits_) emission[k][ask_[entry].at] = emitted;
   });
 }
 
 void GroupState::lookUpMedium(uint32_t medium, uint32_t n, const float* const P[3], const float* time,
-                              float* const extinction[3]) {
+                              float* const extinction[3], float* const emission[3]) {
   RayList& list = *makeRays(n);
   for (uint32_t i = 0; i < padded(n); ++i) {
     const uint32_t from = std::min(i, n - 1);
@@ -267,7 +288,10 @@ void GroupState::lookUpMedium(uint32_t medium, uint32_t n, const float* const P[
     list.rays.radius[i] = list.rays.spread[i] = 0;
     setMediumHit(list.hits, i, world_.space->media[medium], 0);
   }
-  askMedia(*this, list, n, 0, false, [&](uint32_t entry, int k, float lost, float) { extinction[k][entry] = lost; });
+  askMedia(*this, list, n, 0, emission[0], [&](uint32_t entry, int k, float lost, float emitted) {
+    extinction[k][entry] = lost;
+    if (emission[0]) emission[k][entry] = emitted;
+  });
 }
 
 }  // namespace kinora::shade

@@ -1,6 +1,7 @@
 // Rays on their way through media that fill space, from one tentative collision to the next, and what they ask there of
 // the media. Made and followed by group_space.cpp, for the rays of one call.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "shade/group.h"
@@ -13,7 +14,8 @@ inline constexpr uint32_t kMostOverlapping = 8;  // media at a point
 struct Around {
   uint32_t medium;
   float o[3], d[3];
-  float most;  // the bound where the ray is
+  float most;   // the bound where the ray is
+  float scale;  // on its extinction, see SpaceMedium::similarity
 };
 
 struct Track {
@@ -21,7 +23,8 @@ struct Track {
   uint32_t first, next;  // of crossings: this ray's first, and the next one to come
   uint32_t last;         // one behind its last
   uint32_t seed, event;
-  float t, end;
+  uint32_t bounces;  // scatterings in media before, one after another
+  float time, t, end;
   float left;     // of the optical depth to the next tentative collision; below 0: not drawn yet
   float bound;    // at that collision, of all media together
   float w[3];     // the factors on its channels
@@ -37,16 +40,25 @@ uint32_t mixedSeed(uint32_t a, uint32_t b);
 class MediumTracks {
  public:
   // crossings: of these rays, ray by ray (numbers in the list of entries) in order of distance; they outlive the tracks.
-  // ends: by entry, how far each ray goes. `scatters`: rays are ended by what they meet, else media that are the same
+  // ends: by entry, how far each ray goes; bounces: how often its light was scattered in media (null: never). `scatters`: rays are ended by what they meet, else media that are the same
   // everywhere are summed in Track::even.
   MediumTracks(GroupState& g, const std::vector<MediumCrossing>& crossings, const Rays& rays, const float* ends,
-               const uint32_t* seed, const uint32_t* index, uint32_t depth, uint32_t n, const uint32_t* entries,
-               bool scatters);
+               const uint32_t* seed, const uint32_t* index, const uint32_t* bounces, uint32_t depth, uint32_t n,
+               const uint32_t* entries, bool scatters);
   uint32_t count() const { return count_; }  // of rays that cross a boundary
   Track& operator[](uint32_t i) { return tracks_[i]; }
   static float number(Track& t);  // the next random number of its own
+  // A second one that goes with the first of a track's: of the sample's sequence too. Of tracks that scatter.
+  float numberTowards(uint32_t i) const { return towards_[i]; }
   // To the next tentative collision. False: the ray has come to its end.
   bool advance(uint32_t i);
+  // Without any: what the media around a track are about, as far as the same cells hold. The sum of their extinctions,
+  // and how much of these counts for distances that extinction draws (plain) and for those that suit lights (towards).
+  struct Stretch {
+    float until, extinction[3], plain[3], towards[3];
+  };
+  void stretch(const Track& t, Stretch& s) const;
+  bool pass(Track& t, float until);  // to its end, as advance()
 
  private:
   void enter(Track& t, uint32_t medium);
@@ -62,6 +74,7 @@ class MediumTracks {
   Track* tracks_ = nullptr;
   uint32_t count_ = 0;
   float* first_ = nullptr;  // of their first flights: of the samples' sequences, which cover the distances evenly
+  float* towards_ = nullptr;
 };
 
 // What media are at places along rays, all places that are asked for at once: those whose extinction is a product are
@@ -78,11 +91,38 @@ class MediumLookups {
  private:
   struct Ask {
     uint32_t at, entry, medium;
-    float t;
+    float t, scale;
   };
   Ask* ask_;
   uint32_t count_ = 0, asked_ = 0;
   bool emits_;
 };
+
+// Runs the networks of media at n entries of a list, which are hits of them: put(entry, channel, extinction, emission),
+// what is no usable number is 0.
+template <class Put>
+void askMedia(GroupState& g, RayList& list, uint32_t n, uint32_t depth, bool wantsEmission, Put&& put) {
+  uint32_t* entries = g.arena().make<uint32_t>(padded(n));
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    list.sampleSeed[i] = list.sampleIndex[i] = 0;
+    entries[i] = std::min(i, n - 1);
+  }
+  Context* const* contexts;
+  const uint32_t count =
+      g.shade(list, kTraitEyePath | kTraitInSpace | kTraitPresenceQuery, depth, n, entries, &contexts);
+  const auto usable = [](float x) { return x > 0 && x < 1e30f ? x : 0.f; };
+  for (uint32_t c = 0; c < count; ++c) {
+    const Context* x = contexts[c];
+    MediumArgs args;
+    for (int k = 0; k < 3; ++k) {
+      args.extinction[k] = x->alloc<float>(x->padded);
+      args.emission[k] = wantsEmission ? x->alloc<float>(x->padded) : nullptr;
+    }
+    x->bxdf->medium(x, &args);
+    for (uint32_t i = 0; i < x->count; ++i)
+      for (int k = 0; k < 3; ++k)
+        put(x->path[i], k, usable(args.extinction[k][i]), wantsEmission ? usable(args.emission[k][i]) : 0.f);
+  }
+}
 
 }  // namespace kinora::shade

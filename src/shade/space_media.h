@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "trace/world.h"
+#include "volume/emission_cells.h"
 #include "volume/majorants.h"
 #include "volume/medium_field.h"
 
@@ -24,13 +25,32 @@ struct SpaceMedium {
   float factor[3] = {0, 0, 0};
   const volume::MediumField *number = nullptr, *color = nullptr;
   std::map<std::string, volume::MediumField, std::less<>> fields;  // what primvars of these names are
-  volume::Majorants majorants;                                     // by render unit, over object space
+  // Velocity by object space and unit of the shutter's time: one field of three components, or one for each. Null: the
+  // constant alone. Fields are those of time 0; places are carried along for as long as a point's time says.
+  const volume::MediumField* velocity[3] = {nullptr, nullptr, nullptr};
+  float velocityFactor = 1, constantVelocity[3] = {0, 0, 0};
+  bool isCarried = false;
+  float opens = 0, lasts = 0;     // when the shutter opens, counted from time 0 of the fields, and how long
+  float low[3], high[3];          // of the fields; beyond there is nothing that is carried
+  float farthest[3] = {0, 0, 0};  // that anything is carried
+  // See ExtinctionProduct.
+  float extinctionByBounce = 1, contributionByBounce = 1;
+  volume::Majorants majorants;  // by render unit, over object space
+  float tint[3] = {1, 1, 1};    // channels of the extinction, about, over the means of its cells
+  float towardsLights = 0.5f;   // see ExtinctionProduct
+  // Cells that emit, and how much (4 pi times its volume integral, averaged over channels); null: none does.
+  std::shared_ptr<const volume::EmissionCells> emission;
+  float power = 0;
   std::string name;
 
   // The same everywhere in it, and all there is to know.
   bool isEven() const { return isProduct && !number && !color && !mayEmit; }
-  // Of a product, at a point of object space.
-  void productAt(const float object[3], float extinction[3]) const;
+  // Of a product, at a point of object space and a time of the shutter, 0 to 1.
+  void productAt(const float object[3], float time, float extinction[3]) const;
+  // Where that was when the fields were made. False: beyond them.
+  bool carryBack(float object[3], float time) const;
+  // Factor on its extinction for light that was scattered so often before.
+  float similarity(uint32_t bounces) const;
 };
 
 struct SpaceMedia {
@@ -38,6 +58,8 @@ struct SpaceMedia {
   std::unordered_map<uint32_t, uint32_t> ofInstance;  // SpaceMedium::instance -> index
   std::shared_ptr<const trace::World> boundaries;     // Instance::user: index
   bool mayEmit = false;
+  bool isSimilar = false;  // some medium's extinction depends on how often light was scattered
+  uint64_t serial = 0;     // each has its own, in a run of the program
 };
 
 // Makes an entry's hit the point of a medium at that distance.

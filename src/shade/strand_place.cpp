@@ -106,6 +106,13 @@ float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, floa
   return r;
 }
 
+float radiusOfStrand(const trace::World& world, const Places& at, uint32_t point, float time) {
+  const float radius = strandRadius(world.mesh(at.geometry[point]), at.primitive[point], at.u[point], time);
+  if (world.instance(at.instance[point]).baked) return radius;
+  const trace::Affine a = world.objectToRender(at.instance[point], time);
+  return radius * std::sqrt(a.m[0][0] * a.m[0][0] + a.m[1][0] * a.m[1][0] + a.m[2][0] * a.m[2][0]);
+}
+
 StrandPlace placeOnStrand(const geometry::Mesh& m, uint32_t primitive, float s, float time, bool isBaked,
                           const trace::Affine& toRender, const float P[3], const float towards[3]) {
   StrandPlace on;

@@ -35,6 +35,8 @@ const SurfaceArgs& SurfacePoints::withStrands() {
   strandsAsked_ = true;
   const trace::World& w = *args_.world->world;
   if (!w.hasStrands()) return args_;
+  const Program* program = ContextHost::of(c_).program;
+  const bool isFiber = program && program->isFiber;
   const StrandPlace** places = group_->arena().make<const StrandPlace*>(args_.n);
   for (uint32_t i = 0; i < args_.n; ++i) {
     places[i] = nullptr;
@@ -42,7 +44,11 @@ const SurfaceArgs& SurfacePoints::withStrands() {
     if (!mesh.isStrand()) continue;
     const bool isBaked = w.instance(args_.at.instance[i]).baked;
     const trace::Affine toRender = isBaked ? trace::Affine() : w.objectToRender(args_.at.instance[i], args_.time[i]);
-    const float P[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
+    float P[3] = {c_->P[0][i], c_->P[1][i], c_->P[2][i]};
+    if (isFiber && mesh.isTube()) {  // P lies on the axis, see GroupState::leaveStrands
+      const float radius = radiusOfStrand(w, args_.at, i, args_.time[i]);
+      for (int k = 0; k < 3; ++k) P[k] += radius * c_->Ng[k][i];
+    }
     const float wo[3] = {c_->wo[0][i], c_->wo[1][i], c_->wo[2][i]};
     places[i] = new (group_->arena().allocate(sizeof(StrandPlace))) StrandPlace(
         placeOnStrand(mesh, args_.at.primitive[i], args_.at.u[i], args_.time[i], isBaked, toRender, P, wo));

@@ -528,6 +528,61 @@ struct Surface {
     }
   }
 
+  static void facetSlopes(const SurfaceArgs& a, float* const e1[3], float* const e2[3], float* const dn1[3],
+                          float* const dn2[3]) {
+    const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const CornerLanes<W> facet = cornerPositions<W>(a, i, false), normals = cornerNormals<W>(a, i, true);
+      const V first = facet.at[0].get();
+      const V f1 = facet.at[1].get() - first, f2 = facet.at[2].get() - first;
+      const V n0 = normals.at[0].get(), n1 = normals.at[1].get(), n2 = normals.at[2].get();
+      const Inside<W> in(a, i);
+      V n = n0 * in.b0 + n1 * in.b1 + n2 * in.b2, d1 = n1 - n0, d2 = n2 - n0;
+      if (normals.anyQuad) {
+        // The place in a quad is that of the facet's point seen along the quad's mean normal (quad_place.cpp): a step
+        // on the facet is one of u and v, but for what lies along that normal.
+        const CornerLanes<W> corners = cornerPositions<W>(a, i, true);
+        const V q0 = corners.at[0].get(), e = corners.at[1].get() - q0, d = corners.at[2].get() - q0,
+                f = corners.at[3].get() - q0, n3 = normals.at[3].get();
+        const V mean = area(e, d) + area(d, f), g = d - e - f;
+        const V alongU = e + g * in.v, alongV = f + g * in.u;
+        const F size = product(mean, area(alongU, alongV));
+        const F inverse = select(size != F(0.f), F(1.f) / size, F(0.f));
+        const V nu = (n1 - n0) * (F(1.f) - in.v) + (n2 - n3) * in.v,
+                nv = (n3 - n0) * (F(1.f) - in.u) + (n2 - n1) * in.u;
+        const auto along = [&](V step) {
+          return nu * (product(mean, area(step, alongV)) * inverse) +
+                 nv * (product(mean, area(alongU, step)) * inverse);
+        };
+        const Mask<W> quad = normals.onQuad();
+        n = select(quad,
+                   (n0 * (F(1.f) - in.u) + n1 * in.u) * (F(1.f) - in.v) + (n3 * (F(1.f) - in.u) + n2 * in.u) * in.v,
+                   n);
+        d1 = select(quad, along(f1), d1);
+        d2 = select(quad, along(f2), d2);
+      }
+      const Placing<W> placing(a, i);
+      if (placing.any) {
+        const auto cofactors = placing.cofactors();
+        const auto place = [&](V x) {
+          x = placing.normal(cofactors, x);
+          return select(cofactors.mirrors, -x, x);
+        };
+        n = place(n);
+        d1 = place(d1);
+        d2 = place(d2);
+      }
+      // of n / |n|
+      const F l2 = product(n, n), inverse = select(l2 > F(0.f), F(1.f) / sqrt(l2), F(0.f));
+      n = n * inverse;
+      const auto ofUnit = [&](V x) { return (x - n * product(n, x)) * inverse; };
+      placing.direction(f1).store(e1, i);
+      placing.direction(f2).store(e2, i);
+      ofUnit(d1).store(dn1, i);
+      ofUnit(d2).store(dn2, i);
+    }
+  }
+
   static void footprints(uint32_t n, const float* radius, const float* const e1[3], const float* const e2[3],
                          const Slopes& st, float* out) {
     for (uint32_t i = 0; i < n; i += W) {
@@ -656,10 +711,11 @@ void Surface<W>::terminatorOffsets(const TerminatorArgs& args) {
 }
 
 template <int W>
-constexpr SurfaceKernels kSurface{&Surface<W>::positions,  &Surface<W>::facets,      &Surface<W>::normals,
-                                  &Surface<W>::edges,      &Surface<W>::slopes,      &Surface<W>::rest,
-                                  &Surface<W>::curvatures, &Surface<W>::derivatives, &Surface<W>::footprints,
-                                  &Surface<W>::across,     &Surface<W>::alongEdges,  &Surface<W>::terminatorOffsets};
+constexpr SurfaceKernels kSurface{
+    &Surface<W>::positions,        &Surface<W>::facets, &Surface<W>::normals,    &Surface<W>::edges,
+    &Surface<W>::slopes,           &Surface<W>::rest,   &Surface<W>::curvatures, &Surface<W>::derivatives,
+    &Surface<W>::footprints,       &Surface<W>::across, &Surface<W>::alongEdges, &Surface<W>::facetSlopes,
+    &Surface<W>::terminatorOffsets};
 #if HWY_TARGET == HWY_AVX2
 [[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
 [[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }

@@ -71,6 +71,9 @@ struct SurfaceKernels {
   // How far along the edges steps go: step = a e1 + b e2, by least squares; 0 where the edges span no plane.
   void (*alongEdges)(uint32_t n, const float* const e1[3], const float* const e2[3], const float* const step[3],
                      float* a, float* b);
+  // Edges of the facets, and how much the unit normals of normals() change along them; 0 where there are none.
+  void (*facetSlopes)(const SurfaceArgs& a, float* const e1[3], float* const e2[3], float* const dn1[3],
+                      float* const dn2[3]);
   // shadow_terminator.h
   void (*terminatorOffsets)(const struct TerminatorArgs& a);
 };
@@ -128,6 +131,8 @@ StrandPlace placeOnStrand(const geometry::Mesh& mesh, uint32_t primitive, float 
                           const trace::Affine& toRender, const float P[3], const float towards[3]);
 // Radius of the strand there, in its own space.
 float strandRadius(const geometry::Mesh& mesh, uint32_t primitive, float s, float time);
+// Of the strand that a point of a context lies on, in render space.
+float radiusOfStrand(const trace::World& world, const Places& at, uint32_t point, float time);
 
 // Where a context's points are at other times of the shutter (by point, 0..1; padded).
 void positionsAt(const Context* c, const float* time, float* const P[3]);

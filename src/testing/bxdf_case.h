@@ -18,7 +18,8 @@ struct BxdfCase {
   bool encloses = false;                  // wi and wo may lie in different media
   bool fillsSpace = false;                // a phase function: no cosines
   bool reciprocal = true;
-  bool bumped = false;  // the cosine is not that of the context's normal
+  bool isFiber = false;  // may answer with its adjoint for importance
+  bool bumped = false;   // the cosine is not that of the context's normal
   const WidthTable& widest() const { return *tables.back(); }
 };
 

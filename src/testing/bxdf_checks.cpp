@@ -34,6 +34,7 @@ BxdfCase makeCase(const Descriptor& d, const Setting& s) {
   c.encloses = c.traits.enclosesMedium && c.traits.enclosesMedium(values.data(), values.count());
   c.fillsSpace = d.flags & kBxdfFillsSpace;
   c.reciprocal = !(d.flags & kBxdfNotReciprocal);
+  c.isFiber = d.flags & kBxdfFiber;
   for (uint32_t i = 0; i < d.paramCount; ++i)
     if (d.params[i].type == Type::Normal)
       for (const float x : s.numbers[i]) c.bumped = c.bumped || x != 0;

@@ -19,8 +19,8 @@ Vec3 anyPerpendicular(Vec3 n) {
 }  // namespace
 
 uint32_t TestPoints::count() const {
-  return uint32_t(std::max({P.size(), N.size(), Ng.size(), wo.size(), tangent.size(), uv.size(), radius.size(),
-                            time.size(), outerIor.size(), entering.size(), size_t(1)}));
+  return uint32_t(std::max({P.size(), N.size(), Ng.size(), wo.size(), tangent.size(), bitangent.size(), uv.size(),
+                            radius.size(), time.size(), outerIor.size(), entering.size(), size_t(1)}));
 }
 
 struct TestContext::Impl {
@@ -183,7 +183,8 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
   const float* bitangent[3];
   float* b[3];
   for (int k = 0; k < 3; ++k) bitangent[k] = b[k] = m.alloc<float>(m.paddedCount);
-  for (uint32_t i = 0; i < m.paddedCount; ++i)
+  if (!points.bitangent.empty()) m.spread(points.bitangent, bitangent);
+  for (uint32_t i = 0; points.bitangent.empty() && i < m.paddedCount; ++i)
     for (int k = 0; k < 3; ++k) {
       const int p = (k + 1) % 3, q = (k + 2) % 3;
       b[k][i] = c.N[p][i] * tangent[q][i] - c.N[q][i] * tangent[p][i];
@@ -212,10 +213,15 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
   builtin(Builtin::DPdu) = three(tangent);
   builtin(Builtin::DPdv) = three(bitangent);
   builtin(Builtin::Tangent) = three(tangent);
+  builtin(Builtin::FacetEdge1) = three(tangent);
+  builtin(Builtin::FacetEdge2) = three(bitangent);
+  for (const Builtin flat : {Builtin::DNEdge1, Builtin::DNEdge2, Builtin::DNdu, Builtin::DNdv})
+    builtin(flat) = m.make(3, {0, 0, 0}, false);
   builtin(Builtin::Po) = three(c.P);
   builtin(Builtin::PoRadius) = one(c.radius);
   builtin(Builtin::Pworld) = three(c.P);
   builtin(Builtin::ObjectId) = m.make(1, {1}, false);
+  builtin(Builtin::Fiber) = m.make(3, {0, 0, 0}, true);  // surfaces
 
   ContextFunctions& f = m.functions;
   f.probe = [](const Context*, const ProbeRays*) { return 0; };  // nothing is around the points

@@ -1,7 +1,10 @@
 #include "trace/strands.h"
 
+#include <bit>
 #include <cmath>
 
+#include "sampling/draw.h"
+#include "trace/user_calls.h"
 #include "trace/world.h"
 
 namespace kinora::trace {
@@ -36,6 +39,37 @@ RTCGeometryType typeOf(geometry::Mesh::Kind kind) {
   return RTC_GEOMETRY_TYPE_TRIANGLE;
 }
 
+// The dimension of a camera ray's random numbers by which curves are drawn, one for each curve.
+constexpr uint32_t kThinCurveDimension = 0x6861u;
+
+// One of Embree's filters: a curve that is drawn wider than it is lets rays pass. Which of them depends on ray and curve
+// alone, so that a ray sees all of a curve or nothing, from any thread and in any packet.
+void passThinCurves(const RTCFilterFunctionNArguments* a) {
+  static const DrawSpan draw = drawSpan(1);
+  const auto& mesh = *static_cast<const geometry::Mesh*>(a->geometryUserPtr);
+  const Draws& draws = reinterpret_cast<const QueryContext*>(a->context)->draws;
+  for (unsigned i = 0; i < a->N; ++i) {
+    if (!a->valid[i]) continue;
+    const uint32_t piece = RTCHitN_primID(a->hit, a->N, i);
+    const float own = mesh.ownWidth(piece, RTCHitN_u(a->hit, a->N, i));
+    if (own >= 1) continue;
+    uint32_t key = hashWords(mesh.faceOf(piece) + 1, RTCHitN_instID(a->hit, a->N, i, 0));
+    float u = 0, v = 0;
+    if (draws.table) {
+      // stratified over the samples of a pixel
+      const uint32_t slot = RTCRayN_id(a->ray, a->N, i), seed = hashWords(draws.seed[slot], key);
+      draw(*draws.table, 1, &seed, &draws.sample[slot], kThinCurveDimension, &u, &v);
+    } else {
+      for (const float x :
+           {RTCRayN_org_x(a->ray, a->N, i), RTCRayN_org_y(a->ray, a->N, i), RTCRayN_org_z(a->ray, a->N, i),
+            RTCRayN_dir_x(a->ray, a->N, i), RTCRayN_dir_y(a->ray, a->N, i), RTCRayN_dir_z(a->ray, a->N, i)})
+        key = hashWords(key, std::bit_cast<uint32_t>(x + 0.f));
+      u = float(key >> 8) * 0x1p-24f;
+    }
+    if (u >= own) a->valid[i] = 0;
+  }
+}
+
 }  // namespace
 
 RTCGeometry makeStrands(RTCDevice device, geometry::Mesh& mesh) {
@@ -67,6 +101,11 @@ RTCGeometry makeStrands(RTCDevice device, geometry::Mesh& mesh) {
     }
   }
   if (mesh.kind == geometry::Mesh::Kind::CubicRibbon) rtcSetGeometryTessellationRate(g, kRibbonQuads);
+  if (!mesh.own.empty()) {
+    rtcSetGeometryUserData(g, &mesh);
+    rtcSetGeometryIntersectFilterFunction(g, &passThinCurves);
+    rtcSetGeometryOccludedFilterFunction(g, &passThinCurves);
+  }
   return g;
 }
 

@@ -1,11 +1,19 @@
 // Curves and points for Embree: its geometry for a mesh of strands. Called by world.cpp while it builds a part.
 #pragma once
 #include <embree3/rtcore.h>
+#include <kinora/sample_table.h>
 
 #include "geometry/mesh.h"
 #include "scene/scene.h"
 
 namespace kinora::trace {
+
+// Addresses of random numbers by slot. Without them what is drawn follows from the ray's own numbers.
+struct Draws {
+  const SampleTable* table = nullptr;
+  const uint32_t* seed = nullptr;
+  const uint32_t* sample = nullptr;
+};
 
 // Shares the mesh's buffers, which must outlive it. Not committed.
 RTCGeometry makeStrands(RTCDevice device, geometry::Mesh& mesh);

@@ -2,6 +2,7 @@
 #pragma once
 #include <embree3/rtcore.h>
 
+#include "trace/strands.h"
 #include "trace/user_geometry.h"
 
 namespace kinora::trace {
@@ -18,6 +19,7 @@ struct QueryContext {
   const Solids* solids = nullptr;
   const float* const* o = nullptr;
   const float* const* d = nullptr;
+  Draws draws;                // of camera rays: who sees a curve that is drawn wider than it is
   void* crossings = nullptr;  // what a line through a solid crosses is counted here
   QueryContext(bool coherent, const float* radii, const float* spreads, uint32_t* levels);
   void askSolids(const Solids* ofWorld, const float* const origins[3], const float* const directions[3]) {

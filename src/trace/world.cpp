@@ -411,6 +411,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       w.moving_ |= m->keyCount() > 1;
       w.hasStrands_ |= m->isStrand();
       w.hasFacing_ |= m->facesRay();
+      w.hasRibbons_ |= m->facesRay() && m->isCurve();
     }
     for (size_t i = 0; i < part->users.size(); ++i)
       if (part->users[i] && part->users[i]->hasFacets()) {
@@ -700,8 +701,9 @@ void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t p
   hits.level[slot] = 0;  // user geometry, which writes its own, is never merged
 }
 
-void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const {
+void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots, const Draws& draws) const {
   QueryContext context(true, rays.radius, rays.spread, hits.level);
+  context.draws = draws;
   context.askSolids(solids_.get(), rays.o, rays.d);
   alignas(64) RTCRayHit16 r;
   alignas(64) int valid[16];
@@ -765,8 +767,10 @@ void World::setRay(const Rays& rays, uint32_t s, uint32_t mask, RTCRayHit& r) {
   r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 }
 
-void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const {
+void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots,
+                    const Draws& draws) const {
   QueryContext context(false, rays.radius, rays.spread, hits.level);
+  context.draws = draws;
   closest(context, rays, hits, mask, n, slots);
 }
 

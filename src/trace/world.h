@@ -17,6 +17,7 @@
 #include "geometry/mesh.h"
 #include "scene/scene.h"
 #include "trace/solids.h"
+#include "trace/strands.h"
 #include "trace/swarm.h"
 #include "trace/user_geometry.h"
 
@@ -39,7 +40,8 @@ enum VisibilityBits : uint32_t {
   kSeenByIndirect = 2,
   kSeenByOpaqueShadow = 4,
   kSeenByClearShadow = 8,
-  kAskedAlone = 16  // closestOn() finds it
+  kAskedAlone = 16,  // closestOn() finds it
+  kSeenByWalks = 32  // manifold walks go through it
 };
 
 // A tessellated primitive as the builder gets it.
@@ -113,8 +115,10 @@ class World {
 
   // Closest hits of the listed slots. Camera rays come in aligned runs of 16 slots (4x4 pixels at one sample index)
   // and are traced as such, so that a packet's answer never depends on what else is in the group.
-  void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots) const;  // all slots 0..slots-1
-  void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots) const;
+  void closestCamera(const Rays& rays, const Hits& hits, uint32_t slots,
+                     const Draws& draws = {}) const;  // all slots 0..slots-1
+  void closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n, const uint32_t* slots,
+               const Draws& draws = {}) const;
   // On one body each, by slot (see bodyOf), of surfaces that are seen by kAskedAlone, as if there were nothing else.
   void closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n, const uint32_t* slots) const;
   // A hit before it has a place in Hits.
@@ -138,6 +142,7 @@ class World {
 
   bool hasUserGeometry() const { return hasUser_; }
   bool hasStrands() const { return hasStrands_; }         // some mesh is curves or points
+  bool hasRibbons() const { return hasRibbons_; }         // of a kind that faces its rays
   bool hasClearShadows() const { return clearShadows_; }  // some shape lets part of a shadow ray through
   bool isMoving() const { return moving_; }
   const float* center() const { return center_; }  // bounding sphere, render space
@@ -222,7 +227,7 @@ class World {
   float center_[3] = {0, 0, 0}, radius_ = 0;
   uint64_t triangles_ = 0;
   bool clearShadows_ = false, moving_ = false, hasUser_ = false, hasStrands_ = false, hasFacing_ = false,
-       watertight_ = false;
+       hasRibbons_ = false, watertight_ = false;
 };
 
 }  // namespace kinora::trace

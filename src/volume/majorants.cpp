@@ -14,6 +14,7 @@ Majorants::Majorants(const float low[3], const float high[3], const int cells[3]
     count *= size_t(n_[k]);
   }
   most_.assign(count, 0.f);
+  mean_.assign(count, 0.f);
 }
 
 void Majorants::boundsOf(size_t cell, float low[3], float high[3]) const {
@@ -27,8 +28,8 @@ void Majorants::boundsOf(size_t cell, float low[3], float high[3]) const {
 
 float Majorants::largest() const { return *std::max_element(most_.begin(), most_.end()); }
 
-float Majorants::at(const float o[3], const float d[3], float t, float& end) const {
-  if (most_.size() == 1) return most_[0];
+size_t Majorants::cellAt(const float o[3], const float d[3], float t, float& end) const {
+  if (most_.size() == 1) return 0;
   size_t cell = 0;
   float nearest = end;
   for (int k = 2; k >= 0; --k) {
@@ -47,7 +48,7 @@ float Majorants::at(const float o[3], const float d[3], float t, float& end) con
   // rounding must not keep it where it is
   const float least = t + std::max(std::fabs(t) * 1e-6f, 1e-30f);
   end = std::max(nearest, std::min(end, least));
-  return most_[cell];
+  return cell;
 }
 
 }  // namespace kinora::volume

@@ -1,5 +1,5 @@
 // Bounds from above of a medium's extinction, over even cells of a box of object space: what tracking draws distances
-// by. Rays walk from cell to cell. Made by render/, read by shade/; it knows no medium.
+// by; and its means. Rays walk from cell to cell. Made by render/, read by shade/; it knows no medium.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -19,13 +19,17 @@ class Majorants {
   float& operator[](size_t cell) { return most_[cell]; }
   float operator[](size_t cell) const { return most_[cell]; }
   float largest() const;
-  // The bound where a ray is at t, in the direction it goes; until `end` (in: not beyond), which is above t, it holds.
-  float at(const float o[3], const float d[3], float t, float& end) const;
+  // About what there is in a cell on average: no bound, and no picture depends on how good it is, but for its noise.
+  float& mean(size_t cell) { return mean_[cell]; }
+  float mean(size_t cell) const { return mean_[cell]; }
+  // The cell where a ray is at t, in the direction it goes; until `end` (in: not beyond), which is above t, it is in it.
+  size_t cellAt(const float o[3], const float d[3], float t, float& end) const;
+  float at(const float o[3], const float d[3], float t, float& end) const { return most_[cellAt(o, d, t, end)]; }
 
  private:
   float low_[3] = {0, 0, 0}, size_[3] = {1, 1, 1};  // of a cell
   int n_[3] = {1, 1, 1};
-  std::vector<float> most_{0.f};
+  std::vector<float> most_{0.f}, mean_{0.f};
 };
 
 }  // namespace kinora::volume

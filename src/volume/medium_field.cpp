@@ -60,12 +60,11 @@ void MediumField::at(const float object[3], float* out) const {
   *out = v[component_];
 }
 
-float MediumField::most(const float low[3], const float high[3]) const {
+void MediumField::extremes(const float low[3], const float high[3], float least[3], float largest[3]) const {
   if (plugin_.functions) {
     const VolumeBound box{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
-    float least[3] = {}, largest[3] = {};
     plugin_.traits->extremes(plugin_.data.get(), plugin_.field, &box, least, largest);
-    return *std::max_element(largest, largest + plugin_.components);
+    return;
   }
   double from[3], to[3];
   for (int corner = 0; corner < 8; ++corner) {
@@ -78,10 +77,23 @@ float MediumField::most(const float low[3], const float high[3]) const {
       to[k] = corner ? std::max(to[k], index[k]) : index[k];
     }
   }
-  float least[3], largest[3];
   grid_->extremes(from, to, how_, least, largest);
-  if (component_ >= 0) return largest[component_];
-  return *std::max_element(largest, largest + grid_->shape().channels);
+  if (component_ >= 0) {
+    least[0] = least[component_];
+    largest[0] = largest[component_];
+  }
+}
+
+float MediumField::most(const float low[3], const float high[3]) const {
+  float least[3] = {}, largest[3] = {};
+  extremes(low, high, least, largest);
+  return *std::max_element(largest, largest + components());
+}
+
+float MediumField::largest(int component, const float low[3], const float high[3]) const {
+  float least[3] = {}, largest[3] = {};
+  extremes(low, high, least, largest);
+  return std::max(std::fabs(least[component]), std::fabs(largest[component]));
 }
 
 float MediumField::voxelSize() const {

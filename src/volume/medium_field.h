@@ -29,10 +29,14 @@ class MediumField {
   void at(const float object[3], float* out) const;
   // Within a box of object space: the largest that at() gives of any component.
   float most(const float low[3], const float high[3]) const;
+  // There, the largest absolute value of one component.
+  float largest(int component, const float low[3], const float high[3]) const;
   // The side of a voxel in object space, about.
   float voxelSize() const;
 
  private:
+  // By component, as at() gives them.
+  void extremes(const float low[3], const float high[3], float least[3], float largest[3]) const;
   struct Plugin {
     const VolumeFunctions* functions = nullptr;  // null: there is a grid
     const VolumeTraits* traits = nullptr;

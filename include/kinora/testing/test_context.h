@@ -23,7 +23,8 @@ struct TestPoints {
   std::vector<Vec3> N{{0, 0, 1}};
   std::vector<Vec3> Ng;  // empty: as N
   std::vector<Vec3> wo{{0, 0, 1}};
-  std::vector<Vec3> tangent;              // empty: some unit vector perpendicular to N
+  std::vector<Vec3> tangent;              // dPdu; empty: some unit vector perpendicular to N
+  std::vector<Vec3> bitangent;            // dPdv; empty: N x tangent
   std::vector<Vec3> uv{{0.5f, 0.5f, 0}};  // u, v; texture coordinates alike
   std::vector<float> radius{0.01f}, time{0}, outerIor{1};
   std::vector<uint8_t> entering{1};

@@ -20,7 +20,9 @@ enum : uint32_t {
   kRoughness,
   kAbsorptionColor,
   kAbsorptionGain,
-  kBumpNormal
+  kBumpNormal,
+  kMwWalkable,
+  kMwIor
 };
 constexpr Param kParams[] = {
     param::color("reflectionColor", 1.f).help("Tint of what is reflected."),
@@ -36,6 +38,16 @@ constexpr Param kParams[] = {
         .range(0, 10)
         .help("Absorption inside, per unit of length, of a channel whose absorptionColor is 1."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
+    param::integer("mwWalkable", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Manifold walks go through: the caustics of lights with cheapCaustics are found by them. Not where "
+              "bumpNormal is connected."),
+    param::number("mwIor", -1.f)
+        .range(-1, 3)
+        .help(
+            "Index of refraction of manifold walks through clear glass; -1: ior. Another one moves the caustic from "
+            "where the glass would throw it."),
 };
 
 // refractionColor where it is not white, else transmissionColor.
@@ -64,10 +76,16 @@ constexpr const char* kConserving[] = {"roughness=0.3; reflectionColor=0.9 0.7 0
                                        nullptr};
 
 struct PxrGlass {
+  static constexpr bool kWalkable = true;
   static uint64_t programKey(const ParamValue* v, uint32_t) {
     return (v[kReflectionGain].mayBeOn() ? 1u : 0u) | (v[kTransmissionGain].mayBeOn() ? 2u : 0u);
   }
   static uint32_t enclosesMedium(const ParamValue* v, uint32_t) { return v[kTransmissionGain].mayBeOn(); }
+  static uint32_t walkableLobes(const ParamValue* v, uint32_t) {
+    if (!v[kMwWalkable].mayBeOn() || v[kBumpNormal].mayBeOn()) return 0;
+    return (v[kReflectionGain].mayBeOn() ? 1u << lobes::kGlassReflect : 0u) |
+           (v[kTransmissionGain].mayBeOn() ? 1u << lobes::kGlassTransmit : 0u);
+  }
 
   static void begin(const Context& c, lobes::Closure& k) {
     k.radiance = !(c.traits & kTraitLightPath);
@@ -83,6 +101,7 @@ struct PxrGlass {
     g.roughness = c.param(kRoughness);
     g.refractionRoughness = g.roughness;
     g.ior = c.param(kIor);
+    if (c.traits & kTraitWalkable) g.walkIor = c.param(kMwIor);
     g.bump = bindNormal(c, k, kBumpNormal, -1);
     k.bumped = g.bump == 0;
     k.glassEnergy = glassTable(c, g.ior);
@@ -106,4 +125,5 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(PxrGlass, StackMaterial<PxrGlass>, BxdfPlugin, .help = "Clear or rough glass with absorption inside.",
               .params = kParams, .lobes = lobes::kLobes, .programKey = PxrGlass::programKey,
-              .enclosesMedium = PxrGlass::enclosesMedium, .lossless = kLossless, .conserving = kConserving)
+              .enclosesMedium = PxrGlass::enclosesMedium, .walkableLobes = PxrGlass::walkableLobes,
+              .lossless = kLossless, .conserving = kConserving)

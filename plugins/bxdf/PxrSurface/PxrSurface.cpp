@@ -72,6 +72,7 @@ void bindGlass(const Context& c, Closure& k, int bump) {
   g.roughness = c.param(at("glassRoughness"));
   g.refractionRoughness = c.param(at("glassRefractionRoughness"));
   g.ior = c.param(at("glassIor"));
+  if (c.traits & kTraitWalkable) g.walkIor = c.param(at("mwIor"));
   bindAnisotropy(c, g.anisotropy, at("glassAnisotropy"), at("glassAnisotropyDirection"));
   g.bump = bindNormal(c, k, at("glassBumpNormal"), bump);
   if (!g.thin) k.glassEnergy = glassTable(c, g.ior);
@@ -165,7 +166,7 @@ void bind(const Context& c, Closure& k) {
 }
 
 struct PxrSurface {
-  static constexpr bool kGlows = true, kScatters = true;
+  static constexpr bool kGlows = true, kScatters = true, kWalkable = true;
   static void begin(const Context& c, Closure& k) { bind(c, k); }
   static void presence(const Context* c, float* out) { copyFloat(c->param(at("presence")), c->padded, out); }
   static void interior(const Context* c, const InteriorArgs* a) {
@@ -233,6 +234,17 @@ uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
   return v[at("refractionGain")].mayBeOn() && !isSet(v[at("thinGlass")]);
 }
 
+uint32_t walkableLobes(const ParamValue* v, uint32_t) {
+  if (!v[at("mwWalkable")].mayBeOn() || isSet(v[at("thinGlass")]) || v[at("bumpNormal")].mayBeOn()) return 0;
+  const bool reflects = v[at("reflectionGain")].mayBeOn(), refracts = v[at("refractionGain")].mayBeOn();
+  if (reflects || refracts)
+    return v[at("glassBumpNormal")].mayBeOn()
+               ? 0u
+               : (reflects ? 1u << kGlassReflect : 0u) | (refracts ? 1u << kGlassTransmit : 0u);
+  const ParamValue* l = v + kSpecularFirst[0];
+  const bool shines = l[kEdgeColor].mayBeOn() || (!isSet(l[kFresnelMode]) && l[kFaceColor].mayBeOn());
+  return shines && !l[kBump].mayBeOn() ? 1u << kSpecular : 0u;
+}
 uint32_t letsShadowsThrough(const ParamValue* v, uint32_t) { return v[at("refractionGain")].mayBeOn(); }
 
 #define METAL "diffuseGain=0; specularFaceColor=1 1 1; specularEdgeColor=1 1 1; specularDoubleSided=1; "
@@ -293,4 +305,5 @@ KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
               .help = "General material: diffuse, three specular lobes, iridescence, fuzz, glass and glow.",
               .params = kParams, .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
               .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough,
-              .scattersBelow = scattersBelow, .lossless = kLossless, .conserving = kConserving)
+              .scattersBelow = scattersBelow, .walkableLobes = walkableLobes, .lossless = kLossless,
+              .conserving = kConserving)

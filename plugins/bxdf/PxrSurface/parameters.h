@@ -60,7 +60,9 @@ constexpr Param kParams[] = {
     param::number("roughnessMollificationClamp", 32.f)
         .range(1, 64)
         .help(PXRSURFACE_LATER "Limit of path roughening."),
-    param::integer("mwStartable", 0).range(0, 1).help(PXRSURFACE_LATER "Manifold walks may start here."),
+    param::integer("mwStartable", 0)
+        .range(0, 1)
+        .help(PXRSURFACE_LATER "Manifold walks start at all surfaces that they do not go through."),
     param::number("unitLength", 0.1f).range(0, 10).help("Scale of all mean free paths, render units."),
     param::color("irradianceTint", 1.f).help("Multiplies what subsurface scattering returns, as subsurfacePostTint."),
     param::number("irradianceRoughness", 0.f).help(PXRSURFACE_LATER "Roughness of light entering the surface."),
@@ -232,8 +234,18 @@ constexpr Param kParams[] = {
     param::number("glassIor", 1.5f)
         .range(1, 3)
         .help("Index of refraction of the inside. Within 1 % of the outside light passes straight."),
-    param::integer("mwWalkable", 0).range(0, 1).help(PXRSURFACE_LATER "Manifold walks may pass."),
-    param::number("mwIor", -1.f).range(-1, 3).help(PXRSURFACE_LATER "Index of refraction of manifold walks."),
+    param::integer("mwWalkable", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help(
+            "Manifold walks go through the glass, or where there is none are reflected by the specular lobe: the "
+            "caustics of lights with cheapCaustics are found by them. Not where a bump is connected, of thin glass, "
+            "nor with presence below 1."),
+    param::number("mwIor", -1.f)
+        .range(-1, 3)
+        .help(
+            "Index of refraction of manifold walks through clear glass; -1: glassIor. Another one moves the caustic "
+            "from where the glass would throw it."),
     param::integer("thinGlass", 0)
         .range(0, 1)
         .help("1: a thin sheet; light passes without bending, both faces reflect."),

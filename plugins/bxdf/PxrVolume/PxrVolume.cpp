@@ -19,7 +19,18 @@ enum : uint32_t {
   kAnisotropy2,
   kBlendFactor,
   kMultiScatter,
-  kMaxDensity
+  kMaxDensity,
+  kEquiangularWeight,
+  kMultiScatterOpt,
+  kExtinctionMultiplier,
+  kContributionMultiplier,
+  kMinSamples,
+  kMaxSamples,
+  kSamples,
+  kStepSize,
+  kVelocity,
+  kVelocityPrimVar,
+  kVelocityMultiplier
 };
 #define LATER "No effect yet: "
 constexpr Param kParams[] = {
@@ -43,16 +54,32 @@ constexpr Param kParams[] = {
     param::number("maxDensity", -1.f)
         .fixed()
         .help("Largest extinction that patterns make of it, per unit of length; -1: found out by looking."),
-    param::integer("multiScatterOpt", 0).range(0, 1).help(LATER "approximate multiple scattering."),
-    param::number("extinctionMultiplier", 1.f).help(LATER "of that approximation."),
-    param::number("contributionMultiplier", 1.f).help(LATER "of that approximation."),
-    param::number("equiangularWeight", 0.5f).range(0, 1).help(LATER "distances are sampled by extinction alone."),
+    param::number("equiangularWeight", 0.5f)
+        .range(0, 1)
+        .fixed()
+        .help(
+            "How much distances that suit nearby lights count, beside those that suit the extinction: 0 not at all, "
+            "1 alone where they are tried."),
+    param::integer("multiScatterOpt", 0)
+        .range(0, 1)
+        .options("0 exact, 1 approximate")
+        .help("Light that was scattered often goes on through a thinner medium, by the two multipliers."),
+    param::number("extinctionMultiplier", 1.f)
+        .range(0, 1)
+        .fixed()
+        .help("With multiScatterOpt: factor on the extinction after each scattering but the first."),
+    param::number("contributionMultiplier", 1.f)
+        .range(0, 1)
+        .fixed()
+        .help("With multiScatterOpt: factor on the light that each scattering but the first brings."),
     param::integer("minSamples", 4).range(0, 64).help(LATER "one distance is sampled along each ray."),
     param::integer("maxSamples", 4).range(0, 64).help(LATER "one distance is sampled along each ray."),
     param::integer("samples", 4).range(0, 64).help("Old name; the same."),
     param::number("stepSize", 0.1f).help("Not needed: nothing is marched in steps."),
-    param::vector("velocity", 0, 0, 0).help(LATER "motion of the medium."),
-    param::number("velocityMultiplier", 1.f).help(LATER "factor on the velocity."),
+    param::vector("velocity", 0, 0, 0)
+        .help("How the grids of the medium move, per unit of the shutter's time, in object space: a constant."),
+    param::string("velocityPrimVar", "").help("Primvar or grid that stands for velocity."),
+    param::number("velocityMultiplier", 1.f).fixed().help("Factor on the velocity: 0 stops the motion."),
 };
 #undef LATER
 constexpr LobeDecl kLobes[] = {{"Volume", kLobeVolume | kLobeDiffuse}};
@@ -69,7 +96,23 @@ inline uint32_t flagsOf(const ParamValue* v, uint32_t) {
 }
 
 inline uint32_t productOf(const ParamValue* v, uint32_t, ExtinctionProduct* out) {
-  *out = {{1, 1, 1}, nullptr, nullptr, v[kMaxDensity].floats[0]};
+  const auto share = [&](uint32_t parameter) {
+    const float x = v[parameter].floats[0];
+    return x > 0 ? (x < 1 ? x : 1.f) : 0.f;
+  };
+  *out = {};
+  for (float& f : out->factor) f = 1;
+  out->most = v[kMaxDensity].floats[0];
+  out->towardsLights = share(kEquiangularWeight);
+  if (v[kMultiScatterOpt].floats[0] != 0) {
+    out->extinctionByBounce = share(kExtinctionMultiplier);
+    out->contributionByBounce = share(kContributionMultiplier);
+  }
+  out->velocityFactor = v[kVelocityMultiplier].floats[0];
+  if (hasText(v[kVelocityPrimVar]))
+    out->velocity = v[kVelocityPrimVar].strings[0];
+  else
+    for (int k = 0; k < 3; ++k) out->constantVelocity[k] = v[kVelocity].floats[k] * out->velocityFactor;
   const ParamValue& distance = v[kExtinctionDistance];
   if (distance.connected) return 0;
   if (distance.floats[0] > 0) {

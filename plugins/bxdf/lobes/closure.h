@@ -70,6 +70,7 @@ struct GlassClosure {
   int bump = -1;
   Value reflectionGain, reflectionColor, refractionGain, refractionColor, roughness, refractionRoughness, ior;
   AnisotropyClosure anisotropy;
+  Value walkIor;  // of manifold walks through mirror-like facets, where it is above 0; no components: ior
 };
 // Scattering below the surface. Lengths are diffuse mean free paths in render units: reach * scale by channel.
 struct SubsurfaceClosure {

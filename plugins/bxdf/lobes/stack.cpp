@@ -9,6 +9,7 @@
 #include "stack_functions.h"
 #include "stack_evaluate.h"
 #include "stack_sample.h"
+#include "interface.h"
 #include "subsurface.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -53,6 +54,15 @@ void StackFunctions<W>::albedo(const Context* c, const void* closure, float* con
 template <int W>
 void StackFunctions<W>::subsurface(const Context* c, const void* closure, Subsurface* out) {
   lobes::describeSubsurface(*c, static_cast<const lobes::Closure*>(closure)->subsurface, *out);
+}
+
+template <int W>
+void StackFunctions<W>::interface(const Context* c, const void* closure, const InterfaceArgs* a) {
+  StackInterface<W>::describe(c, closure, a);
+}
+template <int W>
+void StackFunctions<W>::interfaceValue(const Context* c, const void* closure, const InterfaceValueArgs* a) {
+  StackInterface<W>::value(c, closure, a);
 }
 
 #if HWY_TARGET == HWY_AVX2

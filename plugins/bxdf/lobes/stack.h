@@ -172,6 +172,8 @@ struct LobeStack {
   // stack_evaluate.h and stack_sample.h
   HWY_ATTR HWY_NOINLINE void evaluate(const Vec3<W>& wi, LobeSum<W>& out) const;
   HWY_ATTR HWY_NOINLINE void sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const;
+  HWY_ATTR HWY_NOINLINE void mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const;
+  KN_INLINE bool hasGlass() const { return k.has(kGlassReflect) || k.has(kGlassTransmit); }
 
   // For the denoiser: what the lobes return, macroscopically; layers above are taken off at wo alone.
   HWY_ATTR HWY_NOINLINE Rgb<W> albedo() const {
@@ -240,7 +242,6 @@ struct LobeStack {
     const F none(0.f);
     return {zeroUnless(a.x > none, a.x), zeroUnless(a.y > none, a.y), zeroUnless(a.z > none, a.z)};
   }
-  KN_INLINE bool hasGlass() const { return k.has(kGlassReflect) || k.has(kGlassTransmit); }
   KN_INLINE bool attenuates() const { return k.coatAttenuates || k.specularAttenuates; }
   static KN_INLINE Mask<W> onSide(bool both, Mask<W> outside) { return both ? Mask<W>(true) : outside; }
   static KN_INLINE void take(Mask<W> m, const Frame<W>& from, Frame<W>& to) {
@@ -329,7 +330,6 @@ struct LobeStack {
     return {clamp(one - max(a.x, b.x), none, one), clamp(one - max(a.y, b.y), none, one),
             clamp(one - max(a.z, b.z), none, one)};
   }
-  HWY_ATTR HWY_NOINLINE void mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const;
 };
 
 }  // namespace

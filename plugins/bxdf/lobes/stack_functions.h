@@ -23,11 +23,14 @@ struct StackFunctions {
   static void emission(const Context* c, const void* closure, float* const rgb[3]);
   static void albedo(const Context* c, const void* closure, float* const rgb[3]);
   static void subsurface(const Context* c, const void* closure, Subsurface* out);
+  // Of the glass, or where there is none of the first specular lobe.
+  static void interface(const Context* c, const void* closure, const InterfaceArgs* a);
+  static void interfaceValue(const Context* c, const void* closure, const InterfaceValueArgs* a);
 };
 
 // The table of a material M with
 //   static void begin(const Context&, lobes::Closure&);                  // fills the closure
-// and, if it likes, kGlows, kScatters, presence, interior and thinShadow, as BxdfRunner knows them.
+// and, if it likes, kGlows, kScatters, kWalkable, presence, interior and thinShadow, as BxdfRunner knows them.
 template <class M>
 struct StackMaterial {
   static void* begin(const Context* c) {
@@ -44,6 +47,10 @@ struct StackMaterial {
     f.evaluateAt = &StackFunctions<W>::evaluateAt;
     f.albedo = &StackFunctions<W>::albedo;
     if constexpr (requires { M::kScatters; }) f.subsurface = &StackFunctions<W>::subsurface;
+    if constexpr (requires { M::kWalkable; }) {
+      f.interface = &StackFunctions<W>::interface;
+      f.interfaceValue = &StackFunctions<W>::interfaceValue;
+    }
     if constexpr (requires { M::kGlows; }) f.emission = &StackFunctions<W>::emission;
     if constexpr (requires { &M::presence; }) f.presence = &M::presence;
     if constexpr (requires { &M::interior; }) f.interior = &M::interior;

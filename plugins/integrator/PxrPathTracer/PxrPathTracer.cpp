@@ -4,6 +4,8 @@
 #include <kinora/path_loop.h>
 
 #if KINORA_PLAIN
+#include <iterator>
+
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrPathTracer {
 enum : uint32_t {
@@ -47,6 +49,9 @@ constexpr Param kParams[] = {
     param::string("volumeAggregateCamera", "").help("Volumes. No effect yet."),
     param::string("volumeAggregateIndirect", "").help("Volumes. No effect yet."),
     param::string("volumeAggregateTransmission", "").help("Volumes. No effect yet."),
+    pathParameters::kManifoldWalk,
+    pathParameters::kMaxInterfaces,
+    pathParameters::kMaxIterations,
 };
 enum : uint32_t { kMaxPathLength = 15 };
 
@@ -61,6 +66,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteDepth = from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 0);
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
+  o->manifold = from::manifold(NamedValues(info, kParams, std::size(kParams)));
   return o;
 }
 }  // namespace kinora::pxrPathTracer

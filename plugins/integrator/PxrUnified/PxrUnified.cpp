@@ -59,11 +59,9 @@ constexpr Param kParams[] = {
     param::integer("indirectOversampling", 2).range(0, 64).help("No effect yet: paths are not guided."),
     param::number("indirectSpatialBlurRadius", 0.25f).range(0, 1).help("No effect yet: paths are not guided."),
     param::integer("indirectTrainingSamples", 0).range(0, 4096).help("No effect yet: paths are not guided."),
-    param::integer("manifoldWalk", 0)
-        .range(0, 1)
-        .help("No effect yet: caustics are left out, or found by light paths (traceLightPaths)."),
-    param::integer("maxInterfaces", 2).range(1, 16).help("No effect yet: of manifoldWalk."),
-    param::integer("maxIterations", 10).range(1, 100).help("No effect yet: of manifoldWalk."),
+    pathParameters::kManifoldWalk,
+    pathParameters::kMaxInterfaces,
+    pathParameters::kMaxIterations,
     param::number("walkThreshold", 0.005f).range(0, 1).help("No effect yet: of manifoldWalk."),
     param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
     param::number("maxRayDistance", 10000.f).range(0, 1e30f).help("No effect yet: rays go as far as the scene does."),
@@ -112,6 +110,7 @@ struct Data {
     forward.clampLuminance = both.clampLuminance = most;
     forward.rouletteDepth = depth;
     forward.rouletteThreshold = threshold;
+    forward.manifold = from::manifold(v);
     both.roulette = {depth, threshold};
     both.rouletteOfLight = from::rouletteOfLight(from::count(info, kRouletteLightDepth, 1, 100000), threshold);
   }

@@ -1,5 +1,6 @@
 // Parameters that integrators of paths have in common, and what they make of them.
 #pragma once
+#include <kinora/manifold_options.h>
 #include <kinora/named_values.h>
 #include <kinora/roulette.h>
 
@@ -36,6 +37,21 @@ inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0
 inline constexpr Param kMaxPathLength =
     param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
 
+inline constexpr Param kManifoldWalk =
+    param::integer("manifoldWalk", 0)
+        .range(0, 2)
+        .options("0 off, 1 on, 2 straight")
+        .help(
+            "Manifold walks find caustics of lights with cheapCaustics behind materials with mwWalkable; paths leave "
+            "that light to them. 1: all of it, without bias; 2: only what walks find that start straight towards the "
+            "light, which is less work, and darker where light comes in several ways.");
+inline constexpr Param kMaxInterfaces =
+    param::integer("maxInterfaces", 2)
+        .range(1, 16)
+        .help("Boundaries that a walk's path goes through at most: 2 for a body of glass, 4 for a glass of water.");
+inline constexpr Param kMaxIterations =
+    param::integer("maxIterations", 20).range(1, 100).help("Steps of a walk at most.");
+
 // A number that may not lie outside of its declared range: it is moved there, which is told.
 inline float within(const NamedValues& values, const Param& parameter) {
   const float x = float(values.number(parameter.name)), low = parameter.low, high = parameter.high;
@@ -57,6 +73,14 @@ inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uin
   const int length = info.integer(maxPathLength);
   const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
   return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
+}
+inline ManifoldOptions manifold(const NamedValues& values) {
+  ManifoldOptions o;
+  const float walk = within(values, kManifoldWalk), interfaces = within(values, kMaxInterfaces);
+  o.interfaces = walk > 0 ? uint32_t(interfaces) : 0;
+  o.findsAll = walk < 2;
+  o.iterations = uint32_t(within(values, kMaxIterations));
+  return o;
 }
 inline constexpr uint32_t kNever = 1u << 30;  // a depth that no path reaches
 // The vertex from which roulette is played.

@@ -82,11 +82,16 @@ class Merged {
     }
     c_.bxdf->evaluateAt(&c_, c_.closure, point_, padded(count_), &e_);
     const Vec3<W> Ng(F(c_.Ng[0][point_]), F(c_.Ng[1][point_]), F(c_.Ng[2][point_]));
+    Vec3<W> fiber(0.f);
+    if (c_.traits & kTraitFiber) {
+      const Value along = c_.builtin(Builtin::Fiber);
+      fiber = {F(along.data[0][point_]), F(along.data[1][point_]), F(along.data[2][point_])};
+    }
     for (uint32_t i = 0; i < count_; i += W) {
       const F pdf = F::load(e_.pdf + i), others = othersOfMerge(sums_, F::load(last_ + i), F::load(before_ + i), pdf,
                                                                 F::load(e_.pdfReverse + i), merges_);
       // what light paths carry has met the surface already: the weight's cosine goes
-      const F cosine = max(abs(dot(Ng, Vec3<W>::load(wi_, i))), F(1e-7f));
+      const F cosine = surfaceCosines(Ng, fiber, Vec3<W>::load(wi_, i));
       zeroUnless(pdf > F(0.f), F(1.f) / (F(merges_) * (F(1.f) + others) * cosine)).store(share_ + i);
     }
     const uint32_t s = c_.path[point_];

@@ -1,0 +1,101 @@
+// What manifold walks ask of a group (kinora/manifold.h): nearest surfaces that they go through, and places on lights.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shade/clock.h"
+#include "shade/context_host.h"
+
+namespace kinora::shade {
+
+void GroupState::traceWalks(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries) {
+  const Clock clock(counters.nanoseconds[kTimeTraceIndirect]);
+  const trace::World& w = *world_.world;
+  ListHost& host = ListHost::of(list);
+  const Hits& hits = list.hits;
+  host.kind = RayKind::Indirect;
+  w.closest(list.rays, hits, trace::kSeenByWalks, n, entries);
+  counters.indirectRays += n;
+  if (!host.left.media) return;
+  // rays that passed something, with where they began and how far they have come
+  uint32_t* open = arena_.make<uint32_t>(padded(n));
+  std::memcpy(open, entries, n * sizeof(uint32_t));
+  Rays begun{};
+  float* passed = nullptr;
+  uint32_t m = n;
+  for (int pass = 0; m; ++pass) {
+    uint32_t k = 0;
+    for (uint32_t i = 0; i < m; ++i) {
+      const uint32_t s = open[i];
+      if (std::isinf(hits.t[s]) || !world_.materials->encloses(world_.materialOf(hits.instance[s])) ||
+          !insideHigherPriority(list, s))
+        continue;
+      open[k++] = s;
+    }
+    m = k;
+    if (!m) break;
+    if (pass == kMostPasses) {
+      counters.endlessRays += m;
+      for (uint32_t i = 0; i < m; ++i) hits.t[open[i]] = INFINITY;
+      break;
+    }
+    crossDisplaced(list, depth, m, open);
+    if (!passed) {
+      passed = arena_.make<float>(list.capacity);
+      for (float*& o : begun.o) o = arena_.make<float>(list.capacity);
+      begun.tMax = arena_.make<float>(list.capacity);
+      begun.radius = arena_.make<float>(list.capacity);
+      for (uint32_t i = 0; i < n; ++i) passed[entries[i]] = 0;
+    }
+    for (uint32_t i = 0; i < m; ++i) {
+      const uint32_t s = open[i];
+      if (passed[s] > 0) continue;
+      for (int c = 0; c < 3; ++c) begun.o[c][s] = list.rays.o[c][s];
+      begun.tMax[s] = list.rays.tMax[s];
+      begun.radius[s] = list.rays.radius[s];
+    }
+    passThrough(list, m, open, passed);
+    w.closest(list.rays, hits, trace::kSeenByWalks, m, open);
+  }
+  for (uint32_t i = 0; passed && i < n; ++i) {
+    const uint32_t s = entries[i];
+    if (!(passed[s] > 0)) continue;
+    for (int c = 0; c < 3; ++c) list.rays.o[c][s] = begun.o[c][s];
+    list.rays.tMax[s] = begun.tMax[s];
+    list.rays.radius[s] = begun.radius[s];
+    hits.t[s] += passed[s];
+  }
+}
+
+void GroupState::walkTargets(uint32_t n, const float* const u[5], const float* time, WalkTargets* out) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  world_.lights->walkTargets(world_.width, arena_, n, u, time, out);
+}
+
+void GroupState::deltaLights(const RayList& list, uint32_t n, const uint32_t* entries, const uint32_t* light,
+                             float* const radiance[3], float* specular) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  float *P[3], *value[3], *time = arena_.make<float>(padded(n) + kPad);
+  uint32_t* which = arena_.make<uint32_t>(padded(n) + kPad);
+  for (int c = 0; c < 3; ++c) {
+    P[c] = arena_.make<float>(padded(n) + kPad);
+    value[c] = arena_.make<float>(padded(n) + kPad);
+  }
+  for (uint32_t i = 0; n && i < padded(n); ++i) {
+    const uint32_t s = entries[std::min(i, n - 1)];
+    for (int c = 0; c < 3; ++c) P[c][i] = list.rays.o[c][s];
+    time[i] = list.rays.time[s];
+    which[i] = light[s];
+  }
+  float* factor = arena_.make<float>(padded(n) + kPad);
+  world_.lights->deltaLights(world_.width, arena_, n, P, time, which, value, factor);
+  const uint32_t* sets = ListHost::of(list).left.linkSet;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = entries[i];
+    const bool isLit = world_.lights->isLinked(world_.hasLinks ? sets[s] : 0, which[i]);
+    for (int c = 0; c < 3; ++c) radiance[c][s] = isLit ? value[c][i] : 0.f;
+    specular[s] = factor[i];
+  }
+}
+
+}  // namespace kinora::shade

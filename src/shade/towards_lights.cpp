@@ -1,0 +1,265 @@
+// Distances in media that suit lights. Extinction alone knows nothing of a lamp in thin fog: it lets most rays through,
+// and stops few where the lamp is near. So a point of some light is taken for each ray, and one more distance drawn: by
+// the angle at which that point sees the ray (Kulla and Fajardo, EGSR 2012), by what there is to scatter light and by
+// what of it gets back, cell by cell, as far as means of cells tell. (Suns and domes see all of it under one angle; in thin
+// media it pays all the same to have a place on each ray.) Both distances take light samples, and share what
+// they find by the power heuristic. Shares that sum to 1 at each distance are right in the mean whatever they follow
+// from, so means will do where the densities of tracking are not known.
+#include <algorithm>
+#include <cmath>
+
+#include "sampling/draw.h"
+#include "shade/beer_lambert.h"
+#include "shade/clock.h"
+#include "shade/context_host.h"
+#include "shade/equiangular.h"
+#include "shade/medium_tracks.h"
+
+namespace kinora::shade {
+
+namespace {
+
+constexpr float kDeep = 5;        // optical depth beyond which nothing is looked for
+constexpr float kThin = 1.1f;     // where 1 / kWorthIt is lost: 1 - exp(-1.1)
+constexpr float kThick = 0.4f;    // of a stretch that is divided
+constexpr int kParts = 6;         // into so many of the same angle
+constexpr float kWorthIt = 1.5f;  // so much denser than the other distances, averaged over themselves
+
+float weighed(const float path[3], const float x[3]) { return path[0] * x[0] + path[1] * x[1] + path[2] * x[2]; }
+
+// A part of a ray in media, as a light's point sees it.
+struct Piece {
+  float from, to;
+  float firstAngle, angle;  // and the angle that it spans
+  float plain, towards;     // light that gets back times what scatters it, by length: for either kind of distances
+  const MediumTracks::Stretch* of;
+  const float* depth;  // optical depth at `from`
+};
+
+// f(piece) for each piece up to `reach`, in order, until it returns false; the track stays where that is.
+template <class F>
+void forPieces(MediumTracks& media, Track& t, const EquiangularPoint& p, float reach, F&& f) {
+  float depth[3] = {0, 0, 0}, through[3] = {1, 1, 1};
+  MediumTracks::Stretch s;
+  for (float until = 0;;) {
+    media.stretch(t, s);
+    until = std::min(s.until, reach);
+    const float thick = weighed(t.path, s.extinction) * (until - t.t);
+    if (thick > 0) {
+      const int parts = thick > kThick ? kParts : 1;
+      const float first = angleAt(p, t.t), part = (angleAt(p, until) - first) / float(parts);
+      float from = t.t;
+      for (int k = 1; k <= parts; ++k) {
+        const float to = k == parts ? until : std::clamp(distanceAt(p, first + part * float(k)), from, until);
+        float before[3], after[3], plain[3], towards[3];
+        for (int c = 0; c < 3; ++c) {
+          before[c] = depth[c];
+          depth[c] += s.extinction[c] * (to - from);
+          after[c] = c && depth[c] == depth[0] ? after[0] : beerLambert(depth[c], 1.f);
+          const float mean = 0.5f * (through[c] + after[c]);
+          plain[c] = s.plain[c] * mean;
+          towards[c] = s.towards[c] * mean;
+        }
+        std::copy_n(after, 3, through);
+        if (to > from && !f(Piece{from, to, first + part * float(k - 1), part, weighed(t.path, plain),
+                                  weighed(t.path, towards), &s, before}))
+          return;
+        from = to;
+      }
+    }
+    if (!(until < reach) || !media.pass(t, until)) return;
+  }
+}
+
+// Where a ray comes to so deep, or leaves the media for good (then true); and where they begin on it, -1: never.
+bool findReach(MediumTracks& media, Track t, float deep, float& begin, float& end) {
+  MediumTracks::Stretch s;
+  begin = -1;
+  for (float depth = 0;;) {
+    media.stretch(t, s);
+    const float lost = weighed(t.path, s.extinction), more = lost * (s.until - t.t);
+    if (lost > 0 && begin < 0) begin = t.t;
+    if (depth + more > deep) {
+      end = t.t + (deep - depth) / lost;
+      return false;
+    }
+    depth += more;
+    end = s.until;
+    if (!media.pass(t, end)) return true;
+  }
+}
+
+// What was found of a ray that another distance is drawn on.
+struct Drawn {
+  uint32_t track;
+  float t, density, weight;
+};
+
+}  // namespace
+
+void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
+                                      TowardsLights* out) {
+  *out = TowardsLights{};
+  if (!world_.space || !world_.lights->size() || !n) return;
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  const SpaceMedia& space = *world_.space;
+  const ListHost& host = ListHost::of(list);
+  findCrossings(list.rays, n, entries,
+                host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
+  crossings_.swap(crossingsTowards_);  // samples of lights look for crossings too
+  MediumTracks tracks(*this, crossingsTowards_, list.rays, host.surfaceT, list.sampleSeed, list.sampleIndex,
+                      host.left.bounces, depth, n, entries, true);
+  const uint32_t count = tracks.count();
+  if (!count) return;
+  const auto floats = [&](size_t m) { return arena_.make<float>(m); };
+
+  // a place on each ray, and from there a point of a light
+  uint32_t *asked = arena_.make<uint32_t>(padded(count)), *trackOf = arena_.make<uint32_t>(padded(count)), m = 0;
+  float *reach = floats(padded(count)), *place = floats(list.capacity);
+  for (uint32_t i = 0; i < count; ++i) {
+    Track& t = tracks[i];
+    setPathOf(list, t);
+    t.seed = mixedSeed(t.seed, 0x3C6EF372u);
+    // towards what has no place distances only count where extinction lets most rays through
+    float begin, end;
+    const bool isThin = findReach(tracks, t, world_.hasPlacedLights ? kDeep : kThin, begin, end);
+    if (begin < 0 || !(end > begin) || !(end < 1e30f) || !(isThin || world_.hasPlacedLights)) continue;
+    place[t.entry] = begin + (end - begin) * MediumTracks::number(t);
+    reach[m] = end;
+    trackOf[m] = i;
+    asked[m++] = t.entry;
+  }
+  if (!m) return;
+  LightSamples lights;
+  const Context* points = startInSpace(list, kTraitEyePath, depth, m, asked, place);
+  lightSamples(points, 0, 1, &lights);
+
+  // a distance for each of them
+  float* share = floats(list.capacity);
+  for (uint32_t i = 0; i < n; ++i) share[entries[i]] = 1;
+  out->share = share;
+  Drawn* drawn = arena_.make<Drawn>(m);
+  uint32_t found = 0;
+  for (uint32_t i = 0; i < m; ++i) {
+    if (!(lights.pdf[i] > 0)) continue;
+    Track& t = tracks[trackOf[i]];
+    const uint32_t s = t.entry;
+    float o[3], d[3], p[3];
+    for (int k = 0; k < 3; ++k) {
+      o[k] = list.rays.o[k][s];
+      d[k] = list.rays.d[k][s];
+      p[k] = points->P[k][i] + lights.wi[k][i] * lights.t[i];
+    }
+    const EquiangularPoint seen = lights.t[i] < 1e30f ? seenFrom(o, d, p) : kPointAtInfinity;
+    const float met = list.hits.t[s] < host.surfaceT[s] ? list.hits.t[s] : -1;
+    float all = 0, squares = 0, plainThere = 0, towardsThere = 0;
+    Track walk = t;
+    forPieces(tracks, walk, seen, reach[i], [&](const Piece& x) {
+      const float own = x.towards * x.angle;
+      all += own;
+      if (own > 0) squares += own * own / (x.plain * (x.to - x.from));
+      if (met >= x.from && met < x.to) {
+        float plain[3];
+        for (int c = 0; c < 3; ++c)
+          plain[c] = x.of->plain[c] * beerLambert(x.depth[c] + x.of->extinction[c] * (met - x.from), 1.f);
+        plainThere = weighed(t.path, plain);
+        towardsThere = x.towards * angleDensity(seen, met);
+      }
+      return true;
+    });
+    // (infinite where all is left to these distances)
+    if (!(all > 0) || !(squares > kWorthIt * all * all)) continue;
+    if (met >= 0 && towardsThere > 0) {
+      const float r = towardsThere / (all * plainThere);
+      share[s] = 1 / (1 + r * r);
+    }
+    float rest = tracks.numberTowards(trackOf[i]) * all;
+    Drawn x{trackOf[i], -1, 0, 0};
+    forPieces(tracks, t, seen, reach[i], [&](const Piece& y) {
+      const float own = y.towards * y.angle;
+      if (!(own > 0)) return true;
+      x.t = std::clamp(distanceAt(seen, y.firstAngle + y.angle * std::min(rest / own, 1.f)), y.from, y.to);
+      x.density = y.towards * angleDensity(seen, x.t) / all;
+      float plain[3];
+      for (int c = 0; c < 3; ++c)
+        plain[c] = y.of->plain[c] * beerLambert(y.depth[c] + y.of->extinction[c] * (x.t - y.from), 1.f);
+      const float r = weighed(t.path, plain) / x.density;
+      x.weight = 1 / (1 + r * r);
+      rest -= own;
+      return rest > 0;
+    });
+    if (!(x.t > 0) || !(x.density > 0)) continue;
+    t.t = x.t;
+    drawn[found++] = x;
+  }
+  if (!found) return;
+
+  // which medium scatters there, and what of it comes back
+  uint32_t lookups = 0;
+  for (uint32_t i = 0; i < found; ++i) lookups += tracks[drawn[i].track].count;
+  MediumLookups media(arena_, padded(lookups), false);
+  for (uint32_t i = 0; i < found; ++i) {
+    const Track& t = tracks[drawn[i].track];
+    for (uint32_t k = 0; k < t.count; ++k) media.add(space, t, t.around[k]);
+  }
+  media.run(*this, list.rays, depth);
+  counters.mediaLookups += lookups;
+  RayList* ends = new (arena_.allocate(sizeof(RayList))) RayList(list);
+  Hits& hits = ends->hits;
+  const auto words = [&] { return arena_.make<uint32_t>(list.capacity); };
+  for (float** x : {&hits.t, &hits.u, &hits.v, &hits.ng[0], &hits.ng[1], &hits.ng[2]}) *x = floats(list.capacity);
+  for (uint32_t** x : {&hits.instance, &hits.geometry, &hits.primitive, &hits.level}) *x = words();
+  float *factor[3], *far = floats(list.capacity);
+  for (float*& x : factor) x = floats(list.capacity);
+  uint32_t *chosen = arena_.make<uint32_t>(padded(found)), going = 0;
+  for (uint32_t i = 0, at = 0; i < found; ++i) {
+    const Drawn& x = drawn[i];
+    Track& t = tracks[x.track];
+    float met = 0;
+    const auto own = [&](uint32_t k) {
+      const float e[3] = {media.extinction[0][at + k], media.extinction[1][at + k], media.extinction[2][at + k]};
+      return weighed(t.path, e);
+    };
+    for (uint32_t k = 0; k < t.count; ++k) met += own(k);
+    if (met > 0) {
+      float rest = MediumTracks::number(t) * met, part = 0;
+      uint32_t which = 0;
+      for (uint32_t k = 0; k < t.count && (rest >= 0 || !(part > 0)); ++k) {
+        if (!(own(k) > 0)) continue;
+        which = k;
+        part = own(k);
+        rest -= part;
+      }
+      const SpaceMedium& here = space.media[t.around[which].medium];
+      setMediumHit(hits, t.entry, here, x.t);
+      const bool isHole =
+          hole_ && host.kind == RayKind::Camera && world_.placements[world_.world->instance(here.instance).info].hole;
+      const float brings = isHole ? 0.f : t.bounces ? here.contributionByBounce : 1.f;
+      for (int c = 0; c < 3; ++c) {
+        factor[c][t.entry] = host.absorbed[c] ? host.absorbed[c][t.entry] : 1.f;
+        factor[c][t.entry] *= brings * x.weight * media.extinction[c][at + which] * met / (part * x.density);
+      }
+      absorbUntil(list, t.entry, x.t, factor);
+      far[t.entry] = x.t;
+      chosen[going++] = t.entry;
+    }
+    at += t.count;
+  }
+  std::sort(chosen, chosen + going);
+  if (going)
+    thinOut(list.rays, far, host.kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect,
+            list.sampleSeed, list.sampleIndex, host.left.bounces, depth, going, chosen, factor);
+  uint32_t kept = 0;
+  for (uint32_t i = 0; i < going; ++i) {
+    float sum = 0;
+    for (float* f : factor) sum += std::fabs(f[chosen[i]]);
+    if (sum > 0 && sum < 1e30f) chosen[kept++] = chosen[i];
+  }
+  for (uint32_t i = kept; kept && i < padded(kept); ++i) chosen[i] = chosen[kept - 1];
+  out->list = ends;
+  out->count = kept;
+  out->entries = chosen;
+  for (int c = 0; c < 3; ++c) out->factor[c] = factor[c];
+}
+
+}  // namespace kinora::shade
