@@ -38,7 +38,7 @@ struct Texts {
 
 // Options of the contract that this version does not have: named as what they are, not as unknown.
 const char* unavailable(const std::vector<std::string>& arguments) {
-  static constexpr const char* kLater[] = {"--checkpoint", "--recover", "--geometry-cache"};
+  static constexpr const char* kLater[] = {"--checkpoint", "--recover"};
   for (const std::string& a : arguments) {
     if (a == "--") return nullptr;
     for (const char* option : kLater)

@@ -61,6 +61,7 @@ class VertexMeans {
 
 Patches::Patches(Mesh mesh, const DiceRate& rate) : mesh_(std::make_shared<Mesh>(std::move(mesh))) {
   splitIntoQuads();
+  mesh_->quadPairs = true;  // faces are listed all the same
   findEdges(rate);
   findSites();
 }

@@ -361,7 +361,7 @@ bool Displacement::mayHaveLevels(size_t shape) const {
 }
 
 std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, const geometry::DiceRate& rate,
-                                                              const std::atomic<bool>* stop,
+                                                              double pixels, const std::atomic<bool>* stop,
                                                               geometry::Mesh& mesh) const {
   if (mesh.keyCount() > 1 || mesh.isStrand() || !mesh.triangleCount()) return nullptr;
   const bool isAsked = flat_->shapes[shape].attributes->named.getInt("dice:levels", -1) > 0;
@@ -387,6 +387,7 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   double scale = 1;
   const double bound = boundOf(shape, space, scale);
   if (bound > 0 && scale > 0) setup.bound = bound / scale;
+  setup.pixels = float(pixels);
   setup.stop = stop;
   setup.cache = cache_;
   setup.counters = levelCounters_;

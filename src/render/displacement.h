@@ -46,8 +46,8 @@ class Displacement {
   // Whether a shape's surface may be diced on demand: what it is, its rate and its attributes allow it.
   bool mayHaveLevels(size_t shape) const;
   // The surface of a shape that moves, diced where rays ask, from its tessellation as if it were not displaced, with one
-  // key. Null: it is small enough to be diced at once, and `mesh` is as it was.
-  std::shared_ptr<const LevelledSurface> levelled(size_t shape, const geometry::DiceRate& rate,
+  // key. pixels: length of a micropolygon's edge for the camera. Null: it is small enough to be diced at once, and `mesh` is as it was.
+  std::shared_ptr<const LevelledSurface> levelled(size_t shape, const geometry::DiceRate& rate, double pixels,
                                                   const std::atomic<bool>* stop, geometry::Mesh& mesh) const;
   // Holds what is diced on demand; it lives as long as this.
   trace::GeometryCache& cache() const { return *cache_; }

@@ -24,9 +24,9 @@ namespace {
 constexpr uint32_t kPlacesAtOnce = 1024;  // of a context
 constexpr uint32_t kUnit = Patches::kUnit;
 
-// Micropolygons are at most so many radii of a footprint long, so that a camera ray's, whose diameter is a pixel, are
-// those of the finest rate also where a patch comes nearer.
-constexpr float kRadiiPerStep = 1.41421356f;
+// Radii of a footprint that a pixel's length stands for. A camera ray's is half a pixel: it sees the finest rate also
+// where a patch comes nearer to it than where rates were asked.
+constexpr float kRadiiOfPixel = 1.41421356f;
 
 std::string shortNumber(double x) {
   char text[32];
@@ -477,9 +477,9 @@ const Tessellation* LevelledSurface::held(uint32_t patch, int level, int kind,
   return setup_.cache->put(this, s, std::move(made));
 }
 
-// By how many levels: 0 where the footprint is no larger than the finest step.
-int LevelledSurface::coarser(float footprint, float size) {
-  const float steps = kRadiiPerStep * footprint / size;
+// By how many levels: 0 where the footprint is no larger than that of a camera ray.
+int LevelledSurface::coarser(float footprint, float size) const {
+  const float steps = kRadiiOfPixel * setup_.pixels * footprint / size;
   if (!(steps >= 2)) return 0;
   return steps < 1024 ? std::ilogb(steps) : Patches::kMostExponent;
 }
@@ -571,7 +571,8 @@ void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32
         f.N[c][a] = m[a];
       }
     }
-    f.radius = of < most ? 0.999f * std::ldexp(largestStep(patch), of + 1) / kRadiiPerStep : INFINITY;
+    f.radius =
+        of < most ? 0.999f * std::ldexp(largestStep(patch), of + 1) / (kRadiiOfPixel * setup_.pixels) : INFINITY;
   }
 }
 

@@ -39,6 +39,7 @@ class LevelledSurface final : public trace::UserGeometry {
     std::string object, displacement;  // names
     SourcePos pos;
     float toRender = 1;  // by which lengths grow
+    float pixels = 1;    // length of a micropolygon's edge where the camera looks
     double bound = 0;    // of the ways of points, object units; 0: not known, all patches are diced once
     const std::atomic<bool>* stop = nullptr;
     std::shared_ptr<trace::GeometryCache> cache;
@@ -65,7 +66,7 @@ class LevelledSurface final : public trace::UserGeometry {
     std::array<uint8_t, 4> steps;
   };
   Choice choose(uint32_t patch, const trace::UserRay& ray) const;
-  static int coarser(float footprint, float size);
+  int coarser(float footprint, float size) const;
   float largestStep(uint32_t patch) const;
   trace::GeometryCache::Slot& slot(uint32_t patch, int level) const {
     return slots_[firstSlot_[patch] + uint32_t(level)];

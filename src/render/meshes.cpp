@@ -204,7 +204,7 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
     flat.isDisplaced = false;
     Diagnostics unheard([](const std::string&, Severity) {});  // it is made once more where it has no levels
     std::optional<geometry::Mesh> base = geometry::tessellate(*p, flat, unheard);
-    if (base) kept.levels = displacement.levelled(index, rate, stop, *base);
+    if (base) kept.levels = displacement.levelled(index, rate, pixelsOf(shape.attributes.get(), true), stop, *base);
     if (kept.levels) {
       kept.mesh = kept.levels->patches()->mesh();
       kept.isDiced = isDiced;

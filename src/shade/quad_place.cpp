@@ -78,7 +78,15 @@ void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, floa
   const Places& at = points.at;
   const uint32_t n = points.n;
   const trace::World& world = *group.world().world;
-  const auto isByParameter = [&](uint32_t i) { return points.isByParameter || (points.facet && points.facet[i]); };
+  const auto isByParameter = [&](uint32_t i) { return points.facet && points.facet[i]; };
+  if (points.isByParameter) {  // of patches, which are quads all
+    for (uint32_t i = 0; i < n; ++i) {
+      const bool isFirst = at.primitive[i] % 2 == 0;
+      u[i] = isFirst ? at.u[i] + at.v[i] : at.u[i];
+      v[i] = isFirst ? at.v[i] : at.u[i] + at.v[i];
+    }
+    return;
+  }
   float* array[12];
   for (float*& x : array) x = group.arena().make<float>(n);
   QuadsArgs a{};
@@ -111,7 +119,7 @@ void findQuadPlaces(GroupState& group, const SurfaceArgs& points, float* u, floa
       for (int j = 0; j < 3; ++j) array[3 + 3 * k + j][i] = q[k + 1][j] - q[0][j];
   }
   quadsKernel(group.world().width)(a);
-  if (!points.isByParameter && !points.facet) return;
+  if (!points.facet) return;
   for (uint32_t i = 0; i < n; ++i) {
     const geometry::Mesh& mesh = world.mesh(at.geometry[i]);
     const uint32_t triangle = at.primitive[i], first = mesh.quadOf(triangle);

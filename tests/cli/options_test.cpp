@@ -189,7 +189,7 @@ TEST(Later, OptionsAndCommandsOfTheContractSayThatTheyAreNotAvailableYet) {
   w.write("scene.rib", rib());
   const std::vector<std::vector<std::string>> commands = {{"--checkpoint", "30s", "scene.rib"},
                                                           {"scene.rib", "--recover"},
-                                                          {"scene.rib", "--geometry-cache", "4G"},
+                                                          {"scene.rib", "--checkpoint", "4G"},
                                                           {"denoise", "a.exr"},
                                                           {"view", "scene.rib"}};
   for (const auto& command : commands) {
