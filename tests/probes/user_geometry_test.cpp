@@ -55,7 +55,7 @@ class TwoLevels final : public trace::UserGeometry {
       const float u = s.dot(h) / det, v = d.dot(x) / det, t = e2.dot(x) / det;
       if (u < 0 || v < 0 || u + v > 1 || !(t > r.tMin && t < far)) continue;
       const Imath::V3f ng = e1.cross(e2);
-      *hit = {t, (float(i) + u) / float(n), (float(j) + v) / float(n), {ng.x, ng.y, ng.z}, level};
+      *hit = {t, (float(i) + u) / float(n), (float(j) + v) / float(n), {ng.x, ng.y, ng.z}, level, patch};
       far = t;
       any = true;
     }

@@ -101,7 +101,9 @@ TEST(Hair, CurvesThinnerThanAPixelCoverTheirArea) {
       // each frame's area has an error of its deviation, in the window's units
       for (const Seen* s : {&plain, &wide})
         EXPECT_NEAR(s->area, area, 4 * s->deviation / 256 / std::sqrt(24.0) + 0.01 * area) << kind << c.width;
-      if (c.mean < 0.01) EXPECT_LT(wide.deviation, 0.85 * plain.deviation) << kind << c.width;
+      if (c.mean < 0.01) {
+        EXPECT_LT(wide.deviation, 0.85 * plain.deviation) << kind << c.width;
+      }
     }
 }
 
