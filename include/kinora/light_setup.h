@@ -107,7 +107,8 @@ inline constexpr std::array kControl = {
         .options("0 off, 1 on")
         .help(
             "Manifold walks find this light's caustics, where the integrator's manifoldWalk is on, behind materials "
-            "whose mwWalkable is. Not of lights without shadows."),
+            "whose mwWalkable is. Not of lights without shadows, nor of domes and skies, which paths find better by "
+            "chance."),
     param::string("cheapCausticsExcludeGroup", "").help("No effect yet: trace group without cheap caustics."),
     param::integer("fixedSampleCount", 0)
         .range(0, 64)

@@ -83,11 +83,14 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     LightEntry& l = lights[i];
     const LightDescription& d = l.description;
     const bool isLit = tree_.places()[i].leaf != LightTree::kNone;
+    // Of a light from all around some part lies behind every caustic's focus: the variance of what a walk brings is infinite there,
+    // and directions that the material draws find it at once.
+    const bool isWide = d.isInfinite && !d.isDelta && !(d.cosReach > 0);
     Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNoFilters, uint16_t(l.kind), 0};
     r.flags = uint8_t((l.castsShadow ? kCastsShadow : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |
                       (l.visibility & kLightSeenByMirrors ? kSeenByMirrors : 0) | (d.isDelta ? kDelta : 0) |
                       (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack) |
-                      (l.isWalkedTo && l.castsShadow && isLit ? kWalkedTo : 0));
+                      (l.isWalkedTo && l.castsShadow && isLit && !isWide ? kWalkedTo : 0));
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));

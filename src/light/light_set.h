@@ -39,7 +39,7 @@ struct LightEntry {
   uint32_t visibility = kLightSeenByCamera | kLightSeenByMirrors;
   uint32_t group = 0;         // light group for path expressions
   bool castsShadow = true;    // false: its samples have distance 0
-  bool isWalkedTo = false;    // manifold walks go to it (cheapCaustics)
+  bool isWalkedTo = false;    // manifold walks go to it (cheapCaustics), unless it shines from all around
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;
 };

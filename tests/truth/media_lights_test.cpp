@@ -62,10 +62,10 @@ TEST(MediaLights, DistancesThatSuitLightsChangeNoMean) {
                                  "AttributeBegin Translate 0.2 0 4 Sphere 1 -1 1 360 "
                                  "AttributeEnd\n"}}) {
     SCOPED_TRACE(c.name);
-    const auto without = litMedia(c.lights, foggy("0", c.media, c.shape), 96);
+    const auto without = litMedia(c.lights, foggy("0", c.media, c.shape), 128);
     for (const char* weight : {"0.5", "1"}) {
       SCOPED_TRACE(weight);
-      const auto with = litMedia(c.lights, foggy(weight, c.media, c.shape), 48);
+      const auto with = litMedia(c.lights, foggy(weight, c.media, c.shape), 64);
       EXPECT_SAME_MEAN(with, without, 0.03);
     }
   }
