@@ -206,6 +206,39 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
   }
 }
 
+void LightSet::askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
+                          const float* time, const float* const u[2], float* const outputs[8],
+                          uint32_t* flags) const {
+  const Order order(*this, width, arena, n, light);
+  const float* const in[6] = {order.take(P[0]), order.take(P[1]), order.take(P[2]),
+                              order.take(time), order.take(u[0]), order.take(u[1])};
+  float* ordered[8];
+  for (int k = 0; k < 8; ++k) ordered[k] = order.room(outputs[k]);
+  uint32_t* orderedFlags = order.room(flags);
+  for (uint32_t r = 0; r < order.runCount(); ++r) {
+    const LightOrder::Run& run = order.run(r);
+    LightSampleArgs a{};
+    order.setLights(a, run);
+    setWorld(a);
+    a.count = run.count;
+    const uint32_t at = run.from;
+    for (int c = 0; c < 3; ++c) {
+      a.P[c] = in[c] + at;
+      a.wi[c] = ordered[c] + at;
+      a.radiance[c] = ordered[4 + c] + at;
+    }
+    a.time = in[3] + at;
+    a.u[0] = in[4] + at;
+    a.u[1] = in[5] + at;
+    a.distance = ordered[3] + at;
+    a.pdf = ordered[7] + at;
+    a.flags = orderedFlags + at;
+    kinds_[run.kind].byWidth[width]->sample(&a);
+  }
+  for (int k = 0; k < 8; ++k) order.put(ordered[k], outputs[k]);
+  order.put(orderedFlags, flags);
+}
+
 void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSamples* out) const {
   const uint32_t n = p.padded;
   float* wi[3];
@@ -262,35 +295,8 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
         for (uint32_t line = 0; line < 5; ++line)
           __builtin_prefetch(static_cast<const char*>(lights_[light[i]].instance) + 64 * line);
   }
-  const Order order(*this, width, arena, p.count, light);
-  const float* const in[6] = {order.take(p.P[0]), order.take(p.P[1]), order.take(p.P[2]),
-                              order.take(p.time), order.take(p.u[0]), order.take(p.u[1])};
   float* const outputs[8] = {wi[0], wi[1], wi[2], distance, radiance[0], radiance[1], radiance[2], pdf};
-  float* ordered[8];
-  for (int k = 0; k < 8; ++k) ordered[k] = order.room(outputs[k]);
-  uint32_t* orderedFlags = order.room(flags);
-  for (uint32_t r = 0; r < order.runCount(); ++r) {
-    const LightOrder::Run& run = order.run(r);
-    LightSampleArgs a{};
-    order.setLights(a, run);
-    setWorld(a);
-    a.count = run.count;
-    const uint32_t at = run.from;
-    for (int c = 0; c < 3; ++c) {
-      a.P[c] = in[c] + at;
-      a.wi[c] = ordered[c] + at;
-      a.radiance[c] = ordered[4 + c] + at;
-    }
-    a.time = in[3] + at;
-    a.u[0] = in[4] + at;
-    a.u[1] = in[5] + at;
-    a.distance = ordered[3] + at;
-    a.pdf = ordered[7] + at;
-    a.flags = orderedFlags + at;
-    kinds_[run.kind].byWidth[width]->sample(&a);
-  }
-  for (int k = 0; k < 8; ++k) order.put(ordered[k], outputs[k]);
-  order.put(orderedFlags, flags);
+  askSamples(width, arena, p.count, light, p.P, p.time, p.u, outputs, flags);
   for (uint32_t i = 0; i < p.count; ++i) {
     if (light[i] != kNoLight) continue;
     for (float* x : outputs) x[i] = 0;

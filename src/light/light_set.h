@@ -146,6 +146,9 @@ class LightSet {
                 const float* time, const Emission& out) const;
   float emissionOf(uint32_t light) const { return emission_[light] - (light ? emission_[light - 1] : 0.f); }
   float reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const;
+  // Light samples of the lights given, by point: their kinds asked in order. outputs: wi, distance, radiance, pdf.
+  void askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
+                  const float* time, const float* const u[2], float* const outputs[8], uint32_t* flags) const;
   void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
                       const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
                       bool uniformOnly) const;

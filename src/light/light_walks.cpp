@@ -62,32 +62,9 @@ void LightSet::deltaLights(uint32_t width, Arena& arena, uint32_t n, const float
   float *wi[3] = {floats(), floats(), floats()}, *distance = floats(), *pdf = floats();
   uint32_t* flags = arena.make<uint32_t>(room);
   std::fill_n(flags, room, 0u);
-  const Order order(*this, width, arena, n, light);
-  const float* in[4] = {order.take(P[0]), order.take(P[1]), order.take(P[2]), order.take(time)};
   float* const outputs[8] = {wi[0], wi[1], wi[2], distance, radiance[0], radiance[1], radiance[2], pdf};
-  float* ordered[8];
-  for (int k = 0; k < 8; ++k) ordered[k] = order.room(outputs[k]);
-  uint32_t* orderedFlags = order.room(flags);
-  for (uint32_t r = 0; r < order.runCount(); ++r) {
-    const LightOrder::Run& run = order.run(r);
-    LightSampleArgs a{};
-    order.setLights(a, run);
-    setWorld(a);
-    a.count = run.count;
-    for (int c = 0; c < 3; ++c) {
-      a.P[c] = in[c] + run.from;
-      a.wi[c] = ordered[c] + run.from;
-      a.radiance[c] = ordered[4 + c] + run.from;
-    }
-    a.time = in[3] + run.from;
-    a.u[0] = a.u[1] = middle;
-    a.distance = ordered[3] + run.from;
-    a.pdf = ordered[7] + run.from;
-    a.flags = orderedFlags + run.from;
-    kinds_[run.kind].byWidth[width]->sample(&a);
-  }
-  for (int k = 0; k < 8; ++k) order.put(ordered[k], outputs[k]);
-  order.put(orderedFlags, flags);
+  const float* const u[2] = {middle, middle};
+  askSamples(width, arena, n, light, P, time, u, outputs, flags);
   if (!filters_.empty()) filterRadiance(width, arena, n, light, P, wi, distance, time, radiance, false);
   for (uint32_t i = 0; i < n; ++i) {
     specular[i] = lights_[light[i]].specular;

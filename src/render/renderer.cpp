@@ -497,8 +497,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     active = ActiveBlocks(film->window());
     noise.reset();
     if (counts.adaptivity.error > 0 && colourOffset() < 0) {
-      constexpr int kInstead = 64;
-      counts.last = std::min(counts.last, counts.first + kInstead);
+      counts.last = std::min(counts.last, counts.first + kUsualSamples);
       diagnostics.warning("RENDER-ADAPTIVE", scene.pos,
                           "an error is asked for, and the picture has no colour to measure it by",
                           "every pixel takes " + std::to_string(counts.last - counts.first) + " samples");

@@ -9,7 +9,7 @@ namespace kinora::render {
 namespace {
 
 constexpr int kMostSamples = 1 << 16;
-constexpr int kUsual = 64, kUsualAdaptive = 1024;  // where nothing says how many
+constexpr int kUsualAdaptive = 1024;  // where nothing says how many
 
 // 0: the scene does not say.
 int samplesOf(const scene::Scene& scene, Diagnostics& diagnostics) {
@@ -50,7 +50,7 @@ SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings,
   int most = settings.samplesPerPixel > 0 ? settings.samplesPerPixel : settings.mostSamples;
   if (most <= 0 && a.error > 0) most = kMostSamples;
   if (most <= 0) most = samplesOf(scene, diagnostics);
-  if (most <= 0) most = a.isOn() && settings.pixelVariance > 0 ? kUsualAdaptive : kUsual;
+  if (most <= 0) most = a.isOn() && settings.pixelVariance > 0 ? kUsualAdaptive : kUsualSamples;
   most = std::clamp(most, 1, kMostSamples);
   if (scene.hider) {
     r.first = std::clamp(scene.hider->params.getInt("sampleoffset", 0), 0, 1 << 20);

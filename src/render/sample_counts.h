@@ -8,6 +8,8 @@
 
 namespace kinora::render {
 
+inline constexpr int kUsualSamples = 64;  // a pixel, where nothing says how many
+
 struct SampleCounts {
   int first = 0, last = 64;  // indices, half open; with adaptivity the most
   Adaptivity adaptivity;

@@ -6,6 +6,7 @@
 
 #include "shade/clock.h"
 #include "shade/context_host.h"
+#include "shade/passed_rays.h"
 
 namespace kinora::shade {
 
@@ -267,8 +268,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
     uint32_t m = n;
     std::memcpy(open, entries, n * sizeof(uint32_t));
     // rays that passed something, with where they began and how far they have come
-    Rays begun{};
-    float* passed = nullptr;
+    PassedRays passed(arena_, list, n, entries);
     for (int pass = 0; m; ++pass) {
       if (host.left.media && transmittance) absorb(list, m, open, transmittance);
       // who goes on?
@@ -311,36 +311,14 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
         for (uint32_t i = 0; i < k; ++i) hits.t[onward[i]] = INFINITY;
         break;
       }
-      if (!passed) {
-        passed = arena_.make<float>(list.capacity);
-        for (float*& o : begun.o) o = arena_.make<float>(list.capacity);
-        begun.tMax = arena_.make<float>(list.capacity);
-        begun.radius = arena_.make<float>(list.capacity);
-        for (uint32_t i = 0; i < n; ++i) passed[entries[i]] = 0;
-      }
-      for (uint32_t i = 0; i < k; ++i) {
-        const uint32_t s = onward[i];
-        if (passed[s] > 0) continue;
-        for (int c = 0; c < 3; ++c) begun.o[c][s] = list.rays.o[c][s];
-        begun.tMax[s] = list.rays.tMax[s];
-        begun.radius[s] = list.rays.radius[s];
-      }
-      passThrough(list, k, onward, passed);
+      passThrough(list, k, onward, passed.remember(k, onward));
       closest(list, k, onward);
       open = onward;
       m = k;
     }
     // The ray is again the one that left the last vertex: lights in front of what was passed are met, and their
     // densities are those of that vertex.
-    if (passed)
-      for (uint32_t i = 0; i < n; ++i) {
-        const uint32_t s = entries[i];
-        if (!(passed[s] > 0)) continue;
-        for (int c = 0; c < 3; ++c) list.rays.o[c][s] = begun.o[c][s];
-        list.rays.tMax[s] = begun.tMax[s];
-        list.rays.radius[s] = begun.radius[s];
-        hits.t[s] += passed[s];
-      }
+    passed.restore();
   }
   if (transmittance && host.absorbed[0])
     for (int c = 0; c < 3; ++c)

@@ -5,6 +5,7 @@
 
 #include "shade/clock.h"
 #include "shade/context_host.h"
+#include "shade/passed_rays.h"
 
 namespace kinora::shade {
 
@@ -17,11 +18,9 @@ void GroupState::traceWalks(RayList& list, uint32_t depth, uint32_t n, const uin
   w.closest(list.rays, hits, trace::kSeenByWalks, n, entries);
   counters.indirectRays += n;
   if (!host.left.media) return;
-  // rays that passed something, with where they began and how far they have come
   uint32_t* open = arena_.make<uint32_t>(padded(n));
   std::memcpy(open, entries, n * sizeof(uint32_t));
-  Rays begun{};
-  float* passed = nullptr;
+  PassedRays passed(arena_, list, n, entries);
   uint32_t m = n;
   for (int pass = 0; m; ++pass) {
     uint32_t k = 0;
@@ -40,31 +39,10 @@ void GroupState::traceWalks(RayList& list, uint32_t depth, uint32_t n, const uin
       break;
     }
     crossDisplaced(list, depth, m, open);
-    if (!passed) {
-      passed = arena_.make<float>(list.capacity);
-      for (float*& o : begun.o) o = arena_.make<float>(list.capacity);
-      begun.tMax = arena_.make<float>(list.capacity);
-      begun.radius = arena_.make<float>(list.capacity);
-      for (uint32_t i = 0; i < n; ++i) passed[entries[i]] = 0;
-    }
-    for (uint32_t i = 0; i < m; ++i) {
-      const uint32_t s = open[i];
-      if (passed[s] > 0) continue;
-      for (int c = 0; c < 3; ++c) begun.o[c][s] = list.rays.o[c][s];
-      begun.tMax[s] = list.rays.tMax[s];
-      begun.radius[s] = list.rays.radius[s];
-    }
-    passThrough(list, m, open, passed);
+    passThrough(list, m, open, passed.remember(m, open));
     w.closest(list.rays, hits, trace::kSeenByWalks, m, open);
   }
-  for (uint32_t i = 0; passed && i < n; ++i) {
-    const uint32_t s = entries[i];
-    if (!(passed[s] > 0)) continue;
-    for (int c = 0; c < 3; ++c) list.rays.o[c][s] = begun.o[c][s];
-    list.rays.tMax[s] = begun.tMax[s];
-    list.rays.radius[s] = begun.radius[s];
-    hits.t[s] += passed[s];
-  }
+  passed.restore();
 }
 
 void GroupState::walkTargets(uint32_t n, const float* const u[5], const float* time, WalkTargets* out) {
