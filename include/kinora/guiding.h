@@ -34,8 +34,9 @@ class Guides {
   explicit Guides(const guiding::State* state)
       : s_(state),
         tree_(state->at(state->tree)),
-        splits_(state->floats(state->splits)),
-        density_(state->floats(state->density)) {}
+        splits_(state->at(state->splits)),
+        density_(state->floats(state->density)),
+        sums_(state->floats(state->sums)) {}
 
   // Entries of the octree at places: the region in the bits of kRegion, kIsOn where it guides.
   KN_INLINE I find(Vec3<W> P) const {
@@ -57,7 +58,23 @@ class Guides {
     return e;
   }
   static KN_INLINE Mask<W> isOn(I entry) { return (entry & I(guiding::kIsOn)) != I(0); }
+  // Where lessons tell what arrives, whether directions follow it or not.
+  static KN_INLINE Mask<W> isKnown(I entry) { return (entry & I(guiding::kIsKnown)) != I(0); }
   static KN_INLINE I regionOf(I entry) { return entry & I(guiding::kRegion); }
+  // Asks for what density() in these cells and sample() read first.
+  KN_INLINE void fetch(I region, I cell) const {
+    alignas(64) uint32_t regions[W], cells[W];
+    region.store(regions);
+    cell.store(cells);
+    for (int k = 0; k < W; ++k) {
+      __builtin_prefetch(density_ + regions[k] * guiding::kCells + cells[k]);
+      __builtin_prefetch(splits_ + regions[k] * guiding::kSplitWords);
+    }
+  }
+  // Radiance that arrives at known regions over density() of its direction, at least about the mean; what a path whose
+  // first vertex is there brings to its pixel.
+  KN_INLINE F radiance(I region) const { return sum(region, guiding::State::kRadiance); }
+  KN_INLINE F reference(I region) const { return sum(region, guiding::State::kReference); }
 
   // The cell of a direction on the octahedral map.
   static KN_INLINE I cellOf(Vec3<W> d) {
@@ -78,13 +95,13 @@ class Guides {
     return gather(density_, region * I(guiding::kCells) + cellOf(d)) / (l * l * l);
   }
   KN_INLINE Vec3<W> sample(I region, F u, F v, F& pdf) const {
-    const I base = region * I(guiding::kCells);
-    I node(1), x(0), y(0);
+    I line = region * I(int32_t(2 * guiding::kSplitWords)), node(1), x(0), y(0);
+    F chance(guiding::kCells / 4.f);
     for (uint32_t k = 0; k < guiding::kLevels; ++k) {
-      const I right = half(base, node, u);
-      const I upper = half(base, node, v);
-      x = x + x + right;
-      y = y + y + upper;
+      x = x + x + half(line, node, u, chance);
+      toLine(k * 2 + 1, line, node);
+      y = y + y + half(line, node, v, chance);
+      toLine(k * 2 + 2, line, node);
     }
     const F size(2.f / guiding::kSide), inside(0.99999994f);
     F a = fma(toFloat(x) + min(u, inside), size, F(-1.f)), b = fma(toFloat(y) + min(v, inside), size, F(-1.f));
@@ -94,19 +111,32 @@ class Guides {
     const F a2 = copySign(p, a), b2 = copySign(q, b);
     const Vec3<W> onOctahedron(select(below, a2, a), select(below, b2, b), r);
     const F l2 = dot(onOctahedron, onOctahedron), l = sqrt(l2);
-    pdf = gather(density_, base + (node - I(guiding::kCells))) * l * l2;
+    pdf = chance * l * l2;
     return onOctahedron * (F(1.f) / l);
   }
 
  private:
-  // One step down: which half u falls to, and where in it.
-  KN_INLINE I half(I base, I& node, F& u) const {
-    const F p = gather(splits_, base + node);
+  // One step down from a node of a line: which half u falls to, and where in it.
+  KN_INLINE I half(I line, I& node, F& u, F& chance) const {
+    const I at = line + node, two = gather(splits_, at.template shr<1>());
+    const I number = select((at & I(1)) != I(0), two.template shr<16>(), two & I(0xffff));
+    const F p = fma(toFloat(number), F(guiding::kSplitUnit), F(0.5f * guiding::kSplitUnit));
     const Mask<W> second = u >= p;
-    u = select(second, (u - p) / (F(1.f) - p), u / p);
+    const F share = select(second, F(1.f) - p, p);
+    u = select(second, u - p, u) / share;
+    chance = chance * share;
     const I bit = select(second, I(1), I(0));
     node = node + node + bit;
     return bit;
+  }
+  // After so many steps nodes stand in the next line.
+  static KN_INLINE void toLine(uint32_t steps, I& line, I& node) {
+    if (steps != guiding::kLevels) return;
+    line = line + (node - I(int32_t(guiding::kLine - 1))) * I(int32_t(guiding::kLine));
+    node = I(1);
+  }
+  KN_INLINE F sum(I region, uint32_t which) const {
+    return gather(sums_, region * I(guiding::State::kSums) + I(which));
   }
   // Zeros between the bits.
   static KN_INLINE I spread(I x) {
@@ -116,8 +146,8 @@ class Guides {
   }
 
   const guiding::State* s_;
-  const uint32_t* tree_;
-  const float *splits_, *density_;
+  const uint32_t *tree_, *splits_;
+  const float *density_, *sums_;
 };
 
 // Of the directions that a context's points go on in: one over the density with which they were chosen (a number
@@ -126,6 +156,8 @@ template <int W>
 struct ChosenDirections {
   float* inverse = nullptr;    // null: one over the pdf
   uint32_t* guided = nullptr;  // 1: resampled
+  float* radiance = nullptr;   // that is expected from there; below 0: not known. Null: nowhere known
+  float* reference = nullptr;  // see Guides
   KN_INLINE Float<W> at(uint32_t i, Float<W> pdf) const {
     return inverse ? Float<W>::load(inverse + i) : Float<W>(1.f) / max(pdf, Float<W>(1e-38f));
   }
@@ -135,7 +167,7 @@ struct ChosenDirections {
 };
 
 // How much of what was learned counts; the rest is even over all directions, so that none is left out.
-inline constexpr float kGuideShare = 0.25f;
+inline constexpr float kGuideShare = 0.35f;
 
 // Resamples the directions in `made` (generate()'s, of points of the context). Where it chooses the other candidate it
 // writes direction, weight, slot and flags; pdf stays that of the bxdf making the direction, which is what weights
@@ -150,13 +182,39 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
   const auto floats = [&] { return static_cast<float*>(services->alloc(group, c.padded * sizeof(float))); };
   const auto words = [&] { return static_cast<uint32_t*>(services->alloc(group, c.padded * sizeof(uint32_t))); };
   uint32_t* entry = words();
-  Mask<W> any(false);
+  const auto isThere = [&](uint32_t i) HWY_ATTR {
+    return (F::load(made.pdf + i) > F(0.f)) & (I::load(made.slot + i) != I(kNoLobe));
+  };
+  const auto isBelow = [&](uint32_t i)
+                           HWY_ATTR { return (I::load(made.flags + i) & I(uint32_t(kSampleBelow))) != I(0); };
+  // of the bxdf, N where it has none above the surface
+  const auto direction = [&](uint32_t i) HWY_ATTR {
+    return select(isThere(i) & !isBelow(i), Vec3<W>::load(made.wi, i), Vec3<W>::load(c.N, i));
+  };
+  Mask<W> any(false), known(false);
   for (uint32_t i = 0; i < c.padded; i += W) {
     const I e = guides.find(Vec3<W>::load(c.P, i));
     e.store(entry + i);
+    const Mask<W> here = Guides<W>::isKnown(e);
     any = any | Guides<W>::isOn(e);
+    known = known | here;
+    if (here.any()) guides.fetch(select(here, Guides<W>::regionOf(e), I(0)), Guides<W>::cellOf(direction(i)));
   }
-  if (any.none()) return {};
+  if (known.none()) return {};
+  ChosenDirections<W> out{nullptr, nullptr, floats(), floats()};
+  float* learned = floats();  // density() of the bxdf's direction
+  for (uint32_t i = 0; i < c.padded; i += W) {
+    const I e = I::load(entry + i);
+    const Mask<W> here = Guides<W>::isKnown(e);
+    const I region = select(here, Guides<W>::regionOf(e), I(0));
+    const F q = guides.density(region, direction(i));
+    q.store(learned + i);
+    const Mask<W> tells =
+        here & isThere(i) & !isBelow(i) & ((I::load(made.flags + i) & I(uint32_t(kSampleDiscrete))) == I(0));
+    select(tells, guides.radiance(region) * q, F(-1.f)).store(out.radiance + i);
+    select(here, guides.reference(region), F(state.seen)).store(out.reference + i);
+  }
+  if (any.none()) return out;
   float *wi[3], *pdf = floats(), *own = floats();
   for (float*& x : wi) x = floats();
   for (uint32_t i = 0; i < c.padded; i += W) {
@@ -175,7 +233,8 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     for (float*& x : e.weight[l]) x = floats();
   e.pdf = pdf;
   c.bxdf->evaluate(&c, c.closure, &e);
-  ChosenDirections<W> out{floats(), words()};
+  out.inverse = floats();
+  out.guided = words();
   const F all(1.f / 3.f), uniform(1.f - kGuideShare), scale(kGuideShare * 12.5663706f);
   const auto level = [&](Vec3<W> x) { return (abs(x.x) + abs(x.y) + abs(x.z)) * all; };
   for (uint32_t i = 0; i < c.padded; i += W) {
@@ -188,10 +247,9 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     // that of the bxdf
     const Vec3<W> d1 = Vec3<W>::load(made.wi, i), f1 = Vec3<W>::load(made.weight, i);
     const I flags = I::load(made.flags + i);
-    const Mask<W> is = (p1 > F(0.f)) & (I::load(made.slot + i) != I(kNoLobe));
-    const Mask<W> below = (flags & I(uint32_t(kSampleBelow))) != I(0);
+    const Mask<W> is = isThere(i), below = isBelow(i);
     const Mask<W> alone = below | ((flags & I(uint32_t(kSampleDiscrete))) != I(0));
-    const F q1 = guides.density(select(on, region, I(0)), select(is & !below, d1, Vec3<W>::load(c.N, i)));
+    const F q1 = F::load(learned + i);
     const F g1 = select(below, F(1.f), fma(q1, scale, uniform));
     const F t1 = level(f1) * g1;
     const F w1 = zeroUnless(on & is, select(alone, t1 / max(p1, F(1e-38f)), t1 / max(p1 + q1, F(1e-38f))));
@@ -229,6 +287,7 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const F by = select(on & (total > F(0.f)), inverse * p, F(1.f));
     (select(second, f, f1) * by).store(made.weight, i);
     select(second, d2, d1).store(made.wi, i);
+    select(second, guides.radiance(select(on, region, I(0))) * q2, F::load(out.radiance + i)).store(out.radiance + i);
     select(second, p, p1).store(made.pdf + i);
     select(second, slot, I::load(made.slot + i)).store(made.slot + i);
     const I through = select(dot(Vec3<W>::load(c.Ng, i), d2) < F(0.f), I(uint32_t(kSampleTransmit)), I(0));
@@ -251,7 +310,7 @@ class Lessons {
     capacity_ = padded(g_->count) * kVertices;
     const auto floats = [&](uint32_t n) { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); };
     for (float*& x : P_) x = floats(capacity_);
-    for (float** x : {&inverse_, &throughput_, &before_, &ratio_}) *x = floats(capacity_);
+    for (float** x : {&inverse_, &throughput_, &before_, &ratio_, &survival_}) *x = floats(capacity_);
     slot_ = reinterpret_cast<uint32_t*>(floats(capacity_));
     cell_ = reinterpret_cast<uint32_t*>(floats(capacity_));
     found_ = floats(g_->padded);
@@ -267,9 +326,10 @@ class Lessons {
 
   // Directions that W points of a context go on in, from i on: the throughput of their paths from there, and the chance
   // with which these survived that is in it; the density of the bxdf, and one over that of the choice. share: of what
-  // the paths find what counts for each direction, one of several of a vertex.
+  // the paths find what counts for each direction, one of several of a vertex. isFirst: the last of those of a
+  // path's first vertex.
   KN_INLINE void add(Mask<W> on, const Context& c, uint32_t i, const Slots<W>& s, Vec3<W> d, Vec3<W> throughput,
-                     F survival, F pdf, F inverse, Mask<W> guided, float share) {
+                     F survival, F pdf, F inverse, Mask<W> guided, float share, bool isFirst) {
     on = on & (s.get(g_->teaches) != I(0));
     if (on.none() || count_ + uint32_t(W) > capacity_) return;
     const Packer<W> pack(on);
@@ -278,8 +338,10 @@ class Lessons {
     pack.put((throughput.x + throughput.y + throughput.z) * F(share / 3.f), throughput_ + count_);
     pack.put(s.get(found_), before_ + count_);
     pack.put(F(1.f) / max(inverse * pdf, F(1e-30f)), ratio_ + count_);
+    pack.put(survival, survival_ + count_);
     pack.put(s.s, slot_ + count_);
-    pack.put(Guides<W>::cellOf(d) | select(guided, I(guiding::kWasGuided), I(0)), cell_ + count_);
+    const I first(isFirst ? uint32_t(kIsFirst) : 0u);
+    pack.put(Guides<W>::cellOf(d) | select(guided, I(guiding::kWasGuided), I(0)) | first, cell_ + count_);
     count_ += uint32_t(pack.count);
   }
 
@@ -294,7 +356,11 @@ class Lessons {
       const float weight = std::min(inverse_[i], guiding::kLargestWeight), arriving = radiance * radiance * weight;
       const float guided = std::fabs(light), plain = guided * std::min(ratio_[i], 8.f);
       if (!(arriving < 1e30f) || !(guided < 1e30f) || !(plain < 1e30f)) continue;  // no number either
-      lessons[n] = {{P_[0][i], P_[1][i], P_[2][i]}, cell_[i], arriving, guided, plain};
+      // as if roulette had not been played there
+      const float seen = cell_[i] & kIsFirst ? std::max(before_[i] + light * survival_[i], 0.f) : -1.f;
+      if (!(seen < 1e30f)) continue;
+      lessons[n] = {
+          {P_[0][i], P_[1][i], P_[2][i]}, cell_[i] & ~kIsFirst, arriving, guided, plain, 1 / survival_[i], seen};
       slot_[n++] = slot_[i];
     }
     sv_->teach(g_, n, slot_, lessons);
@@ -306,7 +372,8 @@ class Lessons {
   Group* g_;
   const Services* sv_;
   uint32_t capacity_ = 0, count_ = 0;
-  float *P_[3], *inverse_, *throughput_, *before_, *ratio_, *found_;
+  static constexpr uint32_t kIsFirst = 0x40000000u;  // beside a cell and kWasGuided
+  float *P_[3], *inverse_, *throughput_, *before_, *ratio_, *survival_, *found_;
   uint32_t *slot_, *cell_;
 };
 

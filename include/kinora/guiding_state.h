@@ -8,6 +8,10 @@
 // stay together, and what was seldom seen is smoothed instead. Where a
 // region has few lessons in some directions, the larger part of space around it has its say.
 //
+// What arrives at a region, and what the camera sees of it, tell too how much a path is worth that goes on from there:
+// Russian roulette follows that (Vorba and Krivanek, "Adjoint-Driven Russian Roulette and Splitting in Light Transport
+// Simulation", SIGGRAPH 2016), in all regions that know it.
+//
 // Each lesson says too what the guided estimate and the unguided one would have added to the variance: regions in which
 // guiding does not pay are left alone.
 #pragma once
@@ -22,8 +26,22 @@ namespace kinora::guiding {
 inline constexpr uint32_t kLevels = 5, kSide = 1u << kLevels, kCells = kSide * kSide;  // of directions
 inline constexpr uint32_t kDepth = 10;                                                 // of space, at most
 inline constexpr float kLargestWeight = 48;  // of a record: directions hardly ever taken teach no more than that
+// Shares of first halves, of 16 bits: the node of a heap (1: the root) stands in one of lines of 64 bytes, the first kLevels
+// halvings in one and each subtree below them in another, since a walk down waits for each line.
+inline constexpr uint32_t kLine = 32, kSplitWords = (kLine + 1) * kLine / 2;
+static_assert(kLine == 1u << kLevels);
+inline uint32_t splitAt(uint32_t node) {
+  uint32_t bits = 0;  // of the node's depth
+  while (node >> (bits + 1)) ++bits;
+  if (bits < kLevels) return node;
+  const uint32_t below = bits - kLevels;
+  return ((node >> below) - kLine + 1) * kLine + (1u << below | (node & ((1u << below) - 1)));
+}
+inline constexpr float kSplitUnit = 1.f / 65536;  // shares: (number + 1/2) of it
+
 // Entries of the octree: a region of the lower bits where kLeaf is set, else the index of the first of eight entries.
-inline constexpr uint32_t kLeaf = 0x80000000u, kIsOn = 0x40000000u, kRegion = 0x3fffffffu;
+// kIsKnown: it has a distribution; kIsOn: and directions follow it.
+inline constexpr uint32_t kLeaf = 0x80000000u, kIsOn = 0x40000000u, kIsKnown = 0x20000000u, kRegion = 0x1fffffffu;
 
 // What a path says of one of its vertices.
 struct Lesson {
@@ -32,6 +50,8 @@ struct Lesson {
   float light;    // radiance from there over the density of the direction
   float guided;   // squared contribution
   float plain;    // expectation, over how the direction was chosen, of that without guiding
+  float visits;   // paths that it stands for: one over the chance with which roulette let it go on
+  float seen;     // at a path's first vertex: all that the path brought to its pixel; below 0: at another one
 };
 inline constexpr uint32_t kWasGuided = 0x80000000u;
 
@@ -51,12 +71,24 @@ struct State {
   uint32_t words, regions, entries, guides;  // guides: 1 where some region is on
   float low[3], scale;                       // cells of the finest octree: (P - low) * scale
   uint32_t tree, splits, density, lights, counts, sums;
-  uint32_t lessons, unused;
+  uint32_t lessons;
+  float seen;  // what a path brings to its pixel, in the mean
   const uint32_t* at(uint32_t offset) const { return reinterpret_cast<const uint32_t*>(this) + offset; }
   const float* floats(uint32_t offset) const { return reinterpret_cast<const float*>(this) + offset; }
   float* floats(uint32_t offset) { return reinterpret_cast<float*>(this) + offset; }
   // By region: lights (radiance by cell, as lessons have it), counts (lessons by cell), sums (kSums numbers).
-  static constexpr uint32_t kSums = 4;  // guided, plain, lessons of guided directions, 1: left alone
+  enum Sums : uint32_t {
+    kGuided,
+    kPlain,
+    kGuidedLessons,
+    kVisits,
+    kSeen,
+    kSeenLessons,
+    kLeftAlone,  // 1: guiding does not pay
+    kRadiance,   // radiance that arrives (root of the mean square), over the density of its direction
+    kReference,  // what a path brings to its pixel whose first vertex is here
+    kSums
+  };
 };
 
 // Columns and rows of a cell: its bits in turn, from the highest on.
@@ -125,7 +157,7 @@ class Teacher {
       regions_ = old_->regions;
       std::memcpy(tree_, old_->at(old_->tree), entries_ * sizeof(uint32_t));
       for (uint32_t e = 0; e < entries_; ++e)
-        if (tree_[e] & kLeaf) tree_[e] &= ~kIsOn;
+        if (tree_[e] & kLeaf) tree_[e] &= ~(kIsOn | kIsKnown);
       for (uint32_t r = 0; r < regions_; ++r) {
         from_[r] = r;
         share_[r] = 1;
@@ -246,7 +278,7 @@ class Teacher {
       return own;
     };
     head.tree = place(entries_);
-    head.splits = place(regions_ * kCells);
+    head.splits = place(regions_ * kSplitWords);
     head.density = place(regions_ * kCells);
     head.lights = place(regions_ * kCells);
     head.counts = place(regions_ * kCells);
@@ -259,20 +291,34 @@ class Teacher {
     float angle[kCells];
     for (uint32_t c = 0; c < kCells; ++c) angle[c] = solidAngle(c);
     parallel(regions_, [&](uint64_t r) { sum(*next, uint32_t(r)); });
+    double seen = 0, seenLessons = 0;
+    for (uint32_t r = 0; r < regions_; ++r) {
+      const float* sums = next->floats(next->sums) + r * State::kSums;
+      seen += double(sums[State::kSeen]);
+      seenLessons += double(sums[State::kSeenLessons]);
+    }
+    next->seen = seenLessons > 0 ? float(seen / seenLessons) : 0.f;
+    for (uint32_t r = 0; r < regions_; ++r) {
+      float* sums = next->floats(next->sums) + r * State::kSums;
+      // few lessons of its own say little
+      sums[State::kReference] =
+          (sums[State::kSeen] + kSeenPrior * next->seen) / (sums[State::kSeenLessons] + kSeenPrior);
+    }
     halveAll(*next, angle);
     uint32_t* tree = const_cast<uint32_t*>(next->at(next->tree));
     for (uint32_t e = 0; e < entries_; ++e) {
-      if ((tree_[e] & kLeaf) && isOn(*next, tree_[e] & kRegion)) {
-        tree_[e] |= kIsOn;
+      if ((tree_[e] & kLeaf) && isKnown(*next, tree_[e] & kRegion)) {
+        const bool isOn = !(next->floats(next->sums)[(tree_[e] & kRegion) * State::kSums + State::kLeftAlone] > 0);
+        tree_[e] |= isOn ? kIsKnown | kIsOn : kIsKnown;
         next->guides = 1;
       }
       tree[e] = tree_[e];
     }
   }
 
-  // Enough has been seen there, and it helped.
-  bool isOn(const State& s, uint32_t region) const {
-    return region && s.floats(s.splits)[region * kCells] > 0 && !(s.floats(s.sums)[region * State::kSums + 3] > 0);
+  // Enough has been seen there.
+  static bool isKnown(const State& s, uint32_t region) {
+    return region && *s.at(s.splits + region * kSplitWords) & 1;
   }
 
   // Lessons of a region, over the epochs.
@@ -289,27 +335,34 @@ class Teacher {
         counts[c] = b[c] * keep;
       }
       const float* x = old_->floats(old_->sums) + from * State::kSums;
-      for (uint32_t k = 0; k < 3; ++k) sums[k] = x[k] * keep;
-      sums[3] = x[3];
+      for (uint32_t k = 0; k < State::kLeftAlone; ++k) sums[k] = x[k] * keep;
+      sums[State::kLeftAlone] = x[State::kLeftAlone];
     }
     for (uint32_t i = first_[region]; i < first_[region + 1]; ++i) {
       const Lesson& l = lessons_[order_[i]];
       const uint32_t cell = l.cell & (kCells - 1);
       lights[cell] += l.light;
       counts[cell] += 1;
+      sums[State::kVisits] += l.visits;
+      if (l.seen >= 0) {
+        sums[State::kSeen] += l.seen;
+        sums[State::kSeenLessons] += 1;
+      }
       if (!(l.cell & kWasGuided)) continue;
-      sums[0] += l.guided;
-      sums[1] += l.plain;
-      sums[2] += 1;
+      sums[State::kGuided] += l.guided;
+      sums[State::kPlain] += l.plain;
+      sums[State::kGuidedLessons] += 1;
     }
     if (region == 0) return;
-    if (s_.lastSample >= o_.firstOff && sums[2] > 0 && sums[0] > o_.gain * sums[1]) sums[3] = 1;
+    if (s_.lastSample >= o_.firstOff && sums[State::kGuidedLessons] > 0 &&
+        sums[State::kGuided] > o_.gain * sums[State::kPlain])
+      sums[State::kLeftAlone] = 1;
   }
 
   // Halving by halving, the share of the first half: what lessons say, and as many as kPrior of them what a larger part of
   // space (`above`; null: all directions alike) does.
   void halve(const float* lights, const float* counts, const float* angle, const float* above, float* splits) const {
-    constexpr float kPrior = 4;
+    constexpr float kPrior = 24;
     float light[2 * kCells], count[2 * kCells], size[2 * kCells];
     std::memcpy(light + kCells, lights, kCells * sizeof(float));
     std::memcpy(count + kCells, counts, kCells * sizeof(float));
@@ -366,33 +419,40 @@ class Teacher {
       float sum = 0;
       for (uint32_t c = 0; c < kCells; ++c) sum += light[c];
       if (!(sum > 0) || !std::isfinite(sum)) return;
-      float* own = s.floats(s.splits) + region * kCells;
+      float own[kCells];
       halve(light, s.floats(s.counts) + region * kCells, angle, expected(uint32_t(e)), own);
       // Shares of second moments; the density that is best for them goes with their roots (Rath et al., "Variance-Aware
       // Path Guiding", 2020).
       float chance[2 * kCells];
+      const auto share = [&] {
+        for (uint32_t k = 1; k < kCells; ++k) {
+          chance[2 * k] = chance[k] * own[k];
+          chance[2 * k + 1] = chance[k] * (1 - own[k]);
+        }
+      };
       chance[1] = 1;
-      for (uint32_t k = 1; k < kCells; ++k) {
-        chance[2 * k] = chance[k] * own[k];
-        chance[2 * k + 1] = chance[k] * (1 - own[k]);
-      }
+      share();
       for (uint32_t c = 0; c < kCells; ++c) chance[kCells + c] = std::sqrt(chance[kCells + c] * angle[c]);
+      auto* splits = reinterpret_cast<uint16_t*>(const_cast<uint32_t*>(s.at(s.splits + region * kSplitWords)));
       for (uint32_t k = kCells - 1; k > 0; --k) {
         chance[k] = chance[2 * k] + chance[2 * k + 1];
-        own[k] = std::clamp(chance[2 * k] / chance[k], 1e-3f, 0.999f);
+        const float p = std::clamp(chance[2 * k] / chance[k], 1e-3f, 0.999f);
+        const auto number = uint16_t(p * (1 / kSplitUnit));
+        splits[splitAt(k)] = number;
+        own[k] = (float(number) + 0.5f) * kSplitUnit;
       }
+      float* sums = s.floats(s.sums) + region * State::kSums;
+      sums[State::kRadiance] = chance[1] * std::sqrt(sum / std::max(sums[State::kVisits], 1.f));
       chance[1] = kCells / 4.f;  // per area of the map, which is 4
-      for (uint32_t k = 1; k < kCells; ++k) {
-        chance[2 * k] = chance[k] * own[k];
-        chance[2 * k + 1] = chance[k] * (1 - own[k]);
-      }
+      share();
       std::memcpy(s.floats(s.density) + region * kCells, chance + kCells, kCells * sizeof(float));
-      own[0] = 1;  // it is there
+      splits[0] = 1;  // it is there
     });
   }
 
   static constexpr uint32_t kNone = 0xffffffffu;
   static constexpr uint64_t kChunk = 4096;
+  static constexpr float kSeenPrior = 8;
   const LearnServices& s_;
   const Options& o_;
   const State* old_;

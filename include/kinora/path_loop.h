@@ -69,7 +69,10 @@ class PathLoop {
     flags_ = g_->paths.origin;
     if (o_.guides) {
       const auto* state = static_cast<const guiding::State*>(sv_->learned(g_));
-      if (state && state->guides) guide_ = state;
+      if (state && state->guides) {
+        guide_ = state;
+        reference_ = floats(n);
+      }
       if (g_->teaches) lessons_ = new (sv_->alloc(g_, sizeof(Lessons<W>))) Lessons<W>(g_, sv_);
     }
     for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
@@ -97,6 +100,7 @@ class PathLoop {
       flags_[i] = kFromDiscrete;
       if (share_) share_[i] = 1;
       if (againstLights_) againstLights_[i] = HUGE_VALF;
+      if (reference_) reference_[i] = guide_->seen;
     }
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
@@ -668,12 +672,20 @@ class PathLoop {
         on = on & (p > F(0.f));
         Vec3<W> t = Vec3<W>::get(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
         F survival(1.f);
-        // Russian roulette on weak paths
-        if (depth >= o_.rouletteDepth) {
+        // Russian roulette on paths that will bring little: as learned, else by their throughput
+        if (chosen.reference && depth == 0) s.put(on, F::load(chosen.reference + i), reference_);
+        const bool isLearned = chosen.radiance && depth > 0 && o_.rouletteThreshold > 0;
+        if (isLearned || depth >= o_.rouletteDepth) {
           F r, unused;
-          draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i), dim + kDimRoulette, r,
-                unused);
-          const F q = clamp(maxComponent(t) * F(1.f / o_.rouletteThreshold), F(0.05f), F(1.f));
+          draw2(sv_->samples, Int<W>::load(c.sampleSeed + i),
+                Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part), dim + kDimRoulette, r, unused);
+          F q(1.f);
+          if (depth >= o_.rouletteDepth) q = clamp(maxComponent(t) * F(1.f / o_.rouletteThreshold), F(0.05f), F(1.f));
+          if (isLearned) {
+            const F expected = F::load(chosen.radiance + i), brings = (t.x + t.y + t.z) * F(1.f / 3.f) * expected;
+            const F worth = brings / max(s.get(reference_) * F(float(parts) * kLearnedRoulette), F(1e-30f));
+            q = select(expected < F(0.f), q, clamp(worth, F(kLeastSurvival), F(1.f)));
+          }
           on = on & (r < q);
           t = t * (F(1.f) / q);
           survival = q;
@@ -699,7 +711,7 @@ class PathLoop {
         const Mask<W> discrete = (fl & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
         if (lessons_ && !(c.traits & kTraitInSpace))
           lessons_->add(on & !discrete, c, i, s, w, t, survival, p, chosen.at(i, p), chosen.isGuided(i),
-                        1.f / float(parts));
+                        1.f / float(parts), depth == 0 && part + 1 == parts);
         const Rays& r = g_->paths.rays;
         s.put(on, from.x, r.o[0]);
         s.put(on, from.y, r.o[1]);
@@ -860,7 +872,11 @@ class PathLoop {
   float *share_ = nullptr, *firstShare_ = nullptr, *againstLights_ = nullptr;
   uint32_t *state_, *firstState_ = nullptr;
   uint32_t* flags_;
+  // Of what a path is expected to bring to its pixel, over all that is seen there, what lets it go on for certain; and
+  // how likely it goes on at least.
+  static constexpr float kLearnedRoulette = 0.1f, kLeastSurvival = 0.5f;
   const guiding::State* guide_ = nullptr;
+  float* reference_ = nullptr;  // by path: what is seen at its pixel, see guiding.h
   Lessons<W>* lessons_ = nullptr;
 };
 
