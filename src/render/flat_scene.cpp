@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <tuple>
 
 #include "base/memory.h"
 #include "render/detail.h"
+#include "render/prototype_parts.h"
 #include "render/solid_trees.h"
 #include "scene/digests.h"
 
@@ -92,6 +94,7 @@ const scene::Primitive& FlatScene::primitiveOf(const Placement& p) const {
 
 scene::Transform FlatScene::toRender(uint32_t placement) const {
   const Placement& p = placements[placement];
+  if (p.primitive == kMany) return concat(opened_[p.opened].toWorld, worldToRender_);
   const scene::Primitive& source = primitiveOf(p);
   scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, opened_[p.opened].toWorld);
   if (parts[kinds[p.kind].part].isUnit)
@@ -161,7 +164,7 @@ class Flattener {
       }
       const SolidTrees::Place in = placeIn(solids, p->solid, {}, p->pos);
       const scene::AttributesPtr& look = trees_.isTurned(in) ? turned(p->attributes) : p->attributes;
-      const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get()), 0, nullptr, false});
+      const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get())});
       place(part, FlatScene::kWorld, k, p->attributes.get(), in);
     }
     for (const scene::Instance& i : scene_.instances)
@@ -190,7 +193,7 @@ class Flattener {
       auto more = std::make_shared<std::vector<scene::PrimitivePtr>>();
       more->reserve(group.members.size() - 1);
       for (size_t i = 1; i < group.members.size(); ++i) more->push_back(scene_.primitives[group.members[i]]);
-      return addPart(first->id, false, {first, first->attributes, look, 0, std::move(more), false});
+      return addPart(first->id, false, {first, first->attributes, look, 0, std::move(more)});
     }
     auto unit = std::make_shared<scene::Primitive>(*first);
     unit->shape = unitQuadricOf(*first)->quadric;
@@ -198,8 +201,8 @@ class Flattener {
     Hasher h;  // not what this primitive would be by itself
     h.digest(look);
     h.bytes(&group.radiusPixels, sizeof group.radiusPixels);
-    const uint32_t part = addPart(
-        first->id, true, {std::move(unit), first->attributes, h.result(), group.radiusPixels, nullptr, false});
+    const uint32_t part =
+        addPart(first->id, true, {std::move(unit), first->attributes, h.result(), group.radiusPixels});
     flat_->parts[part].isUnit = true;
     return part;
   }
@@ -241,8 +244,12 @@ class Flattener {
       flat_->shapes[flat_->parts[part].shapes[0]].isMedium = true;
       flat_->parts[part].instanced = true;  // in its own space, for those who look for its boundary
     }
+    placeKind(kindOf(part, attributes), opened, primitive, in);
+  }
+
+  void placeKind(uint32_t kind, uint32_t opened, uint32_t primitive, const SolidTrees::Place& in) {
     FlatScene& f = *flat_;
-    f.placements.push_back({kindOf(part, attributes), opened, primitive});
+    f.placements.push_back({kind, opened, primitive});
     const auto placement = uint32_t(f.placements.size() - 1);
     const bool ofSolid = in.solid != trace::kNoSolid;
     if (!ofSolid && opened != FlatScene::kWorld) {
@@ -255,7 +262,7 @@ class Flattener {
     if (opened != FlatScene::kWorld) return;
     scene::Matrix m = toRender.at(f.space_.view.middle);
     double unit = 1;
-    if (f.parts[part].isUnit) {
+    if (f.parts[f.kinds[kind].part].isUnit) {
       unit = unitQuadricOf(*scene_.primitives[primitive])->size;
       m = scene::Matrix().setScale(1 / unit) * m;
     }
@@ -279,6 +286,12 @@ class Flattener {
       const auto [it, isNew] = kinds_.try_emplace({part, attributes}, uint32_t(f.kinds.size()));
       if (!isNew) return it->second;
     }
+    addKind(part, f.parts[part].shapes[0], attributes);
+    return uint32_t(f.kinds.size() - 1);
+  }
+
+  void addKind(uint32_t part, uint32_t shape, const scene::Attributes* attributes) {
+    FlatScene& f = *flat_;
     if (attributes != lastAttributes_ || f.kinds.empty()) {
       lastAttributes_ = attributes;
       lastVisibility_ = visibilityOf(attributes);
@@ -291,10 +304,9 @@ class Flattener {
       info.isHiddenFromCamera = !(lastVisibility_ & trace::kSeenByCamera);
       info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     }
-    f.kinds.push_back({part, lastVisibility_});
+    f.kinds.push_back({part, shape, lastVisibility_});
     f.infos.push_back(lastInfo_);
     f.attributes.push_back(attributes);
-    return uint32_t(f.kinds.size() - 1);
   }
 
   bool isMedium(const scene::Attributes* attributes) {
@@ -317,8 +329,46 @@ class Flattener {
     return it->second;
   }
 
-  // Primitives of objects keep their own transform inside the object, so each becomes a part of its own that every
-  // instance places; nested instances are flattened (the packaged Embree has one level).
+  // A primitive of an object, as some instance gives it.
+  struct Given {
+    uint32_t primitive;
+    scene::AttributesPtr attributes;  // with the side out that faces out
+    const scene::Attributes* inherited;
+    Digest look;
+    SolidTrees::Place in;
+  };
+
+  // The primitives of an object that are one part. The first of its kinds; kNone: there are none, all stand for
+  // themselves.
+  uint32_t kindsOfMany(const scene::Instance& inst, const scene::Attributes* attributes,
+                       const std::vector<Given>& many) {
+    if (many.size() < 2) return kNone;
+    const scene::Prototype& proto = scene_.prototypes[inst.prototype];
+    Hasher h;
+    for (const Given& g : many) {
+      h.word(g.primitive);
+      h.digest(g.look);
+    }
+    FlatScene& f = *flat_;
+    const auto [it, isNew] = partOf_.try_emplace({inst.prototype, FlatScene::kMany, h.result()}, 0);
+    if (isNew) {
+      it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | many[0].primitive, true,
+                           {proto.primitives[many[0].primitive], many[0].attributes, many[0].look});
+      f.shapes.back().isBaked = true;
+      for (size_t i = 1; i < many.size(); ++i) {
+        f.parts.back().shapes.push_back(uint32_t(f.shapes.size()));
+        f.shapes.push_back({proto.primitives[many[i].primitive], many[i].attributes, many[i].look});
+        f.shapes.back().isBaked = true;
+      }
+    }
+    const uint32_t part = it->second;
+    const auto [kind, isNewKind] = kinds_.try_emplace({part, attributes}, uint32_t(f.kinds.size()));
+    for (size_t i = 0; isNewKind && i < many.size(); ++i) addKind(part, f.parts[part].shapes[i], many[i].inherited);
+    return kind->second;
+  }
+
+  // What primitives of an object may be one part is; each of the others is a part of its own that every instance
+  // places. Nested instances are flattened (the packaged Embree has one level).
   void open(const scene::Instance& inst, const scene::Transform& toWorld, int depth,
             const scene::AttributesPtr& attributes, const SolidTrees::Place& around) {
     // Objects that hold the next one twice, level after level, are countless also where they place nothing.
@@ -356,13 +406,16 @@ class Flattener {
     const auto opened = uint32_t(flat_->opened_.size() - 1);
     bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
     if (isPlain && inst.prototype == lastPrototype_ && attributes.get() == lastGiven_ && proto.instances.empty()) {
-      for (uint32_t k = 0; k < lastParts_.size(); ++k) {
+      for (const auto& [kind, primitive] : lastKinds_) {
         ++placed_;
-        place(lastParts_[k].first, opened, k, lastParts_[k].second, around);
+        placeKind(kind, opened, primitive, around);
       }
       return;
     }
-    lastParts_.clear();
+    lastKinds_.clear();
+    std::vector<Given> many, alone;
+    Imath::Box3d bounds;
+    const bool mayBeMany = isPlain && proto.primitives.size() > 1;
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
       isPlain &= !hasDetail(p->attributes.get());
@@ -372,12 +425,29 @@ class Flattener {
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
-      const auto [it, isNew] = partOf_.try_emplace({inst.prototype, k, look}, 0);
-      if (isNew)
-        it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look, 0, nullptr, false});
+      std::optional<Imath::Box3d> box;
+      if (mayBeMany && !isMedium(inherited.get()) && !hasDetail(p->attributes.get()))
+        box = boundsInPart(*p, given.get());
+      (box ? many : alone).push_back({k, given, inherited.get(), look, in});
+      if (box) bounds.extendBy(*box);
+    }
+    uint32_t kind = mayShareOrigin(bounds) ? kindsOfMany(inst, attributes.get(), many) : kNone;
+    if (kind != kNone) {
       ++placed_;
-      place(it->second, opened, k, inherited.get(), in);
-      lastParts_.emplace_back(it->second, inherited.get());
+      placeKind(kind, opened, FlatScene::kMany, around);
+      lastKinds_.emplace_back(kind, FlatScene::kMany);
+    } else {
+      alone.insert(alone.end(), many.begin(), many.end());
+      std::sort(alone.begin(), alone.end(), [](const Given& a, const Given& b) { return a.primitive < b.primitive; });
+    }
+    for (const Given& g : alone) {
+      const auto [it, isNew] = partOf_.try_emplace({inst.prototype, g.primitive, g.look}, 0);
+      if (isNew)
+        it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | g.primitive, true,
+                             {proto.primitives[g.primitive], g.attributes, g.look});
+      ++placed_;
+      place(it->second, opened, g.primitive, g.inherited, g.in);
+      lastKinds_.emplace_back(flat_->placements.back().kind, g.primitive);
     }
     // as the next instance is likely to find them
     lastPrototype_ = isPlain ? inst.prototype : kNone;
@@ -411,7 +481,7 @@ class Flattener {
   bool isLookKnown_ = false;
   uint32_t lastPrototype_ = kNone;
   const scene::Attributes* lastGiven_ = nullptr;
-  std::vector<std::pair<uint32_t, const scene::Attributes*>> lastParts_;
+  std::vector<std::pair<uint32_t, uint32_t>> lastKinds_;  // and primitives
   uint64_t placed_ = 0, opened_ = 0;
   bool isTooMany_ = false, isTooDeep_ = false;
 };

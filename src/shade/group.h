@@ -35,6 +35,9 @@ struct GeometryInfo {
   uint32_t flags = 0;
   float side = 1;  // -1: the mesh's normals are flipped
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
+  // From the space of the object that it was made of to its own, where that of a prototype's has been baked into it;
+  // null: they are one.
+  const scene::Matrix* toMesh = nullptr;
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
@@ -114,7 +117,9 @@ struct ShadingWorld {
   void fillTables();  // once all else is set
   // Of an instance and the geometry that it shows.
   ObjectSpace spaceOf(uint32_t instance, uint32_t geometry) const;
-  uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
+  uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
+    return tables.materialOfInfo[world->infoOf(instance, geometry)];
+  }
 };
 
 // What a vertex hands on to the rays that leave it: by point of a context, and by entry of a list for the vertices

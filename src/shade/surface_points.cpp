@@ -368,7 +368,7 @@ struct Surface {
 
   static Across implied(const SurfaceArgs& a, const Spot& s, uint32_t point, Implied what, uint32_t j, float c[4]) {
     if (what == Implied::Color || what == Implied::Opacity) {
-      const uint32_t placement = a.world->world->instance(a.at.instance[point]).info;
+      const uint32_t placement = a.world->world->infoOf(a.at.instance[point], a.at.geometry[point]);
       const Tint& tint = a.world->tints[a.world->placements[placement].tint];
       return given((what == Implied::Color ? tint.color : tint.opacity)[j], 0, 0, c);
     }
@@ -458,7 +458,8 @@ struct Surface {
       for (uint32_t l = i; l < i + W; ++l) {
         const trace::Instance& instance = w.instance(a.at.instance[l]);
         const StrandPlace* strand = a.strand ? a.strand[l] : nullptr;
-        if (!instance.baked && !instance.isUnit && !strand) continue;
+        const scene::Matrix* toMesh = a.world->geometries[a.at.geometry[l]].toMesh;
+        if (!instance.baked && !instance.isUnit && !strand && !toMesh) continue;
         float p[3];
         if (instance.isUnit) {
           const float unit = (*a.world->objectSpaces)[instance.user].unit;
@@ -472,9 +473,16 @@ struct Surface {
           space.fromRender.point(q, p);
           scale[l] = space.scale;
         } else {
-          std::memcpy(p, strand->rest, sizeof p);
-          const float det = a.toRender(l).determinant();
-          scale[l] = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
+          for (int k = 0; k < 3; ++k) p[k] = strand ? strand->rest[k] : Po[k][l];
+          if (strand) {
+            const float det = a.toRender(l).determinant();
+            scale[l] = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
+          }
+          if (toMesh) {
+            const Imath::V3d q = Imath::V3d(p[0], p[1], p[2]) * toMesh->inverse();
+            for (int k = 0; k < 3; ++k) p[k] = float(q[k]);
+            scale[l] *= float(1 / std::cbrt(std::fabs(toMesh->determinant())));
+          }
         }
         for (int k = 0; k < 3; ++k) Po[k][l] = p[k];
       }

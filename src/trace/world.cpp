@@ -165,10 +165,6 @@ void World::Part::build() {
   upper[2] = b.upper_z;
 }
 
-namespace {
-
-// Moves a mesh's points, and primvars that are points, vectors or normals, into render space for good: the object is
-// static and placed once.
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
   bakeStrands(mesh, local);
@@ -199,8 +195,6 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
     }
   }
 }
-
-}  // namespace
 
 namespace {
 
@@ -257,6 +251,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     bool batch = false, ofSolid = false;
     bool isDense = false;  // of micropolygons, which rays meet at edges often enough to see it
     uint32_t triangles = 0;
+    const std::vector<uint32_t>* visibility = nullptr;  // by place in `shapes`; null: the shapes' own
   };
   std::vector<Plan> plans;
   std::vector<uint32_t> planOfPart(partInputs.size(), kNone);
@@ -297,6 +292,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         planOfPart[place.part] = uint32_t(plans.size());
         plans.push_back({});
         plans.back().shapes = in.shapes;
+        if (!in.visibility.empty()) plans.back().visibility = &in.visibility;
         plans.back().triangles = triangles;
       }
       plans[planOfPart[place.part]].placements.push_back(i);
@@ -304,6 +300,9 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     }
   }
 
+  const auto visibilityIn = [&](const Plan& plan, size_t i) {
+    return plan.visibility ? (*plan.visibility)[i] : shapes[plan.shapes[i]].visibility;
+  };
   w.instances_.reserve(placements.size());
   w.keys_->reserve(placements.size());
   const auto addInstance = [&](uint32_t user, const Imath::V3d& origin, bool baked) {
@@ -370,7 +369,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
       const ShapeInput& s = shapes[plan.shapes[i]];
       identity.emplace_back(s.key, s.revision);
-      identity.emplace_back(s.visibility, plan.batch ? placements[plan.placements[i]].visibility : 0);
+      identity.emplace_back(visibilityIn(plan, i), plan.batch ? placements[plan.placements[i]].visibility : 0);
       if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
     }
     std::shared_ptr<const Part> part;
@@ -389,7 +388,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       made->ofSolid = plan.ofSolid;
       for (size_t i = 0; i < plan.shapes.size(); ++i) {
         ShapeInput& s = shapes[plan.shapes[i]];
-        uint32_t visibility = s.visibility;
+        uint32_t visibility = visibilityIn(plan, i);
         if (plan.batch) {
           const PlacementInput& place = placements[plan.placements[i]];
           if (!baked.count(s.mesh.get()))
@@ -407,6 +406,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     PartPlace placeInTables;
     placeInTables.firstGeometry = uint32_t(w.meshes_.size());
     for (const auto& m : part->meshes) {
+      w.infoStep_.push_back(plan.batch ? 0 : uint32_t(w.meshes_.size()) - placeInTables.firstGeometry);
       w.meshes_.push_back(m);
       w.moving_ |= m->keyCount() > 1;
       w.hasStrands_ |= m->isStrand();
@@ -790,7 +790,7 @@ struct OneBody {
     h.level = &level;
     c.world.resolve(h, 0, RTCHitN_geomID(a->hit, a->N, 0), RTCHitN_primID(a->hit, a->N, 0),
                     RTCHitN_instID(a->hit, a->N, 0, 0));
-    if (c.world.bodyOf(instance) != c.bodies[RTCRayN_id(a->ray, a->N, 0)]) a->valid[0] = 0;
+    if (c.world.bodyOf(instance, geometry) != c.bodies[RTCRayN_id(a->ray, a->N, 0)]) a->valid[0] = 0;
   }
 };
 

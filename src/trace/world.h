@@ -2,14 +2,15 @@
 // from the previous snapshot (unchanged parts are kept). Built by render/; asked by shade/ and by the tracing stages.
 // Outside trace/ a hit is (instance, geometry, primitive, u, v, level); Embree ids end here.
 //
-// Parts: shapes that share a BVH. A prototype is a part placed many times; a moving or large object is a part of its
-// own; small static objects are baked into render space and share batch parts. The top level holds placements of
+// Parts: shapes that share a BVH. A prototype is a part placed many times, of one shape or of many; a moving or large
+// object is a part of its own; small static objects are baked into render space and share batch parts. The top level holds placements of
 // parts; a world of one unmoved part needs none.
 #pragma once
 #include <embree3/rtcore.h>
 #include <kinora/integrator.h>
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -54,11 +55,13 @@ struct ShapeInput {
   // Instead of triangles: `mesh` then holds none (null will do), or those that the geometry's facets lie on.
   std::shared_ptr<const UserGeometry> user;
 };
-// Shapes in one space, placed one or more times.
+// Shapes in one space, placed one or more times. Where they are several, of something instanced, their meshes have
+// origin 0.
 struct PartInput {
-  uint64_t key = 0;              // prototype: index + 1 << 32; single object: its primitive id
-  std::vector<uint32_t> shapes;  // indices into the list of shapes
-  bool instanced = false;        // prototype: never baked
+  uint64_t key = 0;                  // prototype: index + 1 << 32; single object: its primitive id
+  std::vector<uint32_t> shapes;      // indices into the list of shapes
+  std::vector<uint32_t> visibility;  // VisibilityBits by place in `shapes`; empty: the shapes' own
+  bool instanced = false;            // prototype: never baked
   bool isUnit = false;  // a shape of size 1 that stands for similar ones: its space is not that of the objects
 };
 struct PlacementInput {
@@ -66,7 +69,9 @@ struct PlacementInput {
   uint32_t visibility = 15;
   scene::Transform toRender;  // over shutter time in scene units; see BuildOptions::toRender
   uint64_t revision = 0;      // of parts that are not instanced
-  uint32_t info = kOwn;       // handed on to Instance::info; as given: the placement's own index
+  // Handed on to Instance::info; as given: the placement's own index. That of the part's first shape: the others have
+  // those that follow it.
+  uint32_t info = kOwn;
   static constexpr uint32_t kOwn = ~0u;
   Solids::Member member;  // of the solid whose boundary it is a part of
 };
@@ -76,15 +81,18 @@ struct OpenSolid {
   uint32_t placement;  // a surface of the leaf that is open
 };
 
-// A placed part or object, as shading sees it.
+// A placed part or object, as shading sees it. Kernels gather its words, see World::instanceWords().
 struct Instance {
   uint32_t firstKey = 0;  // of Affine keys, uniform over the shutter
   uint32_t user = 0;      // the caller's index (placement)
-  uint32_t info = 0;      // the caller's as well: what it knows of many placements alike
+  uint32_t info = 0;      // the caller's as well: what it knows of many placements alike; ask World::infoOf()
   uint16_t keyCount = 1;
   bool baked = false;   // object space is render space
   bool isUnit = false;  // see PartInput
+  static constexpr uint32_t kWords = 4, kInfoWord = 2, kFlagsWord = 3, kBakedBit = 1u << 16;
 };
+static_assert(sizeof(Instance) == 4 * Instance::kWords && offsetof(Instance, info) == 4 * Instance::kInfoWord &&
+              offsetof(Instance, baked) == 4 * Instance::kFlagsWord + 2);
 
 struct BuildOptions {
   double shutterOpen = 0, shutterClose = 0;
@@ -100,6 +108,10 @@ struct BuildOptions {
   // For points alone that no ray finds (dicing): there is no hierarchy, and nothing may be traced.
   bool placesOnly = false;
 };
+
+// Moves a mesh's points, and primvars that are points, vectors or normals, into another space for good; its origin is 0
+// then.
+void bake(geometry::Mesh& mesh, const scene::Matrix& to);
 
 struct BuildCounters {
   uint64_t partsBuilt = 0, partsKept = 0, topLevelBuilds = 0;
@@ -154,6 +166,13 @@ class World {
   uint32_t geometryCount() const { return uint32_t(meshes_.size()); }
   uint32_t instanceCount() const { return uint32_t(instances_.size()); }
   const Instance& instance(uint32_t i) const { return instances_[i]; }
+  // What the caller knows of a geometry in one of its places: the placement's `info` and those behind it.
+  uint32_t infoOf(uint32_t instance, uint32_t geometry) const {
+    return instances_[instance].info + infoStep_[geometry];
+  }
+  // For kernels: Instance::kWords an instance, and what infoOf() adds, by geometry.
+  const uint32_t* instanceWords() const { return reinterpret_cast<const uint32_t*>(instances_.data()); }
+  const uint32_t* infoSteps() const { return infoStep_.data(); }
   const Affine* keys(const Instance& i) const { return key_ + i.firstKey; }
   const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
   // Embree takes no ray whose numbers are beyond 1.8e18.
@@ -166,8 +185,11 @@ class World {
     if (flatMoments_.empty()) return;
     for (uint32_t i = 0; i < n; ++i) times[i] = besideFlatMoments(times[i]);
   }
-  // What surfaces of one solid have in common; others are themselves.
-  uint32_t bodyOf(uint32_t instance) const { return bodies_.empty() ? instance : bodies_[instance]; }
+  // What surfaces of one solid have in common; others are themselves. (Numbers of more than 4e9 bodies begin again.)
+  uint32_t bodyOf(uint32_t instance, uint32_t geometry) const {
+    if (const uint32_t step = infoStep_[geometry]) return instance + step * instanceCount();
+    return bodies_.empty() ? instance : bodies_[instance];
+  }
   // Object to render at shutter time 0..1.
   Affine objectToRender(uint32_t instance, float time) const;
   uint64_t meshBytes() const;
@@ -214,6 +236,7 @@ class World {
   std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
   std::vector<const UserGeometry*> faceted_;             // by geometry index, of parts_; empty: there are none
+  std::vector<uint32_t> infoStep_;                       // by geometry index
   std::vector<Instance> instances_;
   std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
   const Affine* key_ = nullptr;                       // the first, once all are there
