@@ -102,6 +102,25 @@ scene::Transform FlatScene::toRender(uint32_t placement) const {
   return concat(t, worldToRender_);
 }
 
+bool FlatScene::stillToRender(uint32_t placement, scene::Matrix& m) const {
+  const Placement& p = placements[placement];
+  if (p.opened == kWorld || parts[kinds[p.kind].part].isUnit) {
+    const scene::Transform t = toRender(placement);
+    if (t.isStatic()) m = t.matrices[0];
+    return t.isStatic();
+  }
+  const scene::Transform& opened = opened_[p.opened].toWorld;
+  if (!opened.isStatic()) return false;
+  m = opened.matrices[0];
+  if (p.primitive != kMany) {
+    const scene::Transform& own = primitiveOf(p).toWorld;
+    if (!own.isStatic()) return false;
+    m = own.matrices[0] * m;
+  }
+  m = m * worldToRender_.matrices[0];
+  return true;
+}
+
 std::string FlatScene::nameOf(uint32_t placement) const {
   const Placement& p = placements[placement];
   return p.opened == kWorld ? primitiveOf(p).name() : prototypes_[opened_[p.opened].prototype].name;

@@ -72,6 +72,8 @@ struct FlatScene {
   const Shape& shapeOf(const Kind& k) const { return shapes[k.shape]; }
   // From the space of the part. Worked out each time: of millions they would be most of the memory.
   scene::Transform toRender(uint32_t placement) const;
+  // The same of one that does not move, quickly; false: it does.
+  bool stillToRender(uint32_t placement, scene::Matrix& m) const;
   std::string nameOf(uint32_t placement) const;
   // Whether flatten() would make the same again.
   bool isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const;

@@ -14,40 +14,37 @@ namespace {
 // see a shape is asked of it once it is in a part.
 class PartsBySight {
  public:
-  PartsBySight(const FlatScene& flat, const Sight& sight) : flat_(flat), sight_(sight), parts_(flat.parts) {}
-
-  // Part and visibility of placements of a kind.
-  std::pair<uint32_t, uint32_t> of(uint32_t kind) {
-    const uint32_t part = flat_.kinds[kind].part;
-    const std::vector<uint32_t>& shapes = flat_.parts[part].shapes;
-    if (shapes.size() == 1) return {part, sight_.ofKind[kind]};
-    if (kind == lastKind_) return last_;
-    std::vector<uint32_t> seen;
-    uint32_t any = 0;
-    for (uint32_t k = 0; k < shapes.size(); ++k) {
-      seen.push_back(sight_.ofShape[shapes[k]] & sight_.ofKind[kind + k]);
-      any |= seen.back();
-    }
-    const auto [it, isNew] = bySight_.try_emplace({part, seen}, part);
-    if (isNew) {
-      if (!parts_[part].visibility.empty()) {
-        it->second = uint32_t(parts_.size());
-        parts_.push_back(flat_.parts[part]);
+  PartsBySight(const FlatScene& flat, const Sight& sight) : parts_(flat.parts) {
+    std::map<std::pair<uint32_t, std::vector<uint32_t>>, uint32_t> bySight;
+    for (uint32_t kind = 0; kind < flat.kinds.size(); ++kind) {
+      const uint32_t part = flat.kinds[kind].part;
+      const std::vector<uint32_t>& shapes = flat.parts[part].shapes;
+      ofKind_.emplace_back(part, sight.ofKind[kind]);
+      if (shapes.size() == 1 || flat.kinds[kind].shape != shapes[0]) continue;
+      std::vector<uint32_t> seen;
+      uint32_t any = 0;
+      for (uint32_t k = 0; k < shapes.size(); ++k) {
+        seen.push_back(sight.ofShape[shapes[k]] & sight.ofKind[kind + k]);
+        any |= seen.back();
       }
-      parts_[it->second].visibility = std::move(seen);
+      const auto [it, isNew] = bySight.try_emplace({part, seen}, part);
+      if (isNew) {
+        if (!parts_[part].visibility.empty()) {
+          it->second = uint32_t(parts_.size());
+          parts_.push_back(flat.parts[part]);
+        }
+        parts_[it->second].visibility = std::move(seen);
+      }
+      ofKind_.back() = {it->second, any};
     }
-    lastKind_ = kind;
-    return last_ = {it->second, any};
   }
-  std::vector<trace::PartInput> take() { return std::move(parts_); }
+  // Part and visibility of placements of a kind.
+  std::pair<uint32_t, uint32_t> of(uint32_t kind) const { return ofKind_[kind]; }
+  const std::vector<trace::PartInput>& parts() const { return parts_; }
 
  private:
-  const FlatScene& flat_;
-  const Sight& sight_;
   std::vector<trace::PartInput> parts_;
-  std::map<std::pair<uint32_t, std::vector<uint32_t>>, uint32_t> bySight_;
-  uint32_t lastKind_ = ~0u;
-  std::pair<uint32_t, uint32_t> last_;
+  std::vector<std::pair<uint32_t, uint32_t>> ofKind_;
 };
 
 }  // namespace
@@ -61,25 +58,26 @@ std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const
   if (world_ && inputs == inputs_) return world_;
   std::vector<trace::ShapeInput> shapes = meshes.shapes();
   for (size_t i = 0; i < shapes.size(); ++i) shapes[i].visibility = sight.ofShape[i];
-  PartsBySight parts(*flat, sight);
-  std::vector<trace::PlacementInput> placements(flat->placements.size());
-  for (uint32_t i = 0; i < placements.size(); ++i) {
-    const uint32_t kind = flat->placements[i].kind, part = flat->kinds[kind].part;
-    placements[i].info = kind;
-    std::tie(placements[i].part, placements[i].visibility) = parts.of(kind);
-    placements[i].member = flat->memberOf(i);
-    if (!flat->parts[part].instanced) placements[i].revision = scene::digestOf(flat->toRender(i)).low;
-  }
+  const PartsBySight parts(*flat, sight);
+  const trace::PlacementSource placements(uint32_t(flat->placements.size()), [&](uint32_t i) {
+    trace::PlacementInput place;
+    place.info = flat->placements[i].kind;
+    std::tie(place.part, place.visibility) = parts.of(place.info);
+    place.member = flat->memberOf(i);
+    return place;
+  });
   trace::BuildOptions options;
   options.toRender = [&](uint32_t placement) { return flat->toRender(placement); };
+  options.stillToRender = [&](uint32_t placement, scene::Matrix& m) { return flat->stillToRender(placement, m); };
+  options.revisionOf = [&](uint32_t placement) { return scene::digestOf(flat->toRender(placement)).low; };
   options.shutterOpen = camera.shutterOpen;
   options.shutterClose = camera.shutterClose;
   options.watertight = isWatertight;
   trace::BuildCounters counters;
   // from here on meshes may lie in render space: who stops half-way begins with meshes of his own
   const std::shared_ptr<const trace::World> before = std::exchange(world_, nullptr);
-  world_ = trace::World::build(std::move(shapes), parts.take(), std::move(placements), options, before.get(),
-                               counters, flat->solids);
+  world_ = trace::World::build(std::move(shapes), parts.parts(), placements, options, before.get(), counters,
+                               flat->solids);
   for (const trace::OpenSolid& s : world_->openSolids()) {
     const scene::Primitive& p = *flat->shapeOf(flat->kinds[flat->placements[s.placement].kind]).primitive;
     diagnostics.warning("RENDER-SOLID", p.pos,
