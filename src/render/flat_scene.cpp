@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <tuple>
 
@@ -433,7 +432,6 @@ class Flattener {
     }
     lastKinds_.clear();
     std::vector<Given> many, alone;
-    Imath::Box3d bounds;
     const bool mayBeMany = isPlain && proto.primitives.size() > 1;
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
@@ -444,13 +442,11 @@ class Flattener {
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
-      std::optional<Imath::Box3d> box;
-      if (mayBeMany && !isMedium(inherited.get()) && !hasDetail(p->attributes.get()))
-        box = boundsInPart(*p, given.get());
-      (box ? many : alone).push_back({k, given, inherited.get(), look, in});
-      if (box) bounds.extendBy(*box);
+      const bool isOfMany =
+          mayBeMany && !isMedium(inherited.get()) && !hasDetail(p->attributes.get()) && maySharePart(*p, given.get());
+      (isOfMany ? many : alone).push_back({k, given, inherited.get(), look, in});
     }
-    uint32_t kind = mayShareOrigin(bounds) ? kindsOfMany(inst, attributes.get(), many) : kNone;
+    const uint32_t kind = kindsOfMany(inst, attributes.get(), many);
     if (kind != kNone) {
       ++placed_;
       placeKind(kind, opened, FlatScene::kMany, around);

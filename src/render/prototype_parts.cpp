@@ -1,5 +1,7 @@
 #include "render/prototype_parts.h"
 
+#include <ImathBox.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -52,27 +54,24 @@ bool isWellMade(const scene::Matrix& m) {
 
 }  // namespace
 
-std::optional<Imath::Box3d> boundsInPart(const scene::Primitive& p, const scene::Attributes* given) {
-  if (!p.toWorld.isStatic() || !isWellMade(p.toWorld.matrices[0])) return std::nullopt;
-  if (given && given->displacement) return std::nullopt;
+bool maySharePart(const scene::Primitive& p, const scene::Attributes* given) {
+  constexpr double kFarthest = 2048;  // sizes: 13 bits are left of a float's 24
+  if (!p.toWorld.isStatic() || !isWellMade(p.toWorld.matrices[0])) return false;
+  if (given && given->displacement) return false;
   const bool isStrand =
       std::holds_alternative<scene::Curves>(p.shape) || std::holds_alternative<scene::Points>(p.shape);
-  if (isStrand && !trace::keepsWidths(p.toWorld.matrices[0])) return std::nullopt;
+  if (isStrand && !trace::keepsWidths(p.toWorld.matrices[0])) return false;
   const Imath::Box3d own = ownBounds(p);
-  if (own.isEmpty() || !std::isfinite(own.size().x + own.size().y + own.size().z)) return std::nullopt;
+  if (own.isEmpty()) return false;
   Imath::Box3d box;
   for (int c = 0; c < 8; ++c)
     box.extendBy(
         Imath::V3d(c & 1 ? own.max.x : own.min.x, c & 2 ? own.max.y : own.min.y, c & 4 ? own.max.z : own.min.z) *
         p.toWorld.matrices[0]);
-  return box;
-}
-
-bool mayShareOrigin(const Imath::Box3d& bounds) {
-  const Imath::V3d size = bounds.size(), middle = bounds.center();
-  const double extent = std::max({size.x, size.y, size.z});
-  // where a mesh by itself would keep it, see Mesh::origin
-  return std::max({std::fabs(middle.x), std::fabs(middle.y), std::fabs(middle.z)}) <= 16 * extent;
+  const Imath::V3d size = box.size(), middle = box.center();
+  const double far = std::max({std::fabs(middle.x), std::fabs(middle.y), std::fabs(middle.z)}),
+               extent = std::max({size.x, size.y, size.z});
+  return std::isfinite(far + extent) && far <= kFarthest * extent;
 }
 
 }  // namespace kinora::render

@@ -11,17 +11,13 @@
 
 namespace kinora::render {
 
-// Of a primitive that may share a part with others of its object: where about it lies in the object's space. Nothing
-// where it has to be a part of its own:
+// Whether a primitive may share a part with others of its object. It has to be one of its own where
 // - its transform moves, is flat or nearly so, or is no affine one;
-// - its attributes displace it, as the levels of such a surface are chosen in its own space, or fill it with a medium;
+// - its attributes displace it, as the levels of such a surface are chosen in its own space;
 // - it is a strand (Curves, Points) whose widths the transform would not keep;
+// - it lies so far from the object's origin that floats are coarse for its size (Mesh::origin is for those);
 // - it is none of the primitives whose place follows from their arguments or "P" (blobbies, volumes).
-// Surfaces of solids and levels of detail are for the caller to keep out.
-std::optional<Imath::Box3d> boundsInPart(const scene::Primitive& primitive, const scene::Attributes* given);
-
-// Whether meshes that lie in these bounds keep their precision in one space: together they do not lie much farther from
-// its origin than they are large.
-bool mayShareOrigin(const Imath::Box3d& bounds);
+// Surfaces of solids, levels of detail and what is full of a medium are for the caller to keep out.
+bool maySharePart(const scene::Primitive& primitive, const scene::Attributes* given);
 
 }  // namespace kinora::render

@@ -37,7 +37,9 @@ void describeGeometries(const FlatScene& flat, const std::vector<const geometry:
     info.flags = (moves ? shade::kMovesShadowOrigins : 0u) | (info.N ? shade::kHasNormals : 0u) |
                  (mesh.doubleSided ? 0u : shade::kOneSided) | (mesh.quads ? shade::kHasQuads : 0u);
     info.name = p.name();
-    if (flat.shapes[s].isBaked && p.toWorld.matrices[0] != scene::Matrix()) info.toMesh = p.toWorld.matrices.data();
+    if (flat.shapes[s].isBaked && p.toWorld.matrices[0] != scene::Matrix())
+      info.baked = std::make_shared<const shade::BakedSpace>(
+          shade::BakedSpace{p.toWorld.matrices[0], p.toWorld.matrices[0].inverse()});
     for (const geometry::Primvar& v : mesh.primvars)
       if (!v.data.empty() && v.width > 0) {
         uint32_t& width = w.primvarWidths[v.name];

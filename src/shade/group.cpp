@@ -33,7 +33,7 @@ ObjectSpace ShadingWorld::spaceOf(uint32_t instance, uint32_t geometry) const {
     m[3][i] = double(a.t[i]);
   }
   m = scene::Matrix().setTranslation(-world->mesh(geometry).origin) * m;
-  if (const scene::Matrix* toMesh = geometries[geometry].toMesh) m = *toMesh * m;
+  if (const BakedSpace* baked = geometries[geometry].baked.get()) m = baked->toMesh * m;
   return ObjectSpace::of(m);
 }
 

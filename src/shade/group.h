@@ -30,14 +30,17 @@ class MediumTracks;
 struct ShaderScene;
 struct Track;
 
+// Of a mesh that its object's own transform is baked into, since others of a prototype share its space.
+struct BakedSpace {
+  scene::Matrix toMesh, toObject;
+};
+
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
   uint32_t flags = 0;
   float side = 1;  // -1: the mesh's normals are flipped
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
-  // From the space of the object that it was made of to its own, where that of a prototype's has been baked into it;
-  // null: they are one.
-  const scene::Matrix* toMesh = nullptr;
+  std::shared_ptr<const BakedSpace> baked;  // null: the mesh lies in its object's space
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
