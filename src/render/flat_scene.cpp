@@ -91,11 +91,51 @@ const scene::Primitive& FlatScene::primitiveOf(const Placement& p) const {
                             : *prototypes_[opened_[p.opened].prototype].primitives[p.primitive];
 }
 
+const scene::Transform& FlatScene::inItsPlace(const Opened& o) const {
+  return o.around == kWorld ? inWorld_[o.place] : prototypes_[opened_[o.around].prototype].instances[o.place].toWorld;
+}
+
+scene::Transform FlatScene::toWorld(uint32_t opened) const {
+  const Opened& o = opened_[opened];
+  return o.around == kWorld ? inItsPlace(o) : concat(inItsPlace(o), toWorld(o.around));
+}
+
+uint64_t FlatScene::nextSerial() {
+  static std::atomic<uint64_t> last{0};
+  return ++last;
+}
+
+bool FlatScene::stillToWorld(uint32_t opened, scene::Matrix& m) const {
+  const Opened& o = opened_[opened];
+  const scene::Transform& own = inItsPlace(o);
+  if (!own.isStatic()) return false;
+  if (o.around == kWorld) {
+    m = own.matrices[0];
+    return true;
+  }
+  // neighbours in memory and in space stand in the same instance
+  struct Known {
+    uint64_t serial = 0;
+    uint32_t opened = 0;
+    bool isStill = false;
+    scene::Matrix m;
+  };
+  static thread_local std::array<Known, 64> known;
+  Known& k = known[o.around % known.size()];
+  if (k.serial != serial_ || k.opened != o.around) {
+    const bool isStill = stillToWorld(o.around, m);  // which may take the same place for another
+    k = {serial_, o.around, isStill, m};
+  }
+  if (!k.isStill) return false;
+  m = own.matrices[0] * k.m;
+  return true;
+}
+
 scene::Transform FlatScene::toRender(uint32_t placement) const {
   const Placement& p = placements[placement];
-  if (p.primitive == kMany) return concat(opened_[p.opened].toWorld, worldToRender_);
+  if (p.primitive == kMany) return concat(toWorld(p.opened), worldToRender_);
   const scene::Primitive& source = primitiveOf(p);
-  scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, opened_[p.opened].toWorld);
+  scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, toWorld(p.opened));
   if (parts[kinds[p.kind].part].isUnit)
     t = concat(scene::Transform::fixed(scene::Matrix().setScale(unitQuadricOf(source)->size)), t);
   return concat(t, worldToRender_);
@@ -108,9 +148,7 @@ bool FlatScene::stillToRender(uint32_t placement, scene::Matrix& m) const {
     if (t.isStatic()) m = t.matrices[0];
     return t.isStatic();
   }
-  const scene::Transform& opened = opened_[p.opened].toWorld;
-  if (!opened.isStatic()) return false;
-  m = opened.matrices[0];
+  if (!stillToWorld(p.opened, m)) return false;
   if (p.primitive != kMany) {
     const scene::Transform& own = primitiveOf(p).toWorld;
     if (!own.isStatic()) return false;
@@ -185,8 +223,13 @@ class Flattener {
       const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get())});
       place(part, FlatScene::kWorld, k, p->attributes.get(), in);
     }
-    for (const scene::Instance& i : scene_.instances)
-      if (isSeen(i.attributes.get(), {})) open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
+    f.inWorld_.reserve(scene_.instances.size());
+    for (const scene::Instance& i : scene_.instances) {
+      if (!isSeen(i.attributes.get(), {})) continue;
+      f.inWorld_.push_back(i.toWorld);
+      open(i, {FlatScene::kWorld, uint32_t(f.inWorld_.size() - 1), i.prototype}, i.toWorld, 0, i.attributes,
+           placeIn(solids, i.solid, {}, i.pos));
+    }
     f.solids = trees_.finish(f.solidPlaces);
     for (trace::Solids::Member& m : f.members_) m = trees_.resolved(m);
     f.spaces = std::move(spaces_);
@@ -387,7 +430,7 @@ class Flattener {
 
   // What primitives of an object may be one part is; each of the others is a part of its own that every instance
   // places. Nested instances are flattened (the packaged Embree has one level).
-  void open(const scene::Instance& inst, const scene::Transform& toWorld, int depth,
+  void open(const scene::Instance& inst, const FlatScene::Opened& as, const scene::Transform& toWorld, int depth,
             const scene::AttributesPtr& attributes, const SolidTrees::Place& around) {
     // Objects that hold the next one twice, level after level, are countless also where they place nothing.
     constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
@@ -412,7 +455,7 @@ class Flattener {
       isTooDeep_ = true;
       return;
     }
-    if (placed_ > kMostPlacements || opened_ > placed_ + kMostIdle) {
+    if (placed_ > kMostPlacements || opened_ > 2 * placed_ + kMostIdle) {
       isTooMany_ = true;
       diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances inside instances are too many",
                            "those after the first " + std::to_string(placed_) + " objects are left out");
@@ -420,7 +463,7 @@ class Flattener {
     }
     const scene::Prototype& proto = scene_.prototypes[inst.prototype];
     const std::vector<SolidTrees::Place> solids = trees_.open(proto.solids, around);
-    flat_->opened_.push_back({toWorld, inst.prototype});
+    flat_->opened_.push_back(as);
     const auto opened = uint32_t(flat_->opened_.size() - 1);
     bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
     if (isPlain && inst.prototype == lastPrototype_ && attributes.get() == lastGiven_ && proto.instances.empty()) {
@@ -467,10 +510,12 @@ class Flattener {
     // as the next instance is likely to find them
     lastPrototype_ = isPlain ? inst.prototype : kNone;
     lastGiven_ = attributes.get();
-    for (const scene::Instance& nested : proto.instances)
+    for (uint32_t k = 0; k < proto.instances.size(); ++k) {
+      const scene::Instance& nested = proto.instances[k];
       if (isSeen(nested.attributes.get(), toWorld))
-        open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
-             placeIn(solids, nested.solid, around, nested.pos));
+        open(nested, {opened, k, nested.prototype}, concat(nested.toWorld, toWorld), depth + 1,
+             inheritedBy(nested.attributes, attributes).first, placeIn(solids, nested.solid, around, nested.pos));
+    }
   }
 
   static constexpr uint32_t kNone = ~0u;

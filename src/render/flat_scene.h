@@ -82,11 +82,19 @@ struct FlatScene {
   friend class Flattener;
   const scene::Primitive& primitiveOf(const Placement& p) const;
 
+  // An instance that was opened. Where it stands follows from those that it stands in, which come before it.
   struct Opened {
-    scene::Transform toWorld;
+    uint32_t around;  // opened; kWorld: none, it is one of the scene's own
+    uint32_t place;   // in the list of instances of what is around it; of the scene's: in inWorld_
     uint32_t prototype;
   };
   std::vector<Opened> opened_;
+  std::vector<scene::Transform> inWorld_;
+  uint64_t serial_ = nextSerial();
+  static uint64_t nextSerial();
+  scene::Transform toWorld(uint32_t opened) const;
+  bool stillToWorld(uint32_t opened, scene::Matrix& m) const;  // false: it moves
+  const scene::Transform& inItsPlace(const Opened& o) const;
   std::vector<trace::Solids::Member> members_;  // by placement; empty: there are no solids
   scene::Transform worldToRender_;
   // what it was made of

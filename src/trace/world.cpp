@@ -9,7 +9,6 @@
 
 #include <kinora/sample_table.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
 
 #include "scene/uniform_keys.h"
@@ -221,22 +220,18 @@ struct Ordered {
 
 // What lies together in space shall lie together in memory: a ray that passes many placements waits for little else.
 void sortBySpace(std::vector<Ordered>& placements, const std::function<Imath::V3d(uint32_t)>& placeOf) {
-  const Imath::Box3d all = tbb::parallel_reduce(
-      tbb::blocked_range<size_t>(0, placements.size()), Imath::Box3d(),
-      [&](const tbb::blocked_range<size_t>& range, Imath::Box3d box) {
-        for (size_t i = range.begin(); i < range.end(); ++i)
-          if (const Imath::V3d x = placeOf(placements[i].placement); std::isfinite(x.x + x.y + x.z)) box.extendBy(x);
-        return box;
-      },
-      [](Imath::Box3d a, const Imath::Box3d& b) {
-        if (!b.isEmpty()) a.extendBy(b);
-        return a;
-      });
-  const double size = all.isEmpty() ? 1 : std::max({all.size().x, all.size().y, all.size().z, 1e-300});
-  tbb::parallel_for(size_t(0), placements.size(), [&](size_t i) {
-    const Imath::V3d place = placeOf(placements[i].placement);
+  std::vector<Imath::V3f> places(placements.size());
+  tbb::parallel_for(size_t(0), places.size(),
+                    [&](size_t i) { places[i] = Imath::V3f(placeOf(placements[i].placement)); });
+  Imath::Box3f all;
+  const auto isFinite = [](const Imath::V3f& x) { return std::isfinite(x.x + x.y + x.z); };
+  for (const Imath::V3f& x : places)
+    if (isFinite(x)) all.extendBy(x);
+  const double size =
+      all.isEmpty() ? 1 : std::max({double(all.size().x), double(all.size().y), double(all.size().z), 1e-30});
+  tbb::parallel_for(size_t(0), places.size(), [&](size_t i) {
     double x[3] = {0, 0, 0};
-    for (int k = 0; k < 3 && std::isfinite(place.x + place.y + place.z); ++k) x[k] = (place[k] - all.min[k]) / size;
+    for (int k = 0; k < 3 && isFinite(places[i]); ++k) x[k] = (double(places[i][k]) - double(all.min[k])) / size;
     placements[i].code = interleaved(x);
   });
   tbb::parallel_sort(placements.begin(), placements.end());
