@@ -466,14 +466,15 @@ class Flattener {
     flat_->opened_.push_back(as);
     const auto opened = uint32_t(flat_->opened_.size() - 1);
     bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
-    if (isPlain && inst.prototype == lastPrototype_ && attributes.get() == lastGiven_ && proto.instances.empty()) {
-      for (const auto& [kind, primitive] : lastKinds_) {
-        ++placed_;
-        placeKind(kind, opened, primitive, around);
+    if (isPlain && proto.instances.empty())
+      if (const auto it = plain_.find({inst.prototype, attributes.get()}); it != plain_.end()) {
+        for (const auto& [kind, primitive] : it->second) {
+          ++placed_;
+          placeKind(kind, opened, primitive, around);
+        }
+        return;
       }
-      return;
-    }
-    lastKinds_.clear();
+    std::vector<std::pair<uint32_t, uint32_t>> kinds;  // and primitives
     std::vector<Given> many, alone;
     const bool mayBeMany = isPlain && proto.primitives.size() > 1;
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
@@ -493,7 +494,7 @@ class Flattener {
     if (kind != kNone) {
       ++placed_;
       placeKind(kind, opened, FlatScene::kMany, around);
-      lastKinds_.emplace_back(kind, FlatScene::kMany);
+      kinds.emplace_back(kind, FlatScene::kMany);
     } else {
       alone.insert(alone.end(), many.begin(), many.end());
       std::sort(alone.begin(), alone.end(), [](const Given& a, const Given& b) { return a.primitive < b.primitive; });
@@ -505,11 +506,12 @@ class Flattener {
                              {proto.primitives[g.primitive], g.attributes, g.look});
       ++placed_;
       place(it->second, opened, g.primitive, g.inherited, g.in);
-      lastKinds_.emplace_back(flat_->placements.back().kind, g.primitive);
+      kinds.emplace_back(flat_->placements.back().kind, g.primitive);
     }
-    // as the next instance is likely to find them
-    lastPrototype_ = isPlain ? inst.prototype : kNone;
-    lastGiven_ = attributes.get();
+    if (isPlain && proto.instances.empty()) {
+      if (plain_.size() == kMostPlain) plain_.clear();
+      plain_[{inst.prototype, attributes.get()}] = std::move(kinds);
+    }
     for (uint32_t k = 0; k < proto.instances.size(); ++k) {
       const scene::Instance& nested = proto.instances[k];
       if (isSeen(nested.attributes.get(), toWorld))
@@ -539,9 +541,9 @@ class Flattener {
   shade::PlacementInfo lastInfo_;
   std::pair<const scene::Attributes*, Digest> lastLook_;
   bool isLookKnown_ = false;
-  uint32_t lastPrototype_ = kNone;
-  const scene::Attributes* lastGiven_ = nullptr;
-  std::vector<std::pair<uint32_t, uint32_t>> lastKinds_;  // and primitives
+  // Kinds and primitives that instances place of an object with these attributes, where nothing else decides that.
+  static constexpr size_t kMostPlain = 4096;
+  std::map<std::pair<uint32_t, const scene::Attributes*>, std::vector<std::pair<uint32_t, uint32_t>>> plain_;
   uint64_t placed_ = 0, opened_ = 0;
   bool isTooMany_ = false, isTooDeep_ = false;
 };

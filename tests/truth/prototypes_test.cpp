@@ -156,6 +156,25 @@ TEST(Prototypes, WhatSharesNoPart) {
       << "modelled far from the object's origin, where floats are coarse";
 }
 
+// Ten objects in one another, each with two of the one before, are a thousand of the first.
+TEST(Prototypes, ObjectsInObjects) {
+  const auto step = [](int level) { return "Translate " + std::to_string(.0005 * (1 << level)) + " 0 0\n"; };
+  std::string nested = "ObjectBegin \"o0\"\n" + block(kPieces[0].text) + block(kPieces[5].text) + "ObjectEnd\n",
+              flat = nested;
+  for (int i = 1; i <= 10; ++i) {
+    const std::string below = "ObjectInstance \"o" + std::to_string(i - 1) + "\"\n";
+    nested += "ObjectBegin \"o" + std::to_string(i) + "\"\n" + below + "TransformBegin\n" + step(i) + below +
+              "TransformEnd\nObjectEnd\n";
+  }
+  for (int k = 0; k < 1024; ++k)
+    flat += "TransformBegin\nTranslate " + std::to_string(.001 * k) + " 0 0\nObjectInstance \"o0\"\nTransformEnd\n";
+  const Rendered deep = render(kHead + nested + "ObjectInstance \"o10\"\nWorldEnd\n"),
+                 wide = render(kHead + flat + "WorldEnd\n");
+  EXPECT_EQ(deep.placements, 1025u);
+  EXPECT_EQ(wide.placements, 1025u);
+  expectAlike(deep.picture, wide.picture, "ten deep");
+}
+
 TEST(Prototypes, EditsGiveThePictureOfAFreshLoad) {
   RenderRequest r;
   r.rib = forest(false);
