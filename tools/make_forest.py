@@ -68,7 +68,7 @@ def main():
     out('Hider "raytrace" "int minsamples" [16] "int maxsamples" [64]')
     out('Integrator "PxrPathTracer" "path" "int maxIndirectBounces" [3]')
     out('Projection "perspective" "fov" [32]')
-    out("Rotate -14 1 0 0\nRotate 20 0 1 0\nTranslate 0 -5 14\nWorldBegin")
+    out("Rotate -14 1 0 0\nRotate 75 0 1 0\nTranslate 0 -5 14\nWorldBegin")
     out('Light "PxrDomeLight" "sky" "color lightColor" [.45 .6 .9]')
     out('AttributeBegin Rotate 40 0 1 0 Rotate 35 1 0 0')
     out('Light "PxrDistantLight" "sun" "float intensity" [2.6] "color lightColor" [1 .9 .75] "float angleExtent" [.5] AttributeEnd')
