@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "render/detail.h"
+#include "render/prototype_parts.h"
 #include "render/solid_trees.h"
 #include "scene/digests.h"
 
@@ -90,13 +91,71 @@ const scene::Primitive& FlatScene::primitiveOf(const Placement& p) const {
                             : *prototypes_[opened_[p.opened].prototype].primitives[p.primitive];
 }
 
+const scene::Transform& FlatScene::inItsPlace(const Opened& o) const {
+  return o.around == kWorld ? inWorld_[o.place] : prototypes_[opened_[o.around].prototype].instances[o.place].toWorld;
+}
+
+scene::Transform FlatScene::toWorld(uint32_t opened) const {
+  const Opened& o = opened_[opened];
+  return o.around == kWorld ? inItsPlace(o) : concat(inItsPlace(o), toWorld(o.around));
+}
+
+uint64_t FlatScene::nextSerial() {
+  static std::atomic<uint64_t> last{0};
+  return ++last;
+}
+
+bool FlatScene::stillToWorld(uint32_t opened, scene::Matrix& m) const {
+  const Opened& o = opened_[opened];
+  const scene::Transform& own = inItsPlace(o);
+  if (!own.isStatic()) return false;
+  if (o.around == kWorld) {
+    m = own.matrices[0];
+    return true;
+  }
+  // neighbours in memory and in space stand in the same instance
+  struct Known {
+    uint64_t serial = 0;
+    uint32_t opened = 0;
+    bool isStill = false;
+    scene::Matrix m;
+  };
+  static thread_local std::array<Known, 64> known;
+  Known& k = known[o.around % known.size()];
+  if (k.serial != serial_ || k.opened != o.around) {
+    const bool isStill = stillToWorld(o.around, m);  // which may take the same place for another
+    k = {serial_, o.around, isStill, m};
+  }
+  if (!k.isStill) return false;
+  m = own.matrices[0] * k.m;
+  return true;
+}
+
 scene::Transform FlatScene::toRender(uint32_t placement) const {
   const Placement& p = placements[placement];
+  if (p.primitive == kMany) return concat(toWorld(p.opened), worldToRender_);
   const scene::Primitive& source = primitiveOf(p);
-  scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, opened_[p.opened].toWorld);
+  scene::Transform t = p.opened == kWorld ? source.toWorld : concat(source.toWorld, toWorld(p.opened));
   if (parts[kinds[p.kind].part].isUnit)
     t = concat(scene::Transform::fixed(scene::Matrix().setScale(unitQuadricOf(source)->size)), t);
   return concat(t, worldToRender_);
+}
+
+bool FlatScene::stillToRender(uint32_t placement, scene::Matrix& m) const {
+  const Placement& p = placements[placement];
+  if (p.opened == kWorld || parts[kinds[p.kind].part].isUnit) {
+    const scene::Transform t = toRender(placement);
+    if (t.isStatic()) m = t.matrices[0];
+    return t.isStatic();
+  }
+  if (!stillToWorld(p.opened, m)) return false;
+  if (p.primitive != kMany) {
+    const scene::Transform& own = primitiveOf(p).toWorld;
+    if (!own.isStatic()) return false;
+    m = own.matrices[0] * m;
+  }
+  m = m * worldToRender_.matrices[0];
+  return true;
 }
 
 std::string FlatScene::nameOf(uint32_t placement) const {
@@ -161,11 +220,16 @@ class Flattener {
       }
       const SolidTrees::Place in = placeIn(solids, p->solid, {}, p->pos);
       const scene::AttributesPtr& look = trees_.isTurned(in) ? turned(p->attributes) : p->attributes;
-      const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get()), 0, nullptr, false});
+      const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get())});
       place(part, FlatScene::kWorld, k, p->attributes.get(), in);
     }
-    for (const scene::Instance& i : scene_.instances)
-      if (isSeen(i.attributes.get(), {})) open(i, i.toWorld, 0, i.attributes, placeIn(solids, i.solid, {}, i.pos));
+    f.inWorld_.reserve(scene_.instances.size());
+    for (const scene::Instance& i : scene_.instances) {
+      if (!isSeen(i.attributes.get(), {})) continue;
+      f.inWorld_.push_back(i.toWorld);
+      open(i, {FlatScene::kWorld, uint32_t(f.inWorld_.size() - 1), i.prototype}, i.toWorld, 0, i.attributes,
+           placeIn(solids, i.solid, {}, i.pos));
+    }
     f.solids = trees_.finish(f.solidPlaces);
     for (trace::Solids::Member& m : f.members_) m = trees_.resolved(m);
     f.spaces = std::move(spaces_);
@@ -190,7 +254,7 @@ class Flattener {
       auto more = std::make_shared<std::vector<scene::PrimitivePtr>>();
       more->reserve(group.members.size() - 1);
       for (size_t i = 1; i < group.members.size(); ++i) more->push_back(scene_.primitives[group.members[i]]);
-      return addPart(first->id, false, {first, first->attributes, look, 0, std::move(more), false});
+      return addPart(first->id, false, {first, first->attributes, look, 0, std::move(more)});
     }
     auto unit = std::make_shared<scene::Primitive>(*first);
     unit->shape = unitQuadricOf(*first)->quadric;
@@ -198,8 +262,8 @@ class Flattener {
     Hasher h;  // not what this primitive would be by itself
     h.digest(look);
     h.bytes(&group.radiusPixels, sizeof group.radiusPixels);
-    const uint32_t part = addPart(
-        first->id, true, {std::move(unit), first->attributes, h.result(), group.radiusPixels, nullptr, false});
+    const uint32_t part =
+        addPart(first->id, true, {std::move(unit), first->attributes, h.result(), group.radiusPixels});
     flat_->parts[part].isUnit = true;
     return part;
   }
@@ -241,8 +305,12 @@ class Flattener {
       flat_->shapes[flat_->parts[part].shapes[0]].isMedium = true;
       flat_->parts[part].instanced = true;  // in its own space, for those who look for its boundary
     }
+    placeKind(kindOf(part, attributes), opened, primitive, in);
+  }
+
+  void placeKind(uint32_t kind, uint32_t opened, uint32_t primitive, const SolidTrees::Place& in) {
     FlatScene& f = *flat_;
-    f.placements.push_back({kindOf(part, attributes), opened, primitive});
+    f.placements.push_back({kind, opened, primitive});
     const auto placement = uint32_t(f.placements.size() - 1);
     const bool ofSolid = in.solid != trace::kNoSolid;
     if (!ofSolid && opened != FlatScene::kWorld) {
@@ -255,7 +323,7 @@ class Flattener {
     if (opened != FlatScene::kWorld) return;
     scene::Matrix m = toRender.at(f.space_.view.middle);
     double unit = 1;
-    if (f.parts[part].isUnit) {
+    if (f.parts[f.kinds[kind].part].isUnit) {
       unit = unitQuadricOf(*scene_.primitives[primitive])->size;
       m = scene::Matrix().setScale(1 / unit) * m;
     }
@@ -279,6 +347,12 @@ class Flattener {
       const auto [it, isNew] = kinds_.try_emplace({part, attributes}, uint32_t(f.kinds.size()));
       if (!isNew) return it->second;
     }
+    addKind(part, f.parts[part].shapes[0], attributes);
+    return uint32_t(f.kinds.size() - 1);
+  }
+
+  void addKind(uint32_t part, uint32_t shape, const scene::Attributes* attributes) {
+    FlatScene& f = *flat_;
     if (attributes != lastAttributes_ || f.kinds.empty()) {
       lastAttributes_ = attributes;
       lastVisibility_ = visibilityOf(attributes);
@@ -291,10 +365,9 @@ class Flattener {
       info.isHiddenFromCamera = !(lastVisibility_ & trace::kSeenByCamera);
       info.hole = attributes && (attributes->matte || attributes->getInt("trace:holdout", 0));
     }
-    f.kinds.push_back({part, lastVisibility_});
+    f.kinds.push_back({part, shape, lastVisibility_});
     f.infos.push_back(lastInfo_);
     f.attributes.push_back(attributes);
-    return uint32_t(f.kinds.size() - 1);
   }
 
   bool isMedium(const scene::Attributes* attributes) {
@@ -317,9 +390,47 @@ class Flattener {
     return it->second;
   }
 
-  // Primitives of objects keep their own transform inside the object, so each becomes a part of its own that every
-  // instance places; nested instances are flattened (the packaged Embree has one level).
-  void open(const scene::Instance& inst, const scene::Transform& toWorld, int depth,
+  // A primitive of an object, as some instance gives it.
+  struct Given {
+    uint32_t primitive;
+    scene::AttributesPtr attributes;  // with the side out that faces out
+    const scene::Attributes* inherited;
+    Digest look;
+    SolidTrees::Place in;
+  };
+
+  // The primitives of an object that are one part. The first of its kinds; kNone: there are none, all stand for
+  // themselves.
+  uint32_t kindsOfMany(const scene::Instance& inst, const scene::Attributes* attributes,
+                       const std::vector<Given>& many) {
+    if (many.size() < 2) return kNone;
+    const scene::Prototype& proto = scene_.prototypes[inst.prototype];
+    Hasher h;
+    for (const Given& g : many) {
+      h.word(g.primitive);
+      h.digest(g.look);
+    }
+    FlatScene& f = *flat_;
+    const auto [it, isNew] = partOf_.try_emplace({inst.prototype, FlatScene::kMany, h.result()}, 0);
+    if (isNew) {
+      it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | many[0].primitive, true,
+                           {proto.primitives[many[0].primitive], many[0].attributes, many[0].look});
+      f.shapes.back().isBaked = true;
+      for (size_t i = 1; i < many.size(); ++i) {
+        f.parts.back().shapes.push_back(uint32_t(f.shapes.size()));
+        f.shapes.push_back({proto.primitives[many[i].primitive], many[i].attributes, many[i].look});
+        f.shapes.back().isBaked = true;
+      }
+    }
+    const uint32_t part = it->second;
+    const auto [kind, isNewKind] = kinds_.try_emplace({part, attributes}, uint32_t(f.kinds.size()));
+    for (size_t i = 0; isNewKind && i < many.size(); ++i) addKind(part, f.parts[part].shapes[i], many[i].inherited);
+    return kind->second;
+  }
+
+  // What primitives of an object may be one part is; each of the others is a part of its own that every instance
+  // places. Nested instances are flattened (the packaged Embree has one level).
+  void open(const scene::Instance& inst, const FlatScene::Opened& as, const scene::Transform& toWorld, int depth,
             const scene::AttributesPtr& attributes, const SolidTrees::Place& around) {
     // Objects that hold the next one twice, level after level, are countless also where they place nothing.
     constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
@@ -344,7 +455,7 @@ class Flattener {
       isTooDeep_ = true;
       return;
     }
-    if (placed_ > kMostPlacements || opened_ > placed_ + kMostIdle) {
+    if (placed_ > kMostPlacements || opened_ > 2 * placed_ + kMostIdle) {
       isTooMany_ = true;
       diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances inside instances are too many",
                            "those after the first " + std::to_string(placed_) + " objects are left out");
@@ -352,17 +463,20 @@ class Flattener {
     }
     const scene::Prototype& proto = scene_.prototypes[inst.prototype];
     const std::vector<SolidTrees::Place> solids = trees_.open(proto.solids, around);
-    flat_->opened_.push_back({toWorld, inst.prototype});
+    flat_->opened_.push_back(as);
     const auto opened = uint32_t(flat_->opened_.size() - 1);
     bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
-    if (isPlain && inst.prototype == lastPrototype_ && attributes.get() == lastGiven_ && proto.instances.empty()) {
-      for (uint32_t k = 0; k < lastParts_.size(); ++k) {
-        ++placed_;
-        place(lastParts_[k].first, opened, k, lastParts_[k].second, around);
+    if (isPlain && proto.instances.empty())
+      if (const auto it = plain_.find({inst.prototype, attributes.get()}); it != plain_.end()) {
+        for (const auto& [kind, primitive] : it->second) {
+          ++placed_;
+          placeKind(kind, opened, primitive, around);
+        }
+        return;
       }
-      return;
-    }
-    lastParts_.clear();
+    std::vector<std::pair<uint32_t, uint32_t>> kinds;  // and primitives
+    std::vector<Given> many, alone;
+    const bool mayBeMany = isPlain && proto.primitives.size() > 1;
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
       isPlain &= !hasDetail(p->attributes.get());
@@ -372,20 +486,38 @@ class Flattener {
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
-      const auto [it, isNew] = partOf_.try_emplace({inst.prototype, k, look}, 0);
-      if (isNew)
-        it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | k, true, {p, given, look, 0, nullptr, false});
-      ++placed_;
-      place(it->second, opened, k, inherited.get(), in);
-      lastParts_.emplace_back(it->second, inherited.get());
+      const bool isOfMany =
+          mayBeMany && !isMedium(inherited.get()) && !hasDetail(p->attributes.get()) && maySharePart(*p, given.get());
+      (isOfMany ? many : alone).push_back({k, given, inherited.get(), look, in});
     }
-    // as the next instance is likely to find them
-    lastPrototype_ = isPlain ? inst.prototype : kNone;
-    lastGiven_ = attributes.get();
-    for (const scene::Instance& nested : proto.instances)
+    const uint32_t kind = kindsOfMany(inst, attributes.get(), many);
+    if (kind != kNone) {
+      ++placed_;
+      placeKind(kind, opened, FlatScene::kMany, around);
+      kinds.emplace_back(kind, FlatScene::kMany);
+    } else {
+      alone.insert(alone.end(), many.begin(), many.end());
+      std::sort(alone.begin(), alone.end(), [](const Given& a, const Given& b) { return a.primitive < b.primitive; });
+    }
+    for (const Given& g : alone) {
+      const auto [it, isNew] = partOf_.try_emplace({inst.prototype, g.primitive, g.look}, 0);
+      if (isNew)
+        it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | g.primitive, true,
+                             {proto.primitives[g.primitive], g.attributes, g.look});
+      ++placed_;
+      place(it->second, opened, g.primitive, g.inherited, g.in);
+      kinds.emplace_back(flat_->placements.back().kind, g.primitive);
+    }
+    if (isPlain && proto.instances.empty()) {
+      if (plain_.size() == kMostPlain) plain_.clear();
+      plain_[{inst.prototype, attributes.get()}] = std::move(kinds);
+    }
+    for (uint32_t k = 0; k < proto.instances.size(); ++k) {
+      const scene::Instance& nested = proto.instances[k];
       if (isSeen(nested.attributes.get(), toWorld))
-        open(nested, concat(nested.toWorld, toWorld), depth + 1, inheritedBy(nested.attributes, attributes).first,
-             placeIn(solids, nested.solid, around, nested.pos));
+        open(nested, {opened, k, nested.prototype}, concat(nested.toWorld, toWorld), depth + 1,
+             inheritedBy(nested.attributes, attributes).first, placeIn(solids, nested.solid, around, nested.pos));
+    }
   }
 
   static constexpr uint32_t kNone = ~0u;
@@ -409,9 +541,9 @@ class Flattener {
   shade::PlacementInfo lastInfo_;
   std::pair<const scene::Attributes*, Digest> lastLook_;
   bool isLookKnown_ = false;
-  uint32_t lastPrototype_ = kNone;
-  const scene::Attributes* lastGiven_ = nullptr;
-  std::vector<std::pair<uint32_t, const scene::Attributes*>> lastParts_;
+  // Kinds and primitives that instances place of an object with these attributes, where nothing else decides that.
+  static constexpr size_t kMostPlain = 4096;
+  std::map<std::pair<uint32_t, const scene::Attributes*>, std::vector<std::pair<uint32_t, uint32_t>>> plain_;
   uint64_t placed_ = 0, opened_ = 0;
   bool isTooMany_ = false, isTooDeep_ = false;
 };

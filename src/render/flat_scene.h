@@ -38,22 +38,24 @@ struct FlatScene {
     scene::AttributesPtr attributes;  // of its first placement
     Digest look;
     double radiusPixels = 0;  // of one of size 1 that stands for others: how large they are seen
-    std::shared_ptr<const std::vector<scene::PrimitivePtr>> more;  // one mesh with `primitive`; null: none
-    bool isMedium = false;                                         // some placement of it is full of a medium
+    std::shared_ptr<const std::vector<scene::PrimitivePtr>> more = nullptr;  // one mesh with `primitive`; null: none
+    bool isMedium = false;  // some placement of it is full of a medium
+    bool isBaked = false;   // its own transform is baked into its mesh, see prototype_parts.h
   };
-  // Placements of one part with the same attributes.
+  // A shape of a part, in placements with the same attributes. Those of a part of many shapes follow each other.
   struct Kind {
     uint32_t part = 0;
+    uint32_t shape = 0;
     uint32_t visibility = 15;  // what attributes say of the object itself
   };
   struct Placement {
-    uint32_t kind = 0;
+    uint32_t kind = 0;         // of the part's first shape
     uint32_t opened = kWorld;  // instance; its primitive is one of the scene or of that instance's object
-    uint32_t primitive = 0;
+    uint32_t primitive = 0;    // kMany: the part is of several
   };
-  static constexpr uint32_t kWorld = ~0u;
+  static constexpr uint32_t kWorld = ~0u, kMany = ~0u;
   std::vector<Shape> shapes;
-  std::vector<trace::PartInput> parts;  // of one shape each
+  std::vector<trace::PartInput> parts;  // of one shape each, or of what instances of an object place together
   std::vector<Placement> placements;    // first those of the scene's own primitives
   // By kind.
   std::vector<Kind> kinds;
@@ -67,9 +69,11 @@ struct FlatScene {
   trace::Solids::Member memberOf(uint32_t placement) const {
     return members_.empty() ? trace::Solids::Member() : members_[placement];
   }
-  const Shape& shapeOf(const Kind& k) const { return shapes[parts[k.part].shapes[0]]; }
-  // Worked out each time: of millions they would be most of the memory.
+  const Shape& shapeOf(const Kind& k) const { return shapes[k.shape]; }
+  // From the space of the part. Worked out each time: of millions they would be most of the memory.
   scene::Transform toRender(uint32_t placement) const;
+  // The same of one that does not move, quickly; false: it does.
+  bool stillToRender(uint32_t placement, scene::Matrix& m) const;
   std::string nameOf(uint32_t placement) const;
   // Whether flatten() would make the same again.
   bool isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const;
@@ -78,11 +82,19 @@ struct FlatScene {
   friend class Flattener;
   const scene::Primitive& primitiveOf(const Placement& p) const;
 
+  // An instance that was opened. Where it stands follows from those that it stands in, which come before it.
   struct Opened {
-    scene::Transform toWorld;
+    uint32_t around;  // opened; kWorld: none, it is one of the scene's own
+    uint32_t place;   // in the list of instances of what is around it; of the scene's: in inWorld_
     uint32_t prototype;
   };
   std::vector<Opened> opened_;
+  std::vector<scene::Transform> inWorld_;
+  uint64_t serial_ = nextSerial();
+  static uint64_t nextSerial();
+  scene::Transform toWorld(uint32_t opened) const;
+  bool stillToWorld(uint32_t opened, scene::Matrix& m) const;  // false: it moves
+  const scene::Transform& inItsPlace(const Opened& o) const;
   std::vector<trace::Solids::Member> members_;  // by placement; empty: there are no solids
   scene::Transform worldToRender_;
   // what it was made of

@@ -60,10 +60,12 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
 }
 
 // What a mesh takes from camera and shutter besides its dicing; what bounds a solid or a medium stays in its own space.
-Digest settingsOf(const scene::Primitive& p, bool isOfSolid, const CameraState& camera, const Digest& displacement) {
+Digest settingsOf(const FlatScene::Shape& shape, bool isOfSolid, const CameraState& camera,
+                  const Digest& displacement) {
+  const scene::Primitive& p = *shape.primitive;
   Hasher h;
   h.digest(displacement);
-  h.word(isOfSolid);
+  h.word(uint64_t(isOfSolid) | uint64_t(shape.isBaked) << 1);
   h.word(camera.worldToCamera.determinant() < 0);
   h.bytes(camera.origin, sizeof camera.origin);  // it may be brought into render space for good
   const bool isStill = p.motion.empty() && p.toWorld.isStatic();
@@ -99,6 +101,7 @@ std::vector<std::vector<Use>> usesOf(const FlatScene& flat, const CameraState& c
     for (const uint32_t s : flat.parts[flat.partOf(k)].shapes) {
       if (flat.shapes[s].radiusPixels > 0 || looked[s]++ >= kMostUses) continue;
       scene::Matrix m = flat.toRender(k).at(camera.middle());
+      if (flat.shapes[s].isBaked) m = flat.shapes[s].primitive->toWorld.at(camera.middle()) * m;
       for (int c = 0; c < 3; ++c) m[3][c] += camera.origin[c];
       const double scale = std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
                                                m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
@@ -223,6 +226,8 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
   }
   if (mesh) uniformKeys(*mesh, camera.shutterOpen, camera.shutterClose);
   if (mesh && rate.isDisplaced) displacement.apply(index, rate, stop, *mesh);
+  if (mesh && shape.isBaked && (mesh->origin != Imath::V3d(0) || p->toWorld.matrices[0] != scene::Matrix()))
+    trace::bake(*mesh, p->toWorld.matrices[0]);
   kept.mesh = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());
   kept.isDiced = isDiced;
   if (isDiced) kept.content = digestOf(*kept.mesh);
@@ -246,8 +251,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
   std::vector<uint32_t> missing;
   for (uint32_t i = 0; i < count; ++i) {
     const FlatScene::Shape& shape = flat.shapes[i];
-    const Digest settings =
-        settingsOf(*shape.primitive, isOfSolid[i] || shape.isMedium, camera, displacement.digestOf(i));
+    const Digest settings = settingsOf(shape, isOfSolid[i] || shape.isMedium, camera, displacement.digestOf(i));
     found[i] = finder.find(shape, settings);
     if (found[i] && !(found[i]->isDiced && found[i]->dicing != dicingOf(uses[i], camera))) {
       next[i] = std::move(*found[i]);

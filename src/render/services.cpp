@@ -369,7 +369,8 @@ void Worker::primary(const Context* c) {
   }
   for (uint32_t i = 0; tolerances_ && i < c->count; ++i) {
     const shade::ShadingWorld& w = state_.world();
-    tolerances_[c->path[i]] = w.placements[w.world->instance(c->place.instance[i]).info].noiseTolerance;
+    tolerances_[c->path[i]] =
+        w.placements[w.world->infoOf(c->place.instance[i], c->place.geometry[i])].noiseTolerance;
   }
   for (const RecordPlan::Primvar& o : plan_.primvars) {
     Value v = shade::teeValue(c, o.name);
@@ -475,7 +476,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
-    const uint32_t set = w.placements[w.world->instance(hits.instance[s]).info].linkSet;
+    const uint32_t set = w.placements[w.world->infoOf(hits.instance[s], hits.geometry[s])].linkSet;
     kept[m] = s;
     m += light == kNoLight || w.lights->isLinked(set, light);
   }
@@ -483,9 +484,9 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   return m;
 }
 
-bool Worker::isHidden(uint32_t instance) const {
+bool Worker::isHidden(uint32_t instance, uint32_t geometry) const {
   const shade::ShadingWorld& w = state_.world();
-  const shade::PlacementInfo& p = w.placements[w.world->instance(instance).info];
+  const shade::PlacementInfo& p = w.placements[w.world->infoOf(instance, geometry)];
   return p.isHiddenFromCamera || p.hole;
 }
 
@@ -525,7 +526,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
     if (cut && cut[i]) x[10][i] = 0;
-    if (!(c->traits & kTraitInSpace) && isHidden(c->place.instance[i])) x[10][i] = 0;
+    if (!(c->traits & kTraitInSpace) && isHidden(c->place.instance[i], c->place.geometry[i])) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];

@@ -100,7 +100,7 @@ class Worker {
   void noteWalks(const WalkNote& note);
   void emitLight(uint32_t n, EmittedLight* out);
   uint32_t keepLinked(uint32_t n, const uint32_t** slots);
-  bool isHidden(uint32_t instance) const;  // from the camera
+  bool isHidden(uint32_t instance, uint32_t geometry) const;  // from the camera
   void connectCamera(const Context* c, CameraConnection* out);
   void splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
              const uint32_t* light);

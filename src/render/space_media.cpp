@@ -493,7 +493,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<trace::PlacementInput> placements;
   std::vector<bool> needsShading;
   for (const uint32_t k : filled) {
-    const uint32_t kind = flat->placements[k].kind, shape = flat->parts[flat->kinds[kind].part].shapes[0];
+    const uint32_t kind = flat->placements[k].kind, shape = flat->kinds[kind].shape;
     const scene::Primitive& p = *flat->shapes[shape].primitive;
     const geometry::Mesh& mesh = *meshes[shape];
     const auto geometry = geometryOf.find(&mesh);

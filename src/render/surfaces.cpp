@@ -37,6 +37,9 @@ void describeGeometries(const FlatScene& flat, const std::vector<const geometry:
     info.flags = (moves ? shade::kMovesShadowOrigins : 0u) | (info.N ? shade::kHasNormals : 0u) |
                  (mesh.doubleSided ? 0u : shade::kOneSided) | (mesh.quads ? shade::kHasQuads : 0u);
     info.name = p.name();
+    if (flat.shapes[s].isBaked && p.toWorld.matrices[0] != scene::Matrix())
+      info.baked = std::make_shared<const shade::BakedSpace>(
+          shade::BakedSpace{p.toWorld.matrices[0], p.toWorld.matrices[0].inverse()});
     for (const geometry::Primvar& v : mesh.primvars)
       if (!v.data.empty() && v.width > 0) {
         uint32_t& width = w.primvarWidths[v.name];
@@ -155,10 +158,7 @@ void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh
   if (!any) return;
   std::map<const geometry::Mesh*, BoundBox> boxOf;  // of points as they are stored, over all keys
   std::vector<BoundBox> boxes;
-  for (uint32_t i = 0; i < w.world->instanceCount(); ++i) {
-    const trace::Instance& instance = w.world->instance(i);
-    if (!w.materials->isWalkable(w.placements[instance.info].material)) continue;
-    const geometry::Mesh* mesh = meshes[flat.parts[flat.partOf(instance.user)].shapes[0]];
+  const auto add = [&](const trace::Instance& instance, const geometry::Mesh* mesh) {
     const auto [it, isNew] = boxOf.try_emplace(mesh);
     if (isNew) {
       for (const Imath::V3f& p : mesh->points) it->second.add(&p.x);
@@ -167,10 +167,10 @@ void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh
       for (const Imath::V3f& p : mesh->points) r2 = std::max(r2, (p - middle).length2());
       it->second.radius = std::sqrt(r2);
     }
-    if (mesh->points.empty()) continue;
+    if (mesh->points.empty()) return;
     if (instance.baked) {
       boxes.push_back(it->second);
-      continue;
+      return;
     }
     BoundBox box;
     for (uint32_t k = 0; k < instance.keyCount; ++k)
@@ -182,6 +182,12 @@ void describeWalks(const FlatScene& flat, const std::vector<const geometry::Mesh
       }
     if (instance.keyCount == 1) box.radius = it->second.radius * uniformScaleOf(w.world->keys(instance)[0]);
     boxes.push_back(box);
+  };
+  for (uint32_t i = 0; i < w.world->instanceCount(); ++i) {
+    const trace::Instance& instance = w.world->instance(i);
+    const std::vector<uint32_t>& shapes = flat.parts[flat.partOf(instance.user)].shapes;
+    for (uint32_t k = 0; k < shapes.size(); ++k)
+      if (w.materials->isWalkable(w.placements[instance.info + k].material)) add(instance, meshes[shapes[k]]);
   }
   addSpheres(boxes.data(), boxes.size(), kMostSpheres, w.walkBounds);
 }

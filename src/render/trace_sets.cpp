@@ -45,7 +45,7 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
                                    trace::kSeenByCamera | trace::kSeenByIndirect | trace::kSeenByOpaqueShadow);
   for (size_t k = 0; k < flat.kinds.size(); ++k) {
     const shade::Program& program = materials.program(materials[infos[k].material].program);
-    uint32_t& v = visibility[flat.parts[flat.kinds[k].part].shapes[0]];
+    uint32_t& v = visibility[flat.kinds[k].shape];
     if (program.scatters) v |= trace::kAskedAlone;
     if (program.walkableLobes) v |= trace::kSeenByWalks;
     if (program.opaque && !program.tints) continue;

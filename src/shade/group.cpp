@@ -32,7 +32,9 @@ ObjectSpace ShadingWorld::spaceOf(uint32_t instance, uint32_t geometry) const {
     for (int j = 0; j < 3; ++j) m[j][i] = double(a.m[i][j]);
     m[3][i] = double(a.t[i]);
   }
-  return ObjectSpace::of(scene::Matrix().setTranslation(-world->mesh(geometry).origin) * m);
+  m = scene::Matrix().setTranslation(-world->mesh(geometry).origin) * m;
+  if (const BakedSpace* baked = geometries[geometry].baked.get()) m = baked->toMesh * m;
+  return ObjectSpace::of(m);
 }
 
 void ShadingWorld::fillTables() {
@@ -53,13 +55,11 @@ void ShadingWorld::fillTables() {
          hasNormals && info.N->rate == geometry::Primvar::Rate::PerVertex && mesh.movesWithKeys(*info.N)});
   }
   hasLinks = false;
-  for (auto* list : {&t.materialOfInstance, &t.linkSetOfInstance, &t.placedOfInstance})
-    list->reserve(world->instanceCount());
-  for (uint32_t i = 0; i < world->instanceCount(); ++i) {
-    const PlacementInfo& p = placements[world->instance(i).info];
-    t.materialOfInstance.push_back(p.material);
-    t.linkSetOfInstance.push_back(p.linkSet);
-    t.placedOfInstance.push_back(world->instance(i).baked ? 0u : ~0u);
+  t.instances = world->instanceWords();
+  t.infoSteps = world->infoSteps();
+  for (const PlacementInfo& p : placements) {
+    t.materialOfInfo.push_back(p.material);
+    t.linkSetOfInfo.push_back(p.linkSet);
     hasLinks |= p.linkSet != 0;
   }
   for (uint32_t m = 0; m < materials->size(); ++m) {
@@ -279,7 +279,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
       for (uint32_t i = 0; i < m; ++i) {
         const uint32_t s = open[i];
         if (std::isinf(hits.t[s])) continue;
-        const uint32_t material = world_.materialOf(hits.instance[s]);
+        const uint32_t material = world_.materialOf(hits.instance[s], hits.geometry[s]);
         // The boundary of a medium that another one displaces: note the crossing, go on. What is not a medium's
         // boundary stays, whatever surrounds it.
         if (host.left.media && world_.materials->encloses(material) && insideHigherPriority(list, s))
@@ -383,7 +383,8 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
   uint32_t* bodies = nullptr;
   if (const Program* program = ContextHost::of(c).program; !ofSet && program && program->scatters) {
     bodies = u(padded(n));
-    for (uint32_t i = 0; i < n; ++i) bodies[i] = world_.world->bodyOf(c->place.instance[points[i]]);
+    for (uint32_t i = 0; i < n; ++i)
+      bodies[i] = world_.world->bodyOf(c->place.instance[points[i]], c->place.geometry[points[i]]);
   }
   for (uint32_t open_ = n; open_;) {
     if (bodies)
@@ -397,7 +398,8 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
       if (std::isinf(h.t[i])) continue;
       open[m++] = i;
       if (!ofSet && h.instance[i] != c->place.instance[points[i]] &&
-          world_.world->bodyOf(h.instance[i]) != world_.world->bodyOf(c->place.instance[points[i]]))
+          world_.world->bodyOf(h.instance[i], h.geometry[i]) !=
+              world_.world->bodyOf(c->place.instance[points[i]], c->place.geometry[points[i]]))
         continue;
       if (out->count[i] == most) {
         ++out->beyond[i];

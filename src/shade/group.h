@@ -30,11 +30,17 @@ class MediumTracks;
 struct ShaderScene;
 struct Track;
 
+// Of a mesh that its object's own transform is baked into, since others of a prototype share its space.
+struct BakedSpace {
+  scene::Matrix toMesh, toObject;
+};
+
 // What shading knows of a tessellated primitive, by geometry index of the world.
 struct GeometryInfo {
   uint32_t flags = 0;
   float side = 1;  // -1: the mesh's normals are flipped
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
+  std::shared_ptr<const BakedSpace> baked;  // null: the mesh lies in its object's space
   std::string name;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
@@ -114,7 +120,9 @@ struct ShadingWorld {
   void fillTables();  // once all else is set
   // Of an instance and the geometry that it shows.
   ObjectSpace spaceOf(uint32_t instance, uint32_t geometry) const;
-  uint32_t materialOf(uint32_t instance) const { return tables.materialOfInstance[instance]; }
+  uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
+    return tables.materialOfInfo[world->infoOf(instance, geometry)];
+  }
 };
 
 // What a vertex hands on to the rays that leave it: by point of a context, and by entry of a list for the vertices

@@ -57,7 +57,7 @@ uint32_t GroupState::shade(RayList& rays, uint32_t traits, uint32_t depth, uint3
   const CornerFetch fetch(world_.tables, rays.hits, n, entries);
   // Counting sort by program; within a program the order of the list stays.
   uint32_t* programOf = arena_.make<uint32_t>(padded(n));
-  const ProgramsArgs programsArgs{n, entries, rays.hits.instance, &world_.tables, programOf};
+  const ProgramsArgs programsArgs{n, entries, rays.hits.instance, rays.hits.geometry, &world_.tables, programOf};
   programsKernel(world_.width)(programsArgs);
   touched_.clear();
   for (uint32_t i = 0; i < n; ++i) {
@@ -243,7 +243,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
     findLightNormals(c, &program);
     for (int k = 0; state.Ng[0] && k < 3; ++k) state.Ng[k] = a.Ng[k];
     for (uint32_t i = 0; state.traceSet && i < m; ++i)
-      state.traceSet[i] = world_.placements[w.instance(c->place.instance[i]).info].traceSet;
+      state.traceSet[i] = world_.placements[w.infoOf(c->place.instance[i], c->place.geometry[i])].traceSet;
   }
 
   float* outer = arena_.make<float>(m);

@@ -173,7 +173,7 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = entries[i];
     if (std::isinf(rays.hits.t[s])) continue;
-    if (world_.materials->tints(world_.materialOf(rays.hits.instance[s]))) list[m++] = s;
+    if (world_.materials->tints(world_.materialOf(rays.hits.instance[s], rays.hits.geometry[s]))) list[m++] = s;
   }
   if (!m) return;
   const Clock clock(counters.nanoseconds[kTimeLights]);

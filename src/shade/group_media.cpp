@@ -9,9 +9,9 @@ namespace kinora::shade {
 bool GroupState::insideHigherPriority(const RayList& list, uint32_t entry) const {
   const uint32_t stack = ListHost::of(list).left.media[entry];
   if (!stack) return false;
-  const uint32_t instance = list.hits.instance[entry];
-  const uint32_t body = world_.world->bodyOf(instance);
-  const int own = world_.placements[world_.world->instance(instance).info].priority;
+  const uint32_t instance = list.hits.instance[entry], geometry = list.hits.geometry[entry];
+  const uint32_t body = world_.world->bodyOf(instance, geometry);
+  const int own = world_.placements[world_.world->infoOf(instance, geometry)].priority;
   for (uint32_t k = stack; k; k = media_[k].outer)
     if (media_[k].object != body && media_[k].priority > own) return true;
   return false;
@@ -54,10 +54,10 @@ void GroupState::findOuterIor(const Context* c, const uint32_t* stacks, float* i
   for (uint32_t i = 0; i < c->padded; ++i) {
     ior[i] = 1.f;
     if (!stacks[i]) continue;
-    const uint32_t object = world_.world->bodyOf(c->place.instance[i]);
+    const uint32_t object = world_.world->bodyOf(c->place.instance[i], c->place.geometry[i]);
     // Seen from inside, the surface ends the medium that its object or its material began. Seen from outside it is
     // about to begin one; a ray that is in its object's medium all the same has missed the way out.
-    uint32_t own = media_.leftBy(stacks[i], object, world_.materialOf(c->place.instance[i]));
+    uint32_t own = media_.leftBy(stacks[i], object, world_.materialOf(c->place.instance[i], c->place.geometry[i]));
     if (own && c->entering[i] && media_[own].object != object) own = MediaPool::kEmpty;
     if (const uint32_t around = media_.filling(stacks[i], own)) ior[i] = media_[around].ior;
   }
@@ -75,10 +75,11 @@ void GroupState::updateMedia(const Context* c, uint32_t n, const uint32_t* point
   c->bxdf->interior(c, &a);
   for (uint32_t i = 0; i < n; ++i) {
     if (through && !through[i]) continue;
-    const uint32_t p = points[i], instance = c->place.instance[p], material = world_.materialOf(instance);
-    const uint32_t object = world_.world->bodyOf(instance);
+    const uint32_t p = points[i], instance = c->place.instance[p], geometry = c->place.geometry[p];
+    const uint32_t material = world_.materialOf(instance, geometry);
+    const uint32_t object = world_.world->bodyOf(instance, geometry);
     if (c->entering[p]) {
-      const PlacementInfo& place = world_.placements[world_.world->instance(instance).info];
+      const PlacementInfo& place = world_.placements[world_.world->infoOf(instance, geometry)];
       stacks[i] = media_.push(stacks[i], {object, material, place.priority, x[0][p], {x[1][p], x[2][p], x[3][p]}, 0});
     } else {
       stacks[i] = media_.without(stacks[i], media_.leftBy(stacks[i], object, material));

@@ -139,7 +139,7 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
     r.primitive = a.at.primitive[i];
     r.seed = places.sampleSeed[p];
     r.index = places.sampleIndex[p];
-    r.linkSet = world_.tables.linkSetOfInstance[r.instance];
+    r.linkSet = world_.tables.linkSetOfInfo[world_.world->infoOf(r.instance, r.geometry)];
     r.media = MediaPool::kEmpty;
     r.how = kTraitEyePath | uint32_t(RayKind::Indirect) << 9;
     if (places.from) {
@@ -205,7 +205,7 @@ uint32_t GroupState::contextsOfRecords(uint32_t n, const VertexRecord* records, 
   uint32_t* program = arena_.make<uint32_t>(padded(n));
   uint32_t* order = arena_.make<uint32_t>(n);
   for (uint32_t i = 0; i < n; ++i) order[i] = i;
-  const ProgramsArgs args{n, order, hits.instance, &world_.tables, program};
+  const ProgramsArgs args{n, order, hits.instance, hits.geometry, &world_.tables, program};
   programsKernel(world_.width)(args);
   const auto isBefore = [&](uint32_t a, uint32_t b) {
     return program[a] != program[b] ? program[a] < program[b] : how[a] != how[b] ? how[a] < how[b] : a < b;

@@ -26,7 +26,8 @@ void GroupState::traceWalks(RayList& list, uint32_t depth, uint32_t n, const uin
     uint32_t k = 0;
     for (uint32_t i = 0; i < m; ++i) {
       const uint32_t s = open[i];
-      if (std::isinf(hits.t[s]) || !world_.materials->encloses(world_.materialOf(hits.instance[s])) ||
+      if (std::isinf(hits.t[s]) ||
+          !world_.materials->encloses(world_.materialOf(hits.instance[s], hits.geometry[s])) ||
           !insideHigherPriority(list, s))
         continue;
       open[k++] = s;

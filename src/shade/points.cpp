@@ -2,6 +2,7 @@
 #define KINORA_KERNEL_FILE "shade/points.cpp"
 #include "shade/points.h"
 #include "simd/dispatch.h"
+#include "trace/world.h"
 #include <kinora/simd/foreach_target.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -59,11 +60,21 @@ void points(const PointsArgs& a) {
   }
 }
 
+using trace::Instance;
+
+// trace::World::infoOf() of hits.
+template <int W>
+KN_INLINE Int<W> infoOf(const shade::SurfaceTables& t, Int<W> instance, Int<W> geometry) {
+  return gather(t.instances, instance * Int<W>(int32_t(Instance::kWords)) + Int<W>(int32_t(Instance::kInfoWord))) +
+         gather(t.infoSteps, geometry);
+}
+
 template <int W>
 void programs(const shade::ProgramsArgs& a) {
   for (uint32_t i = 0; i < a.n; i += W) {
     const Slots<W> slot = Slots<W>::loadUpTo(a.slots + i, a.n - i);
-    const Int<W> m = gather(a.tables->materialOfInstance.data(), slot.get(a.instance));
+    const Int<W> info = infoOf(*a.tables, slot.get(a.instance), slot.get(a.geometry));
+    const Int<W> m = gather(a.tables->materialOfInfo.data(), info);
     gather(a.tables->programOfMaterial.data(), m).store(a.program + i);
   }
 }
@@ -71,11 +82,12 @@ void programs(const shade::ProgramsArgs& a) {
 template <int W>
 void surfaces(shade::SurfacesArgs& a) {
   const shade::SurfaceTables& t = *a.tables;
-  Int<W> flags(0), placed(0);
+  Int<W> flags(0), baked(-1);
   for (uint32_t i = 0; i < a.n; i += W) {
     const Slots<W> slot = Slots<W>::load(a.slots + i);
     const Int<W> instance = slot.get(a.instance), geometry = slot.get(a.geometry);
-    gather(t.blockOfMaterial.data(), gather(t.materialOfInstance.data(), instance)).store(a.block + i);
+    const Int<W> info = infoOf(t, instance, geometry);
+    gather(t.blockOfMaterial.data(), gather(t.materialOfInfo.data(), info)).store(a.block + i);
     gather(t.sideOfGeometry.data(), geometry).store(a.side + i);
     Vec3<W>::get(a.ng, slot).store(a.outNg, i);
     instance.store(a.outInstance + i);
@@ -88,16 +100,17 @@ void surfaces(shade::SurfacesArgs& a) {
     slot.get(a.t).store(a.outT + i);
     slot.get(a.time).store(a.outTime + i);
     flags = flags | gather(t.flagsOfGeometry.data(), geometry);
-    placed = placed | gather(t.placedOfInstance.data(), instance);
-    if (a.linkSet) gather(t.linkSetOfInstance.data(), instance).store(a.linkSet + i);
+    baked = baked &
+            gather(t.instances, instance * Int<W>(int32_t(Instance::kWords)) + Int<W>(int32_t(Instance::kFlagsWord)));
+    if (a.linkSet) gather(t.linkSetOfInfo.data(), info).store(a.linkSet + i);
   }
-  alignas(64) uint32_t f[W], p[W];
+  alignas(64) uint32_t f[W], b[W];
   flags.store(f);
-  placed.store(p);
+  baked.store(b);
   a.anyFlags = a.anyPlaced = 0;
   for (int k = 0; k < W; ++k) {
     a.anyFlags |= f[k];
-    a.anyPlaced |= p[k];
+    a.anyPlaced |= ~b[k] & Instance::kBakedBit;
   }
 }
 

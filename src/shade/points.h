@@ -56,7 +56,9 @@ struct SurfaceTables {
   std::vector<MeshView> meshes;           // by geometry
   std::vector<uint32_t> flagsOfGeometry;  // GeometryFlags
   std::vector<float> sideOfGeometry;
-  std::vector<uint32_t> materialOfInstance, linkSetOfInstance, placedOfInstance;  // placed: ~0, baked: 0
+  const uint32_t* instances = nullptr;  // trace::World::instanceWords(), infoSteps()
+  const uint32_t* infoSteps = nullptr;
+  std::vector<uint32_t> materialOfInfo, linkSetOfInfo;  // by trace::World::infoOf()
   std::vector<uint32_t> programOfMaterial, blockOfMaterial;
 };
 
@@ -64,7 +66,7 @@ struct SurfaceTables {
 struct ProgramsArgs {
   uint32_t n;
   const uint32_t* slots;
-  const uint32_t* instance;  // by slot
+  const uint32_t *instance, *geometry;  // by slot
   const SurfaceTables* tables;
   uint32_t* program;  // room to the next multiple of 16
 };
@@ -87,7 +89,7 @@ struct SurfacesArgs {
   uint32_t *outInstance, *outGeometry, *outPrimitive, *outLevel, *outOrigin;
   float *outU, *outV, *outT, *outTime;
   float* outNg[3];
-  uint32_t anyFlags, anyPlaced;  // out: what some point has
+  uint32_t anyFlags, anyPlaced;  // out: what some point has; whether some object is not baked
 };
 using SurfacesKernel = void (*)(SurfacesArgs&);
 SurfacesKernel surfacesKernel(uint32_t width);

@@ -143,7 +143,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
       attribute = nullptr;
       if (!inSpace) {
         primvar = world.world->mesh(geometry).find(asked->c_str());
-        const uint32_t placement = world.world->instance(instance).info;
+        const uint32_t placement = world.world->infoOf(instance, geometry);
         if (scene && placement < scene->ofPlacement.size() && scene->ofPlacement[placement])
           attribute = scene->ofPlacement[placement]->named.find(*asked);
       }
@@ -157,7 +157,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
     } else {
       if (primvar && element < 0) has = givePrimvar(*primvar, primvars, handle, world.worldOrigin, point, to, i);
       if (!has && implied != Implied::None && element < 0) {
-        const Tint& tint = world.tints[world.placements[world.world->instance(instance).info].tint];
+        const Tint& tint = world.tints[world.placements[world.world->infoOf(instance, geometry)].tint];
         if (saysImplied(implied, tint))
           has = giveAt(primvars.of(handle), widthOf(implied), false, world.worldOrigin, point, to, i);
       }

@@ -97,6 +97,19 @@ struct Placing {
   }
 };
 
+// Brings one lane of a direction into another space.
+template <int W>
+HWY_ATTR inline void toObject(const scene::Matrix& m, uint32_t lane, Float<W> direction[3]) {
+  alignas(64) float x[3][W];
+  for (int k = 0; k < 3; ++k) direction[k].store(x[k]);
+  Imath::V3d d;
+  m.multDirMatrix(Imath::V3d(x[0][lane], x[1][lane], x[2][lane]), d);
+  for (int k = 0; k < 3; ++k) {
+    x[k][lane] = float(d[k]);
+    direction[k] = Float<W>::load(x[k]);
+  }
+}
+
 // Weights of the corners of a triangle, and parameters of a quad.
 template <int W>
 struct Inside {
@@ -368,7 +381,7 @@ struct Surface {
 
   static Across implied(const SurfaceArgs& a, const Spot& s, uint32_t point, Implied what, uint32_t j, float c[4]) {
     if (what == Implied::Color || what == Implied::Opacity) {
-      const uint32_t placement = a.world->world->instance(a.at.instance[point]).info;
+      const uint32_t placement = a.world->world->infoOf(a.at.instance[point], a.at.geometry[point]);
       const Tint& tint = a.world->tints[a.world->placements[placement].tint];
       return given((what == Implied::Color ? tint.color : tint.opacity)[j], 0, 0, c);
     }
@@ -452,13 +465,19 @@ struct Surface {
         o1[k] = select(corners.onQuad(), in.alongU(c), o1[k]);
         o2[k] = select(corners.onQuad(), in.alongV(c), o2[k]);
       }
+      for (uint32_t l = 0; l < uint32_t(W); ++l) {
+        const BakedSpace* baked = a.world->geometries[a.at.geometry[i + l]].baked.get();
+        if (!baked || (a.strand && a.strand[i + l])) continue;
+        for (F* edge : {o1, o2}) toObject<W>(baked->toObject, l, edge);
+      }
       const V x = area(V(o1[0], o1[1], o1[2]), V(o2[0], o2[1], o2[2])), y = area(V::load(e1, i), V::load(e2, i));
       const F object = x.x * x.x + x.y * x.y + x.z * x.z, render = y.x * y.x + y.y * y.y + y.z * y.z;
       select(render > F(0.f), sqrt(sqrt(object / render)), F(1.f)).store(scale + i);
       for (uint32_t l = i; l < i + W; ++l) {
         const trace::Instance& instance = w.instance(a.at.instance[l]);
         const StrandPlace* strand = a.strand ? a.strand[l] : nullptr;
-        if (!instance.baked && !instance.isUnit && !strand) continue;
+        const BakedSpace* baked = a.world->geometries[a.at.geometry[l]].baked.get();
+        if (!instance.baked && !instance.isUnit && !strand && !baked) continue;
         float p[3];
         if (instance.isUnit) {
           const float unit = (*a.world->objectSpaces)[instance.user].unit;
@@ -472,9 +491,17 @@ struct Surface {
           space.fromRender.point(q, p);
           scale[l] = space.scale;
         } else {
-          std::memcpy(p, strand->rest, sizeof p);
-          const float det = a.toRender(l).determinant();
-          scale[l] = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
+          for (int k = 0; k < 3; ++k) p[k] = strand ? strand->rest[k] : Po[k][l];
+          if (strand) {
+            const float det = a.toRender(l).determinant();
+            scale[l] = det != 0 ? 1.f / std::cbrt(std::fabs(det)) : 1.f;
+          }
+          if (baked) {
+            const Imath::V3d q = Imath::V3d(p[0], p[1], p[2]) * baked->toObject;
+            for (int k = 0; k < 3; ++k) p[k] = float(q[k]);
+            // strands keep their widths there, so that it is one in all directions
+            if (strand) scale[l] *= float(std::cbrt(std::fabs(baked->toObject.determinant())));
+          }
         }
         for (int k = 0; k < 3; ++k) Po[k][l] = p[k];
       }

@@ -82,8 +82,8 @@ void World::findLost() {
   constexpr double kBeside = 1e-6;  // of the shutter
   const double far = 4 * (std::fabs(center_[0]) + std::fabs(center_[1]) + std::fabs(center_[2]) + radius_) + 1;
   std::vector<std::pair<float, float>> all;
-  for (uint32_t i = 0; i < instances_.size(); ++i) {
-    const Instance& inst = instances_[i];
+  for (uint32_t i = 0; i < instances_->size(); ++i) {
+    const Instance& inst = (*instances_)[i];
     if (inst.baked) continue;
     const Affine* k = keys(inst);
     bool isLost = inst.keyCount == 1 && !isInReach(*k, far);
@@ -105,7 +105,7 @@ void World::findLost() {
       }
     }
     if (!isLost) continue;
-    isLost_.resize(instances_.size());
+    isLost_.resize(instances_->size());
     isLost_[i] = true;
     lost_.push_back(inst.user);
   }

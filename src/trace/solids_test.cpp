@@ -375,8 +375,8 @@ TEST(Solids, WithHolesAreDrawnAsTheyAre) {
     const std::vector<Intervals> beside = seenBy(*world, {{{2, 0, 0.1}, {1, 0, 0}}});
     ASSERT_EQ(beside[0].size(), 1u);
     EXPECT_NEAR(lengthOf(beside[0]), 2 * std::sqrt(0.99) - 0.5, 2e-3);
-    EXPECT_NE(world->bodyOf(0), world->bodyOf(1));
-    EXPECT_EQ(world->bodyOf(2), world->bodyOf(3));
+    EXPECT_NE(world->bodyOf(0, 0), world->bodyOf(1, 0));
+    EXPECT_EQ(world->bodyOf(2, 0), world->bodyOf(3, 0));
   }
 }
 

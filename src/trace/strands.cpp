@@ -141,7 +141,7 @@ void World::turnToRays(const Rays& rays, const Hits& hits, uint32_t n, const uin
     if (std::isinf(hits.t[s])) continue;
     const geometry::Mesh& mesh = *meshes_[hits.geometry[s]];
     if (!mesh.facesRay()) continue;
-    const Instance& instance = instances_[hits.instance[s]];
+    const Instance& instance = instance_[hits.instance[s]];
     const Affine m = instance.baked ? Affine() : objectToRender(hits.instance[s], rays.time[s]);
     float normal[3] = {-rays.d[0][s], -rays.d[1][s], -rays.d[2][s]};
     if (mesh.isCurve()) {

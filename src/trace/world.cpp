@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include <kinora/sample_table.h>
 #include <tbb/parallel_for.h>
@@ -165,10 +166,6 @@ void World::Part::build() {
   upper[2] = b.upper_z;
 }
 
-namespace {
-
-// Moves a mesh's points, and primvars that are points, vectors or normals, into render space for good: the object is
-// static and placed once.
 void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
   bakeStrands(mesh, local);
@@ -200,8 +197,6 @@ void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
   }
 }
 
-}  // namespace
-
 namespace {
 
 // Three coordinates of 21 bits, their bits in turn.
@@ -214,32 +209,38 @@ uint64_t interleaved(const double x[3]) {
   return code;
 }
 
-// What lies together in space shall lie together in memory: a ray that passes many placements waits for little else.
-void sortBySpace(std::vector<uint32_t>& placements, const std::function<Imath::V3d(uint32_t)>& placeOf) {
-  std::vector<Imath::V3d> places;
-  places.reserve(placements.size());
-  Imath::Box3d all;
-  for (const uint32_t p : placements) {
-    const Imath::V3d x = placeOf(p);
-    const bool isFinite = std::isfinite(x.x + x.y + x.z);
-    places.push_back(isFinite ? x : Imath::V3d(0));
-    if (isFinite) all.extendBy(x);
+// Placements with what they are ordered by.
+struct Ordered {
+  uint32_t visibility, placement;
+  uint64_t code;
+  bool operator<(const Ordered& o) const {
+    return std::tie(visibility, code, placement) < std::tie(o.visibility, o.code, o.placement);
   }
-  const double size = std::max({all.size().x, all.size().y, all.size().z, 1e-300});
-  std::vector<std::pair<uint64_t, uint32_t>> order(placements.size());
-  tbb::parallel_for(size_t(0), placements.size(), [&](size_t i) {
-    double x[3];
-    for (int k = 0; k < 3; ++k) x[k] = (places[i][k] - all.min[k]) / size;
-    order[i] = {interleaved(x), placements[i]};
+};
+
+// What lies together in space shall lie together in memory: a ray that passes many placements waits for little else.
+void sortBySpace(std::vector<Ordered>& placements, const std::function<Imath::V3d(uint32_t)>& placeOf) {
+  std::vector<Imath::V3f> places(placements.size());
+  tbb::parallel_for(size_t(0), places.size(),
+                    [&](size_t i) { places[i] = Imath::V3f(placeOf(placements[i].placement)); });
+  Imath::Box3f all;
+  const auto isFinite = [](const Imath::V3f& x) { return std::isfinite(x.x + x.y + x.z); };
+  for (const Imath::V3f& x : places)
+    if (isFinite(x)) all.extendBy(x);
+  const double size =
+      all.isEmpty() ? 1 : std::max({double(all.size().x), double(all.size().y), double(all.size().z), 1e-30});
+  tbb::parallel_for(size_t(0), places.size(), [&](size_t i) {
+    double x[3] = {0, 0, 0};
+    for (int k = 0; k < 3 && isFinite(places[i]); ++k) x[k] = (double(places[i][k]) - double(all.min[k])) / size;
+    placements[i].code = interleaved(x);
   });
-  tbb::parallel_sort(order.begin(), order.end());
-  for (size_t i = 0; i < order.size(); ++i) placements[i] = order[i].second;
+  tbb::parallel_sort(placements.begin(), placements.end());
 }
 
 }  // namespace
 
 std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::vector<PartInput> partInputs,
-                                          std::vector<PlacementInput> placements, const BuildOptions& options,
+                                          const PlacementSource& placements, const BuildOptions& options,
                                           const World* previous, BuildCounters& counters,
                                           const std::vector<SolidInput>& solids) {
   auto world = std::shared_ptr<World>(new World());
@@ -248,15 +249,20 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   for (ShapeInput& s : shapes)
     if (!s.mesh) s.mesh = std::make_shared<geometry::Mesh>();
   std::vector<uint32_t> uses(partInputs.size(), 0);
-  for (const PlacementInput& p : placements) ++uses[p.part];
+  for (uint32_t i = 0; i < placements.size(); ++i) ++uses[placements[i].part];
 
   // Which parts are baked into batches: static, placed once, not a prototype.
   struct Plan {
     std::vector<uint32_t> placements;
+    std::vector<uint32_t> plain;  // placements that may be in a swarm
     std::vector<uint32_t> shapes;
-    bool batch = false, ofSolid = false;
+    bool batch = false, ofSolid = false, hasUser = false;
+    bool isUnit = false;
     bool isDense = false;  // of micropolygons, which rays meet at edges often enough to see it
     uint32_t triangles = 0;
+    const std::vector<uint32_t>* visibility = nullptr;  // by place in `shapes`; null: the shapes' own
+    uint32_t part = kNone;                              // once it is made
+    Imath::V3d origin{0, 0, 0};
   };
   std::vector<Plan> plans;
   std::vector<uint32_t> planOfPart(partInputs.size(), kNone);
@@ -264,8 +270,19 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   const auto toRenderOf = [&](uint32_t placement) {
     return options.toRender ? options.toRender(placement) : placements[placement].toRender;
   };
+  const auto stillToRender = [&](uint32_t placement, scene::Matrix& m) {
+    if (options.stillToRender && options.stillToRender(placement, m)) return true;
+    const scene::Transform t = toRenderOf(placement);
+    if (keyCountFor(t, options.shutterOpen, options.shutterClose) != 1) return false;
+    m = t.at(0.5 * (options.shutterOpen + options.shutterClose));
+    return true;
+  };
+  const auto revisionOf = [&](uint32_t placement) {
+    return options.revisionOf ? options.revisionOf(placement) : placements[placement].revision;
+  };
+  uint64_t plainCount = 0;
   for (uint32_t i = 0; i < placements.size(); ++i) {
-    const PlacementInput& place = placements[i];
+    const PlacementInput place = placements[i];
     const PartInput& in = partInputs[place.part];
     const bool ofSolid = place.member.solid != kNoSolid;
     bool bakes = !ofSolid && !in.instanced && uses[place.part] == 1;
@@ -297,21 +314,45 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         planOfPart[place.part] = uint32_t(plans.size());
         plans.push_back({});
         plans.back().shapes = in.shapes;
+        if (!in.visibility.empty()) plans.back().visibility = &in.visibility;
         plans.back().triangles = triangles;
+        plans.back().isUnit = in.isUnit;
+        for (const uint32_t s : in.shapes) plans.back().hasUser |= shapes[s].user != nullptr;
       }
-      plans[planOfPart[place.part]].placements.push_back(i);
-      plans[planOfPart[place.part]].ofSolid |= ofSolid;
+      Plan& plan = plans[planOfPart[place.part]];
+      plan.ofSolid |= ofSolid;
+      scene::Matrix m;
+      const bool isPlain = !plan.hasUser && !plan.ofSolid && placements.size() >= options.swarmFrom &&
+                           !options.placesOnly && stillToRender(i, m);
+      (isPlain ? plan.plain : plan.placements).push_back(i);
     }
   }
+  for (Plan& plan : plans) {
+    if (!plan.ofSolid) plainCount += plan.plain.size();
+  }
+  for (Plan& plan : plans) {
+    if (plan.plain.empty() || (plainCount >= options.swarmFrom && !plan.ofSolid)) continue;
+    plan.placements.insert(plan.placements.end(), plan.plain.begin(), plan.plain.end());
+    std::sort(plan.placements.begin(), plan.placements.end());
+    plan.plain.clear();
+  }
 
-  w.instances_.reserve(placements.size());
+  const auto visibilityIn = [&](const Plan& plan, size_t i) {
+    return plan.visibility ? (*plan.visibility)[i] : shapes[plan.shapes[i]].visibility;
+  };
+  w.instances_->reserve(placements.size());
   w.keys_->reserve(placements.size());
-  const auto addInstance = [&](uint32_t user, const Imath::V3d& origin, bool baked) {
+  const auto instanceFor = [&](uint32_t user) {
+    const PlacementInput place = placements[user];
     Instance inst;
     inst.user = user;
-    inst.info = placements[user].info == PlacementInput::kOwn ? user : placements[user].info;
+    inst.info = place.info == PlacementInput::kOwn ? user : place.info;
+    inst.isUnit = partInputs[place.part].isUnit;
+    return inst;
+  };
+  const auto addInstance = [&](uint32_t user, const Imath::V3d& origin, bool baked) {
+    Instance inst = instanceFor(user);
     inst.baked = baked;
-    inst.isUnit = partInputs[placements[user].part].isUnit;
     inst.firstKey = uint32_t(w.keys_->size());
     const scene::Transform toRender = baked ? scene::Transform() : toRenderOf(user);
     const int n = baked ? 1 : keyCountFor(toRender, options.shutterOpen, options.shutterClose);
@@ -325,8 +366,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
                               : options.shutterOpen + (options.shutterClose - options.shutterOpen) * k / (n - 1);
       w.keys_->push_back(Affine::from(scene::Matrix().setTranslation(origin) * toRender.at(t)));
     }
-    w.instances_.push_back(inst);
-    return uint32_t(w.instances_.size() - 1);
+    w.instances_->push_back(inst);
+    return uint32_t(w.instances_->size() - 1);
   };
 
   // Parts: kept from the previous world when all they hold is unchanged.
@@ -343,7 +384,6 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     uint32_t visibility;
   };
   std::vector<Top> tops;
-  tops.reserve(placements.size());
   float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
   const auto grow = [&](const Part& p, const Affine& a) {
     for (int c = 0; c < 8; ++c) {
@@ -360,18 +400,14 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   };
   for (Plan& plan : plans) {
     if (plan.shapes.empty()) continue;
-    if (!plan.batch && plan.placements.size() >= options.swarmFrom)
-      sortBySpace(plan.placements, [&](uint32_t placement) {
-        return toRenderOf(placement).at(0.5 * (options.shutterOpen + options.shutterClose)).translation();
-      });
     for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty() || shapes[s].user;
     const uint64_t key = shapes[plan.shapes[0]].key * 2 + (plan.batch ? 1 : 0);
     std::vector<std::pair<uint64_t, uint64_t>> identity;
     for (size_t i = 0; i < plan.shapes.size(); ++i) {
       const ShapeInput& s = shapes[plan.shapes[i]];
       identity.emplace_back(s.key, s.revision);
-      identity.emplace_back(s.visibility, plan.batch ? placements[plan.placements[i]].visibility : 0);
-      if (plan.batch) identity.emplace_back(placements[plan.placements[i]].revision, 0);
+      identity.emplace_back(visibilityIn(plan, i), plan.batch ? placements[plan.placements[i]].visibility : 0);
+      if (plan.batch) identity.emplace_back(revisionOf(plan.placements[i]), 0);
     }
     std::shared_ptr<const Part> part;
     const bool isWatertight = options.watertight || plan.ofSolid || plan.isDense;
@@ -389,9 +425,9 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       made->ofSolid = plan.ofSolid;
       for (size_t i = 0; i < plan.shapes.size(); ++i) {
         ShapeInput& s = shapes[plan.shapes[i]];
-        uint32_t visibility = s.visibility;
+        uint32_t visibility = visibilityIn(plan, i);
         if (plan.batch) {
-          const PlacementInput& place = placements[plan.placements[i]];
+          const PlacementInput place = placements[plan.placements[i]];
           if (!baked.count(s.mesh.get()))
             bake(*s.mesh, toRenderOf(plan.placements[i]).at(0.5 * (options.shutterOpen + options.shutterClose)));
           visibility &= place.visibility;
@@ -407,6 +443,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     PartPlace placeInTables;
     placeInTables.firstGeometry = uint32_t(w.meshes_.size());
     for (const auto& m : part->meshes) {
+      w.infoStep_.push_back(plan.batch ? 0 : uint32_t(w.meshes_.size()) - placeInTables.firstGeometry);
       w.meshes_.push_back(m);
       w.moving_ |= m->keyCount() > 1;
       w.hasStrands_ |= m->isStrand();
@@ -423,7 +460,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     const uint32_t partIndex = uint32_t(w.parts_.size());
     w.parts_.push_back(part);
     if (plan.batch) {
-      placeInTables.firstInstance = uint32_t(w.instances_.size());
+      placeInTables.firstInstance = uint32_t(w.instances_->size());
       for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(plan.placements[i], {}, true);
       tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
@@ -435,11 +472,14 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       for (uint32_t i : plan.placements) {
         const uint32_t instance = addInstance(i, origin, false);
         tops.push_back({partIndex, instance, placements[i].visibility});
-        w.moving_ |= w.instances_[instance].keyCount > 1;
-        for (uint32_t k = 0; k < w.instances_[instance].keyCount; ++k)
-          grow(*part, (*w.keys_)[w.instances_[instance].firstKey + k]);
+        const Instance& added = (*w.instances_)[instance];
+        w.moving_ |= added.keyCount > 1;
+        for (uint32_t k = 0; k < added.keyCount; ++k) grow(*part, (*w.keys_)[added.firstKey + k]);
         w.triangles_ += triangles;
       }
+      plan.part = partIndex;
+      plan.origin = origin;
+      w.triangles_ += triangles * plan.plain.size();
     }
     placeInTables.firstTarget = uint32_t(w.targets_.size());
     for (size_t g = 0; g + 1 < part->firstSlice.size(); ++g) {
@@ -451,7 +491,46 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.places_.push_back(placeInTables);
   }
 
+  // Placements in swarms stand last, those of one visibility together.
+  std::vector<Ordered> inSwarms;
+  w.firstOfSwarms_ = uint32_t(w.instances_->size());
+  if (plainCount) inSwarms.reserve(plainCount);
+  for (Plan& plan : plans) {
+    for (const uint32_t i : plan.plain) inSwarms.push_back({placements[i].visibility, i, 0});
+    std::vector<uint32_t>().swap(plan.plain);
+  }
+  if (!inSwarms.empty()) {
+    sortBySpace(inSwarms, [&](uint32_t placement) {
+      scene::Matrix m;
+      stillToRender(placement, m);
+      return m.translation();
+    });
+    const uint32_t first = w.firstOfSwarms_, firstKey = uint32_t(w.keys_->size());
+    w.instances_->resize(first + inSwarms.size());
+    w.keys_->resize(firstKey + inSwarms.size());
+    tbb::parallel_for(size_t(0), inSwarms.size(), [&](size_t i) {
+      const uint32_t placement = inSwarms[i].placement;
+      Instance inst = instanceFor(placement);
+      inst.firstKey = firstKey + uint32_t(i);
+      scene::Matrix m;
+      stillToRender(placement, m);
+      (*w.keys_)[inst.firstKey] =
+          Affine::from(scene::Matrix().setTranslation(plans[planOfPart[placements[placement].part]].origin) * m);
+      (*w.instances_)[first + i] = inst;
+    });
+    for (size_t i = 0; i < inSwarms.size(); ++i) {
+      const uint32_t plan = planOfPart[placements[inSwarms[i].placement].part], part = plans[plan].part;
+      const Instance& inst = (*w.instances_)[first + i];
+      if (w.partOfInfo_->size() <= inst.info) w.partOfInfo_->resize(inst.info + 1, kNone);
+      (*w.partOfInfo_)[inst.info] = part;
+      if (i == 0 || inSwarms[i].visibility != inSwarms[i - 1].visibility)
+        w.seenFrom_.emplace_back(first + uint32_t(i), inSwarms[i].visibility);
+      grow(*w.parts_[part], (*w.keys_)[inst.firstKey]);
+    }
+    std::vector<Ordered>().swap(inSwarms);
+  }
   w.key_ = w.keys_->data();
+  w.instance_ = w.instances_->data();
   if (!w.faceted_.empty()) w.faceted_.resize(w.meshes_.size(), nullptr);
   if (options.placesOnly) return world;
   if (lower[0] <= upper[0]) {
@@ -463,18 +542,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.radius_ = std::sqrt(r2);
   }
   w.findLost();
-  w.single_ = tops.size() == 1 && tops[0].instance == kNone;
-  // Placements for swarms stand last.
-  const auto isPlain = [&](const Top& t) {
-    return t.instance != kNone && w.instances_[t.instance].keyCount == 1 &&
-           (w.isLost_.empty() || !w.isLost_[t.instance]) && !w.parts_[t.part]->hasUser && !w.parts_[t.part]->ofSolid;
-  };
-  uint32_t firstOfSwarms = uint32_t(tops.size());
-  if (uint64_t(std::count_if(tops.begin(), tops.end(), isPlain)) >= options.swarmFrom) {
-    const auto first = std::stable_partition(tops.begin(), tops.end(), [&](const Top& t) { return !isPlain(t); });
-    firstOfSwarms = uint32_t(first - tops.begin());
-    std::stable_sort(first, tops.end(), [](const Top& a, const Top& b) { return a.visibility < b.visibility; });
-  }
+  const bool hasSwarms = w.firstOfSwarms_ < w.instances_->size();
+  w.single_ = tops.size() == 1 && tops[0].instance == kNone && !hasSwarms;
   for (auto* list : {&w.partOfTop_, &w.instanceOfTop_, &w.visibilityOfTop_}) list->reserve(tops.size());
   for (const Top& t : tops) {
     w.partOfTop_.push_back(t.part);
@@ -492,7 +561,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   } else {
     w.top_ = rtcNewScene(device());
     if (options.watertight) rtcSetSceneFlags(w.top_, RTC_SCENE_FLAG_ROBUST);
-    for (uint32_t i = 0; i < firstOfSwarms; ++i) {
+    for (uint32_t i = 0; i < tops.size(); ++i) {
       const RTCGeometry g = w.makeInstance(i);
       rtcSetGeometryMask(g, w.visibilityOfTop_[i]);
       rtcCommitGeometry(g);
@@ -500,11 +569,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       rtcAttachGeometryByID(w.top_, g, i);
       rtcReleaseGeometry(g);
     }
-    // millions of them, while the hierarchy needs the memory
-    std::vector<Top>().swap(tops);
-    std::vector<Plan>().swap(plans);
-    if (solids.empty()) std::vector<PlacementInput>().swap(placements);
-    w.makeSwarms(firstOfSwarms);
+    w.makeSwarms();
     rtcCommitScene(w.top_);
     throwIfRefused();
     ++counters.topLevelBuilds;
@@ -514,24 +579,22 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
 }
 
 // One for each visibility, which Embree asks of a geometry.
-void World::makeSwarms(uint32_t first) {
-  const auto count = uint32_t(partOfTop_.size());
+void World::makeSwarms() {
+  if (seenFrom_.empty()) return;
   std::vector<RTCScene> scenes;
-  if (first < count)
-    for (const auto& p : parts_) scenes.push_back(p->scene);
-  for (uint32_t begin = first, geometry = first; begin < count; ++geometry) {
-    uint32_t end = begin;
-    std::vector<Swarm::Item> items;
-    while (end < count && visibilityOfTop_[end] == visibilityOfTop_[begin]) ++end;
-    items.reserve(end - begin);
-    for (uint32_t i = begin; i < end; ++i) items.push_back({instances_[instanceOfTop_[i]].firstKey, partOfTop_[i]});
-    const auto& swarm = swarms_.emplace_back(std::make_shared<const Swarm>(keys_, scenes, std::move(items), begin));
+  for (const auto& p : parts_) scenes.push_back(p->scene);
+  const auto firstId = uint32_t(partOfTop_.size());
+  auto isLost = std::make_shared<const std::vector<bool>>(isLost_);
+  for (uint32_t k = 0; k < seenFrom_.size(); ++k) {
+    const uint32_t begin = seenFrom_[k].first,
+                   end = k + 1 < seenFrom_.size() ? seenFrom_[k + 1].first : uint32_t(instances_->size());
+    const auto& swarm = swarms_.emplace_back(std::make_shared<const Swarm>(
+        Swarm::Data{instances_, keys_, partOfInfo_, isLost, scenes}, begin, end, firstId + (begin - firstOfSwarms_)));
     const RTCGeometry g = swarm->makeGeometry(device());
-    rtcSetGeometryMask(g, visibilityOfTop_[begin]);
+    rtcSetGeometryMask(g, seenFrom_[k].second);
     rtcCommitGeometry(g);
-    rtcAttachGeometryByID(top_, g, geometry);
+    rtcAttachGeometryByID(top_, g, firstId + k);
     rtcReleaseGeometry(g);
-    begin = end;
   }
 }
 
@@ -539,10 +602,10 @@ RTCGeometry World::makeInstance(uint32_t top) const {
   const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(g, parts_[partOfTop_[top]]->scene);
   const uint32_t instance = instanceOfTop_[top];
-  const uint32_t keys = instance == kNone ? 1 : instances_[instance].keyCount;
+  const uint32_t keys = instance == kNone ? 1 : instance_[instance].keyCount;
   rtcSetGeometryTimeStepCount(g, keys);
   for (uint32_t k = 0; k < keys; ++k) {
-    const Affine a = instance == kNone ? Affine() : key_[instances_[instance].firstKey + k];
+    const Affine a = instance == kNone ? Affine() : key_[instance_[instance].firstKey + k];
     const float m[12] = {a.m[0][0], a.m[1][0], a.m[2][0], a.m[0][1], a.m[1][1], a.m[2][1],
                          a.m[0][2], a.m[1][2], a.m[2][2], a.t[0],    a.t[1],    a.t[2]};
     rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
@@ -550,12 +613,12 @@ RTCGeometry World::makeInstance(uint32_t top) const {
   return g;
 }
 
-void World::buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements) {
+void World::buildSolids(const std::vector<SolidInput>& inputs, const PlacementSource& placements) {
   solids_ = std::make_unique<Solids>(inputs);
   std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> topsOfLeaf;  // solid and leaf
   for (uint32_t top = 0; top < instanceOfTop_.size(); ++top) {
     if (instanceOfTop_[top] == kNone || (!isLost_.empty() && isLost_[instanceOfTop_[top]])) continue;
-    const Solids::Member& member = placements[instances_[instanceOfTop_[top]].user].member;
+    const Solids::Member member = placements[instance_[instanceOfTop_[top]].user].member;
     if (member.solid == kNoSolid) continue;
     solids_->add(top, member, makeInstance(top));
     topsOfLeaf[{member.solid, member.leaf}].push_back(top);
@@ -566,11 +629,11 @@ void World::buildSolids(const std::vector<SolidInput>& inputs, const std::vector
   for (const auto& [leaf, tops] : topsOfLeaf) {
     if (leaf.first == open || !isOpen({leaf.first, leaf.second}, tops)) continue;
     open = leaf.first;
-    openSolids_.push_back({open, instances_[instanceOfTop_[tops[0]]].user});
+    openSolids_.push_back({open, instance_[instanceOfTop_[tops[0]]].user});
   }
   for (const OpenSolid& s : openSolids_) solids_->dissolve(s.solid);
   std::vector<uint32_t> first(inputs.size(), kNone);
-  for (uint32_t i = 0; i < instances_.size(); ++i) bodies_.push_back(i);
+  for (uint32_t i = 0; i < instances_->size(); ++i) bodies_.push_back(i);
   for (uint32_t top = 0; top < instanceOfTop_.size(); ++top) {
     const uint32_t solid = solids_->memberOf(top).solid;
     if (solid == kNoSolid) continue;
@@ -591,7 +654,7 @@ bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops
       const float q[3] = {c & 1 ? part.upper[0] : part.lower[0], c & 2 ? part.upper[1] : part.lower[1],
                           c & 4 ? part.upper[2] : part.lower[2]};
       float r[3];
-      keys(instances_[instanceOfTop_[top]])->point(q, r);
+      keys(instance_[instanceOfTop_[top]])->point(q, r);
       for (int k = 0; k < 3; ++k) {
         lower[k] = std::min(lower[k], r[k]);
         upper[k] = std::max(upper[k], r[k]);
@@ -619,7 +682,7 @@ bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops
                               3.f;
     const float inObject[3] = {middle.x, middle.y, middle.z};
     float o[3];
-    keys(instances_[instanceOfTop_[top]])->point(inObject, o);
+    keys(instance_[instanceOfTop_[top]])->point(inObject, o);
     for (int k = 0; k < 3; ++k) {
       d[k] /= std::sqrt(size);
       o[k] -= d[k] * length;
@@ -635,12 +698,14 @@ bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops
 bool World::sameTop(const World& previous) const {
   if (previous.single_ || parts_ != previous.parts_ || partOfTop_ != previous.partOfTop_ ||
       instanceOfTop_ != previous.instanceOfTop_ || visibilityOfTop_ != previous.visibilityOfTop_ ||
-      keys_->size() != previous.keys_->size() || instances_.size() != previous.instances_.size())
+      seenFrom_ != previous.seenFrom_ || isLost_ != previous.isLost_ || keys_->size() != previous.keys_->size() ||
+      instances_->size() != previous.instances_->size())
     return false;
-  for (size_t i = 0; i < instances_.size(); ++i)
-    if (instances_[i].firstKey != previous.instances_[i].firstKey ||
-        instances_[i].keyCount != previous.instances_[i].keyCount)
-      return false;
+  for (uint32_t i = 0; i < instances_->size(); ++i) {
+    const Instance &a = instance_[i], &b = previous.instance_[i];
+    if (a.firstKey != b.firstKey || a.keyCount != b.keyCount) return false;
+    if (i >= firstOfSwarms_ && (*partOfInfo_)[a.info] != (*previous.partOfInfo_)[b.info]) return false;
+  }
   return keys_->empty() || std::memcmp(key_, previous.key_, keys_->size() * sizeof(Affine)) == 0;
 }
 
@@ -657,7 +722,7 @@ uint64_t World::meshBytes() const {
 }
 
 Affine World::objectToRender(uint32_t index, float time) const {
-  const Instance& i = instances_[index];
+  const Instance& i = instance_[index];
   const Affine* k = keys(i);
   if (i.keyCount == 1) return *k;
   const float x = std::clamp(time, 0.f, 1.f) * float(i.keyCount - 1);
@@ -675,8 +740,8 @@ void World::resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t p
   uint32_t instance = kNone;
   uint32_t index = 0;
   if (!single_) {
-    index = partOfTop_[instId];
-    instance = instanceOfTop_[instId];
+    instance = instanceOf(instId);
+    index = partOf(instId);
   }
   const Target& target = targets_[places_[index].firstTarget + geomId];
   if (!target.merged) {
@@ -790,7 +855,7 @@ struct OneBody {
     h.level = &level;
     c.world.resolve(h, 0, RTCHitN_geomID(a->hit, a->N, 0), RTCHitN_primID(a->hit, a->N, 0),
                     RTCHitN_instID(a->hit, a->N, 0, 0));
-    if (c.world.bodyOf(instance) != c.bodies[RTCRayN_id(a->ray, a->N, 0)]) a->valid[0] = 0;
+    if (c.world.bodyOf(instance, geometry) != c.bodies[RTCRayN_id(a->ray, a->N, 0)]) a->valid[0] = 0;
   }
 };
 

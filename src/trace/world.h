@@ -2,16 +2,19 @@
 // from the previous snapshot (unchanged parts are kept). Built by render/; asked by shade/ and by the tracing stages.
 // Outside trace/ a hit is (instance, geometry, primitive, u, v, level); Embree ids end here.
 //
-// Parts: shapes that share a BVH. A prototype is a part placed many times; a moving or large object is a part of its
-// own; small static objects are baked into render space and share batch parts. The top level holds placements of
+// Parts: shapes that share a BVH. A prototype is a part placed many times, of one shape or of many; a moving or large
+// object is a part of its own; small static objects are baked into render space and share batch parts. The top level holds placements of
 // parts; a world of one unmoved part needs none.
 #pragma once
 #include <embree3/rtcore.h>
 #include <kinora/integrator.h>
 
 #include <array>
+#include <cstddef>
 #include <functional>
+#include <initializer_list>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "geometry/mesh.h"
@@ -54,21 +57,40 @@ struct ShapeInput {
   // Instead of triangles: `mesh` then holds none (null will do), or those that the geometry's facets lie on.
   std::shared_ptr<const UserGeometry> user;
 };
-// Shapes in one space, placed one or more times.
+// Shapes in one space, placed one or more times. Where they are several, of something instanced, their meshes have
+// origin 0.
 struct PartInput {
   uint64_t key = 0;              // prototype: index + 1 << 32; single object: its primitive id
   std::vector<uint32_t> shapes;  // indices into the list of shapes
   bool instanced = false;        // prototype: never baked
   bool isUnit = false;  // a shape of size 1 that stands for similar ones: its space is not that of the objects
+  std::vector<uint32_t> visibility = {};  // VisibilityBits by place in `shapes`; empty: the shapes' own
 };
 struct PlacementInput {
   uint32_t part = 0;
   uint32_t visibility = 15;
   scene::Transform toRender;  // over shutter time in scene units; see BuildOptions::toRender
-  uint64_t revision = 0;      // of parts that are not instanced
-  uint32_t info = kOwn;       // handed on to Instance::info; as given: the placement's own index
+  uint64_t revision = 0;      // of parts that are not instanced; see BuildOptions::revisionOf
+  // Handed on to Instance::info; as given: the placement's own index. That of the part's first shape: the others have
+  // those that follow it.
+  uint32_t info = kOwn;
   static constexpr uint32_t kOwn = ~0u;
   Solids::Member member;  // of the solid whose boundary it is a part of
+};
+// Placements one by one, each time that one is asked for: millions at once would be the most of a scene's memory.
+class PlacementSource {
+ public:
+  PlacementSource(std::vector<PlacementInput> list)
+      : count_(uint32_t(list.size())), at_([l = std::move(list)](uint32_t i) { return l[i]; }) {}
+  PlacementSource(std::initializer_list<PlacementInput> list) : PlacementSource(std::vector<PlacementInput>(list)) {}
+  // at(): from any thread.
+  PlacementSource(uint32_t count, std::function<PlacementInput(uint32_t)> at) : count_(count), at_(std::move(at)) {}
+  uint32_t size() const { return count_; }
+  PlacementInput operator[](uint32_t i) const { return at_(i); }
+
+ private:
+  uint32_t count_;
+  std::function<PlacementInput(uint32_t)> at_;
 };
 // A solid that is none, since one of its surfaces has a hole: its surfaces are drawn as they are.
 struct OpenSolid {
@@ -76,15 +98,18 @@ struct OpenSolid {
   uint32_t placement;  // a surface of the leaf that is open
 };
 
-// A placed part or object, as shading sees it.
+// A placed part or object, as shading sees it. Kernels gather its words, see World::instanceWords().
 struct Instance {
   uint32_t firstKey = 0;  // of Affine keys, uniform over the shutter
   uint32_t user = 0;      // the caller's index (placement)
-  uint32_t info = 0;      // the caller's as well: what it knows of many placements alike
+  uint32_t info = 0;      // the caller's as well: what it knows of many placements alike; ask World::infoOf()
   uint16_t keyCount = 1;
   bool baked = false;   // object space is render space
   bool isUnit = false;  // see PartInput
+  static constexpr uint32_t kWords = 4, kInfoWord = 2, kFlagsWord = 3, kBakedBit = 1u << 16;
 };
+static_assert(sizeof(Instance) == 4 * Instance::kWords && offsetof(Instance, info) == 4 * Instance::kInfoWord &&
+              offsetof(Instance, baked) == 4 * Instance::kFlagsWord + 2);
 
 struct BuildOptions {
   double shutterOpen = 0, shutterClose = 0;
@@ -95,11 +120,17 @@ struct BuildOptions {
   // From so many on, unmoving placements share geometries of Embree's (trace/swarm.h): a third of the memory, for
   // somewhat slower rays.
   uint32_t swarmFrom = 10000;
-  // Gives transforms one by one where placements hold none: millions at once would be the most of a scene's memory.
+  // Gives the transforms of placements that hold none, and, where they do not move, quickly. From any thread.
   std::function<scene::Transform(uint32_t placement)> toRender;
+  std::function<bool(uint32_t placement, scene::Matrix& toRender)> stillToRender;  // false: it may move
+  std::function<uint64_t(uint32_t placement)> revisionOf;  // instead of PlacementInput::revision
   // For points alone that no ray finds (dicing): there is no hierarchy, and nothing may be traced.
   bool placesOnly = false;
 };
+
+// Moves a mesh's points, and primvars that are points, vectors or normals, into another space for good; its origin is 0
+// then.
+void bake(geometry::Mesh& mesh, const scene::Matrix& to);
 
 struct BuildCounters {
   uint64_t partsBuilt = 0, partsKept = 0, topLevelBuilds = 0;
@@ -108,7 +139,7 @@ struct BuildCounters {
 class World {
  public:
   static std::shared_ptr<const World> build(std::vector<ShapeInput> shapes, std::vector<PartInput> parts,
-                                            std::vector<PlacementInput> placements, const BuildOptions& options,
+                                            const PlacementSource& placements, const BuildOptions& options,
                                             const World* previous, BuildCounters& counters,
                                             const std::vector<SolidInput>& solids = {});
   ~World();
@@ -152,8 +183,15 @@ class World {
   // Geometry that shades as its mesh does, at several resolutions (UserGeometry::hasFacets); null: the mesh as it is.
   const UserGeometry* faceted(uint32_t geometry) const { return faceted_.empty() ? nullptr : faceted_[geometry]; }
   uint32_t geometryCount() const { return uint32_t(meshes_.size()); }
-  uint32_t instanceCount() const { return uint32_t(instances_.size()); }
-  const Instance& instance(uint32_t i) const { return instances_[i]; }
+  uint32_t instanceCount() const { return uint32_t(instances_->size()); }
+  const Instance& instance(uint32_t i) const { return instance_[i]; }
+  // What the caller knows of a geometry in one of its places: the placement's `info` and those behind it.
+  uint32_t infoOf(uint32_t instance, uint32_t geometry) const {
+    return instance_[instance].info + infoStep_[geometry];
+  }
+  // For kernels: Instance::kWords an instance, and what infoOf() adds, by geometry.
+  const uint32_t* instanceWords() const { return reinterpret_cast<const uint32_t*>(instance_); }
+  const uint32_t* infoSteps() const { return infoStep_.data(); }
   const Affine* keys(const Instance& i) const { return key_ + i.firstKey; }
   const std::vector<OpenSolid>& openSolids() const { return openSolids_; }
   // Embree takes no ray whose numbers are beyond 1.8e18.
@@ -166,13 +204,16 @@ class World {
     if (flatMoments_.empty()) return;
     for (uint32_t i = 0; i < n; ++i) times[i] = besideFlatMoments(times[i]);
   }
-  // What surfaces of one solid have in common; others are themselves.
-  uint32_t bodyOf(uint32_t instance) const { return bodies_.empty() ? instance : bodies_[instance]; }
+  // What surfaces of one solid have in common; others are themselves. (Numbers of more than 4e9 bodies begin again.)
+  uint32_t bodyOf(uint32_t instance, uint32_t geometry) const {
+    if (const uint32_t step = infoStep_[geometry]) return instance + step * instanceCount();
+    return bodies_.empty() ? instance : bodies_[instance];
+  }
   // Object to render at shutter time 0..1.
   Affine objectToRender(uint32_t instance, float time) const;
   uint64_t meshBytes() const;
   uint64_t placementBytes() const {
-    return instances_.size() * (sizeof(Instance) + sizeof(Affine)) + partOfTop_.size() * 5 * sizeof(uint32_t);
+    return instances_->size() * (sizeof(Instance) + sizeof(Affine)) + partOfTop_.size() * 3 * sizeof(uint32_t);
   }
   static uint64_t embreeBytes();  // what Embree holds in this process
 
@@ -183,10 +224,19 @@ class World {
   // Fills lost_ and flatMoments_.
   void findLost();
   float besideFlatMoments(float time) const;
-  void makeSwarms(uint32_t first);
+  // A placement of the top level, as its ids say: those of swarms follow the others.
+  uint32_t partOf(uint32_t top) const {
+    return top < partOfTop_.size() ? partOfTop_[top] : (*partOfInfo_)[instance_[instanceOf(top)].info];
+  }
+  uint32_t instanceOf(uint32_t top) const {
+    return top < instanceOfTop_.size() ? instanceOfTop_[top]
+                                       : firstOfSwarms_ + (top - uint32_t(instanceOfTop_.size()));
+  }
+  struct SwarmPlan;
+  void makeSwarms();
   // Embree's instance for one placement of the top level, not committed.
   RTCGeometry makeInstance(uint32_t top) const;
-  void buildSolids(const std::vector<SolidInput>& inputs, const std::vector<PlacementInput>& placements);
+  void buildSolids(const std::vector<SolidInput>& inputs, const PlacementSource& placements);
   bool isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops) const;
   // Gives what faces its rays (ribbons, discs) the normals that it has seen from them.
   void turnToRays(const Rays& rays, const Hits& hits, uint32_t n, const uint32_t* slots) const;
@@ -209,16 +259,21 @@ class World {
   };
   std::vector<Target> targets_;          // by part, then Embree geometry
   std::vector<PartPlace> places_;        // by part
-  std::vector<uint32_t> partOfTop_;      // Embree instance id -> part
+  std::vector<uint32_t> partOfTop_;      // Embree instance id -> part; these three without what is in swarms
   std::vector<uint32_t> instanceOfTop_;  // Embree instance id -> instance, or none (batch)
   std::vector<uint32_t> visibilityOfTop_;
   std::vector<std::shared_ptr<geometry::Mesh>> meshes_;  // by geometry index
   std::vector<const UserGeometry*> faceted_;             // by geometry index, of parts_; empty: there are none
-  std::vector<Instance> instances_;
+  std::vector<uint32_t> infoStep_;                       // by geometry index
+  std::shared_ptr<std::vector<Instance>> instances_ = std::make_shared<std::vector<Instance>>();
+  const Instance* instance_ = nullptr;  // the first, once all are there
   std::shared_ptr<std::vector<Affine>> keys_ = std::make_shared<std::vector<Affine>>();
-  const Affine* key_ = nullptr;                       // the first, once all are there
-  std::vector<std::shared_ptr<const Swarm>> swarms_;  // of the last of the top level's placements
-  std::unique_ptr<Solids> solids_;                    // null: none
+  const Affine* key_ = nullptr;   // the first, once all are there
+  uint32_t firstOfSwarms_ = ~0u;  // the first instance that is in a swarm: so are all behind it
+  std::vector<std::pair<uint32_t, uint32_t>> seenFrom_;  // of those: where runs of one visibility begin, and it
+  std::shared_ptr<std::vector<uint32_t>> partOfInfo_ = std::make_shared<std::vector<uint32_t>>();  // of theirs
+  std::vector<std::shared_ptr<const Swarm>> swarms_;
+  std::unique_ptr<Solids> solids_;  // null: none
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;
   std::vector<bool> isLost_;                          // by instance; empty: none

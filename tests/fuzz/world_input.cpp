@@ -128,6 +128,7 @@ size_t build(const scene::Scene& scene) {
     p.attributes = flat->shapes[i].attributes;
     std::optional<geometry::Mesh> mesh = geometry::tessellate(p, rate, silent);
     if (!mesh) continue;
+    if (flat->shapes[i].isBaked) trace::bake(*mesh, p.toWorld.matrices[0]);
     check(*mesh);
     count += mesh->primitiveCount();
     if (count > kMostOfWorld) return count;
