@@ -30,9 +30,15 @@ struct TextureStatistics {
   uint64_t missingLookups = 0;  // answered with the missing colour
   uint64_t tilesRead = 0;
   uint64_t cacheMisses = 0;  // tile requests that were not in the cache
+  uint64_t tilesAgain = 0;   // of these, read before and dropped since
   uint64_t bytesRead = 0;    // uncompressed
-  uint64_t cacheBytes = 0;   // now
-  uint64_t imageBytes = 0;   // whole images held for lights
+  struct File {
+    std::string path;
+    uint64_t bytesRead = 0, tilesAgain = 0;
+  };
+  std::vector<File> largest;  // of which most was read, five at most
+  uint64_t cacheBytes = 0;    // now
+  uint64_t imageBytes = 0;    // whole images held for lights
 };
 
 // Thread-safe throughout. Handles stay valid for the life of the system.

@@ -609,6 +609,27 @@ struct OpenTextures final : texture::TextureStore {
     return true;
   }
 
+  static constexpr size_t kLargest = 5;
+  // What was read of a file, as it is and decoded.
+  void addReadings(const Source& s, TextureStatistics& r) {
+    TextureStatistics::File file{s.facts.path};
+    OIIO::ImageCache& images = *cache->imagecache();
+    for (const bool isDecoded : {false, true}) {
+      if (isDecoded && !s.decoded.load(std::memory_order_acquire)) continue;
+      const OIIO::ustring name(nameInCache(s, isDecoded));
+      const auto number = [&](const char* what) {
+        long long v = 0;
+        const bool has = images.get_image_info(name, 0, 0, OIIO::ustring(what), OIIO::TypeDesc::INT64, &v);
+        if (!has) images.geterror();  // not left for somebody else's message
+        return has && v > 0 ? uint64_t(v) : 0;
+      };
+      file.bytesRead += number("stat:bytesread");
+      file.tilesAgain += number("stat:redundant_tiles");
+    }
+    r.tilesAgain += file.tilesAgain;
+    if (file.bytesRead) r.largest.push_back(std::move(file));
+  }
+
   TextureStatistics statistics() override {
     TextureStatistics r;
     const auto number = [&](const char* name) -> uint64_t {
@@ -622,7 +643,12 @@ struct OpenTextures final : texture::TextureStore {
     {
       std::lock_guard lock(mutex);
       r.files = sources.size();
+      for (const auto& s : sources) addReadings(*s, r);
     }
+    std::sort(r.largest.begin(), r.largest.end(), [](const auto& a, const auto& b) {
+      return a.bytesRead != b.bytesRead ? a.bytesRead > b.bytesRead : a.path < b.path;
+    });
+    if (r.largest.size() > kLargest) r.largest.resize(kLargest);
     r.lookups = lookups;
     r.missingLookups = missingLookups;
     r.imageBytes = imageBytes;
