@@ -58,6 +58,10 @@ class TextureSystem {
   void setSearchPath(std::vector<std::string> directories);
   // The least is one tile of a large file for each thread; smaller limits only cost time.
   void setCacheLimit(uint64_t bytes);
+  // Where files without mip levels are kept with them, made when they are first looked up; later frames and other
+  // processes find them there. It changes no value, and may be emptied between frames. "": nowhere. Set before the
+  // first handle is asked for.
+  void setLevelFolder(std::string folder);
 
   // A name along the search path; names from other machines are sought by ever shorter tails ("/a/b/c.tex":
   // "b/c.tex", "c.tex"), then with other extensions (.tex, .tx, .exr, .tif, .png, ...). The tokens <UDIM>, <U>_<V>,

@@ -10,12 +10,14 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <thread>
 
 #include "texture/module/srgb_input.h"
@@ -284,6 +286,74 @@ TEST_F(TextureTest, ACacheSmallerThanATileReadsAgain) {
   ASSERT_EQ(s.largest.size(), 1u);
   EXPECT_EQ(s.largest[0].path, path("big.tif"));
   EXPECT_GT(s.largest[0].bytesRead, l.largest[0].bytesRead);
+}
+
+// Values of files with and without a folder for their levels, in which nothing is left half made.
+TEST_F(TextureTest, LevelsAreKeptInAFolder) {
+  const auto noise = [](uint32_t seed) {
+    return [seed](int x, int y, float* out) {
+      for (int c = 0; c < 4; ++c) {
+        const uint32_t h = (uint32_t(x * 7919 + y * 104729 + c * 31) + seed) * 2654435761u;
+        out[c] = float(h >> 16 & 0xffff) / 65535;
+      }
+    };
+  };
+  write("bytes.png", 150, 70, 4, OIIO::TypeUInt8, noise(1));
+  write("shorts.tif", 130, 200, 4, OIIO::TypeUInt16, noise(2));
+  write("halves.exr", 90, 129, 4, OIIO::TypeHalf, noise(3));
+  write("floats.exr", 65, 64, 4, OIIO::TypeFloat, noise(4));
+  const char* const files[] = {"bytes.png", "shorts.tif", "halves.exr", "floats.exr"};
+  const std::string folder = path("kept/levels");
+  const auto valuesOf = [&](const std::string& in) {
+    TextureSystem t(diagnostics_);
+    if (!in.empty()) t.setLevelFolder(in);
+    std::vector<float> all;
+    for (const char* name : files)
+      for (const int linearize : {0, 1}) {
+        TextureOptions o;
+        o.linearize = linearize;
+        const int h = t.handle(path(name), {});
+        for (int k = 0; k < 400; ++k) {
+          const Rgba r = look(t, h, float(k % 20) / 19, float(k / 20) / 19, k % 7 ? std::exp2(-float(k % 9)) : 0, o);
+          all.insert(all.end(), r.v, r.v + 4);
+        }
+      }
+    return all;
+  };
+  const auto list = [&] {
+    std::map<std::string, fs::file_time_type> there;
+    for (const auto& e : fs::directory_iterator(folder)) there[e.path().filename().string()] = e.last_write_time();
+    return there;
+  };
+  const std::vector<float> expected = valuesOf("");
+  EXPECT_TRUE(valuesOf(folder) == expected);
+  const auto made = list();
+  EXPECT_EQ(made.size(), 16u);  // four files, plain and decoded, the finest level and the coarser ones
+  for (const auto& [name, time] : made) EXPECT_NE(name[0], '.') << name;
+  EXPECT_TRUE(valuesOf(folder) == expected);
+  EXPECT_TRUE(list() == made);  // not again
+  // cut short: made again
+  for (const auto& [name, time] : made) fs::resize_file(fs::path(folder) / name, 100);
+  EXPECT_TRUE(valuesOf(folder) == expected);
+  // another picture of the same name
+  write("bytes.png", 150, 70, 4, OIIO::TypeUInt8, noise(9));
+  fs::last_write_time(path("bytes.png"), fs::last_write_time(path("bytes.png")) + std::chrono::seconds(5));
+  const std::vector<float> changed = valuesOf("");
+  EXPECT_FALSE(changed == expected);
+  EXPECT_TRUE(valuesOf(folder) == changed);
+  // several at once
+  fs::remove_all(folder);
+  std::vector<std::thread> threads;
+  std::atomic<int> equal{0};
+  for (int k = 0; k < 4; ++k) threads.emplace_back([&] { equal += valuesOf(folder) == changed; });
+  for (std::thread& t : threads) t.join();
+  EXPECT_EQ(equal, 4);
+  EXPECT_EQ(list().size(), 16u);
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-FOLDER"), 0u) << said();
+  // where nothing can be written
+  std::ofstream(path("file")) << "no folder";
+  EXPECT_TRUE(valuesOf(path("file")) == changed);
+  EXPECT_GE(diagnostics_.count("ASSET-TEXTURE-FOLDER"), 1u);
 }
 
 TEST_F(TextureTest, ChannelsBecomeColourAndAlpha) {
