@@ -16,7 +16,7 @@ namespace kinora::texture {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr int kTileSide = 64;
+constexpr int kKeptTileSide = 64;
 constexpr const char* kVersion = "1";  // of what is written
 
 // FNV-1a.
@@ -48,8 +48,8 @@ std::string firstLineOf(std::string text) {
 }
 
 // Levels [first, last) of a picture in the cache; "" or what failed.
-std::string write(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring name, int first,
-                  int last, const std::string& target) {
+std::string writeFile(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring name, int first,
+                      int last, const std::string& target) {
   image::AtomicFile file(target);
   auto* const handle = cache.get_image_handle(name, thread);
   auto out = OIIO::ImageOutput::create("tiff");
@@ -59,7 +59,7 @@ std::string write(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, 
     if (!held) return firstLineOf(cache.geterror());
     const bool isWhole = held->format == OIIO::TypeUInt8 || held->format == OIIO::TypeUInt16;
     OIIO::ImageSpec spec(held->width, held->height, held->nchannels, isWhole ? held->format : OIIO::TypeFloat);
-    spec.tile_width = spec.tile_height = kTileSide;
+    spec.tile_width = spec.tile_height = kKeptTileSide;
     spec.alpha_channel = -1;  // values as they are
     spec.attribute("oiio:UnassociatedAlpha", 1);
     spec.attribute("textureformat", "Plain Texture");
@@ -67,9 +67,9 @@ std::string write(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, 
     spec.attribute("planarconfig", "contig");
     const auto mode = level == first ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage;
     if (!out->open(file.path(), spec, mode)) return firstLineOf(out->geterror());
-    std::vector<char> rows(spec.pixel_bytes() * size_t(spec.width) * size_t(kTileSide));
-    for (int y = 0; y < spec.height; y += kTileSide) {
-      const int end = std::min(y + kTileSide, spec.height);
+    std::vector<char> rows(spec.pixel_bytes() * size_t(spec.width) * size_t(kKeptTileSide));
+    for (int y = 0; y < spec.height; y += kKeptTileSide) {
+      const int end = std::min(y + kKeptTileSide, spec.height);
       if (!cache.get_pixels(handle, thread, 0, level, 0, spec.width, y, end, 0, 1, 0, spec.nchannels, spec.format,
                             rows.data()))
         return firstLineOf(cache.geterror());
@@ -102,8 +102,8 @@ std::string keepLevels(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thr
   if (examine(out.coarser, facts).empty() && examine(out.finest, facts).empty() && facts.width == spec->width &&
       facts.height == spec->height && facts.channels == spec->nchannels)
     return "";
-  std::string why = write(cache, thread, finest, 0, 1, out.finest);
-  if (why.empty()) why = write(cache, thread, levels, 1, count, out.coarser);
+  std::string why = writeFile(cache, thread, finest, 0, 1, out.finest);
+  if (why.empty()) why = writeFile(cache, thread, levels, 1, count, out.coarser);
   return why;
 }
 
