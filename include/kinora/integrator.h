@@ -104,6 +104,9 @@ struct LightSamples {
   const float* specular;
   const uint32_t* flags;  // LightSampleFlags
   const uint32_t* light;  // index, for light path events
+  // Growth of a shadow ray's footprint, see ShadowRays: a quarter of the radius of the cone that the light is sampled
+  // over, 0 for delta lights. Null where nothing in the scene is looked at by footprints of shadow rays.
+  const float* spread;
 };
 
 // Of points on lights, where paths begin or end.
@@ -180,6 +183,10 @@ struct ShadowRays {
                             // caustics are off), 0: glass blocks it; 2: as 1, but what manifold walks go through
                             // blocks it, since they bring that light. Null: 0
   float* transmittance[3];  // out
+  // Radius by which the ray's footprint grows a unit of distance, beside that at its vertex: surfaces of several
+  // resolutions are met as coarsely as it says (but for the patch that the ray leaves), in a light's penumbra more so
+  // than as the vertex was seen. The vertex's own spread where that is larger. Null: that one.
+  const float* spread = nullptr;
 };
 
 // What the weights of bidirectional methods ask of rays that met a light, by whatever technique: with which densities

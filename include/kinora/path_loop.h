@@ -508,12 +508,14 @@ class PathLoop {
     uint32_t* light = words(room * mostSlots);
     uint32_t* state = words(room * mostSlots);
     float* share = sv_->wantsUnshadowed ? floats(room) : nullptr;
+    float* spread = nullptr;
     uint32_t rays = 0, entries = 0;
 
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
       LightSamples ls;
       sv_->lightSamples(g_, &c, part, parts, &ls);
+      if (ls.spread && !spread) spread = floats(room);
       EvaluateArgs e{};
       for (int x = 0; x < 3; ++x) e.wi[x] = ls.wi[x];
       for (uint32_t l = 0; l < c.slotCount; ++l)
@@ -565,6 +567,7 @@ class PathLoop {
         pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
         pack.put(F::load(c.time + i), time + rays);
         pack.put(Int<W>::lanes(int32_t(i)), point + rays);
+        if (spread) pack.put(F::load(ls.spread + i), spread + rays);
         if (tinted) {
           const Int<W> passes = select(walked & Mask<W>(walksFrom(c, depth)), Int<W>(2), Int<W>(1));
           pack.put(select(staysInside(c, i, wi), Int<W>(0), passes), tinted + rays);
@@ -601,8 +604,9 @@ class PathLoop {
     }
     if (!rays) return;
     if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
-    const ShadowRays shadow{rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs,
-                            tinted, {T[0], T[1], T[2]}};
+    const ShadowRays shadow{
+        rays,  {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs, tinted, {T[0], T[1], T[2]},
+        spread};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
     for (uint32_t i = 0; i < entries; i += W) {

@@ -304,6 +304,7 @@ class Arrivals {
       value_[k] = make<float>(values);
     }
     tMax_ = make<float>(rays);
+    spread_ = make<float>(rays);
     time_ = make<float>(rays);
     point_ = make<uint32_t>(rays);
     runs_ = make<ShadowRun>(rays);
@@ -313,12 +314,14 @@ class Arrivals {
   void of(const Context& context) { c_ = &context; }
   // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); at most so
   // many values follow that come along it.
-  void from(uint32_t point, Vec3<1> d, float distance, uint32_t values) {
+  // spread: LightSamples::spread of a light sample; 0: the vertex's own.
+  void from(uint32_t point, Vec3<1> d, float distance, uint32_t values, float spread = 0) {
     if (rays_ == mostRays_ || values_ + values > mostValues_) send();
     leave(Vec3<1>::load(c_->P, point), Vec3<1>::load(c_->Ng, point), Float<1>(c_->bias[point]), d).store(o_, rays_);
     d.store(d_, rays_);
     tMax_[rays_] = distance * 0.99999f - 2 * c_->bias[point];
     time_[rays_] = c_->time[point];
+    spread_[rays_] = spread;
     point_[rays_++] = point;
     if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
     runs_[runCount_ - 1].end = rays_;
@@ -332,7 +335,8 @@ class Arrivals {
     light_[values_++] = light;
   }
   // The same for the points i, i + 1, ... of lanes `on`; each lane's ray.
-  Int<W> from(Mask<W> on, uint32_t i, Vec3<W> d, Float<W> distance, uint32_t values) {
+  Int<W> from(Mask<W> on, uint32_t i, Vec3<W> d, Float<W> distance, uint32_t values,
+              Float<W> spread = Float<W>(0.f)) {
     if (rays_ + W > mostRays_ || values_ + values * W > mostValues_) send();
     const Float<W> bias = Float<W>::load(c_->bias + i);
     const Packer<W> pack(on);
@@ -340,6 +344,7 @@ class Arrivals {
     d.pack(pack, d_, rays_);
     pack.put(distance * Float<W>(0.99999f) - (bias + bias), tMax_ + rays_);
     pack.put(Float<W>::load(c_->time + i), time_ + rays_);
+    pack.put(spread, spread_ + rays_);
     pack.put(Int<W>::lanes(int32_t(i)), point_ + rays_);
     alignas(64) uint32_t ray[W] = {};
     for (uint32_t bits = on.bits(); bits; bits &= bits - 1) ray[__builtin_ctz(bits)] = rays_++;
@@ -370,7 +375,8 @@ class Arrivals {
                             runCount_,
                             runs_,
                             nullptr,
-                            {transmittance_[0], transmittance_[1], transmittance_[2]}};
+                            {transmittance_[0], transmittance_[1], transmittance_[2]},
+                            spread_};
       sv_->shadow(g_, runs_[0].context->depth, &rays);
       uint32_t n = 0;
       for (uint32_t i = 0; i < values_; i += W) {
@@ -401,7 +407,7 @@ class Arrivals {
   const Services* sv_;
   const Context* c_ = nullptr;
   uint32_t mostRays_, mostValues_;
-  float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *value_[3];
+  float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *spread_, *value_[3];
   uint32_t *point_, *ray_, *slot_, *state_, *light_;
   ShadowRun* runs_;
   uint32_t rays_ = 0, values_ = 0, runCount_ = 0;

@@ -224,6 +224,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("SIZE");
   app.add_option("--texture-cache", texts.textureCache, "memory for texture tiles; less costs time only")
       ->type_name("SIZE");
+  app.add_option("--texture-folder", s.textureFolder,
+                 "keep textures that have no mip levels here, made once with them; may be emptied at any time")
+      ->type_name("DIR");
   app.add_option("--geometry-cache", texts.geometryCache,
                  "memory for surfaces that are diced where rays ask; less costs time only")
       ->type_name("SIZE");

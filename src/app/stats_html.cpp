@@ -206,8 +206,9 @@ class Page {
     if (h_.residentPeakBytes)
       row("process, at its peak", asBytes(h_.residentPeakBytes), double(h_.residentPeakBytes) / most);
     raw("</table>\n");
-    put("<p class=note>Textures: {} lookups, {} misses, {} held.</p>\n", s_.textureLookups, s_.textureMisses,
-        asBytes(s_.textureBytes));
+    put("<p class=note>Textures: {} lookups, {} misses, {} held, {} read, {} tiles of it again.</p>\n",
+        s_.textureLookups, s_.textureMisses, asBytes(s_.textureBytes), asBytes(s_.textureBytesRead),
+        s_.textureTilesAgain);
   }
 
   void rays() {

@@ -172,7 +172,14 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
                {"saturated", s.saturatedSamples},
                {"negative", s.negativeSamples}};
   if (s.noise >= 0) j["film"]["relative_error"] = s.noise;
-  j["textures"] = {{"lookups", s.textureLookups}, {"misses", s.textureMisses}, {"bytes", s.textureBytes}};
+  j["textures"] = {{"lookups", s.textureLookups},
+                   {"misses", s.textureMisses},
+                   {"bytes", s.textureBytes},
+                   {"tiles_read_again", s.textureTilesAgain},
+                   {"bytes_read", s.textureBytesRead}};
+  for (const auto& file : s.largestTextures)
+    j["textures"]["largest"].push_back(
+        {{"file", file.path}, {"bytes_read", file.bytesRead}, {"tiles_read_again", file.tilesAgain}});
   Json slow = Json::array();
   for (const render::BucketTime& b : slowestBuckets(s, 5))
     slow.push_back({{"x", b.x}, {"y", b.y}, {"size", b.size}, {"seconds", double(b.nanoseconds) * 1e-9}});
@@ -324,7 +331,10 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   if (heading.residentPeakBytes) line("  {:<34}{:>10}", "process, at its peak", asBytes(heading.residentPeakBytes));
   line("");
   line("Textures");
-  line("  {} lookups, {} misses, {} read", s.textureLookups, s.textureMisses, asBytes(s.textureBytes));
+  line("  {} lookups, {} misses, {} held, {} read, {} tiles of it again", s.textureLookups, s.textureMisses,
+       asBytes(s.textureBytes), asBytes(s.textureBytesRead), s.textureTilesAgain);
+  for (const auto& file : s.largestTextures)
+    line("  {} read of {}, {} tiles of it again", asBytes(file.bytesRead), file.path, file.tilesAgain);
   line("");
   line("Film");
   line("  {} samples; {} not finite (dropped), {} saturated, {} negative", s.samples, s.nonFiniteSamples,

@@ -47,6 +47,8 @@ Statistics example() {
   s.shaders = {{"wood", 3, 32, 1000, 2000, 2, 40, 10, {60, 80}},
                {"brick + rust", 1, 16, 500, 6000, 1, 20, 0, {10, 20}}};
   s.textureLookups = 17;
+  s.textureTilesAgain = 5;
+  s.largestTextures.push_back({"wall.tx", 4096, 3});
   return s;
 }
 
@@ -104,6 +106,9 @@ TEST(StatsReport, JsonHoldsTheFiguresAndTheirRatios) {
   EXPECT_DOUBLE_EQ(j["shading"]["points_per_group"], 10);
   EXPECT_EQ(j["film"]["non_finite"], 1);
   EXPECT_EQ(j["textures"]["lookups"], 17);
+  EXPECT_EQ(j["textures"]["tiles_read_again"], 5);
+  EXPECT_EQ(j["textures"]["largest"][0]["file"], "wall.tx");
+  EXPECT_EQ(j["textures"]["largest"][0]["tiles_read_again"], 3);
 }
 
 TEST(StatsReport, AFrameWithoutRaysGivesNumbersEverywhere) {

@@ -10,6 +10,9 @@ namespace kinora::light {
 
 namespace {
 
+// As PathLoop's bounces have it (spreadAfter): what is smaller than a quarter of a penumbra is lost in it.
+float spreadOf(float pdfSolidAngle) { return 0.25f / std::sqrt(std::max(pdfSolidAngle * 3.14159265f, 0.25f)); }
+
 constexpr uint32_t kMostNear = 8;  // lights that are tried one by one
 
 bool isUsable(const LightDescription& d) {
@@ -261,6 +264,8 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   out->specular = specular;
   out->flags = flags;
   out->light = light;
+  float* spread = p.wantsSpread ? arena.make<float>(n) : nullptr;
+  out->spread = spread;
   if (!p.count) return;
 
   const Arena::Mark mark = arena.mark();
@@ -310,6 +315,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     diffuse[i] = some ? lights_[light[i]].diffuse : 0.f;
     specular[i] = some ? lights_[light[i]].specular : 0.f;
     if (some && !(lights_[light[i]].flags & kCastsShadow)) distance[i] = 0;
+    if (spread) spread[i] = flags[i] & kSampleDelta ? 0.f : spreadOf(pdf[i]);
     // the choice's probability divides the estimate: discrete lights carry it in pdf too
     if (choice) pdf[i] *= choice[i];
   }
@@ -318,6 +324,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   if (t != distance) padFloats(t, p.count);
   padFloats(diffuse, p.count);
   padFloats(specular, p.count);
+  if (spread) padFloats(spread, p.count);
   for (uint32_t i = p.count; i < n; ++i) {
     flags[i] = flags[p.count - 1];
     light[i] = light[p.count - 1];

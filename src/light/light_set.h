@@ -66,6 +66,7 @@ class LightSet {
     const uint32_t* linkSet = nullptr;  // by point; null: all in set 0
     const float* uChoice[2];            // in [0, 1); null where there is no choice
     const float* u[2];
+    bool wantsSpread = false;  // LightSamples::spread is filled
   };
   // One light sample a point, into arrays of the arena.
   void sample(uint32_t width, Arena& arena, const Points& points, LightSamples* out) const;

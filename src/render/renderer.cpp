@@ -603,6 +603,10 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;
     stats.textureBytes = t.cacheBytes;
+    stats.textureTilesAgain = t.tilesAgain;
+    stats.textureBytesRead = t.bytesRead;
+    stats.largestTextures.clear();
+    for (const auto& file : t.largest) stats.largestTextures.push_back({file.path, file.bytesRead, file.tilesAgain});
     stats.memory.push_back({"film", film->bytes()});
     stats.memory.push_back({"group arenas", frame->arenaBytes()});
     if (frame->learned()) stats.memory.push_back({"learned by paths (peak)", frame->learned()->mostBytes()});

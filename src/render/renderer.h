@@ -53,6 +53,7 @@ struct Settings {
   bool strict = false;
   std::vector<std::string> texturePath, shaderPath;  // directories, beside those of the scene
   uint64_t textureCacheBytes = 0;                    // 0: default
+  std::string textureFolder;                         // for levels of files that have none; "": none are kept
   uint64_t geometryCacheBytes = 0;                   // 0: what the scene says, else 1 GiB
   volume::ReaderProgram volumeReader;                // reads files of volumes; without a command none are
   double snapshotSeconds = 60;                       // 0: never

@@ -126,6 +126,12 @@ struct Statistics {
   std::array<std::string, 2> lostObject;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
+  uint64_t textureTilesAgain = 0, textureBytesRead = 0;  // tiles that the cache had dropped; read, uncompressed
+  struct TextureFile {
+    std::string path;
+    uint64_t bytesRead = 0, tilesAgain = 0;
+  };
+  std::vector<TextureFile> largestTextures;  // those of which most was read
 };
 
 }  // namespace kinora::render

@@ -49,6 +49,7 @@ WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const S
   width_ = settings.width ? settings.width : bestWidth();
   if (width_ == 16 && !cpuHasAvx512()) width_ = 8;  // sixteen lanes run as two of eight: the same bits
   if (settings.textureCacheBytes) textures_->setCacheLimit(settings.textureCacheBytes);
+  textures_->setLevelFolder(settings.textureFolder);
 }
 
 WorldBuilder::~WorldBuilder() = default;
@@ -119,6 +120,7 @@ bool WorldBuilder::openTextures(const scene::Scene& scene, Statistics& statistic
     textures_ = std::make_unique<TextureSystem>(diagnostics_, &contents_);
     host_.setTextures(textures_.get());
     if (settings_.textureCacheBytes) textures_->setCacheLimit(settings_.textureCacheBytes);
+    textures_->setLevelFolder(settings_.textureFolder);
   }
   texturePath_ = std::move(path);
   isOpen_ = true;

@@ -119,6 +119,7 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
   host.kind = RayKind::Transmission;
   host.left.media = nullptr;  // straight rays know no media
   copyRays(rays, list);
+  for (uint32_t i = 0; i < n; ++i) list.rays.spread[i] = spreadAlong(rays, i, list.rays.spread[i]);
   uint32_t* open = arena_.make<uint32_t>(padded(n));
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; ++i)

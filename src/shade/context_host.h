@@ -1,6 +1,8 @@
 // The renderer's side of a Context: lazy evaluation of networks, built-ins and primvars for its points. One for each
 // context, in the group's arena; known to shade/ only.
 #pragma once
+#include <algorithm>
+
 #include "shade/group.h"
 #include "shade/surface_points.h"
 
@@ -43,6 +45,11 @@ void forEachRun(const ShadowRays& rays, F&& f) {
     const ShadowRun& run = rays.runs[r];
     f(run, run.context ? ContextHost::of(run.context).state : ListHost::of(*run.list).left, first);
   }
+}
+
+// Of a ray from a vertex of its own spread.
+inline float spreadAlong(const ShadowRays& rays, uint32_t i, float ofVertex) {
+  return rays.spread ? std::max(rays.spread[i], ofVertex) : ofVertex;
 }
 
 }  // namespace kinora::shade

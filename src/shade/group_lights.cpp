@@ -33,6 +33,7 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   p.uChoice[1] = u[3];
   p.u[0] = u[1];
   p.u[1] = u[2];
+  p.wantsSpread = world_.world->hasUserGeometry();
   world_.lights->sample(world_.width, arena_, p, out);
   if (!world_.mediumLights.empty()) askMediumLights(c, out);
 }
@@ -206,7 +207,7 @@ void GroupState::occluded(const ShadowRays& rays, uint32_t* blocked, bool clear)
       const float* s = run.context ? run.context->spread : run.list->rays.spread;
       for (uint32_t i = first; i < run.end; ++i) {
         radius[i] = r[rays.point[i]];
-        spread[i] = s[rays.point[i]];
+        spread[i] = spreadAlong(rays, i, s[rays.point[i]]);
       }
     });
   }

@@ -35,6 +35,7 @@ struct TextureSystem::Impl {
     owner = library->open(diagnostics, contents);
     owner->setSearchPath(searchPath);
     if (cacheLimit) owner->setCacheLimit(*cacheLimit);
+    owner->setLevelFolder(levelFolder);
     store = owner.get();
     return store;
   }
@@ -55,6 +56,7 @@ struct TextureSystem::Impl {
   std::mutex mutex;
   std::vector<std::string> searchPath;
   std::optional<uint64_t> cacheLimit;
+  std::string levelFolder;
   std::unique_ptr<TextureStore> owner;
   std::atomic<TextureStore*> store{nullptr};
   std::atomic<uint64_t> missingLookups{0};  // without a store
@@ -73,6 +75,12 @@ void TextureSystem::setCacheLimit(uint64_t bytes) {
   const std::lock_guard lock(impl_->mutex);
   impl_->cacheLimit = bytes;
   if (impl_->store) impl_->owner->setCacheLimit(bytes);
+}
+
+void TextureSystem::setLevelFolder(std::string folder) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->levelFolder = folder;
+  if (impl_->store) impl_->owner->setLevelFolder(std::move(folder));
 }
 
 int TextureSystem::handle(const std::string& file, const TextureRequest& request) {

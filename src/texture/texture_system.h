@@ -30,9 +30,15 @@ struct TextureStatistics {
   uint64_t missingLookups = 0;  // answered with the missing colour
   uint64_t tilesRead = 0;
   uint64_t cacheMisses = 0;  // tile requests that were not in the cache
+  uint64_t tilesAgain = 0;   // of these, read before and dropped since
   uint64_t bytesRead = 0;    // uncompressed
-  uint64_t cacheBytes = 0;   // now
-  uint64_t imageBytes = 0;   // whole images held for lights
+  struct File {
+    std::string path;
+    uint64_t bytesRead = 0, tilesAgain = 0;
+  };
+  std::vector<File> largest;  // of which most was read, five at most
+  uint64_t cacheBytes = 0;    // now
+  uint64_t imageBytes = 0;    // whole images held for lights
 };
 
 // Thread-safe throughout. Handles stay valid for the life of the system.
@@ -52,6 +58,10 @@ class TextureSystem {
   void setSearchPath(std::vector<std::string> directories);
   // The least is one tile of a large file for each thread; smaller limits only cost time.
   void setCacheLimit(uint64_t bytes);
+  // Where files without mip levels are kept with them, made when they are first looked up; later frames and other
+  // processes find them there. It changes no value, and may be emptied between frames. "": nowhere. Set before the
+  // first handle is asked for.
+  void setLevelFolder(std::string folder);
 
   // A name along the search path; names from other machines are sought by ever shorter tails ("/a/b/c.tex":
   // "b/c.tex", "c.tex"), then with other extensions (.tex, .tx, .exr, .tif, .png, ...). The tokens <UDIM>, <U>_<V>,

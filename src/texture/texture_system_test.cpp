@@ -7,14 +7,17 @@
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/texture.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <thread>
 
 #include "texture/module/srgb_input.h"
@@ -194,6 +197,163 @@ TEST_F(TextureTest, TruncatedFilesGiveWhatTheyHold) {
     system_.image(path(name), 0, {});
   }
   EXPECT_GE(diagnostics_.count("ASSET-TEXTURE-READ"), 1u);
+}
+
+TEST_F(TextureTest, PtexIsRefusedByName) {
+  std::ofstream(path("skin.ptx"), std::ios::binary) << "Ptex" << std::string(300, '\1');
+  EXPECT_EQ(system_.handle(path("skin.ptx"), {}), TextureSystem::kNoTexture);
+  ASSERT_EQ(diagnostics_.count("ASSET-TEXTURE-READ"), 1u);
+  EXPECT_NE(diagnostics_.messages().back().what.find("it is a Ptex file"), std::string::npos)
+      << diagnostics_.messages().back().what;
+}
+
+// Gone or shorter between two lookups: what the cache still holds stays, the rest is the missing colour, told once.
+TEST_F(TextureTest, FilesThatVanishOrShrinkDuringAFrame) {
+  const Pixel noise = [](int x, int y, float* out) {
+    const uint32_t h = uint32_t(x * 7919 + y * 104729) * 2654435761u;
+    out[0] = out[1] = out[2] = 0.5f + float(h >> 24) / 1024;
+  };
+  for (const char* name : {"gone.tx", "short.tx"}) write(name, 1024, 1024, 3, OIIO::TypeUInt8, noise, true);
+  for (int k = 0; k < 120; ++k) constant("other." + std::to_string(1001 + k) + ".tif", 0.5f);
+  system_.setSearchPath({directory_.string()});
+  TextureOptions o;
+  o.missingColor[0] = 9.f;
+  const int gone = system_.handle("gone.tx", {}), shorter = system_.handle("short.tx", {}),
+            others = system_.handle("other.<UDIM>.tif", {});
+  ASSERT_GE(gone, 0);
+  ASSERT_GE(shorter, 0);
+  const float before = look(system_, gone, 0.01f, 0.01f, 0, o).v[0];
+  // of a hundred files that are open, these are closed
+  for (int k = 0; k < 120; ++k) look(system_, others, float(k % 10) + 0.5f, 0.5f - float(k / 10));
+  fs::remove(path("gone.tx"));
+  fs::resize_file(path("short.tx"), 300);
+  EXPECT_EQ(look(system_, gone, 0.01f, 0.01f, 0, o).v[0], before);
+  for (const int h : {gone, shorter})
+    for (int k = 0; k < 64; ++k) {
+      const float v = look(system_, h, float(k % 8) / 8 + 0.06f, float(k / 8) / 8 + 0.06f, 0, o).v[0];
+      EXPECT_TRUE(v == 9.f || (v >= 0.5f && v <= 0.75f)) << k << ": " << v;
+    }
+  EXPECT_EQ(look(system_, gone, 0.9f, 0.9f, 0, o).v[0], 9.f);
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-READ"), 2u) << said();
+}
+
+// Far more files than a process may open.
+TEST_F(TextureTest, AnAtlasOfAThousandFiles) {
+  write("first.tif", 32, 32, 3, OIIO::TypeUInt8, [](int, int, float* out) { out[0] = out[1] = out[2] = 0.4f; });
+  for (int k = 0; k < 1000; ++k) fs::copy_file(path("first.tif"), path("skin." + std::to_string(1001 + k) + ".tif"));
+  rlimit was{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &was), 0);
+  rlimit few = was;
+  few.rlim_cur = 160;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  system_.setSearchPath({directory_.string()});
+  const int skin = system_.handle("skin.<UDIM>.tif", {});
+  for (int round = 0; round < 2; ++round)
+    for (int k = 0; k < 1000; ++k) {
+      const float v = look(system_, skin, float(k % 10) + 0.5f, 0.5f - float(k / 10)).v[0];
+      EXPECT_NEAR(v, 0.4f, 0.005f) << k;
+    }
+  setrlimit(RLIMIT_NOFILE, &was);
+  EXPECT_EQ(said().find("ASSET-TEXTURE-READ"), std::string::npos) << said();
+}
+
+// The least cache has room for a tile; what goes is read again, and counted.
+TEST_F(TextureTest, ACacheSmallerThanATileReadsAgain) {
+  const Pixel noise = [](int x, int y, float* out) {
+    out[0] = out[1] = out[2] = float((x * 13 + y * 7) & 255) / 255;
+  };
+  write(
+      "big.tif", 2048, 2048, 4, OIIO::TypeFloat,
+      [&](int x, int y, float* out) {
+        noise(x, y, out);
+        out[3] = 1;
+      },
+      true);
+  TextureSystem small(diagnostics_), large(diagnostics_);
+  small.setCacheLimit(1);
+  const int a = small.handle(path("big.tif"), {}), b = large.handle(path("big.tif"), {});
+  for (int round = 0; round < 3; ++round)
+    for (int k = 0; k < 1024; ++k) {
+      const float s = float(k % 32) / 32 + 0.01f, t = float(k / 32) / 32 + 0.01f;
+      const Rgba x = look(small, a, s, t), y = look(large, b, s, t);
+      EXPECT_EQ(std::memcmp(&x, &y, sizeof x), 0);
+    }
+  const TextureStatistics s = small.statistics(), l = large.statistics();
+  EXPECT_GT(s.tilesAgain, 100u);
+  EXPECT_EQ(l.tilesAgain, 0u);
+  EXPECT_LT(s.cacheBytes, 20u << 20);
+  EXPECT_GT(l.cacheBytes, 60u << 20);
+  ASSERT_EQ(s.largest.size(), 1u);
+  EXPECT_EQ(s.largest[0].path, path("big.tif"));
+  EXPECT_GT(s.largest[0].bytesRead, l.largest[0].bytesRead);
+}
+
+// Values of files with and without a folder for their levels, in which nothing is left half made.
+TEST_F(TextureTest, LevelsAreKeptInAFolder) {
+  const auto noise = [](uint32_t seed) {
+    return [seed](int x, int y, float* out) {
+      for (int c = 0; c < 4; ++c) {
+        const uint32_t h = (uint32_t(x * 7919 + y * 104729 + c * 31) + seed) * 2654435761u;
+        out[c] = float(h >> 16 & 0xffff) / 65535;
+      }
+    };
+  };
+  write("bytes.png", 150, 70, 4, OIIO::TypeUInt8, noise(1));
+  write("shorts.tif", 130, 200, 4, OIIO::TypeUInt16, noise(2));
+  write("halves.exr", 90, 129, 4, OIIO::TypeHalf, noise(3));
+  write("floats.exr", 65, 64, 4, OIIO::TypeFloat, noise(4));
+  const char* const files[] = {"bytes.png", "shorts.tif", "halves.exr", "floats.exr"};
+  const std::string folder = path("kept/levels");
+  const auto valuesOf = [&](const std::string& in) {
+    TextureSystem t(diagnostics_);
+    if (!in.empty()) t.setLevelFolder(in);
+    std::vector<float> all;
+    for (const char* name : files)
+      for (const int linearize : {0, 1}) {
+        TextureOptions o;
+        o.linearize = linearize;
+        const int h = t.handle(path(name), {});
+        for (int k = 0; k < 400; ++k) {
+          const Rgba r = look(t, h, float(k % 20) / 19, float(k / 20) / 19, k % 7 ? std::exp2(-float(k % 9)) : 0, o);
+          all.insert(all.end(), r.v, r.v + 4);
+        }
+      }
+    return all;
+  };
+  const auto list = [&] {
+    std::map<std::string, fs::file_time_type> there;
+    for (const auto& e : fs::directory_iterator(folder)) there[e.path().filename().string()] = e.last_write_time();
+    return there;
+  };
+  const std::vector<float> expected = valuesOf("");
+  EXPECT_TRUE(valuesOf(folder) == expected);
+  const auto made = list();
+  EXPECT_EQ(made.size(), 16u);  // four files, plain and decoded, the finest level and the coarser ones
+  for (const auto& [name, time] : made) EXPECT_NE(name[0], '.') << name;
+  EXPECT_TRUE(valuesOf(folder) == expected);
+  EXPECT_TRUE(list() == made);  // not again
+  // cut short: made again
+  for (const auto& [name, time] : made) fs::resize_file(fs::path(folder) / name, 100);
+  EXPECT_TRUE(valuesOf(folder) == expected);
+  // another picture of the same name
+  write("bytes.png", 150, 70, 4, OIIO::TypeUInt8, noise(9));
+  fs::last_write_time(path("bytes.png"), fs::last_write_time(path("bytes.png")) + std::chrono::seconds(5));
+  const std::vector<float> changed = valuesOf("");
+  EXPECT_FALSE(changed == expected);
+  EXPECT_TRUE(valuesOf(folder) == changed);
+  // several at once
+  fs::remove_all(folder);
+  std::vector<std::thread> threads;
+  std::atomic<int> equal{0};
+  for (int k = 0; k < 4; ++k) threads.emplace_back([&] { equal += valuesOf(folder) == changed; });
+  for (std::thread& t : threads) t.join();
+  EXPECT_EQ(equal, 4);
+  EXPECT_EQ(list().size(), 16u);
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-FOLDER"), 0u) << said();
+  // where nothing can be written
+  std::ofstream(path("file")) << "no folder";
+  EXPECT_TRUE(valuesOf(path("file")) == changed);
+  EXPECT_GE(diagnostics_.count("ASSET-TEXTURE-FOLDER"), 1u);
 }
 
 TEST_F(TextureTest, ChannelsBecomeColourAndAlpha) {

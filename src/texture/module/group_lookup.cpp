@@ -75,7 +75,8 @@ inline int wrapped(int i, int size, Wrap wrap) {
 }  // namespace
 
 bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring finestName,
-                       OIIO::ustring coarseName) {
+                       OIIO::ustring coarseName, bool isApart) {
+  apart = isApart;
   finest = cache.get_image_handle(finestName, thread);
   coarse = coarseName == finestName ? finest : cache.get_image_handle(coarseName, thread);
   if (!finest || !coarse) return false;
@@ -83,8 +84,8 @@ bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thr
   int count = 0;
   if (!cache.get_image_info(coarse, thread, 0, 0, kLevels, OIIO::TypeInt, &count) || count < 1) return false;
   levels.clear();
-  for (int i = 0; i < count; ++i) {
-    const OIIO::ImageSpec* spec = cache.imagespec(i == 0 ? finest : coarse, thread, 0, i);
+  for (int i = 0; i < count + apart; ++i) {
+    const OIIO::ImageSpec* spec = cache.imagespec(i == 0 ? finest : coarse, thread, 0, i == 0 ? 0 : i - apart);
     // s and t span the display window: OpenImageIO's call serves pictures that are cropped
     if (!spec || spec->width < 1 || spec->height < 1 || spec->tile_width < 1 || spec->tile_height < 1 || spec->x ||
         spec->y || spec->full_x || spec->full_y || spec->full_width != spec->width ||
@@ -140,8 +141,9 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
     if (!t.handle || (oldest->handle && block_ - t.used > block_ - oldest->used)) oldest = &t;
   }
   const Pyramid::Level& l = p.levels[size_t(level)];
-  OIIO::ImageCache::Tile* handle = cache_.get_tile(level == 0 ? p.finest : p.coarse, thread_, 0, level,
-                                                   tileX * l.tileWidth, tileY * l.tileHeight, 0);
+  OIIO::ImageCache::Tile* handle =
+      cache_.get_tile(level == 0 ? p.finest : p.coarse, thread_, 0, level == 0 ? 0 : level - p.apart,
+                      tileX * l.tileWidth, tileY * l.tileHeight, 0);
   OIIO::TypeDesc format;
   const char* pixels = handle ? static_cast<const char*>(cache_.tile_pixels(handle, format)) : nullptr;
   const bool isKnown = format.basetype == OIIO::TypeDesc::UINT8 || format.basetype == OIIO::TypeDesc::UINT16 ||

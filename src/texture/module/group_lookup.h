@@ -23,10 +23,11 @@ struct Pyramid {
   OIIO::ImageCache::ImageHandle *finest = nullptr, *coarse = nullptr;
   std::vector<Level> levels;
   int channels = 0;
+  int apart = 0;                  // 1: `coarse` begins with the first coarse level, else with the finest
   mutable bool isBroken = false;  // a tile could not be read; atomic access
   // False when the file's levels cannot be learned.
   bool describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thread, OIIO::ustring finestName,
-                OIIO::ustring coarseName);
+                OIIO::ustring coarseName, bool isApart = false);
 };
 
 struct LookupKind {

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "base/file_search.h"
 #include "base/text.h"
@@ -45,6 +47,12 @@ std::string disbelief(const OIIO::ImageSpec& spec, double fileBytes) {
       double(spec.full_width) * spec.full_height > kMaxDisplayPixels)
     return numbers("within a picture that is too large");
   return "";
+}
+
+// By the file's first word.
+bool isPtex(const std::string& path) {
+  char word[4] = {};
+  return std::ifstream(path, std::ios::binary).read(word, 4) && std::string_view(word, 4) == "Ptex";
 }
 
 bool isFile(const fs::path& p) {
@@ -118,6 +126,8 @@ std::string examine(const std::string& path, FileFacts& facts) {
     if (ec) return "it cannot be read (" + ec.message() + ")";
     if (fileBytes == 0) return "it is empty";
     if (image::holdsVolumes(path)) return "it holds volumes (OpenVDB), no picture";
+    if (isPtex(path))
+      return "it is a Ptex file, of which there is no reader; bake it to a texture over st, or an atlas";
     auto input = OIIO::ImageInput::open(path);
     if (!input) {
       std::string why = OIIO::geterror();

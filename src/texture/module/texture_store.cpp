@@ -21,6 +21,7 @@
 #include "texture/atlas_grid.h"
 #include "texture/missing_color.h"
 #include "texture/module/group_lookup.h"
+#include "texture/module/level_files.h"
 #include "texture/module/pyramid_input.h"
 #include "texture/module/srgb_input.h"
 #include "texture/module/texture_files.h"
@@ -43,6 +44,7 @@ struct Source {
   // levels of either, for group lookups; null until asked for, one without levels when OpenImageIO's call serves it
   std::atomic<const texture::Pyramid*> plainLevels{nullptr}, decodedLevels{nullptr};
   std::unique_ptr<texture::Pyramid> held[2];
+  std::mutex making;  // of their files
   std::atomic<bool> complained{false};
   SourcePos pos;
   std::string object;
@@ -161,11 +163,11 @@ struct OpenTextures final : texture::TextureStore {
     TextureOpt::parse_wrapmodes(facts.wrap.c_str(), s, t);
     if (s != TextureOpt::WrapDefault) source->wrapS = s;
     if (t != TextureOpt::WrapDefault) source->wrapT = t;
-    if (!facts.mipMapped)
+    if (!facts.mipMapped && levelFolder.empty())
       diagnostics.info("ASSET-TEXTURE-UNPREPARED", request.pos,
                        "texture '" + path +
                            "' is not mip-mapped; coarse levels are made while rendering; convert it with "
-                           "'maketx' to save time and memory");
+                           "'maketex', or name a folder with --texture-folder, to save time and memory");
     Source* raw = source.get();
     sources.push_back(std::move(source));
     sourceOfPath.emplace(path, raw);
@@ -292,16 +294,47 @@ struct OpenTextures final : texture::TextureStore {
     return h;
   }
 
+  // From the folder of levels that were made once.
+  bool describeKept(texture::Pyramid& p, const Source& s, const std::string& folder, OIIO::ustring finest,
+                    OIIO::ustring coarse, OIIO::ImageCache::Perthread* thread) {
+    // a picture that has none, or whose parts have, is as fast without
+    if (s.facts.width < 2 && s.facts.height < 2) return false;
+    OIIO::ImageCache& images = *cache->imagecache();
+    texture::LevelFiles files;
+    std::string why;
+    try {
+      why = texture::keepLevels(images, thread, folder, s.facts.path, finest, coarse, files);
+      if (why.empty() && p.describe(images, thread, OIIO::ustring(files.finest), OIIO::ustring(files.coarser), true))
+        return true;
+      if (why.empty()) why = firstLine(images.geterror());
+    } catch (const std::exception& e) {
+      why = e.what();
+    }
+    diagnostics.warning("ASSET-TEXTURE-FOLDER", s.pos,
+                        "levels of texture '" + s.facts.path + "' cannot be kept in '" + folder + "': " + why,
+                        "they are made while rendering", "a folder that can be written, with room: --texture-folder");
+    return false;
+  }
+
   const texture::Pyramid& levelsOf(Source& s, bool linearize, OIIO::ImageCache::Perthread* thread) {
     std::atomic<const texture::Pyramid*>& known = linearize ? s.decodedLevels : s.plainLevels;
     if (const texture::Pyramid* p = known.load(std::memory_order_acquire)) return *p;
-    std::lock_guard lock(mutex);
+    const std::lock_guard one(s.making);  // other files need not wait for those of this one
     if (const texture::Pyramid* p = known.load(std::memory_order_acquire)) return *p;
     auto made = std::make_unique<texture::Pyramid>();
     OIIO::ImageCache& images = *cache->imagecache();
     const OIIO::ustring name(nameInCache(s, linearize));
-    const OIIO::ustring coarse = s.facts.mipMapped ? name : levels->add(name.string());
-    if (!made->describe(images, thread, s.facts.cropped ? coarse : name, coarse)) made->levels.clear();
+    OIIO::ustring coarse = name;
+    std::string folder;
+    {
+      const std::lock_guard lock(mutex);
+      if (!s.facts.mipMapped) coarse = levels->add(name.string());
+      folder = levelFolder;
+    }
+    const OIIO::ustring finest = s.facts.cropped ? coarse : name;
+    if (s.facts.mipMapped || folder.empty() || !describeKept(*made, s, folder, finest, coarse, thread))
+      if (!made->describe(images, thread, finest, coarse)) made->levels.clear();
+    const std::lock_guard lock(mutex);
     s.held[linearize] = std::move(made);
     known.store(s.held[linearize].get(), std::memory_order_release);
     return *s.held[linearize];
@@ -543,6 +576,10 @@ struct OpenTextures final : texture::TextureStore {
     return nullptr;
   }
 
+  void setLevelFolder(std::string folder) override {
+    const std::lock_guard lock(mutex);
+    levelFolder = std::move(folder);
+  }
   void setSearchPath(std::vector<std::string> directories) override {
     const std::lock_guard lock(mutex);
     searchPath = std::move(directories);
@@ -609,6 +646,27 @@ struct OpenTextures final : texture::TextureStore {
     return true;
   }
 
+  static constexpr size_t kLargest = 5;
+  // What was read of a file, as it is and decoded.
+  void addReadings(const Source& s, TextureStatistics& r) {
+    TextureStatistics::File file{s.facts.path};
+    OIIO::ImageCache& images = *cache->imagecache();
+    for (const bool isDecoded : {false, true}) {
+      if (isDecoded && !s.decoded.load(std::memory_order_acquire)) continue;
+      const OIIO::ustring name(nameInCache(s, isDecoded));
+      const auto number = [&](const char* what) {
+        long long v = 0;
+        const bool has = images.get_image_info(name, 0, 0, OIIO::ustring(what), OIIO::TypeDesc::INT64, &v);
+        if (!has) images.geterror();  // not left for somebody else's message
+        return has && v > 0 ? uint64_t(v) : 0;
+      };
+      file.bytesRead += number("stat:bytesread");
+      file.tilesAgain += number("stat:redundant_tiles");
+    }
+    r.tilesAgain += file.tilesAgain;
+    if (file.bytesRead) r.largest.push_back(std::move(file));
+  }
+
   TextureStatistics statistics() override {
     TextureStatistics r;
     const auto number = [&](const char* name) -> uint64_t {
@@ -622,7 +680,12 @@ struct OpenTextures final : texture::TextureStore {
     {
       std::lock_guard lock(mutex);
       r.files = sources.size();
+      for (const auto& s : sources) addReadings(*s, r);
     }
+    std::sort(r.largest.begin(), r.largest.end(), [](const auto& a, const auto& b) {
+      return a.bytesRead != b.bytesRead ? a.bytesRead > b.bytesRead : a.path < b.path;
+    });
+    if (r.largest.size() > kLargest) r.largest.resize(kLargest);
     r.lookups = lookups;
     r.missingLookups = missingLookups;
     r.imageBytes = imageBytes;
@@ -639,6 +702,7 @@ struct OpenTextures final : texture::TextureStore {
   std::unique_ptr<texture::LevelMaker> levels = std::make_unique<texture::LevelMaker>(*cache->imagecache());
   std::mutex mutex;  // files, names
   std::vector<std::string> searchPath;
+  std::string levelFolder;
   std::map<std::string, int> handleOfName;
   std::map<std::string, Source*> sourceOfPath;
   std::vector<std::unique_ptr<Source>> sources;
