@@ -67,6 +67,7 @@ struct RayList {
   // the share of the vertex in its light, see TowardsLights. They have no meaning before trace() and none after it.
   const float* againstLights;
   const float* share;
+  uint32_t passesMedia;  // 1: trace() ends no ray of the list in a medium, and says what media let through instead
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths };
@@ -352,6 +353,12 @@ struct Services {
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
+  // What media let through of the mean channel over segments, about: from o in direction d (unit) over `length` (which
+  // may be infinite). It follows from the segment's place and time alone, and is the same from either end, whatever rays
+  // see the media: what bidirectional methods weigh the techniques by that could have made a path, where densities of
+  // tracked distances have no closed form. Exact for media that are the same everywhere. 1 in empty space.
+  void (*meanTransmittance)(Group*, uint32_t n, const float* const o[3], const float* const d[3], const float* length,
+                            const float* time, float* out);
   // A list of rays with room for `capacity`, until the group ends; they leave empty space.
   RayList* (*makeRays)(Group*, uint32_t capacity);
   // Says that the ray at entries[i] of the list leaves point points[i] of the context: it takes over what is known of
@@ -372,7 +379,8 @@ struct Services {
   uint32_t (*shade)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                     Context* const** contexts);
   // Records of the listed points, and contexts of n records in any mixture: with equal bits, but for Context::path,
-  // which is the record's index. Records of one depth and path share contexts. Points in space have no records.
+  // which is the record's index. Records of one depth and path share contexts. Points of media have records too; those
+  // of pointsInSpace() have none.
   void (*keepVertices)(Group*, const Context*, uint32_t n, const uint32_t* points, VertexRecord* out);
   uint32_t (*shadeVertices)(Group*, uint32_t n, const VertexRecord* records, Context* const** contexts);
   // Records of n points that no ray found, in empty space, seen along their geometric normals, for shadeVertices().

@@ -224,6 +224,8 @@ class GroupState {
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
   void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights* out);
+  void meanTransmittance(uint32_t n, const float* const o[3], const float* const d[3], const float* length,
+                         const float* time, float* out);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);

@@ -14,6 +14,9 @@ enum : uint32_t {
   kMergePaths,
   kMergeRadius,
   kReduceRadius,
+  kMergeMedia,
+  kMediaRadius,
+  kReduceMediaRadius,
   kTimeRadius,
   kLightSamples,
   kClampDepth,
@@ -42,6 +45,20 @@ constexpr Param kParams[] = {
         .range(0.01f, 1)
         .help("How fast the radius shrinks: that of sample i (from 1) is i^((reduceRadius - 1) / 2) of the first; 1 "
               "keeps it."),
+    param::integer("mergeMedia", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Merge vertices of both kinds of paths in media too, within a ball: multiple scattering in dense "
+              "media, and "
+              "caustics in fog seen in mirrors."),
+    param::number("mediaRadius", 5.f)
+        .range(0, 1000)
+        .help("Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there."),
+    param::number("reduceMediaRadius", 0.67f)
+        .range(0.01f, 1)
+        .help("How fast that shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / 3) of the first; 1 "
+              "keeps "
+              "it."),
     param::number("timeRadius", 1.f)
         .range(0.001f, 1)
         .help("Farthest distance in time of merged vertices, as a share of the shutter's opening."),
@@ -72,6 +89,10 @@ struct Data : vcm::Options {
     radius = from::within(values, kParams[kMergeRadius]);
     if (!(radius > 0)) merges = false;
     reduce = from::within(values, kParams[kReduceRadius]);
+    mergesMedia = info.integer(kMergeMedia) != 0;
+    mediaRadius = from::within(values, kParams[kMediaRadius]);
+    if (!(mediaRadius > 0)) mergesMedia = false;
+    mediaReduce = from::within(values, kParams[kReduceMediaRadius]);
     timeRadius = from::within(values, kParams[kTimeRadius]);
     clampLuminance = from::within(values, kParams[kClampLuminance]);
     roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),
@@ -103,4 +124,4 @@ KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrVCM, .help = "Bidirectional path tracing: vertex connection and merging.",
                   .params = pxrVcm::kParams, .setUp = setUp<pxrVcm::Data>, .stages = pxrVcm::stages,
-                  .lists = pxrVcm::lists, .passSamples = 1)
+                  .lists = pxrVcm::lists, .passSamples = 1, .scattersInMedia = scatterInMedia)

@@ -1,5 +1,6 @@
 // Merging, of PxrVCM and what else merges: vertices of light paths near a point of a camera path count as if they lay
-// on it. Included per target by vcm_kernel.h.
+// on it; on surfaces within a disk, in a medium within a ball (point to point, 3D: Krivanek et al., "Unifying Points,
+// Beams, and Paths in Volumetric Light Transport Simulation", 2014). Included per target by vcm_kernel.h.
 #include <kinora/clamp_luminance.h>
 #include <kinora/path_densities.h>
 #include <kinora/subpaths.h>
@@ -50,9 +51,11 @@ class Merged {
     entry_ = c.alloc<uint32_t>(kMostMerged);
     for (uint32_t** x : {&slot_, &state_, &light_}) *x = c.alloc<uint32_t>(kRoom);
   }
-  // The point that follows; merges: PathDensities::throughVertex; the others are its camera path's.
-  void begin(uint32_t point, float merges, const PathSums& sums, Vec3<1> throughput, uint32_t state) {
+  // The point that follows; count: light paths that it is merged with, where they have a density of 1 by area, or in
+  // media by volume; merges: PathDensities::throughVertex; the others are its camera path's.
+  void begin(uint32_t point, float count, float merges, const PathSums& sums, Vec3<1> throughput, uint32_t state) {
     point_ = point;
+    paths_ = count;
     merges_ = merges;
     sums_ = sums;
     through_ = throughput;
@@ -91,8 +94,8 @@ class Merged {
       const F pdf = F::load(e_.pdf + i), others = othersOfMerge(sums_, F::load(last_ + i), F::load(before_ + i), pdf,
                                                                 F::load(e_.pdfReverse + i), merges_);
       // what light paths carry has met the surface already: the weight's cosine goes
-      const F cosine = surfaceCosines(Ng, fiber, Vec3<W>::load(wi_, i));
-      zeroUnless(pdf > F(0.f), F(1.f) / (F(merges_) * (F(1.f) + others) * cosine)).store(share_ + i);
+      const F cosine = c_.traits & kTraitInSpace ? F(1.f) : surfaceCosines(Ng, fiber, Vec3<W>::load(wi_, i));
+      zeroUnless(pdf > F(0.f), F(1.f) / (F(paths_) * (F(1.f) + others) * cosine)).store(share_ + i);
     }
     const uint32_t s = c_.path[point_];
     const bool clamps = o_.clampLuminance < 1e30f;
@@ -144,7 +147,7 @@ class Merged {
   PathSums sums_{};
   V through_{};
   uint32_t from_ = 0;  // state of the camera path
-  float *wi_[3], *throughput_[3], *value_[3], *last_, *before_, *share_, merges_ = 0;
+  float *wi_[3], *throughput_[3], *value_[3], *last_, *before_, *share_, paths_ = 0, merges_ = 0;
   uint32_t *entry_, *slot_, *state_, *light_;
   uint32_t point_ = 0, count_ = 0, n_ = 0;
 };

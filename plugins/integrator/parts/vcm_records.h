@@ -16,11 +16,15 @@ struct Options {
   bool merges = true;         // vertices of camera paths with those of light paths near by
   float radius = 5;           // of merging, pixels; of the first sample
   float reduce = 0.67f;       // sample i (from 1) has i^((reduce - 1) / 2) of it
-  float timeRadius = 1;       // farthest distance in time of merged vertices, of the shutter's opening
-  uint32_t clampDepth = 2;    // bounces from which contributions are clamped, as in PathLoopOptions
-  float clampLuminance = 10;  // largest luminance of one contribution there
+  bool mergesMedia = false;   // the same of vertices in media
+  float mediaRadius = 5;      // of merging there, as `radius`; sample i has i^((mediaReduce - 1) / 3) of it
+  float mediaReduce = 0.67f;
+  float timeRadius = 1;                // farthest distance in time of merged vertices, of the shutter's opening
+  uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
+  float clampLuminance = 10;           // largest luminance of one contribution there
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
-  bool hasLightPaths() const { return connects || merges; }
+  bool mergesAny() const { return merges || mergesMedia; }
+  bool hasLightPaths() const { return connects || mergesAny(); }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
   bool samplesLight(uint32_t before) const { return before || lightSamples; }
 };
@@ -29,6 +33,7 @@ struct Stored {
   PathVertex at;
   PathSums sums;
   Photon photon;
+  float merges;       // PathDensities::throughVertex
   float probability;  // with which its path's camera path is connected to it; 0: it is not
 };
 
