@@ -71,6 +71,11 @@ class LightDensities {
                  const uint32_t* light) {
     ask(g, services, {&c, nullptr, c.count}, d, t, light, nullptr);
   }
+  // The same of n rays that left the listed points of the context.
+  LightDensities(Group* g, const Services* services, const Context& c, uint32_t n, const uint32_t* points,
+                 const float* const d[3], const float* t, const uint32_t* light) {
+    ask(g, services, {&c, nullptr, n}, d, t, light, points);
+  }
   // Of the group's paths.
   LightDensities(Group* g, const Services* services, const LightHits& hits) {
     float* d[3];

@@ -239,6 +239,10 @@ class Subpaths {
     }
     return out;
   }
+  // Of light paths, by slot: events at the vertices so far, and the light's factors on diffuse (0) and specular slots of
+  // the first one.
+  const uint16_t* eventsOf(uint32_t slot) const { return events_ + slot * PathVertex::kMostBefore; }
+  float factorOf(uint32_t slot, int k) const { return factor_[k][slot]; }
   // New directions from the points of a context, one each, in memory of the group; slot is kNoLobe where the path
   // ends. Rays, throughputs, states and events are those of the next step.
   // lightParts: light samples that were taken at the points, where media emit.

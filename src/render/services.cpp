@@ -149,6 +149,10 @@ struct Worker::Calls {
                                 const float* length, const float* time, float* out) {
     of(g).state_.meanTransmittance(n, o, d, length, time, out);
   }
+  static void mediaAt(Group* g, const RayList* list, uint32_t depth, uint32_t n, const uint32_t* entries,
+                      const float* t, MediaAt* out) {
+    of(g).state_.mediaAt(*list, depth, n, entries, t, out);
+  }
   static void lightHits(Group* g, RayList* list, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightHits(*list, kind, n, slots, out);
   }
@@ -249,6 +253,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
   s.scatterTowardsLights = &Calls::scatterTowardsLights;
+  s.mediaAt = &Calls::mediaAt;
   s.meanTransmittance = &Calls::meanTransmittance;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;

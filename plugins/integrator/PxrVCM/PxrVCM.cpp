@@ -46,19 +46,18 @@ constexpr Param kParams[] = {
         .help("How fast the radius shrinks: that of sample i (from 1) is i^((reduceRadius - 1) / 2) of the first; 1 "
               "keeps it."),
     param::integer("mergeMedia", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Merge vertices of both kinds of paths in media too, within a ball: multiple scattering in dense "
-              "media, and "
-              "caustics in fog seen in mirrors."),
+        .range(0, 3)
+        .options("0 off, 1 points, 2 beams, 3 both")
+        .help("Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays "
+              "with rays "
+              "(beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points."),
     param::number("mediaRadius", 5.f)
         .range(0, 1000)
         .help("Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there."),
     param::number("reduceMediaRadius", 0.67f)
         .range(0.01f, 1)
-        .help("How fast that shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / 3) of the first; 1 "
-              "keeps "
-              "it."),
+        .help("How fast it shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / d) of the first, for "
+              "vertices d = 3, for rays with vertices 2, with rays 1; 1 keeps it."),
     param::number("timeRadius", 1.f)
         .range(0.001f, 1)
         .help("Farthest distance in time of merged vertices, as a share of the shutter's opening."),
@@ -89,9 +88,10 @@ struct Data : vcm::Options {
     radius = from::within(values, kParams[kMergeRadius]);
     if (!(radius > 0)) merges = false;
     reduce = from::within(values, kParams[kReduceRadius]);
-    mergesMedia = info.integer(kMergeMedia) != 0;
+    const uint32_t media = uint32_t(from::within(values, kParams[kMergeMedia]));
     mediaRadius = from::within(values, kParams[kMediaRadius]);
-    if (!(mediaRadius > 0)) mergesMedia = false;
+    mergesMedia = media & 1 && mediaRadius > 0;
+    beams = media & 2 && mediaRadius > 0;
     mediaReduce = from::within(values, kParams[kReduceMediaRadius]);
     timeRadius = from::within(values, kParams[kTimeRadius]);
     clampLuminance = from::within(values, kParams[kClampLuminance]);

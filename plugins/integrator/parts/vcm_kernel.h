@@ -7,6 +7,8 @@
 // samples alone. Included per target, behind integrator_author.h.
 #include "plugins/integrator/parts/vcm_merged.h"
 
+#include "plugins/integrator/parts/vcm_beams.h"
+
 #if defined(KINORA_VCM_KERNEL_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_VCM_KERNEL_H_TARGET
 #undef KINORA_VCM_KERNEL_H_TARGET
@@ -32,20 +34,29 @@ class Vcm {
         sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
-        shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
-        mediaShrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, (options.mediaReduce - 1) / 3)),
-        shareMerged_(shareMerged()),
+        near_(group, services, options),
+        beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0),
         readsEvents_(readsEvents(services->paths)) {}
 
   void run() { g_->stage == StageKind::LightPaths ? lightStage() : cameraStage(); }
 
   // At the barrier behind light paths.
   static void commit(const vcm::Options& options, uint32_t stage, const CommitServices& services) {
-    if (!options.mergesAny() || stage) return;
-    const StoredRecords s = services.stored(&services, 0);
-    const vcm::Stored* all = static_cast<const vcm::Stored*>(s.records);
-    services.setIndex(&services, MergeIndex::build(services, s.count,
-                                                   [all](uint64_t i) -> const Photon& { return all[i].photon; }));
+    if (stage || (!options.mergesAny() && !options.beams)) return;
+    auto* index = static_cast<vcm::PassIndex*>(services.allocate(&services, sizeof(vcm::PassIndex)));
+    if (!index) return;
+    *index = {};
+    if (options.mergesAny()) {
+      const StoredRecords s = services.stored(&services, 0);
+      const vcm::Stored* all = static_cast<const vcm::Stored*>(s.records);
+      index->points =
+          MergeIndex::build(services, s.count, [all](uint64_t i) -> const Photon& { return all[i].photon; });
+    }
+    if (options.beams) {
+      const StoredRecords s = services.stored(&services, 1);
+      index->beams = vcm::BeamIndex::build(services, s.count, static_cast<const vcm::Beam*>(s.records));
+    }
+    services.setIndex(&services, index);
   }
 
  private:
@@ -54,6 +65,7 @@ class Vcm {
   using Stored = vcm::Stored;
   using Photon = vcm::Photon;
   using MergeIndex = vcm::MergeIndex;
+  using Near = typename Neighbourhoods<W>::Of;
 
   template <class T>
   T* make(uint32_t n) const {
@@ -71,18 +83,20 @@ class Vcm {
     for (uint32_t depth = 0; paths_.count && depth <= o_.bounces; ++depth) {
       Context* const* contexts;
       paths_.trace(depth);
+      beams_.keepWays(depth);
       const uint32_t count = paths_.shade(depth, &contexts);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
         if (depth && c.traits & kTraitScattersOnce) continue;  // sees lights alone
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
-        const Neighbourhood near = neighbourhoodOf(c);
+        const Near near = near_.of(c);
+        if (depth <= o_.bounces) beams_.keepPoints(c);
         if (connectsCamera_ || depth < most_) {
           const PathVertex* vertices = paths_.vertices(c, depth);
-          if (connectsCamera_) connectCamera(c, depth, vertices, near.merges);
+          if (connectsCamera_) connectCamera(c, depth, vertices, near);
           if (depth < most_) keep(c, vertices, near);
         }
-        sums_.leave(c, paths_.scatter(c, depth), near.merges);
+        leave(c, paths_.scatter(c, depth), near);
       }
       sv_->releaseMemory(g_, mark);
     }
@@ -98,93 +112,40 @@ class Vcm {
       paths_.trace(depth);
       if (!depth) paths_.coverByMedia();
       meetLights(depth);
+      if (depth <= o_.bounces) beams_.alongRays(depth);
       paths_.contributeGlow(depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
       if (depth > o_.bounces) return;
       const uint32_t count = paths_.shade(depth, &contexts);
-      const float** merges = make<const float*>(count);
+      Near* nears = make<Near>(count);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
         arrive(c, depth);
-        const Neighbourhood near = neighbourhoodOf(c);
-        merges[k] = near.merges;
+        const Near& near = nears[k] = near_.of(c);
         paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
         if (c.traits & kTraitInSpace ? o_.mergesMedia : o_.merges) merge(c, near);
+        beams_.atPoints(c, near);
       }
       const uint32_t lightParts = depth ? 1 : o_.lightSamples;
-      sampleLights(count, contexts, merges, lightParts);
-      if (o_.connects) connectPaths(count, contexts, merges, depth);
+      sampleLights(count, contexts, nears, lightParts);
+      if (o_.connects) connectPaths(count, contexts, nears, depth);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
         if (c.traits & kTraitScattersOnce) continue;
-        sums_.leave(c, paths_.scatter(c, depth, lightParts), merges[k]);
+        leave(c, paths_.scatter(c, depth, lightParts), nears[k]);
       }
       sv_->releaseMemory(g_, mark);
     }
   }
 
-  // ---- radii of merging: functions of the place and the sample's index alone, so that all paths agree on them
-  // pixels: there.
-  float radiusAt(const float P[3], float pixels) const {
-    float d2 = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float d = P[k] - sv_->cameraCenter[k];
-      d2 += d * d;
-    }
-    const float pixel = sv_->pixelSize + std::sqrt(d2) * sv_->pixelAngle;
-    return std::clamp(pixels * pixel, 1e-6f * sv_->worldRadius, sv_->worldRadius);
-  }
-  // The share of a sample's light paths that are merged at all: with all of them a point would meet some hundred of
-  // them under the wide radii of the first samples, which say little more than a few.
-  float shareMerged() const {
-    const float pixels = kPi * o_.radius * shrunk_ * o_.radius * shrunk_;
-    return o_.merges ? std::min(1.f, kMergesWanted / pixels) : 1.f;
-  }
-  bool isMerged(uint32_t slot) const {
-    if (!o_.mergesAny()) return false;
-    Float<1> unused, v;
-    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
-          dimensionAt(0) + kDimUser, unused, v);
-    return v.lane0() < shareMerged_;
-  }
-  // How many of a sample's light paths one point is merged with that they reach with a density of 1 per area, or volume,
-  // where vertices are merged within so large a disk or ball.
-  float mergesWithin(float size, float time) const {
-    const float shareInTime = std::min(time + o_.timeRadius, 1.f) - std::max(time - o_.timeRadius, 0.f);
-    return lightPaths_ * shareMerged_ * size * shareInTime;
-  }
-  // By point; null where nothing is merged, 0 where these are not.
-  struct Neighbourhood {
-    float *radius, *count;  // mergesWithin()
-    float* merges;          // PathDensities::throughVertex: in media path densities are without the extinction at
-                            // vertices, which two paths that meet both have
-    float* extinction[3];   // of points in media
-  };
-  Neighbourhood neighbourhoodOf(const Context& c) const {
-    Neighbourhood n{};
-    if (!o_.mergesAny()) return n;
-    for (float** x : {&n.radius, &n.count, &n.merges}) {
-      *x = c.alloc<float>(c.padded);
-      std::fill_n(*x, c.padded, 0.f);
-    }
-    const bool isInSpace = c.traits & kTraitInSpace;
-    if (!(isInSpace ? o_.mergesMedia : o_.merges)) return n;
-    if (isInSpace) {
-      MediumArgs medium{};
-      for (int k = 0; k < 3; ++k) medium.extinction[k] = n.extinction[k] = c.alloc<float>(c.padded);
-      c.bxdf->medium(&c, &medium);
-    }
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]};
-      const float r = n.radius[i] =
-          isInSpace ? radiusAt(P, o_.mediaRadius * mediaShrunk_) : radiusAt(P, o_.radius * shrunk_);
-      n.count[i] = n.merges[i] = mergesWithin(isInSpace ? 4 * kPi / 3 * r * r * r : kPi * r * r, c.time[i]);
-      if (isInSpace) n.merges[i] *= (n.extinction[0][i] + n.extinction[1][i] + n.extinction[2][i]) * (1.f / 3);
-    }
-    return n;
+  void leave(const Context& c, const GenerateArgs& a, const Near& near) {
+    float* merges = near.merges ? c.alloc<float>(c.padded) : nullptr;
+    for (uint32_t i = 0; merges && i < c.count; ++i)
+      merges[i] = Neighbourhoods<W>::mergesOf(near, c, i, V::load(a.wi, i)).lane0();
+    sums_.leave(c, a, merges);
   }
 
   // ---- light paths
-  void keep(const Context& c, const PathVertex* vertices, const Neighbourhood& near) {
+  void keep(const Context& c, const PathVertex* vertices, const Near& near) {
     const bool isInSpace = c.traits & kTraitInSpace;
     for (uint32_t i = 0; i < c.count; ++i) {
       const PathVertex& v = vertices[i];
@@ -209,6 +170,7 @@ class Vcm {
            v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors),
            isInSpace ? c.place.instance[i] : Photon::kNoMedium},
           near.merges ? near.merges[i] : 0.f,
+          near.merges ? near.crossings[i] : 0.f,
           0};
     }
   }
@@ -230,7 +192,7 @@ class Vcm {
               dimensionAt(0) + kDimUser, u, unused);
         vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, u.lane0());
       }
-      const bool merged = isMerged(s);
+      const bool merged = near_.isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {
         if (!merged && !(path[v].probability > 0)) continue;
         if (n == kTogether) send();
@@ -241,7 +203,7 @@ class Vcm {
     }
     send();
   }
-  void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const float* merges) {
+  void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const Near& near) {
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
     const EvaluateArgs e = evaluateBxdf(c, camera.wi);
@@ -261,8 +223,9 @@ class Vcm {
       const float distance = std::max(camera.distance[i], 1e-18f);
       PathSums sums = sums_[c.path[i]];
       if (!o_.samplesLight(depth)) sums.last = 0;
-      const float others = othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi),
-                                         e.pdfReverse[i], merges ? merges[i] : 0, through[i]);
+      const float others =
+          othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi), e.pdfReverse[i],
+                        Neighbourhoods<W>::mergesOf(near, c, i, wi).lane0(), through[i]);
       share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
       fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
       (-wi).store(rays.rays.d, n);
@@ -346,7 +309,9 @@ class Vcm {
         if (before > 0) weight[i] *= after / before;
       }
     paths_.contribute(h, depth, weight);
-    if (!depth) coverByLights(h);
+    if (depth) return;
+    coverByLights(h);
+    beams_.endAt(h);
   }
   // transmittanceOfEdges() to lights met.
   const float* transmittanceTo(const LightHits& h) const {
@@ -378,15 +343,15 @@ class Vcm {
     if (n) sv_->cover(g_, n, slots, alpha);
   }
 
-  void sampleLights(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t parts) {
+  void sampleLights(uint32_t count, Context* const* contexts, const Near* nears, uint32_t parts) {
     if (!sv_->lightCount || !parts) return;
     for (uint32_t k = 0; k < count; ++k) {
       arrivals_.of(*contexts[k]);
-      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], merges[k], part, parts);
+      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], nears[k], part, parts);
     }
     arrivals_.send();
   }
-  void sampleLights(const Context& c, const float* merges, uint32_t part, uint32_t parts) {
+  void sampleLights(const Context& c, const Near& near, uint32_t part, uint32_t parts) {
     LightSamples ls;
     sv_->lightSamples(g_, &c, part, parts, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
@@ -403,7 +368,7 @@ class Vcm {
       const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
       const F found = isFollowed ? scattered : F(0.f);
       F others = othersOfSample(sums_.at(s.s), c, i, wi, found, F::load(e.pdfReverse + i), light,
-                                merges ? F::load(merges + i) : F(0.f), F::load(through + i));
+                                Neighbourhoods<W>::mergesOf(near, c, i, wi), F::load(through + i));
       // of what media emit: RayList::againstLights is the other half
       const F byChance = found / (pdf * F(float(parts)));
       others = select(Int<W>::load(ls.light + i) == Int<W>(kNoLight), byChance * byChance, others);
@@ -446,8 +411,6 @@ class Vcm {
 
   // ---- connections
   static constexpr uint32_t kConnected = vcm::kConnected;
-  // Light paths through a disk of merging, were those of a sample spread evenly over the picture.
-  static constexpr float kMergesWanted = 8;
 
   struct EndContext {
     const Context* context;
@@ -484,6 +447,7 @@ class Vcm {
         e.earlier[to] = x.sums.before;
         e.edge[to] = x.sums.edge;
         e.merges[to] = x.merges;
+        e.crossings[to] = x.crossings;
         e.at[to] = &x.at;
         records[count] = x.at.vertex;
         endOf[count++] = to;
@@ -518,7 +482,7 @@ class Vcm {
     return {at, in & (at.get(ends_.before) < Int<W>(o_.bounces - depth))};
   }
 
-  void connectPaths(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t depth) {
+  void connectPaths(uint32_t count, Context* const* contexts, const Near* nears, uint32_t depth) {
     if (!endContextCount_ || depth >= o_.bounces) return;
     struct Way {
       float *d[3], *distance;  // unit, along the normal where there is no connection
@@ -550,7 +514,7 @@ class Vcm {
       arrivals_.of(*contexts[c]);
       for (uint32_t k = 0; k < kConnected; ++k) {
         const Way& way = ways[c * kConnected + k];
-        connectContext(*contexts[c], merges[c], k, way.d, way.distance, way.through, depth);
+        connectContext(*contexts[c], nears[c], k, way.d, way.distance, way.through, depth);
       }
     }
     arrivals_.send();
@@ -581,12 +545,14 @@ class Vcm {
         at.put(in, F::load(e.bxdf.pdf + j), ends_.pdf);
         at.put(in, F::load(e.bxdf.pdfReverse + j), ends_.reverse);
         at.put(in, surfaceCosines(c, j, w), ends_.cosine);
+        const F sine = Neighbourhoods<W>::sineOf(Vec3<W>::load(c.wo, j), w);
+        at.put(in, fma(at.get(ends_.crossings), sine, at.get(ends_.merges)), ends_.through);
       }
     }
   }
 
-  void connectContext(const Context& c, const float* merges, uint32_t k, const float* const d[3],
-                      const float* distance, const float* through, uint32_t depth) {
+  void connectContext(const Context& c, const Near& near, uint32_t k, const float* const d[3], const float* distance,
+                      const float* through, uint32_t depth) {
     const EvaluateArgs e = evaluateBxdf(c, d);
     for (uint32_t i = 0; i < c.count; i += W) {
       const EndLanes ends = endsOf(c, i, k, depth);
@@ -599,12 +565,12 @@ class Vcm {
       const F far = F::load(distance + i);
       const F others = othersOfConnection<F>(far,
                                              {sums_.at(s.s), pdfBack, surfaceCosines(c, i, w),
-                                              F::load(e.pdfReverse + i), merges ? F::load(merges + i) : F(0.f)},
+                                              F::load(e.pdfReverse + i), Neighbourhoods<W>::mergesOf(near, c, i, w)},
                                              {{at.get(ends_.last), at.get(ends_.earlier), at.get(ends_.edge)},
                                               pdf,
                                               at.get(ends_.cosine),
                                               at.get(ends_.reverse),
-                                              at.get(ends_.merges)},
+                                              at.get(ends_.through)},
                                              F::load(through + i));
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::get(ends_.value, at) *
                                (F(1.f) / (far * far * (F(1.f) + others)));
@@ -656,8 +622,9 @@ class Vcm {
   }
 
   // ---- merging
-  void merge(const Context& c, const Neighbourhood& neighbourhood) {
-    const MergeIndex* index = static_cast<const MergeIndex*>(sv_->index(g_));
+  void merge(const Context& c, const Near& neighbourhood) {
+    const auto* pass = static_cast<const vcm::PassIndex*>(sv_->index(g_));
+    const MergeIndex* index = pass ? pass->points : nullptr;
     if (!index) return;
     const bool isInSpace = c.traits & kTraitInSpace, seesLightsAlone = c.traits & kTraitScattersOnce;
     const float spread = (isInSpace ? o_.mediaRadius : o_.radius) * sv_->pixelAngle + 0.01f;
@@ -665,9 +632,8 @@ class Vcm {
     for (uint32_t i = 0; i < c.count; ++i) {
       const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]}, radius = neighbourhood.radius[i], time = c.time[i];
       const uint32_t s = c.path[i], medium = isInSpace ? c.place.instance[i] : Photon::kNoMedium;
-      if (!(neighbourhood.merges[i] > 0)) continue;
-      merged.begin(i, neighbourhood.count[i], neighbourhood.merges[i], sums_[s], V::load(paths_.throughput, s),
-                   paths_.state[s]);
+      if (!(neighbourhood.count[i] > 0)) continue;
+      merged.begin(i, neighbourhood, sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
       const Vec3<W> at{Float<W>(P[0]), Float<W>(P[1]), Float<W>(P[2])};
       index->near(P, radius, spread, [&](uint32_t cell, uint32_t begin, uint32_t end) {
         for (uint32_t k = begin; k < end; k += W) {
@@ -715,8 +681,8 @@ class Vcm {
   vcm::Ends ends_{};
   EndContext* endContexts_ = nullptr;
   uint32_t endContextCount_ = 0;
-  float shrunk_, mediaShrunk_;  // radii of this sample, as a share of the first one's
-  float shareMerged_;           // see there
+  Neighbourhoods<W> near_;
+  Beams<W> beams_;
   bool readsEvents_;            // see there
 };
 
