@@ -39,7 +39,7 @@ class Beams {
     reach_ = make<float>(g_->padded);
     cameraPdf_ = make<float>(g_->padded);
     std::fill_n(reach_, g_->padded, HUGE_VALF);
-    crossing_ = make<Crossing>(kTogether);
+    crossing_ = make<Crossing>(2 * kTogether);
     for (float*& x : value_) x = make<float>(kRoom);
     for (uint32_t** x : {&slot_, &state_, &light_}) *x = make<uint32_t>(kRoom);
   }
@@ -105,6 +105,9 @@ class Beams {
     const Rays& r = g_->paths.rays;
     for (uint32_t i = 0; i < paths_.count; ++i) {
       const uint32_t s = paths_.live[i];
+      // sums of floats: what is sent together of one ray must not depend on those before it
+      if (crossingCount_ > kTogether) sendCrossings(depth);
+      uint32_t own = 0;
       for (uint32_t k = ways.first[s]; k < ways.first[s] + ways.count[s]; ++k) {
         const float o[3] = {r.o[0][s], r.o[1][s], r.o[2][s]}, d[3] = {r.d[0][s], r.d[1][s], r.d[2][s]};
         const float from = ways.from[k], to = depth ? ways.to[k] : std::min(ways.to[k], reach_[s]);
@@ -115,7 +118,7 @@ class Beams {
           if (b.verticesBefore + depth > o_.bounces || std::fabs(b.time - r.time[s]) > o_.timeRadius) return;
           if (!meet(o, d, piece, b, x) || x.t < from || !(x.t < to)) return;
           crossing_[crossingCount_++] = x;
-          if (crossingCount_ == kTogether) sendCrossings(depth);
+          if (++own % kTogether == 0) sendCrossings(depth);
         });
       }
     }
@@ -164,7 +167,7 @@ class Beams {
   using Beam = vcm::Beam;
   using BeamIndex = vcm::BeamIndex;
   using InMedium = typename Neighbourhoods<W>::InMedium;
-  static constexpr uint32_t kTogether = 512, kRoom = 4096;
+  static constexpr uint32_t kTogether = 256, kRoom = 4096;
   // A camera ray meets a beam.
   struct Crossing {
     uint32_t slot, stretch;
