@@ -119,6 +119,8 @@ class ManifoldWalks : private WalkStarts {
   static constexpr float kConverged = 5e-6f;  // what a path may miss its light by at last, as an angle
   static constexpr float kFound = 1e-4f;      // and so that it counts: steps may end where floats do
   static constexpr float kSame = 1e-3f;       // distance of directions at y that are one path's
+  static constexpr int kPastTarget = 16;      // see Walks::through
+  static_assert(ManifoldOptions::kMostInterfaces <= kPastTarget);
   enum Event : uint32_t { kEventTypes = 0, kEventFacets = 1, kEventSeed = 40, kEventsOfTrial = 8 };
 
   float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (padded(n) + kPad) * sizeof(float))); }
@@ -147,10 +149,11 @@ class ManifoldWalks : private WalkStarts {
     float* d[3];     // direction at y that is being tried
     float* best[3];  // the one that missed least
     float* bestMiss;
-    float* step[3];       // Newton's step from there, along directions across it
-    float* damp;          // part of it that is tried
-    uint32_t* through;    // a bit for each boundary: light goes through, else it is reflected
-    uint32_t* found;      // boundaries of the path; 0: none
+    float* step[3];     // Newton's step from there, along directions across it
+    float* damp;        // part of it that is tried
+    uint32_t* through;  // a bit for each boundary: light goes through, else it is reflected. From bit kPastTarget on
+                        // one for each: the ray that leaves it may pass the light and go on to a further boundary
+    uint32_t* found;    // boundaries of the path; 0: none
     uint32_t* foundBits;  // their part of `through`
   };
 
@@ -410,7 +413,7 @@ class ManifoldWalks : private WalkStarts {
       s.put(in, d.x, w.d[0]);
       s.put(in, d.y, w.d[1]);
       s.put(in, d.z, w.d[2]);
-      s.put(in, I(-1), w.through);
+      s.put(in, I((1u << kPastTarget) - 1), w.through);
     }
   }
   // Random directions and boundaries' kinds, of trial t: towards what walks go through, and where that lies towards
@@ -452,9 +455,11 @@ class ManifoldWalks : private WalkStarts {
       s.put(in, d.x, w.d[0]);
       s.put(in, d.y, w.d[1]);
       s.put(in, d.z, w.d[2]);
-      // a quarter of the boundaries reflect
+      // a quarter of the boundaries reflect, a quarter of the rays go on past the light
       const I bits = hashWords(hashWords(asInt(draw(s, event + I(4))), s.get(seed_)), event);
-      s.put(in, bits | bits.template shr<16>(), w.through);
+      const I more = hashWords(bits, event), low((1u << kPastTarget) - 1), high(~0u << kPastTarget);
+      s.put(in, ((bits | bits.template shr<kPastTarget>()) & low) | (more & more.template shl<kPastTarget>() & high),
+            w.through);
     }
   }
   KN_INLINE M isTowardsBounds(V P, V d) const {
@@ -518,9 +523,12 @@ class ManifoldWalks : private WalkStarts {
     s.put(m, x.z, to[2]);
   }
 
-  // Of rays that were traced: those that pass their target before they meet anything have come as near as they will.
-  // What they miss it by, and Newton's step. The others that met something stay in `open`; returns their number.
-  uint32_t endAtTargets(uint32_t n, uint32_t* open, bool isLast, const Walks& w) {
+  // Of rays that were traced: those that pass their target before they meet anything have come as near as they will,
+  // but for those that are to go on to boundary k; `isFound`: only those of the path that was found end, at
+  // its last boundary. What they miss it by, and Newton's step. The others that met something stay in `open`; returns
+  // their number.
+  uint32_t endAtTargets(uint32_t n, uint32_t* open, uint32_t k, const Walks& w, bool isFound) {
+    const bool isLast = k == most_;
     uint32_t m = 0;
     const Rays& r = rays_->rays;
     for (uint32_t i = 0; i < n; i += W) {
@@ -535,6 +543,11 @@ class ManifoldWalks : private WalkStarts {
         const V away = to - o;
         const F along = select(infinite, dot(to, d), dot(away, d));
         ends = through & (along > F(0.f)) & ((infinite & !met) | ((!infinite) & (along < t * F(1.0001f))));
+        if (isFound) {
+          ends = ends & (s.get(w.found) == I(k));
+        } else if (k && !isLast) {
+          ends = ends & !(met & ((s.get(w.through) & I(1u << (kPastTarget + k - 1))) != I(0)));
+        }
         // across the ray: what is missed, as an angle, and how that changes with w
         const F scale = F(1.f) / max(along, F(1e-30f));
         const V e = select(infinite, to - d * along, away - d * along) * scale;
@@ -736,7 +749,7 @@ class ManifoldWalks : private WalkStarts {
       leaveStart(m, live, w);
       for (uint32_t k = 0, left = m; left; ++k) {
         sv_->traceWalks(g_, rays_, depth_ + 1 + k, left, open);
-        left = endAtTargets(left, open, k == most_, w);
+        left = endAtTargets(left, open, k, w, false);
         if (left) left = turn(left, open, k, w, nullptr);
       }
       m = improve(m, live, w, iteration + 1 == o_.iterations);
@@ -803,10 +816,10 @@ class ManifoldWalks : private WalkStarts {
       const uint32_t before = left;
       uint32_t* was = words(before);
       for (uint32_t i = 0; i < before; ++i) was[i] = open[i];
-      left = endAtTargets(left, open, k == most_, w);
+      left = endAtTargets(left, open, k, w, true);
       uint32_t m = 0;
       for (uint32_t i = 0; i < before; ++i)
-        if (miss_[was[i]] < INFINITY && passed_[was[i]] == w.found[was[i]]) ended[m++] = was[i];
+        if (miss_[was[i]] < INFINITY) ended[m++] = was[i];
       padList(m, ended);
       for (uint32_t i = 0; media && i < left; ++i)
         for (int c = 0; c < 3; ++c) found.value[c][open[i]] *= media[c][open[i]];

@@ -75,12 +75,12 @@ TileMoments tilesOf(Workshop& stage, const std::string& text, const Sets& sets, 
   return r;
 }
 // Walks against chance. `sharpness`: the relative standard error of a tile that the test must have.
-void expectSameMeans(const std::string& text, double sharpness, uint32_t seeds = 12) {
+void expectSameMeans(const std::string& text, double sharpness, uint32_t seeds = 12, int samples = 48) {
   Workshop stage;
   // What is found by chance has long tails: it takes more samples until sums are normal.
-  constexpr int kSamples = 48, kByChance = 512;
+  constexpr int kByChance = 512;
   const TileMoments chance = tilesOf(stage, text, exact(0), 100, seeds, kByChance),
-                    walks = tilesOf(stage, text, exact(1), 200, seeds, kSamples);
+                    walks = tilesOf(stage, text, exact(1), 200, seeds, samples);
   const TileTest t = compareTiles(walks, chance, 0.01);
   EXPECT_TRUE(t.agrees()) << "worst z " << t.worstZ << ", means " << walks.mean() << " and " << chance.mean();
   EXPECT_LT(t.meanError, sharpness);
@@ -167,15 +167,15 @@ std::string ringOf(const std::string& roughness) {
   return s.replace(s.find('@'), 1, roughness);
 }
 TEST(Manifold, RingOfBrass) { expectSameMeans(sceneOn(ringOf("0"), 64), 0.05); }
-// Walks by facets of rough reflectors move some light between neighbouring tiles: with 24 seeds the worst tile differs by
-// 4.6 standard errors of 1 % each. The picture's mean is held to what it differs by, which docs/integrators.md states.
-TEST(Manifold, RoughRing) {
-  Workshop stage;
-  const std::string text = sceneOn(ringOf("0.2"), 64);
-  const TileMoments chance = tilesOf(stage, text, exact(0), 100, 12, 512),
-                    walks = tilesOf(stage, text, exact(1), 200, 12, 48);
-  EXPECT_NEAR(walks.mean(), chance.mean(), 0.005 * chance.mean());
-  EXPECT_LT(compareTiles(walks, chance, 0.01).meanError, 0.05);
+// Facets that few walks find the way by leave long tails: at 48 samples and 24 seeds one tile lacked what is rare by 4 to 5
+// of the errors that it showed, and none does at 60 seeds.
+TEST(Manifold, RoughRing) { expectSameMeans(sceneOn(ringOf("0.2"), 64), 0.05, 16, 256); }
+// The way from one reflection to the next passes the lamp, which lies between them.
+TEST(Manifold, LampWithinARingOfBrass) {
+  std::string lamp = kLamp;
+  const std::string place = "Translate 0.5 2.2 -0.3\n    Scale 0.5 0.5 0.5";
+  lamp.replace(lamp.find(place), place.size(), "Translate 0.1 0.32 0.2\n    Scale 0.25 0.25 0.25");
+  expectSameMeans(sceneOn(ringOf("0"), 64, 2, lamp), 0.15);
 }
 
 TEST(Manifold, TwoBodiesOneInTheOther) {
