@@ -73,7 +73,7 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
       SceneRender r(q);
       ASSERT_TRUE(r.ok());
       const std::string name = std::filesystem::path(file).stem().string();
-      const bool hasMedia = name == "cloud" || name == "fire" || name == "shafts",
+      const bool hasMedia = name == "cloud" || name == "fire" || name == "shafts" || name == "caustic_in_fog",
                  scatters = integrator == "PxrPathTracer" || integrator == "PxrDirectLighting" ||
                             integrator == "PxrUnified" || integrator == "PxrVCM";
       for (const std::string& m : r.messages())
