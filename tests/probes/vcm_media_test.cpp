@@ -99,16 +99,6 @@ const std::string kMany = kOften + "\"color densityColor\" [0.8 1.5 3] \"color d
 TEST(VcmMedia, MergingKeepsTheMeanInFogOfSeveralChannels) {
   expectMergedAlike(room(kRect, kGrey, "", fog(kMany + "\"float anisotropy\" [0.3]", kAll)), 0.15);
 }
-TEST(VcmMedia, MergingKeepsTheMeanWhereUnevenMediaOverlap) {
-  expectMergedAlike(
-      room(kSphere, kGrey, "",
-           fog(kMany, "[-0.9 1.2 0.1 1.6 0.2 1.8]") +
-               fog(kOften + "\"string densityFloatPrimVar\" [\"density\"]", "[-1.2 0.6 0.2 1.2 0.3 1.4]",
-                   "[3 2 2] \"varying float density\" [0 1 4 0.3 0 3 0.5 1 0 1 0 2]") +
-               fog("\"float densityFloat\" [0.5]", kAll)),
-      0.15);
-}
-
 // Radii that cannot be are told, one of 0 merges nothing, scenes without media are as they were.
 TEST(VcmMedia, MergingTakesAnyRadius) {
   const auto filmWith = [](const std::string& text, const Sets& more, std::string* said) {
