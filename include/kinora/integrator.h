@@ -46,6 +46,19 @@ enum RayOrigin : uint32_t {
   kOriginBits = 16        // bits from this one on are the integrator's own
 };
 
+// How rays came through media that may end them, up to where they ended: stretches of each ray, with the factor on its
+// path there. On average over all that might have been drawn that is the transmittance. Within it the ray also passed
+// space without media.
+struct MediumWays {
+  const uint32_t* first;  // by entry: its stretches, first[e] to first[e] + count[e] - 1
+  const uint32_t* count;
+  // By stretch, in order along each ray.
+  const float* from;  // distances along the ray
+  const float* to;
+  const float* factor[3];
+  const float* absorption[3];  // by entry, per unit of length: what glass around the ray takes besides. Null: none
+};
+
 // Rays that are traced, shaded and asked for lights together, all or a listed part of them.
 struct RayList {
   uint32_t capacity;
@@ -67,6 +80,9 @@ struct RayList {
   // the share of the vertex in its light, see TowardsLights. They have no meaning before trace() and none after it.
   const float* againstLights;
   const float* share;
+  uint32_t wantsWays;  // 1: trace() writes `ways`, in the group's memory, for the rays that it is asked for
+  MediumWays ways;
+  uint32_t passesMedia;  // 1: trace() ends no ray of the list in a medium, and says what media let through instead
 };
 
 enum class StageKind : uint32_t { CameraPaths, LightPaths };
@@ -334,6 +350,15 @@ struct TowardsLights {
   const float* share = nullptr;
 };
 
+// What Services::mediaAt finds: rays by number, each with a hit in one medium, which shade() makes contexts of.
+struct MediaAt {
+  RayList* list;
+  uint32_t count;              // of its entries, 0 to count - 1
+  const uint32_t* entries;     // these numbers, padded
+  const uint32_t* point;       // by entry: which of the points
+  const float* extinction[3];  // by entry: of that medium there
+};
+
 struct MemoryMark {
   uint64_t block, used;
 };
@@ -359,6 +384,16 @@ struct Services {
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
+  // What media let through of the mean channel over segments, about: from o in direction d (unit) over `length` (which
+  // may be infinite). It follows from the segment's place and time alone, and is the same from either end, whatever rays
+  // see the media: what bidirectional methods weigh the techniques by that could have made a path, where densities of
+  // tracked distances have no closed form. Exact for media that are the same everywhere. 1 in empty space.
+  void (*meanTransmittance)(Group*, uint32_t n, const float* const o[3], const float* const d[3], const float* length,
+                            const float* time, float* out);
+  // All media at n points of rays of a list that were traced: of the ray entries[i] at distance t[i]. As many hits as
+  // there are media; sample addresses and times are the rays'.
+  void (*mediaAt)(Group*, const RayList*, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,
+                  MediaAt* out);
   // A list of rays with room for `capacity`, until the group ends; they leave empty space.
   RayList* (*makeRays)(Group*, uint32_t capacity);
   // Says that the ray at entries[i] of the list leaves point points[i] of the context: it takes over what is known of
@@ -379,7 +414,8 @@ struct Services {
   uint32_t (*shade)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                     Context* const** contexts);
   // Records of the listed points, and contexts of n records in any mixture: with equal bits, but for Context::path,
-  // which is the record's index. Records of one depth and path share contexts. Points in space have no records.
+  // which is the record's index. Records of one depth and path share contexts. Points of media have records too; those
+  // of pointsInSpace() have none.
   void (*keepVertices)(Group*, const Context*, uint32_t n, const uint32_t* points, VertexRecord* out);
   uint32_t (*shadeVertices)(Group*, uint32_t n, const VertexRecord* records, Context* const** contexts);
   // Records of n points that no ray found, in empty space, seen along their geometric normals, for shadeVertices().

@@ -2,6 +2,13 @@
 // that go along with it: I. Georgiev, "Implementing Vertex Connection and Merging" (2012). Both are sums of densities
 // relative to that by which the path was made; his third, for merging, is the second over the number of merges that
 // one light path in all could have been part of. Included per target.
+//
+// In media an edge that was sampled also has a density of its length: transmittance times, at the end of an edge in a
+// medium, the extinction there. Each technique makes each vertex once, so that extinctions cancel; an edge that is
+// connected lacks its transmittance. Tracking knows none: Services::meanTransmittance stands for it, a function of the
+// edge that is the same in all sums, so that the weights of a path's techniques sum to one and its mean is right
+// whatever it follows from. Lights met by rays count by what media let through on the way to them, not by chance: such
+// edges have no transmittance in their density.
 #include <kinora/integrator.h>
 #include <kinora/simd/wide.h>
 
@@ -49,6 +56,7 @@ KN_INLINE Float<W> surfaceCosines(Vec3<W> Ng, Vec3<W> fiber, Vec3<W> w) {
 }
 template <int W>
 KN_INLINE Float<W> surfaceCosines(const Context& c, uint32_t i, Vec3<W> w) {
+  if (c.traits & kTraitInSpace) return Float<W>(1.f);  // density is by volume there
   const Vec3<W> Ng = Vec3<W>::load(c.Ng, i);
   if (c.traits & kTraitFiber) return surfaceCosines(Ng, Vec3<W>::load(c.builtin(Builtin::Fiber).data, i), w);
   return max(abs(dot(Ng, w)), Float<W>(1e-7f));
@@ -62,6 +70,11 @@ class LightDensities {
   LightDensities(Group* g, const Services* services, const Context& c, const float* const d[3], const float* t,
                  const uint32_t* light) {
     ask(g, services, {&c, nullptr, c.count}, d, t, light, nullptr);
+  }
+  // The same of n rays that left the listed points of the context.
+  LightDensities(Group* g, const Services* services, const Context& c, uint32_t n, const uint32_t* points,
+                 const float* const d[3], const float* t, const uint32_t* light) {
+    ask(g, services, {&c, nullptr, n}, d, t, light, points);
   }
   // Of the group's paths.
   LightDensities(Group* g, const Services* services, const LightHits& hits) {
@@ -115,11 +128,24 @@ class LightDensities {
   LightEnds x_{};
 };
 
+// About what media let through between points of a context and what lies in directions d (unit), so far away; where
+// paths do not scatter in media 1.
+inline const float* transmittanceOfEdges(Group* g, const Services* services, const Context& c,
+                                         const float* const d[3], const float* distance) {
+  float* out = c.alloc<float>(c.padded + kPad);
+  std::fill_n(out, c.padded + kPad, 1.f);
+  if (services->mediaScatter) services->meanTransmittance(g, c.count, c.P, d, distance, c.time, out);
+  return out;
+}
+
 // The numbers of a group's paths, by slot.
 class PathDensities {
  public:
   PathDensities(Group* g, const Services* services, PathTechniques techniques = {})
-      : of_(static_cast<PathSums*>(services->alloc(g, (g->padded + kPad) * sizeof(PathSums)))), is_(techniques) {
+      : g_(g),
+        sv_(services),
+        of_(static_cast<PathSums*>(services->alloc(g, (g->padded + kPad) * sizeof(PathSums)))),
+        is_(techniques) {
     std::fill_n(of_, g->padded + kPad, PathSums{0, 0, 0});
   }
   const PathSums& operator[](uint32_t slot) const { return of_[slot]; }
@@ -134,26 +160,31 @@ class PathDensities {
     uint32_t* lights = c.alloc<uint32_t>(c.padded);
     for (uint32_t i = 0; i < c.padded; ++i) lights[i] = light[c.path[i]];
     const LightDensities x(g, services, c, c.wo, c.distance, lights);
+    const float* through = transmittanceOfEdges(g, services, c, c.wo, c.distance);
+    const bool isMet = !(c.traits & kTraitScattersOnce);  // rays that leave such points meet no lights
     for (uint32_t i = 0; i < c.count; ++i) {
       // a light sample connects the light with any vertex
-      const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)));
-      of_[c.path[i]] = {x.direct(i) * share, x.isDelta<1>(i).any() ? 0 : share, 1};
+      const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)) * through[i]);
+      of_[c.path[i]] = {x.direct(i) * share, x.isDelta<1>(i).any() || !isMet ? 0 : share, 1};
     }
   }
   // At what camera rays hit, where light paths are connected to the camera; pdf: of their directions, by point
   // (CameraConnection).
   void beginAtCamera(const Context& c, const float* pdf) {
+    const float* through = transmittanceOfEdges(g_, sv_, c, c.wo, c.distance);
     for (uint32_t i = 0; i < c.count; ++i) {
-      const float back = pdf[i] * surfaceCosine(c, i, Vec3<1>::load(c.wo, i));
+      const float back = pdf[i] * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)) * through[i];
       of_[c.path[i]] = {back > 0 ? is_.lightPaths * c.distance[i] * c.distance[i] / back : 0, 0, 1};
     }
   }
   // At each other vertex: from densities per solid angle to those per area.
   void arrive(const Context& c) {
+    const float* through = transmittanceOfEdges(g_, sv_, c, c.wo, c.distance);
     for (uint32_t i = 0; i < c.count; ++i) {
       PathSums& x = of_[c.path[i]];
       const float inverse = 1 / surfaceCosine(c, i, Vec3<1>::load(c.wo, i));
-      x = {x.last * c.distance[i] * c.distance[i] * inverse, x.before * inverse, is_.connectsPaths ? 1.f : 0.f};
+      x = {x.last * c.distance[i] * c.distance[i] * inverse / through[i], x.before * inverse,
+           is_.connectsPaths ? 1.f : 0.f};
     }
   }
   // After new directions were taken; merges: see below, null: none.
@@ -176,21 +207,26 @@ class PathDensities {
   }
 
  private:
+  Group* g_;
+  const Services* sv_;
   PathSums* of_;
   PathTechniques is_;
 };
 
 // The other ways to make a path that was made by...
-// ... a ray that met a light, which light samples would have made with density `pdf` (LightHits::pdf).
-inline float othersOfHit(const PathSums& path, float pdf, const LightDensities& light, uint32_t i) {
-  return pdf * path.last + light.emission(i) * path.before;
+// ... a ray that met a light, which light samples would have made with density `pdf` (LightHits::pdf). through, here and
+// below: transmittanceOfEdges() of the edge.
+inline float othersOfHit(const PathSums& path, float pdf, const LightDensities& light, uint32_t i,
+                         float through = 1) {
+  return pdf * path.last + light.emission(i) * through * path.before;
 }
 // ... light samples from W points of a context, from i on, in directions wi; pdf, reverse: the bxdf's for wi.
 template <int W>
 KN_INLINE Float<W> othersOfSample(const PathSumsOf<Float<W>>& path, const Context& c, uint32_t i, Vec3<W> wi,
-                                  Float<W> pdf, Float<W> reverse, const LightDensities& light, Float<W> merges) {
+                                  Float<W> pdf, Float<W> reverse, const LightDensities& light, Float<W> merges,
+                                  Float<W> through = Float<W>(1.f)) {
   const Float<W> back =
-      light.emission<W>(i) * surfaceCosines(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
+      light.emission<W>(i) * through * surfaceCosines(c, i, wi) * PathDensities::throughVertex(path, reverse, merges);
   return (zeroUnless(!light.isDelta<W>(i), pdf) + back) / light.direct<W>(i);
 }
 // ... a connection of two vertices.
@@ -203,17 +239,18 @@ struct ConnectedEnd {
   F merges = F(0.f);
 };
 template <class F>
-KN_INLINE F othersOfConnection(F distance, const ConnectedEnd<F>& a, const ConnectedEnd<F>& b) {
+KN_INLINE F othersOfConnection(F distance, const ConnectedEnd<F>& a, const ConnectedEnd<F>& b, F through = F(1.f)) {
   const auto side = [](const ConnectedEnd<F>& x) {
     return x.pdfTo * x.cosine * PathDensities::throughVertex(x.path, x.reverse, x.merges);
   };
-  return (side(a) + side(b)) / (distance * distance);
+  return through * (side(a) + side(b)) / (distance * distance);
 }
 // ... a connection of a light path's vertex to the camera, which makes that direction with density `pdf`; light paths
 // so connected; cosine, reverse, merges: as above.
 inline float othersOfSplat(const PathSums& path, float distance, float pdf, float lightPaths, float cosine,
-                           float reverse, float merges) {
-  return pdf * cosine / (distance * distance * lightPaths) * PathDensities::throughVertex(path, reverse, merges);
+                           float reverse, float merges, float through = 1) {
+  return through * pdf * cosine / (distance * distance * lightPaths) *
+         PathDensities::throughVertex(path, reverse, merges);
 }
 // ... merging a camera path's vertex with those of light paths: `last` and `before` are these paths' sums, the first
 // times its edge. pdf: of the camera path's bxdf for the directions in which the light paths came, and its reverse.

@@ -10,6 +10,7 @@
 #ifndef KINORA_SUBPATHS_ONCE
 #define KINORA_SUBPATHS_ONCE
 #include <algorithm>
+#include <cmath>
 namespace kinora {
 // A vertex of a light path, put aside for others to connect to.
 struct PathVertex {
@@ -40,6 +41,7 @@ namespace HWY_NAMESPACE {
 // travels: its own is that of wo's side, and the geometric normal's on the other (Veach 1997, section 5.3).
 template <int W>
 KN_INLINE Float<W> adjointFactor(const Context& c, uint32_t i, Vec3<W> wi) {
+  if (c.traits & kTraitInSpace) return Float<W>(1.f);
   const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i), wo = Vec3<W>::load(c.wo, i);
   return abs(dot(N, wo) * dot(Ng, wi)) / max(abs(dot(Ng, wo) * dot(N, wi)), Float<W>(1e-12f));
 }
@@ -95,6 +97,13 @@ class Subpaths {
       state[i] = sv_->paths.start;
       g_->paths.origin[i] = kFromDiscrete;
     }
+    if (!sv_->mediaScatter || !g_->paths.glow[0]) return;
+    float* share = floats(g_->padded);
+    againstLights_ = floats(g_->padded);
+    std::fill_n(share, g_->padded, 1.f);
+    std::fill_n(againstLights_, g_->padded, HUGE_VALF);
+    g_->paths.againstLights = againstLights_;
+    g_->paths.share = share;
   }
   // Emitted rays: those that carry light live.
   EmittedLight startAtLights() {
@@ -104,6 +113,10 @@ class Subpaths {
     factor_[0] = rays.diffuse;
     factor_[1] = rays.specular;
     count = 0;
+    for (int c = 0; c < 3; ++c) {
+      g_->paths.throughput[c] = throughput[c];
+      g_->paths.glow[c] = nullptr;  // light paths do not look for what media emit
+    }
     for (uint32_t i = 0; i < g_->count; ++i) {
       for (int c = 0; c < 3; ++c) throughput[c][i] = rays.throughput[c][i];
       began_[i] = maxComponent(Vec3<1>::load(throughput, i)).lane0();
@@ -128,6 +141,26 @@ class Subpaths {
     }
     const Contributions out{c.count, c.path, {rgb[0], rgb[1], rgb[2]}, at, light, LightKind::Arrives};
     sv_->contribute(g_, &out);
+  }
+
+  // What media emitted along the rays of camera paths (after trace), beside light samples of it; as far as no
+  // contribution has a luminance above `most`.
+  void contributeGlow(float most = 1e30f) const {
+    float* const* glow = g_->paths.glow;
+    if (!glow[0]) return;
+    float* value[3] = {floats(count), floats(count), floats(count)};
+    uint32_t *slot = words(count), *at = words(count), *light = words(count), n = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t s = live[i];
+      const Vec3<1> v(throughput[0][s] * glow[0][s], throughput[1][s] * glow[1][s], throughput[2][s] * glow[2][s]);
+      if (!(v.x.lane0() != 0 || v.y.lane0() != 0 || v.z.lane0() != 0)) continue;
+      (v * factorToLuminance(v, Float<1>(most))).store(value, n);
+      slot[n] = s;
+      at[n] = state[s];
+      light[n++] = kNoLight;
+    }
+    const Contributions out{n, slot, {value[0], value[1], value[2]}, at, light, LightKind::Arrives};
+    if (n) sv_->contribute(g_, &out);
   }
 
   // Lights that the paths have met (after trace), each with a weight.
@@ -155,6 +188,21 @@ class Subpaths {
   void trace(uint32_t depth) {
     const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
     sv_->trace(g_, &g_->paths, isCamera ? RayKind::Camera : RayKind::Indirect, depth, count, live, medium_);
+  }
+  // After trace(0): alpha of camera rays that escape, what media have taken of what is behind. Before lights that the
+  // camera sees, which cover all.
+  void coverByMedia() const {
+    if (!sv_->mediaScatter) return;
+    uint32_t *slot = words(count), n = 0;
+    float* alpha = floats(count);
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t s = live[i];
+      const float through = (medium_[0][s] + medium_[1][s] + medium_[2][s]) * (1.f / 3.f);
+      if (g_->paths.hits.t[s] < 3e38f || through > 0.9999f) continue;
+      slot[n] = s;
+      alpha[n++] = 1.f - through;
+    }
+    if (n) sv_->cover(g_, n, slot, alpha);
   }
   // Contexts of what they hit; those that escaped end.
   uint32_t shade(uint32_t depth, Context* const** contexts) {
@@ -191,9 +239,14 @@ class Subpaths {
     }
     return out;
   }
+  // Of light paths, by slot: events at the vertices so far, and the light's factors on diffuse (0) and specular slots of
+  // the first one.
+  const uint16_t* eventsOf(uint32_t slot) const { return events_ + slot * PathVertex::kMostBefore; }
+  float factorOf(uint32_t slot, int k) const { return factor_[k][slot]; }
   // New directions from the points of a context, one each, in memory of the group; slot is kNoLobe where the path
   // ends. Rays, throughputs, states and events are those of the next step.
-  GenerateArgs scatter(const Context& c, uint32_t depth) {
+  // lightParts: light samples that were taken at the points, where media emit.
+  GenerateArgs scatter(const Context& c, uint32_t depth, uint32_t lightParts = 1) {
     using F = Float<W>;
     const auto f = [&] { return c.alloc<float>(c.padded + kPad); };
     const auto u = [&] { return c.alloc<uint32_t>(c.padded + kPad); };
@@ -244,6 +297,12 @@ class Subpaths {
         s.put(on, k == 0 ? w.x : k == 1 ? w.y : w.z, r.d[k]);
         s.put(on, k == 0 ? t.x : k == 1 ? t.y : t.z, throughput[k]);
       }
+      if (againstLights_) {
+        const Mask<W> isSampled = (flags & Int<W>(uint32_t(kSampleDiscrete))) == Int<W>(0);
+        const F infinite(HUGE_VALF);
+        s.put(on, lightParts ? select(isSampled, pdf * F(1.f / float(lightParts)), infinite) : infinite,
+              againstLights_);
+      }
       s.put(on, F(1e30f), r.tMax);
       s.put(on, F::load(c.radius + i), r.radius);
       s.put(on, F::load(c.spread + i), r.spread);
@@ -286,8 +345,9 @@ class Subpaths {
   Roulette roulette_;
   const float* factor_[2] = {};  // of the lights that paths began at, by slot
   float* medium_[3];
-  float* began_ = nullptr;      // largest component of the throughput that light paths began with, by slot
-  uint16_t* events_ = nullptr;  // by slot, PathVertex::kMostBefore each
+  float* againstLights_ = nullptr;  // RayList::againstLights; null where nothing in space emits
+  float* began_ = nullptr;          // largest component of the throughput that light paths began with, by slot
+  uint16_t* events_ = nullptr;      // by slot, PathVertex::kMostBefore each
 };
 
 // Light on its way to points of contexts of one depth: values, each behind one of the shadow rays. What does not fit

@@ -426,7 +426,7 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-INTEGRATOR",
      "The scene has fog, smoke or another medium, and its integrator cannot follow light that is scattered there. "
      "Media "
-     "absorb what they would scatter, and what they emit is missing. PxrPathTracer and PxrDirectLighting can."},
+     "absorb what they would scatter, and what they emit is missing. PxrPathTracer, PxrDirectLighting, PxrVCM and PxrUnified can."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},

@@ -32,7 +32,7 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Pattern, "PxrWireframe", "patterns do not know the edges of what is drawn", "PxrVisualizer shows them"},
     {Kind::LightFilter, "PxrCheatShadowLightFilter", "shadows are where they are", ""},
     {Kind::Integrator, "PxrDebugShadingContext", "its channels are those of displays", "PxrVisualizer"},
-    {Kind::Integrator, "PxrUPBP", "light paths do not scatter in volumes yet", "PxrVCM"},
+    {Kind::Integrator, "PxrUPBP", "PxrVCM has its techniques, see mergeMedia", "PxrVCM"},
     {Kind::SampleFilter, "PxrCryptomatte", "coverage by name is not kept yet", "the channels id and id2"},
 };
 

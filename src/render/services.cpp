@@ -145,6 +145,14 @@ struct Worker::Calls {
                                    TowardsLights* out) {
     of(g).state_.scatterTowardsLights(*list, depth, n, slots, out);
   }
+  static void meanTransmittance(Group* g, uint32_t n, const float* const o[3], const float* const d[3],
+                                const float* length, const float* time, float* out) {
+    of(g).state_.meanTransmittance(n, o, d, length, time, out);
+  }
+  static void mediaAt(Group* g, const RayList* list, uint32_t depth, uint32_t n, const uint32_t* entries,
+                      const float* t, MediaAt* out) {
+    of(g).state_.mediaAt(*list, depth, n, entries, t, out);
+  }
   static void lightHits(Group* g, RayList* list, RayKind kind, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightHits(*list, kind, n, slots, out);
   }
@@ -245,6 +253,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
   s.scatterTowardsLights = &Calls::scatterTowardsLights;
+  s.mediaAt = &Calls::mediaAt;
+  s.meanTransmittance = &Calls::meanTransmittance;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;
   s.shadow = &Calls::shadow;
@@ -476,7 +486,8 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
-    const uint32_t set = w.placements[w.world->infoOf(hits.instance[s], hits.geometry[s])].linkSet;
+    const bool isMedium = w.space && w.space->ofInstance.contains(hits.instance[s]);  // lit by all lights
+    const uint32_t set = isMedium ? 0 : w.placements[w.world->infoOf(hits.instance[s], hits.geometry[s])].linkSet;
     kept[m] = s;
     m += light == kNoLight || w.lights->isLinked(set, light);
   }
@@ -526,7 +537,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
     if (cut && cut[i]) x[10][i] = 0;
-    if (!(c->traits & kTraitInSpace) && isHidden(c->place.instance[i], c->place.geometry[i])) x[10][i] = 0;
+    if (c->place.instance && isHidden(c->place.instance[i], c->place.geometry[i])) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
     float d2 = 0, d[3];

@@ -329,11 +329,12 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
     for (float* x : list.glow)
       for (uint32_t i = 0; i < n; ++i) x[entries[i]] = 0;
   if (world_.space && transmittance) {
-    if (host.surfaceT) {
+    if (host.surfaceT && !list.passesMedia) {
       scatterInSpace(list, depth, n, entries, transmittance);
     } else {
       float* ends = arena_.make<float>(list.capacity);
-      for (uint32_t i = 0; i < n; ++i) ends[entries[i]] = std::min(hits.t[entries[i]], 1e30f);
+      for (uint32_t i = 0; i < n; ++i)
+        ends[entries[i]] = std::min({hits.t[entries[i]], list.rays.tMax[entries[i]], 1e30f});
       thinOut(list.rays, ends, kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect,
               list.sampleSeed, list.sampleIndex, nullptr, depth, n, entries, transmittance);
     }

@@ -232,6 +232,10 @@ class GroupState {
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
   void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights* out);
+  void mediaAt(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,
+               MediaAt* out);
+  void meanTransmittance(uint32_t n, const float* const o[3], const float* const d[3], const float* length,
+                         const float* time, float* out);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);
@@ -308,8 +312,9 @@ class GroupState {
   float shareOfGlow(const Track& t, const Around& a, const float* shares) const;
   void askMediumLights(const Context* c, LightSamples* samples);
   void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
-  void scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
+  void scatterInSpace(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       float* const transmittance[3]);
+  void writeWays(RayList& list, uint32_t n, const uint32_t* entries);
   void thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
                const uint32_t* bounces, uint32_t depth, uint32_t n, const uint32_t* entries,
                float* const transmittance[3]);
@@ -341,6 +346,11 @@ class GroupState {
   bool probing_ = false;  // the rays of a pattern are on their way
   std::vector<trace::World::CollectedHit> collected_;
   std::vector<MediumCrossing> crossings_, crossingsTowards_;
+  struct WayStep {  // see MediumWays
+    uint32_t entry;
+    float from, to, factor[3];
+  };
+  std::vector<WayStep> waySteps_;
   // scratch of grouping
   std::vector<uint32_t> countOfProgram_, touched_;
 };

@@ -194,7 +194,7 @@ float GroupState::shareOfGlow(const Track& t, const Around& a, const float* shar
 }
 
 // Ends some of the listed rays in media, before what they hit. Their hits are then of the medium.
-void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
+void GroupState::scatterInSpace(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                                 float* const transmittance[3]) {
   const SpaceMedia& space = *world_.space;
   const ListHost& host = ListHost::of(list);
@@ -213,10 +213,21 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
   const auto isHole = [&, mayBe = hole_ && host.kind == RayKind::Camera](uint32_t medium) {
     return mayBe && world_.placements[world_.world->instance(space.media[medium].instance).info].hole;
   };
+  // stretches of constant factors, as they end
+  float* since = list.wantsWays ? arena_.make<float>(m + 1) : nullptr;
+  waySteps_.clear();
+  const auto endStretch = [&](const Track& t, float* next) {
+    if (t.t > *next && (t.w[0] != 0 || t.w[1] != 0 || t.w[2] != 0))
+      waySteps_.push_back({t.entry, *next, t.t, {t.w[0], t.w[1], t.w[2]}});
+    *next = t.t;
+  };
+  for (uint32_t i = 0; since && i < m; ++i) since[i] = tracks[i].count ? 0.f : crossings_[tracks[i].first].t;
+  const auto sinceOf = [&](const Track& t) { return since + (&t - &tracks[0]); };
   const float* glowShare = m && list.glow[0] && list.againstLights ? sharesOfGlow(list, tracks) : nullptr;
   while (m) {
     const ArenaScope memory(arena_);
     m = advanceAll(tracks, m, open, counters.endlessTracks, [&](const Track& t) {
+      if (since) endStretch(t, sinceOf(t));
       for (int c = 0; c < 3; ++c) transmittance[c][t.entry] *= t.w[c];
     });
     uint32_t asked = 0;
@@ -249,15 +260,24 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
       }
       const float all = met + missed;
       if (!(all > 0)) {  // no channel is left
+        if (since) endStretch(t, sinceOf(t));
         for (float* x : {transmittance[0], transmittance[1], transmittance[2]}) x[t.entry] = 0;
         continue;
       }
       const float chance = met / all, u = tracks.number(t);
       if (!(u < chance)) {
-        for (int c = 0; c < 3; ++c) t.w[c] *= (t.bound - sum[c]) / (t.bound * (1 - chance));
+        float factor[3], most = 0;
+        for (int c = 0; c < 3; ++c) {
+          factor[c] = (t.bound - sum[c]) / (t.bound * (1 - chance));
+          most = std::max(most, std::fabs(factor[c] - 1));
+        }
+        constexpr float kSame = 1e-6f;  // of channels alike rounding alone is left
+        if (since && most > kSame) endStretch(t, sinceOf(t));
+        for (int c = 0; c < 3; ++c) t.w[c] *= factor[c];
         open[going++] = open[i];
         continue;
       }
+      if (since) endStretch(t, sinceOf(t));
       // which medium it was: by what each takes of the mean channel
       float rest = tracks.number(t) * met, share = 0;
       uint32_t which = t.count;
@@ -280,6 +300,43 @@ void GroupState::scatterInSpace(const RayList& list, uint32_t depth, uint32_t n,
     }
     m = going;
   }
+  if (since) writeWays(list, n, entries);
+}
+
+// The stretches by ray, in the order along it: as they were found.
+void GroupState::writeWays(RayList& list, uint32_t n, const uint32_t* entries) {
+  const auto words = [&](size_t k) { return arena_.make<uint32_t>(k + 1); };
+  const auto floats = [&](size_t k) { return arena_.make<float>(k + 1); };
+  const size_t steps = waySteps_.size();
+  uint32_t *first = words(list.capacity), *count = words(list.capacity);
+  for (uint32_t i = 0; i < n; ++i) count[entries[i]] = 0;
+  for (const WayStep& x : waySteps_) ++count[x.entry];
+  uint32_t sum = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    first[entries[i]] = sum;
+    sum += count[entries[i]];
+    count[entries[i]] = 0;
+  }
+  float *from = floats(steps), *to = floats(steps), *factor[3] = {floats(steps), floats(steps), floats(steps)};
+  for (const WayStep& x : waySteps_) {
+    const uint32_t at = first[x.entry] + count[x.entry]++;
+    from[at] = x.from;
+    to[at] = x.to;
+    for (int c = 0; c < 3; ++c) factor[c][at] = x.factor[c];
+  }
+  list.ways = {first, count, from, to, {factor[0], factor[1], factor[2]}, {nullptr, nullptr, nullptr}};
+  const ListHost& host = ListHost::of(list);
+  if (!host.left.media) return;
+  float* absorption[3] = {floats(list.capacity), floats(list.capacity), floats(list.capacity)};
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t s = entries[i];
+    // as absorbUntil(): where nothing was passed on the way
+    const float* a = media_[media_.filling(host.left.media[s])].absorption;
+    for (int c = 0; c < 3; ++c)
+      absorption[c][s] =
+          host.left.media[s] && host.absorbed[c][s] == beerLambert(a[c], host.surfaceT[s]) ? a[c] : 0.f;
+  }
+  for (int c = 0; c < 3; ++c) list.ways.absorption[c] = absorption[c];
 }
 
 // A ray inside an absorbing object lost light as far as its surface; it ends before. (One that passed surfaces on the

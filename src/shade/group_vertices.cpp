@@ -16,8 +16,10 @@ struct Record {
   float u, v, distance, time, radius, spread;
   uint32_t instance, geometry, primitive, level;
   uint32_t seed, index;
-  uint32_t linkSet, media;  // media: in the world's archive
-  uint32_t how;             // bits from 0: traits, from 9: kind of ray, from 11: RayOrigin, from 14: depth
+  uint32_t linkSet,
+      media;     // media: in the world's archive; linkSet: of points of media, whose lights are all, how often
+                 // light was scattered before
+  uint32_t how;  // bits from 0: traits, from 9: kind of ray, from 11: RayOrigin, from 14: depth
 };
 static_assert(sizeof(Record) == sizeof(VertexRecord));
 constexpr uint32_t kKeptTraits =
@@ -64,7 +66,10 @@ void GroupState::keepVertices(const Context* c, uint32_t n, const uint32_t* poin
     r.level = c->place.level[p];
     r.seed = c->sampleSeed[p];
     r.index = c->sampleIndex[p];
-    r.linkSet = h.state.linkSet ? h.state.linkSet[p] : 0;
+    if (c->traits & kTraitInSpace)
+      r.linkSet = h.state.bounces ? h.state.bounces[p] - 1 : 0;
+    else
+      r.linkSet = h.state.linkSet ? h.state.linkSet[p] : 0;
     r.media = media ? media[i] : 0;
     r.how = how | (h.origin[p] & kOriginMask) << 11;
     std::memcpy(&out[i], &r, sizeof r);
@@ -197,6 +202,7 @@ uint32_t GroupState::contextsOfRecords(uint32_t n, const VertexRecord* records, 
     list.sampleIndex[i] = r.index;
     list.origin[i] = originOf(r.how);
     host.left.linkSet[i] = r.linkSet;
+    if (host.left.bounces) host.left.bounces[i] = r.linkSet;  // read for points of media alone
     if (media) media[i] = r.media;
     how[i] = r.how & kSameContext;
   }

@@ -73,9 +73,9 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
       SceneRender r(q);
       ASSERT_TRUE(r.ok());
       const std::string name = std::filesystem::path(file).stem().string();
-      const bool hasMedia = name == "cloud" || name == "fire" || name == "shafts",
-                 scatters =
-                     integrator == "PxrPathTracer" || integrator == "PxrDirectLighting" || integrator == "PxrUnified";
+      const bool hasMedia = name == "cloud" || name == "fire" || name == "shafts" || name == "caustic_in_fog",
+                 scatters = integrator == "PxrPathTracer" || integrator == "PxrDirectLighting" ||
+                            integrator == "PxrUnified" || integrator == "PxrVCM";
       for (const std::string& m : r.messages())
         EXPECT_TRUE(hasMedia && !scatters && m.find("MEDIUM-INTEGRATOR") != std::string::npos) << m;
       const double d = worst(r, kParts, "Ci");

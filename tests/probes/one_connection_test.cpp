@@ -71,6 +71,36 @@ TEST(OneConnection, EqualsPathTracerUnderMeshLight) { expectSamePicture(room(kMe
 TEST(OneConnection, EqualsPathTracerBehindGlass) { expectSamePicture(roomBehindGlass(), 0.05); }
 TEST(OneConnection, EqualsPathTracerInMotionThroughALens) { expectSamePicture(roomInMotionThroughALens(), 0.03); }
 
+// What only takes light away for an integrator that does not say that it scatters in media.
+TEST(OneConnection, MediaDimForIntegratorsThatKnowNoScattering) {
+  Workshop stage{kinoraStock_OneConnection()};
+  render::Settings s;
+  s.integrator = "OneConnection";
+  const auto r = stage.load(sceneOf(R"(
+Hider "raytrace" "int maxsamples" [64]
+Format 32 32 1
+PixelFilter "box" 1 1
+Projection "orthographic"
+ScreenWindow -0.5 0.5 -0.5 0.5
+WorldBegin
+  Light "PxrDomeLight" "sky" "float intensity" [1]
+  Bxdf "PxrVolume" "m" "color diffuseColor" [1 1 1] "int multiScatter" [1] "color densityColor" [0.2 0.7 2]
+  Volume "box" [-3 3 -3 3 2 3.5] [0 0 0]
+WorldEnd
+)",
+                                    stage.messages),
+                            s);
+  const image::Image seen = pictureOf(*r);
+  EXPECT_NE(stage.said.find("MEDIUM-INTEGRATOR"), std::string::npos) << stage.said;
+  const double sigma[3] = {0.2, 0.7, 2};
+  for (size_t c = 0; c < 3; ++c) {
+    testing::Moments mean;
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x) mean.add(double(seen.at(x, y)[c]));
+    EXPECT_NEAR(mean.mean(), std::exp(-1.5 * sigma[c]), 2e-5);
+  }
+}
+
 TEST(OneConnection, SameBits) { expectSameBits({kinoraStock_OneConnection()}, roomOfEverything(), "OneConnection"); }
 
 }  // namespace

@@ -70,7 +70,8 @@ inline const char* const kPoint = R"(
       Translate -0.7 1.2 0.5
       Light "PointLight" "spot" "float intensity" [3]
     AttributeEnd)";
-inline const char* const kDome = R"(Light "PxrDomeLight" "sky" "float intensity" [0.5] "string lightGroup" ["key"])";
+inline const char* const kDome = R"(
+    Light "PxrDomeLight" "sky" "float intensity" [0.5] "string lightGroup" ["key"])";
 inline const char* const kMesh = R"(
     AttributeBegin
       Translate -0.7 1.1 0.9

@@ -121,7 +121,6 @@ inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
 inline uint32_t lists(const void* data, RecordList* out, uint32_t) {
   return vcm::lists(static_cast<const Data*>(data)->both, out);
 }
-inline uint32_t scattersInMedia(const void* data) { return static_cast<const Data*>(data)->isForward; }
 }  // namespace kinora::pxrUnified
 #endif
 
@@ -143,4 +142,4 @@ KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrUnified, .help = "Forward or bidirectional path tracing, as its parameters choose.",
                   .params = pxrUnified::kParams, .setUp = setUp<pxrUnified::Data>, .stages = pxrUnified::stages,
-                  .lists = pxrUnified::lists, .passSamples = 1, .scattersInMedia = pxrUnified::scattersInMedia)
+                  .lists = pxrUnified::lists, .passSamples = 1, .scattersInMedia = scatterInMedia)

@@ -14,6 +14,9 @@ enum : uint32_t {
   kMergePaths,
   kMergeRadius,
   kReduceRadius,
+  kMergeMedia,
+  kMediaRadius,
+  kReduceMediaRadius,
   kTimeRadius,
   kLightSamples,
   kClampDepth,
@@ -42,6 +45,19 @@ constexpr Param kParams[] = {
         .range(0.01f, 1)
         .help("How fast the radius shrinks: that of sample i (from 1) is i^((reduceRadius - 1) / 2) of the first; 1 "
               "keeps it."),
+    param::integer("mergeMedia", 0)
+        .range(0, 3)
+        .options("0 off, 1 points, 2 beams, 3 both")
+        .help("Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays "
+              "with rays "
+              "(beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points."),
+    param::number("mediaRadius", 5.f)
+        .range(0, 1000)
+        .help("Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there."),
+    param::number("reduceMediaRadius", 0.67f)
+        .range(0.01f, 1)
+        .help("How fast it shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / d) of the first, for "
+              "vertices d = 3, for rays with vertices 2, with rays 1; 1 keeps it."),
     param::number("timeRadius", 1.f)
         .range(0.001f, 1)
         .help("Farthest distance in time of merged vertices, as a share of the shutter's opening."),
@@ -72,6 +88,11 @@ struct Data : vcm::Options {
     radius = from::within(values, kParams[kMergeRadius]);
     if (!(radius > 0)) merges = false;
     reduce = from::within(values, kParams[kReduceRadius]);
+    const uint32_t media = uint32_t(from::within(values, kParams[kMergeMedia]));
+    mediaRadius = from::within(values, kParams[kMediaRadius]);
+    mergesMedia = media & 1 && mediaRadius > 0;
+    beams = media & 2 && mediaRadius > 0;
+    mediaReduce = from::within(values, kParams[kReduceMediaRadius]);
     timeRadius = from::within(values, kParams[kTimeRadius]);
     clampLuminance = from::within(values, kParams[kClampLuminance]);
     roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),
@@ -103,4 +124,4 @@ KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrVCM, .help = "Bidirectional path tracing: vertex connection and merging.",
                   .params = pxrVcm::kParams, .setUp = setUp<pxrVcm::Data>, .stages = pxrVcm::stages,
-                  .lists = pxrVcm::lists, .passSamples = 1)
+                  .lists = pxrVcm::lists, .passSamples = 1, .scattersInMedia = scatterInMedia)

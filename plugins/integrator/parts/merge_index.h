@@ -13,13 +13,15 @@ namespace kinora::vcm {
 
 // What merging wants of a stored vertex, in one line of the cache.
 struct Photon {
-  float P[3], wo[3];  // wo: towards where the path came from
-  float throughput[3];
-  float last, before;  // PathSums, the first only where a method connects the last edge
-  float time, radius;  // radius 0: it is not merged
+  float P[3], wo[3];    // wo: towards where the path came from
+  float throughput[3];  // in media over the extinction there: as much as passes, not as is scattered
+  float last, before;   // PathSums, the first only where a method connects the last edge
+  float time, radius;   // radius 0: it is not merged
   uint32_t light;
-  uint32_t length;                                      // vertices before it; kHasFactors
+  uint32_t length;                                      // vertices before it; and the bits below
   static constexpr uint32_t kHasFactors = 0x80000000u;  // PathVertex::factor is not 1
+  uint32_t medium;                                      // that it lies in: Places::instance; kNoMedium: on a surface
+  static constexpr uint32_t kNoMedium = 0xffffffffu;
   uint32_t verticesBefore() const { return length & ~kHasFactors; }
   bool hasFactors() const { return length & kHasFactors; }
 };

@@ -2,9 +2,12 @@
 // Transport Simulation with Vertex Connection and Merging", 2012; Hachisuka, Pantaleoni, Jensen, 2012). Light paths
 // run first: their vertices are connected to the camera and stored. Camera paths then meet lights, sample them, are
 // connected to the vertices of the light path of their own number, and merged with those of any light path near by.
-// All ways to find a path share it by the balance heuristic (kinora/path_densities.h). Included per target, behind
-// integrator_author.h.
+// All ways to find a path share it by the balance heuristic (kinora/path_densities.h). Both kinds of paths scatter in
+// media, whose vertices are connected as those on surfaces are. What media emit is found by camera paths and light
+// samples alone. Included per target, behind integrator_author.h.
 #include "plugins/integrator/parts/vcm_merged.h"
+
+#include "plugins/integrator/parts/vcm_beams.h"
 
 #if defined(KINORA_VCM_KERNEL_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_VCM_KERNEL_H_TARGET
@@ -31,19 +34,29 @@ class Vcm {
         sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
-        shrunk_(std::pow(float(group->paths.sampleIndex[0]) + 1, 0.5f * (options.reduce - 1))),
-        shareMerged_(shareMerged()),
+        near_(group, services, options),
+        beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0),
         readsEvents_(readsEvents(services->paths)) {}
 
   void run() { g_->stage == StageKind::LightPaths ? lightStage() : cameraStage(); }
 
   // At the barrier behind light paths.
   static void commit(const vcm::Options& options, uint32_t stage, const CommitServices& services) {
-    if (!options.merges || stage) return;
-    const StoredRecords s = services.stored(&services, 0);
-    const vcm::Stored* all = static_cast<const vcm::Stored*>(s.records);
-    services.setIndex(&services, MergeIndex::build(services, s.count,
-                                                   [all](uint64_t i) -> const Photon& { return all[i].photon; }));
+    if (stage || (!options.mergesAny() && !options.beams)) return;
+    auto* index = static_cast<vcm::PassIndex*>(services.allocate(&services, sizeof(vcm::PassIndex)));
+    if (!index) return;
+    *index = {};
+    if (options.mergesAny()) {
+      const StoredRecords s = services.stored(&services, 0);
+      const vcm::Stored* all = static_cast<const vcm::Stored*>(s.records);
+      index->points =
+          MergeIndex::build(services, s.count, [all](uint64_t i) -> const Photon& { return all[i].photon; });
+    }
+    if (options.beams) {
+      const StoredRecords s = services.stored(&services, 1);
+      index->beams = vcm::BeamIndex::build(services, s.count, static_cast<const vcm::Beam*>(s.records));
+    }
+    services.setIndex(&services, index);
   }
 
  private:
@@ -52,6 +65,7 @@ class Vcm {
   using Stored = vcm::Stored;
   using Photon = vcm::Photon;
   using MergeIndex = vcm::MergeIndex;
+  using Near = typename Neighbourhoods<W>::Of;
 
   template <class T>
   T* make(uint32_t n) const {
@@ -61,7 +75,7 @@ class Vcm {
   void lightStage() {
     paths_.startAtLights();
     const uint32_t n = g_->count;
-    most_ = o_.bounces + (o_.merges ? 1 : 0);
+    most_ = o_.bounces + (o_.mergesAny() ? 1 : 0);
     kept_ = make<Stored>(n * most_);
     keptCount_ = make<uint32_t>(n);
     std::fill_n(keptCount_, n, 0u);
@@ -69,17 +83,20 @@ class Vcm {
     for (uint32_t depth = 0; paths_.count && depth <= o_.bounces; ++depth) {
       Context* const* contexts;
       paths_.trace(depth);
+      beams_.keepWays(depth);
       const uint32_t count = paths_.shade(depth, &contexts);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
+        if (depth && c.traits & kTraitScattersOnce) continue;  // sees lights alone
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
-        const Neighbourhood near = neighbourhoodOf(c);
+        const Near near = near_.of(c);
+        if (depth <= o_.bounces) beams_.keepPoints(c);
         if (connectsCamera_ || depth < most_) {
           const PathVertex* vertices = paths_.vertices(c, depth);
-          if (connectsCamera_) connectCamera(c, depth, vertices, near.merges);
-          if (depth < most_) keep(c, vertices, near.radius);
+          if (connectsCamera_) connectCamera(c, depth, vertices, near);
+          if (depth < most_) keep(c, vertices, near);
         }
-        sums_.leave(c, paths_.scatter(c, depth), near.merges);
+        leave(c, paths_.scatter(c, depth), near);
       }
       sv_->releaseMemory(g_, mark);
     }
@@ -93,89 +110,67 @@ class Vcm {
     for (uint32_t depth = 0; paths_.count; ++depth) {
       Context* const* contexts;
       paths_.trace(depth);
+      if (!depth) paths_.coverByMedia();
       meetLights(depth);
+      if (depth <= o_.bounces) beams_.alongRays(depth);
+      paths_.contributeGlow(depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
       if (depth > o_.bounces) return;
       const uint32_t count = paths_.shade(depth, &contexts);
-      const float** merges = make<const float*>(count);
+      Near* nears = make<Near>(count);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
         arrive(c, depth);
-        const Neighbourhood near = neighbourhoodOf(c);
-        merges[k] = near.merges;
+        const Near& near = nears[k] = near_.of(c);
         paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
-        if (o_.merges) merge(c, near);
+        if (c.traits & kTraitInSpace ? o_.mergesMedia : o_.merges) merge(c, near);
+        beams_.atPoints(c, near);
       }
-      sampleLights(count, contexts, merges, depth ? 1 : o_.lightSamples);
-      if (o_.connects) connectPaths(count, contexts, merges, depth);
+      const uint32_t lightParts = depth ? 1 : o_.lightSamples;
+      sampleLights(count, contexts, nears, lightParts);
+      if (o_.connects) connectPaths(count, contexts, nears, depth);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
-        sums_.leave(c, paths_.scatter(c, depth), merges[k]);
+        if (c.traits & kTraitScattersOnce) continue;
+        leave(c, paths_.scatter(c, depth, lightParts), nears[k]);
       }
       sv_->releaseMemory(g_, mark);
     }
   }
 
-  // ---- radii of merging: functions of the place and the sample's index alone, so that all paths agree on them
-  float radiusAt(const float P[3]) const {
-    float d2 = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float d = P[k] - sv_->cameraCenter[k];
-      d2 += d * d;
-    }
-    const float pixel = sv_->pixelSize + std::sqrt(d2) * sv_->pixelAngle;
-    return std::clamp(o_.radius * pixel * shrunk_, 1e-6f * sv_->worldRadius, sv_->worldRadius);
-  }
-  // The share of a sample's light paths that are merged at all: with all of them a point would meet some hundred of
-  // them under the wide radii of the first samples, which say little more than a few.
-  float shareMerged() const {
-    const float pixels = kPi * o_.radius * shrunk_ * o_.radius * shrunk_;
-    return std::min(1.f, kMergesWanted / pixels);
-  }
-  bool isMerged(uint32_t slot) const {
-    if (!o_.merges) return false;
-    Float<1> unused, v;
-    draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[slot]), Int<1>(g_->paths.sampleIndex[slot]),
-          dimensionAt(0) + kDimUser, unused, v);
-    return v.lane0() < shareMerged_;
-  }
-  // How many of a sample's light paths one point there is merged with that they reach with a density of 1 per area,
-  // as PathDensities wants it.
-  float mergesWithin(float radius, float time) const {
-    const float shareInTime = std::min(time + o_.timeRadius, 1.f) - std::max(time - o_.timeRadius, 0.f);
-    return lightPaths_ * shareMerged_ * kPi * radius * radius * shareInTime;
-  }
-  struct Neighbourhood {
-    float *radius, *merges;  // by point; null where nothing is merged
-  };
-  Neighbourhood neighbourhoodOf(const Context& c) const {
-    if (!o_.merges) return {nullptr, nullptr};
-    const Neighbourhood n{c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]};
-      n.radius[i] = radiusAt(P);
-      n.merges[i] = mergesWithin(n.radius[i], c.time[i]);
-    }
-    return n;
+  void leave(const Context& c, const GenerateArgs& a, const Near& near) {
+    float* merges = near.merges ? c.alloc<float>(c.padded) : nullptr;
+    for (uint32_t i = 0; merges && i < c.count; ++i)
+      merges[i] = Neighbourhoods<W>::mergesOf(near, c, i, V::load(a.wi, i)).lane0();
+    sums_.leave(c, a, merges);
   }
 
   // ---- light paths
-  void keep(const Context& c, const PathVertex* vertices, const float* radius) {
+  void keep(const Context& c, const PathVertex* vertices, const Near& near) {
+    const bool isInSpace = c.traits & kTraitInSpace;
     for (uint32_t i = 0; i < c.count; ++i) {
       const PathVertex& v = vertices[i];
       const uint32_t s = c.path[i];
       const PathSums& x = sums_[s];
+      float passes[3];
+      for (int k = 0; k < 3; ++k) {
+        const float extinction = near.extinction[k] ? near.extinction[k][i] : 1.f;
+        passes[k] = extinction > 0 ? v.throughput[k] / extinction : 0.f;
+      }
       kept_[s * most_ + keptCount_[s]++] = {
           v,
           x,
           {{c.P[0][i], c.P[1][i], c.P[2][i]},
            {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
-           {v.throughput[0], v.throughput[1], v.throughput[2]},
+           {passes[0], passes[1], passes[2]},
            x.edge * x.last,
            x.before,
            c.time[i],
-           radius ? radius[i] : 1.f,
+           near.radius ? near.radius[i] : 0.f,
            v.light,
-           v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors)},
+           v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors),
+           isInSpace ? c.place.instance[i] : Photon::kNoMedium},
+          near.merges ? near.merges[i] : 0.f,
+          near.merges ? near.crossings[i] : 0.f,
           0};
     }
   }
@@ -197,7 +192,7 @@ class Vcm {
               dimensionAt(0) + kDimUser, u, unused);
         vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, u.lane0());
       }
-      const bool merged = isMerged(s);
+      const bool merged = near_.isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {
         if (!merged && !(path[v].probability > 0)) continue;
         if (n == kTogether) send();
@@ -208,12 +203,14 @@ class Vcm {
     }
     send();
   }
-  void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const float* merges) {
+  void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const Near& near) {
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
     const EvaluateArgs e = evaluateBxdf(c, camera.wi);
     // rays come from the lens, so that they see what camera rays see
     RayList& rays = *sv_->makeRays(g_, c.count);
+    rays.passesMedia = 1;
+    const float* through = transmittanceOfEdges(g_, sv_, c, camera.wi, camera.distance);
     float *T[3], *value[3], *raster[2], *share = c.alloc<float>(c.padded);
     for (float*& x : T) x = c.alloc<float>(c.padded + kPad);
     for (float*& x : value) x = c.alloc<float>(c.padded * c.slotCount + kPad);
@@ -226,8 +223,9 @@ class Vcm {
       const float distance = std::max(camera.distance[i], 1e-18f);
       PathSums sums = sums_[c.path[i]];
       if (!o_.samplesLight(depth)) sums.last = 0;
-      const float others = othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi),
-                                         e.pdfReverse[i], merges ? merges[i] : 0);
+      const float others =
+          othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi), e.pdfReverse[i],
+                        Neighbourhoods<W>::mergesOf(near, c, i, wi).lane0(), through[i]);
       share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
       fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
       (-wi).store(rays.rays.d, n);
@@ -294,9 +292,10 @@ class Vcm {
     std::fill_n(weight, h.count, 1.f);
     if (depth) {
       const LightDensities light(g_, sv_, h);
+      const float* through = transmittanceTo(h);
       for (uint32_t i = 0; i < h.count; ++i) {
         const uint32_t s = h.slot[i];
-        weight[i] = 1 / (1 + othersOfHit(sums_[s], o_.samplesLight(depth - 1) ? h.pdf[i] : 0, light, i));
+        weight[i] = 1 / (1 + othersOfHit(sums_[s], o_.samplesLight(depth - 1) ? h.pdf[i] : 0, light, i, through[i]));
       }
     }
     if (depth >= o_.clampDepth)
@@ -310,7 +309,28 @@ class Vcm {
         if (before > 0) weight[i] *= after / before;
       }
     paths_.contribute(h, depth, weight);
-    if (!depth) coverByLights(h);
+    if (depth) return;
+    coverByLights(h);
+    beams_.endAt(h);
+  }
+  // transmittanceOfEdges() to lights met.
+  const float* transmittanceTo(const LightHits& h) const {
+    float* out = make<float>(h.count);
+    std::fill_n(out, h.count, 1.f);
+    if (!sv_->mediaScatter) return out;
+    const Rays& r = g_->paths.rays;
+    float *o[3], *d[3], *time = make<float>(h.count);
+    for (int k = 0; k < 3; ++k) {
+      o[k] = make<float>(h.count);
+      d[k] = make<float>(h.count);
+      for (uint32_t i = 0; i < h.count; ++i) {
+        o[k][i] = r.o[k][h.slot[i]];
+        d[k][i] = r.d[k][h.slot[i]];
+      }
+    }
+    for (uint32_t i = 0; i < h.count; ++i) time[i] = r.time[h.slot[i]];
+    sv_->meanTransmittance(g_, h.count, o, d, h.t, time, out);
+    return out;
   }
   void coverByLights(const LightHits& h) const {
     float* alpha = make<float>(h.count);
@@ -323,19 +343,21 @@ class Vcm {
     if (n) sv_->cover(g_, n, slots, alpha);
   }
 
-  void sampleLights(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t parts) {
+  void sampleLights(uint32_t count, Context* const* contexts, const Near* nears, uint32_t parts) {
     if (!sv_->lightCount || !parts) return;
     for (uint32_t k = 0; k < count; ++k) {
       arrivals_.of(*contexts[k]);
-      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], merges[k], part, parts);
+      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], nears[k], part, parts);
     }
     arrivals_.send();
   }
-  void sampleLights(const Context& c, const float* merges, uint32_t part, uint32_t parts) {
+  void sampleLights(const Context& c, const Near& near, uint32_t part, uint32_t parts) {
     LightSamples ls;
     sv_->lightSamples(g_, &c, part, parts, &ls);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
+    const float* through = transmittanceOfEdges(g_, sv_, c, ls.wi, ls.t);
+    const bool isFollowed = !(c.traits & kTraitScattersOnce);
     Unshadowed open(c, sv_->wantsUnshadowed);
     for (uint32_t i = 0; i < c.count; i += W) {
       const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
@@ -344,8 +366,12 @@ class Vcm {
       if (on.none()) continue;
       const Slots<W> s = Slots<W>::load(c.path + i);
       const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
-      const F others = othersOfSample(sums_.at(s.s), c, i, wi, scattered, F::load(e.pdfReverse + i), light,
-                                      merges ? F::load(merges + i) : F(0.f));
+      const F found = isFollowed ? scattered : F(0.f);
+      F others = othersOfSample(sums_.at(s.s), c, i, wi, found, F::load(e.pdfReverse + i), light,
+                                Neighbourhoods<W>::mergesOf(near, c, i, wi), F::load(through + i));
+      // of what media emit: RayList::againstLights is the other half
+      const F byChance = found / (pdf * F(float(parts)));
+      others = select(Int<W>::load(ls.light + i) == Int<W>(kNoLight), byChance * byChance, others);
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.radiance, i) *
                                (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
       const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount,
@@ -386,8 +412,6 @@ class Vcm {
 
   // ---- connections
   static constexpr uint32_t kConnected = vcm::kConnected;
-  // Light paths through a disk of merging, were those of a sample spread evenly over the picture.
-  static constexpr float kMergesWanted = 8;
 
   struct EndContext {
     const Context* context;
@@ -423,7 +447,8 @@ class Vcm {
         e.last[to] = x.sums.last;
         e.earlier[to] = x.sums.before;
         e.edge[to] = x.sums.edge;
-        e.merges[to] = o_.merges ? mergesWithin(radiusAt(x.photon.P), x.photon.time) : 0;
+        e.merges[to] = x.merges;
+        e.crossings[to] = x.crossings;
         e.at[to] = &x.at;
         records[count] = x.at.vertex;
         endOf[count++] = to;
@@ -454,13 +479,15 @@ class Vcm {
   EndLanes endsOf(const Context& c, uint32_t i, uint32_t k, uint32_t depth) const {
     const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - std::min(i, c.count), W)));
     const Slots<W> at(Int<W>::load(c.path + i) + Int<W>(k * ends_.room));
+    if (c.traits & kTraitScattersOnce) return {at, Mask<W>(false)};  // its light comes from lights alone
     return {at, in & (at.get(ends_.before) < Int<W>(o_.bounces - depth))};
   }
 
-  void connectPaths(uint32_t count, Context* const* contexts, const float* const* merges, uint32_t depth) {
+  void connectPaths(uint32_t count, Context* const* contexts, const Near* nears, uint32_t depth) {
     if (!endContextCount_ || depth >= o_.bounces) return;
     struct Way {
       float *d[3], *distance;  // unit, along the normal where there is no connection
+      const float* through;    // transmittanceOfEdges()
     };
     Way* ways = make<Way>(count * kConnected);
     for (uint32_t c = 0; c < count; ++c)
@@ -481,13 +508,14 @@ class Vcm {
           ends.at.put(ends.exist, back.y, ends_.back[1]);
           ends.at.put(ends.exist, back.z, ends_.back[2]);
         }
+        way.through = transmittanceOfEdges(g_, sv_, from, way.d, way.distance);
       }
     askEnds(depth);
     for (uint32_t c = 0; c < count; ++c) {
       arrivals_.of(*contexts[c]);
       for (uint32_t k = 0; k < kConnected; ++k) {
         const Way& way = ways[c * kConnected + k];
-        connectContext(*contexts[c], merges[c], k, way.d, way.distance, depth);
+        connectContext(*contexts[c], nears[c], k, way.d, way.distance, way.through, depth);
       }
     }
     arrivals_.send();
@@ -518,12 +546,14 @@ class Vcm {
         at.put(in, F::load(e.bxdf.pdf + j), ends_.pdf);
         at.put(in, F::load(e.bxdf.pdfReverse + j), ends_.reverse);
         at.put(in, surfaceCosines(c, j, w), ends_.cosine);
+        const F sine = Neighbourhoods<W>::sineOf(Vec3<W>::load(c.wo, j), w);
+        at.put(in, fma(at.get(ends_.crossings), sine, at.get(ends_.merges)), ends_.through);
       }
     }
   }
 
-  void connectContext(const Context& c, const float* merges, uint32_t k, const float* const d[3],
-                      const float* distance, uint32_t depth) {
+  void connectContext(const Context& c, const Near& near, uint32_t k, const float* const d[3], const float* distance,
+                      const float* through, uint32_t depth) {
     const EvaluateArgs e = evaluateBxdf(c, d);
     for (uint32_t i = 0; i < c.count; i += W) {
       const EndLanes ends = endsOf(c, i, k, depth);
@@ -536,12 +566,13 @@ class Vcm {
       const F far = F::load(distance + i);
       const F others = othersOfConnection<F>(far,
                                              {sums_.at(s.s), pdfBack, surfaceCosines(c, i, w),
-                                              F::load(e.pdfReverse + i), merges ? F::load(merges + i) : F(0.f)},
+                                              F::load(e.pdfReverse + i), Neighbourhoods<W>::mergesOf(near, c, i, w)},
                                              {{at.get(ends_.last), at.get(ends_.earlier), at.get(ends_.edge)},
                                               pdf,
                                               at.get(ends_.cosine),
                                               at.get(ends_.reverse),
-                                              at.get(ends_.merges)});
+                                              at.get(ends_.through)},
+                                             F::load(through + i));
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::get(ends_.value, at) *
                                (F(1.f) / (far * far * (F(1.f) + others)));
       // a path has this vertex, the end and those before both
@@ -592,15 +623,18 @@ class Vcm {
   }
 
   // ---- merging
-  void merge(const Context& c, const Neighbourhood& neighbourhood) {
-    const MergeIndex* index = static_cast<const MergeIndex*>(sv_->index(g_));
+  void merge(const Context& c, const Near& neighbourhood) {
+    const auto* pass = static_cast<const vcm::PassIndex*>(sv_->index(g_));
+    const MergeIndex* index = pass ? pass->points : nullptr;
     if (!index) return;
-    const float spread = o_.radius * sv_->pixelAngle + 0.01f;
+    const bool isInSpace = c.traits & kTraitInSpace, seesLightsAlone = c.traits & kTraitScattersOnce;
+    const float spread = (isInSpace ? o_.mediaRadius : o_.radius) * sv_->pixelAngle + 0.01f;
     Merged<W> merged(g_, sv_, o_, c, *index, readsEvents_);
     for (uint32_t i = 0; i < c.count; ++i) {
       const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]}, radius = neighbourhood.radius[i], time = c.time[i];
-      const uint32_t s = c.path[i];
-      merged.begin(i, neighbourhood.merges[i], sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
+      const uint32_t s = c.path[i], medium = isInSpace ? c.place.instance[i] : Photon::kNoMedium;
+      if (!(neighbourhood.count[i] > 0)) continue;
+      merged.begin(i, neighbourhood, sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
       const Vec3<W> at{Float<W>(P[0]), Float<W>(P[1]), Float<W>(P[2])};
       index->near(P, radius, spread, [&](uint32_t cell, uint32_t begin, uint32_t end) {
         for (uint32_t k = begin; k < end; k += W) {
@@ -611,7 +645,8 @@ class Vcm {
           for (uint32_t bits = isNear.bits(); bits; bits &= bits - 1) {
             const uint32_t entry = k + uint32_t(__builtin_ctz(bits));
             const Photon& photon = index->photons[entry];
-            if (std::fabs(photon.time - time) <= o_.timeRadius && photon.verticesBefore() + c.depth <= o_.bounces)
+            if (photon.medium == medium && std::fabs(photon.time - time) <= o_.timeRadius &&
+                photon.verticesBefore() + c.depth <= o_.bounces && !(seesLightsAlone && photon.verticesBefore()))
               merged.add(entry);
           }
         }
@@ -647,9 +682,9 @@ class Vcm {
   vcm::Ends ends_{};
   EndContext* endContexts_ = nullptr;
   uint32_t endContextCount_ = 0;
-  float shrunk_;       // radii of this sample, as a share of the first one's
-  float shareMerged_;  // see there
-  bool readsEvents_;   // see there
+  Neighbourhoods<W> near_;
+  Beams<W> beams_;
+  bool readsEvents_;            // see there
 };
 
 }  // namespace HWY_NAMESPACE

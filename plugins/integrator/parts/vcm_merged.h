@@ -1,5 +1,6 @@
 // Merging, of PxrVCM and what else merges: vertices of light paths near a point of a camera path count as if they lay
-// on it. Included per target by vcm_kernel.h.
+// on it; on surfaces within a disk, in a medium within a ball (point to point, 3D: Krivanek et al., "Unifying Points,
+// Beams, and Paths in Volumetric Light Transport Simulation", 2014). Included per target by vcm_kernel.h.
 #include <kinora/clamp_luminance.h>
 #include <kinora/path_densities.h>
 #include <kinora/subpaths.h>
@@ -8,6 +9,8 @@
 #define KINORA_VCM_ONCE
 #include "plugins/integrator/parts/vcm_records.h"
 #endif
+
+#include "plugins/integrator/parts/vcm_neighbourhoods.h"
 
 #if defined(KINORA_VCM_MERGED_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_VCM_MERGED_H_TARGET
@@ -50,10 +53,11 @@ class Merged {
     entry_ = c.alloc<uint32_t>(kMostMerged);
     for (uint32_t** x : {&slot_, &state_, &light_}) *x = c.alloc<uint32_t>(kRoom);
   }
-  // The point that follows; merges: PathDensities::throughVertex; the others are its camera path's.
-  void begin(uint32_t point, float merges, const PathSums& sums, Vec3<1> throughput, uint32_t state) {
+  // The point that follows, of the context of which `near` is told; the others are its camera path's.
+  void begin(uint32_t point, const typename Neighbourhoods<W>::Of& near, const PathSums& sums, Vec3<1> throughput,
+             uint32_t state) {
     point_ = point;
-    merges_ = merges;
+    near_ = &near;
     sums_ = sums;
     through_ = throughput;
     from_ = state;
@@ -87,12 +91,22 @@ class Merged {
       const Value along = c_.builtin(Builtin::Fiber);
       fiber = {F(along.data[0][point_]), F(along.data[1][point_]), F(along.data[2][point_])};
     }
+    // in media the share of this technique is that of points; beams have the rest, by the angle between the two ways
+    const bool isInSpace = c_.traits & kTraitInSpace;
+    const float count = near_->count[point_], merges = near_->merges[point_], crossings = near_->crossings[point_];
+    float own = count;
+    if (isInSpace)
+      own *= (near_->extinction[0][point_] + near_->extinction[1][point_] + near_->extinction[2][point_]) * (1.f / 3);
+    const Vec3<W> wo(F(c_.wo[0][point_]), F(c_.wo[1][point_]), F(c_.wo[2][point_]));
     for (uint32_t i = 0; i < count_; i += W) {
-      const F pdf = F::load(e_.pdf + i), others = othersOfMerge(sums_, F::load(last_ + i), F::load(before_ + i), pdf,
-                                                                F::load(e_.pdfReverse + i), merges_);
+      const Vec3<W> wi = Vec3<W>::load(wi_, i);
+      const F pdf = F::load(e_.pdf + i);
+      F others = othersOfMerge(sums_, F::load(last_ + i), F::load(before_ + i), pdf, F::load(e_.pdfReverse + i), own);
+      if (isInSpace)
+        others = others + (F(merges - own) + F(crossings) * Neighbourhoods<W>::sineOf(wo, wi)) * F(1 / own);
       // what light paths carry has met the surface already: the weight's cosine goes
-      const F cosine = surfaceCosines(Ng, fiber, Vec3<W>::load(wi_, i));
-      zeroUnless(pdf > F(0.f), F(1.f) / (F(merges_) * (F(1.f) + others) * cosine)).store(share_ + i);
+      const F cosine = isInSpace ? F(1.f) : surfaceCosines(Ng, fiber, wi);
+      zeroUnless(pdf > F(0.f), F(1.f) / (F(count) * (F(1.f) + others) * cosine)).store(share_ + i);
     }
     const uint32_t s = c_.path[point_];
     const bool clamps = o_.clampLuminance < 1e30f;
@@ -144,7 +158,8 @@ class Merged {
   PathSums sums_{};
   V through_{};
   uint32_t from_ = 0;  // state of the camera path
-  float *wi_[3], *throughput_[3], *value_[3], *last_, *before_, *share_, merges_ = 0;
+  float *wi_[3], *throughput_[3], *value_[3], *last_, *before_, *share_;
+  const typename Neighbourhoods<W>::Of* near_ = nullptr;
   uint32_t *entry_, *slot_, *state_, *light_;
   uint32_t point_ = 0, count_ = 0, n_ = 0;
 };

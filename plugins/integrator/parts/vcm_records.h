@@ -5,6 +5,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "plugins/integrator/parts/beam_index.h"
 #include "plugins/integrator/parts/merge_index.h"
 
 namespace kinora::vcm {
@@ -16,20 +17,32 @@ struct Options {
   bool merges = true;         // vertices of camera paths with those of light paths near by
   float radius = 5;           // of merging, pixels; of the first sample
   float reduce = 0.67f;       // sample i (from 1) has i^((reduce - 1) / 2) of it
-  float timeRadius = 1;       // farthest distance in time of merged vertices, of the shutter's opening
-  uint32_t clampDepth = 2;    // bounces from which contributions are clamped, as in PathLoopOptions
-  float clampLuminance = 10;  // largest luminance of one contribution there
+  bool mergesMedia = false;   // the same of vertices in media
+  bool beams = false;         // and beams there: of light paths with camera paths' vertices and rays
+  float mediaRadius = 5;      // of both, as `radius`; sample i has i^((mediaReduce - 1) / dimension) of it
+  float mediaReduce = 0.67f;
+  float timeRadius = 1;                // farthest distance in time of merged vertices, of the shutter's opening
+  uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
+  float clampLuminance = 10;           // largest luminance of one contribution there
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
-  bool hasLightPaths() const { return connects || merges; }
+  bool mergesAny() const { return merges || mergesMedia; }
+  bool hasLightPaths() const { return connects || mergesAny() || beams; }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
   bool samplesLight(uint32_t before) const { return before || lightSamples; }
+};
+
+// What camera paths look things up in.
+struct PassIndex {
+  const MergeIndex* points = nullptr;
+  const BeamIndex* beams = nullptr;
 };
 
 struct Stored {
   PathVertex at;
   PathSums sums;
   Photon photon;
-  float probability;  // with which its path's camera path is connected to it; 0: it is not
+  float merges, crossings;  // as of Neighbourhoods::Of
+  float probability;        // with which its path's camera path is connected to it; 0: it is not
 };
 
 inline uint32_t stages(const Options& o, Stage* out, uint32_t capacity) {
@@ -40,7 +53,8 @@ inline uint32_t stages(const Options& o, Stage* out, uint32_t capacity) {
 }
 inline uint32_t lists(const Options& o, RecordList* out) {
   out[0] = {sizeof(Stored), 0};
-  return o.hasLightPaths() ? 1 : 0;
+  out[1] = {sizeof(Beam), 0};
+  return !o.hasLightPaths() ? 0 : o.beams ? 2 : 1;
 }
 
 // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
@@ -86,7 +100,8 @@ struct Ends {
   uint32_t room;
   uint32_t *before, *light;  // before: vertices of the light path before it; kNone: there is no such end
   float *P[3], *throughput[3], *factor[2];  // throughput: over the probability of having been drawn
-  float *last, *earlier, *edge, *merges;    // PathSums; PathDensities::throughVertex
+  float *last, *earlier, *edge, *merges;    // PathSums; Neighbourhoods::Of, as the next
+  float *crossings, *through;               // PathDensities::throughVertex, for that direction
   const PathVertex** at;
   float* back[3];  // unit, to the vertex that it was connected to last
   // what its bxdf says of that direction
@@ -99,7 +114,8 @@ struct Ends {
     room = each;
     const uint32_t all = kConnected * room;
     for (uint32_t** x : {&before, &light, &context, &point}) make(*x, all);
-    for (float** x : {&last, &earlier, &edge, &merges, &factor[0], &factor[1], &pdf, &reverse, &cosine})
+    for (float** x :
+         {&last, &earlier, &edge, &merges, &crossings, &through, &factor[0], &factor[1], &pdf, &reverse, &cosine})
       make(*x, all);
     for (int k = 0; k < 3; ++k)
       for (float** x : {&P[k], &throughput[k], &back[k], &value[k]}) make(*x, all);

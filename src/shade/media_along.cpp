@@ -1,0 +1,111 @@
+// What media are along rays, without tracking: Services::meanTransmittance and Services::mediaAt.
+#include <algorithm>
+#include <cmath>
+
+#include "shade/beer_lambert.h"
+#include "shade/clock.h"
+#include "shade/medium_tracks.h"
+
+namespace kinora::shade {
+
+void GroupState::meanTransmittance(uint32_t n, const float* const o[3], const float* const d[3], const float* length,
+                                   const float* time, float* out) {
+  std::fill_n(out, n, 1.f);
+  if (!world_.space || !n) return;
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  const ArenaScope memory(arena_);
+  RayList& list = *makeRays(n);
+  uint32_t* entries = arena_.make<uint32_t>(padded(n));
+  float* ends = arena_.make<float>(padded(n));
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    const uint32_t from = std::min(i, n - 1);
+    for (int k = 0; k < 3; ++k) {
+      list.rays.o[k][i] = o[k][from];
+      list.rays.d[k][i] = d[k][from];
+    }
+    list.rays.time[i] = time[from];
+    list.sampleSeed[i] = list.sampleIndex[i] = 0;
+    entries[i] = i;
+    ends[i] = std::min(length[from], 1e30f);
+  }
+  // whatever rays see them: those of the other techniques see them otherwise
+  findCrossings(list.rays, n, entries, ~0u);
+  MediumTracks tracks(*this, crossings_, list.rays, ends, list.sampleSeed, list.sampleIndex, nullptr, 0, n, entries,
+                      false);
+  MediumTracks::Stretch s;
+  for (uint32_t i = 0; i < tracks.count(); ++i) {
+    Track& t = tracks[i];
+    float depth[3] = {0, 0, 0};
+    do {
+      tracks.stretch(t, s);
+      for (int c = 0; c < 3; ++c) depth[c] += s.extinction[c] > 0 ? s.extinction[c] * (s.until - t.t) : 0.f;
+    } while (tracks.pass(t, s.until));
+    float sum = 0;
+    for (const float x : depth) sum += beerLambert(x, 1.f);
+    constexpr float kLeast = 1e-20f;  // a weight may be 0 by rounding, but no quotient of two of them undefined
+    out[t.entry] = std::max(sum * (1.f / 3), kLeast);
+  }
+}
+
+void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,
+                         MediaAt* out) {
+  *out = MediaAt{};
+  if (!world_.space || !n) return;
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  const SpaceMedia& space = *world_.space;
+  const ListHost& source = ListHost::of(from);
+  const auto copy = [&](RayList& list, uint32_t to, uint32_t s) {
+    for (int k = 0; k < 3; ++k) {
+      list.rays.o[k][to] = from.rays.o[k][s];
+      list.rays.d[k][to] = from.rays.d[k][s];
+    }
+    list.rays.time[to] = from.rays.time[s];
+    list.rays.radius[to] = from.rays.radius[s];
+    list.rays.spread[to] = from.rays.spread[s];
+    list.sampleSeed[to] = from.sampleSeed[s];
+    list.sampleIndex[to] = from.sampleIndex[s];
+    const VertexState& left = ListHost::of(list).left;
+    if (left.bounces && source.left.bounces) left.bounces[to] = source.left.bounces[s];
+    if (left.media && source.left.media) left.media[to] = source.left.media[s];
+  };
+  RayList& rays = *makeRays(n);
+  uint32_t* all = arena_.make<uint32_t>(padded(n));
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    copy(rays, i, entries[std::min(i, n - 1)]);
+    all[i] = i;
+  }
+  findCrossings(rays.rays, n, all,
+                source.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
+  MediumTracks tracks(*this, crossings_, rays.rays, t, rays.sampleSeed, rays.sampleIndex,
+                      ListHost::of(rays).left.bounces, depth, n, all, false);
+  uint32_t found = 0;
+  MediumTracks::Stretch s;
+  for (uint32_t i = 0; i < tracks.count(); ++i) {
+    Track& x = tracks[i];
+    do tracks.stretch(x, s);
+    while (tracks.pass(x, s.until));
+    if (x.t < x.end) x.count = 0;  // it has left them all before
+    found += x.count;
+  }
+  if (!found) return;
+  MediumLookups media(arena_, padded(found), false);
+  RayList& list = *makeRays(found);
+  ListHost::of(list).kind = source.kind;
+  uint32_t *point = arena_.make<uint32_t>(padded(found)), *numbers = arena_.make<uint32_t>(padded(found)), at = 0;
+  for (uint32_t i = 0; i < tracks.count(); ++i) {
+    const Track& x = tracks[i];
+    for (uint32_t k = 0; k < x.count; ++k, ++at) {
+      media.add(space, x, x.around[k]);
+      copy(list, at, entries[x.entry]);
+      setMediumHit(list.hits, at, space.media[x.around[k].medium], x.t);
+      list.origin[at] = from.origin[entries[x.entry]];
+      point[at] = x.entry;
+    }
+  }
+  media.run(*this, rays.rays, depth);
+  counters.mediaLookups += found;
+  for (uint32_t i = 0; i < padded(found); ++i) numbers[i] = std::min(i, found - 1);
+  *out = {&list, found, numbers, point, {media.extinction[0], media.extinction[1], media.extinction[2]}};
+}
+
+}  // namespace kinora::shade

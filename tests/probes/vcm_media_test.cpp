@@ -1,0 +1,146 @@
+// PxrVCM in media against PxrPathTracer: equal means where both kinds of paths scatter in fog: even, uneven, of several
+// channels, overlapping, in glass, scattering once, glowing, with the camera inside, under lights of every kind; with
+// each set of techniques, and with merging in media. Equal bits for threads, widths, groups and splits. It misses how much less noise there is.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "tests/probes/methods.h"
+#include "tests/probes/rooms.h"
+
+namespace kinora::probes {
+namespace {
+
+std::string fog(const std::string& material, const std::string& bound, const std::string& more = "[0 0 0]") {
+  return "  AttributeBegin\n    Bxdf \"PxrVolume\" \"fog\" " + material + "\n    Volume \"box\" " + bound + " " +
+         more + "\n  AttributeEnd\n";
+}
+const std::string kOften = "\"int multiScatter\" [1] ";
+const char* const kAll = "[-1.6 1.6 -0.1 2.1 -0.2 2.1]";  // the room, the lamps in it
+
+TEST(VcmMedia, EqualsPathTracerInEvenFog) {
+  expectSamePicture(
+      room(kRect, kGrey, "", fog(kOften + "\"float densityFloat\" [0.5] \"float anisotropy\" [0.4]", kAll)), 0.05,
+      48);
+}
+// The camera and a point light inside; both see further by several channels.
+TEST(VcmMedia, EqualsPathTracerFromWithinFogOfSeveralChannels) {
+  expectSamePicture(room(kPoint, kGrey, "",
+                         fog(kOften + "\"color densityColor\" [0.1 0.4 0.9] \"color diffuseColor\" [0.9 0.8 0.6]",
+                             "[-3 3 -3 3 -6 4]")),
+                    0.07, 24);
+}
+TEST(VcmMedia, EqualsPathTracerInUnevenSmokeUnderSunAndDome) {
+  expectSamePicture(
+      room(std::string(kSun) + kDome, kGrey, "",
+           fog(kOften + "\"string densityFloatPrimVar\" [\"density\"] \"color diffuseColor\" [0.9 0.9 0.8]",
+               "[-1.2 1.2 0.1 1.6 0.2 1.8]", "[3 2 2] \"varying float density\" [0 1 4 0.3 0 3 0.5 1 0 1 0 2]")),
+      0.07, 24);
+}
+TEST(VcmMedia, EqualsPathTracerWhereMediaOverlap) {
+  expectSamePicture(room(kSphere, kGrey, "",
+                         fog(kOften + "\"color densityColor\" [0.3 0.5 0.6]", kAll) +
+                             fog(kOften + "\"float densityFloat\" [1.5] \"float anisotropy\" [-0.3]",
+                                 "[-0.6 0.6 0.2 1.2 0.3 1.4]")),
+                    0.07, 24);
+}
+// A ball of glass that is full of it.
+TEST(VcmMedia, EqualsPathTracerInGlass) {
+  expectSamePicture(room(kSphere, kGlass, "",
+                         "  AttributeBegin\n    Bxdf \"PxrVolume\" \"milk\" " + kOften +
+                             "\"color densityColor\" [2 3 4]\n    Translate 0.4 0.45 1.1\n    Sphere 0.35 -0.35 0.35 "
+                             "360\n  AttributeEnd\n"),
+                    0.08, 40);
+}
+// What scatters once sees lights alone, a surface in it all of its light.
+TEST(VcmMedia, EqualsPathTracerInFogThatScattersOnce) {
+  expectSamePicture(room(std::string(kRect) + kPoint, kGrey, "",
+                         fog("\"float densityFloat\" [0.6]", kAll) +
+                             fog(kOften + "\"float densityFloat\" [1]", "[-0.6 0.2 0.2 1.2 0.3 1.4]")),
+                    0.07, 24);
+}
+// Flames are found by camera paths and light samples.
+TEST(VcmMedia, EqualsPathTracerAroundFire) {
+  expectSamePicture(room(kRect, kGrey, "",
+                         fog(kOften + "\"float densityFloat\" [0.6] \"color emitColor\" [3 1.5 0.4]",
+                             "[-0.9 -0.3 0.1 0.9 0.6 1.2]")),
+                    0.07, 24);
+}
+// Merging in media, by each of its sets of techniques alone (of surfaces light that is met by chance), and with
+// everything else: what it blurs is taken away by extrapolation.
+Method merging(const char* techniques, bool isAlone, double radius) {
+  Method m = vcm(!isAlone, !isAlone, isAlone ? 1 : radius);
+  m.sets.insert(m.sets.end(), {{"integrator.mergeMedia", techniques},
+                               {"integrator.mediaRadius", std::to_string(radius)},
+                               {"integrator.reduceMediaRadius", "1"}});
+  if (isAlone) m.sets.emplace_back("integrator.numLightSamples", "0");
+  return m;
+}
+void expectMergedAlike(const std::string& text, double sharpness, uint32_t seeds = 24) {
+  Workshop stage;
+  const TileMoments reference = renderAll(stage, text, pathTracer(), 1000, seeds).at("Ci");
+  EXPECT_GT(reference.mean(), 0.01);
+  struct Case {
+    const char* techniques;
+    bool isAlone;
+  };
+  for (const Case& c : {Case{"1", true}, Case{"2", true}, Case{"3", false}}) {
+    const auto method = [&](double radius) { return merging(c.techniques, c.isAlone, radius); };
+    const TileMoments merged = extrapolated(stage, text, method, 2, 7000, seeds);
+    const TileTest t = compareTiles(mainTiles(merged, reference), mainTiles(reference, reference));
+    EXPECT_TRUE(t.agrees()) << c.techniques << (c.isAlone ? " alone" : " beside all others") << ": worst z "
+                            << t.worstZ << ", means " << merged.mean() << " and " << reference.mean() << "\n"
+                            << stage.said;
+    EXPECT_LT(t.meanError, sharpness) << c.techniques;
+  }
+}
+const std::string kMany = kOften + "\"color densityColor\" [0.8 1.5 3] \"color diffuseColor\" [0.9 0.9 0.7] ";
+TEST(VcmMedia, MergingKeepsTheMeanInFogOfSeveralChannels) {
+  expectMergedAlike(room(kRect, kGrey, "", fog(kMany + "\"float anisotropy\" [0.3]", kAll)), 0.15);
+}
+// Radii that cannot be are told, one of 0 merges nothing, scenes without media are as they were.
+TEST(VcmMedia, MergingTakesAnyRadius) {
+  const auto filmWith = [](const std::string& text, const Sets& more, std::string* said) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 2;
+    s.integrator = "PxrVCM";
+    s.sets = vcm(true, true).sets;
+    s.sets.insert(s.sets.end(), more.begin(), more.end());
+    const auto r = stage.load(sceneOf(text, stage.messages), s);
+    const image::Image picture = pictureOf(*r);
+    EXPECT_TRUE(std::all_of(picture.pixels.begin(), picture.pixels.end(), [](float x) { return std::isfinite(x); }));
+    *said = stage.said;
+    return stateOf(r->film());
+  };
+  const std::string foggy = room(kRect, kGrey, "", fog(kMany, kAll)), clear = room(kRect, kGrey);
+  const std::pair<std::string, std::string> on{"integrator.mergeMedia", "3"};
+  std::string said, silent;
+  EXPECT_TRUE(filmWith(foggy, {on, {"integrator.mediaRadius", "0"}}, &said) == filmWith(foggy, {}, &silent));
+  EXPECT_TRUE(filmWith(clear, {on}, &said) == filmWith(clear, {}, &silent));
+  EXPECT_FALSE(filmWith(foggy, {on}, &said) == filmWith(foggy, {}, &silent));
+  EXPECT_EQ(said + silent, "");
+  for (const char* radius : {"-2", "1e9"}) {
+    filmWith(foggy, {on, {"integrator.mediaRadius", radius}}, &said);
+    EXPECT_NE(said.find("mediaRadius"), std::string::npos) << said;
+  }
+  filmWith(foggy, {on, {"integrator.reduceMediaRadius", "0"}}, &said);
+  EXPECT_NE(said.find("reduceMediaRadius"), std::string::npos) << said;
+  filmWith(foggy, {{"integrator.mergeMedia", "7"}}, &said);
+  EXPECT_NE(said.find("mergeMedia"), std::string::npos) << said;
+}
+
+TEST(VcmMedia, SameBits) {
+  std::string text = room(std::string(kRect) + kSun + kDome, kGlass, kLens,
+                          fog(kOften + "\"color densityColor\" [0.3 0.5 0.9]", kAll) +
+                              fog("\"string densityFloatPrimVar\" [\"density\"]", "[-0.6 0.2 0.2 1.2 0.3 1.4]",
+                                  "[2 1 2] \"varying float density\" [0 2 3 0.3]"));
+  expectSameBits({}, text, "PxrVCM");
+  const std::string after = "Shutter 0 1\n";
+  text.insert(text.find(after) + after.size(), "Integrator \"PxrVCM\" \"vcm\" \"int mergeMedia\" [3]\n");
+  expectSameBits({}, text, "");
+}
+
+}  // namespace
+}  // namespace kinora::probes
