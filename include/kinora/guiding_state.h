@@ -61,7 +61,7 @@ struct Options {
   uint32_t regions = 2048;    // at most; each takes 16 KB
   uint32_t perRegion = 800;   // lessons of an epoch, of which more are divided
   uint32_t firstOff = 16;     // samples before regions may be left alone
-  float gain = 1.0f;          // of the variance without guiding: what a region must come below
+  float gain = 0.85f;         // of the variance without guiding: what a region must come below
 };
 
 inline Learning learning(const Options& o) { return {sizeof(Lesson), o.samples, o.paths}; }

@@ -51,7 +51,7 @@ TEST(VcmMedia, EqualsPathTracerInGlass) {
                          "  AttributeBegin\n    Bxdf \"PxrVolume\" \"milk\" " + kOften +
                              "\"color densityColor\" [2 3 4]\n    Translate 0.4 0.45 1.1\n    Sphere 0.35 -0.35 0.35 "
                              "360\n  AttributeEnd\n"),
-                    0.08, 40);
+                    0.08, 100);
 }
 // What scatters once sees lights alone, a surface in it all of its light.
 TEST(VcmMedia, EqualsPathTracerInFogThatScattersOnce) {
