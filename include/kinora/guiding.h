@@ -156,8 +156,8 @@ template <int W>
 struct ChosenDirections {
   float* inverse = nullptr;    // null: one over the pdf
   uint32_t* guided = nullptr;  // 1: resampled
-  float* radiance = nullptr;   // that is expected from there; below 0: not known. Null: nowhere known
-  float* reference = nullptr;  // see Guides
+  float* radiance = nullptr;  // behind the first vertex: expected from there; below 0: not known. Null: nowhere known
+  float* reference = nullptr;  // at the first vertex: see Guides. Null: nowhere known
   KN_INLINE Float<W> at(uint32_t i, Float<W> pdf) const {
     return inverse ? Float<W>::load(inverse + i) : Float<W>(1.f) / max(pdf, Float<W>(1e-38f));
   }
@@ -201,7 +201,9 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     if (here.any()) guides.fetch(select(here, Guides<W>::regionOf(e), I(0)), Guides<W>::cellOf(direction(i)));
   }
   if (known.none()) return {};
-  ChosenDirections<W> out{nullptr, nullptr, floats(), floats()};
+  // roulette begins behind the first vertex
+  ChosenDirections<W> out;
+  (depth ? out.radiance : out.reference) = floats();
   float* learned = floats();  // density() of the bxdf's direction
   for (uint32_t i = 0; i < c.padded; i += W) {
     const I e = I::load(entry + i);
@@ -209,10 +211,13 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const I region = select(here, Guides<W>::regionOf(e), I(0));
     const F q = guides.density(region, direction(i));
     q.store(learned + i);
+    if (out.reference) {
+      select(here, guides.reference(region), F(state.seen)).store(out.reference + i);
+      continue;
+    }
     const Mask<W> tells =
         here & isThere(i) & !isBelow(i) & ((I::load(made.flags + i) & I(uint32_t(kSampleDiscrete))) == I(0));
     select(tells, guides.radiance(region) * q, F(-1.f)).store(out.radiance + i);
-    select(here, guides.reference(region), F(state.seen)).store(out.reference + i);
   }
   if (any.none()) return out;
   float *wi[3], *pdf = floats(), *own = floats();
@@ -287,7 +292,9 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const F by = select(on & (total > F(0.f)), inverse * p, F(1.f));
     (select(second, f, f1) * by).store(made.weight, i);
     select(second, d2, d1).store(made.wi, i);
-    select(second, guides.radiance(select(on, region, I(0))) * q2, F::load(out.radiance + i)).store(out.radiance + i);
+    if (out.radiance)
+      select(second, guides.radiance(select(on, region, I(0))) * q2, F::load(out.radiance + i))
+          .store(out.radiance + i);
     select(second, p, p1).store(made.pdf + i);
     select(second, slot, I::load(made.slot + i)).store(made.slot + i);
     const I through = select(dot(Vec3<W>::load(c.Ng, i), d2) < F(0.f), I(uint32_t(kSampleTransmit)), I(0));

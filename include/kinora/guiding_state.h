@@ -26,10 +26,9 @@ namespace kinora::guiding {
 inline constexpr uint32_t kLevels = 5, kSide = 1u << kLevels, kCells = kSide * kSide;  // of directions
 inline constexpr uint32_t kDepth = 10;                                                 // of space, at most
 inline constexpr float kLargestWeight = 48;  // of a record: directions hardly ever taken teach no more than that
-// Shares of first halves, of 16 bits: the node of a heap (1: the root) stands in one of lines of 64 bytes, the first kLevels
-// halvings in one and each subtree below them in another, since a walk down waits for each line.
-inline constexpr uint32_t kLine = 32, kSplitWords = (kLine + 1) * kLine / 2;
-static_assert(kLine == 1u << kLevels);
+// Shares of first halves, of 16 bits: the node of a heap (1: the root) stands in one of lines of 64 bytes, the first
+// kLevels halvings in one and each subtree below them in another, since a walk down waits for each line.
+inline constexpr uint32_t kLine = 1u << kLevels, kSplitWords = (kLine + 1) * kLine / 2;
 inline uint32_t splitAt(uint32_t node) {
   uint32_t bits = 0;  // of the node's depth
   while (node >> (bits + 1)) ++bits;
@@ -58,7 +57,7 @@ inline constexpr uint32_t kWasGuided = 0x80000000u;
 struct Options {
   uint32_t samples = 64;      // that teach, a power of two
   uint32_t paths = 1u << 17;  // of an epoch
-  uint32_t regions = 2048;    // at most; each takes 16 KB
+  uint32_t regions = 2048;    // at most; each takes 14 KB
   uint32_t perRegion = 800;   // lessons of an epoch, of which more are divided
   uint32_t firstOff = 16;     // samples before regions may be left alone
   float gain = 0.85f;         // of the variance without guiding: what a region must come below
@@ -68,7 +67,7 @@ inline Learning learning(const Options& o) { return {sizeof(Lesson), o.samples, 
 
 // The head of the state; offsets in words of 32 bits from its beginning.
 struct State {
-  uint32_t words, regions, entries, guides;  // guides: 1 where some region is on
+  uint32_t words, regions, entries, guides;  // guides: 1 where some region is known
   float low[3], scale;                       // cells of the finest octree: (P - low) * scale
   uint32_t tree, splits, density, lights, counts, sums;
   uint32_t lessons;

@@ -2,6 +2,7 @@
 // camera samples. Stock integrators are thin settings over it; authors may use it, or copy the way it calls the
 // services. Included per target.
 #include <kinora/clamp_luminance.h>
+#include <kinora/cover_by_media.h>
 #include <kinora/guiding.h>
 #include <kinora/integrator.h>
 #include <kinora/manifold.h>
@@ -104,7 +105,7 @@ class PathLoop {
     }
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
-    if (sv_->mediaScatter) coverByMedia(n, live);  // before lights that the camera sees, which cover all
+    if (sv_->mediaScatter) coverByMedia(g_, sv_, n, live, medium_);
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     collectGlow(0, 1, n, live);
     lightOnTheWay(0, o_.lightSamples, parts, n, live);
@@ -263,21 +264,6 @@ class PathLoop {
       directLight(count, contexts, depth, part, lightParts, bxdfParts);
     share_ = share;
     for (int c = 0; c < 3; ++c) throughput_[c] = kept[c];
-  }
-
-  // Alpha of camera rays that leave the scene: what media have taken of them.
-  void coverByMedia(uint32_t n, const uint32_t* live) {
-    uint32_t* slot = words(padded(n));
-    float* alpha = floats(padded(n));
-    uint32_t m = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = live[i];
-      const float through = (medium_[0][s] + medium_[1][s] + medium_[2][s]) * (1.f / 3.f);
-      if (g_->paths.hits.t[s] < 3e38f || through > 0.9999f) continue;
-      slot[m] = s;
-      alpha[m++] = 1.f - through;
-    }
-    if (m) sv_->cover(g_, m, slot, alpha);
   }
 
   // What light `i` met by a ray brings: its share beside light samples, and the clamp.
@@ -677,8 +663,8 @@ class PathLoop {
         Vec3<W> t = Vec3<W>::get(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
         F survival(1.f);
         // Russian roulette on paths that will bring little: as learned, else by their throughput
-        if (chosen.reference && depth == 0) s.put(on, F::load(chosen.reference + i), reference_);
-        const bool isLearned = chosen.radiance && depth > 0 && o_.rouletteThreshold > 0;
+        if (chosen.reference) s.put(on, F::load(chosen.reference + i), reference_);
+        const bool isLearned = chosen.radiance && o_.rouletteThreshold > 0;
         if (isLearned || depth >= o_.rouletteDepth) {
           F r, unused;
           draw2(sv_->samples, Int<W>::load(c.sampleSeed + i),

@@ -2,6 +2,7 @@
 // with. Subpaths traces them, makes contexts and takes new directions; Arrivals holds light back until its shadow
 // rays have been traced. Whoever uses them keeps the books on densities. Included per target.
 #include <kinora/clamp_luminance.h>
+#include <kinora/cover_by_media.h>
 #include <kinora/integrator.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
@@ -189,20 +190,9 @@ class Subpaths {
     const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
     sv_->trace(g_, &g_->paths, isCamera ? RayKind::Camera : RayKind::Indirect, depth, count, live, medium_);
   }
-  // After trace(0): alpha of camera rays that escape, what media have taken of what is behind. Before lights that the
-  // camera sees, which cover all.
+  // After trace(0), see there.
   void coverByMedia() const {
-    if (!sv_->mediaScatter) return;
-    uint32_t *slot = words(count), n = 0;
-    float* alpha = floats(count);
-    for (uint32_t i = 0; i < count; ++i) {
-      const uint32_t s = live[i];
-      const float through = (medium_[0][s] + medium_[1][s] + medium_[2][s]) * (1.f / 3.f);
-      if (g_->paths.hits.t[s] < 3e38f || through > 0.9999f) continue;
-      slot[n] = s;
-      alpha[n++] = 1.f - through;
-    }
-    if (n) sv_->cover(g_, n, slot, alpha);
+    if (sv_->mediaScatter) kinora::coverByMedia(g_, sv_, count, live, medium_);
   }
   // Contexts of what they hit; those that escaped end.
   uint32_t shade(uint32_t depth, Context* const** contexts) {

@@ -86,8 +86,8 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     LightEntry& l = lights[i];
     const LightDescription& d = l.description;
     const bool isLit = tree_.places()[i].leaf != LightTree::kNone;
-    // Of a light from all around some part lies behind every caustic's focus: the variance of what a walk brings is infinite there,
-    // and directions that the material draws find it at once.
+    // Of a light from all around some part lies behind every caustic's focus: the variance of what a walk brings is
+    // infinite there, and directions that the material draws find it at once.
     const bool isWide = d.isInfinite && !d.isDelta && !(d.cosReach > 0);
     Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNoFilters, uint16_t(l.kind), 0};
     r.flags = uint8_t((l.castsShadow ? kCastsShadow : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |

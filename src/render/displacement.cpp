@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "geometry/refine.h"
 #include "render/camera_attributes.h"
+#include "render/matrix_scale.h"
 #include "render/shading_floats.h"
 #include "render/surfaces.h"
 #include "sampling/sample_table.h"
@@ -42,13 +43,6 @@ bool asksForSpaces(const scene::Network& network, const scene::Scene& scene) {
   for (const scene::NodePtr& n : network.patterns)
     if (!n->plugin.starts_with("Pxr") || sameName(n->plugin, "PxrOSL") || names(n)) return true;
   return !network.terminal->plugin.starts_with("Pxr") || names(network.terminal);
-}
-
-// How lengths grow from one space to another.
-double scaleOf(const scene::Matrix& m) {
-  return std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                             m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
 }
 
 // Patches of surfaces that are diced on demand are about so many micropolygons long, and such surfaces have at least so

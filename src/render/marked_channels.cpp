@@ -31,7 +31,7 @@ void MarkedChannels::add(uint32_t depth, uint32_t count, Context* const* context
     }
     uint32_t* sets = arena.make<uint32_t>(c->padded);
     for (uint32_t i = 0; i < c->count; ++i)
-      sets[i] = world_.placements[world_.world->infoOf(c->place.instance[i], c->place.geometry[i])].linkSet;
+      sets[i] = world_.placementOf(c->place.instance[i], c->place.geometry[i]).linkSet;
     float* value[3];
     for (float*& v : value) v = arena.make<float>(c->padded);
     for (const Target& t : targets_) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "geometry/tessellate.h"
+#include "render/matrix_scale.h"
 
 namespace kinora::render {
 
@@ -24,10 +25,7 @@ EmittingMesh emittingMesh(const scene::Primitive& primitive, const scene::Transf
     for (int c = 0; c < 3; ++c) out.points.push_back(float(world[c] - origin[c]));
   }
   // the mesh's normal goes over as a normal does: a mirroring transform leaves the outside outside
-  const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                             m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-  const bool swap = mesh->flipNormals != (determinant < 0);
+  const bool swap = mesh->flipNormals != (volumeScaleOf(m) < 0);
   out.triangles = mesh->indices;
   if (swap)
     for (size_t t = 0; t + 2 < out.triangles.size(); t += 3) std::swap(out.triangles[t + 1], out.triangles[t + 2]);

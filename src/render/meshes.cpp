@@ -10,6 +10,7 @@
 
 #include "geometry/join.h"
 #include "geometry/tessellate.h"
+#include "render/matrix_scale.h"
 #include "scene/bytes.h"
 #include "scene/digests.h"
 #include "scene/uniform_keys.h"
@@ -103,9 +104,7 @@ std::vector<std::vector<Use>> usesOf(const FlatScene& flat, const CameraState& c
       scene::Matrix m = flat.toRender(k).at(camera.middle());
       if (flat.shapes[s].isBaked) m = flat.shapes[s].primitive->toWorld.at(camera.middle()) * m;
       for (int c = 0; c < 3; ++c) m[3][c] += camera.origin[c];
-      const double scale = std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                                               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                                               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
+      const double scale = scaleOf(m);
       if (scale > 0 && std::isfinite(scale)) uses[s].push_back({m, scale});
     }
   return uses;

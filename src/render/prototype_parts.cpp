@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/matrix_scale.h"
 #include "trace/strands.h"
 
 namespace kinora::render {
@@ -46,10 +47,7 @@ bool isWellMade(const scene::Matrix& m) {
   if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) return false;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) size = std::max(size, std::fabs(m[i][j]));
-  const double volume = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                        m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                        m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-  return size > 1e-12 && size < 1e12 && std::fabs(volume) > 1e-4 * size * size * size;
+  return size > 1e-12 && size < 1e12 && std::fabs(volumeScaleOf(m)) > 1e-4 * size * size * size;
 }
 
 }  // namespace

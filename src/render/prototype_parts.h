@@ -2,11 +2,6 @@
 // transforms are baked into their meshes, whose space is the object's then. Used while a scene is flattened; it
 // tessellates nothing.
 #pragma once
-#include <ImathBox.h>
-
-#include <optional>
-#include <vector>
-
 #include "scene/scene.h"
 
 namespace kinora::render {

@@ -379,8 +379,7 @@ void Worker::primary(const Context* c) {
   }
   for (uint32_t i = 0; tolerances_ && i < c->count; ++i) {
     const shade::ShadingWorld& w = state_.world();
-    tolerances_[c->path[i]] =
-        w.placements[w.world->infoOf(c->place.instance[i], c->place.geometry[i])].noiseTolerance;
+    tolerances_[c->path[i]] = w.placementOf(c->place.instance[i], c->place.geometry[i]).noiseTolerance;
   }
   for (const RecordPlan::Primvar& o : plan_.primvars) {
     Value v = shade::teeValue(c, o.name);
@@ -487,7 +486,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
     const bool isMedium = w.space && w.space->ofInstance.contains(hits.instance[s]);  // lit by all lights
-    const uint32_t set = isMedium ? 0 : w.placements[w.world->infoOf(hits.instance[s], hits.geometry[s])].linkSet;
+    const uint32_t set = isMedium ? 0 : w.placementOf(hits.instance[s], hits.geometry[s]).linkSet;
     kept[m] = s;
     m += light == kNoLight || w.lights->isLinked(set, light);
   }
@@ -497,7 +496,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
 
 bool Worker::isHidden(uint32_t instance, uint32_t geometry) const {
   const shade::ShadingWorld& w = state_.world();
-  const shade::PlacementInfo& p = w.placements[w.world->infoOf(instance, geometry)];
+  const shade::PlacementInfo& p = w.placementOf(instance, geometry);
   return p.isHiddenFromCamera || p.hole;
 }
 

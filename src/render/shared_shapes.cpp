@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "render/matrix_scale.h"
 #include "scene/digests.h"
 
 namespace kinora::render {
@@ -29,12 +30,6 @@ size_t lengthsOf(Quadric::Kind kind) {
       return 6;
   }
   return 0;
-}
-
-double scaleOf(const scene::Matrix& m) {
-  return std::cbrt(std::fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                             m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
 }
 
 // A power of two that its radius in pixels does not exceed; nothing where it is large, or nowhere.

@@ -150,7 +150,7 @@ SurfaceChannels::Value SurfaceChannels::id2() const {
   const shade::ShadingWorld& w = state_.world();
   const Places& at = c_->place;
   for (uint32_t i = 0; i < c_->count; ++i) {
-    x[i] = float(w.placements[w.world->infoOf(at.instance[i], at.geometry[i])].objectId2);
+    x[i] = float(w.placementOf(at.instance[i], at.geometry[i]).objectId2);
   }
   return one(x);
 }

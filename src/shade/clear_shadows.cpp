@@ -48,17 +48,8 @@ RayList& GroupState::raysOfHits(const RayList& from, uint32_t n, const trace::Wo
   host.left.media = nullptr;
   for (uint32_t i = 0; i < padded(n); ++i) {
     const uint32_t s = hits[std::min(i, n - 1)].slot;
-    for (int c = 0; c < 3; ++c) {
-      list.rays.o[c][i] = from.rays.o[c][s];
-      list.rays.d[c][i] = from.rays.d[c][s];
-    }
+    copyRay(from, s, list, i);
     list.rays.tMax[i] = from.rays.tMax[s];
-    list.rays.time[i] = from.rays.time[s];
-    list.rays.radius[i] = from.rays.radius[s];
-    list.rays.spread[i] = from.rays.spread[s];
-    list.sampleSeed[i] = from.sampleSeed[s];
-    list.sampleIndex[i] = from.sampleIndex[s];
-    list.origin[i] = from.origin[s];
   }
   world_.world->resolve(list.rays, n, hits, list.hits);
   return list;

@@ -219,7 +219,7 @@ Value builtin(const Context* c, Builtin id) {
       float* a = floats(c);
       const ShadingWorld& w = h.group->world();
       for (uint32_t i = 0; i < n; ++i)
-        a[i] = float(w.placements[w.world->infoOf(c->place.instance[i], c->place.geometry[i])].objectId);
+        a[i] = float(w.placementOf(c->place.instance[i], c->place.geometry[i]).objectId);
       keep(Builtin::ObjectId, {a});
       break;
     }

@@ -47,6 +47,20 @@ void forEachRun(const ShadowRays& rays, F&& f) {
   }
 }
 
+// One ray of a list into another, but for how far it goes and what it took over from its vertex.
+inline void copyRay(const RayList& from, uint32_t s, RayList& to, uint32_t i) {
+  for (int k = 0; k < 3; ++k) {
+    to.rays.o[k][i] = from.rays.o[k][s];
+    to.rays.d[k][i] = from.rays.d[k][s];
+  }
+  to.rays.time[i] = from.rays.time[s];
+  to.rays.radius[i] = from.rays.radius[s];
+  to.rays.spread[i] = from.rays.spread[s];
+  to.sampleSeed[i] = from.sampleSeed[s];
+  to.sampleIndex[i] = from.sampleIndex[s];
+  to.origin[i] = from.origin[s];
+}
+
 // Of a ray from a vertex of its own spread.
 inline float spreadAlong(const ShadowRays& rays, uint32_t i, float ofVertex) {
   return rays.spread ? std::max(rays.spread[i], ofVertex) : ofVertex;

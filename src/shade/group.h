@@ -123,6 +123,9 @@ struct ShadingWorld {
   uint32_t materialOf(uint32_t instance, uint32_t geometry) const {
     return tables.materialOfInfo[world->infoOf(instance, geometry)];
   }
+  const PlacementInfo& placementOf(uint32_t instance, uint32_t geometry) const {
+    return placements[world->infoOf(instance, geometry)];
+  }
 };
 
 // What a vertex hands on to the rays that leave it: by point of a context, and by entry of a list for the vertices

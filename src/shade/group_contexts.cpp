@@ -243,7 +243,7 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
     findLightNormals(c, &program);
     for (int k = 0; state.Ng[0] && k < 3; ++k) state.Ng[k] = a.Ng[k];
     for (uint32_t i = 0; state.traceSet && i < m; ++i)
-      state.traceSet[i] = world_.placements[w.infoOf(c->place.instance[i], c->place.geometry[i])].traceSet;
+      state.traceSet[i] = world_.placementOf(c->place.instance[i], c->place.geometry[i]).traceSet;
   }
 
   float* outer = arena_.make<float>(m);

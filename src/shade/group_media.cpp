@@ -11,7 +11,7 @@ bool GroupState::insideHigherPriority(const RayList& list, uint32_t entry) const
   if (!stack) return false;
   const uint32_t instance = list.hits.instance[entry], geometry = list.hits.geometry[entry];
   const uint32_t body = world_.world->bodyOf(instance, geometry);
-  const int own = world_.placements[world_.world->infoOf(instance, geometry)].priority;
+  const int own = world_.placementOf(instance, geometry).priority;
   for (uint32_t k = stack; k; k = media_[k].outer)
     if (media_[k].object != body && media_[k].priority > own) return true;
   return false;
@@ -79,7 +79,7 @@ void GroupState::updateMedia(const Context* c, uint32_t n, const uint32_t* point
     const uint32_t material = world_.materialOf(instance, geometry);
     const uint32_t object = world_.world->bodyOf(instance, geometry);
     if (c->entering[p]) {
-      const PlacementInfo& place = world_.placements[world_.world->infoOf(instance, geometry)];
+      const PlacementInfo& place = world_.placementOf(instance, geometry);
       stacks[i] = media_.push(stacks[i], {object, material, place.priority, x[0][p], {x[1][p], x[2][p], x[3][p]}, 0});
     } else {
       stacks[i] = media_.without(stacks[i], media_.leftBy(stacks[i], object, material));

@@ -59,8 +59,7 @@ void GroupState::probeSome(const Context* c, const ProbeRays& p, uint32_t first,
     if (left.media) left.media[i] = from.media[point];
     for (int k = 0; left.Ng[k] && k < 3; ++k) left.Ng[k][i] = c->Ng[k][point];
     if (left.traceSet && !(c->traits & kTraitInSpace))
-      left.traceSet[i] =
-          world_.placements[world_.world->infoOf(c->place.instance[point], c->place.geometry[point])].traceSet;
+      left.traceSet[i] = world_.placementOf(c->place.instance[point], c->place.geometry[point]).traceSet;
   }
   trace(list, RayKind::Indirect, c->depth + 1, count, entries, nullptr);
   std::copy_n(list.hits.t, count, p.t + first);

@@ -4,6 +4,7 @@
 
 #include "shade/beer_lambert.h"
 #include "shade/clock.h"
+#include "shade/context_host.h"
 #include "shade/medium_tracks.h"
 
 namespace kinora::shade {
@@ -55,15 +56,7 @@ void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const 
   const SpaceMedia& space = *world_.space;
   const ListHost& source = ListHost::of(from);
   const auto copy = [&](RayList& list, uint32_t to, uint32_t s) {
-    for (int k = 0; k < 3; ++k) {
-      list.rays.o[k][to] = from.rays.o[k][s];
-      list.rays.d[k][to] = from.rays.d[k][s];
-    }
-    list.rays.time[to] = from.rays.time[s];
-    list.rays.radius[to] = from.rays.radius[s];
-    list.rays.spread[to] = from.rays.spread[s];
-    list.sampleSeed[to] = from.sampleSeed[s];
-    list.sampleIndex[to] = from.sampleIndex[s];
+    copyRay(from, s, list, to);
     const VertexState& left = ListHost::of(list).left;
     if (left.bounces && source.left.bounces) left.bounces[to] = source.left.bounces[s];
     if (left.media && source.left.media) left.media[to] = source.left.media[s];
@@ -98,7 +91,6 @@ void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const 
       media.add(space, x, x.around[k]);
       copy(list, at, entries[x.entry]);
       setMediumHit(list.hits, at, space.media[x.around[k].medium], x.t);
-      list.origin[at] = from.origin[entries[x.entry]];
       point[at] = x.entry;
     }
   }

@@ -157,7 +157,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
     } else {
       if (primvar && element < 0) has = givePrimvar(*primvar, primvars, handle, world.worldOrigin, point, to, i);
       if (!has && implied != Implied::None && element < 0) {
-        const Tint& tint = world.tints[world.placements[world.world->infoOf(instance, geometry)].tint];
+        const Tint& tint = world.tints[world.placementOf(instance, geometry).tint];
         if (saysImplied(implied, tint))
           has = giveAt(primvars.of(handle), widthOf(implied), false, world.worldOrigin, point, to, i);
       }

@@ -254,8 +254,7 @@ void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& i
   }
   for (uint32_t i = 0; i < c->padded; ++i) {
     const geometry::Primvar* p = of[i];
-    const Tint& tint =
-        world.tints[world.placements[world.world->infoOf(c->place.instance[i], c->place.geometry[i])].tint];
+    const Tint& tint = world.tints[world.placementOf(c->place.instance[i], c->place.geometry[i]).tint];
     const bool has = p || saysImplied(implied, tint);
     for (uint32_t j = 0; j < width; ++j) {
       if (!has) out.v[j][i] = in.otherwise[j];

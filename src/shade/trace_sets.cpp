@@ -78,7 +78,7 @@ void GroupState::endAtHoles(const RayList& list, uint32_t n, const uint32_t* ent
     const uint32_t s = entries[i];
     hole_[s] = INFINITY;
     if (std::isinf(list.hits.t[s])) continue;
-    if (!world_.placements[world_.world->infoOf(list.hits.instance[s], list.hits.geometry[s])].hole) continue;
+    if (!world_.placementOf(list.hits.instance[s], list.hits.geometry[s]).hole) continue;
     hole_[s] = list.hits.t[s];
     list.hits.t[s] = INFINITY;
   }

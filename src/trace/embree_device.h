@@ -12,4 +12,14 @@ RTCDevice device();
 void throwIfRefused();
 uint64_t deviceBytes();  // memory Embree holds now
 
+// What a callback for bounds answers.
+inline void setBounds(RTCBounds& b, const float lower[3], const float upper[3]) {
+  b.lower_x = lower[0];
+  b.lower_y = lower[1];
+  b.lower_z = lower[2];
+  b.upper_x = upper[0];
+  b.upper_y = upper[1];
+  b.upper_z = upper[2];
+}
+
 }  // namespace kinora::trace

@@ -7,6 +7,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "trace/embree_device.h"
 #include "trace/world.h"
 
 namespace kinora::trace {
@@ -54,13 +55,7 @@ struct Swarm::Calls {
         upper[k] = std::fmax(upper[k], to[k]);
       }
     }
-    RTCBounds& b = *a->bounds_o;
-    b.lower_x = lower[0];
-    b.lower_y = lower[1];
-    b.lower_z = lower[2];
-    b.upper_x = upper[0];
-    b.upper_y = upper[1];
-    b.upper_z = upper[2];
+    setBounds(*a->bounds_o, lower, upper);
   }
 
   // Each ray by itself: its answer does not depend on its neighbours.

@@ -1,7 +1,8 @@
 // Many unmoving placements as one of Embree's geometries. An instance of Embree's own takes some 400 bytes beside its
-// share of the hierarchy, a primitive of Embree's some 80 while it is built; here a few placements that lie together are
-// one primitive, and a placement has its part of that, nine bytes of box, and the matrix that shading reads anyway. Rays are brought into the part's space by it,
-// and answers are those of Embree's instances: ids, u, v, and the normal in the part's space.
+// share of the hierarchy, a primitive of Embree's some 80 while it is built; here a few placements that lie together
+// are one primitive, and a placement has its part of that, nine bytes of box, and the matrix that shading reads anyway.
+// Rays are brought into the part's space by it, and answers are those of Embree's instances: ids, u, v, and the normal
+// in the part's space.
 // Made by world.cpp where a world has many placements; parts with user geometry and surfaces of solids stay instances.
 #pragma once
 #include <embree3/rtcore.h>

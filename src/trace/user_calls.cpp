@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "trace/embree_device.h"
+
 namespace kinora::trace {
 
 static_assert(offsetof(QueryContext, embree) == 0);
@@ -38,13 +40,7 @@ UserRay rayOf(RTCRayN* rays, unsigned n, unsigned i, const QueryContext& q) {
 void bounds(const RTCBoundsFunctionArguments* a) {
   float lower[3], upper[3];
   static_cast<const UserGeometry*>(a->geometryUserPtr)->bounds(a->primID, lower, upper);
-  RTCBounds& b = *a->bounds_o;
-  b.lower_x = lower[0];
-  b.lower_y = lower[1];
-  b.lower_z = lower[2];
-  b.upper_x = upper[0];
-  b.upper_y = upper[1];
-  b.upper_z = upper[2];
+  setBounds(*a->bounds_o, lower, upper);
 }
 
 // Whether the query's own filter, which Embree calls for triangles, refuses a hit.

@@ -3,8 +3,8 @@
 // Outside trace/ a hit is (instance, geometry, primitive, u, v, level); Embree ids end here.
 //
 // Parts: shapes that share a BVH. A prototype is a part placed many times, of one shape or of many; a moving or large
-// object is a part of its own; small static objects are baked into render space and share batch parts. The top level holds placements of
-// parts; a world of one unmoved part needs none.
+// object is a part of its own; small static objects are baked into render space and share batch parts. The top level
+// holds placements of parts; a world of one unmoved part needs none.
 #pragma once
 #include <embree3/rtcore.h>
 #include <kinora/integrator.h>
@@ -232,7 +232,6 @@ class World {
     return top < instanceOfTop_.size() ? instanceOfTop_[top]
                                        : firstOfSwarms_ + (top - uint32_t(instanceOfTop_.size()));
   }
-  struct SwarmPlan;
   void makeSwarms();
   // Embree's instance for one placement of the top level, not committed.
   RTCGeometry makeInstance(uint32_t top) const;

@@ -1,5 +1,5 @@
 // Methods of rendering compared over rooms of 32 x 32 pixels: pictures with several seeds, tile by tile, as the path
-// tracer and PxrVCM with its sets of techniques make them. Used by tests of PxrVCM.
+// tracer and PxrVCM with its sets of techniques make them. Used by tests of integrators.
 #pragma once
 #include <algorithm>
 #include <map>

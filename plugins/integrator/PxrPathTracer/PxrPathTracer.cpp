@@ -59,7 +59,7 @@ constexpr Param kParams[] = {
         .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two."),
     param::integer("guidingRegions", 2048)
         .range(16, 65536)
-        .help("With risPathGuiding: regions of space with a distribution of their own, at most; each takes 16 KB."),
+        .help("With risPathGuiding: regions of space with a distribution of their own, at most; each takes 14 KB."),
     pathParameters::kManifoldWalk,
     pathParameters::kMaxInterfaces,
     pathParameters::kMaxIterations,

@@ -34,7 +34,7 @@ class Vcm {
         sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
-        near_(group, services, options),
+        near_(group, services, options, lightPaths_),
         beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0),
         readsEvents_(readsEvents(services->paths)) {}
 
@@ -90,7 +90,7 @@ class Vcm {
         if (depth && c.traits & kTraitScattersOnce) continue;  // sees lights alone
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Near near = near_.of(c);
-        if (depth <= o_.bounces) beams_.keepPoints(c);
+        beams_.keepPoints(c);
         if (connectsCamera_ || depth < most_) {
           const PathVertex* vertices = paths_.vertices(c, depth);
           if (connectsCamera_) connectCamera(c, depth, vertices, near);
@@ -684,7 +684,7 @@ class Vcm {
   uint32_t endContextCount_ = 0;
   Neighbourhoods<W> near_;
   Beams<W> beams_;
-  bool readsEvents_;            // see there
+  bool readsEvents_;  // see there
 };
 
 }  // namespace HWY_NAMESPACE

@@ -18,11 +18,12 @@ namespace HWY_NAMESPACE {
 template <int W>
 class Neighbourhoods {
  public:
-  Neighbourhoods(Group* group, const Services* services, const vcm::Options& options)
+  // lightPaths: of a sample.
+  Neighbourhoods(Group* group, const Services* services, const vcm::Options& options, float lightPaths)
       : g_(group),
         sv_(services),
         o_(options),
-        lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
+        lightPaths_(lightPaths),
         shrunk_(shrunk(options.reduce, 2)),
         shareMerged_(shareMerged()),
         shareBeams_(shareBeams()) {

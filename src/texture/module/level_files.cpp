@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <vector>
 
+#include "base/digest.h"
 #include "image/atomic_file.h"
 #include "texture/module/texture_files.h"
 
@@ -17,14 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kKeptTileSide = 64;
-constexpr const char* kVersion = "1";  // of what is written
-
-// FNV-1a.
-uint64_t hashOf(const std::string& text) {
-  uint64_t h = 0xcbf29ce484222325u;
-  for (const char c : text) h = (h ^ uint8_t(c)) * 0x100000001b3u;
-  return h;
-}
+constexpr uint64_t kVersion = 1;  // of what is written
 
 // A name that any file system takes.
 std::string nameOf(const std::string& source, const std::string& inCache) {
@@ -32,14 +25,17 @@ std::string nameOf(const std::string& source, const std::string& inCache) {
   const auto size = fs::file_size(source, ec);
   const auto time = fs::last_write_time(source, ec).time_since_epoch().count();
   const char* colors = std::getenv("OCIO");
-  const std::string all = std::string(kVersion) + '\n' + image::wholeName(source) + '\n' + std::to_string(size) +
-                          '\n' + std::to_string(time) + '\n' + inCache + '\n' + (colors ? colors : "");
+  Hasher h;
+  h.word(kVersion);
+  h.text(image::wholeName(source));
+  h.word(uint64_t(size));
+  h.word(uint64_t(time));
+  h.text(inCache);
+  h.text(colors ? colors : "");
   std::string stem = fs::path(source).stem().string().substr(0, 60);
   for (char& c : stem)
     if (!std::isalnum(uint8_t(c)) && c != '-') c = '_';
-  char hash[17];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(hashOf(all)));
-  return stem + '-' + hash;
+  return stem + '-' + h.result().str();
 }
 
 std::string firstLineOf(std::string text) {
