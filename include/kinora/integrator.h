@@ -43,6 +43,8 @@ enum RayOrigin : uint32_t {
   kFromDiscrete = 1,      // no light sample could have found its direction: mirrors, perfect glass, the camera
   kFromSpecular = 2,      // by a specular lobe
   kFromTransmission = 4,  // through the surface
+  kFromTintedLight = 8,   // light samples of that vertex took shadow rays in all its directions that go straight
+                          // through glass (ShadowRays::tinted)
   kOriginBits = 16        // bits from this one on are the integrator's own
 };
 
@@ -203,6 +205,15 @@ struct ShadowRays {
   // resolutions are met as coarsely as it says (but for the patch that the ray leaves), in a light's penumbra more so
   // than as the vertex was seen. The vertex's own spread where that is larger. Null: that one.
   const float* spread = nullptr;
+  // By ray: the light that it goes to, whose own shadow controls then hold; kNoLight, null: none.
+  const uint32_t* light = nullptr;
+};
+
+// What single lights want otherwise, see Services::lightExceptions.
+enum LightExceptions : uint8_t {
+  kLightBlockedByGlass = 1,   // no shadow ray goes straight through glass; paths that refract find the light instead
+  kLightUnseenByMirrors = 2,  // directions that no light sample could have made do not find it: by reflection,
+  kLightUnseenByLenses = 4    // by refraction
 };
 
 // What the weights of bidirectional methods ask of rays that met a light, by whatever technique: with which densities
@@ -381,6 +392,8 @@ struct Services {
   uint32_t walkBoundCount;
   const WalkBound* walkBounds;
   const uint8_t* lightWalks;
+  const uint8_t* lightExceptions;  // by light, LightExceptions; null: no light has any
+  uint32_t hasShadowControls;      // 0: ShadowRays::light need not be given
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);

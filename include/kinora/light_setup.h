@@ -82,26 +82,44 @@ inline constexpr std::array kControl = {
         .range(0, 1)
         .options("0 off, 1 on")
         .help("0: nothing between the light and a surface shadows it. Mirrors still show what stands before it."),
-    param::color("shadowColor", 0.f).help("No effect yet: light that is left in shadow."),
-    param::number("shadowDistance", -1.f).range(-1, 100).help("No effect yet: farthest occluder; -1 is no limit."),
+    param::color("shadowColor", 0.f)
+        .help("Share of the light that its shadows leave, by channel: 0 is a full shadow, 1 none. Not physical: such "
+              "light is left at whatever finds the light where its samples could have; mirrors and clear glass still "
+              "show what stands before it, media dim it as ever, and no light paths start at it. So with all "
+              "controls of shadows but enableShadows."),
+    param::number("shadowDistance", -1.f)
+        .range(-1, 100)
+        .help("What is farther from the lit point than this, in world units, casts no shadow; below 0: no limit."),
     param::number("shadowFalloff", -1.f)
         .range(-1, 100)
-        .help("No effect yet: distance over which shadows fade; -1 is off."),
-    param::number("shadowFalloffGamma", 1.f).range(0.1f, 4).help("No effect yet: curve of shadowFalloff."),
-    param::string("shadowSubset", "").help("No effect yet: trace groups that cast shadows."),
-    param::string("shadowExcludeSubset", "").help("No effect yet: trace groups that cast none."),
+        .help("Shadows fade over this last part of shadowDistance (at most all of it), by the distance from the lit "
+              "point to what casts them, of opaque surfaces the nearest; 0 and below: they do not."),
+    param::number("shadowFalloffGamma", 1.f)
+        .range(0.1f, 4)
+        .help("A shadow's strength where it fades is the part of shadowFalloff that is left to this power."),
+    param::string("shadowSubset", "")
+        .help("Groups (grouping:membership) whose members alone cast this light's shadows, instead of those that the "
+              "lit object's trace:shadowsubset says; empty: all do."),
+    param::string("shadowExcludeSubset", "").help("Groups whose members cast no shadow of this light."),
     param::integer("traceLightPaths", 0)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: light paths start here."),
+        .help("1: the light is as light paths carry it. thinShadow counts as 0, and the controls of shadows below "
+              "enableShadows are left out. Light paths of PxrVCM start at such a light, and at all that ask for no "
+              "control of shadows, no intensityNearDist and no filter that depends on the lit point."),
     param::integer("thinShadow", 1)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: shadows through glass are straight and coloured."),
-    param::integer("visibleInRefractionPath", 0)
+        .help(
+            "1: where the integrator has no caustics, shadows go straight through glass and take its tint, and what "
+            "refracted paths find of the light is left out. 0: glass blocks its shadow rays, and refracted paths "
+            "bring its light. Integrators with caustics take it as 0."),
+    param::integer("visibleInRefractionPath", 1)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: seen through refraction."),
+        .help(
+            "0: clear glass does not show the light, nor make caustics of it. Rough glass does, where light samples "
+            "find it too."),
     param::integer("cheapCaustics", 0)
         .range(0, 1)
         .options("0 off, 1 on")

@@ -139,9 +139,15 @@ class PathLoop {
   enum Flags : uint32_t {
     kHadDiffuse = 1u << kOriginBits,  // some vertex took light samples whose shadow rays went through glass
     kCaustic = 2u << kOriginBits,     // a mirror or lens after that: light that the ray finds does not count
-    kRefracted = 4u << kOriginBits,   // through glass after that, which tinted shadows stand for: neither does this
-    kTinted = 8u << kOriginBits       // light samples took its direction too, with tinted shadows
+    kRefracted = 4u << kOriginBits    // through glass after that, which tinted shadows stand for: neither does this
   };
+  KN_INLINE bool isBlockedByGlass(uint32_t light) const {
+    return sv_->lightExceptions && light < sv_->lightCount && sv_->lightExceptions[light] & kLightBlockedByGlass;
+  }
+  // Whether what a path with these flags finds of a light does not count.
+  KN_INLINE bool isLeftOut(uint32_t flags, uint32_t light) const {
+    return flags & kCaustic || (flags & kRefracted && !isBlockedByGlass(light)) || isWalked(flags, light);
+  }
   // And from this bit on the state of WalkedPaths.
   static constexpr int kWalkedShift = 24;
   void walkToLights(uint32_t count, Context* const* contexts, uint32_t depth) {
@@ -185,7 +191,7 @@ class PathLoop {
     uint32_t m = 0;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
-      if (flags_[s] & (kCaustic | kRefracted) || isWalked(flags_[s], h.light[i])) continue;
+      if (isLeftOut(flags_[s], h.light[i])) continue;
       float v[3];
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][m] = v[c];
@@ -289,7 +295,7 @@ class PathLoop {
     uint32_t* list = words(padded(n) + kPad);
     uint32_t asked = 0;
     for (uint32_t i = 0; i < n; ++i)
-      if (flags_[live[i]] & kTinted) list[asked++] = live[i];
+      if (flags_[live[i]] & kFromTintedLight) list[asked++] = live[i];
     if (!asked) return;
     padList(asked, list);
     LightHits h;
@@ -437,6 +443,13 @@ class PathLoop {
     for (int l = 0; l < W; ++l) is[l] = light[l] < sv_->lightCount && sv_->lightWalks[light[l]];
     return Int<W>::load(is) != Int<W>(0);
   }
+  // Lanes whose light sees glass as opaque.
+  KN_INLINE Mask<W> blockedByGlass(const uint32_t* light) const {
+    if (!sv_->lightExceptions) return Mask<W>(false);
+    alignas(64) uint32_t is[W];
+    for (int l = 0; l < W; ++l) is[l] = isBlockedByGlass(light[l]);
+    return Int<W>::load(is) != Int<W>(0);
+  }
   bool walksFrom(const Context& c, uint32_t depth) const {
     return walks_.interfaces() && !(c.traits & (kTraitWalkable | kTraitScattersOnce)) &&
            depth < o_.maxIndirectBounces;
@@ -463,8 +476,8 @@ class PathLoop {
       inside = staysInside(c, i, wi);
     }
     const Mask<W> rough = !discrete;
-    return flag(had | (rough & !inside), kHadDiffuse) | flag(had & discrete, kCaustic) | flag(refracted, kRefracted) |
-           flag(rough & !inside & !refracted, kTinted);
+    return flag(had | (rough & !inside), kHadDiffuse) | flag(had & discrete & !refracted, kCaustic) |
+           flag(refracted, kRefracted) | flag(rough & !inside & !refracted, kFromTintedLight);
   }
 
   // One light sample for each point of the contexts; bxdfParts directions will be followed from them.
@@ -495,6 +508,7 @@ class PathLoop {
     uint32_t* state = words(room * mostSlots);
     float* share = sv_->wantsUnshadowed ? floats(room) : nullptr;
     float* spread = nullptr;
+    uint32_t* lightOfRay = sv_->hasShadowControls ? words(room) : nullptr;
     uint32_t rays = 0, entries = 0;
 
     for (uint32_t k = 0; k < count; ++k) {
@@ -522,7 +536,8 @@ class PathLoop {
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
         const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
         // light that a tinted shadow brought to an earlier vertex
-        const Mask<W> behind = standsIn(c) ? hasFlag(s, kHadDiffuse) : Mask<W>(false);
+        const Mask<W> blocked = o_.allowCaustics ? Mask<W>(false) : blockedByGlass(ls.light + i);
+        const Mask<W> behind = standsIn(c) ? hasFlag(s, kHadDiffuse) & !blocked : Mask<W>(false);
         // light that walks bring: by rough boundaries here, and through what tinted shadow rays would pass
         const Mask<W> walked = walks_.interfaces() && some.any() ? walkedTo(ls.light + i) : Mask<W>(false);
         Mask<W> walkedHere(false);
@@ -554,9 +569,10 @@ class PathLoop {
         pack.put(F::load(c.time + i), time + rays);
         pack.put(Int<W>::lanes(int32_t(i)), point + rays);
         if (spread) pack.put(F::load(ls.spread + i), spread + rays);
+        if (lightOfRay) pack.put(Int<W>::load(ls.light + i), lightOfRay + rays);
         if (tinted) {
           const Int<W> passes = select(walked & Mask<W>(walksFrom(c, depth)), Int<W>(2), Int<W>(1));
-          pack.put(select(staysInside(c, i, wi), Int<W>(0), passes), tinted + rays);
+          pack.put(select(staysInside(c, i, wi) | blocked, Int<W>(0), passes), tinted + rays);
         }
         if (share) pack.put(mis, share + rays);
         // each lane's ray
@@ -591,8 +607,8 @@ class PathLoop {
     if (!rays) return;
     if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
     const ShadowRays shadow{
-        rays,  {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs, tinted, {T[0], T[1], T[2]},
-        spread};
+        rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs, tinted, {T[0], T[1], T[2]},
+        spread, lightOfRay};
     sv_->shadow(g_, depth, &shadow);
     uint32_t m = 0;
     for (uint32_t i = 0; i < entries; i += W) {

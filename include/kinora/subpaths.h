@@ -233,6 +233,18 @@ class Subpaths {
   // the first one.
   const uint16_t* eventsOf(uint32_t slot) const { return events_ + slot * PathVertex::kMostBefore; }
   float factorOf(uint32_t slot, int k) const { return factor_[k][slot]; }
+  // Lanes of light paths that mirrors or lenses send on which do not show their light.
+  Mask<W> unseen(const Slots<W>& s, Int<W> flags) const {
+    alignas(64) uint32_t is[W], slot[W], flag[W];
+    s.s.store(slot);
+    flags.store(flag);
+    for (int l = 0; l < W; ++l) {
+      const uint32_t from = light[slot[l]];
+      const uint32_t hides = flag[l] & kSampleTransmit ? kLightUnseenByLenses : kLightUnseenByMirrors;
+      is[l] = flag[l] & kSampleDiscrete && from < sv_->lightCount && sv_->lightExceptions[from] & hides;
+    }
+    return Int<W>::load(is) != Int<W>(0);
+  }
   // New directions from the points of a context, one each, in memory of the group; slot is kNoLobe where the path
   // ends. Rays, throughputs, states and events are those of the next step.
   // lightParts: light samples that were taken at the points, where media emit.
@@ -270,6 +282,7 @@ class Subpaths {
         if (!depth) t = t * select(isSpecular, s.get(factor_[1]), s.get(factor_[0]));
       }
       Mask<W> on = in & (slot != Int<W>(kNoLobe)) & (pdf > F(0.f)) & (maxComponent(t) > F(0.f));
+      if (traits_ & kTraitLightPath && !depth && sv_->lightExceptions) on = on & !unseen(s, flags);
       if (depth >= roulette_.depth) {
         F r, unused;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
@@ -359,19 +372,22 @@ class Arrivals {
     point_ = make<uint32_t>(rays);
     runs_ = make<ShadowRun>(rays);
     for (uint32_t** x : {&ray_, &slot_, &state_, &light_}) *x = make<uint32_t>(values);
+    lightOfRay_ = make<uint32_t>(rays);
   }
   // The points that follow are this context's.
   void of(const Context& context) { c_ = &context; }
   // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); at most so
   // many values follow that come along it.
-  // spread: LightSamples::spread of a light sample; 0: the vertex's own.
-  void from(uint32_t point, Vec3<1> d, float distance, uint32_t values, float spread = 0) {
+  // spread: LightSamples::spread of a light sample; 0: the vertex's own. light: of a light sample, see
+  // ShadowRays::light.
+  void from(uint32_t point, Vec3<1> d, float distance, uint32_t values, float spread = 0, uint32_t light = kNoLight) {
     if (rays_ == mostRays_ || values_ + values > mostValues_) send();
     leave(Vec3<1>::load(c_->P, point), Vec3<1>::load(c_->Ng, point), Float<1>(c_->bias[point]), d).store(o_, rays_);
     d.store(d_, rays_);
     tMax_[rays_] = distance * 0.99999f - 2 * c_->bias[point];
     time_[rays_] = c_->time[point];
     spread_[rays_] = spread;
+    lightOfRay_[rays_] = light;
     point_[rays_++] = point;
     if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
     runs_[runCount_ - 1].end = rays_;
@@ -385,8 +401,8 @@ class Arrivals {
     light_[values_++] = light;
   }
   // The same for the points i, i + 1, ... of lanes `on`; each lane's ray.
-  Int<W> from(Mask<W> on, uint32_t i, Vec3<W> d, Float<W> distance, uint32_t values,
-              Float<W> spread = Float<W>(0.f)) {
+  Int<W> from(Mask<W> on, uint32_t i, Vec3<W> d, Float<W> distance, uint32_t values, Float<W> spread = Float<W>(0.f),
+              Int<W> light = Int<W>(kNoLight)) {
     if (rays_ + W > mostRays_ || values_ + values * W > mostValues_) send();
     const Float<W> bias = Float<W>::load(c_->bias + i);
     const Packer<W> pack(on);
@@ -395,6 +411,7 @@ class Arrivals {
     pack.put(distance * Float<W>(0.99999f) - (bias + bias), tMax_ + rays_);
     pack.put(Float<W>::load(c_->time + i), time_ + rays_);
     pack.put(spread, spread_ + rays_);
+    pack.put(light, lightOfRay_ + rays_);
     pack.put(Int<W>::lanes(int32_t(i)), point_ + rays_);
     alignas(64) uint32_t ray[W] = {};
     for (uint32_t bits = on.bits(); bits; bits &= bits - 1) ray[__builtin_ctz(bits)] = rays_++;
@@ -426,7 +443,8 @@ class Arrivals {
                             runs_,
                             nullptr,
                             {transmittance_[0], transmittance_[1], transmittance_[2]},
-                            spread_};
+                            spread_,
+                            lightOfRay_};
       sv_->shadow(g_, runs_[0].context->depth, &rays);
       uint32_t n = 0;
       for (uint32_t i = 0; i < values_; i += W) {
@@ -458,7 +476,7 @@ class Arrivals {
   const Context* c_ = nullptr;
   uint32_t mostRays_, mostValues_;
   float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *spread_, *value_[3];
-  uint32_t *point_, *ray_, *slot_, *state_, *light_;
+  uint32_t *point_, *ray_, *slot_, *state_, *light_, *lightOfRay_;
   ShadowRun* runs_;
   uint32_t rays_ = 0, values_ = 0, runCount_ = 0;
 };

@@ -25,8 +25,11 @@ T* grown(Arena& arena, const T* old, uint32_t count, uint32_t room) {
 // How far a ray of the list looks for a light.
 float LightSet::reachOf(const Record& light, bool camera, const RayList& list, uint32_t slot) const {
   if (camera) return list.tHit[slot];
-  const bool inMirrors = light.flags & kSeenByMirrors;
-  if (list.origin && (list.origin[slot] & kFromDiscrete)) return inMirrors ? list.tHit[slot] : 0.f;
+  if (list.origin && (list.origin[slot] & kFromDiscrete)) {
+    const uint32_t seen =
+        list.origin[slot] & kFromTransmission ? kSeenByMirrors | kSeenByLenses : uint32_t(kSeenByMirrors);
+    return (light.flags & seen) == seen ? list.tHit[slot] : 0.f;
+  }
   return light.flags & kCastsShadow ? list.tHit[slot] : INFINITY;
 }
 
@@ -166,7 +169,8 @@ void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayL
   if (w.count + padded(list.count) > w.room) askWaiting(width, arena, !sphere, found);
   const Arena::Mark mark = arena.mark();
   const float* tHit = list.tHit;
-  if (!camera && (l.flags & (kCastsShadow | kSeenByMirrors)) != (kCastsShadow | kSeenByMirrors)) {
+  constexpr uint32_t kPlain = kCastsShadow | kSeenByMirrors | kSeenByLenses;
+  if (!camera && (l.flags & kPlain) != kPlain) {
     uint32_t slots = 0;
     for (uint32_t i = 0; i < list.count; ++i) slots = std::max(slots, list.slots[i] + 1);
     float* reach = arena.make<float>(padded(slots) + kPad);

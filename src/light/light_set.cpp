@@ -81,6 +81,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   std::vector<LightBox3> boxes, cones;
   std::vector<uint32_t> boxed, coned;
   std::vector<double> power;
+  std::vector<bool> emits;
   lights_.reserve(lights.size());
   for (uint32_t i = 0; i < lights.size(); ++i) {
     LightEntry& l = lights[i];
@@ -89,16 +90,26 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     // Of a light from all around some part lies behind every caustic's focus: the variance of what a walk brings is
     // infinite there, and directions that the material draws find it at once.
     const bool isWide = d.isInfinite && !d.isDelta && !(d.cosReach > 0);
-    Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNoFilters, uint16_t(l.kind), 0};
-    r.flags = uint8_t((l.castsShadow ? kCastsShadow : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |
-                      (l.visibility & kLightSeenByMirrors ? kSeenByMirrors : 0) | (d.isDelta ? kDelta : 0) |
-                      (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack) |
-                      (l.isWalkedTo && l.castsShadow && isLit && !isWide ? kWalkedTo : 0));
+    Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNone, kNone, uint16_t(l.kind), 0};
+    const bool isControlled = l.castsShadow && l.shadows.areAny(), isPlain = l.castsShadow && !isControlled;
+    r.flags = uint16_t((isPlain ? kCastsShadow : 0) | (l.castsShadow ? 0 : kShadowless) |
+                       (l.glassBlocks ? kGlassBlocks : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |
+                       (l.visibility & kLightSeenByMirrors ? kSeenByMirrors : 0) |
+                       (l.visibility & kLightSeenByLenses ? kSeenByLenses : 0) | (d.isDelta ? kDelta : 0) |
+                       (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack) |
+                       (l.isWalkedTo && isPlain && isLit && !isWide ? kWalkedTo : 0));
+    if (isControlled) {
+      r.shadows = uint32_t(shadows_.size());
+      shadows_.push_back(l.shadows);
+    }
+    // Light paths would carry light past these shadows, and through filters that know the lit point only.
+    const bool isEmitter = !isControlled && std::all_of(l.filters.begin(), l.filters.end(),
+                                                        [](const LightFilterEntry& f) { return f.isUniform; });
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));
     }
-    hasDistances_ = hasDistances_ || !(r.flags & kCastsShadow);
+    hasDistances_ = hasDistances_ || (r.flags & kShadowless);
     if (isLit && !d.isDelta) {
       isCameraSeen_ = isCameraSeen_ || (r.flags & kSeenByCamera);
       isShadowless_ = isShadowless_ || !(r.flags & kCastsShadow);
@@ -121,6 +132,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     power.push_back(isLit ? std::min(double(descriptions[i].power), 1e24) *
                                 (d.isInfinite ? 3.14159265358979 * double(radius_) * double(radius_) : 1)
                           : -1);
+    emits.push_back(isEmitter);
     lights_.push_back(std::move(r));
   }
   if (boxed.size() <= kMostNear) {
@@ -135,7 +147,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     distant_.insert(distant_.end(), coned.begin(), coned.end());
   else
     directions_ = LightBoxes(cones, coned);
-  emission_ = sharesOf(power);
+  std::vector<double> emitted = power;
+  for (size_t i = 0; i < power.size(); ++i)
+    if (!emits[i]) emitted[i] = -1;
+  emission_ = sharesOf(emitted);
   for (size_t i = 0; i < power.size(); ++i)
     if (!(lights_[i].flags & kWalkedTo)) power[i] = -1;
   if (std::any_of(power.begin(), power.end(), [](double p) { return p >= 0; })) walkedTo_ = sharesOf(power);
@@ -148,7 +163,14 @@ size_t LightSet::bytes() const {
              directions_.bytes() + near_.size() * sizeof(Sphere) +
              (distant_.size() + emission_.size() + walkedTo_.size()) * 4;
   for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
-  return n;
+  return n + shadows_.size() * sizeof(ShadowControls);
+}
+
+uint8_t LightSet::exceptionsOf(uint32_t light) const {
+  const uint16_t flags = lights_[light].flags;
+  return uint8_t((flags & kGlassBlocks ? uint32_t(kLightBlockedByGlass) : 0u) |
+                 (flags & kSeenByMirrors ? 0u : uint32_t(kLightUnseenByMirrors | kLightUnseenByLenses)) |
+                 (flags & kSeenByLenses ? 0u : uint32_t(kLightUnseenByLenses)));
 }
 
 bool LightSet::hasChoice() const { return tree_.topCount() > 1 || tree_.isDeep() || !links_.areAllWhole(); }
@@ -186,7 +208,7 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
   uint32_t* list = arena.make<uint32_t>(padded(count) + kPad);
   uint32_t n = 0;
   for (uint32_t i = 0; i < count; ++i)
-    if (light[i] != kNoLight && lights_[light[i]].filters != kNoFilters) list[n++] = i;
+    if (light[i] != kNoLight && lights_[light[i]].filters != kNone) list[n++] = i;
   if (!n) return;
   std::sort(list, list + n,
             [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
@@ -314,7 +336,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     const bool some = light[i] != kNoLight;
     diffuse[i] = some ? lights_[light[i]].diffuse : 0.f;
     specular[i] = some ? lights_[light[i]].specular : 0.f;
-    if (some && !(lights_[light[i]].flags & kCastsShadow)) distance[i] = 0;
+    if (some && lights_[light[i]].flags & kShadowless) distance[i] = 0;
     if (spread) spread[i] = flags[i] & kSampleDelta ? 0.f : spreadOf(pdf[i]);
     // the choice's probability divides the estimate: discrete lights carry it in pdf too
     if (choice) pdf[i] *= choice[i];

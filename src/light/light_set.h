@@ -7,6 +7,7 @@
 #include <kinora/light.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -26,8 +27,28 @@ struct LightKind {
 
 // Which rays see a light, beside those that its samples stand for.
 enum LightVisibility : uint32_t {
-  kLightSeenByCamera = 1,  // camera rays see it (and stop there)
-  kLightSeenByMirrors = 2  // mirrors and lenses show it
+  kLightSeenByCamera = 1,   // camera rays see it (and stop there)
+  kLightSeenByMirrors = 2,  // mirrors and lenses show it
+  kLightSeenByLenses = 4    // lenses do, where mirrors do
+};
+
+// How a light's shadows are other than that whatever is in the way takes its part of the light. Applied by shade/ to
+// shadow rays and to rays that find the light where its samples could have: both halves of an estimate see the same.
+struct ShadowControls {
+  float color[3] = {0, 0, 0};      // share of what shadows take that is left, by channel
+  float farthest = INFINITY;       // distance from the lit point beyond which nothing casts shadows, render units
+  float fade = 0;                  // over this distance before that shadows fade,
+  float gamma = 1;                 // with this exponent of the distance still to go
+  uint32_t opaque = 0, clear = 0;  // what casts shadows: masks of the world; 0: what does for the lit object's rays
+  bool areAny() const {
+    return color[0] != 0 || color[1] != 0 || color[2] != 0 || farthest < INFINITY || opaque != 0;
+  }
+  // How much of its shadow an occluder casts at a distance.
+  float strengthAt(float distance) const {
+    const float left = farthest - distance;
+    if (!(left > 0)) return 0;
+    return left < fade ? std::pow(left / fade, gamma) : 1.f;
+  }
 };
 
 // One light as the set is given it. `instance` is the plug-in's own data, kept alive by `owner`.
@@ -36,9 +57,11 @@ struct LightEntry {
   std::shared_ptr<void> owner;
   const void* instance = nullptr;
   LightDescription description{};
-  uint32_t visibility = kLightSeenByCamera | kLightSeenByMirrors;
+  uint32_t visibility = kLightSeenByCamera | kLightSeenByMirrors | kLightSeenByLenses;
   uint32_t group = 0;         // light group for path expressions
   bool castsShadow = true;    // false: its samples have distance 0
+  ShadowControls shadows{};   // of a light that casts them
+  bool glassBlocks = false;   // shadow rays do not go straight through glass
   bool isWalkedTo = false;    // manifold walks go to it (cheapCaustics), unless it shines from all around
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;
@@ -54,6 +77,12 @@ class LightSet {
   uint32_t groupOf(uint32_t light) const { return lights_[light].group; }
   const void* instanceOf(uint32_t light) const { return lights_[light].instance; }
   bool castsShadow(uint32_t light) const { return lights_[light].flags & kCastsShadow; }
+  bool hasShadowControls() const { return !shadows_.empty(); }
+  const ShadowControls* shadowControls(uint32_t light) const {  // null: none
+    return lights_[light].shadows == kNone ? nullptr : &shadows_[lights_[light].shadows];
+  }
+  bool doesGlassBlock(uint32_t light) const { return lights_[light].flags & kGlassBlocks; }
+  uint8_t exceptionsOf(uint32_t light) const;  // LightExceptions
   bool isLinked(uint32_t linkSet, uint32_t light) const;
 
   // Where lights are chosen for.
@@ -106,23 +135,25 @@ class LightSet {
   const LightTree& tree() const { return tree_; }
 
  private:
-  enum Flags : uint8_t {
-    kCastsShadow = 1,
+  enum Flags : uint16_t {
+    kCastsShadow = 1,  // whatever is in the way hides it: no controls
     kSeenByCamera = 2,
     kSeenByMirrors = 4,
     kDelta = 8,
     kInfinite = 16,
     kBlack = 32,
-    kWalkedTo = 64
+    kWalkedTo = 64,
+    kShadowless = 128,
+    kGlassBlocks = 256,
+    kSeenByLenses = 512
   };
-  static constexpr uint32_t kNoFilters = 0xffffffffu;
+  static constexpr uint32_t kNone = 0xffffffffu;
   struct Record {
     const void* instance;
     std::shared_ptr<void> owner;
     float diffuse, specular;
-    uint32_t group, filters;  // filters: index, or kNoFilters
-    uint16_t kind;
-    uint8_t flags;
+    uint32_t group, filters, shadows;  // filters, shadows: indices, or kNone
+    uint16_t kind, flags;
   };
   struct Sphere {
     uint32_t light;
@@ -163,6 +194,7 @@ class LightSet {
   std::vector<LightKind> kinds_;
   std::vector<Record> lights_;
   std::vector<std::vector<LightFilterEntry>> filters_;
+  std::vector<ShadowControls> shadows_;
   LightTree tree_;
   LinkSets links_;
   std::vector<Sphere> near_;       // lights that rays can hit, while they are few
@@ -174,7 +206,7 @@ class LightSet {
   std::array<float, 3> center_;
   float radius_;
   bool isCameraSeen_ = false;  // some light that rays can hit
-  bool isShadowless_ = false;  // of those, some light that nothing hides
+  bool isShadowless_ = false;  // of those, some light that is met behind what is in the way
   bool hasDistances_ = false;  // some light at all that nothing hides: its distance is not a shadow ray's
 };
 

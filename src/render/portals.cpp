@@ -30,8 +30,26 @@ scene::NodePtr shownBy(const scene::Light& portal, const scene::Light& dome) {
     node->params.set(q);
   };
   take("lightColorMap", "domeColorMap");
-  for (const char* same : {"intensity", "exposure", "lightColor", "enableTemperature", "temperature", "specular",
-                           "diffuse", "colorMapGamma", "colorMapSaturation", "lightGroup", "enableShadows"})
+  for (const char* same : {"intensity",
+                           "exposure",
+                           "lightColor",
+                           "enableTemperature",
+                           "temperature",
+                           "specular",
+                           "diffuse",
+                           "colorMapGamma",
+                           "colorMapSaturation",
+                           "lightGroup",
+                           "enableShadows",
+                           "shadowColor",
+                           "shadowDistance",
+                           "shadowFalloff",
+                           "shadowFalloffGamma",
+                           "shadowSubset",
+                           "shadowExcludeSubset",
+                           "traceLightPaths",
+                           "thinShadow",
+                           "visibleInRefractionPath"})
     take(same, same);
   if (!node->params.find("portalToDome")) {
     const scene::Matrix m = portal.toWorld.at(0) * dome.toWorld.at(0).inverse();

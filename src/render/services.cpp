@@ -288,15 +288,19 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   camera.toRender[camera.toRender.size() / 2].point(eye, s.cameraCenter);
   s.pixelSize = float(camera.pixelSize);
   s.pixelAngle = float(camera.pixelAngle);
-  bool isWalkedTo = false;
+  bool isWalkedTo = false, areExceptions = false;
   for (uint32_t i = 0; i < world.lights->size(); ++i) {
     ends_.push_back(uint16_t(world.lights->groupOf(i)));
     walkedTo_.push_back(world.lights->isWalkedTo(i));
     isWalkedTo = isWalkedTo || walkedTo_.back();
+    exceptions_.push_back(world.lights->exceptionsOf(i));
+    areExceptions = areExceptions || exceptions_.back();
   }
   s.walkBoundCount = isWalkedTo ? uint32_t(world.walkBounds.size()) : 0;
   s.walkBounds = world.walkBounds.data();
   s.lightWalks = walkedTo_.data();
+  s.lightExceptions = areExceptions ? exceptions_.data() : nullptr;
+  s.hasShadowControls = world.lights->hasShadowControls();
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;
   // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)

@@ -139,8 +139,9 @@ class Worker {
   std::vector<uint16_t> setOf_;
   std::vector<uint32_t> first_;
   uint32_t endCount_ = 1, perKind_ = 0;
-  std::vector<uint16_t> ends_;     // by light
-  std::vector<uint8_t> walkedTo_;  // by light, see Services::lightWalks
+  std::vector<uint16_t> ends_;       // by light
+  std::vector<uint8_t> exceptions_;  // by light, see Services::lightExceptions
+  std::vector<uint8_t> walkedTo_;    // by light, see Services::lightWalks
   std::unique_ptr<MarkedChannels> marks_;
   std::function<float*(int)> recordAt_;
   std::vector<int> splatChannels_;

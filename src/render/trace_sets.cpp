@@ -83,7 +83,8 @@ std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* n
 }
 
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
-              std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics) {
+              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
+              Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
   for (size_t k = 0; k < flat.kinds.size(); ++k) {
@@ -120,7 +121,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
     for (const SetKind& k : kKinds) any |= a->named.find(k.subset) || a->named.find(k.exclude);
   }
   const std::map<std::string, SetAsker> byText = setsByText(materials, askers);
-  if (!any && byText.empty()) return sight;
+  if (!any && byText.empty() && ofLights.empty()) return sight;
   const auto isTooMany = [&](uint32_t more) {
     if (nextBit + more <= 32) return false;
     if (!tooMany)
@@ -190,6 +191,25 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
     if (isTooMany(1)) break;
     sight.byText[text] = 1u << nextBit++;
     subsets.push_back(std::move(s));
+  }
+  for (const ShadowSubset& l : ofLights) {
+    Subset s{kOfShadows, groupNames(l.subset), groupNames(l.exclude), nextBit};
+    if (s.names.empty() && s.exclude.empty()) continue;
+    for (const auto* list : {&s.names, &s.exclude})
+      for (const std::string& n : *list) warnOfMissing(n, l.pos, l.who);
+    const auto [it, fresh] = known.try_emplace({std::to_string(kOfShadows), l.subset, l.exclude}, nextBit);
+    if (fresh) {
+      if (isTooMany(kKinds[kOfShadows].bits)) {
+        it->second = 0;
+        continue;
+      }
+      nextBit += kKinds[kOfShadows].bits;
+      subsets.push_back(std::move(s));
+    }
+    if (!it->second) continue;
+    shade::TraceSet& set = sight.ofLights[{l.subset, l.exclude}];
+    set.opaqueShadow = 1u << it->second;
+    set.clearShadow = 2u << it->second;
   }
   // shapes take part as far as their visibility lets them; placements are members
   const auto bitsOf = [](const Subset& s, uint32_t visibility) {

@@ -10,6 +10,7 @@
 #include "base/diagnostics.h"
 #include "render/camera.h"
 #include "render/flat_scene.h"
+#include "render/light_shadows.h"
 #include "render/meshes.h"
 #include "render/statistics.h"
 #include "shade/group.h"
@@ -21,6 +22,7 @@ struct Sight {
   std::vector<uint32_t> ofShape, ofKind;  // VisibilityBits, and a bit for each subset
   std::vector<shade::TraceSet> sets;      // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
+  ShadowSets ofLights;                                  // those that there was no room for are not there
 };
 // A plug-in that names groups of objects in a parameter declared with Param::traceSet().
 struct SetAsker {
@@ -31,7 +33,8 @@ struct SetAsker {
 std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* node);
 // Sets `traceSet` of each of `infos`; their materials are set. `askers`: beside those among the materials.
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
-              std::vector<shade::PlacementInfo>& infos, Diagnostics& diagnostics);
+              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
+              Diagnostics& diagnostics);
 
 class TraceStage {
  public:

@@ -202,7 +202,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
                        sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping,
                        !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
                       next->placements, rebuilt);
-  Sight sight = sightOf(*flat_, *next->materials, askers, next->placements, diagnostics_);
+  Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements, diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
     if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
@@ -213,9 +213,9 @@ bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<c
   next->fillTables();
   media_.make(flat_, meshes_, *next,
               {camera_, registry_, host(), *volumes_, contents_, diagnostics_, settings_.stop});
-  next->lights =
-      lights_.make(scene, sources, links, {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths},
-                   *next, rebuilt);
+  next->lights = lights_.make(
+      scene, sources, links,
+      {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths, sight.ofLights}, *next, rebuilt);
   count(scene, *next, statistics);
   shading_ = std::move(next);
   statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

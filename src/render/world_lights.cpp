@@ -301,7 +301,8 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     e.visibility = 0;
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
-    e.castsShadow = l.node->params.getInt("enableShadows", 1) != 0;
+    if (l.node->params.getInt("visibleInRefractionPath", 1)) e.visibility |= light::kLightSeenByLenses;
+    setShadows(*l.node, tools.shadowSets, tools.diagnostics, e);
     e.isWalkedTo = l.node->params.getInt("cheapCaustics", 0) != 0 && declares(*d, "cheapCaustics");
     e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
     c.names.push_back(namesOf(l));
@@ -365,8 +366,11 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     const light::LightEntry& e = chosen.entries[i];
     for (const uint64_t w : {chosen.serials[i], uint64_t(e.kind), uint64_t(e.group),
                              uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9 |
-                                      uint32_t(e.isWalkedTo) << 10)})
+                                      uint32_t(e.isWalkedTo) << 10 | uint32_t(e.glassBlocks) << 11)})
       h.word(w);
+    const light::ShadowControls& s = e.shadows;
+    for (const float x : {s.color[0], s.color[1], s.color[2], s.farthest, s.fade, s.gamma}) h.bytes(&x, sizeof x);
+    h.word(uint64_t(s.opaque) << 32 | s.clear);
   }
   h.word(sets.size());
   for (const auto& set : sets) h.bytes(set.data(), set.size() * sizeof(uint32_t));

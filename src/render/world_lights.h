@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "render/camera.h"
 #include "render/flat_scene.h"
+#include "render/light_shadows.h"
 #include "render/statistics.h"
 
 namespace kinora::render {
@@ -45,6 +46,7 @@ class Lights {
     const Host& host;
     const CameraState& camera;
     const film::LightPaths& paths;
+    const ShadowSets& shadowSets;
   };
   // Of the world that `world` holds by now; sets what it says of link sets. `sources` as above.
   std::shared_ptr<const light::LightSet> make(const scene::Scene& scene, const std::vector<scene::Light>& sources,

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "shade/context_host.h"
+#include "shade/light_shadows.h"
 
 namespace kinora::shade {
 
@@ -67,7 +68,7 @@ struct GroupState::ClearSurfaces {
 GroupState::ClearSurfaces GroupState::nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open) {
   const trace::World& w = *world_.world;
   uint32_t going = 0;
-  if (w.hasUserGeometry() || ListHost::of(list).left.traceSet) {
+  if (w.hasUserGeometry() || ListHost::of(list).left.traceSet || ListHost::of(list).clearMask) {
     closest(list, openCount, open);
     for (uint32_t i = 0; i < openCount; ++i)
       if (!std::isinf(list.hits.t[open[i]])) open[going++] = open[i];
@@ -103,12 +104,19 @@ GroupState::ClearSurfaces GroupState::nextClearSurfaces(RayList& list, uint32_t&
 }
 
 // Shadow rays that nothing opaque blocks go through what lets light pass.
-void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked) {
+void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked,
+                                  const ControlledShadows* controls) {
   const uint32_t n = rays.count;
   RayList& list = *makeRays(n);
   ListHost& host = ListHost::of(list);
   host.kind = RayKind::Transmission;
   host.left.media = nullptr;  // straight rays know no media
+  float* passed = nullptr;    // of controlled shadows, which know distances
+  if (controls) {
+    host.clearMask = controls->clear;
+    passed = arena_.make<float>(padded(n));
+    std::fill_n(passed, n, 0.f);
+  }
   copyRays(rays, list);
   for (uint32_t i = 0; i < n; ++i) list.rays.spread[i] = spreadAlong(rays, i, list.rays.spread[i]);
   uint32_t* open = arena_.make<uint32_t>(padded(n));
@@ -137,7 +145,10 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
         for (int q = 0; q < 3; ++q) {
           const bool isTinted = keep[q] && (rays.tinted[s] == 1 || (rays.tinted[s] && !(x->traits & kTraitWalkable)));
           const float pass1 = (1.f - presence[i]) + (isTinted ? presence[i] * keep[q][i] : 0.f);
-          rays.transmittance[q][s] *= std::clamp(pass1, 0.f, 1.f);
+          float passes = std::clamp(pass1, 0.f, 1.f);
+          if (controls && controls->of[s])
+            passes = 1 - (1 - passes) * controls->of[s]->strengthAt(passed[s] + met.list->hits.t[x->path[i]]);
+          rays.transmittance[q][s] *= passes;
         }
       }
     }
@@ -148,7 +159,7 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
         open[lit++] = s;
     }
     k = lit;
-    passThrough(list, k, open, nullptr);
+    passThrough(list, k, open, passed);
   }
   counters.endlessRays += k;
   for (uint32_t i = 0; i < k; ++i)

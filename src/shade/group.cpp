@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "shade/clock.h"
+#include "shade/closest_by_mask.h"
 #include "shade/context_host.h"
 #include "shade/passed_rays.h"
 
@@ -234,7 +235,10 @@ bool GroupState::averted(const RayList& list, uint32_t s) const {
 void GroupState::closest(RayList& list, uint32_t n, const uint32_t* entries) {
   const trace::World& w = *world_.world;
   const ListHost& host = ListHost::of(list);
-  if (host.kind == RayKind::Transmission)
+  if (host.clearMask)
+    closestByMask(
+        list, [&](uint32_t entry) { return host.clearMask[entry]; }, n, entries);
+  else if (host.kind == RayKind::Transmission)
     host.left.traceSet ? closestInSets(list, true, n, entries)
                        : w.closest(list.rays, list.hits, trace::kSeenByClearShadow, n, entries);
   else if (host.kind == RayKind::Camera)
@@ -254,6 +258,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
   ListHost& host = ListHost::of(list);
   Hits& hits = list.hits;
   host.kind = kind;
+  host.depth = depth;
   if (listener) listener->closest(kind, depth, list.rays, n, entries);
   if (kind == RayKind::Camera && &list == &group_.paths && n == group_.count && n % 16 == 0)
     world_.world->closestCamera(list.rays, hits, n, {&world_.samples, list.sampleSeed, list.sampleIndex});

@@ -150,7 +150,10 @@ struct ListHost {
   // Lists that stand for records of vertices: rays.o is the vertex itself, `left` its own state, and this the
   // distance from where its ray began. Null: rays as they were traced.
   const float* reach = nullptr;
-  uint32_t seen = 0;  // mask of what the rays see; 0: what those of their kind see that leave their vertices
+  // Of shadow rays of lights with controls: masks, by entry, of what lets part of their light through.
+  const uint32_t* clearMask = nullptr;
+  uint32_t depth = 0;  // of the rays traced last
+  uint32_t seen = 0;   // mask of what the rays see; 0: what those of their kind see that leave their vertices
   // Of rays traced last, with media: the surface that would have been hit, where a medium ended the ray before, and
   // what the media behind surfaces have let through to where it ended. Null without.
   float* surfaceT = nullptr;
@@ -278,10 +281,24 @@ class GroupState {
   VertexState makeState(uint32_t n);
   // trace_sets.cpp; worlds with traceSets or hasHoles only.
   uint32_t maskOf(const RayList& list, uint32_t entry, bool clearShadow) const;
+  template <class MaskOf>
+  void closestByMask(const RayList& list, const MaskOf& maskOf, uint32_t n, const uint32_t* entries);
   void closestInSets(const RayList& list, bool clearShadow, uint32_t n, const uint32_t* entries);
   // `clear`: by shapes that let part of the light through as well.
   void occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked,
                       bool clear = false);
+  // By ray what is asked for.
+  void occludedByMask(const ShadowRays& rays, const uint32_t* mask, const float* radius, const float* spread,
+                      uint32_t* blocked);
+  // Footprints by which shadow rays meet geometry of several resolutions; false: there is none.
+  bool findFootprints(const ShadowRays& rays, float** radius, float** spread);
+  // What surfaces let through, by ray.
+  void shadowOfSurfaces(uint32_t depth, const ShadowRays& rays);
+  // light_shadows.cpp; of lights with controls.
+  struct ControlledShadows;
+  void controlShadows(uint32_t depth, const ShadowRays& rays);
+  void fadeShadows(const ShadowRays& rays, const ControlledShadows& controls, uint32_t* blocked);
+  void shadowLightHits(const RayList& list, LightHits* hits);
   void endAtHoles(const RayList& list, uint32_t n, const uint32_t* entries);
   void dropLightsBehindHoles(LightHits* l);
   // shadow_terminator.cpp; worlds with movesShadowOrigins only.
@@ -293,7 +310,8 @@ class GroupState {
   void occluded(const ShadowRays& rays, uint32_t* blocked, bool clear = false);
   // clear_shadows.cpp
   static void copyRays(const ShadowRays& rays, RayList& list);
-  void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked);
+  void walkClearShadows(uint32_t depth, const ShadowRays& rays, const uint32_t* blocked,
+                        const ControlledShadows* controls = nullptr);
   struct ClearSurfaces;
   ClearSurfaces nextClearSurfaces(RayList& list, uint32_t& openCount, uint32_t* open);
   RayList& raysOfHits(const RayList& from, uint32_t n, const trace::World::CollectedHit* hits);

@@ -114,6 +114,7 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
         host.surfaceT[out->slot[i]] = out->t[i];
         if (list.hits.t[out->slot[i]] > out->t[i]) list.hits.t[out->slot[i]] = INFINITY;
       }
+  if (out->count && world_.lights->hasShadowControls() && kind != RayKind::Camera) shadowLightHits(list, out);
   if (out->count && (world_.space || host.absorbed[0])) thinOutLights(list, out);
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths && out->count) dropLightsBehindHoles(out);
 }
@@ -191,26 +192,32 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(rays).left.lightN[k];
   world_.lights->hits(world_.width, arena_, false, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
-    return world_.lights->castsShadow(out->light[i]) && out->t[i] > rays.hits.t[out->slot[i]];
+    const light::LightSet& lights = *world_.lights;
+    return lights.castsShadow(out->light[i]) && !lights.doesGlassBlock(out->light[i]) &&
+           out->t[i] > rays.hits.t[out->slot[i]];
   });
+}
+
+bool GroupState::findFootprints(const ShadowRays& rays, float** radius, float** spread) {
+  if (!world_.world->hasUserGeometry()) return false;
+  // footprints where the rays begin choose the level
+  float* at = *radius = arena_.make<float>(padded(rays.count));
+  float* growth = *spread = arena_.make<float>(padded(rays.count));
+  forEachRun(rays, [&](const ShadowRun& run, const VertexState&, uint32_t first) {
+    const float* r = run.context ? run.context->radius : run.list->rays.radius;
+    const float* s = run.context ? run.context->spread : run.list->rays.spread;
+    for (uint32_t i = first; i < run.end; ++i) {
+      at[i] = r[rays.point[i]];
+      growth[i] = spreadAlong(rays, i, s[rays.point[i]]);
+    }
+  });
+  return true;
 }
 
 void GroupState::occluded(const ShadowRays& rays, uint32_t* blocked, bool clear) {
   const trace::World& w = *world_.world;
   float *radius = nullptr, *spread = nullptr;
-  if (w.hasUserGeometry()) {
-    // footprints where the rays begin choose the level
-    radius = arena_.make<float>(padded(rays.count));
-    spread = arena_.make<float>(padded(rays.count));
-    forEachRun(rays, [&](const ShadowRun& run, const VertexState&, uint32_t first) {
-      const float* r = run.context ? run.context->radius : run.list->rays.radius;
-      const float* s = run.context ? run.context->spread : run.list->rays.spread;
-      for (uint32_t i = first; i < run.end; ++i) {
-        radius[i] = r[rays.point[i]];
-        spread[i] = spreadAlong(rays, i, s[rays.point[i]]);
-      }
-    });
-  }
+  findFootprints(rays, &radius, &spread);
   if (!world_.traceSets.empty())
     occludedInSets(rays, radius, spread, blocked, clear);
   else
@@ -233,14 +240,22 @@ void GroupState::shadow(uint32_t depth, const ShadowRays* rays) {
   counters.shadowRays += n;
   if (listener) listener->shadow(depth, *rays);
   const Clock clock(counters.nanoseconds[kTimeTraceShadow]);
-  uint32_t* blocked = arena_.make<uint32_t>(padded(n));
-  occluded(*rays, blocked);
-  for (uint32_t i = 0; i < n; ++i) {
-    const float t = blocked[i] ? 0.f : 1.f;
-    for (int c = 0; c < 3; ++c) rays->transmittance[c][i] = t;
-  }
-  if (world_.world->hasClearShadows()) walkClearShadows(depth, *rays, blocked);
+  shadowOfSurfaces(depth, *rays);
   if (world_.space) thinOutShadows(depth, *rays);
+}
+
+void GroupState::shadowOfSurfaces(uint32_t depth, const ShadowRays& rays) {
+  if (rays.light && world_.lights->hasShadowControls()) {
+    controlShadows(depth, rays);
+    return;
+  }
+  uint32_t* blocked = arena_.make<uint32_t>(padded(rays.count));
+  occluded(rays, blocked);
+  for (uint32_t i = 0; i < rays.count; ++i) {
+    const float t = blocked[i] ? 0.f : 1.f;
+    for (int c = 0; c < 3; ++c) rays.transmittance[c][i] = t;
+  }
+  if (world_.world->hasClearShadows()) walkClearShadows(depth, rays, blocked);
 }
 
 }  // namespace kinora::shade

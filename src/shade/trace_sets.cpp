@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "shade/closest_by_mask.h"
 #include "shade/context_host.h"
 #include "shade/keep_light_hits.h"
 
@@ -19,39 +20,38 @@ uint32_t GroupState::maskOf(const RayList& list, uint32_t entry, bool clearShado
 }
 
 void GroupState::closestInSets(const RayList& list, bool clearShadow, uint32_t n, const uint32_t* entries) {
-  // one call for each mask among the rays; a ray's answer does not depend on the others of its call
-  uint32_t* open = arena_.make<uint32_t>(padded(n));
-  uint32_t* same = arena_.make<uint32_t>(padded(n));
-  std::copy_n(entries, n, open);
-  while (n) {
-    const uint32_t mask = maskOf(list, open[0], clearShadow);
-    uint32_t rest = 0, count = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      if (maskOf(list, open[i], clearShadow) == mask)
-        same[count++] = open[i];
-      else
-        open[rest++] = open[i];
-    }
-    world_.world->closest(list.rays, list.hits, mask, count, same);
-    n = rest;
-  }
+  closestByMask(
+      list, [&](uint32_t entry) { return maskOf(list, entry, clearShadow); }, n, entries);
 }
 
 void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, const float* spread, uint32_t* blocked,
                                 bool clear) {
-  const uint32_t n = rays.count, m = padded(n);
+  uint32_t* mask = arena_.make<uint32_t>(padded(rays.count));
+  forEachRun(rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
+    for (uint32_t i = first; i < run.end; ++i) {
+      const TraceSet& set = world_.traceSets[left.traceSet[rays.point[i]]];
+      mask[i] = set.opaqueShadow | (clear ? set.clearShadow : 0u);
+    }
+  });
+  occludedByMask(rays, mask, radius, spread, blocked);
+}
+
+void GroupState::occludedByMask(const ShadowRays& rays, const uint32_t* mask, const float* radius,
+                                const float* spread, uint32_t* blocked) {
+  const uint32_t m = padded(rays.count);
   float* x[10];
   for (float*& a : x) a = arena_.make<float>(m);
-  uint32_t* list = arena_.make<uint32_t>(m);
-  uint32_t* answer = arena_.make<uint32_t>(m);
-  uint32_t* setOf = arena_.make<uint32_t>(m);
-  forEachRun(rays, [&](const ShadowRun& run, const VertexState& left, uint32_t first) {
-    for (uint32_t i = first; i < run.end; ++i) setOf[i] = left.traceSet[rays.point[i]];
-  });
-  for (const TraceSet& set : world_.traceSets) {
-    uint32_t k = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      if (&world_.traceSets[setOf[i]] != &set) continue;
+  uint32_t *list = arena_.make<uint32_t>(m), *answer = arena_.make<uint32_t>(m), *open = arena_.make<uint32_t>(m);
+  for (uint32_t i = 0; i < rays.count; ++i) open[i] = i;
+  for (uint32_t n = rays.count; n;) {
+    const uint32_t asked = mask[open[0]];
+    uint32_t k = 0, rest = 0;
+    for (uint32_t j = 0; j < n; ++j) {
+      const uint32_t i = open[j];
+      if (mask[i] != asked) {
+        open[rest++] = i;
+        continue;
+      }
       for (int c = 0; c < 3; ++c) {
         x[c][k] = rays.o[c][i];
         x[3 + c][k] = rays.d[c][i];
@@ -64,10 +64,9 @@ void GroupState::occludedInSets(const ShadowRays& rays, const float* radius, con
       }
       list[k++] = i;
     }
-    if (!k) continue;
+    n = rest;
     const float *o[3] = {x[0], x[1], x[2]}, *d[3] = {x[3], x[4], x[5]};
-    world_.world->occluded(k, o, d, x[6], x[7], set.opaqueShadow | (clear ? set.clearShadow : 0u), answer,
-                           radius ? x[8] : nullptr, radius ? x[9] : nullptr);
+    world_.world->occluded(k, o, d, x[6], x[7], asked, answer, radius ? x[8] : nullptr, radius ? x[9] : nullptr);
     for (uint32_t i = 0; i < k; ++i) blocked[list[i]] = answer[i];
   }
 }

@@ -375,7 +375,7 @@ class Vcm {
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.radiance, i) *
                                (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
       const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount,
-                                        ls.spread ? F::load(ls.spread + i) : F(0.f));
+                                        ls.spread ? F::load(ls.spread + i) : F(0.f), Int<W>::load(ls.light + i));
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
         Vec3<W> v = arriving * Vec3<W>::load(e.weight[l], i) * factor;
