@@ -75,7 +75,8 @@ inline constexpr std::array kShaping = {
         .help("1: the mean of the factor over all directions is 1."),
     param::number("intensityNearDist", 0.f)
         .range(0, 10)
-        .help("No effect yet: distance below which brightness stops rising."),
+        .help("World units: nearer to the light than this its brightness rises no more (a factor of the squared "
+              "distance over this one's square, not where the camera sees the light)."),
 };
 inline constexpr std::array kControl = {
     param::integer("enableShadows", 1)

@@ -75,7 +75,7 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
   float* radiance[3] = {floats(), floats(), floats()};
   emitFrom(width, arena, n, chosen, u, time, {o, d, N, radiance, pdfPosition, pdfDirection});
   // a factor that depends on the lit point is not known yet
-  filterRadiance(width, arena, n, chosen, o, d, time, time, radiance, true);
+  filterRadiance(width, arena, n, chosen, o, d, time, time, nullptr, radiance, FilterUse::EmittedRays);
   for (uint32_t i = 0; i < n; ++i) {
     light[i] = chosen[i];
     flags[i] = endFlags(chosen[i]);

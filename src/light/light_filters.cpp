@@ -22,25 +22,47 @@ LightFilters::LightFilters(Arena& arena, uint32_t most) {
 }
 
 void LightFilters::apply(uint32_t width, const std::vector<LightFilterEntry>& filters, uint32_t count,
-                         const uint32_t* list, float* const value[3], bool uniformOnly) const {
+                         const uint32_t* list, float* const value[3], FilterUse use) const {
   for (size_t f = 0, end; f < filters.size(); f = end) {
     bool isUniform = filters[f].isUniform;
     // those that multiply do so one by one
     const bool isAlone = filters[f].mode == LightFilterMode::Multiply;
     for (end = f + 1; !isAlone && end < filters.size() && filters[end].group == filters[f].group; ++end)
       isUniform &= filters[end].isUniform;
-    if (uniformOnly && !isUniform) continue;
+    if (use.by == FilterUse::EmittedRays && !isUniform) continue;
+    bool isFirst = true;
     for (size_t g = f; g < end; ++g) {
-      float* const* to = g == f ? group_ : factor_;
+      if (!use.has(filters[g])) continue;
+      float* const* to = isFirst ? group_ : factor_;
       const LightFilterArgs a{count, {in[0], in[1], in[2]}, {in[3], in[4], in[5]}, in[6],
                               in[7], {to[0], to[1], to[2]}};
       filters[g].byWidth[width]->factor(filters[g].instance, &a);
-      if (g != f)
-        for (int c = 0; c < 3; ++c) combine(filters[f].mode, count, factor_[c], group_[c]);
+      for (int c = 0; c < 3 && !isFirst; ++c) combine(filters[f].mode, count, factor_[c], group_[c]);
+      isFirst = false;
     }
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3 && !isFirst; ++c)
       for (uint32_t i = 0; i < count; ++i) value[c][list[i]] *= group_[c][i];
   }
+}
+
+static void nearDistanceFactor(const void* filter, const LightFilterArgs* a) {
+  const float nearest = *static_cast<const float*>(filter);
+  for (uint32_t i = 0; i < a->count; ++i) {
+    const float part = std::min(a->distance[i] / nearest, 1.f);
+    for (float* f : a->factor) f[i] = part * part;
+  }
+}
+
+LightFilterEntry nearDistanceFilter(float nearest) {
+  static constexpr LightFilterFunctions kFunctions{&nearDistanceFactor};
+  LightFilterEntry e;
+  for (const uint32_t width : {1u, 4u, 8u, 16u}) e.byWidth[width] = &kFunctions;
+  const auto data = std::make_shared<float>(nearest);
+  e.owner = data;
+  e.instance = data.get();
+  e.group = ~0u;
+  e.isSeen = false;
+  return e;
 }
 
 }  // namespace kinora::light

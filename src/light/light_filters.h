@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/arena.h"
@@ -23,7 +24,23 @@ struct LightFilterEntry {
   // Neighbours of one group combine in its mode; groups multiply.
   LightFilterMode mode = LightFilterMode::Multiply;
   uint32_t group = 0;
+  bool isSeen = true;         // false: the light is without it where the camera sees it
+  std::string linkingGroups;  // read while lights are made; linked filters are on some objects only:
+  uint32_t link = kNoLink;    // bit of what FilterUse says of the lit object
+  static constexpr uint32_t kNoLink = 64;
 };
+
+// Of which of a light's filters a call asks.
+struct FilterUse {
+  enum By : uint8_t { LitPoints, Camera, EmittedRays } by = LitPoints;  // emitted rays know of uniform ones only
+  uint64_t links = ~0ull;
+  bool has(const LightFilterEntry& f) const {
+    return (by != Camera || f.isSeen) && (f.link >= LightFilterEntry::kNoLink || links >> f.link & 1);
+  }
+};
+
+// Below a distance from the light its brightness rises no more: the factor (distance / nearest)^2, at most 1.
+LightFilterEntry nearDistanceFilter(float nearest);
 
 class LightFilters {
  public:
@@ -32,7 +49,7 @@ class LightFilters {
   float* in[8];
   // Multiplies value[c][list[i]], for the i-th point.
   void apply(uint32_t width, const std::vector<LightFilterEntry>& filters, uint32_t count, const uint32_t* list,
-             float* const value[3], bool uniformOnly) const;
+             float* const value[3], FilterUse use) const;
 
  private:
   float *factor_[3], *group_[3];

@@ -67,7 +67,8 @@ struct LightSet::Found {
 };
 
 // Asks whether the waiting rays hit their lights, and of those that do what they bring.
-void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const {
+void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayList& list, bool areInfinite,
+                          Found& found) const {
   Found::Waiting& w = found.waiting;
   uint32_t n = w.count;
   w.count = 0;
@@ -145,7 +146,10 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found&
         far = arena.make<float>(padded(n) + kPad);
         std::fill_n(far, padded(n), INFINITY);
       }
-      filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, radiance, false);
+      uint32_t* set = list.linkSet && !filterLinks_.empty() ? arena.make<uint32_t>(n) : nullptr;
+      for (uint32_t i = 0; set && i < n; ++i) set[i] = list.linkSet[list.slots[w.ray[i]]];
+      filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, set, radiance,
+                     camera ? FilterUse::Camera : FilterUse::LitPoints);
     }
     for (uint32_t i = 0; i < n; ++i) {
       if (areInfinite && radiance[0][i] == 0 && radiance[1][i] == 0 && radiance[2][i] == 0) continue;
@@ -166,7 +170,7 @@ void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayL
   const Record& l = lights_[light];
   if (camera && !(l.flags & kSeenByCamera)) return;
   Found::Waiting& w = found.waiting;
-  if (w.count + padded(list.count) > w.room) askWaiting(width, arena, !sphere, found);
+  if (w.count + padded(list.count) > w.room) askWaiting(width, arena, camera, list, !sphere, found);
   const Arena::Mark mark = arena.mark();
   const float* tHit = list.tHit;
   constexpr uint32_t kPlain = kCastsShadow | kSeenByMirrors | kSeenByLenses;
@@ -208,7 +212,7 @@ void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayLi
     const uint32_t s = list.slots[i];
     const float reach = reachOf(lights_[l], camera, list, s);
     if (isInfinite ? !(reach > kBeyond) : !(reach > 0)) return;
-    if (w.count == w.room) askWaiting(width, arena, isInfinite, found);
+    if (w.count == w.room) askWaiting(width, arena, camera, list, isInfinite, found);
     for (int c = 0; c < 3; ++c) {
       w.o[c][w.count] = list.rays->o[c][s];
       w.d[c][w.count] = list.rays->d[c][s];
@@ -225,7 +229,7 @@ void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayLi
     const float limit = isShadowless_ && !camera ? most : std::min(list.tHit[s], most);
     boxes_.pass(o, d, limit, [&](uint32_t l) { wait(i, l, most, false); });
   }
-  askWaiting(width, arena, false, found);
+  askWaiting(width, arena, camera, list, false, found);
   for (const uint32_t l : distant_) addNearRays(width, arena, camera, list, l, nullptr, found);
   for (uint32_t i = 0; i < list.count && !directions_.isEmpty(); ++i) {
     const uint32_t s = list.slots[i];
@@ -234,7 +238,7 @@ void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayLi
     const float d[3] = {list.rays->d[0][s], list.rays->d[1][s], list.rays->d[2][s]};
     directions_.pass(d, d, 0, [&](uint32_t l) { wait(i, l, list.rays->tMax[s], true); });
   }
-  askWaiting(width, arena, true, found);
+  askWaiting(width, arena, camera, list, true, found);
 }
 
 void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {

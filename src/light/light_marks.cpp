@@ -26,7 +26,7 @@ void markValues(const MarkEntry& m, uint32_t width, Arena& arena, const Context*
       of.in[6][i] = length;
       of.in[7][i] = c->time[e];
     }
-    of.apply(width, m.filters, c->count, all, out, false);
+    of.apply(width, m.filters, c->count, all, out, {});
   }
   for (int k = 0; k < 3; ++k)
     for (uint32_t i = 0; i < c->count; ++i)

@@ -65,8 +65,12 @@ std::vector<float> sharesOf(const std::vector<double>& power) {
 }  // namespace
 
 LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
-                   const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius)
-    : kinds_(std::move(kinds)), center_{worldCenter[0], worldCenter[1], worldCenter[2]}, radius_(worldRadius) {
+                   const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius,
+                   std::vector<uint64_t> filterLinks)
+    : kinds_(std::move(kinds)),
+      filterLinks_(std::move(filterLinks)),
+      center_{worldCenter[0], worldCenter[1], worldCenter[2]},
+      radius_(worldRadius) {
   held_.set(lights.size() * (sizeof(Record) + 2 * sizeof(TreeNode)));  // the rest is known at the end
   std::vector<LightDescription> descriptions;
   descriptions.reserve(lights.size());
@@ -103,8 +107,9 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
       shadows_.push_back(l.shadows);
     }
     // Light paths would carry light past these shadows, and through filters that know the lit point only.
-    const bool isEmitter = !isControlled && std::all_of(l.filters.begin(), l.filters.end(),
-                                                        [](const LightFilterEntry& f) { return f.isUniform; });
+    const bool isEmitter =
+        !isControlled && std::all_of(l.filters.begin(), l.filters.end(),
+                                     [](const LightFilterEntry& f) { return f.isUniform && f.link == f.kNoLink; });
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));
@@ -203,20 +208,28 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
 // Multiplies radiance by the lights' filters: the same numbers for a sample and for a ray that met the light.
 void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, const uint32_t* light,
                               const float* const P[3], const float* const wi[3], const float* distance,
-                              const float* time, float* const radiance[3], bool uniformOnly) const {
+                              const float* time, const uint32_t* linkSet, float* const radiance[3],
+                              FilterUse::By by) const {
   if (filters_.empty()) return;
   uint32_t* list = arena.make<uint32_t>(padded(count) + kPad);
   uint32_t n = 0;
   for (uint32_t i = 0; i < count; ++i)
     if (light[i] != kNoLight && lights_[light[i]].filters != kNone) list[n++] = i;
   if (!n) return;
-  std::sort(list, list + n,
-            [&](uint32_t a, uint32_t b) { return light[a] != light[b] ? light[a] < light[b] : a < b; });
+  const auto linksOf = [&](uint32_t e) {
+    return filterLinks_.empty() || by == FilterUse::Camera ? ~0ull : filterLinks_[linkSet ? linkSet[e] : 0];
+  };
+  std::sort(list, list + n, [&](uint32_t a, uint32_t b) {
+    if (light[a] != light[b]) return light[a] < light[b];
+    const uint64_t of[2] = {linksOf(a), linksOf(b)};
+    return of[0] != of[1] ? of[0] < of[1] : a < b;
+  });
   const LightFilters of(arena, n);
   float* const* x = of.in;
   for (uint32_t from = 0, to; from < n; from = to) {
     const uint32_t l = light[list[from]];
-    for (to = from; to < n && light[list[to]] == l;) ++to;
+    const FilterUse use{by, linksOf(list[from])};
+    for (to = from; to < n && light[list[to]] == l && linksOf(list[to]) == use.links;) ++to;
     const uint32_t m = to - from;
     for (uint32_t i = 0; i < padded(m); ++i) {
       const uint32_t e = list[from + std::min(i, m - 1)];
@@ -227,7 +240,7 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
       x[6][i] = distance[e];
       x[7][i] = time ? time[e] : 0.f;
     }
-    of.apply(width, filters_[lights_[l].filters], m, list + from, radiance, uniformOnly);
+    of.apply(width, filters_[lights_[l].filters], m, list + from, radiance, use);
   }
 }
 
@@ -330,7 +343,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     wi[2][i] = 1;
     flags[i] = 0;
   }
-  filterRadiance(width, arena, p.count, light, p.P, wi, distance, p.time, radiance, false);
+  filterRadiance(width, arena, p.count, light, p.P, wi, distance, p.time, p.linkSet, radiance);
   if (t != distance) std::copy_n(distance, p.count, t);
   for (uint32_t i = 0; i < p.count; ++i) {
     const bool some = light[i] != kNoLight;

@@ -69,9 +69,11 @@ struct LightEntry {
 
 class LightSet {
  public:
+  // filterLinks: by link set, which filters with a link (its bit) are on the objects of it; empty: all are on all.
   // Throws MemoryExceeded.
   LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
-           const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius);
+           const std::vector<std::vector<uint32_t>>& linkSets, const float worldCenter[3], float worldRadius,
+           std::vector<uint64_t> filterLinks = {});
 
   uint32_t size() const { return uint32_t(lights_.size()); }
   uint32_t groupOf(uint32_t light) const { return lights_[light].group; }
@@ -123,7 +125,7 @@ class LightSet {
                    WalkTargets* out) const;
   // What arrives at n points (padded) from a delta light each, filters included; and the factor on specular lobes.
   void deltaLights(uint32_t width, Arena& arena, uint32_t n, const float* const P[3], const float* time,
-                   const uint32_t* light, float* const radiance[3], float* specular) const;
+                   const uint32_t* light, const uint32_t* linkSet, float* const radiance[3], float* specular) const;
   // Of rays that left the points and met a light each (end: as given, but for point and runs).
   void ends(uint32_t width, Arena& arena, const Points& points, LightEnds* end) const;
 
@@ -164,7 +166,8 @@ class LightSet {
   void findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const;
   void addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
                    const Sphere* sphere, Found& found) const;
-  void askWaiting(uint32_t width, Arena& arena, bool areInfinite, Found& found) const;
+  void askWaiting(uint32_t width, Arena& arena, bool camera, const RayList& list, bool areInfinite,
+                  Found& found) const;
   uint32_t endFlags(uint32_t light) const {
     return (lights_[light].flags & kDelta ? kLightIsDelta : 0u) |
            (lights_[light].flags & kInfinite ? kLightIsInfinite : 0u);
@@ -182,8 +185,8 @@ class LightSet {
   void askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
                   const float* time, const float* const u[2], float* const outputs[8], uint32_t* flags) const;
   void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
-                      const float* const wi[3], const float* distance, const float* time, float* const radiance[3],
-                      bool uniformOnly) const;
+                      const float* const wi[3], const float* distance, const float* time, const uint32_t* linkSet,
+                      float* const radiance[3], FilterUse::By by = FilterUse::LitPoints) const;
   template <class Args>
   void setWorld(Args& a) const {
     for (int c = 0; c < 3; ++c) a.worldCenter[c] = center_[c];
@@ -194,6 +197,7 @@ class LightSet {
   std::vector<LightKind> kinds_;
   std::vector<Record> lights_;
   std::vector<std::vector<LightFilterEntry>> filters_;
+  std::vector<uint64_t> filterLinks_;
   std::vector<ShadowControls> shadows_;
   LightTree tree_;
   LinkSets links_;

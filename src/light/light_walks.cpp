@@ -53,7 +53,8 @@ void LightSet::walkTargets(uint32_t width, Arena& arena, uint32_t n, const float
 }
 
 void LightSet::deltaLights(uint32_t width, Arena& arena, uint32_t n, const float* const P[3], const float* time,
-                           const uint32_t* light, float* const radiance[3], float* specular) const {
+                           const uint32_t* light, const uint32_t* linkSet, float* const radiance[3],
+                           float* specular) const {
   if (!n) return;
   const uint32_t room = padded(n) + kPad;
   const auto floats = [&] { return arena.make<float>(room); };
@@ -65,7 +66,7 @@ void LightSet::deltaLights(uint32_t width, Arena& arena, uint32_t n, const float
   float* const outputs[8] = {wi[0], wi[1], wi[2], distance, radiance[0], radiance[1], radiance[2], pdf};
   const float* const u[2] = {middle, middle};
   askSamples(width, arena, n, light, P, time, u, outputs, flags);
-  if (!filters_.empty()) filterRadiance(width, arena, n, light, P, wi, distance, time, radiance, false);
+  if (!filters_.empty()) filterRadiance(width, arena, n, light, P, wi, distance, time, linkSet, radiance);
   for (uint32_t i = 0; i < n; ++i) {
     specular[i] = lights_[light[i]].specular;
     if (!(flags[i] & kSampleDelta) || !(pdf[i] > 0))

@@ -323,6 +323,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
       e.isUniform = traits->isUniform && traits->isUniform(e.instance);
       if (traits->largest) largestFactor *= std::max(0.f, traits->largest(e.instance));
     }
+    e.linkingGroups = n->params.getString("linkingGroups", "");
     groups.place(*n, e);
     list.push_back(std::move(e));
   }

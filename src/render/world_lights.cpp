@@ -48,6 +48,7 @@ LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>&
     if (a) {
       key.subset = a->named.getString("lighting:subset", "");
       key.exclude = a->named.getString("lighting:excludesubset", "");
+      key.filters = a->named.getString("lightfilter:subset", "");
       if (const scene::Parameter* off = a->named.find("illuminate:off")) key.off = off->strings;
     }
     key.unlisted = unlisted(a ? a->lightSources.get() : nullptr);
@@ -168,6 +169,46 @@ std::vector<std::vector<uint32_t>> membersOf(const LinkSets& links, const std::v
   return sets;
 }
 
+// Numbers the links of the lights' filters and says which of them are on the objects of each link set: objects that name
+// groups of filters (lightfilter:subset) are without those whose linkingGroups have none of them.
+std::vector<uint64_t> linkFilters(std::vector<light::LightEntry>& entries, const LinkSets& links,
+                                  const scene::Scene& scene, Diagnostics& diagnostics) {
+  if (std::all_of(links.begin(), links.end(), [](const auto& l) { return l.first.filters.empty(); })) return {};
+  std::map<std::string, uint32_t> numbers;
+  std::set<std::string> known, missed;
+  bool areTooMany = false;
+  for (light::LightEntry& e : entries)
+    for (light::LightFilterEntry& f : e.filters) {
+      const std::vector<std::string> groups = groupNames(f.linkingGroups);
+      if (groups.empty()) continue;
+      known.insert(groups.begin(), groups.end());
+      const uint32_t link = numbers.try_emplace(f.linkingGroups, uint32_t(numbers.size())).first->second;
+      areTooMany = areTooMany || link >= f.kNoLink;
+      f.link = std::min(link, f.kNoLink);
+    }
+  if (areTooMany)
+    diagnostics.warning("LIGHT-LINK", scene.pos,
+                        "the scene's light filters have more than 64 different linkingGroups",
+                        "those beyond are on all objects");
+  std::vector<uint64_t> on(links.size(), ~0ull);
+  for (const auto& [key, index] : links) {
+    const std::vector<std::string> subset = groupNames(key.filters);
+    for (const std::string& n : subset)
+      if (!known.count(n) && missed.insert(n).second)
+        diagnostics.warning("LIGHT-LINK", scene.pos,
+                            "lightfilter:subset names '" + n + "', which no light filter has among its linkingGroups",
+                            "the name selects nothing");
+    for (const auto& [text, link] : numbers) {
+      const std::vector<std::string> groups = groupNames(text);
+      const bool isOn = subset.empty() || std::any_of(groups.begin(), groups.end(), [&](const std::string& g) {
+                          return std::find(subset.begin(), subset.end(), g) != subset.end();
+                        });
+      if (!isOn && link < light::LightFilterEntry::kNoLink) on[index] &= ~(1ull << link);
+    }
+  }
+  return on;
+}
+
 bool declares(const Descriptor& plugin, const char* name) {
   return std::any_of(plugin.params, plugin.params + plugin.paramCount,
                      [&](const Param& p) { return std::string_view(p.name) == name; });
@@ -254,6 +295,16 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   e.filters = makeLightFilters(
       profile ? filtered : l, scene, [&](const scene::Transform& t) { return placementOf(t, tools.camera); },
       tools.registry, tools.host, tools.diagnostics, largestFactor);
+  if (declares(plugin, "intensityNearDist")) {
+    const float nearest = l.node->params.getFloat("intensityNearDist", 0);
+    if (nearest > 0 && std::isfinite(nearest))
+      e.filters.push_back(light::nearDistanceFilter(nearest));
+    else if (nearest != 0)
+      tools.diagnostics.warning(
+          "LIGHT-NEAR", l.node->pos,
+          l.node->plugin + " '" + l.node->handle + "' has an intensityNearDist that is no distance",
+          "the light's brightness rises up to it");
+  }
   e.description.power *= largestFactor;
   m->serial = ++lastSerial_;
   ++made.lights;
@@ -352,6 +403,7 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   world.hasPlacedLights = std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const light::LightEntry& e) {
     return !e.description.isInfinite && e.description.power > 0;
   });
+  std::vector<uint64_t> filterLinks = linkFilters(chosen.entries, links, scene, tools.diagnostics);
   if (hasUnlitColors(*world.materials) ||
       std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
     world.indirectSets = uint32_t(links.size());
@@ -359,6 +411,7 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     for (size_t k = 0; k < links.size(); ++k) {
       sets.push_back(sets[k]);
       std::erase_if(sets.back(), [&](uint32_t i) { return !chosen.entries[i].isIndirectToo; });
+      if (!filterLinks.empty()) filterLinks.push_back(filterLinks[k]);
     }
   }
   Hasher h;
@@ -374,12 +427,13 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   }
   h.word(sets.size());
   for (const auto& set : sets) h.bytes(set.data(), set.size() * sizeof(uint32_t));
+  h.bytes(filterLinks.data(), filterLinks.size() * sizeof(uint64_t));
   h.bytes(world.world->center(), 3 * sizeof(float));
   const float radius = world.world->radius();
   h.bytes(&radius, sizeof radius);
   if (const Digest digest = h.result(); !set_ || digest != ofSet_) {
     set_ = std::make_shared<light::LightSet>(std::move(chosen.kinds), std::move(chosen.entries), sets,
-                                             world.world->center(), radius);
+                                             world.world->center(), radius, std::move(filterLinks));
     ofSet_ = digest;
     ++made.lightSets;
   }

@@ -22,10 +22,10 @@ namespace kinora::render {
 // is none.
 std::vector<std::string> groupNames(const std::string& list);
 
-// What is said of an object about lights: lighting:subset and excludesubset, handles that are off, and the ids of
-// LightSources that are not on its list.
+// What is said of an object about lights: lighting:subset and excludesubset, lightfilter:subset, handles that are off,
+// and the ids of LightSources that are not on its list.
 struct Linking {
-  std::string subset, exclude;
+  std::string subset, exclude, filters;
   std::vector<std::string> off;
   std::vector<uint32_t> unlisted;
   auto operator<=>(const Linking&) const = default;

@@ -56,6 +56,8 @@ void GroupState::deltaLights(const RayList& list, uint32_t n, const uint32_t* en
   const Clock clock(counters.nanoseconds[kTimeLights]);
   float *P[3], *value[3], *time = arena_.make<float>(padded(n) + kPad);
   uint32_t* which = arena_.make<uint32_t>(padded(n) + kPad);
+  const uint32_t* sets = ListHost::of(list).left.linkSet;
+  uint32_t* set = arena_.make<uint32_t>(padded(n) + kPad);
   for (int c = 0; c < 3; ++c) {
     P[c] = arena_.make<float>(padded(n) + kPad);
     value[c] = arena_.make<float>(padded(n) + kPad);
@@ -65,13 +67,13 @@ void GroupState::deltaLights(const RayList& list, uint32_t n, const uint32_t* en
     for (int c = 0; c < 3; ++c) P[c][i] = list.rays.o[c][s];
     time[i] = list.rays.time[s];
     which[i] = light[s];
+    set[i] = world_.hasLinks ? sets[s] : 0;
   }
   float* factor = arena_.make<float>(padded(n) + kPad);
-  world_.lights->deltaLights(world_.width, arena_, n, P, time, which, value, factor);
-  const uint32_t* sets = ListHost::of(list).left.linkSet;
+  world_.lights->deltaLights(world_.width, arena_, n, P, time, which, set, value, factor);
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = entries[i];
-    const bool isLit = world_.lights->isLinked(world_.hasLinks ? sets[s] : 0, which[i]);
+    const bool isLit = world_.lights->isLinked(set[i], which[i]);
     for (int c = 0; c < 3; ++c) radiance[c][s] = isLit ? value[c][i] : 0.f;
     specular[s] = factor[i];
   }

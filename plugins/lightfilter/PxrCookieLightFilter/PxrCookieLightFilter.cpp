@@ -59,7 +59,7 @@ struct Data {
   Picture picture;
   DistanceStrength byDistance;
   bool spherical;
-  float signU, signV, density;
+  float signU, signV, density, saturation;
 };
 
 std::unique_ptr<Data> make(const CreateInfo& info) {
@@ -80,13 +80,17 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   k->signU = v.integer("invertU") ? -1.f : 1.f;
   k->signV = v.integer("invertV") ? -1.f : 1.f;
   k->density = k->picture.map.valid() ? strength(v) : 0.f;
+  k->saturation = saturation(v);
   k->byDistance.set(v.number("densityNearDist"), v.number("densityFarDist"), v.number("densityPow"),
                     v.number("densityNearVal"), v.number("densityFarVal"), v.number("densityMidpoint"),
                     v.number("densityMidVal"));
   v.warnNoEffect();
   return k;
 }
-float largest(const void* data) { return largestOf(static_cast<const Data*>(data)->picture.mostOfAll); }
+float largest(const void* data) {
+  const Data& k = *static_cast<const Data*>(data);
+  return largestOf(k.picture.mostOfAll * std::max(k.saturation, 1.f));
+}
 }  // namespace kinora::pxrCookieLightFilter
 #endif
 
@@ -114,7 +118,7 @@ struct PxrCookieLightFilter {
       at.y = at.y * F(k.signV);
       color = pictureOnPlane<W>(k.picture, at);
     }
-    return filtered<W>(color, strengthAt<W>(k.byDistance, reach) * F(k.density));
+    return filtered<W>(saturated<W>(color, k.saturation), strengthAt<W>(k.byDistance, reach) * F(k.density));
   }
 };
 KINORA_KERNELS_END

@@ -26,8 +26,15 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   double density = strength(v);
   if (v.integer("invert")) density = 1 - density;
   const double scale = v.number("intensity") * std::exp2(std::clamp(v.number("exposure"), -100.0, 100.0));
+  double color[3], grey = 0;
   for (int c = 0; c < 3; ++c) {
-    const double f = 1 + density * (scale * v.number("tint", c) - 1);
+    constexpr double kLuminance[3] = {0.2126, 0.7152, 0.0722};
+    color[c] = v.number("tint", c);
+    grey += kLuminance[c] * color[c];
+  }
+  for (int c = 0; c < 3; ++c) {
+    if (const double s = saturation(v); s != 1) color[c] = std::max(grey + s * (color[c] - grey), 0.0);
+    const double f = 1 + density * (scale * color[c] - 1);
     if (!(f < 1e30)) throw "the factor is beyond what numbers hold";
     data->factor[c] = float(std::max(f, 0.0));
   }

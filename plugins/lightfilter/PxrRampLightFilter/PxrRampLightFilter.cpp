@@ -36,7 +36,7 @@ constexpr auto kParams = joinParams(
 struct Data {
   FilterSpace space;
   int type;
-  float begin, perLength, intensity, density;
+  float begin, perLength, intensity, density, saturation;
   bool inverted;
   Ramp ramp, color;
 };
@@ -52,6 +52,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   k->perLength = float(1 / (std::fabs(length) > 1e-9 ? length : 1e-9));
   k->intensity = atLeast(v, "intensity", 0);
   k->density = strength(v);
+  k->saturation = saturation(v);
   k->inverted = v.integer("invert") != 0;
   k->ramp.set(v, "ramp", "_Floats", 1);
   k->color.set(v, "colorRamp", "_Colors", 3);
@@ -60,7 +61,8 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
 }
 float largest(const void* data) {
   const Data& k = *static_cast<const Data*>(data);
-  return largestOf(k.intensity * k.ramp.bound() * k.color.bound() + (k.inverted ? 1.f : 0.f));
+  return largestOf((k.intensity * k.ramp.bound() * k.color.bound() + (k.inverted ? 1.f : 0.f)) *
+                   std::max(k.saturation, 1.f));
 }
 }  // namespace kinora::pxrRampLightFilter
 #endif
@@ -81,7 +83,7 @@ struct PxrRampLightFilter {
     const F t = clamp((reach - F(k.begin)) * F(k.perLength), F(0.f), F(1.f));
     Rgb<W> color = rampAt<W>(k.color.ramp, t) * rampAt<W>(k.ramp.ramp, t) * F(k.intensity);
     if (k.inverted) color = Rgb<W>(F(1.f), F(1.f), F(1.f)) - color;
-    return filtered<W>(color, F(k.density));
+    return filtered<W>(saturated<W>(color, k.saturation), F(k.density));
   }
 };
 KINORA_KERNELS_END

@@ -66,6 +66,16 @@ KN_INLINE Float<W> strengthAt(const filterParts::DistanceStrength& k, Float<W> d
 }
 
 // A filter's colour in the strength in which it acts.
+// The filter's colour with another saturation; never negative.
+template <int W>
+KN_INLINE Rgb<W> saturated(Rgb<W> color, float saturation) {
+  using F = Float<W>;
+  if (saturation == 1) return color;
+  const F grey = luminance(color);
+  const Rgb<W> c = lerp(Rgb<W>(grey, grey, grey), color, F(saturation));
+  return {max(c.x, F(0.f)), max(c.y, F(0.f)), max(c.z, F(0.f))};
+}
+
 template <int W>
 KN_INLINE Rgb<W> filtered(Rgb<W> color, Float<W> density) {
   using F = Float<W>;

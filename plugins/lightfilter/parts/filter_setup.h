@@ -20,11 +20,16 @@ inline constexpr std::array kStrength = {
         .help("How the filter combines with others of its light that have the same mode and are in no combiner; what "
               "the modes give is multiplied."),
     param::string("coordsys", "").help("Coordinate system of the filter; empty: the light's."),
-    param::string("linkingGroups", "").help("No effect yet: which lights take the filter."),
+    param::string("linkingGroups", "")
+        .help(
+            "Groups that the filter belongs to: objects whose attribute lightfilter:subset names groups are without "
+            "filters of other groups; empty: it is on all objects."),
     param::string("notes", "").help("Free text; read by nobody."),
 };
 inline constexpr std::array kSaturation = {
-    param::number("saturation", 1.f).range(0, 2).help("No effect yet: saturation of the filtered light."),
+    param::number("saturation", 1.f)
+        .range(0, 2)
+        .help("Saturation of the filter's colour, about its luminance: 0 is grey, 1 leaves it."),
 };
 constexpr std::array<Param, 1> intensity(float standard, const char* help) {
   return {param::number("intensity", standard).range(0, 10).help(help)};
@@ -72,6 +77,7 @@ struct FilterSpace {
 inline float atLeast(const NamedValues& v, const char* name, double least) {
   return float(std::clamp(v.number(name), least, 1e18));
 }
+inline float saturation(const NamedValues& v) { return float(std::clamp(v.number("saturation"), 0.0, 100.0)); }
 inline float strength(const NamedValues& v) { return float(std::clamp(v.number("density"), 0.0, 1.0)); }
 
 // Strength by a distance: three values at the ends and at a part of the way between, linear between them.

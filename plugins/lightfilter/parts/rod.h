@@ -34,7 +34,7 @@ constexpr auto kRodCommon =
 struct Rod {
   FilterSpace space;  // scales are in it
   float low[3], high[3], softLow[3], softHigh[3], radius;
-  float intensity, density;
+  float intensity, density, saturation;
   bool inverted;
   Ramp color, falloff;
 };
@@ -65,6 +65,7 @@ inline std::unique_ptr<Rod> makeRod(const NamedValues& v, bool hasSides) {
   k->radius = atLeast(v, "radius", 0);
   k->intensity = atLeast(v, "intensity", 0);
   k->density = strength(v);
+  k->saturation = saturation(v);
   k->inverted = v.integer("invert") != 0;
   k->color.set(v, "colorRamp", "_Colors", 3);
   k->falloff.set(v, "falloff", "_Floats", 1);
@@ -73,7 +74,7 @@ inline std::unique_ptr<Rod> makeRod(const NamedValues& v, bool hasSides) {
 }
 inline float largestOfRod(const void* data) {
   const Rod& k = *static_cast<const Rod*>(data);
-  return largestOf(k.intensity * k.color.bound());
+  return largestOf(k.intensity * k.color.bound() * std::max(k.saturation, 1.f));
 }
 
 }  // namespace kinora::filterParts

@@ -24,7 +24,7 @@ KN_INLINE Rgb<W> rodFactor(const filterParts::Rod& k, const LitPoint<W>& p) {
   const F unfiltered = clamp(rampAt<W>(k.falloff.ramp, t).x, F(0.f), F(1.f));
   F within = select(t <= F(0.f), F(1.f), select(t >= F(1.f), F(0.f), F(1.f) - unfiltered));
   if (k.inverted) within = F(1.f) - within;
-  return filtered<W>(rampAt<W>(k.color.ramp, t) * F(k.intensity), within * F(k.density));
+  return filtered<W>(saturated<W>(rampAt<W>(k.color.ramp, t) * F(k.intensity), k.saturation), within * F(k.density));
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,0 +1,119 @@
+// Proves: which objects a light's filters are on (linkingGroups, lightfilter:subset), their saturation, and
+// intensityNearDist, on white planes however samples are split between lights and directions; that names which nothing
+// has and distances that are none are told of. Misses: light that only marks (PxrAovLight), whose filters are on all
+// objects.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/render_scene.h"
+#include "truth/scenes.h"
+
+namespace kinora::tests {
+namespace {
+
+const char* const kSplits[] = {"", "\"int numLightSamples\" [4]",
+                               "\"int numLightSamples\" [0] \"int numIndirectSamples\" [8]"};
+
+// Looks along z at a white plane at distance 2, which `attributes` are said of; the light is not seen.
+RenderRequest scene(const std::string& lights, const std::string& attributes = "", const std::string& split = "",
+                    const std::string& before = "") {
+  RenderRequest r;
+  r.rib = orthographic(16, 1e-4, 16) + unbiased(0, split) +
+          "WorldBegin\nAttributeBegin Attribute \"visibility\" \"int camera\" [0]\n" + lights + "AttributeEnd\n" +
+          before + attributes +
+          "Bxdf \"PxrDiffuse\" \"white\" \"color diffuseColor\" [1 1 1]\n"
+          "Polygon \"P\" [-50 -50 2  -50 50 2  50 50 2  50 -50 2]\nWorldEnd\n";
+  return r;
+}
+std::string half(const char* handle, const char* groups, double factor) {
+  return std::string("LightFilter \"PxrIntMultLightFilter\" \"") + handle + "\" \"float intensity\" [" +
+         std::to_string(factor) + "] \"string linkingGroups\" [\"" + groups + "\"]\n";
+}
+const std::string kLamp = "Scale 3 3 1 Light \"PxrRectLight\" \"l\"\n";
+std::string subset(const char* groups) {
+  return std::string("Attribute \"lightfilter\" \"string subset\" [\"") + groups + "\"]\n";
+}
+
+TEST(LightFilterLinks, ObjectsAreWithoutFiltersOfOtherGroups) {
+  const std::string lights =
+      "LightFilter \"PxrCombinerLightFilter\" \"c\" \"reference lightfilter[3] mult\" [\"a\" "
+      "\"b\" \"all\"]\n" +
+      half("a", "warm", 0.5) + half("b", "cold,night", 0.25) + half("all", "", 0.9) + kLamp;
+  for (const char* split : kSplits) {
+    SCOPED_TRACE(split);
+    const auto free = overSeeds(scene(kLamp), 16);
+    const struct {
+      std::string attributes;
+      double factor;
+    } cases[] = {{"", 0.5 * 0.25 * 0.9},
+                 {subset("warm"), 0.5 * 0.9},
+                 {subset("night"), 0.25 * 0.9},
+                 {subset("night warm"), 0.5 * 0.25 * 0.9}};
+    for (const auto& c : cases) {
+      const auto m = overSeeds(scene(lights, c.attributes, split), 16);
+      EXPECT_NEAR(m.mean(), c.factor * free.mean(), 5 * (m.standardError() + c.factor * free.standardError()) + 1e-6)
+          << c.attributes;
+      EXPECT_LT(m.standardError(), 0.02 * m.mean());
+    }
+  }
+}
+
+TEST(LightFilterLinks, SaysWhichNamesNothingHas) {
+  SceneRender render(scene(half("a", "warm", 0.5) + kLamp, subset("warmer")));
+  ASSERT_TRUE(render.ok());
+  const auto& m = render.messages();
+  EXPECT_EQ(std::count_if(m.begin(), m.end(),
+                          [](const std::string& s) {
+                            return s.find("LIGHT-LINK") != std::string::npos &&
+                                   s.find("'warmer'") != std::string::npos;
+                          }),
+            1);
+}
+
+TEST(LightFilterLinks, SaturationIsOfTheFiltersColor) {
+  const double tint[3] = {0.8, 0.4, 0.2}, grey = 0.2126 * 0.8 + 0.7152 * 0.4 + 0.0722 * 0.2;
+  const std::string colors = "\"color[4] colorRamp_Colors\" [.8 .4 .2 .8 .4 .2 .8 .4 .2 .8 .4 .2] ";
+  for (const double s : {0.0, 0.5, 1.0, 1.5}) {
+    const std::string saturation = "\"float saturation\" [" + std::to_string(s) + "]\n";
+    for (const std::string& filter :
+         {std::string("\"PxrIntMultLightFilter\" \"f\" \"color tint\" [.8 .4 .2] "),
+          "\"PxrRampLightFilter\" \"f\" " + colors,
+          "\"PxrRodLightFilter\" \"f\" \"float radius\" [100] \"float intensity\" [1] " + colors})
+      for (int c = 0; c < 3; ++c) {
+        const auto free = overSeeds(scene(kLamp), 8, "Ci", c);
+        const auto m = overSeeds(scene("LightFilter " + filter + saturation + kLamp), 8, "Ci", c);
+        EXPECT_NEAR(m.mean(), std::fmax(grey + s * (tint[c] - grey), 0) * free.mean(), 5e-3 * free.mean())
+            << filter << s;
+      }
+  }
+}
+
+// A bulb at distance 2 of the plane is a hundredth as wide: its light falls with the square of the distance.
+TEST(LightFilterLinks, NearDistanceEndsTheRiseOfBrightness) {
+  const std::string at = "Scale .02 .02 .02 Light ";
+  for (const char* light :
+       {"\"PxrSphereLight\" \"l\" \"float intensity\" [1000] ", "\"PointLight\" \"l\" \"float intensity\" [1] "}) {
+    const double free = overSeeds(scene(at + light + "\n"), 4).mean();
+    ASSERT_GT(free, 1e-3);
+    const auto with = [&](double nearest) {
+      const std::string parameter = "\"float intensityNearDist\" [" + std::to_string(nearest) + "]\n";
+      return overSeeds(scene(at + light + parameter), 4).mean();
+    };
+    EXPECT_NEAR(with(1.5), free, 2e-3 * free) << light;
+    EXPECT_NEAR(with(4), free / 4, 0.02 * free / 4) << light;
+  }
+  const std::string lamp = "Scale 3 3 1 Light \"PxrRectLight\" \"l\" ";
+  const auto reference = overSeeds(scene(lamp + "\"float intensityNearDist\" [2.5]\n", "", kSplits[1]), 16);
+  EXPECT_LT(reference.mean(), 0.8 * overSeeds(scene(lamp + "\n"), 16).mean());
+  for (const char* split : kSplits)
+    EXPECT_SAME_MEAN(overSeeds(scene(lamp + "\"float intensityNearDist\" [2.5]\n", "", split), 16), reference, 0.02);
+  SceneRender render(scene(lamp + "\"float intensityNearDist\" [-1]\n"));
+  ASSERT_TRUE(render.ok());
+  ASSERT_EQ(render.messages().size(), 1u);
+  EXPECT_NE(render.messages()[0].find("LIGHT-NEAR"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kinora::tests
