@@ -12,8 +12,9 @@
 
 namespace kinora {
 
-// A help text that starts so marks a parameter which is read and kept, but changes nothing yet.
-inline constexpr std::string_view kNoEffectYet = "No effect yet";
+// A help text that starts so marks a parameter which is read and kept, but changes nothing: "No effect yet: ..." where it
+// is to come, "No effect: ..." and why where it has no meaning here.
+inline constexpr std::string_view kNoEffect = "No effect";
 
 // One list of parameters from several.
 template <size_t... N>
@@ -64,7 +65,7 @@ class NamedValues {
     for (size_t i = 0; i < count_ && i < info_.valueCount; ++i) {
       const Param& p = params_[i];
       const ParamValue& v = info_.values[i];
-      if (!v.given || std::string_view(p.doc).substr(0, kNoEffectYet.size()) != kNoEffectYet) continue;
+      if (!v.given || std::string_view(p.doc).substr(0, kNoEffect.size()) != kNoEffect) continue;
       bool differs = false;
       if (p.type == Type::String) {
         differs = v.count && v.strings && v.strings[0] && std::strcmp(v.strings[0], p.text) != 0;

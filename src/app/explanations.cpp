@@ -349,9 +349,20 @@ constexpr Explanation kRooms[] = {
      "0 "
      "in its patterns, or a texture that holds such values. These points stay where they are without it. "
      "The message says on which face the first one is."},
+    {"LIGHT-SHADOW",
+     "What a light says of its shadows has no meaning: a shadowColor beyond 0 to 1, a shadowFalloffGamma that is not "
+     "above "
+     "0, a shadowFalloff without the shadowDistance that it ends at, or a number that is not finite. The message "
+     "says "
+     "what stands in."},
+    {"LIGHT-NEAR",
+     "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
+     "which "
+     "the light's brightness rises no more; 0 is none."},
     {"LIGHT-LINK",
      "Attribute \"lighting\" \"string subset\" or \"excludesubset\" of an object, or Illuminate, names a light, or a "
-     "group of lights, that the scene has not. An object whose subset names no light at all is lit by none, only by "
+     "group of lights, that the scene has not; or \"lightfilter\" \"string subset\" a group that is none of the "
+     "linkingGroups of its light filters. An object whose subset names no light at all is lit by none, only by "
      "what other "
      "objects "
      "send it. The message stands once for each name."},
@@ -426,7 +437,8 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-INTEGRATOR",
      "The scene has fog, smoke or another medium, and its integrator cannot follow light that is scattered there. "
      "Media "
-     "absorb what they would scatter, and what they emit is missing. PxrPathTracer, PxrDirectLighting, PxrVCM and PxrUnified can."},
+     "absorb what they would scatter, and what they emit is missing. PxrPathTracer, PxrDirectLighting, PxrVCM and "
+     "PxrUnified can."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
@@ -434,8 +446,10 @@ constexpr Explanation kRooms[] = {
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
     {"MEDIUM-VELOCITY",
      "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
-     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is open "
-     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of the "
+     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is "
+     "open "
+     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of "
+     "the "
      "shutter's time."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "

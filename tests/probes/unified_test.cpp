@@ -55,12 +55,53 @@ TEST(Unified, IsConnectionAndMergingByTheChoiceOfLightPaths) {
   EXPECT_FALSE(films[0] == films[1] || films[1] == films[2] || films[0] == films[2]);
 }
 
+TEST(Unified, GuidesAsThePathTracerDoes) {
+  const Sets guided{{"integrator.risPathGuiding", "1"}}, learned{{"integrator.guidingSamples", "4"}};
+  Sets unified = with(guided), same = with(kDefaults);
+  unified.emplace_back("integrator.indirectTrainingSamples", "4");
+  same.insert(same.end(), guided.begin(), guided.end());
+  same.insert(same.end(), learned.begin(), learned.end());
+  std::string said;
+  EXPECT_TRUE(filmOf("PxrUnified", unified, &said) == filmOf("PxrPathTracer", same));
+  EXPECT_EQ(said, "");
+  // light paths are not guided
+  Sets both = with({{"integrator.traceLightPaths", "1"}});
+  const auto plain = filmOf("PxrUnified", both);
+  both.insert(both.end(), guided.begin(), guided.end());
+  EXPECT_TRUE(filmOf("PxrUnified", both) == plain);
+}
+
+TEST(Unified, PassesMergingInMediaOn) {
+  const std::string fog = R"(Integrator "PxrUnified" "i" "int traceLightPaths" [3] "int maxIndirectBounces" [3] )";
+  const auto film = [&](const std::string& integrator) {
+    std::string text = room(kPoint, kGrey, "", R"(
+  AttributeBegin
+    Bxdf "PxrVolume" "fog" "float densityFloat" [0.5] "int multiScatter" [1]
+    Volume "box" [-1.5 1.5 0 2 0 2] [0 0 0]
+  AttributeEnd
+)");
+    Workshop stage;
+    render::Settings s;
+    s.threads = 2;
+    const auto r = stage.load(sceneOf(integrator + "\n" + text, stage.messages), s);
+    EXPECT_EQ(r->renderFilm(), render::Outcome::Complete) << stage.said;
+    EXPECT_EQ(stage.said, "");
+    return stateOf(r->film());
+  };
+  const std::string media = "\"int mergeMedia\" [3] \"float mediaRadius\" [8] \"float reduceMediaRadius\" [1]";
+  const auto merged = film(fog + media);
+  EXPECT_FALSE(merged == film(fog));
+  EXPECT_TRUE(merged == film("Integrator \"PxrVCM\" \"i\" \"int maxIndirectBounces\" [3] \"int rouletteDepth\" [1] "
+                             "\"float clampLuminance\" [8] " +
+                             media));
+}
+
 TEST(Unified, SaysWhatHasNoEffect) {
   std::string said;
-  const auto film = filmOf(
-      "PxrUnified", with({{"integrator.directClamp", "1"}, {"integrator.indirectTrainingSamples", "64"}}), &said);
+  const auto film =
+      filmOf("PxrUnified", with({{"integrator.directClamp", "1"}, {"integrator.photonAdaptive", "1"}}), &said);
   EXPECT_NE(said.find("PARAM-NO-EFFECT"), std::string::npos) << said;
-  for (const char* name : {"'directClamp'", "'indirectTrainingSamples'"})
+  for (const char* name : {"'directClamp'", "'photonAdaptive'"})
     EXPECT_NE(said.find(name), std::string::npos) << said;
   EXPECT_EQ(said.find("maxIndirectBounces"), std::string::npos) << said;
   EXPECT_TRUE(film == filmOf("PxrUnified", kCommon));

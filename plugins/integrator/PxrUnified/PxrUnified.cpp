@@ -45,43 +45,68 @@ constexpr Param kParams[] = {
               "with."),
     pathParameters::kNumBxdfSamples,
     param::integer("accumOpacity", 1).range(0, 1).help("No effect yet: what refracts covers its pixel."),
-    param::integer("allowMultilobeIndirect", 0).range(0, 1).help("No effect yet."),
+    param::integer("allowMultilobeIndirect", 0)
+        .range(0, 1)
+        .help("No effect: a direction is drawn from one lobe and weighed by all of them."),
     param::number("catchAllLights", 0.f).range(0, 1).help("No effect yet: paths end without further light."),
     param::number("causticClamp", 1e6f)
         .range(0, 1e30f)
         .help("No effect yet: caustics are clamped as indirect light."),
     param::number("directClamp", 1e6f).range(0, 1e30f).help("No effect yet: direct light is not clamped."),
     param::number("emissionMultiplier", 1.f).range(0, 100).help("No effect yet: what glows does so as it is."),
-    param::integer("enableSampleTimers", 0).range(0, 1).help("No effect yet."),
-    param::integer("enableShadingTimers", 0).range(0, 1).help("No effect yet."),
-    param::integer("enableVolumeCaustics", 0).range(0, 1).help("No effect yet."),
-    param::number("indirectDirectionalBlurRadius", 0.f).range(0, 1).help("No effect yet: paths are not guided."),
-    param::integer("indirectOversampling", 2).range(0, 64).help("No effect yet: paths are not guided."),
-    param::number("indirectSpatialBlurRadius", 0.25f).range(0, 1).help("No effect yet: paths are not guided."),
-    param::integer("indirectTrainingSamples", 0).range(0, 4096).help("No effect yet: paths are not guided."),
+    param::integer("enableSampleTimers", 0)
+        .range(0, 1)
+        .help("No effect: statistics always hold the times of stages."),
+    param::integer("enableShadingTimers", 0)
+        .range(0, 1)
+        .help("No effect: statistics always hold the times of stages."),
+    param::integer("enableVolumeCaustics", 0)
+        .range(0, 1)
+        .help("No effect: light paths scatter in media wherever there are any; see mergeMedia."),
+    param::number("indirectDirectionalBlurRadius", 0.f)
+        .range(0, 1)
+        .help("No effect: what risPathGuiding learns has no such setting."),
+    param::integer("indirectOversampling", 2)
+        .range(0, 64)
+        .help("No effect: what risPathGuiding learns has no such setting."),
+    param::number("indirectSpatialBlurRadius", 0.25f)
+        .range(0, 1)
+        .help("No effect: what risPathGuiding learns has no such setting."),
+    param::integer("indirectTrainingSamples", 0)
+        .range(0, 4096)
+        .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two; 0: 64."),
     pathParameters::kManifoldWalk,
     pathParameters::kMaxInterfaces,
     pathParameters::kMaxIterations,
-    param::number("walkThreshold", 0.005f).range(0, 1).help("No effect yet: of manifoldWalk."),
+    pathParameters::kMergeMedia,
+    pathParameters::kMediaRadius,
+    pathParameters::kReduceMediaRadius,
+    param::number("walkThreshold", 0.005f)
+        .range(0, 1)
+        .help("No effect: a walk that has not arrived after maxIterations is dropped."),
     param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
     param::number("maxRayDistance", 10000.f).range(0, 1e30f).help("No effect yet: rays go as far as the scene does."),
     param::integer("numVolumeAggregateSamples", 1).range(1, 64).help("No effect yet."),
-    param::integer("photonAdaptive", 0).range(0, 1).help("No effect yet: light paths are emitted as lights are."),
-    param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect yet: all within the radius count."),
+    param::integer("photonAdaptive", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
+    param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect: all within the radius count."),
     param::number("photonEstimationRadius", 0.f)
         .range(0, 1000)
-        .help("No effect yet: the radius is that of PxrVCM with its defaults, 5 pixels that shrink."),
-    param::integer("photonVisibilityRod", 0)
+        .help("No effect: merging has a radius in pixels, that of PxrVCM with its defaults, 5 that shrink."),
+    param::integer("photonVisibilityRod", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
+    param::number("photonVisibilityRodDirectProb", 0.f).range(0, 1).help("No effect: see photonVisibilityRod."),
+    param::point("photonVisibilityRodMin", 0.f, 0.f, 0.f).help("No effect: see photonVisibilityRod."),
+    param::point("photonVisibilityRodMax", 0.f, 0.f, 0.f).help("No effect: see photonVisibilityRod."),
+    param::integer("risPathGuiding", 0)
         .range(0, 1)
-        .help("No effect yet: light paths are emitted as lights are."),
-    param::number("photonVisibilityRodDirectProb", 0.f).range(0, 1).help("No effect yet."),
-    param::point("photonVisibilityRodMin", 0.f, 0.f, 0.f).help("No effect yet."),
-    param::point("photonVisibilityRodMax", 0.f, 0.f, 0.f).help("No effect yet."),
-    param::integer("risPathGuiding", 0).range(0, 1).help("No effect yet: paths are not guided."),
-    param::integer("sssOversampling", 8).range(1, 64).help("No effect yet."),
+        .options("0 off, 1 on")
+        .help("As that of PxrPathTracer, where traceLightPaths is 0: directions by where light was found to come "
+              "from."),
+    param::integer("sssOversampling", 8)
+        .range(1, 64)
+        .help("No effect: a path below a surface is followed by itself, not chosen among candidates."),
     param::integer("suppressNaNs", 0)
         .range(0, 1)
-        .help("No effect yet: samples that are no numbers are left out and told of."),
+        .help("No effect: samples that are no numbers are always left out and told of."),
     param::integer("useTraceDepth", 0).range(0, 1).help("No effect yet: maxIndirectBounces alone counts."),
 };
 
@@ -111,12 +136,22 @@ struct Data {
     forward.rouletteDepth = depth;
     forward.rouletteThreshold = threshold;
     forward.manifold = from::manifold(v);
+    forward.guides = isForward && v.integer("risPathGuiding") != 0;
+    const int learned = v.integer("indirectTrainingSamples");
+    if (learned > 0) forward.guiding.samples = uint32_t(std::min(learned, 4096));
+    from::mergeMedia(v, both);
+    if (!both.merges) both.mergesMedia = both.beams = false;
     both.roulette = {depth, threshold};
     both.rouletteOfLight = from::rouletteOfLight(from::count(info, kRouletteLightDepth, 1, 100000), threshold);
   }
 };
 inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
   return vcm::stages(static_cast<const Data*>(data)->both, out, capacity);
+}
+inline uint32_t learning(const void* data, Learning* out) {
+  const auto& d = *static_cast<const Data*>(data);
+  *out = guiding::learning(d.forward.guiding);
+  return d.forward.guides;
 }
 inline uint32_t lists(const void* data, RecordList* out, uint32_t) {
   return vcm::lists(static_cast<const Data*>(data)->both, out);
@@ -137,9 +172,13 @@ struct PxrUnified {
   static void commit(const Data& data, uint32_t stage, const CommitServices& services) {
     Vcm<1>::commit(data.both, stage, services);
   }
+  static void learn(const Data& data, const LearnServices& services) {
+    guiding::learn(data.forward.guiding, services);
+  }
 };
 KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrUnified, .help = "Forward or bidirectional path tracing, as its parameters choose.",
                   .params = pxrUnified::kParams, .setUp = setUp<pxrUnified::Data>, .stages = pxrUnified::stages,
-                  .lists = pxrUnified::lists, .passSamples = 1, .scattersInMedia = scatterInMedia)
+                  .lists = pxrUnified::lists, .passSamples = 1, .scattersInMedia = scatterInMedia,
+                  .learning = pxrUnified::learning)

@@ -45,19 +45,9 @@ constexpr Param kParams[] = {
         .range(0.01f, 1)
         .help("How fast the radius shrinks: that of sample i (from 1) is i^((reduceRadius - 1) / 2) of the first; 1 "
               "keeps it."),
-    param::integer("mergeMedia", 0)
-        .range(0, 3)
-        .options("0 off, 1 points, 2 beams, 3 both")
-        .help("Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays "
-              "with rays "
-              "(beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points."),
-    param::number("mediaRadius", 5.f)
-        .range(0, 1000)
-        .help("Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there."),
-    param::number("reduceMediaRadius", 0.67f)
-        .range(0.01f, 1)
-        .help("How fast it shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / d) of the first, for "
-              "vertices d = 3, for rays with vertices 2, with rays 1; 1 keeps it."),
+    pathParameters::kMergeMedia,
+    pathParameters::kMediaRadius,
+    pathParameters::kReduceMediaRadius,
     param::number("timeRadius", 1.f)
         .range(0.001f, 1)
         .help("Farthest distance in time of merged vertices, as a share of the shutter's opening."),
@@ -71,9 +61,9 @@ constexpr Param kParams[] = {
     pathParameters::kRouletteThreshold,
     pathParameters::kNumBxdfSamples,
     pathParameters::kMaxPathLength,
-    param::number("photonGuiding", 0.f).range(0, 1).help("No effect yet: light paths are emitted as lights are."),
-    param::point("photonGuidingBBoxMin", 1e30f, 1e30f, 1e30f).help("No effect yet."),
-    param::point("photonGuidingBBoxMax", -1e30f, -1e30f, -1e30f).help("No effect yet."),
+    param::number("photonGuiding", 0.f).range(0, 1).help("No effect: light paths are emitted as lights are."),
+    param::point("photonGuidingBBoxMin", 1e30f, 1e30f, 1e30f).help("No effect: see photonGuiding."),
+    param::point("photonGuidingBBoxMax", -1e30f, -1e30f, -1e30f).help("No effect: see photonGuiding."),
 };
 
 struct Data : vcm::Options {
@@ -88,11 +78,7 @@ struct Data : vcm::Options {
     radius = from::within(values, kParams[kMergeRadius]);
     if (!(radius > 0)) merges = false;
     reduce = from::within(values, kParams[kReduceRadius]);
-    const uint32_t media = uint32_t(from::within(values, kParams[kMergeMedia]));
-    mediaRadius = from::within(values, kParams[kMediaRadius]);
-    mergesMedia = media & 1 && mediaRadius > 0;
-    beams = media & 2 && mediaRadius > 0;
-    mediaReduce = from::within(values, kParams[kReduceMediaRadius]);
+    from::mergeMedia(values, *this);
     timeRadius = from::within(values, kParams[kTimeRadius]);
     clampLuminance = from::within(values, kParams[kClampLuminance]);
     roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),

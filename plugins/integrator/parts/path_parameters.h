@@ -37,6 +37,25 @@ inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0
 inline constexpr Param kMaxPathLength =
     param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
 
+inline constexpr Param kMergeMedia =
+    param::integer("mergeMedia", 0)
+        .range(0, 3)
+        .options("0 off, 1 points, 2 beams, 3 both")
+        .help(
+            "Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays "
+            "with rays "
+            "(beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points.");
+inline constexpr Param kMediaRadius =
+    param::number("mediaRadius", 5.f)
+        .range(0, 1000)
+        .help("Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there.");
+inline constexpr Param kReduceMediaRadius =
+    param::number("reduceMediaRadius", 0.67f)
+        .range(0.01f, 1)
+        .help(
+            "How fast it shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / d) of the first, for "
+            "vertices d = 3, for rays with vertices 2, with rays 1; 1 keeps it.");
+
 inline constexpr Param kManifoldWalk =
     param::integer("manifoldWalk", 0)
         .range(0, 2)
@@ -63,6 +82,15 @@ inline float within(const NamedValues& values, const Param& parameter) {
   std::snprintf(done, sizeof done, "%g is used", double(used));
   values.warn("PARAM-RANGE", text, done);
   return used;
+}
+// Options of merging in media (vcm::Options).
+template <class Options>
+void mergeMedia(const NamedValues& values, Options& o) {
+  const uint32_t media = uint32_t(within(values, kMergeMedia));
+  o.mediaRadius = within(values, kMediaRadius);
+  o.mergesMedia = media & 1 && o.mediaRadius > 0;
+  o.beams = media & 2 && o.mediaRadius > 0;
+  o.mediaReduce = within(values, kReduceMediaRadius);
 }
 // A count, within bounds whatever the file says.
 inline uint32_t count(const CreateInfo& info, uint32_t parameter, int least, int most) {
