@@ -113,11 +113,13 @@ class Bidirectional {
       using F = Float<1>;
       const float others =
           othersOfSample(sums_.at(Int<1>(s)), c, i, wi, F(e.pdf[i]), F(e.pdfReverse[i]), light, F(0.f)).lane0();
-      const V arriving = V::load(paths_.throughput, s) * V::load(ls.radiance, i) / Float<1>(ls.pdf[i] * (1 + others));
+      const V share = V::load(paths_.throughput, s) / Float<1>(ls.pdf[i] * (1 + others));
+      const V arriving = share * V::load(ls.radiance, i);
+      const V glossy = ls.specularRadiance[0] ? share * V::load(ls.specularRadiance, i) : arriving;
       arrivals_.from(i, wi, ls.distance[i], c.slotCount, ls.spread ? ls.spread[i] : 0, ls.light[i]);
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const float factor = c.eventOfSlot[l] & 1 ? ls.specular[i] : ls.diffuse[i];
-        arrivals_.add(arriving * V::load(e.weight[l], i) * Float<1>(factor),
+        arrivals_.add((c.eventOfSlot[l] & 1 ? glossy : arriving) * V::load(e.weight[l], i) * Float<1>(factor),
                       stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), ls.light[i]);
       }
     }

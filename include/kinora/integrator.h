@@ -117,8 +117,10 @@ struct LightSamples {
   const float* distance;     // that a shadow ray goes; 0: nothing shadows this light
   const float* t;            // to the point on the light; infinity for infinite lights
   const float* radiance[3];  // unshadowed
-  const float* pdf;          // choice of the light included; 0: none
-  const float* diffuse;      // factors on diffuse and specular slots
+  // Instead of `radiance` what specular slots get, where a light's filters weigh on them otherwise. Null: the same.
+  const float* specularRadiance[3] = {nullptr, nullptr, nullptr};
+  const float* pdf;      // choice of the light included; 0: none
+  const float* diffuse;  // factors on diffuse and specular slots
   const float* specular;
   const uint32_t* flags;  // LightSampleFlags
   const uint32_t* light;  // index, for light path events
@@ -154,6 +156,7 @@ struct LightHits {
   uint32_t count;
   const uint32_t* slot;  // the ray's entry in its list
   const float* radiance[3];
+  const float* specularRadiance[3];  // as in LightSamples; of rays that specular lobes sent
   const float* pdf;  // with which lightSamples() at the previous vertex would have made this direction
   const float* t;
   const float* diffuse;

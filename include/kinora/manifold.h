@@ -874,7 +874,8 @@ class ManifoldWalks : private WalkStarts {
         if (h.light[i] != to_.light[s]) continue;
         // not another part of the same light
         if (!(to_.flags[s] & kLightIsInfinite) && !(std::abs(h.t[i] - along[s]) < 5e-3f * along[s])) continue;
-        for (int c = 0; c < 3; ++c) light[c][s] += h.radiance[c][i];
+        const float* const* radiance = h.specularRadiance[0] ? h.specularRadiance : h.radiance;
+        for (int c = 0; c < 3; ++c) light[c][s] += radiance[c][i];
         factor[s] = h.specular[i];
       }
     }

@@ -285,7 +285,9 @@ class PathLoop {
     w *= depth == 0 ? 1.f : (flags_[s] & kFromSpecular) ? h.specular[i] : h.diffuse[i];
     w /= float(bxdfParts);
     if (share_) w *= share_[s];
-    for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * h.radiance[c][i] * w;
+    const bool isSpecular = depth && flags_[s] & kFromSpecular && h.specularRadiance[0];
+    const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
+    for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * radiance[c][i] * w;
     clampOne(depth, v);
   }
 
@@ -534,6 +536,9 @@ class PathLoop {
         F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
         if (share_ && c.traits & kTraitInSpace) scale = scale * s.get(share_);
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
+        Vec3<W> glossy = base;
+        if (ls.specularRadiance[0])
+          glossy = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.specularRadiance, i) * scale;
         const Vec3<W> wi = Vec3<W>::load(ls.wi, i);
         // light that a tinted shadow brought to an earlier vertex
         const Mask<W> blocked = o_.allowCaustics ? Mask<W>(false) : blockedByGlass(ls.light + i);
@@ -547,7 +552,7 @@ class PathLoop {
         Mask<W> lit(false);
         for (uint32_t l = 0; l < c.slotCount; ++l) {
           const F factor = c.eventOfSlot[l] & 1 ? fs : fd;
-          Vec3<W> v = base * Vec3<W>::load(e.weight[l], i) * factor;
+          Vec3<W> v = (c.eventOfSlot[l] & 1 ? glossy : base) * Vec3<W>::load(e.weight[l], i) * factor;
           v = zeroUnless(c.tintedSlots >> l & 1 ? some & !behind : some, v);
           if (c.walkableSlots >> l & 1) v = zeroUnless(!walkedHere, v);
           if (depth + 1 >= o_.clampDepth) {

@@ -176,7 +176,9 @@ class Subpaths {
         const bool isShadowed = sv_->wantsUnshadowed && !(origin & kFromDiscrete);
         const float factor = depth == 0 ? 1.f : origin & kFromSpecular ? h.specular[i] : h.diffuse[i];
         const float w = isShadowed == (kind == LightKind::Shadowed) ? weight[i] * factor : 0.f;
-        for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * h.radiance[k][i] * w;
+        const bool isSpecular = depth && origin & kFromSpecular && h.specularRadiance[0];
+        const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
+        for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * radiance[k][i] * w;
         at[i] = state[s];
       }
       const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, kind};

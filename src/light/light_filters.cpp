@@ -37,6 +37,9 @@ void LightFilters::apply(uint32_t width, const std::vector<LightFilterEntry>& fi
       const LightFilterArgs a{count, {in[0], in[1], in[2]}, {in[3], in[4], in[5]}, in[6],
                               in[7], {to[0], to[1], to[2]}};
       filters[g].byWidth[width]->factor(filters[g].instance, &a);
+      if (const float amount = use.amountOf(filters[g]); amount != 1)
+        for (int c = 0; c < 3; ++c)
+          for (uint32_t i = 0; i < count; ++i) to[c][i] = 1 + amount * (to[c][i] - 1);
       for (int c = 0; c < 3 && !isFirst; ++c) combine(filters[f].mode, count, factor_[c], group_[c]);
       isFirst = false;
     }

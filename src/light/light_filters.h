@@ -24,16 +24,21 @@ struct LightFilterEntry {
   // Neighbours of one group combine in its mode; groups multiply.
   LightFilterMode mode = LightFilterMode::Multiply;
   uint32_t group = 0;
-  bool isSeen = true;         // false: the light is without it where the camera sees it
-  std::string linkingGroups;  // read while lights are made; linked filters are on some objects only:
-  uint32_t link = kNoLink;    // bit of what FilterUse says of the lit object
+  float diffuse = 1, specular = 1;  // how much of it weighs on light to such lobes; the camera sees all of it
+  bool isSeen = true;               // false: the light is without it where the camera sees it
+  std::string linkingGroups;        // read while lights are made; linked filters are on some objects only:
+  uint32_t link = kNoLink;          // bit of what FilterUse says of the lit object
   static constexpr uint32_t kNoLink = 64;
 };
 
 // Of which of a light's filters a call asks.
 struct FilterUse {
   enum By : uint8_t { LitPoints, Camera, EmittedRays } by = LitPoints;  // emitted rays know of uniform ones only
+  bool forSpecular = false;                                             // lit points: the lobes that the light is for
   uint64_t links = ~0ull;
+  float amountOf(const LightFilterEntry& f) const {
+    return by != LitPoints ? 1.f : forSpecular ? f.specular : f.diffuse;
+  }
   bool has(const LightFilterEntry& f) const {
     return (by != Camera || f.isSeen) && (f.link >= LightFilterEntry::kNoLink || links >> f.link & 1);
   }

@@ -37,13 +37,14 @@ float LightSet::reachOf(const Record& light, bool camera, const RayList& list, u
 struct LightSet::Found {
   uint32_t count = 0, room = 0;
   uint32_t *ray = nullptr, *light = nullptr;
-  float *t = nullptr, *pdf = nullptr, *radiance[3] = {};
+  float *t = nullptr, *pdf = nullptr, *radiance[3] = {}, *specular[3] = {};  // specular: null unless filters split
   struct Waiting {
     uint32_t count = 0, room = 0;
     float *o[3], *d[3], *time, *t;
     uint32_t *ray, *light;
   } waiting;
-  Found(Arena& arena, uint32_t rays) {
+  bool splits;
+  Found(Arena& arena, uint32_t rays, bool splits_) : splits(splits_) {
     waiting.room = std::max(kBatch, padded(rays));
     const uint32_t n = waiting.room + 2 * kPad;
     for (int c = 0; c < 3; ++c) {
@@ -63,6 +64,8 @@ struct LightSet::Found {
     t = grown(arena, t, count, room);
     pdf = grown(arena, pdf, count, room);
     for (float*& x : radiance) x = grown(arena, x, count, room);
+    for (float*& x : specular)
+      if (splits) x = grown(arena, x, count, room);
   }
 };
 
@@ -139,6 +142,11 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayLi
       kinds_[run.kind].byWidth[width]->evaluate(&a);
     }
     for (int k = 0; k < 4; ++k) order.put(ordered[k], outputs[k]);
+    float* specular[3] = {};
+    for (int c = 0; splitsFilters_ && c < 3; ++c) {
+      specular[c] = arena.make<float>(padded(n) + kPad);
+      std::copy_n(radiance[c], n, specular[c]);
+    }
     if (!filters_.empty()) {
       // as sample() says it: infinite lights are infinitely far
       float* far = w.t;
@@ -150,15 +158,20 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayLi
       for (uint32_t i = 0; set && i < n; ++i) set[i] = list.linkSet[list.slots[w.ray[i]]];
       filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, set, radiance,
                      camera ? FilterUse::Camera : FilterUse::LitPoints);
+      if (splitsFilters_)
+        filterRadiance(width, arena, n, w.light, w.o, w.d, far, w.time, set, specular,
+                       camera ? FilterUse::Camera : FilterUse::LitPoints, true);
     }
     for (uint32_t i = 0; i < n; ++i) {
-      if (areInfinite && radiance[0][i] == 0 && radiance[1][i] == 0 && radiance[2][i] == 0) continue;
+      const auto isBlack = [i](float* const x[3]) { return x[0][i] == 0 && x[1][i] == 0 && x[2][i] == 0; };
+      if (areInfinite && isBlack(radiance) && (!splitsFilters_ || isBlack(specular))) continue;
       const uint32_t e = found.count++;
       found.ray[e] = w.ray[i];
       found.light[e] = w.light[i];
       found.t[e] = w.t[i];
       found.pdf[e] = pdf[i];
       for (int c = 0; c < 3; ++c) found.radiance[c][e] = radiance[c][i];
+      for (int c = 0; splitsFilters_ && c < 3; ++c) found.specular[c][e] = specular[c][i];
     }
   }
   arena.release(mark);
@@ -244,7 +257,7 @@ void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayLi
 void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& list, LightHits* out) const {
   *out = LightHits{};
   if (!list.count || (camera && !isCameraSeen_)) return;
-  Found found(arena, list.count);
+  Found found(arena, list.count, splitsFilters_);
   findLights(width, arena, camera, list, found);
   if (!found.count) return;
   // by ray; a ray's own lights come in an order that its group does not change
@@ -268,6 +281,8 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
   float *pdf = arena.make<float>(room), *t = arena.make<float>(room), *radiance[3];
   for (float*& r : radiance) r = arena.make<float>(room);
   float *diffuse = arena.make<float>(room), *specular = arena.make<float>(room);
+  float* specularRadiance[3] = {};
+  for (int c = 0; splitsFilters_ && c < 3; ++c) specularRadiance[c] = arena.make<float>(room);
   uint32_t m = 0;
   const auto keep = [&](uint32_t e, bool isBlocking) {
     slot[m] = list.slots[found.ray[e]];
@@ -275,6 +290,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     t[m] = found.t[e];
     pdf[m] = found.pdf[e];
     for (int c = 0; c < 3; ++c) radiance[c][m] = found.radiance[c][e];
+    for (int c = 0; splitsFilters_ && c < 3; ++c) specularRadiance[c][m] = found.specular[c][e];
     diffuse[m] = lights_[light[m]].diffuse;
     specular[m] = lights_[light[m]].specular;
     blocks[m++] = isBlocking;
@@ -330,7 +346,10 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
   }
   out->count = m;
   out->slot = slot;
-  for (int c = 0; c < 3; ++c) out->radiance[c] = radiance[c];
+  for (int c = 0; c < 3; ++c) {
+    out->radiance[c] = radiance[c];
+    out->specularRadiance[c] = specularRadiance[c];
+  }
   out->pdf = pdf;
   out->t = t;
   out->diffuse = diffuse;

@@ -108,8 +108,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     }
     // Light paths would carry light past these shadows, and through filters that know the lit point only.
     const bool isEmitter =
-        !isControlled && std::all_of(l.filters.begin(), l.filters.end(),
-                                     [](const LightFilterEntry& f) { return f.isUniform && f.link == f.kNoLink; });
+        !isControlled && std::all_of(l.filters.begin(), l.filters.end(), [](const LightFilterEntry& f) {
+          return f.isUniform && f.link == f.kNoLink && f.diffuse == 1 && f.specular == 1;
+        });
+    for (const LightFilterEntry& f : l.filters) splitsFilters_ = splitsFilters_ || f.diffuse != f.specular;
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));
@@ -208,8 +210,8 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
 // Multiplies radiance by the lights' filters: the same numbers for a sample and for a ray that met the light.
 void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, const uint32_t* light,
                               const float* const P[3], const float* const wi[3], const float* distance,
-                              const float* time, const uint32_t* linkSet, float* const radiance[3],
-                              FilterUse::By by) const {
+                              const float* time, const uint32_t* linkSet, float* const radiance[3], FilterUse::By by,
+                              bool forSpecular) const {
   if (filters_.empty()) return;
   uint32_t* list = arena.make<uint32_t>(padded(count) + kPad);
   uint32_t n = 0;
@@ -228,7 +230,7 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
   float* const* x = of.in;
   for (uint32_t from = 0, to; from < n; from = to) {
     const uint32_t l = light[list[from]];
-    const FilterUse use{by, linksOf(list[from])};
+    const FilterUse use{by, forSpecular, linksOf(list[from])};
     for (to = from; to < n && light[list[to]] == l && linksOf(list[to]) == use.links;) ++to;
     const uint32_t m = to - from;
     for (uint32_t i = 0; i < padded(m); ++i) {
@@ -280,10 +282,11 @@ void LightSet::askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32
 void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSamples* out) const {
   const uint32_t n = p.padded;
   float* wi[3];
-  float* radiance[3];
+  float *radiance[3], *specularRadiance[3];
   for (int c = 0; c < 3; ++c) {
     out->wi[c] = wi[c] = arena.make<float>(n);
     out->radiance[c] = radiance[c] = arena.make<float>(n);
+    out->specularRadiance[c] = specularRadiance[c] = splitsFilters_ ? arena.make<float>(n) : nullptr;
   }
   float* distance = arena.make<float>(n);
   float* t = hasDistances_ ? arena.make<float>(n) : distance;
@@ -343,7 +346,11 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     wi[2][i] = 1;
     flags[i] = 0;
   }
+  for (int c = 0; splitsFilters_ && c < 3; ++c) std::copy_n(radiance[c], p.count, specularRadiance[c]);
   filterRadiance(width, arena, p.count, light, p.P, wi, distance, p.time, p.linkSet, radiance);
+  if (splitsFilters_)
+    filterRadiance(width, arena, p.count, light, p.P, wi, distance, p.time, p.linkSet, specularRadiance,
+                   FilterUse::LitPoints, true);
   if (t != distance) std::copy_n(distance, p.count, t);
   for (uint32_t i = 0; i < p.count; ++i) {
     const bool some = light[i] != kNoLight;
@@ -356,6 +363,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   }
   arena.release(mark);
   for (float* x : outputs) padFloats(x, p.count);
+  for (int c = 0; splitsFilters_ && c < 3; ++c) padFloats(specularRadiance[c], p.count);
   if (t != distance) padFloats(t, p.count);
   padFloats(diffuse, p.count);
   padFloats(specular, p.count);

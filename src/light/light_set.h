@@ -186,7 +186,8 @@ class LightSet {
                   const float* time, const float* const u[2], float* const outputs[8], uint32_t* flags) const;
   void filterRadiance(uint32_t width, Arena& arena, uint32_t n, const uint32_t* light, const float* const P[3],
                       const float* const wi[3], const float* distance, const float* time, const uint32_t* linkSet,
-                      float* const radiance[3], FilterUse::By by = FilterUse::LitPoints) const;
+                      float* const radiance[3], FilterUse::By by = FilterUse::LitPoints,
+                      bool forSpecular = false) const;
   template <class Args>
   void setWorld(Args& a) const {
     for (int c = 0; c < 3; ++c) a.worldCenter[c] = center_[c];
@@ -198,6 +199,7 @@ class LightSet {
   std::vector<Record> lights_;
   std::vector<std::vector<LightFilterEntry>> filters_;
   std::vector<uint64_t> filterLinks_;
+  bool splitsFilters_ = false;  // some weigh on diffuse and specular light differently
   std::vector<ShadowControls> shadows_;
   LightTree tree_;
   LinkSets links_;

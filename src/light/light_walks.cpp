@@ -66,7 +66,8 @@ void LightSet::deltaLights(uint32_t width, Arena& arena, uint32_t n, const float
   float* const outputs[8] = {wi[0], wi[1], wi[2], distance, radiance[0], radiance[1], radiance[2], pdf};
   const float* const u[2] = {middle, middle};
   askSamples(width, arena, n, light, P, time, u, outputs, flags);
-  if (!filters_.empty()) filterRadiance(width, arena, n, light, P, wi, distance, time, linkSet, radiance);
+  if (!filters_.empty())
+    filterRadiance(width, arena, n, light, P, wi, distance, time, linkSet, radiance, FilterUse::LitPoints, true);
   for (uint32_t i = 0; i < n; ++i) {
     specular[i] = lights_[light[i]].specular;
     if (!(flags[i] & kSampleDelta) || !(pdf[i] > 0))

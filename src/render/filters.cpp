@@ -323,6 +323,16 @@ std::vector<light::LightFilterEntry> makeLightFilters(
       e.isUniform = traits->isUniform && traits->isUniform(e.instance);
       if (traits->largest) largestFactor *= std::max(0.f, traits->largest(e.instance));
     }
+    const auto amount = [&](const char* name) {
+      const float a = n->params.getFloat(name, 1);
+      if (a >= 0 && a <= 1) return a;
+      diagnostics.warning("PARAM-RANGE", n->pos,
+                          n->plugin + " '" + n->handle + "': " + name + " is not within 0 to 1",
+                          "it is brought within");
+      return a > 1 ? 1.f : 0.f;
+    };
+    e.diffuse = amount("diffuse");
+    e.specular = amount("specular");
     e.linkingGroups = n->params.getString("linkingGroups", "");
     groups.place(*n, e);
     list.push_back(std::move(e));

@@ -52,6 +52,8 @@ bool WorldBuilder::needsSplit(const scene::Scene& scene) const {
   for (const scene::Light& l : lightsToRender(scene, registry_, quiet, shapes)) {
     if (!l.node) continue;
     if (l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
+    for (const scene::NodePtr& f : l.filters)
+      if (f->params.getFloat("diffuse", 1) != f->params.getFloat("specular", 1)) return true;
     const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, quiet, l.node->pos);
     const auto* traits = d ? static_cast<const LightTraits*>(d->traits) : nullptr;
     if (traits && traits->mark) return true;  // marks go on along specular reflections alone

@@ -77,7 +77,9 @@ void GroupState::askMediumLights(const Context* c, LightSamples* out) {
     isKnown[x.ray] = x.t > list.hits.t[x.ray];
   }
   askMedia(*this, list, n, c->depth, true, [&](uint32_t entry, int k, float, float emitted) {
-    const_cast<float*>(out->radiance[k])[found[entry]] *= isInside[entry] && isKnown[entry] ? emitted : 0.f;
+    const float factor = isInside[entry] && isKnown[entry] ? emitted : 0.f;
+    const_cast<float*>(out->radiance[k])[found[entry]] *= factor;
+    if (out->specularRadiance[k]) const_cast<float*>(out->specularRadiance[k])[found[entry]] *= factor;
   });
   for (uint32_t i = 0; i < n; ++i) const_cast<uint32_t*>(out->light)[found[i]] = kNoLight;
 }

@@ -467,6 +467,10 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
   for (int c = 0; c < 3; ++c) {
     for (uint32_t i = 0; i < n; ++i) radiance[c][i] = l->radiance[c][i] * T[c][i];
     l->radiance[c] = radiance[c];
+    if (!l->specularRadiance[c]) continue;
+    float* specular = arena_.make<float>(room);
+    for (uint32_t i = 0; i < n; ++i) specular[i] = l->specularRadiance[c][i] * T[c][i];
+    l->specularRadiance[c] = specular;
   }
 }
 

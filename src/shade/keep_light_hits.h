@@ -23,7 +23,10 @@ void keepLightHits(Arena& arena, LightHits* hits, Keep&& keep) {
   if (!all.count) return;
   hits->count = m;
   hits->slot = taken(all.slot);
-  for (int c = 0; c < 3; ++c) hits->radiance[c] = taken(all.radiance[c]);
+  for (int c = 0; c < 3; ++c) {
+    hits->radiance[c] = taken(all.radiance[c]);
+    if (all.specularRadiance[c]) hits->specularRadiance[c] = taken(all.specularRadiance[c]);
+  }
   hits->pdf = taken(all.pdf);
   hits->t = taken(all.t);
   hits->diffuse = taken(all.diffuse);

@@ -109,7 +109,14 @@ void GroupState::shadowLightHits(const RayList& list, LightHits* hits) {
   controlShadows(depth ? depth - 1 : 0, rays);
   for (uint32_t k = 0; k < n; ++k)
     for (int c = 0; c < 3; ++c) radiance[c][at[k]] *= T[c][k];
-  for (int c = 0; c < 3; ++c) hits->radiance[c] = radiance[c];
+  for (int c = 0; c < 3; ++c) {
+    hits->radiance[c] = radiance[c];
+    if (!hits->specularRadiance[c]) continue;
+    float* specular = arena_.make<float>(room);
+    std::copy_n(hits->specularRadiance[c], hits->count, specular);
+    for (uint32_t k = 0; k < n; ++k) specular[at[k]] *= T[c][k];
+    hits->specularRadiance[c] = specular;
+  }
 }
 
 }  // namespace kinora::shade

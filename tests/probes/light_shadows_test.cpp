@@ -41,5 +41,15 @@ TEST(LightShadows, VcmEqualsThePathTracerBehindFilters) {
   expectSamePicture(room(lamp + kPoint, kGrey), 0.04);
 }
 
+// Of which the glossy floor gets its part alone.
+TEST(LightShadows, VcmEqualsThePathTracerBehindFiltersOfDiffuseLight) {
+  std::string lamp = kRect;
+  const std::string begin = "AttributeBegin";
+  lamp.replace(lamp.find(begin), begin.size(), R"(AttributeBegin
+      LightFilter "PxrIntMultLightFilter" "tint" "color tint" [0.2 0.6 1] "float diffuse" [0.9] "float specular" [0.1]
+)");
+  expectSamePicture(room(lamp + kPoint, kGrey), 0.04);
+}
+
 }  // namespace
 }  // namespace kinora::probes

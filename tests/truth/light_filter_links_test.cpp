@@ -1,4 +1,4 @@
-// Proves: which objects a light's filters are on (linkingGroups, lightfilter:subset), their saturation, and
+// Proves: which objects a light's filters are on (linkingGroups, lightfilter:subset), their saturation and parts in diffuse and specular light, and
 // intensityNearDist, on white planes however samples are split between lights and directions; that names which nothing
 // has and distances that are none are told of. Misses: light that only marks (PxrAovLight), whose filters are on all
 // objects.
@@ -88,6 +88,31 @@ TEST(LightFilterLinks, SaturationIsOfTheFiltersColor) {
             << filter << s;
       }
   }
+}
+
+// A factor of .4 that weighs on each kind of lobe by its own part, on surfaces of one kind, by channel.
+TEST(LightFilterLinks, WeighOnDiffuseAndSpecularLight) {
+  const std::string glossy =
+      "Bxdf \"PxrSurface\" \"gloss\" \"float diffuseGain\" [0] \"color specularFaceColor\" [1 1 1] \"color "
+      "specularEdgeColor\" [1 1 1] \"float specularRoughness\" [0.5] \"int specularModelType\" [1]\n"
+      "Polygon \"P\" [-50 -50 1.9  -50 50 1.9  50 50 1.9  50 -50 1.9]\n";
+  const std::string filter = "LightFilter \"PxrIntMultLightFilter\" \"f\" \"color tint\" [.4 1 .6] ";
+  const struct { double diffuse, specular; } cases[] = {{1, 1}, {0, 1}, {1, 0.25}, {0.5, 0.5}};
+  for (const bool isGlossy : {false, true})
+    for (const char* split : kSplits)
+      for (const int c : {0, 1}) {
+        SCOPED_TRACE(std::string(isGlossy ? "glossy " : "diffuse ") + split);
+        const std::string before = isGlossy ? glossy : "";
+        const auto free = overSeeds(scene(kLamp, "", split, before), 16, "Ci", c);
+        for (const auto& k : cases) {
+          const std::string amounts = "\"float diffuse\" [" + std::to_string(k.diffuse) + "] \"float specular\" [" +
+                                      std::to_string(k.specular) + "]\n";
+          const double factor = 1 - (c ? 0 : 0.6) * (isGlossy ? k.specular : k.diffuse);
+          const auto m = overSeeds(scene(filter + amounts + kLamp, "", split, before), 16, "Ci", c);
+          EXPECT_NEAR(m.mean(), factor * free.mean(), 5 * (m.standardError() + free.standardError()) + 1e-6);
+          EXPECT_LT(m.standardError(), 0.04 * m.mean());
+        }
+      }
 }
 
 // A bulb at distance 2 of the plane is a hundredth as wide: its light falls with the square of the distance.

@@ -304,7 +304,9 @@ class Vcm {
         const float w = weight[i] * (depth == 0                            ? 1.f
                                      : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
                                                                            : h.diffuse[i]);
-        const V v = V::load(paths_.throughput, s) * V::load(h.radiance, i) * Float<1>(w);
+        const bool isSpecular = depth && g_->paths.origin[s] & kFromSpecular && h.specularRadiance[0];
+        const V v =
+            V::load(paths_.throughput, s) * V::load(isSpecular ? h.specularRadiance : h.radiance, i) * Float<1>(w);
         const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
         if (before > 0) weight[i] *= after / before;
       }
@@ -374,11 +376,15 @@ class Vcm {
       others = select(Int<W>::load(ls.light + i) == Int<W>(kNoLight), byChance * byChance, others);
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.radiance, i) *
                                (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
+      Vec3<W> glossy = arriving;
+      if (ls.specularRadiance[0])
+        glossy = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.specularRadiance, i) *
+                 (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
       const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount,
                                         ls.spread ? F::load(ls.spread + i) : F(0.f), Int<W>::load(ls.light + i));
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
-        Vec3<W> v = arriving * Vec3<W>::load(e.weight[l], i) * factor;
+        Vec3<W> v = (c.eventOfSlot[l] & 1 ? glossy : arriving) * Vec3<W>::load(e.weight[l], i) * factor;
         if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
         const Int<W> state = stateAfter(s, c.eventOfSlot[l]), from = Int<W>::load(ls.light + i);
         arrivals_.add(on, v, ray, s.s, state, from);

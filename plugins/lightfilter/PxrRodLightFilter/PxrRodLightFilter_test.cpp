@@ -1,7 +1,7 @@
 // Proves: the rod's factor within, outside and at chosen distances into its soft edge, on faces and at round corners,
 // with a side, its edge and a scale of its own, by linear and B-spline falloff, inverted, tinted and in part; that a
 // broken ramp is told; that PxrBlockerLightFilter is the same shape. Misses: influence on diffuse and specular alone,
-// which has no effect yet; saturation (tests/truth).
+// and saturation (tests/truth).
 #include "plugins/lightfilter/filter_testing.h"
 
 namespace kinora {

@@ -13,8 +13,10 @@ namespace kinora::filterParts {
 
 inline constexpr std::array kStrength = {
     param::number("density", 1.f).range(0, 1).help("0 leaves the light as it is, 1 filters it fully."),
-    param::number("diffuse", 1.f).range(0, 1).help("No effect yet: influence on diffuse light."),
-    param::number("specular", 1.f).range(0, 1).help("No effect yet: influence on specular light."),
+    param::number("diffuse", 1.f)
+        .range(0, 1)
+        .help("How much of the filter weighs on light to diffuse lobes; 0: they get the light as it is."),
+    param::number("specular", 1.f).range(0, 1).help("The same of specular lobes."),
     param::string("combineMode", "mult")
         .options("mult|max|min|screen")
         .help("How the filter combines with others of its light that have the same mode and are in no combiner; what "
