@@ -106,11 +106,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
       r.shadows = uint32_t(shadows_.size());
       shadows_.push_back(l.shadows);
     }
-    // Light paths would carry light past these shadows, and through filters that know the lit point only.
-    const bool isEmitter =
-        !isControlled && std::all_of(l.filters.begin(), l.filters.end(), [](const LightFilterEntry& f) {
-          return f.isUniform && f.link == f.kNoLink && f.diffuse == 1 && f.specular == 1;
-        });
+    // Light paths know what is in their way, not these shadows, and no filter that depends on the lit point.
+    const bool isEmitter = isPlain && std::all_of(l.filters.begin(), l.filters.end(), [](const LightFilterEntry& f) {
+                             return f.isUniform && f.link == f.kNoLink && f.diffuse == 1 && f.specular == 1;
+                           });
     for (const LightFilterEntry& f : l.filters) splitsFilters_ = splitsFilters_ || f.diffuse != f.specular;
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());

@@ -41,6 +41,10 @@ TEST(LightShadows, VcmEqualsThePathTracerBehindFilters) {
   expectSamePicture(room(lamp + kPoint, kGrey), 0.04);
 }
 
+TEST(LightShadows, VcmEqualsThePathTracerWithoutShadows) {
+  expectSamePicture(room(with(kSphere, "bulb", "\"int enableShadows\" [0]") + kRect, kGrey), 0.04);
+}
+
 // Of which the glossy floor gets its part alone.
 TEST(LightShadows, VcmEqualsThePathTracerBehindFiltersOfDiffuseLight) {
   std::string lamp = kRect;
