@@ -1,5 +1,6 @@
-// PxrCamera: the thin-lens camera with shift and roll. Its models of lens defects, rolling shutter and the like are
-// declared so that scenes which name them are read, and say in their help that they change nothing yet.
+// PxrCamera: the thin-lens camera with shift, roll, squeeze and natural vignetting. Its other models of lens defects,
+// rolling shutter and the like are declared so that scenes which name them are read, and say in their help that they
+// change nothing yet.
 #define KINORA_KERNEL_FILE "plugins/projection/PxrCamera/PxrCamera.cpp"
 #include <kinora/projection_setup.h>
 #include <memory>
@@ -38,11 +39,19 @@ constexpr std::array kOwn = {
     number("lensAsymmetryX", 0.f).range(-1, 1).help("No effect yet: asymmetric distortion."),
     number("lensAsymmetryY", 0.f).range(-1, 1).help("No effect yet: asymmetric distortion."),
     list("distortionCtr", kZeros, 2, "No effect yet: centre of the distortion."),
-    number("lensScale", 1.f).range(0.1f, 10).help("No effect yet: size of the distorted picture."),
-    number("squeeze", 1.f).range(0.5f, 2).help("No effect yet: anamorphic squeeze."),
+    number("lensScale", 1.f)
+        .range(0.1f, 10)
+        .help("Size of the picture about the middle of the lens: 2 shows things twice as large."),
+    number("squeeze", 1.f)
+        .range(0.5f, 2)
+        .help("Anamorphic lens: so many times as wide a view, squeezed into the picture's width."),
     color("axial", 0.f).help("No effect yet: shift of focus by channel."),
     color("transverse", 1.f).help("No effect yet: magnification by channel."),
-    number("natural", 0.f).range(0, 1).help("No effect yet: natural vignetting."),
+    number("natural", 0.f)
+        .range(0, 1)
+        .help("Natural vignetting: how much of the fourth power of the cosine to the view axis dims the picture; of "
+              "a shifted "
+              "lens about its axis, not the picture's middle."),
     number("optical", 0.f).range(0, 1).help("No effect yet: vignetting by the lens hood."),
     string("sweep", "down").options("down|right|up|left").help("No effect yet: direction of the rolling shutter."),
     number("duration", 1.f).range(0, 1).help("No effect yet: part of the shutter time that a line is exposed for."),
@@ -72,14 +81,33 @@ constexpr std::array kOwn = {
 };
 constexpr auto kParams = joinParams(projectionParams::kLens, kOwn);
 
-std::unique_ptr<ThinLens> makeCamera(const CreateInfo& info) {
+struct Camera : ThinLens {
+  float natural = 0;
+};
+
+std::unique_ptr<Camera> makeCamera(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   const auto* projection = static_cast<const ProjectionInfo*>(info.extra);
-  auto lens = std::make_unique<ThinLens>();
+  auto lens = std::make_unique<Camera>();
   lens->screen = ScreenMap::of(projection);
   setLens(*lens, values, *projection);
   lens->screen.left += float(values.number("shiftX"));
   lens->screen.top += float(values.number("shiftY"));
+  const auto factor = [&](const char* name) {
+    const double x = values.number(name);
+    if (x > 1e-3 && x < 1e3) return x;
+    values.warn("PARAM-RANGE", std::string(name) + " is no factor above 0", "1 is used");
+    return 1.0;
+  };
+  const double size = 1 / factor("lensScale"), squeeze = factor("squeeze");
+  if (size != 1 || squeeze != 1) {
+    for (float* x : {&lens->screen.left, &lens->screen.stepX}) *x = float(*x * size * squeeze);
+    for (float* y : {&lens->screen.top, &lens->screen.stepY}) *y = float(*y * size);
+  }
+  const double natural = values.number("natural");
+  lens->natural = float(std::fmin(1, std::fmax(0, natural)));
+  if (!(natural >= 0 && natural <= 1))
+    values.warn("PARAM-RANGE", "natural is not within 0 to 1", "it is brought within");
   const double roll = values.number("roll") * 3.14159265358979323846 / 180;
   lens->screen.cosRoll = float(std::cos(roll));
   lens->screen.sinRoll = float(std::sin(roll));
@@ -95,11 +123,35 @@ std::unique_ptr<ThinLens> makeCamera(const CreateInfo& info) {
   values.warnNoEffect();
   return lens;
 }
-void ndcMatrix(const void* data, double out[16]) { perspectiveMatrix(*static_cast<const ThinLens*>(data), out); }
+void ndcMatrix(const void* data, double out[16]) { perspectiveMatrix(*static_cast<const Camera*>(data), out); }
 }  // namespace kinora::pxrCamera
 #endif
 
-KINORA_PLUGIN(PxrCamera, ProjectionRunner<ThinLensProjection>, ProjectionPlugin,
+KINORA_KERNELS_BEGIN
+struct PxrCameraProjection {
+  using Data = pxrCamera::Camera;
+  // Of a ray whose cosine to the axis is this.
+  template <int W>
+  static KN_INLINE Float<W> dimming(const Data& k, Float<W> cosine) {
+    const Float<W> square = cosine * cosine;
+    return fma(fms(square, square, Float<W>(1.f)), Float<W>(k.natural), Float<W>(1.f));
+  }
+  template <int W>
+  static KN_INLINE void rays(const Data& k, const CameraSample<W>& in, CameraRay<W>& out) {
+    ThinLensProjection::rays<W>(k, in, out);
+    if (k.natural > 0) out.weight = dimming<W>(k, out.d.z);
+  }
+  template <int W>
+  static KN_INLINE void connect(const Data& k, const CameraPoint<W>& in, CameraLink<W>& out) {
+    ThinLensProjection::connect<W>(k, in, out);
+    if (!(k.natural > 0)) return;
+    const Vec3<W> to = in.P - out.o;
+    out.importance = out.importance * dimming<W>(k, to.z / max(length(to), Float<W>(1e-30f)));
+  }
+};
+KINORA_KERNELS_END
+
+KINORA_PLUGIN(PxrCamera, ProjectionRunner<PxrCameraProjection>, ProjectionPlugin,
               .help =
                   "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera request's: "
                   "apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect.",

@@ -1,4 +1,4 @@
-// Proves: shift, roll, depth of field from its own parameters, the shared checks, and the message about parameters
+// Proves: shift, roll, squeeze, size, natural vignetting for camera and light paths, depth of field from its own parameters, the shared checks, and the message about parameters
 // that change nothing yet. Lens and raster in general: PxrPerspective's test.
 #include "plugins/projection/projection_testing.h"
 
@@ -71,10 +71,48 @@ TEST(PxrCamera, PlaneOfFocusThroughThreePoints) {
   }
 }
 
+TEST(PxrCamera, SqueezeAndSize) {
+  TestProjection p(kName, {{"squeeze", 2}, {"lensScale", 4}, {"shiftX", 0.5f}}, frame(100, 100));
+  EXPECT_TRUE(p.warnings.empty());
+  const auto r = p.ray(100, 0);
+  EXPECT_NEAR(r[3] / r[5], 1.5 * 2 / 4, 1e-6);
+  EXPECT_NEAR(r[4] / r[5], 1. / 4, 1e-6);
+  expectRoundTrip(p);
+  expectLightPathsAgree(p, 3, 5);
+  for (const char* name : {"squeeze", "lensScale"}) {
+    TestProjection bad(kName, {{name, 0}}, frame(100, 100));
+    ASSERT_EQ(bad.warnings.size(), 1u);
+    EXPECT_NE(bad.warnings[0].find(name), std::string::npos);
+    EXPECT_NEAR(bad.ray(100, 0)[3] / bad.ray(100, 0)[5], 1, 1e-6);
+  }
+}
+
+// At 45 degrees off the axis the fourth power of the cosine is a quarter.
+TEST(PxrCamera, NaturalVignetting) {
+  for (const float natural : {0.f, 0.4f, 1.f}) {
+    TestProjection p(kName, {{"natural", natural}}, frame(100, 100));
+    EXPECT_TRUE(p.warnings.empty());
+    Columns c(2);
+    c.a[0][0] = c.a[1][0] = c.a[1][1] = 50;
+    c.a[0][1] = 100;
+    p.rays(c);
+    EXPECT_NEAR(c.a[11][0], 1, 1e-6);
+    EXPECT_NEAR(c.a[11][1], 1 - 0.75 * natural, 1e-6);
+  }
+  TestProjection p(kName, {{"natural", 0.7f}, {"fov", 70}, {"fStop", 1}, {"focalLength", 0.3f}, {"focalDistance", 4}},
+                   frame(64, 48));
+  expectRoundTrip(p);
+  expectLightPathsAgree(p, 3, 5);
+  expectWidthsAgree(p);
+  expectOddPointsUnseen(p);
+  TestProjection bad(kName, {{"natural", 3}}, frame(100, 100));
+  ASSERT_EQ(bad.warnings.size(), 1u);
+}
+
 TEST(PxrCamera, NamesWhatHasNoEffect) {
-  TestProjection p(kName, {{"radial1", 0.5f}, {"squeeze", 1}, {"natural", 1}}, frame(64, 48));
+  TestProjection p(kName, {{"radial1", 0.5f}, {"squeeze", 1}, {"optical", 1}}, frame(64, 48));
   ASSERT_EQ(p.warnings.size(), 1u);
-  EXPECT_NE(p.warnings[0].find("'radial1', 'natural'"), std::string::npos) << p.warnings[0];
+  EXPECT_NE(p.warnings[0].find("'radial1', 'optical'"), std::string::npos) << p.warnings[0];
 }
 }  // namespace
 }  // namespace kinora
