@@ -85,7 +85,10 @@ constexpr Explanation kRooms[] = {
     {"PLUGIN-MISSING",
      "The scene names a plug-in that is neither in stock nor a library on the plug-in path. Something visible stands "
      "in: "
-     "a plain material, PxrPathTracer for an integrator; an unknown light gives none. `kinora plugins` lists what "
+     "a plain material, PxrPathTracer for an integrator; an unknown light gives none. Colours that an unknown "
+     "pattern "
+     "feeds are what the scene says to it: its colour of the output's name (Cin for Cout), else the image that it "
+     "names, else its first colour. `kinora plugins` lists what "
      "there "
      "is; --plugin-path names more folders. With --strict the exit code is 4."},
     {"PLUGIN-STAND-IN",

@@ -113,7 +113,7 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
   count = 0;
   if (const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits); traits && traits->lists)
     count = std::min(traits->lists(in_.integratorData, lists, 16), 16u);
-  if (count || functions_->commit)
+  if (count || (functions_->commit && stages_.size() > 1))
     store_ =
         std::make_unique<PassStore>(std::vector<RecordList>(lists, lists + count), size_t(std::max(1, in_.threads)));
   const CameraState& camera = in_.world->camera();

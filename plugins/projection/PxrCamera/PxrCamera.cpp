@@ -90,7 +90,13 @@ std::unique_ptr<Camera> makeCamera(const CreateInfo& info) {
   const auto* projection = static_cast<const ProjectionInfo*>(info.extra);
   auto lens = std::make_unique<Camera>();
   lens->screen = ScreenMap::of(projection);
-  setLens(*lens, values, *projection);
+  // authors' pictures show that this camera's lens is its own: with a DepthOfField request alone they are sharp
+  ProjectionInfo without = *projection;
+  without.fStop = 0;
+  setLens(*lens, values, without);
+  if (projection->fStop > 0 && !values.given("fStop") && !values.given("focalLength"))
+    values.warn("PROJECTION-LENS", "the DepthOfField request does not reach PxrCamera, whose lens is its own",
+                "everything is sharp; give it fStop, focalLength and focalDistance");
   lens->screen.left += float(values.number("shiftX"));
   lens->screen.top += float(values.number("shiftY"));
   const auto factor = [&](const char* name) {
@@ -151,9 +157,11 @@ struct PxrCameraProjection {
 };
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrCamera, ProjectionRunner<PxrCameraProjection>, ProjectionPlugin,
-              .help =
-                  "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera request's: "
-                  "apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect.",
-              .params = pxrCamera::kParams, .setUp = setUpBy<pxrCamera::makeCamera>,
-              .ndcMatrix = pxrCamera::ndcMatrix)
+KINORA_PLUGIN(
+    PxrCamera, ProjectionRunner<PxrCameraProjection>, ProjectionPlugin,
+    .help =
+        "Perspective with a thin lens, lens shift and roll, squeeze and natural vignetting. The shape of the lens is "
+        "the Camera request's: "
+        "apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect. Depth of field is set by "
+        "fStop, focalLength and focalDistance here; the DepthOfField request has no effect.",
+    .params = pxrCamera::kParams, .setUp = setUpBy<pxrCamera::makeCamera>, .ndcMatrix = pxrCamera::ndcMatrix)
