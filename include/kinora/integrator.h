@@ -442,6 +442,11 @@ struct Services {
   // whatever presence, visibility and other objects have to say; or on the members of a set of objects, as far as
   // these are seen by indirect rays.
   void (*hitsOnObject)(Group*, const Context*, uint32_t n, const uint32_t* points, const Rays* rays, ObjectHits*);
+  // Of n places P (render space) in the objects of the listed points: radii of spheres that the surface of that object
+  // does not reach into, so that what stays within meets nothing of it. 0 where none is known: close to the surface,
+  // and in objects that move or are no triangles. What is much farther than `reach` (render units) is not looked for.
+  void (*freeRadii)(Group*, const Context*, uint32_t n, const uint32_t* points, const float* const P[3],
+                    const float* reach, float* radius);
   // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs
   // only its last vertex keeps within the cache that way.
   MemoryMark (*markMemory)(Group*);

@@ -131,17 +131,75 @@ class PathsBelow {
   }
   void begin(const Context& c, uint32_t n, uint32_t part, uint32_t parts);
   uint32_t enter(uint32_t n, const uint32_t* points);
+  // Walks under way, packed.
+  struct Walkers {
+    uint32_t count = 0;
+    float *P[3], *d[3], *beta[3], *time, *flight;
+    float *middle[3], *room;      // a sphere that the surface does not reach into
+    uint32_t *point, *step;       // flights so far
+    uint32_t* address;            // of random numbers, but for the event
+    uint32_t *boundary, *within;  // whether the last event was the boundary; in how many of the joined parts it is
+  };
+  struct Walker {
+    Vec3<W> P, d, middle;
+    Rgb<W> beta;
+    F time, room;
+    I point, step, boundary, within, address;
+    static KN_INLINE Walker load(const Walkers& w, uint32_t i) {
+      return {Vec3<W>::load(w.P, i),   Vec3<W>::load(w.d, i), Vec3<W>::load(w.middle, i), Rgb<W>::load(w.beta, i),
+              F::load(w.time + i),     F::load(w.room + i),   I::load(w.point + i),       I::load(w.step + i),
+              I::load(w.boundary + i), I::load(w.within + i), I::load(w.address + i)};
+    }
+    KN_INLINE void store(Walkers& w, uint32_t i) const {
+      P.store(w.P, i);
+      d.store(w.d, i);
+      middle.store(w.middle, i);
+      beta.store(w.beta, i);
+      time.store(w.time + i);
+      room.store(w.room + i);
+      point.store(w.point + i);
+      step.store(w.step + i);
+      boundary.store(w.boundary + i);
+      within.store(w.within + i);
+      address.store(w.address + i);
+    }
+    // behind those that are there
+    KN_INLINE void pack(const Packer<W>& k, Walkers& w) const {
+      P.pack(k, w.P, w.count);
+      d.pack(k, w.d, w.count);
+      middle.pack(k, w.middle, w.count);
+      beta.pack(k, w.beta, w.count);
+      k.put(time, w.time + w.count);
+      k.put(room, w.room + w.count);
+      k.put(point, w.point + w.count);
+      k.put(step, w.step + w.count);
+      k.put(boundary, w.boundary + w.count);
+      k.put(within, w.within + w.count);
+      k.put(address, w.address + w.count);
+    }
+  };
+  Walkers makeWalkers(uint32_t n) const;
+  KN_INLINE F fly(const Walker& x) const;
+  KN_INLINE void weigh(Walker& x, F t, Mask<W> met) const;
+  KN_INLINE Mask<W> scatter(Walker& x, Mask<W> met, Mask<W> in);
+  KN_INLINE void goBack(const Walker& x, Mask<W> lanes);
+  void flyFreely(Walkers& running, Walkers& waiting);
+  void meetSurface(Walkers& waiting, Walkers& running);
   void walk(uint32_t n, const uint32_t* points, const GenerateArgs& a);
   void probe(uint32_t n, const uint32_t* points);
   void weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const;
   void comeOut(const ObjectHits& h, size_t hit, uint32_t point, const float beta[3]);
   void goBack(uint32_t point, const float beta[3], BelowSurface why);
   Emerged finish(uint32_t slot, float* const throughput[3]);
-  KN_INLINE F draw(I point, uint32_t event) const {
+  // drawHashed(), of which what is the same for all events is hashed once
+  KN_INLINE I addressOf(I point) const {
     const Context& c = *c_;
     const I sample = gather(c.sampleIndex, point) * I(parts_) + I(part_);
-    return drawHashed(gather(c.sampleSeed, point), sample, dimensionAt(c.depth) + kDimBelow, I(event));
+    return hashWords(hashWords(gather(c.sampleSeed, point), sample),
+                     I((dimensionAt(c.depth) + kDimBelow) ^ 0xA511E9B3u));
   }
+  static KN_INLINE F drawEvent(I address, I event) { return toUnitFloat(hashWords(address, event)); }
+  KN_INLINE F draw(I point, uint32_t event) const { return drawEvent(addressOf(point), I(event)); }
   static KN_INLINE void padPoints(uint32_t m, uint32_t* x) {
     for (uint32_t i = m; i < padded(m); ++i) x[i] = m ? x[m - 1] : 0;
   }
@@ -152,6 +210,7 @@ class PathsBelow {
   const Context* c_ = nullptr;
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
+  bool hasTails_ = false;             // some flights are no exponential ones
   uint32_t* entered_;                 // points on what can have an inside
   Places out_;                        // found places
   uint32_t back_ = 0, *backPoint_;    // paths that come out where they went in
@@ -159,6 +218,7 @@ class PathsBelow {
   float* backBeta_[3];
   // of profiles, by term, channel and point: the length of the density, and dipoles
   float *spread_[kMaxSubsurfaceTerms][3], *dipole_[3][5];
+  static constexpr float kReach = 8;                       // mean free paths that spheres are asked for with
   static constexpr uint32_t kMostHits = 16;                // of a chord; of more the farthest are not seen
   static constexpr float kFarthest = 30;                   // of a profile, in lengths: 3e-5 of it are beyond
   static constexpr float kAxis[3] = {0.25f, 0.25f, 0.5f};  // shares of the two tangents and of the normal
@@ -252,176 +312,263 @@ void PathsBelow<W>::goBack(uint32_t point, const float beta[3], BelowSurface why
   lost_[uint32_t(why)][lostCount_[uint32_t(why)]++] = point;
 }
 
+// Walks are followed a flight at a time, all that are under way together. Where a sphere is known that the surface does
+// not reach into, flights that end within it need no ray. The others wait until they are many: lanes stay filled.
 template <int W>
 void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs& a) {
   const Context& c = *c_;
-  float *P[3], *d[3], *beta[3];
-  for (int k = 0; k < 3; ++k) {
-    P[k] = floats(n);
-    d[k] = floats(n);
-    beta[k] = floats(n);
-  }
-  float *time = floats(n), *tMax = floats(n), *flight = floats(n);
-  // by walker: its point; whether its last event was the boundary; in how many of the joined parts it is
-  uint32_t *point = words(n), *boundary = words(n), *within = words(n);
-  for (uint32_t i = 0; i < n; ++i) point[i] = points[i];
-  padPoints(n, point);
+  Walkers running = makeWalkers(n), waiting = makeWalkers(n);
+  hasTails_ = false;
+  for (uint32_t i = 0; i < n; ++i) hasTails_ |= below_.tail[points[i]] > 0;
+  padPoints(n, entered_);
   for (uint32_t i = 0; i < n; i += W) {
-    const I p = I::load(point + i);
-    const Vec3<W> w = Vec3<W>::gather(a.wi, p);
-    leave(Vec3<W>::gather(c.P, p), Vec3<W>::gather(c.Ng, p), gather(c.bias, p), w).store(P, i);
-    w.store(d, i);
-    Vec3<W>(1.f).store(beta, i);
-    gather(c.time, p).store(time + i);
-    I(1).store(boundary + i);
-    I(1).store(within + i);
+    const I p = I::load(points + i);
+    const Vec3<W> d = Vec3<W>::gather(a.wi, p);
+    const Vec3<W> P = leave(Vec3<W>::gather(c.P, p), Vec3<W>::gather(c.Ng, p), gather(c.bias, p), d);
+    const Walker x{P, d, P, Rgb<W>(1.f), gather(c.time, p), F(0.f), p, I(0), I(1), I(1), addressOf(p)};
+    fly(x).store(waiting.flight + i);
+    x.store(waiting, i);
   }
+  waiting.count = n;
+  while (waiting.count + running.count) {
+    meetSurface(waiting, running);
+    waiting.count = 0;
+    while (running.count && running.count >= waiting.count) flyFreely(running, waiting);
+  }
+}
+
+template <int W>
+typename PathsBelow<W>::Walkers PathsBelow<W>::makeWalkers(uint32_t n) const {
+  Walkers w;
+  for (int k = 0; k < 3; ++k) {
+    w.P[k] = floats(n);
+    w.d[k] = floats(n);
+    w.beta[k] = floats(n);
+    w.middle[k] = floats(n);
+  }
+  for (float** x : {&w.time, &w.room, &w.flight}) *x = floats(n);
+  for (uint32_t** x : {&w.point, &w.boundary, &w.within, &w.step, &w.address}) *x = words(n);
+  return w;
+}
+
+// The length of the next free flight, by one channel.
+template <int W>
+KN_INLINE Float<W> PathsBelow<W>::fly(const Walker& x) const {
+  const I p = x.point, event = x.step * I(8);
+  const Rgb<W> b = x.beta, length = Rgb<W>::gather(below_.length, p);
+  const F u = drawEvent(x.address, event) * (b.x + b.y + b.z);
+  const Mask<W> first = u < b.x, second = (!first) & (u < b.x + b.y);
+  const F own = select(first, length.x, select(second, length.y, length.z));
+  const F depth = -log(F(1.f) - drawEvent(x.address, event + I(1)));
+  F t = depth * own;
+  if (hasTails_) {
+    const F tail = gather(below_.tail, p);
+    const F power = select(x.boundary != I(0), tail, tail / (F(1.f) + tail));
+    t = select(tail > F(0.f), (exp(min(depth * power, F(60.f))) - F(1.f)) * own / tail, t);
+  }
+  return min(t, F(1e30f));
+}
+
+// Multiplies in what each channel made of a way of length t, over what all of them together did.
+template <int W>
+KN_INLINE void PathsBelow<W>::weigh(Walker& x, F t, Mask<W> met) const {
+  const I p = x.point;
+  const Rgb<W> length = Rgb<W>::gather(below_.length, p), depth(t / length.x, t / length.y, t / length.z);
+  Rgb<W> kept(exp(-depth.x), exp(-depth.y), exp(-depth.z));
+  Rgb<W> made(kept.x / length.x, kept.y / length.y, kept.z / length.z);
+  if (hasTails_) {
+    const F tail = gather(below_.tail, p);
+    const Mask<W> heavy = tail > F(0.f), edge = x.boundary != I(0);
+    const F slow = F(1.f) / max(tail, F(1e-6f)), power = select(edge, slow, slow + F(1.f));
+    const F scale = select(edge, F(1.f), F(1.f) + tail);
+    const auto law = [&](F y, F l, F& keeps, F& makes) {
+      const F q = log(fma(tail, y, F(1.f)));
+      keeps = select(heavy, exp(-(power * q)), keeps);
+      makes = select(heavy, scale * exp(-((power + F(1.f)) * q)) / l, makes);
+    };
+    law(depth.x, length.x, kept.x, made.x);
+    law(depth.y, length.y, kept.y, made.y);
+    law(depth.z, length.z, kept.z, made.z);
+  }
+  const F before = x.beta.x + x.beta.y + x.beta.z;
+  Rgb<W> b = x.beta * select(met, kept, made);
+  const F after = b.x + b.y + b.z;
+  b = b * zeroUnless(after > F(0.f), before / max(after, F(1e-37f)));
+  x.beta = select(met, b, b * Rgb<W>::gather(below_.albedo, p));
+}
+
+// Those that go on where a flight ended: in another direction unless they met a part of the body, by Russian roulette.
+template <int W>
+KN_INLINE Mask<W> PathsBelow<W>::scatter(Walker& x, Mask<W> met, Mask<W> in) {
+  const I p = x.point, event = x.step * I(8);
+  const F mu = sampleHenyeyGreenstein(gather(below_.anisotropy, p), drawEvent(x.address, event + I(2)));
+  const F r = safeSqrt(fnma(mu, mu, F(1.f)));
+  F sinPhi, cosPhi;
+  sincos(drawEvent(x.address, event + I(3)) * F(kTwoPi), sinPhi, cosPhi);
+  x.d = select(met, x.d, normalize(Frame<W>(x.d).toWorld({r * cosPhi, r * sinPhi, mu})));
+  const F most = maxComponent(x.beta);
+  // Not below what the surface returns in the mean: dark ones are entered seldom, by paths that are worth much.
+  const F mean = clamp(maxComponent(Rgb<W>::gather(below_.surface, p)), F(0.1f), F(1.f));
+  const F goesOn = clamp(most / (mean * F(o_.rouletteBelow)), F(0.f), F(1.f));
+  in = in & (drawEvent(x.address, event + I(4)) < goesOn);
+  x.beta = x.beta * (F(1.f) / max(goesOn, F(1e-30f)));
+  x.boundary = select(met, I(1), I(0));
+  x.step = x.step + I(1);
+  const Mask<W> endless = in & !(x.step < I(o_.mostSteps));
+  if (endless.any()) {
+    goBack(x, endless);
+    in = in & !endless;
+  }
+  return in;
+}
+
+template <int W>
+KN_INLINE void PathsBelow<W>::goBack(const Walker& x, Mask<W> lanes) {
+  alignas(64) float beta[3][W];
+  alignas(64) uint32_t point[W];
+  x.beta.x.store(beta[0]);
+  x.beta.y.store(beta[1]);
+  x.beta.z.store(beta[2]);
+  x.point.store(point);
+  for (uint32_t bits = lanes.bits(); bits; bits &= bits - 1) {
+    const auto k = uint32_t(__builtin_ctz(bits));
+    const float own[3] = {beta[0][k], beta[1][k], beta[2][k]};
+    goBack(point[k], own, BelowSurface::Endless);
+  }
+}
+
+// One flight of all that run, as far as no surface can be in the way. The others, with their flights, wait.
+template <int W>
+void PathsBelow<W>::flyFreely(Walkers& running, Walkers& waiting) {
+  const MemoryMark mark = sv_->markMemory(g_);
+  const uint32_t n = running.count;
+  // those whose sphere is too small ask for another one, about where they are
+  float *P[3] = {floats(n), floats(n), floats(n)}, *reach = floats(n), *room = floats(n);
+  uint32_t *point = words(n), *entry = words(n), asking = 0;
+  for (uint32_t i = 0; i < n; i += W) {
+    const Walker x = Walker::load(running, i);
+    const F t = fly(x);
+    t.store(running.flight + i);
+    const Vec3<W> end = fma(x.d, t, x.P) - x.middle;
+    const Mask<W> asks = Mask<W>::firstN(int(n - i < W ? n - i : W)) & !(dot(end, end) < x.room * x.room);
+    const Packer<W> pack(asks);
+    x.P.pack(pack, P, asking);
+    const F g = max(gather(below_.anisotropy, x.point), F(0.f));
+    const Rgb<W> length = Rgb<W>::gather(below_.length, x.point);
+    pack.put((length.x + length.y + length.z) * F(kReach / 3) / (F(1.f) - g), reach + asking);
+    pack.put(x.point, point + asking);
+    pack.put(I::lanes(i), entry + asking);
+    asking += uint32_t(pack.count);
+  }
+  if (below_.traceSet && *below_.traceSet)
+    for (uint32_t i = 0; i < asking; ++i) room[i] = 0;
+  else
+    sv_->freeRadii(g_, c_, asking, point, P, reach, room);
+  for (uint32_t i = 0; i < asking; ++i) {
+    const uint32_t e = entry[i];
+    for (int k = 0; k < 3; ++k) running.middle[k][e] = P[k][i];
+    running.room[e] = room[i];
+  }
+  uint32_t open = 0;
+  for (uint32_t i = 0; i < n; i += W) {
+    Walker x = Walker::load(running, i);
+    const F t = F::load(running.flight + i);
+    const Vec3<W> to = fma(x.d, t, x.P), end = to - x.middle;
+    const Mask<W> all = Mask<W>::firstN(int(n - i < W ? n - i : W));
+    const Mask<W> free = all & (dot(end, end) < x.room * x.room);
+    const Packer<W> packWaiting(all & !free);
+    x.pack(packWaiting, waiting);
+    packWaiting.put(t, waiting.flight + waiting.count);
+    waiting.count += uint32_t(packWaiting.count);
+    if (free.none()) continue;
+    weigh(x, t, Mask<W>(false));
+    x.P = to;
+    const Packer<W> pack(scatter(x, Mask<W>(false), free));
+    running.count = open;
+    x.pack(pack, running);
+    open += uint32_t(pack.count);
+  }
+  running.count = open;
+  padPoints(open, running.point);
+  padPoints(waiting.count, waiting.point);
+  sv_->releaseMemory(g_, mark);
+}
+
+// Flights of those that wait, which may meet the surface: paths come out, or run on.
+template <int W>
+void PathsBelow<W>::meetSurface(Walkers& waiting, Walkers& running) {
+  const Context& c = *c_;
+  const MemoryMark mark = sv_->markMemory(g_);
+  const uint32_t m = waiting.count;
   const float reach = 8 * sv_->worldRadius;
+  float* tMax = floats(m);
+  for (uint32_t i = 0; i < m; i += W)
+    // the first ray asks whether there is an inside at all
+    select(I::load(waiting.step + i) == I(0), F(1e30f), F::load(waiting.flight + i)).store(tMax + i);
   Rays rays{};
   for (int k = 0; k < 3; ++k) {
-    rays.o[k] = P[k];
-    rays.d[k] = d[k];
+    rays.o[k] = waiting.P[k];
+    rays.d[k] = waiting.d[k];
   }
   rays.tMax = tMax;
-  rays.time = time;
-  uint32_t m = n;
-  for (uint32_t step = 0; m && step < o_.mostSteps; ++step) {
-    const MemoryMark mark = sv_->markMemory(g_);
-    const uint32_t event = step * 8;
-    for (uint32_t i = 0; i < m; i += W) {
-      const I p = I::load(point + i);
-      const Rgb<W> b = Rgb<W>::load(beta, i), length = Rgb<W>::gather(below_.length, p);
-      const F u = draw(p, event) * (b.x + b.y + b.z);
-      const Mask<W> first = u < b.x, second = (!first) & (u < b.x + b.y);
-      const F own = select(first, length.x, select(second, length.y, length.z)), tail = gather(below_.tail, p);
-      const F depth = -log(F(1.f) - draw(p, event + 1));
-      F t = depth * own;
-      if ((tail > F(0.f)).any()) {
-        const F power = select(I::load(boundary + i) != I(0), tail, tail / (F(1.f) + tail));
-        t = select(tail > F(0.f), (exp(min(depth * power, F(60.f))) - F(1.f)) * own / tail, t);
+  rays.time = waiting.time;
+  ObjectHits h{};
+  h.most = 1;
+  h.nearestOnly = 1;
+  h.traceSet = below_.traceSet;
+  sv_->hitsOnObject(g_, &c, m, waiting.point, &rays, &h);
+  for (uint32_t i = 0; i < m; i += W) {
+    Walker x = Walker::load(waiting, i);
+    Mask<W> in = Mask<W>::firstN(int(m - i < W ? m - i : W));
+    const I p = x.point;
+    const F t = F::load(waiting.flight + i);
+    const Mask<W> hit = in & (I::load(h.count + i) != I(0));
+    const F s = select(hit, F::load(h.t + i), F(1e30f));
+    const Mask<W> met = hit & (s <= t);
+    const F way = select(met, s, t);
+    weigh(x, way, met);
+    x.P = fma(x.d, way, x.P);
+    if (met.any()) {
+      // out, or into another part and out of one, where parts join; from within, the surface is crossed the other way
+      const Mask<W> outside = gather(c.entering, p) != I(0);
+      const Mask<W> goesOut = (I::load(h.leaves + i) != I(0)) ^ (!outside);
+      Mask<W> ends = met;
+      if (below_.joins) {
+        x.within = select(met, x.within + select(goesOut, I(-1), I(1)), x.within);
+        ends = met & !(x.within > I(0));
       }
-      t = min(t, F(1e30f));
-      t.store(flight + i);
-      (step ? t : F(1e30f)).store(tMax + i);  // the first ray asks whether there is an inside at all
+      alignas(64) float bs[3][W];
+      x.beta.x.store(bs[0]);
+      x.beta.y.store(bs[1]);
+      x.beta.z.store(bs[2]);
+      for (uint32_t bits = ends.bits(); bits; bits &= bits - 1) {
+        const uint32_t k = uint32_t(__builtin_ctz(bits));
+        const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
+        comeOut(h, i + k, waiting.point[i + k], own);
+      }
+      in = in & !ends;
+      x.P = select(met, fma(x.d, gather(c.bias, p), x.P), x.P);  // beyond the inner surface
     }
-    padPoints(m, point);
-    ObjectHits h{};
-    h.most = 1;
-    h.nearestOnly = 1;
-    h.traceSet = below_.traceSet;
-    sv_->hitsOnObject(g_, &c, m, point, &rays, &h);
-    uint32_t open = 0;
-    for (uint32_t i = 0; i < m; i += W) {
-      Mask<W> in = Mask<W>::firstN(int(m - i < W ? m - i : W));
-      const I p = I::load(point + i);
-      Rgb<W> b = Rgb<W>::load(beta, i);
-      const F t = F::load(flight + i);
-      const Mask<W> hit = in & (I::load(h.count + i) != I(0));
-      const F s = select(hit, F::load(h.t + i), F(1e30f));
-      const Mask<W> met = hit & (s <= t);
-      const F x = select(met, s, t);
-      // how each channel would have come so far
-      const Rgb<W> length = Rgb<W>::gather(below_.length, p), depth(x / length.x, x / length.y, x / length.z);
-      Rgb<W> kept(exp(-depth.x), exp(-depth.y), exp(-depth.z));
-      Rgb<W> made(kept.x / length.x, kept.y / length.y, kept.z / length.z);
-      const F tail = gather(below_.tail, p);
-      if ((tail > F(0.f)).any()) {
-        const Mask<W> heavy = tail > F(0.f), edge = I::load(boundary + i) != I(0);
-        const F slow = F(1.f) / max(tail, F(1e-6f)), power = select(edge, slow, slow + F(1.f));
-        const F scale = select(edge, F(1.f), F(1.f) + tail);
-        const auto law = [&](F y, F l, F& keeps, F& makes) {
-          const F q = log(fma(tail, y, F(1.f)));
-          keeps = select(heavy, exp(-(power * q)), keeps);
-          makes = select(heavy, scale * exp(-((power + F(1.f)) * q)) / l, makes);
-        };
-        law(depth.x, length.x, kept.x, made.x);
-        law(depth.y, length.y, kept.y, made.y);
-        law(depth.z, length.z, kept.z, made.z);
-      }
-      const F before = b.x + b.y + b.z;
-      b = b * select(met, kept, made);
-      const F after = b.x + b.y + b.z;
-      b = b * zeroUnless(after > F(0.f), before / max(after, F(1e-37f)));
-      b = select(met, b, b * Rgb<W>::gather(below_.albedo, p));
-      Vec3<W> o = fma(Vec3<W>::load(d, i), x, Vec3<W>::load(P, i)), w = Vec3<W>::load(d, i);
-      I edge(0), depthIn = I::load(within + i);
-      if (met.any()) {
-        // out, or into another part and out of one, where parts join; from within, the surface is crossed the other
-        // way
-        const Mask<W> outside = gather(c.entering, p) != I(0);
-        const Mask<W> goesOut = (I::load(h.leaves + i) != I(0)) ^ (!outside);
-        Mask<W> ends = met;
-        if (below_.joins) {
-          depthIn = select(met, depthIn + select(goesOut, I(-1), I(1)), depthIn);
-          ends = met & !(depthIn > I(0));
-        }
-        alignas(64) float bs[3][W];
-        b.x.store(bs[0]);
-        b.y.store(bs[1]);
-        b.z.store(bs[2]);
-        for (uint32_t bits = ends.bits(); bits; bits &= bits - 1) {
-          const uint32_t k = uint32_t(__builtin_ctz(bits));
-          const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
-          comeOut(h, i + k, point[i + k], own);
-        }
-        in = in & !ends;
-        edge = select(met, I(1), I(0));
-        o = select(met, fma(w, gather(c.bias, p), o), o);  // beyond the inner surface
-      }
-      if (!step) {
-        const Mask<W> none = in & !hit;
-        for (uint32_t bits = none.bits(); bits; bits &= bits - 1) {
-          const uint32_t at = point[i + uint32_t(__builtin_ctz(bits))];
-          const float own[3] = {below_.surface[0][at], below_.surface[1][at], below_.surface[2][at]};
-          goBack(at, own, BelowSurface::Open);
-        }
-        in = in & hit;
-      }
-      if (in.none()) continue;
-      const Vec3<W> way = o - Vec3<W>::gather(c.P, p);
-      const Mask<W> far = in & !(dot(way, way) < F(reach * reach));
-      if (far.any()) {
-        alignas(64) float bs[3][W];
-        b.x.store(bs[0]);
-        b.y.store(bs[1]);
-        b.z.store(bs[2]);
-        for (uint32_t bits = far.bits(); bits; bits &= bits - 1) {
-          const uint32_t k = uint32_t(__builtin_ctz(bits));
-          const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
-          goBack(point[i + k], own, BelowSurface::Endless);
-        }
-        in = in & !far;
-      }
-      // where it scatters
-      const F mu = sampleHenyeyGreenstein(gather(below_.anisotropy, p), draw(p, event + 2));
-      const F r = safeSqrt(fnma(mu, mu, F(1.f)));
-      F sinPhi, cosPhi;
-      sincos(draw(p, event + 3) * F(kTwoPi), sinPhi, cosPhi);
-      w = select(met, w, normalize(Frame<W>(w).toWorld({r * cosPhi, r * sinPhi, mu})));
-      const F most = maxComponent(b);
-      // Not below what the surface returns in the mean: dark ones are entered seldom, by paths that are worth much.
-      const F mean = clamp(maxComponent(Rgb<W>::gather(below_.surface, p)), F(0.1f), F(1.f));
-      const F goesOn = clamp(most / (mean * F(o_.rouletteBelow)), F(0.f), F(1.f));
-      in = in & (draw(p, event + 4) < goesOn);
-      b = b * (F(1.f) / max(goesOn, F(1e-30f)));
-      const F moment = F::load(time + i);
-      const Packer<W> pack(in);
-      o.pack(pack, P, open);
-      w.pack(pack, d, open);
-      b.pack(pack, beta, open);
-      pack.put(moment, time + open);
-      pack.put(p, point + open);
-      pack.put(edge, boundary + open);
-      pack.put(depthIn, within + open);
-      open += uint32_t(pack.count);
+    const Mask<W> none = in & (!hit) & (x.step == I(0));
+    for (uint32_t bits = none.bits(); bits; bits &= bits - 1) {
+      const uint32_t at = waiting.point[i + uint32_t(__builtin_ctz(bits))];
+      const float own[3] = {below_.surface[0][at], below_.surface[1][at], below_.surface[2][at]};
+      goBack(at, own, BelowSurface::Open);
     }
-    m = open;
-    sv_->releaseMemory(g_, mark);
+    in = in & !none;
+    const Vec3<W> from = x.P - Vec3<W>::gather(c.P, p);
+    const Mask<W> far = in & !(dot(from, from) < F(reach * reach));
+    if (far.any()) {
+      goBack(x, far);
+      in = in & !far;
+    }
+    if (in.none()) continue;
+    const Packer<W> pack(scatter(x, met, in));
+    x.pack(pack, running);
+    running.count += uint32_t(pack.count);
   }
-  for (uint32_t i = 0; i < m; ++i) {
-    const float own[3] = {beta[0][i], beta[1][i], beta[2][i]};
-    goBack(point[i], own, BelowSurface::Endless);
-  }
+  padPoints(running.count, running.point);
+  sv_->releaseMemory(g_, mark);
 }
 
 template <int W>

@@ -128,6 +128,10 @@ struct Worker::Calls {
                            ObjectHits* out) {
     of(g).state_.hitsOnObject(c, n, points, *rays, out);
   }
+  static void freeRadii(Group* g, const Context* c, uint32_t n, const uint32_t* points, const float* const P[3],
+                        const float* reach, float* radius) {
+    of(g).state_.freeRadii(c, n, points, P, reach, radius);
+  }
   static void noteBelow(Group* g, const Context* c, uint32_t n, const uint32_t* points, BelowSurface what) {
     of(g).state_.noteBelow(c, n, points, what);
   }
@@ -266,6 +270,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.shadeVertices = &Calls::shadeVertices;
   s.makeVertices = &Calls::makeVertices;
   s.hitsOnObject = &Calls::hitsOnObject;
+  s.freeRadii = &Calls::freeRadii;
   s.noteBelow = &Calls::noteBelow;
   s.emitLight = &Calls::emitLight;
   s.lightEnds = &Calls::lightEnds;

@@ -19,6 +19,7 @@
 
 #include "geometry/mesh.h"
 #include "scene/scene.h"
+#include "trace/free_space.h"
 #include "trace/solids.h"
 #include "trace/strands.h"
 #include "trace/swarm.h"
@@ -152,6 +153,11 @@ class World {
                const Draws& draws = {}) const;
   // On one body each, by slot (see bodyOf), of surfaces that are seen by kAskedAlone, as if there were nothing else.
   void closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n, const uint32_t* slots) const;
+  // By place p (render space): the radius of a sphere around it that the surface of a placed shape does not reach
+  // into; 0 where none is known: near it, and of shapes that move, of curves, user geometry and solids. What is much
+  // farther than `reach` is not looked for. Answers follow from the world and the place alone.
+  void freeRadii(uint32_t n, const uint32_t* instances, const uint32_t* geometries, const float* const p[3],
+                 const float* reach, float* radius) const;
   // A hit before it has a place in Hits.
   struct CollectedHit {
     uint32_t slot;  // of its ray
@@ -242,6 +248,7 @@ class World {
   static void setRay(const Rays& rays, uint32_t slot, uint32_t mask, RTCRayHit& out);
   void resolve(const Hits& hits, uint32_t slot, uint32_t geomId, uint32_t primId, uint32_t instId) const;
   friend struct OneBody;
+  bool shapeOf(uint32_t instance, uint32_t geometry, FreeSpace::Shape& out) const;
   void closest(struct QueryContext& context, const Rays& rays, const Hits& hits, uint32_t mask, uint32_t n,
                const uint32_t* slots) const;
 
@@ -272,7 +279,8 @@ class World {
   std::vector<std::pair<uint32_t, uint32_t>> seenFrom_;  // of those: where runs of one visibility begin, and it
   std::shared_ptr<std::vector<uint32_t>> partOfInfo_ = std::make_shared<std::vector<uint32_t>>();  // of theirs
   std::vector<std::shared_ptr<const Swarm>> swarms_;
-  std::unique_ptr<Solids> solids_;  // null: none
+  std::unique_ptr<Solids> solids_;              // null: none
+  std::unique_ptr<const FreeSpace> freeSpace_;  // null: nothing can be asked for alone
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;
   std::vector<bool> isLost_;                          // by instance; empty: none

@@ -98,6 +98,9 @@ void World::Part::build() {
     firstSlice.back() = first;
   }
   firstSlice.push_back(uint32_t(slices.size()));
+  placeOfShape.assign(meshes.size(), {kNone, 0});
+  for (uint32_t g = 0; g + 1 < firstSlice.size(); ++g)
+    for (uint32_t k = firstSlice[g]; k < firstSlice[g + 1]; ++k) placeOfShape[slices[k].shape] = {g, slices[k].start};
   rtcCommitScene(scene);
   throwIfRefused();
   RTCBounds b;
@@ -403,7 +406,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     w.parts_.push_back(part);
     if (plan.batch) {
       placeInTables.firstInstance = uint32_t(w.instances_->size());
-      for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(plan.placements[i], {}, true);
+      for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(plan.placements[i], Imath::V3d(0), true);
       tops.push_back({partIndex, kNone, 0xffffffffu});
       grow(*part, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
@@ -517,6 +520,9 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
     ++counters.topLevelBuilds;
   }
   if (!solids.empty()) w.buildSolids(solids, placements);
+  for (const auto& part : w.parts_)
+    for (const uint32_t v : part->visibility)
+      if ((v & kAskedAlone) && !w.freeSpace_) w.freeSpace_ = std::make_unique<const FreeSpace>();
   return world;
 }
 

@@ -28,6 +28,7 @@ struct World::Part {
   };                                 // first triangle, index into meshes
   std::vector<uint32_t> firstSlice;  // by Embree geometry id, one more at the end
   std::vector<Slice> slices;
+  std::vector<std::pair<uint32_t, uint32_t>> placeOfShape;  // its Embree geometry and first triangle
   std::vector<std::vector<float>> mergedPoints;
   std::vector<std::vector<uint32_t>> mergedIndices;
   bool batch = false, watertight = false;

@@ -260,5 +260,93 @@ TEST(World, ShadowOfARayDoesNotDependOnOthersCoplanar) { expectShadowsAlone(fals
 TEST(World, ShadowOfARayDoesNotDependOnOthersBumpy) { expectShadowsAlone(false, 0.3f, 60000); }
 TEST(World, ShadowOfARayDoesNotDependOnOthersMoving) { expectShadowsAlone(true, 0.2f, 30000); }
 
+// Spheres that are said to be free of a surface hold no point of it; most places well inside have one, and a second
+// question has the same answer. What moves has none. Misses: places where rounding alone decides.
+TEST(World, FreeRadiiHoldNothingOfTheSurface) {
+  const auto mesh = cube(12, 1, 0.15f);
+  const scene::Matrix stretched = scene::Matrix().setScale(Imath::V3d(2, 0.5, 1)) *
+                                  scene::Matrix().rotate(Imath::V3d(0.3, 0.7, 0.2)) *
+                                  scene::Matrix().setTranslation(Imath::V3d(5, -3, 2));
+  scene::Transform moving;
+  moving.times = {0, 1};
+  moving.matrices = {scene::Matrix(), stretched};
+  scene::Transform still;
+  still.matrices = {stretched};
+  // of a leaf in several instances too, since those placed once are baked
+  const auto world = [&] {
+    std::vector<ShapeInput> shapes(2);
+    std::vector<PartInput> parts(2);
+    for (uint32_t i = 0; i < 2; ++i) {
+      shapes[i].key = parts[i].key = i + 1;
+      shapes[i].mesh = std::make_shared<geometry::Mesh>(*mesh);
+      shapes[i].visibility = 15 | kAskedAlone;
+      parts[i].shapes = {i};
+      parts[i].instanced = i == 1;
+    }
+    std::vector<PlacementInput> placements(4);
+    for (uint32_t i = 0; i < 4; ++i) {
+      placements[i].part = i ? 1 : 0;
+      placements[i].visibility = 15 | kAskedAlone;
+      if (i >= 2) placements[i].toRender = i == 2 ? still : moving;
+    }
+    BuildOptions options;
+    options.shutterClose = 1;
+    BuildCounters counters;
+    return World::build(std::move(shapes), std::move(parts), std::move(placements), options, nullptr, counters);
+  }();
+  ASSERT_EQ(world->instanceCount(), 4u);
+  std::mt19937 random(3);
+  const auto unit = [&] { return float(random() >> 8) / 16777216.f; };
+  constexpr uint32_t n = 2000;
+  for (uint32_t instance = 0; instance < 4; ++instance) {
+    const uint32_t user = world->instance(instance).user, geometry = user ? 1 : 0;
+    const Affine toRender = world->objectToRender(instance, 0);
+    // the surface, densely
+    std::vector<Imath::V3f> surface;
+    for (uint32_t t = 0; t < mesh->triangleCount(); ++t)
+      for (int i = 0; i <= 6; ++i)
+        for (int j = 0; i + j <= 6; ++j) {
+          const auto corner = [&](uint32_t k) { return mesh->points[mesh->indices[3 * t + k]]; };
+          const Imath::V3f x =
+              corner(0) + (corner(1) - corner(0)) * (float(i) / 6) + (corner(2) - corner(0)) * (float(j) / 6);
+          Imath::V3f y;
+          toRender.point(&x.x, &y.x);
+          surface.push_back(y);
+        }
+    std::vector<float> P[3], reach(n), radius(n), again(n);
+    for (uint32_t i = 0; i < n; ++i) {
+      const float inside[3] = {2.4f * unit() - 1.2f, 2.4f * unit() - 1.2f, 2.4f * unit() - 1.2f};
+      float x[3];
+      toRender.point(inside, x);
+      for (int k = 0; k < 3; ++k) P[k].push_back(x[k]);
+      reach[i] = i % 3 ? 0.3f : 0.05f;
+    }
+    const float* const places[3] = {P[0].data(), P[1].data(), P[2].data()};
+    const std::vector<uint32_t> instances(n, instance), geometries(n, geometry);
+    world->freeRadii(n, instances.data(), geometries.data(), places, reach.data(), radius.data());
+    world->freeRadii(n, instances.data(), geometries.data(), places, reach.data(), again.data());
+    EXPECT_EQ(radius, again);
+    uint32_t found = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (!(radius[i] > 0)) continue;
+      ++found;
+      float least = INFINITY;
+      for (const Imath::V3f& y : surface)
+        least = std::min(least, (y - Imath::V3f(P[0][i], P[1][i], P[2][i])).length());
+      ASSERT_LE(radius[i], least) << "place " << i << " of instance " << instance;
+    }
+    if (user == 3)
+      EXPECT_EQ(found, 0u);
+    else
+      EXPECT_GT(found, n / 2) << "instance " << instance;
+    // lengths that are no numbers, and places beyond all cells
+    const float bad[4] = {0, NAN, 1e30f, 0.1f}, far[4] = {0, 0, 0, 1e12f}, none[4] = {0, 0, 0, 0};
+    const float* const out[3] = {far, none, none};
+    float of[4];
+    world->freeRadii(4, instances.data(), geometries.data(), out, bad, of);
+    for (const float r : of) EXPECT_EQ(r, 0.f);
+  }
+}
+
 }  // namespace
 }  // namespace kinora::trace

@@ -47,13 +47,26 @@ constexpr Param kParams[] = {
         .options("0 off, 1 on")
         .help("Learn where light comes from over the first samples, and choose directions by that and the materials "
               "together: for light that comes through narrow gaps."),
-    param::integer("jointSampling", 0).range(0, 1).help("Volumes. No effect yet."),
-    param::number("jointScatteringBias", 0.5f).range(0, 1).help("Volumes. No effect yet."),
-    param::integer("numVolumeAggregateSamples", 1).range(1, 64).help("Volumes. No effect yet."),
-    param::string("volumeAggregate", "globalVolumeAggregate").help("Volumes. No effect yet."),
-    param::string("volumeAggregateCamera", "").help("Volumes. No effect yet."),
-    param::string("volumeAggregateIndirect", "").help("Volumes. No effect yet."),
-    param::string("volumeAggregateTransmission", "").help("Volumes. No effect yet."),
+    param::integer("jointSampling", 0)
+        .range(0, 1)
+        .help("No effect: distances along media and lights are always sampled together; `equiangularWeight` of "
+              "PxrVolume weighs them."),
+    param::number("jointScatteringBias", 0.5f)
+        .range(0, 1)
+        .help("No effect: distances along media and lights are always sampled together; `equiangularWeight` of "
+              "PxrVolume weighs them."),
+    param::integer("numVolumeAggregateSamples", 1)
+        .range(1, 64)
+        .help("No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
+              "pixel."),
+    param::string("volumeAggregate", "globalVolumeAggregate")
+        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
+    param::string("volumeAggregateCamera", "")
+        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
+    param::string("volumeAggregateIndirect", "")
+        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
+    param::string("volumeAggregateTransmission", "")
+        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
     param::integer("guidingSamples", 64)
         .range(1, 4096)
         .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two."),

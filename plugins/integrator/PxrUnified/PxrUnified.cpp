@@ -86,7 +86,10 @@ constexpr Param kParams[] = {
         .help("No effect: a walk that has not arrived after maxIterations is dropped."),
     param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
     param::number("maxRayDistance", 10000.f).range(0, 1e30f).help("No effect yet: rays go as far as the scene does."),
-    param::integer("numVolumeAggregateSamples", 1).range(1, 64).help("No effect yet."),
+    param::integer("numVolumeAggregateSamples", 1)
+        .range(1, 64)
+        .help("No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
+              "pixel."),
     param::integer("photonAdaptive", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
     param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect: all within the radius count."),
     param::number("photonEstimationRadius", 0.f)
