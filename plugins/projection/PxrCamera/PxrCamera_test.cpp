@@ -80,7 +80,7 @@ TEST(PxrCamera, SqueezeAndSize) {
   expectRoundTrip(p);
   expectLightPathsAgree(p, 3, 5);
   for (const char* name : {"squeeze", "lensScale"}) {
-    TestProjection bad(kName, {{name, 0}}, frame(100, 100));
+    TestProjection bad(kName, {{name, 0.f}}, frame(100, 100));
     ASSERT_EQ(bad.warnings.size(), 1u);
     EXPECT_NE(bad.warnings[0].find(name), std::string::npos);
     EXPECT_NEAR(bad.ray(100, 0)[3] / bad.ray(100, 0)[5], 1, 1e-6);
