@@ -85,7 +85,10 @@ constexpr Explanation kRooms[] = {
     {"PLUGIN-MISSING",
      "The scene names a plug-in that is neither in stock nor a library on the plug-in path. Something visible stands "
      "in: "
-     "a plain material, PxrPathTracer for an integrator; an unknown light gives none. `kinora plugins` lists what "
+     "a plain material, PxrPathTracer for an integrator; an unknown light gives none. Colours that an unknown "
+     "pattern "
+     "feeds are what the scene says to it: its colour of the output's name (Cin for Cout), else the image that it "
+     "names, else its first colour. `kinora plugins` lists what "
      "there "
      "is; --plugin-path names more folders. With --strict the exit code is 4."},
     {"PLUGIN-STAND-IN",
@@ -426,7 +429,8 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-INTEGRATOR",
      "The scene has fog, smoke or another medium, and its integrator cannot follow light that is scattered there. "
      "Media "
-     "absorb what they would scatter, and what they emit is missing. PxrPathTracer, PxrDirectLighting, PxrVCM and PxrUnified can."},
+     "absorb what they would scatter, and what they emit is missing. PxrPathTracer, PxrDirectLighting, PxrVCM and "
+     "PxrUnified can."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
@@ -434,8 +438,10 @@ constexpr Explanation kRooms[] = {
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
     {"MEDIUM-VELOCITY",
      "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
-     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is open "
-     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of the "
+     "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is "
+     "open "
+     "than the medium is large: it is carried by its own size at most. Velocities are in object space, by unit of "
+     "the "
      "shutter's time."},
     {"RENDER-PASSES",
      "A ray may pass 256 surfaces that are partly absent (presence), clear to shadows, or inside a medium of higher "

@@ -12,6 +12,7 @@
 #include "language/vm/strings.h"
 #include "plugin/refused.h"
 #include "shade/legacy_bxdfs.h"
+#include "shade/missing_patterns.h"
 #include "shade/clock.h"
 #include "shade/layered_bxdfs.h"
 #include "shade/shader_parameters.h"
@@ -174,6 +175,12 @@ struct MaterialSet::Resolved {
   std::vector<PartSource> parts;
 };
 
+struct MaterialSet::Handles {
+  std::map<std::string, int> nodes;                    // by handle, into the list of resolved nodes
+  std::map<std::string, const scene::Node*> missing;   // patterns that nobody has
+  std::map<std::string, scene::Node> imagesOfMissing;  // textures that stand for some of them
+};
+
 MaterialSet::MaterialSet(Registry& registry, Diagnostics& diagnostics, TextureSystem& textures, uint32_t width,
                          const film::LightPaths& paths, ShaderLibrary& shaders)
     : registry_(registry),
@@ -245,8 +252,8 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   const scene::NetworkPtr& network = flat ? flat : given;
 
   std::vector<Resolved> nodes;
-  std::map<std::string, int> byHandle;
-  if (network) addPatterns(*network, nodes, byHandle);
+  Handles handles;
+  if (network) addPatterns(*network, nodes, handles);
   Resolved terminal;
   scene::Node fallback = plain;
   const scene::Node* node = network && network->terminal ? network->terminal.get() : &plain;
@@ -280,7 +287,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   }
   nodes.push_back(std::move(terminal));
 
-  connect(nodes, byHandle);
+  connect(nodes, handles);
   const uint32_t m = addResolved(nodes, lpeGroup);
   known_[id] = m;
   return m;
@@ -292,8 +299,8 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
   keepAlive_[network.get()] = network;
   const scene::Node& node = *network->terminal;
   std::vector<Resolved> nodes;
-  std::map<std::string, int> byHandle;
-  addPatterns(*network, nodes, byHandle);
+  Handles handles;
+  addPatterns(*network, nodes, handles);
   Resolved terminal;
   if (!resolve(node, Kind::Displacement, terminal)) {
     const std::string shader = shaderNameOf(node);
@@ -306,7 +313,7 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
   if (terminal.shader) {
     if (!terminal.shader->shader) return known_[id] = kNone;  // told when it was compiled
     nodes.push_back(std::move(terminal));
-    connect(nodes, byHandle);
+    connect(nodes, handles);
     // what reads the point that the shader has moved
     static constexpr Param kPlace[] = {Param{.name = "P", .type = Type::Point},
                                        Param{.name = "N", .type = Type::Normal}};
@@ -347,12 +354,11 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
                         nullptr};
   if (traits && traits->bound && traits->bound(&info) == 0) return known_[id] = kNone;
   nodes.push_back(std::move(terminal));
-  connect(nodes, byHandle);
+  connect(nodes, handles);
   return known_[id] = addResolved(nodes, "");
 }
 
-void MaterialSet::addPatterns(const scene::Network& network, std::vector<Resolved>& nodes,
-                              std::map<std::string, int>& byHandle) {
+void MaterialSet::addPatterns(const scene::Network& network, std::vector<Resolved>& nodes, Handles& handles) {
   for (const scene::NodePtr& p : network.patterns) {
     Resolved r;
     if (!resolve(*p, Kind::Pattern, r)) {
@@ -360,27 +366,30 @@ void MaterialSet::addPatterns(const scene::Network& network, std::vector<Resolve
       diagnostics_.warning(
           "PLUGIN-MISSING", p->pos,
           (shader.empty() ? "no pattern '" + p->plugin : "no shader '" + shader) + "' (node '" + p->handle + "')",
-          "what it feeds uses its defaults",
+          describeStandIn(*p),
           shader.empty() ? adviceOnMissing(Kind::Pattern, p->plugin)
                          : "is its folder on the search path for shaders?");
-      continue;
+      handles.missing[p->handle] = p.get();
+      const std::optional<scene::Node> texture = textureOfMissing(*p);
+      if (!texture || !resolve(handles.imagesOfMissing[p->handle] = *texture, Kind::Pattern, r)) continue;
     }
     nodes.push_back(std::move(r));
-    byHandle[p->handle] = int(nodes.size() - 1);
+    handles.nodes[p->handle] = int(nodes.size() - 1);
   }
 }
 
 // Follows what each node's parameters are connected to.
-void MaterialSet::connect(std::vector<Resolved>& nodes, const std::map<std::string, int>& byHandle) {
+void MaterialSet::connect(std::vector<Resolved>& nodes, const Handles& handles) {
   for (size_t n = 0; n < nodes.size(); ++n) {
     Resolved& r = nodes[n];
     // What "handle:output" names; node -1 after a message.
-    const auto follow = [&](const std::string& ref, uint32_t i, int32_t toPart, Resolved::Link& link) {
+    const auto follow = [&](const auto& self, const std::string& ref, uint32_t i, int32_t toPart,
+                            Resolved::Link& link, int passed) -> void {
       const Param& to = r.plugin->params[i];
       const size_t colon = ref.rfind(':');
       const std::string handle = ref.substr(0, colon);
       std::string output = colon == std::string::npos ? "result" : ref.substr(colon + 1);
-      const auto it = byHandle.find(handle);
+      const auto it = handles.nodes.find(handle);
       const auto warn = [&](const std::string& what) {
         diagnostics_.warning("PARAM-CONNECTION", r.node->pos,
                              std::string(r.plugin->name) + "." + to.name +
@@ -388,10 +397,22 @@ void MaterialSet::connect(std::vector<Resolved>& nodes, const std::map<std::stri
                                  "' is connected to '" + ref + "': " + what,
                              "its default is used");
       };
-      if (it == byHandle.end() || size_t(it->second) >= n) return warn("there is no such node before it");
+      const auto missing = handles.missing.find(handle);
+      if (missing != handles.missing.end() && to.type == Type::Color && toPart < 0) {
+        constexpr int kMostPassed = 16;  // missing patterns that hand on each other's colours
+        const scene::Parameter* color = colorOfMissing(*missing->second, output);
+        if (color && color->isReference && passed < kMostPassed)
+          return self(self, color->strings[0], i, toPart, link, passed + 1);
+        if (color && !color->isReference)
+          return r.values->setColor(i, color->floats[0], color->floats[1], color->floats[2]);
+        output = "resultRGB";  // of the texture that stands for it
+      }
+      if (it == handles.nodes.end() || size_t(it->second) >= n)
+        return warn(missing != handles.missing.end() ? "that node's plug-in is missing"
+                                                     : "there is no such node before it");
       const Resolved& from = nodes[size_t(it->second)];
-      if (from.shader && !from.shader->shader) {  // told when it was compiled
-        if (to.type == Type::Color) r.values->setMagenta(i);
+      if (from.shader && !from.shader->shader) {                     // told when it was compiled
+        if (to.type == Type::Color) r.values->setColor(i, 1, 0, 1);  // magenta
         return;
       }
       const auto find = [&] {
@@ -418,11 +439,11 @@ void MaterialSet::connect(std::vector<Resolved>& nodes, const std::map<std::stri
     };
     for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
       const ParamValue& v = r.values->values()[i];
-      if (v.connected && v.strings) follow(v.strings[0], i, -1, r.links[i]);
+      if (v.connected && v.strings) follow(follow, v.strings[0], i, -1, r.links[i], 0);
     }
     for (const PartReference& wanted : r.wantedParts) {
       Resolved::Link link;
-      follow(wanted.from, wanted.parameter, wanted.part, link);
+      follow(follow, wanted.from, wanted.parameter, wanted.part, link, 0);
       if (link.node >= 0)
         r.parts.push_back({wanted.parameter, wanted.part, uint32_t(link.node), link.output, link.part});
     }

@@ -74,12 +74,12 @@ struct Program {
   uint32_t blockFloats = 0;
   std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;
-  bool opaque = true;       // presence is 1 everywhere
-  bool encloses = false;    // paths that go in keep a medium
-  bool scatters = false;    // paths may go below its surfaces
-  bool tints = false;       // tinted shadows pass
-  bool fillsSpace = false;  // a medium: its objects have no surface
-  bool isFiber = false;     // on curves rays leave from behind as well, see kBxdfFiber
+  bool opaque = true;          // presence is 1 everywhere
+  bool encloses = false;       // paths that go in keep a medium
+  bool scatters = false;       // paths may go below its surfaces
+  bool tints = false;          // tinted shadows pass
+  bool fillsSpace = false;     // a medium: its objects have no surface
+  bool isFiber = false;        // on curves rays leave from behind as well, see kBxdfFiber
   uint32_t walkableLobes = 0;  // manifold walks go through its surfaces by these
   uint32_t mediumFlags = 0;
   uint32_t slotCount = 1;
@@ -135,8 +135,9 @@ class MaterialSet {
   struct Resolved;  // a node with its values
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
   uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
-  void addPatterns(const scene::Network& network, std::vector<Resolved>& nodes, std::map<std::string, int>& byHandle);
-  void connect(std::vector<Resolved>& nodes, const std::map<std::string, int>& byHandle);
+  struct Handles;  // of a network's patterns
+  void addPatterns(const scene::Network& network, std::vector<Resolved>& nodes, Handles& handles);
+  void connect(std::vector<Resolved>& nodes, const Handles& handles);
   void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
   Registry& registry_;
   Diagnostics& diagnostics_;
@@ -166,9 +167,9 @@ class ResolvedParams {
   const std::vector<int>& ints(uint32_t i) const { return ints_[i]; }
   // A pattern feeds the parameter after all; its value becomes another node's.
   void connect(uint32_t i) { values_[i].connected = values_[i].given = 1; }
-  // Instead of a connection that brings nothing: magenta.
-  void setMagenta(uint32_t i) {
-    floats_[i] = {1, 0, 1};
+  // Instead of a connection that brings nothing.
+  void setColor(uint32_t i, float r, float g, float b) {
+    floats_[i] = {r, g, b};
     values_[i].floats = floats_[i].data(), values_[i].count = 3, values_[i].connected = 0;
   }
   void setNumber(uint32_t i, float v) {

@@ -1,13 +1,18 @@
 // Path guiding and what it stands on, learning over epochs of samples: guided pictures have the mean of unguided ones in
 // rooms of every kind of light and surface; bits do not depend on threads, widths, groups, parts or crops, since what a
-// part leaves out is followed for the lesson; a picture of one pixel and one without light are drawn. Misses: how much
-// guiding helps (docs/integrators.md).
+// part leaves out is followed for the lesson, nor where samples are adaptive; a density that is not that of the directions
+// is noticed; a picture of one pixel and one without light are drawn. Misses: how much guiding helps
+// (docs/integrators.md).
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "tests/probes/probe_support.h"
 #include "tests/probes/rooms.h"
+
+namespace kinora {
+const Descriptor* kinoraStock_WrongGuides();
+}
 
 namespace kinora::probes {
 namespace {
@@ -44,6 +49,52 @@ TEST(Guiding, UnbiasedUnderPointAndSun) { expectUnbiased(room(std::string(kPoint
 TEST(Guiding, UnbiasedUnderAreaLights) { expectUnbiased(room(std::string(kRect) + kSphere, kGrey)); }
 TEST(Guiding, UnbiasedUnderDome) { expectUnbiased(room(kDome, kGrey)); }
 TEST(Guiding, UnbiasedBesideGlass) { expectUnbiased(room(kRect, kGlass)); }
+
+// What the tests above are worth: densities that are not those of the sampled directions.
+TEST(Guiding, WrongDensityIsCaught) {
+  const std::string text = room(std::string(kRect) + kSphere, kGrey);
+  const TileMoments plain = guidedTiles(text, false);
+  const auto withFactor = [&](const char* factor) {
+    Workshop stage({kinoraStock_WrongGuides()});
+    TileMoments r;
+    for (uint32_t seed = 0; seed < kGuidedSeeds; ++seed) {
+      render::Settings s;
+      s.threads = 1;
+      s.seed = 900 + seed;
+      s.samplesPerPixel = 64;
+      s.integrator = "WrongGuides";
+      s.sets = {{"integrator.factor", factor}};
+      const auto renderer = stage.load(sceneOf(text, stage.messages), s);
+      r.add(pictureOf(*renderer), kGuidedSide, kGuidedSide, kGuidedTile);
+    }
+    return compareTiles(r, plain, 0.01);
+  };
+  const TileTest right = withFactor("1"), wrong = withFactor("1.5");
+  EXPECT_TRUE(right.agrees()) << "worst z " << right.worstZ;
+  EXPECT_FALSE(wrong.agrees()) << "worst z " << wrong.worstZ;
+}
+
+// Blocks that are done teach no more: what is learned follows from samples alone all the same.
+TEST(Guiding, SameBitsWhereSamplesAreAdaptive) {
+  const std::string text = room(std::string(kRect) + kSun, kGlass, kGuided);
+  const auto filmOf = [&](int threads, uint32_t width, uint32_t groupSize, const char* guides = "1") {
+    Workshop stage;
+    render::Settings s;
+    s.threads = threads;
+    s.width = width;
+    s.groupSize = groupSize;
+    s.pixelVariance = 0.1f;
+    s.mostSamples = 64;
+    s.sets = {{"integrator.risPathGuiding", guides}, {"integrator.guidingSamples", "16"}};
+    const auto r = stage.load(sceneOf(text, stage.messages), s);
+    EXPECT_EQ(r->renderFilm(), render::Outcome::Complete) << stage.said;
+    return stateOf(r->film());
+  };
+  const std::vector<int64_t> expected = filmOf(1, 8, 1024);
+  EXPECT_NE(filmOf(1, 8, 1024, "0"), expected) << "guiding is on";
+  EXPECT_EQ(filmOf(2, 4, 1024), expected);
+  EXPECT_EQ(filmOf(2, 16, 256), expected);
+}
 
 TEST(Guiding, SameBits) {
   const auto stateWith = [](const char* guiding) {

@@ -77,7 +77,13 @@ std::unique_ptr<ThinLens> makeCamera(const CreateInfo& info) {
   const auto* projection = static_cast<const ProjectionInfo*>(info.extra);
   auto lens = std::make_unique<ThinLens>();
   lens->screen = ScreenMap::of(projection);
-  setLens(*lens, values, *projection);
+  // authors' pictures show that this camera's lens is its own: with a DepthOfField request alone they are sharp
+  ProjectionInfo without = *projection;
+  without.fStop = 0;
+  setLens(*lens, values, without);
+  if (projection->fStop > 0 && !values.given("fStop") && !values.given("focalLength"))
+    values.warn("PROJECTION-LENS", "the DepthOfField request does not reach PxrCamera, whose lens is its own",
+                "everything is sharp; give it fStop, focalLength and focalDistance");
   lens->screen.left += float(values.number("shiftX"));
   lens->screen.top += float(values.number("shiftY"));
   const double roll = values.number("roll") * 3.14159265358979323846 / 180;
@@ -99,9 +105,10 @@ void ndcMatrix(const void* data, double out[16]) { perspectiveMatrix(*static_cas
 }  // namespace kinora::pxrCamera
 #endif
 
-KINORA_PLUGIN(PxrCamera, ProjectionRunner<ThinLensProjection>, ProjectionPlugin,
-              .help =
-                  "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera request's: "
-                  "apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect.",
-              .params = pxrCamera::kParams, .setUp = setUpBy<pxrCamera::makeCamera>,
-              .ndcMatrix = pxrCamera::ndcMatrix)
+KINORA_PLUGIN(
+    PxrCamera, ProjectionRunner<ThinLensProjection>, ProjectionPlugin,
+    .help =
+        "Perspective with a thin lens, lens shift and roll. The shape of the lens is the Camera request's: "
+        "apertureNSides, apertureAngle, apertureRoundness, apertureDensity, dofaspect. Depth of field is set by "
+        "fStop, focalLength and focalDistance here; the DepthOfField request has no effect.",
+    .params = pxrCamera::kParams, .setUp = setUpBy<pxrCamera::makeCamera>, .ndcMatrix = pxrCamera::ndcMatrix)

@@ -71,6 +71,22 @@ TEST(PxrCamera, PlaneOfFocusThroughThreePoints) {
   }
 }
 
+// A real scene sets DepthOfField and PxrCamera, and its author's picture is sharp everywhere.
+TEST(PxrCamera, DepthOfFieldRequestsAreForOtherProjections) {
+  ProjectionInfo info = frame(64, 48);
+  info.fStop = 2;
+  info.focalLength = 0.4f;
+  info.focalDistance = 3;
+  TestProjection p(kName, {{"fov", 50}}, info);
+  ASSERT_EQ(p.warnings.size(), 1u);
+  EXPECT_NE(p.warnings[0].find("PROJECTION-LENS"), std::string::npos);
+  const auto a = p.ray(7, 9, 0.1, 0.2), b = p.ray(7, 9, 0.9, 0.7);
+  for (size_t c = 0; c < 6; ++c) EXPECT_EQ(a[c], b[c]);
+  TestProjection own(kName, {{"fov", 50}, {"fStop", 1}, {"focalLength", 0.6f}, {"focalDistance", 4}}, info);
+  EXPECT_TRUE(own.warnings.empty());
+  EXPECT_NE(own.ray(7, 9, 0.1, 0.2)[0], own.ray(7, 9, 0.9, 0.7)[0]);
+}
+
 TEST(PxrCamera, NamesWhatHasNoEffect) {
   TestProjection p(kName, {{"radial1", 0.5f}, {"squeeze", 1}, {"natural", 1}}, frame(64, 48));
   ASSERT_EQ(p.warnings.size(), 1u);

@@ -24,6 +24,8 @@ void ndcMatrix(const void* data, double out[16]) { perspectiveMatrix(*static_cas
 KINORA_PLUGIN(PxrPerspective, ProjectionRunner<ThinLensProjection>, ProjectionPlugin,
               .help =
                   "Perspective through a pinhole or a thin lens. Its shape is the Camera request's: apertureNSides, "
-                  "apertureAngle, apertureRoundness, apertureDensity, dofaspect.",
+                  "apertureAngle, apertureRoundness, apertureDensity, dofaspect. fStop, focalLength and "
+                  "focalDistance given here "
+                  "replace those of the DepthOfField request.",
               .params = pxrPerspective::kParams, .setUp = setUpBy<pxrPerspective::make>,
               .ndcMatrix = pxrPerspective::ndcMatrix)
