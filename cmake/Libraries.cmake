@@ -181,7 +181,8 @@ function(kinora_tests)
       endif()
       target_link_libraries(test_${folder} PRIVATE kinora_test_support)
       if(folder STREQUAL "probes")
-        target_sources(test_probes PRIVATE ${PROJECT_SOURCE_DIR}/tests/probes/wrong_walks.cpp ${PROJECT_SOURCE_DIR}/tests/probes/wrong_guides.cpp)
+        target_sources(test_probes PRIVATE ${PROJECT_SOURCE_DIR}/tests/probes/wrong_walks.cpp
+          ${PROJECT_SOURCE_DIR}/tests/probes/wrong_guides.cpp ${PROJECT_SOURCE_DIR}/tests/probes/wrong_lights.cpp)
         # examples that are judged by their pictures; tests/install builds them as their users do
         foreach(name OneConnection Puff)
           set(example ${PROJECT_SOURCE_DIR}/examples/plugins/${name}.cpp)

@@ -384,6 +384,83 @@ class Lessons {
   uint32_t *slot_, *cell_;
 };
 
+// Regions of a context's points, by which they choose lights.
+template <int W>
+void weighLights(Group* group, const Services* services, const guiding::State* state, const Context& c) {
+  auto* rows = static_cast<uint32_t*>(services->alloc(group, c.padded * sizeof(uint32_t)));
+  if (!state) {
+    std::memset(rows, 0, c.padded * sizeof(uint32_t));
+  } else {
+    const Guides<W> guides(state);
+    for (uint32_t i = 0; i < c.padded; i += W)
+      Guides<W>::regionOf(guides.find(Vec3<W>::load(c.P, i))).store(rows + i);
+  }
+  services->weighLights(group, &c, rows);
+}
+
+// The lessons of light samples: one for each point of contexts, with what its shadow ray lets through.
+template <int W>
+class LightLessons {
+ public:
+  LightLessons(Group* group, const Services* services, uint32_t points) : g_(group), sv_(services) {
+    const auto words = [&](uint32_t n) { return static_cast<uint32_t*>(sv_->alloc(g_, n * sizeof(uint32_t))); };
+    slot_ = words(points);
+    ofRay_ = words(points + kPad);
+    brought_ = reinterpret_cast<float*>(words(points));
+    lessons_ = static_cast<guiding::Lesson*>(sv_->alloc(g_, points * sizeof(guiding::Lesson)));
+  }
+  // The points of a context, before its rays: throughput of their paths; how many samples they take.
+  void add(const Context& c, const LightSamples& samples, const float* const throughput[3], uint32_t parts) {
+    first_ = count_;
+    for (uint32_t i = 0; i < c.count; ++i, ++count_) {
+      const uint32_t s = c.path[i];
+      slot_[count_] = s;
+      brought_[count_] = 0;
+      const float t = (throughput[0][s] + throughput[1][s] + throughput[2][s]) * (1.f / 3.f);
+      const bool isTaught =
+          g_->teaches[s] && samples.light[i] != kNoLight && samples.cluster && samples.chance[i] > 0;
+      lessons_[count_] = {{c.P[0][i], c.P[1][i], c.P[2][i]},
+                          isTaught ? guiding::kOfLight | samples.cluster[i] : 0u,
+                          t > 0 ? float(parts) / t : 0.f,
+                          0,
+                          0,
+                          isTaught ? samples.chance[i] : 1.f,
+                          -1};
+    }
+  }
+  // Rays of some of W of its points, from i on.
+  void addRays(const Packer<W>& pack, uint32_t i, uint32_t ray) {
+    pack.put(Int<W>::lanes(int32_t(first_ + i)), ofRay_ + ray);
+  }
+  // What they have brought, by entry: its ray, value before and transmittance (by ray).
+  void end(uint32_t entries, const uint32_t* ray, const float* const value[3], const float* const T[3]) {
+    for (uint32_t e = 0; e < entries; ++e) {
+      float v = 0;
+      for (int c = 0; c < 3; ++c) v += value[c][e] * T[c][ray[e]];
+      brought_[ofRay_[ray[e]]] += v * (1.f / 3.f);
+    }
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count_; ++i) {
+      guiding::Lesson l = lessons_[i];
+      if (!(l.cell & guiding::kOfLight)) continue;
+      const float v = brought_[i] * l.light;
+      l.light = v * v * l.visits;
+      l.visits = 1 / l.visits;
+      if (!(l.light < 1e30f) || !(l.visits < 1e30f)) continue;  // no number either
+      slot_[n] = slot_[i];
+      lessons_[n++] = l;
+    }
+    if (n) sv_->teach(g_, n, slot_, lessons_);
+  }
+
+ private:
+  Group* g_;
+  const Services* sv_;
+  uint32_t *slot_, *ofRay_, first_ = 0, count_ = 0;
+  float* brought_;
+  guiding::Lesson* lessons_;
+};
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();

@@ -12,6 +12,11 @@
 // Russian roulette follows that (Vorba and Krivanek, "Adjoint-Driven Russian Roulette and Splitting in Light Transport
 // Simulation", SIGGRAPH 2016), in all regions that know it.
 //
+// Which lights are worth a sample is learned over the same regions: a factor for each cluster of lights, from what its
+// samples brought through their shadows (after Vevoda, Kondapaneni and Krivanek, "Bayesian Online Regression for Adaptive
+// Direct Illumination Sampling", SIGGRAPH 2018: what is expected before, over the frame and from the light tree, counts
+// for a few lessons, so that a light not yet seen somewhere keeps its chance).
+//
 // Each lesson says too what the guided estimate and the unguided one would have added to the variance: regions in which
 // guiding does not pay are left alone.
 #pragma once
@@ -53,8 +58,13 @@ struct Lesson {
   float seen;     // at a path's first vertex: all that the path brought to its pixel; below 0: at another one
 };
 inline constexpr uint32_t kWasGuided = 0x80000000u;
+// A lesson of a light sample: `cell` is this and the light's cluster; `light` what the sample would have brought were its
+// cluster chosen as without weights, squared, times, and `visits` divided by, what made the choice likelier than that.
+inline constexpr uint32_t kOfLight = 0x40000000u;
 
 struct Options {
+  bool directions = true;     // are learned
+  bool lights = false;        // which lights are worth a sample is
   uint32_t samples = 64;      // that teach, a power of two
   uint32_t paths = 1u << 17;  // of an epoch
   uint32_t regions = 2048;    // at most; each takes 14 KB
@@ -63,6 +73,18 @@ struct Options {
   float gain = 0.85f;         // of the variance without guiding: what a region must come below
 };
 
+// Which lights are worth a sample is learned from fewer paths than where light comes from.
+inline Options optionsFor(bool directions, bool lights) {
+  Options o;
+  o.directions = directions;
+  o.lights = lights;
+  if (!directions) {
+    o.paths = 1u << 15;
+    o.perRegion = 400;
+  }
+  return o;
+}
+
 inline Learning learning(const Options& o) { return {sizeof(Lesson), o.samples, o.paths}; }
 
 // The head of the state; offsets in words of 32 bits from its beginning.
@@ -70,6 +92,7 @@ struct State {
   uint32_t words, regions, entries, guides;  // guides: 1 where some region is known
   float low[3], scale;                       // cells of the finest octree: (P - low) * scale
   uint32_t tree, splits, density, lights, counts, sums;
+  uint32_t lightWeights, lightSums;  // by region and cluster: Group::lightWeights; two numbers that they come from
   uint32_t lessons;
   float seen;  // what a path brings to its pixel, in the mean
   const uint32_t* at(uint32_t offset) const { return reinterpret_cast<const uint32_t*>(this) + offset; }
@@ -277,16 +300,28 @@ class Teacher {
       return own;
     };
     head.tree = place(entries_);
-    head.splits = place(regions_ * kSplitWords);
-    head.density = place(regions_ * kCells);
-    head.lights = place(regions_ * kCells);
-    head.counts = place(regions_ * kCells);
-    head.sums = place(regions_ * State::kSums);
+    const uint32_t guided = o_.directions ? regions_ : 0, weighed = o_.lights ? regions_ : 0;
+    head.splits = place(guided * kSplitWords);
+    head.density = place(guided * kCells);
+    head.lights = place(guided * kCells);
+    head.counts = place(guided * kCells);
+    head.sums = place(guided * State::kSums);
+    head.lightWeights = place(weighed * kLightClusters);
+    head.lightSums = place(weighed * 2 * kLightClusters);
     head.words = at + 16;
     auto* next = static_cast<State*>(s_.makeState(&s_, uint64_t(head.words) * 4));
     if (!next) return;
     head.lessons = (old_ ? old_->lessons : 0u) + uint32_t(count_);
     *next = head;
+    if (o_.lights) weighLights(*next);
+    if (o_.directions)
+      buildGuides(*next);
+    else
+      std::memcpy(next->floats(next->tree), tree_, entries_ * sizeof(uint32_t));
+  }
+
+  void buildGuides(State& s) {
+    State* next = &s;
     float angle[kCells];
     for (uint32_t c = 0; c < kCells; ++c) angle[c] = solidAngle(c);
     parallel(regions_, [&](uint64_t r) { sum(*next, uint32_t(r)); });
@@ -315,6 +350,51 @@ class Teacher {
     }
   }
 
+  // Factors on the clusters. Of a choice with the probabilities q r / sum(q r), where q is what the tree says, the
+  // variance over a region is least for r^2 = mean of y^2 / q over mean of q, y being what the cluster brings.
+  void weighLights(State& s) const {
+    float* sums = s.floats(s.lightSums);
+    parallel(regions_, [&](uint64_t r) {
+      float* own = sums + r * 2 * kLightClusters;
+      if (const uint32_t from = from_[r]; old_ && from != kNone) {
+        const float keep = share_[r];
+        const float* x = old_->floats(old_->lightSums) + from * 2 * kLightClusters;
+        for (uint32_t k = 0; k < 2 * kLightClusters; ++k) own[k] = x[k] * keep;
+      }
+      for (uint32_t i = first_[r]; i < first_[r + 1]; ++i) {
+        const Lesson& l = lessons_[order_[i]];
+        if (!(l.cell & kOfLight)) continue;
+        const uint32_t k = l.cell & (kLightClusters - 1);
+        own[2 * k] += l.light;
+        own[2 * k + 1] += l.visits;
+      }
+    });
+    double all[kLightClusters][2] = {}, mean[2] = {};
+    for (uint32_t r = 0; r < regions_; ++r)
+      for (uint32_t k = 0; k < kLightClusters; ++k)
+        for (uint32_t c = 0; c < 2; ++c) {
+          const double x = double(sums[(r * kLightClusters + k) * 2 + c]);
+          all[k][c] += x;
+          mean[c] += x;
+        }
+    const double level = mean[1] > 0 && mean[0] > 0 ? mean[0] / mean[1] : 1;
+    double expected[kLightClusters];
+    for (uint32_t k = 0; k < kLightClusters; ++k)
+      expected[k] = (all[k][0] + kFrameShare * level) / (all[k][1] + kFrameShare);
+    parallel(regions_, [&](uint64_t r) {
+      float* weight = s.floats(s.lightWeights) + r * kLightClusters;
+      const float* own = sums + r * 2 * kLightClusters;
+      double most = 0, x[kLightClusters];
+      for (uint32_t k = 0; k < kLightClusters; ++k) {
+        const bool isKnown = r > 0 && own[2 * k + 1] > 0;
+        x[k] = isKnown ? (double(own[2 * k]) + kRegionShare * expected[k]) / (double(own[2 * k + 1]) + kRegionShare)
+                       : expected[k];
+        most = std::max(most, x[k]);
+      }
+      for (uint32_t k = 0; k < kLightClusters; ++k) weight[k] = std::max(float(std::sqrt(x[k] / most)), kLeastWeight);
+    });
+  }
+
   // Enough has been seen there.
   static bool isKnown(const State& s, uint32_t region) {
     return region && *s.at(s.splits + region * kSplitWords) & 1;
@@ -339,6 +419,7 @@ class Teacher {
     }
     for (uint32_t i = first_[region]; i < first_[region + 1]; ++i) {
       const Lesson& l = lessons_[order_[i]];
+      if (l.cell & kOfLight) continue;
       const uint32_t cell = l.cell & (kCells - 1);
       lights[cell] += l.light;
       counts[cell] += 1;
@@ -452,6 +533,9 @@ class Teacher {
   static constexpr uint32_t kNone = 0xffffffffu;
   static constexpr uint64_t kChunk = 4096;
   static constexpr float kSeenPrior = 8;
+  // Lessons that what is expected counts for: of all clusters for one, of one over the frame for a region.
+  static constexpr double kFrameShare = 16, kRegionShare = 2;
+  static constexpr float kLeastWeight = 1e-3f;
   const LearnServices& s_;
   const Options& o_;
   const State* old_;

@@ -108,6 +108,10 @@ struct Group {
   const float* rayWeight;   // camera's weight of the sample
   // By slot, 1: the path is one of those that the integrator learns from (Services::teach). Null: none is.
   const uint32_t* teaches = nullptr;
+  // Factors on what lights are expected to bring, which decides how likely each is sampled: rows of kLightClusters
+  // numbers above 0, by row and cluster. Set by the integrator before its first vertex, and kept until the group
+  // ends; points choose a row by Services::weighLights, and row 0 where it says nothing. Null: all factors are 1.
+  const float* lightWeights = nullptr;
   void* host;
 };
 
@@ -127,7 +131,13 @@ struct LightSamples {
   // Growth of a shadow ray's footprint, see ShadowRays: a quarter of the radius of the cone that the light is sampled
   // over, 0 for delta lights. Null where nothing in the scene is looked at by footprints of shadow rays.
   const float* spread;
+  // The light's cluster (see kLightClusters), and how likely that was chosen over its share in what all are expected to
+  // bring, before Group::lightWeights. Null where there are none of these, or nothing to choose.
+  const uint32_t* cluster;
+  const float* chance;
 };
+// Clusters that all lights of a scene fall into, at most: with so many lights, each is its own.
+inline constexpr uint32_t kLightClusters = 16;
 
 // Of points on lights, where paths begin or end.
 enum LightEndFlags : uint32_t {
@@ -511,6 +521,10 @@ struct Services {
   void (*deltaLights)(Group*, const RayList*, uint32_t n, const uint32_t* entries, const uint32_t* light,
                       float* const radiance[3], float* specular);
   void (*noteWalks)(Group*, const WalkNote*);
+  // Rows of Group::lightWeights by which the points of a context choose their lights, by point (padded): for light
+  // samples there, and for what is said of lights that rays from there meet. To be said before either. Only where an
+  // integrator learns (IntegratorTraits::learning).
+  void (*weighLights)(Group*, const Context*, const uint32_t* rows);
 };
 
 // At the barrier behind a stage, on one thread.

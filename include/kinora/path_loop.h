@@ -27,7 +27,8 @@ struct PathLoopOptions {
   // Light found through a mirror or lens after a diffuse bounce counts. Otherwise shadow rays go straight through
   // glass and take its tint; what refracted paths then find of the same light is left out.
   bool allowCaustics = false;
-  bool guides = false;  // directions by what the frame has learned, see kinora/guiding.h
+  bool guides = false;        // directions by what the frame has learned, see kinora/guiding.h
+  bool learnsLights = false;  // which lights are worth a sample, region by region
   guiding::Options guiding;
   // Manifold walks find the light of its `cheapCaustics` lights behind walkable surfaces, whatever allowCaustics says.
   ManifoldOptions manifold;
@@ -75,6 +76,11 @@ class PathLoop {
         reference_ = floats(n);
       }
       if (g_->teaches) lessons_ = new (sv_->alloc(g_, sizeof(Lessons<W>))) Lessons<W>(g_, sv_);
+    }
+    if (o_.learnsLights && sv_->lightCount > 1) {
+      static constexpr float kOnes[kLightClusters] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+      lightState_ = static_cast<const guiding::State*>(sv_->learned(g_));
+      g_->lightWeights = lightState_ ? lightState_->floats(lightState_->lightWeights) : kOnes;
     }
     for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
     if (sv_->mediaScatter) {
@@ -512,11 +518,16 @@ class PathLoop {
     float* spread = nullptr;
     uint32_t* lightOfRay = sv_->hasShadowControls ? words(room) : nullptr;
     uint32_t rays = 0, entries = 0;
+    LightLessons<W>* lessons = g_->lightWeights && g_->teaches ? new (sv_->alloc(g_, sizeof(LightLessons<W>)))
+                                                                     LightLessons<W>(g_, sv_, points)
+                                                               : nullptr;
 
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
       LightSamples ls;
+      if (g_->lightWeights && part == 0) weighLights<W>(g_, sv_, lightState_, c);
       sv_->lightSamples(g_, &c, part, parts, &ls);
+      if (lessons) lessons->add(c, ls, throughput_, parts);
       if (ls.spread && !spread) spread = floats(room);
       EvaluateArgs e{};
       for (int x = 0; x < 3; ++x) e.wi[x] = ls.wi[x];
@@ -580,6 +591,7 @@ class PathLoop {
           pack.put(select(staysInside(c, i, wi) | blocked, Int<W>(0), passes), tinted + rays);
         }
         if (share) pack.put(mis, share + rays);
+        if (lessons) lessons->addRays(pack, i, rays);
         // each lane's ray
         Int<W> rank = Int<W>::lanes(int32_t(rays));
         if (!lit.all() && c.slotCount > 1) {
@@ -609,12 +621,16 @@ class PathLoop {
       }
       runs[k] = {&c, nullptr, rays};
     }
-    if (!rays) return;
+    if (!rays) {
+      if (lessons) lessons->end(0, ray, value, T);
+      return;
+    }
     if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
     const ShadowRays shadow{
         rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs, tinted, {T[0], T[1], T[2]},
         spread, lightOfRay};
     sv_->shadow(g_, depth, &shadow);
+    if (lessons) lessons->end(entries, ray, value, T);
     uint32_t m = 0;
     for (uint32_t i = 0; i < entries; i += W) {
       const Mask<W> in = Mask<W>::firstN(int(entries - i < W ? entries - i : W));
@@ -886,6 +902,7 @@ class PathLoop {
   // Of what a path is expected to bring to its pixel, over all that is seen there, what lets it go on for certain; and
   // how likely it goes on at least.
   static constexpr float kLearnedRoulette = 0.1f, kLeastSurvival = 0.5f;
+  const guiding::State* lightState_ = nullptr;
   const guiding::State* guide_ = nullptr;
   float* reference_ = nullptr;  // by path: what is seen at its pixel, see guiding.h
   Lessons<W>* lessons_ = nullptr;

@@ -231,14 +231,21 @@ template <int W>
 struct Top {
   Float<W> p[light::kMostTop];
   Mask<W> byPower[light::kMostTop];
-  KN_INLINE Top(const ChooseArgs& a, const Receiver<W>& r, const Links<W>& links) {
+  Float<W> plain[light::kMostTop], plainTotal;  // importances without factors
+  KN_INLINE Top(const ChooseArgs& a, const Receiver<W>& r, const Links<W>& links, const Slots<W>& s) {
     using F = Float<W>;
     const light::LightTree& tree = *a.tree;
     const uint32_t count = tree.topCount();
     F total(0.f);
+    plainTotal = F(0.f);
     for (uint32_t k = 0; k < count; ++k) {
       const TopNode& t = tree.top()[k];
       p[k] = links.keep(Int<W>(t.node), topImportance<W>(r, t, byPower[k]));
+      if (a.weights) {
+        plain[k] = p[k];
+        plainTotal += p[k];
+        p[k] = p[k] * gather(a.weights, s.get(a.row) * Int<W>(light::kMostTop) + Int<W>(k));
+      }
       total += p[k];
     }
     F scale = F(1.f) / max(total, F(1e-37f));
@@ -480,10 +487,10 @@ void choose(const ChooseArgs& a) {
     const Slots<W> s(I::lanes(int32_t(i)));
     const Receiver<W> r(a, s);
     const Links<W> links(a, s);
-    const Top<W> top(a, r, links);
+    const Top<W> top(a, r, links, s);
     Mask<W> byPower(false);
     const F u = F::load(a.u[0] + i);
-    F below(0.f), from(0.f), p(0.f);
+    F below(0.f), from(0.f), p(0.f), importance(1.f);
     I child(-1), which(0);
     // the last that begins at or below u
     for (uint32_t k = 0; k < tree.topCount(); ++k) {
@@ -493,7 +500,12 @@ void choose(const ChooseArgs& a) {
       byPower = (is & top.byPower[k]) | (byPower & !is);
       from = select(is, below, from);
       p = select(is, top.p[k], p);
+      if (a.weights) importance = select(is, top.plain[k], importance);
       below += top.p[k];
+    }
+    if (a.top) {
+      which.store(a.top + i);
+      (p * top.plainTotal / max(importance, F(1e-30f))).store(a.chance + i);
     }
     p.store(a.probability + i);
     if (!isDeep) {
@@ -540,7 +552,7 @@ void probability(const ChooseArgs& a) {
     const Slots<W> s(I::lanes(int32_t(i)));
     const Receiver<W> r(a, s);
     const Links<W> links(a, s);
-    const Top<W> top(a, r, links);
+    const Top<W> top(a, r, links, s);
     const I place = I::load(a.light + i) * I(3);
     const I leaf = gather(places, place);
     I path = gather(places, place + I(1));

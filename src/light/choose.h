@@ -26,10 +26,14 @@ struct ChooseArgs {
   const float* N[3];        // null: points in space. Length 1: lit from this side; 1/2: from both, less from behind;
                             // 0: from all sides
   const uint32_t* linkSet;  // null: all in set 0
-  const float* u[2];        // choose
-  uint32_t* light;          // choose: out, kNone where no light reaches the point; density: in
-  float* probability;       // out
-  ChooseScratch scratch;    // choose, where the tree is deep
+  const float* weights;     // factors on top nodes, by row and node; null: none
+  const uint32_t* row;
+  const float* u[2];      // choose
+  uint32_t* light;        // choose: out, kNone where no light reaches the point; density: in
+  float* probability;     // out
+  uint32_t* top;          // choose: out, which top node; null: not wanted
+  float* chance;          // choose: out, its probability over its share in all importances, without factors
+  ChooseScratch scratch;  // choose, where the tree is deep
 };
 inline constexpr uint32_t kNone = LightTree::kNone;
 using ChooseKernel = void (*)(const ChooseArgs&);

@@ -89,6 +89,7 @@ struct Lists {
   explicit Lists(uint32_t n) : n(n), m(padded(n)) {
     for (auto* v : {&p[0], &p[1], &p[2], &N[0], &N[1], &N[2], &u[0], &u[1], &time}) v->assign(m, 0.f);
     set.assign(m, 0);
+    row.assign(m, 0);
   }
   void fill(const std::array<float, 3>& P, const std::array<float, 3>& normal, uint32_t linkSet, Random& r) {
     for (uint32_t i = 0; i < m; ++i) {
@@ -111,19 +112,24 @@ struct Lists {
     }
     x.time = time.data();
     x.linkSet = set.data();
+    x.weights = weights;
+    x.row = row.data();
     for (size_t k = 0; k < 2; ++k) x.u[k] = x.uChoice[k] = u[k].data();
     return x;
   }
   uint32_t n, m;
   std::vector<float> p[3], N[3], u[2], time;
-  std::vector<uint32_t> set;
+  std::vector<uint32_t> set, row;
+  const float* weights = nullptr;
 };
 
 // Of every light, from one point.
 std::vector<float> probabilitiesOf(const LightSet& set, const std::array<float, 3>& P,
-                                   const std::array<float, 3>& normal, uint32_t linkSet, uint32_t width = 8) {
+                                   const std::array<float, 3>& normal, uint32_t linkSet, uint32_t width = 8,
+                                   const float* weights = nullptr) {
   Random r(1);
   Lists l(set.size());
+  l.weights = weights;
   l.fill(P, normal, linkSet, r);
   std::vector<uint32_t> light(l.m);
   for (uint32_t i = 0; i < l.m; ++i) light[i] = std::min(i, set.size() - 1);
@@ -279,6 +285,59 @@ TEST_P(LightChoice, IsTheSameAtAllWidths) {
       ASSERT_EQ(one.pdf[i], other.pdf[i]) << width;
     }
   }
+}
+
+// Factors that somebody learned, by row and cluster: drawn as is said with them, and not as is said without them.
+TEST_P(LightChoice, FollowsWeights) {
+  const uint32_t n = GetParam();
+  const LightSet set = setOf(someLights(n, n));
+  Random r(23);
+  std::vector<float> weights(2 * kLightClusters);
+  for (float& w : weights) w = std::exp(uniform(r, -4, 0));
+  const std::array<float, 3> normal = {0, 0, 0};
+  std::array<float, 3> P{};
+  for (int reaching = 0, trial = 0; reaching < 2 && trial < 100; ++trial) {
+    P = placeOf(r);
+    reaching = 0;
+    for (const float x : probabilitiesOf(set, P, normal, 0)) reaching += x > 0.02f;
+  }
+  const std::vector<float> p = probabilitiesOf(set, P, normal, 0, 8, weights.data()),
+                           plain = probabilitiesOf(set, P, normal, 0);
+  Arena arena;
+  std::vector<uint32_t> count(n, 0);
+  uint32_t total = 0;
+  for (int round = 0; round < 8; ++round) {
+    arena.reset();
+    Lists l(1 << 14);
+    l.fill(P, normal, 0, r);
+    l.weights = weights.data();
+    LightSamples s;
+    set.sample(8, arena, l.points(), &s);
+    for (uint32_t i = 0; i < l.n; ++i, ++total) {
+      if (s.light[i] == kNoLight) continue;
+      ++count[s.light[i]];
+      ASSERT_EQ(s.pdf[i], p[s.light[i]]);
+      ASSERT_LT(s.cluster[i], kLightClusters);
+      // of lights that are their own clusters: the chance over that of the tree, but for what the defensive part changes
+      if (n <= kLightClusters) {
+        ASSERT_GT(s.chance[i], 0.7f * weights[s.cluster[i]]);
+      }
+    }
+  }
+  const auto chiOf = [&](const std::vector<float>& expected) {
+    double chi = 0;
+    int cells = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const double e = double(expected[i]) * total;
+      if (e < 20) continue;
+      chi += (count[i] - e) * (count[i] - e) / e;
+      ++cells;
+    }
+    const double freedom = std::max(cells - 1, 1);
+    return (std::cbrt(chi / freedom) - (1 - 2 / (9 * freedom))) / std::sqrt(2 / (9 * freedom));  // Wilson, Hilferty
+  };
+  EXPECT_LT(chiOf(p), 4.5);
+  EXPECT_GT(chiOf(plain), 4.5) << "a density without the weights is noticed";
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, LightChoice, testing::Values(2u, 3u, 16u, 17u, 100u, 3000u),

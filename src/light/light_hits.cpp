@@ -323,6 +323,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
       float *x[6], *probability = arena.make<float>(room);
       for (float*& y : x) y = arena.make<float>(room);
       uint32_t* sets = list.linkSet ? arena.make<uint32_t>(room) : nullptr;
+      uint32_t* rows = list.weights && list.row ? arena.make<uint32_t>(room) : nullptr;
       for (uint32_t i = 0; i < padded(m); ++i) {
         const uint32_t s = slot[std::min(i, m - 1)];
         for (int c = 0; c < 3; ++c) {
@@ -330,6 +331,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
           x[3 + c][i] = list.N[0] ? list.N[c][s] : 0.f;
         }
         if (sets) sets[i] = list.linkSet[s];
+        if (rows) rows[i] = list.row[s];
         if (i >= m) light[i] = light[m - 1];
       }
       Points p{};
@@ -339,6 +341,8 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
         p.N[c] = x[3 + c];
       }
       p.linkSet = sets;
+      p.weights = list.weights;
+      p.row = rows;
       probabilities(width, p, light, probability);
       for (uint32_t i = 0; i < m; ++i) pdf[i] *= probability[i];
       arena.release(mark);

@@ -201,6 +201,8 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
     a.N[c] = p.N[c];
   }
   a.linkSet = p.linkSet;
+  a.weights = p.row ? p.weights : nullptr;
+  a.row = p.row;
   a.light = const_cast<uint32_t*>(light);
   a.probability = out;
   probabilityKernel(width)(a);
@@ -303,6 +305,11 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   out->light = light;
   float* spread = p.wantsSpread ? arena.make<float>(n) : nullptr;
   out->spread = spread;
+  const float* weights = p.row && hasChoice() ? p.weights : nullptr;
+  uint32_t* cluster = weights ? arena.make<uint32_t>(n) : nullptr;
+  float* chance = weights ? arena.make<float>(n) : nullptr;
+  out->cluster = cluster;
+  out->chance = chance;
   if (!p.count) return;
 
   const Arena::Mark mark = arena.mark();
@@ -322,9 +329,13 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
                          {p.P[0], p.P[1], p.P[2]},
                          {p.N[0], p.N[1], p.N[2]},
                          p.linkSet,
+                         weights,
+                         p.row,
                          {p.uChoice[0], p.uChoice[1]},
                          light,
                          choice,
+                         cluster,
+                         chance,
                          scratch});
   } else {
     std::fill_n(light, n, tree_.topCount() ? tree_.nodes()[tree_.top()[0].node].child & ~kLeaf : kNoLight);

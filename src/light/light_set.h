@@ -97,7 +97,9 @@ class LightSet {
     const uint32_t* linkSet = nullptr;  // by point; null: all in set 0
     const float* uChoice[2];            // in [0, 1); null where there is no choice
     const float* u[2];
-    bool wantsSpread = false;  // LightSamples::spread is filled
+    bool wantsSpread = false;        // LightSamples::spread is filled
+    const float* weights = nullptr;  // factors on what clusters bring, see Group::lightWeights; null: none
+    const uint32_t* row = nullptr;   // by point
   };
   // One light sample a point, into arrays of the arena.
   void sample(uint32_t width, Arena& arena, const Points& points, LightSamples* out) const;
@@ -110,6 +112,8 @@ class LightSet {
     const uint32_t* linkSet;  // by slot: of the vertex the ray left
     const uint32_t* origin;   // by slot: RayOrigin bits
     const float* N[3];        // by slot: of that vertex, as in Points; null: points in space
+    const float* weights = nullptr;
+    const uint32_t* row = nullptr;  // by slot: of that vertex, as in Points
   };
   // Light met by rays. Camera rays stop at the nearest light they see: its entry blocks and tHit becomes infinity.
   // Rays that a light sample could have made are the other half of an estimate: they meet a light as its samples

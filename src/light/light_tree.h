@@ -3,6 +3,7 @@
 // Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018). Infinite
 // lights are nodes too. Built once a world; choose.h walks it.
 #pragma once
+#include <kinora/integrator.h>
 #include <kinora/light.h>
 
 #include <array>
@@ -33,7 +34,7 @@ inline constexpr uint32_t kExtentBits = 14, kExtentMask = (1u << kExtentBits) - 
 inline constexpr float kAxisSlack = 0.008f;
 
 // The top of the tree, whose nodes are weighed all at once: with few lights the whole of it.
-inline constexpr uint32_t kMostTop = 16;
+inline constexpr uint32_t kMostTop = kLightClusters;
 struct TopNode {
   float center[3], half[3], weight, axis[3], cosNormals, sinNormals, cosEmission, concentration;
   uint32_t isInfinite, isTwoSided, isUniform;

@@ -189,7 +189,7 @@ uint64_t Frame::pathsOf(const Stage& s) const {
 
 void Frame::makeLearned() {
   learned_.reset();
-  for (const auto& w : workers_) w->learned = nullptr;
+  for (const auto& w : workers_) w->learn(nullptr);
   lessons_.clear();
   taughtTo_ = 0;
   const std::optional<Learning> wanted = learningOf(*in_.integrator, in_.integratorData);
@@ -208,7 +208,7 @@ void Frame::makeLearned() {
   input.seed = in_.seed;
   input.threads = int(workers_.size());
   learned_ = std::make_unique<LearnedState>(input);
-  for (const auto& w : workers_) w->learned = learned_.get();
+  for (const auto& w : workers_) w->learn(learned_.get());
 }
 
 bool Frame::parallel(const std::function<bool(size_t worker)>& next) {

@@ -212,6 +212,7 @@ struct Worker::Calls {
   }
   static void noteWalks(Group* g, const WalkNote* note) { of(g).noteWalks(*note); }
   static const void* index(Group* g) { return of(g).store ? of(g).store->index() : nullptr; }
+  static void weighLights(Group* g, const Context* c, const uint32_t* rows) { of(g).state_.weighLights(c, rows); }
   static void teach(Group* g, uint32_t n, const uint32_t* slots, const void* records) {
     Worker& w = of(g);
     if (!w.learned || !g->teaches) return;
@@ -284,6 +285,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.index = &Calls::index;
   s.teach = &Calls::teach;
   s.learned = &Calls::learned;
+  s.weighLights = &Calls::weighLights;
   s.traceWalks = &Calls::traceWalks;
   s.walkTargets = &Calls::walkTargets;
   s.deltaLights = &Calls::deltaLights;

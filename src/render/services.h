@@ -92,6 +92,10 @@ class Worker {
   size_t index = 0;                   // of the worker in its frame
   PassStore* store = nullptr;         // of its frame; null: the integrator keeps no records
   LearnedState* learned = nullptr;    // of its frame; null: the integrator learns nothing
+  void learn(LearnedState* state) {
+    learned = state;
+    state_.weighsLights = state != nullptr;
+  }
 
  private:
   struct Calls;

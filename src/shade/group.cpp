@@ -115,6 +115,7 @@ void GroupState::fillList(RayList& list, uint32_t room) {
   };
   clear(left.linkSet);
   clear(left.traceSet);
+  clear(left.lightRow);
   clear(left.media);
   for (int c = 0; c < 3; ++c) {
     clear(left.Ng[c]);
@@ -132,6 +133,10 @@ VertexState GroupState::makeState(uint32_t n) {
   if (world_.space && world_.space->isSimilar) {
     s.bounces = arena_.make<uint32_t>(n);
     std::fill_n(s.bounces, n, 0u);
+  }
+  if (weighsLights && world_.lights && world_.lights->hasChoice()) {
+    s.lightRow = arena_.make<uint32_t>(n);
+    std::fill_n(s.lightRow, n, 0u);
   }
   for (int c = 0; c < 3; ++c) {
     if (world_.movesShadowOrigins || s.traceSet) s.Ng[c] = arena_.make<float>(n);
@@ -185,6 +190,7 @@ void GroupState::leave(RayList& list, const Context* c, uint32_t n, const uint32
   if (from.linkSet) take(from.linkSet, to.linkSet);
   if (from.traceSet) take(from.traceSet, to.traceSet);
   if (from.bounces) take(from.bounces, to.bounces);
+  if (from.lightRow) take(from.lightRow, to.lightRow);
   for (int k = 0; k < 3; ++k) {
     if (from.Ng[k]) take(from.Ng[k], to.Ng[k]);
     if (from.terminatorOffset[k]) take(from.terminatorOffset[k], to.terminatorOffset[k]);

@@ -141,6 +141,7 @@ struct VertexState {
   float* facet[3] = {nullptr, nullptr, nullptr};   // its triangle's normal; set where the offset is
   float* lightN[3] = {nullptr, nullptr, nullptr};  // by which its lights are chosen, see light::LightSet::Points;
                                                    // where there is a choice
+  uint32_t* lightRow = nullptr;                    // of Group::lightWeights; with weighsLights
 };
 
 // The renderer's part of a list of rays.
@@ -245,6 +246,7 @@ class GroupState {
   void meanTransmittance(uint32_t n, const float* const o[3], const float* const d[3], const float* length,
                          const float* time, float* out);
   void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
+  void weighLights(const Context* c, const uint32_t* rows);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);
   void lightsBeyond(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
@@ -258,6 +260,7 @@ class GroupState {
 
   GroupCounters counters;
   RayListener* listener = nullptr;
+  bool weighsLights = false;                      // the integrator may say weighLights()
   bool scattersInMedia = false;                   // the integrator takes contexts of points in media
   std::function<void(const std::string&)> print;  // set while one sample is replayed: events go here
   // Called with each first-hit context, so that render/ can write surface channels.

@@ -29,6 +29,8 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   }
   p.time = c->time;
   p.linkSet = state.linkSet;
+  p.weights = group_.lightWeights;
+  p.row = state.lightRow;
   p.uChoice[0] = u[0];
   p.uChoice[1] = u[3];
   p.u[0] = u[1];
@@ -36,6 +38,10 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   p.wantsSpread = world_.world->hasUserGeometry();
   world_.lights->sample(world_.width, arena_, p, out);
   if (!world_.mediumLights.empty()) askMediumLights(c, out);
+}
+
+void GroupState::weighLights(const Context* c, const uint32_t* rows) {
+  if (uint32_t* own = ContextHost::of(c).state.lightRow) std::copy_n(rows, c->padded, own);
 }
 
 // Samples of what media emit: how much that is where they lie. To path expressions it is not a light's.
@@ -109,6 +115,8 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
   l.linkSet = host.left.linkSet;
   l.origin = list.origin;
   for (int k = 0; k < 3; ++k) l.N[k] = host.left.lightN[k];
+  l.weights = group_.lightWeights;
+  l.row = host.left.lightRow;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (host.surfaceT)  // lights that end a ray take what it has met behind them
     for (uint32_t i = 0; i < out->count; ++i)
@@ -126,6 +134,8 @@ void GroupState::lightEnds(LightEnds* ends) {
   const uint32_t n = ends->count, room = padded(n) + kPad;
   float *P[3], *N[3] = {nullptr, nullptr, nullptr}, *time = arena_.make<float>(room);
   uint32_t* sets = arena_.make<uint32_t>(room);
+  uint32_t* rows = group_.lightWeights ? arena_.make<uint32_t>(room) : nullptr;
+  if (rows) std::fill_n(rows, room, 0u);
   for (int k = 0; k < 3; ++k) {
     P[k] = arena_.make<float>(room);
     if (world_.lights->hasChoice()) N[k] = arena_.make<float>(room);
@@ -139,6 +149,7 @@ void GroupState::lightEnds(LightEnds* ends) {
     }
     time[at] = t[from];
     if (left.linkSet) sets[at] = left.linkSet[from];
+    if (rows && left.lightRow) rows[at] = left.lightRow[from];
   };
   for (uint32_t r = 0, first = 0; r < ends->runCount; first = ends->runs[r++].end) {
     const ShadowRun& run = ends->runs[r];
@@ -157,6 +168,7 @@ void GroupState::lightEnds(LightEnds* ends) {
     }
     time[i] = time[done - 1];
     sets[i] = sets[done - 1];
+    if (rows) rows[i] = rows[done - 1];
   }
   light::LightSet::Points p{};
   p.count = n;
@@ -167,6 +179,8 @@ void GroupState::lightEnds(LightEnds* ends) {
   }
   p.time = time;
   p.linkSet = sets;
+  p.weights = group_.lightWeights;
+  p.row = rows;
   world_.lights->ends(world_.width, arena_, p, ends);
 }
 
@@ -192,6 +206,8 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   l.linkSet = ListHost::of(rays).left.linkSet;
   l.origin = rays.origin;
   for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(rays).left.lightN[k];
+  l.weights = group_.lightWeights;
+  l.row = ListHost::of(rays).left.lightRow;
   world_.lights->hits(world_.width, arena_, false, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
     const light::LightSet& lights = *world_.lights;

@@ -126,7 +126,8 @@ const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks)
   float *share = arena_.make<float>(room), *P[3], *N[3] = {nullptr, nullptr, nullptr},
         *chosen = arena_.make<float>(room), *time = arena_.make<float>(room);
   uint32_t *light = arena_.make<uint32_t>(room), *set = arena_.make<uint32_t>(room),
-           *crossing = arena_.make<uint32_t>(room), *entry = arena_.make<uint32_t>(room), n = 0;
+           *row = arena_.make<uint32_t>(room), *crossing = arena_.make<uint32_t>(room),
+           *entry = arena_.make<uint32_t>(room), n = 0;
   const ListHost& host = ListHost::of(list);
   for (int k = 0; k < 3; ++k) {
     P[k] = arena_.make<float>(room);
@@ -147,6 +148,7 @@ const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks)
       }
       time[n] = list.rays.time[t.entry];
       set[n] = host.left.linkSet ? host.left.linkSet[t.entry] : 0;
+      row[n] = host.left.lightRow ? host.left.lightRow[t.entry] : 0;
       light[n] = world_.lightOfMedium[medium];
       entry[n] = t.entry;
       crossing[n++] = k;
@@ -159,6 +161,7 @@ const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks)
       if (N[c]) N[c][i] = N[c][n - 1];
     }
     set[i] = set[n - 1];
+    row[i] = row[n - 1];
     light[i] = light[n - 1];
   }
   light::LightSet::Points points{};
@@ -170,6 +173,8 @@ const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks)
   }
   points.time = time;
   points.linkSet = set;
+  points.weights = group_.lightWeights;
+  points.row = row;
   world_.lights->probabilities(world_.width, points, light, chosen);
   for (uint32_t i = 0; i < n; ++i) {
     const auto& l = *static_cast<const MediumLight*>(world_.lights->instanceOf(light[i]));

@@ -197,6 +197,8 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
   }
   where.time = points->time;
   where.linkSet = state.linkSet;
+  where.weights = group_.lightWeights;
+  where.row = state.lightRow;
   world_.lights->probabilities(world_.width, where, chosenLight, choice);
   for (uint32_t i = 0; i < m; ++i) {
     const float known = lights.light[i] != kNoLight && choice[i] > 0 ? choice[i] : 1.f;

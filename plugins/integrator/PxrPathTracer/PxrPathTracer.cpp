@@ -67,12 +67,20 @@ constexpr Param kParams[] = {
         .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
     param::string("volumeAggregateTransmission", "")
         .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
+    param::integer("learnLights", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help("Learn over the first samples which lights are worth a sample, region by region: for rooms where many "
+              "lights are hidden from many places."),
     param::integer("guidingSamples", 64)
         .range(1, 4096)
-        .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two."),
+        .help("With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
+              "two."),
     param::integer("guidingRegions", 2048)
         .range(16, 65536)
-        .help("With risPathGuiding: regions of space with a distribution of their own, at most; each takes 14 KB."),
+        .help(
+            "With risPathGuiding or learnLights: regions of space that are learned of apart, at most; each takes 14 "
+            "KB, with learnLights alone 200 bytes."),
     pathParameters::kManifoldWalk,
     pathParameters::kMaxInterfaces,
     pathParameters::kMaxIterations,
@@ -97,6 +105,8 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
   const NamedValues values(info, kParams, std::size(kParams));
   o->guides = values.number("risPathGuiding") != 0;
+  o->learnsLights = values.number("learnLights") != 0;
+  o->guiding = guiding::optionsFor(o->guides, o->learnsLights);
   o->guiding.samples = uint32_t(from::within(values, parameter("guidingSamples")));
   o->guiding.regions = uint32_t(from::within(values, parameter("guidingRegions")));
   o->manifold = from::manifold(values);
@@ -105,7 +115,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
 inline uint32_t learning(const void* data, Learning* out) {
   const auto& o = *static_cast<const PathLoopOptions*>(data);
   *out = guiding::learning(o.guiding);
-  return o.guides;
+  return o.guides || o.learnsLights;
 }
 }  // namespace kinora::pxrPathTracer
 #endif

@@ -1,0 +1,152 @@
+// Which lights are worth a sample, learned over epochs (PxrPathTracer, learnLights): the mean is that of the choice by
+// the light tree alone for kinds of lights, surfaces, links, filters and media, a wrong density is noticed, bits do not
+// depend on threads, widths, groups, parts or crops, and where lights are hidden it helps. Misses: by how much
+// (docs/performance.md).
+#include <cmath>
+#include <string>
+
+#include "tests/probes/methods.h"
+#include "tests/probes/rooms.h"
+
+namespace kinora {
+const Descriptor* kinoraStock_WrongLights();
+}
+
+namespace kinora::probes {
+namespace {
+
+// A screen that hides lamps on the left from the right and the other way round.
+const std::string kScreen = "  Polygon \"vertex point P\" [-0.3 0 0.5  -0.3 0 2  -0.3 1.7 2  -0.3 1.7 0.5]\n";
+const char* const kLearned = "Integrator \"PxrPathTracer\" \"i\" \"int learnLights\" [1]\n";
+const std::string kLamps = std::string(kRect) + kSphere + kSun;
+
+Method learned(bool guided = false) {
+  Method m = pathTracer(2);
+  m.sets.insert(m.sets.end(), {{"integrator.learnLights", "1"}, {"integrator.risPathGuiding", guided ? "1" : "0"}});
+  return m;
+}
+void expectMeanOfTheTree(const std::string& text, double sharpness = 0.05, const Method& method = learned()) {
+  Workshop stage;
+  expectEqual(renderAll(stage, text, method, 100), renderAll(stage, text, pathTracer(2), 500), "learned", sharpness);
+}
+TEST(LearnedLights, KeepTheMeanUnderAreaLightsAndSun) { expectMeanOfTheTree(room(kLamps, kGrey, "", kScreen)); }
+TEST(LearnedLights, KeepTheMeanUnderDomeMeshAndPoint) {
+  expectMeanOfTheTree(room(std::string(kDome) + kMesh + kPoint, kGrey, "", kScreen));
+}
+TEST(LearnedLights, KeepTheMeanBesideRoughGlass) {
+  expectMeanOfTheTree(room(std::string(kRect) + kSphere + kDome, kRoughGlass, "", kScreen), 0.08);
+}
+TEST(LearnedLights, KeepTheMeanInMotionThroughALens) {
+  expectMeanOfTheTree(room(std::string(kRect) + kDome + kMesh, kGrey, kLens, kScreen));
+}
+TEST(LearnedLights, KeepTheMeanWithSeveralSamplesAndDirections) {
+  Method m = learned();
+  m.sets.insert(m.sets.end(), {{"integrator.numLightSamples", "3"}, {"integrator.numIndirectSamples", "2"}});
+  expectMeanOfTheTree(room(kLamps + kDome, kGrey, "", kScreen), 0.05, m);
+}
+TEST(LearnedLights, KeepTheMeanWithGuidedPaths) {
+  expectMeanOfTheTree(room(kLamps + kDome, kGrey, "", kScreen), 0.05, learned(true));
+}
+TEST(LearnedLights, KeepTheMeanWithLinksAndFilters) {
+  std::string bulb = kSphere;
+  bulb.insert(bulb.find("Light \"PxrSphereLight"),
+              "LightFilter \"PxrIntMultLightFilter\" \"dim\" \"float intensity\" [0.6]\n");
+  expectMeanOfTheTree(
+      room(std::string(kRect) + bulb + kDome, std::string("Illuminate \"bulb\" 0\n") + kGrey, "", kScreen));
+}
+TEST(LearnedLights, KeepTheMeanInFog) {
+  const std::string fog =
+      "  AttributeBegin\n    Bxdf \"PxrVolume\" \"fog\" \"color densityColor\" [0.3 0.4 0.5]\n"
+      "    Volume \"box\" [-1.6 1.6 -0.1 2.1 -0.2 2.1] [0 0 0]\n  AttributeEnd\n";
+  expectMeanOfTheTree(room(std::string(kRect) + kSphere, kGrey, "", kScreen + fog), 0.1);
+}
+// More lights than clusters.
+TEST(LearnedLights, KeepTheMeanUnderManyLamps) {
+  std::string lamps;
+  for (int i = 0; i < 40; ++i)
+    lamps += "AttributeBegin\n Translate " + std::to_string(-1.4 + 0.4 * (i % 8)) + " " +
+             std::to_string(0.4 + 0.3 * (i / 8)) + " " + std::to_string(0.5 + 0.3 * (i % 3)) +
+             "\n Scale 0.1 0.1 0.1\n Light \"PxrSphereLight\" \"l" + std::to_string(i) +
+             "\" \"float intensity\" [3] \"string lightGroup\" [\"key\"]\nAttributeEnd\n";
+  expectMeanOfTheTree(room(lamps, kGrey, "", kScreen));
+}
+
+// Lights that are met by rays as if nothing had been learned.
+TEST(LearnedLights, WrongDensityIsNoticed) {
+  Workshop stage{kinoraStock_WrongLights()};
+  const std::string text = room(std::string(kRect) + kDome, kGrey, "", kScreen);
+  const Pictures wrong = renderAll(stage, text, {"WrongLights", {}}, 100),
+                 right = renderAll(stage, text, pathTracer(2), 500);
+  const TileTest t = compareTiles(wrong.at("Ci"), right.at("Ci"));
+  EXPECT_FALSE(t.agrees()) << "worst z " << t.worstZ;
+}
+
+TEST(LearnedLights, SameBits) {
+  const auto stateWith = [](const char* learns) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 1;
+    s.sets = {{"integrator.learnLights", learns}};
+    auto r = stage.load(sceneOf(room(kLamps, kGrey, kLearned), stage.messages), s);
+    EXPECT_EQ(r->renderFilm(), render::Outcome::Complete);
+    return stateOf(r->film());
+  };
+  EXPECT_NE(stateWith("1"), stateWith("0")) << "lights are learned";
+  expectSameBits({}, room(kLamps + kDome, kGlass, std::string(kLens) + kLearned, kScreen), "");
+}
+
+TEST(LearnedLights, CropsAreWhatTheyAreInTheWhole) {
+  const std::string text = room(kLamps, kGrey, kLearned, kScreen);
+  const auto render = [&](std::array<float, 4> crop) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 2;
+    s.crop = crop;
+    auto r = stage.load(sceneOf(text, stage.messages), s);
+    return pictureOf(*r);
+  };
+  const image::Image whole = render({-1, -1, -1, -1}), part = render({0.2f, 0.6f, 0.35f, 0.8f});
+  int compared = 0, differ = 0;
+  for (int y = part.data.y0; y < part.data.y1; ++y)
+    for (int x = part.data.x0; x < part.data.x1; ++x, ++compared)
+      for (int k = 0; k < 3; ++k) differ += part.at(x, y)[k] != whole.at(x, y)[k];
+  EXPECT_GT(compared, 40);
+  EXPECT_EQ(differ, 0);
+}
+
+// A closed room that a sky and a sun outside cannot light.
+TEST(LearnedLights, HelpWhereLightsAreHidden) {
+  const auto varianceWith = [](Method m) {
+    m.sets.emplace_back("integrator.maxIndirectBounces", "0");
+    Workshop stage;
+    std::string text = room(std::string(kRect) + kSphere + kDome + kSun, kGrey, "", R"(
+      Polygon "vertex point P" [-1.5 2 0  1.5 2 0  1.5 2 2  -1.5 2 2]
+      Polygon "vertex point P" [1.5 0 0  1.5 0 2  1.5 2 2  1.5 2 0]
+      Polygon "vertex point P" [-1.5 0 -0.2  1.5 0 -0.2  1.5 2 -0.2  -1.5 2 -0.2]
+    )");
+    text.replace(text.find("[16]"), 4, "[64]");
+    const Pictures p = renderAll(stage, text, m, 100, 24);
+    double sum = 0;
+    for (const auto& t : p.at("Ci").tiles) sum += t.standardError() * t.standardError();
+    return sum;
+  };
+  EXPECT_LT(varianceWith(learned()), 0.6 * varianceWith(pathTracer(2)));
+}
+
+TEST(LearnedLights, OneLightOrNoneIsWhatItWas) {
+  for (const std::string& lights : {std::string(kRect), std::string()}) {
+    const auto stateWith = [&](const char* learns) {
+      Workshop stage;
+      render::Settings s;
+      s.threads = 1;
+      s.sets = {{"integrator.learnLights", learns}};
+      auto r = stage.load(sceneOf(room(lights, kGrey, kLearned), stage.messages), s);
+      EXPECT_EQ(r->renderFilm(), render::Outcome::Complete);
+      return stateOf(r->film());
+    };
+    EXPECT_EQ(stateWith("1"), stateWith("0"));
+  }
+}
+
+}  // namespace
+}  // namespace kinora::probes
