@@ -427,7 +427,7 @@ TEST(LightTracer, DensitiesOfLightEndsAreThoseOfMakingThem) {
     AttributeBegin
       Translate 0.5 1.5 1.5
       Light "PointLight" "bare" "float intensity" [2] "float coneAngle" [120]
-      Light "PxrDistantLight" "ray" "float intensity" [0.3] "float angleExtent" [0] "int enableShadows" [0]
+      Light "PxrDistantLight" "ray" "float intensity" [0.3] "float angleExtent" [0]
     AttributeEnd)";
   lightTracer::ends.emitted = lightTracer::ends.emittedOff = 0;
   lightTracer::ends.sampled = lightTracer::ends.sampledOff = 0;
