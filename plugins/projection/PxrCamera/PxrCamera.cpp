@@ -95,7 +95,7 @@ std::unique_ptr<Camera> makeCamera(const CreateInfo& info) {
   without.fStop = 0;
   setLens(*lens, values, without);
   if (projection->fStop > 0 && !values.given("fStop") && !values.given("focalLength"))
-    values.warn("PROJECTION-LENS", "the DepthOfField request does not reach PxrCamera, whose lens is its own",
+    values.warn("PROJECTION-LENS", "the DepthOfField request does not reach this camera, whose lens is its own",
                 "everything is sharp; give it fStop, focalLength and focalDistance");
   lens->screen.left += float(values.number("shiftX"));
   lens->screen.top += float(values.number("shiftY"));
