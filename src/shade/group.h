@@ -295,8 +295,8 @@ class GroupState {
   // By ray what is asked for.
   void occludedByMask(const ShadowRays& rays, const uint32_t* mask, const float* radius, const float* spread,
                       uint32_t* blocked);
-  // Footprints by which shadow rays meet geometry of several resolutions; false: there is none.
-  bool findFootprints(const ShadowRays& rays, float** radius, float** spread);
+  // Footprints by which shadow rays meet geometry of several resolutions; left alone where there is none.
+  void findFootprints(const ShadowRays& rays, float** radius, float** spread);
   // What surfaces let through, by ray.
   void shadowOfSurfaces(uint32_t depth, const ShadowRays& rays);
   // light_shadows.cpp; of lights with controls.

@@ -216,8 +216,8 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   });
 }
 
-bool GroupState::findFootprints(const ShadowRays& rays, float** radius, float** spread) {
-  if (!world_.world->hasUserGeometry()) return false;
+void GroupState::findFootprints(const ShadowRays& rays, float** radius, float** spread) {
+  if (!world_.world->hasUserGeometry()) return;
   // footprints where the rays begin choose the level
   float* at = *radius = arena_.make<float>(padded(rays.count));
   float* growth = *spread = arena_.make<float>(padded(rays.count));
@@ -229,7 +229,6 @@ bool GroupState::findFootprints(const ShadowRays& rays, float** radius, float** 
       growth[i] = spreadAlong(rays, i, s[rays.point[i]]);
     }
   });
-  return true;
 }
 
 void GroupState::occluded(const ShadowRays& rays, uint32_t* blocked, bool clear) {

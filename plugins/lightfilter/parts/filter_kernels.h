@@ -65,7 +65,6 @@ KN_INLINE Float<W> strengthAt(const filterParts::DistanceStrength& k, Float<W> d
   return select(way < F(k.middle), lerp(F(k.atNear), F(k.atMiddle), first), lerp(F(k.atMiddle), F(k.atFar), second));
 }
 
-// A filter's colour in the strength in which it acts.
 // The filter's colour with another saturation; never negative.
 template <int W>
 KN_INLINE Rgb<W> saturated(Rgb<W> color, float saturation) {
@@ -76,6 +75,7 @@ KN_INLINE Rgb<W> saturated(Rgb<W> color, float saturation) {
   return {max(c.x, F(0.f)), max(c.y, F(0.f)), max(c.z, F(0.f))};
 }
 
+// A filter's colour in the strength in which it acts.
 template <int W>
 KN_INLINE Rgb<W> filtered(Rgb<W> color, Float<W> density) {
   using F = Float<W>;
