@@ -22,14 +22,17 @@ struct LightDescription {
   float low[3], high[3];
   // Finite lights: its normals lie within the angle of cosNormals about `axis` (unit), and it emits within the angle
   // of cosEmission about each of them, in proportion to the cosine. axis 0: to all sides, whatever the cosines.
-  // Infinite lights: mean direction towards the light over its radiance; its length is 1 for a single direction and 0
-  // for light from all around.
+  // Infinite lights: mean direction towards the light over the radiance that samples are made for; its length is 1 for a
+  // single direction and 0 for light from all around.
   float axis[3];
   float cosNormals, cosEmission;
   int isTwoSided;  // emits likewise about the opposite normals
   // Infinite lights: cosine of the angle about `axis` within which all of it lies; rays that point elsewhere do not
   // ask for it. 0 (the host's default) and below: anywhere.
   float cosReach;
+  // Of `power`: for how much of it samples are made; the rest is left to rays that find the light. It counts in the
+  // choice among lights. 0: all of it.
+  float sampledShare;
 };
 
 // The lights of a call, by lane: instances of one plug-in. lightStride 1: an array of padded length; 0: all lanes

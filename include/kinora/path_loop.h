@@ -5,6 +5,7 @@
 #include <kinora/cover_by_media.h>
 #include <kinora/guiding.h>
 #include <kinora/integrator.h>
+#include <kinora/light_candidates.h>
 #include <kinora/manifold.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
@@ -20,6 +21,7 @@ struct PathLoopOptions {
   uint32_t maxIndirectBounces = 8;  // 0: direct light only
   uint32_t lightSamples = 1;        // at camera hits; deeper vertices take one
   uint32_t indirectSamples = 1;     // directions followed from each camera hit
+  uint32_t lightCandidates = 1;     // of which each light sample is one, see kinora/light_candidates.h
   uint32_t clampDepth = 2;          // ray depth (camera ray: 0) from which contributions are clamped
   float clampLuminance = 10;        // largest luminance of one contribution there
   uint32_t rouletteDepth = 4;       // vertex from which Russian roulette is played
@@ -524,17 +526,15 @@ class PathLoop {
 
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
-      LightSamples ls;
       if (g_->lightWeights && part == 0) weighLights<W>(g_, sv_, lightState_, c);
-      sv_->lightSamples(g_, &c, part, parts, &ls);
+      LightCandidates<W> candidates(g_, sv_, c);
+      candidates.make(part, parts, depth == 0 && !lessons ? o_.lightCandidates : 1, throughput_,
+                      [&](F byLight, F byBxdf)
+                          HWY_ATTR { return misPower(byLight * F(float(parts)), byBxdf * F(float(bxdfParts))); });
+      const LightSamples& ls = candidates.samples;
+      EvaluateArgs& e = candidates.scattered;
       if (lessons) lessons->add(c, ls, throughput_, parts);
       if (ls.spread && !spread) spread = floats(room);
-      EvaluateArgs e{};
-      for (int x = 0; x < 3; ++x) e.wi[x] = ls.wi[x];
-      for (uint32_t l = 0; l < c.slotCount; ++l)
-        for (int x = 0; x < 3; ++x) e.weight[l][x] = floats(c.padded);
-      e.pdf = floats(c.padded);
-      c.bxdf->evaluate(&c, c.closure, &e);
       // what arrives unshadowed: throughput * L / pdf * mis, by slot; rays where any slot is not black
       for (uint32_t i = 0; i < c.count; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
@@ -546,6 +546,7 @@ class PathLoop {
         const Mask<W> some = in & (pdf > F(0.f));
         F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
         if (share_ && c.traits & kTraitInSpace) scale = scale * s.get(share_);
+        if (candidates.factor) scale = scale * F::load(candidates.factor + i);
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
         Vec3<W> glossy = base;
         if (ls.specularRadiance[0])

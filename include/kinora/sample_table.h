@@ -31,7 +31,7 @@ inline constexpr uint32_t dimensionAt(uint32_t depth) { return kDimFirstVertex +
 enum VertexDimension : uint32_t {  // offsets within a vertex's dimensions
   kDimBxdf = 0,
   kDimLobe = 1,
-  kDimRoulette = 2,
+  kDimRoulette = 2,  // and, of the pair's second number, which light sample of several is followed
   kDimLightChoice = 3,
   kDimLight = 4,
   kDimGuide = 5,        // of directions that a frame has learned (guiding.h)

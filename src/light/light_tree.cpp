@@ -101,7 +101,8 @@ Item itemOf(const LightDescription& d, uint32_t light) {
   Item it;
   it.light = light;
   Bounds& b = it.bounds;
-  const float power = std::isfinite(d.power) ? std::clamp(d.power, 1e-24f, 1e24f) : 0;
+  const float share = d.sampledShare > 0 && d.sampledShare < 1 ? d.sampledShare : 1;
+  const float power = std::isfinite(d.power) ? std::clamp(d.power * share, 1e-24f, 1e24f) : 0;
   const float l2 = dot(d.axis, d.axis), length = std::sqrt(l2);
   if (d.isInfinite) {
     const float scale = std::isfinite(length) ? (length > 1 ? 1 / length : 1) : 0;

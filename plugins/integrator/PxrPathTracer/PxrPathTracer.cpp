@@ -72,6 +72,10 @@ constexpr Param kParams[] = {
         .options("0 off, 1 on")
         .help("Learn over the first samples which lights are worth a sample, region by region: for rooms where many "
               "lights are hidden from many places."),
+    param::integer("numLightCandidates", 1)
+        .range(1, 16)
+        .help("Light samples at camera hits are chosen each from so many by what they would bring were nothing in "
+              "their way, before shadow rays: for skies and many lights. Not with learnLights."),
     param::integer("guidingSamples", 64)
         .range(1, 4096)
         .help("With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
@@ -106,6 +110,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   const NamedValues values(info, kParams, std::size(kParams));
   o->guides = values.number("risPathGuiding") != 0;
   o->learnsLights = values.number("learnLights") != 0;
+  o->lightCandidates = uint32_t(from::within(values, parameter("numLightCandidates")));
   o->guiding = guiding::optionsFor(o->guides, o->learnsLights);
   o->guiding.samples = uint32_t(from::within(values, parameter("guidingSamples")));
   o->guiding.regions = uint32_t(from::within(values, parameter("guidingRegions")));

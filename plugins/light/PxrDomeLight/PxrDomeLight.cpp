@@ -14,7 +14,8 @@
 //
 // Sampling: one cell a texel (or, in large maps, a block of texels), chosen by inversion of the rows' and then the
 // row's distribution (searched in order: strata of the random numbers survive), evenly in solid angle within the
-// cell. A cell's weight is the exact mean of the bilinear lookup over it, so no direction has value without density.
+// cell. A cell's weight follows from the exact mean of the bilinear lookup over it (mis_compensation.h), so no direction
+// has value without density.
 #define KINORA_KERNEL_FILE "plugins/light/PxrDomeLight/PxrDomeLight.cpp"
 #include <kinora/light_setup.h>
 #include <algorithm>
@@ -23,6 +24,7 @@
 
 #include "plugins/light/parts/dome_map.h"
 #include "plugins/light/parts/grey_sky.h"
+#include "plugins/light/parts/mis_compensation.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrDomeLight {
@@ -47,8 +49,9 @@ struct Data {
   // near both poles keep their digits so. The row across the equator belongs to the north and may go beyond 1.
   std::vector<float> rowFrom, rowTo;
   int32_t northRows = 0;
-  double meanRadiance = 0;  // over directions and RGB, absolute
-  Double3 meanDirection;    // towards the light, weighted by its radiance
+  double meanRadiance = 0;                       // over directions and RGB, absolute
+  double sampledShare = lightParts::kKeptShare;  // of it: what samples are made for
+  Double3 meanDirection;                         // towards the light, weighted by that
   bool isBlack = true;
 };
 
@@ -122,6 +125,12 @@ bool buildDistribution(Data& k) {
   k.rowParts = partsFor(k.rows);
   std::vector<double> cells = cellMeans(k);
   std::vector<double> rowWeight(size_t(k.rows), 0.0), solid(static_cast<size_t>(k.rows));
+  for (int32_t j = 0; j < k.rows; ++j)
+    solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
+  lightParts::Cells sphere{cells, solid, size_t(k.columns)};
+  k.meanRadiance = sphere.mean();
+  if (!(k.meanRadiance > 0) || !std::isfinite(k.meanRadiance)) return false;
+  sphere.compensate(k.meanRadiance);
   Double3 mean;
   double total = 0;
   k.northRows = (k.rows + 1) / 2;
@@ -132,7 +141,6 @@ bool buildDistribution(Data& k) {
     k.rowTo.push_back(float(2 * std::pow(std::sin(to / 2), 2)));
   }
   for (int32_t j = 0; j < k.rows; ++j) {
-    solid[size_t(j)] = 2 * kPi / k.columns * (std::cos(kPi * j / k.rows) - std::cos(kPi * (j + 1) / k.rows));
     const double polar = kPi * (j + 0.5) / k.rows;
     for (int32_t i = 0; i < k.columns; ++i) {
       const double weight = cells[size_t(j) * k.columns + i] * solid[size_t(j)];
@@ -143,8 +151,7 @@ bool buildDistribution(Data& k) {
     }
     total += rowWeight[size_t(j)];
   }
-  k.meanRadiance = total / (4 * kPi);
-  if (!(total > 0) || !std::isfinite(total)) return false;
+  k.sampledShare = total / (4 * kPi * k.meanRadiance);
   mean = mean * (1 / total);
   for (int c = 0; c < 3; ++c) {
     const double local = c == 0 ? mean.x : c == 1 ? mean.y : mean.z;
@@ -206,6 +213,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
+  d->sampledShare = float(k.sampledShare);
   setAxis(*d, k.meanDirection);
 }
 

@@ -8,12 +8,14 @@
 // scene's world, as exporters do. Units: the model's luminance in kcd/m^2 times kUnit.
 //
 // Sampling: with probability pSun the sun's disc evenly in solid angle, else a cell of an equal-area grid over the
-// sphere by its mean radiance. The density is the mixture's, so both ways agree.
+// sphere by what its mean radiance leaves to do (mis_compensation.h). The density is the mixture's, so both ways agree.
 #define KINORA_KERNEL_FILE "plugins/light/PxrEnvDayLight/PxrEnvDayLight.cpp"
 #include <kinora/light_setup.h>
 #include <algorithm>
 #include <memory>
 #include <kinora/light_author.h>
+
+#include "plugins/light/parts/mis_compensation.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrEnvDayLight {
@@ -58,7 +60,8 @@ struct Data {
   bool horizonBelow = false;
   std::vector<float> rowCdf, cellCdf, density;  // kRows + 1, kRows (kColumns + 1), kRows kColumns
   double meanRadiance = 0;                      // over directions and RGB
-  Double3 meanDirection;                        // towards the light, weighted by its radiance
+  double sampledMean = 0;                       // what samples are made for, as a mean radiance
+  Double3 meanDirection;                        // towards the light, weighted by that
   bool isBlack = true;
 };
 }  // namespace kinora::pxrEnvDayLight
@@ -250,6 +253,14 @@ void sunIrradiance(double T, double elevation, double rgb[3]) {
   }
 }
 
+Double3 inRender(const Data& k, Double3 local) {
+  Double3 r;
+  for (const auto& [axis, by] :
+       {std::pair(k.axis[0], local.x), std::pair(k.axis[1], local.y), std::pair(k.axis[2], local.z)})
+    r = r + Double3{axis.x, axis.y, axis.z} * by;
+  return r;
+}
+
 // The grid's cells by the light's own evaluate (without sun and density yet), four places each way in a cell.
 void buildGrid(Data& k, double skyIrradiance[3]) {
   constexpr int kPlaces = 4;
@@ -262,26 +273,16 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
     skyIrradiance[c] = 0;
   }
   std::vector<double> cell(size_t(kRows) * kColumns, 0.0);
-  double total = 0;
   k.meanDirection = {};
   for (int row = 0; row < kRows; ++row)
     for (int place = 0; place < kPlaces; ++place) {
       const double z = 2 * (row + (place + 0.5) / kPlaces) / kRows - 1, s = std::sqrt(1 - z * z);
       for (int i = 0; i < kColumns * kPlaces; ++i) {
         const double turn = 2 * kPi * (i + 0.5) / (kColumns * kPlaces);
-        const double l[3] = {s * std::cos(turn), s * std::sin(turn), z};
-        for (int c = 0; c < 3; ++c) {
-          const float a[3] = {c == 0   ? k.axis[0].x
-                              : c == 1 ? k.axis[0].y
-                                       : k.axis[0].z,
-                              c == 0   ? k.axis[1].x
-                              : c == 1 ? k.axis[1].y
-                                       : k.axis[1].z,
-                              c == 0   ? k.axis[2].x
-                              : c == 1 ? k.axis[2].y
-                                       : k.axis[2].z};
-          d[c][size_t(i)] = float(l[0] * a[0] + l[1] * a[1] + l[2] * a[2]);
-        }
+        const Double3 l = inRender(k, {s * std::cos(turn), s * std::sin(turn), z});
+        d[0][size_t(i)] = float(l.x);
+        d[1][size_t(i)] = float(l.y);
+        d[2][size_t(i)] = float(l.z);
       }
       LightRayArgs a{};
       const void* light = &k;
@@ -301,17 +302,25 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
           if (z > 0) skyIrradiance[c] += rgb[c][size_t(i)] * z;
         }
         cell[size_t(row) * kColumns + size_t(i / kPlaces)] += mean / (kPlaces * kPlaces);
-        total += mean / (kPlaces * kPlaces);
-        k.meanDirection = k.meanDirection +
-                          Double3{d[0][size_t(i)], d[1][size_t(i)], d[2][size_t(i)]} * (mean / (kPlaces * kPlaces));
       }
     }
   const double cells = double(kRows) * kColumns;
   for (int c = 0; c < 3; ++c) skyIrradiance[c] *= 4 * kPi / (cells * kPlaces * kPlaces);
-  k.meanRadiance = total / cells;
-  if (total > 0) k.meanDirection = k.meanDirection * (1 / total);
+  const std::vector<double> solid(kRows, 4 * kPi / cells);
+  lightParts::Cells sphere{cell, solid, kColumns};
+  k.meanRadiance = sphere.mean();
   k.density.clear();
-  if (!(total > 0) || !std::isfinite(total)) return;
+  k.sampledMean = 0;
+  if (!(k.meanRadiance > 0) || !std::isfinite(k.meanRadiance)) return;
+  sphere.compensate(k.meanRadiance);
+  k.sampledMean = sphere.mean();
+  double total = k.sampledMean * cells;
+  for (int row = 0; row < kRows; ++row)
+    for (int i = 0; i < kColumns; ++i) {
+      const double z = 2 * (row + 0.5) / kRows - 1, s = std::sqrt(1 - z * z), turn = 2 * kPi * (i + 0.5) / kColumns;
+      const double share = cell[size_t(row) * kColumns + size_t(i)] / total;
+      k.meanDirection = k.meanDirection + inRender(k, {s * std::cos(turn), s * std::sin(turn), z}) * share;
+    }
   // none without density: a cell's places may all have missed a bright corner
   for (double& x : cell) x += 0.01 * total / cells;
   total *= 1.01;
@@ -394,7 +403,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     light->ground[c] = float(values.number("groundColor", c) / kPi * (sky + sunE[c] * std::fmax(0, double(sun.z))));
   }
   if (!light->horizonBelow) buildGrid(*light, skyE);
-  const double skyMean = light->meanRadiance * 4 * kPi;
+  const double skyMean = light->sampledMean * 4 * kPi;
   if (light->density.empty() && !(sunMean > 0)) {
     light->isBlack = true;
     return light;
@@ -410,10 +419,9 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     // by what each gives a surface: the sky's light comes from aslant
     light->sunShare = float(std::clamp(sunMean / (sunMean + 0.5 * skyMean), 0.05, 0.95));
     light->meanRadiance += sunMean / (4 * kPi);
-    const double share = sunMean / (4 * kPi * light->meanRadiance);
-    const Double3 towards = Double3{light->axis[0].x, light->axis[0].y, light->axis[0].z} * sun.x +
-                            Double3{light->axis[1].x, light->axis[1].y, light->axis[1].z} * sun.y +
-                            Double3{light->axis[2].x, light->axis[2].y, light->axis[2].z} * sun.z;
+    light->sampledMean += sunMean / (4 * kPi);
+    const double share = sunMean / (4 * kPi * light->sampledMean);
+    const Double3 towards = inRender(*light, sun);
     light->meanDirection = light->meanDirection * (1 - share) + towards * share;
   }
   return light;
@@ -422,6 +430,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
 void describe(const void* data, LightDescription* d) {
   const Data& k = *static_cast<const Data*>(data);
   *d = describeInfiniteLight(k.common, k.isBlack, 4 * kPi * k.meanRadiance);
+  d->sampledShare = k.meanRadiance > 0 ? float(k.sampledMean / k.meanRadiance) : 0.f;
   setAxis(*d, k.meanDirection);
 }
 
