@@ -43,10 +43,15 @@ inline constexpr std::array kPlateParams = {
     param::color("colorOffset", 0.f).range(-1, 1).help("Added to its colour."),
     param::string("holdoutShadowAov", "")
         .help("Channel of the shadow on held-out objects, 1 in shadow: it darkens the picture. \"\": none."),
-    param::number("filmMinX", 0.f).range(0, 1).help("No effect yet: left of the film that the picture shows."),
-    param::number("filmMaxX", 0.f).range(0, 1).help("No effect yet: right of the film."),
-    param::number("filmMinY", 0.f).range(0, 1).help("No effect yet: bottom of the film."),
-    param::number("filmMaxY", 0.f).range(0, 1).help("No effect yet: top of the film."),
+    param::number("filmMinX", 0.f)
+        .range(-4, 4)
+        .help(
+            "Left edge of the film window, screen space. The picture lies in that window as it else does in the "
+            "frame, of which the window may be a part, or which may be a part of it: for plates of frames that were "
+            "rendered larger or smaller than they were shot. All four 0: the frame."),
+    param::number("filmMaxX", 0.f).range(-4, 4).help("Its right edge."),
+    param::number("filmMinY", 0.f).range(-4, 4).help("Its lower edge."),
+    param::number("filmMaxY", 0.f).range(-4, 4).help("Its upper edge."),
 };
 
 class Picture {
@@ -56,7 +61,8 @@ class Picture {
   // Texel (u, v) of a raster place, counted from the middle of the first one: u = toU[0] x + toU[1] y + toU[2].
   float toU[3] = {0, 0, 0}, toV[3] = {0, 0, 0};
 
-  explicit Picture(const NamedValues& v) {
+  // film: left, right, lower and upper edge, see kPlateParams; null: the frame.
+  explicit Picture(const NamedValues& v, const double* film = nullptr) {
     const auto* frame = static_cast<const ChannelFilterInfo*>(v.info().extra);
     if (!frame || !frame->resolution[0] || !frame->resolution[1]) throw "the picture has no pixels";
     const std::string file = v.string("filename");
@@ -69,7 +75,7 @@ class Picture {
       v.warn("FILTER-PICTURE", "the picture '" + file + "' is empty or too large", "the filter does nothing");
       return;
     }
-    place(v, *frame, double(image->width) / image->height);
+    place(v, *frame, double(image->width) / image->height, film);
     double perPixel[2] = {0, 0};  // texels along u and v
     perPixel[0] = std::hypot(unit_[0][0], unit_[0][1]) * image->width;
     perPixel[1] = std::hypot(unit_[1][0], unit_[1][1]) * image->height;
@@ -87,14 +93,15 @@ class Picture {
 
  private:
   // The unit square of the picture, v down, of a raster place.
-  void place(const NamedValues& v, const ChannelFilterInfo& frame, double aspect) {
+  void place(const NamedValues& v, const ChannelFilterInfo& frame, double aspect, const double* film) {
     const double w = frame.resolution[0], h = frame.resolution[1], frameAspect = w * frame.pixelAspect / h;
     // halves of the frame and of the picture, in screen space
     const double fx = frameAspect > 1 ? frameAspect : 1, fy = frameAspect > 1 ? 1 : 1 / frameAspect;
-    double px = fx, py = fy;
+    const double hx = film ? (film[1] - film[0]) / 2 : fx, hy = film ? (film[3] - film[2]) / 2 : fy;
+    double px = hx, py = hy;
     const int fit = v.integer("fit");
     if (fit >= 1 && fit <= 4) {
-      const double wide = fx / aspect, high = fy;
+      const double wide = hx / aspect, high = hy;
       py = fit == 1 ? std::min(wide, high) : fit == 2 ? std::max(wide, high) : fit == 3 ? wide : high;
       px = py * aspect;
     }
@@ -103,8 +110,8 @@ class Picture {
     py *= safe(v.number("scaleY"));
     const double turn = v.number("rotate") * 3.14159265358979323846 / 180, c = std::cos(turn), s = std::sin(turn);
     // screen place minus offset, turned back
-    const double sx[3] = {2 * fx / w, 0, -fx - v.number("offsetX")},
-                 sy[3] = {0, -2 * fy / h, fy - v.number("offsetY")};
+    const double sx[3] = {2 * fx / w, 0, -fx - v.number("offsetX") - (film ? film[0] + hx : 0)},
+                 sy[3] = {0, -2 * fy / h, fy - v.number("offsetY") - (film ? film[2] + hy : 0)};
     for (int k = 0; k < 3; ++k) {
       unit_[0][k] = (c * sx[k] - s * sy[k]) / (2 * px) + (k == 2 ? 0.5 : 0);
       unit_[1][k] = -(s * sx[k] + c * sy[k]) / (2 * py) + (k == 2 ? 0.5 : 0);
@@ -150,6 +157,28 @@ class Picture {
   double unit_[2][3] = {{0, 0, 0}, {0, 0, 0}};
 };
 
+// The film window of kPlateParams.
+class Film {
+ public:
+  explicit Film(const NamedValues& v) {
+    const char* const kNames[4] = {"filmMinX", "filmMaxX", "filmMinY", "filmMaxY"};
+    bool isGiven = false;
+    for (int i = 0; i < 4; ++i) {
+      edge_[i] = v.number(kNames[i]);
+      isGiven = isGiven || edge_[i] != 0;
+    }
+    isThere_ = edge_[1] - edge_[0] > 1e-6 && edge_[3] - edge_[2] > 1e-6;
+    if (isGiven && !isThere_)
+      v.warn("FILTER-FILM", "the film window from filmMinX, filmMinY to filmMaxX, filmMaxY is empty",
+             "the picture lies in the frame");
+  }
+  const double* window() const { return isThere_ ? edge_ : nullptr; }
+
+ private:
+  double edge_[4];
+  bool isThere_ = false;
+};
+
 // A picture behind the frame.
 struct Plate {
   Picture picture;
@@ -157,7 +186,7 @@ struct Plate {
   float gain[3], offset[3];
   bool usesAlpha = false;
   Plate(const NamedValues& v, bool usesAlpha_)
-      : picture(v), shadow(v.string("holdoutShadowAov")), usesAlpha(usesAlpha_) {
+      : picture(v, Film(v).window()), shadow(v.string("holdoutShadowAov")), usesAlpha(usesAlpha_) {
     for (int c = 0; c < 3; ++c) {
       gain[c] = float(v.number("colorGain", c));
       offset[c] = float(v.number("colorOffset", c));

@@ -74,8 +74,8 @@ enum ContextTraits : uint32_t {
   kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
   kTraitScattersOnce = 512,  // of a medium whose light goes on to lights only: no directions are followed from here
   kTraitFiber = 1024,        // the bxdf stands for the whole passage through a fibre (kBxdfFiber)
-  kTraitWalkable = 2048,  // manifold walks go through the surface, see Context::walkableSlots
-  kTraitWalk = 4096,  // made for a manifold walk that looks for its path
+  kTraitWalkable = 2048,     // manifold walks go through the surface, see Context::walkableSlots
+  kTraitWalk = 4096,         // made for a manifold walk that looks for its path
 };
 
 struct Context;

@@ -112,6 +112,14 @@ struct Group {
   // numbers above 0, by row and cluster. Set by the integrator before its first vertex, and kept until the group
   // ends; points choose a row by Services::weighLights, and row 0 where it says nothing. Null: all factors are 1.
   const float* lightWeights = nullptr;
+  // How many surfaces trace() lets a ray pass because they are not present where it meets them; the next one then is.
+  // Set by the integrator before its first vertex.
+  uint32_t mostPassed = ~0u;
+  // Where the integrator takes the samples that lights ask for themselves (Services::ownLightSamples): how many of
+  // lightSamples() it takes there, which then leave those lights out. Densities of those lights, in samples and of rays
+  // that meet them, then are of all of their own, over this number. 0: it takes none. To be set as it goes from vertex to
+  // vertex.
+  uint32_t besideOwnSamples = 0;
   void* host;
 };
 
@@ -383,6 +391,11 @@ struct MediaAt {
   const float* extinction[3];  // by entry: of that medium there
 };
 
+// A light that asks for samples of its own at what the camera sees, whatever it brings (fixedSampleCount).
+struct OwnLightSamples {
+  uint32_t light, samples;
+};
+
 struct MemoryMark {
   uint64_t block, used;
 };
@@ -407,6 +420,8 @@ struct Services {
   const uint8_t* lightWalks;
   const uint8_t* lightExceptions;  // by light, LightExceptions; null: no light has any
   uint32_t hasShadowControls;      // 0: ShadowRays::light need not be given
+  uint32_t ownSampleCount;         // lights that ask for samples of their own
+  const OwnLightSamples* ownSamples;
 
   // Memory until the group ends, aligned to 64 bytes.
   void* (*alloc)(Group*, size_t bytes);
@@ -525,6 +540,9 @@ struct Services {
   // samples there, and for what is said of lights that rays from there meet. To be said before either. Only where an
   // integrator learns (IntegratorTraits::learning).
   void (*weighLights)(Group*, const Context*, const uint32_t* rows);
+  // One sample of that light for each point, which lightSamples() leave out: `part` of the `parts` that it asks for.
+  // Its estimate is that of lightSamples(), over Group::besideOwnSamples, which must be set.
+  void (*ownLightSamples)(Group*, const Context*, uint32_t light, uint32_t part, uint32_t parts, LightSamples*);
 };
 
 // At the barrier behind a stage, on one thread.
@@ -578,6 +596,9 @@ struct IntegratorTraits {
   uint32_t (*scattersInMedia)(const void* integrator) = nullptr;
   // What it learns; returns 0 where this node learns nothing (null: none does).
   uint32_t (*learning)(const void* integrator, Learning* out) = nullptr;
+  // Whether it asks bit 0 of Context::eventOfSlot (specular) beside what outputs and lights ask: no slot then holds
+  // lobes of both kinds, but where there are more than kMaxSlots (null: it does not).
+  uint32_t (*tellsLobesApart)(const void* integrator) = nullptr;
 };
 
 inline uint32_t scatterInMedia(const void*) { return 1; }  // of those that always do

@@ -29,7 +29,10 @@ struct IntegratorPlugin {
   uint32_t passSamples = 0;
   uint32_t (*scattersInMedia)(const void* integrator) = nullptr;
   uint32_t (*learning)(const void* integrator, Learning* out) = nullptr;
-  constexpr IntegratorTraits traits() const { return {stages, lists, passSamples, scattersInMedia, learning}; }
+  uint32_t (*tellsLobesApart)(const void* integrator) = nullptr;
+  constexpr IntegratorTraits traits() const {
+    return {stages, lists, passSamples, scattersInMedia, learning, tellsLobesApart};
+  }
 };
 }  // namespace kinora
 #endif

@@ -34,7 +34,8 @@ class LightCandidates {
   // of its densities by light and bxdf.
   template <class Shares>
   void make(uint32_t part, uint32_t parts, uint32_t count, const float* const throughput[3], const Shares& shares) {
-    take(part * count, parts * count, samples, scattered);
+    sv_->lightSamples(g_, &c_, part * count, parts * count, &samples);
+    scatter();
     if (count < 2) return;
     float *x = floats(), *chosen = floats(), *total = floats();
     for (uint32_t i = 0; i < c_.padded; i += W) {
@@ -52,7 +53,8 @@ class LightCandidates {
     for (uint32_t k = 1; k < count; ++k) {
       LightSamples next;
       EvaluateArgs at{};
-      take(part * count + k, parts * count, next, at);
+      sv_->lightSamples(g_, &c_, part * count + k, parts * count, &next);
+      scatter(next, at);
       const LightSamples& before = k == 1 ? first : samples;
       const EvaluateArgs& atBefore = k == 1 ? atFirst : scattered;
       for (uint32_t i = 0; i < c_.padded; i += W) {
@@ -91,11 +93,13 @@ class LightCandidates {
       (F::load(total + i) / max(F::load(chosen + i) * F(float(count)), F(1e-37f))).store(factor + i);
   }
 
+  // What the bxdf scatters of samples that were put here.
+  void scatter() { scatter(samples, scattered); }
+
  private:
   float* floats() { return static_cast<float*>(sv_->alloc(g_, c_.padded * sizeof(float))); }
-  void take(uint32_t part, uint32_t parts, LightSamples& out, EvaluateArgs& at) {
-    sv_->lightSamples(g_, &c_, part, parts, &out);
-    for (int d = 0; d < 3; ++d) at.wi[d] = out.wi[d];
+  void scatter(const LightSamples& from, EvaluateArgs& at) {
+    for (int d = 0; d < 3; ++d) at.wi[d] = from.wi[d];
     for (uint32_t l = 0; l < c_.slotCount; ++l)
       for (float*& w : at.weight[l]) w = floats();
     at.pdf = floats();

@@ -128,17 +128,27 @@ inline constexpr std::array kControl = {
             "Manifold walks find this light's caustics, where the integrator's manifoldWalk is on, behind materials "
             "whose mwWalkable is. Not of lights without shadows, nor of domes and skies, which paths find better by "
             "chance."),
-    param::string("cheapCausticsExcludeGroup", "").help("No effect yet: trace group without cheap caustics."),
+    param::string("cheapCausticsExcludeGroup", "")
+        .help(
+            "No effect: whether walks go through an object is said by mwWalkable of its material, for all lights, so "
+            "that paths can leave to walks just what these find."),
     param::integer("fixedSampleCount", 0)
         .range(0, 64)
-        .help("No effect yet: light samples a point; 0 leaves it to the integrator."),
+        .help(
+            "Light samples of this light alone at each camera hit, whatever it brings, instead of a share in the "
+            "integrator's "
+            "numLightSamples, which go to all lights; 0: none. For a light that is the noise of a picture. Not with "
+            "PxrVCM and light paths of PxrUnified."),
     param::string("lightGroup", "").help("The light's name in light path expressions: <L.'key'>."),
     param::number("importanceMultiplier", 1.f)
         .range(0.01f, 10)
         .help("Factor on how often the light is chosen; noise moves, the picture's mean does not."),
-    param::number("msApprox", 0.f).range(0, 1).help("No effect yet: approximate multiple scattering in volumes."),
-    param::color("msApproxBleed", 0.5f).help("No effect yet: see msApprox."),
-    param::color("msApproxContribution", 0.5f).help("No effect yet: see msApprox."),
+    param::number("msApprox", 0.f)
+        .range(0, 1)
+        .help("No effect: light is scattered as often as the integrator's bounces allow; multiScatterOpt of "
+              "PxrVolume approximates many of them."),
+    param::color("msApproxBleed", 0.5f).help("No effect: see msApprox."),
+    param::color("msApproxContribution", 0.5f).help("No effect: see msApprox."),
     param::string("notes", "").help("Free text; read by nobody."),
 };
 }  // namespace lightParams

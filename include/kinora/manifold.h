@@ -100,6 +100,7 @@ class ManifoldWalks : private WalkStarts {
     uint32_t bounces;          // that a path may have
     uint32_t clampDepth;       // see PathLoopOptions
     float clampLuminance;
+    float clampCaustic;  // in all depths
   };
   // Contributes what walks find from the contexts' points; Context::path must be slots of the group's paths.
   void connect(uint32_t count, Context* const* contexts, uint32_t depth, const Paths& paths) {
@@ -926,8 +927,11 @@ class ManifoldWalks : private WalkStarts {
           for (int x = 0; x < 3; ++x)
             v[x] = paths_.throughput[x][path] * e.weight[l][x][p] * found.value[x][s] * times;
           if (!(v[0] != 0 || v[1] != 0 || v[2] != 0)) continue;
-          if (depth_ + w.found[s] + 1 >= paths_.clampDepth) {
-            const float f = factorToLuminance(Vec3<1>(v[0], v[1], v[2]), Float<1>(paths_.clampLuminance)).lane0();
+          float most = paths_.clampCaustic;
+          if (depth_ + w.found[s] + 1 >= paths_.clampDepth)
+            most = most < paths_.clampLuminance ? most : paths_.clampLuminance;
+          if (most < 1e30f) {
+            const float f = factorToLuminance(Vec3<1>(v[0], v[1], v[2]), Float<1>(most)).lane0();
             for (float& x : v) x *= f;
           }
           uint32_t at = sv_->paths.next[paths_.state[path] * sv_->paths.eventCount + c.eventOfSlot[l]];

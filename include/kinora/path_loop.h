@@ -10,6 +10,8 @@
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
+#include <kinora/refracted_alpha.h>
+#include <kinora/samples_by_lobe.h>
 #include <kinora/subsurface.h>
 
 #include <cmath>
@@ -21,9 +23,17 @@ struct PathLoopOptions {
   uint32_t maxIndirectBounces = 8;  // 0: direct light only
   uint32_t lightSamples = 1;        // at camera hits; deeper vertices take one
   uint32_t indirectSamples = 1;     // directions followed from each camera hit
-  uint32_t lightCandidates = 1;     // of which each light sample is one, see kinora/light_candidates.h
+  SamplesByLobe byLobe;             // instead of that
+  uint32_t lightCandidates = 1;     // of which each light sample there is one, see kinora/light_candidates.h
   uint32_t clampDepth = 2;          // ray depth (camera ray: 0) from which contributions are clamped
   float clampLuminance = 10;        // largest luminance of one contribution there
+  float clampDirect = 1e30f;        // and before, but of lights that the camera sees
+  float clampCaustic = 1e30f;       // of what manifold walks bring, if that is less
+  float emission = 1;               // factor on what surfaces emit
+  float farthest = 1e30f;           // surfaces this far from where an indirect or shadow ray starts are not met
+  float unshadowedEnd = 0;          // how much of their shadows light samples at the last vertices leave out, to 1
+  bool refractsAlpha = false;       // see kinora/refracted_alpha.h
+  int32_t mostPassed = -1;          // Group::mostPassed; -1: no limit
   uint32_t rouletteDepth = 4;       // vertex from which Russian roulette is played
   float rouletteThreshold = 0.2f;   // on paths whose throughput is below
   // Light found through a mirror or lens after a diffuse bounce counts. Otherwise shadow rays go straight through
@@ -32,6 +42,8 @@ struct PathLoopOptions {
   bool guides = false;        // directions by what the frame has learned, see kinora/guiding.h
   bool learnsLights = false;  // which lights are worth a sample, region by region
   guiding::Options guiding;
+  // IntegratorTraits::tellsLobesApart
+  bool tellsLobesApart() const { return byLobe.given || refractsAlpha; }
   // Manifold walks find the light of its `cheapCaustics` lights behind walkable surfaces, whatever allowCaustics says.
   ManifoldOptions manifold;
 };
@@ -85,6 +97,8 @@ class PathLoop {
       g_->lightWeights = lightState_ ? lightState_->floats(lightState_->lightWeights) : kOnes;
     }
     for (int c = 0; c < 3; ++c) g_->paths.throughput[c] = throughput_[c];
+    if (o_.refractsAlpha) alpha_ = new (sv_->alloc(g_, sizeof(RefractedAlpha))) RefractedAlpha(g_, sv_);
+    if (o_.mostPassed >= 0) g_->mostPassed = uint32_t(o_.mostPassed);
     if (sv_->mediaScatter) {
       share_ = floats(n);
       if (g_->paths.glow[0]) againstLights_ = floats(n);
@@ -99,7 +113,9 @@ class PathLoop {
     const uint32_t n = g_->count;
     uint32_t* live = words(g_->padded + kPad);
     uint32_t* onward = words(g_->padded + kPad);
-    const uint32_t parts = o_.indirectSamples < 1 ? 1 : o_.indirectSamples;
+    const bool byLobe = o_.byLobe.given;
+    parts_ = byLobe ? o_.byLobe.most() : o_.indirectSamples < 1 ? 1 : o_.indirectSamples;
+    const uint32_t bxdfParts = byLobe ? 1 : parts_;  // whose number is in densities and throughput
     MemoryMark mark = sv_->markMemory(g_);
     for (uint32_t i = 0; i < g_->padded; ++i) {
       live[i] = i < n ? i : n - 1;
@@ -111,30 +127,34 @@ class PathLoop {
       if (againstLights_) againstLights_[i] = HUGE_VALF;
       if (reference_) reference_[i] = guide_->seen;
     }
+    if (sv_->ownSampleCount) g_->besideOwnSamples = o_.lightSamples;
     // camera vertex
     sv_->trace(g_, &g_->paths, RayKind::Camera, 0, n, live, medium());
     if (sv_->mediaScatter) coverByMedia(g_, sv_, n, live, medium_);
     collectLights(RayKind::Camera, 0, 1, 1, n, live);
     collectGlow(0, 1, n, live);
-    lightOnTheWay(0, o_.lightSamples, parts, n, live);
+    lightOnTheWay(0, o_.lightSamples, bxdfParts, n, live);
     applyMedium(n, live);
     uint32_t hits = keepHits(n, live);
     Context* const* contexts;
     const uint32_t count =
         sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit | kTraitSubsurface, 0, hits, live, &contexts);
     for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
-    for (uint32_t part = 0; part < o_.lightSamples; ++part)
-      directLight(count, contexts, 0, part, o_.lightSamples, parts);
+    directLights(count, contexts, 0, o_.lightSamples, bxdfParts);
     walkToLights(count, contexts, 0);
-    if (parts > 1) {  // the first vertex is needed again
+    if (parts_ > 1) {  // the first vertex is needed again
       keepFirst(hits, live);
       mark = sv_->markMemory(g_);
     }
-    for (uint32_t part = 0; part < parts; ++part) {
-      if (part) restoreFirst(hits, live);
-      follow(count, contexts, part, parts, mark, onward);
+    for (part_ = 0; part_ < parts_; ++part_) {
+      if (part_) {
+        restoreFirst(hits, live);
+        if (sv_->ownSampleCount) g_->besideOwnSamples = o_.lightSamples;
+      }
+      follow(count, contexts, bxdfParts, mark, onward);
       if (lessons_) lessons_->end();
     }
+    if (alpha_) alpha_->cover();
   }
 
  private:
@@ -147,7 +167,8 @@ class PathLoop {
   enum Flags : uint32_t {
     kHadDiffuse = 1u << kOriginBits,  // some vertex took light samples whose shadow rays went through glass
     kCaustic = 2u << kOriginBits,     // a mirror or lens after that: light that the ray finds does not count
-    kRefracted = 4u << kOriginBits    // through glass after that, which tinted shadows stand for: neither does this
+    kRefracted = 4u << kOriginBits,   // through glass after that, which tinted shadows stand for: neither does this
+    kSeenThrough = 8u << kOriginBits  // only refracted since the camera, and no light in its way (RefractedAlpha)
   };
   KN_INLINE bool isBlockedByGlass(uint32_t light) const {
     return sv_->lightExceptions && light < sv_->lightCount && sv_->lightExceptions[light] & kLightBlockedByGlass;
@@ -160,7 +181,7 @@ class PathLoop {
   static constexpr int kWalkedShift = 24;
   void walkToLights(uint32_t count, Context* const* contexts, uint32_t depth) {
     walks_.connect(count, contexts, depth,
-                   {throughput_, state_, o_.maxIndirectBounces, o_.clampDepth, o_.clampLuminance});
+                   {throughput_, state_, o_.maxIndirectBounces, o_.clampDepth, o_.clampLuminance, o_.clampCaustic});
   }
   // Whether what a path finds of a light is left to walks.
   bool isWalked(uint32_t flags, uint32_t light) const {
@@ -191,6 +212,8 @@ class PathLoop {
     LightHits h;
     sv_->lightHits(g_, &g_->paths, kind, n, live, &h);
     if (!h.count) return;
+    for (uint32_t i = 0; alpha_ && i < h.count; ++i)
+      if (h.t[i] < 1e30f) flags_[h.slot[i]] &= ~kSeenThrough;
     float* value[3];
     for (float*& v : value) v = floats(padded(h.count));
     uint32_t* slot = words(padded(h.count));
@@ -274,8 +297,7 @@ class PathLoop {
     Context* const* contexts;
     const uint32_t count =
         sv_->shade(g_, found.list, kTraitEyePath | kTraitScattersOnce, depth, found.count, found.entries, &contexts);
-    for (uint32_t part = 0; part < lightParts; ++part)
-      directLight(count, contexts, depth, part, lightParts, bxdfParts);
+    directLights(count, contexts, depth, lightParts, bxdfParts);
     share_ = share;
     for (int c = 0; c < 3; ++c) throughput_[c] = kept[c];
   }
@@ -295,6 +317,8 @@ class PathLoop {
     if (share_) w *= share_[s];
     const bool isSpecular = depth && flags_[s] & kFromSpecular && h.specularRadiance[0];
     const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
+    // without shadows light samples have it all
+    if (depth > o_.maxIndirectBounces && !(flags_[s] & kFromDiscrete)) w *= 1.f - o_.unshadowedEnd;
     for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * radiance[c][i] * w;
     clampOne(depth, v);
   }
@@ -328,7 +352,7 @@ class PathLoop {
         o[c][i] = r.o[c][s];
         d[c][i] = r.d[c][s];
       }
-      tMax[i] = h.t[i] < 1e30f ? h.t[i] * 0.99999f : 1e30f;
+      tMax[i] = h.t[i] < o_.farthest ? h.t[i] * 0.99999f : o_.farthest;
       time[i] = r.time[s];
       state[i] = state_[s];
       tinted[i] = sv_->walkBoundCount && flags_[s] >> kWalkedShift == 1 && sv_->lightWalks[h.light[i]] ? 2 : 1;
@@ -375,22 +399,26 @@ class PathLoop {
     }
   }
 
-  // Light samples before their shadow rays, each without its share of the two techniques (by ray).
-  void contributeUnshadowed(const Contributions& all, const uint32_t* ray, const float* share) {
+  // Light samples before their shadow rays, each without its share of the two techniques.
+  void contributeUnshadowed(const Contributions& all, const float* share) {
     Contributions out = all;
     float* value[3];
     for (int c = 0; c < 3; ++c) {
       out.value[c] = value[c] = floats(padded(all.count + 1));
-      for (uint32_t i = 0; i < all.count; ++i) value[c][i] = all.value[c][i] / share[ray[i]];
+      for (uint32_t i = 0; i < all.count; ++i) value[c][i] = all.value[c][i] / share[i];
     }
     out.kind = LightKind::Unshadowed;
     contribute(out);
   }
 
+  float mostAt(uint32_t depth) const {
+    return depth >= o_.clampDepth ? o_.clampLuminance : depth ? o_.clampDirect : 1e30f;
+  }
   // depth: of the ray that found the light, camera rays 0.
   void clampOne(uint32_t depth, float v[3]) const {
-    if (depth < o_.clampDepth) return;
-    const float k = factorToLuminance(Vec3<1>(v[0], v[1], v[2]), Float<1>(o_.clampLuminance)).lane0();
+    const float most = mostAt(depth);
+    if (!(most < 1e30f)) return;
+    const float k = factorToLuminance(Vec3<1>(v[0], v[1], v[2]), Float<1>(most)).lane0();
     for (int c = 0; c < 3; ++c) v[c] *= k;
   }
 
@@ -423,7 +451,7 @@ class PathLoop {
     for (uint32_t i = 0; i < c.count; ++i) {
       const uint32_t s = c.path[i];
       float v[3];
-      for (int k = 0; k < 3; ++k) v[k] = e[k][i] * throughput_[k][s];
+      for (int k = 0; k < 3; ++k) v[k] = e[k][i] * throughput_[k][s] * o_.emission;
       if (!(v[0] != 0 || v[1] != 0 || v[2] != 0)) continue;
       clampOne(c.depth, v);
       for (int k = 0; k < 3; ++k) e[k][m] = v[k];
@@ -490,9 +518,18 @@ class PathLoop {
            flag(refracted, kRefracted) | flag(rough & !inside & !refracted, kFromTintedLight);
   }
 
-  // One light sample for each point of the contexts; bxdfParts directions will be followed from them.
+  // Light samples at the points of the contexts: `parts`, and those that lights ask for themselves.
+  void directLights(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t parts, uint32_t bxdfParts) {
+    for (uint32_t part = 0; part < parts; ++part)
+      directLight(count, contexts, depth, part, parts, bxdfParts, nullptr);
+    for (uint32_t k = 0; g_->besideOwnSamples && k < sv_->ownSampleCount; ++k)
+      for (uint32_t part = 0; part < sv_->ownSamples[k].samples; ++part)
+        directLight(count, contexts, depth, part, parts, bxdfParts, &sv_->ownSamples[k]);
+  }
+  // One light sample for each point of the contexts (own: of that light, else of any); bxdfParts directions will be
+  // followed from them.
   void directLight(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
-                   uint32_t bxdfParts) {
+                   uint32_t bxdfParts, const OwnLightSamples* own) {
     using F = Float<W>;
     if (!sv_->lightCount) return;
     uint32_t points = 0, mostSlots = 1;
@@ -516,9 +553,11 @@ class PathLoop {
     uint32_t* owner = words(room * mostSlots);
     uint32_t* light = words(room * mostSlots);
     uint32_t* state = words(room * mostSlots);
-    float* share = sv_->wantsUnshadowed ? floats(room) : nullptr;
+    float* share = sv_->wantsUnshadowed || o_.unshadowedEnd > 0 ? floats(room * mostSlots) : nullptr;
     float* spread = nullptr;
     uint32_t* lightOfRay = sv_->hasShadowControls ? words(room) : nullptr;
+    const float most = mostAt(depth + 1);
+    const float unshadowed = depth == o_.maxIndirectBounces ? o_.unshadowedEnd : 0;
     uint32_t rays = 0, entries = 0;
     LightLessons<W>* lessons = g_->lightWeights && g_->teaches ? new (sv_->alloc(g_, sizeof(LightLessons<W>)))
                                                                      LightLessons<W>(g_, sv_, points)
@@ -526,11 +565,19 @@ class PathLoop {
 
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
-      if (g_->lightWeights && part == 0) weighLights<W>(g_, sv_, lightState_, c);
+      if (g_->lightWeights && part == 0 && !own) weighLights<W>(g_, sv_, lightState_, c);
+      const bool byLobe = o_.byLobe.given && isFirst(c, depth);
+      const LobeCounts<W> counts(c, o_.byLobe);
+      const uint32_t number = isFirst(c, depth) ? part : part + sequence();
       LightCandidates<W> candidates(g_, sv_, c);
-      candidates.make(part, parts, depth == 0 && !lessons ? o_.lightCandidates : 1, throughput_,
-                      [&](F byLight, F byBxdf)
-                          HWY_ATTR { return misPower(byLight * F(float(parts)), byBxdf * F(float(bxdfParts))); });
+      if (own) {
+        sv_->ownLightSamples(g_, &c, own->light, number, own->samples, &candidates.samples);
+        candidates.scatter();
+      } else {
+        candidates.make(number, parts, isFirst(c, depth) && !byLobe && !lessons ? o_.lightCandidates : 1, throughput_,
+                        [&](F byLight, F byBxdf)
+                            HWY_ATTR { return misPower(byLight * F(float(parts)), byBxdf * F(float(bxdfParts))); });
+      }
       const LightSamples& ls = candidates.samples;
       EvaluateArgs& e = candidates.scattered;
       if (lessons) lessons->add(c, ls, throughput_, parts);
@@ -541,10 +588,13 @@ class PathLoop {
         const Slots<W> s = Slots<W>::load(c.path + i);
         const F pdf = F::load(ls.pdf + i);
         const Mask<W> delta = (Int<W>::load(ls.flags + i) & Int<W>(uint32_t(kSampleDelta))) != Int<W>(0);
-        F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * F(float(bxdfParts)));
-        mis = select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
+        const auto misOf = [&](F directions) {
+          const F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * directions);
+          return select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
+        };
+        const F mis = misOf(F(float(bxdfParts)));
         const Mask<W> some = in & (pdf > F(0.f));
-        F scale = select(some, mis / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
+        F scale = select(some, (byLobe ? F(1.f) : mis) / max(pdf * F(float(parts)), F(1e-38f)), F(0.f));
         if (share_ && c.traits & kTraitInSpace) scale = scale * s.get(share_);
         if (candidates.factor) scale = scale * F::load(candidates.factor + i);
         Vec3<W> base = Vec3<W>::get(throughput_, s) * Vec3<W>::load(ls.radiance, i) * scale;
@@ -562,14 +612,16 @@ class PathLoop {
           walkedHere = walked & (walkedAfter(c, i, s, Int<W>(walkableSlot(c)), Mask<W>(false)) != Int<W>(0));
         const F fd = F::load(ls.diffuse + i), fs = F::load(ls.specular + i);
         Mask<W> lit(false);
+        const Mask<W> goesThrough = byLobe ? counts.through(i, wi) : Mask<W>(false);
         for (uint32_t l = 0; l < c.slotCount; ++l) {
-          const F factor = c.eventOfSlot[l] & 1 ? fs : fd;
+          F factor = c.eventOfSlot[l] & 1 ? fs : fd;
+          if (byLobe) factor = factor * misOf(counts.of(l, goesThrough));
           Vec3<W> v = (c.eventOfSlot[l] & 1 ? glossy : base) * Vec3<W>::load(e.weight[l], i) * factor;
           v = zeroUnless(c.tintedSlots >> l & 1 ? some & !behind : some, v);
           if (c.walkableSlots >> l & 1) v = zeroUnless(!walkedHere, v);
-          if (depth + 1 >= o_.clampDepth) {
+          if (most < 1e30f) {
             const F lum = luminance(v);
-            v = select(lum > F(o_.clampLuminance), v * (F(o_.clampLuminance) / max(lum, F(1e-30f))), v);
+            v = select(lum > F(most), v * (F(most) / max(lum, F(1e-30f))), v);
           }
           v.store(e.weight[l], i);  // reused: contribution of the slot
           lit = lit | (some & isThere(v));
@@ -581,7 +633,8 @@ class PathLoop {
         const Packer<W> pack(lit);
         from.pack(pack, o, rays);
         wi.pack(pack, d, rays);
-        const F far = F::load(ls.distance + i);
+        F far = F::load(ls.distance + i);
+        if (o_.farthest < 1e30f) far = min(far, F(o_.farthest));
         pack.put(fma(far, F(0.99999f), -(bias + bias)), tMax + rays);
         pack.put(F::load(c.time + i), time + rays);
         pack.put(Int<W>::lanes(int32_t(i)), point + rays);
@@ -591,7 +644,6 @@ class PathLoop {
           const Int<W> passes = select(walked & Mask<W>(walksFrom(c, depth)), Int<W>(2), Int<W>(1));
           pack.put(select(staysInside(c, i, wi) | blocked, Int<W>(0), passes), tinted + rays);
         }
-        if (share) pack.put(mis, share + rays);
         if (lessons) lessons->addRays(pack, i, rays);
         // each lane's ray
         Int<W> rank = Int<W>::lanes(int32_t(rays));
@@ -616,6 +668,7 @@ class PathLoop {
           else
             Int<W>::lanes(int32_t(firstRay)).store(ray + entries);  // every ray has one entry
           keep.put(Int<W>::load(ls.light + i), light + entries);
+          if (share) keep.put(byLobe ? misOf(counts.of(l, goesThrough)) : mis, share + entries);
           keep.put(gather(sv_->paths.next, row + Int<W>(uint32_t(c.eventOfSlot[l]))), state + entries);
           entries += uint32_t(keep.count);
         }
@@ -626,7 +679,8 @@ class PathLoop {
       if (lessons) lessons->end(0, ray, value, T);
       return;
     }
-    if (share) contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, ray, share);
+    if (sv_->wantsUnshadowed)
+      contributeUnshadowed({entries, owner, {value[0], value[1], value[2]}, state, light}, share);
     const ShadowRays shadow{
         rays,   {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, point, count, runs, tinted, {T[0], T[1], T[2]},
         spread, lightOfRay};
@@ -636,7 +690,9 @@ class PathLoop {
     for (uint32_t i = 0; i < entries; i += W) {
       const Mask<W> in = Mask<W>::firstN(int(entries - i < W ? entries - i : W));
       const Int<W> r = select(in, Int<W>::load(ray + i), Int<W>(0));
-      const Vec3<W> v = Vec3<W>::load(value, i) * Vec3<W>::gather(T, r);
+      Vec3<W> v = Vec3<W>::load(value, i) * Vec3<W>::gather(T, r);
+      if (unshadowed > 0)
+        v = v * F(1.f - unshadowed) + Vec3<W>::load(value, i) * (F(unshadowed) / max(F::load(share + i), F(1e-30f)));
       const Mask<W> some = in & isThere(v);
       const Int<W> who = Int<W>::load(owner + i), which = Int<W>::load(light + i), at = Int<W>::load(state + i);
       const Packer<W> pack(some);
@@ -649,6 +705,11 @@ class PathLoop {
     const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
     contribute(out);
   }
+
+  // At the first vertex; where its paths come out that went below is behind it.
+  static bool isFirst(const Context& c, uint32_t depth) { return depth == 0 && !(c.traits & kTraitComesOut); }
+  // By what sample indices behind the first vertex are raised, where parts have sequences of their own.
+  uint32_t sequence() const { return o_.byLobe.given ? part_ * kSequenceOfPart : 0; }
 
   // New directions from the contexts' points; returns the slots that go on.
   uint32_t scatterPaths(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
@@ -689,6 +750,8 @@ class PathLoop {
       ChosenDirections<W> chosen;
       if (guide_ && !(c.traits & kTraitInSpace))
         chosen = guideDirections<W>(g_, sv_, *guide_, c, ga, depth, part, parts);
+      const bool byLobe = o_.byLobe.given && depth == 0;
+      const LobeCounts<W> counts(c, o_.byLobe);
       uint32_t *point = words(c.padded + kPad), *through = words(c.padded + kPad);
       uint32_t *below = words(c.padded + kPad), leaving = 0, sinking = 0;
       for (uint32_t i = 0; i < c.count; i += W) {
@@ -699,6 +762,12 @@ class PathLoop {
         const F p = F::load(pdf + i);
         on = on & (p > F(0.f));
         Vec3<W> t = Vec3<W>::get(throughput_, s) * Vec3<W>::load(weight, i) * (F(1.f) / max(p, F(1e-38f)));
+        F number(1.f);
+        if (byLobe) {
+          number = counts.of(lobe, Int<W>::load(flags + i));
+          on = on & (F(float(part_)) < number);
+          t = t * (F(1.f) / number);
+        }
         F survival(1.f);
         // Russian roulette on paths that will bring little: as learned, else by their throughput
         if (chosen.reference) s.put(on, F::load(chosen.reference + i), reference_);
@@ -739,7 +808,7 @@ class PathLoop {
         const Mask<W> discrete = (fl & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
         if (lessons_ && !(c.traits & kTraitInSpace))
           lessons_->add(on & !discrete, c, i, s, w, t, survival, p, chosen.at(i, p), chosen.isGuided(i),
-                        1.f / float(parts), depth == 0 && part + 1 == parts);
+                        1.f / float(parts), depth == 0 && part_ + 1 == parts_);
         const Rays& r = g_->paths.rays;
         s.put(on, from.x, r.o[0]);
         s.put(on, from.y, r.o[1]);
@@ -750,8 +819,8 @@ class PathLoop {
         s.put(on, t.x, throughput_[0]);
         s.put(on, t.y, throughput_[1]);
         s.put(on, t.z, throughput_[2]);
-        s.put(on, p, pdf_);
-        s.put(on, F(1e30f), r.tMax);
+        s.put(on, p * number, pdf_);
+        s.put(on, F(o_.farthest), r.tMax);
         s.put(on, F::load(c.radius + i), r.radius);
         const F spread = F::load(c.spread + i);
         s.put(on, select(discrete, spread, spreadAfter(spread, p)), r.spread);
@@ -765,7 +834,11 @@ class PathLoop {
         const Mask<W> specular = (event & Int<W>(1)) != Int<W>(0);
         const Int<W> now =
             flag(discrete, kFromDiscrete) | flag(specular, kFromSpecular) | flag(transmits, kFromTransmission);
-        const Int<W> all = now | walkedAfter(c, i, s, lobe, discrete);
+        Int<W> all = now | walkedAfter(c, i, s, lobe, discrete);
+        if (alpha_) {
+          const Mask<W> before = depth ? hasFlag(s, kSeenThrough) : Mask<W>(true);
+          all = all | flag(before & transmits & specular, kSeenThrough);
+        }
         s.put(on, o_.allowCaustics ? all : all | withoutCaustics(c, i, s, w, lobe, discrete), flags_);
         const Packer<W> pack(on);
         pack.put(s.s, live + m);
@@ -794,7 +867,7 @@ class PathLoop {
     };
     scale(1.f / float(parts));
     const uint32_t lightParts = depth == 0 ? o_.lightSamples : 1;
-    for (uint32_t p = 0; p < lightParts; ++p) directLight(out.count, out.contexts, depth, p, lightParts, 1);
+    directLights(out.count, out.contexts, depth, lightParts, 1);
     walkToLights(out.count, out.contexts, depth);
     scale(float(parts));
     for (uint32_t k = 0; k < out.count; ++k) {
@@ -820,7 +893,7 @@ class PathLoop {
         s.put(on, w.y, r.d[1]);
         s.put(on, w.z, r.d[2]);
         s.put(on, p * F(1.f / float(parts)), pdf_);  // found() reckons with `parts` directions from the same place
-        s.put(on, F(1e30f), r.tMax);
+        s.put(on, F(o_.farthest), r.tMax);
         s.put(on, F::load(c.radius + i), r.radius);
         s.put(on, spreadAfter(F::load(c.spread + i), p), r.spread);
         const Int<W> row = s.get(state_) * Int<W>(sv_->paths.eventCount);
@@ -841,19 +914,23 @@ class PathLoop {
   }
 
   // `mark`: all that was made since is needed until the next directions are chosen, and no longer.
-  void follow(uint32_t count, Context* const* contexts, uint32_t part, uint32_t parts, MemoryMark mark,
-              uint32_t* live) {
+  void follow(uint32_t count, Context* const* contexts, uint32_t parts, MemoryMark mark, uint32_t* live) {
     for (uint32_t depth = 0;; ++depth) {
       const bool first = depth == 0;
-      const uint32_t n = scatterPaths(count, contexts, depth, first ? part : 0, first ? parts : 1, live);
+      const uint32_t part = o_.byLobe.given ? sequence() : first ? part_ : 0;
+      const uint32_t n = scatterPaths(count, contexts, depth, part, first ? parts : 1, live);
       sv_->releaseMemory(g_, mark);
       if (!n) return;
       const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
       tellAgainstLights(lightParts, bxdfParts, n, live);
       sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
+      if (o_.farthest < 1e30f)  // of surfaces; lights are met wherever they are
+        for (uint32_t i = 0; i < n; ++i) g_->paths.rays.tMax[live[i]] = 1e30f;
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
       collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
       collectGlow(depth + 1, bxdfParts, n, live);
+      g_->besideOwnSamples = 0;  // of the first vertex only
+      if (alpha_) escape(first ? parts : 1, n, live);
       if (depth >= o_.maxIndirectBounces) return;  // the last directions only looked for light
       if (first && parts > 1)
         for (uint32_t i = 0; i < n; ++i)
@@ -864,8 +941,19 @@ class PathLoop {
       if (!hits) return;
       count = sv_->shade(g_, &g_->paths, kTraitEyePath | kTraitSubsurface, depth + 1, hits, live, &contexts);
       for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
-      directLight(count, contexts, depth + 1, 0, 1, 1);
+      directLights(count, contexts, depth + 1, 1, 1);
       walkToLights(count, contexts, depth + 1);
+    }
+  }
+
+  // Rays that met nothing behind what refracted them; the vertex before followed `parts` of them.
+  void escape(uint32_t parts, uint32_t n, const uint32_t* live) {
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      if (!(flags_[s] & kSeenThrough) || g_->paths.hits.t[s] < 3e38f) continue;
+      float v[3];
+      for (int c = 0; c < 3; ++c) v[c] = throughput_[c][s] * (sv_->hasMedia ? medium_[c][s] : 1.f) / float(parts);
+      alpha_->add(s, v);
     }
   }
 
@@ -900,9 +988,11 @@ class PathLoop {
   float *share_ = nullptr, *firstShare_ = nullptr, *againstLights_ = nullptr;
   uint32_t *state_, *firstState_ = nullptr;
   uint32_t* flags_;
+  uint32_t part_ = 0, parts_ = 1;  // directions from the first vertex: the one under way, and how many
   // Of what a path is expected to bring to its pixel, over all that is seen there, what lets it go on for certain; and
   // how likely it goes on at least.
   static constexpr float kLearnedRoulette = 0.1f, kLeastSurvival = 0.5f;
+  RefractedAlpha* alpha_ = nullptr;
   const guiding::State* lightState_ = nullptr;
   const guiding::State* guide_ = nullptr;
   float* reference_ = nullptr;  // by path: what is seen at its pixel, see guiding.h

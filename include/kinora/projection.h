@@ -48,10 +48,18 @@ struct ProjectionFunctions {
   void (*connect)(const void* projection, const CameraConnectArgs*);
 };
 
+// A shutter that opens line by line of the picture, not everywhere at once.
+struct ShutterSweep {
+  uint32_t columns = 0;   // 1: lines are columns of pixels, 0: rows
+  uint32_t backward = 0;  // 0: the first ones are the left or the upper ones
+  float duration = 1;     // of the shutter's time that a line is open for; the last one's ends with the shutter's
+};
+
 struct ProjectionTraits {
   // Camera space to NDC at the middle of the shutter, for metadata (row vectors, row-major): x and y over w run from
   // (0, 0) at the picture's upper left corner to (1, 1) at its lower right one; z grows with depth. May be null.
   void (*ndcMatrix)(const void* projection, double out[16]);
+  void (*sweep)(const void* projection, ShutterSweep* out) = nullptr;  // null: the shutter opens everywhere at once
 };
 
 // What a projection declares.
@@ -62,7 +70,8 @@ struct ProjectionPlugin {
   ListOf<Param> params = {};
   SetUp setUp = {};
   void (*ndcMatrix)(const void* projection, double out[16]) = nullptr;
-  constexpr ProjectionTraits traits() const { return {ndcMatrix}; }
+  void (*sweep)(const void* projection, ShutterSweep* out) = nullptr;
+  constexpr ProjectionTraits traits() const { return {ndcMatrix, sweep}; }
 };
 
 }  // namespace kinora

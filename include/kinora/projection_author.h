@@ -157,6 +157,13 @@ struct ThinLensProjection {
   }
   template <int W>
   static KN_INLINE void connect(const ThinLens& k, const CameraPoint<W>& in, CameraLink<W>& out) {
+    connectAnywhere<W>(k, in, out);
+    out.pdf = zeroUnless(insideRaster(k.screen, out.x, out.y), out.pdf);
+    out.importance = out.pdf;
+  }
+  // The same whether or not the picture reaches so far.
+  template <int W>
+  static KN_INLINE void connectAnywhere(const ThinLens& k, const CameraPoint<W>& in, CameraLink<W>& out) {
     using F = Float<W>;
     out.o = lensPoint<W>(k, in.lensU, in.lensV);
     const Vec3<W> to = in.P - out.o;
@@ -170,7 +177,7 @@ struct ThinLensProjection {
       determinant = select(q > F(0.f), whole, F(1.f));
     }
     toRaster(k.screen, fma(out.o.x, q, dx) / s, fma(out.o.y, q, dy) / s, out.x, out.y);
-    Mask<W> seen = (to.z > F(1e-30f)) & insideRaster(k.screen, out.x, out.y);
+    Mask<W> seen = to.z > F(1e-30f);
     if (k.farClip > 0) seen &= (in.P.z >= F(k.nearClip)) & (in.P.z <= F(k.farClip));
     const F secant2 = fma(dx, dx, fma(dy, dy, F(1.f)));  // 1 / cos^2
     const F perArea = F(1.f) / (s * s * F(k.screen.pixelArea()) * determinant);

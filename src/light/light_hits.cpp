@@ -340,12 +340,14 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
         p.P[c] = x[c];
         p.N[c] = x[3 + c];
       }
-      p.linkSet = sets;
+      p.linkSet = list.besideOwn ? setsBesideOwn(arena, padded(m), sets) : sets;
       p.weights = list.weights;
       p.row = rows;
       probabilities(width, p, light, probability);
-      for (uint32_t i = 0; i < m; ++i) pdf[i] *= probability[i];
+      for (uint32_t i = 0; i < m; ++i) pdf[i] *= probability[i] + ownShare(light[i], list.besideOwn);
       arena.release(mark);
+    } else if (list.besideOwn) {
+      for (uint32_t i = 0; i < m; ++i) pdf[i] *= 1.f + ownShare(light[i], list.besideOwn);
     }
   }
   out->count = m;

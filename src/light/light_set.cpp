@@ -62,6 +62,19 @@ std::vector<float> sharesOf(const std::vector<double>& power) {
   return shares;
 }
 
+// The sets, and where some lights ask for samples of their own each again without those.
+std::vector<std::vector<uint32_t>> withoutOwn(const std::vector<LightEntry>& lights,
+                                              std::vector<std::vector<uint32_t>> sets) {
+  const auto asks = [&](uint32_t light) { return lights[light].ownSamples > 0; };
+  if (std::none_of(lights.begin(), lights.end(), [](const LightEntry& l) { return l.ownSamples > 0; })) return sets;
+  for (size_t i = 0, n = sets.size(); i < n; ++i) {
+    std::vector<uint32_t> left = sets[i];
+    left.erase(std::remove_if(left.begin(), left.end(), asks), left.end());
+    sets.push_back(std::move(left));
+  }
+  return sets;
+}
+
 }  // namespace
 
 LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
@@ -80,7 +93,8 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     if (!isUsable(l.description)) descriptions.back().power = 0;
   }
   tree_ = LightTree(descriptions);
-  links_ = LinkSets(tree_, linkSets.empty() ? std::vector<std::vector<uint32_t>>(1) : linkSets);
+  links_ = LinkSets(tree_, withoutOwn(lights, linkSets.empty() ? std::vector<std::vector<uint32_t>>(1) : linkSets));
+  if (links_.count() > std::max<size_t>(1, linkSets.size())) setsWithoutOwn_ = links_.count() / 2;
 
   std::vector<LightBox3> boxes, cones;
   std::vector<uint32_t> boxed, coned;
@@ -102,6 +116,11 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
                        (l.visibility & kLightSeenByLenses ? kSeenByLenses : 0) | (d.isDelta ? kDelta : 0) |
                        (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack) |
                        (l.isWalkedTo && isPlain && isLit && !isWide ? kWalkedTo : 0));
+    if (l.ownSamples && isLit) {
+      ownSamples_.push_back({i, l.ownSamples});
+      ownShares_.resize(lights.size(), 0.f);
+      ownShares_[i] = float(l.ownSamples);
+    }
     if (isControlled) {
       r.shadows = uint32_t(shadows_.size());
       shadows_.push_back(l.shadows);
@@ -280,6 +299,14 @@ void LightSet::askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32
   order.put(orderedFlags, flags);
 }
 
+// The sets that lights are chosen from where some are sampled by themselves.
+const uint32_t* LightSet::setsBesideOwn(Arena& arena, uint32_t n, const uint32_t* linkSet) const {
+  if (!setsWithoutOwn_) return linkSet;
+  uint32_t* sets = arena.make<uint32_t>(n);
+  for (uint32_t i = 0; i < n; ++i) sets[i] = (linkSet ? linkSet[i] : 0) + setsWithoutOwn_;
+  return sets;
+}
+
 void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSamples* out) const {
   const uint32_t n = p.padded;
   float* wi[3];
@@ -314,7 +341,15 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
 
   const Arena::Mark mark = arena.mark();
   float* choice = nullptr;
-  if (tree_.topCount() && hasChoice()) {
+  if (p.light != kNoLight) {
+    std::fill_n(light, n, p.light);
+    choice = arena.make<float>(n);
+    std::fill_n(choice, n, 0.f);
+    for (uint32_t i = 0; i < p.count; ++i)
+      if (!isLinked(p.linkSet ? p.linkSet[i] : 0, p.light)) light[i] = kNoLight;
+    out->cluster = nullptr;
+    out->chance = nullptr;
+  } else if (tree_.topCount() && hasChoice()) {
     choice = arena.make<float>(n);
     ChooseScratch scratch{};
     if (tree_.isDeep()) {
@@ -328,7 +363,7 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
                          n,
                          {p.P[0], p.P[1], p.P[2]},
                          {p.N[0], p.N[1], p.N[2]},
-                         p.linkSet,
+                         p.besideOwn ? setsBesideOwn(arena, n, p.linkSet) : p.linkSet,
                          weights,
                          p.row,
                          {p.uChoice[0], p.uChoice[1]},
@@ -369,7 +404,8 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     if (some && lights_[light[i]].flags & kShadowless) distance[i] = 0;
     if (spread) spread[i] = flags[i] & kSampleDelta ? 0.f : spreadOf(pdf[i]);
     // the choice's probability divides the estimate: discrete lights carry it in pdf too
-    if (choice) pdf[i] *= choice[i];
+    if (const float own = some ? ownShare(light[i], p.besideOwn) : 0.f; choice || own > 0)
+      pdf[i] *= (choice ? choice[i] : 1.f) + own;
   }
   arena.release(mark);
   for (float* x : outputs) padFloats(x, p.count);

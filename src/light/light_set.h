@@ -63,6 +63,7 @@ struct LightEntry {
   ShadowControls shadows{};   // of a light that casts them
   bool glassBlocks = false;   // shadow rays do not go straight through glass
   bool isWalkedTo = false;    // manifold walks go to it (cheapCaustics), unless it shines from all around
+  uint32_t ownSamples = 0;    // that it asks for, see OwnLightSamples
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;
 };
@@ -100,6 +101,8 @@ class LightSet {
     bool wantsSpread = false;        // LightSamples::spread is filled
     const float* weights = nullptr;  // factors on what clusters bring, see Group::lightWeights; null: none
     const uint32_t* row = nullptr;   // by point
+    uint32_t besideOwn = 0;          // Group::besideOwnSamples
+    uint32_t light = kNoLight;       // the only one that is sampled, by itself
   };
   // One light sample a point, into arrays of the arena.
   void sample(uint32_t width, Arena& arena, const Points& points, LightSamples* out) const;
@@ -114,6 +117,7 @@ class LightSet {
     const float* N[3];        // by slot: of that vertex, as in Points; null: points in space
     const float* weights = nullptr;
     const uint32_t* row = nullptr;  // by slot: of that vertex, as in Points
+    uint32_t besideOwn = 0;
   };
   // Light met by rays. Camera rays stop at the nearest light they see: its entry blocks and tHit becomes infinity.
   // Rays that a light sample could have made are the other half of an estimate: they meet a light as its samples
@@ -133,6 +137,7 @@ class LightSet {
   // Of rays that left the points and met a light each (end: as given, but for point and runs).
   void ends(uint32_t width, Arena& arena, const Points& points, LightEnds* end) const;
 
+  const std::vector<OwnLightSamples>& ownSamples() const { return ownSamples_; }
   bool hasChoice() const;  // uChoice of a sample is read
   // Of a light being sampled at n points (padded; no more than P, N and linkSet are read): what sample() divides by.
   void probabilities(uint32_t width, const Points& points, const uint32_t* light, float* out) const;
@@ -166,6 +171,11 @@ class LightSet {
     float center[3], radius2;
   };
   class Order;
+  const uint32_t* setsBesideOwn(Arena& arena, uint32_t n, const uint32_t* linkSet) const;
+  // How many of a light's own samples there are for each of lightSamples().
+  float ownShare(uint32_t light, uint32_t beside) const {
+    return beside && !ownShares_.empty() ? ownShares_[light] / float(beside) : 0.f;
+  }
   struct Found;
   void findLights(uint32_t width, Arena& arena, bool camera, const RayList& list, Found& found) const;
   void addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
@@ -213,6 +223,9 @@ class LightSet {
   LightBoxes directions_;          // those that lie within an angle, among directions
   std::vector<float> emission_;    // sums of the probabilities of emitting, by light
   std::vector<float> walkedTo_;    // the same of those that walks go to; empty: none
+  std::vector<OwnLightSamples> ownSamples_;
+  uint32_t setsWithoutOwn_ = 0;   // set i without them is i + this; 0: none has any
+  std::vector<float> ownShares_;  // by light, how many; empty: no light has any
   std::array<float, 3> center_;
   float radius_;
   bool isCameraSeen_ = false;  // some light that rays can hit

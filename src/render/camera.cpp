@@ -215,6 +215,12 @@ std::optional<CameraState> makeCamera(const scene::Scene& scene, const Settings&
   setPlace(camera, diagnostics, c);
   if (!setProjection(scene, camera, registry, host, width, diagnostics, c)) return {};
   setPixelSize(c);
+  if (const auto* traits = static_cast<const ProjectionTraits*>(c.projection.plugin()->traits);
+      traits && traits->sweep) {
+    ShutterSweep sweep;
+    traits->sweep(c.projection.data(), &sweep);
+    c.rolling = RollingShutter(sweep, c.resolution, c.times);
+  }
   return c;
 }
 

@@ -11,6 +11,7 @@
 #include "render/clipping.h"
 #include "render/instance.h"
 #include "render/renderer.h"
+#include "render/rolling_shutter.h"
 #include "trace/world.h"
 
 namespace kinora::render {
@@ -24,6 +25,7 @@ struct CameraState {
   std::vector<trace::Affine> fromRender;
   double shutterOpen = 0, shutterClose = 0;
   std::vector<float> times;      // warp of sample times by the shutter's shape; empty: none
+  RollingShutter rolling;        // of those times
   std::vector<CutPlane> cuts;    // camera space
   scene::Matrix worldToCamera;   // at the middle of the shutter
   double origin[3] = {0, 0, 0};  // of render space, world

@@ -420,7 +420,9 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     s.weights()[i] = f.weight;
     for (size_t k = 0; k < w.filterWeights.size(); ++k)
       w.filterWeights[k][i] = in_.jitter ? in_.ratios[k].weight(u, v) : 1.f;
-    s.group().paths.rays.time[i] = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
+    float& time = s.group().paths.rays.time[i];
+    time = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
+    if (camera.rolling.rolls()) time = camera.rolling.time(s.pixelX()[i], s.pixelY()[i], time);
   }
   Rays& r = s.group().paths.rays;
   in_.world->world().world->avoidFlatMoments(r.time, m);
@@ -559,7 +561,13 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   }
   drawSpan(in_.world->width())(w.services().samples, m, timeSeed, s.group().paths.sampleIndex, kDimTime, u, v);
   const std::vector<float>& times = in_.world->camera().times;
-  for (uint32_t i = 0; i < m; ++i) s.group().paths.rays.time[i] = times.empty() ? u[i] : shutterTime(times, u[i]);
+  const RollingShutter& rolling = in_.world->camera().rolling;
+  for (uint32_t i = 0; i < m; ++i) {
+    float& time = s.group().paths.rays.time[i];
+    time = times.empty() ? u[i] : shutterTime(times, u[i]);
+    const uint64_t pixel = s.numbers()[i] % pixels;
+    if (rolling.rolls()) time = rolling.time(int(pixel % columns), int(pixel / columns), time);
+  }
   in_.world->world().world->avoidFlatMoments(s.group().paths.rays.time, m);
   s.group().rayWeight = weight;
   const uint64_t start = now();

@@ -131,6 +131,11 @@ struct Renderer::Impl {
     return std::any_of(list, list + n, [](const Stage& s) { return s.kind == StageKind::LightPaths; });
   }
 
+  bool tellsLobesApart() const {
+    const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
+    return traits && traits->tellsLobesApart && traits->tellsLobesApart(integrator.data());
+  }
+
   // The sums, and what writing the largest picture takes on top of them: floats and the encoded file.
   void chargeFilm(const film::Window& window) {
     filmHeld.set(0);
@@ -177,7 +182,7 @@ struct Renderer::Impl {
 
   bool makeFilm() {
     builder.openShaders(scene);
-    const bool lightStage = hasLightStage(), split = builder.needsSplit(scene);
+    const bool lightStage = hasLightStage(), split = builder.needsSplit(scene) || tellsLobesApart();
     const Digest digest = framePlanDigestOf(scene, builder.camera(), lightStage, split);
     if (plan && digest == ofPlan) {
       builder.contents().again(plan->files);

@@ -145,6 +145,10 @@ struct Worker::Calls {
   static void lightSamples(Group* g, const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out);
   }
+  static void ownLightSamples(Group* g, const Context* c, uint32_t light, uint32_t part, uint32_t parts,
+                              LightSamples* out) {
+    of(g).state_.lightSamples(c, part, parts, out, light);
+  }
   static void scatterTowardsLights(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* slots,
                                    TowardsLights* out) {
     of(g).state_.scatterTowardsLights(*list, depth, n, slots, out);
@@ -257,6 +261,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.markMemory = &Calls::markMemory;
   s.releaseMemory = &Calls::releaseMemory;
   s.lightSamples = &Calls::lightSamples;
+  s.ownLightSamples = &Calls::ownLightSamples;
   s.scatterTowardsLights = &Calls::scatterTowardsLights;
   s.mediaAt = &Calls::mediaAt;
   s.meanTransmittance = &Calls::meanTransmittance;
@@ -308,6 +313,8 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.lightWalks = walkedTo_.data();
   s.lightExceptions = areExceptions ? exceptions_.data() : nullptr;
   s.hasShadowControls = world.lights->hasShadowControls();
+  s.ownSampleCount = uint32_t(world.lights->ownSamples().size());
+  s.ownSamples = world.lights->ownSamples().data();
   endCount_ = paths.ends();
   perKind_ = paths.stateCount() * endCount_;
   // what each kind of light adds to light as it arrives, unoccluded, and blocked (the difference of the two)
@@ -558,6 +565,11 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     const float length = std::sqrt(d2), inv = length > 0 ? 1.f / length : 0.f;
     for (int k = 0; k < 3; ++k) x[12 + k][i] = d[k] * inv;
     x[0][i] = length;
+    // of paths at this time, where the pixel that will get their light is open
+    if (camera_.rolling.rolls() && x[10][i] > 0) {
+      const film::SplatFilter::Pixel p = splatFilter_->choose(x[8][i], x[9][i]);
+      x[10][i] *= camera_.rolling.share(p.x, p.y, c->time[i]);
+    }
   }
   *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}};
 }

@@ -355,6 +355,8 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (l.node->params.getInt("visibleInRefractionPath", 1)) e.visibility |= light::kLightSeenByLenses;
     setShadows(*l.node, tools.shadowSets, tools.diagnostics, e);
     e.isWalkedTo = l.node->params.getInt("cheapCaustics", 0) != 0 && declares(*d, "cheapCaustics");
+    if (declares(*d, "fixedSampleCount"))
+      e.ownSamples = uint32_t(std::clamp(l.node->params.getInt("fixedSampleCount", 0), 0, 64));
     e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
     c.names.push_back(namesOf(l));
     c.sources.push_back(&l);

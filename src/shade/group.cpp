@@ -311,7 +311,7 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
           for (uint32_t i = 0; i < x->count; ++i) {
             const float u =
                 drawEvent(x->sampleSeed[i], x->sampleIndex[i], dimensionAt(depth) + kDimPresence, uint32_t(pass));
-            if (!(u < presence[i])) onward[k++] = x->path[i];
+            if (!(u < presence[i]) && uint32_t(pass) < group_.mostPassed) onward[k++] = x->path[i];
           }
         }
       }

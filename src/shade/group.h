@@ -245,7 +245,8 @@ class GroupState {
                MediaAt* out);
   void meanTransmittance(uint32_t n, const float* const o[3], const float* const d[3], const float* length,
                          const float* time, float* out);
-  void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out);
+  // of: the light that is sampled; kNoLight: one that is chosen
+  void lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out, uint32_t of = kNoLight);
   void weighLights(const Context* c, const uint32_t* rows);
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);

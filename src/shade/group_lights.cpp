@@ -10,13 +10,14 @@
 
 namespace kinora::shade {
 
-void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out) {
+void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, LightSamples* out, uint32_t of) {
   const Clock clock(counters.nanoseconds[kTimeLights]);
   float* u[4];
   for (float*& x : u) x = arena_.make<float>(c->padded);
   const uint32_t dim = dimensionAt(c->depth);
   const DrawSplit draw = drawSplit(world_.width);
-  if (world_.lights->hasChoice())
+  if (of != kNoLight) part += (of + 1) << 24;  // a sequence of its own
+  if (of == kNoLight && world_.lights->hasChoice())
     draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], u[3]);
   draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLight, part, parts, u[1], u[2]);
   light::LightSet::Points p;
@@ -36,6 +37,8 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   p.u[0] = u[1];
   p.u[1] = u[2];
   p.wantsSpread = world_.world->hasUserGeometry();
+  p.besideOwn = group_.besideOwnSamples;
+  p.light = of;
   world_.lights->sample(world_.width, arena_, p, out);
   if (!world_.mediumLights.empty()) askMediumLights(c, out);
 }
@@ -117,6 +120,7 @@ void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const 
   for (int k = 0; k < 3; ++k) l.N[k] = host.left.lightN[k];
   l.weights = group_.lightWeights;
   l.row = host.left.lightRow;
+  l.besideOwn = group_.besideOwnSamples;
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
   if (host.surfaceT)  // lights that end a ray take what it has met behind them
     for (uint32_t i = 0; i < out->count; ++i)
@@ -208,6 +212,7 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(rays).left.lightN[k];
   l.weights = group_.lightWeights;
   l.row = ListHost::of(rays).left.lightRow;
+  l.besideOwn = group_.besideOwnSamples;
   world_.lights->hits(world_.width, arena_, false, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
     const light::LightSet& lights = *world_.lights;

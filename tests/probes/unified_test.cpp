@@ -31,14 +31,17 @@ Sets with(Sets more) {
 }
 const Sets kDefaults{{"integrator.rouletteDepth", "1"}, {"integrator.clampLuminance", "8"}};
 
+const Sets kForward{
+    {"integrator.rouletteDepth", "1"}, {"integrator.clampLuminance", "8"}, {"integrator.accumOpacity", "1"}};
+
 TEST(Unified, IsThePathTracerWithoutLightPaths) {
   std::string said;
   const auto unified = filmOf("PxrUnified", with({{"integrator.numIndirectSamples", "2"}}), &said);
   EXPECT_EQ(said, "");
-  Sets same = with(kDefaults);
+  Sets same = with(kForward);
   same.emplace_back("integrator.numIndirectSamples", "2");
   EXPECT_TRUE(unified == filmOf("PxrPathTracer", same));
-  EXPECT_FALSE(unified == filmOf("PxrPathTracer", with(kDefaults)));  // that the film tells them apart
+  EXPECT_FALSE(unified == filmOf("PxrPathTracer", with(kForward)));  // that the film tells them apart
 }
 
 TEST(Unified, IsConnectionAndMergingByTheChoiceOfLightPaths) {
@@ -57,7 +60,7 @@ TEST(Unified, IsConnectionAndMergingByTheChoiceOfLightPaths) {
 
 TEST(Unified, GuidesAsThePathTracerDoes) {
   const Sets guided{{"integrator.risPathGuiding", "1"}}, learned{{"integrator.guidingSamples", "4"}};
-  Sets unified = with(guided), same = with(kDefaults);
+  Sets unified = with(guided), same = with(kForward);
   unified.emplace_back("integrator.indirectTrainingSamples", "4");
   same.insert(same.end(), guided.begin(), guided.end());
   same.insert(same.end(), learned.begin(), learned.end());
@@ -99,9 +102,9 @@ TEST(Unified, PassesMergingInMediaOn) {
 TEST(Unified, SaysWhatHasNoEffect) {
   std::string said;
   const auto film =
-      filmOf("PxrUnified", with({{"integrator.directClamp", "1"}, {"integrator.photonAdaptive", "1"}}), &said);
+      filmOf("PxrUnified", with({{"integrator.useTraceDepth", "1"}, {"integrator.photonAdaptive", "1"}}), &said);
   EXPECT_NE(said.find("PARAM-NO-EFFECT"), std::string::npos) << said;
-  for (const char* name : {"'directClamp'", "'photonAdaptive'"})
+  for (const char* name : {"'useTraceDepth'", "'photonAdaptive'"})
     EXPECT_NE(said.find(name), std::string::npos) << said;
   EXPECT_EQ(said.find("maxIndirectBounces"), std::string::npos) << said;
   EXPECT_TRUE(film == filmOf("PxrUnified", kCommon));

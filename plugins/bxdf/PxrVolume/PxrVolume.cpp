@@ -32,7 +32,8 @@ enum : uint32_t {
   kVelocityPrimVar,
   kVelocityMultiplier
 };
-#define LATER "No effect yet: "
+constexpr const char kOneDistance[] =
+    "No effect: distances are drawn by tracking, one along each ray, and more come by samples a pixel.";
 constexpr Param kParams[] = {
     param::color("diffuseColor", 1.f).help("Share of the extinction that is scattered, not absorbed: 0 to 1."),
     param::color("emitColor", 0.f).help("Radiance emitted per unit of length in the scene, whatever the density."),
@@ -73,8 +74,8 @@ constexpr Param kParams[] = {
         .range(0, 1)
         .fixed()
         .help("With multiScatterOpt: factor on the light that each scattering but the first brings."),
-    param::integer("minSamples", 4).range(0, 64).help(LATER "one distance is sampled along each ray."),
-    param::integer("maxSamples", 4).range(0, 64).help(LATER "one distance is sampled along each ray."),
+    param::integer("minSamples", 4).range(0, 64).help(kOneDistance),
+    param::integer("maxSamples", 4).range(0, 64).help(kOneDistance),
     param::integer("samples", 4).range(0, 64).help("Old name; the same."),
     param::number("stepSize", 0.1f).help("Not needed: nothing is marched in steps."),
     param::vector("velocity", 0, 0, 0)
@@ -82,7 +83,6 @@ constexpr Param kParams[] = {
     param::string("velocityPrimVar", "").help("Primvar or grid that stands for velocity."),
     param::number("velocityMultiplier", 1.f).fixed().help("Factor on the velocity: 0 stops the motion."),
 };
-#undef LATER
 constexpr LobeDecl kLobes[] = {{"Volume", kLobeVolume | kLobeDiffuse}};
 constexpr const char* kLossless[] = {
     "diffuseColor=1 1 1; multiScatter=1", "diffuseColor=1 1 1; anisotropy=0.7; multiScatter=1",

@@ -122,6 +122,37 @@ struct Texels {
 };
 std::array<float, 4> place(int x, int y) { return {float(x), float(y), float(x * y), 1}; }
 
+// The frame is 3 x 2 in screen space, a pixel 1/4: a window of 4 x 2 pixels shows a picture of as many texels there,
+// and one larger than the frame the part of it that the frame is.
+TEST(ImageFilters, LieInTheFilmWindow) {
+  const Texels small(4, 2, place), large(2 * Frame::kWidth, 2 * Frame::kHeight, place);
+  for (const char* name : {"PxrImageDisplayFilter", "PxrImagePlaneFilter"})
+    for (int fit : {0, 1, 2}) {
+      // columns 7 to 10, rows 1 and 2
+      Frame f = empty();
+      ASSERT_TRUE(f.run(
+          name, &small.image,
+          {{"fit", float(fit)}, {"filmMinX", 0.25f}, {"filmMaxX", 1.25f}, {"filmMinY", 0.25f}, {"filmMaxY", 0.75f}}));
+      for (int y = 0; y < Frame::kHeight; ++y)
+        for (int x = 0; x < Frame::kWidth; ++x) {
+          const bool isIn = x >= 7 && x < 11 && y >= 1 && y < 3;
+          for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(f.at(0, c, x, y), isIn ? place(x - 7, y - 1)[size_t(c)] : 0, 2e-4) << name << x << " " << y;
+        }
+      Frame g = empty();
+      ASSERT_TRUE(
+          g.run(name, &large.image,
+                {{"fit", float(fit)}, {"filmMinX", -3.f}, {"filmMaxX", 3.f}, {"filmMinY", -2.f}, {"filmMaxY", 2.f}}));
+      for (int y = 0; y < Frame::kHeight; ++y)
+        for (int x = 0; x < Frame::kWidth; ++x)
+          for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(g.at(0, c, x, y), place(x + Frame::kWidth / 2, y + Frame::kHeight / 2)[size_t(c)], 2e-3);
+      Frame h = empty();
+      ASSERT_TRUE(h.run(name, &small.image, {{"filmMinX", 1.f}, {"filmMaxX", 0.5f}}));
+      EXPECT_EQ(h.warnings, std::vector<std::string>{"FILTER-FILM"});
+    }
+}
+
 TEST(ImageFilters, OfTheFramesSizeEachPixelIsATexel) {
   const Texels t(Frame::kWidth, Frame::kHeight, place);
   for (const char* name : {"PxrImageDisplayFilter", "PxrImagePlaneFilter", "PxrWatermarkFilter"})

@@ -5,6 +5,7 @@
 
 #if KINORA_PLAIN
 #include <iterator>
+#include <string>
 #include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
@@ -32,16 +33,31 @@ constexpr Param kParams[] = {
         .options("0 off, 1 on")
         .help("Keep light that reaches a diffuse surface through mirrors or lenses; off: shadows of glass are tinted "
               "instead."),
-    param::integer("accumOpacity", 0).range(0, 1).help("Refraction contributes partial alpha. No effect yet."),
+    pathParameters::accumOpacity(0),
     pathParameters::kNumBxdfSamples,
-    param::integer("numDiffuseSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
-    param::integer("numSpecularSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
-    param::integer("numRefractionSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
-    param::integer("numSubsurfaceSamples", 1).range(1, 64).help("Manual mode. No effect yet."),
-    param::string("sampleMode", "bxdf").options("bxdf|manual").help("Manual mode has no effect yet."),
+    param::integer("numDiffuseSamples", 1)
+        .range(1, 64)
+        .help("With sampleMode manual: diffuse directions, and those that media scatter in."),
+    param::integer("numSpecularSamples", 1).range(1, 64).help("With sampleMode manual: reflections."),
+    param::integer("numRefractionSamples", 1)
+        .range(1, 64)
+        .help("With sampleMode manual: directions that specular lobes send through the surface."),
+    param::integer("numSubsurfaceSamples", 1)
+        .range(1, 64)
+        .help("With sampleMode manual: paths that go on below the surface."),
+    param::string("sampleMode", "bxdf")
+        .options("bxdf|manual")
+        .help(
+            "Directions followed from each camera hit. bxdf: numIndirectSamples, among all lobes as these weigh. "
+            "manual: each kind of lobe has a number of its own; a kind that has a share p in the material's lobes is "
+            "followed p times its number, on average over the samples of a pixel."),
     pathParameters::kMaxPathLength,
-    param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
-    param::integer("maxContinuationLength", -1).range(-1, 1000).help("No effect yet."),
+    pathParameters::kMaxNonStochasticOpacityEvents,
+    param::integer("maxContinuationLength", -1)
+        .range(-1, 1000)
+        .help("How many surfaces a ray of a path goes through for want of presence; the next one is opaque to it, as "
+              "if "
+              "its presence were 1. -1: as many as there are, up to 256. Shadow rays see every presence."),
     param::integer("risPathGuiding", 0)
         .range(0, 1)
         .options("0 off, 1 on")
@@ -108,6 +124,15 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
   const NamedValues values(info, kParams, std::size(kParams));
+  if (const std::string mode = values.string("sampleMode"); mode == "manual") {
+    const auto number = [&](const char* name) { return uint32_t(from::within(values, parameter(name))); };
+    o->byLobe = {true, number("numDiffuseSamples"), number("numSpecularSamples"), number("numRefractionSamples"),
+                 number("numSubsurfaceSamples")};
+    o->byLobe.given = o->byLobe.most() > 1;
+    o->indirectSamples = 1;
+  } else if (mode != "bxdf") {
+    values.warn("PARAM-CHOICE", "sampleMode is bxdf or manual, not '" + mode + "'", "bxdf is used");
+  }
   o->guides = values.number("risPathGuiding") != 0;
   o->learnsLights = values.number("learnLights") != 0;
   o->lightCandidates = uint32_t(from::within(values, parameter("numLightCandidates")));
@@ -115,12 +140,17 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->guiding.samples = uint32_t(from::within(values, parameter("guidingSamples")));
   o->guiding.regions = uint32_t(from::within(values, parameter("guidingRegions")));
   o->manifold = from::manifold(values);
+  o->refractsAlpha = values.number("accumOpacity") != 0;
+  o->mostPassed = int32_t(from::within(values, parameter("maxContinuationLength")));
   return o;
 }
 inline uint32_t learning(const void* data, Learning* out) {
   const auto& o = *static_cast<const PathLoopOptions*>(data);
   *out = guiding::learning(o.guiding);
   return o.guides || o.learnsLights;
+}
+inline uint32_t tellsLobesApart(const void* data) {
+  return static_cast<const PathLoopOptions*>(data)->tellsLobesApart();
 }
 }  // namespace kinora::pxrPathTracer
 #endif
@@ -140,4 +170,5 @@ struct PxrPathTracer {
 KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrPathTracer, .help = "Forward path tracing with next-event estimation.", .params = kParams,
-                  .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia, .learning = learning)
+                  .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia, .learning = learning,
+                  .tellsLobesApart = tellsLobesApart)

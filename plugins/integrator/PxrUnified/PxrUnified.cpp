@@ -10,6 +10,7 @@
 #include <kinora/named_values.h>
 
 #include <string>
+#include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrUnified {
@@ -44,16 +45,26 @@ constexpr Param kParams[] = {
         .help("The same of light paths, which play it below twice rouletteThreshold, as a share of what they began "
               "with."),
     pathParameters::kNumBxdfSamples,
-    param::integer("accumOpacity", 1).range(0, 1).help("No effect yet: what refracts covers its pixel."),
+    pathParameters::accumOpacity(1),
     param::integer("allowMultilobeIndirect", 0)
         .range(0, 1)
         .help("No effect: a direction is drawn from one lobe and weighed by all of them."),
-    param::number("catchAllLights", 0.f).range(0, 1).help("No effect yet: paths end without further light."),
+    param::number("catchAllLights", 0.f)
+        .range(0, 1)
+        .help("How much of their shadows light samples at the last surface of a path leave out: 1 lights it as if "
+              "nothing "
+              "were in the way, for the light of the bounces that are cut off. With traceLightPaths 0."),
     param::number("causticClamp", 1e6f)
         .range(0, 1e30f)
-        .help("No effect yet: caustics are clamped as indirect light."),
-    param::number("directClamp", 1e6f).range(0, 1e30f).help("No effect yet: direct light is not clamped."),
-    param::number("emissionMultiplier", 1.f).range(0, 100).help("No effect yet: what glows does so as it is."),
+        .help("Largest luminance of one contribution of manifold walks, where indirectClamp is not smaller. With "
+              "traceLightPaths 0: light paths' caustics are indirect light."),
+    param::number("directClamp", 1e6f)
+        .range(0, 1e30f)
+        .help("Largest luminance of one contribution of light that falls on what the camera sees; 1e30 is off. With "
+              "traceLightPaths 0."),
+    param::number("emissionMultiplier", 1.f)
+        .range(0, 100)
+        .help("Factor on what surfaces emit, but not lights. With traceLightPaths 0."),
     param::integer("enableSampleTimers", 0)
         .range(0, 1)
         .help("No effect: statistics always hold the times of stages."),
@@ -84,8 +95,12 @@ constexpr Param kParams[] = {
     param::number("walkThreshold", 0.005f)
         .range(0, 1)
         .help("No effect: a walk that has not arrived after maxIterations is dropped."),
-    param::integer("maxNonStochasticOpacityEvents", 0).range(0, 64).help("No effect yet: presence is stochastic."),
-    param::number("maxRayDistance", 10000.f).range(0, 1e30f).help("No effect yet: rays go as far as the scene does."),
+    pathParameters::kMaxNonStochasticOpacityEvents,
+    param::number("maxRayDistance", 10000.f)
+        .range(0, 1e30f)
+        .help("Surfaces farther than this from where a ray starts are not met by indirect and shadow rays, units of "
+              "the "
+              "world; lights are. 0 and 1e30 are off. With traceLightPaths 0."),
     param::integer("numVolumeAggregateSamples", 1)
         .range(1, 64)
         .help("No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
@@ -110,8 +125,16 @@ constexpr Param kParams[] = {
     param::integer("suppressNaNs", 0)
         .range(0, 1)
         .help("No effect: samples that are no numbers are always left out and told of."),
-    param::integer("useTraceDepth", 0).range(0, 1).help("No effect yet: maxIndirectBounces alone counts."),
+    param::integer("useTraceDepth", 0)
+        .range(0, 1)
+        .help("No effect: bounces are counted by maxIndirectBounces, for all objects and lobes alike."),
 };
+
+constexpr const Param& parameter(std::string_view name) {
+  const Param* p = kParams;
+  while (p->name != name) ++p;
+  return *p;
+}
 
 struct Data {
   bool isForward;
@@ -139,6 +162,13 @@ struct Data {
     forward.rouletteDepth = depth;
     forward.rouletteThreshold = threshold;
     forward.manifold = from::manifold(v);
+    forward.refractsAlpha = v.integer("accumOpacity") != 0;
+    forward.unshadowedEnd = from::within(v, parameter("catchAllLights"));
+    forward.clampCaustic = from::within(v, parameter("causticClamp"));
+    forward.clampDirect = from::within(v, parameter("directClamp"));
+    forward.emission = from::within(v, parameter("emissionMultiplier"));
+    const float farthest = from::within(v, parameter("maxRayDistance"));
+    if (farthest > 0) forward.farthest = farthest;
     forward.guides = isForward && v.integer("risPathGuiding") != 0;
     const int learned = v.integer("indirectTrainingSamples");
     if (learned > 0) forward.guiding.samples = uint32_t(std::min(learned, 4096));
@@ -155,6 +185,10 @@ inline uint32_t learning(const void* data, Learning* out) {
   const auto& d = *static_cast<const Data*>(data);
   *out = guiding::learning(d.forward.guiding);
   return d.forward.guides;
+}
+inline uint32_t tellsLobesApart(const void* data) {
+  const auto& d = *static_cast<const Data*>(data);
+  return d.isForward && d.forward.tellsLobesApart();
 }
 inline uint32_t lists(const void* data, RecordList* out, uint32_t) {
   return vcm::lists(static_cast<const Data*>(data)->both, out);
@@ -184,4 +218,4 @@ KINORA_KERNELS_END
 KINORA_INTEGRATOR(PxrUnified, .help = "Forward or bidirectional path tracing, as its parameters choose.",
                   .params = pxrUnified::kParams, .setUp = setUp<pxrUnified::Data>, .stages = pxrUnified::stages,
                   .lists = pxrUnified::lists, .passSamples = 1, .scattersInMedia = scatterInMedia,
-                  .learning = pxrUnified::learning)
+                  .learning = pxrUnified::learning, .tellsLobesApart = pxrUnified::tellsLobesApart)

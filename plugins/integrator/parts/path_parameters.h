@@ -37,6 +37,25 @@ inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0
 inline constexpr Param kMaxPathLength =
     param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
 
+// Of one default or the other.
+constexpr Param accumOpacity(int byDefault) {
+  return param::integer("accumOpacity", byDefault)
+      .range(0, 1)
+      .options("0 off, 1 on")
+      .help(
+          "Alpha of what the camera sees through glass: 0: glass covers its pixel; 1: by what it takes of what is "
+          "behind, where paths that were only refracted meet nothing there (infinite lights are nothing). Paths "
+          "without "
+          "light paths only.");
+}
+inline constexpr Param kMaxNonStochasticOpacityEvents =
+    param::integer("maxNonStochasticOpacityEvents", 0)
+        .range(0, 64)
+        .help(
+            "No effect: chance decides for each sample whether a surface is present, so that all its channels show "
+            "one "
+            "surface; a sample pattern keeps that noise low.");
+
 inline constexpr Param kMergeMedia =
     param::integer("mergeMedia", 0)
         .range(0, 3)

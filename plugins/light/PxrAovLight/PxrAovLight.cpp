@@ -25,7 +25,8 @@ constexpr std::array kParams = {
     param::integer("onVolumeBoundaries", 1)
         .range(0, 1)
         .options("0 off, 1 on")
-        .help("No effect yet: volumes are marked by their boundaries."),
+        .help("No effect: what the camera sees of a medium has no boundary; surfaces around media are marked as "
+              "others."),
     param::integer("useColor", 0)
         .range(0, 1)
         .options("0 off, 1 on")

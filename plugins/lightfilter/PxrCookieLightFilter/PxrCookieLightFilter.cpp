@@ -2,19 +2,16 @@
 #define KINORA_KERNEL_FILE "plugins/lightfilter/PxrCookieLightFilter/PxrCookieLightFilter.cpp"
 #include <memory>
 
-#include "plugins/lightfilter/parts/picture.h"
+#include "plugins/lightfilter/parts/blurred_picture.h"
 // per target from here
 #include <kinora/light_filter_author.h>
 #include <kinora/math/elementary.h>
 
-#include "plugins/lightfilter/parts/picture_kernel.h"
+#include "plugins/lightfilter/parts/blurred_picture_kernel.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrCookieLightFilter {
 using namespace filterParts;
-constexpr auto unused(const char* name, float standard) {
-  return param::number(name, standard).range(0, 10).help("No effect yet: the image is not blurred.");
-}
 constexpr auto kParams = joinParams(
     planeParams("cookieMode", "0 physical, 1 analytic"), kPictureParams,
     std::array{
@@ -41,27 +38,43 @@ constexpr auto kParams = joinParams(
             .help("Distance behind the plane where densityFarVal holds."),
         param::number("densityFarVal", 1.f).range(0, 1).help("Factor on density there and farther."),
         param::number("densityPow", 1.f).range(0.1f, 4).help("Exponent of the way between near and far."),
-        unused("blur", 0),
-        unused("sBlurMult", 1),
-        unused("tBlurMult", 1),
-        unused("blurNearDist", 0),
-        unused("blurNearVal", 1),
-        unused("blurMidpoint", 0),
-        unused("blurMidVal", 1),
-        unused("blurFarDist", 10),
-        unused("blurFarVal", 1),
-        unused("blurPow", 1),
+        param::number("blur", 0.f)
+            .range(0, 1)
+            .help("Blurs the image, with what surrounds it: averages over rectangles so many times as wide and as "
+                  "high as "
+                  "it is."),
+        param::number("sBlurMult", 1.f).range(0, 10).help("Factor on their width."),
+        param::number("tBlurMult", 1.f).range(0, 10).help("Factor on their height."),
+        param::number("blurNearDist", 0.f).range(0, 10).help("Distance behind the plane where blurNearVal holds."),
+        param::number("blurNearVal", 1.f).range(0, 10).help("Factor on the blur there and nearer."),
+        param::number("blurMidpoint", 0.f).range(0, 1).help("Part of the way where blurMidVal holds."),
+        param::number("blurMidVal", 1.f).range(0, 10).help("Factor on the blur there."),
+        param::number("blurFarDist", 10.f).range(0, 100).help("Distance behind the plane where blurFarVal holds."),
+        param::number("blurFarVal", 1.f).range(0, 10).help("Factor on the blur there and farther."),
+        param::number("blurPow", 1.f).range(0.1f, 4).help("Exponent of the way between near and far."),
     },
     intensity(1, "Factor on the image."), invert("1: the image counts as 1 less itself."), kStrength, kSaturation);
 
 struct Data {
   Plane plane;
   Picture picture;
-  DistanceStrength byDistance;
+  BlurredPicture blurred;
+  DistanceStrength byDistance, blurByDistance;
   bool spherical;
   float signU, signV, density, saturation;
 };
 
+// Copies for the widest blur; by distance shares of it.
+void setBlur(const NamedValues& v, Data& k) {
+  const auto factor = [&](const char* name) { return std::min(atLeast(v, name, 0), 1e6f); };
+  const float near = factor("blurNearVal"), middle = factor("blurMidVal"), far = factor("blurFarVal");
+  const float widest = std::max({near, middle, far}), blur = factor("blur") * widest;
+  if (!(blur > 0)) return;
+  k.blurByDistance.set(v.number("blurNearDist"), v.number("blurFarDist"), v.number("blurPow"), near / widest,
+                       far / widest, v.number("blurMidpoint"), middle / widest);
+  k.blurred.make(k.picture, blur * factor("sBlurMult"), blur * factor("tBlurMult"),
+                 k.blurByDistance.varies ? BlurredPicture::kMost : 1);
+}
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues v(info, kParams.data(), kParams.size());
   auto k = std::make_unique<Data>();
@@ -84,6 +97,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   k->byDistance.set(v.number("densityNearDist"), v.number("densityFarDist"), v.number("densityPow"),
                     v.number("densityNearVal"), v.number("densityFarVal"), v.number("densityMidpoint"),
                     v.number("densityMidVal"));
+  setBlur(v, *k);
   v.warnNoEffect();
   return k;
 }
@@ -100,6 +114,11 @@ using namespace pxrCookieLightFilter;
 struct PxrCookieLightFilter {
   using Data = pxrCookieLightFilter::Data;
   template <int W>
+  static KN_INLINE Rgb<W> pictureFor(const Data& k, Mask<W> met, Float<W> u, Float<W> v, Float<W> reach) {
+    if (!k.blurred.count) return pictureAt<W>(k.picture, met, u, v);
+    return blurredAt<W>(k.picture, k.blurred, met, u, v, strengthAt<W>(k.blurByDistance, reach));
+  }
+  template <int W>
   static KN_INLINE Rgb<W> factor(const Data& k, const LitPoint<W>& p) {
     using F = Float<W>;
     if (k.density == 0) return Rgb<W>(F(1.f), F(1.f), F(1.f));
@@ -110,13 +129,15 @@ struct PxrCookieLightFilter {
       reach = length(at);
       const F u = fma(atan2(at.x, at.z), F(0.5f * kInvPi * k.signU), F(0.5f));
       const F latitude = F(0.5f) - acos(clamp(at.y / max(reach, F(1e-12f)), F(-1.f), F(1.f))) * F(kInvPi);
-      color = pictureAt<W>(k.picture, Mask<W>(true), u, fnma(latitude, F(k.signV), F(0.5f)));
+      color = pictureFor<W>(k, Mask<W>(true), u, fnma(latitude, F(k.signV), F(0.5f)), reach);
     } else {
       OnPlane<W> at = onPlane<W>(k.plane, p);
       reach = at.behind;
       at.x = at.x * F(k.signU);
       at.y = at.y * F(k.signV);
-      color = pictureOnPlane<W>(k.picture, at);
+      F u, v;
+      const Mask<W> met = placeOnPlane<W>(k.picture, at, u, v);
+      color = pictureFor<W>(k, met, u, v, reach);
     }
     return filtered<W>(saturated<W>(color, k.saturation), strengthAt<W>(k.byDistance, reach) * F(k.density));
   }

@@ -1,6 +1,7 @@
 // Proves: which texel a lit point gets, through the plane and all around, for PxrCookieLightFilter and
 // PxrGoboLightFilter; placing, repeating and what is outside; interpolation; alpha, grading and inversion by formula;
-// strength by distance; that a missing or unusable image leaves the light alone. Misses: blur, which has no effect.
+// strength by distance; that a missing or unusable image leaves the light alone; blur against averages of the picture and
+// what surrounds it.
 #include "plugins/lightfilter/filter_testing.h"
 
 namespace kinora {
@@ -64,6 +65,66 @@ TEST(PxrCookieLightFilter, PlacesRepeatsAndMirrors) {
     expectNear(at({{"tileMode", {2}}}, -0.5 + 4 * k, -0.5 + 2 * k), Quilt::at(1, 1), 5e-6, "repeated");
     // both seams: between the last and the first column, the last and the first row
     expectNear(at({{"tileMode", {2}}}, 2 + 4 * k, 1 + 2 * k), {0.25f, 0.55f, 0.9f}, 5e-6, "seams");
+  }
+}
+
+// Averages over rectangles of the picture and of what surrounds it, by sums.
+TEST(PxrCookieLightFilter, Blurs) {
+  constexpr int kWide = 24, kHigh = 16;
+  std::vector<float> texels;
+  for (int y = 0; y < kHigh; ++y)
+    for (int x = 0; x < kWide; ++x)
+      for (int c = 0; c < 3; ++c) texels.push_back((x / 3 * 7 + y / 2 * 5 + c) % 4 * 0.25f);
+  const HostImage image{texels.data(), kWide, kHigh, 3};
+  const float fill = 0.4f;
+  const auto texel = [&](int tile, int x, int y, int c) {
+    if (tile == 0 && (x < 0 || x >= kWide || y < 0 || y >= kHigh)) return fill;
+    if (tile == 1) x = std::clamp(x, 0, kWide - 1), y = std::clamp(y, 0, kHigh - 1);
+    if (tile == 2) x = ((x % kWide) + kWide) % kWide, y = ((y % kHigh) + kHigh) % kHigh;
+    return texels[size_t((y * kWide + x) * 3 + c)];
+  };
+  // of a rectangle of 2 a x 2 b texels about a texel's middle
+  const auto average = [&](int tile, int x, int y, int c, double a, double b) {
+    const auto share = [](int i, double half) {
+      return std::max(0.0, std::min(i + 0.5, half) - std::max(i - 0.5, -half)) / (2 * half);
+    };
+    double sum = 0;
+    for (int j = -40; j <= 40; ++j)
+      for (int i = -40; i <= 40; ++i) sum += share(i, a) * share(j, b) * texel(tile, x + i, y + j, c);
+    return sum;
+  };
+  for (int tile : {0, 1, 2}) {
+    Numbers n{{"width", {kWide}},          {"height", {kHigh}}, {"fillColor", {fill, fill, fill}},
+              {"tileMode", {float(tile)}}, {"blur", {0.2f}},    {"sBlurMult", {0.5f}}};
+    const TestFilter f("PxrCookieLightFilter", n, {}, {0, 0, 0}, 1, &image);
+    // wide enough to be held coarsely, which is straight between its texels
+    n["blur"] = {0.8f};
+    n["sBlurMult"] = {1};
+    const TestFilter wide("PxrCookieLightFilter", n, {}, {0, 0, 0}, 1, &image);
+    // a quarter and half of it, by distance
+    n["blur"] = {0.1f};
+    n["blurNearVal"] = {0};
+    n["blurMidVal"] = {1};
+    n["blurMidpoint"] = {0.5f};
+    n["blurFarVal"] = {2};
+    const TestFilter grows("PxrCookieLightFilter", n, {}, {0, 0, 0}, 1, &image);
+    for (int y : {-5, -1, 0, 3, 8, 15, 17})
+      for (int x : {-4, -1, 0, 5, 11, 23, 25}) {
+        const auto at = [&](const TestFilter& g, double z) {
+          return g.from({x + 0.5 - kWide / 2, kHigh / 2 - y - 0.5, z}, {0, 0, -1}, 99);
+        };
+        V narrow(3), broad(3), quarter(3), plain(3);
+        for (int c = 0; c < 3; ++c) {
+          narrow[size_t(c)] = float(average(tile, x, y, c, 0.05 * kWide, 0.1 * kHigh));
+          broad[size_t(c)] = float(average(tile, x, y, c, 0.4 * kWide, 0.4 * kHigh));
+          quarter[size_t(c)] = float(average(tile, x, y, c, 0.025 * kWide, 0.025 * kHigh));
+          plain[size_t(c)] = texel(tile, x, y, c);
+        }
+        expectNear(at(f, 1), narrow, 1e-5, "narrow");
+        expectNear(at(wide, 1), broad, 0.02f, "wide");
+        expectNear(at(grows, 2.5), quarter, 1e-5, "grows");
+        expectNear(at(grows, 0), plain, 1e-5, "not yet");
+      }
   }
 }
 

@@ -31,12 +31,19 @@ KN_INLINE Rgb<W> pictureAt(const filterParts::Picture& k, Mask<W> met, Float<W> 
   }
   return select(within, c, Rgb<W>(F(k.fill[0]), F(k.fill[1]), F(k.fill[2])));
 }
-// The same where the light goes through the plane.
+// The same where the light goes through the plane: its place in the picture.
+template <int W>
+KN_INLINE Mask<W> placeOnPlane(const filterParts::Picture& k, const OnPlane<W>& at, Float<W>& u, Float<W>& v) {
+  using F = Float<W>;
+  u = fma(at.x, F(k.perWidth), F(0.5f));
+  v = fnma(at.y, F(k.perHeight), F(0.5f));
+  return at.met & (at.behind >= F(0.f));
+}
 template <int W>
 KN_INLINE Rgb<W> pictureOnPlane(const filterParts::Picture& k, const OnPlane<W>& at) {
-  using F = Float<W>;
-  return pictureAt<W>(k, at.met & (at.behind >= F(0.f)), fma(at.x, F(k.perWidth), F(0.5f)),
-                      fnma(at.y, F(k.perHeight), F(0.5f)));
+  Float<W> u, v;
+  const Mask<W> met = placeOnPlane<W>(k, at, u, v);
+  return pictureAt<W>(k, met, u, v);
 }
 
 }  // namespace HWY_NAMESPACE
