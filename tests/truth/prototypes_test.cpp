@@ -186,9 +186,9 @@ TEST(Prototypes, EditsGiveThePictureOfAFreshLoad) {
     m[3][0] += .2;
     changed->toWorld = scene::Transform::fixed(m);
     scene.prototypes[0].primitives[1] = changed;
-    auto attributes = std::make_shared<scene::Attributes>(*scene.instances[0].attributes);
+    auto attributes = std::make_shared<scene::Attributes>(*scene.instances.attributesOf(0));
     attributes->color = {.1f, .9f, .1f};
-    scene.instances[0].attributes = attributes;
+    scene.instances.edit(0, [&](scene::Instance& i) { i.attributes = attributes; });
   };
   recolour(s.renderer().scene());
   ASSERT_TRUE(s.renderer().update());
