@@ -52,9 +52,10 @@ size_t piecesOf(int n, bool cubic, bool periodic, int step) {
 // A tangent that vanishes at an end (control points drawn together to pin a curve) leaves the width without a
 // direction there: moves the inner control points a little way along the curve.
 void openTangents(std::array<V3d, 4>& b, bool& changed) {
-  const double length = (b[1] - b[0]).length() + (b[2] - b[1]).length() + (b[3] - b[2]).length();
+  const double atFirst = (b[1] - b[0]).length(), between = (b[2] - b[1]).length(), atLast = (b[3] - b[2]).length();
+  const double length = atFirst + between + atLast;
   constexpr double kLeast = 1e-4, kNudge = 0.01;
-  const bool first = (b[1] - b[0]).length() < kLeast * length, last = (b[3] - b[2]).length() < kLeast * length;
+  const bool first = atFirst < kLeast * length, last = atLast < kLeast * length;
   if (!first && !last) return;
   changed = true;
   const std::array<V3d, 4> old = b;
@@ -153,22 +154,24 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, c
     at.varying += at.varyings;
     ++at.curve;
   };
+  // Curves that close come back to their beginning; of the others no place is beyond the last.
+  const auto within = [](size_t i, size_t n) { return i < n ? i : i % n; };
   const auto controlOf = [&](const CurvePlace& at, size_t piece, int k) {
     ControlSource x;
     x.curve = uint32_t(at.curve);
     x.between = float(k) / float(count - 1);
-    for (size_t e = 0; e < 2; ++e) x.varying[e] = uint32_t(at.varying + (piece + e) % at.varyings);
+    for (size_t e = 0; e < 2; ++e) x.varying[e] = uint32_t(at.varying + within(piece + e, at.varyings));
     if (x.between == 1) {
       x.varying[0] = x.varying[1];
       x.between = 0;
     }
     if (cubic)
       for (size_t m = 0; m < 4; ++m) {
-        x.vertex[m] = uint32_t(at.vertex + (piece * stepOf + m) % at.vertices);
+        x.vertex[m] = uint32_t(at.vertex + within(piece * stepOf + m, at.vertices));
         x.weight[m] = float(conversion[size_t(k)][m]);
       }
     else {
-      x.vertex[0] = uint32_t(at.vertex + (piece + size_t(k)) % at.vertices);
+      x.vertex[0] = uint32_t(at.vertex + within(piece + size_t(k), at.vertices));
       x.weight[0] = 1;
     }
     return x;
@@ -189,12 +192,18 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, c
       std::array<ControlSource, 4> c;
       for (int k = 0; k < count; ++k) c[size_t(k)] = controlOf(at, piece, k);
       bool length = false, width = false, open = false;
+      const bool share = joined && shares;  // the first control is there already
+      Imath::Box3d bounds;
       for (size_t key = 0; key < sources.keys(); ++key) {
         std::array<V3d, 4>& b = byKey[key];
         for (int k = 0; k < count; ++k) {
           b[size_t(k)] = sources.position(key, c[size_t(k)]);
           length |= Imath::V3f(b[size_t(k)]) != Imath::V3f(b[0]);
-          width |= sources.radius(key, c[size_t(k)]) > 0;
+          const double radius = sources.radius(key, c[size_t(k)]);
+          width |= radius > 0;
+          if (share && k == 0) continue;
+          bounds.extendBy(b[size_t(k)] - V3d(radius));
+          bounds.extendBy(b[size_t(k)] + V3d(radius));
         }
         if (cubic) openTangents(b, open);
       }
@@ -203,7 +212,7 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, c
         joined = false;
         continue;
       }
-      const bool share = joined && shares;
+      mesh.bounds.extendBy(bounds);
       mesh.indices.push_back(uint32_t(controls - (share ? 1 : 0)));
       mesh.faceOfTriangle.push_back(uint32_t(at.curve));
       mesh.along.emplace_back(float(double(piece) / double(at.pieces)), float(double(piece + 1) / double(at.pieces)));
@@ -239,7 +248,10 @@ bool makeCurves(const scene::Primitive& primitive, const scene::Curves& shape, c
         enter(at);
       }
       const auto piece = size_t(std::lround(double(mesh.along[p].x) * double(at.pieces)));
-      for (int k = int(seen - mesh.indices[p]); k < count; ++k) visit(controlOf(at, piece, k));
+      std::array<ControlSource, 4> made;
+      int n = 0;
+      for (int k = int(seen - mesh.indices[p]); k < count; ++k) made[size_t(n++)] = controlOf(at, piece, k);
+      visit({made.data(), size_t(n)});
       seen = mesh.indices[p] + uint32_t(count);
     }
   };

@@ -36,6 +36,11 @@ bool makePoints(const scene::Primitive& primitive, Diagnostics& diagnostics, Mes
     bool width = false;
     for (size_t key = 0; key < sources.keys(); ++key) width |= sources.radius(key, c) > 0;
     if (!width) continue;
+    for (size_t key = 0; key < sources.keys(); ++key) {
+      const Imath::V3d p = sources.position(key, c), r(sources.radius(key, c));
+      mesh.bounds.extendBy(p - r);
+      mesh.bounds.extendBy(p + r);
+    }
     mesh.indices.push_back(uint32_t(controls.size()));
     controls.push_back(c);
   }
@@ -50,11 +55,7 @@ bool makePoints(const scene::Primitive& primitive, Diagnostics& diagnostics, Mes
     return false;
   }
   sources.store(
-      controls.size(),
-      [&](const StrandSources::Visit& visit) {
-        for (const ControlSource& c : controls) visit(c);
-      },
-      mesh);
+      controls.size(), [&](const StrandSources::Visit& visit) { visit(controls); }, mesh);
   return true;
 }
 

@@ -91,23 +91,22 @@ V3d StrandSources::normal(size_t key, const ControlSource& c) const {
 
 void StrandSources::store(size_t count, const std::function<void(const Visit&)>& walk, Mesh& mesh) const {
   mesh.vertexCount = uint32_t(count);
-  for (size_t key = 0; key < keys(); ++key)
-    walk([&](const ControlSource& c) {
-      const V3d p = position(key, c), r(radius(key, c));
-      mesh.bounds.extendBy(p - r);
-      mesh.bounds.extendBy(p + r);
+  const auto each = [&](const auto& visit) {
+    walk([&](std::span<const ControlSource> some) {
+      for (const ControlSource& c : some) visit(c);
     });
+  };
   mesh.origin = chooseOrigin(mesh.bounds);
   mesh.spine.reserve(count * keys() + 1);
   for (size_t key = 0; key < keys(); ++key)
-    walk([&](const ControlSource& c) {
+    each([&](const ControlSource& c) {
       const Imath::V3f p(position(key, c) - mesh.origin);
       mesh.spine.emplace_back(p.x, p.y, p.z, float(radius(key, c)));
     });
   size_t unusable = 0;
   if (mesh.isOriented())
     for (size_t key = 0; key < keys(); ++key)
-      walk([&](const ControlSource& c) {
+      each([&](const ControlSource& c) {
         V3d n = normal(key, c);
         const double length = n.length();
         const bool good = length > 0 && std::isfinite(length);
@@ -133,7 +132,7 @@ void StrandSources::store(size_t count, const std::function<void(const Visit&)>&
       p.data = s.values;
     } else {
       p.data.reserve(count * size_t(p.width));
-      walk([&](const ControlSource& c) {
+      each([&](const ControlSource& c) {
         for (int k = 0; k < p.width; ++k) p.data.push_back(float(mix(s.values, s.storage, p.width, k, c)));
       });
     }

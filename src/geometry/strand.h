@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "geometry/build.h"
@@ -30,9 +31,10 @@ class StrandSources {
   double radius(size_t key, const ControlSource& c) const;  // not below 0
   Imath::V3d normal(size_t key, const ControlSource& c) const;
   bool finite(uint32_t vertex) const { return !points_.nonFinite || points_.finite(vertex); }
-  // Fills spine, spineNormals (when `mesh` is of an oriented kind), times, origin, bounds and primvars. `walk` visits all
-  // `count` control points in order, as often as it is asked: millions of curves have no room for a list of them.
-  using Visit = std::function<void(const ControlSource&)>;
+  // Fills spine, spineNormals (when `mesh` is of an oriented kind), times, origin and primvars; the bounds are there.
+  // `walk` visits all `count` control points in order, a few at a time, as often as it is asked: millions of curves have
+  // no room for a list of them.
+  using Visit = std::function<void(std::span<const ControlSource>)>;
   void store(size_t count, const std::function<void(const Visit&)>& walk, Mesh& mesh) const;
 
  private:

@@ -60,10 +60,13 @@ class Checker {
       checkNetwork(p);
     }
   }
-  void checkInstances(std::vector<scene::Instance>& list) {
-    for (scene::Instance& i : list) {
-      checkTransform(i.toWorld, "an instance", i.pos);
-      if (std::optional<scene::AttributesPtr> whole = repaired(i.attributes)) i.attributes = std::move(*whole);
+  void checkInstances(scene::InstanceList& list) {
+    for (size_t k = 0; k < list.size(); ++k) {
+      scene::Matrix still;
+      if (!list.stillToWorld(k, still) && !isWhole(list.toWorldOf(k)))
+        list.edit(k, [&](scene::Instance& i) { checkTransform(i.toWorld, "an instance", i.pos); });
+      if (std::optional<scene::AttributesPtr> whole = repaired(list.attributesOf(k)))
+        list.edit(k, [&](scene::Instance& i) { i.attributes = std::move(*whole); });
     }
   }
   void checkLights(std::vector<scene::Light>& list) {

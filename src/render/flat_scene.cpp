@@ -49,23 +49,11 @@ namespace {
 bool areSame(const scene::Transform& a, const scene::Transform& b) {
   return a.times == b.times && a.matrices == b.matrices;
 }
-bool areSame(const std::vector<scene::Instance>& a, const std::vector<scene::Instance>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const scene::Instance& x, const scene::Instance& y) {
+bool areSame(const scene::InstanceList& a, const scene::InstanceList& b) {
+  return a.isLike(b, [](const scene::Instance& x, const scene::Instance& y) {
     return x.prototype == y.prototype && x.solid == y.solid && x.attributes == y.attributes &&
            areSame(x.toWorld, y.toWorld);
   });
-}
-
-Digest digestOfInstances(const std::vector<scene::Instance>& list) {
-  Hasher h;
-  h.word(list.size());
-  for (const scene::Instance& i : list) {
-    h.word(uint64_t(i.prototype) << 32 | i.solid);
-    h.word(reinterpret_cast<uintptr_t>(i.attributes.get()));
-    h.bytes(i.toWorld.times.data(), i.toWorld.times.size() * sizeof(double));
-    h.bytes(i.toWorld.matrices.data(), i.toWorld.matrices.size() * sizeof(scene::Matrix));
-  }
-  return h.result();
 }
 
 float noiseToleranceOf(const scene::Attributes* a) {
@@ -87,17 +75,14 @@ uint32_t visibilityOf(const scene::Attributes* a) {
 }  // namespace
 
 const scene::Primitive& FlatScene::primitiveOf(const Placement& p) const {
-  return p.opened == kWorld ? *primitives_[p.primitive]
-                            : *prototypes_[opened_[p.opened].prototype].primitives[p.primitive];
-}
-
-const scene::Transform& FlatScene::inItsPlace(const Opened& o) const {
-  return o.around == kWorld ? inWorld_[o.place] : prototypes_[opened_[o.around].prototype].instances[o.place].toWorld;
+  return p.opened == kWorld ? *primitives_[p.primitive] : *prototypes_[prototypeOf(p.opened)].primitives[p.primitive];
 }
 
 scene::Transform FlatScene::toWorld(uint32_t opened) const {
-  const Opened& o = opened_[opened];
-  return o.around == kWorld ? inItsPlace(o) : concat(inItsPlace(o), toWorld(o.around));
+  if (opened == kWorld) return {};
+  if (isInWorld(opened)) return instances_.toWorldOf(opened);
+  const Opened& o = nested(opened);
+  return concat(listAround(o).toWorldOf(o.place), toWorld(o.around));
 }
 
 uint64_t FlatScene::nextSerial() {
@@ -106,13 +91,10 @@ uint64_t FlatScene::nextSerial() {
 }
 
 bool FlatScene::stillToWorld(uint32_t opened, scene::Matrix& m) const {
-  const Opened& o = opened_[opened];
-  const scene::Transform& own = inItsPlace(o);
-  if (!own.isStatic()) return false;
-  if (o.around == kWorld) {
-    m = own.matrices[0];
-    return true;
-  }
+  if (isInWorld(opened)) return instances_.stillToWorld(opened, m);
+  const Opened& o = nested(opened);
+  scene::Matrix own;
+  if (!listAround(o).stillToWorld(o.place, own)) return false;
   // neighbours in memory and in space stand in the same instance
   struct Known {
     uint64_t serial = 0;
@@ -127,7 +109,7 @@ bool FlatScene::stillToWorld(uint32_t opened, scene::Matrix& m) const {
     k = {serial_, o.around, isStill, m};
   }
   if (!k.isStill) return false;
-  m = own.matrices[0] * k.m;
+  m = own * k.m;
   return true;
 }
 
@@ -160,13 +142,13 @@ bool FlatScene::stillToRender(uint32_t placement, scene::Matrix& m) const {
 
 std::string FlatScene::nameOf(uint32_t placement) const {
   const Placement& p = placements[placement];
-  return p.opened == kWorld ? primitiveOf(p).name() : prototypes_[opened_[p.opened].prototype].name;
+  return p.opened == kWorld ? primitiveOf(p).name() : prototypes_[prototypeOf(p.opened)].name;
 }
 
 bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut) const {
   return space_.origin == space.origin && space_.view.middle == space.view.middle &&
          (!asksView_ || space_ == space) && leaveOut_ == leaveOut && primitives_ == scene.primitives &&
-         solids_ == scene.solids && instances_ == digestOfInstances(scene.instances) &&
+         solids_ == scene.solids && areSame(instances_, scene.instances) &&
          std::equal(prototypes_.begin(), prototypes_.end(), scene.prototypes.begin(), scene.prototypes.end(),
                     [](const scene::Prototype& a, const scene::Prototype& b) {
                       return a.name == b.name && a.primitives == b.primitives && a.solids == b.solids &&
@@ -186,10 +168,8 @@ class Flattener {
         flat_(std::make_shared<FlatScene>()),
         trees_(diagnostics) {
     flat_->primitives_ = scene.primitives;
-    flat_->instances_ = digestOfInstances(scene.instances);
-    for (const scene::Instance& i : scene.instances)
-      if (flat_->held_.empty() || flat_->held_.back() != i.attributes) flat_->held_.push_back(i.attributes);
-    flat_->opened_.reserve(scene.instances.size());
+    flat_->instances_ = scene.instances;
+    flat_->placements.reserve(scene.primitives.size() + scene.instances.size());
     flat_->prototypes_ = scene.prototypes;
     flat_->solids_ = scene.solids;
     flat_->space_ = space;
@@ -211,25 +191,19 @@ class Flattener {
     std::vector<uint32_t> partOfGroup(shared.groups.size(), kNone);
     for (uint32_t k = 0; k < scene_.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = scene_.primitives[k];
-      if (f.leaveOut_.count(p->id) || !isSeen(p->attributes.get(), {})) continue;
+      if (f.leaveOut_.count(p->id) || !isSeen(p->attributes.get(), FlatScene::kWorld)) continue;
       if (const uint32_t g = shared.of(k); g != SharedShapes::kNone) {
         const bool isFirst = partOfGroup[g] == kNone;
         if (isFirst) partOfGroup[g] = addShared(shared.groups[g]);
         if (isFirst || shared.groups[g].isUnit) place(partOfGroup[g], FlatScene::kWorld, k, p->attributes.get(), {});
         continue;
       }
-      const SolidTrees::Place in = placeIn(solids, p->solid, {}, p->pos);
+      const SolidTrees::Place in = placeIn(solids, p->solid, {}, [&] { return p->pos; });
       const scene::AttributesPtr& look = trees_.isTurned(in) ? turned(p->attributes) : p->attributes;
       const uint32_t part = addPart(p->id, false, {p, look, lookOfLast(look.get())});
       place(part, FlatScene::kWorld, k, p->attributes.get(), in);
     }
-    f.inWorld_.reserve(scene_.instances.size());
-    for (const scene::Instance& i : scene_.instances) {
-      if (!isSeen(i.attributes.get(), {})) continue;
-      f.inWorld_.push_back(i.toWorld);
-      open(i, {FlatScene::kWorld, uint32_t(f.inWorld_.size() - 1), i.prototype}, i.toWorld, 0, i.attributes,
-           placeIn(solids, i.solid, {}, i.pos));
-    }
+    openAll(scene_.instances, FlatScene::kWorld, 0, nullptr, solids, {});
     f.solids = trees_.finish(f.solidPlaces);
     for (trace::Solids::Member& m : f.members_) m = trees_.resolved(m);
     f.spaces = std::move(spaces_);
@@ -276,10 +250,12 @@ class Flattener {
   }
 
   // Of the solid with this number, from 1, in a list that has these places; 0: what stands around the list.
+  template <class Said>
   SolidTrees::Place placeIn(const std::vector<SolidTrees::Place>& places, uint32_t solid,
-                            const SolidTrees::Place& around, const SourcePos& pos) {
+                            const SolidTrees::Place& around, const Said& posOf) {
     if (solid == 0) return around;
     if (solid <= places.size()) return places[solid - 1];
+    const SourcePos pos = posOf();
     diagnostics_.warning("RENDER-SOLID", pos,
                          "an object is a part of solid number " + std::to_string(solid) + ", and there are " +
                              std::to_string(places.size()),
@@ -330,13 +306,14 @@ class Flattener {
     spaces_->push_back(shade::ObjectSpace::of(m, float(unit)));
   }
 
-  bool isSeen(const scene::Attributes* a, const scene::Transform& toWorld) {
+  // Of what stands in an opened instance.
+  bool isSeen(const scene::Attributes* a, uint32_t opened) {
     if (a == lastWithout_ || !hasDetail(a)) {
       lastWithout_ = a;
       return true;
     }
     flat_->asksView_ = true;
-    return isDrawn(a, toWorld, flat_->space_.view, double(relativeDetail_));
+    return isDrawn(a, flat_->toWorld(opened), flat_->space_.view, double(relativeDetail_));
   }
 
   uint32_t kindOf(uint32_t part, const scene::Attributes* attributes) {
@@ -401,19 +378,18 @@ class Flattener {
 
   // The primitives of an object that are one part. The first of its kinds; kNone: there are none, all stand for
   // themselves.
-  uint32_t kindsOfMany(const scene::Instance& inst, const scene::Attributes* attributes,
-                       const std::vector<Given>& many) {
+  uint32_t kindsOfMany(uint32_t prototype, const scene::Attributes* attributes, const std::vector<Given>& many) {
     if (many.size() < 2) return kNone;
-    const scene::Prototype& proto = scene_.prototypes[inst.prototype];
+    const scene::Prototype& proto = scene_.prototypes[prototype];
     Hasher h;
     for (const Given& g : many) {
       h.word(g.primitive);
       h.digest(g.look);
     }
     FlatScene& f = *flat_;
-    const auto [it, isNew] = partOf_.try_emplace({inst.prototype, FlatScene::kMany, h.result()}, 0);
+    const auto [it, isNew] = partOf_.try_emplace({prototype, FlatScene::kMany, h.result()}, 0);
     if (isNew) {
-      it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | many[0].primitive, true,
+      it->second = addPart((uint64_t(prototype) + 1) << 32 | many[0].primitive, true,
                            {proto.primitives[many[0].primitive], many[0].attributes, many[0].look});
       f.shapes.back().isBaked = true;
       for (size_t i = 1; i < many.size(); ++i) {
@@ -430,16 +406,17 @@ class Flattener {
 
   // What primitives of an object may be one part is; each of the others is a part of its own that every instance
   // places. Nested instances are flattened (the packaged Embree has one level).
-  void open(const scene::Instance& inst, const FlatScene::Opened& as, const scene::Transform& toWorld, int depth,
+  void open(const scene::InstanceList& list, uint32_t index, uint32_t within, int depth,
             const scene::AttributesPtr& attributes, const SolidTrees::Place& around) {
+    const uint32_t prototype = list.prototypeOf(index);
     // Objects that hold the next one twice, level after level, are countless also where they place nothing.
     constexpr uint64_t kMostPlacements = 50'000'000, kMostIdle = 1'000'000;
     constexpr int kMostNesting = 32;
     if (isTooMany_) return;
-    if (inst.prototype >= scene_.prototypes.size()) {
-      diagnostics_.warning("RENDER-INSTANCE-GONE", inst.pos,
-                           "an instance is of object number " + std::to_string(inst.prototype) +
-                               ", and the scene has " + std::to_string(scene_.prototypes.size()),
+    if (prototype >= scene_.prototypes.size()) {
+      diagnostics_.warning("RENDER-INSTANCE-GONE", list[index].pos,
+                           "an instance is of object number " + std::to_string(prototype) + ", and the scene has " +
+                               std::to_string(scene_.prototypes.size()),
                            "the instance is left out", "an edit that removes an object removes its instances too");
       return;
     }
@@ -449,7 +426,7 @@ class Flattener {
     }
     if (depth > kMostNesting) {
       if (!isTooDeep_)
-        diagnostics_.warning("RENDER-INSTANCES", inst.pos,
+        diagnostics_.warning("RENDER-INSTANCES", list[index].pos,
                              "instances are nested more than " + std::to_string(kMostNesting) + " deep",
                              "what is deeper is left out");
       isTooDeep_ = true;
@@ -457,17 +434,20 @@ class Flattener {
     }
     if (placed_ > kMostPlacements || opened_ > 2 * placed_ + kMostIdle) {
       isTooMany_ = true;
-      diagnostics_.warning("RENDER-INSTANCES", inst.pos, "instances inside instances are too many",
+      diagnostics_.warning("RENDER-INSTANCES", list[index].pos, "instances inside instances are too many",
                            "those after the first " + std::to_string(placed_) + " objects are left out");
       return;
     }
-    const scene::Prototype& proto = scene_.prototypes[inst.prototype];
+    const scene::Prototype& proto = scene_.prototypes[prototype];
     const std::vector<SolidTrees::Place> solids = trees_.open(proto.solids, around);
-    flat_->opened_.push_back(as);
-    const auto opened = uint32_t(flat_->opened_.size() - 1);
+    uint32_t opened = index;
+    if (within != FlatScene::kWorld) {
+      opened = uint32_t(scene_.instances.size() + flat_->opened_.size());
+      flat_->opened_.push_back({within, index, prototype});
+    }
     bool isPlain = proto.solids.empty() && around.solid == trace::kNoSolid;  // the next one will be like this one
     if (isPlain && proto.instances.empty())
-      if (const auto it = plain_.find({inst.prototype, attributes.get()}); it != plain_.end()) {
+      if (const auto it = plain_.find({prototype, attributes.get()}); it != plain_.end()) {
         for (const auto& [kind, primitive] : it->second) {
           ++placed_;
           placeKind(kind, opened, primitive, around);
@@ -480,8 +460,8 @@ class Flattener {
     for (uint32_t k = 0; k < proto.primitives.size(); ++k) {
       const scene::PrimitivePtr& p = proto.primitives[k];
       isPlain &= !hasDetail(p->attributes.get());
-      if (!isSeen(p->attributes.get(), toWorld)) continue;
-      const SolidTrees::Place in = placeIn(solids, p->solid, around, p->pos);
+      if (!isSeen(p->attributes.get(), opened)) continue;
+      const SolidTrees::Place in = placeIn(solids, p->solid, around, [&] { return p->pos; });
       const auto& [inherited, lookAsSaid] = inheritedBy(p->attributes, attributes);
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
@@ -490,7 +470,7 @@ class Flattener {
           mayBeMany && !isMedium(inherited.get()) && !hasDetail(p->attributes.get()) && maySharePart(*p, given.get());
       (isOfMany ? many : alone).push_back({k, given, inherited.get(), look, in});
     }
-    const uint32_t kind = kindsOfMany(inst, attributes.get(), many);
+    const uint32_t kind = kindsOfMany(prototype, attributes.get(), many);
     if (kind != kNone) {
       ++placed_;
       placeKind(kind, opened, FlatScene::kMany, around);
@@ -500,9 +480,9 @@ class Flattener {
       std::sort(alone.begin(), alone.end(), [](const Given& a, const Given& b) { return a.primitive < b.primitive; });
     }
     for (const Given& g : alone) {
-      const auto [it, isNew] = partOf_.try_emplace({inst.prototype, g.primitive, g.look}, 0);
+      const auto [it, isNew] = partOf_.try_emplace({prototype, g.primitive, g.look}, 0);
       if (isNew)
-        it->second = addPart((uint64_t(inst.prototype) + 1) << 32 | g.primitive, true,
+        it->second = addPart((uint64_t(prototype) + 1) << 32 | g.primitive, true,
                              {proto.primitives[g.primitive], g.attributes, g.look});
       ++placed_;
       place(it->second, opened, g.primitive, g.inherited, g.in);
@@ -510,13 +490,19 @@ class Flattener {
     }
     if (isPlain && proto.instances.empty()) {
       if (plain_.size() == kMostPlain) plain_.clear();
-      plain_[{inst.prototype, attributes.get()}] = std::move(kinds);
+      plain_[{prototype, attributes.get()}] = std::move(kinds);
     }
-    for (uint32_t k = 0; k < proto.instances.size(); ++k) {
-      const scene::Instance& nested = proto.instances[k];
-      if (isSeen(nested.attributes.get(), toWorld))
-        open(nested, {opened, k, nested.prototype}, concat(nested.toWorld, toWorld), depth + 1,
-             inheritedBy(nested.attributes, attributes).first, placeIn(solids, nested.solid, around, nested.pos));
+    openAll(proto.instances, opened, depth + 1, &attributes, solids, around);
+  }
+
+  // Those of a list that stands in an opened one, whose attributes are `outer`; null: in the world.
+  void openAll(const scene::InstanceList& list, uint32_t within, int depth, const scene::AttributesPtr* outer,
+               const std::vector<SolidTrees::Place>& solids, const SolidTrees::Place& around) {
+    for (uint32_t k = 0; k < list.size() && !isTooMany_; ++k) {
+      const scene::AttributesPtr& own = list.attributesOf(k);
+      if (!isSeen(own.get(), within)) continue;
+      open(list, k, within, depth, outer ? inheritedBy(own, *outer).first : own,
+           placeIn(solids, list.solidOf(k), around, [&] { return list[k].pos; }));
     }
   }
 

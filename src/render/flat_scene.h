@@ -82,25 +82,31 @@ struct FlatScene {
   friend class Flattener;
   const scene::Primitive& primitiveOf(const Placement& p) const;
 
-  // An instance that was opened. Where it stands follows from those that it stands in, which come before it.
+  // An instance inside an object, opened. Where it stands follows from those that it stands in, which come before it.
+  // Opened ones have numbers: first those of the scene by their places in its list, then these.
   struct Opened {
-    uint32_t around;  // opened; kWorld: none, it is one of the scene's own
-    uint32_t place;   // in the list of instances of what is around it; of the scene's: in inWorld_
-    uint32_t prototype;
+    uint32_t around;     // number of what is around it
+    uint32_t place;      // in the list of instances of that one's object
+    uint32_t prototype;  // it is of
   };
   std::vector<Opened> opened_;
-  std::vector<scene::Transform> inWorld_;
   uint64_t serial_ = nextSerial();
   static uint64_t nextSerial();
-  scene::Transform toWorld(uint32_t opened) const;
+  bool isInWorld(uint32_t opened) const { return opened < instances_.size(); }
+  const Opened& nested(uint32_t opened) const { return opened_[opened - instances_.size()]; }
+  uint32_t prototypeOf(uint32_t opened) const {
+    return isInWorld(opened) ? instances_.prototypeOf(opened) : nested(opened).prototype;
+  }
+  const scene::InstanceList& listAround(const Opened& o) const {
+    return prototypes_[prototypeOf(o.around)].instances;
+  }
+  scene::Transform toWorld(uint32_t opened) const;             // kWorld: the identity
   bool stillToWorld(uint32_t opened, scene::Matrix& m) const;  // false: it moves
-  const scene::Transform& inItsPlace(const Opened& o) const;
-  std::vector<trace::Solids::Member> members_;  // by placement; empty: there are no solids
+  std::vector<trace::Solids::Member> members_;                 // by placement; empty: there are no solids
   scene::Transform worldToRender_;
   // what it was made of
   std::vector<scene::PrimitivePtr> primitives_;
-  Digest instances_;                        // of the scene's: millions are not kept twice
-  std::vector<scene::AttributesPtr> held_;  // theirs, so that nothing else has their addresses
+  scene::InstanceList instances_;
   std::vector<scene::Prototype> prototypes_;
   std::vector<scene::Solid> solids_;
   RenderSpace space_;

@@ -154,7 +154,8 @@ static std::vector<bool> prototypesWithLights(const scene::Scene& scene) {
       if (with[i]) continue;
       const scene::Prototype& p = scene.prototypes[i];
       bool holds = !p.lights.empty();
-      for (const scene::Instance& n : p.instances) holds |= n.prototype < with.size() && with[n.prototype];
+      for (size_t k = 0; k < p.instances.size() && !holds; ++k)
+        if (const uint32_t n = p.instances.prototypeOf(k); n < with.size()) holds = with[n];
       with[i] = holds;
       isChanged |= holds;
     }
@@ -169,22 +170,28 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
   // own
   constexpr size_t kMost = 1'000'000;
   const std::vector<bool> holdLights = prototypesWithLights(scene);
+  const auto eachWithLights = [&](const scene::InstanceList& list, const auto& visit) {
+    for (size_t i = 0; i < list.size(); ++i)
+      if (const uint32_t p = list.prototypeOf(i); p < holdLights.size() && holdLights[p]) visit(list[i]);
+  };
   size_t opened = 0;  // without a bound, prototypes that hold the next one twice, level after level, never end
-  const auto instantiate = [&](const auto& self, const scene::Instance& inst, const scene::Transform& toWorld,
+  const auto instantiate = [&](const auto& self, uint32_t prototype, const scene::Transform& toWorld,
                                const scene::AttributesPtr& attributes, int depth) -> void {
-    if (inst.prototype >= scene.prototypes.size() || !holdLights[inst.prototype] || depth > 32 ||
-        all.size() > kMost || ++opened > all.size() + kMost)
-      return;
-    const scene::Prototype& p = scene.prototypes[inst.prototype];
+    if (depth > 32 || all.size() > kMost || ++opened > all.size() + kMost) return;
+    const scene::Prototype& p = scene.prototypes[prototype];
     for (scene::Light l : p.lights) {
       l.toWorld = concat(l.toWorld, toWorld);
       l.attributes = scene::inherit(l.attributes, attributes);
       all.push_back(std::move(l));
     }
-    for (const scene::Instance& nested : p.instances)
-      self(self, nested, concat(nested.toWorld, toWorld), scene::inherit(nested.attributes, attributes), depth + 1);
+    eachWithLights(p.instances, [&](const scene::Instance& nested) {
+      self(self, nested.prototype, concat(nested.toWorld, toWorld), scene::inherit(nested.attributes, attributes),
+           depth + 1);
+    });
   };
-  for (const scene::Instance& i : scene.instances) instantiate(instantiate, i, i.toWorld, i.attributes, 0);
+  eachWithLights(scene.instances, [&](const scene::Instance& i) {
+    instantiate(instantiate, i.prototype, i.toWorld, i.attributes, 0);
+  });
   for (const scene::Light& l : scene.classicLights) {
     scene::Light out;
     if (!l.node) continue;

@@ -27,18 +27,17 @@ void WorldBuilder::openShaders(const scene::Scene& scene) {
       if (!isBxdf) lookAt((*network)->terminal, Kind::Displacement, false);
     }
   };
-  const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives,
-                           const std::vector<scene::Instance>& instances) {
+  const auto lookAll = [&](const std::vector<scene::PrimitivePtr>& primitives, const scene::InstanceList& instances) {
     const scene::Attributes* last = nullptr;  // most objects share those of the one before
     for (const auto& p : primitives)
       if (p->attributes.get() != last) {
         last = p->attributes.get();
         look(p->attributes);
       }
-    for (const scene::Instance& i : instances)
-      if (i.attributes.get() != last) {
-        last = i.attributes.get();
-        look(i.attributes);
+    for (size_t i = 0; i < instances.size(); ++i)
+      if (const scene::AttributesPtr& a = instances.attributesOf(i); a.get() != last) {
+        last = a.get();
+        look(a);
       }
   };
   lookAll(scene.primitives, scene.instances);

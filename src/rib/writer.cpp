@@ -173,10 +173,10 @@ class Writer {
   void contents(const Owner& owner) {
     for (const Light& l : owner.lights) light(l);
     std::vector<std::vector<const Primitive*>> primitivesOf(owner.solids.size() + 1);
-    std::vector<std::vector<const Instance*>> instancesOf(owner.solids.size() + 1);
+    std::vector<std::vector<size_t>> instancesOf(owner.solids.size() + 1);
     const auto place = [&](uint32_t solid) { return solid <= owner.solids.size() ? solid : 0; };
     for (const PrimitivePtr& p : owner.primitives) primitivesOf[place(p->solid)].push_back(p.get());
-    for (const Instance& i : owner.instances) instancesOf[place(i.solid)].push_back(&i);
+    for (size_t i = 0; i < owner.instances.size(); ++i) instancesOf[place(owner.instances.solidOf(i))].push_back(i);
     std::vector<uint32_t> open;
     const auto closeTo = [&](uint32_t solid) {
       for (; !open.empty() && open.back() != solid; open.pop_back()) request("SolidEnd");
@@ -189,7 +189,7 @@ class Writer {
         open.push_back(solid);
       }
       for (const Primitive* p : primitivesOf[solid]) primitive(*p);
-      for (const Instance* i : instancesOf[solid]) instance(*i);
+      for (const size_t i : instancesOf[solid]) instance(owner.instances[i]);
     }
     closeTo(0);
   }
@@ -420,8 +420,9 @@ void Writer::prototypes(const std::vector<Prototype>& list) {
       const size_t i = stack.back();
       if (state[i] == 0) {
         state[i] = 1;
-        for (const Instance& part : list[i].instances)
-          if (part.prototype < list.size() && state[part.prototype] == 0) stack.push_back(part.prototype);
+        for (size_t k = 0; k < list[i].instances.size(); ++k)
+          if (const uint32_t part = list[i].instances.prototypeOf(k); part < list.size() && state[part] == 0)
+            stack.push_back(part);
         continue;
       }
       stack.pop_back();

@@ -147,6 +147,35 @@ TEST(Writer, RoundTrip) {
   EXPECT_EQ(back.primitive(0).attributes->reverseOrientation, r.primitive(0).attributes->reverseOrientation);
 }
 
+// So many that the description packs them: placed, turned, moving and coloured each by itself.
+TEST(Writer, ManyInstances) {
+  std::string rib = "WorldBegin\nObjectBegin \"a\"\nSphere 1 -1 1 360\nObjectEnd\nObjectBegin \"b\"\nDisk 0 1 360\n";
+  for (int i = 0; i < 300; ++i)
+    rib += "TransformBegin\nTranslate 0 " + std::to_string(i) + " 0\nObjectInstance \"a\"\nTransformEnd\n";
+  rib += "ObjectEnd\n";
+  for (int i = 0; i < 1500; ++i) {
+    const std::string n = std::to_string(i);
+    rib += "AttributeBegin\n";
+    if (i >= 600 && i < 1200 && i % 3 == 0) rib += "Color [." + n + " 0 1]\n";
+    if (i % 400 == 399) rib += "MotionBegin [0 1]\nTranslate 0 0 0\nTranslate 0 ." + n + " 0\nMotionEnd\n";
+    rib += i % 2 ? "Translate " + n + " .5 0\n" : "Rotate " + n + ".3 0 1 .2\n";
+    rib += std::string("ObjectInstance \"") + (i % 7 ? "a" : "b") + "\"\nAttributeEnd\n";
+  }
+  const Read r = readRib(rib + "WorldEnd\n");
+  ASSERT_EQ(r.world().instances.size(), 1500u);
+  ASSERT_EQ(r.world().prototypes[1].instances.size(), 300u);
+  const std::string text = writeRib(r.world());
+  const Read back = readRib(text);
+  ASSERT_EQ(back.world().instances.size(), 1500u);
+  EXPECT_EQ(writeRib(back.world()), text);
+  for (size_t i = 0; i < 1500; ++i) {
+    const scene::Instance a = r.world().instances[i], b = back.world().instances[i];
+    ASSERT_EQ(a.prototype, b.prototype);
+    ASSERT_EQ(a.attributes->color, b.attributes->color);
+    ASSERT_EQ(a.toWorld.at(0.5), b.toWorld.at(0.5)) << i;
+  }
+}
+
 // Every edit of a field shows in the text, but for what requests have no place for. Misses edits that make lists
 // longer or shorter, which most of them take from each other.
 TEST(Writer, WritesEveryField) {

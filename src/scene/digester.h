@@ -21,6 +21,8 @@ template <class T>
 struct IsVector<std::vector<T>> : std::true_type {};
 template <class T>
 struct IsVector<Keys<T>> : std::true_type {};
+template <>
+struct IsVector<InstanceList> : std::true_type {};
 template <class T>
 struct IsArray : std::false_type {};
 template <class T, size_t N>

@@ -32,7 +32,7 @@ Digest withoutAttributes(const T& thing) {
 template <class T>
 constexpr bool kStandsInWorld =
     std::is_same_v<T, std::vector<Camera>> || std::is_same_v<T, std::vector<PrimitivePtr>> ||
-    std::is_same_v<T, std::vector<Prototype>> || std::is_same_v<T, std::vector<Instance>> ||
+    std::is_same_v<T, std::vector<Prototype>> || std::is_same_v<T, InstanceList> ||
     std::is_same_v<T, std::vector<Light>> || std::is_same_v<T, std::map<std::string, Transform>>;
 
 }  // namespace

@@ -25,6 +25,10 @@ template <class T>
 struct Kind<Keys<T>> : Kind<void> {
   static constexpr bool isVector = true;
 };
+template <>
+struct Kind<InstanceList> : Kind<void> {
+  static constexpr bool isVector = true;
+};
 template <class T, size_t N>
 struct Kind<std::array<T, N>> : Kind<void> {
   static constexpr bool isArray = true;
@@ -74,6 +78,12 @@ class Filler {
       }
     } else if constexpr (std::is_same_v<T, Shape>) {
       fillShape(value, nextShape_++);
+    } else if constexpr (std::is_same_v<T, InstanceList>) {
+      for (int i = 0; i < 2; ++i) {
+        Instance one;
+        fill(one);
+        value.push_back(std::move(one));
+      }
     } else if constexpr (K::isVector) {
       // of each kind of shape there is one, in the first list of primitives
       const bool takesEach = std::is_same_v<T, std::vector<PrimitivePtr>> && nextShape_ == 0;
@@ -222,7 +232,11 @@ class Edits {
       if (here(path, " longer", counts)) value.push_back(filled<typename T::value_type>(9));
       if (!value.empty() && here(path, " shorter", counts)) value.pop_back();
       for (size_t i = 0; i < value.size() && !isDone_; ++i)
-        edit(value[i], within(path, "[" + std::to_string(i) + "]"), counts, false);
+        if constexpr (std::is_same_v<T, InstanceList>)
+          value.edit(i,
+                     [&](Instance& one) { edit(one, within(path, "[" + std::to_string(i) + "]"), counts, false); });
+        else
+          edit(value[i], within(path, "[" + std::to_string(i) + "]"), counts, false);
     } else if constexpr (K::isArray) {
       for (size_t i = 0; i < value.size(); ++i) edit(value[i], within(path, "[" + std::to_string(i) + "]"), counts);
     } else if constexpr (K::isShared) {

@@ -139,32 +139,55 @@ struct Section {
   size_t first = 0, end = 0;
 };
 struct ThingType {
-  Digest (*digest)(Digester&, const void*);
+  Digest (*digest)(Digester&, const Thing&);
   Title (*title)(const Thing&, const Section&, const Scene&);
-  void (*parts)(PartLister&, const void*);  // null: it has none
+  void (*parts)(PartLister&, const Thing&);  // null: it has none
 };
 struct Thing {
-  const void* object;
+  const void* object;  // of an instance: the list that it is in
   const ThingType* type;
   const std::string* key;  // in its section, or the object that it stands in; null: none
+  size_t place = 0;        // of an instance, in its list
+  template <class T>
+  decltype(auto) as() const {
+    if constexpr (std::is_same_v<T, Instance>)
+      return (*static_cast<const InstanceList*>(object))[place];
+    else
+      return *static_cast<const T*>(object);
+  }
 };
 
-// All things of a scene in the order of its fields; a section for each field.
+// All things of a scene in the order of its fields; a section for each field. Lists of instances are one entry each,
+// since there are millions of them.
 class Things {
  public:
   explicit Things(const Scene& scene) {
     forEachField(scene, [&]<class F>(const F& field, const typename F::Member& member) {
       if constexpr (F::kCounts != Counts::Never) {
-        const size_t first = list.size();
+        const size_t first = size();
         add(field, member);
-        sections.push_back({field.name, first, list.size()});
+        sections.push_back({field.name, first, size()});
       }
     });
   }
-  std::vector<Thing> list;
+  size_t size() const { return single_.size() + instances_; }
+  Thing operator[](size_t i) const {
+    const auto after = std::upper_bound(lists_.begin(), lists_.end(), i,
+                                        [](size_t place, const List& l) { return place < l.first; });
+    if (after == lists_.begin()) return single_[i];
+    const List& l = *(after - 1);
+    if (i - l.first >= l.count) return single_[i - l.first - l.count + l.singleBefore];
+    Thing t = l.firstOf;
+    t.place = i - l.first;
+    return t;
+  }
   std::vector<Section> sections;
 
  private:
+  struct List {
+    size_t first, count, singleBefore;
+    Thing firstOf;
+  };
   template <class F, class M>
   void add(const F& field, const M& member) {
     if constexpr (std::is_same_v<M, ParameterList>) {
@@ -182,6 +205,11 @@ class Things {
       addPlain(member, nullptr);
     }
   }
+  void addAll(const InstanceList& all, const std::string* within = nullptr) {
+    if (all.empty()) return;
+    lists_.push_back({size(), all.size(), single_.size(), {&all, typeOf<Instance>(), within}});
+    instances_ += all.size();
+  }
   template <class T>
   void addAll(const std::vector<T>& all, const std::string* within = nullptr) {
     for (const T& one : all) {
@@ -192,57 +220,61 @@ class Things {
     }
   }
   void addPrototype(const Prototype& p) {
-    static constexpr ThingType kType{// itself: what stands in it are things of their own
-                                     [](Digester& digester, const void* object) {
-                                       Hasher h;
-                                       forEachField(*static_cast<const Prototype*>(object),
-                                                    [&]<class F>(const F& field, const typename F::Member& member) {
-                                                      if constexpr (IsVector<typename F::Member>::value)
-                                                        h.word(member.size());
-                                                      else
-                                                        h.digest(digester.of(field, member));
-                                                    });
-                                       return h.result();
-                                     },
-                                     [](const Thing& t, const Section&, const Scene&) {
-                                       const auto& o = *static_cast<const Prototype*>(t.object);
-                                       return Title{inQuotes("ObjectBegin", o.name), placeOf(o.pos)};
-                                     },
-                                     nullptr};
-    list.push_back({&p, &kType, nullptr});
+    static constexpr ThingType kType{
+        // itself: what stands in it are things of their own
+        [](Digester& digester, const Thing& t) {
+          Hasher h;
+          forEachField(t.as<Prototype>(), [&]<class F>(const F& field, const typename F::Member& member) {
+            if constexpr (IsVector<typename F::Member>::value)
+              h.word(member.size());
+            else
+              h.digest(digester.of(field, member));
+          });
+          return h.result();
+        },
+        [](const Thing& t, const Section&, const Scene&) {
+          const auto& o = t.as<Prototype>();
+          return Title{inQuotes("ObjectBegin", o.name), placeOf(o.pos)};
+        },
+        nullptr};
+    single_.push_back({&p, &kType, nullptr});
     forEachField(p, [&](const auto&, const auto& member) {
       if constexpr (IsVector<std::decay_t<decltype(member)>>::value) addAll(member, &p.name);
     });
   }
   template <class T>
   void addThing(const T& object, const std::string* within = nullptr) {
-    list.push_back({&object, typeOf<T>(), within});
+    single_.push_back({&object, typeOf<T>(), within});
   }
 
  public:
   template <class T>
   static const ThingType* typeOf() {
-    static constexpr ThingType kType{[](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
+    static constexpr ThingType kType{[](Digester& d, const Thing& t) { return d.of(t.as<T>()); },
                                      [](const Thing& t, const Section&, const Scene& s) {
-                                       Title title = titleOf(*static_cast<const T*>(t.object), s);
+                                       Title title = titleOf(t.as<T>(), s);
                                        if (t.key) title.name += inQuotes(" of ObjectBegin", *t.key);
                                        return title;
                                      },
-                                     [](PartLister& l, const void* o) { l.list(*static_cast<const T*>(o)); }};
+                                     [](PartLister& l, const Thing& t) { l.list(t.as<T>()); }};
     return &kType;
   }
 
  private:
   template <class T>
   void addPlain(const T& value, const std::string* key) {
-    static constexpr ThingType kType{[](Digester& d, const void* o) { return d.of(*static_cast<const T*>(o)); },
+    static constexpr ThingType kType{[](Digester& d, const Thing& t) { return d.of(t.as<T>()); },
                                      [](const Thing& t, const Section& section, const Scene&) {
                                        const std::string name(section.field);
                                        return Title{t.key ? inQuotes(name, *t.key) : name, ""};
                                      },
                                      nullptr};
-    list.push_back({&value, &kType, key});
+    single_.push_back({&value, &kType, key});
   }
+
+  std::vector<Thing> single_;
+  std::vector<List> lists_;
+  size_t instances_ = 0;
 };
 
 // A key that a thing stands under counts as well.
@@ -267,33 +299,48 @@ Digest digestOf(const Surroundings& s, const Scene& scene) {
   return h.result();
 }
 
-std::vector<Digest> digestsOf(const Things& things, const Surroundings& s, PrimitiveDigests* remembered = nullptr) {
-  constexpr size_t kChunk = 1024;
-  std::vector<Digest> digests(things.list.size());
-  tbb::parallel_for(size_t(0), (digests.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
-    Digester digester(s);
-    for (size_t i = chunk * kChunk; i < std::min(digests.size(), (chunk + 1) * kChunk); ++i) {
-      const Thing& t = things.list[i];
-      if (remembered && isPrimitive(t))
-        if (const auto it = remembered->known.find(static_cast<const Primitive*>(t.object));
-            it != remembered->known.end()) {
-          digests[i] = it->second.digest;
-          continue;
-        }
-      digests[i] = t.type->digest(digester, t.object);
-    }
-  });
-  return digests;
-}
+// The things' own digests, to be asked for in their order: so many at a time are made and kept, by all threads.
+class DigestsInTurn {
+ public:
+  DigestsInTurn(const Things& things, const Surroundings& s, const PrimitiveDigests* remembered = nullptr)
+      : things_(things), s_(s), remembered_(remembered) {}
+  const Digest& operator[](size_t i) {
+    if (i < first_ || i >= first_ + made_.size()) make(i);
+    return made_[i - first_];
+  }
 
-// Those of the scene's primitives, of which `own` has the digests in the order of `things`.
-void remember(const Scene& scene, const Things& things, const std::vector<Digest>& own, PrimitiveDigests& to) {
+ private:
+  void make(size_t first) {
+    constexpr size_t kChunk = 1024, kAtATime = 128 * kChunk;
+    first_ = first;
+    made_.resize(std::min(kAtATime, things_.size() - first));
+    tbb::parallel_for(size_t(0), (made_.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
+      Digester digester(s_);
+      for (size_t i = chunk * kChunk; i < std::min(made_.size(), (chunk + 1) * kChunk); ++i) {
+        const Thing t = things_[first + i];
+        if (remembered_ && isPrimitive(t))
+          if (const auto it = remembered_->known.find(static_cast<const Primitive*>(t.object));
+              it != remembered_->known.end()) {
+            made_[i] = it->second.digest;
+            continue;
+          }
+        made_[i] = t.type->digest(digester, t);
+      }
+    });
+  }
+
+  const Things& things_;
+  const Surroundings& s_;
+  const PrimitiveDigests* remembered_;
+  size_t first_ = 0;
+  std::vector<Digest> made_;
+};
+
+// Those of the scene's primitives.
+void remember(const Scene& scene, const std::unordered_map<const void*, Digest>& own, PrimitiveDigests& to) {
   std::unordered_map<const Primitive*, PrimitiveDigests::Known> now;
-  std::unordered_map<const void*, size_t> places;
-  for (size_t i = 0; i < things.list.size(); ++i)
-    if (isPrimitive(things.list[i])) places.emplace(things.list[i].object, i);
   const auto add = [&](const std::vector<PrimitivePtr>& list) {
-    for (const PrimitivePtr& p : list) now.try_emplace(p.get(), PrimitiveDigests::Known{p, own[places.at(p.get())]});
+    for (const PrimitivePtr& p : list) now.try_emplace(p.get(), PrimitiveDigests::Known{p, own.at(p.get())});
   };
   add(scene.primitives);
   for (const Prototype& p : scene.prototypes) add(p.primitives);
@@ -310,20 +357,25 @@ Digest digestOf(const Scene& scene, const ContentsByName& files, PrimitiveDigest
       remembered->known.clear();
       remembered->surroundings = around;
     }
-  const std::vector<Digest> digests = digestsOf(things, s, remembered);
-  if (remembered) remember(scene, things, digests, *remembered);
+  DigestsInTurn digests(things, s, remembered);
+  std::unordered_map<const void*, Digest> ofPrimitives;
   Hasher h;
   for (const Section& section : things.sections) {
     h.word(section.end - section.first);
-    for (size_t i = section.first; i < section.end; ++i) h.digest(digestOf(things.list[i], digests[i]));
+    for (size_t i = section.first; i < section.end; ++i) {
+      const Thing t = things[i];
+      h.digest(digestOf(t, digests[i]));
+      if (remembered && isPrimitive(t)) ofPrimitives.emplace(t.object, digests[i]);
+    }
   }
+  if (remembered) remember(scene, ofPrimitives, *remembered);
   return h.result();
 }
 
 Inventory inventoryOf(const Scene& scene, const ContentsByName& files, const InventorySize& most) {
   const Surroundings s{files, Places(scene)};
   const Things things(scene);
-  const std::vector<Digest> digests = digestsOf(things, s);
+  DigestsInTurn digests(things, s);
   Digester digester(s);
   Inventory inventory;
   for (const Section& section : things.sections) {
@@ -332,19 +384,20 @@ Inventory inventoryOf(const Scene& scene, const ContentsByName& files, const Inv
     size_t partsLeft = most.parts;
     for (size_t i = section.first; i < section.end; i += size) {
       const size_t end = std::min(i + size, section.end);
-      const Thing& t = things.list[i];
+      const Thing t = things[i];
       Title title = t.type->title(t, section, scene);
       Inventory::Thing entry{std::move(title.name), std::move(title.place), uint32_t(end - i), "", 0, {}};
       if (end - i > 1) {
-        entry.last = things.list[end - 1].type->title(things.list[end - 1], section, scene).name;
+        const Thing last = things[end - 1];
+        entry.last = last.type->title(last, section, scene).name;
         Hasher h;
-        for (size_t k = i; k < end; ++k) h.digest(digestOf(things.list[k], digests[k]));
+        for (size_t k = i; k < end; ++k) h.digest(digestOf(things[k], digests[k]));
         entry.digest = h.result().low;
       } else {
         entry.digest = digestOf(t, digests[i]).low;
         if (t.type->parts && partsLeft > 0) {
           PartLister lister(digester, entry.parts);
-          t.type->parts(lister, t.object);
+          t.type->parts(lister, t);
           if (entry.parts.size() > partsLeft) entry.parts.clear(), partsLeft = 0;
           partsLeft -= entry.parts.size();
         }

@@ -214,9 +214,9 @@ bool Scene::removePrimitive(uint32_t id) {
 }
 
 bool Scene::setInstanceTransform(uint32_t id, const Transform& t) {
-  Instance* i = byId(instances, id);
-  if (!i) return false;
-  i->toWorld = t;
+  const size_t at = instances.find(id);
+  if (at == instances.size()) return false;
+  instances.edit(at, [&](Instance& i) { i.toWorld = t; });
   return true;
 }
 
@@ -249,7 +249,7 @@ uint32_t Scene::add(Light l) {
 uint32_t Scene::add(Instance i) {
   i.id = nextId++;
   instances.push_back(std::move(i));
-  return instances.back().id;
+  return nextId - 1;
 }
 
 size_t bytesHeld(const Primitive& primitive) { return bytesOf(primitive); }
@@ -259,8 +259,8 @@ size_t Scene::bytes() const { return statistics().bytes; }
 SceneStatistics Scene::statistics() const {
   SceneStatistics s;
   const Attributes* last = nullptr;  // objects that share attributes mostly follow each other
-  size_t n = sizeof *this + options.bytes() + bytesOf(primitives) + bytesOf(instances) + bytesOf(prototypes) +
-             bytesOf(lights) + bytesOf(classicLights) + bytesOf(kept) + bytesOf(solids);
+  size_t n = sizeof *this + options.bytes() + bytesOf(primitives) + bytesOf(prototypes) + bytesOf(lights) +
+             bytesOf(classicLights) + bytesOf(kept) + bytesOf(solids);
   const auto addAttributes = [&](const AttributesPtr& a) {
     if (a && a.get() != last) n += sizeof(Attributes) + a->named.size() * sizeof(std::shared_ptr<Parameter>);
     last = a.get();
@@ -271,17 +271,15 @@ SceneStatistics Scene::statistics() const {
     s.faces += facesOf(p);
     ++s.primitives;
   };
-  const auto addInstances = [&](const std::vector<Instance>& list) {
-    for (const Instance& i : list) {
-      n += bytesOf(i.toWorld);
-      addAttributes(i.attributes);
-    }
+  const auto addInstances = [&](const InstanceList& list) {
+    n += list.heldBytes();
+    for (size_t i = 0; i < list.size(); ++i) addAttributes(list.attributesOf(i));
     s.instances += list.size();
   };
   for (const auto& p : primitives) addPrimitive(*p);
   addInstances(instances);
   for (const Prototype& o : prototypes) {
-    n += bytesOf(o.primitives) + bytesOf(o.instances) + bytesOf(o.lights) + bytesOf(o.solids);
+    n += bytesOf(o.primitives) + bytesOf(o.lights) + bytesOf(o.solids);
     for (const auto& p : o.primitives) addPrimitive(*p);
     addInstances(o.instances);
     s.lights += o.lights.size();

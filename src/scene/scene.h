@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "scene/instance_list.h"
 #include "scene/keys.h"
 #include "scene/parameters.h"
 
@@ -202,7 +203,7 @@ struct Instance {
 struct Prototype {
   std::string name;
   std::vector<PrimitivePtr> primitives;
-  std::vector<Instance> instances;
+  InstanceList instances;
   std::vector<Light> lights;
   std::vector<Solid> solids;
   SourcePos pos;
@@ -269,7 +270,7 @@ struct Scene {
   std::vector<DisplayChannel> channels;
   std::vector<Camera> cameras;  // the first is the primary one
   std::vector<PrimitivePtr> primitives;
-  std::vector<Instance> instances;
+  InstanceList instances;
   std::vector<Prototype> prototypes;
   std::vector<Solid> solids;
   std::vector<Light> lights;

@@ -61,7 +61,7 @@ TEST_F(BadEdits, ThingsThatAreGone) {
   const uint32_t id = s.primitives[2]->id, lamp = s.lights[0].id, placed = s.instances[0].id;
   ASSERT_TRUE(s.removePrimitive(id));
   s.lights.erase(s.lights.begin());
-  s.instances.erase(s.instances.begin());
+  s.instances.erase(0);
   const auto left = s.primitives;
   EXPECT_FALSE(s.removePrimitive(id));
   EXPECT_FALSE(s.setPrimitiveTransform(id, {}));
@@ -79,12 +79,12 @@ TEST_F(BadEdits, AnInstanceOfAnObjectThatIsGone) {
   const auto gone = [](Scene& s) { s.prototypes.pop_back(); };
   expect("RENDER-INSTANCE-GONE", gone, [](Scene& s) {
     const auto last = uint32_t(s.prototypes.size() - 1);
-    std::erase_if(s.instances, [&](const Instance& i) { return i.prototype == last; });
+    s.instances.eraseIf([&](const Instance& i) { return i.prototype == last; });
     s.prototypes.pop_back();
   });
   expect(
-      "RENDER-INSTANCE-GONE", [](Scene& s) { s.instances[0].prototype = ~0u; },
-      [](Scene& s) { s.instances.erase(s.instances.begin()); });
+      "RENDER-INSTANCE-GONE", [](Scene& s) { s.instances.edit(0, [](Instance& i) { i.prototype = ~0u; }); },
+      [](Scene& s) { s.instances.erase(0); });
 }
 
 TEST_F(BadEdits, EmptyPlaces) {
@@ -149,7 +149,7 @@ TEST_F(BadEdits, NumbersThatAreNone) {
   const std::function<void(Scene&)> kEdits[] = {
       [&](Scene& s) { s.cameras[0].worldToCamera.matrices[0][3][0] = double(nan); },
       [&](Scene& s) { s.lights[0].toWorld.matrices[0][0][0] = double(nan); },
-      [&](Scene& s) { s.instances[0].toWorld.matrices[0] = Matrix(0.0); },
+      [&](Scene& s) { s.instances.edit(0, [](Instance& i) { i.toWorld.matrices[0] = Matrix(0.0); }); },
       [&](Scene& s) {
         s.resolution = {-5, 0};
       },

@@ -90,10 +90,11 @@ inline std::string change(Scene& s, R& r, const char* what, const Change& edit) 
 }
 inline std::string changeAttributes(Scene& s, R& r, const char* what, const std::function<bool(Attributes&)>& edit) {
   if (!s.instances.empty() && r.below(4) == 0) {
-    Instance& i = s.instances[r.below(s.instances.size())];
-    auto a = std::make_shared<Attributes>(i.attributes ? *i.attributes : Attributes());
+    const size_t at = r.below(s.instances.size());
+    const AttributesPtr own = s.instances.attributesOf(at);
+    auto a = std::make_shared<Attributes>(own ? *own : Attributes());
     if (!edit(*a)) return "";
-    i.attributes = std::move(a);
+    s.instances.edit(at, [&](Instance& i) { i.attributes = std::move(a); });
     return std::string(what) + " of an instance";
   }
   return change(s, r, what, [&](Primitive& p) {

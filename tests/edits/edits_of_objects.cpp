@@ -281,12 +281,13 @@ const Kind kKindsOfObjects[] = {
     {"instance moves",
      [](Scene& s, R& r) -> std::string {
        if (s.instances.empty()) return "";
-       Instance& i = s.instances[r.below(s.instances.size())];
-       const Transform t = r.below(4) ? moved(i.toWorld, r) : animated(i.toWorld, r);
+       const size_t at = r.below(s.instances.size());
+       const Instance before = s.instances[at];
+       const Transform t = r.below(4) ? moved(before.toWorld, r) : animated(before.toWorld, r);
        if (r.coin())
-         s.setInstanceTransform(i.id, t);
+         s.setInstanceTransform(before.id, t);
        else
-         i.toWorld = t;
+         s.instances.edit(at, [&](Instance& i) { i.toWorld = t; });
        return "instance moves";
      }},
     {"instance added",
@@ -300,7 +301,7 @@ const Kind kKindsOfObjects[] = {
     {"instance removed",
      [](Scene& s, R& r) -> std::string {
        if (s.instances.empty()) return "";
-       s.instances.erase(s.instances.begin() + r.below(s.instances.size()));
+       s.instances.erase(r.below(s.instances.size()));
        return "instance removed";
      }},
     {"nested instance",
@@ -308,7 +309,7 @@ const Kind kKindsOfObjects[] = {
        if (s.prototypes.size() < 2) return "";
        Prototype& p = s.prototypes.back();
        if (!p.instances.empty() && r.coin()) {
-         p.instances[0].toWorld = moved(p.instances[0].toWorld, r);
+         p.instances.edit(0, [&](Instance& i) { i.toWorld = moved(i.toWorld, r); });
          return "nested instance moves";
        }
        Instance i;

@@ -176,7 +176,7 @@ TEST_F(Rebuild, Objects) {
             "flattened 1 worlds 1 ");
   EXPECT_EQ(parts_ + tops_, 0u);
   // one that moves with the shutter is placed, and stays as it is
-  EXPECT_EQ(after([](Scene& s) { s.instances[0].toWorld = moved(s.instances[0].toWorld, 0.2); }),
+  EXPECT_EQ(after([](Scene& s) { s.instances.edit(0, [](Instance& i) { i.toWorld = moved(i.toWorld, 0.2); }); }),
             "flattened 1 worlds 1 ");
   EXPECT_EQ(parts_, 0u);
   EXPECT_EQ(tops_, 1u);

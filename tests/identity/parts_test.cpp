@@ -403,7 +403,7 @@ TEST_F(Parts, AnEditedSceneIsTheSceneThatItIs) {
     for (size_t i = 0; i < wanted.primitives.size(); ++i)
       ASSERT_TRUE(renderer.scene().replacePrimitive(renderer.scene().primitives[i]->id, *wanted.primitives[i]));
     for (size_t i = 0; i < wanted.prototypes.size(); ++i) renderer.scene().prototypes[i] = wanted.prototypes[i];
-    for (size_t i = 0; i < wanted.instances.size(); ++i) renderer.scene().instances[i] = wanted.instances[i];
+    for (size_t i = 0; i < wanted.instances.size(); ++i) renderer.scene().instances.set(i, wanted.instances[i]);
     ASSERT_TRUE(renderer.update());
     ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
     ASSERT_TRUE(renderer.writeShard(top_ + "/edited.exr"));

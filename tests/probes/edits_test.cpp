@@ -153,7 +153,7 @@ TEST_F(Edits, SmallObjectRebuildsItsBatch) {
 }
 
 TEST_F(Edits, InstanceRebuildsTheTopLevelOnly) {
-  scene::Instance& i = r->scene().instances[0];
+  const scene::Instance i = r->scene().instances[0];
   ASSERT_TRUE(r->scene().setInstanceTransform(i.id, moved(i.toWorld, {0, 0.4, 0})));
   expectBuilt(0, 1);
 }

@@ -186,14 +186,43 @@ TEST(Prototypes, EditsGiveThePictureOfAFreshLoad) {
     m[3][0] += .2;
     changed->toWorld = scene::Transform::fixed(m);
     scene.prototypes[0].primitives[1] = changed;
-    auto attributes = std::make_shared<scene::Attributes>(*scene.instances[0].attributes);
+    auto attributes = std::make_shared<scene::Attributes>(*scene.instances.attributesOf(0));
     attributes->color = {.1f, .9f, .1f};
-    scene.instances[0].attributes = attributes;
+    scene.instances.edit(0, [&](scene::Instance& i) { i.attributes = attributes; });
   };
   recolour(s.renderer().scene());
   ASSERT_TRUE(s.renderer().update());
   ASSERT_EQ(s.renderer().renderFilm(), render::Outcome::Complete);
   const uint64_t fresh = render(forest(false), [&](RenderRequest& q) { q.edit = recolour; }).hash;
+  EXPECT_EQ(hashOf(s.film()), fresh);
+}
+
+// So many that the description packs them (scene/instance_list.h).
+TEST(Prototypes, EditsAmongManyGiveThePictureOfAFreshLoad) {
+  RenderRequest r;
+  r.rib =
+      std::string(kHead) + "ObjectBegin \"0\"\n" + block(kPieces[0].text) + block(kPieces[1].text) + "ObjectEnd\n";
+  for (int i = 0; i < 900; ++i)
+    r.rib += "TransformBegin\nTranslate " + std::to_string(.15 * (i % 30) - 2.2) + " " +
+             std::to_string(.1 * (i / 30) - 1.5) + " 0\nScale .08 .08 .08\nObjectInstance \"0\"\nTransformEnd\n";
+  r.rib += "WorldEnd\n";
+  const auto change = [](scene::Scene& scene) {
+    scene.instances.edit(300, [](scene::Instance& i) {
+      scene::Matrix m = i.toWorld.matrices[0];
+      m[0][0] = m[1][1] = .4;
+      i.toWorld = scene::Transform::fixed(m);
+    });
+    scene.instances.erase(700);
+    EXPECT_TRUE(scene.setInstanceTransform(scene.instances[800].id, scene::Transform()));
+  };
+  SceneRender s(r);
+  ASSERT_TRUE(s.ok());
+  const uint64_t before = hashOf(s.film());
+  change(s.renderer().scene());
+  ASSERT_TRUE(s.renderer().update());
+  ASSERT_EQ(s.renderer().renderFilm(), render::Outcome::Complete);
+  EXPECT_NE(hashOf(s.film()), before);
+  const uint64_t fresh = render(r.rib, [&](RenderRequest& q) { q.edit = change; }).hash;
   EXPECT_EQ(hashOf(s.film()), fresh);
 }
 
