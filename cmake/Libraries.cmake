@@ -182,9 +182,10 @@ function(kinora_tests)
       target_link_libraries(test_${folder} PRIVATE kinora_test_support)
       if(folder STREQUAL "probes")
         target_sources(test_probes PRIVATE ${PROJECT_SOURCE_DIR}/tests/probes/wrong_walks.cpp
-          ${PROJECT_SOURCE_DIR}/tests/probes/wrong_guides.cpp ${PROJECT_SOURCE_DIR}/tests/probes/wrong_lights.cpp)
+          ${PROJECT_SOURCE_DIR}/tests/probes/wrong_guides.cpp ${PROJECT_SOURCE_DIR}/tests/probes/wrong_lights.cpp
+          ${PROJECT_SOURCE_DIR}/tests/probes/wrong_beams.cpp)
         # examples that are judged by their pictures; tests/install builds them as their users do
-        foreach(name OneConnection Puff)
+        foreach(name OneConnection Puff Haze)
           set(example ${PROJECT_SOURCE_DIR}/examples/plugins/${name}.cpp)
           set_source_files_properties(${example} PROPERTIES COMPILE_DEFINITIONS KINORA_STOCK_PLUGIN
             INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/examples/plugins SKIP_UNITY_BUILD_INCLUSION ON)

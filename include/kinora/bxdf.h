@@ -166,6 +166,21 @@ enum BxdfDescriptorFlags : uint32_t {
   kBxdfFiber = 4
 };
 
+// The medium that objects of a surface's material are full of (cloudy glass), told as another material, which fills
+// space: that of the name, with parameters of this one under its own names. Values and connections go along.
+struct InteriorMedium {
+  struct Pair {
+    const char* own;
+    const char* there;
+  };
+  const char* material;
+  ListOf<Pair> parameters;
+  // There is one where one of these is set, to something else than 0 or by a connection, and enclosesMedium() says so.
+  ListOf<const char*> causes;
+  // The surface keeps all but this one, which is the medium's: it would absorb twice.
+  const char* moves;
+};
+
 struct BxdfTraits {
   const LobeDecl* lobes;
   uint32_t lobeCount;
@@ -191,6 +206,8 @@ struct BxdfTraits {
   // A bit for each lobe that interface() may name; 0, null: walks do not go through the material. Its normals must be
   // those of the surface: how a bump changes along it is not known.
   uint32_t (*walkableLobes)(const ParamValue*, uint32_t count) = nullptr;
+  // null: objects of the material are empty, or full of what interior() says alone.
+  const InteriorMedium* interiorMedium = nullptr;
 };
 
 // What a bxdf declares; see BxdfTraits.
@@ -208,12 +225,14 @@ struct BxdfPlugin {
   uint32_t (*extinctionProduct)(const ParamValue*, uint32_t count, ExtinctionProduct*) = nullptr;
   uint32_t (*scattersBelow)(const ParamValue*, uint32_t count) = nullptr;
   uint32_t (*walkableLobes)(const ParamValue*, uint32_t count) = nullptr;
+  const InteriorMedium* interiorMedium = nullptr;
   const char* const* lossless = nullptr;
   const char* const* conserving = nullptr;
   uint32_t flags = 0;
   constexpr BxdfTraits traits() const {
-    return {lobes.data, lobes.count,        presenceParam, programKey,        enclosesMedium, lossless,
-            conserving, letsShadowsThrough, mediumFlags,   extinctionProduct, scattersBelow,  walkableLobes};
+    return {lobes.data,    lobes.count,   presenceParam,      programKey,  enclosesMedium,
+            lossless,      conserving,    letsShadowsThrough, mediumFlags, extinctionProduct,
+            scattersBelow, walkableLobes, interiorMedium};
   }
 };
 

@@ -382,13 +382,28 @@ struct TowardsLights {
   const float* share = nullptr;
 };
 
+// Which media rays are in on their way, from Services::mediumIntervals: stretches of each ray within which the same
+// media are around it, in order; between them and outside of them space is empty. What the media are there mediaAt()
+// says.
+struct MediumIntervals {
+  uint32_t count;
+  const uint32_t* first;  // by number of the ray in the call: its intervals, first[i] to first[i + 1] - 1
+  const float* from;      // by interval: distances along the ray
+  const float* to;
+  const uint32_t*
+      firstMedium;         // by interval: its media, firstMedium[k] to firstMedium[k + 1] - 1; more than one where
+                           // they overlap
+  const uint32_t* medium;  // Hits::instance of what has hits in it, in rising order within an interval
+};
+
 // What Services::mediaAt finds: rays by number, each with a hit in one medium, which shade() makes contexts of.
 struct MediaAt {
   RayList* list;
   uint32_t count;              // of its entries, 0 to count - 1
   const uint32_t* entries;     // these numbers, padded
   const uint32_t* point;       // by entry: which of the points
-  const float* extinction[3];  // by entry: of that medium there
+  const float* extinction[3];  // by entry: of that medium there, by render unit
+  const float* emission[3];    // radiance by render unit of length; null: nothing in space emits
 };
 
 // A light that asks for samples of its own at what the camera sees, whatever it brings (fixedSampleCount).
@@ -431,6 +446,9 @@ struct Services {
   // tracked distances have no closed form. Exact for media that are the same everywhere. 1 in empty space.
   void (*meanTransmittance)(Group*, uint32_t n, const float* const o[3], const float* const d[3], const float* length,
                             const float* time, float* out);
+  // Intervals of media along the listed rays of a list that was traced, up to their hits: geometry alone, nothing is
+  // drawn. What has no density anywhere (a flame that glows) is a medium all the same.
+  void (*mediumIntervals)(Group*, const RayList*, uint32_t n, const uint32_t* entries, MediumIntervals* out);
   // All media at n points of rays of a list that were traced: of the ray entries[i] at distance t[i]. As many hits as
   // there are media; sample addresses and times are the rays'.
   void (*mediaAt)(Group*, const RayList*, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,

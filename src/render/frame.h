@@ -59,6 +59,7 @@ class Frame {
   uint64_t arenaBytes() const;
   uint64_t droppedRecords() const { return store_ ? store_->dropped() : 0; }
   // Null: the integrator learns nothing.
+  const PassStore* store() const { return store_.get(); }
   const LearnedState* learned() const { return learned_.get(); }
   // False where the integrator wants to learn and cannot, see kinora/integrator.h, Learning.
   bool learnsAsWanted() const { return learnsAsWanted_; }

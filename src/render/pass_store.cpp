@@ -19,6 +19,7 @@ void PassStore::beginPass() {
     for (Part& p : parts) p.clear();
   for (Sorted& s : sorted_) s.count = 0;
   blocks_.clear();
+  made_ = 0;
   index_ = nullptr;
   refused_ = false;
   held_.set(bytes());
@@ -116,7 +117,10 @@ void PassStore::endStage(int threads) {
     for (Part& p : parts_[l]) p.clear();
   }
   held_.set(bytes());
+  noteMost();
 }
+
+void PassStore::noteMost() { mostBytes_ = std::max(mostBytes_, bytes() + made_); }
 
 StoredRecords PassStore::stored(uint32_t list) const {
   if (list >= sorted_.size()) return {};
@@ -143,6 +147,8 @@ void* PassStore::allocate(uint64_t bytes) {
   if (bytes > UINT64_MAX / 2) throw MemoryExceeded("the index that the integrator makes of its records does not fit");
   held_.add(bytes + kAlign);
   blocks_.push_back(std::make_unique<std::byte[]>(bytes + kAlign));
+  made_ += bytes + kAlign;
+  noteMost();
   const uintptr_t at = reinterpret_cast<uintptr_t>(blocks_.back().get());
   return reinterpret_cast<void*>((at + kAlign - 1) / kAlign * kAlign);
 }

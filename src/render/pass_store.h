@@ -32,6 +32,7 @@ class PassStore {
             uint32_t* count) const;
 
   bool isRefused() const { return refused_.load(std::memory_order_relaxed); }
+  uint64_t mostBytes() const { return mostBytes_; }  // that any pass has held, with what was made of its records
   uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
   // Memory until the next pass, and what an integrator makes of it.
@@ -63,12 +64,14 @@ class PassStore {
     size_t placeOf(const Address& a) const { return size_t((a.sample - firstSample) * paths + a.path); }
   };
   uint64_t bytes() const;  // of all lists
+  void noteMost();
   bool grow(Part& part, size_t n, size_t bytes);
 
   std::vector<RecordList> lists_;
   std::vector<std::vector<Part>> parts_;  // by list, worker
   std::vector<Sorted> sorted_;            // by list
   std::vector<std::unique_ptr<std::byte[]>> blocks_;
+  uint64_t made_ = 0, mostBytes_ = 0;  // bytes of blocks_
   const void* index_ = nullptr;
   uint32_t stage_ = 0;
   std::atomic<bool> refused_{false};

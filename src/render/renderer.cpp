@@ -614,6 +614,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     for (const auto& file : t.largest) stats.largestTextures.push_back({file.path, file.bytesRead, file.tilesAgain});
     stats.memory.push_back({"film", film->bytes()});
     stats.memory.push_back({"group arenas", frame->arenaBytes()});
+    if (frame->store()) stats.memory.push_back({"records between stages (peak)", frame->store()->mostBytes()});
     if (frame->learned()) stats.memory.push_back({"learned by paths (peak)", frame->learned()->mostBytes()});
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});

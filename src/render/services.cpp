@@ -157,6 +157,10 @@ struct Worker::Calls {
                                 const float* length, const float* time, float* out) {
     of(g).state_.meanTransmittance(n, o, d, length, time, out);
   }
+  static void mediumIntervals(Group* g, const RayList* list, uint32_t n, const uint32_t* entries,
+                              MediumIntervals* out) {
+    of(g).state_.mediumIntervals(*list, n, entries, out);
+  }
   static void mediaAt(Group* g, const RayList* list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       const float* t, MediaAt* out) {
     of(g).state_.mediaAt(*list, depth, n, entries, t, out);
@@ -263,6 +267,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.lightSamples = &Calls::lightSamples;
   s.ownLightSamples = &Calls::ownLightSamples;
   s.scatterTowardsLights = &Calls::scatterTowardsLights;
+  s.mediumIntervals = &Calls::mediumIntervals;
   s.mediaAt = &Calls::mediaAt;
   s.meanTransmittance = &Calls::meanTransmittance;
   s.lightHits = &Calls::lightHits;

@@ -56,6 +56,7 @@ WorldBuilder::~WorldBuilder() = default;
 
 void WorldBuilder::forget() {
   forgetPlugins();
+  interiors_.forget();
   flat_ = nullptr;
   meshes_.forget();
   traced_.forget();
@@ -177,10 +178,11 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.shaders->camera = cameraAttributes(scene, camera_);
 }
 
-bool WorldBuilder::buildWorld(const scene::Scene& scene, const std::shared_ptr<const film::LightPaths>& paths,
+bool WorldBuilder::buildWorld(const scene::Scene& said, const std::shared_ptr<const film::LightPaths>& paths,
                               const std::vector<SetAsker>& askers, Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
   Rebuilt& rebuilt = statistics.rebuilt;
+  const scene::Scene& scene = interiors_.addTo(said, registry_, diagnostics_);
   std::set<uint32_t> emitters;
   const std::vector<scene::Light> sources = lightsToRender(scene, registry_, diagnostics_, emitters);
   flattenScene(scene, emitters, rebuilt);

@@ -17,6 +17,7 @@
 #include "render/displacement.h"
 #include "render/flat_scene.h"
 #include "render/instance.h"
+#include "render/interior_media.h"
 #include "render/materials.h"
 #include "render/meshes.h"
 #include "render/renderer.h"
@@ -89,6 +90,7 @@ class WorldBuilder {
   Digest ofCamera_;
   FileContents::Names filesOfCamera_;
   CameraState camera_;
+  InteriorMedia interiors_;
   std::shared_ptr<const FlatScene> flat_;
   Displacement displacement_;
   Meshes meshes_;

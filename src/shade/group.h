@@ -243,6 +243,7 @@ class GroupState {
   void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights* out);
   void mediaAt(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,
                MediaAt* out);
+  void mediumIntervals(const RayList& list, uint32_t n, const uint32_t* entries, MediumIntervals* out);
   void meanTransmittance(uint32_t n, const float* const o[3], const float* const d[3], const float* length,
                          const float* time, float* out);
   // of: the light that is sampled; kNoLight: one that is chosen

@@ -1,4 +1,5 @@
-// What media are along rays, without tracking: Services::meanTransmittance and Services::mediaAt.
+// What media are along rays, without tracking: Services::meanTransmittance, mediumIntervals and
+// mediaAt.
 #include <algorithm>
 #include <cmath>
 
@@ -48,6 +49,44 @@ void GroupState::meanTransmittance(uint32_t n, const float* const o[3], const fl
   }
 }
 
+void GroupState::mediumIntervals(const RayList& list, uint32_t n, const uint32_t* entries, MediumIntervals* out) {
+  uint32_t* first = arena_.make<uint32_t>(padded(n + 1));
+  std::fill_n(first, padded(n + 1), 0u);
+  *out = {0, first, nullptr, nullptr, first, nullptr};
+  if (!world_.space || !n) return;
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  const ListHost& source = ListHost::of(list);
+  findCrossings(list.rays, n, entries,
+                source.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
+  if (crossings_.empty()) return;
+  MediumTracks tracks(*this, crossings_, list.rays, list.hits.t, list.sampleSeed, list.sampleIndex, nullptr, 0, n,
+                      entries, false);
+  // there are no more than one before each crossing and one behind the last
+  const uint32_t most = uint32_t(crossings_.size()) + tracks.count();
+  float *from = arena_.make<float>(most), *to = arena_.make<float>(most);
+  uint32_t *firstMedium = arena_.make<uint32_t>(most + 1), *medium = arena_.make<uint32_t>(most * kMostOverlapping);
+  uint32_t count = 0, media = 0, ray = 0;
+  for (uint32_t i = 0; i < tracks.count(); ++i) {
+    Track& t = tracks[i];
+    for (; ray <= crossings_[t.first].ray; ++ray) first[ray] = count;
+    for (bool goesOn = t.t < t.end; goesOn;) {
+      const float until = tracks.border(t);
+      if (t.count && until > t.t) {
+        from[count] = t.t;
+        to[count] = until;
+        firstMedium[count++] = media;
+        for (uint32_t k = 0; k < t.count; ++k) medium[media + k] = world_.space->media[t.around[k].medium].instance;
+        std::sort(medium + media, medium + media + t.count);
+        media += t.count;
+      }
+      goesOn = tracks.pass(t, until);
+    }
+  }
+  for (; ray <= n; ++ray) first[ray] = count;
+  firstMedium[count] = media;
+  *out = {count, first, from, to, firstMedium, medium};
+}
+
 void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,
                          MediaAt* out) {
   *out = MediaAt{};
@@ -81,7 +120,7 @@ void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const 
     found += x.count;
   }
   if (!found) return;
-  MediumLookups media(arena_, padded(found), false);
+  MediumLookups media(arena_, padded(found), space.mayEmit);
   RayList& list = *makeRays(found);
   ListHost::of(list).kind = source.kind;
   uint32_t *point = arena_.make<uint32_t>(padded(found)), *numbers = arena_.make<uint32_t>(padded(found)), at = 0;
@@ -97,7 +136,12 @@ void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const 
   media.run(*this, rays.rays, depth);
   counters.mediaLookups += found;
   for (uint32_t i = 0; i < padded(found); ++i) numbers[i] = std::min(i, found - 1);
-  *out = {&list, found, numbers, point, {media.extinction[0], media.extinction[1], media.extinction[2]}};
+  *out = {&list,
+          found,
+          numbers,
+          point,
+          {media.extinction[0], media.extinction[1], media.extinction[2]},
+          {media.emission[0], media.emission[1], media.emission[2]}};
 }
 
 }  // namespace kinora::shade

@@ -120,10 +120,8 @@ float MediumTracks::number(Track& t) { return drawEvent(t.seed, 0, 0, t.event++)
 
 bool MediumTracks::advance(uint32_t i) {
   Track& t = tracks_[i];
-  const std::vector<MediumCrossing>& all = crossings_;
   for (;;) {
-    const float border = t.next < t.last ? std::min(all[t.next].t, t.end) : t.end;
-    float until = border, even[3] = {0, 0, 0};
+    float until = border(t), even[3] = {0, 0, 0};
     t.bound = 0;
     for (uint32_t k = 0; k < t.count; ++k) {
       Around& a = t.around[k];
@@ -174,7 +172,7 @@ bool MediumTracks::pass(Track& t, float until) {
 }
 
 void MediumTracks::stretch(const Track& t, Stretch& s) const {
-  s.until = t.next < t.last ? std::min(crossings_[t.next].t, t.end) : t.end;
+  s.until = border(t);
   for (int c = 0; c < 3; ++c) s.extinction[c] = s.plain[c] = s.towards[c] = 0;
   for (uint32_t k = 0; k < t.count; ++k) {
     const Around& a = t.around[k];

@@ -58,6 +58,8 @@ class MediumTracks {
     float until, extinction[3], plain[3], towards[3];
   };
   void stretch(const Track& t, Stretch& s) const;
+  // Up to there the media around a track stay the same.
+  float border(const Track& t) const { return t.next < t.last ? std::min(crossings_[t.next].t, t.end) : t.end; }
   bool pass(Track& t, float until);  // to its end, as advance()
 
  private:

@@ -15,6 +15,7 @@ EmissionCells::EmissionCells(const float low[3], const float high[3], const int 
   for (int k = 0; k < 3; ++k) {
     low_[k] = low[k];
     high_[k] = high[k];
+    size_[k] = to[k] - from[k];
   }
   for (const float e : emitted)
     if (e > 0 && e < 1e30f) total += double(e);
@@ -30,6 +31,7 @@ EmissionCells::EmissionCells(const float low[3], const float high[3], const int 
     cellOf_.push_back(uint32_t(c));
   }
   if (!sums_.empty()) sums_.back() = 1;
+  bounds(around_[0], around_[1]);
 }
 
 void EmissionCells::bounds(float low[3], float high[3]) const {
@@ -63,24 +65,43 @@ void EmissionCells::sample(float u, float v, float w, float object[3]) const {
   for (int k = 0; k < 3; ++k) object[k] = from[k] + in[k] * (to[k] - from[k]);
 }
 
-// f(from, to, density) for each cell that the ray passes, in order, until it returns false.
+// f(from, to, density) for each cell that the ray passes, in order, until it returns false. Rays walk over the cells
+// around all that emits, border by border of each axis (Amanatides and Woo 1987).
 template <class F>
 void EmissionCells::forCells(const float o[3], const float d[3], F&& f) const {
-  float t = 0, last = 1e30f;
+  float t = 0, last = 1e30f, by[3];
   for (int k = 0; k < 3; ++k) {
+    by[k] = 1 / d[k];
     if (d[k] == 0) {
-      if (o[k] < low_[k] || o[k] > high_[k]) return;
+      if (o[k] < around_[0][k] || o[k] > around_[1][k]) return;
       continue;
     }
-    const float a = (low_[k] - o[k]) / d[k], b = (high_[k] - o[k]) / d[k];
+    const float a = (around_[0][k] - o[k]) * by[k], b = (around_[1][k] - o[k]) * by[k];
     t = std::max(t, std::min(a, b));
     last = std::min(last, std::max(a, b));
   }
+  if (!(t < last)) return;
+  float next[3];
+  int at[3], step[3];
+  const auto toBorder = [&](int k) {
+    next[k] = step[k] ? (low_[k] + float(at[k] + (step[k] > 0)) * size_[k] - o[k]) * by[k] : 1e30f;
+  };
+  for (int k = 0; k < 3; ++k) {
+    step[k] = d[k] > 0 ? 1 : d[k] < 0 ? -1 : 0;
+    const int from = cells_.cells(k);
+    at[k] = std::clamp(int(std::floor((o[k] + d[k] * t - low_[k]) / size_[k])), 0, from - 1);
+    toBorder(k);
+  }
   while (t < last) {
-    float end = last;
-    const size_t cell = cells_.cellAt(o, d, t, end);
-    if (cells_[cell] > 0 && !f(t, end, cells_[cell])) return;
-    t = end;
+    const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : next[1] < next[2] ? 1 : 2;
+    const float end = std::min(next[axis], last);
+    const float density =
+        cells_[(size_t(at[2]) * size_t(cells_.cells(1)) + size_t(at[1])) * size_t(cells_.cells(0)) + size_t(at[0])];
+    if (density > 0 && end > t && !f(t, end, density)) return;
+    t = std::max(t, end);
+    at[axis] += step[axis];
+    if (!step[axis] || at[axis] < 0 || at[axis] >= cells_.cells(axis)) return;
+    toBorder(axis);
   }
 }
 

@@ -37,9 +37,10 @@ class EmissionCells {
  private:
   template <class F>
   void forCells(const float o[3], const float d[3], F&& f) const;
-  Majorants cells_;  // of densities by volume of object space
-  float low_[3], high_[3], cellVolume_;
-  std::vector<float> sums_;  // of the probabilities, of cells that emit
+  Majorants cells_;                                // of densities by volume of object space
+  float low_[3], high_[3], size_[3], cellVolume_;  // size_: of a cell
+  float around_[2][3] = {};                        // the box around all that emits
+  std::vector<float> sums_;                        // of the probabilities, of cells that emit
   std::vector<uint32_t> cellOf_;
 };
 

@@ -296,7 +296,8 @@ const Scene kScenes[] = {
     {"spaces", {64, 40}},   {"channels", {64, 48}},   {"strands", {64, 48}},   {"grass", {64, 36}},
     {"dragon", {64, 40}},   {"still_life", {64, 40}}, {"osl_wood", {48, 27}},  {"osl_brick", {48, 27}},
     {"osl_rust", {48, 27}}, {"osl_weave", {48, 27}},  {"osl_paint", {48, 27}}, {"osl_sky", {48, 27}},
-    {"cloud", {44, 30}},    {"fire", {36, 42}},       {"wax", {48, 27}},       {"landscape", {60, 28}}};
+    {"cloud", {44, 30}},    {"fire", {36, 42}},       {"wax", {48, 27}},       {"landscape", {60, 28}},
+    {"candle", {27, 36}},   {"blocks", {48, 27}},     {"head", {32, 40}},      {"milk", {40, 30}}};
 
 RenderRequest requestOf(const Scene& s) {
   RenderRequest r;

@@ -44,6 +44,8 @@ for example in Retroreflector AmbientOcclusion FireflyClamp Posterize SoftSpot T
   lines=$(wc -l <"$source_dir/examples/plugins/$example.cpp")
   ((lines < 150)) || fail "$example.cpp has $lines lines: an example stays under 150"
 done
+lines=$(wc -l <"$source_dir/examples/plugins/Haze.cpp")
+((lines <= 200)) || fail "Haze.cpp has $lines lines: a path tracer through media takes 200"
 
 scene() {  # scene INTEGRATOR BXDF
   cat <<RIB
@@ -91,6 +93,12 @@ run 0 connection.log "$kinora" connection.rib -o connection.exr --progress none 
 is_silent_about connection.log PLUGIN-
 run 0 width.log "$kinora" connection.rib -o width.exr --width 1 --progress none --plugin-path "$work/build_examples"
 run 0 diff.log "$kinora" diff connection.exr width.exr
+# its own way through media; what its picture is like is judged in tests/probes
+scene Haze PxrVolume >haze.rib
+run 0 haze.log "$kinora" haze.rib -o haze.exr --progress none --plugin-path "$work/build_examples" --strict
+is_silent_about haze.log PLUGIN-
+run 0 width.log "$kinora" haze.rib -o width.exr --width 1 --progress none --plugin-path "$work/build_examples"
+run 0 diff.log "$kinora" diff haze.exr width.exr
 # chords of the unit sphere are 4/3 long on average, wherever they begin
 scene Thickness PxrDiffuse | sed 's/\[4\]/[64]/g; s/^Integrator.*/& "float scale" [0.75]/; s/^Format/CropWindow 0.42 0.58 0.42 0.58\n&/' >thickness.rib
 run 0 thickness.log "$kinora" thickness.rib -o thickness.exr --progress none --plugin-path "$work/build_examples" --strict

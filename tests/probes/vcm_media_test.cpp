@@ -9,6 +9,9 @@
 #include "tests/probes/methods.h"
 #include "tests/probes/rooms.h"
 
+namespace kinora {
+const Descriptor* kinoraStock_WrongBeams();
+}
 namespace kinora::probes {
 namespace {
 
@@ -98,6 +101,43 @@ void expectMergedAlike(const std::string& text, double sharpness, uint32_t seeds
 const std::string kMany = kOften + "\"color densityColor\" [0.8 1.5 3] \"color diffuseColor\" [0.9 0.9 0.7] ";
 TEST(VcmMedia, MergingKeepsTheMeanInFogOfSeveralChannels) {
   expectMergedAlike(room(kRect, kGrey, "", fog(kMany + "\"float anisotropy\" [0.3]", kAll)), 0.15);
+}
+// A weight that leaves out a factor is noticed: the share of rays that cross beams, without the angle between them. The
+// same integrator with the right share stands beside it.
+TEST(VcmMedia, AWrongWeightOfBeamsIsNoticed) {
+  const std::string text = room(kRect, kGrey, "", fog(kMany + "\"float anisotropy\" [0.3]", kAll));
+  Workshop stage{kinoraStock_WrongBeams()};
+  const TileMoments reference = renderAll(stage, text, pathTracer(), 1000, 16).at("Ci");
+  for (const bool isWrong : {false, true}) {
+    const auto method = [&](double radius) {
+      return Method{
+          "WrongBeams",
+          {{"integrator.mediaRadius", std::to_string(radius)}, {"integrator.isWrong", isWrong ? "1" : "0"}}};
+    };
+    const TileMoments merged = extrapolated(stage, text, method, 2, 7000, 16);
+    const TileTest t = compareTiles(mainTiles(merged, reference), mainTiles(reference, reference));
+    EXPECT_EQ(t.agrees(), !isWrong) << "worst z " << t.worstZ << ", means " << merged.mean() << " and "
+                                    << reference.mean() << "\n"
+                                    << stage.said;
+  }
+}
+// The statistics say what a pass has held of light paths, and beams are part of it.
+TEST(VcmMedia, StatisticsTellTheMemoryOfRecords) {
+  const auto bytesWith = [](const char* mergeMedia) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 1;
+    s.integrator = "PxrVCM";
+    s.sets = {{"integrator.mergeMedia", mergeMedia}};
+    const auto r = stage.load(sceneOf(room(kRect, kGrey, "", fog(kMany, kAll)), stage.messages), s);
+    EXPECT_EQ(r->renderFilm(), render::Outcome::Complete) << stage.said;
+    for (const auto& owner : r->statistics().memory)
+      if (std::string(owner.name) == "records between stages (peak)") return owner.bytes;
+    return uint64_t(0);
+  };
+  const uint64_t plain = bytesWith("0"), beams = bytesWith("2");
+  EXPECT_GT(plain, 10000u);
+  EXPECT_GT(beams, plain);
 }
 // Radii that cannot be are told, one of 0 merges nothing, scenes without media are as they were.
 TEST(VcmMedia, MergingTakesAnyRadius) {

@@ -234,6 +234,13 @@ uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
   return v[at("refractionGain")].mayBeOn() && !isSet(v[at("thinGlass")]);
 }
 
+constexpr InteriorMedium::Pair kInsideParameters[] = {
+    {"extinction", "densityColor"}, {"ssAlbedo", "diffuseColor"},    {"g", "anisotropy"},
+    {"g0", "anisotropy"},           {"g1", "anisotropy2"},           {"blend", "blendFactor"},
+    {"volumeGlow", "emitColor"},    {"maxExtinction", "maxDensity"}, {"multiScatter", "multiScatter"}};
+constexpr const char* kInsideCauses[] = {"ssAlbedo", "volumeGlow"};
+constexpr InteriorMedium kInteriorMedium{"PxrVolume", kInsideParameters, kInsideCauses, "extinction"};
+
 uint32_t walkableLobes(const ParamValue* v, uint32_t) {
   if (!v[at("mwWalkable")].mayBeOn() || isSet(v[at("thinGlass")]) || v[at("bumpNormal")].mayBeOn()) return 0;
   const bool reflects = v[at("reflectionGain")].mayBeOn(), refracts = v[at("refractionGain")].mayBeOn();
@@ -305,5 +312,5 @@ KINORA_PLUGIN(PxrSurface, StackMaterial<PxrSurface>, BxdfPlugin,
               .help = "General material: diffuse, three specular lobes, iridescence, fuzz, glass and glow.",
               .params = kParams, .lobes = kLobes, .presenceParam = int(at("presence")), .programKey = programKey,
               .enclosesMedium = enclosesMedium, .letsShadowsThrough = letsShadowsThrough,
-              .scattersBelow = scattersBelow, .walkableLobes = walkableLobes, .lossless = kLossless,
-              .conserving = kConserving)
+              .scattersBelow = scattersBelow, .walkableLobes = walkableLobes, .interiorMedium = &kInteriorMedium,
+              .lossless = kLossless, .conserving = kConserving)

@@ -256,16 +256,24 @@ constexpr Param kParams[] = {
     param::integer("blocksVolumes", 0).range(0, 1).help(PXRSURFACE_LATER "Volumes end at this surface."),
     param::string("volumeAggregateName", "").help(PXRSURFACE_LATER "Volumes that the inside belongs to."),
     param::color("ssAlbedo", 0.f)
-        .help("Part of the extinction that is scattering. Scattering inside is not rendered yet: only absorption, "
-              "extinction * (1 - ssAlbedo), is."),
-    param::color("extinction", 0.f).range(0, 10).help("Extinction of the inside of glass, per render unit."),
-    param::number("g", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Mean cosine of scattering inside glass."),
-    param::number("g0", 0.f).range(-1, 1).help(PXRSURFACE_LATER "First lobe of scattering inside glass."),
-    param::number("g1", 0.f).range(-1, 1).help(PXRSURFACE_LATER "Second lobe of scattering inside glass."),
-    param::number("blend", 0.f).help(PXRSURFACE_LATER "Blend of the two lobes."),
-    param::color("volumeGlow", 0.f).help(PXRSURFACE_LATER "Light made inside glass."),
-    param::number("maxExtinction", -1.f).range(-1, 10).help(PXRSURFACE_LATER "Bound of a varying extinction."),
-    param::integer("multiScatter", 0).range(0, 1).help(PXRSURFACE_LATER "Scattering inside glass goes on."),
+        .help("Share of the extinction that is scattered, not absorbed: where it is set the inside of glass is a "
+              "medium, as "
+              "that of PxrVolume. 0: it only absorbs."),
+    param::color("extinction", 0.f)
+        .range(0, 10)
+        .help("Extinction of the inside of glass, per unit of length in the scene."),
+    param::number("g", 0.f).range(-1, 1).help("Mean cosine of scattering inside glass."),
+    param::number("g0", 0.f).range(-1, 1).help("The same; where it is given it counts, not g."),
+    param::number("g1", 0.f).range(-1, 1).help("Mean cosine of a second lobe."),
+    param::number("blend", 0.f).help("Share of the second lobe."),
+    param::color("volumeGlow", 0.f).help("Radiance that the inside of glass emits per unit of length in the scene."),
+    param::number("maxExtinction", -1.f)
+        .range(-1, 10)
+        .help("Largest extinction that patterns make of it; -1: found out by looking."),
+    param::integer("multiScatter", 0)
+        .range(0, 1)
+        .options("0 once, 1 any number of times")
+        .help("How often light is scattered inside glass."),
     param::integer("enableOverlappingVolumes", 0)
         .range(0, 1)
         .help(PXRSURFACE_LATER "Insides of objects add where they overlap."),

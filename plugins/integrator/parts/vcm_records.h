@@ -25,6 +25,7 @@ struct Options {
   uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
   float clampLuminance = 10;           // largest luminance of one contribution there
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
+  bool withoutSine = false;            // for tests: rays that cross beams leave the angle out of their own share
   bool mergesAny() const { return merges || mergesMedia; }
   bool hasLightPaths() const { return connects || mergesAny() || beams; }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
