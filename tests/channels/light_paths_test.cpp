@@ -57,6 +57,7 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
     EXPECT_EQ(transport.count(d->name) + signals.count(d->name), 1u) << d->name << ": say which of the two it is";
   }
   ASSERT_EQ(integrators.size(), transport.size() + signals.size());
+  const std::set<std::string> withMedia{"cloud", "fire", "shafts", "caustic_in_fog", "candle", "milk"};
   const char* const scale = std::getenv("KINORA_LPE_SCALE");
   const int times = scale ? std::max(1, std::atoi(scale)) : 1;
   std::map<std::string, double> seen;
@@ -73,7 +74,7 @@ TEST(LightPathChannels, StandardSetSumsToBeautyEverywhere) {
       SceneRender r(q);
       ASSERT_TRUE(r.ok());
       const std::string name = std::filesystem::path(file).stem().string();
-      const bool hasMedia = name == "cloud" || name == "fire" || name == "shafts" || name == "caustic_in_fog",
+      const bool hasMedia = withMedia.count(name) != 0,
                  scatters = integrator == "PxrPathTracer" || integrator == "PxrDirectLighting" ||
                             integrator == "PxrUnified" || integrator == "PxrVCM";
       for (const std::string& m : r.messages())

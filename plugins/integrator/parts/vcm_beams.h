@@ -304,7 +304,8 @@ class Beams {
           near_.inMedium(P, c.time[i], (extinction.x + extinction.y + extinction.z).lane0() * (1.f / 3));
       if (!(m.merges > 0) || x.distance > (b.isPoint() ? m.disk : m.gap)) continue;
       const float sine = Neighbourhoods<W>::sineOf(V::load(c.wo, i), V::load(wi, i)).lane0();
-      const float own = b.isPoint() ? m.cylinder : m.crossings * (o_.withoutSine ? 1.f : sine), all = m.merges + m.crossings * sine;
+      const float own = b.isPoint() ? m.cylinder : m.crossings * (o_.withoutSine ? 1.f : sine),
+                  all = m.merges + m.crossings * sine;
       if (!(own > 0)) continue;
       const PathSums camera = cameraSums(x.slot, depth, x.t, through[i]);
       const float last = o_.samplesLight(depth + b.verticesBefore) ? side.last(b, x.s, i) : 0.f;

@@ -258,7 +258,8 @@ TEST(PxrRectLight, DegeneratePlacements) {
 }
 
 TEST(PxrRectLight, NamesParametersWithoutEffectOnce) {
-  TestLight light(kName, {setText("cheapCausticsExcludeGroup", "balls"), set("msApprox", 0), setText("lightGroup", "key")});
+  TestLight light(kName,
+                  {setText("cheapCausticsExcludeGroup", "balls"), set("msApprox", 0), setText("lightGroup", "key")});
   ASSERT_EQ(light.warnings.size(), 1u);
   EXPECT_NE(light.warnings[0].find("cheapCausticsExcludeGroup"), std::string::npos);
   EXPECT_EQ(light.warnings[0].find("lightGroup"), std::string::npos) << "light path expressions use it";
