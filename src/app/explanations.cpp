@@ -395,6 +395,9 @@ constexpr Explanation kRooms[] = {
      "lights: in force where the Light stands) has. It is left out; "
      "the "
      "others run in the order in which the combiner names them."},
+    {"FILTER-FILM",
+     "filmMinX, filmMinY, filmMaxX and filmMaxY of a filter that lays a picture behind or over the frame leave no "
+     "window: a minimum is not below its maximum. The message says what is done instead."},
     {"FILTER-PICTURE",
      "A filter that lays a picture behind or over the frame has none: 'filename' is empty, or the picture has no "
      "pixels "

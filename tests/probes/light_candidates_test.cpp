@@ -1,6 +1,6 @@
 // Light samples chosen among candidates (PxrPathTracer, numLightCandidates): the mean is that of one sample for kinds of
 // lights, surfaces, links, filters, media and numbers of samples, unshadowed light too; bits do not depend on threads,
-// widths, groups, parts or crops, and under a sky it helps.
+// widths, groups, parts or crops. What it brings: docs/sampling.md.
 #include <string>
 
 #include "tests/probes/methods.h"
@@ -77,38 +77,6 @@ TEST(LightCandidates, KeepUnshadowedLight) {
   ASSERT_NE(text.find(old), std::string::npos);
   text.replace(text.find(old), old.size(), "\"string source\" [\"lpe:unoccluded;C[DS]+L\"]");
   expectMeanOfOne(text);
-}
-
-// Half of a sky's directions lie below a floor, and a sun beside it takes half of the samples.
-TEST(LightCandidates, HelpUnderASky) {
-  const std::string text = R"(
-    Hider "raytrace" "int maxsamples" [16]
-    Display "sky.exr" "openexr" "Ci,a,indirect,ball,key"
-    DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
-    DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
-    Format 32 32 1
-    PixelFilter "box" 1 1
-    Projection "perspective" "fov" [40]
-    Translate 0 -0.3 4
-    WorldBegin
-      Light "PxrDomeLight" "sky" "color lightColor" [0.4 0.6 1]
-      AttributeBegin
-        Rotate -60 1 0 0
-        Light "PxrDistantLight" "sun" "float intensity" [20000] "float angleExtent" [0.5]
-      AttributeEnd
-      Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.5 0.5 0.5]
-      Polygon "vertex point P" [-9 -1 -9  9 -1 -9  9 -1 9  -9 -1 9]
-      Sphere 0.8 -0.8 0.8 360
-    WorldEnd
-  )";
-  const auto varianceWith = [&](const Method& m) {
-    Workshop stage;
-    double sum = 0;
-    for (const auto& t : renderAll(stage, text, m, 100, 24).at("Ci").tiles)
-      sum += t.standardError() * t.standardError();
-    return sum;
-  };
-  EXPECT_LT(varianceWith(candidates()), 0.6 * varianceWith(pathTracer(2)));
 }
 
 }  // namespace
