@@ -389,6 +389,12 @@ void Frame::endStage(uint32_t stage, int first, int last) {
   if (host.failed) std::rethrow_exception(host.failed);
 }
 
+// Of a path at a pixel, whose number for it is u: where lines open one after the other, pixels have times of their own.
+static float timeOf(const CameraState& camera, float u, int x, int y) {
+  const float time = camera.times.empty() ? u : shutterTime(camera.times, u);
+  return camera.rolling.rolls() ? camera.rolling.time(x, y, time) : time;
+}
+
 void Frame::cameraRays(Worker& w, uint32_t n) {
   shade::GroupState& s = w.state();
   Arena& arena = s.arena();
@@ -420,9 +426,7 @@ void Frame::cameraRays(Worker& w, uint32_t n) {
     s.weights()[i] = f.weight;
     for (size_t k = 0; k < w.filterWeights.size(); ++k)
       w.filterWeights[k][i] = in_.jitter ? in_.ratios[k].weight(u, v) : 1.f;
-    float& time = s.group().paths.rays.time[i];
-    time = camera.times.empty() ? x[4][i] : shutterTime(camera.times, x[4][i]);
-    if (camera.rolling.rolls()) time = camera.rolling.time(s.pixelX()[i], s.pixelY()[i], time);
+    s.group().paths.rays.time[i] = timeOf(camera, x[4][i], s.pixelX()[i], s.pixelY()[i]);
   }
   Rays& r = s.group().paths.rays;
   in_.world->world().world->avoidFlatMoments(r.time, m);
@@ -560,13 +564,10 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
     timeSeed[i] = pixelSeed(int32_t(pixel % columns), int32_t(pixel / columns), in_.seed);
   }
   drawSpan(in_.world->width())(w.services().samples, m, timeSeed, s.group().paths.sampleIndex, kDimTime, u, v);
-  const std::vector<float>& times = in_.world->camera().times;
-  const RollingShutter& rolling = in_.world->camera().rolling;
+  const CameraState& camera = in_.world->camera();
   for (uint32_t i = 0; i < m; ++i) {
-    float& time = s.group().paths.rays.time[i];
-    time = times.empty() ? u[i] : shutterTime(times, u[i]);
-    const uint64_t pixel = s.numbers()[i] % pixels;
-    if (rolling.rolls()) time = rolling.time(int(pixel % columns), int(pixel / columns), time);
+    const uint64_t pixel = camera.rolling.rolls() ? s.numbers()[i] % pixels : 0;
+    s.group().paths.rays.time[i] = timeOf(camera, u[i], int(pixel % columns), int(pixel / columns));
   }
   in_.world->world().world->avoidFlatMoments(s.group().paths.rays.time, m);
   s.group().rayWeight = weight;

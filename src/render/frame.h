@@ -58,8 +58,9 @@ class Frame {
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   uint64_t arenaBytes() const;
   uint64_t droppedRecords() const { return store_ ? store_->dropped() : 0; }
-  // Null: the integrator learns nothing.
+  // Null: the integrator keeps no records between stages.
   const PassStore* store() const { return store_.get(); }
+  // Null: the integrator learns nothing.
   const LearnedState* learned() const { return learned_.get(); }
   // False where the integrator wants to learn and cannot, see kinora/integrator.h, Learning.
   bool learnsAsWanted() const { return learnsAsWanted_; }

@@ -6,7 +6,6 @@
 #if KINORA_PLAIN
 #include <iterator>
 #include <string>
-#include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrPathTracer {
@@ -106,12 +105,6 @@ constexpr Param kParams[] = {
     pathParameters::kMaxIterations,
 };
 enum : uint32_t { kMaxPathLength = 15 };
-constexpr const Param& parameter(std::string_view name) {
-  const Param* p = kParams;
-  while (p->name != name) ++p;
-  return *p;
-}
-
 std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   namespace from = pathParameters;
   auto o = std::make_unique<PathLoopOptions>();
@@ -125,7 +118,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
   const NamedValues values(info, kParams, std::size(kParams));
   if (const std::string mode = values.string("sampleMode"); mode == "manual") {
-    const auto number = [&](const char* name) { return uint32_t(from::within(values, parameter(name))); };
+    const auto number = [&](const char* name) { return uint32_t(from::within(values, from::named(kParams, name))); };
     o->byLobe = {true, number("numDiffuseSamples"), number("numSpecularSamples"), number("numRefractionSamples"),
                  number("numSubsurfaceSamples")};
     o->byLobe.given = o->byLobe.most() > 1;
@@ -135,13 +128,13 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   }
   o->guides = values.number("risPathGuiding") != 0;
   o->learnsLights = values.number("learnLights") != 0;
-  o->lightCandidates = uint32_t(from::within(values, parameter("numLightCandidates")));
+  o->lightCandidates = uint32_t(from::within(values, from::named(kParams, "numLightCandidates")));
   o->guiding = guiding::optionsFor(o->guides, o->learnsLights);
-  o->guiding.samples = uint32_t(from::within(values, parameter("guidingSamples")));
-  o->guiding.regions = uint32_t(from::within(values, parameter("guidingRegions")));
+  o->guiding.samples = uint32_t(from::within(values, from::named(kParams, "guidingSamples")));
+  o->guiding.regions = uint32_t(from::within(values, from::named(kParams, "guidingRegions")));
   o->manifold = from::manifold(values);
   o->refractsAlpha = values.number("accumOpacity") != 0;
-  o->mostPassed = int32_t(from::within(values, parameter("maxContinuationLength")));
+  o->mostPassed = int32_t(from::within(values, from::named(kParams, "maxContinuationLength")));
   return o;
 }
 inline uint32_t learning(const void* data, Learning* out) {

@@ -10,7 +10,6 @@
 #include <kinora/named_values.h>
 
 #include <string>
-#include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrUnified {
@@ -130,12 +129,6 @@ constexpr Param kParams[] = {
         .help("No effect: bounces are counted by maxIndirectBounces, for all objects and lobes alike."),
 };
 
-constexpr const Param& parameter(std::string_view name) {
-  const Param* p = kParams;
-  while (p->name != name) ++p;
-  return *p;
-}
-
 struct Data {
   bool isForward;
   PathLoopOptions forward;
@@ -163,11 +156,11 @@ struct Data {
     forward.rouletteThreshold = threshold;
     forward.manifold = from::manifold(v);
     forward.refractsAlpha = v.integer("accumOpacity") != 0;
-    forward.unshadowedEnd = from::within(v, parameter("catchAllLights"));
-    forward.clampCaustic = from::within(v, parameter("causticClamp"));
-    forward.clampDirect = from::within(v, parameter("directClamp"));
-    forward.emission = from::within(v, parameter("emissionMultiplier"));
-    const float farthest = from::within(v, parameter("maxRayDistance"));
+    forward.unshadowedEnd = from::within(v, from::named(kParams, "catchAllLights"));
+    forward.clampCaustic = from::within(v, from::named(kParams, "causticClamp"));
+    forward.clampDirect = from::within(v, from::named(kParams, "directClamp"));
+    forward.emission = from::within(v, from::named(kParams, "emissionMultiplier"));
+    const float farthest = from::within(v, from::named(kParams, "maxRayDistance"));
     if (farthest > 0) forward.farthest = farthest;
     forward.guides = isForward && v.integer("risPathGuiding") != 0;
     const int learned = v.integer("indirectTrainingSamples");

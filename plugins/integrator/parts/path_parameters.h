@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <string_view>
 
 namespace kinora::pathParameters {
 
@@ -90,6 +91,11 @@ inline constexpr Param kMaxInterfaces =
 inline constexpr Param kMaxIterations =
     param::integer("maxIterations", 20).range(1, 100).help("Steps of a walk at most.");
 
+// Of a list that has it.
+constexpr const Param& named(const Param* list, std::string_view name) {
+  while (list->name != name) ++list;
+  return *list;
+}
 // A number that may not lie outside of its declared range: it is moved there, which is told.
 inline float within(const NamedValues& values, const Param& parameter) {
   const float x = float(values.number(parameter.name)), low = parameter.low, high = parameter.high;

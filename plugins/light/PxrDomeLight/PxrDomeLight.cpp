@@ -25,6 +25,7 @@
 #include "plugins/light/parts/dome_map.h"
 #include "plugins/light/parts/grey_sky.h"
 #include "plugins/light/parts/mis_compensation.h"
+#include "plugins/light/parts/sky_axes.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrDomeLight {
@@ -152,11 +153,7 @@ bool buildDistribution(Data& k) {
     total += rowWeight[size_t(j)];
   }
   k.sampledShare = total / (4 * kPi * k.meanRadiance);
-  mean = mean * (1 / total);
-  for (int c = 0; c < 3; ++c) {
-    const double local = c == 0 ? mean.x : c == 1 ? mean.y : mean.z;
-    k.meanDirection = k.meanDirection + Double3{k.axis[c].x, k.axis[c].y, k.axis[c].z} * local;
-  }
+  k.meanDirection = lightParts::inRender(k.axis, mean * (1 / total));
   k.rowCdf.resize(size_t(k.rows) + 1);
   k.cellCdf.resize((size_t(k.columns) + 1) * k.rows);
   k.density.resize(cells.size());
@@ -181,17 +178,6 @@ bool buildDistribution(Data& k) {
   return true;
 }
 
-// Rotation and mirroring of the placement alone.
-bool setAxes(const LocalFrame& f, Data& k) {
-  const Double3 z = normalized(f.z), y = normalized(normalized(f.y) - z * dot(normalized(f.y), z));
-  Double3 x = cross(y, z);
-  if (dot(x, f.x) < 0) x = x * -1;
-  k.axis[0] = Float3(x);
-  k.axis[1] = Float3(y);
-  k.axis[2] = Float3(z);
-  return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, normalized(f.x))) > 1e-6;
-}
-
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   const LocalFrame frame = LocalFrame::of(info);
@@ -200,7 +186,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   light->map.load(values);
   lightParts::greySkyWithout(light->map, "lightColorMap", values, light->common);
   values.warnNoEffect();
-  if (!setAxes(frame, *light)) {
+  if (!lightParts::setSkyAxes(frame, light->axis)) {
     values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
     return light;
   }

@@ -16,6 +16,7 @@
 #include <kinora/light_author.h>
 
 #include "plugins/light/parts/mis_compensation.h"
+#include "plugins/light/parts/sky_axes.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrEnvDayLight {
@@ -253,14 +254,6 @@ void sunIrradiance(double T, double elevation, double rgb[3]) {
   }
 }
 
-Double3 inRender(const Data& k, Double3 local) {
-  Double3 r;
-  for (const auto& [axis, by] :
-       {std::pair(k.axis[0], local.x), std::pair(k.axis[1], local.y), std::pair(k.axis[2], local.z)})
-    r = r + Double3{axis.x, axis.y, axis.z} * by;
-  return r;
-}
-
 // The grid's cells by the light's own evaluate (without sun and density yet), four places each way in a cell.
 void buildGrid(Data& k, double skyIrradiance[3]) {
   constexpr int kPlaces = 4;
@@ -279,7 +272,7 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
       const double z = 2 * (row + (place + 0.5) / kPlaces) / kRows - 1, s = std::sqrt(1 - z * z);
       for (int i = 0; i < kColumns * kPlaces; ++i) {
         const double turn = 2 * kPi * (i + 0.5) / (kColumns * kPlaces);
-        const Double3 l = inRender(k, {s * std::cos(turn), s * std::sin(turn), z});
+        const Double3 l = lightParts::inRender(k.axis, {s * std::cos(turn), s * std::sin(turn), z});
         d[0][size_t(i)] = float(l.x);
         d[1][size_t(i)] = float(l.y);
         d[2][size_t(i)] = float(l.z);
@@ -319,7 +312,8 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
     for (int i = 0; i < kColumns; ++i) {
       const double z = 2 * (row + 0.5) / kRows - 1, s = std::sqrt(1 - z * z), turn = 2 * kPi * (i + 0.5) / kColumns;
       const double share = cell[size_t(row) * kColumns + size_t(i)] / total;
-      k.meanDirection = k.meanDirection + inRender(k, {s * std::cos(turn), s * std::sin(turn), z}) * share;
+      k.meanDirection =
+          k.meanDirection + lightParts::inRender(k.axis, {s * std::cos(turn), s * std::sin(turn), z}) * share;
     }
   // none without density: a cell's places may all have missed a bright corner
   for (double& x : cell) x += 0.01 * total / cells;
@@ -342,24 +336,13 @@ void buildGrid(Data& k, double skyIrradiance[3]) {
   }
 }
 
-// Rotation and mirroring of the placement alone.
-bool setAxes(const LocalFrame& f, Data& k) {
-  const Double3 z = normalized(f.z), y = normalized(normalized(f.y) - z * dot(normalized(f.y), z));
-  Double3 x = cross(y, z);
-  if (dot(x, f.x) < 0) x = x * -1;
-  k.axis[0] = Float3(x);
-  k.axis[1] = Float3(y);
-  k.axis[2] = Float3(z);
-  return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, normalized(f.x))) > 1e-6;
-}
-
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, pxrEnvDayLight::kParams.data(), pxrEnvDayLight::kParams.size());
   const LocalFrame frame = LocalFrame::of(info);
   auto light = std::make_unique<Data>();
   light->common = LightCommon::of(values, -1);
   values.warnNoEffect();
-  if (!setAxes(frame, *light)) {
+  if (!lightParts::setSkyAxes(frame, light->axis)) {
     values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no directions", "the light is black");
     return light;
   }
@@ -421,7 +404,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     light->meanRadiance += sunMean / (4 * kPi);
     light->sampledMean += sunMean / (4 * kPi);
     const double share = sunMean / (4 * kPi * light->sampledMean);
-    const Double3 towards = inRender(*light, sun);
+    const Double3 towards = lightParts::inRender(light->axis, sun);
     light->meanDirection = light->meanDirection * (1 - share) + towards * share;
   }
   return light;
