@@ -11,13 +11,15 @@
 #include <string_view>
 #include <vector>
 
+#include "base/file_name.h"
+
 namespace kinora {
 
-// Where a thing was said. `file` is shared so that a million objects cost 12 bytes each, not a string each.
+// Where a thing was said, in 8 bytes.
 struct SourcePos {
-  std::shared_ptr<const std::string> file;  // null: not from a file (command line, default)
-  uint32_t line = 0;                        // from 1; 0: unknown
-  std::string str() const;                  // "file.rib:12", or "" when unknown
+  FileName file;            // none: not from a file (command line, default)
+  uint32_t line = 0;        // from 1; 0: unknown
+  std::string str() const;  // "file.rib:12", or "" when unknown
 };
 
 enum class Severity { Info, Warning, Error };

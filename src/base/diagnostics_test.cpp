@@ -9,7 +9,7 @@ namespace {
 struct Printed {
   std::vector<std::string> lines;
   Diagnostics d{[this](const std::string& line, Severity) { lines.push_back(line); }};
-  std::shared_ptr<const std::string> file = std::make_shared<const std::string>("a.rib");
+  FileName file{"a.rib"};
   void say(Severity s, const char* code, uint32_t line) { d.report({s, code, {file, line}, "wrong", "", ""}); }
 };
 
@@ -62,6 +62,20 @@ TEST(Diagnostics, QuietAndVerbose) {
   p.d.summary();
   ASSERT_EQ(p.lines.size(), 4u);
   EXPECT_NE(p.lines[3].find("2 more of X-BAD"), std::string::npos) << p.lines[3];
+}
+
+// A million parameters say where they stand, and most stand in one file.
+TEST(SourcePos, TakesEightBytesAndSharesNames) {
+  static_assert(sizeof(SourcePos) == 8);
+  const FileName a("a.rib"), again("a.rib"), b("b.rib");
+  EXPECT_EQ(a, again);
+  EXPECT_NE(a, b);
+  EXPECT_EQ(&*a, &*again);
+  EXPECT_EQ((SourcePos{b, 3}.str()), "b.rib:3");
+  EXPECT_FALSE(SourcePos{}.file);
+  EXPECT_EQ(SourcePos{}.str(), "");
+  // no name is a name too: what has no file says so by having none
+  EXPECT_TRUE(FileName(""));
 }
 
 }  // namespace

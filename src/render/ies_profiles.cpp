@@ -61,8 +61,7 @@ scene::NodePtr iesFilterOf(const scene::Node& light, const std::vector<std::stri
   }
   light::IesProfile profile;
   if (const light::IesError e = light::readIes(text, profile); e.line) {
-    diagnostics.warning("ASSET-IES-READ", {std::make_shared<const std::string>(path), e.line},
-                        e.what + " (IES profile of " + who + ")", done);
+    diagnostics.warning("ASSET-IES-READ", {FileName(path), e.line}, e.what + " (IES profile of " + who + ")", done);
     return nullptr;
   }
   auto n = std::make_shared<scene::Node>();

@@ -362,8 +362,7 @@ bool Converter::file(const std::string& given) {
       std::make_unique<Lexer>(std::move(source), path == "-" ? "stdin" : path, m.messages, &Interpreter::isRequest);
   s.identity = Impl::identityOf(path);
   if (m.run(std::move(s))) return true;
-  m.messages.error("RIB-EMPTY", {std::make_shared<const std::string>(path), 0}, "the file holds no request",
-                   "nothing is converted");
+  m.messages.error("RIB-EMPTY", {FileName(path), 0}, "the file holds no request", "nothing is converted");
   return false;
 }
 

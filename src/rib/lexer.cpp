@@ -39,11 +39,8 @@ constexpr double kPowersOfTen[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7
 
 }  // namespace
 
-Lexer::Lexer(std::unique_ptr<ByteSource> source, std::string name, Diagnostics& messages, IsRequest isRequest)
-    : source_(std::move(source)),
-      file_(std::make_shared<const std::string>(std::move(name))),
-      messages_(messages),
-      isRequest_(isRequest) {}
+Lexer::Lexer(std::unique_ptr<ByteSource> source, std::string_view name, Diagnostics& messages, IsRequest isRequest)
+    : source_(std::move(source)), file_(name), messages_(messages), isRequest_(isRequest) {}
 
 void Lexer::complain(Severity s, const char* code, std::string what, std::string done, std::string advice) {
   messages_.report({s, code, {file_, line_}, std::move(what), std::move(done), std::move(advice)});

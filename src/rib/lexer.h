@@ -16,7 +16,7 @@ namespace kinora::rib {
 class Lexer {
  public:
   using IsRequest = bool (*)(std::string_view word);
-  Lexer(std::unique_ptr<ByteSource> source, std::string name, Diagnostics& messages, IsRequest isRequest);
+  Lexer(std::unique_ptr<ByteSource> source, std::string_view name, Diagnostics& messages, IsRequest isRequest);
 
   // The next request and all that stands before the one after it; false at the end of the stream.
   bool readRequest(Request& r);
@@ -56,7 +56,7 @@ class Lexer {
   void complain(Severity s, const char* code, std::string what, std::string done, std::string advice = {});
 
   std::unique_ptr<ByteSource> source_;
-  std::shared_ptr<const std::string> file_;
+  FileName file_;
   Diagnostics& messages_;
   IsRequest isRequest_;
 

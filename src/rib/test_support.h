@@ -63,7 +63,7 @@ inline void expectMessage(const Read& r, std::string_view code, uint32_t line) {
   const Message* m = r.find(code);
   ASSERT_TRUE(m) << "no " << code << " among:\n" << r.all();
   EXPECT_EQ(m->pos.line, line) << m->str();
-  ASSERT_TRUE(m->pos.file) << m->str();
+  ASSERT_TRUE(bool(m->pos.file)) << m->str();
   EXPECT_EQ(*m->pos.file, "t.rib");
   EXPECT_FALSE(m->what.empty());
   EXPECT_FALSE(m->done.empty()) << m->str();

@@ -69,7 +69,7 @@ class Filler {
     } else if constexpr (std::is_same_v<T, Matrix>) {
       for (int i = 0; i < 16; ++i) fill(value[i / 4][i % 4]);
     } else if constexpr (std::is_same_v<T, SourcePos>) {
-      value = {std::make_shared<const std::string>("filled.rib"), uint32_t(rng_() % 1000)};
+      value = {FileName("filled.rib"), uint32_t(rng_() % 1000)};
     } else if constexpr (std::is_same_v<T, ParameterList>) {
       for (int i = 0; i < 2; ++i) {
         Parameter p;
@@ -205,7 +205,7 @@ class Edits {
     } else if constexpr (std::is_same_v<T, Matrix>) {
       for (const int i : {1, 6, 14, 15}) edit(value[i / 4][i % 4], within(path, " " + std::to_string(i)), counts);
     } else if constexpr (std::is_same_v<T, SourcePos>) {
-      if (here(path, " file", counts)) value.file = std::make_shared<const std::string>("edited.rib");
+      if (here(path, " file", counts)) value.file = FileName("edited.rib");
       edit(value.line, within(path, " line"), counts);
     } else if constexpr (std::is_same_v<T, ParameterList>) {
       if (here(path, " longer", counts)) {

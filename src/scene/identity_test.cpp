@@ -99,7 +99,7 @@ TEST(Identity, PairsOfEditsAreToldApart) {
   }
 }
 
-SourcePos at(uint32_t line) { return {std::make_shared<const std::string>("scene.rib"), line}; }
+SourcePos at(uint32_t line) { return {FileName("scene.rib"), line}; }
 
 Primitive named(const std::string& name, uint32_t line, Shape shape = Quadric{}) {
   Primitive p;

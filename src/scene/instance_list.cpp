@@ -14,7 +14,7 @@ struct InstanceList::Block {
   struct Kind {
     uint32_t prototype = 0, solid = 0;
     AttributesPtr attributes;
-    std::shared_ptr<const std::string> file;
+    FileName file;
     bool operator==(const Kind&) const = default;
   };
   // Numbers that are mostly one as far from the one before as the others.

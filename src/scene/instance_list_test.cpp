@@ -59,8 +59,7 @@ class Maker {
   // How unlike the ones that follow are, from none at all to everything.
   void turn() { mode_ = below(6); }
   Instance next() {
-    static const auto kFile = std::make_shared<const std::string>("a.rib"),
-                      kOther = std::make_shared<const std::string>("b.rib");
+    static const auto kFile = FileName("a.rib"), kOther = FileName("b.rib");
     Instance i;
     i.id = mode_ == 4 ? uint32_t(rng_()) : ++id_;
     i.prototype = mode_ == 2 ? below(3) : 0;
@@ -194,7 +193,7 @@ TEST(InstanceList, TakesFewBytes) {
   const auto bytesEach = [](const std::function<Matrix(int)>& at) {
     InstanceList list;
     const auto attributes = std::make_shared<Attributes>();
-    const auto file = std::make_shared<const std::string>("a.rib");
+    const auto file = FileName("a.rib");
     constexpr int kCount = 100000;
     for (int i = 0; i < kCount; ++i)
       list.push_back({uint32_t(i), 0, Transform::fixed(at(i)), attributes, 0, {file, uint32_t(2 * i)}});

@@ -181,7 +181,7 @@ TEST(Scene, NamesAndStatistics) {
   mesh.verticesPerLoop = {3, 3};
   mesh.vertices = {0, 1, 2, 2, 1, 3};
   p.shape = mesh;
-  p.pos = {std::make_shared<const std::string>("f.rib"), 12};
+  p.pos = {FileName("f.rib"), 12};
   EXPECT_EQ(p.name(), "PointsPolygons at f.rib:12");
   auto a = std::make_shared<Attributes>();
   Parameter n;

@@ -54,7 +54,7 @@ std::optional<std::string> readSourceFile(const std::string& path) {
 namespace kinora::language::front {
 
 uint16_t Messages::addFile(const std::string& name, std::string text) {
-  files_.push_back({std::make_shared<const std::string>(name), std::move(text), {}});
+  files_.push_back({FileName(name), std::move(text), {}});
   return uint16_t(files_.size() - 1);
 }
 

@@ -40,7 +40,7 @@ class Messages {
 
  private:
   struct File {
-    std::shared_ptr<const std::string> name;
+    FileName name;
     std::string text;
     std::vector<uint32_t> lines;  // where each begins; made when the first message needs it
   };

@@ -520,7 +520,7 @@ class Reader {
       if (words_[i].kind != Word::Hint) return fail("an argument behind the hints");
       if (words_[i].text == "filename") {
         const std::vector<std::string> name = splitList(words_[i].body);
-        sourceFile_ = std::make_shared<const std::string>(name[0]);
+        sourceFile_ = FileName(name[0]);
       } else if (words_[i].text == "line") {
         int64_t line = 0;
         if (toInt(words_[i].body, line) && line >= 0 && line < INT32_MAX) sourceLine_ = uint32_t(line);
@@ -590,7 +590,7 @@ class Reader {
   std::unordered_map<std::string, SymbolId> byName_;
   std::vector<Section> sections_;
   std::vector<RawOp> ops_;
-  std::shared_ptr<const std::string> sourceFile_;
+  FileName sourceFile_;
   uint32_t sourceLine_ = 0;
 };
 
