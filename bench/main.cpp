@@ -2,6 +2,7 @@
 // says what they have been).
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -12,7 +13,9 @@
 #include "core.h"
 #include "edits.h"
 #include "lights.h"
+#include "match_orders.h"
 #include "rich_scene.h"
+#include "sequences.h"
 #include "shading.h"
 #include "simd/dispatch.h"
 
@@ -72,6 +75,16 @@ constexpr Group kLights[] = {
      "its variance against choice by power; bytes_per_light, light_build_seconds"},
 };
 
+constexpr Group kSampling[] = {
+    {"integrals", &measureIntegrals,
+     "error_SEQUENCE_INTEGRAND_N: root mean square error over pixels of N samples, over the integral; "
+     "gain_matched_*: "
+     "variance of sequences that are shuffled against each other by chance over that of matched ones"},
+    {"screen", &measureScreen,
+     "screen_*: what is left of the error of pixels when neighbours are averaged, over what is left of independent "
+     "errors"},
+};
+
 int writeScenes(const std::string& folder, bool quick) {
   if (folder.empty()) {
     std::fputs("kinora-bench: error CLI-NAME: scenes go into a folder; nothing was written; try --out FOLDER\n",
@@ -105,6 +118,9 @@ int list() {
   for (const Group& g : kLights) std::printf("  %-12s %s\n", g.name, g.meaning);
   std::puts("edits: an edited scene rendered again");
   for (const Group& g : kEdits) std::printf("  %-12s %s\n", g.name, g.meaning);
+  std::puts("sampling: sequences of samples against each other");
+  for (const Group& g : kSampling) std::printf("  %-12s %s\n", g.name, g.meaning);
+  std::puts("match_orders: measures nothing; prints the orders of src/sampling/matched_orders.cpp");
   std::puts("scenes: measures nothing; writes rich.rib and glass.rib with their textures into the folder of --out");
   return 0;
 }
@@ -119,7 +135,8 @@ int main(int count, char** values) {
   CLI::App app{"Measures Kinora. NAME is a family; `kinora-bench list` says what each measures and against what."};
   std::string name, json, out;
   Options options;
-  app.add_option("NAME", name, "a family (core, shading, lights, edits), list, or scenes")->required();
+  app.add_option("NAME", name, "a family (core, shading, lights, edits, sampling), list, match_orders, or scenes")
+      ->required();
   app.add_option("--json", json, "write the figures here as flat JSON");
   app.add_option("--out", out, "folder for what `scenes` writes");
   app.add_option("--repeat", options.repeat, "repetitions of each measure (default 5)")->check(CLI::Range(1, 1000));
@@ -136,7 +153,12 @@ int main(int count, char** values) {
   }
   if (name == "list") return list();
   if (name == "scenes") return writeScenes(out, options.quick);
-  if (name != "core" && name != "shading" && name != "lights" && name != "edits") {
+  if (name == "match_orders") return printMatchedOrders(options.quick);
+  const std::pair<const char*, std::span<const Group>> families[] = {
+      {"core", kCore}, {"shading", kShading}, {"lights", kLights}, {"edits", kEdits}, {"sampling", kSampling}};
+  const auto* const family =
+      std::find_if(std::begin(families), std::end(families), [&](const auto& f) { return name == f.first; });
+  if (family == std::end(families)) {
     std::fprintf(stderr, "kinora-bench: error CLI-NAME: no family '%s'; nothing was run; try `kinora-bench list`\n",
                  name.c_str());
     return 2;
@@ -144,11 +166,7 @@ int main(int count, char** values) {
   Figures figures;
   bool ran = false;
   kinora::setThreadFloatMode();
-  const std::span<const Group> groups = name == "core"      ? std::span<const Group>(kCore)
-                                        : name == "shading" ? std::span<const Group>(kShading)
-                                        : name == "lights"  ? std::span<const Group>(kLights)
-                                                            : std::span<const Group>(kEdits);
-  for (const Group& g : groups) {
+  for (const Group& g : family->second) {
     if (!options.filter.empty() && options.filter != g.name) continue;
     std::printf("%s\n", g.name);
     g.run(options, figures);

@@ -226,7 +226,7 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const I e = I::load(entry + i);
     F u, v, p;
     draw2(services->samples, I::load(c.sampleSeed + i), I::load(c.sampleIndex + i) * I(parts) + I(part),
-          dimensionAt(depth) + kDimGuide, u, v);
+          subSampled(dimensionAt(depth) + kDimGuide, part, parts), u, v);
     const Mask<W> on = Guides<W>::isOn(e);
     const Vec3<W> d = guides.sample(select(on, Guides<W>::regionOf(e), I(0)), u, v, p);
     select(on, d, Vec3<W>::load(c.N, i)).store(wi, i);
@@ -270,7 +270,7 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const F total = w1 + w2;
     F choice, lobe;
     draw2(services->samples, I::load(c.sampleSeed + i), I::load(c.sampleIndex + i) * I(parts) + I(part),
-          dimensionAt(depth) + kDimGuideChoice, choice, lobe);
+          subSampled(dimensionAt(depth) + kDimGuideChoice, part, parts), choice, lobe);
     const Mask<W> second = on & (choice * total >= w1) & (w2 > F(0.f));
     const F inverse = total / max(select(second, f2 * g2, t1), F(1e-38f));
     const F p = select(second, p2, p1);

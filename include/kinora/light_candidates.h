@@ -41,7 +41,7 @@ class LightCandidates {
     for (uint32_t i = 0; i < c_.padded; i += W) {
       F unused, u;
       draw2(sv_->samples, I::load(c_.sampleSeed + i), I::load(c_.sampleIndex + i) * I(parts) + I(part),
-            dimensionAt(c_.depth) + kDimRoulette, unused, u);
+            subSampled(dimensionAt(c_.depth) + kDimRoulette, part, parts), unused, u);
       u.store(x + i);
       const F w = worth(samples, scattered, i, throughput, shares);
       w.store(chosen + i);

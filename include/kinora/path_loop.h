@@ -727,7 +727,7 @@ class PathLoop {
       }
       float* pdf = floats(c.padded);
       uint32_t *slot = words(c.padded), *flags = words(c.padded);
-      const uint32_t dim = dimensionAt(depth);
+      const uint32_t dim = subSampled(dimensionAt(depth), part, parts);
       for (uint32_t i = 0; i < c.padded; i += W) {
         const Int<W> seed = Int<W>::load(c.sampleSeed + i);
         const Int<W> sample = Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part);
@@ -878,7 +878,8 @@ class PathLoop {
         const Slots<W> s = Slots<W>::load(c.path + i);
         F a, b;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i),
-              Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part), dimensionAt(depth) + kDimBelow, a, b);
+              Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part),
+              subSampled(dimensionAt(depth) + kDimBelow, part, parts), a, b);
         const Vec3<W> local = cosineHemisphere(a, b), Ng = Vec3<W>::load(c.Ng, i);
         const Vec3<W> w = Frame<W>(Vec3<W>::load(c.N, i)).toWorld(local);
         on = on & (dot(Ng, w) > F(0.f)) & (local.z > F(0.f)) & (maxComponent(Vec3<W>::get(throughput_, s)) > F(0.f));

@@ -3,7 +3,9 @@
 // (Christensen, Kensler, Kilpatrick, EGSR 2018). A hash picks the sequence, shuffles the index so that every aligned
 // block of 2^k samples stays one (a bit may change with those above it only), and exclusive-ors the digits, which
 // keeps all base-2 strata. The shuffle must not be a mere exclusive or: sample 2k + 1 of all these sequences lies in
-// the other half than sample 2k, so that the leading digits of any two dimensions would agree. Included per target.
+// the other half than sample 2k, so that the leading digits of any two dimensions would agree. The first dimensions of
+// a camera path have fixed orders in place of hashed shuffles, so that they are stratified with each other as well
+// (sampling/matched_orders.h). Included per target.
 #include <kinora/sample_table.h>
 #include <kinora/simd/wide.h>
 
@@ -38,6 +40,21 @@ KN_INLINE Int<W> reverse16(Int<W> x) {
   return ((x & I(0x00ff)).template shl<8>()) | (x.template shr<8>() & I(0x00ff));
 }
 
+// The place of a sample within a set, shuffled by hashes: nested, in reversed bit order, where products and sums carry
+// the right way (Laine and Karras' hash, EGSR 2011, with N. Vegdahl's constants, 2021). Bits above logSamples are waste.
+template <int W>
+KN_INLINE Int<W> shuffled(const SampleTable& t, Int<W> sample, Int<W> h, Int<W> h2) {
+  const Int<W> h4 = h ^ h.template shr<15>();
+  Int<W> x = Int<W>(hn::BitCast(
+      typename Int<W>::D(),
+      hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), reverse16(sample).v), int(16 - t.logSamples))));
+  x = x ^ (x * Int<W>(0x3d20adeau));
+  x = x + h4.template shr<4>();
+  x = x * (h2.template shr<16>() | Int<W>(1));
+  x = x ^ (x * Int<W>(0x05526c56u));
+  return x ^ (x * Int<W>(0x53a22864u));
+}
+
 // Two numbers in [0, 1) for each lane.
 template <int W>
 KN_INLINE void draw2(const SampleTable& t, Int<W> seed, Int<W> sample, uint32_t dimension, Float<W>& u, Float<W>& v) {
@@ -50,18 +67,10 @@ KN_INLINE void draw2(const SampleTable& t, Int<W> seed, Int<W> sample, uint32_t 
   const Int<W> set = h & Int<W>(uint32_t((1u << t.logSets) - 1));
   const Int<W> h2 = h * Int<W>(0x2C1B3C6Du);
   const Int<W> h3 = (h ^ h.template shr<13>()) * Int<W>(0x297A2D39u);
-  // Nested shuffle in reversed bit order, where products and sums carry the right way: Laine and Karras' hash (EGSR
-  // 2011) with N. Vegdahl's constants (2021).
-  const Int<W> h4 = h ^ h.template shr<15>();
-  Int<W> x = Int<W>(hn::BitCast(
-      typename Int<W>::D(),
-      hn::ShiftRightSame(hn::BitCast(typename Int<W>::DU(), reverse16(sample).v), int(16 - t.logSamples))));
-  x = x ^ (x * Int<W>(0x3d20adeau));
-  x = x + h4.template shr<4>();
-  x = x * (h2.template shr<16>() | Int<W>(1));
-  x = x ^ (x * Int<W>(0x05526c56u));
-  x = x ^ (x * Int<W>(0x53a22864u));
-  const Int<W> index = (x & mask) + set * Int<W>(uint32_t(1u << t.logSamples));
+  const uint32_t row = dimension < kMatchedDimensions ? t.rowOf[dimension] : kHashedOrder;
+  const Int<W> place = row == kHashedOrder ? shuffled(t, sample, h, h2) & mask
+                                           : gather(t.orders, (sample & mask) + Int<W>(row << t.logSamples));
+  const Int<W> index = place + set * Int<W>(uint32_t(1u << t.logSamples));
   u = toUnitFloat(gather(t.xs, index) ^ h3);
   v = toUnitFloat(gather(t.ys, index) ^ (h3 * Int<W>(0x165667B1u) + h2));
 }

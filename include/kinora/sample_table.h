@@ -10,7 +10,20 @@ struct SampleTable {
   const uint32_t* xs;
   const uint32_t* ys;
   uint32_t logSets, logSamples;  // both powers of two
+  // Dimensions that are stratified with each other: `orders` has a row of `samples` entries for each, the place within
+  // a set of the pixel's i-th sample. rowOf: by dimension below kMatchedDimensions; kHashedOrder: a hash shuffles.
+  const uint32_t* orders;
+  const uint8_t* rowOf;
 };
+inline constexpr uint32_t kMatchedDimensions = 80;
+inline constexpr uint8_t kHashedOrder = 0xff;
+// Or-ed to a dimension where the index is not that of a camera path among its pixel's, so that no other dimension can
+// be matched with it: sub-samples of a split, light paths.
+inline constexpr uint32_t kOwnIndex = 0x80000000u;
+// The dimension of sub-sample `part` of `parts`, whose index is the sample's times `parts` plus `part`.
+inline constexpr uint32_t subSampled(uint32_t dimension, uint32_t part, uint32_t parts) {
+  return part || parts != 1 ? dimension | kOwnIndex : dimension;
+}
 // 32-bit mix of two words (constants of "lowbias32", C. Wellons, 2018).
 inline uint32_t hashWords(uint32_t a, uint32_t b) {
   uint32_t x = a ^ (b * 0x9E3779B9u + 0x85EBCA6Bu);

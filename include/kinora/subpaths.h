@@ -261,7 +261,7 @@ class Subpaths {
       for (uint32_t k = 0; k < 4; k += 2) {
         F x, y;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
-              dimensionAt(depth) + (k ? kDimLobe : kDimBxdf), x, y);
+              dimension(depth) + (k ? kDimLobe : kDimBxdf), x, y);
         x.store(random[k] + i);
         y.store(random[k + 1] + i);
       }
@@ -288,7 +288,7 @@ class Subpaths {
       if (depth >= roulette_.depth) {
         F r, unused;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
-              dimensionAt(depth) + kDimRoulette, r, unused);
+              dimension(depth) + kDimRoulette, r, unused);
         const F left = began_ ? maxComponent(t) / max(s.get(began_), F(1e-38f)) : maxComponent(t);
         const F goesOn = clamp(left * F(1.f / roulette_.threshold), F(0.05f), F(1.f));
         on = on & (r < goesOn);
@@ -343,6 +343,10 @@ class Subpaths {
  private:
   float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(sv_->alloc(g_, (n + kPad) * sizeof(uint32_t))); }
+  // Light paths share sample indices and dimensions with the camera paths that they are connected to.
+  uint32_t dimension(uint32_t depth) const {
+    return dimensionAt(depth) | (traits_ & kTraitLightPath ? kOwnIndex : 0);
+  }
 
   Group* g_;
   const Services* sv_;

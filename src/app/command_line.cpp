@@ -57,6 +57,14 @@ bool isOverInput(Diagnostics& diagnostics, const std::string& output, const std:
   return false;
 }
 
+std::optional<std::string> readCrop(const std::vector<float>& c, std::array<float, 4>& out) {
+  // written so that NaN fails
+  if (c.size() != 4 || !(c[0] >= 0 && c[0] < c[1] && c[1] <= 1 && c[2] >= 0 && c[2] < c[3] && c[3] <= 1))
+    return "--crop takes XMIN XMAX YMIN YMAX within 0..1, each MIN below its MAX";
+  out = {c[0], c[1], c[2], c[3]};
+  return {};
+}
+
 bool splitInts(const std::string& text, char separator, std::vector<int>& out) {
   out.clear();
   const char *at = text.data(), *end = at + text.size();

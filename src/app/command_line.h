@@ -1,6 +1,7 @@
 // What the commands' option parsers share. Called by each command; it prints help and version itself and turns a
 // mistake into one message with exit code 2. It knows no option of any command.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -31,6 +32,9 @@ bool isOverInput(Diagnostics& diagnostics, const std::string& output, const std:
 
 // Numbers separated by one character, nothing before or after: "640x360", "0:16", "10,20,3". False when not so.
 bool splitInts(const std::string& text, char separator, std::vector<int>& out);
+
+// Four numbers of --crop as XMIN XMAX YMIN YMAX; what is wrong with them, or nothing.
+std::optional<std::string> readCrop(const std::vector<float>& numbers, std::array<float, 4>& out);
 
 // "4G", "512M", "1.5G", "100k" (powers of 1024, with or without a B or iB) or bytes; 0 when it is none of these.
 uint64_t parseSize(const std::string& text);

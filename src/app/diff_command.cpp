@@ -19,6 +19,7 @@ int runDiff(const Arguments& arguments) {
                  "value differs by more than the threshold.");
   std::string a, b, picture;
   film::DiffLimits limits;
+  std::vector<float> part;
   float gain = 1;
   parser->add_option("A", a, "an image")->required();
   parser->add_option("B", b, "the reference")->required();
@@ -30,9 +31,14 @@ int runDiff(const Arguments& arguments) {
   parser->add_option("--pixels", limits.differingPixels, "limit on the share of differing pixels, 0..1")
       ->type_name("SHARE");
   parser->add_option("--channels", limits.channels, "compare only these")->type_name("A,B")->delimiter(',');
+  parser->add_option("--crop", part, "compare only this part of the pictures, in 0..1 as CropWindow")
+      ->type_name("XMIN XMAX YMIN YMAX")
+      ->expected(4);
   parser->add_option("-o,--output", picture, "write |A - B| as a picture")->type_name("FILE");
   parser->add_option("--gain", gain, "factor on that picture (1)")->type_name("G");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
+  if (!part.empty())
+    if (const auto wrong = readCrop(part, limits.part)) return badCommandLine(diagnostics, *wrong);
   if (isOverInput(diagnostics, picture, {a, b})) return kBadCommandLine;
   const film::ToolResult result = film::diffImages(a, b, limits, picture, gain, diagnostics);
   fmt::print("{}", result.text);

@@ -59,11 +59,9 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     s.resolution = {numbers[0], numbers[1]};
   }
   if (!texts.crop.empty()) {
-    const std::vector<float>& c = texts.crop;
-    // written so that NaN fails
-    if (!(c[0] >= 0 && c[0] < c[1] && c[1] <= 1 && c[2] >= 0 && c[2] < c[3] && c[3] <= 1))
-      return std::string("--crop takes XMIN XMAX YMIN YMAX within 0..1, each MIN below its MAX");
-    s.crop = {c[0], c[1], c[2], c[3]};
+    std::array<float, 4> crop;
+    if (auto wrong = readCrop(texts.crop, crop)) return wrong;
+    s.crop = crop;
   }
   if (s.samplesPerPixel > 0 && (s.pixelVariance > 0 || s.pictureError > 0 || s.leastSamples > 0 || s.mostSamples > 0))
     return "--spp gives every pixel the same samples; --min-spp, --max-spp, --pixel-variance and --error leave that "

@@ -87,7 +87,8 @@ ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimi
   if (const image::Status s = image::read(a, first); !s.ok()) return failed(s, kToolUnreadable, diagnostics);
   if (const image::Status s = image::read(b, second); !s.ok()) return failed(s, kToolUnreadable, diagnostics);
   image::Difference d;
-  if (const image::Status s = image::compare(first, second, {limits.valueThreshold, 1e-2, limits.channels}, d);
+  if (const image::Status s =
+          image::compare(first, second, {limits.valueThreshold, 1e-2, limits.channels, limits.part}, d);
       !s.ok()) {
     // pictures that cannot be compared are different; the message says how
     diagnostics.error(s.code, {}, s.what);

@@ -2,6 +2,7 @@
 // line, prints the text on standard output and ends with the exit code. Problems go through Diagnostics (IMAGE-*,
 // FILM-*, DISPLAY-*); nothing is printed here.
 #pragma once
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct DiffLimits {
   std::optional<double> differingPixels;  // a share of all pixels, 0..1
   double valueThreshold = 0;              // values this close are equal
   std::vector<std::string> channels;      // empty: all in common
+  std::array<float, 4> part{0, 1, 0, 1};  // xmin, xmax, ymin, ymax in 0..1: only these pixels
 };
 
 // `picture`: where to write |a - b| x gain ("" for no picture).

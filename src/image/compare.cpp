@@ -42,9 +42,13 @@ Status compare(const Image& a, const Image& b, const CompareOptions& options, Di
   double squared = 0, relative = 0, sumA = 0, sumB = 0;
   uint64_t finite = 0;
   bool isBitEqual = true;
-  out.pixels = a.data.pixels();
+  const auto end = [](float share, int side) { return int(std::ceil(share * float(side))); };
+  const Window part{end(options.part[0], a.width()), end(options.part[2], a.height()),
+                    end(options.part[1], a.width()), end(options.part[3], a.height())};
+  out.pixels = part.pixels();
   out.values = out.pixels * pairs.size();
-  for (uint64_t i = 0; i < out.pixels; ++i) {
+  for (uint64_t i = 0; i < a.data.pixels(); ++i) {
+    if (!part.contains(int(i % uint64_t(a.width())), int(i / uint64_t(a.width())))) continue;
     bool pixelDiffers = false;
     for (const Pair& p : pairs) {
       const float va = a.pixels[size_t(i) * a.channels.size() + size_t(p.a)];

@@ -391,6 +391,29 @@ TEST(Compare, CountsWhatItSays) {
   EXPECT_EQ(picture.at(0, 0)[0], 0.0f);
 }
 
+TEST(Compare, OnlyAPartOfThePictures) {
+  Image a({10, 20, 20, 30}, {{"R"}}), b = a;
+  std::fill(a.pixels.begin(), a.pixels.end(), 1.f);
+  std::fill(b.pixels.begin(), b.pixels.end(), 1.f);
+  b.pixels[2 * 10 + 7] = 3;  // column 7, row 2
+  b.pixels[9 * 10 + 9] = 9;
+  Difference d;
+  CompareOptions options;
+  options.part = {0.65f, 0.8f, 0.2f, 0.5f};  // columns 7, rows 2 to 4
+  ASSERT_TRUE(compare(a, b, options, d).ok());
+  EXPECT_EQ(d.pixels, 3u);
+  EXPECT_EQ(d.values, 3u);
+  EXPECT_EQ(d.differingPixels, 1u);
+  EXPECT_EQ(d.maximum, 2);
+  EXPECT_EQ(d.maximumX, 17);
+  EXPECT_EQ(d.maximumY, 22);
+  EXPECT_NEAR(d.meanB, 5. / 3, 1e-12);
+  options.part = {0, 0.7f, 0, 1};  // columns 0 to 6
+  ASSERT_TRUE(compare(a, b, options, d).ok());
+  EXPECT_EQ(d.pixels, 70u);
+  EXPECT_EQ(d.differingPixels, 0u);
+}
+
 TEST(Compare, NanInOneIsADifferenceAndInBothIsNot) {
   Image a({0, 0, 3, 1}, {{"R", StoredType::Float}});
   Image b = a;

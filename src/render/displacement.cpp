@@ -197,7 +197,7 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   w.textures = &tools_->textures;
   w.volumes = &tools_->volumes;
   w.diagnostics = &tools_->diagnostics;
-  w.samples = pmj02Table();
+  w.samples = sobolTable();
   w.paths = tools_->paths.get();
   describeGeometries(alone, {mesh.get()}, false, w);
   describePlacements(alone, w);

@@ -485,9 +485,9 @@ void Worker::emitLight(uint32_t n, EmittedLight* out) {
   for (float*& x : u) x = arena.make<float>(m);
   const DrawSpan draw = drawSpan(state_.world().width);
   const Group& g = state_.group();
-  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimFilter, u[0], u[5]);
-  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens, u[1], u[2]);
-  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens + 3, u[3], u[4]);
+  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimFilter | kOwnIndex, u[0], u[5]);
+  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens | kOwnIndex, u[1], u[2]);
+  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, (kDimLens + 3) | kOwnIndex, u[3], u[4]);
   const float* four[4] = {u[1], u[2], u[3], u[4]};
   state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.paths.rays.time, g.paths.rays.o,
                               g.paths.rays.d, out);

@@ -167,7 +167,7 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.textures = textures_.get();
   w.volumes = volumes_.get();
   w.diagnostics = &diagnostics_;
-  w.samples = pmj02Table();
+  w.samples = sobolTable();
   describeGeometries(*flat_, meshes_.all(), isSet(scene, "geomShadowTermBias"), w);
   describePlacements(*flat_, w);
   describeWalks(*flat_, meshes_.all(), w);

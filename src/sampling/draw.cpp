@@ -29,7 +29,7 @@ void span(const SampleTable& table, uint32_t n, const uint32_t* seed, const uint
   }                                                                                                             \
   void split##W(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, uint32_t p, \
                 uint32_t ps, float* u, float* v) {                                                              \
-    span<W>(t, n, s, i, d, p, ps, u, v);                                                                        \
+    span<W>(t, n, s, i, subSampled(d, p, ps), p, ps, u, v);                                                     \
   }
 KN_DRAW(1)
 KN_DRAW(4)
@@ -43,7 +43,7 @@ void draw16(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t*
 }
 void split16(const SampleTable& t, uint32_t n, const uint32_t* s, const uint32_t* i, uint32_t d, uint32_t p,
              uint32_t ps, float* u, float* v) {
-  span<16>(t, n, s, i, d, p, ps, u, v);
+  span<16>(t, n, s, i, subSampled(d, p, ps), p, ps, u, v);
 }
 #endif
 }  // namespace

@@ -3,6 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "sampling/matched_orders.h"
+
 namespace kinora {
 
 namespace {
@@ -11,7 +13,9 @@ constexpr uint32_t kLogSets = 4, kLogSamples = 10, kSets = 1u << kLogSets, kSamp
 
 struct Storage {
   std::vector<uint32_t> xs = std::vector<uint32_t>(kSets * kSamples), ys = std::vector<uint32_t>(kSets * kSamples);
-  SampleTable table{xs.data(), ys.data(), kLogSets, kLogSamples};
+  std::vector<uint32_t> orders;
+  std::vector<uint8_t> rowOf = std::vector<uint8_t>(kMatchedDimensions, kHashedOrder);
+  SampleTable table{xs.data(), ys.data(), kLogSets, kLogSamples, nullptr, rowOf.data()};
   // draw2() scrambles indices from their low end, so they are stored with their bits reversed
   static uint32_t place(uint32_t set, uint32_t sample) {
     uint32_t r = 0;
@@ -21,6 +25,16 @@ struct Storage {
   void put(uint32_t set, uint32_t sample, uint32_t x, uint32_t y) {
     xs[place(set, sample)] = x;
     ys[place(set, sample)] = y;
+  }
+  void matchDimensions() {
+    static_assert(1u << MatchedOrder::kDigits == kSamples);
+    const auto all = matchedOrders();
+    orders.resize(all.size() * kSamples);
+    for (size_t row = 0; row < all.size(); ++row) {
+      rowOf[all[row].dimension] = uint8_t(row);
+      for (uint32_t i = 0; i < kSamples; ++i) orders[row * kSamples + i] = place(0, all[row].of(i));
+    }
+    table.orders = orders.data();
   }
 };
 
@@ -96,6 +110,7 @@ std::unique_ptr<Storage> makeSobol() {
     for (uint32_t i = 0; i < kSamples; ++i)
       s->put(set, i, owenScramble(sobol.at(0, i), hashWords(0x536f626fu, 2 * set)),
              owenScramble(sobol.at(1, i), hashWords(0x536f626fu, 2 * set + 1)));
+  s->matchDimensions();
   return s;
 }
 

@@ -8,9 +8,10 @@
 namespace kinora {
 
 // Progressive multi-jittered (0,2) samples, generated stochastically: each new sample goes where the prefix leaves a
-// stratum empty, at random within it. The default.
+// stratum empty, at random within it. Dimensions are shuffled against each other by chance.
 const SampleTable& pmj02Table();
-// The first two Sobol' dimensions with Owen's nested uniform scrambling, other random numbers for each set.
+// The first two Sobol' dimensions with Owen's nested uniform scrambling, other random numbers for each set, and orders
+// that stratify a camera path's first dimensions with each other (matched_orders.h). What frames are rendered with.
 const SampleTable& sobolTable();
 
 }  // namespace kinora

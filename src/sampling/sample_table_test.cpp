@@ -1,9 +1,10 @@
 // The sample tables: strata of every prefix, what draw2() makes of them, independence of dimensions, and what they
-// are for: errors of integrals. Misses correlations of three and more dimensions.
+// are for: errors of integrals, of one dimension and of several together.
 #include "sampling/sample_table.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "sampling/draw.h"
+#include "sampling/matched_orders.h"
 #include "simd/dispatch.h"
 
 namespace kinora {
@@ -129,7 +131,7 @@ TEST_P(Table, DimensionsAreIndependent) {
       double statistic = 0, total[64] = {};
       for (uint32_t pixel = 0; pixel < kPixels; ++pixel) {
         const uint32_t seed = pixelSeed(int(pixel % 30), int(pixel / 30), 1);
-        const Drawn p = draw(t, seed, 0, n, a, 8), q = draw(t, seed, 0, n, b, 8);
+        const Drawn p = draw(t, seed, 0, n, a | kOwnIndex, 8), q = draw(t, seed, 0, n, b | kOwnIndex, 8);
         double box[64] = {};
         for (uint32_t i = 0; i < n; ++i)
           ++box[uint32_t(p.u[i] * 8) * 8 + uint32_t((pixel & 1 ? q.u[i] : q.v[i]) * 8)];
@@ -203,6 +205,76 @@ TEST(SampleTables, BuildQuicklyAndAlike) {
   uint32_t h = 1;
   for (uint32_t i = 0; i < 16 * 1024; ++i) h = hashWords(hashWords(h, t.xs[i] ^ s.xs[i]), t.ys[i] + s.ys[i]);
   EXPECT_EQ(h, 3524195028u);
+}
+
+// Aligned blocks of samples stay blocks, and no two dimensions have one order.
+TEST(MatchedOrders, AreNestedAndDiffer) {
+  const auto orders = matchedOrders();
+  ASSERT_FALSE(orders.empty());
+  for (const MatchedOrder& o : orders) {
+    EXPECT_LT(o.dimension, kMatchedDimensions);
+    for (uint32_t k = 0; k < MatchedOrder::kDigits; ++k) EXPECT_EQ(o.columns[k] >> k, 1u) << o.dimension;
+    for (const MatchedOrder& other : orders) {
+      if (&o == &other) continue;
+      EXPECT_NE(o.dimension, other.dimension);
+      EXPECT_FALSE(std::equal(o.columns, o.columns + MatchedOrder::kDigits, other.columns)) << o.dimension;
+    }
+  }
+  const SampleTable& t = sobolTable();
+  for (size_t row = 0; row < orders.size(); ++row) EXPECT_EQ(t.rowOf[orders[row].dimension], row);
+}
+
+// Variance over pixels of the mean of n values of two pairs of numbers, matched or (kOwnIndex) not.
+double varianceOfProduct(uint32_t a, uint32_t b, uint32_t n, uint32_t flag) {
+  double sum = 0, squares = 0;
+  constexpr int kPixels = 400;
+  for (int pixel = 0; pixel < kPixels; ++pixel) {
+    const uint32_t seed = pixelSeed(pixel % 20, pixel / 20, 3);
+    const Drawn p = draw(sobolTable(), seed, 0, n, a | flag, 8), q = draw(sobolTable(), seed, 0, n, b | flag, 8);
+    double mean = 0;
+    for (uint32_t i = 0; i < n; ++i)
+      mean += (p.v[i] < 0.3f + 0.37f * p.u[i] && q.u[i] < 0.2f + 0.5f * q.v[i] ? 1. : 0.) / n;
+    sum += mean;
+    squares += mean * mean;
+  }
+  return squares / kPixels - sum / kPixels * sum / kPixels;
+}
+
+// What light transport multiplies: the place in the pixel, a light seen there, a direction, a light of what it meets.
+TEST(MatchedOrders, PairsAreStratifiedWithEachOther) {
+  const uint32_t light0 = dimensionAt(0) + kDimLight, bxdf0 = dimensionAt(0) + kDimBxdf,
+                 light1 = dimensionAt(1) + kDimLight, bxdf1 = dimensionAt(1) + kDimBxdf;
+  for (const uint32_t n : {64u, 256u}) {
+    double matched = 0, shuffled = 0;
+    for (const auto& [a, b] : {std::pair<uint32_t, uint32_t>{kDimFilter, light0},
+                               {kDimFilter, bxdf0},
+                               {bxdf0, light1},
+                               {bxdf0, bxdf1},
+                               {kDimLens, light0}}) {
+      const double m = varianceOfProduct(a, b, n, 0), s = varianceOfProduct(a, b, n, kOwnIndex);
+      EXPECT_LT(m, s) << a << " and " << b << ", " << n;
+      matched += m;
+      shuffled += s;
+    }
+    std::printf("edges over two pairs, %u samples: variance %.3g of that of pairs shuffled by chance\n", n,
+                matched / shuffled);
+    EXPECT_LT(matched, 0.5 * shuffled) << n;
+  }
+}
+
+// Sub-samples have indices of their own, which nothing else is matched with.
+TEST(MatchedOrders, SubSamplesAreShuffledByChance) {
+  constexpr uint32_t kDimension = dimensionAt(0) + kDimLight;
+  EXPECT_EQ(subSampled(kDimension, 0, 1), kDimension);
+  EXPECT_EQ(subSampled(kDimension, 0, 2), kDimension | kOwnIndex);
+  EXPECT_EQ(subSampled(kDimension, 1u << 24, 1), kDimension | kOwnIndex);
+  const std::vector<uint32_t> seeds(16, 5), samples = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  std::vector<float> u(16), v(16);
+  drawSplit(8)(sobolTable(), 16, seeds.data(), samples.data(), kDimension, 0, 1, u.data(), v.data());
+  EXPECT_EQ(u, draw(sobolTable(), 5, 0, 16, kDimension, 8).u);
+  drawSplit(8)(sobolTable(), 16, seeds.data(), samples.data(), kDimension, 1, 2, u.data(), v.data());
+  const Drawn own = draw(sobolTable(), 5, 0, 33, kDimension | kOwnIndex, 8);
+  for (uint32_t i = 0; i < 16; ++i) EXPECT_EQ(u[i], own.u[2 * i + 1]);
 }
 
 }  // namespace

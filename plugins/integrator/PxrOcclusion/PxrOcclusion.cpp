@@ -58,10 +58,10 @@ struct PxrOcclusion {
       const Int<W> seed = Int<W>::load(c.sampleSeed + i);
       const Int<W> sample = Int<W>::load(c.sampleIndex + i) * Int<W>(k.samples) + Int<W>(part);
       F a, b;
-      draw2(sv.samples, seed, sample, dimensionAt(0) + kDimBxdf, a, b);
+      draw2(sv.samples, seed, sample, subSampled(dimensionAt(0) + kDimBxdf, part, k.samples), a, b);
       a.store(u[0] + i);
       b.store(u[1] + i);
-      draw2(sv.samples, seed, sample, dimensionAt(0) + kDimLobe, a, b);
+      draw2(sv.samples, seed, sample, subSampled(dimensionAt(0) + kDimLobe, part, k.samples), a, b);
       a.store(u[2] + i);
       b.store(u[3] + i);
     }
