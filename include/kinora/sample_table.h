@@ -38,6 +38,9 @@ inline uint32_t hashWords(uint32_t a, uint32_t b) {
 inline uint32_t pixelSeed(int x, int y, uint32_t frameSeed) {
   return hashWords(hashWords(frameSeed, uint32_t(x)), uint32_t(y) + 0x51633e2du);
 }
+// Sample indices below this number are a pixel's own; sub-samples that are sequences over its samples by themselves lie
+// as many times that higher as their number says.
+inline constexpr uint32_t kSequenceOfPart = 1u << 24;
 // Dimensions: each names a pair of numbers. A path vertex at depth d owns kDimsPerDepth of them from dimensionAt(d).
 inline constexpr uint32_t kDimFilter = 0, kDimLens = 1, kDimTime = 2, kDimFirstVertex = 8, kDimsPerDepth = 16;
 inline constexpr uint32_t dimensionAt(uint32_t depth) { return kDimFirstVertex + depth * kDimsPerDepth; }

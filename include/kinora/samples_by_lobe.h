@@ -21,8 +21,6 @@ struct SamplesByLobe {
   uint32_t diffuse = 1, specular = 1, refraction = 1, subsurface = 1;
   constexpr uint32_t most() const { return std::max({diffuse, specular, refraction, subsurface, 1u}); }
 };
-// Sample indices below this number are a pixel's own; those of direction i lie i times that higher.
-inline constexpr uint32_t kSequenceOfPart = 1u << 24;
 }  // namespace kinora
 #endif
 

@@ -16,7 +16,7 @@ void GroupState::lightSamples(const Context* c, uint32_t part, uint32_t parts, L
   for (float*& x : u) x = arena_.make<float>(c->padded);
   const uint32_t dim = dimensionAt(c->depth);
   const DrawSplit draw = drawSplit(world_.width);
-  if (of != kNoLight) part += (of + 1) << 24;  // a sequence of its own
+  if (of != kNoLight) part += (of + 1) * kSequenceOfPart;
   if (of == kNoLight && world_.lights->hasChoice())
     draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLightChoice, part, parts, u[0], u[3]);
   draw(world_.samples, c->padded, c->sampleSeed, c->sampleIndex, dim + kDimLight, part, parts, u[1], u[2]);
