@@ -3,7 +3,7 @@
 
 namespace kinora::bench {
 
-// Prints them. isQuick: few trials, to test the program.
+// Prints them; 1 where the source has others. isQuick: few trials, which find others, to test the program.
 int printMatchedOrders(bool isQuick);
 
 }  // namespace kinora::bench

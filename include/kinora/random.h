@@ -1,6 +1,6 @@
 // Random numbers by address: (seed of the pixel, sample index, dimension) -> two numbers in [0, 1). Nothing is drawn
-// from a stream, so a sample's numbers do not depend on what else was rendered. The table holds PMJ02 sequences
-// (Christensen, Kensler, Kilpatrick, EGSR 2018). A hash picks the sequence, shuffles the index so that every aligned
+// from a stream, so a sample's numbers do not depend on what else was rendered. The table holds (0,2)
+// sequences (Owen-scrambled Sobol pairs, src/sampling). A hash picks the sequence, shuffles the index so that every aligned
 // block of 2^k samples stays one (a bit may change with those above it only), and exclusive-ors the digits, which
 // keeps all base-2 strata. The shuffle must not be a mere exclusive or: sample 2k + 1 of all these sequences lies in
 // the other half than sample 2k, so that the leading digits of any two dimensions would agree. The first dimensions of

@@ -32,7 +32,7 @@ TEST(Bench, ListSaysWhatEachFamilyMeasures) {
   const Result r = run("list");
   EXPECT_EQ(r.code, 0) << r.out;
   for (const char* word : {"core", "trace_vs_embree", "surface_width_gain", "threads_2", "texture_vs_oiio",
-                           "bytes_per_triangle", "lane_use_first_hit"})
+                           "bytes_per_triangle", "lane_use_first_hit", "match_orders"})
     EXPECT_NE(r.out.find(word), std::string::npos) << word;
 }
 
@@ -129,6 +129,30 @@ TEST(Bench, AValueOfTheMachineThatDiffersFails) {
   const Result spoiled = run("shading --quick --repeat 1 --only machine --spoil");
   EXPECT_EQ(spoiled.code, 1) << spoiled.out;
   EXPECT_NE(spoiled.out.find("BENCH-VALUES: marble: 1 of 3072 values"), std::string::npos) << spoiled.out;
+}
+
+TEST(Bench, SamplingWritesErrorsByIntegrandAndCount) {
+  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
+  ASSERT_TRUE(mkdtemp(folder.data()));
+  const Result r = run("sampling --quick --json " + folder + "/sampling.json");
+  EXPECT_EQ(r.code, 0) << r.out;
+  std::ifstream file(folder + "/sampling.json");
+  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(j.is_object()) << r.out;
+  for (const char* sequence : {"independent", "pmj02", "sobol", "matched"}) {
+    const std::string name = std::string("error_") + sequence + "_penumbra_across_4d_16";
+    ASSERT_TRUE(j.contains(name)) << name;
+    EXPECT_GT(j[name].get<double>(), 0) << name;
+  }
+  EXPECT_LT(j["error_matched_slope_2d_16"].get<double>(), 0.5 * j["error_independent_slope_2d_16"].get<double>());
+  EXPECT_TRUE(j.contains("screen_morton_1_averaged"));
+}
+
+// What stands in the source is what the search finds.
+TEST(Bench, MatchedOrdersAreThoseOfTheSource) {
+  const Result r = run("match_orders");
+  EXPECT_EQ(r.code, 0) << r.out;
 }
 
 TEST(Bench, EditsWriteFlatJsonWithEveryKey) {
