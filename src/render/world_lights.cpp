@@ -105,6 +105,8 @@ Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Sc
   }
   // filters stand in coordinate systems by name
   if (!l.filters.empty()) h.digest(scene::digestOf(scene.coordinateSystems));
+  if (!l.filters.empty() && l.attributes && l.attributes->coordinateSystems)
+    h.digest(scene::digestOf(*l.attributes->coordinateSystems));
   return h.result();
 }
 
@@ -354,6 +356,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
     if (l.node->params.getInt("visibleInRefractionPath", 1)) e.visibility |= light::kLightSeenByLenses;
     setShadows(*l.node, tools.shadowSets, tools.diagnostics, e);
+    e.shadows.areOthers = e.castsShadow && tools.areShadowsOthers;
     e.isWalkedTo = l.node->params.getInt("cheapCaustics", 0) != 0 && declares(*d, "cheapCaustics");
     if (declares(*d, "fixedSampleCount"))
       e.ownSamples = uint32_t(std::clamp(l.node->params.getInt("fixedSampleCount", 0), 0, 64));
@@ -421,7 +424,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     const light::LightEntry& e = chosen.entries[i];
     for (const uint64_t w : {chosen.serials[i], uint64_t(e.kind), uint64_t(e.group),
                              uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9 |
-                                      uint32_t(e.isWalkedTo) << 10 | uint32_t(e.glassBlocks) << 11)})
+                                      uint32_t(e.isWalkedTo) << 10 | uint32_t(e.glassBlocks) << 11 |
+                                      uint32_t(e.shadows.areOthers) << 12)})
       h.word(w);
     const light::ShadowControls& s = e.shadows;
     for (const float x : {s.color[0], s.color[1], s.color[2], s.farthest, s.fade, s.gamma}) h.bytes(&x, sizeof x);
