@@ -1,7 +1,6 @@
 // Proves: which objects a light's filters are on (linkingGroups, lightfilter:subset), their saturation and parts in diffuse and specular light, and
 // intensityNearDist, and where filters stand, on white planes however samples are split between lights and directions; that names which nothing
-// has and distances that are none are told of. Misses: light that only marks (PxrAovLight), whose filters are on all
-// objects.
+// has and distances that are none are told of. Misses: light that only marks (PxrAovLight), of which tests/channels knows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
