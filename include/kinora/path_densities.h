@@ -164,7 +164,9 @@ class PathDensities {
     const bool isMet = !(c.traits & kTraitScattersOnce);  // rays that leave such points meet no lights
     for (uint32_t i = 0; i < c.count; ++i) {
       // a light sample connects the light with any vertex
-      const float share = 1 / (x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)) * through[i]);
+      const float density = x.emission(i) * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)) * through[i];
+      // 0 at a light's edge, which the way back from a fibre's axis may miss: no other technique finds it there
+      const float share = density > 0 ? 1 / density : 0;
       of_[c.path[i]] = {x.direct(i) * share, x.isDelta<1>(i).any() || !isMet ? 0 : share, 1};
     }
   }

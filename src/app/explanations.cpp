@@ -358,6 +358,11 @@ constexpr Explanation kRooms[] = {
      "0, a shadowFalloff without the shadowDistance that it ends at, or a number that is not finite. The message "
      "says "
      "what stands in."},
+    {"LIGHT-MOTION",
+     "A light's transform changes while the shutter is open. Lights do not move within a frame: they stand where "
+     "they "
+     "are at the middle of the shutter, so that a moving lamp has no motion blur, and neither have its shadows and "
+     "highlights. Surfaces that glow do move."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
      "which "

@@ -18,7 +18,8 @@ struct MarkEntry {
   float center[3] = {0, 0, 0};  // where the light stands, render space: filters are told so
   std::vector<LightFilterEntry> filters;
   std::vector<std::shared_ptr<void>> owners;
-  std::vector<uint8_t> isLinked;  // by link set
+  std::vector<uint8_t> isLinked;      // by link set
+  std::vector<uint64_t> filterLinks;  // by link set, FilterUse::links of its objects; empty: all filters are on all
 };
 
 // What the light adds to its channel at the points of a context, by point; linkSet: of the points' objects.

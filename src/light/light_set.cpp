@@ -110,12 +110,14 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     const bool isWide = d.isInfinite && !d.isDelta && !(d.cosReach > 0);
     Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNone, kNone, uint16_t(l.kind), 0};
     const bool isControlled = l.castsShadow && l.shadows.areAny(), isPlain = l.castsShadow && !isControlled;
+    // shadows that differ from what rays see alone do not keep paths from starting there
+    const bool isOrdinary = l.castsShadow && !l.shadows.areSaid();
     r.flags = uint16_t((isPlain ? kCastsShadow : 0) | (l.castsShadow ? 0 : kShadowless) |
                        (l.glassBlocks ? kGlassBlocks : 0) | (l.visibility & kLightSeenByCamera ? kSeenByCamera : 0) |
                        (l.visibility & kLightSeenByMirrors ? kSeenByMirrors : 0) |
                        (l.visibility & kLightSeenByLenses ? kSeenByLenses : 0) | (d.isDelta ? kDelta : 0) |
                        (d.isInfinite ? kInfinite : 0) | (isLit ? 0 : kBlack) |
-                       (l.isWalkedTo && isPlain && isLit && !isWide ? kWalkedTo : 0));
+                       (l.isWalkedTo && isOrdinary && isLit && !isWide ? kWalkedTo : 0));
     if (l.ownSamples && isLit) {
       ownSamples_.push_back({i, l.ownSamples});
       ownShares_.resize(lights.size(), 0.f);
@@ -126,9 +128,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
       shadows_.push_back(l.shadows);
     }
     // Light paths know what is in their way, not these shadows, and no filter that depends on the lit point.
-    const bool isEmitter = isPlain && std::all_of(l.filters.begin(), l.filters.end(), [](const LightFilterEntry& f) {
-                             return f.isUniform && f.link == f.kNoLink && f.diffuse == 1 && f.specular == 1;
-                           });
+    const bool isEmitter =
+        isOrdinary && std::all_of(l.filters.begin(), l.filters.end(), [](const LightFilterEntry& f) {
+          return f.isUniform && f.link == f.kNoLink && f.diffuse == 1 && f.specular == 1;
+        });
     for (const LightFilterEntry& f : l.filters) splitsFilters_ = splitsFilters_ || f.diffuse != f.specular;
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());

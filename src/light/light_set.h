@@ -40,7 +40,10 @@ struct ShadowControls {
   float fade = 0;                  // over this distance before that shadows fade,
   float gamma = 1;                 // with this exponent of the distance still to go
   uint32_t opaque = 0, clear = 0;  // what casts shadows: masks of the world; 0: what does for the lit object's rays
-  bool areAny() const {
+  // Nothing is asked for, but rays that find the light may pass what casts its shadows, or end at what casts none.
+  bool areOthers = false;
+  bool areAny() const { return areSaid() || areOthers; }
+  bool areSaid() const {
     return color[0] != 0 || color[1] != 0 || color[2] != 0 || farthest < INFINITY || opaque != 0;
   }
   // How much of its shadow an occluder casts at a distance.

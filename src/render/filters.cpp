@@ -276,6 +276,13 @@ class FilterGroups {
   std::map<std::string, std::pair<uint32_t, LightFilterMode>> byHandle_;
 };
 
+// The coordinate system of that name in the light's scope; null: none.
+const scene::Transform* spaceOf(const scene::Light& light, const std::string& name) {
+  const auto* scoped = light.attributes ? light.attributes->coordinateSystems.get() : nullptr;
+  const auto it = scoped ? scoped->find(name) : std::map<std::string, scene::Transform>::const_iterator();
+  return scoped && it != scoped->end() ? &it->second : nullptr;
+}
+
 }  // namespace
 
 std::vector<light::LightFilterEntry> makeLightFilters(
@@ -298,14 +305,16 @@ std::vector<light::LightFilterEntry> makeLightFilters(
     // a coordinate system by name, else the light's own
     scene::Transform space = light.toWorld;
     if (const std::string name = n->params.getString("coordsys", ""); !name.empty()) {
-      const auto it = scene.coordinateSystems.find(name);
-      if (it == scene.coordinateSystems.end())
+      const scene::Transform* found = spaceOf(light, name);
+      if (const auto it = scene.coordinateSystems.find(name); !found && it != scene.coordinateSystems.end())
+        found = &it->second;
+      if (!found)
         diagnostics.warning(
             "LIGHT-FILTER-SPACE", n->pos,
             n->plugin + " '" + n->handle + "' names the coordinate system '" + name + "', which is not there",
             "the light's own is used");
       else
-        space = it->second;
+        space = *found;
     }
     const Placement place = placement(space);
     Instance instance;

@@ -163,6 +163,16 @@ static std::vector<bool> prototypesWithLights(const scene::Scene& scene) {
   return with;
 }
 
+// Attributes inside an object, whose coordinate systems stand in its space, as they are in one of its places.
+static scene::AttributesPtr placed(const scene::AttributesPtr& attributes, const scene::Transform& toWorld) {
+  if (!attributes || !attributes->coordinateSystems) return attributes;
+  auto spaces = std::make_shared<std::map<std::string, scene::Transform>>(*attributes->coordinateSystems);
+  for (auto& [name, space] : *spaces) space = concat(space, toWorld);
+  auto out = std::make_shared<scene::Attributes>(*attributes);
+  out->coordinateSystems = std::move(spaces);
+  return out;
+}
+
 std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
                                          std::set<uint32_t>& shapes) {
   std::vector<scene::Light> all = scene.lights;
@@ -181,12 +191,12 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     const scene::Prototype& p = scene.prototypes[prototype];
     for (scene::Light l : p.lights) {
       l.toWorld = concat(l.toWorld, toWorld);
-      l.attributes = scene::inherit(l.attributes, attributes);
+      l.attributes = scene::inherit(placed(l.attributes, toWorld), attributes);
       all.push_back(std::move(l));
     }
     eachWithLights(p.instances, [&](const scene::Instance& nested) {
-      self(self, nested.prototype, concat(nested.toWorld, toWorld), scene::inherit(nested.attributes, attributes),
-           depth + 1);
+      self(self, nested.prototype, concat(nested.toWorld, toWorld),
+           scene::inherit(placed(nested.attributes, toWorld), attributes), depth + 1);
     });
   };
   eachWithLights(scene.instances, [&](const scene::Instance& i) {

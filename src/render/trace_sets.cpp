@@ -232,4 +232,24 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   return sight;
 }
 
+void compareShadows(const FlatScene& flat, Sight& sight, std::vector<shade::PlacementInfo>& infos) {
+  uint32_t opaque = trace::kSeenByOpaqueShadow;
+  for (const shade::TraceSet& set : sight.sets) {
+    opaque |= set.opaqueShadow;
+    const shade::TraceSet plain;
+    // what rays that leave the object do not see may cast shadows on it
+    sight.areShadowsUnseen |= set.reflect != plain.reflect || set.transmit != plain.transmit;
+    sight.areShadowsOthers |= sight.areShadowsUnseen || set.opaqueShadow != plain.opaqueShadow;
+  }
+  std::vector<uint32_t> seen(flat.kinds.size());
+  for (size_t k = 0; k < seen.size(); ++k) {
+    seen[k] = sight.ofKind[k] & sight.ofShape[flat.kinds[k].shape];
+    const bool isSeen = seen[k] & trace::kSeenByIndirect,
+               casts = seen[k] & (trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow);
+    sight.areShadowsUnseen |= casts && !isSeen;
+    sight.areShadowsOthers |= casts != isSeen;
+  }
+  for (size_t k = 0; sight.areShadowsOthers && k < seen.size(); ++k) infos[k].shadowCast = seen[k] & opaque;
+}
+
 }  // namespace kinora::render

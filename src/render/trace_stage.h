@@ -23,6 +23,9 @@ struct Sight {
   std::vector<shade::TraceSet> sets;      // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
   ShadowSets ofLights;                                  // those that there was no room for are not there
+  // Objects that rays to lights pass and shadow rays do not, or the other way round, whoever sends them.
+  bool areShadowsOthers = false;
+  bool areShadowsUnseen = false;  // of those, some that cast shadows
 };
 // A plug-in that names groups of objects in a parameter declared with Param::traceSet().
 struct SetAsker {
@@ -35,6 +38,10 @@ std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* n
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
               const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
               Diagnostics& diagnostics);
+
+// Sets what Sight says of shadows, of objects as they are seen in the end, and where shadows are others `shadowCast` of
+// `infos`.
+void compareShadows(const FlatScene& flat, Sight& sight, std::vector<shade::PlacementInfo>& infos);
 
 class TraceStage {
  public:

@@ -207,6 +207,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const std::shared_ptr<co
   Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements, diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
     if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
+  compareShadows(*flat_, sight, next->placements);
+  next->areShadowsUnseen = sight.areShadowsUnseen;
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
   next->setsByText = std::move(sight.byText);
@@ -215,9 +217,10 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const std::shared_ptr<co
   next->fillTables();
   media_.make(flat_, meshes_, *next,
               {camera_, registry_, host(), *volumes_, contents_, diagnostics_, settings_.stop});
-  next->lights = lights_.make(
-      scene, sources, links,
-      {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths, sight.ofLights}, *next, rebuilt);
+  next->lights = lights_.make(scene, sources, links,
+                              {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths,
+                               sight.ofLights, sight.areShadowsOthers},
+                              *next, rebuilt);
   count(scene, *next, statistics);
   shading_ = std::move(next);
   statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -74,6 +74,18 @@ std::set<std::string> namesOf(const scene::Light& l) {
   return all;
 }
 
+// Lights stand where they are at the middle of the shutter: told where that is seen.
+void warnOfMotion(const scene::Light& l, const CameraState& camera, Diagnostics& diagnostics) {
+  if (l.toWorld.isStatic() || !(camera.shutterClose > camera.shutterOpen)) return;
+  const scene::Matrix open = l.toWorld.at(camera.shutterOpen), close = l.toWorld.at(camera.shutterClose);
+  bool moves = false;
+  for (int i = 0; i < 16; ++i) moves = moves || open[i / 4][i % 4] != close[i / 4][i % 4];
+  if (moves)
+    diagnostics.warning(
+        "LIGHT-MOTION", l.node->pos, l.node->plugin + " '" + l.node->handle + "' moves while the shutter is open",
+        "it stands where it is at the middle of that time", "an object that glows (PxrConstant, glowGain) moves");
+}
+
 Placement placementOf(const scene::Transform& toWorld, const CameraState& camera) {
   Placement p{};
   scene::Matrix m = toWorld.at(camera.middle());
@@ -105,6 +117,8 @@ Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Sc
   }
   // filters stand in coordinate systems by name
   if (!l.filters.empty()) h.digest(scene::digestOf(scene.coordinateSystems));
+  if (!l.filters.empty() && l.attributes && l.attributes->coordinateSystems)
+    h.digest(scene::digestOf(*l.attributes->coordinateSystems));
   return h.result();
 }
 
@@ -171,14 +185,17 @@ std::vector<std::vector<uint32_t>> membersOf(const LinkSets& links, const std::v
 
 // Numbers the links of the lights' filters and says which of them are on the objects of each link set: objects that name
 // groups of filters (lightfilter:subset) are without those whose linkingGroups have none of them.
-std::vector<uint64_t> linkFilters(std::vector<light::LightEntry>& entries, const LinkSets& links,
-                                  const scene::Scene& scene, Diagnostics& diagnostics) {
+std::vector<uint64_t> linkFilters(std::vector<light::LightEntry>& entries, std::vector<light::MarkEntry>& marks,
+                                  const LinkSets& links, const scene::Scene& scene, Diagnostics& diagnostics) {
   if (std::all_of(links.begin(), links.end(), [](const auto& l) { return l.first.filters.empty(); })) return {};
   std::map<std::string, uint32_t> numbers;
   std::set<std::string> known, missed;
   bool areTooMany = false;
-  for (light::LightEntry& e : entries)
-    for (light::LightFilterEntry& f : e.filters) {
+  std::vector<std::vector<light::LightFilterEntry>*> lists;
+  for (light::LightEntry& e : entries) lists.push_back(&e.filters);
+  for (light::MarkEntry& m : marks) lists.push_back(&m.filters);
+  for (auto* list : lists)
+    for (light::LightFilterEntry& f : *list) {
       const std::vector<std::string> groups = groupNames(f.linkingGroups);
       if (groups.empty()) continue;
       known.insert(groups.begin(), groups.end());
@@ -327,6 +344,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     }
     const std::shared_ptr<const Made> m = madeOf(l, *d, scene, tools, made);
     if (!m) continue;
+    warnOfMotion(l, tools.camera, tools.diagnostics);
     if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->mark) {
       light::MarkEntry mark;
       mark.channel = m->mark.channel ? m->mark.channel : "";
@@ -354,6 +372,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
     if (l.node->params.getInt("visibleInRefractionPath", 1)) e.visibility |= light::kLightSeenByLenses;
     setShadows(*l.node, tools.shadowSets, tools.diagnostics, e);
+    e.shadows.areOthers = e.castsShadow && tools.areShadowsOthers;
     e.isWalkedTo = l.node->params.getInt("cheapCaustics", 0) != 0 && declares(*d, "cheapCaustics");
     if (declares(*d, "fixedSampleCount"))
       e.ownSamples = uint32_t(std::clamp(l.node->params.getInt("fixedSampleCount", 0), 0, 64));
@@ -394,6 +413,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     for (uint32_t m = 0; m < chosen.marks.size(); ++m)
       chosen.marks[m].isLinked.push_back(std::find(sets[k].begin(), sets[k].end(), lit + m) != sets[k].end());
   for (auto& set : sets) std::erase_if(set, [&](uint32_t i) { return i >= lit; });
+  std::vector<uint64_t> filterLinks = linkFilters(chosen.entries, chosen.marks, links, scene, tools.diagnostics);
+  for (light::MarkEntry& m : chosen.marks) m.filterLinks = filterLinks;
   world.marks =
       chosen.marks.empty() ? nullptr : std::make_shared<const std::vector<light::MarkEntry>>(std::move(chosen.marks));
   warnOfUnusedLights(sets, chosen.sources, scene, world.placements, tools.diagnostics);
@@ -405,7 +426,6 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   world.hasPlacedLights = std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const light::LightEntry& e) {
     return !e.description.isInfinite && e.description.power > 0;
   });
-  std::vector<uint64_t> filterLinks = linkFilters(chosen.entries, links, scene, tools.diagnostics);
   if (hasUnlitColors(*world.materials) ||
       std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const auto& e) { return !e.isIndirectToo; })) {
     world.indirectSets = uint32_t(links.size());
@@ -421,7 +441,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
     const light::LightEntry& e = chosen.entries[i];
     for (const uint64_t w : {chosen.serials[i], uint64_t(e.kind), uint64_t(e.group),
                              uint64_t(e.visibility | uint32_t(e.castsShadow) << 8 | uint32_t(e.isIndirectToo) << 9 |
-                                      uint32_t(e.isWalkedTo) << 10 | uint32_t(e.glassBlocks) << 11)})
+                                      uint32_t(e.isWalkedTo) << 10 | uint32_t(e.glassBlocks) << 11 |
+                                      uint32_t(e.shadows.areOthers) << 12)})
       h.word(w);
     const light::ShadowControls& s = e.shadows;
     for (const float x : {s.color[0], s.color[1], s.color[2], s.farthest, s.fade, s.gamma}) h.bytes(&x, sizeof x);

@@ -47,6 +47,7 @@ class Lights {
     const CameraState& camera;
     const film::LightPaths& paths;
     const ShadowSets& shadowSets;
+    bool areShadowsOthers = false;  // shadow rays and rays that find lights do not see the same objects
   };
   // Of the world that `world` holds by now; sets what it says of link sets. `sources` as above.
   std::shared_ptr<const light::LightSet> make(const scene::Scene& scene, const std::vector<scene::Light>& sources,

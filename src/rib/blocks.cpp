@@ -235,15 +235,13 @@ void Interpreter::objectBegin(Request& r) {
   const size_t depth = blocks_.size();
   open(BlockKind::Object, r);
   if (blocks_.size() == depth) return;
-  // What stands outside is the instance's business (RISpec 5.9), but for what the points need to be understood:
-  // bases, and the names of coordinate systems.
+  // What stands outside is the instance's business (RISpec 5.9), but for what the points need to be understood: bases.
   auto clean = std::make_shared<scene::Attributes>();
   const scene::Attributes& outer = *state_.attributes;
   clean->uBasis = outer.uBasis;
   clean->vBasis = outer.vBasis;
   clean->uStep = outer.uStep;
   clean->vStep = outer.vStep;
-  clean->coordinateSystems = outer.coordinateSystems;
   state_ = State{clean, scene::Transform(), {}, nullptr, state_.trim, nullptr, nullptr};
   solid_ = 0;
   const auto index = uint32_t(prototypes_.size());

@@ -22,7 +22,8 @@ std::optional<double> asNumber(std::string_view s) {
   return v;
 }
 
-// Everything is text; a text that reads as a number is one where numbers are wanted. Precedence from low to high:
+// Everything is text; a text that reads as a number is one where numbers are wanted. What && and || decide without their
+// right side is decided, whatever names that has. Precedence from low to high:
 // || && (== != =~) (< <= > >=) (+ -) (* /) ^ unary.
 class Parser {
  public:
@@ -43,6 +44,10 @@ class Parser {
   void fail(std::string what) {
     if (problem_.empty()) problem_ = std::move(what);
     at_ = text_.size();
+  }
+  // Of what cannot be told from the syntax: nothing where the side does not count.
+  void failToEvaluate(std::string what) {
+    if (!unused_) fail(std::move(what));
   }
   void space() {
     while (at_ < text_.size() &&
@@ -72,7 +77,7 @@ class Parser {
   }
   double numeric(const std::string& v) {
     const auto n = asNumber(v);
-    if (!n) fail("'" + v + "' is not a number");
+    if (!n) failToEvaluate("'" + v + "' is not a number");
     return n.value_or(0);
   }
   bool matches(const std::string& subject, const std::string& pattern) {
@@ -90,16 +95,22 @@ class Parser {
   std::string either() {
     std::string v = both();
     while (take("||")) {
+      const bool left = truth(v);
+      unused_ += left;
       const bool right = truth(both());
-      v = text(truth(v) || right);
+      unused_ -= left;
+      v = text(left || right);
     }
     return v;
   }
   std::string both() {
     std::string v = equality();
     while (take("&&")) {
+      const bool left = truth(v);
+      unused_ += !left;
       const bool right = truth(equality());
-      v = text(truth(v) && right);
+      unused_ -= !left;
+      v = text(left && right);
     }
     return v;
   }
@@ -150,7 +161,7 @@ class Parser {
       else if (take("/")) {
         const double by = numeric(power());
         if (by == 0)
-          fail("division by zero");
+          failToEvaluate("division by zero");
         else
           v = text(numeric(v) / by);
       } else
@@ -214,10 +225,17 @@ class Parser {
       const std::string n = name();
       if (braces && !take("}")) return fail("a '}' is missing"), std::string();
       const auto v = lookup_(n);
-      if (!v) fail("'" + n + "' is not defined");
+      if (!v) failToEvaluate("'" + n + "' is not defined");
       return v.value_or("");
     }
-    const std::string w = name(true);  // a number, or a bare word
+    std::string w = name(true);  // a number, or a bare word
+    // "1e-3": the sign of an exponent
+    if (at_ < text_.size() && (text_[at_] == '-' || text_[at_] == '+') && w.size() > 1 && asNumber(w + "0") &&
+        (w.back() == 'e' || w.back() == 'E') && at_ + 1 < text_.size() && text_[at_ + 1] >= '0' &&
+        text_[at_ + 1] <= '9') {
+      w += text_[at_++];
+      w += name();
+    }
     if (w.empty()) return fail("'" + std::string(text_.substr(at_, 20)) + "' is not understood"), std::string();
     if (w == "defined" && take("(")) {
       take("$");
@@ -242,7 +260,7 @@ class Parser {
   std::string_view text_;
   const Lookup& lookup_;
   size_t at_ = 0;
-  int depth_ = 0;
+  int depth_ = 0, unused_ = 0;  // unused_: how many sides around here do not count
   std::string problem_;
 };
 

@@ -38,7 +38,14 @@ TEST(Condition, Grammar) {
                                                  {"$empty == ''", true},
                                                  {"[1 0 0] == [1 0 0]", true},
                                                  {"1 == 1 == 1", true},
-                                                 {"!1 || 1", true}};
+                                                 {"!1 || 1", true},
+                                                 {"0.002 > 1e-3", true},
+                                                 {"1e+1 == 10 && 2e-1*5 == 1", true},
+                                                 // sides that do not count
+                                                 {"!defined(nothing) || $nothing == 1", true},
+                                                 {"defined(nothing) && $nothing == 1", false},
+                                                 {"defined(nothing) && ($nothing + 1 > 2 || 1 / 0)", false},
+                                                 {"1 || 'a' + 1", true}};
   for (const auto& [text, expected] : kCases) {
     std::string problem;
     EXPECT_EQ(evaluateCondition(text, lookup, problem), expected) << text;
@@ -54,8 +61,8 @@ TEST(Condition, MistakesAreFalseWithAReason) {
   }();
   for (const std::string& text :
        {std::string(""), std::string("1 +"), std::string("(1"), std::string("$nothing == 1"), std::string("'open"),
-        std::string("1 1"), std::string("'a' + 1"), std::string("1 / 0"), std::string("'a' =~ '('"), deep, minus,
-        power}) {
+        std::string("1 1"), std::string("'a' + 1"), std::string("1 / 0"), std::string("1 && $nothing"),
+        std::string("0 || 1 / 0"), std::string("0 && (1"), std::string("'a' =~ '('"), deep, minus, power}) {
     std::string problem;
     EXPECT_FALSE(evaluateCondition(text, lookup, problem)) << text.substr(0, 40);
     EXPECT_NE(problem, "") << text.substr(0, 40);

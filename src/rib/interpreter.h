@@ -237,6 +237,7 @@ class Interpreter {
   bool matrixOf(const Request& r, scene::Matrix& m, bool& replaces);
   void coordinateSystem(Request&);
   void scopedCoordinateSystem(Request&);
+  void addScopedSpace(const std::string& name);  // beside those of the scope
   void coordSysTransform(Request&);
 
   // ---- geometry.cpp

@@ -222,25 +222,39 @@ void Interpreter::coordinateSystem(Request& r) {
   Cursor c(r);
   std::string name;
   if (!c.string(name)) return badArguments(r, "a name");
-  if (world_)
-    world_->coordinateSystems[name] = state_.ctm;
-  else if (openObjects_.empty())
+  if (!inWorldOrObject()) {
     frame_.cameraSpaces[name] = state_.ctm;
+    return;
+  }
+  if (world_) world_->coordinateSystems[name] = state_.ctm;
+  if (!openObjects_.empty()) addScopedSpace(name);  // each instance has its own
+}
+
+void Interpreter::addScopedSpace(const std::string& name) {
+  scene::Attributes& a = edit();
+  auto spaces = a.coordinateSystems ? std::make_shared<std::map<std::string, scene::Transform>>(*a.coordinateSystems)
+                                    : std::make_shared<std::map<std::string, scene::Transform>>();
+  (*spaces)[name] = state_.ctm;
+  a.coordinateSystems = std::move(spaces);
 }
 
 void Interpreter::scopedCoordinateSystem(Request& r) {
   Cursor c(r);
   std::string name;
   if (!c.string(name)) return badArguments(r, "a name");
-  if (!world_) {
-    if (openObjects_.empty()) frame_.cameraSpaces[name] = state_.ctm;
+  if (!inWorldOrObject()) {
+    frame_.cameraSpaces[name] = state_.ctm;
     return;
   }
-  scene::Attributes& a = edit();
-  auto spaces = a.coordinateSystems ? std::make_shared<std::map<std::string, scene::Transform>>(*a.coordinateSystems)
-                                    : std::make_shared<std::map<std::string, scene::Transform>>();
-  (*spaces)[name] = state_.ctm;
-  a.coordinateSystems = std::move(spaces);
+  addScopedSpace(name);
+  // Patterns ask for systems by name alone, and exporters give each its own.
+  if (!world_ || !openObjects_.empty()) return;
+  const auto [it, isNew] = world_->coordinateSystems.try_emplace(name, state_.ctm);
+  if (!isNew && it->second.matrices != state_.ctm.matrices)
+    report(Severity::Warning, "RIB-COORDSYS", r.pos,
+           "another coordinate system is called '" + name.substr(0, 60) + "' already",
+           "light filters and CoordSysTransform in this scope use this one, patterns the first",
+           "give each its own name");
 }
 
 void Interpreter::coordSysTransform(Request& r) {

@@ -52,6 +52,7 @@ struct PlacementInfo {
   uint32_t objectId = 0, objectId2 = 0;  // identifier:id, id2
   uint32_t traceSet = 0;                 // index into ShadingWorld::traceSets
   uint32_t tint = 0;                     // index into ShadingWorld::tints
+  uint32_t shadowCast = 0;               // masks of shadow rays that it blocks for good; where shadows are others
   float noiseTolerance = 1;              // shade:relativepixelvariance, (0, 1000]
   bool isHiddenFromCamera = false;       // visibility:camera
   bool hole = false;                     // Matte, trace:holdout: black and clear where a camera ray meets it
@@ -113,7 +114,8 @@ struct ShadingWorld {
   std::vector<TraceSet> traceSets;  // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> setsByText;  // masks, see Param::traceSet()
   bool hasHoles = false, movesShadowOrigins = false;
-  bool isForPlaces = false;  // nothing can be traced, see trace::BuildOptions::placesOnly
+  bool areShadowsUnseen = false;  // some object casts shadows and is not seen by all rays that find lights
+  bool isForPlaces = false;       // nothing can be traced, see trace::BuildOptions::placesOnly
   // Places on quads are given by their parameters: (b1 + b2, b2) on the first triangle, (b1, b1 + b2) on the second.
   bool placesByParameter = false;
   uint32_t width = 8;

@@ -7,6 +7,7 @@
 
 #include "shade/closest_by_mask.h"
 #include "shade/context_host.h"
+#include "shade/keep_light_hits.h"
 
 namespace kinora::shade {
 
@@ -72,11 +73,27 @@ void GroupState::fadeShadows(const ShadowRays& rays, const ControlledShadows& co
 // Lights with controls that rays found where their samples could have: past what is in the way, which shadows them here
 // as it does their samples.
 void GroupState::shadowLightHits(const RayList& list, LightHits* hits) {
+  // What needs no shadow ray: where shadows are the scene's own, the ray often says itself what one would find.
+  enum class Way { Free, Blocked, Unknown };
+  const ListHost& host = ListHost::of(list);
+  const bool isFreeBefore = !world_.areShadowsUnseen && !world_.hasPresence && !world_.hasMedia;
+  const auto wayOf = [&](uint32_t i) {
+    const light::ShadowControls* c = world_.lights->shadowControls(hits->light[i]);
+    const uint32_t s = hits->slot[i];
+    if (!c || list.origin[s] & kFromDiscrete) return Way::Free;
+    if (c->areSaid() || host.surfaceT) return Way::Unknown;
+    if (!(hits->t[i] > list.hits.t[s])) return isFreeBefore ? Way::Free : Way::Unknown;
+    const uint32_t asked =
+        host.left.traceSet ? world_.traceSets[host.left.traceSet[s]].opaqueShadow : TraceSet().opaqueShadow;
+    const PlacementInfo& met = world_.placementOf(list.hits.instance[s], list.hits.geometry[s]);
+    return met.shadowCast & asked ? Way::Blocked : Way::Unknown;
+  };
+  keepLightHits(arena_, hits, [&](uint32_t i) { return wayOf(i) != Way::Blocked; });
   const uint32_t room = padded(hits->count) + kPad;
   uint32_t* at = arena_.make<uint32_t>(room);
   uint32_t n = 0;
   for (uint32_t i = 0; i < hits->count; ++i)
-    if (world_.lights->shadowControls(hits->light[i]) && !(list.origin[hits->slot[i]] & kFromDiscrete)) at[n++] = i;
+    if (wayOf(i) == Way::Unknown) at[n++] = i;
   if (!n) return;
   float *o[3], *d[3], *T[3], *radiance[3];
   for (int c = 0; c < 3; ++c) {

@@ -48,6 +48,30 @@ TEST(LightMarks, MaskIsTheCoverageOfWhatIsLinked) {
   EXPECT_GT(mixed, 20);
 }
 
+// Filters with linkingGroups change the marks of those objects only that they are on (lightfilter:subset).
+TEST(LightMarks, FiltersAreOnTheObjectsOfTheirGroups) {
+  const auto filter = [](const char* handle, const char* groups, const char* factor) {
+    return std::string("LightFilter \"PxrIntMultLightFilter\" \"") + handle + "\" \"float intensity\" [" + factor +
+           "] \"string linkingGroups\" [\"" + groups + "\"]\n";
+  };
+  RenderRequest r = balls(aovLight(), filter("a", "warm", "0.5") + filter("b", "cold", "0.25"));
+  const auto link = [&](const char* before, const char* subset) {
+    const size_t at = r.rib.find(before);
+    r.rib.insert(at, std::string("Attribute \"lightfilter\" \"string subset\" [\"") + subset + "\"]\n");
+  };
+  link("Translate -0.5", "warm");
+  link("Illuminate", "cold");
+  r.rib.erase(r.rib.find("Illuminate"), std::string("Illuminate \"marks\" 0\n").size());
+  for (const uint32_t width : {1u, 8u}) {
+    r.settings.width = width;
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    EXPECT_EQ(render.channel("mask").at(8, 16)[0], 0.5f);
+    EXPECT_EQ(render.channel("mask").at(24, 16)[0], 0.25f);
+  }
+}
+
 TEST(LightMarks, NothingElseChanges) {
   RenderRequest plain = balls(""), marked = balls(aovLight("\"int inReflection\" [1] \"int inRefraction\" [1]"));
   // the same primvar is asked for and not there

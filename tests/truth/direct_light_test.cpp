@@ -4,6 +4,7 @@
 // shaping of lights (their own tests), and specular receivers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support/render_scene.h"
@@ -282,6 +283,23 @@ TEST(Agreement, ClampsOnlyDarken) {
   SceneRender a(box(unbiased(4))), b(box(idle));
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_EQ(hashOf(a.film()), hashOf(b.film()));
+}
+
+// Lights do not move within a frame, which is told where it shows.
+TEST(DirectLight, LightsThatMoveAreTold) {
+  const auto messages = [](const char* shutter, const char* second) {
+    RenderRequest r;
+    r.rib = orthographic(4, 1, 4) + shutter + "WorldBegin\nAttributeBegin MotionBegin [0 1] Translate 0 0 0 " +
+            second +
+            " MotionEnd Light \"PxrSphereLight\" \"lamp\"\nAttributeEnd\nSphere 0.4 -0.4 0.4 360\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return std::count_if(render.messages().begin(), render.messages().end(),
+                         [](const std::string& m) { return m.find("LIGHT-MOTION") != std::string::npos; });
+  };
+  EXPECT_EQ(messages("Shutter 0 1\n", "Translate 0 1 0"), 1);
+  EXPECT_EQ(messages("Shutter 0 1\n", "Translate 0 0 0"), 0);
+  EXPECT_EQ(messages("", "Translate 0 1 0"), 0);
 }
 
 }  // namespace

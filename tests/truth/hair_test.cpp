@@ -167,5 +167,34 @@ TEST(Hair, BothEndsSeeTheSameTuft) {
   EXPECT_SAME_MEAN(one, other, 0.02);
 }
 
+// The way back from a fibre's axis may miss the edge of the light that the path came from.
+TEST(Hair, PathsFromMeshLightsAreFinite) {
+  RenderRequest r;
+  r.rib = R"(Format 24 24 1
+PixelFilter "box" 1 1
+Hider "raytrace" "int maxsamples" [64]
+Projection "perspective" "fov" [50]
+Translate 0 0 4
+Integrator "PxrVCM" "i" "int maxIndirectBounces" [1] "int mergePaths" [0]
+WorldBegin
+AttributeBegin
+Translate 0 1.63 0.6
+Rotate 110 1 0 0
+Light "PxrMeshLight" "l" "float intensity" [4]
+Polygon "P" [-.3 -.3 0 .3 -.3 0 .3 .3 0 -.3 .3 0]
+AttributeEnd
+AttributeBegin
+Bxdf "PxrMarschnerHair" "h"
+Curves "cubic" [4] "nonperiodic" "P" [-.6 0 0 -.2 .5 0 .2 -.5 0 .6 0 0] "constantwidth" [.3]
+AttributeEnd
+Bxdf "PxrDiffuse" "floor" "color diffuseColor" [.5 .5 .5]
+Polygon "P" [-3 -1 -3 3 -1 -3 3 -1 3 -3 -1 3]
+WorldEnd
+)";
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  EXPECT_EQ(render.film().counters().nonFinite, 0u);
+}
+
 }  // namespace
 }  // namespace kinora::tests

@@ -1,7 +1,6 @@
 // Proves: which objects a light's filters are on (linkingGroups, lightfilter:subset), their saturation and parts in diffuse and specular light, and
-// intensityNearDist, on white planes however samples are split between lights and directions; that names which nothing
-// has and distances that are none are told of. Misses: light that only marks (PxrAovLight), whose filters are on all
-// objects.
+// intensityNearDist, and where filters stand, on white planes however samples are split between lights and directions; that names which nothing
+// has and distances that are none are told of. Misses: light that only marks (PxrAovLight), of which tests/channels knows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,6 +56,39 @@ TEST(LightFilterLinks, ObjectsAreWithoutFiltersOfOtherGroups) {
           << c.attributes;
       EXPECT_LT(m.standardError(), 0.02 * m.mean());
     }
+  }
+}
+
+// A rod that takes all light where the camera looks stands in a coordinate system of its light's scope; of lights in
+// objects, in that of each instance.
+TEST(LightFilterLinks, FiltersStandInTheSystemsOfTheirScope) {
+  const std::string rod =
+      "LightFilter \"PxrRodLightFilter\" \"rod\" \"float radius\" [.5] \"float edge\" [0] \"string coordsys\" "
+      "[\"here\"]\n";
+  const auto at = [](const char* request, double z) {
+    return "TransformBegin Translate 0 0 " + std::to_string(z) + " " + request + " \"here\" TransformEnd\n";
+  };
+  // an object with the lamp at its origin, placed `z` further on
+  const auto object = [](const std::string& what, double z) {
+    return "ObjectBegin \"lamp\"\n" + what + kLamp + "ObjectEnd\nTransformBegin Translate 0 0 " + std::to_string(z) +
+           " ObjectInstance \"lamp\" TransformEnd\n";
+  };
+  const double free = overSeeds(scene(kLamp), 4).mean();
+  ASSERT_GT(free, 0.1);
+  for (const char* request : {"ScopedCoordinateSystem", "CoordinateSystem"}) {
+    SCOPED_TRACE(request);
+    const std::string far = at("CoordinateSystem", 90);  // of the same name, elsewhere
+    EXPECT_EQ(overSeeds(scene(at(request, 2) + rod + kLamp), 1).mean(), 0);
+    EXPECT_NEAR(overSeeds(scene(at(request, 3) + rod + kLamp), 4).mean(), free, 0.02 * free);
+    EXPECT_EQ(overSeeds(scene(object(at(request, 2.5) + rod, -0.5), "", "", far), 1).mean(), 0);
+    EXPECT_GT(overSeeds(scene(object(at(request, 2) + rod, -0.75), "", "", far), 4).mean(), 0.2 * free);
+    EXPECT_EQ(overSeeds(scene("ObjectBegin \"i\"\n" + at(request, 2.5) + rod + kLamp +
+                                  "ObjectEnd\nObjectBegin \"o\"\nTranslate 0 0 -1 ObjectInstance \"i\"\nObjectEnd\n"
+                                  "TransformBegin Translate 0 0 .5 ObjectInstance \"o\" TransformEnd\n",
+                              "", "", far),
+                        1)
+                  .mean(),
+              0);
   }
 }
 
@@ -118,8 +150,8 @@ TEST(LightFilterLinks, WeighOnDiffuseAndSpecularLight) {
 // A bulb at distance 2 of the plane is a hundredth as wide: its light falls with the square of the distance.
 TEST(LightFilterLinks, NearDistanceEndsTheRiseOfBrightness) {
   const std::string at = "Scale .02 .02 .02 Light ";
-  for (const char* light :
-       {"\"PxrSphereLight\" \"l\" \"float intensity\" [1000] ", "\"PxrDiskLight\" \"l\" \"float intensity\" [1000] "}) {
+  for (const char* light : {"\"PxrSphereLight\" \"l\" \"float intensity\" [1000] ",
+                            "\"PxrDiskLight\" \"l\" \"float intensity\" [1000] "}) {
     const double free = overSeeds(scene(at + light + "\n"), 4).mean();
     ASSERT_GT(free, 1e-3);
     const auto with = [&](double nearest) {

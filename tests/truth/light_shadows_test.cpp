@@ -105,6 +105,49 @@ TEST(LightShadows, FadeByTheDistanceOfWhatCastsThem) {
   }
 }
 
+// What casts shadows is what visibility:transmission and the lit object's subset say, not what stops the rays that find
+// the light.
+TEST(LightShadows, AreThoseOfVisibilityHoweverTheLightIsFound) {
+  const std::string black = "Bxdf \"PxrDiffuse\" \"black\" \"color diffuseColor\" [0 0 0]\n",
+                    half = "Bxdf \"PxrSurface\" \"b\" \"float diffuseGain\" [0] \"float presence\" [0.5]\n";
+  const auto visible = [](int indirect, int transmission) {
+    return "Attribute \"visibility\" \"int indirect\" [" + std::to_string(indirect) + "] \"int transmission\" [" +
+           std::to_string(transmission) + "]\n";
+  };
+  const auto trace = [](const char* what, const char* group) {
+    return std::string("Attribute \"trace\" \"string ") + what + "\" [\"" + group + "\"]\n";
+  };
+  const std::string castsNone = wall(0.3, visible(1, 0) + black), castsAlone = wall(0.3, visible(0, 1) + black),
+                    far = wall(0.6, black, "far"), farHalf = wall(0.6, half, "far");
+  const struct {
+    std::string walls, attributes;
+    double share;
+  } cases[] = {
+      {castsNone, "", 1},
+      {castsAlone, "", 0},
+      {castsNone + far, "", 0},
+      {castsNone + farHalf, "", 0.5},
+      {wall(0.3, visible(0, 1) + half), "", 0.5},
+      {castsNone + wall(0.6, visible(0, 1) + half), "", 0.5},
+      {wall(0.3), trace("shadowexcludesubset", "walls"), 1},
+      {wall(0.3) + wall(-1, "", "far"), trace("shadowsubset", "far"), 1},
+      {wall(0.3) + far, trace("shadowsubset", "far"), 0},
+      {wall(0.3), trace("reflectexcludesubset", "walls"), 0},
+  };
+  for (const Kind& k : {kKinds[0], kSunlight, kKinds[5], kKinds[8]})
+    for (const char* split : kSplits) {
+      SCOPED_TRACE(std::string(k.name) + " " + split);
+      const auto free = overSeeds(scene(k, "", "", ""), 16);
+      for (const auto& c : cases) {
+        SCOPED_TRACE(c.walls + c.attributes);
+        const auto m = overSeeds(scene(k, "", c.walls, split, c.attributes), 8);
+        EXPECT_NEAR(m.mean(), c.share * free.mean(),
+                    5 * (m.standardError() + free.standardError()) + 1e-3 * free.mean());
+        if (c.share > 0) EXPECT_LT(m.standardError(), 0.04 * m.mean());
+      }
+    }
+}
+
 // From the plane a sky is shadowed where the wall is nearer than the distance: within a cone about the normal.
 TEST(LightShadows, DistanceIsAlongTheRay) {
   for (const char* split : kSplits) {

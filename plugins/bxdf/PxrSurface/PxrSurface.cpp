@@ -296,6 +296,8 @@ constexpr const char* kConserving[] = {
     "clearcoatDoubleSided=1; clearcoatEnergyCompensation=1; clearcoatThickness=0.5; clearcoatAbsorptionTint=0.2 0.5 "
     "0.9",
     GLASS "glassRoughness=0.3; refractionColor=0.9 0.7 0.5",
+    GLASS "glassRoughness=0; glassRefractionRoughness=0.5",
+    GLASS "glassRoughness=0.6; glassRefractionRoughness=0.2; glassIor=2",
     IRIDESCENT "iridescenceScale=3; iridescenceCurve=0.5; iridescenceRoughness=0.5",
     IRIDESCENT "iridescenceFlip=1; iridescenceAnisotropy=0.7",
     IRIDESCENT "iridescenceMode=1; iridescenceThickness=400; iridescenceRoughness=0.1",

@@ -22,6 +22,7 @@ namespace {
 template <int W>
 struct GlassShares {
   Float<W> reflect, transmit, lost;
+  Float<W> fit;  // in `transmit`; see GlassLobe::fitOf
   KN_INLINE GlassShares() {}
 };
 
@@ -61,6 +62,7 @@ struct GlassLobe {
     const F r = clamp(loadFloat<W>(k.roughness, s.at), F(0.f), F(1.f)),
             own = loadFloat<W>(k.refractionRoughness, s.at);
     const F t = select(own < F(0.f), r, min(own, F(1.f)));
+    differs_ = thin ? Mask<W>(false) : t != r;
     smoothReflect = matched | (r * r < F(kMirrorAlpha));
     smoothTransmit = matched | (t * t < F(kMirrorAlpha));
     frame = anisotropicFrame(k.anisotropy, normal, s.at, max(r * r, F(kMirrorAlpha)), axReflect, ayReflect);
@@ -106,6 +108,16 @@ struct GlassLobe {
                           glassEnergyMean(&glass->transmitMean[0][0][0], side, axis_, roughTransmit_),
                       F(0.f));
       }
+      // What is lost where reflection and refraction do not add up to too much. So few angles may miss a twelfth of it,
+      // which would be gained.
+      constexpr int kAngles = 8;
+      constexpr float kSafe = 1.1f;
+      for (int i = 0; mayFit() && i < 2; ++i) {
+        F sum(0.f);
+        for (int m = 0; m < kAngles; ++m)
+          sum += shares(F(std::sqrt((float(m) + 0.5f) / float(kAngles))), Mask<W>(i == 1)).lost;
+        lost[i] = select(differs_, sum * F(kSafe / float(kAngles)), lost[i]);
+      }
     }
     // Lost light is transmitted as the average Fresnel says on the side that loses more, and on the other as
     // reciprocity asks; the rest is reflected. crossing_ multiplies both sides' losses: symmetric up to n^2.
@@ -141,9 +153,21 @@ struct GlassLobe {
       g.reflect = select(smoothReflect, f, g.reflect);
       g.transmit = select(smoothTransmit, F(1.f) - f, g.transmit);
     }
+    g.fit = fitOf(g.reflect, g.transmit);
+    g.transmit = g.transmit * g.fit;
     g.lost = zeroUnless(!(smoothReflect & smoothTransmit), max(F(1.f) - g.reflect - g.transmit, F(0.f)));
     return g;
   }
+  // Facets that refract and facets of another roughness that reflect are not the same ones: for a direction both may
+  // add up to more than there is, without bound where light is caught inside (from there clear reflection is total where
+  // rough refraction passes). Then reflection is left as it is and refraction takes what remains; between two
+  // directions the smaller factor counts, so that the boundary stays reciprocal.
+  KN_INLINE F fitOf(F reflect, F transmit) const {
+    const F one(1.f);
+    return select(differs_, clamp((one - reflect) / max(transmit, F(1e-6f)), F(0.f), one), one);
+  }
+  KN_INLINE bool mayFit() const { return differs_.any(); }
+
   // Two techniques make facets: with the roughness of reflection, and with that of refraction. Where both are rough
   // either one then reflects with a probability that follows Fresnel at the facet (so that total reflection loses no
   // sample); else the first always reflects and the second always refracts. f: fresnel(wo.h)
@@ -201,7 +225,8 @@ struct GlassLobe {
   const GlassEnergy* glass_;
   const ReflectionEnergy* reflection_;
   TableAxis<W> axis_, roughReflect_, roughTransmit_;
-  Int<W> side_;  // 1: wo is in the denser medium
+  Int<W> side_;      // 1: wo is in the denser medium
+  Mask<W> differs_;  // facets that refract are of another roughness than those that reflect
   F lambdaReflect_, lambdaTransmit_, returning_[2], crossing_;
 
   // A sheet reflects at both faces, and again what the second sends back: F + (1 - F)^2 F / (1 - F^2).

@@ -84,7 +84,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
       add(up, choiceO, choiceI, kMakeGlassMultipleReflect, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
     }
     if (k.has(kGlassTransmit) && down.any()) {
-      const F one = glass.evaluateTransmit(w, p);
+      const F one = glass.evaluateTransmit(w, p) * min(seenO.glass.fit, seenI.glass.fit);
       const F f =
           fma(glass.multipleTransmitted(seenO.glass.lost, seenI.glass.lost), cosine, one) * glass.radianceScale;
       out.add(kGlassTransmit, zeroUnless(down, glass.transmitColor * lower * f));

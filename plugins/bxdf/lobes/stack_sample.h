@@ -123,10 +123,13 @@ template <int W>
 HWY_ATTR HWY_NOINLINE void LobeStack<W>::mirror(const Int<W>& made, const F& probability, LobeSample<W>& out) const {
   const Mask<W> through = made == Int<W>(kMakeGlassTransmit);
   Rgb<W> upper(1.f), lower(1.f), value;
-  if (attenuates()) {
-    Seen<W> seenI;
+  Seen<W> seenI;
+  const bool fits = hasGlass() && glass.mayFit();
+  if (attenuates() || fits) {
     seenI.outside = seenO.outside ^ through;
     see(out.wi, through, seenI);
+  }
+  if (attenuates()) {
     Layers<W> layersI;
     layer(seenI, layersI);
     attenuation(layersI, upper, lower);
@@ -146,7 +149,9 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::mirror(const Int<W>& made, const F& pro
     Rgb<W> mirrored = lower * (f * glass.reflectGain);
     if (k.glass.tinted) mirrored = mirrored * glass.reflectTint;
     value = select(reflected, mirrored, value);
-    value = select(through, glass.transmitColor * lower * ((F(1.f) - f) * glass.radianceScale), value);
+    F passed = (F(1.f) - f) * glass.radianceScale;
+    if (fits) passed = passed * min(seenO.glass.fit, seenI.glass.fit);
+    value = select(through, glass.transmitColor * lower * passed, value);
     lobe =
         select(reflected, Int<W>(uint32_t(kGlassReflect)), select(through, Int<W>(uint32_t(kGlassTransmit)), lobe));
   }
