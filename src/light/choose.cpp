@@ -314,8 +314,8 @@ KN_INLINE Float<W> shareOfFirst(Float<W> w0, Float<W> w1, Float<W> total) {
 // vectors. Which point stands where does not matter.
 enum WalkWord : uint32_t {
   kX,
+  kWidth,
   kSpare,
-  kSpent,
   kP,
   kSlot,
   kChild,
@@ -341,18 +341,18 @@ struct Walkers {
 // Where a walk is: the numbers that are left to it, and how likely it came there.
 template <int W>
 struct Walk {
-  Float<W> x, spare, spent, p;
+  Float<W> x, width, spare, p;  // x below width; spare: another number below 1, or -1
   Int<W> slot;
   KN_INLINE Walk(const Walkers& w, uint32_t i)
       : x(Float<W>::load(w[kX] + i)),
+        width(Float<W>::load(w[kWidth] + i)),
         spare(Float<W>::load(w[kSpare] + i)),
-        spent(Float<W>::load(w[kSpent] + i)),
         p(Float<W>::load(w[kP] + i)),
         slot(Int<W>::load(w.numbers(kSlot) + i)) {}
   KN_INLINE void pack(const Packer<W>& k, const Walkers& w, uint32_t at) const {
     k.put(x, w[kX] + at);
+    k.put(width, w[kWidth] + at);
     k.put(spare, w[kSpare] + at);
-    k.put(spent, w[kSpent] + at);
     k.put(p, w[kP] + at);
     k.put(slot, w.numbers(kSlot) + at);
   }
@@ -360,16 +360,16 @@ struct Walk {
   KN_INLINE Mask<W> step(Float<W> w0, Float<W> w1) {
     using F = Float<W>;
     const F one(1.f), zero(0.f), total = w0 + w1, p0 = shareOfFirst(w0, w1, total);
-    const Mask<W> takesFirst = x < p0;
-    const F share = select(takesFirst, p0, one - p0);
-    x = select(takesFirst, x, x - p0) / max(share, F(1e-37f));
-    x = min(max(x, zero), F(0.99999994f));
-    p = zeroUnless(total > zero, p * share);
+    const F first = width * p0, second = width - first;
+    const Mask<W> takesFirst = x < first;
+    p = zeroUnless(total > zero, p * select(takesFirst, p0, one - p0));
+    x = select(takesFirst, x, min(x - first, second * F(0.99999994f)));
+    width = select(takesFirst, first, second);
     // a number's digits are used up: the other one's remain
-    spent = spent * share;
-    const Mask<W> change = spent < F(1.f / 4096);
+    const Mask<W> change = (width < F(1.f / 4096)) & (spare >= zero);
     x = select(change, spare, x);
-    spent = select(change, F(1e30f), spent);
+    width = select(change, one, width);
+    spare = select(change, F(-1.f), spare);
     return takesFirst;
   }
   // The end of it.
@@ -662,14 +662,16 @@ void leapByPower(const ChooseArgs& a, const Walkers& walkers, uint32_t far) {
     const auto word = [&](WalkWord k) HWY_ATTR { return orZero(i, I::load(walkers.numbers(k) + i)); };
     const PowerRange<W> range(tree, word(kChild), word(kEnd), word(kStart));
     // 31 bits: those that the number has left, and behind them the other one's
-    const F rest = min(F(128.f) / max(walk.spent, F(1.f / 4096)), F(524288.f));
-    const I number = toInt(orZero(i, walk.x) * F(16777216.f)).template shl<7>() + toInt(orZero(i, walk.spare * rest));
+    const F inverse = F(1.f) / max(walk.width, F(1e-37f));
+    const F x = min(max(orZero(i, walk.x * inverse), F(0.f)), F(0.99999994f));
+    const F rest = max(orZero(i, walk.spare), F(0.f)) * min(F(128.f) * inverse, F(524288.f));
+    const I number = toInt(x * F(16777216.f)).template shl<7>() + toInt(rest);
     const I at = range.from + scaled<W>(select(number < I(0), I(0x7fffffff), number), range.units);
     fetchEach<W>(tree.guide(), bucketOf(at));
     at.store(wanted + i);
     range.first.store(firsts + i);
     range.last.store(lasts + i);
-    toFloat(range.units).store(walkers[kSpent] + i);
+    toFloat(range.units).store(walkers[kWidth] + i);
   }
   for (uint32_t i = 0; i < far; i += W) {
     const I bucket = bucketOf(I::load(wanted + i));
@@ -689,7 +691,7 @@ void leapByPower(const ChooseArgs& a, const Walkers& walkers, uint32_t far) {
       high = select(isAbove, middle, high);
     }
     Walk<W> walk(walkers, i);
-    walk.p = walk.p * (toFloat(PowerRange<W>::unitsOf(tree, low)) / walk.spent);
+    walk.p = walk.p * (toFloat(PowerRange<W>::unitsOf(tree, low)) / walk.width);
     walk.finish(Mask<W>::firstN(int(far - i < W ? far - i : W)), gather(&tree.powers()->light, low.template shl<1>()),
                 a);
   }
@@ -745,7 +747,7 @@ void choose(const ChooseArgs& a) {
       const Packer<W> away(isFar);
       away.put(F::load(a.u[1] + i), byPower[kX] + far);
       away.put(spare, byPower[kSpare] + far);
-      away.put(F(1.f), byPower[kSpent] + far);
+      away.put(F(1.f), byPower[kWidth] + far);
       away.put(p, byPower[kP] + far);
       away.put(s.s, byPower.numbers(kSlot) + far);
       away.put(child, byPower.numbers(kChild) + far);
@@ -770,7 +772,7 @@ void choose(const ChooseArgs& a) {
     const Slots<W> s = Slots<W>::loadUpTo(now.numbers(kSlot) + i, a.n - i);
     s.get(a.u[1]).store(now[kX] + i);
     s.get(then[kSpare]).store(now[kSpare] + i);
-    F(1.f).store(now[kSpent] + i);
+    F(1.f).store(now[kWidth] + i);
     s.get(a.probability).store(now[kP] + i);
     for (uint32_t k = 0; k < 3; ++k) {
       s.get(a.P[k]).store(now[kPx + k] + i);
