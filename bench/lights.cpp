@@ -186,8 +186,11 @@ void measureNoise(const Options& options, Figures& figures) {
 void measureLights(const Options& options, Figures& figures) {
   std::vector<double> ten, thousand, million;
   const uint32_t most = options.quick ? 2000 : 1000000;
-  const Lamps a = lamps(10, 1), b = lamps(1000, 1), c = lamps(most, 1);
+  const Lamps two = lamps(2, 1), four = lamps(4, 1), a = lamps(10, 1), b = lamps(1000, 1), c = lamps(most, 1);
+  std::vector<double> amongTwo, amongFour;
   for (int k = 0; k < options.repeat; ++k) {
+    amongTwo.push_back(sampleTime(two, options.quick));
+    amongFour.push_back(sampleTime(four, options.quick));
     ten.push_back(sampleTime(a, options.quick));
     thousand.push_back(sampleTime(b, options.quick));
     million.push_back(sampleTime(c, options.quick));
@@ -197,8 +200,10 @@ void measureLights(const Options& options, Figures& figures) {
     by1000.push_back(thousand[k] / ten[k]);
     byMillion.push_back(million[k] / ten[k]);
   }
-  figures.add("ns_light_sample_10", ten, "a light sample among 10 small lights");
-  figures.add("light_growth_1000", by1000, "the same among 1,000, over that");
+  figures.add("ns_light_sample_2", amongTwo, "a light sample among two small lights");
+  figures.add("ns_light_sample_4", amongFour, "among four");
+  figures.add("ns_light_sample_10", ten, "among 10");
+  figures.add("light_growth_1000", by1000, "among 1,000, over that");
   figures.add("light_growth_1000000", byMillion, "and among 1,000,000");
   figures.add("bytes_per_light", {double(c.set->bytes()) / double(c.power.size())},
               "what a light costs beside its plug-in's data");

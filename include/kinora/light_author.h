@@ -23,6 +23,7 @@
 #include <kinora/simd/foreach_target.h>
 #endif
 #include <kinora/math/sampling.h>
+#include <kinora/simd/records.h>
 
 #if defined(KINORA_LIGHT_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_LIGHT_AUTHOR_H_TARGET
@@ -131,6 +132,16 @@ class LightOf {
   template <class Get>
   KN_INLINE Vec3<W> vector(Get get) const {
     if (isOne_) return wide<W>(get(*of_[0]));
+    // four words at once, where the fourth is of the light as well
+    const size_t at = size_t(reinterpret_cast<const char*>(&get(*of_[0])) - reinterpret_cast<const char*>(of_[0]));
+    if (W > 1 && at + 4 * sizeof(float) <= sizeof(Data)) {
+      const float* from[W];
+      for (int k = 0; k < W; ++k)
+        from[k] = reinterpret_cast<const float*>(reinterpret_cast<const char*>(of_[k]) + at);
+      Float<W> words[4];
+      loadFours<W>(from, words);
+      return {words[0], words[1], words[2]};
+    }
     alignas(64) float x[3][W];
     for (int k = 0; k < W; ++k) {
       const Float3& v = get(*of_[k]);

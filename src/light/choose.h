@@ -12,10 +12,12 @@ namespace kinora::light {
 // node gets, beside its share s, this times the root of s.
 inline constexpr float kRootShare = 0.1f;
 
-// For points on their way down a deep tree: room for each, and a full vector more.
+// For points on their way down a deep tree.
 struct ChooseScratch {
-  float *x, *spare, *spent;
-  uint32_t *list, *first, *second, *few, *far, *parts;  // parts: 6 for each point
+  static constexpr uint32_t kWords = 15, kLists = 5;
+  float* words;     // kLists times kWords arrays of `room`
+  uint32_t room;    // points, padded, and a full vector more
+  uint32_t* parts;  // 10 for each point
 };
 
 struct ChooseArgs {
@@ -34,6 +36,8 @@ struct ChooseArgs {
   uint32_t* top;          // choose: out, which top node; null: not wanted
   float* chance;          // choose: out, its probability over its share in all importances, without factors
   ChooseScratch scratch;  // choose, where the tree is deep
+  const void* data;       // choose, where the tree is deep: what is wanted next of the lights, each of dataSize bytes
+  size_t dataSize;
 };
 inline constexpr uint32_t kNone = LightTree::kNone;
 using ChooseKernel = void (*)(const ChooseArgs&);

@@ -157,6 +157,23 @@ std::vector<std::vector<uint32_t>> someSets(uint32_t n, uint32_t seed) {
   return sets;  // the last is empty
 }
 
+// Of counts from what is said, in standard deviations: chi squared over cells of 20 and more, as a normal deviate (Wilson
+// and Hilferty).
+double deviation(const std::vector<float>& p, const std::vector<uint32_t>& count, double total) {
+  double chi = 0, rest = 0, restCount = 0;
+  int freedom = -1;
+  for (size_t i = 0; i < p.size(); ++i) {
+    rest += p[i] * total;
+    restCount += count[i];
+    if (rest < 20) continue;
+    chi += (restCount - rest) * (restCount - rest) / rest;
+    rest = restCount = 0;
+    ++freedom;
+  }
+  if (freedom < 1) return 0;
+  return (std::cbrt(chi / freedom) - (1 - 2 / (9.0 * freedom))) / std::sqrt(2 / (9.0 * freedom));
+}
+
 class LightChoice : public testing::TestWithParam<uint32_t> {};
 
 TEST_P(LightChoice, IsDrawnAsOftenAsIsSaid) {
@@ -194,23 +211,11 @@ TEST_P(LightChoice, IsDrawnAsOftenAsIsSaid) {
     }
     // what is left of 1 was given to nodes below which nothing reaches the point after all
     EXPECT_NEAR(double(none) / total, 1 - sum, 5 * std::sqrt(std::max(1 - sum, 1e-6) / total) + 1e-5);
-    double chi = 0, rest = 0, restCount = 0;
-    int freedom = -1;
-    for (uint32_t i = 0; i < n; ++i) {
+    for (uint32_t i = 0; i < n; ++i)
       if (p[i] == 0) {
         EXPECT_EQ(count[i], 0u);
       }
-      rest += p[i] * total;
-      restCount += count[i];
-      if (rest < 20) continue;
-      chi += (restCount - rest) * (restCount - rest) / rest;
-      rest = restCount = 0;
-      ++freedom;
-    }
-    if (freedom < 1) continue;
-    const double z =
-        (std::cbrt(chi / freedom) - (1 - 2 / (9.0 * freedom))) / std::sqrt(2 / (9.0 * freedom));  // Wilson, Hilferty
-    EXPECT_LT(z, 4.5) << chi << " of " << freedom;
+    EXPECT_LT(deviation(p, count, total), 4.5);
   }
 }
 
@@ -390,6 +395,140 @@ TEST(LightChoiceOfUse, ASunTakesItsShareByPoint) {
   EXPECT_GT(probabilitiesOf(set, {20, 0, 0}, {0, 0, 1}, 0)[1], 0.9f);
   EXPECT_GT(probabilitiesOf(set, {0, 0, 0.8f}, {0, 0, 1}, 0)[0], 0.85f);
   EXPECT_GT(probabilitiesOf(set, {1, 0, 0.5f}, {-0.9f, 0, -0.43f}, 0)[0], 0.8f);  // turned away from the sun
+}
+
+// Many lamps alike but for their power: from afar that alone decides. One outshines all others together, some are
+// hardly there.
+std::vector<LightDescription> fieldOfLamps(uint32_t n, uint32_t seed) {
+  Random r(seed);
+  const float side = std::sqrt(float(n));
+  std::vector<LightDescription> lights;
+  for (uint32_t i = 0; i < n; ++i) {
+    const float x = uniform(r, 0, side), y = uniform(r, 0, side), z = uniform(r, 0.3f, 1.5f);
+    const float power = i == n / 2 ? 1e6f : i % 97 == 0 ? 1e-6f : std::exp(uniform(r, 0, 4.6f));
+    lights.push_back(lamp(x, y, z, power));
+  }
+  return lights;
+}
+
+// Within the field, beside it, and so far that all of it is one place.
+const std::array<float, 3> kLeapsFrom[] = {{3.3f, 40.1f, 0}, {-30, 25, 0.1f}, {-4000, 300, 10}};
+
+TEST(LightLeaps, ProbabilitiesAreAllThereIs) {
+  constexpr uint32_t n = 3000;
+  const auto links = someSets(n, 5);
+  const LightSet set = setOf(fieldOfLamps(n, 21)), linked = setOf(fieldOfLamps(n, 21), links);
+  for (const std::array<float, 3>& P : kLeapsFrom) {
+    double all = 0;
+    for (const float p : probabilitiesOf(set, P, {0, 0, 1}, 0)) {
+      EXPECT_GT(p, 0.f);
+      all += p;
+    }
+    EXPECT_NEAR(all, 1, 1e-3);
+    // where sets leave lights out, each step looks at what they hold
+    for (const uint32_t linkSet : {0u, 1u, 2u}) {
+      const std::vector<float> p = probabilitiesOf(linked, P, {0, 0, 1}, linkSet);
+      double sum = 0;
+      for (uint32_t i = 0; i < n; ++i) {
+        const bool isLinked = !linkSet || std::binary_search(links[linkSet - 1].begin(), links[linkSet - 1].end(), i);
+        EXPECT_EQ(p[i] > 0, isLinked);
+        sum += p[i];
+      }
+      EXPECT_NEAR(sum, 1, 1e-3);
+    }
+  }
+}
+
+TEST(LightLeaps, AreDrawnAsOftenAsIsSaid) {
+  for (const uint32_t n : {40u, 3000u, 50000u}) {
+    const LightSet set = setOf(fieldOfLamps(n, n));
+    Random r(31);
+    Arena arena;
+    for (const std::array<float, 3>& P : kLeapsFrom) {
+      const std::vector<float> p = probabilitiesOf(set, P, {0, 0, 1}, 0);
+      std::vector<uint32_t> count(n, 0);
+      uint32_t total = 0;
+      for (int round = 0; round < 12; ++round) {
+        arena.reset();
+        Lists l(1 << 14);
+        l.fill(P, {0, 0, 1}, 0, r);
+        LightSamples s;
+        set.sample(8, arena, l.points(), &s);
+        for (uint32_t i = 0; i < l.n; ++i, ++total) {
+          ASSERT_NE(s.light[i], kNoLight);
+          ++count[s.light[i]];
+          ASSERT_EQ(s.pdf[i], p[s.light[i]]) << "light " << s.light[i] << " of " << n;
+        }
+      }
+      EXPECT_LT(deviation(p, count, total), 4.5) << n << " lamps from " << P[0];
+    }
+  }
+}
+
+TEST(LightLeaps, AreTheSameAtAllWidths) {
+  const LightSet set = setOf(fieldOfLamps(3000, 3));
+  Lists l(1000);
+  Random r(13);
+  for (uint32_t i = 0; i < l.m; ++i) {
+    const float range = i % 2 ? 60.f : 1000.f;
+    for (size_t c = 0; c < 3; ++c) l.p[c][i] = uniform(r, -range, range);
+    l.N[2][i] = 1;
+    l.u[0][i] = uniform(r);
+    l.u[1][i] = i % 3 ? uniform(r) : 0.99999994f;
+  }
+  Arena arena;
+  LightSamples one;
+  set.sample(1, arena, l.points(), &one);
+  for (const uint32_t width : {4u, 8u, 16u}) {
+    LightSamples other;
+    set.sample(width, arena, l.points(), &other);
+    std::vector<float> p(l.m);
+    set.probabilities(width, l.points(), one.light, p.data());
+    for (uint32_t i = 0; i < l.n; ++i) {
+      ASSERT_EQ(one.light[i], other.light[i]) << width;
+      ASSERT_EQ(one.pdf[i], other.pdf[i]) << width;
+      ASSERT_EQ(one.pdf[i], p[i]) << width;
+    }
+  }
+}
+
+// The lights below a node stand side by side, with their power.
+TEST(LightLeaps, SumsAreOfWhatIsBelow) {
+  constexpr uint32_t n = 2000;
+  std::vector<LightDescription> lights = fieldOfLamps(n, 8);
+  for (uint32_t i = 0; i < 50; ++i) lights[7 * i] = someLights(50, 4)[i];
+  const LightTree tree(lights);
+  ASSERT_TRUE(tree.isDeep());
+  uint32_t at = 0;
+  for (uint32_t k = 0; k < tree.topCount(); ++k) {
+    const TopNode& t = tree.top()[k];
+    EXPECT_EQ(t.start, at);
+    // depth first: the first child, then the second
+    std::vector<uint32_t> open{t.node};
+    uint32_t last = t.node;
+    while (!open.empty()) {
+      const uint32_t node = open.back(), child = tree.nodes()[node].child;
+      open.pop_back();
+      last = std::max(last, node);
+      if (child & kLeaf) {
+        const uint32_t l = child & ~kLeaf;
+        EXPECT_EQ(tree.places()[l].position, at);
+        EXPECT_EQ(tree.powers()[at].light, l);
+        if (!lights[l].isInfinite) {
+          EXPECT_GT(tree.powers()[at + 1].sum, tree.powers()[at].sum);
+        }
+        ++at;
+      } else {
+        open.push_back(child + 1);
+        open.push_back(child);
+      }
+    }
+    if (last != t.node) {
+      EXPECT_EQ(t.end, last + 1);
+    }
+  }
+  EXPECT_EQ(at, n);
+  EXPECT_LT(tree.powers()[n].sum, 1u << 31);
 }
 
 TEST(LightChoiceBadInput, HasADefinedAnswer) {

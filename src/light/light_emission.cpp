@@ -79,8 +79,8 @@ void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoi
   for (uint32_t i = 0; i < n; ++i) {
     light[i] = chosen[i];
     flags[i] = endFlags(chosen[i]);
-    diffuse[i] = lights_[chosen[i]].diffuse;
-    specular[i] = lights_[chosen[i]].specular;
+    diffuse[i] = recordOf(chosen[i]).diffuse;
+    specular[i] = recordOf(chosen[i]).specular;
     float cosine = 0;
     for (int c = 0; c < 3; ++c) cosine += d[c][i] * N[c][i];
     const float choice = emissionOf(chosen[i]), pdf = pdfPosition[i] * pdfDirection[i] * choice;

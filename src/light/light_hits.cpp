@@ -180,7 +180,7 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayLi
 // The rays of the list that come near one light.
 void LightSet::addNearRays(uint32_t width, Arena& arena, bool camera, const RayList& list, uint32_t light,
                            const Sphere* sphere, Found& found) const {
-  const Record& l = lights_[light];
+  const Record& l = recordOf(light);
   if (camera && !(l.flags & kSeenByCamera)) return;
   Found::Waiting& w = found.waiting;
   if (w.count + padded(list.count) > w.room) askWaiting(width, arena, camera, list, !sphere, found);
@@ -221,9 +221,9 @@ void LightSet::findLights(uint32_t width, Arena& arena, bool camera, const RayLi
   for (const Sphere& s : near_) addNearRays(width, arena, camera, list, s.light, &s, found);
   Found::Waiting& w = found.waiting;
   const auto wait = [&](uint32_t i, uint32_t l, float most, bool isInfinite) {
-    if (camera && !(lights_[l].flags & kSeenByCamera)) return;
+    if (camera && !(recordOf(l).flags & kSeenByCamera)) return;
     const uint32_t s = list.slots[i];
-    const float reach = reachOf(lights_[l], camera, list, s);
+    const float reach = reachOf(recordOf(l), camera, list, s);
     if (isInfinite ? !(reach > kBeyond) : !(reach > 0)) return;
     if (w.count == w.room) askWaiting(width, arena, camera, list, isInfinite, found);
     for (int c = 0; c < 3; ++c) {
@@ -291,8 +291,8 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
     pdf[m] = found.pdf[e];
     for (int c = 0; c < 3; ++c) radiance[c][m] = found.radiance[c][e];
     for (int c = 0; splitsFilters_ && c < 3; ++c) specularRadiance[c][m] = found.specular[c][e];
-    diffuse[m] = lights_[light[m]].diffuse;
-    specular[m] = lights_[light[m]].specular;
+    diffuse[m] = recordOf(light[m]).diffuse;
+    specular[m] = recordOf(light[m]).specular;
     blocks[m++] = isBlocking;
   };
   if (camera) {
@@ -302,7 +302,7 @@ void LightSet::hits(uint32_t width, Arena& arena, bool camera, const RayList& li
       uint32_t nearest = LightTree::kNone;
       for (to = from; to < found.count && found.ray[order[to]] == ray; ++to) {
         const uint32_t e = order[to];
-        if (lights_[found.light[e]].flags & kInfinite) continue;
+        if (recordOf(found.light[e]).flags & kInfinite) continue;
         if (nearest == LightTree::kNone || found.t[e] < found.t[nearest]) nearest = e;
       }
       if (nearest != LightTree::kNone) {

@@ -30,12 +30,13 @@ class LightOrder {
     if (!n) return;
     const uint32_t first = light[0];
     bool isOneLight = first != kNone, isOneKind = isOneLight;
-    for (uint32_t i = 1; i < n && isOneKind; ++i) {
-      isOneLight = isOneLight && light[i] == first;
-      isOneKind = light[i] != kNone && (light[i] == first || kindOf(light[i]) == kindOf(first));
+    const uint32_t kind = isOneKind ? kindOf(first) : 0;
+    for (uint32_t i = 1; i < n && isOneKind; ++i) {  // light by light no branch could be foretold
+      isOneLight &= light[i] == first;
+      isOneKind = light[i] != kNone && (kinds == 1 || kindOf(light[i]) == kind);
     }
     isOneLight = isOneLight && isOneKind;
-    if (isOneLight || (isOneKind && !isByLight && mixes(kindOf(first)))) {
+    if (isOneLight || (isOneKind && mixes(kindOf(first)))) {
       runs_[runCount_++] = {kindOf(first), 0, n};
       stride_ = isOneLight ? 0 : 1;
       const void** at = arena.make<const void*>(isOneLight ? 1 : padded(n));

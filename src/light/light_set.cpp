@@ -1,7 +1,10 @@
 #include "light/light_set.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <map>
 
 #include "light/choose.h"
 #include "light/light_set_order.h"
@@ -84,7 +87,8 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
       filterLinks_(std::move(filterLinks)),
       center_{worldCenter[0], worldCenter[1], worldCenter[2]},
       radius_(worldRadius) {
-  held_.set(lights.size() * (sizeof(Record) + 2 * sizeof(TreeNode)));  // the rest is known at the end
+  held_.set(lights.size() *
+            (sizeof(Light) + sizeof(std::shared_ptr<void>) + 2 * sizeof(TreeNode)));  // the rest is known at the end
   std::vector<LightDescription> descriptions;
   descriptions.reserve(lights.size());
   for (const LightEntry& l : lights) {
@@ -101,6 +105,9 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   std::vector<double> power;
   std::vector<bool> emits;
   lights_.reserve(lights.size());
+  owners_.reserve(lights.size());
+  using Words = std::array<uint32_t, sizeof(Record) / sizeof(uint32_t)>;
+  std::map<Words, uint32_t> known;
   for (uint32_t i = 0; i < lights.size(); ++i) {
     LightEntry& l = lights[i];
     const LightDescription& d = l.description;
@@ -108,7 +115,7 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     // Of a light from all around some part lies behind every caustic's focus: the variance of what a walk brings is
     // infinite there, and directions that the material draws find it at once.
     const bool isWide = d.isInfinite && !d.isDelta && !(d.cosReach > 0);
-    Record r{l.instance, std::move(l.owner), d.diffuse, d.specular, l.group, kNone, kNone, uint16_t(l.kind), 0};
+    Record r{d.diffuse, d.specular, l.group, kNone, kNone, uint16_t(l.kind), 0};
     const bool isControlled = l.castsShadow && l.shadows.areAny(), isPlain = l.castsShadow && !isControlled;
     // shadows that differ from what rays see alone do not keep paths from starting there
     const bool isOrdinary = l.castsShadow && !l.shadows.areSaid();
@@ -161,7 +168,10 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
                                 (d.isInfinite ? 3.14159265358979 * double(radius_) * double(radius_) : 1)
                           : -1);
     emits.push_back(isEmitter);
-    lights_.push_back(std::move(r));
+    const auto [it, isNew] = known.try_emplace(std::bit_cast<Words>(r), uint32_t(records_.size()));
+    if (isNew) records_.push_back(r);
+    lights_.push_back({l.instance, it->second});
+    owners_.push_back(std::move(l.owner));
   }
   if (boxed.size() <= kMostNear) {
     for (const uint32_t i : boxed) {
@@ -180,14 +190,15 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     if (!emits[i]) emitted[i] = -1;
   emission_ = sharesOf(emitted);
   for (size_t i = 0; i < power.size(); ++i)
-    if (!(lights_[i].flags & kWalkedTo)) power[i] = -1;
+    if (!(recordOf(i).flags & kWalkedTo)) power[i] = -1;
   if (std::any_of(power.begin(), power.end(), [](double p) { return p >= 0; })) walkedTo_ = sharesOf(power);
   held_.set(bytes());
 }
 
 size_t LightSet::bytes() const {
-  size_t n = lights_.size() * sizeof(Record) + tree_.nodeCount() * sizeof(TreeNode) +
-             tree_.places().size() * sizeof(LightTree::Place) + links_.bytes() + boxes_.bytes() +
+  size_t n = lights_.size() * sizeof(Light) + records_.size() * sizeof(Record) +
+             owners_.size() * sizeof(std::shared_ptr<void>) + tree_.nodeCount() * sizeof(TreeNode) +
+             tree_.places().size() * sizeof(LightTree::Place) + tree_.powerBytes() + links_.bytes() + boxes_.bytes() +
              directions_.bytes() + near_.size() * sizeof(Sphere) +
              (distant_.size() + emission_.size() + walkedTo_.size()) * 4;
   for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
@@ -195,7 +206,7 @@ size_t LightSet::bytes() const {
 }
 
 uint8_t LightSet::exceptionsOf(uint32_t light) const {
-  const uint16_t flags = lights_[light].flags;
+  const uint16_t flags = recordOf(light).flags;
   return uint8_t((flags & kGlassBlocks ? uint32_t(kLightBlockedByGlass) : 0u) |
                  (flags & kSeenByMirrors ? 0u : uint32_t(kLightUnseenByMirrors | kLightUnseenByLenses)) |
                  (flags & kSeenByLenses ? 0u : uint32_t(kLightUnseenByLenses)));
@@ -239,7 +250,7 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
   uint32_t* list = arena.make<uint32_t>(padded(count) + kPad);
   uint32_t n = 0;
   for (uint32_t i = 0; i < count; ++i)
-    if (light[i] != kNoLight && lights_[light[i]].filters != kNone) list[n++] = i;
+    if (light[i] != kNoLight && recordOf(light[i]).filters != kNone) list[n++] = i;
   if (!n) return;
   const auto linksOf = [&](uint32_t e) {
     return filterLinks_.empty() || by == FilterUse::Camera ? ~0ull : filterLinks_[linkSet ? linkSet[e] : 0];
@@ -265,7 +276,7 @@ void LightSet::filterRadiance(uint32_t width, Arena& arena, uint32_t count, cons
       x[6][i] = distance[e];
       x[7][i] = time ? time[e] : 0.f;
     }
-    of.apply(width, filters_[lights_[l].filters], m, list + from, radiance, use);
+    of.apply(width, filters_[recordOf(l).filters], m, list + from, radiance, use);
   }
 }
 
@@ -356,10 +367,9 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
     choice = arena.make<float>(n);
     ChooseScratch scratch{};
     if (tree_.isDeep()) {
-      for (float** x : {&scratch.x, &scratch.spare, &scratch.spent}) *x = arena.make<float>(n + kPad);
-      for (uint32_t** x : {&scratch.list, &scratch.first, &scratch.second, &scratch.few, &scratch.far})
-        *x = arena.make<uint32_t>(n + kPad);
-      scratch.parts = arena.make<uint32_t>(6 * n + kPad);
+      scratch.room = n + kPad;
+      scratch.words = arena.make<float>(size_t(ChooseScratch::kLists) * ChooseScratch::kWords * scratch.room);
+      scratch.parts = arena.make<uint32_t>(10 * n + kPad);
     }
     chooseKernel(width)({&tree_,
                          &links_,
@@ -374,16 +384,17 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
                          choice,
                          cluster,
                          chance,
-                         scratch});
+                         scratch,
+                         lights_.data(),
+                         sizeof(Light)});
   } else {
     std::fill_n(light, n, tree_.topCount() ? tree_.nodes()[tree_.top()[0].node].child & ~kLeaf : kNoLight);
   }
   if (tree_.isDeep()) {
     // of many lights each is met seldom: what they are made of is on its way before it is read
-    for (uint32_t i = 0; i < p.count; ++i) __builtin_prefetch(&lights_[light[i] != kNoLight ? light[i] : 0]);
     for (uint32_t i = 0; i < p.count; ++i)
       if (light[i] != kNoLight)
-        for (uint32_t line = 0; line < 5; ++line)
+        for (uint32_t line = 0; line < 3; ++line)
           __builtin_prefetch(static_cast<const char*>(lights_[light[i]].instance) + 64 * line);
   }
   float* const outputs[8] = {wi[0], wi[1], wi[2], distance, radiance[0], radiance[1], radiance[2], pdf};
@@ -402,9 +413,9 @@ void LightSet::sample(uint32_t width, Arena& arena, const Points& p, LightSample
   if (t != distance) std::copy_n(distance, p.count, t);
   for (uint32_t i = 0; i < p.count; ++i) {
     const bool some = light[i] != kNoLight;
-    diffuse[i] = some ? lights_[light[i]].diffuse : 0.f;
-    specular[i] = some ? lights_[light[i]].specular : 0.f;
-    if (some && lights_[light[i]].flags & kShadowless) distance[i] = 0;
+    diffuse[i] = some ? recordOf(light[i]).diffuse : 0.f;
+    specular[i] = some ? recordOf(light[i]).specular : 0.f;
+    if (some && recordOf(light[i]).flags & kShadowless) distance[i] = 0;
     if (spread) spread[i] = flags[i] & kSampleDelta ? 0.f : spreadOf(pdf[i]);
     // the choice's probability divides the estimate: discrete lights carry it in pdf too
     if (const float own = some ? ownShare(light[i], p.besideOwn) : 0.f; choice || own > 0)

@@ -80,14 +80,14 @@ class LightSet {
            std::vector<uint64_t> filterLinks = {});
 
   uint32_t size() const { return uint32_t(lights_.size()); }
-  uint32_t groupOf(uint32_t light) const { return lights_[light].group; }
+  uint32_t groupOf(uint32_t light) const { return recordOf(light).group; }
   const void* instanceOf(uint32_t light) const { return lights_[light].instance; }
-  bool castsShadow(uint32_t light) const { return lights_[light].flags & kCastsShadow; }
+  bool castsShadow(uint32_t light) const { return recordOf(light).flags & kCastsShadow; }
   bool hasShadowControls() const { return !shadows_.empty(); }
   const ShadowControls* shadowControls(uint32_t light) const {  // null: none
-    return lights_[light].shadows == kNone ? nullptr : &shadows_[lights_[light].shadows];
+    return recordOf(light).shadows == kNone ? nullptr : &shadows_[recordOf(light).shadows];
   }
-  bool doesGlassBlock(uint32_t light) const { return lights_[light].flags & kGlassBlocks; }
+  bool doesGlassBlock(uint32_t light) const { return recordOf(light).flags & kGlassBlocks; }
   uint8_t exceptionsOf(uint32_t light) const;  // LightExceptions
   bool isLinked(uint32_t linkSet, uint32_t light) const;
 
@@ -131,7 +131,7 @@ class LightSet {
   void emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
             const float* time, float* const o[3], float* const d[3], EmittedLight* out) const;
   // light_walks.cpp: what manifold walks go to, see WalkTargets; u: choice, then four numbers. All into the arena.
-  bool isWalkedTo(uint32_t light) const { return lights_[light].flags & kWalkedTo; }
+  bool isWalkedTo(uint32_t light) const { return recordOf(light).flags & kWalkedTo; }
   void walkTargets(uint32_t width, Arena& arena, uint32_t n, const float* const u[5], const float* time,
                    WalkTargets* out) const;
   // What arrives at n points (padded) from a delta light each, filters included; and the factor on specular lobes.
@@ -162,13 +162,18 @@ class LightSet {
     kSeenByLenses = 512
   };
   static constexpr uint32_t kNone = 0xffffffffu;
+  // What many lights have alike: kept once for all of them.
   struct Record {
-    const void* instance;
-    std::shared_ptr<void> owner;
     float diffuse, specular;
     uint32_t group, filters, shadows;  // filters, shadows: indices, or kNone
     uint16_t kind, flags;
   };
+  // Of these four share a line of the cache: among many lights each is another one's.
+  struct Light {
+    const void* instance;
+    uint32_t record;
+  };
+  const Record& recordOf(uint32_t light) const { return records_[lights_[light].record]; }
   struct Sphere {
     uint32_t light;
     float center[3], radius2;
@@ -186,8 +191,8 @@ class LightSet {
   void askWaiting(uint32_t width, Arena& arena, bool camera, const RayList& list, bool areInfinite,
                   Found& found) const;
   uint32_t endFlags(uint32_t light) const {
-    return (lights_[light].flags & kDelta ? kLightIsDelta : 0u) |
-           (lights_[light].flags & kInfinite ? kLightIsInfinite : 0u);
+    return (recordOf(light).flags & kDelta ? kLightIsDelta : 0u) |
+           (recordOf(light).flags & kInfinite ? kLightIsInfinite : 0u);
   }
   // Starts of light paths: n (padded) lights that are chosen, into arrays of room for kPad more.
   struct Emission {
@@ -213,7 +218,9 @@ class LightSet {
 
   MemoryHold held_{MemoryUse::Lights};
   std::vector<LightKind> kinds_;
-  std::vector<Record> lights_;
+  std::vector<Light, LineAllocator<Light>> lights_;
+  std::vector<Record> records_;
+  std::vector<std::shared_ptr<void>> owners_;
   std::vector<std::vector<LightFilterEntry>> filters_;
   std::vector<uint64_t> filterLinks_;
   bool splitsFilters_ = false;  // some weigh on diffuse and specular light differently

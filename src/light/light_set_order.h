@@ -12,7 +12,7 @@ class LightSet::Order : public LightOrder {
   Order(const LightSet& set, uint32_t width, Arena& arena, uint32_t n, const uint32_t* light)
       : LightOrder(
             arena, uint32_t(set.kinds_.size()), set.size(), n, light,
-            [&](uint32_t l) { return uint32_t(set.lights_[l].kind); },
+            [&](uint32_t l) { return uint32_t(set.recordOf(l).kind); },
             [&](uint32_t k) { return set.kinds_[k].byWidth[width]->mixes != 0; },
             [&](uint32_t l) { return set.lights_[l].instance; }) {}
 };

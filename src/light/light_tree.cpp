@@ -164,7 +164,8 @@ TreeNode nodeOf(const Bounds& b, bool isInfinite, float scale) {
     half[c] = roundedUp(std::max({b.high[c] - n.center[c], n.center[c] - b.low[c], 0.f}));
   }
   n.extent = half[0] | half[1] << kExtentBits | (b.isTwoSided ? uint32_t(kNodeTwoSided) : 0u);
-  n.extentZ = half[2] | (b.isUniform() ? kNodeUniform : 0u) | uint32_t(floorOf(b.normals.cosine * 32767)) << 16;
+  n.extentZ = half[2] | (b.isUniform() ? kNodeUniform : 0u) | (b.areAllSided ? kNodeAround : 0u) |
+              uint32_t(floorOf(b.normals.cosine * 32767)) << 16;
   for (int c = 0; c < 3; ++c) n.axis |= (uint32_t(int32_t(std::lround(b.normals.axis[c] * 127))) & 255u) << (8 * c);
   n.axis |= uint32_t(floorOf(b.cosEmission * 127)) << 24;
   return n;
@@ -174,8 +175,8 @@ TreeNode nodeOf(const Bounds& b, bool isInfinite, float scale) {
 
 class TreeBuilder {
  public:
-  TreeBuilder(LightTree& tree, bool isInfinite, float scale, std::vector<Item> items)
-      : tree_(tree), items_(std::move(items)), isInfinite_(isInfinite), scale_(scale) {}
+  TreeBuilder(LightTree& tree, bool isInfinite, float scale, uint32_t position, std::vector<Item> items)
+      : tree_(tree), items_(std::move(items)), isInfinite_(isInfinite), scale_(scale), position_(position) {}
   // Fills node `at`.
   void build(uint32_t at) { fill(at, 0, uint32_t(items_.size()), 0); }
   Bounds all() const {
@@ -192,6 +193,7 @@ class TreeBuilder {
     if (to - from == 1) {
       n.child = kLeaf | items_[from].light;
       tree_.places_[items_[from].light].leaf = at;
+      tree_.places_[items_[from].light].position = position_ + from;
       tree_.nodes_[at] = n;
       return;
     }
@@ -271,6 +273,7 @@ class TreeBuilder {
   std::vector<Item> items_;
   bool isInfinite_;
   float scale_;
+  uint32_t position_;  // of its first light
 };
 
 LightTree::LightTree(std::span<const LightDescription> lights) : places_(lights.size()) {
@@ -287,22 +290,29 @@ LightTree::LightTree(std::span<const LightDescription> lights) : places_(lights.
     for (const Item& i : *list) total += i.bounds.weight;
   const float scale = float(1 / total);
   nodes_.reserve(2 * (finite.size() + infinite.size()) + 2);
-  TreeBuilder f(*this, false, scale, std::move(finite)), g(*this, true, scale, std::move(infinite));
+  const uint32_t finiteCount = uint32_t(finite.size());
+  TreeBuilder f(*this, false, scale, 0, std::move(finite));
+  TreeBuilder g(*this, true, scale, finiteCount, std::move(infinite));
   nodes_.resize(2);
   const bool hasFinite = f.all().weight > 0, hasInfinite = g.all().weight > 0;
   if (hasFinite) f.build(0);
+  const uint32_t finiteEnd = uint32_t(nodes_.size());
   if (hasInfinite) g.build(1);
   top_[0].node = hasFinite ? 0 : 1;
   top_[1].node = 1;
   topCount_ = hasFinite && hasInfinite ? 2 : 1;
   nodes_.shrink_to_fit();
-  chooseTop();
+  chooseTop(finiteEnd);
+  if (isDeep_) sumPowers(finiteCount);
 }
 
 // Opens the largest nodes until there are kMostTop.
-void LightTree::chooseTop() {
-  std::vector<uint32_t> open;
-  for (uint32_t i = 0; i < topCount_; ++i) open.push_back(top_[i].node);
+void LightTree::chooseTop(uint32_t finiteEnd) {
+  std::vector<uint32_t> open, ends;
+  for (uint32_t i = 0; i < topCount_; ++i) {
+    open.push_back(top_[i].node);
+    ends.push_back(top_[i].node ? nodeCount() : finiteEnd);
+  }
   const auto size = [&](uint32_t k) {
     const TreeNode& n = nodes_[k];
     if (n.child & kLeaf) return -1.f;
@@ -323,6 +333,9 @@ void LightTree::chooseTop() {
     const uint32_t child = nodes_[open[best]].child;
     open[best] = child;
     open.insert(open.begin() + long(best) + 1, child + 1);
+    const uint32_t second = nodes_[child + 1].child, end = ends[best];
+    if (!(second & kLeaf)) ends[best] = second;
+    ends.insert(ends.begin() + long(best) + 1, end);
   }
   topCount_ = uint32_t(open.size());
   isDeep_ = false;
@@ -331,10 +344,13 @@ void LightTree::chooseTop() {
     TopNode& t = top_[k];
     t = {};
     t.node = open[k];
+    t.end = ends[k];
+    t.start = kNone;
     isDeep_ = isDeep_ || !(n.child & kLeaf);
     t.isInfinite = (n.extent & kNodeInfinite) != 0;
     t.isTwoSided = (n.extent & kNodeTwoSided) != 0;
     t.isUniform = (n.extentZ & kNodeUniform) != 0;
+    t.isAround = (n.extentZ & kNodeAround) != 0;
     t.half[0] = lengthOf(n.extent);
     t.half[1] = lengthOf(n.extent >> kExtentBits);
     t.half[2] = lengthOf(n.extentZ);
@@ -359,12 +375,38 @@ void LightTree::chooseTop() {
       if (child & kLeaf) {
         Place& p = places_[child & ~kLeaf];
         p.path = s.path;
-        p.top = k;
+        t.start = std::min(t.start, p.position);
       } else {
         stack.push_back({child, s.path, s.depth + 1});
         stack.push_back({child + 1, s.path | 1u << s.depth, s.depth + 1});
       }
     }
+  }
+}
+
+void LightTree::sumPowers(uint32_t finiteCount) {
+  uint32_t count = 0;
+  for (const Place& p : places_) count += p.leaf != kNone;
+  powers_.resize(size_t(count) + 1);
+  for (uint32_t i = 0; i < places_.size(); ++i)
+    if (places_[i].leaf != kNone) powers_[places_[i].position].light = i;
+  const auto weightAt = [&](uint32_t k) { return double(nodes_[places_[powers_[k].light].leaf].weight); };
+  double total = 0;
+  for (uint32_t k = 0; k < finiteCount; ++k) total += weightAt(k);
+  const double units = total > 0 ? (2147483647.0 - finiteCount) * 0.999999 / total : 0;
+  uint32_t sum = 0;
+  for (uint32_t k = 0; k < count; ++k) {
+    powers_[k].sum = sum;
+    if (k < finiteCount) sum += 1 + uint32_t(weightAt(k) * units);
+  }
+  powers_[count] = {sum, kNone};
+  guideShift_ = 31;
+  while (guideShift_ > 0 && (count >> (31 - guideShift_)) > 2) --guideShift_;
+  const uint32_t buckets = (sum >> guideShift_) + 2;
+  guide_.reserve(buckets);
+  for (uint32_t g = 0, k = 0; g < buckets; ++g) {
+    while (k + 1 < count && powers_[k + 1].sum <= (uint64_t(g) << guideShift_)) ++k;
+    guide_.push_back(k);
   }
 }
 

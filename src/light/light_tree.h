@@ -20,7 +20,7 @@ struct TreeNode {
   float center[3];   // of the box; infinite lights: mean direction, as in LightDescription
   float weight;      // largest radiant intensity; infinite lights: largest irradiance. Over that of all lights
   uint32_t extent;   // half the box along x and y, 14 bits each: floats without sign and low digits; NodeFlags
-  uint32_t extentZ;  // the same along z, and kNodeUniform; high half: cosine of the angle of normals, times 32767
+  uint32_t extentZ;  // the same along z; two flags below; high half: cosine of the angle of normals, times 32767
   uint32_t axis;     // three times 8 signed bits; high 8: cosine of the angle of emission, times 127
   uint32_t child;    // the first of two, or kLeaf and the light's index
 };
@@ -29,6 +29,8 @@ inline constexpr uint32_t kLeaf = 0x80000000u;
 enum NodeFlags : uint32_t { kNodeInfinite = 1u << 30, kNodeTwoSided = 1u << 31 };
 // In extentZ: the lights below emit alike, so that from afar they differ in power alone.
 inline constexpr uint32_t kNodeUniform = 1u << 14;
+// And: they emit to all sides.
+inline constexpr uint32_t kNodeAround = 1u << 15;
 inline constexpr uint32_t kExtentBits = 14, kExtentMask = (1u << kExtentBits) - 1;
 // By which a cosine to the axis may be off, for want of digits.
 inline constexpr float kAxisSlack = 0.008f;
@@ -37,8 +39,8 @@ inline constexpr float kAxisSlack = 0.008f;
 inline constexpr uint32_t kMostTop = kLightClusters;
 struct TopNode {
   float center[3], half[3], weight, axis[3], cosNormals, sinNormals, cosEmission, concentration;
-  uint32_t isInfinite, isTwoSided, isUniform;
-  uint32_t node;
+  uint32_t isInfinite, isTwoSided, isUniform, isAround;
+  uint32_t node, end, start;  // end: of the nodes below it; start: its first light in the order of the tree
 };
 
 void useLargePages(void* memory, size_t bytes);  // asks the system, which may not
@@ -63,11 +65,12 @@ struct LineAllocator {
 
 class LightTree {
  public:
-  // Where a light hangs: which top node, and which child at each step below it, first step in the lowest bit.
+  // Where a light hangs: which child at each step below a top node, first step in the lowest bit, and where it stands
+  // among all lights in the order of the tree.
   struct Place {
     uint32_t leaf = kNone;  // node; kNone: the light is black and not in the tree
     uint32_t path = 0;
-    uint32_t top = 0;
+    uint32_t position = 0;
   };
   static constexpr uint32_t kNone = 0xffffffffu;
 
@@ -80,16 +83,31 @@ class LightTree {
   const TopNode* top() const { return top_.data(); }
   uint32_t topCount() const { return topCount_; }
   const std::vector<Place>& places() const { return places_; }
+  // Lights in the order of the tree, those below any node side by side, with the sums of the power of those before
+  // each, by which they are chosen below nodes of finite lights that are far: in units of which each has one at least,
+  // below 2^31. One more at the end. Deep trees only.
+  struct Power {
+    uint32_t sum, light;
+  };
+  const Power* powers() const { return powers_.data(); }
+  // Where to look for a sum: the last light before which there are at most g << guideShift(), for each g.
+  const uint32_t* guide() const { return guide_.data(); }
+  uint32_t guideShift() const { return guideShift_; }
+  size_t powerBytes() const { return powers_.size() * sizeof(Power) + guide_.size() * sizeof(uint32_t); }
   bool isDeep() const { return isDeep_; }  // some top node has children
 
  private:
   friend class TreeBuilder;
-  void chooseTop();
+  void chooseTop(uint32_t finiteEnd);
+  void sumPowers(uint32_t finiteCount);
   std::vector<TreeNode, LineAllocator<TreeNode>> nodes_;
   std::vector<Place> places_;
   std::array<TopNode, kMostTop> top_{};
   uint32_t topCount_ = 0;
   bool isDeep_ = false;
+  std::vector<Power, LineAllocator<Power>> powers_;
+  std::vector<uint32_t, LineAllocator<uint32_t>> guide_;
+  uint32_t guideShift_ = 0;
 };
 
 }  // namespace kinora::light

@@ -69,7 +69,7 @@ void LightSet::deltaLights(uint32_t width, Arena& arena, uint32_t n, const float
   if (!filters_.empty())
     filterRadiance(width, arena, n, light, P, wi, distance, time, linkSet, radiance, FilterUse::LitPoints, true);
   for (uint32_t i = 0; i < n; ++i) {
-    specular[i] = lights_[light[i]].specular;
+    specular[i] = recordOf(light[i]).specular;
     if (!(flags[i] & kSampleDelta) || !(pdf[i] > 0))
       for (int c = 0; c < 3; ++c) radiance[c][i] = 0;
   }

@@ -13,17 +13,19 @@ constexpr auto kParams =
     joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
 constexpr float kRadius = 0.5f;  // local
 
-struct Data {
-  LightCommon common;
-  Shaping shaping;
-  Float3 center, axis;    // axis: unit, local +Z
-  Float3 rows[3];         // local to render, linear part
-  Float3 inverse[3];      // render to local: rows of the inverse
-  Float3 normalRows[3];   // local normal to render: rows of the inverse transpose
+// What samples read stands in the first two lines of the cache: among many lights each is another one's.
+struct alignas(64) Data {
+  Float3 rows[3];     // local to render, linear part
+  Float3 inverse[3];  // render to local: rows of the inverse
+  Float3 center;
   float determinant = 1;  // absolute
-  float rounding = 0;     // of a local direction that went to render space and back, generously
+  LightCommon common;
+  bool isShaped = false, isBlack = true;
+  Shaping shaping;
+  Float3 axis;           // unit, local +Z
+  Float3 normalRows[3];  // local normal to render: rows of the inverse transpose
+  float rounding = 0;    // of a local direction that went to render space and back, generously
   double area = 0, boundingRadius = 0, sphereRadius = 0;  // sphereRadius: 0 for ellipsoids
-  bool isBlack = true;
 };
 
 // Rows of the inverse of the matrix with rows x, y, z. The determinant is not zero.
@@ -82,6 +84,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   }
   light->common = LightCommon::of(values, light->area);
   light->shaping = Shaping::of(values, true);
+  light->isShaped = light->shaping.focused || light->shaping.coned;
   values.warnNoEffect();
   if (degenerate)
     values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
@@ -168,7 +171,9 @@ struct PxrSphereLight {
 
   template <int W>
   static KN_INLINE Rgb<W> radiance(const Lights<W>& k, Vec3<W> towardsLight) {
-    return k.of.rgb([](const Data& d) { return d.common.radiance; }) * shape(k.of, -dot(towardsLight, k.axis));
+    const Rgb<W> l = k.of.rgb([](const Data& d) { return d.common.radiance; });
+    if (!k.of.any([](const Data& d) { return d.isShaped; })) return l;
+    return l * shape(k.of, -dot(towardsLight, k.axis));
   }
 
   template <int W>
