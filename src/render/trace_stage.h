@@ -36,12 +36,21 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
               const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
               Diagnostics& diagnostics);
 
+// Of procedurals, as trace::BuildOptions takes them. Instances of the scene from `firstInstance` on stand for them.
+struct DelayedBounds {
+  std::shared_ptr<const trace::UnreadBounds> unread;
+  std::vector<trace::UnreadBounds::Box> all;
+  uint32_t firstInstance = 0;
+  bool operator==(const DelayedBounds&) const = default;
+};
+
 class TraceStage {
  public:
   // isWatertight: see trace::BuildOptions. Counts in `statistics`.
   std::shared_ptr<const trace::World> make(const std::shared_ptr<const FlatScene>& flat, const Meshes& meshes,
                                            const Sight& sight, const CameraState& camera, bool isWatertight,
-                                           Statistics& statistics, Diagnostics& diagnostics);
+                                           const DelayedBounds& delayed, Statistics& statistics,
+                                           Diagnostics& diagnostics);
   void forget() { *this = {}; }
 
  private:
@@ -51,6 +60,7 @@ class TraceStage {
     std::vector<uint32_t> ofShape, ofKind;
     double shutterOpen, shutterClose;
     bool isWatertight;
+    DelayedBounds delayed;
     bool operator==(const Inputs&) const = default;
   };
   Inputs inputs_{};

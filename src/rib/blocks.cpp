@@ -133,6 +133,8 @@ void Interpreter::worldBegin(Request& r) {
   if (blocks_.size() == depth) return;
   world_ = frame_.options;
   world_->pos = r.pos;
+  procedurals_ = nullptr;
+  worldPrototypes_ = nullptr;
   worldSources_ = sources_.size();
   innerWorlds_.clear();
   // The primary camera is the one named "world"; else the first Camera request that placed it; else what stands here.
@@ -176,6 +178,10 @@ void Interpreter::worldEnd(Request& r) {
 void Interpreter::finishWorld() {
   if (!world_) return;
   world_->prototypes = prototypes_;
+  if (worldPrototypes_) *worldPrototypes_ = prototypes_;
+  doneProcedurals_ = std::move(procedurals_);
+  worldPrototypes_ = nullptr;
+  surroundings_ = nullptr;
   world_->nextId = nextId_;
   scene::Scene done = std::move(*world_);
   held_.set(0);  // whoever takes the world charges it
