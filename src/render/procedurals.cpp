@@ -49,7 +49,11 @@ std::unique_ptr<Procedurals::Node> Procedurals::nodeOf(const scene::PrimitivePtr
   auto n = std::make_unique<Node>();
   n->primitive = primitive;
   n->source = std::move(source);
-  n->bound = scene::sweptBox(*own, primitive->toWorld);
+  n->said = scene::sweptBox(*own, primitive->toWorld);
+  // files round bounds to a few digits
+  const Imath::V3d size = own->size();
+  const Imath::V3d more(2 * kRounded * std::max({size.x, size.y, size.z}));
+  n->bound = scene::sweptBox({own->min - more, own->max + more}, primitive->toWorld);
   return n;
 }
 
@@ -98,7 +102,7 @@ void Procedurals::add(Node& n) {
     return;
   }
   if (std::exchange(n.isNew, false))
-    lastRead_.push_back({uint32_t(scene_.instances.size()), n.primitive.get(), n.bound});
+    lastRead_.push_back({uint32_t(scene_.instances.size()), n.primitive.get(), n.said});
   if (!n.whole.primitives.empty() || !n.whole.instances.empty()) {
     const auto first = uint32_t(scene_.prototypes.size());
     const auto renumbered = [&](const scene::InstanceList& list) {

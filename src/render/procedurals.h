@@ -41,11 +41,14 @@ class Procedurals {
   // Reads those of delayed().unread, on all threads; messages come in the order of the list.
   void read(const std::vector<uint32_t>& which, FileContents& contents, Diagnostics& diagnostics,
             const std::atomic<bool>* stop);
+  // Things are this much of a bound's size outside of it without a message: rays meet bounds that are larger by twice
+  // as much.
+  static constexpr double kRounded = 1e-4;
   // Of those that the last read() has read: places in the scene's list of instances, with what they stand for.
   struct Read {
     uint32_t instance;
     const scene::Primitive* procedural;
-    Imath::Box3d bound;
+    Imath::Box3d bound;  // as it is said
   };
   const std::vector<Read>& lastRead() const { return lastRead_; }
 
@@ -56,7 +59,7 @@ class Procedurals {
   struct Node {
     scene::PrimitivePtr primitive;
     std::shared_ptr<const scene::ProceduralSource> source;
-    Imath::Box3d bound;
+    Imath::Box3d said, bound;  // in the world, as it is said and as rays meet it
     bool isRead = false, isNew = false;
     Imath::V3d middle{0, 0, 0};             // of the space of `whole`
     scene::Prototype whole;                 // what it holds, without nested ones

@@ -410,7 +410,9 @@ struct Renderer::Impl {
         most = std::max(most, reach - half);
         factor = std::max(factor, reach / std::max(half, 1e-9 * largest));
       }
-      if (!(most > 1e-4 * largest)) continue;
+      double size = 0;
+      for (int k = 0; k < 3; ++k) size = std::max(size, said.max[k] - said.min[k]);
+      if (!(most > Procedurals::kRounded * size + 1e-6 * largest)) continue;
       diagnostics.warning(
           "RENDER-PROCEDURAL-BOUND", r.procedural->pos,
           fmt::format("'{}' holds things outside of its bound, up to {:.3g} beyond it", r.procedural->name(), most),

@@ -31,9 +31,10 @@ struct SetAsker {
 };
 // Of a plug-in as a node sets it; null: its defaults.
 std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* node);
-// Sets `traceSet` of each of `infos`; their materials are set. `askers`: beside those among the materials.
+// Sets `traceSet` of each of `infos`; their materials are set. `askers`: beside those among the materials. isWhole: there
+// are no other objects, so that a group without members is a mistake.
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
-              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
+              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos, bool isWhole,
               Diagnostics& diagnostics);
 
 // Of procedurals, as trace::BuildOptions takes them. Instances of the scene from `firstInstance` on stand for them.

@@ -260,7 +260,8 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
                        sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping,
                        !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
                       next->placements, rebuilt);
-  Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements, diagnostics_);
+  Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements,
+                        delayed.unread.empty(), diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
     if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), boundsOfDelayed(scene, delayed),

@@ -160,7 +160,8 @@ void Interpreter::procedural2(Request& r) {
   if (file.empty()) return badArguments(r, "\"string filename\"");
   Delayed what{kind, {file}, {}};
   if (const scene::Parameter* p = given.find("bound")) what.bound.assign(p->floats.begin(), p->floats.end());
-  if (delay(what, r)) return;
+  // as an exporter says it
+  if (!given.getInt("__immediatesubdivide", 0) && delay(what, r)) return;
   readNamedArchive(file, r, true);
 }
 

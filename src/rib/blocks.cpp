@@ -134,6 +134,7 @@ void Interpreter::worldBegin(Request& r) {
   world_ = frame_.options;
   world_->pos = r.pos;
   procedurals_ = nullptr;
+  lookedInto_ = 0;
   worldPrototypes_ = nullptr;
   worldSources_ = sources_.size();
   innerWorlds_.clear();
@@ -266,7 +267,8 @@ void Interpreter::objectInstance(Request& r) {
   Cursor c(r);
   std::string handle;
   if (!c.string(handle)) return badArguments(r, "a handle");
-  const auto it = prototypeByHandle_.find(handle);
+  auto it = prototypeByHandle_.find(handle);
+  if (it == prototypeByHandle_.end() && findInDelayed(handle)) it = prototypeByHandle_.find(handle);
   if (it == prototypeByHandle_.end()) {
     report(Severity::Error, "RIB-HANDLE", r.pos, "no object is called '" + handle.substr(0, 60) + "'",
            "the instance is ignored", "ObjectBegin must stand before ObjectInstance");

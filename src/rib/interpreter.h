@@ -288,6 +288,9 @@ class Interpreter {
   // False where it must be read now: its bound is none, or what it says belongs to what is open around it.
   bool delay(const Delayed& what, const Request& r);
   std::shared_ptr<const Surroundings> surroundings();
+  // Takes over objects of archives that wait, one archive after the other, until one of this name is known; false: none
+  // has it. What else they hold still waits.
+  bool findInDelayed(const std::string& handle);
   void readNamedArchive(const std::string& name, const Request& r, bool isProcedural = false);
   void readProgram(const std::string& command, const std::string& data, const Request& r);
   // Messages where not.
@@ -352,7 +355,8 @@ class Interpreter {
   std::shared_ptr<scene::ProceduralSources> procedurals_;            // of the world that is open
   std::shared_ptr<const scene::ProceduralSources> doneProcedurals_;  // of the last one that was closed
   std::shared_ptr<std::vector<scene::Prototype>> worldPrototypes_;   // filled when the world is closed
-  std::shared_ptr<const Surroundings> surroundings_;                 // as they are now; null: not made
+  size_t lookedInto_ = 0;                             // primitives of the world that findInDelayed() is done with
+  std::shared_ptr<const Surroundings> surroundings_;  // as they are now; null: not made
 
   std::set<std::string> keptNames_, unknownNames_;
   std::set<scene::NodePtr> lateReported_;

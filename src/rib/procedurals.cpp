@@ -60,11 +60,75 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
   std::vector<std::string> ancestors;
 
   scene::Expansion expand(const scene::Primitive& as, Diagnostics& diagnostics) const override {
-    std::optional<scene::Scene> read;
+    std::optional<scene::Scene> world;
     Interpreter in(diagnostics, around_->read, [&](scene::Scene&& s) {
-      if (!read) read = std::move(s);
+      if (!world) world = std::move(s);
     });
     prepare(in, as);
+    read(in);
+    const auto shared = in.worldPrototypes_;  // those that what is nested here will ask for
+    while (!in.blocks_.empty()) in.leave();
+    for (size_t k = 0; shared && k < around_->prototypeCount; ++k) (*shared)[k] = (*around_->prototypes)[k];
+
+    scene::Expansion out;
+    // folders may hold files of one name: each is known by those that lead to it
+    std::string way;
+    for (size_t k = 1; k < ancestors.size(); ++k)
+      way += std::filesystem::path(ancestors[k]).filename().string() + " > ";
+    out.files = std::move(in.filesRead_);
+    for (auto& [name, path] : out.files) name = way + name;
+    if (!world) return out;
+    if (const size_t lights = world->lights.size() + world->classicLights.size())
+      in.report(
+          Severity::Error, "RIB-PROCEDURAL-LIGHT",
+          world->lights.empty() ? world->classicLights[0].node->pos : world->lights[0].node->pos,
+          "'" + what_.data[0].substr(0, 200) + "' holds " + std::to_string(lights) +
+              (lights == 1 ? " light" : " lights") + ", and is read when a ray first reaches its bound",
+          "they are left out: which lights there are is known before the first ray",
+          "ReadArchive, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before it, reads it at once");
+    out.primitives = std::move(world->primitives);
+    out.instances = std::move(world->instances);
+    out.solids = std::move(world->solids);
+    out.prototypes =
+        objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
+    if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
+    return out;
+  }
+
+  // Its objects, and those of what is nested in it, become those of `to`. Programs are not run for that.
+  void giveObjects(Interpreter& to, const scene::Primitive& as) const {
+    if (what_.kind == "RunProgram") return;
+    Diagnostics unheard([](const std::string&, Severity) {});  // it says it all once it is read for itself
+    Interpreter in(unheard, around_->read, {});
+    prepare(in, as);
+    read(in);
+    const size_t count = around_->prototypeCount;
+    in.findInDelayed({});
+    const auto first = uint32_t(to.prototypes_.size());
+    for (size_t k = count; k < in.prototypes_.size(); ++k) {
+      scene::Prototype p = std::move(in.prototypes_[k]);
+      for (scene::PrimitivePtr& shared : p.primitives) {
+        auto own = std::make_shared<scene::Primitive>(*shared);
+        own->id = to.nextId_++;
+        shared = std::move(own);
+      }
+      scene::InstanceList instances;
+      for (size_t i = 0; i < p.instances.size(); ++i) {
+        scene::Instance placed = std::as_const(p.instances)[i];
+        placed.id = to.nextId_++;
+        if (placed.prototype >= count) placed.prototype = first + (placed.prototype - uint32_t(count));
+        instances.push_back(std::move(placed));
+      }
+      p.instances = std::move(instances);
+      to.prototypes_.push_back(std::move(p));
+    }
+    for (const auto& [name, index] : in.prototypeByHandle_)
+      if (index >= count) to.prototypeByHandle_.try_emplace(name, first + (index - uint32_t(count)));
+    to.surroundings_ = nullptr;
+  }
+
+ private:
+  void read(Interpreter& in) const {
     Request request;
     request.name = "Procedural";
     request.pos = pos_;
@@ -74,31 +138,8 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       in.readNamedArchive(what_.data[0], request);
     in.sources_.clear();
     in.closeAll(1);
-    const auto shared = in.worldPrototypes_;  // those that what is nested here will ask for
-    while (!in.blocks_.empty()) in.leave();
-    for (size_t k = 0; shared && k < around_->prototypeCount; ++k) (*shared)[k] = (*around_->prototypes)[k];
-
-    scene::Expansion out;
-    out.files = std::move(in.filesRead_);
-    if (!read) return out;
-    if (const size_t lights = read->lights.size() + read->classicLights.size())
-      in.report(
-          Severity::Error, "RIB-PROCEDURAL-LIGHT",
-          read->lights.empty() ? read->classicLights[0].node->pos : read->lights[0].node->pos,
-          "'" + what_.data[0].substr(0, 200) + "' holds " + std::to_string(lights) +
-              (lights == 1 ? " light" : " lights") + ", and is read when a ray first reaches its bound",
-          "they are left out: which lights there are is known before the first ray",
-          "ReadArchive, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before it, reads it at once");
-    out.primitives = std::move(read->primitives);
-    out.instances = std::move(read->instances);
-    out.solids = std::move(read->solids);
-    out.prototypes =
-        objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
-    if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
-    return out;
   }
 
- private:
   void prepare(Interpreter& in, const scene::Primitive& as) const {
     const Surroundings& from = *around_;
     in.declarations_ = from.declarations;
@@ -160,6 +201,18 @@ std::shared_ptr<const Interpreter::Surroundings> Interpreter::surroundings() {
   s->prototypes = worldPrototypes_;
   s->archiveReads = archiveReads_;
   return surroundings_ = std::move(s);
+}
+
+bool Interpreter::findInDelayed(const std::string& handle) {
+  if (!world_ || !procedurals_) return false;
+  while (lookedInto_ < world_->primitives.size()) {
+    const scene::PrimitivePtr p = world_->primitives[lookedInto_++];
+    const auto it = procedurals_->find(p->id);
+    if (it == procedurals_->end()) continue;
+    static_cast<const DelayedArchive&>(*it->second).giveObjects(*this, *p);
+    if (prototypeByHandle_.contains(handle)) return true;
+  }
+  return false;
 }
 
 bool Interpreter::delay(const Delayed& what, const Request& r) {

@@ -27,7 +27,7 @@ struct Expansion {
   std::vector<Prototype> prototypes;
   std::vector<Solid> solids;
   ProceduralSources nested;                                // of those of its primitives that are procedurals in turn
-  std::vector<std::pair<std::string, std::string>> files;  // read for it: as named, and the path
+  std::vector<std::pair<std::string, std::string>> files;  // read for it: by name, and the path
 };
 
 class ProceduralSource {

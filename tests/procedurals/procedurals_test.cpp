@@ -279,6 +279,92 @@ TEST(Procedurals, CurvesPointsAndSolids) {
       1, 1);
 }
 
+TEST(Procedurals, LinksTraceSetsAndHoldouts) {
+  expectSame(
+      {{"scene.rib",
+        world("AttributeBegin\nAttribute \"grouping\" \"string membership\" [\"reds\"]\n" +
+              delayed("-1 0 5", "a.rib") +
+              "AttributeEnd\nAttribute \"trace\" \"string reflectexcludesubset\" [\"reds\"]\nAttributeBegin\nBxdf "
+              "\"PxrSurface\" \"m\" \"color specularFaceColor\" [1 1 1] \"color specularEdgeColor\" [1 1 1] \"float "
+              "specularRoughness\" [0.05]\nPolygon \"P\" [-4 -1 6 4 -1 6 4 4 6 -4 4 6]\nAttributeEnd\n" +
+              delayed("0 .2 4", "b.rib") + delayed("1 .2 4", "c.rib"))},
+       {"a.rib", kBall},
+       {"b.rib", "Illuminate \"lamp\" 0\nMatte 1\n" + kBoxes},
+       {"c.rib", "Illuminate \"sun\" 0\nAttribute \"trace\" \"int holdout\" [1]\n" + kBall}},
+      3, 3);
+}
+
+TEST(Procedurals, AWorldOfNothingElse) {
+  expectSame({{"scene.rib", kHead + "WorldBegin\n" + kLights + delayed("-1 0 5", "a.rib") +
+                                delayed("1 .2 4", "b.rib") + "WorldEnd\n"},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes}},
+             2, 2);
+}
+
+TEST(Procedurals, TheCameraInsideABound) {
+  expectSame(
+      {{"scene.rib", world(delayed("0 0 0", "a.rib", "-5 5 -5 5 -5 9"))}, {"a.rib", "Translate 0 0 4\n" + kBoxes}}, 1,
+      1);
+}
+
+TEST(Procedurals, LevelsOfDetail) {
+  const auto level = [](const std::string& range, const std::string& file) {
+    return "AttributeBegin\nTranslate 0 0 4\nDetail [-.6 .6 -.6 .6 -.6 .6]\nDetailRange [" + range +
+           "]\nProcedural \"DelayedReadArchive\" [\"" + file + "\"] [-.6 .6 -.6 .6 -.6 .6]\nAttributeEnd\n";
+  };
+  const Folder folder(
+      {{"scene.rib", world(level("0 0 100 100", "coarse.rib") + level("100 100 1e38 1e38", "fine.rib"))},
+       {"fine.rib", kBall}});
+  const Rendered r = rendered(folder, {});
+  EXPECT_EQ(r.outcome, render::Outcome::Complete);
+  EXPECT_EQ(r.said, "") << "the other level was read";
+  EXPECT_EQ(r.statistics.proceduralsRead, 1u);
+}
+
+TEST(Procedurals, AnEditedSceneIsAFreshOne) {
+  const Folder folder(
+      {{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib") + delayed("9 0 12", "c.rib"))},
+       {"a.rib", kBall},
+       {"b.rib", kBoxes},
+       {"c.rib", kBall}});
+  Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
+  std::optional<scene::Scene> scene;
+  std::shared_ptr<const scene::ProceduralSources> procedurals;
+  rib::ReadOptions reading;
+  reading.delaysProcedurals = true;
+  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
+    scene = std::move(s);
+    procedurals = reader.procedurals();
+  });
+  ASSERT_TRUE(reader.readFile(folder.file("scene.rib")));
+  reader.finish();
+  render::Settings settings;
+  settings.threads = 2;
+  settings.samplesPerPixel = 4;
+  Registry registry;
+  render::Renderer renderer(registry, diagnostics, settings);
+  ASSERT_TRUE(renderer.load(*scene, procedurals));
+  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  uint32_t moved = 0;
+  for (const auto& [id, source] : *procedurals) moved = std::max(moved, id);
+  const auto edit = [&](scene::Scene& s) {
+    EXPECT_TRUE(
+        s.setPrimitiveTransform(moved, scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0, 1, 5)))));
+    EXPECT_TRUE(s.removePrimitive(moved - 2));
+  };
+  edit(renderer.scene());
+  ASSERT_TRUE(renderer.update());
+  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  edit(*scene);
+  render::Renderer fresh(registry, diagnostics, settings);
+  ASSERT_TRUE(fresh.load(*scene, procedurals));
+  ASSERT_EQ(fresh.renderFilm(), render::Outcome::Complete);
+  EXPECT_TRUE(stateOf(renderer.film()) == stateOf(fresh.film()));
+}
+
 TEST(Procedurals, AdaptiveSampling) {
   render::Settings settings;
   settings.pixelVariance = 0.05f;
