@@ -188,7 +188,7 @@ Procedural "DelayedReadArchive" ["b.rib"] [-1 1 -1 1 -1 1]
   EXPECT_EQ(later.scene.primitives.size(), 2u);
   EXPECT_EQ(later.sources.size(), 2u);
   ASSERT_EQ(later.scene.instances.size(), 3u);
-  EXPECT_NE(later.said.find("scene.rib:8: error RIB-HANDLE"), std::string::npos) << later.said;
+  EXPECT_NE(later.said.find("scene.rib:10: error RIB-HANDLE"), std::string::npos) << later.said;
   const auto nameOf = [&](const InstanceList& list, size_t k) {
     return later.scene.prototypes.at(list.prototypeOf(k)).name;
   };
