@@ -7,19 +7,7 @@ namespace kinora::trace {
 
 namespace {
 
-// Distance at which a ray enters a box; beyond `length`: it does not. Comparisons are written so that a coordinate
-// along which the ray does not run (0 / 0) says nothing.
-float entry(const float lower[3], const float upper[3], const float o[3], const float inverse[3], float length) {
-  float near = 0, far = length;
-  for (int k = 0; k < 3; ++k) {
-    const float a = (lower[k] - o[k]) * inverse[k], b = (upper[k] - o[k]) * inverse[k];
-    const float first = a < b ? a : b, last = a < b ? b : a;
-    if (first > near) near = first;
-    if (last < far) far = last;
-  }
-  constexpr float kRounding = 1.f + 8e-7f;
-  return near <= far * kRounding ? near : INFINITY;
-}
+constexpr float kFarthest = 1e37f;  // of a ray's length
 
 }  // namespace
 
@@ -40,69 +28,114 @@ UnreadBounds::UnreadBounds(std::vector<Box> boxes)
     order[i] = i;
     noted_[i] = 0;
   }
-  nodes_.reserve(2 * order.size());
   if (!order.empty()) build(order, 0, order.size());
 }
 
-// Halves by the middles along the longest axis.
+// Halved three times, each by the middles along the longest axis.
 uint32_t UnreadBounds::build(std::vector<uint32_t>& order, size_t first, size_t last) {
+  std::vector<std::pair<size_t, size_t>> runs{{first, last}};
+  const auto split = [&](std::pair<size_t, size_t> run) {
+    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};  // of middles
+    const auto middle = [&](uint32_t i, int k) { return 0.5f * boxes_[i].lower[k] + 0.5f * boxes_[i].upper[k]; };
+    for (size_t i = run.first; i < run.second; ++i)
+      for (int k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], middle(order[i], k));
+        high[k] = std::max(high[k], middle(order[i], k));
+      }
+    int axis = 0;
+    for (int k = 1; k < 3; ++k)
+      if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+    const size_t half = run.first + (run.second - run.first) / 2;
+    std::nth_element(order.begin() + long(run.first), order.begin() + long(half), order.begin() + long(run.second),
+                     [&](uint32_t a, uint32_t b) {
+                       const float x = middle(a, axis), y = middle(b, axis);
+                       return x != y ? x < y : a < b;
+                     });
+    return half;
+  };
+  for (int level = 0; level < 3; ++level) {
+    std::vector<std::pair<size_t, size_t>> halves;
+    for (const auto& run : runs) {
+      if (run.second - run.first < 2) {
+        halves.push_back(run);
+        continue;
+      }
+      const size_t half = split(run);
+      halves.emplace_back(run.first, half);
+      halves.emplace_back(half, run.second);
+    }
+    runs = std::move(halves);
+  }
   const auto at = uint32_t(nodes_.size());
-  Node n{};
-  float low[3], high[3];  // of middles
-  for (int k = 0; k < 3; ++k) {
-    n.lower[k] = low[k] = INFINITY;
-    n.upper[k] = high[k] = -INFINITY;
-    for (size_t i = first; i < last; ++i) {
-      const Box& b = boxes_[order[i]];
-      const float middle = 0.5f * (b.lower[k] + b.upper[k]);
-      n.lower[k] = std::min(n.lower[k], b.lower[k]);
-      n.upper[k] = std::max(n.upper[k], b.upper[k]);
-      low[k] = std::min(low[k], middle);
-      high[k] = std::max(high[k], middle);
+  nodes_.push_back({});
+  for (uint32_t c = 0; c < kChildren; ++c) {
+    Box all{{3e38f, 3e38f, 3e38f}, {3e38f, 3e38f, 3e38f}};
+    uint32_t child = kNone;
+    if (c < runs.size()) {
+      const auto& [from, to] = runs[c];
+      all = boxes_[order[from]];
+      for (size_t i = from; i < to; ++i)
+        for (int k = 0; k < 3; ++k) {
+          all.lower[k] = std::min(all.lower[k], boxes_[order[i]].lower[k]);
+          all.upper[k] = std::max(all.upper[k], boxes_[order[i]].upper[k]);
+        }
+      child = to - from == 1 ? order[from] | kIsBox : build(order, from, to);
+    }
+    Node& n = nodes_[at];
+    n.child[c] = child;
+    for (int k = 0; k < 3; ++k) {
+      n.lower[k][c] = all.lower[k];
+      n.upper[k][c] = all.upper[k];
     }
   }
-  n.box = order[first];
-  nodes_.push_back(n);
-  if (last - first == 1) return at;
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-  const size_t half = first + (last - first) / 2;
-  const auto middle = [&](uint32_t i) { return boxes_[i].lower[axis] + boxes_[i].upper[axis]; };
-  std::nth_element(order.begin() + long(first), order.begin() + long(half), order.begin() + long(last),
-                   [&](uint32_t a, uint32_t b) { return middle(a) != middle(b) ? middle(a) < middle(b) : a < b; });
-  build(order, first, half);
-  const uint32_t right = build(order, half, last);
-  nodes_[at].right = right;
   return at;
 }
 
 uint32_t UnreadBounds::firstOf(const float o[3], const float d[3], float length) const {
   if (nodes_.empty() || !(length > 0)) return kNone;
-  length = std::min(length, 3e38f);  // infinity is the distance of what is not entered
   float inverse[3];
   for (int k = 0; k < 3; ++k) inverse[k] = 1.f / d[k];
+  constexpr float kRounding = 1.f + 8e-7f;
   uint32_t found = kNone;
-  float best = length;
-  uint32_t stack[64], depth = 0;
-  if (entry(nodes_[0].lower, nodes_[0].upper, o, inverse, best) <= best) stack[depth++] = 0;
+  float best = std::min(length, kFarthest);
+  struct Entry {
+    float t;
+    uint32_t node;
+  } stack[16 * kChildren];
+  uint32_t depth = 0;
+  stack[depth++] = {0, 0};
   while (depth) {
-    const uint32_t at = stack[--depth];
-    const Node& n = nodes_[at];
-    const float t = entry(n.lower, n.upper, o, inverse, best);
-    if (!(t <= best)) continue;
-    if (!n.right) {
-      if (t < best || found == kNone || n.box < found) found = n.box;
-      best = t;
-      continue;
+    const Entry e = stack[--depth];
+    if (e.t > best) continue;
+    const Node& n = nodes_[e.node];
+    float near[kChildren], far[kChildren];
+    for (uint32_t c = 0; c < kChildren; ++c) {
+      near[c] = 0;
+      far[c] = best;
     }
-    const uint32_t left = at + 1;
-    const float a = entry(nodes_[left].lower, nodes_[left].upper, o, inverse, best),
-                b = entry(nodes_[n.right].lower, nodes_[n.right].upper, o, inverse, best);
-    // the nearer one last, to be looked at next
-    const bool isLeftNear = a <= b;
-    for (const uint32_t child : {isLeftNear ? n.right : left, isLeftNear ? left : n.right})
-      if ((child == left ? a : b) <= best) stack[depth++] = child;
+    // written so that a coordinate along which the ray does not run (0 / 0) says nothing
+    for (int k = 0; k < 3; ++k)
+      for (uint32_t c = 0; c < kChildren; ++c) {
+        const float a = (n.lower[k][c] - o[k]) * inverse[k], b = (n.upper[k][c] - o[k]) * inverse[k];
+        const float first = a < b ? a : b, last = a < b ? b : a;
+        near[c] = first > near[c] ? first : near[c];
+        far[c] = last < far[c] ? last : far[c];
+      }
+    const uint32_t begin = depth;
+    for (uint32_t c = 0; c < kChildren; ++c) {
+      if (!(near[c] <= far[c] * kRounding) || near[c] > best) continue;
+      if (n.child[c] & kIsBox) {
+        if (n.child[c] == kNone) continue;
+        const uint32_t box = n.child[c] & ~kIsBox;
+        if (near[c] < best || found == kNone || box < found) found = box;
+        best = near[c];
+        continue;
+      }
+      // the nearest last, to be looked at next
+      uint32_t place = depth++;
+      for (; place > begin && stack[place - 1].t < near[c]; --place) stack[place] = stack[place - 1];
+      stack[place] = {near[c], n.child[c]};
+    }
   }
   return found;
 }

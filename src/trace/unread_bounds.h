@@ -37,10 +37,10 @@ class UnreadBounds {
   std::vector<uint32_t> noted() const;
 
  private:
-  struct Node {  // of a binary tree; leaves hold one box
-    float lower[3], upper[3];
-    uint32_t right;  // the left child follows its parent; of a leaf: 0
-    uint32_t box;
+  static constexpr uint32_t kChildren = 8, kIsBox = 0x80000000;
+  struct Node {  // boxes of children side by side, which are tested at once
+    float lower[3][kChildren], upper[3][kChildren];
+    uint32_t child[kChildren];  // a node, or with kIsBox a box; those that are not there lie beyond all rays
   };
   void note(uint32_t box) const;
   uint32_t build(std::vector<uint32_t>& order, size_t first, size_t last);
