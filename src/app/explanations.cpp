@@ -248,6 +248,14 @@ constexpr Explanation kRooms[] = {
      "left corner, and narrow windows may lie between two of them. Nothing is rendered; the exit code is 3, or 2 "
      "where "
      "the command line named the window."},
+    {"RENDER-PROCEDURAL-BOUND",
+     "A procedural holds things outside of the bound that its request says. It is read when a ray first meets the "
+     "bound: "
+     "rays that pass the bound and would meet what lies outside find it only once other rays have had it read, so "
+     "that "
+     "parts of the picture may lack it. The message says by which factor the bound must be larger. "
+     "--read-procedurals "
+     "reads all of them first."},
     {"RENDER-FLAT",
      "An object, or one placing of it, has a transformation that leaves it no volume to speak of, or makes it so "
      "small or "

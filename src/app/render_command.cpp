@@ -105,7 +105,10 @@ class RenderRun {
     reading.dirmap = options_.dirmap;
     reading.stop = options_.settings.stop;
     reading.allowExec = options_.allowExec;
-    rib::RibReader reader(diagnostics_, std::move(reading), [this](scene::Scene&& scene) { take(std::move(scene)); });
+    reading.delaysProcedurals = true;
+    rib::RibReader reader(diagnostics_, std::move(reading), [&](scene::Scene&& scene) {
+      take({std::move(scene), reader.procedurals()});
+    });
     for (const std::string& file : options_.files) {
       if (isOver() || isStopped()) break;
       if (!reader.readFile(file)) return std::max<int>(code_, kBadScene);
@@ -149,16 +152,22 @@ class RenderRun {
     code_ = kBadScene;
   }
 
-  void take(scene::Scene&& scene) {
+  struct World {
+    scene::Scene scene;
+    std::shared_ptr<const scene::ProceduralSources> procedurals;
+  };
+
+  void take(World&& world) {
+    scene::Scene& scene = world.scene;
     if (isOver() || isStopped() || !isWanted(scene)) return;
     if (film::isShadowPass(scene)) {
       if (frames_ > 0 || waiting_ || shadowPass_) return leaveOut(scene);
       waitingHeld_.set(scene.bytes());
-      shadowPass_ = std::move(scene);
+      shadowPass_ = std::move(world);
       return;
     }
     if (shadowPass_) {
-      leaveOut(*shadowPass_);
+      leaveOut(shadowPass_->scene);
       shadowPass_.reset();
       waitingHeld_.set(0);
     }
@@ -179,7 +188,7 @@ class RenderRun {
       if (isOver()) return;
     }
     waitingHeld_.set(scene.bytes());
-    waiting_ = std::move(scene);
+    waiting_ = std::move(world);
     if (!mustWait) renderWaiting();
   }
 
@@ -211,17 +220,19 @@ class RenderRun {
   }
 
   void renderWaiting() {
-    scene::Scene scene = std::move(*waiting_);
+    World world = std::move(*waiting_);
     waiting_.reset();
     waitingHeld_.set(0);
     ++frames_;
-    const int frame = scene.frame;
-    const int code = renderFrame(std::move(scene), frame);
+    const int frame = world.scene.frame;
+    const int code = renderFrame(std::move(world), frame);
     if (code != kComplete) code_ = code;
   }
 
-  int renderFrame(scene::Scene scene, int frame) {
+  int renderFrame(World world, int frame) {
+    const scene::Scene& scene = world.scene;
     render::Settings settings = options_.settings;
+    settings.readsAllProcedurals |= options_.check;  // all that is wrong is to be said
     settings.output = film::fillFrame(settings.output, frame);
     // written early: loading takes the scene
     std::vector<std::string> written =
@@ -230,7 +241,7 @@ class RenderRun {
       if (const int code = claim(written, frame); code != kComplete) return code;
 
     render::Renderer renderer(registry_, diagnostics_, settings);
-    const bool isLoaded = renderer.load(std::move(scene));
+    const bool isLoaded = renderer.load(std::move(world.scene), std::move(world.procedurals));
     if (diagnostics_.count("CLI-SET") > 0) return kBadCommandLine;
     if (!image::pictureLibraryProblem().empty()) return kInternal;  // runProgram() says why
     if (settings.strict && diagnostics_.assetProblems() > 0) {
@@ -363,7 +374,7 @@ class RenderRun {
   Diagnostics& diagnostics_;
   mutable Registry registry_;         // finds plug-ins by opening them
   std::map<std::string, int> taken_;  // files that frames are written to, and which
-  std::optional<scene::Scene> waiting_, shadowPass_;
+  std::optional<World> waiting_, shadowPass_;
   MemoryHold waitingHeld_{MemoryUse::Description};
   int frames_ = 0, worlds_ = 0;  // rendered, met
   std::set<int> met_;

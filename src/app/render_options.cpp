@@ -209,6 +209,8 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_option("--stats", out.statsFile, "write where time and memory went; .json, .html or .txt")
       ->type_name("FILE");
   app.add_flag("--allow-exec", out.allowExec, "let the scene run programs (Procedural \"RunProgram\")");
+  app.add_flag("--read-procedurals", s.readsAllProcedurals,
+               "read delayed archives before the first sample; changes no pixel");
   list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
            ->type_name("DIR"));
   list(app.add_option("--search-path", texts.searchPaths,

@@ -98,6 +98,12 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   j["world"] = {{"primitives", s.primitives}, {"instances", s.instances},          {"triangles", s.triangles},
                 {"lights", s.lights},         {"materials", s.materials},          {"programs", s.programs},
                 {"bvh_builds", s.bvhBuilds},  {"bvh_parts_built", s.bvhPartsBuilt}};
+  if (s.procedurals)
+    j["procedurals"] = {{"met", s.procedurals},
+                        {"read", s.proceduralsRead},
+                        {"worlds", s.proceduralWorlds},
+                        {"read_seconds", s.proceduralReadSeconds},
+                        {"build_seconds", s.proceduralBuildSeconds}};
   if (s.micropolygons) j["displacement"] = {{"micropolygons", s.micropolygons}, {"seconds", s.displaceSeconds}};
   if (s.geometry.made) {
     const render::GeometryStatistics& g = s.geometry;
@@ -307,6 +313,10 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
   line("  {} primitives, {} instances, {} triangles, {} lights, {} materials of {} programs", s.primitives,
        s.instances, s.triangles, s.lights, s.materials, s.programs);
   line("  {} hierarchy builds, {} parts built", s.bvhBuilds, s.bvhPartsBuilt);
+  if (s.procedurals)
+    line("  {} procedurals: {} read in {:.2f} s, {} that no ray has met; {} worlds made for them in {:.2f} s",
+         s.procedurals, s.proceduralsRead, s.proceduralReadSeconds, s.procedurals - s.proceduralsRead,
+         s.proceduralWorlds, s.proceduralBuildSeconds);
   if (s.micropolygons)
     line("  {} displaced micropolygons, shaded and moved in {:.2f} s (objects made at a time count each)",
          s.micropolygons, s.displaceSeconds);

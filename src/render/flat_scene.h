@@ -70,6 +70,12 @@ struct FlatScene {
     return members_.empty() ? trace::Solids::Member() : members_[placement];
   }
   const Shape& shapeOf(const Kind& k) const { return shapes[k.shape]; }
+  // The instance of the scene that a placement stands in; kWorld: none.
+  uint32_t outermostOf(uint32_t placement) const {
+    uint32_t opened = placements[placement].opened;
+    while (opened != kWorld && !isInWorld(opened)) opened = nested(opened).around;
+    return opened;
+  }
   // From the space of the part. Worked out each time: of millions they would be most of the memory.
   scene::Transform toRender(uint32_t placement) const;
   // The same of one that does not move, quickly; false: it does.

@@ -53,9 +53,14 @@ class Frame::RayLoop final : public Hider {
     const uint32_t size = frame_.in_.groupSize;
     uint32_t n = 0;
     shade::GroupState& s = w.state();
+    uint32_t group = 0;
     const auto run = [&] {
-      frame_.cameraGroup(w, n, b.stage);
-      retire(n);
+      if (frame_.isWanted(b.number, group)) {
+        w.beginTry();
+        frame_.cameraGroup(w, n, b.stage);
+        if (frame_.keep(w, b.number, group)) retire(n);
+      }
+      ++group;
       n = 0;
     };
     w.begin(size, StageKind::CameraPaths);
@@ -101,7 +106,6 @@ int Frame::passSamplesOf(const Descriptor& integrator, const void* data) {
 }
 
 Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Times>()) {
-  const shade::ShadingWorld& world = in_.world->world();
   functions_ = static_cast<const IntegratorFunctions*>(functionsFor(*in_.integrator, in_.world->width()));
   Stage list[16];
   uint32_t count = 0;
@@ -163,16 +167,8 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
                      [&](const Bucket& a, const Bucket& b) { return morton(a) < morton(b); });
   }
   splatFilter_ = in_.jitter ? film::SplatFilter(*in_.filter) : film::SplatFilter();
-  for (int t = 0; t < std::max(1, in_.threads); ++t)
-    workers_.push_back(std::make_unique<Worker>(world, camera, *in_.plan, *in_.paths, *in_.film, splatFilter_,
-                                                lightPathsPerSample_));
-  for (size_t i = 0; i < workers_.size(); ++i) {
-    workers_[i]->index = i;
-    workers_[i]->store = store_.get();
-    workers_[i]->state().listener = in_.rayListener;
-    const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits);
-    workers_[i]->scatterInMedia(traits && traits->scattersInMedia && traits->scattersInMedia(in_.integratorData));
-  }
+  makeWorkers();
+  void_.resize(workers_.size());
   bucketTimes_.resize(buckets_.size(), 0);
   times_->byWorker.resize(workers_.size(), {0, 0, 0, 0});
   rayLoop_ = std::make_unique<RayLoop>(*this);
@@ -181,6 +177,22 @@ Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Time
 }
 
 Frame::~Frame() = default;
+
+void Frame::makeWorkers() {
+  const shade::ShadingWorld& world = in_.world->world();
+  workers_.clear();
+  for (int t = 0; t < std::max(1, in_.threads); ++t)
+    workers_.push_back(std::make_unique<Worker>(world, in_.world->camera(), *in_.plan, *in_.paths, *in_.film,
+                                                splatFilter_, lightPathsPerSample_));
+  for (size_t i = 0; i < workers_.size(); ++i) {
+    workers_[i]->index = i;
+    workers_[i]->store = store_.get();
+    workers_[i]->state().listener = in_.rayListener;
+    const auto* traits = static_cast<const IntegratorTraits*>(in_.integrator->traits);
+    workers_[i]->scatterInMedia(traits && traits->scattersInMedia && traits->scattersInMedia(in_.integratorData));
+    workers_[i]->learn(learned_.get());
+  }
+}
 
 uint64_t Frame::pathsOf(const Stage& s) const {
   const CameraState& camera = in_.world->camera();
@@ -233,6 +245,56 @@ bool Frame::parallel(const std::function<bool(size_t worker)>& next) {
   return !stopped;
 }
 
+bool Frame::isWanted(uint64_t item, uint32_t group) const {
+  return !isAgain_ || std::binary_search(again_.begin(), again_.end(), Void{item, group});
+}
+
+bool Frame::keep(Worker& w, uint64_t item, uint32_t group) {
+  if (w.keepTry()) return true;
+  void_[w.index].push_back({item, group});
+  return false;
+}
+
+bool Frame::readMet() {
+  if (in_.statistics) addWorkers(*in_.statistics);
+  for (auto& t : times_->byWorker) t = {0, 0, 0, 0};
+  workers_.clear();  // they point into the world that goes
+  if (!in_.readMet || !in_.readMet()) return false;
+  makeWorkers();
+  return true;
+}
+
+bool Frame::forEachItem(uint64_t items, const std::function<void(Worker& w, uint64_t item)>& run) {
+  std::vector<uint64_t> list;
+  bool isDone = true;
+  isAgain_ = false;
+  for (;;) {
+    std::atomic<uint64_t> next{0};
+    const uint64_t count = isAgain_ ? list.size() : items;
+    isDone = parallel([&](size_t t) {
+      const uint64_t i = next.fetch_add(1, std::memory_order_relaxed);
+      if (i >= count) return false;
+      run(*workers_[t], isAgain_ ? list[i] : i);
+      return true;
+    });
+    again_.clear();
+    for (std::vector<Void>& v : void_) {
+      again_.insert(again_.end(), v.begin(), v.end());
+      v.clear();
+    }
+    if (!isDone || again_.empty()) break;
+    std::sort(again_.begin(), again_.end());
+    list.clear();
+    for (const Void& v : again_)
+      if (list.empty() || list.back() != v.item) list.push_back(v.item);
+    if (!(isDone = readMet())) break;
+    isAgain_ = true;
+  }
+  isAgain_ = false;
+  again_.clear();
+  return isDone;
+}
+
 // Ends all epochs before that of `sample`; lessons that passes left out are followed first.
 bool Frame::learnUpTo(int sample) {
   const int wanted = std::min(LearnedState::endOfEpoch(sample) / 2, learned_->samples());
@@ -255,15 +317,20 @@ bool Frame::teach(const Lesson& lesson) {
   constexpr int kTile = 64;
   const auto& resolution = in_.world->camera().resolution;
   const int columns = (resolution[0] + kTile - 1) / kTile, rows = (resolution[1] + kTile - 1) / kTile;
-  std::atomic<int> item{0};
   teaches_ = true;
-  const bool isDone = parallel([&](size_t t) {
-    const int i = item.fetch_add(1, std::memory_order_relaxed);
-    if (i >= columns * rows) return false;
-    const int left = i % columns * kTile, top = i / columns * kTile;
-    Worker& w = *workers_[t];
+  const bool isDone = forEachItem(uint64_t(columns) * uint64_t(rows), [&](Worker& w, uint64_t item) {
+    const int left = int(item) % columns * kTile, top = int(item) / columns * kTile;
     shade::GroupState& s = w.state();
-    uint32_t n = 0;
+    uint32_t n = 0, group = 0;
+    const auto run = [&] {
+      if (isWanted(item, group)) {
+        w.beginTry();
+        cameraGroup(w, n, 0);
+        keep(w, item, group);
+      }
+      ++group;
+      n = 0;
+    };
     w.begin(in_.groupSize, StageKind::CameraPaths);
     for (int sample = lesson.first; sample < lesson.last; ++sample)
       for (int y0 = top; y0 < top + kTile; y0 += kBlock)
@@ -272,13 +339,11 @@ bool Frame::teach(const Lesson& lesson) {
           if (lesson.done && lesson.done->isActive(x0, y0)) continue;
           addBlock(s, x0, y0, sample, n);
           if (n == in_.groupSize) {
-            cameraGroup(w, n, 0);
+            run();
             w.begin(in_.groupSize, StageKind::CameraPaths);
-            n = 0;
           }
         }
-    if (n) cameraGroup(w, n, 0);
-    return true;
+    if (n) run();
   });
   teaches_ = false;
   return isDone;
@@ -324,32 +389,26 @@ bool Frame::renderPass(int first, int last) {
   bool stopped = false;
   if (store_) store_->beginPass();
   for (uint32_t s = 0; s < stages_.size() && !stopped; ++s) {
-    std::atomic<size_t> item{0};
     if (store_) store_->beginStage(s);
     if (stages_[s].kind == StageKind::CameraPaths) {
-      stopped = !parallel([&](size_t t) {
-        const size_t i = item.fetch_add(1, std::memory_order_relaxed);
-        if (i >= buckets_.size()) return false;
-        Worker& w = *workers_[t];
+      stopped = !forEachItem(buckets_.size(), [&](Worker& w, uint64_t i) {
         const Bucket& b = buckets_[i];
         const int x1 = b.x + bucketSide_, y1 = b.y + bucketSide_;
-        if (in_.active && !in_.active->anyIn(b.x, b.y, x1, y1)) return true;
+        if (in_.active && !in_.active->anyIn(b.x, b.y, x1, y1)) return;
         const uint64_t begin = now();
-        hider_->fill(w, {b.x, b.y, x1, y1, first, last, s, in_.seed, &in_.world->camera(), in_.active},
+        hider_->fill(w, {b.x, b.y, x1, y1, first, last, s, in_.seed, &in_.world->camera(), in_.active, i},
                      [this, &w](uint32_t count) { retire(w, count); });
         bucketTimes_[i] += now() - begin;
-        return true;
       });
     } else if (stages_[s].kind == StageKind::LightPaths) {
       const uint64_t paths = pathsOf(stages_[s]);
       const uint64_t perItem = in_.groupSize;
       const uint64_t items = (paths + perItem - 1) / perItem;
-      stopped = !parallel([&](size_t t) {
-        const size_t i = item.fetch_add(1, std::memory_order_relaxed);
-        if (i >= items * uint64_t(last - first)) return false;
+      stopped = !forEachItem(items * uint64_t(last - first), [&](Worker& w, uint64_t i) {
         const uint64_t from = (i % items) * perItem;
-        lightPaths(*workers_[t], from, uint32_t(std::min(perItem, paths - from)), first + int(i / items), s);
-        return true;
+        w.beginTry();
+        lightPaths(w, from, uint32_t(std::min(perItem, paths - from)), first + int(i / items), s);
+        keep(w, i, 0);
       });
     }
     if (store_ && !stopped) endStage(s, first, last);
@@ -578,10 +637,10 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
 }
 
 // Stages before the first one of camera paths, for all samples of the pass that `sample` belongs to.
-uint32_t Frame::replayEarlierStages(int sample) {
-  uint32_t camera = 0;
+bool Frame::replayEarlierStages(int sample, uint32_t& camera) {
+  camera = 0;
   while (camera + 1 < stages_.size() && stages_[camera].kind != StageKind::CameraPaths) ++camera;
-  if (!store_) return camera;
+  if (!store_) return true;
   const int most = passSamplesOf(*in_.integrator, in_.integratorData);
   int first = 0, last = 0;
   for (const auto& [from, to] :
@@ -593,20 +652,39 @@ uint32_t Frame::replayEarlierStages(int sample) {
     const uint64_t paths = pathsOf(stages_[s]);
     for (int k = first; k < last; ++k)
       for (uint64_t from = 0; from < paths; from += in_.groupSize)
-        lightPaths(*workers_[0], from, uint32_t(std::min<uint64_t>(in_.groupSize, paths - from)), k, s);
+        for (;;) {
+          workers_[0]->beginTry();
+          lightPaths(*workers_[0], from, uint32_t(std::min<uint64_t>(in_.groupSize, paths - from)), k, s);
+          if (workers_[0]->keepTry()) break;
+          if (!readMet()) return false;
+        }
     endStage(s, first, last);
   }
   store_->beginStage(camera);
-  return camera;
+  return true;
 }
 
+// Lines wait until it is known that the path met nothing unread: else it is followed once more from its beginning.
 bool Frame::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
   const auto& res = in_.world->camera().resolution;
   if (x < 0 || y < 0 || x >= res[0] || y >= res[1] || sample < 0) return false;
   setThreadFloatMode();
   if (learned_ && !learnUpTo(sample)) return false;
-  const uint32_t stage = replayEarlierStages(sample);
+  for (;;) {
+    std::vector<std::string> lines;
+    const Replayed how = replayOnce(x, y, sample, [&](const std::string& line) { lines.push_back(line); });
+    if (how == Replayed::Failed || (how == Replayed::Void && !readMet())) return false;
+    if (how == Replayed::Void) continue;
+    for (const std::string& line : lines) print(line);
+    return true;
+  }
+}
+
+Frame::Replayed Frame::replayOnce(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
+  uint32_t stage;
+  if (!replayEarlierStages(sample, stage)) return Replayed::Failed;
   Worker& w = *workers_[0];
+  w.beginTry();
   w.begin(16, StageKind::CameraPaths);
   shade::GroupState& s = w.state();
   const int x0 = x / kBlock * kBlock, y0 = y / kBlock * kBlock;
@@ -622,6 +700,7 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
   w.print = print;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
   w.print = {};
+  if (!w.keepTry()) return Replayed::Void;
   if (in_.sampleFilters) in_.sampleFilters->run(16, s.pixelX(), s.pixelY(), w.records());
   char line[256];
   for (size_t i = 0; i < in_.plan->sources.size(); ++i) {
@@ -633,7 +712,7 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
     }
     print(text);
   }
-  return true;
+  return Replayed::Done;
 }
 
 uint64_t Frame::arenaBytes() const {
@@ -647,6 +726,10 @@ void Frame::addTo(Statistics& st) const {
   st.buckets.clear();
   for (size_t i = 0; i < buckets_.size(); ++i)
     st.buckets.push_back({buckets_[i].x, buckets_[i].y, bucketSide_, bucketTimes_[i]});
+  addWorkers(st);
+}
+
+void Frame::addWorkers(Statistics& st) const {
   for (size_t i = 0; i < workers_.size(); ++i) {
     const shade::GroupCounters& c = workers_[i]->state().counters;
     st.cameraRays += c.cameraRays;

@@ -41,6 +41,10 @@ struct FrameInput {
   bool jitter = true;
   std::atomic<bool>* stop = nullptr;
   shade::RayListener* rayListener = nullptr;
+  // Reads what rays have met that had not been read, and makes another world in the place of `world`; false when it was
+  // stopped. Asked between groups; statistics of workers that the old world had are added to `statistics` before.
+  std::function<bool()> readMet;
+  Statistics* statistics = nullptr;
 };
 
 // Workers live as long as the frame, so that arenas stay warm from pass to pass.
@@ -77,6 +81,20 @@ class Frame {
   };
   // One loop a thread; each takes the next item until there is none. False when stopped.
   bool parallel(const std::function<bool(size_t worker)>& next);
+  // A group of an item, by its number in it, that is void since its rays met what has not been read.
+  struct Void {
+    uint64_t item;
+    uint32_t group;
+    auto operator<=>(const Void&) const = default;
+  };
+  // All items, on all threads; then again those with void groups, once what these met has been read, until there are
+  // none. run() asks isWanted() before each group and keep() after it.
+  bool forEachItem(uint64_t items, const std::function<void(Worker& w, uint64_t item)>& run);
+  bool isWanted(uint64_t item, uint32_t group) const;
+  bool keep(Worker& w, uint64_t item, uint32_t group);
+  bool readMet();
+  void makeWorkers();
+  void addWorkers(Statistics& s) const;
   bool renderPass(int first, int last);
   void makeLearned();
   bool learnUpTo(int sample);
@@ -87,9 +105,11 @@ class Frame {
   void addNoise(uint32_t count, const float* const* colour, const float* tolerance, shade::GroupState& s);
   void cameraRays(Worker& w, uint32_t count);
   uint64_t pathsOf(const Stage& s) const;  // light paths a sample
-  uint32_t replayEarlierStages(int sample);
+  bool replayEarlierStages(int sample, uint32_t& stage);
   void endStage(uint32_t stage, int first, int last);
   void lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample, uint32_t stage);
+  enum class Replayed : uint8_t { Done, Void, Failed };
+  Replayed replayOnce(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   FrameInput in_;
   const IntegratorFunctions* functions_;
   std::vector<Stage> stages_;
@@ -98,6 +118,9 @@ class Frame {
   std::vector<uint64_t> bucketTimes_;  // nanoseconds; each entry is one worker's at a time
   film::SplatFilter splatFilter_;
   std::vector<std::unique_ptr<Worker>> workers_;
+  bool isAgain_ = false;                 // only groups of again_ are rendered
+  std::vector<Void> again_;              // in order
+  std::vector<std::vector<Void>> void_;  // by worker
   std::unique_ptr<Hider> rayLoop_;
   const Hider* hider_;
   uint64_t lightPathsPerSample_ = 0;

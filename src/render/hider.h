@@ -18,6 +18,7 @@ struct BucketSamples {
   uint32_t seed;                // of the frame
   const CameraState* camera;
   const ActiveBlocks* active;  // blocks that take samples in this pass, all of their pixels; null: every block
+  uint64_t number = 0;         // of the bucket
 };
 
 class Hider {

@@ -41,6 +41,13 @@ class LearnedState {
   // By the thread of that worker. path and sample by slot.
   void add(size_t worker, uint32_t n, const uint32_t* slots, const uint64_t* path, const uint32_t* sample,
            const void* records);
+  // How many records the worker has added; cut() takes back what came after.
+  size_t mark(size_t worker) const { return parts_.empty() ? 0 : parts_[worker].addresses.size(); }
+  void cut(size_t worker, size_t count) {
+    if (parts_.empty()) return;
+    parts_[worker].addresses.resize(count);
+    parts_[worker].records.resize(count * in_.wanted.recordBytes);
+  }
   // The next epoch, [epochFirst(), epochLast()), is over: its paths have taught. Throws MemoryExceeded, also for what
   // add() had to refuse.
   void endEpoch();

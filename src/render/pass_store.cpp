@@ -64,6 +64,19 @@ void PassStore::append(size_t worker, uint32_t list, uint32_t n, const uint32_t*
   part.records.insert(part.records.end(), from, from + size_t(n) * bytes);
 }
 
+void PassStore::mark(size_t worker, std::vector<size_t>& counts) const {
+  counts.resize(lists_.size());
+  for (size_t l = 0; l < lists_.size(); ++l) counts[l] = parts_[l][worker].addresses.size();
+}
+
+void PassStore::cut(size_t worker, const std::vector<size_t>& counts) {
+  for (size_t l = 0; l < lists_.size(); ++l) {
+    Part& part = parts_[l][worker];
+    part.addresses.resize(counts[l]);
+    part.records.resize(counts[l] * lists_[l].bytes);
+  }
+}
+
 void PassStore::endStage(int threads) {
   if (refused_) {
     for (std::vector<Part>& parts : parts_)

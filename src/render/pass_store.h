@@ -27,6 +27,9 @@ class PassStore {
   // By the thread of that worker. path and sample by slot. Records for lists of other stages are dropped and counted.
   void append(size_t worker, uint32_t list, uint32_t n, const uint32_t* slots, const uint64_t* path,
               const uint32_t* sample, const void* records);
+  // How many records of each list the worker has appended; cut() takes back what came after.
+  void mark(size_t worker, std::vector<size_t>& counts) const;
+  void cut(size_t worker, const std::vector<size_t>& counts);
   StoredRecords stored(uint32_t list) const;
   void find(uint32_t list, uint32_t n, const uint64_t* paths, const uint32_t* samples, uint64_t* first,
             uint32_t* count) const;

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <thread>
 
 #include "base/memory.h"
@@ -24,6 +25,7 @@
 #include "render/frame_plan.h"
 #include "render/legacy_lights.h"
 #include "render/overrides.h"
+#include "render/procedurals.h"
 #include "render/sample_counts.h"
 #include "render/version.h"
 #include "render/world_build.h"
@@ -50,6 +52,7 @@ struct Renderer::Impl {
   Diagnostics& diagnostics;
   Settings settings;
   scene::Scene scene;
+  Procedurals procedurals;  // of the scene
   WorldBuilder builder;
   Statistics stats;
   std::unique_ptr<FramePlan> plan;
@@ -181,8 +184,12 @@ struct Renderer::Impl {
   }
 
   bool makeFilm() {
-    builder.openShaders(scene);
-    const bool lightStage = hasLightStage(), split = builder.needsSplit(scene) || tellsLobesApart();
+    procedurals.forget();
+    procedurals.begin(scene);
+    builder.openShaders(procedurals.scene());
+    // what has not been read may need it
+    const bool lightStage = hasLightStage(),
+               split = builder.needsSplit(scene) || tellsLobesApart() || !procedurals.empty();
     const Digest digest = framePlanDigestOf(scene, builder.camera(), lightStage, split);
     if (plan && digest == ofPlan) {
       builder.contents().again(plan->files);
@@ -204,6 +211,7 @@ struct Renderer::Impl {
 
   // Sources that are no built-in ones are primvars or PxrTee nodes', and some object should have them.
   void warnOfPrimvars() {
+    if (!procedurals.delayed().unread.empty()) return;  // nobody knows what is in there
     const auto& marks = builder.world().marks;
     const auto isMarked = [&](const std::string& name) {
       return marks && std::any_of(marks->begin(), marks->end(), [&](const auto& m) { return m.channel == name; });
@@ -268,6 +276,8 @@ struct Renderer::Impl {
     in.jitter = hasJitter(scene);
     in.stop = settings.stop;
     in.rayListener = settings.rayListener;
+    in.readMet = [this] { return readProcedurals(builder.metUnread()); };
+    in.statistics = &stats;
     frame = std::make_unique<Frame>(in);
   }
 
@@ -303,11 +313,14 @@ struct Renderer::Impl {
     checkScene(scene, diagnostics);
     sceneHeld.set(scene.bytes());
     if (!prepare() || !makeFilm()) return false;
-    const std::vector<SetAsker> askers = setAskersOf(*integrator.plugin(), scene.integrator.get());
-    if (!builder.buildWorld(scene, plan->paths, askers, stats)) return false;
-    warnOfPrimvars();
+    if (!buildWorld()) return false;
+    stats.proceduralsRead = procedurals.readCount();
+    stats.procedurals = procedurals.total();
     identity.start(scene, builder.contents(), registry, isEdited);
     isEdited = true;
+    // what is read from here on is no part of what the frame is known by: that must not follow from which rays there are
+    if ((settings.readsAllProcedurals || asksObjectsUnseen()) && !readAllProcedurals()) return false;
+    warnOfPrimvars();
     // textures live with what is left: a smaller cache costs time only
     constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
     if (Memory::limit() > 0)
@@ -315,6 +328,97 @@ struct Renderer::Impl {
           kLeast,
           std::min(settings.textureCacheBytes ? settings.textureCacheBytes : kUsual, Memory::left() / 4 * 3)));
     return true;
+  }
+
+  bool buildWorld() {
+    const std::vector<SetAsker> askers = setAskersOf(*integrator.plugin(), scene.integrator.get());
+    return builder.buildWorld(procedurals.scene(), procedurals.delayed(), plan->paths, askers, stats);
+  }
+
+  // Whether what an object holds may count where no ray has met it: manifold walks aim at objects by a list.
+  bool asksObjectsUnseen() const {
+    const light::LightSet& lights = *builder.world().lights;
+    for (uint32_t i = 0; i < lights.size(); ++i)
+      if (lights.isWalkedTo(i)) return true;
+    return false;
+  }
+
+  // Some of those that have not been read, and a world that holds them. Everything else of it is as it was.
+  bool readProcedurals(const std::vector<uint32_t>& which) {
+    const auto start = Clock::now();
+    isReady = false;
+    procedurals.read(which, builder.contents(), diagnostics, settings.stop);
+    if (settings.stop && settings.stop->load()) {
+      isReady = true;  // of the world before, which is still there
+      return false;
+    }
+    sceneHeld.set(scene.bytes() + procedurals.scene().bytes());
+    stats.proceduralReadSeconds += since(start);
+    const auto built = Clock::now();
+    builder.openShaders(procedurals.scene());
+    std::vector<ShaderCost> before = std::move(stats.shaders);
+    isReady = buildWorld();
+    addCosts(before);
+    if (isReady) warnOfBounds();
+    stats.proceduralBuildSeconds += since(built);
+    stats.proceduralsRead = procedurals.readCount();
+    stats.procedurals = procedurals.total();
+    ++stats.proceduralWorlds;
+    return isReady;
+  }
+
+  bool readAllProcedurals() {
+    while (!procedurals.delayed().unread.empty()) {
+      std::vector<uint32_t> all(procedurals.delayed().unread.size());
+      for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+      if (!readProcedurals(all)) return false;
+    }
+    return true;
+  }
+
+  // What programs of the world before have cost goes on to those of their names.
+  void addCosts(const std::vector<ShaderCost>& before) {
+    for (const ShaderCost& was : before) {
+      const auto is = std::find_if(stats.shaders.begin(), stats.shaders.end(),
+                                   [&](const ShaderCost& c) { return c.name == was.name; });
+      if (is == stats.shaders.end()) continue;
+      is->runs += was.runs;
+      is->points += was.points;
+      is->nanoseconds += was.nanoseconds;
+      is->countedRuns += was.countedRuns;
+      is->instructions += was.instructions;
+      is->uniformInstructions += was.uniformInstructions;
+      is->lanes.active += was.lanes.active;
+      is->lanes.possible += was.lanes.possible;
+    }
+  }
+
+  // Rays that meet only what lies outside of a bound do not find what is there.
+  void warnOfBounds() {
+    std::map<uint32_t, Imath::Box3d> found;
+    for (const Procedurals::Read& r : procedurals.lastRead()) found[r.instance];
+    if (found.empty()) return;
+    builder.findBounds(found);
+    for (const Procedurals::Read& r : procedurals.lastRead()) {
+      const Imath::Box3d &is = found[r.instance], &said = r.bound;
+      if (is.isEmpty()) continue;
+      double factor = 1, most = 0, largest = 0;
+      for (int k = 0; k < 3; ++k) largest = std::max({largest, said.max[k] - said.min[k], is.max[k] - is.min[k]});
+      for (int k = 0; k < 3; ++k) {
+        const double middle = 0.5 * (said.min[k] + said.max[k]), half = 0.5 * (said.max[k] - said.min[k]);
+        const double reach = std::max(is.max[k] - middle, middle - is.min[k]);
+        most = std::max(most, reach - half);
+        factor = std::max(factor, reach / std::max(half, 1e-9 * largest));
+      }
+      double size = 0;
+      for (int k = 0; k < 3; ++k) size = std::max(size, said.max[k] - said.min[k]);
+      if (!(most > Procedurals::kRounded * size + 1e-6 * largest)) continue;
+      diagnostics.warning(
+          "RENDER-PROCEDURAL-BOUND", r.procedural->pos,
+          fmt::format("'{}' holds things outside of its bound, up to {:.3g} beyond it", r.procedural->name(), most),
+          "they are seen where a ray meets the bound, and elsewhere only once it was read",
+          fmt::format("a bound {:.3g} times as large about its middle holds all of it", factor * 1.001));
+    }
   }
 
   // What the tile cache holds, so that refusals can name it.
@@ -456,7 +560,7 @@ Renderer::Renderer(Registry& registry, Diagnostics& diagnostics, Settings settin
     : impl_(std::make_unique<Impl>(registry, diagnostics, std::move(settings))) {}
 Renderer::~Renderer() = default;
 
-bool Renderer::load(scene::Scene scene) {
+bool Renderer::load(scene::Scene scene, std::shared_ptr<const scene::ProceduralSources> procedurals) {
   Impl& m = *impl_;
   const auto start = Clock::now();
   m.stats = Statistics();
@@ -464,6 +568,7 @@ bool Renderer::load(scene::Scene scene) {
   m.forget();
   m.isEdited = false;
   m.scene = std::move(scene);
+  m.procedurals.setSources(std::move(procedurals));
   if (!m.build()) return false;
   m.stats.loadSeconds = since(start);
   m.loadedAt = Clock::now();
@@ -499,6 +604,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         output->setPixelStage([this](const film::Film& f) { return plan->displayFilters.run(f); });
       if (!output->probe()) return Outcome::CannotWrite;
     }
+    if (hider && !readAllProcedurals()) return Outcome::Interrupted;  // it may look at objects in other ways
     active = ActiveBlocks(film->window());
     noise.reset();
     if (counts.adaptivity.error > 0 && colourOffset() < 0) {
@@ -647,6 +753,7 @@ int Renderer::samplesDone() const { return impl_->samplesDone; }
 
 bool Renderer::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
   if (!impl_->isReady) return false;
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(impl_->threads));
   impl_->makeFrame();
   return impl_->frame->replay(x, y, sample, print);
 }

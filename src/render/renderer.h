@@ -12,6 +12,7 @@
 
 #include "base/diagnostics.h"
 #include "render/statistics.h"
+#include "scene/procedural.h"
 #include "scene/scene.h"
 #include "volume/read_process.h"
 
@@ -57,6 +58,7 @@ struct Settings {
   uint64_t geometryCacheBytes = 0;                   // 0: what the scene says, else 1 GiB
   volume::ReaderProgram volumeReader;                // reads files of volumes; without a command none are
   double snapshotSeconds = 60;                       // 0: never
+  bool readsAllProcedurals = false;                  // before the first sample: the same picture
   bool errorMap = false;                             // measure each pixel's error too, for the statistics
   shade::RayListener* rayListener = nullptr;         // for measurements
   std::atomic<bool>* stop = nullptr;                 // set by a signal: finish running buckets, then return
@@ -80,7 +82,9 @@ class Renderer {
   Renderer(Registry& registry, Diagnostics& diagnostics, Settings settings);
   ~Renderer();
   // Builds the world: plug-ins, textures, BVHs. False when nothing can be rendered (messages say why).
-  bool load(scene::Scene scene);
+  // `procedurals`: what can be read of the scene's primitives that stand for procedurals, once rays meet them; those of
+  // which nothing can be are not rendered.
+  bool load(scene::Scene scene, std::shared_ptr<const scene::ProceduralSources> procedurals = nullptr);
   // The scene may be edited in any way between renders; update() makes what the edits reached (Statistics::rebuilt
   // counts it), and the picture is then a fresh load's. False as for load(): nothing is rendered until the next one.
   scene::Scene& scene();

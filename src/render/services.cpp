@@ -381,6 +381,37 @@ void Worker::begin(uint32_t count, StageKind stage) {
   }
 }
 
+void Worker::beginTry() {
+  try_.isOpen = state_.world().world->unread() != nullptr;
+  if (!try_.isOpen) return;
+  try_.notes = trace::UnreadBounds::notesOfThread();
+  try_.counters = state_.counters;
+  try_.lightRays = lightRays;
+  try_.splats.clear();
+  if (store) store->mark(index, try_.records);
+  if (learned) try_.lessons = learned->mark(index);
+}
+
+bool Worker::keepTry() {
+  if (!try_.isOpen) return true;
+  try_.isOpen = false;
+  if (trace::UnreadBounds::notesOfThread() != try_.notes) {
+    const auto spent = std::to_array(state_.counters.nanoseconds);
+    state_.counters = try_.counters;
+    std::copy(spent.begin(), spent.end(), state_.counters.nanoseconds);
+    lightRays = try_.lightRays;
+    if (store) store->cut(index, try_.records);
+    if (learned) learned->cut(index, try_.lessons);
+    return false;
+  }
+  for (const Try::Splat& s : try_.splats) {
+    const float* const values[3] = {&s.value[0], &s.value[1], &s.value[2]};
+    const uint32_t first = 0;
+    film_.splat({1, s.channel, &s.x, &s.y, &first, values});
+  }
+  return true;
+}
+
 const float* const* Worker::values() {
   values_.resize(records_.size());
   for (size_t k = 0; k < records_.size(); ++k) values_[k] = isWritten_[k] ? records_[k] : zeros_.data();
@@ -607,6 +638,11 @@ void Worker::splat(uint32_t n, const float* const raster[2], const float* const 
       index[m] = i;
       for (int c = 0; c < 3; ++c) v[c][m] = value[c][i] * share[i];
       ++m;
+    }
+    if (m && try_.isOpen) {
+      for (int i = 0; i < m; ++i)
+        try_.splats.push_back({splatChannels_[k], px[i], py[i], {v[0][i], v[1][i], v[2][i]}});
+      continue;
     }
     if (m) film_.splat({m, splatChannels_[k], px, py, index, v});
   }

@@ -83,6 +83,10 @@ class Worker {
   // After the integrator, before the film: what concerns whole records of `count` samples.
   void finishRecords(uint32_t count);
   void setCpuTime(uint32_t count, float secondsASample);
+  // In worlds with parts that have not been read a group is tried: what it leaves behind (records of an integrator,
+  // splats, counts) counts once keepTry() has found that none of its rays met such a part, and is taken back otherwise.
+  void beginTry();
+  bool keepTry();
   // By slot: PlacementInfo::noiseTolerance of what the camera ray met. Null: 1 everywhere.
   const float* tolerances() const { return tolerances_; }
   std::function<void(const std::string&)> print;  // while a sample is replayed
@@ -150,6 +154,20 @@ class Worker {
   std::function<float*(int)> recordAt_;
   std::vector<int> splatChannels_;
   std::vector<uint8_t> takesSplat_;  // by splat channel, state and end
+  struct Try {
+    uint64_t notes = 0;
+    shade::GroupCounters counters;
+    uint64_t lightRays = 0;
+    std::vector<size_t> records;  // by list of the store
+    size_t lessons = 0;
+    struct Splat {
+      int channel;
+      int32_t x, y;
+      float value[3];
+    };
+    std::vector<Splat> splats;
+    bool isOpen = false;
+  } try_;
 };
 
 }  // namespace kinora::render

@@ -85,8 +85,12 @@ struct Statistics {
   uint64_t shadersCompiled = 0, shaderPrograms = 0;  // of the shading language: files, and programs of the machine
   double shaderCompileSeconds = 0;                   // both, within buildSeconds
   uint64_t micropolygons = 0;                        // displaced, over all load() and update() calls
-  double displaceSeconds = 0;                        // shading and moving them; meshes made at a time count each
-  uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;         // over all load() and update() calls
+  // Procedurals that are read when rays meet them, of the last load() or update() on: met in the description and in what
+  // was read, read, worlds made for them, and the time of both.
+  uint64_t procedurals = 0, proceduralsRead = 0, proceduralWorlds = 0;
+  double proceduralReadSeconds = 0, proceduralBuildSeconds = 0;
+  double displaceSeconds = 0;                 // shading and moving them; meshes made at a time count each
+  uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;  // over all load() and update() calls
   GeometryStatistics geometry;
   // memory by owner, bytes
   struct Owner {

@@ -83,7 +83,7 @@ std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* n
 }
 
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
-              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
+              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos, bool isWhole,
               Diagnostics& diagnostics) {
   Sight sight;
   sight.ofShape = visibilityOfShapes(flat, materials, infos);
@@ -130,7 +130,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
     return tooMany = true;
   };
   const auto warnOfMissing = [&](const std::string& name, const SourcePos& pos, const std::string& who) {
-    if (!members.count(name) && missed.insert(name).second)
+    if (isWhole && !members.count(name) && missed.insert(name).second)
       diagnostics.warning("RENDER-TRACE-SET", pos,
                           who + " names '" + name.substr(0, 60) + "', and no object is a member of that group",
                           "the name selects nothing");

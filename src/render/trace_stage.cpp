@@ -52,9 +52,10 @@ class PartsBySight {
 std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const FlatScene>& flat,
                                                      const Meshes& meshes, const Sight& sight,
                                                      const CameraState& camera, bool isWatertight,
-                                                     Statistics& statistics, Diagnostics& diagnostics) {
-  Inputs inputs{flat,        meshes.serials(), sight.ofShape, sight.ofKind, camera.shutterOpen, camera.shutterClose,
-                isWatertight};
+                                                     const DelayedBounds& delayed, Statistics& statistics,
+                                                     Diagnostics& diagnostics) {
+  Inputs inputs{flat,         meshes.serials(), sight.ofShape, sight.ofKind, camera.shutterOpen, camera.shutterClose,
+                isWatertight, delayed};
   if (world_ && inputs == inputs_) return world_;
   std::vector<trace::ShapeInput> shapes = meshes.shapes();
   for (size_t i = 0; i < shapes.size(); ++i) shapes[i].visibility = sight.ofShape[i];
@@ -73,6 +74,13 @@ std::shared_ptr<const trace::World> TraceStage::make(const std::shared_ptr<const
   options.shutterOpen = camera.shutterOpen;
   options.shutterClose = camera.shutterClose;
   options.watertight = isWatertight;
+  options.unread = delayed.unread;
+  options.delayed = delayed.all;
+  if (!delayed.all.empty())
+    options.isDelayed = [&](uint32_t placement) {
+      const uint32_t in = flat->outermostOf(placement);
+      return in != FlatScene::kWorld && in >= delayed.firstInstance;
+    };
   trace::BuildCounters counters;
   // from here on meshes may lie in render space: who stops half-way begins with meshes of his own
   const std::shared_ptr<const trace::World> before = std::exchange(world_, nullptr);

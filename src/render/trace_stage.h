@@ -34,21 +34,31 @@ struct SetAsker {
 };
 // Of a plug-in as a node sets it; null: its defaults.
 std::vector<SetAsker> setAskersOf(const Descriptor& plugin, const scene::Node* node);
-// Sets `traceSet` of each of `infos`; their materials are set. `askers`: beside those among the materials.
+// Sets `traceSet` of each of `infos`; their materials are set. `askers`: beside those among the materials. isWhole: there
+// are no other objects, so that a group without members is a mistake.
 Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const std::vector<SetAsker>& askers,
-              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos,
+              const std::vector<ShadowSubset>& ofLights, std::vector<shade::PlacementInfo>& infos, bool isWhole,
               Diagnostics& diagnostics);
 
 // Sets what Sight says of shadows, of objects as they are seen in the end, and where shadows are others `shadowCast` of
 // `infos`.
 void compareShadows(const FlatScene& flat, Sight& sight, std::vector<shade::PlacementInfo>& infos);
 
+// Of procedurals, as trace::BuildOptions takes them. Instances of the scene from `firstInstance` on stand for them.
+struct DelayedBounds {
+  std::shared_ptr<const trace::UnreadBounds> unread;
+  std::vector<trace::UnreadBounds::Box> all;
+  uint32_t firstInstance = 0;
+  bool operator==(const DelayedBounds&) const = default;
+};
+
 class TraceStage {
  public:
   // isWatertight: see trace::BuildOptions. Counts in `statistics`.
   std::shared_ptr<const trace::World> make(const std::shared_ptr<const FlatScene>& flat, const Meshes& meshes,
                                            const Sight& sight, const CameraState& camera, bool isWatertight,
-                                           Statistics& statistics, Diagnostics& diagnostics);
+                                           const DelayedBounds& delayed, Statistics& statistics,
+                                           Diagnostics& diagnostics);
   void forget() { *this = {}; }
 
  private:
@@ -58,6 +68,7 @@ class TraceStage {
     std::vector<uint32_t> ofShape, ofKind;
     double shutterOpen, shutterClose;
     bool isWatertight;
+    DelayedBounds delayed;
     bool operator==(const Inputs&) const = default;
   };
   Inputs inputs_{};

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "image/colors.h"
 #include "render/camera_attributes.h"
+#include "render/detail.h"
 #include "render/filters.h"
 #include "render/ies_profiles.h"
 #include "render/legacy_lights.h"
@@ -178,7 +179,62 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.shaders->camera = cameraAttributes(scene, camera_);
 }
 
-bool WorldBuilder::buildWorld(const scene::Scene& said, const std::shared_ptr<const film::LightPaths>& paths,
+// In render space. What is not drawn at the size that it is seen is not met.
+DelayedBounds WorldBuilder::boundsOfDelayed(const scene::Scene& scene, const Delayed& delayed) {
+  DelayedBounds out;
+  out.firstInstance = delayed.firstInstance;
+  const View view{camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize,
+                  camera_.middle(), camera_.worldToCamera};
+  const double relative = double(scene.options.getFloat("detail:relative", 1));
+  const auto inRender = [&](const Imath::Box3d& box) {
+    trace::UnreadBounds::Box b;
+    for (int k = 0; k < 3; ++k) {
+      b.lower[k] = float(box.min[k] - camera_.origin[k]);
+      b.upper[k] = float(box.max[k] - camera_.origin[k]);
+    }
+    return b;
+  };
+  const auto isDrawn = [&](const Delayed::Bound& b) {
+    return render::isDrawn(b.attributes.get(), {}, view, relative);
+  };
+  for (const Delayed::Bound& b : delayed.all)
+    if (isDrawn(b)) out.all.push_back(inRender(b.box));
+  std::vector<trace::UnreadBounds::Box> unread;
+  unreadPlaces_.clear();
+  for (uint32_t k = 0; k < delayed.unread.size(); ++k) {
+    if (!isDrawn(delayed.unread[k])) continue;
+    unread.push_back(inRender(delayed.unread[k].box));
+    unreadPlaces_.push_back(k);
+  }
+  if (!unread.empty()) out.unread = std::make_shared<const trace::UnreadBounds>(std::move(unread));
+  return out;
+}
+
+std::vector<uint32_t> WorldBuilder::metUnread() const {
+  std::vector<uint32_t> out;
+  if (const trace::UnreadBounds* unread = shading_->world->unread())
+    for (const uint32_t k : unread->noted()) out.push_back(unreadPlaces_[k]);
+  return out;
+}
+
+void WorldBuilder::findBounds(std::map<uint32_t, Imath::Box3d>& ofInstances) const {
+  const std::vector<const geometry::Mesh*> meshes = meshes_.all();
+  for (uint32_t k = 0; k < flat_->placements.size(); ++k) {
+    const auto box = ofInstances.find(flat_->outermostOf(k));
+    if (box == ofInstances.end()) continue;
+    const scene::Transform toRender = flat_->toRender(k);
+    for (const uint32_t s : flat_->parts[flat_->partOf(k)].shapes)
+      for (const scene::Matrix& m : toRender.matrices) {
+        const scene::Matrix toWorld =
+            scene::Matrix().setTranslation(meshes[s]->origin) * m *
+            scene::Matrix().setTranslation(Imath::V3d(camera_.origin[0], camera_.origin[1], camera_.origin[2]));
+        for (const Imath::V3f& p : meshes[s]->points) box->second.extendBy(Imath::V3d(p) * toWorld);
+      }
+  }
+}
+
+bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
+                              const std::shared_ptr<const film::LightPaths>& paths,
                               const std::vector<SetAsker>& askers, Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
   Rebuilt& rebuilt = statistics.rebuilt;
@@ -204,12 +260,14 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const std::shared_ptr<co
                        sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping,
                        !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
                       next->placements, rebuilt);
-  Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements, diagnostics_);
+  Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements,
+                        delayed.unread.empty(), diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
     if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
   compareShadows(*flat_, sight, next->placements);
   next->areShadowsUnseen = sight.areShadowsUnseen;
-  next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), statistics, diagnostics_);
+  next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), boundsOfDelayed(scene, delayed),
+                             statistics, diagnostics_);
   next->traceSets = std::move(sight.sets);
   next->setsByText = std::move(sight.byText);
   setScene(scene, *next);

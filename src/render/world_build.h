@@ -20,6 +20,7 @@
 #include "render/interior_media.h"
 #include "render/materials.h"
 #include "render/meshes.h"
+#include "render/procedurals.h"
 #include "render/renderer.h"
 #include "render/space_media.h"
 #include "render/statistics.h"
@@ -48,8 +49,13 @@ class WorldBuilder {
   // some shader asks for the type of a ray.
   bool needsSplit(const scene::Scene& scene) const;
   // Everything else. False when it was stopped. `askers`: of sets of objects, beside materials.
-  bool buildWorld(const scene::Scene& scene, const std::shared_ptr<const film::LightPaths>& paths,
-                  const std::vector<SetAsker>& askers, Statistics& statistics);
+  bool buildWorld(const scene::Scene& scene, const Delayed& delayed,
+                  const std::shared_ptr<const film::LightPaths>& paths, const std::vector<SetAsker>& askers,
+                  Statistics& statistics);
+  // Of Delayed::unread, those that rays have met in the world, in order.
+  std::vector<uint32_t> metUnread() const;
+  // Fills in the boxes around what instances of the scene place, in the world, over the shutter.
+  void findBounds(std::map<uint32_t, Imath::Box3d>& ofInstances) const;
   // After one of these failed or threw: nothing that was kept is used again.
   void forget();
 
@@ -70,6 +76,7 @@ class WorldBuilder {
   bool haveFilesChanged();
   void flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt);
   void setScene(const scene::Scene& scene, shade::ShadingWorld& w);
+  DelayedBounds boundsOfDelayed(const scene::Scene& scene, const Delayed& delayed);
   void count(const scene::Scene& scene, const shade::ShadingWorld& w, Statistics& statistics);
 
   Registry& registry_;
@@ -99,6 +106,7 @@ class WorldBuilder {
   SpaceMediaStage media_;
   Lights lights_;
   std::unique_ptr<shade::ShadingWorld> shading_;
+  std::vector<uint32_t> unreadPlaces_;  // in Delayed::unread, by number in the traced world's
 };
 
 }  // namespace render

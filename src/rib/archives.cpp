@@ -40,24 +40,24 @@ std::string Interpreter::findArchive(const std::string& asNamed, const std::stri
 }
 
 bool Interpreter::readsItself(const std::string& identity, const std::string& what, const Request& r) {
-  for (const Source& open : sources_)
-    if (open.identity == identity) {
-      report(Severity::Error, "RIB-RECURSION", r.pos, what + " reads itself", "it is not read again");
-      return true;
-    }
-  return false;
+  const auto isIt = [&](const Source& open) { return open.identity == identity; };
+  if (std::none_of(sources_.begin(), sources_.end(), isIt) &&
+      std::find(ancestors_.begin(), ancestors_.end(), identity) == ancestors_.end())
+    return false;
+  report(Severity::Error, "RIB-RECURSION", r.pos, what + " reads itself", "it is not read again");
+  return true;
 }
 
 bool Interpreter::mayReadAnother(const std::string& name, const Request& r) {
-  if (int(sources_.size()) > read_.maxArchiveDepth) {
+  if (int(sources_.size() + ancestors_.size()) > read_.maxArchiveDepth) {
     report(Severity::Error, "RIB-DEPTH", r.pos,
            "archives are nested more than " + std::to_string(read_.maxArchiveDepth) + " deep at '" +
                name.substr(0, 200) + "'",
            "it is not read");
     return false;
   }
-  if (++archiveReads_ > read_.maxArchiveReads) {
-    if (archiveReads_ == read_.maxArchiveReads + 1)
+  if (const int reads = ++*archiveReads_; reads > read_.maxArchiveReads) {
+    if (reads == read_.maxArchiveReads + 1)
       report(Severity::Error, "RIB-DEPTH", r.pos,
              "more than " + std::to_string(read_.maxArchiveReads) + " archives are read", "no more are");
     return false;
@@ -94,6 +94,7 @@ void Interpreter::readNamedArchive(const std::string& name, const Request& r, bo
       return;
     }
     s.lexer = std::make_unique<Lexer>(std::move(source), file, messages_, &isRequest);
+    if (!ancestors_.empty()) filesRead_.emplace_back(name, file);
   }
   if (isProcedural) s.restore = std::make_unique<State>(state_);
   push(std::move(s));
@@ -130,13 +131,19 @@ void Interpreter::readProgram(const std::string& command, const std::string& dat
   push(std::move(s));
 }
 
-// Delayed archives are read at once: each would be needed as soon as a ray comes near it.
+// Those that cannot be read later, see delay(), are read as they come.
 void Interpreter::procedural(Request& r) {
   Cursor c(r);
   std::string kind;
   std::vector<std::string> data;
   if (!c.string(kind) || !c.strings(data) || data.empty()) return badArguments(r, "a kind and its arguments");
-  if (kind == "DelayedReadArchive") return readNamedArchive(data[0], r, true);
+  const bool isArchive = kind == "DelayedReadArchive";
+  if (isArchive || (kind == "RunProgram" && read_.allowExec)) {
+    Delayed what{kind, data, std::vector<double>(6)};
+    if (!c.numbers(6, what.bound.data())) what.bound.clear();
+    if (delay(what, r)) return;
+  }
+  if (isArchive) return readNamedArchive(data[0], r, true);
   if (kind == "RunProgram" && read_.allowExec)
     return readProgram(data[0], data.size() > 1 ? data[1] : std::string(), r);
   geometryRequest(r);
@@ -148,8 +155,13 @@ void Interpreter::procedural2(Request& r) {
   if (!c.string(kind)) return badArguments(r, "a kind and its arguments");
   if (kind != "DelayedReadArchive2") return geometryRequest(r);
   c.string(bound);
-  const std::string file = parameters(r, c.at, Use::Node).getString("filename", "");
+  const scene::ParameterList given = parameters(r, c.at, Use::Node);
+  const std::string file = given.getString("filename", "");
   if (file.empty()) return badArguments(r, "\"string filename\"");
+  Delayed what{kind, {file}, {}};
+  if (const scene::Parameter* p = given.find("bound")) what.bound.assign(p->floats.begin(), p->floats.end());
+  // as an exporter says it
+  if (!given.getInt("__immediatesubdivide", 0) && delay(what, r)) return;
   readNamedArchive(file, r, true);
 }
 

@@ -133,6 +133,9 @@ void Interpreter::worldBegin(Request& r) {
   if (blocks_.size() == depth) return;
   world_ = frame_.options;
   world_->pos = r.pos;
+  procedurals_ = nullptr;
+  lookedInto_ = 0;
+  worldPrototypes_ = nullptr;
   worldSources_ = sources_.size();
   innerWorlds_.clear();
   // The primary camera is the one named "world"; else the first Camera request that placed it; else what stands here.
@@ -176,6 +179,10 @@ void Interpreter::worldEnd(Request& r) {
 void Interpreter::finishWorld() {
   if (!world_) return;
   world_->prototypes = prototypes_;
+  if (worldPrototypes_) *worldPrototypes_ = prototypes_;
+  doneProcedurals_ = std::move(procedurals_);
+  worldPrototypes_ = nullptr;
+  surroundings_ = nullptr;
   world_->nextId = nextId_;
   scene::Scene done = std::move(*world_);
   held_.set(0);  // whoever takes the world charges it
@@ -258,7 +265,8 @@ void Interpreter::objectInstance(Request& r) {
   Cursor c(r);
   std::string handle;
   if (!c.string(handle)) return badArguments(r, "a handle");
-  const auto it = prototypeByHandle_.find(handle);
+  auto it = prototypeByHandle_.find(handle);
+  if (it == prototypeByHandle_.end() && findInDelayed(handle)) it = prototypeByHandle_.find(handle);
   if (it == prototypeByHandle_.end()) {
     report(Severity::Error, "RIB-HANDLE", r.pos, "no object is called '" + handle.substr(0, 60) + "'",
            "the instance is ignored", "ObjectBegin must stand before ObjectInstance");

@@ -20,10 +20,10 @@ const Interpreter::Table& Interpreter::table() {
       {"FrameEnd", {&I::frameEnd, Other}},
       {"WorldBegin", {&I::worldBegin, Other}},
       {"WorldEnd", {&I::worldEnd, Other}},
-      {"AttributeBegin", {&I::attributeBegin, Other}},
-      {"AttributeEnd", {&I::attributeEnd, Other}},
-      {"TransformBegin", {&I::transformBegin, Other}},
-      {"TransformEnd", {&I::transformEnd, Other}},
+      {"AttributeBegin", {&I::attributeBegin, Other, true}},
+      {"AttributeEnd", {&I::attributeEnd, Other, true}},
+      {"TransformBegin", {&I::transformBegin, Other, true}},
+      {"TransformEnd", {&I::transformEnd, Other, true}},
       {"SolidBegin", {&I::solidBegin, Other}},
       {"SolidEnd", {&I::solidEnd, Other}},
       {"ObjectBegin", {&I::objectBegin, Other}},
@@ -42,7 +42,7 @@ const Interpreter::Table& Interpreter::table() {
       {"EditEnd", {&I::editEnd, Control}},
       // options and cameras
       {"Option", {&I::option, Other}},
-      {"Attribute", {&I::attribute, Other}},
+      {"Attribute", {&I::attribute, Other, true}},
       {"Format", {&I::format, Other}},
       {"FrameAspectRatio", {&I::frameAspectRatio, Other}},
       {"ScreenWindow", {&I::screenWindow, Other}},
@@ -63,13 +63,13 @@ const Interpreter::Table& Interpreter::table() {
       {"SampleFilter", {&I::sampleFilter, Other}},
       {"DisplayFilter", {&I::displayFilter, Other}},
       // shading and the attributes that have their own request
-      {"Bxdf", {&I::bxdf, Other}},
-      {"Pattern", {&I::pattern, Other}},
-      {"Displace", {&I::displace, Other}},
+      {"Bxdf", {&I::bxdf, Other, true}},
+      {"Pattern", {&I::pattern, Other, true}},
+      {"Displace", {&I::displace, Other, true}},
       {"Light", {&I::light, Other}},
       {"LightFilter", {&I::lightFilter, Other}},
-      {"Surface", {&I::classicShader, Other}},
-      {"Displacement", {&I::classicShader, Other}},
+      {"Surface", {&I::classicShader, Other, true}},
+      {"Displacement", {&I::classicShader, Other, true}},
       {"Deformation", {&I::classicShader, Other}},
       {"Atmosphere", {&I::classicShader, Other}},
       {"Interior", {&I::classicShader, Other}},
@@ -81,16 +81,16 @@ const Interpreter::Table& Interpreter::table() {
       {"LightSource", {&I::lightSource, Other}},
       {"AreaLightSource", {&I::areaLightSource, Other}},
       {"Illuminate", {&I::illuminate, Other}},
-      {"Color", {&I::color, Other}},
-      {"Opacity", {&I::opacity, Other}},
-      {"TextureCoordinates", {&I::textureCoordinates, Other}},
-      {"ShadingRate", {&I::shadingRate, Other}},
-      {"ShadingInterpolation", {&I::shadingInterpolation, Other}},
-      {"Matte", {&I::matte, Other}},
-      {"Sides", {&I::sides, Other}},
-      {"Orientation", {&I::orientation, Other}},
-      {"ReverseOrientation", {&I::reverseOrientation, Other}},
-      {"Basis", {&I::basis, Other}},
+      {"Color", {&I::color, Other, true}},
+      {"Opacity", {&I::opacity, Other, true}},
+      {"TextureCoordinates", {&I::textureCoordinates, Other, true}},
+      {"ShadingRate", {&I::shadingRate, Other, true}},
+      {"ShadingInterpolation", {&I::shadingInterpolation, Other, true}},
+      {"Matte", {&I::matte, Other, true}},
+      {"Sides", {&I::sides, Other, true}},
+      {"Orientation", {&I::orientation, Other, true}},
+      {"ReverseOrientation", {&I::reverseOrientation, Other, true}},
+      {"Basis", {&I::basis, Other, true}},
       {"TrimCurve", {&I::trimCurve, Other}},
       // transforms
       {"Identity", {&I::transformRequest, Transform}},
@@ -130,8 +130,8 @@ const Interpreter::Table& Interpreter::table() {
       {"ReadArchive", {&I::readArchive, Other}},
       {"ArchiveBegin", {&I::archiveBegin, Control}},
       {"ArchiveEnd", {&I::archiveEnd, Control}},
-      {"Procedural", {&I::procedural, Other}},
-      {"Procedural2", {&I::procedural2, Other}},
+      {"Procedural", {&I::procedural, Other, true}},
+      {"Procedural2", {&I::procedural2, Other, true}},
       // read, kept and reported: nothing renders them
       {"Bound", {&I::keep, Other}},
       {"ClippingPlane", {&I::clippingPlane, Other}},
@@ -239,8 +239,8 @@ void Interpreter::run() {
     }
     if (s.lexer) bytes_ += s.lexer->bytesRead();
     if (!s.anyRequest && s.lexer)
-      report(sources_.size() == 1 ? Severity::Error : Severity::Warning, "RIB-EMPTY", {s.lexer->pos().file, 0},
-             "the file holds no request", "nothing is read from it");
+      report(sources_.size() + ancestors_.size() == 1 ? Severity::Error : Severity::Warning, "RIB-EMPTY",
+             {s.lexer->pos().file, 0}, "the file holds no request", "nothing is read from it");
     if (sources_.size() == 1) return;
     if (conditions_.size() > s.conditions)  // one message, however many they are
       report(Severity::Error, "RIB-NESTING", conditions_.back().pos, "IfBegin is not closed in its archive",
@@ -283,6 +283,8 @@ void Interpreter::dispatch(Request& r) {
              "it is skipped with its arguments", "names are case-sensitive; a quote or '#' may be missing before it");
     return;
   }
+  if (!it->second.isLocal && it->second.family != Family::Transform && it->second.family != Family::Geometry)
+    surroundings_ = nullptr;
   if (marker_) substituteStrings(r);
   if (!dirmap_.empty()) mapDirectories(r);
   if (inMotion_ && it->second.family != Family::Control) {
@@ -426,7 +428,7 @@ scene::Attributes& Interpreter::edit() {
   return *state_.attributes;
 }
 
-void Interpreter::finish() {
+void Interpreter::closeAll(size_t blocksLeft) {
   static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
                                        "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
   if (recording_) {
@@ -446,11 +448,15 @@ void Interpreter::finish() {
   conditions_.clear();
   unopenedIfs_ = 0;
   inactive_ = 0;
-  while (!blocks_.empty()) {
+  while (blocks_.size() > blocksLeft) {
     report(Severity::Error, "RIB-NESTING", blocks_.back().pos,
            std::string(kNames[int(blocks_.back().kind)]) + " is not closed", "it ends with the file");
     leave();
   }
+}
+
+void Interpreter::finish() {
+  closeAll(0);
   if (outsideWorld_ > 0)
     report(Severity::Warning, "RIB-OUTSIDE-WORLD", {},
            std::to_string(outsideWorld_) + " primitives and lights stand outside WorldBegin ... WorldEnd",

@@ -1,6 +1,7 @@
 // What the requests mean: the graphics state, its blocks, and a handler for each request. Used by reader.cpp alone.
 // The handlers stand in files named after their families: blocks, options, transforms, shading, geometry, archives.
 #pragma once
+#include <atomic>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "rib/lexer.h"
 #include "rib/reader.h"
 #include "rib/request.h"
+#include "scene/procedural.h"
 #include "scene/scene.h"
 
 namespace kinora::rib {
@@ -34,6 +36,7 @@ class Interpreter {
   void finish();
   uint64_t bytesRead() const { return bytes_; }
   size_t worlds() const { return worlds_; }
+  const std::shared_ptr<const scene::ProceduralSources>& procedurals() const { return doneProcedurals_; }
   static bool isRequest(std::string_view word);
 
  private:
@@ -41,6 +44,7 @@ class Interpreter {
   struct Entry {
     Handler handler;
     Family family;
+    bool isLocal = false;  // changes nothing of Surroundings
   };
   using Table = std::unordered_map<std::string_view, Entry>;
   static const Table& table();
@@ -73,7 +77,7 @@ class Interpreter {
     std::unique_ptr<State> state;  // null: only the transform comes back
     scene::Transform ctm;
     std::unique_ptr<FrameState> frame;  // FrameBegin's
-    std::unique_ptr<NodeMap> nodes;     // declared in this block, by handle
+    std::shared_ptr<NodeMap> nodes;     // declared in this block, by handle; see remember()
     uint32_t solid = 0;                 // the one that was open before
   };
   struct Source {
@@ -92,6 +96,28 @@ class Interpreter {
     bool sawElse = false;
     SourcePos pos;
   };
+
+  // What archives that are read later see of all that was said before their request, but for the graphics state:
+  // shared by those between which none of it changed.
+  struct Surroundings {
+    ReadOptions read;
+    Declarations declarations;
+    FrameState frame;
+    scene::Scene world;  // its options, cameras and coordinate systems
+    std::map<std::string, scene::NetworkPtr> materials;
+    std::map<std::string, State> resources;
+    std::unordered_map<std::string, uint32_t> lightSourceOf, prototypeByHandle;
+    std::unordered_map<std::string, std::shared_ptr<const Recorded>> inlineArchives;
+    std::vector<std::pair<std::string, std::string>> dirmap;
+    std::string mainDirectory;
+    char marker;
+    bool bareMarker;
+    // Objects said so far; they are all there once the world is.
+    size_t prototypeCount;
+    std::shared_ptr<const std::vector<scene::Prototype>> prototypes;
+    std::shared_ptr<std::atomic<int>> archiveReads;
+  };
+  class DelayedArchive;  // procedurals.cpp
 
   // ---- interpreter.cpp: the loop
   bool push(Source s);
@@ -163,6 +189,7 @@ class Interpreter {
   void editBegin(Request&);
   void editEnd(Request&);
   void finishWorld();
+  void closeAll(size_t blocksLeft);  // what is still open, with messages
   bool condition(Request& r);
 
   // ---- options.cpp
@@ -252,6 +279,19 @@ class Interpreter {
   void archiveEnd(Request&);
   void procedural(Request&);
   void procedural2(Request&);
+  // ---- procedurals.cpp
+  // What a procedural reads: the file of an archive, or a program and the data for it.
+  struct Delayed {
+    std::string kind;
+    std::vector<std::string> data;
+    std::vector<double> bound;
+  };
+  // False where it must be read now: its bound is none, or what it says belongs to what is open around it.
+  bool delay(const Delayed& what, const Request& r);
+  std::shared_ptr<const Surroundings> surroundings();
+  // Takes over objects of archives that wait, one archive after the other, until one of this name is known; false: none
+  // has it. What else they hold still waits.
+  bool findInDelayed(const std::string& handle);
   void readNamedArchive(const std::string& name, const Request& r, bool isProcedural = false);
   void readProgram(const std::string& command, const std::string& data, const Request& r);
   // Messages where not.
@@ -270,7 +310,7 @@ class Interpreter {
   Request request_;
 
   State state_;
-  NodeMap outermostNodes_;
+  std::shared_ptr<NodeMap> outermostNodes_ = std::make_shared<NodeMap>();
   std::map<std::string, scene::NetworkPtr> materials_;  // by plug-in, handle and __materialid
   std::vector<Block> blocks_;
   size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
@@ -309,7 +349,15 @@ class Interpreter {
   std::vector<std::string> archivePath_;  // the scene's search path, expanded
   std::string mainDirectory_;
   std::vector<std::pair<std::string, std::string>> dirmap_;  // of the command line and the scene
-  int archiveReads_ = 0;
+  std::shared_ptr<std::atomic<int>> archiveReads_ = std::make_shared<std::atomic<int>>(0);
+  // of archives that are read later
+  std::vector<std::string> ancestors_;  // identities of what was open around the request of this one
+  std::vector<std::pair<std::string, std::string>> filesRead_;
+  std::shared_ptr<scene::ProceduralSources> procedurals_;            // of the world that is open
+  std::shared_ptr<const scene::ProceduralSources> doneProcedurals_;  // of the last one that was closed
+  std::shared_ptr<std::vector<scene::Prototype>> worldPrototypes_;   // filled when the world is closed
+  size_t lookedInto_ = 0;                             // primitives of the world that findInDelayed() is done with
+  std::shared_ptr<const Surroundings> surroundings_;  // as they are now; null: not made
 
   std::set<std::string> keptNames_, unknownNames_;
   std::set<scene::NodePtr> lateReported_;

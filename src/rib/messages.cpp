@@ -18,6 +18,13 @@ constexpr Explanation kExplanations[] = {
      "[\"ZONE\" \"FROM\" \"TO\"], any number of times in one string. Entries of the zone NFS count, those of other "
      "zones (UNC) where TO is a folder of this machine. --dirmap FROM=TO of the command line comes first."},
     {"RIB-DIRECTORY", "A directory was named where a RIB file was expected. Name the file inside it."},
+    {"RIB-PROCEDURAL-LIGHT",
+     "A delayed archive (Procedural \"DelayedReadArchive\" and its like) with a finite bound is read when a ray "
+     "first "
+     "reaches the bound. Which lights there are has to be known before the first ray, so lights in it are left out. "
+     "ReadArchive reads it at once, and so does Attribute \"procedural\" \"int immediatesubdivide\" [1] before it, "
+     "or a "
+     "bound without end."},
     {"RIB-EMPTY",
      "A file was opened and holds no request at all: it is empty, holds only comments, or is not RIB. Often an "
      "exporter failed and "

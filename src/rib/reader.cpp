@@ -14,5 +14,6 @@ bool RibReader::readString(const std::string& name, std::string text) {
 void RibReader::finish() { interpreter_->finish(); }
 uint64_t RibReader::bytesRead() const { return interpreter_->bytesRead(); }
 size_t RibReader::worlds() const { return interpreter_->worlds(); }
+std::shared_ptr<const scene::ProceduralSources> RibReader::procedurals() const { return interpreter_->procedurals(); }
 
 }  // namespace kinora::rib

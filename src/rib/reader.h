@@ -12,6 +12,7 @@
 
 #include "base/diagnostics.h"
 #include "base/explain.h"
+#include "scene/procedural.h"
 #include "scene/scene.h"
 
 namespace kinora::rib {
@@ -26,6 +27,8 @@ struct ReadOptions {
   int maxBlockDepth = 10000;      // open blocks
   bool allowExec = false;         // programs that the scene names are run for what they print
   double programSeconds = 60;     // each at most so long
+  // Procedurals with a finite bound are not read: they are primitives that stand for what procedurals() can read.
+  bool delaysProcedurals = false;
 };
 
 class RibReader {
@@ -43,6 +46,8 @@ class RibReader {
 
   uint64_t bytesRead() const;  // after decompression, archives included
   size_t worlds() const;       // handed to onWorld
+  // Of the world that is, or was last, handed to onWorld; null: it delays none.
+  std::shared_ptr<const scene::ProceduralSources> procedurals() const;
 
  private:
   std::unique_ptr<class Interpreter> interpreter_;

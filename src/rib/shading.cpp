@@ -35,18 +35,22 @@ const NodePtr* Interpreter::findNode(const std::string& handle) const {
   for (size_t i = blocks_.size(); i-- > 0;)
     if (const auto& nodes = blocks_[i].nodes)
       if (const auto it = nodes->find(handle); it != nodes->end()) return &it->second;
-  const auto it = outermostNodes_.find(handle);
-  return it == outermostNodes_.end() ? nullptr : &it->second;
+  const auto it = outermostNodes_->find(handle);
+  return it == outermostNodes_->end() ? nullptr : &it->second;
 }
 
+// Archives that are read later hold the maps as they were.
 void Interpreter::remember(const NodePtr& n) {
+  const auto add = [&](std::shared_ptr<NodeMap>& nodes) {
+    if (!nodes || nodes.use_count() > 1)
+      nodes = nodes ? std::make_shared<NodeMap>(*nodes) : std::make_shared<NodeMap>();
+    (*nodes)[n->handle] = n;
+  };
   for (size_t i = blocks_.size(); i-- > 0;) {
     if (!blocks_[i].state) continue;  // transforms, solids and resources are no scope for nodes
-    if (!blocks_[i].nodes) blocks_[i].nodes = std::make_unique<NodeMap>();
-    (*blocks_[i].nodes)[n->handle] = n;
-    return;
+    return add(blocks_[i].nodes);
   }
-  outermostNodes_[n->handle] = n;
+  add(outermostNodes_);
 }
 
 // Depth first over the references, with a stack of our own: each node lands behind all it reads. A reference to
@@ -141,7 +145,10 @@ void Interpreter::bxdf(Request& r) {
   }
   auto network = bind(n, state_.lateBxdf);  // before it is remembered: a pattern it reads may have the same handle
   remember(n);                              // layered materials refer to other bxdfs
-  if (!key.empty() && !state_.lateBxdf) materials_[key] = network;
+  if (!key.empty() && !state_.lateBxdf) {
+    materials_[key] = network;
+    surroundings_ = nullptr;
+  }
   edit().bxdf = std::move(network);
 }
 

@@ -219,6 +219,8 @@ void Interpreter::applyTransforms(std::vector<Request>& keys, const std::vector<
 }
 
 void Interpreter::coordinateSystem(Request& r) {
+  // what is read when a ray asks for it must not rename spaces for what others see
+  if (!ancestors_.empty()) scopedCoordinateSystem(r);
   Cursor c(r);
   std::string name;
   if (!c.string(name)) return badArguments(r, "a name");

@@ -143,6 +143,7 @@ void World::closestCamera(const Rays& rays, const Hits& hits, uint32_t slots, co
     }
   }
   if (hasFacing_) turnToRays(rays, hits, slots, nullptr);
+  if (unread_) unread_->meet(rays, hits, slots, nullptr);
 }
 
 void World::setRay(const Rays& rays, uint32_t s, uint32_t mask, RTCRayHit& r) {
@@ -167,6 +168,7 @@ void World::closest(const Rays& rays, const Hits& hits, uint32_t mask, uint32_t 
   QueryContext context(false, rays.radius, rays.spread, hits.level);
   context.draws = draws;
   closest(context, rays, hits, mask, n, slots);
+  if (unread_ && (mask & ~uint32_t(kAskedAlone | kSeenByWalks))) unread_->meet(rays, hits, n, slots);
 }
 
 // A query of closestOn(): a filter refuses what is not of the ray's body.
@@ -257,6 +259,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
       rtcOccludedNp(top_, &context.embree, &r, count);
       for (uint32_t i = 0; i < count; ++i) blocked[first + i] = far[i] < 0 && tMax[first + i] > 0;
     }
+    if (unread_) unread_->meet(n, o, d, tMax, blocked);
     return;
   }
   alignas(64) RTCRay r;
@@ -276,6 +279,7 @@ void World::occluded(uint32_t n, const float* const o[3], const float* const d[3
     rtcOccluded1(top_, &context.embree, &r);
     blocked[i] = r.tfar < 0 && tMax[i] > 0;
   }
+  if (unread_) unread_->meet(n, o, d, tMax, blocked);
 }
 
 }  // namespace kinora::trace

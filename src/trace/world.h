@@ -23,6 +23,7 @@
 #include "trace/solids.h"
 #include "trace/strands.h"
 #include "trace/swarm.h"
+#include "trace/unread_bounds.h"
 #include "trace/user_geometry.h"
 
 namespace kinora::trace {
@@ -127,6 +128,12 @@ struct BuildOptions {
   std::function<uint64_t(uint32_t placement)> revisionOf;  // instead of PlacementInput::revision
   // For points alone that no ray finds (dicing): there is no hierarchy, and nothing may be traced.
   bool placesOnly = false;
+  // What has not been read yet; null: nothing. Rays of all kinds meet it but those that ask for a body or a walk.
+  std::shared_ptr<const UnreadBounds> unread;
+  // Boxes in render space, and the placements that stand for them whether they were read or not: center() and radius()
+  // must not follow from what was.
+  std::vector<UnreadBounds::Box> delayed;
+  std::function<bool(uint32_t placement)> isDelayed;
 };
 
 // Moves a mesh's points, and primvars that are points, vectors or normals, into another space for good; its origin is 0
@@ -182,7 +189,8 @@ class World {
   bool hasRibbons() const { return hasRibbons_; }         // of a kind that faces its rays
   bool hasClearShadows() const { return clearShadows_; }  // some shape lets part of a shadow ray through
   bool isMoving() const { return moving_; }
-  const float* center() const { return center_; }  // bounding sphere, render space
+  const UnreadBounds* unread() const { return unread_.get(); }  // null: all has been read
+  const float* center() const { return center_; }               // bounding sphere, render space
   float radius() const { return radius_; }
   uint64_t triangleCount() const { return triangles_; }
   const geometry::Mesh& mesh(uint32_t geometry) const { return *meshes_[geometry]; }
@@ -281,6 +289,7 @@ class World {
   std::vector<std::shared_ptr<const Swarm>> swarms_;
   std::unique_ptr<Solids> solids_;              // null: none
   std::unique_ptr<const FreeSpace> freeSpace_;  // null: nothing can be asked for alone
+  std::shared_ptr<const UnreadBounds> unread_;
   std::vector<OpenSolid> openSolids_;
   std::vector<uint32_t> lost_;
   std::vector<bool> isLost_;                          // by instance; empty: none

@@ -193,6 +193,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   auto world = std::shared_ptr<World>(new World());
   World& w = *world;
   w.watertight_ = options.watertight;
+  w.unread_ = options.unread;
   for (ShapeInput& s : shapes)
     if (!s.mesh) s.mesh = std::make_shared<geometry::Mesh>();
   std::vector<uint32_t> uses(partInputs.size(), 0);
@@ -330,10 +331,9 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   };
   std::vector<Top> tops;
   float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
-  const auto grow = [&](const Part& p, const Affine& a) {
+  const auto grow = [&](const float from[3], const float to[3], const Affine& a) {
     for (int c = 0; c < 8; ++c) {
-      const float q[3] = {c & 1 ? p.upper[0] : p.lower[0], c & 2 ? p.upper[1] : p.lower[1],
-                          c & 4 ? p.upper[2] : p.lower[2]};
+      const float q[3] = {c & 1 ? to[0] : from[0], c & 2 ? to[1] : from[1], c & 4 ? to[2] : from[2]};
       float r[3];
       a.point(q, r);
       for (int k = 0; k < 3; ++k) {
@@ -343,6 +343,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       }
     }
   };
+  const auto isDelayed = [&](uint32_t placement) { return options.isDelayed && options.isDelayed(placement); };
+  for (const UnreadBounds::Box& b : options.delayed) grow(b.lower, b.upper, Affine());
   for (Plan& plan : plans) {
     if (plan.shapes.empty()) continue;
     for (const uint32_t s : plan.shapes) plan.isDense |= !shapes[s].mesh->rest.empty() || shapes[s].user;
@@ -408,7 +410,7 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       placeInTables.firstInstance = uint32_t(w.instances_->size());
       for (size_t i = 0; i < plan.shapes.size(); ++i) addInstance(plan.placements[i], Imath::V3d(0), true);
       tops.push_back({partIndex, kNone, 0xffffffffu});
-      grow(*part, Affine());
+      grow(part->lower, part->upper, Affine());
       for (const auto& m : part->meshes) w.triangles_ += m->triangleCount();
     } else {
       const Imath::V3d origin = part->meshes.empty() ? Imath::V3d(0) : part->meshes[0]->origin;
@@ -419,7 +421,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
         tops.push_back({partIndex, instance, placements[i].visibility});
         const Instance& added = (*w.instances_)[instance];
         w.moving_ |= added.keyCount > 1;
-        for (uint32_t k = 0; k < added.keyCount; ++k) grow(*part, (*w.keys_)[added.firstKey + k]);
+        for (uint32_t k = 0; k < added.keyCount && !isDelayed(i); ++k)
+          grow(part->lower, part->upper, (*w.keys_)[added.firstKey + k]);
         w.triangles_ += triangles;
       }
       plan.part = partIndex;
@@ -470,7 +473,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
       (*w.partOfInfo_)[inst.info] = part;
       if (i == 0 || inSwarms[i].visibility != inSwarms[i - 1].visibility)
         w.seenFrom_.emplace_back(first + uint32_t(i), inSwarms[i].visibility);
-      grow(*w.parts_[part], (*w.keys_)[inst.firstKey]);
+      if (!isDelayed(inSwarms[i].placement))
+        grow(w.parts_[part]->lower, w.parts_[part]->upper, (*w.keys_)[inst.firstKey]);
     }
     std::vector<Ordered>().swap(inSwarms);
   }
@@ -488,7 +492,8 @@ std::shared_ptr<const World> World::build(std::vector<ShapeInput> shapes, std::v
   }
   w.findLost();
   const bool hasSwarms = w.firstOfSwarms_ < w.instances_->size();
-  w.single_ = tops.size() == 1 && tops[0].instance == kNone && !hasSwarms;
+  // not where it would follow from what has been read
+  w.single_ = tops.size() == 1 && tops[0].instance == kNone && !hasSwarms && options.delayed.empty();
   for (auto* list : {&w.partOfTop_, &w.instanceOfTop_, &w.visibilityOfTop_}) list->reserve(tops.size());
   for (const Top& t : tops) {
     w.partOfTop_.push_back(t.part);

@@ -1,0 +1,251 @@
+// Procedurals that are read later: what their requests leave in the description, and how they are read when somebody
+// asks (scene/procedural.h).
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "rib/interpreter.h"
+
+namespace kinora::rib {
+
+namespace {
+
+scene::Parameter argument(const char* name, const SourcePos& pos) {
+  scene::Parameter p;
+  p.name = name;
+  p.isArray = true;
+  p.storage = scene::StorageClass::Constant;
+  p.pos = pos;
+  return p;
+}
+
+// The objects that instances name, and those that these name, with places that count from 0.
+std::vector<scene::Prototype> objectsOf(scene::InstanceList& instances, std::vector<scene::Prototype> own,
+                                        size_t ownFrom, const std::vector<scene::Prototype>* outer) {
+  constexpr uint32_t kNone = ~0u;
+  std::vector<uint32_t> placeOf(own.size(), kNone);
+  std::vector<scene::Prototype> out;
+  const auto take = [&](uint32_t object) {
+    if (placeOf[object] != kNone) return;
+    placeOf[object] = uint32_t(out.size());
+    out.push_back(object >= ownFrom ? std::move(own[object]) : (*outer)[object]);
+  };
+  for (size_t k = 0; k < instances.size(); ++k) take(instances.prototypeOf(k));
+  for (size_t i = 0; i < out.size(); ++i)
+    for (size_t k = 0; k < std::as_const(out)[i].instances.size(); ++k) take(out[i].instances.prototypeOf(k));
+  const auto renumber = [&](scene::InstanceList& list) {
+    scene::InstanceList numbered;
+    for (size_t k = 0; k < list.size(); ++k) {
+      scene::Instance i = list[k];
+      i.prototype = placeOf[i.prototype];
+      numbered.push_back(std::move(i));
+    }
+    list = std::move(numbered);
+  };
+  renumber(instances);
+  for (scene::Prototype& p : out) renumber(p.instances);
+  return out;
+}
+
+}  // namespace
+
+class Interpreter::DelayedArchive final : public scene::ProceduralSource {
+ public:
+  DelayedArchive(std::shared_ptr<const Surroundings> surroundings, const State& state, Delayed what,
+                 const SourcePos& pos)
+      : around_(std::move(surroundings)), state_(state), what_(std::move(what)), pos_(pos) {}
+
+  std::vector<std::shared_ptr<const NodeMap>> nodes;  // from the outermost on
+  std::vector<std::string> ancestors;
+
+  scene::Expansion expand(const scene::Primitive& as, Diagnostics& diagnostics) const override {
+    std::optional<scene::Scene> world;
+    Interpreter in(diagnostics, around_->read, [&](scene::Scene&& s) {
+      if (!world) world = std::move(s);
+    });
+    prepare(in, as);
+    read(in);
+    const auto shared = in.worldPrototypes_;  // those that what is nested here will ask for
+    while (!in.blocks_.empty()) in.leave();
+    for (size_t k = 0; shared && k < around_->prototypeCount; ++k) (*shared)[k] = (*around_->prototypes)[k];
+
+    scene::Expansion out;
+    // folders may hold files of one name: each is known by those that lead to it
+    std::string way;
+    for (size_t k = 1; k < ancestors.size(); ++k)
+      way += std::filesystem::path(ancestors[k]).filename().string() + " > ";
+    out.files = std::move(in.filesRead_);
+    for (auto& [name, path] : out.files) name = way + name;
+    if (!world) return out;
+    if (const size_t lights = world->lights.size() + world->classicLights.size())
+      in.report(
+          Severity::Error, "RIB-PROCEDURAL-LIGHT",
+          world->lights.empty() ? world->classicLights[0].node->pos : world->lights[0].node->pos,
+          "'" + what_.data[0].substr(0, 200) + "' holds " + std::to_string(lights) +
+              (lights == 1 ? " light" : " lights") + ", and is read when a ray first reaches its bound",
+          "they are left out: which lights there are is known before the first ray",
+          "ReadArchive, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before it, reads it at once");
+    out.primitives = std::move(world->primitives);
+    out.instances = std::move(world->instances);
+    out.solids = std::move(world->solids);
+    out.prototypes =
+        objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
+    if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
+    return out;
+  }
+
+  // Its objects, and those of what is nested in it, become those of `to`. Programs are not run for that.
+  void giveObjects(Interpreter& to, const scene::Primitive& as) const {
+    if (what_.kind == "RunProgram") return;
+    Diagnostics unheard([](const std::string&, Severity) {});  // it says it all once it is read for itself
+    Interpreter in(unheard, around_->read, {});
+    prepare(in, as);
+    read(in);
+    const size_t count = around_->prototypeCount;
+    in.findInDelayed({});
+    const auto first = uint32_t(to.prototypes_.size());
+    for (size_t k = count; k < in.prototypes_.size(); ++k) {
+      scene::Prototype p = std::move(in.prototypes_[k]);
+      for (scene::PrimitivePtr& shared : p.primitives) {
+        auto own = std::make_shared<scene::Primitive>(*shared);
+        own->id = to.nextId_++;
+        shared = std::move(own);
+      }
+      scene::InstanceList instances;
+      for (size_t i = 0; i < p.instances.size(); ++i) {
+        scene::Instance placed = std::as_const(p.instances)[i];
+        placed.id = to.nextId_++;
+        if (placed.prototype >= count) placed.prototype = first + (placed.prototype - uint32_t(count));
+        instances.push_back(std::move(placed));
+      }
+      p.instances = std::move(instances);
+      to.prototypes_.push_back(std::move(p));
+    }
+    for (const auto& [name, index] : in.prototypeByHandle_)
+      if (index >= count) to.prototypeByHandle_.try_emplace(name, first + (index - uint32_t(count)));
+    to.surroundings_ = nullptr;
+  }
+
+ private:
+  void read(Interpreter& in) const {
+    Request request;
+    request.name = "Procedural";
+    request.pos = pos_;
+    if (what_.kind == "RunProgram")
+      in.readProgram(what_.data[0], what_.data.size() > 1 ? what_.data[1] : std::string(), request);
+    else
+      in.readNamedArchive(what_.data[0], request);
+    in.sources_.clear();
+    in.closeAll(1);
+  }
+
+  void prepare(Interpreter& in, const scene::Primitive& as) const {
+    const Surroundings& from = *around_;
+    in.declarations_ = from.declarations;
+    in.frame_ = from.frame;
+    in.materials_ = from.materials;
+    in.resources_ = from.resources;
+    in.lightSourceOf_ = from.lightSourceOf;
+    in.prototypeByHandle_ = from.prototypeByHandle;
+    in.inlineArchives_ = from.inlineArchives;
+    in.dirmap_ = from.dirmap;
+    in.mainDirectory_ = from.mainDirectory;
+    in.marker_ = from.marker;
+    in.bareMarker_ = from.bareMarker;
+    in.prototypes_.resize(from.prototypeCount);  // theirs are not looked at
+    in.archiveReads_ = from.archiveReads;
+    in.ancestors_ = ancestors;
+    in.state_ = state_;
+    in.state_.ctm = as.toWorld;
+    in.state_.attributes = std::make_shared<scene::Attributes>(*as.attributes);
+    in.nextId_ = 0x40000000;  // lights of it are nobody's, and not those outside of its attributes
+    Block block{};
+    block.kind = BlockKind::World;
+    block.pos = pos_;
+    block.state = std::make_unique<State>(in.state_);
+    block.nodes = std::make_shared<NodeMap>();
+    for (const auto& map : nodes)
+      for (const auto& [handle, node] : *map) (*block.nodes)[handle] = node;
+    in.blocks_.push_back(std::move(block));
+    in.world_ = from.world;
+  }
+
+  std::shared_ptr<const Surroundings> around_;
+  State state_;
+  Delayed what_;
+  SourcePos pos_;
+};
+
+std::shared_ptr<const Interpreter::Surroundings> Interpreter::surroundings() {
+  if (surroundings_) return surroundings_;
+  if (!worldPrototypes_) worldPrototypes_ = std::make_shared<std::vector<scene::Prototype>>();
+  auto s = std::make_shared<Surroundings>();
+  s->read = read_;
+  s->declarations = declarations_;
+  s->frame = frame_;
+  s->world = frame_.options;
+  s->world.options = world_->options;
+  s->world.cameras = world_->cameras;
+  s->world.coordinateSystems = world_->coordinateSystems;
+  s->materials = materials_;
+  s->resources = resources_;
+  s->lightSourceOf = lightSourceOf_;
+  s->prototypeByHandle = prototypeByHandle_;
+  s->inlineArchives = inlineArchives_;
+  s->dirmap = dirmap_;
+  s->mainDirectory = mainDirectory_;
+  s->marker = marker_;
+  s->bareMarker = bareMarker_;
+  s->prototypeCount = prototypes_.size();
+  s->prototypes = worldPrototypes_;
+  s->archiveReads = archiveReads_;
+  return surroundings_ = std::move(s);
+}
+
+bool Interpreter::findInDelayed(const std::string& handle) {
+  if (!world_ || !procedurals_) return false;
+  while (lookedInto_ < world_->primitives.size()) {
+    const scene::PrimitivePtr p = world_->primitives[lookedInto_++];
+    const auto it = procedurals_->find(p->id);
+    if (it == procedurals_->end()) continue;
+    static_cast<const DelayedArchive&>(*it->second).giveObjects(*this, *p);
+    if (prototypeByHandle_.contains(handle)) return true;
+  }
+  return false;
+}
+
+bool Interpreter::delay(const Delayed& what, const Request& r) {
+  // An object, a solid or a light has what stands in it at once; an inline archive is in memory already.
+  if (!read_.delaysProcedurals || read_.checkOnly || !world_ || !openObjects_.empty() || solid_ || state_.emitter ||
+      inMotion_ || inlineArchives_.contains(what.data[0]) ||
+      std::as_const(*state_.attributes).getInt("procedural:immediatesubdivide", 0))
+    return false;
+  scene::Primitive p;
+  p.pos = r.pos;
+  scene::OtherPrimitive o{r.name, {}};
+  scene::Parameter kind = argument("type", r.pos), data = argument("data", r.pos), bound = argument("bound", r.pos);
+  kind.type = data.type = scene::ValueType::String;
+  kind.strings = {what.kind};
+  data.strings = what.data;
+  data.arrayLength = int(what.data.size());
+  for (const double x : what.bound) bound.floats.push_back(float(x));
+  bound.arrayLength = int(bound.floats.size());
+  o.args.set(std::move(kind));
+  o.args.set(std::move(data));
+  o.args.set(std::move(bound));
+  p.shape = std::move(o);
+  if (!scene::boundOf(p)) return false;
+  auto source = std::make_shared<DelayedArchive>(surroundings(), state_, what, r.pos);
+  if (!outermostNodes_->empty()) source->nodes.push_back(outermostNodes_);
+  for (const Block& b : blocks_)
+    if (b.nodes) source->nodes.push_back(b.nodes);
+  source->ancestors = ancestors_;
+  for (const Source& open : sources_) source->ancestors.push_back(open.identity);
+  if (!procedurals_) procedurals_ = std::make_shared<scene::ProceduralSources>();
+  (*procedurals_)[nextId_] = std::move(source);  // the id that emit() gives it
+  emit(std::move(p));
+  return true;
+}
+
+}  // namespace kinora::rib

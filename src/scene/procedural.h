@@ -1,0 +1,46 @@
+// Procedurals that are read when somebody asks for them: a primitive of the description ("Procedural" with a bound)
+// stands for what its archive or program would say, and a source knows how to read it. Written by rib/, asked by
+// render/ once a ray meets the bound. A source holds the graphics state of its request, so that what it gives does not
+// depend on when it is asked.
+#pragma once
+#include <ImathBox.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/diagnostics.h"
+#include "scene/scene.h"
+
+namespace kinora::scene {
+
+class ProceduralSource;
+using ProceduralSources = std::unordered_map<uint32_t, std::shared_ptr<const ProceduralSource>>;  // by primitive's id
+
+// What stands in a procedural, in the world's space. Ids, and places of objects and solids, are its own.
+struct Expansion {
+  std::vector<PrimitivePtr> primitives;
+  InstanceList instances;
+  std::vector<Prototype> prototypes;
+  std::vector<Solid> solids;
+  ProceduralSources nested;                                // of those of its primitives that are procedurals in turn
+  std::vector<std::pair<std::string, std::string>> files;  // read for it: by name, and the path
+};
+
+class ProceduralSource {
+ public:
+  virtual ~ProceduralSource() = default;
+  // With the transform and the attributes of `as`, which is the primitive that stands for it. From any thread, more
+  // than once. What cannot be read is a message, and nothing.
+  virtual Expansion expand(const Primitive& as, Diagnostics& diagnostics) const = 0;
+};
+
+// The bound of a procedural as its request says it, in its own space; nothing where there is none, or no finite one.
+std::optional<Imath::Box3d> boundOf(const Primitive& procedural);
+// The box around a box that a transform moves over all its keys. Between keys a transform is linear.
+Imath::Box3d sweptBox(const Imath::Box3d& box, const Transform& toWorld);
+
+}  // namespace kinora::scene

@@ -1,0 +1,504 @@
+// Proves: archives that are read when a ray first meets their bound give, bit for bit, the picture of all archives read
+// before the first sample, through every kind of ray and path, for any threads, widths, groups and crops; what no ray
+// meets is not opened; and what is wrong in archives is said when they are read.
+// Misses: coincident surfaces of different archives, whose order no ray can tell.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+
+#include "film/shard.h"
+#include "render/renderer.h"
+#include "rib/reader.h"
+#include "support/render_scene.h"
+
+namespace kinora::tests {
+namespace {
+
+using Files = std::map<std::string, std::string>;
+
+class Folder {
+ public:
+  explicit Folder(const Files& files) : path_(::testing::TempDir() + "procedurals-" + std::to_string(::getpid())) {
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+    for (const auto& [name, text] : files) std::ofstream(path_ + "/" + name) << text;
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+struct Rendered {
+  render::Outcome outcome = render::Outcome::Internal;
+  std::vector<int64_t> sums;
+  std::vector<std::string> replayed;
+  render::Statistics statistics;
+  std::string said, hash;
+  size_t late = 0;  // files that the part names beside its hash
+  uint64_t warnings = 0;
+};
+
+Rendered rendered(const Folder& folder, render::Settings settings, bool allowExec = false) {
+  Rendered out;
+  Diagnostics diagnostics([&](const std::string& line, Severity s) {
+    if (s != Severity::Info) out.said += line + "\n";
+  });
+  std::optional<scene::Scene> scene;
+  std::shared_ptr<const scene::ProceduralSources> procedurals;
+  rib::ReadOptions reading;
+  reading.delaysProcedurals = true;
+  reading.allowExec = allowExec;
+  reading.programSeconds = 0.5;
+  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
+    scene = std::move(s);
+    procedurals = reader.procedurals();
+  });
+  EXPECT_TRUE(reader.readFile(folder.file("scene.rib")));
+  reader.finish();
+  if (!scene) return out;
+  if (settings.threads == 0) settings.threads = 1;
+  settings.texturePath = settings.shaderPath = {folder.file("")};
+  Registry registry;
+  render::Renderer renderer(registry, diagnostics, settings);
+  if (!renderer.load(std::move(*scene), procedurals)) return out;
+  out.outcome = renderer.renderFilm();
+  out.sums = stateOf(renderer.film());
+  out.statistics = renderer.statistics();
+  if (settings.firstSample >= 0 && renderer.writeShard(folder.file("part.exr"))) {
+    film::Shard part;
+    EXPECT_TRUE(film::readShard(folder.file("part.exr"), part).ok());
+    out.hash = part.info.sceneHash;
+    out.late = part.info.lateFiles.size();
+  }
+  renderer.replay(24, 18, 1, [&](const std::string& line) { out.replayed.push_back(line); });
+  out.warnings = diagnostics.warnings() + diagnostics.errors();
+  return out;
+}
+
+const std::string kHead = R"(Format 48 36 1
+Projection "perspective" "fov" [45]
+Display "t" "openexr" "rgba"
+PixelSamples 4 4
+)";
+const std::string kLights = R"(AttributeBegin
+Rotate -50 1 .3 0
+Light "PxrDistantLight" "sun" "float intensity" [2]
+AttributeEnd
+Light "PxrDomeLight" "dome" "float intensity" [.3]
+AttributeBegin
+Translate 0 3 3
+Rotate 90 1 0 0
+Light "PxrRectLight" "lamp" "float intensity" [6]
+AttributeEnd
+)";
+const std::string kRoom = R"(AttributeBegin
+Bxdf "PxrDiffuse" "floor" "color diffuseColor" [.6 .5 .4]
+Polygon "P" [-9 -1 0 9 -1 0 9 -1 14 -9 -1 14]
+Polygon "P" [-9 -1 7 9 -1 7 9 8 7 -9 8 7]
+AttributeEnd
+)";
+std::string world(const std::string& content, const std::string& integrator = "Integrator \"PxrPathTracer\" \"i\"\n",
+                  const std::string& before = "") {
+  return kHead + integrator + before + "WorldBegin\n" + kLights + kRoom + content + "WorldEnd\n";
+}
+std::string delayed(const std::string& at, const std::string& file,
+                    const std::string& bound = "-.6 .6 -.6 .6 -.6 .6") {
+  return "AttributeBegin\nTranslate " + at + "\nProcedural \"DelayedReadArchive\" [\"" + file + "\"] [" + bound +
+         "]\nAttributeEnd\n";
+}
+const std::string kBall = "Bxdf \"PxrDiffuse\" \"b\" \"color diffuseColor\" [.8 .2 .1]\nSphere .5 -.5 .5 360\n";
+const std::string kBoxes = R"(Bxdf "PxrDiffuse" "b" "color diffuseColor" [.1 .6 .3]
+PointsPolygons [4 4 4 4] [0 1 2 3 4 5 6 7 0 1 5 4 3 2 6 7] "P" [-.5 -.5 -.5 .5 -.5 -.5 .5 .5 -.5 -.5 .5 -.5 -.5 -.5 .5 .5 -.5 .5 .5 .5 .5 -.5 .5 .5]
+Translate 0 .2 0 Sphere .3 -.3 .3 360
+)";
+
+// The same sums when all is read first, and in other threads, widths and groups. Of the procedurals `read` are.
+void expectSame(const Files& files, int total, int read, render::Settings settings = {}) {
+  const Folder folder(files);
+  settings.samplesPerPixel = settings.pixelVariance >= 0 ? 0 : 8;
+  render::Settings first = settings;
+  first.readsAllProcedurals = true;
+  const Rendered all = rendered(folder, first);
+  ASSERT_EQ(all.outcome, render::Outcome::Complete) << all.said;
+  EXPECT_EQ(all.said, "");
+  EXPECT_EQ(int(all.statistics.proceduralsRead), total);
+  const Rendered lazy = rendered(folder, settings);
+  ASSERT_EQ(lazy.outcome, render::Outcome::Complete) << lazy.said;
+  EXPECT_EQ(lazy.said, "");
+  EXPECT_EQ(int(lazy.statistics.proceduralsRead), read);
+  EXPECT_TRUE(lazy.sums == all.sums);
+  EXPECT_EQ(lazy.replayed, all.replayed);
+  EXPECT_EQ(lazy.statistics.cameraRays, all.statistics.cameraRays);
+  EXPECT_EQ(lazy.statistics.shadowRays, all.statistics.shadowRays);
+  EXPECT_EQ(lazy.statistics.cameraHits, all.statistics.cameraHits);
+  render::Settings other = settings;
+  other.threads = 3;
+  other.width = 4;
+  other.groupSize = 64;
+  const Rendered again = rendered(folder, other);
+  EXPECT_TRUE(again.sums == all.sums) << "3 threads, width 4, groups of 64";
+  EXPECT_EQ(again.statistics.proceduralsRead, lazy.statistics.proceduralsRead);
+  other.threads = 2;
+  other.width = 1;
+  other.groupSize = 16;
+  EXPECT_TRUE(rendered(folder, other).sums == all.sums) << "2 threads, width 1, groups of 16";
+}
+
+TEST(Procedurals, TheCameraSeesThem) {
+  expectSame({{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib") +
+                                  delayed("0 0 12", "behind.rib") + delayed("0 0 -4", "back.rib"))},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes},
+              {"behind.rib", kBall},
+              {"back.rib", kBall}},
+             4, 3);  // light that the floor throws back finds the one at the camera's back
+}
+
+TEST(Procedurals, AMirrorShowsThem) {
+  expectSame(
+      {{"scene.rib", world("AttributeBegin\nBxdf \"PxrSurface\" \"m\" \"color specularFaceColor\" [1 1 1] \"color "
+                           "specularEdgeColor\" [1 1 1] \"float specularRoughness\" [0.001] \"float diffuseGain\" "
+                           "[0]\nPolygon \"P\" [-4 -1 6 4 -1 6 4 4 6 -4 4 6]\nAttributeEnd\n" +
+                           delayed("0 0 -1", "a.rib") + delayed("0 0 20", "no.rib"))},
+       {"a.rib", kBoxes},
+       {"no.rib", kBoxes}},
+      2, 1);
+}
+
+TEST(Procedurals, TheirShadowsFall) {
+  expectSame({{"scene.rib", world(delayed("0 2.2 4", "a.rib"), "Integrator \"PxrDirectLighting\" \"i\"\n")},
+              {"a.rib", kBoxes}},
+             1, 1);
+}
+
+TEST(Procedurals, CutOutsAndGlassLetShadowRaysPass) {
+  expectSame({{"scene.rib", world(delayed("0 2 4", "a.rib") + delayed("0 1 4", "b.rib"))},
+              {"a.rib", "Bxdf \"PxrSurface\" \"p\" \"float presence\" [.4]\nSphere .5 -.5 .5 360\n"},
+              {"b.rib", "Bxdf \"PxrGlass\" \"p\"\nSphere .5 -.5 .5 360\nTranslate .1 0 0\nSphere .4 -.4 .4 360\n"}},
+             2, 2);
+}
+
+TEST(Procedurals, LightPathsMeetThem) {
+  for (const char* merge : {"1", "0"})
+    expectSame(
+        {{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib") + delayed("0 4 -6", "c.rib"),
+                             std::string("Integrator \"PxrVCM\" \"i\" \"int mergePaths\" [") + merge +
+                                 "] \"int maxPathLength\" [5]\n")},
+         {"a.rib", kBall},
+         {"b.rib", "Bxdf \"PxrGlass\" \"p\"\nSphere .5 -.5 .5 360\n"},
+         {"c.rib", kBall}},
+        3, 3);
+}
+
+TEST(Procedurals, PathsThatLearn) {
+  expectSame({{"scene.rib",
+               world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib"),
+                     "Integrator \"PxrPathTracer\" \"i\" \"int risPathGuiding\" [1] \"int learnLights\" [1]\n")},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes}},
+             2, 2);
+}
+
+TEST(Procedurals, LightBelowTheirSurfaces) {
+  expectSame({{"scene.rib", world(delayed("0 0 4", "a.rib") + delayed(".4 0 3", "b.rib"))},
+              {"a.rib",
+               "Bxdf \"PxrSurface\" \"s\" \"float subsurfaceGain\" [1] \"color subsurfaceColor\" [.8 .5 .4] "
+               "\"float subsurfaceDmfp\" [.2]\nSphere .5 -.5 .5 360\n"},
+              {"b.rib", kBall}},
+             2, 2);
+}
+
+TEST(Procedurals, DisplacedSurfaces) {
+  expectSame({{"scene.rib", world(delayed("0 0 4", "a.rib", "-.8 .8 -.8 .8 -.8 .8"))},
+              {"a.rib",
+               "Attribute \"displacementbound\" \"float sphere\" [.2]\nPattern \"PxrFractal\" \"f\"\nDisplace "
+               "\"PxrDisplace\" \"d\" \"float dispAmount\" [.1] \"reference float dispScalar\" "
+               "[\"f:resultF\"]\nBxdf \"PxrDiffuse\" \"b\"\nSphere .5 -.5 .5 360\n"}},
+             1, 1);
+}
+
+TEST(Procedurals, InstancesOfTheirOwnAndOfTheSceneObjects) {
+  expectSame({{"scene.rib",
+               world("ObjectBegin \"ball\"\nSphere .2 -.2 .2 360\nTranslate .3 0 0\nSphere .1 -.1 .1 "
+                     "360\nObjectEnd\nAttributeBegin\nTranslate -1 0 3\nObjectInstance \"ball\"\nAttributeEnd\n" +
+                     delayed("0 0 4", "a.rib", "-.9 .9 -.9 .9 -.9 .9") +
+                     delayed("1 .5 5", "a.rib", "-.9 .9 -.9 .9 -.9 .9"))},
+              {"a.rib",
+               "Bxdf \"PxrDiffuse\" \"b\" \"color diffuseColor\" [.1 .3 .8]\nObjectBegin \"own\"\nSphere .1 -.1 .1 "
+               "360\nObjectInstance \"ball\"\nObjectEnd\nObjectInstance \"own\"\nTranslate 0 .4 0\nObjectInstance "
+               "\"own\"\nTranslate 0 -.8 0\nObjectInstance \"ball\"\n"}},
+             2, 2);
+}
+
+TEST(Procedurals, WhatMoves) {
+  expectSame({{"scene.rib",
+               world("AttributeBegin\nMotionBegin [0 1]\nTranslate -1 0 4\nTranslate 1 .3 4\nMotionEnd\nProcedural "
+                     "\"DelayedReadArchive\" [\"a.rib\"] [-.6 .6 -.6 .6 -.6 .6]\nAttributeEnd\n" +
+                         delayed("0 1 5", "b.rib", "-1 1 -.6 .6 -.6 .6"),
+                     "Integrator \"PxrPathTracer\" \"i\"\n", "Shutter 0 1\n")},
+              {"a.rib", kBoxes},
+              {"b.rib",
+               "Bxdf \"PxrDiffuse\" \"b\"\nMotionBegin [0 .5 1]\nTranslate -.4 0 0\nTranslate 0 .1 0\nTranslate .4 0 "
+               "0\nMotionEnd\nSphere .4 -.4 .4 360\nSphere .2 -.2 .2 360\n"}},
+             2, 2);
+}
+
+TEST(Procedurals, InsideOthers) {
+  expectSame(
+      {{"scene.rib", world(delayed("0 0 5", "a.rib", "-2 2 -1 1 -1 1"))},
+       {"a.rib", kBall + delayed("1 0 0", "b.rib") + delayed("-1 0 0", "b.rib") + delayed("0 -.9 3", "under.rib")},
+       {"b.rib", "Scale .9 .9 .9\n" + kBoxes + delayed("0 0 -.1", "c.rib", "-.2 .2 -.2 .2 -.2 .2")},
+       {"c.rib", "Sphere .15 -.15 .15 360\n"},
+       {"under.rib", kBall}},
+      6, 5);
+}
+
+TEST(Procedurals, FogInThem) {
+  expectSame({{"scene.rib", world(delayed("0 0 4", "a.rib", "-1 1 -1 1 -1 1"))},
+              {"a.rib",
+               "Bxdf \"PxrVolume\" \"v\" \"float densityFloat\" [1.5] \"color diffuseColor\" [.8 .8 .9]\nVolume "
+               "\"box\" [-.9 .9 -.9 .9 -.9 .9] [0 0 0]\n"}},
+             1, 1);
+}
+
+TEST(Procedurals, CurvesPointsAndSolids) {
+  expectSame(
+      {{"scene.rib", world(delayed("0 0 4", "a.rib", "-1 1 -1 1 -1 1"))},
+       {"a.rib",
+        "Bxdf \"PxrDiffuse\" \"b\"\nCurves \"linear\" [2 2] \"nonperiodic\" \"P\" [-.8 -.8 0 .8 .8 0 -.8 .8 0 "
+        ".8 -.8 0] \"constantwidth\" [.1]\nPoints \"P\" [0 .5 0 .3 .5 .2] \"constantwidth\" "
+        "[.2]\nSolidBegin \"difference\"\nSolidBegin \"primitive\"\nSphere .4 -.4 .4 360\nSolidEnd\nSolidBegin "
+        "\"primitive\"\nTranslate .2 0 -.3\nSphere .3 -.3 .3 360\nSolidEnd\nSolidEnd\n"}},
+      1, 1);
+}
+
+TEST(Procedurals, LinksTraceSetsAndHoldouts) {
+  expectSame(
+      {{"scene.rib",
+        world("AttributeBegin\nAttribute \"grouping\" \"string membership\" [\"reds\"]\n" +
+              delayed("-1 0 5", "a.rib") +
+              "AttributeEnd\nAttribute \"trace\" \"string reflectexcludesubset\" [\"reds\"]\nAttributeBegin\nBxdf "
+              "\"PxrSurface\" \"m\" \"color specularFaceColor\" [1 1 1] \"color specularEdgeColor\" [1 1 1] \"float "
+              "specularRoughness\" [0.05]\nPolygon \"P\" [-4 -1 6 4 -1 6 4 4 6 -4 4 6]\nAttributeEnd\n" +
+              delayed("0 .2 4", "b.rib") + delayed("1 .2 4", "c.rib"))},
+       {"a.rib", kBall},
+       {"b.rib", "Illuminate \"lamp\" 0\nMatte 1\n" + kBoxes},
+       {"c.rib", "Illuminate \"sun\" 0\nAttribute \"trace\" \"int holdout\" [1]\n" + kBall}},
+      3, 3);
+}
+
+TEST(Procedurals, AWorldOfNothingElse) {
+  expectSame({{"scene.rib", kHead + "WorldBegin\n" + kLights + delayed("-1 0 5", "a.rib") +
+                                delayed("1 .2 4", "b.rib") + "WorldEnd\n"},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes}},
+             2, 2);
+}
+
+TEST(Procedurals, TheCameraInsideABound) {
+  expectSame(
+      {{"scene.rib", world(delayed("0 0 0", "a.rib", "-5 5 -5 5 -5 9"))}, {"a.rib", "Translate 0 0 4\n" + kBoxes}}, 1,
+      1);
+}
+
+TEST(Procedurals, LevelsOfDetail) {
+  const auto level = [](const std::string& range, const std::string& file) {
+    return "AttributeBegin\nTranslate 0 0 4\nDetail [-.6 .6 -.6 .6 -.6 .6]\nDetailRange [" + range +
+           "]\nProcedural \"DelayedReadArchive\" [\"" + file + "\"] [-.6 .6 -.6 .6 -.6 .6]\nAttributeEnd\n";
+  };
+  const Folder folder(
+      {{"scene.rib", world(level("0 0 100 100", "coarse.rib") + level("100 100 1e38 1e38", "fine.rib"))},
+       {"fine.rib", kBall}});
+  const Rendered r = rendered(folder, {});
+  EXPECT_EQ(r.outcome, render::Outcome::Complete);
+  EXPECT_EQ(r.said, "") << "the other level was read";
+  EXPECT_EQ(r.statistics.proceduralsRead, 1u);
+}
+
+TEST(Procedurals, AnEditedSceneIsAFreshOne) {
+  const Folder folder(
+      {{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib") + delayed("9 0 12", "c.rib"))},
+       {"a.rib", kBall},
+       {"b.rib", kBoxes},
+       {"c.rib", kBall}});
+  Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
+  std::optional<scene::Scene> scene;
+  std::shared_ptr<const scene::ProceduralSources> procedurals;
+  rib::ReadOptions reading;
+  reading.delaysProcedurals = true;
+  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
+    scene = std::move(s);
+    procedurals = reader.procedurals();
+  });
+  ASSERT_TRUE(reader.readFile(folder.file("scene.rib")));
+  reader.finish();
+  render::Settings settings;
+  settings.threads = 2;
+  settings.samplesPerPixel = 4;
+  Registry registry;
+  render::Renderer renderer(registry, diagnostics, settings);
+  ASSERT_TRUE(renderer.load(*scene, procedurals));
+  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  uint32_t moved = 0;
+  for (const auto& [id, source] : *procedurals) moved = std::max(moved, id);
+  const auto edit = [&](scene::Scene& s) {
+    EXPECT_TRUE(
+        s.setPrimitiveTransform(moved, scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0, 1, 5)))));
+    EXPECT_TRUE(s.removePrimitive(moved - 2));
+  };
+  edit(renderer.scene());
+  ASSERT_TRUE(renderer.update());
+  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  edit(*scene);
+  render::Renderer fresh(registry, diagnostics, settings);
+  ASSERT_TRUE(fresh.load(*scene, procedurals));
+  ASSERT_EQ(fresh.renderFilm(), render::Outcome::Complete);
+  EXPECT_TRUE(stateOf(renderer.film()) == stateOf(fresh.film()));
+}
+
+TEST(Procedurals, AdaptiveSampling) {
+  render::Settings settings;
+  settings.pixelVariance = 0.05f;
+  settings.leastSamples = 4;
+  settings.mostSamples = 32;
+  expectSame({{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib"))},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes}},
+             2, 2, settings);
+}
+
+// Other rays than those of the whole ask for the archives, and in another order.
+TEST(Procedurals, ACropShowsWhatTheWholeDoes) {
+  const Folder folder(
+      {{"scene.rib", world(delayed("-1.5 0 5", "a.rib") + delayed("1.5 .2 4", "b.rib") + delayed("3 0 9", "no.rib"))},
+       {"a.rib", kBall},
+       {"b.rib", kBoxes},
+       {"no.rib", kBoxes}});
+  render::Settings settings;
+  settings.samplesPerPixel = 4;
+  const Rendered whole = rendered(folder, settings);
+  EXPECT_EQ(whole.statistics.proceduralsRead, 2u);
+  settings.crop = {0, 0.5f, 0, 1};
+  const Rendered lazy = rendered(folder, settings);
+  settings.readsAllProcedurals = true;
+  const Rendered all = rendered(folder, settings);
+  EXPECT_LT(lazy.statistics.proceduralsRead, 3u);
+  EXPECT_TRUE(lazy.sums == all.sums);
+}
+
+TEST(Procedurals, WhatNoRayMeetsIsNotOpened) {
+  const std::string scene =
+      world(delayed("0 0 12", "gone.rib") + delayed("2 0 12", "broken.rib") + delayed("0 0 5", "a.rib"));
+  render::Settings settings;
+  settings.firstSample = 0;
+  settings.lastSample = 4;
+  std::string hash;
+  {
+    const Folder folder({{"scene.rib", scene}, {"a.rib", kBall}, {"broken.rib", "\x80\x81 ]] \"Sphere -\n"}});
+    const Rendered r = rendered(folder, settings);
+    EXPECT_EQ(r.outcome, render::Outcome::Complete);
+    EXPECT_EQ(r.said, "");
+    EXPECT_EQ(r.statistics.procedurals, 3u);
+    EXPECT_EQ(r.statistics.proceduralsRead, 1u);
+    EXPECT_EQ(r.late, 1u) << "the one that was read is named with its content";
+    hash = r.hash;
+    EXPECT_NE(hash, "");
+  }
+  {
+    const Folder folder({{"scene.rib", scene}, {"a.rib", kBall}, {"broken.rib", kBall}, {"gone.rib", kBall}});
+    EXPECT_EQ(rendered(folder, settings).hash, hash);
+    settings.readsAllProcedurals = true;
+    const Rendered all = rendered(folder, settings);
+    EXPECT_EQ(all.hash, hash) << "which were read does not decide what the frame is";
+    EXPECT_EQ(all.late, 3u);
+    const Folder other({{"scene.rib", world(delayed("0 0 12", "gone.rib"))}});
+    settings.readsAllProcedurals = false;
+    EXPECT_NE(rendered(other, settings).hash, hash);
+  }
+}
+
+TEST(Procedurals, WhatIsMissingIsSaidOnceARayAsksForIt) {
+  const Folder folder({{"scene.rib", world(delayed("0 0 5", "gone.rib"))}});
+  const Rendered r = rendered(folder, {});
+  EXPECT_EQ(r.outcome, render::Outcome::Complete);
+  EXPECT_NE(r.said.find("scene.rib:"), std::string::npos) << r.said;
+  EXPECT_NE(r.said.find("ASSET-MISSING-ARCHIVE"), std::string::npos) << r.said;
+  EXPECT_EQ(r.warnings, 1u) << r.said;
+}
+
+TEST(Procedurals, ThatReadThemselves) {
+  const Folder folder({{"scene.rib", world(delayed("0 0 5", "a.rib"))},
+                       {"a.rib", kBall + delayed("0 0 .1", "b.rib")},
+                       {"b.rib", delayed("0 0 0", "a.rib")}});
+  const Rendered r = rendered(folder, {});
+  EXPECT_EQ(r.outcome, render::Outcome::Complete);
+  EXPECT_NE(r.said.find("RIB-RECURSION"), std::string::npos) << r.said;
+}
+
+TEST(Procedurals, ProgramsAreRunOnceTheyAreMet) {
+  const std::string program =
+      "AttributeBegin\nTranslate %s\nProcedural \"RunProgram\" [\"%c\" \"x\"] [-.6 .6 -.6 .6 -.6 "
+      ".6]\nAttributeEnd\n";
+  const auto of = [&](const std::string& at, const std::string& command) {
+    std::string s = program;
+    s.replace(s.find("%s"), 2, at);
+    s.replace(s.find("%c"), 2, command);
+    return s;
+  };
+  const std::string touched = ::testing::TempDir() + "procedural-touched";
+  std::filesystem::remove(touched);
+  const Folder folder({{"scene.rib", world(of("0 0 5", "echo Sphere .5 -.5 .5 360") + of("1 0 5", "sleep 20") +
+                                           of("0 0 12", "touch " + touched))}});
+  const Rendered r = rendered(folder, {}, true);
+  EXPECT_EQ(r.outcome, render::Outcome::Complete);
+  EXPECT_EQ(r.statistics.proceduralsRead, 2u);
+  EXPECT_NE(r.said.find("RIB-PROGRAM"), std::string::npos) << r.said;
+  EXPECT_FALSE(std::filesystem::exists(touched));
+}
+
+TEST(Procedurals, LightsInThemAreLeftOutAndNamed) {
+  const Folder folder({{"scene.rib", world(delayed("0 0 5", "a.rib"))},
+                       {"a.rib", kBall + "Light \"PxrSphereLight\" \"l\" \"float intensity\" [100]\n"}});
+  const Rendered r = rendered(folder, {});
+  EXPECT_NE(r.said.find("a.rib:3"), std::string::npos) << r.said;
+  EXPECT_NE(r.said.find("RIB-PROCEDURAL-LIGHT"), std::string::npos) << r.said;
+  // read at once it shines
+  const Folder now(
+      {{"scene.rib", world("Attribute \"procedural\" \"int immediatesubdivide\" [1]\n" + delayed("0 0 5", "a.rib"))},
+       {"a.rib", kBall + "Light \"PxrSphereLight\" \"l\" \"float intensity\" [100]\n"}});
+  const Rendered lit = rendered(now, {});
+  EXPECT_EQ(lit.said, "");
+  EXPECT_EQ(lit.statistics.lights, 4u);
+  EXPECT_EQ(lit.statistics.procedurals, 0u);
+}
+
+TEST(Procedurals, WhatReachesBeyondItsBoundIsNamed) {
+  const Folder folder(
+      {{"scene.rib", world(delayed("0 0 5", "a.rib", "-.25 .25 -.25 .25 -.25 .25"))}, {"a.rib", kBall}});
+  const Rendered r = rendered(folder, {});
+  EXPECT_NE(r.said.find("RENDER-PROCEDURAL-BOUND"), std::string::npos) << r.said;
+  EXPECT_NE(r.said.find("a bound 2 times as large"), std::string::npos) << r.said;
+}
+
+// Bounds that are none are read with the scene.
+TEST(Procedurals, WithoutABoundTheyAreReadAtOnce) {
+  for (const char* bound : {"-1e30 1e30 -1e30 1e30 -1e30 1e30", "1 -1 0 1 0 1", "0 1"}) {
+    const Folder folder({{"scene.rib", world(delayed("0 0 12", "a.rib", bound))}, {"a.rib", kBall}});
+    const Rendered r = rendered(folder, {});
+    EXPECT_EQ(r.outcome, render::Outcome::Complete);
+    EXPECT_EQ(r.statistics.procedurals, 0u) << bound;
+    EXPECT_EQ(r.statistics.primitives, 3u) << bound;
+  }
+}
+
+}  // namespace
+}  // namespace kinora::tests
