@@ -261,6 +261,40 @@ WorldEnd)");
   EXPECT_EQ(r.primitive(2).toWorld.matrices[0][3][2], -5);
 }
 
+// Those of a scope have a name for patterns too, the first of that name; those of objects stand in each of its places.
+TEST(Transforms, CoordinateSystemsOfScopes) {
+  const Read r = readRib(R"(WorldBegin
+AttributeBegin
+Translate 1 0 0
+ScopedCoordinateSystem "a"
+AttributeEnd
+AttributeBegin
+Translate 1 0 0
+ScopedCoordinateSystem "a"
+Translate 1 0 0
+ScopedCoordinateSystem "a"
+CoordSysTransform "a"
+Sphere 1 -1 1 360
+AttributeEnd
+ObjectBegin "o"
+Translate 0 3 0
+CoordinateSystem "b"
+ScopedCoordinateSystem "c"
+Sphere 1 -1 1 360
+ObjectEnd
+ObjectInstance "o"
+WorldEnd)");
+  expectMessage(r, "RIB-COORDSYS", 10);
+  const auto& spaces = r.world().coordinateSystems;
+  EXPECT_EQ(spaces.at("a").matrices[0][3][0], 1);
+  EXPECT_EQ(spaces.count("c"), 0u);
+  EXPECT_EQ(r.primitive(0).toWorld.matrices[0][3][0], 2);
+  const auto& inside = *r.world().prototypes.at(0).primitives.at(0)->attributes->coordinateSystems;
+  EXPECT_EQ(inside.size(), 2u);
+  EXPECT_EQ(inside.at("b").matrices[0][3][1], 3);
+  EXPECT_EQ(inside.at("c").matrices[0][3][1], 3);
+}
+
 TEST(Motion, TransformsCamerasAndGeometry) {
   const Read r = readRib(R"(MotionBegin [0 1]
 Translate 0 0 5
