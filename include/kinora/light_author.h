@@ -121,7 +121,8 @@ class LightOf {
     if (isOne_) return Mask<W>(of_[0]->*member);
     return number([member](const Data& d) { return d.*member ? 1.f : 0.f; }) > Float<W>(0.f);
   }
-  // What is no plain member: get(const Data&) gives a number, a Float3, or three numbers.
+  // What is no plain member: get(const Data&) gives a number, a Float3 that every light holds in the same place, or
+  // three numbers.
   template <class Get>
   KN_INLINE Float<W> number(Get get) const {
     if (isOne_) return Float<W>(get(*of_[0]));
