@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/digest.h"
 #include "base/memory.h"
 #include "rib/declarations.h"
 #include "rib/lexer.h"
@@ -116,6 +117,7 @@ class Interpreter {
     size_t prototypeCount;
     std::shared_ptr<const std::vector<scene::Prototype>> prototypes;
     std::shared_ptr<std::atomic<int>> archiveReads;
+    Digest said;  // of what of it no other part of the description holds
   };
   class DelayedArchive;  // procedurals.cpp
 
@@ -289,6 +291,7 @@ class Interpreter {
   // False where it must be read now: its bound is none, or what it says belongs to what is open around it.
   bool delay(const Delayed& what, const Request& r);
   std::shared_ptr<const Surroundings> surroundings();
+  const Digest& digestOf(const std::shared_ptr<NodeMap>& nodes);
   // Takes over objects of archives that wait, one archive after the other, until one of this name is known; false: none
   // has it. What else they hold still waits.
   bool findInDelayed(const std::string& handle);
@@ -356,6 +359,8 @@ class Interpreter {
   std::shared_ptr<scene::ProceduralSources> procedurals_;            // of the world that is open
   std::shared_ptr<const scene::ProceduralSources> doneProcedurals_;  // of the last one that was closed
   std::shared_ptr<std::vector<scene::Prototype>> worldPrototypes_;   // filled when the world is closed
+  // Of maps that sources hold, so that they stay what they are.
+  std::unordered_map<const NodeMap*, std::pair<std::shared_ptr<const NodeMap>, Digest>> nodeDigests_;
   size_t lookedInto_ = 0;                             // primitives of the world that findInDelayed() is done with
   std::shared_ptr<const Surroundings> surroundings_;  // as they are now; null: not made
 

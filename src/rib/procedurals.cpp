@@ -2,10 +2,12 @@
 // asks (scene/procedural.h).
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "rib/interpreter.h"
+#include "scene/digests.h"
 
 namespace kinora::rib {
 
@@ -18,6 +20,23 @@ scene::Parameter argument(const char* name, const SourcePos& pos) {
   p.storage = scene::StorageClass::Constant;
   p.pos = pos;
   return p;
+}
+
+Digest digestOfRequests(const std::vector<Request>& requests) {
+  Hasher h;
+  for (const Request& r : requests) {
+    h.text(r.name);
+    h.word(r.count);
+    for (size_t i = 0; i < r.count; ++i) {
+      const Argument& a = r.args[i];
+      h.word(uint64_t(a.kind) | uint64_t(a.isArray) << 8 | uint64_t(a.isInteger) << 9);
+      h.bytes(a.ints.data(), a.ints.size() * sizeof(int));
+      h.bytes(a.floats.data(), a.floats.size() * sizeof(float));
+      h.word(a.strings.size());
+      for (const std::string& s : a.strings) h.text(s);
+    }
+  }
+  return h.result();
 }
 
 // The objects that instances name, and those that these name, with places that count from 0.
@@ -200,7 +219,24 @@ std::shared_ptr<const Interpreter::Surroundings> Interpreter::surroundings() {
   s->prototypeCount = prototypes_.size();
   s->prototypes = worldPrototypes_;
   s->archiveReads = archiveReads_;
+  Hasher said;
+  for (const auto& [name, requests] : std::map(inlineArchives_.begin(), inlineArchives_.end())) {
+    said.text(name);
+    said.digest(digestOfRequests(*requests));
+  }
+  s->said = said.result();
   return surroundings_ = std::move(s);
+}
+
+const Digest& Interpreter::digestOf(const std::shared_ptr<NodeMap>& nodes) {
+  const auto [it, isNew] = nodeDigests_.try_emplace(nodes.get(), nodes, Digest());
+  if (!isNew) return it->second.second;
+  Hasher h;
+  for (const auto& [handle, node] : std::map(nodes->begin(), nodes->end())) {
+    h.text(handle);
+    h.digest(scene::digestOf(node));
+  }
+  return it->second.second = h.result();
 }
 
 bool Interpreter::findInDelayed(const std::string& handle) {
@@ -237,9 +273,20 @@ bool Interpreter::delay(const Delayed& what, const Request& r) {
   p.shape = std::move(o);
   if (!scene::boundOf(p)) return false;
   auto source = std::make_shared<DelayedArchive>(surroundings(), state_, what, r.pos);
-  if (!outermostNodes_->empty()) source->nodes.push_back(outermostNodes_);
-  for (const Block& b : blocks_)
-    if (b.nodes) source->nodes.push_back(b.nodes);
+  // patterns and inline archives that it may name are a part of what the frame is known by
+  Hasher said;
+  said.digest(surroundings()->said);
+  const auto see = [&](const std::shared_ptr<NodeMap>& nodes) {
+    if (!nodes || nodes->empty()) return;
+    source->nodes.push_back(nodes);
+    said.digest(digestOf(nodes));
+  };
+  see(outermostNodes_);
+  for (const Block& b : blocks_) see(b.nodes);
+  scene::Parameter around = argument("around", r.pos);
+  around.type = scene::ValueType::String;
+  around.strings = {said.result().str()};
+  std::get<scene::OtherPrimitive>(p.shape).args.set(std::move(around));
   source->ancestors = ancestors_;
   for (const Source& open : sources_) source->ancestors.push_back(open.identity);
   if (!procedurals_) procedurals_ = std::make_shared<scene::ProceduralSources>();

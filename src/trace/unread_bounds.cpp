@@ -7,7 +7,7 @@ namespace kinora::trace {
 
 namespace {
 
-constexpr float kFarthest = 1e37f;  // of a ray's length
+constexpr float kLongestRay = 1e37f;  // of a ray's length
 
 }  // namespace
 
@@ -97,7 +97,7 @@ uint32_t UnreadBounds::firstOf(const float o[3], const float d[3], float length)
   for (int k = 0; k < 3; ++k) inverse[k] = 1.f / d[k];
   constexpr float kRounding = 1.f + 8e-7f;
   uint32_t found = kNone;
-  float best = std::min(length, kFarthest);
+  float best = std::min(length, kLongestRay);
   struct Entry {
     float t;
     uint32_t node;
