@@ -87,43 +87,19 @@ class LightBehind {
 }  // namespace
 
 void makeStraight(Image& image, const std::vector<size_t>& colors, size_t alpha) {
-  const size_t channels = image.channels.size(), n = colors.size();
+  const size_t channels = image.channels.size();
   if (colors.empty() || image.pixels.empty()) return;
   const LightBehind behind(image, colors, alpha);
-  // what covers, still multiplied by alpha
-  const auto covering = [&](size_t i, size_t c) {
-    const float x = image.pixels[i * channels + colors[c]], a = image.pixels[i * channels + alpha];
-    // what a negative lobe has made negative stays so
-    return behind.isDark() || !(a > 0 && a < 1) ? x : std::max(x - (1 - a) * behind.at(i)[c], std::min(x, 0.f));
-  };
-  std::vector<float> out(image.pixels.size() / channels * n);
-  const int width = image.width(), height = image.height();
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const size_t i = size_t(y) * size_t(width) + size_t(x);
-      const float a = image.pixels[i * channels + alpha];
-      if (!(a > 0 && a < 1)) continue;
-      // The fewer samples met something, the more of its colour is taken from around: of one sample in a hundred it
-      // would be that one path's.
-      float cover = a;
-      for (size_t c = 0; c < n; ++c) out[i * n + c] = covering(i, c);
-      const float share = std::max(0.f, 1 - 2 * a) / 8;
-      for (int dy = -1; dy <= 1 && share > 0; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
-          if ((!dx && !dy) || x + dx < 0 || y + dy < 0 || x + dx >= width || y + dy >= height) continue;
-          const size_t k = i + size_t(dy * width + dx);
-          const float more = image.pixels[k * channels + alpha];
-          bool isGood = more > 0 && std::isfinite(more);
-          for (size_t c = 0; c < n; ++c) isGood = isGood && std::isfinite(covering(k, c));
-          if (!isGood) continue;
-          cover += share * more;
-          for (size_t c = 0; c < n; ++c) out[i * n + c] += share * covering(k, c);
-        }
-      for (size_t c = 0; c < n; ++c) out[i * n + c] /= cover;
+  for (size_t i = 0; i * channels < image.pixels.size(); ++i) {
+    float* p = image.pixels.data() + i * channels;
+    const float a = p[alpha];
+    if (!(a > 0 && a < 1)) continue;
+    for (size_t c = 0; c < colors.size(); ++c) {
+      float& x = p[colors[c]];
+      // what a negative lobe has made negative stays so
+      if (!behind.isDark()) x = std::max(x - (1 - a) * behind.at(i)[c], std::min(x, 0.f));
+      x /= a;
     }
-  for (size_t i = 0; i * n < out.size(); ++i) {
-    const float a = image.pixels[i * channels + alpha];
-    for (size_t c = 0; c < n && a > 0 && a < 1; ++c) image.pixels[i * channels + colors[c]] = out[i * n + c];
   }
 }
 

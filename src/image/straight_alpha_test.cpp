@@ -70,32 +70,9 @@ TEST(StraightAlpha, WithoutLightBehindItIsTheDivision) {
       const float a = divided.at(x, y)[3];
       for (int c = 0; c < 3; ++c) {
         if (x == 3 && y == 3) continue;
-        const float expected = a > 0 && a < 1 ? divided.at(x, y)[c] / a : divided.at(x, y)[c];
-        EXPECT_NEAR(i.at(x, y)[c], expected, a < 0.5f ? 1e-5f * expected : 0.f);
+        EXPECT_EQ(i.at(x, y)[c], a > 0 && a < 1 ? divided.at(x, y)[c] / a : divided.at(x, y)[c]);
       }
     }
-}
-
-// One path in fifty met something, and that brought nothing: no black dot beside the object.
-TEST(StraightAlpha, HardlyCoveredPixelsTakeTheColourAround) {
-  for (const float behind : {0.f, 0.7f}) {
-    Image i({0, 0, 5, 5}, {{"R"}, {"G"}, {"B"}, {"A"}});
-    for (int y = 0; y < 5; ++y)
-      for (int x = 0; x < 5; ++x) {
-        const float a = x < 2 ? 1.f : x == 2 && y == 2 ? 0.02f : 0.f;
-        for (int c = 0; c < 3; ++c) i.at(x, y)[c] = (x < 2 ? 0.4f : 0.f) + (1 - a) * behind;
-        i.at(x, y)[3] = a;
-      }
-    Image half = i;
-    half.at(2, 2)[3] = 0.5f;
-    for (int c = 0; c < 3; ++c) half.at(2, 2)[c] = 0.5f * behind + 0.01f;
-    makeStraight(i, kColors, 3);
-    makeStraight(half, kColors, 3);
-    // three pixels at the left weigh .12 each
-    EXPECT_NEAR(i.at(2, 2)[0], 0.4 * 0.36 / 0.38, 1e-6);
-    EXPECT_EQ(i.at(2, 2)[3], 0.02f);
-    EXPECT_NEAR(half.at(2, 2)[0], 0.02, 1e-6) << "its own";
-  }
 }
 
 TEST(StraightAlpha, OddPictures) {
