@@ -55,6 +55,10 @@ Diagnostics::Diagnostics(Sink sink) : sink_(std::move(sink)) {
 
 void Diagnostics::report(Message m) {
   std::lock_guard lock(mutex_);
+  const auto isSame = [&](const Message& k) {
+    return k.code == m.code && k.what == m.what && k.pos.file == m.pos.file && k.pos.line == m.pos.line;
+  };
+  if (isRepeating_ && std::any_of(kept_.begin(), kept_.end(), isSame)) return;
   const uint64_t n = ++counts_[m.code];
   if (m.severity == Severity::Error) ++errors_;
   if (m.severity == Severity::Warning) ++warnings_;

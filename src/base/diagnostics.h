@@ -56,6 +56,11 @@ class Diagnostics {
   void summary();                               // prints "N more of CODE, at FILE:LINE, ..." lines
   void setShown(uint64_t n) { shown_ = n; }     // of each code, for -v
   void setQuiet(int level) { quiet_ = level; }  // 1: no infos; 2: no warnings
+  // While set, what was said before is not said or counted again: the same work is done once more.
+  void setRepeating(bool is) {
+    std::lock_guard lock(mutex_);
+    isRepeating_ = is;
+  }
 
  private:
   mutable std::mutex mutex_;
@@ -70,6 +75,7 @@ class Diagnostics {
   std::vector<Message> kept_;
   uint64_t errors_ = 0, warnings_ = 0, asset_ = 0;
   int quiet_ = 0;
+  bool isRepeating_ = false;
 };
 
 }  // namespace kinora

@@ -64,6 +64,18 @@ TEST(Diagnostics, QuietAndVerbose) {
   EXPECT_NE(p.lines[3].find("2 more of X-BAD"), std::string::npos) << p.lines[3];
 }
 
+TEST(Diagnostics, WhatIsDoneOnceMoreIsNotSaidAgain) {
+  Printed p;
+  p.say(Severity::Warning, "X-ONE", 1);
+  p.d.setRepeating(true);
+  p.say(Severity::Warning, "X-ONE", 1);
+  p.say(Severity::Warning, "X-ONE", 2);  // elsewhere
+  p.d.setRepeating(false);
+  EXPECT_EQ(p.d.count("X-ONE"), 2u);
+  p.say(Severity::Warning, "X-ONE", 1);
+  EXPECT_EQ(p.d.count("X-ONE"), 3u);
+}
+
 // A million parameters say where they stand, and most stand in one file.
 TEST(SourcePos, TakesEightBytesAndSharesNames) {
   static_assert(sizeof(SourcePos) == 8);

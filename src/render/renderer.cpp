@@ -357,7 +357,9 @@ struct Renderer::Impl {
     const auto built = Clock::now();
     builder.openShaders(procedurals.scene());
     std::vector<ShaderCost> before = std::move(stats.shaders);
+    diagnostics.setRepeating(true);
     isReady = buildWorld();
+    diagnostics.setRepeating(false);
     addCosts(before);
     if (isReady) warnOfBounds();
     stats.proceduralBuildSeconds += since(built);

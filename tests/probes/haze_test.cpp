@@ -102,7 +102,7 @@ TEST(Haze, EqualsPathTracerFromWithinFogOfSeveralChannels) {
       room(kPoint, kGrey, "",
            hazy(kScattersOften + "\"color densityColor\" [0.1 0.4 0.9] \"color diffuseColor\" [0.9 0.8 0.6]",
                 "[-3 3 -3 3 -6 4]")),
-      0.11);
+      0.11, 64);
 }
 TEST(Haze, EqualsPathTracerInUnevenSmoke) {
   expectHazeEqualsPathTracer(

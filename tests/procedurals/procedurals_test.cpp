@@ -161,6 +161,24 @@ TEST(Procedurals, TheCameraSeesThem) {
              4, 3);  // light that the floor throws back finds the one at the camera's back
 }
 
+// Worlds that are made because something was read say nothing again.
+TEST(Procedurals, WhatASceneHasWrongIsSaidOnce) {
+  const Folder folder({{"scene.rib", kHead + "Integrator \"PxrPathTracer\" \"i\"\nWorldBegin\n" +
+                                         delayed("0 0 5", "a.rib") + delayed("1 0 5", "b.rib") + "WorldEnd\n"},
+                       {"a.rib", kBall},
+                       {"b.rib", kBall}});
+  render::Settings settings;
+  settings.samplesPerPixel = 4;
+  const Rendered r = rendered(folder, settings);
+  EXPECT_EQ(r.statistics.proceduralsRead, 2u);
+  EXPECT_GT(r.statistics.proceduralWorlds, 0u);
+  const size_t at = r.said.find("RENDER-NO-LIGHTS");
+  EXPECT_NE(at, std::string::npos) << r.said;
+  // the black picture says so besides
+  EXPECT_LE(r.warnings, 2u) << r.said;
+  EXPECT_EQ(r.said.find("RENDER-NO-LIGHTS", at + 1), std::string::npos) << r.said;
+}
+
 TEST(Procedurals, AMirrorShowsThem) {
   expectSame(
       {{"scene.rib", world("AttributeBegin\nBxdf \"PxrSurface\" \"m\" \"color specularFaceColor\" [1 1 1] \"color "

@@ -23,7 +23,7 @@ char seen(const std::string& world, double pixels, const std::string& options = 
   const std::string w = std::to_string(4 / pixels);
   RenderRequest r;
   r.rib =
-      "Format 8 8 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [4] \"int minsamples\" [4]\n"
+      "Format 8 8 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [64] \"int minsamples\" [64]\n"
       "Projection \"orthographic\"\nScreenWindow -" +
       w + " " + w + " -" + w + " " + w + "\n" + options +
       "WorldBegin\nPolygon \"P\" [9 9 9 9.1 9 9 9 9.1 9]\nTranslate 0 0 2\n" + world + "WorldEnd\n";

@@ -189,8 +189,9 @@ TEST(GlassShadows, BesideRefractedPaths) {
       if (light.isDelta && glass.isRough) continue;  // by chance alone: too noisy to judge
       const auto refracted = overSeeds(scene(light, &glass, 12, true, {}, 256), 8);
       if (light.isDelta) {
-        // no sampled direction meets a point-like light, and no shadow ray passes glass
-        EXPECT_EQ(refracted.mean(), 0);
+        // no sampled direction meets a point-like light, and no shadow ray passes glass, but for paths that leave the
+        // sheets by their far edges
+        EXPECT_LT(refracted.mean(), 1e-5 * expected);
       } else {
         const double whole = shown(light, glass, false, true);
         // rough slabs send a few per cent more back than straight rays know

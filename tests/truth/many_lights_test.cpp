@@ -78,7 +78,7 @@ TEST(ManyLights, LightIsASumOnGlossy) {
       "Bxdf \"PxrSurface\" \"gloss\" \"color diffuseColor\" [.2 .2 .2] \"color specularFaceColor\" [.3 .3 .3] "
       "\"color "
       "specularEdgeColor\" [1 1 1] \"float specularRoughness\" [.3]\n",
-      unbiased(1, "\"int numIndirectSamples\" [2]"), 20);
+      unbiased(1, "\"int numIndirectSamples\" [2]"), 28);
 }
 TEST(ManyLights, LightIsASumThroughLeaves) {
   expectSum(

@@ -111,7 +111,7 @@ struct GlassLobe {
       // What is lost where reflection and refraction do not add up to too much. So few angles may miss a twelfth of it,
       // which would be gained.
       constexpr int kAngles = 8;
-      constexpr float kSafe = 1.1f;
+      constexpr float kSafe = 1.2f;
       for (int i = 0; mayFit() && i < 2; ++i) {
         F sum(0.f);
         for (int m = 0; m < kAngles; ++m)
