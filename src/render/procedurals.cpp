@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "render/detail.h"
+#include "scene/swept_box.h"
 
 namespace kinora::render {
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "render/matrix_scale.h"
+#include "scene/swept_box.h"
 #include "trace/strands.h"
 
 namespace kinora::render {
@@ -61,11 +62,7 @@ bool maySharePart(const scene::Primitive& p, const scene::Attributes* given) {
   if (isStrand && !trace::keepsWidths(p.toWorld.matrices[0])) return false;
   const Imath::Box3d own = ownBounds(p);
   if (own.isEmpty()) return false;
-  Imath::Box3d box;
-  for (int c = 0; c < 8; ++c)
-    box.extendBy(
-        Imath::V3d(c & 1 ? own.max.x : own.min.x, c & 2 ? own.max.y : own.min.y, c & 4 ? own.max.z : own.min.z) *
-        p.toWorld.matrices[0]);
+  const Imath::Box3d box = scene::sweptBox(own, p.toWorld);
   const Imath::V3d size = box.size(), middle = box.center();
   const double far = std::max({std::fabs(middle.x), std::fabs(middle.y), std::fabs(middle.z)}),
                extent = std::max({size.x, size.y, size.z});

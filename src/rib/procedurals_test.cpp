@@ -10,6 +10,7 @@
 
 #include "rib/test_support.h"
 #include "scene/digests.h"
+#include "scene/swept_box.h"
 
 namespace kinora::rib {
 namespace {

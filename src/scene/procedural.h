@@ -40,7 +40,5 @@ class ProceduralSource {
 
 // The bound of a procedural as its request says it, in its own space; nothing where there is none, or no finite one.
 std::optional<Imath::Box3d> boundOf(const Primitive& procedural);
-// The box around a box that a transform moves over all its keys. Between keys a transform is linear.
-Imath::Box3d sweptBox(const Imath::Box3d& box, const Transform& toWorld);
 
 }  // namespace kinora::scene

@@ -125,10 +125,7 @@ TEST(LearnedLights, HelpWhereLightsAreHidden) {
       Polygon "vertex point P" [-1.5 0 -0.2  1.5 0 -0.2  1.5 2 -0.2  -1.5 2 -0.2]
     )");
     text.replace(text.find("[16]"), 4, "[256]");
-    const Pictures p = renderAll(stage, text, m, 100, 24);
-    double sum = 0;
-    for (const auto& t : p.at("Ci").tiles) sum += t.standardError() * t.standardError();
-    return sum;
+    return renderAll(stage, text, m, 100, 24).at("Ci").meanVariance();
   };
   // 24 seeds of 16 tiles tell a ratio of variances to a tenth
   EXPECT_LT(varianceWith(learned()), 0.85 * varianceWith(pathTracer(2)));

@@ -113,6 +113,12 @@ struct TileMoments {
     for (const auto& t : tiles) s += t.mean();
     return s / double(tiles.size());
   }
+  // Of mean(), by the errors of its tiles.
+  double meanVariance() const {
+    double s = 0;
+    for (const auto& t : tiles) s += t.standardError() * t.standardError();
+    return s / double(tiles.size() * tiles.size());
+  }
 };
 
 struct TileTest {
